@@ -1,0 +1,49 @@
+# make run    the main job: the node suite records a bag of several rooms, checks it and draws a contact sheet
+# make test   all tests          make lint   ruff and mypy
+# make bench  speed tables       make setup  only the environment
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+SEED ?= 1
+ROOMS ?= 4
+FRAMES ?= 8
+
+# With a sourced system ROS 2 the virtual environment sees its rclpy; without one it gets the wheels.
+SYSTEM_ROS := $(shell $(PYTHON) -c 'import rclpy' 2>/dev/null && echo yes)
+ifeq ($(SYSTEM_ROS),yes)
+VENV_FLAGS := --system-site-packages
+EXTRAS := test,bench
+else
+VENV_FLAGS :=
+EXTRAS := ros,test,bench
+endif
+
+.PHONY: setup run test lint bench clean
+
+setup: $(VENV)/.ready
+
+$(VENV)/.ready: setup.py
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || { echo "scene_synth_ros needs Python 3.10 or newer; got $$($(PYTHON) --version)"; exit 1; }
+	@$(PYTHON) -c 'import venv, ensurepip' 2>/dev/null || { echo "Python's venv module is missing: apt install python3-venv"; exit 1; }
+	@echo "setting up $(VENV) (once; about a minute)"
+	@$(PYTHON) -m venv $(VENV_FLAGS) $(VENV)
+	@$(BIN)/pip install --quiet --disable-pip-version-check --upgrade pip
+	@$(BIN)/pip install --quiet --disable-pip-version-check --editable ".[$(EXTRAS)]"
+	@touch $@
+
+run: setup
+	@$(BIN)/python -m scene_synth_ros run --params config/runs/main.yaml --seed $(SEED) --rooms $(ROOMS) --frames $(FRAMES) \
+		--record runs/$$(date +%Y%m%d-%H%M%S) --contact-sheet contact_sheet.png
+
+test: setup
+	$(BIN)/python -m pytest
+
+lint: setup
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+
+bench: setup
+	$(BIN)/python -m benchmarks --json bench.json
+
+clean:
+	rm -rf $(VENV) build install log

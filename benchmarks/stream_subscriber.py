@@ -1,0 +1,36 @@
+"""The other process of the stream benchmark: counts the images that arrive and prints the number."""
+
+from __future__ import annotations
+
+import sys
+import time
+
+import rclpy
+from rclpy.node import Node
+from sensor_msgs.msg import Image
+
+from renderer.frame import LAYERS
+from scene_synth_ros.qos import stream_qos
+
+
+def main() -> None:
+    """Count until everything is there or nothing has come for five seconds."""
+    expected = int(sys.argv[1]) * len(LAYERS)
+    received, last = 0, time.monotonic() + 10.0
+
+    def count(_: bytes) -> None:
+        nonlocal received, last
+        received += 1
+        last = time.monotonic()
+
+    rclpy.init()
+    node = Node("stream_subscriber", namespace="/bench")
+    for layer in LAYERS:
+        node.create_subscription(Image, f"camera/{layer}/image_raw", count, stream_qos(), raw=True)
+    while received < expected and time.monotonic() - last < 5.0:
+        rclpy.spin_once(node, timeout_sec=0.2)
+    print(received)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,31 @@
+"""Which rooms are likely: a stochastic grammar read from YAML, sampled from the root down, laid out by Metropolis-Hastings, checked exactly.
+
+Imports scene_description, numpy, scipy, numba and (in one file) yaml; knows nothing of rendering or ROS.
+
+    >>> categories = read_categories(config_path("categories.yaml"))
+    >>> grammar = read_room_type("bedroom", categories)
+    >>> room = sample_room(grammar, categories, SceneRequest(), np.random.default_rng(7))
+"""
+
+from grammar.categories import Categories, Category, read_categories
+from grammar.grammar_file import read_grammar, read_room_type, room_types
+from grammar.request import RequestError, SceneRequest
+from grammar.rules import Grammar, GrammarError
+from grammar.sample_room import SampledRoom, sample_room
+from grammar.solids import object_solids
+
+__all__ = [
+    "Categories",
+    "Category",
+    "Grammar",
+    "GrammarError",
+    "RequestError",
+    "SampledRoom",
+    "SceneRequest",
+    "object_solids",
+    "read_categories",
+    "read_grammar",
+    "read_room_type",
+    "room_types",
+    "sample_room",
+]

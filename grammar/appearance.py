@@ -1,0 +1,341 @@
+"""How a room is dressed: style, model seed and a material for every part, harmonised by a palette of the room.
+
+A room has a main and a second hue, and keeps a few materials of each family (two woods, one metal, ...), which its parts share; so things
+match without being all alike.  Colours are drawn in OKLCH and converted to linear Rec. 709 RGB (B. Ottosson, "A perceptual color space for
+image processing", 2020).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+
+from grammar.grammar_file import read_yaml
+from grammar.rules import GrammarError
+from scene_description import FieldError, Limits, Material, ModelReference, Opening, Part, Room, SceneObject, from_mapping
+from scene_description.types import Color
+
+Share = Annotated[float, Limits(ge=0.0, le=1.0)]
+Range = tuple[Share, Share]
+Hue = Annotated[float, Limits(ge=-360.0, le=720.0, unit="deg")]
+Odds = Annotated[float, Limits(ge=0.0, le=1e6)]
+Families = Mapping[str, Odds]
+
+_MAX_SEED = 2**63 - 1
+_LMS_FROM_OKLAB = np.array([[1.0, 0.3963377774, 0.2158037573], [1.0, -0.1055613458, -0.0638541728], [1.0, -0.0894841775, -1.2914855480]])
+_RGB_FROM_LMS = np.array(
+    [
+        [4.0767416621, -3.3077115913, 0.2309699292],
+        [-1.2684380046, 2.6097574011, -0.3413193965],
+        [-0.0041960863, -0.7034186147, 1.7076147010],
+    ]
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MaterialRange:
+    """A named material: ranges that its colour (OKLCH) and surface are drawn from; ``hue`` follows the room's palette."""
+
+    family: str
+    lightness: Range
+    chroma: Range
+    hue_deg: tuple[Hue, Hue] | None = None
+    hue: Literal["main", "second", "either", "own"] = "own"
+    roughness: Range
+    metallic: Range = (0.0, 0.0)
+    transmission: Range = (0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HueOdds:
+    """A hue, or a distance between hues, in degrees, and how often it is taken."""
+
+    hue: Hue
+    odds: Odds
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PaletteRule:
+    """How a room's palette is drawn; see ``config/appearance.yaml``."""
+
+    hues_deg: Annotated[tuple[HueOdds, ...], Limits(min_length=1)]
+    jitter_deg: Hue
+    apart_deg: Annotated[tuple[HueOdds, ...], Limits(min_length=1)]
+    first_odds: Share
+    kept: Mapping[str, Annotated[int, Limits(ge=1, le=32)]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PartRule:
+    """Where a part's material comes from: another part (with ``like_odds``), else a family; ``by_style`` replaces both for a style."""
+
+    like: str | None = None
+    like_odds: Share = 1.0
+    families: Families = field(default_factory=dict)
+    by_style: Mapping[str, Families] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StyleRule:
+    """How often a style is taken, and the parts that its models have."""
+
+    odds: Odds
+    parts: Annotated[tuple[str, ...], Limits(min_length=1, max_length=64)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CategoryLook:
+    """What a category looks like; ``generator`` is the category's own name where absent."""
+
+    styles: Annotated[Mapping[str, StyleRule], Limits(min_length=1)]
+    parts: Mapping[str, PartRule]
+    generator: str | None = None
+    shared: Literal["room", "group", "none"] = "group"
+    emits: str | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _AppearanceFile:
+    palette: PaletteRule
+    surfaces: Mapping[str, PartRule]
+    categories: Mapping[str, CategoryLook]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _MaterialFile:
+    materials: Annotated[Mapping[str, MaterialRange], Limits(min_length=1)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Appearance:
+    """Everything that dressing needs: the palette rule, looks by category, room surfaces, named materials and their families."""
+
+    palette: PaletteRule
+    surfaces: Mapping[str, PartRule]
+    categories: Mapping[str, CategoryLook]
+    materials: Mapping[str, MaterialRange]
+    families: Mapping[str, tuple[str, ...]]
+
+
+def load_appearance(appearance_path: Path, materials_path: Path) -> Appearance:
+    """Read and check ``appearance.yaml`` and ``materials.yaml``.
+
+    Raises:
+        GrammarError: a file does not parse, a field does not fit, or a family or part is named that does not exist; one line.
+    """
+    try:
+        materials = from_mapping(_MaterialFile, read_yaml(materials_path)).materials
+        families: dict[str, tuple[str, ...]] = {}
+        for name, material in materials.items():
+            if (material.hue == "own") == (material.hue_deg is None):
+                raise FieldError(f"materials.{name}", "either hue_deg or a hue of the palette", "both" if material.hue_deg else "neither")
+            families[material.family] = (*families.get(material.family, ()), name)
+    except FieldError as error:
+        raise GrammarError(f"{materials_path}: {error}") from None
+    try:
+        look = from_mapping(_AppearanceFile, read_yaml(appearance_path))
+        _check(look, families)
+    except FieldError as error:
+        raise GrammarError(f"{appearance_path}: {error}") from None
+    return Appearance(palette=look.palette, surfaces=look.surfaces, categories=look.categories, materials=materials, families=families)
+
+
+def linear_rgb(lightness: float, chroma: float, hue_deg: float) -> Color:
+    """Return the linear Rec. 709 RGB of an OKLCH colour; chroma is lowered until the colour lies in the gamut."""
+    angle = math.radians(hue_deg)
+    for shrink in np.linspace(1.0, 0.0, 21):
+        a, b = shrink * chroma * math.cos(angle), shrink * chroma * math.sin(angle)
+        rgb = _RGB_FROM_LMS @ (_LMS_FROM_OKLAB @ np.array([lightness, a, b])) ** 3
+        if rgb.min() >= 0.0 and rgb.max() <= 1.0:
+            break
+    red, green, blue = (float(value) for value in np.round(np.clip(rgb, 0.0, 1.0), 6))
+    return (red, green, blue)
+
+
+def dress(
+    rng: np.random.Generator, appearance: Appearance, room: Room, objects: Sequence[SceneObject]
+) -> tuple[Room, tuple[SceneObject, ...], tuple[Material, ...]]:
+    """Return room and objects with models and materials of parts, and the scene's materials.
+
+    Objects with a model file keep it and the parts they have.  Style, seed and materials are shared as the category says.
+
+    Raises:
+        GrammarError: a category has no look.
+    """
+    for category in (*(opening.category for opening in room.openings), *(thing.category for thing in objects)):
+        if category not in appearance.categories:
+            raise GrammarError(
+                f"appearance: expected a look for category '{category}', got none; known are {', '.join(sorted(appearance.categories))}"
+            )
+    closet = _Closet(rng, appearance)
+    surfaces = tuple(Part(name=name, material=closet.choose(rule.families)) for name, rule in appearance.surfaces.items())
+    looks: dict[tuple[str, int], tuple[ModelReference, tuple[Part, ...]]] = {}
+    by_id = {thing.id: thing for thing in objects}
+    openings: list[Opening] = []
+    for opening in room.openings:
+        model, parts = _look(rng, appearance, closet, looks, opening.category, opening.id, 0)
+        openings.append(replace(opening, model=model, parts=parts))
+    dressed: list[SceneObject] = []
+    for thing in objects:
+        if thing.model.file is not None:
+            dressed.append(thing)
+            continue
+        model, parts = _look(rng, appearance, closet, looks, thing.category, thing.id, _core(thing, by_id))
+        dressed.append(replace(thing, model=model, parts=parts))
+    return replace(room, surfaces=surfaces, openings=tuple(openings)), tuple(dressed), tuple(closet.materials)
+
+
+class _Closet:
+    """The materials of one room while it is dressed: those kept by family, and all that were drawn, in order."""
+
+    def __init__(self, rng: np.random.Generator, appearance: Appearance) -> None:
+        self.materials: list[Material] = []
+        self._rng, self._appearance = rng, appearance
+        palette = appearance.palette
+        main = _pick(rng, {str(k): item.odds for k, item in enumerate(palette.hues_deg)})
+        apart = _pick(rng, {str(k): item.odds for k, item in enumerate(palette.apart_deg)})
+        self._main = palette.hues_deg[int(main)].hue + float(rng.uniform(-palette.jitter_deg, palette.jitter_deg))
+        self._second = self._main + palette.apart_deg[int(apart)].hue + float(rng.uniform(-palette.jitter_deg, palette.jitter_deg))
+        self._kept: dict[str, tuple[str, ...]] = {}
+        self._count: dict[str, int] = {}
+
+    def choose(self, families: Families) -> str:
+        """Return the id of a material of one of the families, a kept one where the family is kept."""
+        family = _pick(self._rng, families)
+        wanted = self._appearance.palette.kept.get(family, 0)
+        if not wanted:
+            return self._draw(family, ())
+        if family not in self._kept:
+            self._kept[family] = self._draw_kept(family, wanted)
+        kept = self._kept[family]
+        first = self._appearance.palette.first_odds
+        if len(kept) == 1 or (len(kept) == 2 and self._rng.random() < first):
+            return kept[0]
+        return kept[int(self._rng.integers(len(kept)))] if len(kept) > 2 else kept[1]
+
+    def _draw_kept(self, family: str, count: int) -> tuple[str, ...]:
+        """Draw the room's materials of a family, as many different kinds as there are."""
+        ids: list[str] = []
+        kinds: list[str] = []
+        for _ in range(count):
+            ids.append(self._draw(family, kinds))
+            kinds.append(ids[-1].rsplit("_", 1)[0])
+        return tuple(ids)
+
+    def _draw(self, family: str, avoid: Collection[str]) -> str:
+        names = [name for name in self._appearance.families[family] if name not in avoid] or list(self._appearance.families[family])
+        name = names[int(self._rng.integers(len(names)))]
+        kind = self._appearance.materials[name]
+        lightness, chroma, roughness, metallic, transmission = (
+            float(self._rng.uniform(*bounds)) for bounds in (kind.lightness, kind.chroma, kind.roughness, kind.metallic, kind.transmission)
+        )
+        self._count[name] = self._count.get(name, 0) + 1
+        material = Material(
+            id=f"{name}_{self._count[name]}",
+            family=family,
+            base_color=linear_rgb(lightness, chroma, self._hue(kind)),
+            roughness=round(roughness, 4),
+            metallic=round(metallic, 4),
+            transmission=round(transmission, 4),
+        )
+        self.materials.append(material)
+        return material.id
+
+    def _hue(self, kind: MaterialRange) -> float:
+        if kind.hue_deg is not None:
+            return float(self._rng.uniform(*kind.hue_deg))
+        main = kind.hue == "main" or (kind.hue == "either" and self._rng.random() < 0.5)
+        return (self._main if main else self._second) + float(self._rng.uniform(-8.0, 8.0))
+
+
+def _look(
+    rng: np.random.Generator,
+    appearance: Appearance,
+    closet: _Closet,
+    looks: dict[tuple[str, int], tuple[ModelReference, tuple[Part, ...]]],
+    category: str,
+    identifier: int,
+    core: int,
+) -> tuple[ModelReference, tuple[Part, ...]]:
+    """Return model and parts of one object, taken over from the one that it shares its look with, if there is one."""
+    rule = appearance.categories[category]
+    key = (category, {"room": -1, "group": core or -1 - identifier, "none": -1 - identifier}[rule.shared])
+    if key not in looks:
+        style = _pick(rng, {name: item.odds for name, item in rule.styles.items()})
+        chosen: dict[str, str] = {}
+        for name in rule.styles[style].parts:
+            chosen[name] = _part_material(rng, closet, rule, style, name, chosen)
+        model = ModelReference(generator=rule.generator or category, style=style, seed=int(rng.integers(_MAX_SEED)))
+        looks[key] = (model, tuple(Part(name=name, material=material) for name, material in chosen.items()))
+    return looks[key]
+
+
+def _part_material(rng: np.random.Generator, closet: _Closet, rule: CategoryLook, style: str, name: str, chosen: Mapping[str, str]) -> str:
+    part = rule.parts[name]
+    if style in part.by_style:
+        return closet.choose(part.by_style[style])
+    if part.like is not None and part.like in chosen and (not part.families or rng.random() < part.like_odds):
+        return chosen[part.like]
+    return closet.choose(part.families)
+
+
+def _core(thing: SceneObject, by_id: Mapping[int, SceneObject]) -> int:
+    """Return the id of the object that a thing belongs to in the end: its group's core, or what it stands on; 0 for none."""
+    seen: set[int] = set()
+    current = thing
+    while current.id not in seen:
+        seen.add(current.id)
+        above = current.group if current.group is not None else current.support.id
+        if above is None or above not in by_id or above == current.id:
+            break
+        current = by_id[above]
+    return 0 if current.id == thing.id else current.id
+
+
+def _pick(rng: np.random.Generator, odds: Mapping[str, float]) -> str:
+    names = list(odds)
+    share = np.array([odds[name] for name in names], np.float64)
+    return names[int(np.searchsorted(np.cumsum(share) / share.sum(), rng.random(), side="right"))]
+
+
+def _check(look: _AppearanceFile, families: Mapping[str, tuple[str, ...]]) -> None:
+    """Check that every family, part and emitting part that is named exists, and that odds can be drawn from."""
+    for family in look.palette.kept:
+        _check_families(f"palette.kept.{family}", {family: 1.0}, families)
+    for name, rule in look.surfaces.items():
+        _check_families(f"surfaces.{name}.families", rule.families, families)
+    for category, item in look.categories.items():
+        path = f"categories.{category}"
+        if not sum(style.odds for style in item.styles.values()) > 0.0:
+            raise FieldError(f"{path}.styles", "odds with a sum above 0", "0")
+        for style, style_rule in item.styles.items():
+            before: list[str] = []
+            for part in style_rule.parts:
+                if part not in item.parts:
+                    raise FieldError(f"{path}.styles.{style}.parts", f"one of {', '.join(item.parts)}", repr(part))
+                _check_part(f"{path}.parts.{part}", item.parts[part], style, before, families)
+                before.append(part)
+            if item.emits is not None and item.emits not in style_rule.parts:
+                raise FieldError(f"{path}.emits", f"a part of style '{style}'", repr(item.emits))
+
+
+def _check_part(path: str, rule: PartRule, style: str, before: Sequence[str], families: Mapping[str, tuple[str, ...]]) -> None:
+    if style in rule.by_style:
+        _check_families(f"{path}.by_style.{style}", rule.by_style[style], families)
+    elif rule.like is None or rule.families:
+        _check_families(f"{path}.families", rule.families, families)
+    elif rule.like not in before:
+        raise FieldError(f"{path}.like", f"a part listed before it in style '{style}', or families", repr(rule.like))
+
+
+def _check_families(path: str, odds: Families, families: Mapping[str, tuple[str, ...]]) -> None:
+    for family in odds:
+        if family not in families:
+            raise FieldError(path, f"one of {', '.join(sorted(families))}", repr(family))
+    if not sum(odds.values()) > 0.0:
+        raise FieldError(path, "families with odds above 0", "none")

@@ -1,0 +1,135 @@
+"""Request -> valid furnished room: parse tree, layout, exact checks, and again until it passes.
+
+A structure gets several layouts before another one is drawn, and a chain several rounds before it starts afresh, so that the checks change the
+distribution of structures as little as possible.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from grammar.assemble import assemble
+from grammar.categories import Categories
+from grammar.derive import derive
+from grammar.layout import Floats, Problem, State
+from grammar.moves import move_settings
+from grammar.parse_tree import ParseTree, Thing
+from grammar.request import RequestError, SceneRequest
+from grammar.rules import TERMS, Grammar
+from grammar.schedule import run_stages, run_together
+from grammar.validity import check_room
+from scene_description import ModelReference, ParseGraph, Room, SceneObject, Support, ValidityReport
+
+_MAX_SEED = 2**63 - 1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SampledRoom:
+    """A valid room before it gets materials: openings and objects have no parts, models no style, the room no surfaces."""
+
+    room: Room
+    objects: tuple[SceneObject, ...]
+    parse_graph: ParseGraph
+    validity: ValidityReport
+
+
+def sample_room(grammar: Grammar, categories: Categories, request: SceneRequest, rng: np.random.Generator) -> SampledRoom:
+    """Sample a valid room.
+
+    Args:
+        grammar: of the room type asked for.
+        categories: table of categories.
+        request: constraints.
+        rng: source of all randomness; the same state gives the same room.
+
+    Raises:
+        RequestError: no room meets the request, or none was valid within the budget; the line names the constraint.
+    """
+    if request.room_type != grammar.room_type:
+        raise RequestError(f"room_type: expected the grammar's '{grammar.room_type}', got '{request.room_type}'; read the grammar of that type")
+    beta = request.beta if request.beta > 0.0 else grammar.schedule.beta
+    attempts = 0
+    failures: Counter[str] = Counter()
+    for _ in range(grammar.budget.structures):
+        tree = derive(grammar, categories, request, rng)
+        rules = {thing.id: thing.rule for thing in tree.things}
+        problem, start = assemble(grammar, categories, tree)
+        for layout, energy in _layouts(grammar, problem, start, beta, rng):
+            attempts += 1
+            if layout is None:
+                failures["layout without overlaps"] += 1
+                continue
+            objects = _objects(tree, categories, problem, layout)
+            report = check_room(grammar, categories, tree.room, objects, rules, attempts)
+            if report.valid:
+                objects = tuple(
+                    replace(thing, model=replace(thing.model, seed=int(seed)))
+                    for thing, seed in zip(objects, rng.integers(_MAX_SEED, size=len(objects)), strict=True)
+                )
+                return SampledRoom(room=tree.room, objects=objects, parse_graph=_parse_graph(grammar, tree, layout, problem, energy), validity=report)
+            failures.update(check.name for check in report.checks if not check.passed)
+    worst = ", ".join(f"{name} ({count})" for name, count in failures.most_common(3))
+    raise RequestError(
+        f"request: expected a valid {grammar.room_type} within {attempts} layouts, got none; most failed at {worst}; "
+        "ask for a larger room or fewer objects, or raise the budget"
+    )
+
+
+def _layouts(grammar: Grammar, problem: Problem, start: State, beta: float, rng: np.random.Generator) -> Iterator[tuple[State | None, Floats]]:
+    """Yield layouts of one structure until the budget is spent: rounds of a chain, then another chain."""
+    schedule, settings = grammar.schedule, move_settings(grammar.moves)
+    for _ in range(grammar.budget.layouts):
+        result = run_stages(rng, problem, start, settings, schedule, beta)
+        yield result.layout, result.energy
+        for _ in range(grammar.budget.rounds - 1):
+            if not np.all(result.state.active):
+                break
+            result = run_together(rng, problem, result.state, settings, schedule, beta, result.counts, schedule.again)
+            yield result.layout, result.energy
+
+
+def _objects(tree: ParseTree, categories: Categories, problem: Problem, layout: State) -> tuple[SceneObject, ...]:
+    return tuple(
+        SceneObject(
+            id=thing.id,
+            category=thing.rule.category,
+            label=categories[thing.rule.category].label_id,
+            size_m=thing.size_m,
+            position_m=(float(layout.pose[thing.id - 1, 0]), float(layout.pose[thing.id - 1, 1]), float(layout.z[thing.id - 1])),
+            yaw_rad=float(layout.pose[thing.id - 1, 2]),
+            support=_support(thing, problem, layout),
+            group=thing.core,
+            model=ModelReference(generator=thing.rule.category),
+            parts=(),
+        )
+        for thing in tree.things
+    )
+
+
+def _support(thing: Thing, problem: Problem, layout: State) -> Support:
+    mount = thing.rule.mount
+    if mount == "object":
+        return Support(kind=mount, id=int(problem.slot_owner[layout.slot[thing.id - 1]]) + 1)
+    return Support(kind=mount, wall=int(layout.on_wall[thing.id - 1]) if mount == "wall" else None)
+
+
+def _parse_graph(grammar: Grammar, tree: ParseTree, layout: State, problem: Problem, energy: Floats) -> ParseGraph:
+    """Return the derivation with the supporters that the layout chose; their probabilities are the energy's support_address."""
+    nodes = list(tree.nodes)
+    for thing in tree.things:
+        if thing.supporter_node is not None:
+            supporter = int(problem.slot_owner[layout.slot[thing.id - 1]]) + 1
+            nodes[thing.supporter_node] = replace(nodes[thing.supporter_node], choice=str(supporter))
+    weights = {name: float(getattr(grammar.weights, name)) for name in TERMS}
+    energies = dict(zip(TERMS, energy.tolist(), strict=True))
+    return ParseGraph(
+        nodes=tuple(nodes),
+        log_probability=float(sum(node.log_probability for node in nodes)),
+        energies=energies,
+        weights=weights,
+        energy=float(sum(weights[name] * energies[name] for name in TERMS)),
+    )

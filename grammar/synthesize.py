@@ -1,0 +1,132 @@
+"""Rooms complete with everything: layout, materials, lamps, daylight and the camera's path.
+
+Room ``index`` of a run depends on the run's seed, the index, the request and the configuration, and on nothing else: every purpose draws
+from a stream of its own, so that a change of one leaves the others as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammar.appearance import Appearance, dress, load_appearance
+from grammar.camera_path import CameraPathConfig, read_camera_path_config, sample_camera_path
+from grammar.categories import Categories, read_categories
+from grammar.free_space import occupancy_grid, rasterize
+from grammar.grammar_file import read_room_type, room_types
+from grammar.lighting import LightingConfig, read_lighting_config, sample_lighting
+from grammar.request import RequestError, SceneRequest
+from grammar.rules import Grammar
+from grammar.sample_room import sample_room
+from grammar.solids import object_solids
+from scene_description import SCHEMA, SceneDescription
+from scene_description.share import config_path
+
+PURPOSES = ("layout", "appearance", "lighting", "camera")
+"""Streams of random numbers of a room, in the order of their spawn keys."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraTimes:
+    """When the camera takes its frames: frame k of the room is at ``start_ns + round((first_index + k) * 1e9 / rate_hz)``."""
+
+    frames: int
+    start_ns: int
+    rate_hz: float
+    first_index: int = 0
+
+
+class FloorMap(NamedTuple):
+    """The free floor: cells (h, w) int8 as nav_msgs/OccupancyGrid has them, row 0 at the lowest y, and where cell [0, 0] begins."""
+
+    cells: NDArray[np.int8]
+    resolution_m: float
+    origin_m: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SceneSynthesizer:
+    """The configuration that rooms are sampled from, read once."""
+
+    categories: Categories
+    appearance: Appearance
+    lighting: LightingConfig
+    camera: CameraPathConfig
+    grammars: Mapping[str, Grammar]
+    """Room type -> grammar."""
+
+    @classmethod
+    def from_config(cls) -> SceneSynthesizer:
+        """Read the files of ``config/``.
+
+        Raises:
+            GrammarError: a file does not fit; one line with file and field.
+        """
+        categories = read_categories(config_path("categories.yaml"))
+        return cls(
+            categories=categories,
+            grammars={room_type: read_room_type(room_type, categories) for room_type in room_types()},
+            appearance=load_appearance(config_path("appearance.yaml"), config_path("materials.yaml")),
+            lighting=read_lighting_config(config_path("lighting.yaml")),
+            camera=read_camera_path_config(config_path("camera.yaml")),
+        )
+
+    def check(self, request: SceneRequest) -> None:
+        """Refuse a request that no room can meet, as far as that can be said without sampling.
+
+        Raises:
+            RequestError: the room type is unknown, or the constraints contradict each other.
+        """
+        if request.room_type not in self.grammars:
+            raise RequestError(f"room_type: expected one of {', '.join(self.grammars)}, got '{request.room_type}'")
+        if request.min_objects > request.max_objects:
+            raise RequestError(f"min_objects: expected at most max_objects = {request.max_objects}, got {request.min_objects}")
+
+    def synthesize(self, request: SceneRequest, seed: int, index: int, times: CameraTimes) -> SceneDescription:
+        """Sample a room.
+
+        Args:
+            request: the constraints.
+            seed: of the run.
+            index: of the room in the run.
+            times: of the camera's frames.
+
+        Raises:
+            RequestError: the constraints cannot be met.
+            GrammarError: the grammar of the room type does not fit, or no valid room was found within its budget.
+        """
+        self.check(request)
+        rng = {purpose: np.random.default_rng(np.random.SeedSequence([seed, index, i])) for i, purpose in enumerate(PURPOSES)}
+        sampled = sample_room(self.grammars[request.room_type], self.categories, request, rng["layout"])
+        room, objects, materials = dress(rng["appearance"], self.appearance, sampled.room, sampled.objects)
+        lights, environment = sample_lighting(rng["lighting"], self.lighting, objects)
+        boxes, _ = object_solids(self.categories, objects)
+        path = sample_camera_path(
+            rng["camera"], self.camera, room.polygon_m, room.height_m, boxes, times.frames, times.start_ns, times.rate_hz, times.first_index
+        )
+        return SceneDescription(
+            schema=SCHEMA,
+            id=f"{request.room_type}-{seed}-{index}",
+            index=index,
+            seed=seed,
+            category=request.room_type,
+            room=room,
+            objects=objects,
+            materials=materials,
+            lights=lights,
+            environment=environment,
+            camera_path=path,
+            parse_graph=sampled.parse_graph,
+            validity=sampled.validity,
+        )
+
+    def floor_map(self, scene: SceneDescription) -> FloorMap:
+        """Return the free floor of a room, for navigation: what a robot as tall as the grammar's may stand on."""
+        thresholds = self.grammars[scene.category].validity
+        boxes, _ = object_solids(self.categories, scene.objects)
+        free = rasterize(scene.room.polygon_m, boxes, thresholds.grid_resolution_m, thresholds.robot_height_m)
+        return FloorMap(occupancy_grid(free), free.resolution_m, free.origin_m)

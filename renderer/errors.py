@@ -1,0 +1,11 @@
+"""What can go wrong while rendering."""
+
+from __future__ import annotations
+
+
+class RenderError(ValueError):
+    """A scene, camera or library that cannot be rendered with; the text is one line."""
+
+
+class RenderCancelled(Exception):
+    """A render that its caller asked to stop; nothing of the view is kept."""

@@ -1,0 +1,69 @@
+"""The flat form of a scene that kernels take: one world-space triangle mesh and small look-up tables.
+
+Hit triangle -> part -> (object, class, material); everything after the hit is table look-up.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Mesh(NamedTuple):
+    """An indexed triangle mesh with shading normals; hard edges have split vertices, as in glTF.
+
+    vertices: (n, 3) float32, metres; normals: (n, 3) float32, unit, outward; faces: (m, 3) uint32, counter-clockwise from outside.
+    """
+
+    vertices: NDArray[np.float32]
+    normals: NDArray[np.float32]
+    faces: NDArray[np.uint32]
+
+
+class PartTable(NamedTuple):
+    """What each part is; all arrays have one entry per part.
+
+    object_id: (p,) uint16, 0 for the room's shell; label: (p,) uint8, NYU40 class; material: (p,) int32, row of the material table;
+    emission: (p, 3) float32, RGB luminance in cd/m2 that leaves the surface diffusely, 0 for what does not shine;
+    portal: (p,) bool, True for window panes: they show the environment behind them, times ``transmission`` of their material.
+    """
+
+    object_id: NDArray[np.uint16]
+    label: NDArray[np.uint8]
+    material: NDArray[np.int32]
+    emission: NDArray[np.float32]
+    portal: NDArray[np.bool_]
+
+
+class MaterialTable(NamedTuple):
+    """Material parameters, one row per material: base_color (k, 3), roughness, metallic, transmission (k,), float32, linear."""
+
+    base_color: NDArray[np.float32]
+    roughness: NDArray[np.float32]
+    metallic: NDArray[np.float32]
+    transmission: NDArray[np.float32]
+
+
+class Sky(NamedTuple):
+    """Environment luminance: zenith, horizon and ground, each (3,) float32, cd/m2."""
+
+    zenith: NDArray[np.float32]
+    horizon: NDArray[np.float32]
+    ground: NDArray[np.float32]
+
+
+class FlatScene(NamedTuple):
+    """A whole scene for the kernels.
+
+    mesh: world-space triangles; face_part: (m,) int32, row of ``parts`` for each triangle; part_names: (p,) names, for people and layers
+    by part: ``<object id>/<part name>``.
+    """
+
+    mesh: Mesh
+    face_part: NDArray[np.int32]
+    parts: PartTable
+    part_names: tuple[str, ...]
+    materials: MaterialTable
+    sky: Sky

@@ -1,0 +1,205 @@
+"""Scene description -> flat scene: build all models, move them into the world, and write the look-up tables.
+
+Order is fixed: the room's surfaces, the openings, then the objects, each in the order of the description, so that equal scenes give equal
+bytes.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.flat_scene import FlatScene, MaterialTable, Mesh, PartTable, Sky
+from renderer.mesh_files import MeshFileError, find_mesh_file, load_mesh_file
+from renderer.models import MODELS, build_model
+from renderer.models.model import Parts
+from renderer.models.openings import OPENING_MODELS
+from renderer.room_shell import build_opening, build_shell
+from renderer.shapes import merged, surface_area
+from scene_description import Light, ModelReference, Opening, Part, SceneDescription, SceneObject
+
+SURFACE_LABELS = {"floor": 2, "wall": 1, "ceiling": 22, "skirting": 1}
+LUMINANCE_WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
+"""Rec. 709 luminance of linear RGB."""
+
+
+class FlattenError(ValueError):
+    """A scene that cannot be built; the text is one line: which object, what was expected, what was found."""
+
+
+class _Row(NamedTuple):
+    """One part in the world, with what the tables say of it."""
+
+    name: str
+    mesh: Mesh
+    object_id: int
+    label: int
+    material: int
+    emission: NDArray[np.float64]
+    portal: bool
+
+
+def flatten(scene: SceneDescription, catalog_dir: Path | None = None) -> FlatScene:
+    """Return the world-space mesh and tables of a scene.
+
+    Args:
+        scene: a checked scene description.
+        catalog_dir: folder of the user's meshes; model files are looked up below it only.
+
+    Raises:
+        FlattenError: unknown generator or style, a part without material, a model file that cannot be used.
+    """
+    materials = {material.id: row for row, material in enumerate(scene.materials)}
+    lights = {(light.object, light.part): light for light in scene.lights}
+    rows = _shell_rows(scene, materials)
+    for opening in scene.room.openings:
+        rows += _opening_rows(scene, opening, materials)
+    for thing in scene.objects:
+        rows += _object_rows(thing, lights, materials, catalog_dir)
+    return FlatScene(
+        mesh=merged(*(row.mesh for row in rows)),
+        face_part=np.repeat(np.arange(len(rows), dtype=np.int32), [len(row.mesh.faces) for row in rows]),
+        parts=PartTable(
+            object_id=np.array([row.object_id for row in rows], np.uint16),
+            label=np.array([row.label for row in rows], np.uint8),
+            material=np.array([row.material for row in rows], np.int32),
+            emission=np.array([row.emission for row in rows], np.float32),
+            portal=np.array([row.portal for row in rows], np.bool_),
+        ),
+        part_names=tuple(row.name for row in rows),
+        materials=_material_table(scene),
+        sky=Sky(
+            *(np.array(color, np.float32) for color in (scene.environment.zenith, scene.environment.horizon, scene.environment.ground))
+        ),
+    )
+
+
+def emitted_luminance(light: Light, area_m2: float) -> NDArray[np.float64]:
+    """Return the RGB luminance (3,) in cd/m2 of a diffuse emitter of this area: Y = flux / (pi area), in the light's colour.
+
+    Raises:
+        FlattenError: the light's colour is black.
+    """
+    if not light.on or light.flux_lm == 0.0:
+        return np.zeros(3)
+    color = np.asarray(light.color, np.float64)
+    luminance = float(color @ LUMINANCE_WEIGHTS)
+    if luminance <= 0.0:
+        raise FlattenError(f"light of object {light.object}, part '{light.part}': expected a colour, got black; switch it off instead")
+    return color * (light.flux_lm / (math.pi * area_m2) / luminance)
+
+
+def _shell_rows(scene: SceneDescription, materials: dict[str, int]) -> list[_Row]:
+    surfaces = {part.name: part.material for part in scene.room.surfaces}
+    try:
+        shell = build_shell(scene.room)
+    except ValueError as error:
+        raise FlattenError(f"room: {error}") from error
+    rows = []
+    for name, mesh in shell.items():
+        if name not in surfaces:
+            raise FlattenError(f"room: expected a material for surface '{name}', got only {_listed(surfaces)}")
+        rows.append(_Row(f"0/{name}", mesh, 0, SURFACE_LABELS[name], _material(materials, surfaces[name], "room"), np.zeros(3), False))
+    return rows
+
+
+def _opening_rows(scene: SceneDescription, opening: Opening, materials: dict[str, int]) -> list[_Row]:
+    where = f"{opening.category} {opening.id}"
+    model = opening.model
+    if model.generator not in OPENING_MODELS:
+        got = f"'{model.generator}'" if model.generator else "a model file"
+        raise FlattenError(f"{where}: expected one of the generators {_listed(OPENING_MODELS)}, got {got}")
+    _check_style(where, model, OPENING_MODELS[model.generator].styles)
+    parts = build_opening(scene.room, opening, model.generator, model.style, model.seed)
+    chosen = _part_materials(where, parts, opening.parts, materials)
+    return [
+        _Row(
+            f"{opening.id}/{name}",
+            mesh,
+            opening.id,
+            opening.label,
+            chosen[name],
+            np.zeros(3),
+            opening.category == "window" and name == "pane",
+        )
+        for name, mesh in parts.items()
+    ]
+
+
+def _object_rows(
+    thing: SceneObject, lights: dict[tuple[int, str], Light], materials: dict[str, int], catalog_dir: Path | None
+) -> list[_Row]:
+    where = f"object {thing.id} ({thing.category})"
+    parts = _build(where, thing, catalog_dir)
+    for owner, part in lights:
+        if owner == thing.id and part not in parts:
+            raise FlattenError(f"{where}: expected its light in one of the parts {_listed(parts)}, got '{part}'")
+    chosen = _part_materials(where, parts, thing.parts, materials)
+    cosine, sine = math.cos(thing.yaw_rad), math.sin(thing.yaw_rad)
+    rotation = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    rows = []
+    for name, mesh in parts.items():
+        world = Mesh(
+            (mesh.vertices @ rotation.T + np.asarray(thing.position_m)).astype(np.float32),
+            (mesh.normals @ rotation.T).astype(np.float32),
+            mesh.faces,
+        )
+        light = lights.get((thing.id, name))
+        emission = np.zeros(3) if light is None else emitted_luminance(light, surface_area(mesh))
+        rows.append(_Row(f"{thing.id}/{name}", world, thing.id, thing.label, chosen[name], emission, False))
+    return rows
+
+
+def _build(where: str, thing: SceneObject, catalog_dir: Path | None) -> Parts:
+    """Build an object's parts in its own frame, from its generator or file."""
+    model = thing.model
+    if model.file is not None:
+        if catalog_dir is None:
+            raise FlattenError(f"{where}: expected a catalogue folder for model file '{model.file}', got none; name one")
+        try:
+            return load_mesh_file(find_mesh_file(catalog_dir, model.file), catalog_dir, thing.size_m)
+        except MeshFileError as error:
+            raise FlattenError(f"{where}: {error}") from error
+    if model.generator not in MODELS:
+        raise FlattenError(f"{where}: expected one of the generators {_listed(MODELS)}, got '{model.generator}'")
+    _check_style(where, model, MODELS[model.generator].styles)
+    return build_model(model.generator, model.style, model.seed, thing.size_m)
+
+
+def _check_style(where: str, model: ModelReference, styles: tuple[str, ...]) -> None:
+    if model.style != "default" and model.style not in styles:
+        raise FlattenError(
+            f"{where}: expected style 'default' or one of {_listed(styles)} of generator '{model.generator}', got '{model.style}'"
+        )
+
+
+def _part_materials(where: str, built: Parts, given: tuple[Part, ...], materials: dict[str, int]) -> dict[str, int]:
+    """Return part name -> row of the material table for every built part."""
+    named = {part.name: part.material for part in given}
+    missing = [name for name in built if name not in named]
+    if missing:
+        raise FlattenError(f"{where}: expected materials for the parts {_listed(built)}, got none for {_listed(missing)}")
+    return {name: _material(materials, named[name], where) for name in built}
+
+
+def _material(materials: dict[str, int], name: str, where: str) -> int:
+    if name not in materials:
+        raise FlattenError(f"{where}: expected the id of one of the scene's {len(materials)} materials, got '{name}'")
+    return materials[name]
+
+
+def _material_table(scene: SceneDescription) -> MaterialTable:
+    return MaterialTable(
+        base_color=np.array([material.base_color for material in scene.materials], np.float32),
+        roughness=np.array([material.roughness for material in scene.materials], np.float32),
+        metallic=np.array([material.metallic for material in scene.materials], np.float32),
+        transmission=np.array([material.transmission for material in scene.materials], np.float32),
+    )
+
+
+def _listed(names: object) -> str:
+    return ", ".join(f"'{name}'" for name in names)  # type: ignore[attr-defined]

@@ -1,0 +1,39 @@
+"""All buffers of one view, and the table that says what each layer holds."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Layer(NamedTuple):
+    """What a buffer holds: numpy dtype, channels (0: none), unit or meaning, value of pixels without a hit."""
+
+    dtype: str
+    channels: int
+    meaning: str
+    no_hit: str
+
+
+LAYERS: dict[str, Layer] = {
+    "color": Layer("uint8", 3, "sRGB display colour", "background luminance"),
+    "depth": Layer("float32", 0, "metres along the optical z axis", "+inf"),
+    "normals": Layer("float32", 3, "geometric unit normal, optical frame, towards the camera", "0"),
+    "semantic": Layer("uint8", 0, "NYU40 class id", "0"),
+    "instance": Layer("uint16", 0, "object id, 0 for the room's shell", "0"),
+}
+"""Every layer that a frame can hold, by name."""
+
+GEOMETRIC_LAYERS = ("depth", "normals", "semantic", "instance")
+
+
+class Frame(NamedTuple):
+    """One view: layer name -> image, (height, width) or (height, width, 3), C-contiguous, dtype as ``LAYERS`` says.
+
+    ``radiance`` is the linear colour behind ``color``: (height, width, 3) float32, RGB luminance in cd/m2; None where colour was not asked for.
+    """
+
+    layers: dict[str, NDArray[np.generic]]
+    radiance: NDArray[np.float32] | None

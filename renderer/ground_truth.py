@@ -1,0 +1,140 @@
+"""Depth, normals and ids of a view, all from one hit record: the primary rays through the pixel centres.
+
+Rays go in packets of 4 x 4 pixels.  Rays are aimed with an optical z of 1, so the distance that Embree returns *is* the depth.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from renderer.cameras import Pinhole
+from renderer.embree import (
+    DIR_X,
+    DIR_Y,
+    DIR_Z,
+    GEOM_ID,
+    INVALID_ID,
+    LANES,
+    NG_X,
+    NG_Y,
+    NG_Z,
+    ORG_X,
+    ORG_Y,
+    ORG_Z,
+    PRIM_ID,
+    TFAR,
+    TNEAR,
+    Packet,
+    SceneHandle,
+    intersect16,
+)
+
+TILE = 4
+"""Edge of the pixel tile that one packet covers."""
+
+_ZERO, _ONE, _HALF, _TINY = np.float32(0.0), np.float32(1.0), np.float32(0.5), np.float32(1e-30)
+
+
+class GeometricImages(NamedTuple):
+    """The images that :func:`trace_geometry` fills; see ``renderer.frame.LAYERS``."""
+
+    depth: NDArray[np.float32]
+    normals: NDArray[np.float32]
+    semantic: NDArray[np.uint8]
+    instance: NDArray[np.uint16]
+
+
+class Labels(NamedTuple):
+    """Triangle -> part (m,) int32; part -> NYU40 class (p,) uint8; part -> object id (p,) uint16."""
+
+    face_part: NDArray[np.int32]
+    label: NDArray[np.uint8]
+    object_id: NDArray[np.uint16]
+
+
+def empty_images(height: int, width: int) -> GeometricImages:
+    """Return uninitialised images; every pixel is written by :func:`trace_geometry`."""
+    return GeometricImages(
+        np.empty((height, width), np.float32),
+        np.empty((height, width, 3), np.float32),
+        np.empty((height, width), np.uint8),
+        np.empty((height, width), np.uint16),
+    )
+
+
+@njit(cache=True, nogil=True)
+def aim_tile(camera: Pinhole, column: int, row: int, jitter: NDArray[np.float32], packet: Packet) -> None:
+    """Aim 16 rays through the tile whose first pixel is (column, row); optical z of the directions is 1.
+
+    ``jitter``: (32,) float32, offsets from the pixel centres in pixels, u of 16 lanes, then v.
+    """
+    real, integer, alive, r = packet.real, packet.integer, packet.alive, camera.rotation
+    r00, r01, r02, r10, r11, r12, r20, r21, r22 = r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0], r[2, 1], r[2, 2]
+    x0, y0, z0 = camera.position[0], camera.position[1], camera.position[2]
+    scale = _ONE / camera.focal_px
+    left = np.float32(column) + _HALF - _HALF * np.float32(camera.width)
+    top = np.float32(row) + _HALF - _HALF * np.float32(camera.height)
+    for k in range(LANES):
+        x = (left + np.float32(k & 3) + jitter[k]) * scale
+        y = (top + np.float32(k >> 2) + jitter[LANES + k]) * scale
+        real[ORG_X + k] = x0
+        real[ORG_Y + k] = y0
+        real[ORG_Z + k] = z0
+        real[TNEAR + k] = _ZERO
+        real[DIR_X + k] = r00 * x + r01 * y + r02
+        real[DIR_Y + k] = r10 * x + r11 * y + r12
+        real[DIR_Z + k] = r20 * x + r21 * y + r22
+        real[TFAR + k] = np.inf
+        real[NG_X + k] = _ZERO
+        real[NG_Y + k] = _ZERO
+        real[NG_Z + k] = _ZERO
+        integer[GEOM_ID + k] = INVALID_ID
+        alive[k] = -1
+
+
+@njit(cache=True, nogil=True)
+def _face_camera(camera: Pinhole, packet: Packet) -> None:
+    """Turn the packet's geometric normals into unit normals of the optical frame that look towards the camera."""
+    real, r = packet.real, camera.rotation
+    r00, r01, r02, r10, r11, r12, r20, r21, r22 = r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0], r[2, 1], r[2, 2]
+    for k in range(LANES):
+        x, y, z = real[NG_X + k], real[NG_Y + k], real[NG_Z + k]
+        away = x * real[DIR_X + k] + y * real[DIR_Y + k] + z * real[DIR_Z + k]
+        scale = _ONE / max(np.sqrt(x * x + y * y + z * z), _TINY)
+        scale = -scale if away > _ZERO else scale
+        real[NG_X + k] = (r00 * x + r10 * y + r20 * z) * scale
+        real[NG_Y + k] = (r01 * x + r11 * y + r21 * z) * scale
+        real[NG_Z + k] = (r02 * x + r12 * y + r22 * z) * scale
+
+
+@njit(cache=True, nogil=True)
+def trace_geometry(
+    scene: SceneHandle, labels: Labels, camera: Pinhole, packet: Packet, images: GeometricImages, first: int, step: int
+) -> None:
+    """Fill the rows of tiles ``first``, ``first + step``, ... of all images; ``packet`` is scratch memory of the calling thread."""
+    real, integer = packet.real, packet.integer
+    depth, normals, semantic, instance = images
+    centre = np.zeros(2 * LANES, np.float32)
+    for row in range(first * TILE, camera.height, step * TILE):
+        for column in range(0, camera.width, TILE):
+            aim_tile(camera, column, row, centre, packet)
+            intersect16(packet.alive.ctypes.data, scene.address, real.ctypes.data, scene.coherent)
+            _face_camera(camera, packet)
+            for k in range(LANES):
+                x, y = column + (k & 3), row + (k >> 2)
+                if x >= camera.width or y >= camera.height:
+                    continue
+                depth[y, x] = real[TFAR + k]
+                normals[y, x, 0] = real[NG_X + k]
+                normals[y, x, 1] = real[NG_Y + k]
+                normals[y, x, 2] = real[NG_Z + k]
+                semantic[y, x] = 0
+                instance[y, x] = 0
+                if integer[GEOM_ID + k] != INVALID_ID:
+                    part = labels.face_part[integer[PRIM_ID + k]]
+                    semantic[y, x] = labels.label[part]
+                    instance[y, x] = labels.object_id[part]

@@ -1,0 +1,182 @@
+"""What shines: emissive triangles and window panes, and how a point to light from is drawn among them.
+
+Light leaves the front of a surface only.  A pane (portal) shows the environment behind it, so its luminance depends on direction.
+
+Triangles are gathered in *groups*: those of one part that look along the same world axis.  From a point, a group is drawn with
+probability proportional to a bound of the light that it can bring there: power over squared distance, times bounds of the cosines at both
+ends (as importance in light trees, Conty Estevez and Kulla, "Importance Sampling of Many Lights", 2018), then a point on the group evenly.
+A group without chance cannot light the point, so nothing is lost.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from renderer.flat_scene import FlatScene, Sky
+
+LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
+"""Weights of linear RGB with Rec. 709 primaries in luminance (ITU-R BT.709)."""
+
+_ZERO, _ONE, _HALF, _TINY = np.float32(0.0), np.float32(1.0), np.float32(0.5), np.float32(1e-30)
+
+
+class LightGroups(NamedTuple):
+    """Groups of emitters, for kernels; arrays have one row per group, float32, metres.
+
+    bounds: (g, 11), center and radius of a sphere around the vertices; axis, cosine and sine of a cone around the normals; the most that
+    any triangle's plane lies behind the center; power, luminance times area.  area: (g,), m2.  start: (g + 1,) int32, ranges of triangles.
+    """
+
+    bounds: NDArray[np.float32]
+    area: NDArray[np.float32]
+    start: NDArray[np.int32]
+
+
+Bounds = tuple[np.float32, ...]
+"""A row of ``LightGroups.bounds`` in registers, so that loops over lanes read no table."""
+
+
+class Lights(NamedTuple):
+    """All emitters of a scene, for kernels.
+
+    cumulative: (e,) float32, share of its group's area up to each triangle; corner, edge_1, edge_2, normal: (e, 3) float32, metres, unit;
+    part: (e,) int32; face_group: (m,) int32, group of each triangle of the scene, -1 where it does not shine.
+    """
+
+    groups: LightGroups
+    cumulative: NDArray[np.float32]
+    corner: NDArray[np.float32]
+    edge_1: NDArray[np.float32]
+    edge_2: NDArray[np.float32]
+    normal: NDArray[np.float32]
+    part: NDArray[np.int32]
+    face_group: NDArray[np.int32]
+
+
+def build_lights(flat: FlatScene) -> Lights:
+    """Collect the emissive and portal triangles of a scene that have an area and a luminance."""
+    corners = flat.mesh.vertices.astype(np.float64)[flat.mesh.faces]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = 0.5 * np.linalg.norm(cross, axis=1)
+    glow = _part_luminance(flat, cross)[flat.face_part]
+    lit = np.flatnonzero((area > 1e-10) & (glow > 0.0))
+    unit = cross[lit] / (2.0 * area[lit, None])
+    major = np.abs(unit).argmax(axis=1)
+    look = 2 * major + (np.take_along_axis(unit, major[:, None], axis=1)[:, 0] < 0.0)
+    keys, group = np.unique(flat.face_part[lit].astype(np.int64) * 6 + look, return_inverse=True)
+    order = np.argsort(group, kind="stable")
+    lit, unit, group = lit[order], unit[order], group[order]
+    start = np.searchsorted(group, np.arange(len(keys) + 1)).astype(np.int32)
+    face_group = np.full(len(flat.face_part), -1, np.int32)
+    face_group[lit] = group
+    shares = [np.cumsum(area[lit[a:b]]) / area[lit[a:b]].sum() for a, b in pairwise(start)]
+    rows = [_describe_group(corners[lit[a:b]], unit[a:b], area[lit[a:b]], glow[lit[a]]) for a, b in pairwise(start)]
+    table = np.array(rows, np.float32).reshape(-1, 12)
+    groups = LightGroups(np.ascontiguousarray(table[:, :11]), np.ascontiguousarray(table[:, 11]), start)
+    corner, edge_1, edge_2 = corners[lit, 0], corners[lit, 1] - corners[lit, 0], corners[lit, 2] - corners[lit, 0]
+    return Lights(
+        groups,
+        np.concatenate([np.zeros(0), *shares]).astype(np.float32),
+        corner.astype(np.float32),
+        edge_1.astype(np.float32),
+        edge_2.astype(np.float32),
+        unit.astype(np.float32),
+        np.ascontiguousarray(flat.face_part[lit], np.int32),
+        face_group,
+    )
+
+
+def _describe_group(corners: NDArray[np.float64], unit: NDArray[np.float64], area: NDArray[np.float64], glow: float) -> NDArray[np.float64]:
+    """Return the row of ``bounds``, and the area, of triangles (e, 3, 3) with normals (e, 3), bounds rounded up."""
+    center = 0.5 * (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1)))
+    radius = np.linalg.norm(corners - center, axis=2).max() * (1.0 + 1e-5)
+    axis = area @ unit
+    axis /= np.linalg.norm(axis)
+    angle = np.arccos(np.clip(unit @ axis, -1.0, 1.0)).max() + 1e-4
+    slack = ((center - corners[:, 0]) * unit).sum(axis=1).max() + 1e-5 * (1.0 + np.abs(corners).max())
+    return np.array([*center, radius, *axis, np.cos(angle), np.sin(angle), slack, glow * area.sum(), area.sum()])
+
+
+def _part_luminance(flat: FlatScene, cross: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the mean luminance of each part's front, in cd/m2; ``cross``: (m, 3), the normals, twice the area long."""
+    parts = flat.parts
+    up = np.zeros((len(parts.label), 3))
+    np.add.at(up, flat.face_part, cross)
+    tilt = up[:, 2] / np.maximum(np.linalg.norm(up, axis=1), 1e-30)
+    sky_share = 0.5 * (1.0 - tilt)  # of what a plane sees through a pane whose front looks the other way
+    sky, ground = 0.5 * (flat.sky.zenith + flat.sky.horizon) @ LUMINANCE, float(flat.sky.ground @ LUMINANCE)
+    # Never zero where any direction is lit: a pane's chance must not vanish while it shines.
+    through = flat.materials.transmission[parts.material] * np.maximum(sky_share * sky + (1.0 - sky_share) * ground, 0.01 * (sky + ground))
+    return np.asarray(np.where(parts.portal, through, parts.emission.astype(np.float64) @ LUMINANCE))
+
+
+@njit(cache=True, nogil=True)
+def load_bounds(groups: LightGroups, g: int) -> Bounds:
+    """Return row ``g`` of the groups' bounds."""
+    row = groups.bounds
+    center, axis = (row[g, 0], row[g, 1], row[g, 2]), (row[g, 4], row[g, 5], row[g, 6])
+    return (*center, row[g, 3], *axis, row[g, 7], row[g, 8], row[g, 9], row[g, 10])
+
+
+@njit(cache=True, nogil=True)
+def importance(bounds: Bounds, x: np.float32, y: np.float32, z: np.float32, nx: np.float32, ny: np.float32, nz: np.float32) -> np.float32:
+    """Return the importance of a group of lights for a point (x, y, z) in metres with unit normal (nx, ny, nz)."""
+    center_x, center_y, center_z, radius, axis_x, axis_y, axis_z, cosine, sine, slack, power = bounds
+    cx, cy, cz = center_x - x, center_y - y, center_z - z
+    squared = cx * cx + cy * cy + cz * cz
+    distance = np.sqrt(squared)
+    inverse = _ONE / max(distance, radius)
+    at_surface = min(max((cx * nx + cy * ny + cz * nz + radius) * inverse, _ZERO), _ONE)
+    along = -(cx * axis_x + cy * axis_y + cz * axis_z)
+    aside = np.sqrt(max(squared - along * along, _ZERO))
+    nearest = distance if along > distance * cosine else along * cosine + aside * sine
+    at_light = min(max((nearest + slack) * inverse, _ZERO), _ONE)
+    value: np.float32 = power * at_surface * at_light * inverse * inverse
+    return value
+
+
+@njit(cache=True, nogil=True)
+def find_emitter(lights: Lights, group: int, u: np.float32) -> tuple[int, np.float32]:
+    """Return which triangle of a group ``u`` in [0, 1) falls on, and where within its share: in [0, 1), as good as a new random number."""
+    cumulative, first = lights.cumulative, lights.groups.start[group]
+    low, high = first, lights.groups.start[group + 1] - 1
+    while low < high:
+        middle = (low + high) >> 1
+        if u < cumulative[middle]:
+            high = middle
+        else:
+            low = middle + 1
+    before = cumulative[low - 1] if low > first else _ZERO
+    return low, clamp_unit((u - before) / max(cumulative[low] - before, _TINY))
+
+
+@njit(cache=True, nogil=True)
+def clamp_unit(u: np.float32) -> np.float32:
+    """Return ``u`` within [0, 1), for numbers that rounding has pushed out."""
+    return min(max(u, _ZERO), _BELOW_ONE)
+
+
+_BELOW_ONE = np.float32(0.99999994)
+
+
+@njit(cache=True, nogil=True)
+def spread_over_triangle(u: np.float32, v: np.float32) -> tuple[np.float32, np.float32]:
+    """Return weights of edge_1 and edge_2, even over the triangle (Heitz, "A Low-Distortion Map Between Triangle and Square", 2019)."""
+    if v > u:
+        half = u * _HALF
+        return half, v - half
+    half = v * _HALF
+    return u - half, half
+
+
+@njit(cache=True, nogil=True)
+def sky_luminance(sky: Sky, channel: int, z: np.float32) -> np.float32:
+    """Return the environment's luminance towards a unit direction with world z: linear in the sine of the elevation, level ground."""
+    horizon: np.float32 = sky.horizon[channel]
+    ground: np.float32 = sky.ground[channel]
+    return ground if z < _ZERO else horizon + z * (sky.zenith[channel] - horizon)

@@ -1,0 +1,36 @@
+"""Procedural furniture: the table of generators and how to build one model.
+
+Each family of furniture has a file; a new category is one function and one line of that file's ``MODELS``.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from renderer.models import beds, cabinets, chairs, desks, electronics, lamps, plants, rugs, seats, shelves, small, wall_things
+from renderer.models.model import Model, Parts, Size
+
+MODELS: dict[str, Model] = {
+    name: model
+    for family in (beds, cabinets, desks, chairs, seats, rugs, shelves, lamps, plants, small, electronics, wall_things)
+    for name, model in family.MODELS.items()
+}
+"""Generator name -> model."""
+
+
+def build_model(generator: str, style: str, seed: int, size_m: Size) -> Parts:
+    """Return the named parts of a model in its own frame; the same arguments give the same bytes.
+
+    ``style`` "default" is the generator's first style.
+
+    Raises:
+        KeyError: the generator or the style is unknown.
+    """
+    model = MODELS[generator]
+    chosen = model.styles[0] if style == "default" else style
+    if chosen not in model.styles:
+        raise KeyError(style)
+    return model.build(np.random.default_rng(seed), size_m, chosen)
+
+
+__all__ = ["MODELS", "Model", "Parts", "Size", "build_model"]

@@ -1,0 +1,272 @@
+"""Case furniture with drawers and doors: nightstands, dressers, wardrobes; fronts look along +x."""
+
+from __future__ import annotations
+
+import itertools
+from typing import NamedTuple
+
+import numpy as np
+
+from renderer.flat_scene import Mesh
+from renderer.models.model import Model, Parts, Size, fitted
+from renderer.shapes import block, blocks, lathe, merged, moved, rod, rotated
+
+GAP_M = 0.003
+PANEL_M = 0.018
+
+
+class Front(NamedTuple):
+    """A rectangle of the front plane: y from ``left`` to ``right``, z from ``low`` to ``high``."""
+
+    left: float
+    right: float
+    low: float
+    high: float
+
+
+def carcass(depth: float, width: float, low: float, high: float, top_overhang: float = 0.0, back_x: float | None = None) -> Mesh:
+    """Return sides, bottom, back and top of a case whose back lies at ``back_x`` and which is ``depth`` deep."""
+    x0 = -0.5 * depth if back_x is None else back_x
+    x1 = x0 + depth - top_overhang
+    half = 0.5 * width
+    side = half - top_overhang
+    return blocks(
+        [
+            (x0, -side, low),
+            (x0, side - PANEL_M, low),
+            (x0, -side + 0.004, low),
+            (x0, -side + 0.004, low + 0.004),
+            (x0, -half, high - 0.022),
+        ],
+        [
+            (x1, -side + PANEL_M, high - 0.02),
+            (x1, side, high - 0.02),
+            (x1, side - 0.004, low + PANEL_M),
+            (x0 + 0.008, side - 0.004, high - 0.02),
+            (x0 + depth, half, high),
+        ],
+        0.002,
+    )
+
+
+def fronts(x: float, areas: list[Front], thickness: float = 0.018, framed: bool = False) -> Mesh:
+    """Return drawer or door fronts whose outer face lies at ``x``; ``framed`` gives them a raised frame round a sunken field."""
+    shut = [Front(a.left + GAP_M / 2, a.right - GAP_M / 2, a.low + GAP_M / 2, a.high - GAP_M / 2) for a in areas]
+    if not framed:
+        return blocks([(x - thickness, a.left, a.low) for a in shut], [(x, a.right, a.high) for a in shut], 0.0025)
+    low: list[tuple[float, float, float]] = []
+    high: list[tuple[float, float, float]] = []
+    for a in shut:
+        rim = min(0.065, 0.2 * min(a.right - a.left, a.high - a.low))
+        low += [
+            (x - thickness, a.left + rim * 0.9, a.low + rim * 0.9),
+            (x - thickness, a.left, a.low),
+            (x - thickness, a.right - rim, a.low),
+        ]
+        high += [(x - 0.008, a.right - rim * 0.9, a.high - rim * 0.9), (x, a.left + rim, a.high), (x, a.right, a.high)]
+        low += [(x - thickness, a.left + rim, a.low), (x - thickness, a.left + rim, a.high - rim)]
+        high += [(x, a.right - rim, a.low + rim), (x, a.right - rim, a.high)]
+    return blocks(low, high, 0.003)
+
+
+def bar_handle(x: float, y: float, z: float, length: float, reach: float, upright: bool = False) -> Mesh:
+    """Return a round bar on two studs that stands ``reach`` off the front plane at ``x``."""
+    radius = min(0.005, 0.3 * reach)
+    offset = 0.5 * length - 0.012
+    out = x + reach - radius
+
+    def at(s: float, px: float) -> tuple[float, float, float]:
+        return (px, y, z + s) if upright else (px, y + s, z)
+
+    bar = rod(at(-0.5 * length, out), at(0.5 * length, out), radius, segments=8)
+    return merged(bar, *(rod(at(s, x - 0.002), at(s, out), 0.8 * radius, segments=8) for s in (-offset, offset)))
+
+
+def knob(x: float, y: float, z: float, reach: float) -> Mesh:
+    """Return a turned knob that stands ``reach`` off the front plane at ``x``."""
+    r = min(0.015, 0.75 * reach)
+    profile = [
+        (0.0, 0.0),
+        (0.5 * r, 0.0),
+        (0.4 * r, 0.45 * reach),
+        (0.95 * r, 0.62 * reach),
+        (r, 0.78 * reach),
+        (0.8 * r, 0.95 * reach),
+        (0.0, reach),
+    ]
+    return moved(rotated(lathe(profile, 14), "y", np.pi / 2), x, y, z)
+
+
+def pulls(x: float, areas: list[Front], kind: str, reach: float) -> Mesh:
+    """Return a handle of the kind "bar", "knob" or "cup" in the middle of each front."""
+    rows: list[Mesh] = []
+    for a in areas:
+        y, z, width = 0.5 * (a.left + a.right), 0.5 * (a.low + a.high), a.right - a.left
+        if kind == "bar":
+            rows.append(bar_handle(x, y, z, min(0.16, 0.45 * width), reach))
+        elif kind == "knob":
+            spots = (y,) if width < 0.55 else (y - 0.25 * width, y + 0.25 * width)
+            rows += [knob(x, spot, z, reach) for spot in spots]
+        else:
+            half = min(0.07, 0.25 * width)
+            rows.append(block((x - 0.001, y - half, a.high - 0.018), (x + reach, y + half, a.high - 0.006), 0.002))
+    return merged(*rows)
+
+
+def splayed_legs(x0: float, x1: float, half_w: float, height: float, splay: float = 0.03, radius: float = 0.017) -> Mesh:
+    """Return four tapered round legs that lean outward, standing inside the footprint."""
+    rods = []
+    for x, sx in ((x0 + 0.05, -1.0), (x1 - 0.05, 1.0)):
+        for sy in (-1.0, 1.0):
+            y = sy * (half_w - 0.05)
+            rods.append(rod((x + sx * splay, y + sy * splay, 0.0), (x, y, height + 0.004), 0.62 * radius, radius))
+    return merged(*rods)
+
+
+def square_legs(x0: float, x1: float, half_w: float, height: float, side: float = 0.035, inset: float = 0.012) -> Mesh:
+    """Return four square legs near the corners of the footprint."""
+    corners = [(x, y) for x in (x0 + inset, x1 - inset - side) for y in (-half_w + inset, half_w - inset - side)]
+    return blocks([(x, y, 0.0) for x, y in corners], [(x + side, y + side, height + 0.002) for x, y in corners], 0.004)
+
+
+def _rows(left: float, right: float, low: float, high: float, count: int, grow: float = 0.0) -> list[Front]:
+    """Split a rectangle into ``count`` drawers, the lower ones taller by ``grow`` each."""
+    weight = 1.0 + grow * np.arange(count)[::-1]
+    edges = low + (high - low) * np.concatenate([[0.0], np.cumsum(weight) / weight.sum()])
+    return [Front(left, right, float(a), float(b)) for a, b in itertools.pairwise(edges)]
+
+
+def build_nightstand(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a bedside cabinet: two or three drawers, one drawer over an open shelf, or a mid-century box on splayed legs."""
+    depth, width, height = size_m
+    reach = min(0.018, 0.045 * depth)
+    back, half = -0.5 * depth, 0.5 * width
+    body_depth = depth - reach
+    front = back + body_depth - 0.004
+    leg = {"drawers": 0.05, "shelf": 0.12, "midcentury": 0.28}[style] * height
+    inner = half - PANEL_M - 0.006
+    body = [carcass(body_depth, width, leg, height, 0.006, back)]
+    top = height - 0.024
+    if style == "drawers":
+        areas = _rows(-inner, inner, leg + 0.006, top, 2 if height < 0.52 else 3)
+        legs = block((back + 0.02, -half + 0.02, 0.0), (front - 0.03, half - 0.02, leg + 0.002))
+    elif style == "shelf":
+        split = leg + 0.55 * (top - leg)
+        areas = [Front(-inner, inner, split, top)]
+        body.append(block((back + 0.004, -inner - 0.002, split - 0.02), (front - 0.008, inner + 0.002, split - 0.003), 0.002))
+        legs = square_legs(back, front, half, leg, 0.034)
+    else:
+        areas = _rows(-inner, inner, leg + 0.02, top, 1 if height < 0.5 else 2)
+        legs = splayed_legs(back, front, half, leg)
+    handles = pulls(front, areas, str(rng.choice(("bar", "knob"))) if style != "midcentury" else "cup", reach + 0.004)
+    return fitted(
+        {"body": merged(*body), "drawers": fronts(front, areas, framed=style == "shelf"), "handles": handles, "legs": legs}, size_m
+    )
+
+
+def build_dresser(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a chest of drawers: classic with framed fronts and knobs, modern with bars, mid-century on splayed legs."""
+    depth, width, height = size_m
+    reach = min(0.02, 0.045 * depth)
+    back, half = -0.5 * depth, 0.5 * width
+    body_depth = depth - reach
+    front = back + body_depth - 0.006
+    leg = {"classic": 0.09, "modern": 0.07, "midcentury": min(0.2, 0.25 * height)}[style]
+    columns = max(1, round(width / rng.uniform(0.55, 0.75)))
+    count = max(2, round((height - leg) / rng.uniform(0.2, 0.26)))
+    inner = half - PANEL_M - 0.008
+    edges = np.linspace(-inner, inner, columns + 1)
+    areas = [
+        area
+        for a, b in itertools.pairwise(edges)
+        for area in _rows(float(a), float(b), leg + 0.012, height - 0.028, count, 0.12)
+    ]
+    legs = {
+        "classic": lambda: merged(
+            square_legs(back, front, half, leg, 0.05, 0.006),
+            block((back + 0.02, -half + 0.03, 0.04), (front - 0.01, half - 0.03, leg + 0.001)),
+        ),
+        "modern": lambda: block((back + 0.03, -half + 0.03, 0.0), (front - 0.05, half - 0.03, leg + 0.002)),
+        "midcentury": lambda: splayed_legs(back, front, half, leg, 0.035, 0.022),
+    }[style]()
+    kind = {"classic": "knob", "modern": "bar", "midcentury": "cup"}[style]
+    return fitted(
+        {
+            "body": carcass(body_depth, width, leg, height, 0.008, back),
+            "drawers": fronts(front, areas, framed=style == "classic"),
+            "handles": pulls(front, areas, kind, reach + 0.006),
+            "legs": legs,
+        },
+        size_m,
+    )
+
+
+def build_wardrobe(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a wardrobe with hinged flat doors, panelled doors with cornice, or sliding doors with mirrors."""
+    depth, width, height = size_m
+    reach = 0.028 if style != "mirrored" else 0.004
+    back, half = -0.5 * depth, 0.5 * width
+    body_depth = depth - reach
+    plinth = rng.uniform(0.06, 0.09)
+    front = back + body_depth - (0.012 if style == "panelled" else 0.002)
+    x_body = front - back - 0.019
+    low, high = plinth + 0.004, height - (0.07 if style == "panelled" else 0.02)
+    body = [carcass(x_body, width - (0.03 if style == "panelled" else 0.0), plinth, height - 0.004, 0.0, back)]
+    if style == "panelled":
+        body.append(block((back, -half + 0.008, height - 0.065), (front - 0.004, half - 0.008, height - 0.03), 0.01))
+        body.append(block((back, -half, height - 0.032), (front + 0.01, half, height), 0.008))
+    else:
+        body.append(block((back, -half, height - 0.019), (front, half, height), 0.002))
+    inner = half - (0.016 if style == "panelled" else 0.001)
+    count = 2 if style == "mirrored" and width < 2.2 else max(1, round(width / 0.5))
+    edges = np.linspace(-inner, inner, count + 1)
+    doors = [Front(float(a), float(b), low, high) for a, b in itertools.pairwise(edges)]
+    parts = {"body": merged(*body), "plinth": block((back + 0.01, -half + 0.02, 0.0), (front - 0.06, half - 0.02, plinth + 0.002))}
+    if style == "mirrored":
+        return fitted(parts | _sliding_doors(front, doors), size_m)
+    if style == "panelled":
+        split = low + 0.36 * (high - low)
+        areas = [Front(d.left, d.right, a, b) for d in doors for a, b in ((low, split), (split - GAP_M, high))]
+        parts["doors"] = fronts(front, areas, 0.02, framed=True)
+    else:
+        parts["doors"] = fronts(front, doors)
+    handles = []
+    for i, door in enumerate(doors):
+        y = door.right - 0.045 if i % 2 == 0 and i + 1 < count else door.left + 0.045
+        z = min(1.05, 0.5 * (low + high))
+        handles.append(knob(front, y, z, reach) if style == "panelled" else bar_handle(front, y, z, 0.32, reach, upright=True))
+    parts["handles"] = merged(*handles)
+    return fitted(parts, size_m)
+
+
+def _sliding_doors(front: float, doors: list[Front]) -> Parts:
+    """Doors behind each other in turns, mirror glass within slim frames that serve as handles."""
+    rims: list[Mesh] = []
+    panes_low, panes_high = [], []
+    rim = 0.028
+    for i, d in enumerate(doors):
+        x = front - 0.019 * (i % 2) - 0.002
+        left, right = d.left - 0.012 * (i % 2), d.right + 0.012 * (i % 2)
+        rims.append(
+            blocks(
+                [
+                    (x - 0.017, left, d.low),
+                    (x - 0.017, right - rim, d.low),
+                    (x - 0.017, left + rim, d.low),
+                    (x - 0.017, left + rim, d.high - rim),
+                ],
+                [(x, left + rim, d.high), (x, right, d.high), (x, right - rim, d.low + rim), (x, right - rim, d.high)],
+                0.003,
+            )
+        )
+        panes_low.append((x - 0.012, left + 0.9 * rim, d.low + 0.9 * rim))
+        panes_high.append((x - 0.006, right - 0.9 * rim, d.high - 0.9 * rim))
+    grips = [block((front - 0.004, doors[0].right - 0.02, 0.9), (front + 0.004, doors[0].right - 0.008, 1.15))]
+    return {"doors": merged(*rims), "mirror": blocks(panes_low, panes_high, 0.001), "handles": merged(*grips)}
+
+
+MODELS = {
+    "nightstand": Model(build_nightstand, ("drawers", "shelf", "midcentury")),
+    "dresser": Model(build_dresser, ("modern", "classic", "midcentury")),
+    "wardrobe": Model(build_wardrobe, ("hinged", "panelled", "mirrored")),
+}

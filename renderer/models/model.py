@@ -1,0 +1,35 @@
+"""What a model is: a generator of named parts with its styles, and the last step that fits the parts to their box."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from renderer.flat_scene import Mesh
+from renderer.shapes import stretched
+
+Size = tuple[float, float, float]
+Parts = dict[str, Mesh]
+
+
+class Model(NamedTuple):
+    """A procedural family of furniture.
+
+    build: (rng, size_m, style) -> part name -> mesh in the object's own frame (origin at the centre of the bottom face, front +x, size =
+    depth along x, width along y, height).  The set of parts depends on the style only.  styles: the known styles; the first is the default.
+    """
+
+    build: Callable[[np.random.Generator, Size, str], Parts]
+    styles: tuple[str, ...]
+
+
+def fitted(parts: Parts, size_m: Size) -> Parts:
+    """Return the parts stretched together so that their common bounding box is exactly the object's box."""
+    low = np.min([mesh.vertices.min(axis=0) for mesh in parts.values()], axis=0).astype(np.float64)
+    high = np.max([mesh.vertices.max(axis=0) for mesh in parts.values()], axis=0).astype(np.float64)
+    size = np.asarray(size_m, np.float64)
+    scale = size / np.maximum(high - low, 1e-9)
+    shift = np.array([-0.5, -0.5, 0.0]) * size - low * scale
+    return {name: stretched(mesh, scale, shift) for name, mesh in parts.items()}

@@ -1,0 +1,219 @@
+"""Doors and windows, built into a hole of a wall.
+
+Frame of an opening: origin on the wall's inner face at the middle of the hole's lower edge, x into the room, y along the wall, z up; the
+wall fills x from -thickness to 0.  Casings and sills stand out of the hole; every joint is covered, so that no light passes beside the pane.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from renderer.flat_scene import Mesh
+from renderer.models.model import Parts
+from renderer.shapes import block, blocks, make_mesh, merged, mirrored, moved, rod, sweep
+
+EMBED_M = 0.004
+"""How far frames reach into the wall, so that no crack stays open."""
+
+
+class Hole(NamedTuple):
+    """An opening to fill: inner size, the wall's thickness, room above it, the hinge's side and where the leaf opens to."""
+
+    width_m: float
+    height_m: float
+    thickness_m: float
+    headroom_m: float
+    hinge: Literal["start", "end"]
+    swing: Literal["in", "out"]
+
+
+class OpeningModel(NamedTuple):
+    """A family of doors or windows; ``styles`` lists the known ones, the first is the default."""
+
+    build: Callable[[np.random.Generator, Hole, str], Parts]
+    styles: tuple[str, ...]
+
+
+def build_door(rng: np.random.Generator, hole: Hole, style: str) -> Parts:
+    """Return a closed door: lining, casing and stops (``frame``), ``leaf``, lever handles and hinges (``handle``)."""
+    half, top, deep = 0.5 * hole.width_m, hole.height_m, hole.thickness_m
+    lining = 0.022
+    casing = min(rng.uniform(0.06, 0.08), hole.headroom_m + lining)
+    thick = min(0.04, 0.4 * deep)
+    front = -0.006 if hole.swing == "in" else -deep + thick + 0.006
+    behind = (front - thick - 0.002 - 0.022, front - thick - 0.002) if hole.swing == "in" else (front + 0.002, front + 0.024)
+    inner = half - lining
+    frame = merged(
+        _surround(-deep, 0.001, half + EMBED_M, inner, top + EMBED_M, top - lining, 0.0),
+        _surround(-0.004, 0.014, inner + casing, inner + 0.006, top - lining + casing, top - lining - 0.006 + 0.012, 0.0),
+        _surround(behind[0], behind[1], inner + 0.002, inner - 0.016, top - lining + 0.002, top - lining - 0.016, 0.0),
+        block((-deep, -half - EMBED_M, -EMBED_M), (0.0, half + EMBED_M, 0.003), 0.001),
+        block((behind[0], -inner, 0.0), (behind[1], inner, 0.016), 0.002),
+    )
+    gap = 0.003
+    leaf = _leaf(rng, front, thick, inner - gap, 0.006, top - lining - gap, style)
+    side = 1.0 if hole.hinge == "start" else -1.0
+    lever_y = -side * (inner - gap - 0.065)
+    lever = _lever(rng, side)
+    lever_z = min(1.04, 0.5 * top)
+    handles = [moved(lever, front, lever_y, lever_z), moved(mirrored(lever, "x"), front - thick, lever_y, lever_z)]
+    hinge_x = front + 0.004 if hole.swing == "in" else front - thick - 0.004
+    pins = [
+        rod((hinge_x, side * (inner - 0.001), z - 0.045), (hinge_x, side * (inner - 0.001), z + 0.045), 0.007, segments=8)
+        for z in (0.12 * top, 0.5 * top, 0.88 * top)
+    ]
+    return {"frame": frame, "leaf": leaf, "handle": merged(*handles, *pins)}
+
+
+def _surround(x0: float, x1: float, outer: float, inner: float, top: float, inner_top: float, low: float) -> Mesh:
+    """Return two jambs and a head between half widths ``inner`` and ``outer``."""
+    return blocks(
+        [(x0, -outer, low - 0.001), (x0, inner, low - 0.001), (x0, -outer, inner_top)],
+        [(x1, -inner, inner_top + 0.002), (x1, outer, inner_top + 0.002), (x1, outer, top)],
+        0.003,
+    )
+
+
+def _leaf(rng: np.random.Generator, front: float, thick: float, half: float, low: float, high: float, style: str) -> Mesh:
+    back = front - thick
+    if style == "flush":
+        return block((back, -half, low), (front, half, high), 0.002)
+    sunk = 0.008
+    if style == "planked":
+        count = max(3, round(2.0 * half / rng.uniform(0.09, 0.13)))
+        edges = np.linspace(-half, half, count + 1)
+        planks = blocks([(back, y + 0.001, low) for y in edges[:-1]], [(front, y - 0.001, high) for y in edges[1:]], 0.004)
+        return merged(planks, block((back + sunk, -half + 0.002, low + 0.002), (front - sunk, half - 0.002, high - 0.002)))
+    stile, rail, middle = 0.115, 0.12, 0.5 * (low + high) - 0.05
+    levels = [(low, low + 1.5 * rail), (middle - 0.6 * rail, middle + 0.6 * rail), (high - rail, high)]
+    mullion = [(-0.05, 0.05)] if half > 0.34 else []
+    low_rows = (
+        [(back, -half, low), (back, half - stile, low)]
+        + [(back, -half + stile, a) for a, _ in levels]
+        + [(back, a, low + rail) for a, _ in mullion]
+    )
+    high_rows = (
+        [(front, -half + stile, high), (front, half, high)]
+        + [(front, half - stile, b) for _, b in levels]
+        + [(front, b, high - 0.5 * rail) for _, b in mullion]
+    )
+    columns = [(-half + stile, -0.05), (0.05, half - stile)] if mullion else [(-half + stile, half - stile)]
+    margin = 0.035
+    fields = [(a, b, c[1], d[0]) for a, b in columns for c, d in itertools.pairwise(levels)]
+    raised = blocks(
+        [(back + 0.003, a + margin, c + margin) for a, _, c, _ in fields],
+        [(front - 0.003, b - margin, d - margin) for _, b, _, d in fields],
+        0.009,
+    )
+    core = block((back + sunk, -half + 0.01, low + 0.01), (front - sunk, half - 0.01, high - 0.01))
+    return merged(blocks(low_rows, high_rows, 0.004), raised, core)
+
+
+def _lever(rng: np.random.Generator, side: float) -> Mesh:
+    """Return plate and lever on the face x = 0; the lever points towards the hinge (``side`` of y)."""
+    plate = (
+        rod((-0.002, 0.0, 0.0), (0.007, 0.0, 0.0), 0.026, segments=18)
+        if rng.random() < 0.6
+        else block((-0.002, -0.02, -0.14), (0.006, 0.02, 0.05), 0.002)
+    )
+    path = [(0.0, 0.0, 0.0), (0.042, 0.0, 0.0), (0.05, side * 0.008, 0.0), (0.052, side * 0.03, 0.0), (0.05, side * 0.125, 0.0)]
+    return merged(plate, sweep(path, [0.009, 0.009, 0.0095, 0.0085, 0.008], 10))
+
+
+def build_window(rng: np.random.Generator, hole: Hole, style: str) -> Parts:
+    """Return a window: fixed frame and sashes with mullions (``frame``), inner ``sill``, ``pane`` (one quad) and ``handle``."""
+    half, top, deep = 0.5 * hole.width_m, hole.height_m, hole.thickness_m
+    middle = -0.62 * deep
+    frame_half = min(0.032, 0.3 * deep)
+    sill_top = 0.022
+    border = min(0.05, 0.15 * min(hole.width_m, top))
+    casing = _window_rim(
+        middle - frame_half,
+        middle + frame_half,
+        half + EMBED_M,
+        half - border,
+        -EMBED_M,
+        top + EMBED_M,
+        sill_top + border * 0.6,
+        top - border,
+    )
+    sashes = {"single": 1, "double": 2, "grid": 2}[style]
+    if style == "double" and hole.width_m > 1.9:
+        sashes = 3
+    edges = np.linspace(-(half - border), half - border, sashes + 1)
+    low, high = sill_top + border * 0.6, top - border
+    pieces = [casing]
+    rim = min(0.055, 0.2 * float(edges[1] - edges[0]))
+    sash = 0.028
+    for a, b in itertools.pairwise(edges):
+        center = 0.5 * float(a + b)
+        half_sash = 0.5 * float(b - a)
+        wing = _window_rim(
+            middle - sash + 0.012,
+            middle + sash + 0.012,
+            half_sash + 0.004,
+            half_sash - rim,
+            low - 0.004,
+            high + 0.004,
+            low + rim,
+            high - rim,
+        )
+        pieces.append(moved(wing, y=center))
+        if style == "grid":
+            bars = max(2, round((high - low) / 0.42))
+            zs = np.linspace(low, high, bars + 1)[1:-1]
+            pieces.append(
+                blocks(
+                    [(middle - 0.014, center - half_sash + rim * 0.9, z - 0.011) for z in zs],
+                    [(middle + 0.022, center + half_sash - rim * 0.9, z + 0.011) for z in zs],
+                    0.004,
+                )
+            )
+            pieces.append(
+                block((middle - 0.014, center - 0.011, low + 0.9 * rim), (middle + 0.022, center + 0.011, high - 0.9 * rim), 0.004)
+            )
+    nose = rng.uniform(0.03, 0.05)
+    sill = merged(
+        block((middle + frame_half - 0.004, -half - EMBED_M, -EMBED_M), (0.01, half + EMBED_M, sill_top), 0.002),
+        block((0.0, -half - 0.045, -0.008), (nose, half + 0.045, sill_top), 0.007),
+    )
+    grip_y = 0.0 if sashes == 2 else float(edges[1]) - 0.5 * rim
+    grip_x = middle + sash + 0.012
+    grip_z = 0.5 * (low + high)
+    handle = merged(
+        block((grip_x - 0.002, grip_y - 0.014, grip_z - 0.035), (grip_x + 0.008, grip_y + 0.014, grip_z + 0.035), 0.003),
+        sweep(
+            [
+                (grip_x, grip_y, grip_z),
+                (grip_x + 0.03, grip_y, grip_z),
+                (grip_x + 0.036, grip_y, grip_z - 0.02),
+                (grip_x + 0.034, grip_y, grip_z - 0.11),
+            ],
+            [0.007, 0.007, 0.008, 0.007],
+            8,
+        ),
+    )
+    y, z0, z1 = half + 0.5 * EMBED_M, -0.5 * EMBED_M, top + 0.5 * EMBED_M
+    corners = [(middle, -y, z0), (middle, y, z0), (middle, y, z1), (middle, -y, z1)]
+    pane = make_mesh(corners, [(1.0, 0.0, 0.0)] * 4, [(0, 1, 2), (0, 2, 3)])
+    return {"frame": merged(*pieces), "sill": sill, "pane": pane, "handle": handle}
+
+
+def _window_rim(x0: float, x1: float, outer: float, inner: float, low: float, top: float, inner_low: float, inner_top: float) -> Mesh:
+    """Return four bars round a light."""
+    return blocks(
+        [(x0, -outer, low), (x0, inner, low), (x0, -inner - 0.002, low), (x0, -inner - 0.002, inner_top)],
+        [(x1, -inner, top), (x1, outer, top), (x1, inner + 0.002, inner_low), (x1, inner + 0.002, top)],
+        0.004,
+    )
+
+
+OPENING_MODELS = {
+    "door": OpeningModel(build_door, ("panelled", "flush", "planked")),
+    "window": OpeningModel(build_window, ("double", "single", "grid")),
+}
+"""Generator name -> model of an opening."""

@@ -1,0 +1,160 @@
+"""Soft things: cushions that bulge, pillows with drawn-in corners, cloth with wrinkles, covers that fall over edges."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.flat_scene import Mesh
+from renderer.shapes import make_mesh, rounded_template, sheet, smooth_normals
+
+Array = NDArray[np.float64]
+
+
+class Drape(NamedTuple):
+    """How a cover lies on a box: ``half_x``/``half_y`` and ``top`` of the box beneath, how far it hangs down at its sides and ends.
+
+    ``fall_side``, ``fall_front`` and ``fall_back`` are lengths of cloth below the top edge in metres, 0 where it just ends; ``flare`` is how
+    far its hem stands off the box; ``thickness`` that of the cloth.
+    """
+
+    half_x: float
+    half_y: float
+    top: float
+    fall_side: float
+    fall_front: float
+    fall_back: float
+    flare: float
+    thickness: float
+
+
+def wrinkles(rng: np.random.Generator, u: Array, v: Array, waves: int = 7, low: float = 1.5, high: float = 7.0) -> Array:
+    """Return smooth noise of about unit amplitude over coordinates (u, v): plane waves with random direction, length and phase.
+
+    ``low`` and ``high`` bound the spatial frequency in cycles per unit of u and v; longer waves are stronger.
+    """
+    frequency = rng.uniform(low, high, waves)
+    direction = rng.uniform(0.0, math.pi, waves)
+    phase = rng.uniform(0.0, 2.0 * math.pi, waves)
+    total = np.zeros_like(u)
+    for f, d, p in zip(frequency, direction, phase, strict=True):
+        total += low / f * np.sin(2.0 * math.pi * f * (math.cos(d) * u + math.sin(d) * v) + p)
+    return np.asarray(total / math.sqrt(waves * 0.25))
+
+
+def cushion(
+    rng: np.random.Generator,
+    low: Sequence[float],
+    high: Sequence[float],
+    radius_m: float,
+    bulge_m: float,
+    axis: int = 2,
+    both_sides: bool = False,
+) -> Mesh:
+    """Return a rounded, upholstered block between two corners, swollen by ``bulge_m`` along ``axis`` (the swelling lies inside the corners).
+
+    The lower side stays flat unless ``both_sides``.
+    """
+    flats = (6, 6, 6)
+    flats = (flats[0] if axis != 0 else 1, flats[1] if axis != 1 else 1, flats[2] if axis != 2 else 1)
+    template = rounded_template(2, flats)
+    a, b = np.asarray(low, np.float64).copy(), np.asarray(high, np.float64).copy()
+    b[axis] -= bulge_m
+    if both_sides:
+        a[axis] += bulge_m
+    half = 0.5 * (b - a)
+    radius = min(radius_m, 0.9 * float(half.min()))
+    local = template.inner * (half - radius) + radius * template.direction
+    u, v = (local[:, (axis + k) % 3] / half[(axis + k) % 3] for k in (1, 2))
+    dome = np.sqrt(np.clip(1.0 - u**4, 0.0, 1.0) * np.clip(1.0 - v**4, 0.0, 1.0))
+    crease = 1.0 + 0.06 * wrinkles(rng, u, v, 5, 0.6, 1.6)
+    up = np.clip(local[:, axis] / half[axis], -1.0 if both_sides else 0.0, 1.0)
+    local[:, axis] += bulge_m * dome * np.minimum(crease, 1.06) * up
+    points = local + 0.5 * (a + b)
+    return make_mesh(points, smooth_normals(points, template.faces), template.faces)
+
+
+def pillow(rng: np.random.Generator, depth_m: float, width_m: float, thickness_m: float, divisions: int = 14) -> Mesh:
+    """Return a filled pillow lying flat: depth along x, width along y, centred at the origin, its seam at half height.
+
+    Corners are drawn out, sides drawn in, the filling is thickest in the middle and dented at random.
+    """
+    s = np.sin(np.linspace(-0.5, 0.5, divisions + 1) * math.pi)
+    u, v = np.meshgrid(s, s, indexing="ij")
+    waist = 0.07
+    x = 0.5 * depth_m * u * (1.0 - waist * (1.0 - v**2) * np.abs(u))
+    y = 0.5 * width_m * v * (1.0 - waist * (1.0 - u**2) * np.abs(v))
+    fill = (np.clip(1.0 - u**2, 0.0, 1.0) * np.clip(1.0 - v**2, 0.0, 1.0)) ** 0.42
+    dents = 1.0 + 0.10 * wrinkles(rng, u, v, 5, 0.35, 1.1)
+    half = 0.5 * thickness_m * fill * dents
+    seam = 0.004 * wrinkles(rng, u, v, 4, 1.0, 2.0)
+    top, bottom = np.dstack([x, y, half + seam + 0.002]), np.dstack([x, y, -0.8 * half + seam - 0.002])
+    return sheet(top, bottom)
+
+
+def draped_cover(rng: np.random.Generator, drape: Drape, rows: int = 34, columns: int = 46, puff_m: float = 0.025) -> Mesh:
+    """Return cloth that lies on a box centred at the origin and falls in folds over its sides (y) and ends (front +x, back -x)."""
+    half = np.array([drape.half_x, drape.half_y])
+    bend = 0.05
+    s = _spaced(-(half[0] + drape.fall_back), half[0] + drape.fall_front, [-half[0], half[0]], rows)
+    t = _spaced(-(half[1] + drape.fall_side), half[1] + drape.fall_side, [-half[1], half[1]], columns)
+    ss, tt = np.meshgrid(s, t, indexing="ij")
+    over_x, over_y = _overhang(ss, half[0], bend), _overhang(tt, half[1], bend)
+    drop = np.maximum(over_x.drop, over_y.drop)
+    total = max(drape.fall_side, drape.fall_front, 1e-6)
+    hang = np.clip(drop / total, 0.0, 1.0)
+    along = np.where(over_y.drop > over_x.drop, ss, tt)
+    folds = _folds(rng, along)
+    corner = np.minimum(over_x.drop, over_y.drop) / total
+    push = drape.flare * (0.15 + 0.85 * folds) * np.sqrt(hang)
+    soft = wrinkles(rng, ss, tt, 9, 0.9, 3.6)
+    inside = np.clip(1.0 - np.abs(ss) / half[0], 0.0, 1.0) * np.clip(1.0 - np.abs(tt) / half[1], 0.0, 1.0)
+    puff = puff_m * (np.clip(6.0 * inside, 0.0, 1.0) * (0.5 + 0.45 * soft) + 0.45)
+    x = over_x.flat + np.sign(ss) * push * (over_x.drop > 0.0) * (1.0 - 0.3 * corner)
+    y = over_y.flat + np.sign(tt) * push * (over_y.drop > 0.0) * (1.0 - 0.3 * corner)
+    hem = 1.0 - 0.04 * hang * (1.0 + wrinkles(rng, ss, tt, 4, 0.5, 1.5))
+    z = drape.top - drop * hem + puff * np.exp(-drop / 0.06)
+    top = np.dstack([x, y, z])
+    vertices = top.reshape(-1, 3)
+    grid = np.arange(vertices.shape[0]).reshape(top.shape[:2])
+    quads = np.stack([grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]], axis=-1).reshape(-1, 4)
+    normals = smooth_normals(vertices, np.concatenate([quads[:, :3], quads[:, [0, 2, 3]]]))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    return sheet(top, (vertices - drape.thickness * normals).reshape(top.shape))
+
+
+class _Overhang(NamedTuple):
+    flat: Array
+    drop: Array
+
+
+def _overhang(s: Array, half: float, bend: float) -> _Overhang:
+    """Lead arc length along the cloth over a rounded edge: horizontal position and drop below the top."""
+    beyond = np.maximum(np.abs(s) - (half - bend), 0.0)
+    quarter = 0.5 * math.pi * bend
+    angle = np.minimum(beyond / bend, 0.5 * math.pi)
+    flat = np.sign(s) * (np.minimum(np.abs(s), half - bend) + bend * np.sin(angle))
+    return _Overhang(flat, bend * (1.0 - np.cos(angle)) + np.maximum(beyond - quarter, 0.0))
+
+
+def _folds(rng: np.random.Generator, along: Array) -> Array:
+    """Return the depth of hanging folds in [0, 1] along a hem, irregular in spacing."""
+    phase = rng.uniform(0.0, 2.0 * math.pi, 3)
+    spacing = rng.uniform(0.17, 0.25)
+    warped = along + 0.35 * spacing * np.sin(2.0 * math.pi * along / (3.1 * spacing) + phase[0])
+    wave = np.cos(2.0 * math.pi * warped / spacing + phase[1]) + 0.4 * np.cos(2.0 * math.pi * warped / (0.53 * spacing) + phase[2])
+    return np.asarray(np.clip(0.5 + wave / 2.8, 0.0, 1.0))
+
+
+def _spaced(start: float, end: float, dense: Sequence[float], count: int) -> Array:
+    """Return ``count`` increasing values from start to end, closer together near the values ``dense``."""
+    fine = np.linspace(start, end, 400)
+    weight = np.ones_like(fine)
+    for value in dense:
+        weight += 2.5 * np.exp(-(((fine - value) / 0.07) ** 2))
+    total = np.concatenate([[0.0], np.cumsum(0.5 * (weight[1:] + weight[:-1]))])
+    return np.interp(np.linspace(0.0, total[-1], count), total, fine)

@@ -1,0 +1,211 @@
+"""Things on walls: pictures, mirrors, radiators; they look along +x, the wall is behind them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.flat_scene import Mesh
+from renderer.models.model import Model, Parts, Size, fitted
+from renderer.shapes import block, blocks, flat_quads, lathe, merged, rod, rotated, slab, stretched
+
+Array = NDArray[np.float64]
+ART_COLORS = 5
+
+
+def molding(width: float, height: float, rim: float, profile: list[tuple[float, float]]) -> Mesh:
+    """Return a mitred rectangular frame; ``profile`` is (x off the wall, share of ``rim`` from outside to inside), closed, counter-clockwise."""
+    rings = []
+    for x, share in profile:
+        half_w, half_h = 0.5 * width - share * rim, 0.5 * height - share * rim
+        rings.append([(x, s * half_w, 0.5 * height + t * half_h) for s, t in ((-1, -1), (1, -1), (1, 1), (-1, 1))])
+    points = np.asarray(rings, np.float64)
+    count = len(profile)
+    quads = []
+    for k in range(count):
+        for c in range(4):
+            d, n = (c + 1) % 4, (k + 1) % count
+            quads.append([points[k, c], points[k, d], points[n, d], points[n, c]])
+    return flat_quads(np.asarray(quads))
+
+
+def build_picture(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a framed picture with mat: a landscape of ridges, an abstract of fields, or circles."""
+    depth, width, height = size_m
+    rim = min(0.035, 0.09 * min(width, height))
+    x0 = -0.5 * depth
+    front = 0.5 * depth
+    frame = molding(
+        width, height, rim, [(x0, 0.0), (front - 0.3 * depth, 0.0), (front, 0.25), (front, 0.6), (front - 0.4 * depth, 1.0), (x0, 1.0)]
+    )
+    face = front - 0.5 * depth
+    mat = block((x0 + 0.001, -0.5 * width + 0.8 * rim, 0.8 * rim), (face, 0.5 * width - 0.8 * rim, height - 0.8 * rim), 0.0005)
+    border = rim + rng.uniform(0.10, 0.17) * min(width, height)
+    half, low, high = 0.5 * width - border, border, height - border
+    fields = {"landscape": _landscape, "abstract": _abstract, "circles": _circles}[style](rng, half, low, high)
+    thick = 0.0006
+    parts = {"frame": frame, "mat": mat}
+    for k in range(ART_COLORS):
+        layer = [_standing(outline, face - 0.001, face + thick * (1 + k)) for outline in fields[k]]
+        parts[f"art_{k}"] = merged(*layer)
+    return fitted(parts, size_m)
+
+
+def _standing(outline: Array, x0: float, x1: float) -> Mesh:
+    """Return the thin plate over an outline (n, 2) of (y, z), counter-clockwise seen from +x."""
+    plate = slab(outline, x0, x1)
+    return Mesh(np.ascontiguousarray(plate.vertices[:, [2, 0, 1]]), np.ascontiguousarray(plate.normals[:, [2, 0, 1]]), plate.faces)
+
+
+def _rectangle(y0: float, y1: float, z0: float, z1: float) -> Array:
+    return np.array([(y0, z0), (y1, z0), (y1, z1), (y0, z1)])
+
+
+def _circle(y: float, z: float, radius: float, count: int = 28) -> Array:
+    angle = np.arange(count) * (2.0 * math.pi / count)
+    return np.column_stack([y + radius * np.cos(angle), z + radius * np.sin(angle)])
+
+
+def _landscape(rng: np.random.Generator, half: float, low: float, high: float) -> list[list[Array]]:
+    """Sky, sun and three ridges that come nearer."""
+    tall = high - low
+    sun = 0.09 * min(2 * half, tall) * rng.uniform(0.8, 1.5)
+    fields = [[_rectangle(-half, half, low, high)], [_circle(rng.uniform(-0.5, 0.5) * half, low + 0.74 * tall, sun)]]
+    for k in range(3):
+        y = np.linspace(half, -half, 18)
+        level = low + tall * (0.52 - 0.16 * k)
+        waves = sum(rng.uniform(0.3, 1.0) / f * np.sin(f * 2.2 * y / half + rng.uniform(0, 6.3)) for f in (1, 2, 3, 5))
+        ridge = level + 0.06 * tall * np.asarray(waves)
+        pieces = []
+        for a in range(len(y) - 1):
+            pieces.append(np.array([(y[a], low), (y[a], ridge[a]), (y[a + 1], ridge[a + 1]), (y[a + 1], low)]))
+        fields.append(pieces)
+    return fields
+
+
+def _abstract(rng: np.random.Generator, half: float, low: float, high: float) -> list[list[Array]]:
+    """Overlapping upright and lying fields of colour."""
+    fields = [[_rectangle(-half, half, low, high)]]
+    for _ in range(ART_COLORS - 1):
+        pieces = []
+        for _ in range(int(rng.integers(1, 4))):
+            y = np.sort(rng.uniform(-half, half, 2))
+            z = np.sort(rng.uniform(low, high, 2))
+            y[1], z[1] = max(y[1], y[0] + 0.15 * half), max(z[1], z[0] + 0.08 * (high - low))
+            pieces.append(
+                _rectangle(y[0], min(y[1], half), z[0], min(z[1], high))
+                if y[0] < half * 0.98 and z[0] < high * 0.995
+                else _rectangle(-half, 0.0, low, 0.5 * (low + high))
+            )
+        fields.append(pieces)
+    return fields
+
+
+def _circles(rng: np.random.Generator, half: float, low: float, high: float) -> list[list[Array]]:
+    """Nested and scattered discs with a line of leaves, in the manner of mid-century prints."""
+    fields = [[_rectangle(-half, half, low, high)]]
+    radius = 0.5 * min(2 * half, high - low)
+    for k in range(ART_COLORS - 1):
+        pieces = []
+        for _ in range(int(rng.integers(1, 3))):
+            r = radius * rng.uniform(0.16, 0.5) * (1.0 - 0.15 * k)
+            pieces.append(_circle(rng.uniform(-half + r, half - r), rng.uniform(low + r, high - r), r))
+        fields.append(pieces)
+    return fields
+
+
+def build_wall_mirror(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a mirror with a moulded rectangular, a round or an arched frame."""
+    depth, width, height = size_m
+    x0, front = -0.5 * depth, 0.5 * depth
+    glass_x = x0 + 0.55 * depth
+    if style == "rectangular":
+        rim = min(rng.uniform(0.025, 0.05), 0.12 * width)
+        frame = molding(
+            width, height, rim, [(x0, 0.0), (front - 0.3 * depth, 0.0), (front, 0.3), (front, 0.7), (glass_x - 0.001, 1.0), (x0, 1.0)]
+        )
+        glass = block((x0 + 0.001, -0.5 * width + 0.8 * rim, 0.8 * rim), (glass_x, 0.5 * width - 0.8 * rim, height - 0.8 * rim), 0.0005)
+        return fitted({"frame": frame, "glass": glass}, size_m)
+    if style == "round":
+        ring = lathe(
+            [(0.94, x0), (1.0, x0), (1.0, front - 0.2 * depth), (0.985, front), (0.955, front), (0.94, front - 0.2 * depth)],
+            48,
+            closed=True,
+        )
+        disc = lathe([(0.0, x0 + 0.001), (0.95, x0 + 0.001), (0.95, glass_x), (0.0, glass_x)], 48)
+        frame, glass = (
+            stretched(rotated(mesh, "y", math.pi / 2), (1.0, 0.5 * width, 0.5 * height), (0.0, 0.0, 0.5 * height)) for mesh in (ring, disc)
+        )
+        return fitted({"frame": frame, "glass": glass}, size_m)
+    rim = 0.018
+    outer = _arch(0.5 * width, height)
+    inner = _arch(0.5 * width - rim, height - 2 * rim) + np.array([0.0, rim])
+    return fitted({"frame": _band(outer, inner, x0, front), "glass": _standing(0.5 * (outer + inner), x0 + 0.001, glass_x)}, size_m)
+
+
+def _arch(half: float, height: float) -> Array:
+    """Return the outline of a rectangle under a half-ellipse, counter-clockwise from the lower left."""
+    rise = min(half, 0.5 * height)
+    angle = np.linspace(0.0, math.pi, 25)
+    top = np.column_stack([half * np.cos(angle), height - rise + rise * np.sin(angle)])
+    return np.vstack([[(-half, 0.0), (half, 0.0)], top])
+
+
+def _band(outer: Array, inner: Array, x0: float, x1: float) -> Mesh:
+    """Return the frame between two outlines (n, 2) of equal length."""
+    loops = [np.column_stack([np.full(len(outer), x), line]) for x, line in ((x0, outer), (x1, outer), (x1, inner), (x0, inner))]
+    pieces = []
+    for a, b in zip(loops, loops[1:] + loops[:1], strict=True):
+        pieces.append(flat_quads(np.stack([a, np.roll(a, -1, axis=0), np.roll(b, -1, axis=0), b], axis=1)))
+    return merged(*pieces)
+
+
+def build_radiator(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a panel radiator with ribs and grille, or columns of cast sections; valve and pipe at one end, wall behind."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    side = 1.0 if rng.random() < 0.5 else -1.0
+    low = 0.09 * height
+    valve = merged(
+        rod((0.0, side * (half_w - 0.03), 0.0), (0.0, side * (half_w - 0.03), low + 0.05), 0.009),
+        rod((0.0, side * (half_w - 0.045), low + 0.04), (0.0, side * half_w, low + 0.04), 0.019),
+    )
+    if style == "column":
+        count = max(3, round((width - 0.03) / 0.052))
+        ys = np.linspace(-half_w + 0.045, half_w - 0.045, count)
+        tubes = [rod((x, y, low + 0.03), (x, y, height - 0.03), 0.014, segments=8) for y in ys for x in (-half_d + 0.016, half_d - 0.016)]
+        heads = blocks(
+            [(-half_d, y - 0.021, z) for y in ys for z in (low, height - 0.055)],
+            [(half_d, y + 0.021, z + 0.055) for y in ys for z in (low, height - 0.055)],
+            0.016,
+        )
+        return fitted({"panel": merged(*tubes, heads), "valve": valve}, size_m)
+    pitch = 0.034
+    count = max(4, round((width - 0.06) / pitch))
+    ys = np.linspace(-half_w + 0.05, half_w - 0.05, count)
+    panels = [block((x, -half_w + 0.02, low), (x + 0.014, half_w - 0.02, height - 0.012), 0.005) for x in (half_d - 0.018, -half_d + 0.012)]
+    ribs = blocks([(half_d - 0.008, y - 0.009, low + 0.05) for y in ys], [(half_d, y + 0.009, height - 0.06) for y in ys], 0.004)
+    slots = blocks(
+        [(-half_d + 0.012, y - 0.002, height - 0.012) for y in ys], [(half_d - 0.005, y + 0.004, height - 0.002) for y in ys], 0.001
+    )
+    sides = blocks(
+        [(-half_d + 0.008, s * half_w - (0.022 if s > 0 else 0.0), low - 0.002) for s in (-1.0, 1.0)]
+        + [(-half_d + 0.01, -half_w + 0.01, height - 0.012), (half_d - 0.02, -half_w + 0.01, height - 0.012)],
+        [(half_d - 0.003, s * half_w + (0.022 if s < 0 else 0.0), height) for s in (-1.0, 1.0)]
+        + [(-half_d + 0.03, half_w - 0.01, height - 0.001), (half_d - 0.003, half_w - 0.01, height - 0.001)],
+        0.003,
+    )
+    brackets = blocks(
+        [(-half_d, s * 0.6 * half_w - 0.02, 0.3 * height) for s in (-1.0, 1.0)],
+        [(-half_d + 0.014, s * 0.6 * half_w + 0.02, 0.8 * height) for s in (-1.0, 1.0)],
+    )
+    return fitted({"panel": merged(*panels, ribs, slots, sides, brackets), "valve": valve}, size_m)
+
+
+MODELS = {
+    "picture": Model(build_picture, ("landscape", "abstract", "circles")),
+    "wall_mirror": Model(build_wall_mirror, ("rectangular", "round", "arched")),
+    "radiator": Model(build_radiator, ("panel", "column")),
+}

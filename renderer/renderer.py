@@ -1,0 +1,153 @@
+"""One scene and one camera, ready to render views: the entry point of this package.
+
+Use: ``with Renderer(flat, CameraConfig(), RenderConfig(), scene_key) as renderer: renderer.render(pose, 0, ("color", "depth"))``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator
+from types import TracebackType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.cameras import Pinhole, pose_camera
+from renderer.config import CameraConfig, RenderConfig
+from renderer.embree import EmbreeScene
+from renderer.errors import RenderError
+from renderer.flat_scene import FlatScene, MaterialTable, Mesh, PartTable, Sky
+from renderer.frame import GEOMETRIC_LAYERS, LAYERS, Frame
+from renderer.ground_truth import TILE, GeometricImages, Labels, empty_images, trace_geometry
+from renderer.integrator import Work, make_scratch, trace_paths
+from renderer.lights import build_lights
+from renderer.random_numbers import make_frame_key
+from renderer.scene_check import check_scene
+from renderer.surfaces import build_surfaces
+from renderer.tone import to_display
+from renderer.workers import Workers, thread_count
+from scene_description.poses import look_at
+from scene_description.types import CameraPose
+
+PATHS_PER_PIECE = 65536
+"""How much colour a thread computes before it can be stopped: some 0.1 s."""
+
+
+class Renderer:
+    """Renders views of one scene; a context manager that releases threads and Embree's memory.
+
+    Images depend on the scene, the camera, ``scene_key`` and the frame index only, byte for byte: not on threads, order, or what was
+    rendered before.  One view at a time: calls of :meth:`render` must not overlap.
+    """
+
+    def __init__(
+        self, flat: FlatScene, camera: CameraConfig, config: RenderConfig, scene_key: int, *, paths_per_piece: int = PATHS_PER_PIECE
+    ) -> None:
+        """Check a scene and build what rays need; ``scene_key`` (>= 0) seeds the noise of all its frames.
+
+        Raises:
+            RenderError: the scene is faulty, the key negative, or Embree missing.
+        """
+        check_scene(flat)
+        if scene_key < 0 or paths_per_piece < 1:
+            raise RenderError(f"renderer: expected scene_key >= 0 and paths_per_piece >= 1, got {scene_key} and {paths_per_piece}")
+        self._camera, self._config, self._scene_key, self._paths_per_piece = camera, config, scene_key, paths_per_piece
+        parts = flat.parts
+        self._labels = Labels(*map(np.ascontiguousarray, (flat.face_part, parts.label, parts.object_id)))
+        self._lights = build_lights(flat)
+        self._surfaces = build_surfaces(flat)
+        self._embree = EmbreeScene(flat.mesh, portable=config.portable)
+        self._workers = Workers(thread_count(config.threads))
+        self._scratch = [make_scratch(len(self._lights.groups.area)) for _ in range(self._workers.count)]
+
+    def render(
+        self,
+        pose: CameraPose,
+        frame_index: int,
+        layers: Collection[str],
+        *,
+        exposure_ev100: float | None = None,
+        cancelled: Callable[[], bool] | None = None,
+    ) -> Frame:
+        """Render the named layers of one view.
+
+        ``exposure_ev100`` replaces the configured exposure; ``cancelled`` is asked every 50 ms or so.
+
+        Raises:
+            RenderError: unknown layers, a faulty pose or a negative frame index.
+            RenderCancelled: ``cancelled`` returned True.
+        """
+        unknown = sorted(set(layers) - set(LAYERS))
+        if unknown or frame_index < 0:
+            raise RenderError(f"render: expected layers among {', '.join(LAYERS)} and frame >= 0, got {', '.join(unknown)}; {frame_index}")
+        view = pose_camera(self._camera, pose)
+        images: dict[str, NDArray[np.generic]] = {}
+        radiance = None
+        if any(name in GEOMETRIC_LAYERS for name in layers):
+            images.update(self._trace_geometry(view)._asdict())
+        if "color" in layers:
+            radiance = self._trace_color(view, frame_index, cancelled)
+            images["color"] = to_display(radiance, self._config.exposure_ev100 if exposure_ev100 is None else exposure_ev100)
+        return Frame({name: images[name] for name in LAYERS if name in layers}, radiance)
+
+    def _trace_geometry(self, view: Pinhole) -> GeometricImages:
+        images, step = empty_images(view.height, view.width), self._workers.count
+
+        def trace(worker: int, first: int) -> None:
+            trace_geometry(self._embree.handle, self._labels, view, self._scratch[worker].rays, images, first, step)
+
+        self._workers.run(trace, range(step))
+        return images
+
+    def _trace_color(self, view: Pinhole, frame_index: int, cancelled: Callable[[], bool] | None) -> NDArray[np.float32]:
+        image = np.zeros((view.height, view.width, 3), np.float32)
+        frame_key = make_frame_key(self._scene_key, frame_index)
+
+        def trace(worker: int, work: Work) -> None:
+            bounces = self._config.bounces
+            scratch = self._scratch[worker]
+            trace_paths(self._embree.handle, self._surfaces, self._lights, view, frame_key, bounces, work, scratch, image)
+
+        for pieces in self._color_pieces(view):
+            self._workers.run(trace, pieces, cancelled)
+        image *= np.float32(1.0 / self._config.samples_per_pixel)
+        return image
+
+    def _color_pieces(self, view: Pinhole) -> Iterator[list[Work]]:
+        """Yield rounds of pieces; pieces of one round share no pixel, so they may run at the same time."""
+        samples, tile_pixels = self._config.samples_per_pixel, TILE * TILE
+        tiles = -(-view.width // TILE) * -(-view.height // TILE)
+        chunk = min(samples, max(1, self._paths_per_piece // tile_pixels))
+        step = max(1, self._paths_per_piece // (tile_pixels * chunk))
+        for first in range(0, samples, chunk):
+            last = min(first + chunk, samples)
+            yield [Work(tile, min(tile + step, tiles), first, last) for tile in range(0, tiles, step)]
+
+    def close(self) -> None:
+        """Release threads and memory; harmless when repeated."""
+        self._workers.close()
+        self._embree.close()
+
+    def __enter__(self) -> Renderer:
+        """Return the renderer itself."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        """Release everything."""
+        self.close()
+
+
+def warm_up() -> None:
+    """Compile every kernel, or load it from numba's cache, by rendering one pixel of a lone shining triangle.
+
+    Raises:
+        RenderError: Embree is missing.
+    """
+    corners = np.array([[1, -1, -1], [1, 0, 1], [1, 1, -1]], np.float32)
+    mesh = Mesh(corners, np.tile(np.array([[-1, 0, 0]], np.float32), (3, 1)), np.array([[0, 1, 2]], np.uint32))
+    shine, share = np.ones((1, 3), np.float32), np.zeros(1, np.float32)
+    parts = PartTable(np.zeros(1, np.uint16), np.zeros(1, np.uint8), np.zeros(1, np.int32), shine, np.zeros(1, np.bool_))
+    sky = Sky(*(np.zeros(3, np.float32) for _ in range(3)))
+    flat = FlatScene(mesh, np.zeros(1, np.int32), parts, ("0/triangle",), MaterialTable(shine, share, share, share), sky)
+    pose = CameraPose(stamp_ns=0, position_m=(0.0, 0.0, 0.0), orientation=look_at((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
+    with Renderer(flat, CameraConfig(width=1, height=1), RenderConfig(samples_per_pixel=1, threads=1), 0) as renderer:
+        renderer.render(pose, 0, tuple(LAYERS))

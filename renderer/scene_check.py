@@ -1,0 +1,67 @@
+"""Refuses flat scenes that would make kernels read out of bounds or return NaN."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.errors import RenderError
+from renderer.flat_scene import FlatScene
+
+
+def check_scene(flat: FlatScene) -> None:
+    """Check shapes, types, index ranges and numbers of a flat scene.
+
+    Raises:
+        RenderError: the first fault found; faults of the mesh name the part.
+    """
+    mesh, parts, materials = flat.mesh, flat.parts, flat.materials
+    faces, vertices, count, kinds = len(mesh.faces), len(mesh.vertices), len(flat.part_names), len(materials.roughness)
+    for name, array, shape, dtype in (
+        ("mesh.vertices", mesh.vertices, (vertices, 3), np.float32),
+        ("mesh.normals", mesh.normals, (vertices, 3), np.float32),
+        ("mesh.faces", mesh.faces, (faces, 3), np.uint32),
+        ("face_part", flat.face_part, (faces,), np.int32),
+        ("parts.object_id", parts.object_id, (count,), np.uint16),
+        ("parts.label", parts.label, (count,), np.uint8),
+        ("parts.material", parts.material, (count,), np.int32),
+        ("parts.emission", parts.emission, (count, 3), np.float32),
+        ("parts.portal", parts.portal, (count,), np.bool_),
+        ("materials.base_color", materials.base_color, (kinds, 3), np.float32),
+        ("materials.roughness", materials.roughness, (kinds,), np.float32),
+        ("materials.metallic", materials.metallic, (kinds,), np.float32),
+        ("materials.transmission", materials.transmission, (kinds,), np.float32),
+        *((f"sky.{name}", color, (3,), np.float32) for name, color in flat.sky._asdict().items()),
+    ):
+        if array.shape != shape or array.dtype != dtype:
+            raise RenderError(f"scene {name}: expected {np.dtype(dtype)} {shape}, got {array.dtype} {array.shape}")
+    _check_index("face_part", flat.face_part, count)
+    _check_index("mesh.faces", mesh.faces, vertices)
+    _check_index("parts.material", parts.material, kinds)
+    _check_mesh(flat, "vertices", mesh.vertices)
+    _check_mesh(flat, "normals", mesh.normals)
+    for name, table in (("parts.emission", parts.emission), *((f"sky.{key}", value) for key, value in flat.sky._asdict().items())):
+        _check_range(name, table, np.inf)
+    for name, table in materials._asdict().items():
+        _check_range(f"materials.{name}", table, 1.0)
+
+
+def _check_index(name: str, index: NDArray[np.signedinteger] | NDArray[np.unsignedinteger], count: int) -> None:
+    if len(index) and (int(index.min()) < 0 or int(index.max()) >= count):
+        raise RenderError(f"scene {name}: expected indices in [0, {count}), got {int(index.min())} to {int(index.max())}")
+
+
+def _check_mesh(flat: FlatScene, what: str, rows: NDArray[np.float32]) -> None:
+    """Refuse rows that are not finite, by the name of the first part that uses one."""
+    bad = np.asarray(~np.isfinite(rows).all(axis=1))
+    if not bad.any():
+        return
+    users = np.flatnonzero(bad[flat.mesh.faces].any(axis=1))
+    owner = f"part '{flat.part_names[flat.face_part[users[0]]]}'" if len(users) else "no part"
+    row = int(np.flatnonzero(bad)[0])
+    raise RenderError(f"scene mesh.{what}: expected finite numbers, got {rows[row].tolist()} at vertex {row} of {owner}")
+
+
+def _check_range(name: str, table: NDArray[np.float32], high: float) -> None:
+    if not np.isfinite(table).all() or (len(table) and (table.min() < 0.0 or table.max() > high)):
+        raise RenderError(f"scene {name}: expected finite numbers in [0, {high:g}], got {table.min():g} to {table.max():g}")

@@ -1,0 +1,52 @@
+"""The nouns that the grammar and the renderer share: a furnished room, its JSON form, labels and poses.
+
+Imports numpy only.  Metres, radians, right-handed, z up, floor at z = 0 (REP 103); yaw 0 means that an object's front looks along +x.
+"""
+
+from scene_description.labels import NYU40, Label
+from scene_description.scene_json import SCHEMA, scene_from_json, scene_to_json
+from scene_description.strict import FieldError, Limits, from_mapping, to_mapping
+from scene_description.types import (
+    CameraPose,
+    Environment,
+    Light,
+    Material,
+    ModelReference,
+    Opening,
+    ParseGraph,
+    ParseNode,
+    Part,
+    Room,
+    SceneDescription,
+    SceneObject,
+    Support,
+    ValidityCheck,
+    ValidityReport,
+)
+
+__all__ = [
+    "NYU40",
+    "SCHEMA",
+    "CameraPose",
+    "Environment",
+    "FieldError",
+    "Label",
+    "Light",
+    "Limits",
+    "Material",
+    "ModelReference",
+    "Opening",
+    "ParseGraph",
+    "ParseNode",
+    "Part",
+    "Room",
+    "SceneDescription",
+    "SceneObject",
+    "Support",
+    "ValidityCheck",
+    "ValidityReport",
+    "from_mapping",
+    "scene_from_json",
+    "scene_to_json",
+    "to_mapping",
+]

@@ -1,0 +1,58 @@
+"""The 40 semantic classes of NYU Depth v2 (Gupta et al., CVPR 2013) with names and display colours.
+
+Class ids are stable across runs and versions: 0 is void, 1 to 40 are the standard's classes in its order.
+"""
+
+from __future__ import annotations
+
+import csv
+from importlib import resources
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Label(NamedTuple):
+    """One semantic class: id in 0..40, the standard's name, display colour (8 bit RGB)."""
+
+    id: int
+    name: str
+    color: tuple[int, int, int]
+
+
+def _read_table() -> tuple[Label, ...]:
+    text = resources.files("scene_description").joinpath("nyu40.csv").read_text(encoding="utf-8")
+    return tuple(
+        Label(int(row["id"]), row["name"], (int(row["r"]), int(row["g"]), int(row["b"])))
+        for row in csv.DictReader(text.splitlines())
+    )
+
+
+NYU40: tuple[Label, ...] = _read_table()
+"""Class id -> label; index and id agree."""
+
+LABEL_ID: dict[str, int] = {label.name: label.id for label in NYU40}
+"""Class name -> class id."""
+
+
+def label_palette() -> NDArray[np.uint8]:
+    """Return the (41, 3) uint8 RGB colours of the class ids, for people."""
+    return np.array([label.color for label in NYU40], np.uint8)
+
+
+def instance_palette(count: int) -> NDArray[np.uint8]:
+    """Return (count, 3) uint8 RGB colours for instance ids; 0 is black, neighbouring ids differ strongly.
+
+    Hues advance by the golden angle; saturation and value alternate, so that the colours of the first few hundred ids stay apart.
+    """
+    ids = np.arange(count)
+    hue = (ids * 0.6180339887498949) % 1.0
+    saturation = np.array([0.65, 0.9, 0.45])[ids % 3]
+    value = np.array([0.95, 0.75])[(ids // 3) % 2]
+    sector = hue[:, None] * 6.0 + np.array([5.0, 3.0, 1.0])
+    k = sector % 6.0
+    rgb = value[:, None] * (1.0 - saturation[:, None] * np.clip(np.minimum(k, 4.0 - k), 0.0, 1.0))
+    colors: NDArray[np.uint8] = np.round(rgb * 255.0).astype(np.uint8)
+    colors[:1] = 0
+    return colors

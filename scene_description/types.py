@@ -1,0 +1,228 @@
+"""The frozen types of a scene description, ``scene_synth/1``: one furnished room and everything that is known of it.
+
+World frame: metres, right-handed, z up, floor at z = 0.  An object's own frame: origin at the centre of its box's bottom face, front
+along +x, so ``size_m`` is (depth, width, height).  Colours are linear (scene-referred) RGB with Rec. 709 primaries; light is photometric:
+radiance is given as RGB luminance in cd/m2, flux in lumen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from scene_description.strict import Limits
+
+MAX_OBJECTS = 1000
+MAX_POSES = 100_000
+
+Name = Annotated[str, Limits(min_length=1, max_length=120, pattern=r"[A-Za-z0-9_.:\- ]+")]
+Text = Annotated[str, Limits(max_length=500)]
+ObjectId = Annotated[int, Limits(ge=1, le=65535)]
+Seed = Annotated[int, Limits(ge=0, le=2**63 - 1)]
+Coordinate = Annotated[float, Limits(ge=-1000.0, le=1000.0, unit="m")]
+Length = Annotated[float, Limits(ge=0.0005, le=100.0, unit="m")]
+Angle = Annotated[float, Limits(ge=-100.0, le=100.0, unit="rad")]
+Unit = Annotated[float, Limits(ge=0.0, le=1.0)]
+Luminance = Annotated[float, Limits(ge=0.0, le=1e6, unit="cd/m2")]
+Point2 = tuple[Coordinate, Coordinate]
+Point3 = tuple[Coordinate, Coordinate, Coordinate]
+Color = tuple[Unit, Unit, Unit]
+QuaternionItem = Annotated[float, Limits(ge=-1.0001, le=1.0001)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Material:
+    """A metallic-roughness material: linear base colour, perceptual roughness, metalness, share of light that it lets through."""
+
+    id: Name
+    family: Name
+    base_color: Color
+    roughness: Unit = 0.8
+    metallic: Unit = 0.0
+    transmission: Unit = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Part:
+    """A named part of an object and the id of its material."""
+
+    name: Name
+    material: Name
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelReference:
+    """Where an object's geometry comes from: a generator of the renderer with style and seed, or a file of the user's catalogue.
+
+    ``file`` is a relative POSIX path inside the catalogue's folder; absolute paths and ``..`` are refused.
+    """
+
+    generator: Name | None = None
+    file: Annotated[str, Limits(min_length=1, max_length=240)] | None = None
+    style: Name = "default"
+    seed: Seed = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Support:
+    """What an object rests on or hangs from; ``id`` is the supporting object, ``wall`` the index of the polygon edge."""
+
+    kind: Literal["floor", "wall", "ceiling", "object"]
+    id: ObjectId | None = None
+    wall: Annotated[int, Limits(ge=0, le=255)] | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SceneObject:
+    """One piece of furniture or clutter.
+
+    ``position_m`` is the centre of the bottom face of its box in the world, ``size_m`` (depth along its own x, width along y, height).
+    ``group`` is the id of the core object of its functional group (its address terminal), if any.
+    """
+
+    id: ObjectId
+    category: Name
+    label: Annotated[int, Limits(ge=0, le=40)]
+    size_m: tuple[Length, Length, Length]
+    position_m: Point3
+    yaw_rad: Angle
+    support: Support
+    group: ObjectId | None = None
+    model: ModelReference
+    parts: Annotated[tuple[Part, ...], Limits(max_length=64)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Opening:
+    """A door or window in a wall.
+
+    ``wall`` is the index i of the polygon edge from vertex i to i + 1; ``offset_m`` runs along it to the opening's near end; ``sill_m`` is
+    the height of its lower edge.  A door's hinge is at the near ("start") or far ("end") end; it opens into the room ("in") or out of it.
+    """
+
+    id: ObjectId
+    category: Literal["door", "window"]
+    label: Annotated[int, Limits(ge=0, le=40)]
+    wall: Annotated[int, Limits(ge=0, le=255)]
+    offset_m: Annotated[float, Limits(ge=0.0, le=1000.0, unit="m")]
+    sill_m: Annotated[float, Limits(ge=0.0, le=100.0, unit="m")]
+    width_m: Length
+    height_m: Length
+    hinge: Literal["start", "end"] = "start"
+    swing: Literal["in", "out"] = "in"
+    model: ModelReference
+    parts: Annotated[tuple[Part, ...], Limits(max_length=64)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Room:
+    """The room's shell.  ``polygon_m`` is the inner floor outline, counter-clockwise; wall i runs from vertex i to vertex i + 1."""
+
+    polygon_m: Annotated[tuple[Point2, ...], Limits(min_length=3, max_length=256)]
+    height_m: Annotated[float, Limits(ge=1.5, le=20.0, unit="m")]
+    wall_thickness_m: Annotated[float, Limits(ge=0.02, le=1.0, unit="m")]
+    openings: Annotated[tuple[Opening, ...], Limits(max_length=64)]
+    surfaces: Annotated[tuple[Part, ...], Limits(min_length=1, max_length=8)]
+    """Materials of the parts ``floor``, ``wall``, ``ceiling`` and ``skirting``."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Light:
+    """A lamp: the surface of one part of one object emits ``flux_lm``, evenly over its area and diffusely, in the linear colour given."""
+
+    object: ObjectId
+    part: Name
+    flux_lm: Annotated[float, Limits(ge=0.0, le=1e6, unit="lm")]
+    color_temperature_k: Annotated[float, Limits(ge=1000.0, le=20000.0, unit="K")]
+    color: Color
+    on: bool = True
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Environment:
+    """Daylight outside the windows: luminance (RGB, cd/m2) of the sky at the zenith, at the horizon, and of the ground below it."""
+
+    zenith: tuple[Luminance, Luminance, Luminance]
+    horizon: tuple[Luminance, Luminance, Luminance]
+    ground: tuple[Luminance, Luminance, Luminance]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraPose:
+    """One pose of the camera's optical frame (x right, y down, z forward) in the world, and its simulated time in nanoseconds."""
+
+    stamp_ns: Annotated[int, Limits(ge=0, le=2**62, unit="ns")]
+    position_m: Point3
+    orientation: tuple[QuaternionItem, QuaternionItem, QuaternionItem, QuaternionItem]
+    """Unit quaternion (x, y, z, w)."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ParseNode:
+    """One node of the parse graph: which rule was chosen, with which probability.
+
+    ``kind`` is the node's kind in the And-Or graph; ``choice`` the branch taken, the multiplicity of a Set branch, the target of an address
+    or the attribute's value; ``parent`` the index of the parent node, ``object`` the terminal's object.  ``log_probability`` is the natural
+    logarithm of the branch's probability, or of a density for continuous attributes.
+    """
+
+    symbol: Name
+    kind: Literal["and", "or", "set", "address", "terminal", "attribute"]
+    parent: Annotated[int, Limits(ge=0, le=100_000)] | None = None
+    choice: Text = ""
+    log_probability: Annotated[float, Limits(ge=-1e9, le=1e9)] = 0.0
+    object: ObjectId | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ParseGraph:
+    """The derivation of the room: nodes in depth-first order, their summed log-probability, every layout energy term by name.
+
+    ``energies`` are the unweighted clique losses, ``weights`` their lambda; ``energy`` is the weighted sum, E(E_pt) of the Gibbs prior.
+    """
+
+    nodes: Annotated[tuple[ParseNode, ...], Limits(max_length=20_000)]
+    log_probability: Annotated[float, Limits(ge=-1e9, le=1e9)]
+    energies: Annotated[Mapping[str, float], Limits(max_length=64)]
+    weights: Annotated[Mapping[str, float], Limits(max_length=64)]
+    energy: Annotated[float, Limits(ge=-1e12, le=1e12)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ValidityCheck:
+    """One check: the measured value, the limit that it is held to, whether it passed, and the objects at fault."""
+
+    name: Name
+    value: Annotated[float, Limits(ge=-1e12, le=1e12)]
+    limit: Annotated[float, Limits(ge=-1e12, le=1e12)]
+    passed: bool
+    objects: Annotated[tuple[ObjectId, ...], Limits(max_length=MAX_OBJECTS)] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ValidityReport:
+    """The exact checks of the finished room; ``attempts`` counts the layouts that were sampled until it passed."""
+
+    valid: bool
+    attempts: Annotated[int, Limits(ge=1, le=1_000_000)]
+    checks: Annotated[tuple[ValidityCheck, ...], Limits(max_length=64)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SceneDescription:
+    """A furnished room: everything that renderers, recorders and people need to know of it."""
+
+    schema: Literal["scene_synth/1"]
+    id: Name
+    index: Annotated[int, Limits(ge=0, le=2**62)]
+    seed: Seed
+    category: Name
+    room: Room
+    objects: Annotated[tuple[SceneObject, ...], Limits(max_length=MAX_OBJECTS)]
+    materials: Annotated[tuple[Material, ...], Limits(min_length=1, max_length=4096)]
+    lights: Annotated[tuple[Light, ...], Limits(max_length=256)]
+    environment: Environment
+    camera_path: Annotated[tuple[CameraPose, ...], Limits(min_length=1, max_length=MAX_POSES)]
+    parse_graph: ParseGraph
+    validity: ValidityReport

@@ -1,0 +1,59 @@
+"""Counts what renderers say they have published against what has arrived: nothing is lost unnoticed."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+
+from scene_synth_ros.status import NodeStatus
+
+
+class Accounting:
+    """Compares cumulative counts of published and received messages, by topic.
+
+    A renderer that was already publishing when it was first seen is counted from its next finished room on.
+
+    Attributes:
+        received: messages that have arrived, by topic.
+        lost: messages that were given up, by topic.
+    """
+
+    def __init__(self) -> None:
+        self.received: Counter[str] = Counter()
+        self.lost: Counter[str] = Counter()
+        self._renderers: dict[str, NodeStatus] = {}
+        self._uncounted: dict[str, Counter[str] | None] = {}
+
+    def take_status(self, status: NodeStatus) -> None:
+        """Take the newest status of a renderer."""
+        name = status.node
+        if name not in self._renderers:
+            self._uncounted[name] = None if any(status.counts.values()) else Counter()
+        elif self._uncounted[name] is None and status.done_scene > self._renderers[name].done_scene:
+            self._uncounted[name] = Counter({topic: count - self.received[topic] for topic, count in status.counts.items()})
+        self._renderers[name] = status
+
+    def done_scene(self) -> int:
+        """Return the last room that every known renderer has finished, -1 if there is none."""
+        return min((status.done_scene for status in self._renderers.values()), default=-1)
+
+    def missing(self, recorded: Mapping[str, int]) -> dict[str, int]:
+        """Return how many published messages have not arrived and have not been given up, by topic.
+
+        Args:
+            recorded: the topics that are recorded; values below 0 mark those that are left out.
+        """
+        published: Counter[str] = Counter()
+        for name, status in self._renderers.items():
+            uncounted = self._uncounted[name]
+            if uncounted is None:
+                continue
+            for topic, count in status.counts.items():
+                if recorded.get(topic, -1) >= 0:
+                    published[topic] += count - uncounted[topic]
+        short = {topic: count - self.received[topic] - self.lost[topic] for topic, count in published.items()}
+        return {topic: count for topic, count in sorted(short.items()) if count > 0}
+
+    def give_up(self, missing: Mapping[str, int]) -> None:
+        """Count messages as lost."""
+        self.lost.update(missing)

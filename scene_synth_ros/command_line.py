@@ -1,0 +1,49 @@
+"""The command ``scene_synth``: one row of a table a subcommand."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import sys
+from collections.abc import Sequence
+from typing import NamedTuple
+
+
+class Command(NamedTuple):
+    """A subcommand: its help line, and the module that has ``add_arguments(parser)`` and ``run(arguments) -> exit status``."""
+
+    help: str
+    module: str
+
+
+COMMANDS = {
+    "run": Command("run the node suite: grammar, renderer and, with --record, recorder", "run_command"),
+    "inspect": Command("print what a bag holds and every fault of it", "inspect_command"),
+    "replay": Command("publish a bag again", "replay_command"),
+    "sample": Command("sample rooms and write their scene descriptions and top views", "sample_command"),
+    "render": Command("render a scene description to image files, without ROS", "render_command"),
+}
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Run a subcommand; bad input ends in one line on stderr and status 2."""
+    arguments = sys.argv[1:] if argv is None else list(argv)
+    parser = argparse.ArgumentParser(prog="scene_synth", description="Synthetic indoor camera streams for ROS 2.")
+    subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    chosen = next((word for word in arguments if not word.startswith("-")), None)
+    module = None
+    for name, command in COMMANDS.items():
+        subparser = subparsers.add_parser(name, help=command.help, description=command.help[0].upper() + command.help[1:] + ".")
+        if name == chosen:  # the modules of other commands stay unloaded
+            module = importlib.import_module(f"scene_synth_ros.{command.module}")
+            module.add_arguments(subparser)
+    parsed = parser.parse_args(arguments)
+    try:
+        assert module is not None
+        code = module.run(parsed)
+    except (ValueError, OSError, RuntimeError) as error:
+        sys.stderr.write(f"scene_synth {parsed.command}: {error}\n")
+        code = 2
+    except KeyboardInterrupt:
+        code = 130
+    sys.exit(code)

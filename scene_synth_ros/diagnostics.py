@@ -1,0 +1,32 @@
+"""Publishes what a node knows of itself on ``/diagnostics``, once a second and at once when its level changes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from rclpy.node import Node
+
+OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
+Report = tuple[bytes, str, Mapping[str, object]]
+"""Level, one-line message, named values."""
+
+
+class Diagnostics:
+    """A timer that asks ``collect`` and publishes its report under the node's full name."""
+
+    def __init__(self, node: Node, collect: Callable[[], Report], period_s: float = 1.0) -> None:
+        self._node = node
+        self._collect = collect
+        self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
+        self._timer = node.create_timer(period_s, self.publish)
+
+    def publish(self) -> None:
+        """Publish the report now."""
+        level, message, values = self._collect()
+        status = DiagnosticStatus(level=level, name=self._node.get_fully_qualified_name().lstrip("/"), message=message)
+        status.hardware_id = "scene_synth"
+        status.values = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = self._node.get_clock().now().to_msg()
+        self._publisher.publish(array)

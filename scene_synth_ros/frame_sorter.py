@@ -1,0 +1,132 @@
+"""Puts messages that arrive in any order into the order of their stamps, so that a run always writes the same bytes.
+
+DDS keeps the order of one topic, not of several.  Messages of one stamp form a group, which leaves when everything expected of that
+stamp is there and all earlier groups have left; within a group the topics have a fixed order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from typing import NamedTuple
+
+
+class OrderedMessage(NamedTuple):
+    """A message whose turn has come.
+
+    ``log_ns`` never decreases from one to the next; it is ``stamp_ns`` except for messages that came late or have no stamp (None).
+    """
+
+    topic: str
+    stamp_ns: int | None
+    log_ns: int
+    data: bytes
+
+
+class _Group:
+    """What has arrived of one stamp."""
+
+    __slots__ = ("messages", "missing", "size")
+
+    def __init__(self, missing: set[str] | None) -> None:
+        self.messages: list[tuple[str, bytes]] = []
+        self.missing = missing
+        self.size = 0
+
+
+class FrameSorter:
+    """Holds messages until their group is complete, within bounds; no clocks, no threads.
+
+    Args:
+        topic_order: topics in the order in which they leave at equal stamps; topics not named come after them, by name.
+        expected: topics that every stamp must have to be complete; None lets no group leave before ``expect`` was called for its stamp.
+        max_stamps: how many stamps may wait.
+        max_bytes: how many bytes may wait, all stamps together.
+
+    Attributes:
+        late: messages that came after their stamp had left; they leave at once.
+        forced: groups that left incomplete because too much was waiting.
+        waiting_bytes: size of what is waiting.
+    """
+
+    def __init__(
+        self, topic_order: Sequence[str], *, expected: Collection[str] | None, max_stamps: int = 64, max_bytes: int = 256 * 2**20
+    ) -> None:
+        self._rank = {topic: rank for rank, topic in enumerate(topic_order)}
+        self._expected = None if expected is None else frozenset(expected)
+        self._max_stamps, self._max_bytes = max_stamps, max_bytes
+        self._groups: dict[int, _Group] = {}
+        self._announced: dict[int, frozenset[str]] = {}
+        self._released_ns: int | None = None
+        self.late = 0
+        self.forced = 0
+        self.waiting_bytes = 0
+
+    @property
+    def waiting_stamps(self) -> int:
+        """How many stamps are waiting."""
+        return len(self._groups)
+
+    def configure(self, topic_order: Sequence[str], expected: Collection[str] | None) -> list[OrderedMessage]:
+        """Change order and expectation for stamps yet to come; return everything that waits, so that no group mixes the two."""
+        released = self.flush()
+        self._rank = {topic: rank for rank, topic in enumerate(topic_order)}
+        self._expected = None if expected is None else frozenset(expected)
+        return released
+
+    def expect(self, stamp_ns: int, topics: Collection[str]) -> list[OrderedMessage]:
+        """Say which topics make ``stamp_ns`` complete, instead of the usual ones; return what may leave now."""
+        if self._released_ns is not None and stamp_ns <= self._released_ns:
+            return []
+        self._announced[stamp_ns] = frozenset(topics)
+        group = self._groups.get(stamp_ns)
+        if group is not None:
+            group.missing = set(topics) - {topic for topic, _ in group.messages}
+        return list(self._release_complete())
+
+    def add(self, topic: str, stamp_ns: int | None, data: bytes) -> list[OrderedMessage]:
+        """Take a message; return what may leave now, in order.  A message without a stamp leaves at once."""
+        if stamp_ns is None:
+            return [OrderedMessage(topic, None, self._released_ns or 0, data)]
+        if self._released_ns is not None and stamp_ns <= self._released_ns:
+            self.late += 1
+            return [OrderedMessage(topic, stamp_ns, self._released_ns, data)]
+        group = self._groups.get(stamp_ns)
+        if group is None:
+            expected = self._announced.get(stamp_ns, self._expected)
+            group = self._groups[stamp_ns] = _Group(None if expected is None else set(expected))
+        group.messages.append((topic, data))
+        group.size += len(data)
+        self.waiting_bytes += len(data)
+        if group.missing is not None:
+            group.missing.discard(topic)
+        released = list(self._release_complete())
+        while len(self._groups) > self._max_stamps or self.waiting_bytes > self._max_bytes:
+            self.forced += 1
+            released += self._release(min(self._groups))
+            released += self._release_complete()
+        return released
+
+    def flush(self, up_to_ns: int | None = None) -> list[OrderedMessage]:
+        """Return everything that waits with a stamp of at most ``up_to_ns`` (None: everything), complete or not, in order."""
+        stamps = sorted(stamp for stamp in self._groups if up_to_ns is None or stamp <= up_to_ns)
+        released = [message for stamp in stamps for message in self._release(stamp)]
+        return released + list(self._release_complete())
+
+    def missing(self) -> dict[int, frozenset[str]]:
+        """Return, for every waiting stamp, the topics that it still waits for."""
+        return {stamp: frozenset(self._groups[stamp].missing or ()) for stamp in sorted(self._groups)}
+
+    def _release_complete(self) -> Iterator[OrderedMessage]:
+        while self._groups:
+            first = min(self._groups)
+            if self._groups[first].missing is None or self._groups[first].missing:
+                return
+            yield from self._release(first)
+
+    def _release(self, stamp_ns: int) -> list[OrderedMessage]:
+        group = self._groups.pop(stamp_ns)
+        self.waiting_bytes -= group.size
+        self._released_ns = stamp_ns
+        self._announced = {stamp: topics for stamp, topics in self._announced.items() if stamp > stamp_ns}
+        ordered = sorted(group.messages, key=lambda message: (self._rank.get(message[0], len(self._rank)), message[0]))
+        return [OrderedMessage(topic, stamp_ns, stamp_ns, data) for topic, data in ordered]

@@ -1,0 +1,246 @@
+"""The node that synthesises rooms and publishes their descriptions."""
+
+from __future__ import annotations
+
+import time
+from concurrent.futures import Future
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple
+
+from nav_msgs.msg import OccupancyGrid
+from rclpy.duration import Duration
+from rclpy.node import Node
+from std_msgs.msg import String
+from visualization_msgs.msg import MarkerArray
+
+from grammar import SceneRequest
+from grammar.synthesize import CameraTimes, SceneSynthesizer
+from scene_description import FieldError, Limits, SceneDescription, scene_to_json
+from scene_description.strict import shorten
+from scene_synth_ros.conversions import occupancy_to_msg, scene_to_markers
+from scene_synth_ros.diagnostics import ERROR, OK, WARN, Diagnostics, Report
+from scene_synth_ros.frame_times import FrameTimes
+from scene_synth_ros.lock_step import Expectation, failures, waiting_for
+from scene_synth_ros.parameters import Parameters
+from scene_synth_ros.process import Worker, run_node
+from scene_synth_ros.qos import latched_qos
+from scene_synth_ros.status import NodeStatus, status_from_json, status_to_json
+
+_PEERS_FIXED = "the run's peers are counted once"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunConfig:
+    """How many rooms and frames a run has, and how it keeps step."""
+
+    seed: Annotated[int, Limits(ge=0, le=2**63 - 1, description="Seed of the run; room i depends on it, on i and on the settings")] = 1
+    rooms: Annotated[int, Limits(ge=0, le=10**9, description="Rooms of the run; 0 goes on for ever")] = 0
+    first_index: Annotated[int, Limits(ge=0, le=2**40, description="Index of the first room", fixed="rooms are counted from it")] = 0
+    frames_per_room: Annotated[int, Limits(ge=1, le=100_000, description="Frames of each room's camera path")] = 30
+    rate_hz: Annotated[float, Limits(ge=0.1, le=1000.0, unit="Hz", description="Simulated frame rate")] = 10.0
+    start_time_s: Annotated[
+        float, Limits(ge=0.0, le=4e9, unit="s", description="Simulated time of the first frame of room 0", fixed="time cannot jump")
+    ] = 1.0
+    lock_step: Annotated[bool, Limits(description="Send a room only when all peers have finished the one before")] = True
+    expected_renderers: Annotated[int, Limits(ge=0, le=100, description="Renderers that a lock-step run waits for", fixed=_PEERS_FIXED)] = 1
+    expected_recorders: Annotated[int, Limits(ge=0, le=100, description="Recorders that a lock-step run waits for", fixed=_PEERS_FIXED)] = 0
+    peer_timeout_s: Annotated[float, Limits(ge=1.0, le=1e6, unit="s", description="Wait for peers before a warning")] = 30.0
+    world_frame: Annotated[str, Limits(min_length=1, max_length=100, description="Frame of the scene", fixed="frames of a run stay")] = "map"
+    exit_when_done: Annotated[bool, Limits(description="End the process after the last room")] = False
+
+
+class Prepared(NamedTuple):
+    """A room that is ready to go out: its description, JSON, how long it took (s), and the settings' generation that it was made for."""
+
+    scene: SceneDescription
+    text: str
+    seconds: float
+    generation: int
+
+
+class GrammarNode(Node):
+    """Synthesises furnished rooms and publishes their descriptions, one ahead of what the renderers work on.
+
+    Publishes (all latched): ``scene`` (std_msgs/String, JSON ``scene_synth/1``), ``scene/markers`` (MarkerArray), ``scene/map``
+    (OccupancyGrid of the free floor), ``status`` (std_msgs/String); ``/diagnostics``.
+    Subscribes: ``status`` of renderers and recorders.
+    Parameters: the fields of ``RunConfig``, and of ``SceneRequest`` under ``scene.``; those that change live take effect with the next
+    room that is synthesised: the one prepared ahead is made again.
+    """
+
+    def __init__(self) -> None:
+        super().__init__("grammar_node", automatically_declare_parameters_from_overrides=True)
+        self.exit_code: int | None = None
+        self._generation = 0
+        self._settings = Parameters(self, {"": RunConfig, "scene": SceneRequest}, self._on_change)
+        run: RunConfig = self._settings[""]
+        self._synthesizer = SceneSynthesizer.from_config()
+        self._synthesizer.check(self._settings["scene"])
+        self._times = FrameTimes(round(run.start_time_s * 1e9), run.rate_hz)
+        self._next_index, self._next_frame = run.first_index, run.first_index * run.frames_per_room
+        self._last_sent, self._last_sent_at, self._send_at = -1, time.monotonic(), 0.0
+        self._peers: dict[str, NodeStatus] = {}
+        self._pending: Future[Prepared] | None = None
+        self._fault, self._complaint, self._waiting = "", "", ""
+        self._finished = False
+        self._worker = Worker("synthesis")
+        self._scene = self.create_publisher(String, "scene", latched_qos())
+        self._markers = self.create_publisher(MarkerArray, "scene/markers", latched_qos())
+        self._map = self.create_publisher(OccupancyGrid, "scene/map", latched_qos())
+        self._status = self.create_publisher(String, "status", latched_qos(10))
+        self.create_subscription(String, "status", self._on_status, latched_qos(100))
+        self._diagnostics = Diagnostics(self, self._report)
+        self._publish_status("ready")
+        self.create_timer(0.02, self._tick)
+
+    def close(self) -> None:
+        """Nothing is held beyond the node itself."""
+
+    def _on_change(self, prefixes: set[str]) -> None:
+        if "" in prefixes:
+            rate = self._settings[""].rate_hz
+            if rate != self._times.rate_hz:
+                self._times = self._times.at_rate(rate, self._next_frame)
+        self._generation += 1
+        self._fault = ""
+
+    def _on_status(self, message: String) -> None:
+        try:
+            status = status_from_json(message.data)
+        except FieldError as error:
+            self._complain(f"ignored a status that does not fit: {error}")
+            return
+        if status.role != "grammar":
+            self._peers[status.node] = status
+
+    def _tick(self) -> None:
+        run: RunConfig = self._settings[""]
+        failed = failures(self._peers)
+        if failed and run.exit_when_done and self.exit_code is None:
+            self._fail(f"{failed[0].node} failed: {failed[0].reason}")
+            return
+        last = run.first_index + run.rooms - 1 if run.rooms else None
+        expected = Expectation(renderers=run.expected_renderers, recorders=run.expected_recorders)
+        self._waiting = waiting_for(self._peers, expected, self._last_sent) if run.lock_step else ""
+        if last is not None and self._next_index > last:
+            if not self._waiting and not self._finished:
+                self._finish(run)
+            return
+        if self._pending is None and not self._fault:
+            self._pending = self._worker.submit(self._make_job(run))
+        if self._waiting or time.monotonic() < self._send_at or self._pending is None or not self._pending.done():
+            return
+        self._take_prepared(run)
+
+    def _make_job(self, run: RunConfig) -> "Job":
+        return Job(self._synthesizer, self._settings["scene"], run, self._next_index, self._times, self._next_frame, self._generation)
+
+    def _take_prepared(self, run: RunConfig) -> None:
+        assert self._pending is not None
+        pending, self._pending = self._pending, None
+        try:
+            prepared = pending.result()
+        except ValueError as error:
+            self._fault = f"room {self._next_index} could not be synthesised: {error}"
+            if run.exit_when_done:
+                self._fail(self._fault)
+            else:
+                self.get_logger().error(self._fault)
+                self._diagnostics.publish()
+            return
+        if prepared.generation == self._generation:
+            self._send(prepared, run)
+
+    def _send(self, prepared: Prepared, run: RunConfig) -> None:
+        scene = prepared.scene
+        stamp_ns = scene.camera_path[0].stamp_ns
+        grid = self._synthesizer.floor_map(scene)
+        self._map.publish(occupancy_to_msg(grid.cells, grid.resolution_m, grid.origin_m, stamp_ns, run.world_frame))
+        self._markers.publish(scene_to_markers(scene, stamp_ns, run.world_frame))
+        self._scene.publish(String(data=prepared.text))
+        of = f"/{run.rooms}" if run.rooms else ""
+        self.get_logger().info(
+            f"room {scene.index - run.first_index + 1}{of}: {scene.category}, {len(scene.objects)} objects, "
+            f"{len(scene.camera_path)} frames (synthesised in {prepared.seconds:.2f} s)"
+        )
+        self._last_sent, self._last_sent_at = scene.index, time.monotonic()
+        self._send_at = 0.0 if run.lock_step else self._last_sent_at + len(scene.camera_path) / run.rate_hz
+        self._next_index += 1
+        self._next_frame += len(scene.camera_path)
+
+    def _finish(self, run: RunConfig) -> None:
+        self._finished = True
+        self.get_logger().info(f"all {run.rooms} rooms are done")
+        self._publish_status("finished")
+        if run.exit_when_done:
+            self._status.wait_for_all_acked(Duration(seconds=2.0))
+            self.exit_code = 0
+
+    def _fail(self, reason: str) -> None:
+        self._fault = reason
+        self.get_logger().error(reason)
+        self._diagnostics.publish()
+        self._publish_status("failed", reason)
+        self._status.wait_for_all_acked(Duration(seconds=1.0))
+        self.exit_code = 1
+
+    def _publish_status(self, state: str, reason: str = "") -> None:
+        status = NodeStatus(node=self.get_fully_qualified_name(), role="grammar", state=state, done_scene=self._last_sent, reason=reason[:1000])
+        self._status.publish(String(data=status_to_json(status)))
+
+    def _complain(self, text: str) -> None:
+        self._complaint = text
+        self.get_logger().warning(text, throttle_duration_sec=1.0)
+
+    def _report(self) -> Report:
+        run: RunConfig = self._settings[""]
+        scene: SceneRequest = self._settings["scene"]
+        values = {
+            "seed": run.seed,
+            "room_type": scene.room_type,
+            "rooms_sent": self._next_index - run.first_index,
+            "rate_hz": run.rate_hz,
+            "lock_step": run.lock_step,
+            "waiting_for": self._waiting,
+            "peers": ", ".join(f"{peer.node} {peer.state} {peer.done_scene}" for peer in self._peers.values()),
+            "last_complaint": self._complaint,
+        }
+        if self._fault:
+            return ERROR, shorten(self._fault) if len(self._fault) > 500 else self._fault, values
+        waited = time.monotonic() - self._last_sent_at
+        if self._waiting and waited > run.peer_timeout_s:
+            return WARN, f"waiting since {waited:.0f} s for {self._waiting}", values
+        return (WARN, self._complaint, values) if self._complaint else (OK, "synthesising rooms", values)
+
+
+class Job(NamedTuple):
+    """Synthesises one room with the settings of the moment when it was queued."""
+
+    synthesizer: SceneSynthesizer
+    request: SceneRequest
+    run: RunConfig
+    index: int
+    times: FrameTimes
+    frame: int
+    generation: int
+
+    def __call__(self) -> Prepared:
+        """Return the room with its JSON."""
+        began = time.perf_counter()
+        times = CameraTimes(
+            frames=self.run.frames_per_room,
+            start_ns=self.times.origin_ns,
+            rate_hz=self.times.rate_hz,
+            first_index=self.frame - self.times.first_frame,
+        )
+        scene = self.synthesizer.synthesize(self.request, self.run.seed, self.index, times)
+        return Prepared(scene, scene_to_json(scene), time.perf_counter() - began, self.generation)
+
+
+def main(args: list[str] | None = None) -> None:
+    """Run the grammar node."""
+    run_node(GrammarNode, args)
+
+
+if __name__ == "__main__":
+    main()

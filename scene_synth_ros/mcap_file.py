@@ -1,0 +1,319 @@
+"""An MCAP file that grows chunk by chunk and whose index never speaks of bytes that are not on disk.
+
+The records are those of the ``mcap`` library; its ``Writer`` is not used because a write that fails leaves its statistics and its chunk
+in a state from which the file cannot be finished.  Here a chunk is counted and indexed only once it is written and synced, and a chunk
+that could not be written is cut off again.  Format: https://mcap.dev/spec.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import struct
+import zlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from io import RawIOBase
+from typing import NamedTuple
+
+import zstandard
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from mcap.records import (
+    Channel,
+    Chunk,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    Header,
+    McapRecord,
+    MessageIndex,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+    SummaryOffset,
+)
+from mcap.writer import LIBRARY_IDENTIFIER, MCAP0_MAGIC
+
+COMPRESSIONS = ("zstd", "none")
+MAX_TIME_NS = 2**63 - 1
+
+_MESSAGE_PREFIX = struct.Struct("<BQHIQQ")
+_MESSAGE_FIXED_SIZE = 22
+_COUNT = struct.Struct("<HI")
+_FOOTER_PREFIX = struct.Struct("<BQQQ")
+_FOOTER_FIXED_SIZE = 20
+
+
+@dataclass(slots=True)
+class _OpenChunk:
+    """The chunk in progress: encoded records, message index, log time range."""
+
+    parts: list[bytes] = field(default_factory=list)
+    size: int = 0
+    index: dict[int, list[tuple[int, int]]] = field(default_factory=dict)
+    message_count: int = 0
+    start_ns: int = MAX_TIME_NS
+    end_ns: int = 0
+
+    def put(self, data: bytes) -> None:
+        self.parts.append(data)
+        self.size += len(data)
+
+
+class _WrittenChunk(NamedTuple):
+    """What the summary needs of a chunk on disk, packed because a long bag has many."""
+
+    offset: int
+    index_record: bytes
+    counts: bytes
+    start_ns: int
+    end_ns: int
+
+    def channel_counts(self) -> Iterator[tuple[int, int]]:
+        return _COUNT.iter_unpack(self.counts)
+
+
+class McapFile:
+    """Writes messages in chunks to an empty file.
+
+    Args:
+        file: unbuffered, positioned at its start; stays open.
+        chunk_size: a chunk is written when its uncompressed records exceed this many bytes.
+        compression: ``zstd`` or ``none``.
+        level: zstd level.
+        profile: MCAP profile.
+
+    Raises:
+        OSError: from every method that writes; the file then ends after its last whole chunk and can still be finished.
+    """
+
+    def __init__(self, file: RawIOBase, *, chunk_size: int, compression: str = "zstd", level: int = 1, profile: str = "ros2") -> None:
+        self._file = file
+        self._chunk_size = chunk_size
+        self._compressor = zstandard.ZstdCompressor(level=level) if compression == "zstd" else None
+        self._end = 0
+        self._schemas: list[Schema] = []
+        self._channels: list[Channel] = []
+        self._chunks: list[_WrittenChunk] = []
+        self._metadata_indexes: list[MetadataIndex] = []
+        self._definitions: list[bytes] = []
+        self._counts: dict[int, int] = {}
+        self._open = _OpenChunk()
+        self._append(MCAP0_MAGIC + _encode(Header(profile, f"scene_synth_ros {LIBRARY_IDENTIFIER}")))
+
+    @property
+    def size(self) -> int:
+        """Bytes on disk."""
+        return self._end
+
+    @property
+    def tail_size(self) -> int:
+        """About how many bytes ``finish`` will take, metadata records excepted."""
+        definitions = sum(len(schema.data) for schema in self._schemas) + 1024 * (len(self._schemas) + len(self._channels))
+        return definitions + 4096 + sum(len(chunk.index_record) for chunk in self._chunks)
+
+    @property
+    def waiting_messages(self) -> int:
+        """Messages of the chunk that is not yet written."""
+        return self._open.message_count
+
+    def counts(self) -> dict[int, int]:
+        """Return channel id -> messages in written chunks."""
+        return dict(self._counts)
+
+    def time_range_ns(self) -> tuple[int, int] | None:
+        """Return first and last log time in written chunks; None without messages."""
+        if not self._chunks:
+            return None
+        return min(chunk.start_ns for chunk in self._chunks), max(chunk.end_ns for chunk in self._chunks)
+
+    def add_schema(self, name: str, encoding: str, data: bytes) -> int:
+        """Add a schema; return its id."""
+        self._schemas.append(Schema(id=len(self._schemas) + 1, name=name, encoding=encoding, data=data))
+        self._define(_encode(self._schemas[-1]))
+        return len(self._schemas)
+
+    def add_channel(self, topic: str, schema_id: int, metadata: Mapping[str, str]) -> int:
+        """Add a channel of CDR messages; return its id."""
+        channel_id = len(self._channels) + 1
+        self._channels.append(Channel(id=channel_id, topic=topic, message_encoding="cdr", metadata=dict(metadata), schema_id=schema_id))
+        self._counts[channel_id] = 0
+        self._define(_encode(self._channels[-1]))
+        return channel_id
+
+    def add_message(self, channel_id: int, log_ns: int, publish_ns: int, data: bytes) -> None:
+        """Add a message to the chunk, which is written when it is full."""
+        chunk = self._open
+        chunk.index.setdefault(channel_id, []).append((log_ns, chunk.size))
+        chunk.message_count += 1
+        chunk.start_ns = min(chunk.start_ns, log_ns)
+        chunk.end_ns = max(chunk.end_ns, log_ns)
+        chunk.put(_MESSAGE_PREFIX.pack(Opcode.MESSAGE, _MESSAGE_FIXED_SIZE + len(data), channel_id, 0, log_ns, publish_ns))
+        chunk.put(data)
+        if chunk.size > self._chunk_size:
+            self.write_chunk()
+
+    def write_chunk(self) -> None:
+        """Write and sync the chunk in progress with its message index; one without messages stays in memory.
+
+        Raises:
+            OSError: the chunk was not written and its messages are dropped.
+        """
+        chunk = self._open
+        if not chunk.message_count:
+            return
+        self._open = _OpenChunk()
+        written, encoded = self._encode_chunk(chunk)
+        try:
+            self._append(encoded)
+        except OSError:
+            for definition in self._definitions:
+                self._open.put(definition)
+            raise
+        self._definitions = []
+        self._chunks.append(written)
+        for channel_id, count in written.channel_counts():
+            self._counts[channel_id] += count
+
+    def _encode_chunk(self, chunk: _OpenChunk) -> tuple[_WrittenChunk, bytes]:
+        """Return the summary of a chunk and its bytes, message indexes included, for the end of the file."""
+        records = b"".join(chunk.parts)
+        compressed = self._compressor.compress(records) if self._compressor else records
+        builder = RecordBuilder()
+        compression = "zstd" if self._compressor else ""
+        Chunk(
+            compression=compression,
+            data=compressed,
+            message_start_time=chunk.start_ns,
+            message_end_time=chunk.end_ns,
+            uncompressed_crc=zlib.crc32(records),
+            uncompressed_size=len(records),
+        ).write(builder)
+        length = builder.count
+        offsets = {}
+        for channel_id, entries in chunk.index.items():
+            offsets[channel_id] = self._end + builder.count
+            MessageIndex(channel_id=channel_id, records=entries).write(builder)
+        index = ChunkIndex(
+            chunk_length=length,
+            chunk_start_offset=self._end,
+            compression=compression,
+            compressed_size=len(compressed),
+            message_end_time=chunk.end_ns,
+            message_index_length=builder.count - length,
+            message_index_offsets=offsets,
+            message_start_time=chunk.start_ns,
+            uncompressed_size=len(records),
+        )
+        counts = b"".join(_COUNT.pack(channel_id, len(entries)) for channel_id, entries in chunk.index.items())
+        return _WrittenChunk(self._end, _encode(index), counts, chunk.start_ns, chunk.end_ns), bytes(builder.end())  # type: ignore[no-untyped-call]
+
+    def add_metadata(self, name: str, data: Mapping[str, str]) -> None:
+        """Write the chunk in progress, then a metadata record."""
+        self.write_chunk()
+        start = self._end
+        record = _encode(Metadata(name=name, metadata=dict(data)))
+        self._append(record)
+        self._metadata_indexes.append(MetadataIndex(offset=start, length=len(record), name=name))
+
+    def drop_last_chunk(self) -> int:
+        """Give up the last written chunk and all that follows it; return how many messages it had.
+
+        Raises:
+            LookupError: no chunk is left.
+        """
+        dropped = self._chunks.pop()
+        for channel_id, count in dropped.channel_counts():
+            self._counts[channel_id] -= count
+        self._cut(dropped.offset)
+        self._metadata_indexes = [entry for entry in self._metadata_indexes if entry.offset < self._end]
+        return sum(count for _, count in dropped.channel_counts())
+
+    def finish(self, metadata: Callable[[], Mapping[str, Mapping[str, str]]]) -> None:
+        """Write the chunk in progress, metadata records, summary and footer.
+
+        Args:
+            metadata: returns record name -> record, called when the last chunk is on disk.
+
+        Raises:
+            OSError: the file ends after its last whole chunk; ``finish`` may be called again.
+        """
+        self.write_chunk()
+        start = self._end
+        indexes = list(self._metadata_indexes)
+        tail = bytearray()
+        for name, data in metadata().items():
+            record = _encode(Metadata(name=name, metadata=dict(data)))
+            indexes.append(MetadataIndex(offset=start + len(tail), length=len(record), name=name))
+            tail += record
+        tail += _encode(DataEnd(0))
+        tail += self._summary(start + len(tail), indexes)
+        self._append(bytes(tail + MCAP0_MAGIC))
+
+    def _summary(self, start: int, metadata_indexes: list[MetadataIndex]) -> bytes:
+        """Return the summary section and footer for a file whose data section ends at ``start``."""
+        groups: tuple[tuple[Opcode, list[bytes]], ...] = (
+            (Opcode.SCHEMA, [_encode(schema) for schema in self._schemas]),
+            (Opcode.CHANNEL, [_encode(channel) for channel in self._channels]),
+            (Opcode.STATISTICS, [_encode(self._statistics(len(metadata_indexes)))]),
+            (Opcode.CHUNK_INDEX, [chunk.index_record for chunk in self._chunks]),
+            (Opcode.METADATA_INDEX, [_encode(index) for index in metadata_indexes]),
+        )
+        summary, offsets = bytearray(), bytearray()
+        for opcode, records in groups:
+            if records:
+                encoded = b"".join(records)
+                offsets += _encode(SummaryOffset(group_opcode=opcode, group_start=start + len(summary), group_length=len(encoded)))
+                summary += encoded
+        offset_start = start + len(summary)
+        summary += offsets
+        crc = zlib.crc32(_FOOTER_PREFIX.pack(Opcode.FOOTER, _FOOTER_FIXED_SIZE, start, offset_start), zlib.crc32(summary))
+        return bytes(summary) + _encode(Footer(summary_start=start, summary_offset_start=offset_start, summary_crc=crc))
+
+    def _statistics(self, metadata_count: int) -> Statistics:
+        counts = {channel_id: count for channel_id, count in self._counts.items() if count}
+        start_ns, end_ns = self.time_range_ns() or (0, 0)
+        return Statistics(
+            attachment_count=0,
+            channel_count=len(self._channels),
+            channel_message_counts=counts,
+            chunk_count=len(self._chunks),
+            message_count=sum(counts.values()),
+            metadata_count=metadata_count,
+            message_start_time=start_ns,
+            message_end_time=end_ns,
+            schema_count=len(self._schemas),
+        )
+
+    def _define(self, record: bytes) -> None:
+        """Put a schema or channel into the chunk in progress, and again into the next one should this one not reach the disk."""
+        self._definitions.append(record)
+        self._open.put(record)
+
+    def _append(self, data: bytes) -> None:
+        """Write and sync at the end of the file, or leave the file as it was."""
+        try:
+            view = memoryview(data)
+            while view:
+                written = self._file.write(view)
+                if not written:
+                    raise OSError(errno.EIO, "nothing was written")
+                view = view[written:]
+            os.fdatasync(self._file.fileno())
+        except OSError:
+            self._cut(self._end)
+            raise
+        self._end += len(data)
+
+    def _cut(self, size: int) -> None:
+        self._end = size
+        self._file.truncate(size)
+        self._file.seek(size)
+
+
+def _encode(record: McapRecord) -> bytes:
+    builder = RecordBuilder()
+    record.write(builder)
+    return bytes(builder.end())  # type: ignore[no-untyped-call]

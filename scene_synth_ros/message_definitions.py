@@ -1,0 +1,119 @@
+"""Message definitions as rosbag2 writes them into MCAP schemas, and the type hashes that go with them.
+
+Both come from the files that every interface package installs: ``share/<package>/msg/<Type>.msg`` and ``.json``.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+TF_MESSAGE = "tf2_msgs/msg/TFMessage"
+
+_DELIMITER = "\n" + "=" * 80 + "\nMSG: "
+_TYPE_NAME = re.compile(r"([A-Za-z0-9_]+)/(?:msg/)?([A-Za-z0-9_]+)")
+_FIELD_TYPE = re.compile(r"^\s*([A-Za-z0-9_/]+)(?:\[[^\]]*\])?\s+", re.MULTILINE)
+_PRIMITIVES = frozenset(
+    "bool byte char float32 float64 int8 uint8 int16 uint16 int32 uint32 int64 uint64 string wstring".split()
+)
+_EMBEDDED_TEXTS = {TF_MESSAGE: "geometry_msgs/TransformStamped[] transforms\n"}
+_EMBEDDED_HASHES = {TF_MESSAGE: "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087"}
+
+
+class MessageDefinitionError(ValueError):
+    """A message type whose definition cannot be found; one line that names the type."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MessageDefinition:
+    """What a bag must say of a message type.
+
+    ``text`` is the ``ros2msg`` schema: the type's own file, then every type it depends on, each once.  ``type_hash`` is the REP 2011
+    hash (``RIHS01_...``), empty where the package installs none.
+    """
+
+    type_name: str
+    text: str
+    type_hash: str
+
+
+def message_definition(type_name: str) -> MessageDefinition:
+    """Return the definition of ``package/msg/Type``.
+
+    Raises:
+        MessageDefinitionError: the name is malformed, or the type or one that it depends on is not installed.
+    """
+    return _load(type_name, share_folders())
+
+
+def share_folders() -> tuple[str, ...]:
+    """Return where interface packages are looked for: the prefixes of ``AMENT_PREFIX_PATH``, then the interpreter's own."""
+    prefixes = [prefix for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if prefix]
+    return tuple(dict.fromkeys(str(Path(prefix) / "share") for prefix in [*prefixes, sys.prefix]))
+
+
+@lru_cache(maxsize=256)
+def _load(type_name: str, folders: tuple[str, ...]) -> MessageDefinition:
+    text = "".join(_texts(type_name, folders, set(), type_name))
+    return MessageDefinition(type_name=type_name, text=text, type_hash=_type_hash(type_name, folders))
+
+
+def _texts(type_name: str, folders: tuple[str, ...], seen: set[str], root: str) -> Iterator[str]:
+    """Yield a type's text and, depth first in order of name, the delimited texts of its dependencies not yet seen."""
+    package, _ = _split(type_name, root)
+    text = _own_text(type_name, folders, root)
+    yield text
+    for dependency in _dependencies(text, package):
+        if dependency not in seen:
+            seen.add(dependency)
+            yield f"{_DELIMITER}{dependency}\n"
+            yield from _texts(dependency, folders, seen, root)
+
+
+def _dependencies(text: str, package: str) -> list[str]:
+    """Return the message types of a definition's fields, as written there, but always with their package."""
+    names = {name for name in _FIELD_TYPE.findall(text) if name not in _PRIMITIVES}
+    return sorted(name if "/" in name else f"{package}/{name}" for name in names)
+
+
+def _own_text(type_name: str, folders: tuple[str, ...], root: str) -> str:
+    package, name = _split(type_name, root)
+    for folder in folders:
+        path = Path(folder, package, "msg", f"{name}.msg")
+        if path.is_file():
+            return path.read_bytes().decode()
+    embedded = _EMBEDDED_TEXTS.get(f"{package}/msg/{name}")
+    if embedded is None:
+        needed = "" if type_name == root else f" (needed by '{root}')"
+        raise MessageDefinitionError(
+            f"message type '{type_name}'{needed}: no definition under {' or '.join(folders)}; install the package {package}"
+        )
+    return embedded
+
+
+def _type_hash(type_name: str, folders: tuple[str, ...]) -> str:
+    package, name = _split(type_name, type_name)
+    full_name = f"{package}/msg/{name}"
+    for folder in folders:
+        path = Path(folder, package, "msg", f"{name}.json")
+        if not path.is_file():
+            continue
+        try:
+            hashes = {entry["type_name"]: entry["hash_string"] for entry in json.loads(path.read_bytes())["type_hashes"]}
+        except (ValueError, KeyError, TypeError):
+            raise MessageDefinitionError(f"message type '{type_name}': {path} is no type description; reinstall {package}") from None
+        return str(hashes.get(full_name, ""))
+    return _EMBEDDED_HASHES.get(full_name, "")
+
+
+def _split(type_name: str, root: str) -> tuple[str, str]:
+    match = _TYPE_NAME.fullmatch(type_name)
+    if match is None:
+        raise MessageDefinitionError(f"message type '{root}': expected 'package/msg/Type', got '{type_name}'")
+    return match.group(1), match.group(2)

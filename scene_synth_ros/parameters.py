@@ -1,0 +1,131 @@
+"""Frozen dataclasses as ROS parameters: one definition gives name, type, default, range, unit, description and whether it may change.
+
+A node declares groups: the fields of the dataclass under the prefix ``camera`` become ``camera.width`` and so on; an empty prefix gives
+bare names.  Overrides that no group knows are refused by name; whole numbers are taken where a real number is asked for.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+from collections.abc import Callable, Mapping
+from typing import Any, get_args, get_origin
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from scene_description.strict import FieldError, Limits, field_types, read_value, split_annotation
+
+ROS_OWN = ("use_sim_time", "qos_overrides.", "start_type_description_service")
+
+
+class ParameterError(ValueError):
+    """A parameter that a node refuses at its start; one line: which, expected, got."""
+
+
+class Parameters:
+    """Declares groups of dataclass fields on a node and keeps their current values as frozen dataclasses.
+
+    Args:
+        node: created with ``automatically_declare_parameters_from_overrides=True``.
+        groups: prefix -> dataclass type.
+        on_change: called with the prefixes whose values changed, after ROS has taken them.
+
+    Raises:
+        ParameterError: an override is unknown, of the wrong type or out of range.
+    """
+
+    def __init__(self, node: Node, groups: Mapping[str, type], on_change: Callable[[set[str]], None] | None = None) -> None:
+        self._node = node
+        self._groups = dict(groups)
+        self._on_change = on_change
+        self._annotations = {_join(prefix, name): annotation for prefix, cls in groups.items() for name, annotation in field_types(cls).items()}
+        self._refuse_unknown()
+        self._values = {prefix: self._declare(prefix, cls) for prefix, cls in groups.items()}
+        node.add_on_set_parameters_callback(self._check)
+        node.add_post_set_parameters_callback(self._take)
+
+    def __getitem__(self, prefix: str) -> Any:
+        """Return the current values of a group, a frozen dataclass."""
+        return self._values[prefix]
+
+    def _refuse_unknown(self) -> None:
+        for name in self._node.get_parameters_by_prefix(""):
+            if name not in self._annotations and not name.startswith(ROS_OWN):
+                raise ParameterError(f"{self._node.get_name()}: unknown parameter '{name}'{_suggest(name, self._annotations)}")
+
+    def _declare(self, prefix: str, cls: type) -> Any:
+        values = {}
+        for field in dataclasses.fields(cls):
+            name = _join(prefix, field.name)
+            value = field.default
+            if self._node.has_parameter(name):
+                value = self._read(name, self._node.get_parameter(name).value)
+                self._node.undeclare_parameter(name)
+            self._node.declare_parameter(name, _to_ros(value), describe(self._annotations[name]), ignore_override=True)
+            values[field.name] = value
+        return cls(**values)
+
+    def _read(self, name: str, value: object) -> Any:
+        try:
+            return read_value(self._annotations[name], value, name)
+        except FieldError as error:
+            raise ParameterError(f"{self._node.get_name()}: parameter {error}") from None
+
+    def _check(self, parameters: list[Parameter]) -> SetParametersResult:
+        for parameter in parameters:
+            name = parameter.name
+            if name not in self._annotations:
+                continue
+            fixed = split_annotation(self._annotations[name])[1].fixed
+            if fixed:
+                return SetParametersResult(successful=False, reason=f"{name} cannot change in a running node: {fixed}; restart it")
+            try:
+                read_value(self._annotations[name], parameter.value, name)
+            except FieldError as error:
+                return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _take(self, parameters: list[Parameter]) -> None:
+        changed = set()
+        for parameter in parameters:
+            if parameter.name in self._annotations:
+                prefix, _, field = parameter.name.rpartition(".")
+                value = read_value(self._annotations[parameter.name], parameter.value, parameter.name)
+                self._values[prefix] = dataclasses.replace(self._values[prefix], **{field: value})
+                changed.add(prefix)
+        if changed and self._on_change is not None:
+            self._on_change(changed)
+
+
+def describe(annotation: Any) -> ParameterDescriptor:
+    """Return the ROS descriptor of an annotated field: description with unit, range, read-only reason."""
+    bare, limits = split_annotation(annotation)
+    descriptor = ParameterDescriptor(description=limits.description + (f" [{limits.unit}]" if limits.unit else ""))
+    descriptor.additional_constraints = f"fixed at start: {limits.fixed}" if limits.fixed else _constraints(bare, limits)
+    if limits.ge is not None and limits.le is not None:
+        if bare is float:
+            descriptor.floating_point_range = [FloatingPointRange(from_value=float(limits.ge), to_value=float(limits.le), step=0.0)]
+        elif bare is int:
+            descriptor.integer_range = [IntegerRange(from_value=int(limits.ge), to_value=min(int(limits.le), 2**63 - 1), step=0)]
+    return descriptor
+
+
+def _constraints(bare: Any, limits: Limits) -> str:
+    if get_origin(bare) is not None and get_origin(bare) is not tuple:
+        return "one of " + ", ".join(map(str, get_args(bare)))
+    return f"matches {limits.pattern}" if limits.pattern else ""
+
+
+def _to_ros(value: Any) -> Any:
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _join(prefix: str, name: str) -> str:
+    return f"{prefix}.{name}" if prefix else name
+
+
+def _suggest(name: str, known: Mapping[str, Any]) -> str:
+    close = difflib.get_close_matches(name, known, n=1)
+    return f"; did you mean '{close[0]}'?" if close else f"; known: {', '.join(sorted(known))}"

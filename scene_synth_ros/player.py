@@ -1,0 +1,144 @@
+"""Plays a bag: hands out its messages when their time has come.  No ROS; the caller publishes."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Collection, Iterator
+
+from scene_synth_ros.bag_reader import BagMessage, BagReader
+from scene_synth_ros.stamps import NANOSECONDS
+from scene_synth_ros.timeline import Timeline
+
+MAX_LATCHED = 1000
+
+
+class Player:
+    """Plays an open bag in the thread that calls ``run``; everything else may be called from other threads.
+
+    Messages are paced by their log times.  Those that come late (a slow machine, a high rate) are handed out at once, none is left out.
+    Latched topics have their state at the start handed out first.
+
+    Args:
+        reader: the bag; it must hold messages.
+        publish: called with every message.
+        topics: play only these.
+        start_offset_ns: skip this much log time at the beginning.
+        rate: log time per real time, > 0.
+        loop: begin again at the end.
+        paused: wait for ``resume`` before the first message.
+    """
+
+    def __init__(
+        self,
+        reader: BagReader,
+        publish: Callable[[BagMessage], None],
+        *,
+        topics: Collection[str],
+        start_offset_ns: int = 0,
+        rate: float = 1.0,
+        loop: bool = False,
+        paused: bool = False,
+    ) -> None:
+        self._reader = reader
+        self._publish = publish
+        self._topics = frozenset(topics)
+        self._begin_ns = reader.summary.start_ns or 0
+        self._start_ns = self._begin_ns + start_offset_ns
+        self._timeline = Timeline(rate, paused=paused)
+        self._timeline.begin(self._start_ns, time.monotonic_ns())
+        self._loop = loop
+        self._stopped = False
+        self._change = threading.Condition()
+        self.published = 0
+
+    @property
+    def paused(self) -> bool:
+        """Whether playing is paused."""
+        return self._timeline.paused
+
+    def position_s(self) -> float:
+        """Return the log time from the beginning of the bag, in seconds."""
+        with self._change:
+            return (self._timeline.position_ns(time.monotonic_ns()) - self._begin_ns) / NANOSECONDS
+
+    def pause(self) -> None:
+        """Stop handing out messages."""
+        with self._change:
+            self._timeline.pause(time.monotonic_ns())
+            self._change.notify_all()
+
+    def resume(self) -> None:
+        """Go on where ``pause`` stopped."""
+        with self._change:
+            self._timeline.resume(time.monotonic_ns())
+            self._change.notify_all()
+
+    def set_rate(self, rate: float) -> None:
+        """Change the rate, > 0, from now on."""
+        with self._change:
+            self._timeline.set_rate(rate, time.monotonic_ns())
+            self._change.notify_all()
+
+    def set_loop(self, loop: bool) -> None:
+        """Decide whether the next end of the bag is followed by its beginning."""
+        self._loop = loop
+
+    def stop(self) -> None:
+        """Make ``run`` return soon."""
+        with self._change:
+            self._stopped = True
+            self._change.notify_all()
+
+    def run(self) -> None:
+        """Play until the end, or until ``stop`` is called."""
+        while not self._stopped:
+            before = self.published
+            self._play_once()
+            if not self._loop or self.published == before:
+                return
+
+    def _play_once(self) -> None:
+        for message in self._latched_state():
+            self._hand_out(message)
+        with self._change:
+            self._timeline.begin(self._start_ns, time.monotonic_ns())
+        for message in self._reader.messages(self._topics, self._start_ns):
+            if not self._wait_for(message.log_ns):
+                return
+            self._hand_out(message)
+
+    def _hand_out(self, message: BagMessage) -> None:
+        self._publish(message)
+        self.published += 1
+
+    def _latched_state(self) -> Iterator[BagMessage]:
+        """Yield the messages of latched topics that a subscriber at the start would still be given."""
+        depths = {
+            topic.name: min(max((qos.depth for qos in topic.qos), default=1) or 1, MAX_LATCHED)
+            for topic in self._reader.summary.topics
+            if topic.name in self._topics and topic.qos and all(qos.durability == "transient_local" for qos in topic.qos)
+        }
+        if self._start_ns <= self._begin_ns or not depths:
+            return
+        kept: dict[str, deque[BagMessage]] = {name: deque(maxlen=depth) for name, depth in depths.items()}
+        for message in self._reader.messages(depths):
+            if self._stopped or message.log_ns >= self._start_ns:
+                break
+            kept[message.topic].append(message)
+        yield from sorted((message for queue in kept.values() for message in queue), key=lambda message: message.log_ns)
+
+    def _wait_for(self, log_ns: int) -> bool:
+        """Wait until ``log_ns`` is due; return False if playing has been stopped."""
+        with self._change:
+            while not self._stopped:
+                due_ns = self._timeline.due_ns(log_ns)
+                if due_ns is None:
+                    self._change.wait()
+                    continue
+                left_ns = due_ns - time.monotonic_ns()
+                if left_ns <= 0:
+                    return True
+                self._change.wait(left_ns / NANOSECONDS)
+        return False

@@ -1,0 +1,97 @@
+"""How a node's process starts and ends: one line for bad input, no traceback, quick and orderly ends on signals."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import threading
+import traceback
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import Protocol, TypeVar
+
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+T = TypeVar("T")
+
+
+class RunNode(Protocol):
+    """What :func:`run_node` needs of a node."""
+
+    exit_code: int | None
+    """None while the node runs; setting it ends the process with that code."""
+
+    def close(self) -> None:
+        """Free what the node holds; called once, after spinning has ended."""
+
+
+def run_node(make: Callable[[], Node], args: list[str] | None = None) -> None:
+    """Spin a node until it sets its ``exit_code`` or a signal comes, then end the process.
+
+    SIGINT and SIGTERM end it with code 130 or 143 after ``close``.  An OSError, ValueError or RuntimeError while the node is made (a refused
+    parameter, a folder that exists) ends it with code 2 and one line on stderr.
+    """
+    caught: list[int] = []
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda got, _frame: caught.append(got))
+    try:
+        node = make()
+    except (OSError, ValueError, RuntimeError) as error:
+        sys.stderr.write(f"{error}\n")
+        end_process(2)
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    try:
+        while not caught and node.exit_code is None:
+            executor.spin_once(timeout_sec=0.1)
+    except ExternalShutdownException:
+        caught.append(signal.SIGTERM)
+    except Exception:  # a fault of the program: say all of it, and still close what the node holds
+        node.get_logger().fatal(traceback.format_exc())
+        node.exit_code = 1
+    code = 128 + caught[0] if caught else node.exit_code
+    node.close()
+    executor.shutdown(timeout_sec=0.5)
+    node.destroy_node()
+    rclpy.try_shutdown()
+    end_process(code)
+
+
+def end_process(code: int) -> None:
+    """End the process now; a worker thread deep in a kernel or a compilation must not hold it up."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)
+
+
+class Worker:
+    """One daemon thread that runs jobs off the executor, in order; results come back as futures."""
+
+    def __init__(self, name: str) -> None:
+        self._jobs: list[tuple[Callable[[], object], Future[object]]] = []
+        self._wake = threading.Condition()
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
+
+    def submit(self, job: Callable[[], T]) -> Future[T]:
+        """Queue a job and return its future."""
+        future: Future[T] = Future()
+        with self._wake:
+            self._jobs.append((job, future))  # type: ignore[arg-type]
+            self._wake.notify()
+        return future
+
+    def _run(self) -> None:
+        while True:
+            with self._wake:
+                self._wake.wait_for(lambda: bool(self._jobs))
+                job, future = self._jobs.pop(0)
+            try:
+                future.set_result(job())
+            except Exception as error:  # handed to whoever asks for the result
+                future.set_exception(error)

@@ -1,0 +1,29 @@
+"""Named QoS profiles.
+
+Publishers are reliable, as REP 2003 asks of sensor drivers: a best-effort subscriber connects to them as well, and large images are not
+lost in fragments.  What describes the world rather than a moment is latched (transient local), so that late subscribers get it.
+"""
+
+from __future__ import annotations
+
+from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
+
+
+def stream_qos(depth: int = 10) -> QoSProfile:
+    """Images, camera info, poses, clock: reliable, volatile, keep the last ``depth``."""
+    return QoSProfile(
+        history=QoSHistoryPolicy.KEEP_LAST,
+        depth=depth,
+        reliability=QoSReliabilityPolicy.RELIABLE,
+        durability=QoSDurabilityPolicy.VOLATILE,
+    )
+
+
+def latched_qos(depth: int = 1) -> QoSProfile:
+    """Scene, markers, map, labels, node status: reliable, transient local."""
+    return QoSProfile(
+        history=QoSHistoryPolicy.KEEP_LAST,
+        depth=depth,
+        reliability=QoSReliabilityPolicy.RELIABLE,
+        durability=QoSDurabilityPolicy.TRANSIENT_LOCAL,
+    )

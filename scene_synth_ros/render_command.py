@@ -1,0 +1,67 @@
+"""``scene_synth render``: the frames of a scene description as files, by the same core as the renderer node."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from renderer import CameraConfig, Frame, RenderConfig, Renderer
+from renderer.false_color import depth_to_color, ids_to_color, normals_to_color
+from renderer.flatten import flatten
+from renderer.frame import LAYERS
+from renderer.image_io import write_png
+from renderer.scene_key import scene_key
+from scene_description import from_mapping, scene_from_json
+from scene_description.labels import instance_palette, label_palette
+
+FAR_M = 6.0
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's options."""
+    parser.add_argument("scene", type=Path, help="scene description, JSON")
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="new folder for the images")
+    parser.add_argument("--frames", type=int, help="render only the first N poses of the camera path")
+    parser.add_argument("--spp", type=int, default=16, help="colour samples per pixel (default: %(default)s)")
+    parser.add_argument("--threads", type=int, default=0, help="threads; 0 takes all (default: %(default)s)")
+    parser.add_argument("--exposure", type=float, default=6.0, metavar="EV100", help="exposure value (default: %(default)s)")
+    parser.add_argument("--size", default="640x480", metavar="WxH", help="image size (default: %(default)s)")
+    parser.add_argument("--catalog", type=Path, metavar="DIR", help="folder of the user's models")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Render; every frame becomes one NPZ with all layers and a PNG of each."""
+    width, _, height = arguments.size.partition("x")
+    if not (width.isdigit() and height.isdigit()):
+        raise ValueError(f"--size: expected WIDTHxHEIGHT, got {arguments.size}")
+    camera = from_mapping(CameraConfig, {"width": int(width), "height": int(height)}, "--size")
+    settings = {"samples_per_pixel": arguments.spp, "threads": arguments.threads, "exposure_ev100": arguments.exposure}
+    config = from_mapping(RenderConfig, settings, "options")
+    scene = scene_from_json(arguments.scene.read_text(encoding="utf-8"))
+    flat = flatten(scene, arguments.catalog)
+    arguments.out.mkdir(parents=True)
+    poses = scene.camera_path[: arguments.frames]
+    with Renderer(flat, camera, config, scene_key(scene)) as renderer:
+        for index, pose in enumerate(poses):
+            write_frame(arguments.out / f"frame_{index:04d}", renderer.render(pose, index, set(LAYERS)))
+            sys.stderr.write(f"\rframe {index + 1}/{len(poses)}")
+    sys.stderr.write("\n")
+    return 0
+
+
+def write_frame(base: Path, frame: Frame) -> None:
+    """Write ``<base>.npz`` with every layer as it is, and ``<base>_<layer>.png`` for people."""
+    np.savez_compressed(base.with_suffix(".npz"), **frame.layers)
+    layers = frame.layers
+    pictures = {
+        "color": layers["color"],
+        "depth": depth_to_color(layers["depth"], FAR_M),
+        "normals": normals_to_color(layers["normals"]),
+        "semantic": ids_to_color(layers["semantic"], label_palette()),
+        "instance": ids_to_color(layers["instance"], instance_palette(int(layers["instance"].max()) + 1)),
+    }
+    for name, picture in pictures.items():
+        write_png(base.with_name(f"{base.name}_{name}.png"), picture)

@@ -1,0 +1,87 @@
+"""Run profiles: one YAML file in ROS parameter-file form for all nodes of a run, and overrides from the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+NODES = ("grammar_node", "renderer_node", "recorder_node")
+ALL_NODES = "/**"
+
+NodeParameters = dict[str, dict[str, Any]]
+"""Node name -> parameter name with dots -> value."""
+
+
+class ProfileError(ValueError):
+    """A run profile or an override that does not fit; one line."""
+
+
+def load_profile(path: Path) -> NodeParameters:
+    """Read a run profile.
+
+    Keys are node names, plain (``grammar_node``), with a namespace or wildcard (``/synth/grammar_node``, ``/**/grammar_node``), or ``/**``
+    for all nodes; below each stands ``ros__parameters``.
+
+    Raises:
+        ProfileError: the file cannot be read, is no YAML, or has another form.
+    """
+    try:
+        data = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ProfileError(f"{path}: cannot be read ({error.strerror})") from None
+    except (yaml.YAMLError, UnicodeDecodeError, RecursionError) as error:
+        raise ProfileError(f"{path}: expected YAML, got {' '.join(str(error).split())}") from None
+    parameters: NodeParameters = {node: {} for node in NODES}
+    if not isinstance(data, Mapping):
+        raise ProfileError(f"{path}: expected node names with ros__parameters below, got {type(data).__name__}")
+    for key, body in data.items():
+        name = str(key).rsplit("/", 1)[-1]
+        if key != ALL_NODES and name not in NODES:
+            raise ProfileError(f"{path}: unknown node '{key}'; known: {', '.join(NODES)}")
+        if not isinstance(body, Mapping) or set(body) != {"ros__parameters"} or not isinstance(body["ros__parameters"], Mapping):
+            raise ProfileError(f"{path}: {key}: expected one key ros__parameters that holds a mapping")
+        for node in NODES if key == ALL_NODES else (name,):
+            parameters[node].update(_flatten(body["ros__parameters"], f"{path}: {key}"))
+    return parameters
+
+
+def apply_overrides(parameters: NodeParameters, overrides: Iterable[str]) -> NodeParameters:
+    """Return the parameters with overrides of the form ``node.name:=value`` (value in YAML) applied.
+
+    Raises:
+        ProfileError: an override has another form or names no node of a run.
+    """
+    result = {node: dict(values) for node, values in parameters.items()}
+    for override in overrides:
+        target, assigned, text = override.partition(":=")
+        node, dot, name = target.partition(".")
+        if not assigned or not dot or not name:
+            raise ProfileError(f"-p {override}: expected NODE.NAME:=VALUE, for example renderer_node.render.samples_per_pixel:=8")
+        if node not in result:
+            raise ProfileError(f"-p {override}: unknown node '{node}'; known: {', '.join(NODES)}")
+        try:
+            result[node][name] = yaml.safe_load(text)
+        except yaml.YAMLError:
+            raise ProfileError(f"-p {override}: expected a YAML value, got {text!r}") from None
+    return result
+
+
+def write_node_file(path: Path, values: Mapping[str, Any]) -> None:
+    """Write one node's parameters as a file that ``--params-file`` takes."""
+    path.write_text(yaml.safe_dump({ALL_NODES: {"ros__parameters": dict(values)}}), encoding="utf-8")
+
+
+def _flatten(values: Mapping[Any, Any], where: str, prefix: str = "") -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for key, value in values.items():
+        name = f"{prefix}{key}"
+        if isinstance(value, Mapping):
+            flat.update(_flatten(value, where, f"{name}."))
+        elif value is None:
+            raise ProfileError(f"{where}: {name}: expected a value, got nothing")
+        else:
+            flat[name] = value
+    return flat

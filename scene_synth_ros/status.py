@@ -1,0 +1,54 @@
+"""What the nodes of a run tell each other on the latched topic ``status``: who they are, and which rooms they have finished.
+
+A status is cumulative, so the newest message of a node says everything; losing an older one loses nothing.  It travels as JSON in a
+std_msgs/String and is read as strictly as a scene, because any peer can send one.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Literal
+
+from scene_description.strict import FieldError, Limits, from_mapping, shorten, to_mapping
+
+MAX_TEXT_LENGTH = 100_000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NodeStatus:
+    """Where a node of the run stands.
+
+    ``node`` is its fully qualified name.  ``state``: starting, ready (may be sent rooms), failed (``reason`` says why), finished (the
+    grammar node has sent its last room and every peer has finished it).  ``done_scene`` is the index of the last room that the node has
+    finished, -1 for none.  ``counts`` are the messages by topic, since its start, that a renderer has published or a recorder has written; -1 marks a topic that a
+    recorder leaves out on purpose.
+    """
+
+    node: Annotated[str, Limits(min_length=1, max_length=300)]
+    role: Literal["grammar", "renderer", "recorder"]
+    state: Literal["starting", "ready", "failed", "finished"]
+    done_scene: Annotated[int, Limits(ge=-1, le=2**62)] = -1
+    reason: Annotated[str, Limits(max_length=1000)] = ""
+    counts: Annotated[Mapping[str, int], Limits(max_length=500)] = field(default_factory=dict)
+
+
+def status_to_json(status: NodeStatus) -> str:
+    """Return the JSON text of a status."""
+    return json.dumps(to_mapping(status), separators=(",", ":"))
+
+
+def status_from_json(text: str) -> NodeStatus:
+    """Read a status.
+
+    Raises:
+        FieldError: the text is no JSON of a status; one line with the field's path.
+    """
+    if len(text) > MAX_TEXT_LENGTH:
+        raise FieldError("status", f"at most {MAX_TEXT_LENGTH} characters", f"{len(text)}")
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError):
+        raise FieldError("status", "JSON", shorten(text)) from None
+    return from_mapping(NodeStatus, data, "status")

@@ -1,0 +1,93 @@
+"""Small scenes made by hand, with known answers: quads and boxes, a room with window, lamp and boxes."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.flat_scene import FlatScene, MaterialTable, Mesh, PartTable, Sky
+from scene_description.poses import look_at
+from scene_description.types import CameraPose
+
+BLACK = (0.0, 0.0, 0.0)
+DARK = Sky(*(np.zeros(3, np.float32) for _ in range(3)))
+
+
+class Piece(NamedTuple):
+    """One part of a scene: corner arrays (v, 3) and (f, 3), what it is and how it looks."""
+
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int64]
+    name: str = "1/part"
+    object_id: int = 1
+    label: int = 1
+    color: tuple[float, float, float] = (0.5, 0.5, 0.5)
+    emission: tuple[float, float, float] = BLACK
+    portal: bool = False
+    transmission: float = 0.0
+
+
+def quad(corner: tuple[float, ...], along: tuple[float, ...], across: tuple[float, ...], **what: object) -> Piece:
+    """A rectangle whose front looks along ``along`` x ``across``."""
+    c, a, b = (np.array(item, np.float64) for item in (corner, along, across))
+    return Piece(np.array([c, c + a, c + a + b, c + b]), np.array([[0, 1, 2], [0, 2, 3]]), **what)  # type: ignore[arg-type]
+
+
+def box(low: tuple[float, ...], high: tuple[float, ...], inside: bool = False, **what: object) -> Piece:
+    """An axis-aligned box with split vertices; ``inside`` turns its faces inwards."""
+    low_, size = np.array(low, np.float64), np.subtract(high, low)
+    vertices, faces = [], []
+    for axis in range(3):
+        for side in (0, 1):
+            u, v = ((axis + 1) % 3, (axis + 2) % 3) if side != inside else ((axis + 2) % 3, (axis + 1) % 3)
+            corner, along, across = np.zeros(3), np.zeros(3), np.zeros(3)
+            corner[axis], along[u], across[v] = side, 1, 1
+            faces.append(np.array([[0, 1, 2], [0, 2, 3]]) + 4 * len(vertices))
+            vertices.append((np.array([corner, corner + along, corner + along + across, corner + across])) * size + low_)
+    return Piece(np.concatenate(vertices), np.concatenate(faces), **what)  # type: ignore[arg-type]
+
+
+def scene(*pieces: Piece, sky: Sky = DARK) -> FlatScene:
+    """Flatten pieces: one part and one material each, flat shading normals."""
+    starts = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
+    vertices = np.concatenate([piece.vertices for piece in pieces]).astype(np.float32)
+    faces = np.concatenate([piece.faces + start for piece, start in zip(pieces, starts, strict=False)]).astype(np.uint32)
+    a, b, c = (vertices[faces[:, corner]].astype(np.float64) for corner in range(3))
+    normal = np.cross(b - a, c - a)
+    normals = np.zeros(vertices.shape)
+    normals[faces.ravel()] = np.repeat(normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-30), 3, axis=0)
+    counts = [len(piece.faces) for piece in pieces]
+    column = lambda field, dtype: np.array([getattr(piece, field) for piece in pieces], dtype)  # noqa: E731
+    index = np.arange(len(pieces), dtype=np.int32)
+    parts = PartTable(
+        column("object_id", np.uint16), column("label", np.uint8), index, column("emission", np.float32), column("portal", np.bool_)
+    )
+    rough, metallic = np.full(len(pieces), 0.8, np.float32), np.zeros(len(pieces), np.float32)
+    materials = MaterialTable(column("color", np.float32), rough, metallic, column("transmission", np.float32))
+    mesh = Mesh(vertices, normals.astype(np.float32), faces)
+    return FlatScene(mesh, np.repeat(index, counts).astype(np.int32), parts, tuple(piece.name for piece in pieces), materials, sky)
+
+
+def pose(position: tuple[float, float, float], target: tuple[float, float, float]) -> CameraPose:
+    """A camera at ``position`` that looks at ``target``."""
+    return CameraPose(stamp_ns=0, position_m=position, orientation=look_at(position, target))
+
+
+def furnished_room() -> FlatScene:
+    """A room of 4 x 5 x 2.6 m with a window in the wall y = 5, a lamp under the ceiling and three boxes."""
+    day = Sky(np.array([2500, 3500, 6000], np.float32), np.array([6000, 6500, 7500], np.float32), np.array([900, 850, 700], np.float32))
+    return scene(
+        box((0, 0, 0), (4, 5, 2.6), inside=True, name="0/shell", object_id=0, label=1, color=(0.75, 0.72, 0.68)),
+        quad((1.2, 4.995, 0.9), (1.6, 0, 0), (0, 0, 1.2), name="9/pane", object_id=9, label=9, portal=True, transmission=0.8),
+        box((1.9, 1.4, 2.2), (2.1, 1.6, 2.3), name="2/lamp", object_id=2, label=35, emission=(9000, 7000, 4500)),
+        box((0.1, 1.0, 0.0), (1.7, 3.0, 0.5), name="3/bed", object_id=3, label=4, color=(0.3, 0.35, 0.6)),
+        box((3.3, 1.0, 0.0), (3.95, 2.4, 1.9), name="4/wardrobe", object_id=4, label=39, color=(0.5, 0.3, 0.15)),
+        box((0.1, 3.1, 0.0), (0.6, 3.6, 0.55), name="5/stand", object_id=5, label=32, color=(0.6, 0.1, 0.08)),
+        sky=day,
+    )
+
+
+VIEW = pose((3.4, 0.4, 1.6), (1.3, 3.2, 0.8))
+"""A view of :func:`furnished_room` with the window, the bed and the wardrobe in it."""

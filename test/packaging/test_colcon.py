@@ -1,0 +1,56 @@
+"""The repository as an ament_python package: colcon builds it, and what it installed runs from there."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+NODES = ("grammar_node", "renderer_node", "recorder_node", "replay_node")
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("colcon")
+    words = [sys.executable, "-m", "colcon", "--log-base", "log", "build", "--base-paths", ROOT, "--build-base", "build", "--install-base", "install"]
+    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+    process = subprocess.run(list(map(str, words)), cwd=folder, env=environment, capture_output=True, text=True, timeout=120, check=False)
+    assert process.returncode == 0, process.stdout + process.stderr
+    return folder / "install" / "scene_synth_ros"
+
+
+def run_in(installed: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    (site,) = installed.glob("lib/python3*/site-packages")
+    environment = {**os.environ, "PYTHONPATH": str(site), "ROS_DOMAIN_ID": "99"}
+    return subprocess.run([sys.executable, *words], cwd="/", env=environment, capture_output=True, text=True, timeout=60, check=False)
+
+
+def test_nodes_share_files_and_index_are_where_ros_looks(installed: Path) -> None:
+    for node in (*NODES, "scene_synth"):
+        assert os.access(installed / "lib" / "scene_synth_ros" / node, os.X_OK)
+    share = installed / "share"
+    assert (share / "ament_index" / "resource_index" / "packages" / "scene_synth_ros").is_file()
+    for name in ("package.xml", "launch/synth.launch.py", "config/runs/main.yaml", "config/grammars/bedroom.yaml", "config/views/synth.rviz"):
+        assert (share / "scene_synth_ros" / name).is_file()
+
+
+def test_the_installed_copy_finds_its_own_configuration(installed: Path) -> None:
+    code = "from scene_description.share import config_path; import grammar; print(config_path('categories.yaml'), grammar.__file__)"
+    process = run_in(installed, "-c", code)
+    assert process.returncode == 0, process.stderr
+    config, module = process.stdout.split()
+    assert Path(config) == installed / "share" / "scene_synth_ros" / "config" / "categories.yaml"
+    assert Path(module).is_relative_to(installed)
+
+
+def test_an_installed_node_runs(installed: Path) -> None:
+    process = run_in(installed, str(installed / "lib" / "scene_synth_ros" / "recorder_node"), "--ros-args", "-p", "bagg:=x")
+    assert process.returncode == 2
+    assert process.stderr.strip() == "recorder_node: unknown parameter 'bagg'; did you mean 'bag'?"
+
+
+@pytest.mark.parametrize("file", sorted((ROOT / "launch").glob("*.launch.py")), ids=lambda path: path.name)
+def test_launch_files_are_python(file: Path) -> None:
+    compile(file.read_text(), file, "exec")

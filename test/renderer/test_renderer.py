@@ -1,0 +1,177 @@
+"""The facade: same bytes whatever the threads and pieces, cancelling, odd scenes and sizes, faulty input."""
+
+import math
+import threading
+
+import numpy as np
+import pytest
+from box_room import VIEW, box, furnished_room, pose, quad, scene
+
+from renderer import GEOMETRIC_LAYERS, LAYERS, CameraConfig, RenderCancelled, RenderConfig, Renderer, RenderError, warm_up
+from renderer.ground_truth import trace_geometry
+from renderer.integrator import trace_paths
+from renderer.tone import to_display
+
+SMALL = CameraConfig(width=101, height=75)
+QUICK = RenderConfig(samples_per_pixel=4, threads=2)
+
+
+def render(flat, layers=tuple(LAYERS), *, camera=SMALL, config=QUICK, key=5, frame=3, view=VIEW, **options):
+    with Renderer(flat, camera, config, key, **options) as renderer:
+        return renderer.render(view, frame, layers)
+
+
+def all_bytes(frame):
+    return {name: image.tobytes() for name, image in frame.layers.items()} | {"radiance": frame.radiance.tobytes()}
+
+
+@pytest.mark.parametrize("options", [{"paths_per_piece": 1}, {"paths_per_piece": 16 * 3}, {"paths_per_piece": 2000}])
+def test_pieces_change_no_byte(options):
+    camera = CameraConfig(width=30, height=22)
+    expected = all_bytes(render(furnished_room(), camera=camera))
+    assert all_bytes(render(furnished_room(), camera=camera, **options)) == expected
+
+
+@pytest.mark.parametrize("threads", [2, 3])
+def test_threads_change_no_byte(threads):
+    one = render(furnished_room(), config=RenderConfig(samples_per_pixel=4, threads=1), paths_per_piece=500)
+    many = render(furnished_room(), config=RenderConfig(samples_per_pixel=4, threads=threads), paths_per_piece=500)
+    assert all_bytes(one) == all_bytes(many)
+
+
+def test_frames_do_not_depend_on_what_was_rendered_before():
+    with Renderer(furnished_room(), SMALL, QUICK, 5) as renderer:
+        renderer.render(pose((2, 2, 2), (3, 3, 0)), 0, tuple(LAYERS))
+        again = renderer.render(VIEW, 3, tuple(LAYERS))
+    assert all_bytes(again) == all_bytes(render(furnished_room()))
+
+
+def test_noise_is_keyed_by_scene_and_frame_and_geometry_is_not():
+    base, frame, key = render(furnished_room()), render(furnished_room(), frame=4), render(furnished_room(), key=6)
+    for other in (frame, key):
+        assert not np.array_equal(base.radiance, other.radiance)
+        np.testing.assert_allclose(base.radiance.mean(), other.radiance.mean(), rtol=0.05)
+        assert all(np.array_equal(base.layers[name], other.layers[name]) for name in GEOMETRIC_LAYERS)
+
+
+def test_warming_up_leaves_nothing_to_compile():
+    warm_up()
+    compiled = len(trace_paths.signatures), len(trace_geometry.signatures)
+    render(furnished_room())
+    assert (len(trace_paths.signatures), len(trace_geometry.signatures)) == compiled == (1, 1)
+
+
+def test_only_what_is_asked_for():
+    frame = render(furnished_room(), ("depth", "semantic"))
+    assert list(frame.layers) == ["depth", "semantic"] and frame.radiance is None
+    frame = render(furnished_room(), ("color",))
+    assert list(frame.layers) == ["color"] and frame.radiance.dtype == np.float32
+    for name, image in render(furnished_room()).layers.items():
+        assert image.dtype == np.dtype(LAYERS[name].dtype) and image.flags.c_contiguous
+        assert image.shape == (75, 101) + ((LAYERS[name].channels,) if LAYERS[name].channels else ())
+
+
+def test_exposure_can_be_replaced():
+    with Renderer(furnished_room(), SMALL, QUICK, 5) as renderer:
+        configured = renderer.render(VIEW, 0, ("color",))
+        darker = renderer.render(VIEW, 0, ("color",), exposure_ev100=9.0)
+    assert np.array_equal(configured.layers["color"], to_display(configured.radiance, QUICK.exposure_ev100))
+    assert np.array_equal(darker.layers["color"], to_display(configured.radiance, 9.0))
+
+
+def test_a_cancelled_render_stops_and_the_renderer_lives_on():
+    camera = CameraConfig(width=320, height=240)
+    asked_by = set()
+
+    def cancelled():
+        asked_by.add(threading.get_ident())
+        return True
+
+    with Renderer(furnished_room(), camera, RenderConfig(samples_per_pixel=4096, threads=2), 5) as renderer:
+        with pytest.raises(RenderCancelled):
+            renderer.render(VIEW, 0, ("color",), cancelled=cancelled)
+        assert np.isfinite(renderer.render(VIEW, 0, ("depth",)).layers["depth"]).all()
+    assert asked_by == {threading.get_ident()}
+
+
+def test_a_render_that_is_not_cancelled_is_unchanged():
+    with Renderer(furnished_room(), SMALL, RenderConfig(samples_per_pixel=64, threads=2), 5) as renderer:
+        plain = renderer.render(VIEW, 0, ("color",))
+        asked = renderer.render(VIEW, 0, ("color",), cancelled=lambda: False)
+    assert all_bytes(plain) == all_bytes(asked)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (2, 3), (5, 1), (33, 18)])
+def test_any_size(size):
+    camera = CameraConfig(width=size[0], height=size[1])
+    frame = render(furnished_room(), camera=camera)
+    assert frame.radiance.shape == (size[1], size[0], 3)
+    assert np.isfinite(frame.radiance).all() and frame.radiance.min() >= 0
+
+
+def test_odd_scenes_give_numbers():
+    rng = np.random.default_rng(4)
+    soup = furnished_room()
+    soup.mesh.faces[::5] = soup.mesh.faces[::5, :1]  # degenerate
+    soup.mesh.normals[::3] = 0  # unusable
+    soup.mesh.normals[1::3] = rng.normal(size=soup.mesh.normals[1::3].shape)
+    sliver = quad((1, 1, 1), (1, 0, 0), (0, 1e-7, 0), emission=(1e6, 1e6, 1e6))
+    speck = quad((2, 2, 1), (1e-6, 0, 0), (0, 1e-6, 0), emission=(1e6, 1e6, 1e6))
+    far = box((900, 900, 900), (1000, 1000, 1000), emission=(10, 10, 10))
+    for flat in (soup, scene(sliver, speck, far, box((0, 0, 0), (4, 5, 2.6), inside=True)), scene(far)):
+        frame = render(flat)
+        assert np.isfinite(frame.radiance).all() and frame.radiance.min() >= 0
+        assert not np.isnan(frame.layers["depth"]).any() and np.isfinite(frame.layers["normals"]).all()
+
+
+def test_a_camera_on_a_surface_or_inside_a_lamp_gives_numbers():
+    for view in (pose((2.0, 1.5, 2.25), (2.1, 1.5, 2.0)), pose((1.0, 2.0, 0.5), (2.0, 3.0, 0.5)), pose((2.0, 4.995, 1.5), (2, 6, 1.5))):
+        frame = render(furnished_room(), view=view)
+        assert np.isfinite(frame.radiance).all() and not np.isnan(frame.layers["depth"]).any()
+
+
+def change(flat, table, field, index, value):
+    getattr(getattr(flat, table), field)[index] = value
+    return flat
+
+
+@pytest.mark.parametrize(
+    ("table", "field", "index", "value", "message"),
+    [
+        ("mesh", "vertices", (30, 1), math.nan, "mesh.vertices: expected finite numbers, got .* at vertex 30 of part '2/lamp'"),
+        ("mesh", "vertices", (60, 0), math.inf, "at vertex 60 of part '3/bed'|of part '4/wardrobe'"),
+        ("mesh", "normals", (0, 0), math.nan, "mesh.normals: expected finite numbers, got .* of part '0/shell'"),
+        ("mesh", "faces", (3, 2), 10**6, r"mesh.faces: expected indices in \[0, 124\), got 0 to 1000000"),
+        ("parts", "material", 2, -1, r"parts.material: expected indices in \[0, 6\), got -1"),
+        ("parts", "emission", (1, 1), math.nan, "parts.emission: expected finite numbers"),
+        ("parts", "emission", (1, 1), -1, "parts.emission: expected finite numbers in .*, got -1"),
+        ("materials", "base_color", (1, 1), 1.5, r"materials.base_color: expected finite numbers in \[0, 1\], got .* to 1.5"),
+        ("sky", "zenith", 0, math.inf, "sky.zenith: expected finite"),
+    ],
+)
+def test_faulty_scenes_are_refused(table, field, index, value, message):
+    with pytest.raises(RenderError, match=message) as error:
+        render(change(furnished_room(), table, field, index, value))
+    assert "\n" not in str(error.value)
+
+
+def test_wrong_shapes_are_refused():
+    flat = furnished_room()
+    with pytest.raises(RenderError, match=r"face_part: expected int32 \(62,\), got int64 \(62,\)"):
+        render(flat._replace(face_part=flat.face_part.astype(np.int64)))
+    with pytest.raises(RenderError, match="face_part: expected indices"):
+        render(flat._replace(face_part=flat.face_part + 1))
+
+
+def test_unknown_layers_and_keys_are_refused():
+    with pytest.raises(RenderError, match=r"expected layers among color, depth, .* got flow"):
+        render(furnished_room(), ("depth", "flow"))
+    with pytest.raises(RenderError, match="scene_key >= 0"):
+        render(furnished_room(), key=-1)
+
+
+def test_the_portable_mode_renders_the_same_geometry():
+    native = render(furnished_room(), GEOMETRIC_LAYERS)
+    portable = render(furnished_room(), GEOMETRIC_LAYERS, config=RenderConfig(portable=True, threads=2))
+    assert np.array_equal(native.layers["instance"], portable.layers["instance"])
+    np.testing.assert_allclose(native.layers["depth"], portable.layers["depth"], rtol=1e-5)

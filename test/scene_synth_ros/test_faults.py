@@ -1,0 +1,108 @@
+"""Bad input and dying processes: one clear line, nothing lost that was recorded, no process left behind."""
+
+import os
+import signal
+import subprocess
+from pathlib import Path
+
+import pytest
+from scene_synth_ros_suite import SMALL, command, environment, node_pids, stop, wait_until
+
+from scene_synth_ros.bag_inspect import inspect_bag
+from scene_synth_ros.bag_reader import BagReader
+
+
+def run_briefly(*words: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command(*words), env=environment(), capture_output=True, text=True, timeout=60, check=False)
+
+
+@pytest.mark.parametrize(
+    ("words", "line"),
+    [
+        (["-p", "grammar_node.scene.room_type:=dungeon"], "room_type: expected one of bedroom, got 'dungeon'"),
+        (["-p", "grammar_node.scene.room_width_m:=-3.0"], "scene.room_width_m: expected a number in [0.0, 30.0] m, got -3.0"),
+        (["-p", "grammar_node.scene.min_objects:=60"], "min_objects: expected at most max_objects = 40, got 60"),
+        (["-p", "grammar_node.rate_hz:=fast"], "parameter rate_hz: expected a number in [0.1, 1000.0] Hz, got 'fast'"),
+        (["-p", "grammar_node.romms:=3"], "grammar_node: unknown parameter 'romms'; did you mean 'rooms'?"),
+        (["-p", "king_node.rooms:=3"], "unknown node 'king_node'; known: grammar_node, renderer_node, recorder_node"),
+        (["--params", "nowhere.yaml"], "nowhere.yaml: cannot be read (No such file or directory)"),
+    ],
+)
+def test_bad_settings_end_the_run_with_one_line(tmp_path: Path, words: list[str], line: str) -> None:
+    process = run_briefly("run", "--record", tmp_path / "bag", "--rooms", 1, *words)
+    assert process.returncode != 0
+    assert line in process.stderr
+    assert "Traceback" not in process.stderr
+
+
+def test_an_existing_folder_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "bag").mkdir()
+    (tmp_path / "bag" / "precious").write_text("kept")
+    process = run_briefly("run", "--record", tmp_path / "bag", "--rooms", 1)
+    assert process.returncode == 2
+    assert "exists already; choose another folder or remove it" in process.stderr
+    assert [path.name for path in (tmp_path / "bag").iterdir()] == ["precious"]
+
+
+def start_long_run(bag: Path) -> tuple[subprocess.Popen[str], str]:
+    """Start a run of many small frames; return it and a marker of its processes."""
+    env = environment()
+    marker = f"SCENE_SYNTH_TEST={os.getpid()}-{bag}"
+    env["SCENE_SYNTH_TEST"] = marker.partition("=")[2]
+    overrides = [word for override in SMALL for word in ("-p", override)]
+    words = command("run", "--record", bag, "--rooms", 50, "--frames", 40, *overrides)
+    return subprocess.Popen(words, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True), marker
+
+
+def wait_for_frames(bag: Path) -> None:
+    """Wait until the bag's file has grown beyond its first chunk, so that frames are on disk."""
+    files = lambda: [path for path in bag.glob("*.mcap.active") if path.stat().st_size > 100_000]  # noqa: E731
+    wait_until(files, 90, "frames in the bag")
+
+
+def test_ctrl_c_ends_everything_and_leaves_a_whole_bag(tmp_path: Path) -> None:
+    bag = tmp_path / "bag"
+    process, marker = start_long_run(bag)
+    try:
+        wait_for_frames(bag)
+        assert set(node_pids(marker)) >= {"grammar_node", "renderer_node", "recorder_node"}
+        os.killpg(process.pid, signal.SIGINT)
+        output, errors = process.communicate(timeout=10)
+        assert process.returncode == 130, errors
+        assert "Traceback" not in errors
+        assert not node_pids(marker)
+        report = inspect_bag(bag)
+        assert not report.faults, report.faults
+        assert "interrupted" in output
+    finally:
+        stop(process)
+
+
+def test_a_killed_renderer_ends_the_run_and_keeps_the_bag(tmp_path: Path) -> None:
+    bag = tmp_path / "bag"
+    process, marker = start_long_run(bag)
+    try:
+        wait_for_frames(bag)
+        os.kill(node_pids(marker)["renderer_node"], signal.SIGKILL)
+        output, errors = process.communicate(timeout=15)
+        assert process.returncode == 1
+        assert "renderer_node was ended by SIGKILL" in output
+        assert "Traceback" not in errors
+        assert not node_pids(marker)
+        with BagReader(bag) as reader:
+            assert reader.summary.finished
+            assert sum(1 for _ in reader.messages(["/synth/camera/depth/image_raw"])) > 0
+    finally:
+        stop(process)
+
+
+def test_killing_the_run_itself_leaves_no_process(tmp_path: Path) -> None:
+    bag = tmp_path / "bag"
+    process, marker = start_long_run(bag)
+    try:
+        wait_for_frames(bag)
+        process.kill()
+        wait_until(lambda: not node_pids(marker), 10, "the nodes to end")
+        assert not inspect_bag(bag).faults
+    finally:
+        stop(process)

@@ -1,0 +1,136 @@
+"""The main job through real processes over DDS: the bag is whole, holds what was promised, and its pixels can be made again."""
+
+import hashlib
+import json
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from rosbags.highlevel import AnyReader
+from scene_synth_ros_suite import environment, run_suite
+
+from renderer import CameraConfig, RenderConfig, Renderer
+from renderer.flatten import flatten
+from renderer.frame import LAYERS
+from renderer.scene_key import scene_key
+from scene_description import SceneDescription, scene_from_json
+from scene_description.poses import rotation_from_quaternion
+
+ROOMS, FRAMES, SEED = 2, 3, 11
+IMAGES = [f"/synth/camera/{layer}/image_raw" for layer in LAYERS]
+COMPANIONS = [f"/synth/camera/{layer}/image_color" for layer in ("normals", "semantic", "instance")]
+INFOS = [f"/synth/camera/{layer}/camera_info" for layer in LAYERS]
+LABELS = [f"/synth/camera/{layer}/labels" for layer in ("semantic", "instance")]
+PER_FRAME = [*IMAGES, *COMPANIONS, *INFOS, *LABELS, "/synth/camera/pose", "/clock", "/tf"]
+PER_ROOM = ["/synth/scene", "/synth/scene/markers", "/synth/scene/map"]
+
+
+class Recorded(NamedTuple):
+    """A run: what it printed, and topic -> list of (log time, message) as an independent reader sees its bag."""
+
+    process: subprocess.CompletedProcess[str]
+    bag: Path
+    messages: dict[str, list[tuple[int, object]]]
+    sheet: Path
+
+    def scenes(self) -> list[SceneDescription]:
+        return [scene_from_json(message.data) for _, message in self.messages["/synth/scene"]]
+
+
+def read(bag: Path) -> dict[str, list[tuple[int, object]]]:
+    messages: dict[str, list[tuple[int, object]]] = {}
+    with AnyReader([bag]) as reader:
+        for connection, log_ns, data in reader.messages():
+            messages.setdefault(connection.topic, []).append((log_ns, reader.deserialize(data, connection.msgtype)))
+    return messages
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Recorded]:
+    folder = tmp_path_factory.mktemp("main_job")
+    bag, sheet = folder / "bag", folder / "sheet.png"
+    process = run_suite(bag, "--rooms", ROOMS, "--frames", FRAMES, "--seed", SEED, "--contact-sheet", sheet, env=environment(), timeout_s=240)
+    assert process.returncode == 0, process.stderr + process.stdout
+    yield Recorded(process, bag, read(bag), sheet)
+
+
+def stamp(message: object) -> int:
+    return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+
+
+def test_every_topic_has_every_message(recorded: Recorded) -> None:
+    counts = {topic: len(messages) for topic, messages in recorded.messages.items() if topic != "/diagnostics"}
+    assert counts == {**dict.fromkeys(PER_FRAME, ROOMS * FRAMES), **dict.fromkeys(PER_ROOM, ROOMS), "/tf_static": 1}
+
+
+def test_the_run_reports_no_fault_and_draws_the_sheet(recorded: Recorded) -> None:
+    assert "no faults" in recorded.process.stdout
+    assert recorded.sheet.stat().st_size > 10_000
+
+
+def test_all_messages_of_a_frame_have_the_stamp_of_its_pose(recorded: Recorded) -> None:
+    expected = [pose.stamp_ns for scene in recorded.scenes() for pose in scene.camera_path]
+    assert expected == [10**9 + k * 10**8 for k in range(ROOMS * FRAMES)]
+    for topic in [*IMAGES, *COMPANIONS, *INFOS, "/synth/camera/pose"]:
+        assert [stamp(message) for _, message in recorded.messages[topic]] == expected, topic
+        assert [log_ns for log_ns, _ in recorded.messages[topic]] == expected, topic
+    for topic in LABELS:
+        stamps = [json.loads(message.data)["stamp"] for _, message in recorded.messages[topic]]
+        assert [s["sec"] * 10**9 + s["nanosec"] for s in stamps] == expected
+    assert {message.header.frame_id for topic in [*IMAGES, *INFOS] for _, message in recorded.messages[topic]} == {"camera_optical_frame"}
+
+
+def test_offline_rendering_gives_the_same_bytes_with_one_and_two_threads(recorded: Recorded) -> None:
+    camera = CameraConfig(width=96, height=72)
+    for threads in (1, 2):
+        config = RenderConfig(samples_per_pixel=1, threads=threads)
+        offline = {layer: [] for layer in LAYERS}
+        for scene in recorded.scenes():
+            with Renderer(flatten(scene), camera, config, scene_key(scene)) as renderer:
+                for index, pose in enumerate(scene.camera_path):
+                    for layer, image in renderer.render(pose, index, set(LAYERS)).layers.items():
+                        offline[layer].append(hashlib.sha256(image.tobytes()).hexdigest())
+        for layer in LAYERS:
+            live = [hashlib.sha256(bytes(message.data)).hexdigest() for _, message in recorded.messages[f"/synth/camera/{layer}/image_raw"]]
+            assert live == offline[layer], f"{layer} with {threads} threads"
+
+
+def test_rooms_are_valid_and_depend_only_on_seed_and_index(recorded: Recorded, tmp_path: Path) -> None:
+    scenes = recorded.scenes()
+    assert [scene.index for scene in scenes] == list(range(ROOMS))
+    assert all(scene.validity.valid and all(check.passed for check in scene.validity.checks) for scene in scenes)
+    again = tmp_path / "again"
+    process = run_suite(again, "--rooms", 1, "--frames", FRAMES, "--seed", SEED, "-p", "grammar_node.first_index:=1", "-p", "renderer_node.render.threads:=1")
+    assert process.returncode == 0, process.stderr
+    assert [scene_from_json(message.data) for _, message in read(again)["/synth/scene"]] == scenes[1:]
+
+
+def test_transforms_agree_with_the_poses(recorded: Recorded) -> None:
+    (_, static), = recorded.messages["/tf_static"]
+    (link_from_optical,) = static.transforms
+    assert (link_from_optical.header.frame_id, link_from_optical.child_frame_id) == ("camera_link", "camera_optical_frame")
+    fixed = rotation_from_quaternion(quaternion(link_from_optical.transform.rotation))
+    for (_, tf), (_, pose) in zip(recorded.messages["/tf"], recorded.messages["/synth/camera/pose"], strict=True):
+        (transform,) = tf.transforms
+        assert (transform.header.frame_id, transform.child_frame_id, stamp(transform)) == ("map", "camera_link", stamp(pose))
+        link = rotation_from_quaternion(quaternion(transform.transform.rotation))
+        np.testing.assert_allclose(link @ fixed, rotation_from_quaternion(quaternion(pose.pose.orientation)), atol=1e-12)
+        p, t = pose.pose.position, transform.transform.translation
+        assert (p.x, p.y, p.z) == (t.x, t.y, t.z)
+
+
+def quaternion(q: object) -> tuple[float, float, float, float]:
+    return (q.x, q.y, q.z, q.w)
+
+
+def test_every_id_in_the_pixels_is_in_the_labels(recorded: Recorded) -> None:
+    for layer in ("semantic", "instance"):
+        images, tables = recorded.messages[f"/synth/camera/{layer}/image_raw"], recorded.messages[f"/synth/camera/{layer}/labels"]
+        for (_, image), (_, table) in zip(images, tables, strict=True):
+            dtype = np.uint16 if image.encoding == "16UC1" else np.uint8
+            seen = set(map(str, np.unique(np.frombuffer(image.data, dtype))))
+            assert seen <= set(json.loads(table.data)["labels"])
+            assert len(seen) > 3

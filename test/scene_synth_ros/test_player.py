@@ -1,0 +1,153 @@
+"""What the player hands out and when, on a clock that only moves while the player waits."""
+
+import threading
+
+import pytest
+from bag_samples import LATCHED, PERIOD_NS, START_NS, TOPICS, frame_messages, text, write_bag
+
+from scene_synth_ros import player as player_module
+from scene_synth_ros.bag_reader import BagReader
+from scene_synth_ros.bag_writer import BagWriter
+from scene_synth_ros.player import Player
+
+
+class Clock:
+    """Stands in for the monotonic clock; waiting moves it."""
+
+    def __init__(self, monkeypatch):
+        self.now_ns = 5_000
+        clock = self
+        monkeypatch.setattr(player_module.time, "monotonic_ns", lambda: clock.now_ns)
+
+        class Waiting(threading.Condition().__class__):
+            def wait(self, timeout=None):
+                assert timeout is not None and timeout > 0
+                clock.now_ns += round(timeout * 1e9)
+                return False
+
+        monkeypatch.setattr(player_module.threading, "Condition", Waiting)
+
+
+@pytest.fixture
+def bag(tmp_path):
+    return tmp_path / "bag", write_bag(tmp_path / "bag", frames=8, chunk_size=4000)
+
+
+def play(folder, clock=None, on_message=None, topics=TOPICS, **options):
+    played = []
+
+    def publish(message):
+        played.append((message.topic, message.log_ns, message.data, clock.now_ns if clock else None))
+        if on_message:
+            on_message(player, message)
+
+    with BagReader(folder) as reader:
+        player = Player(reader, publish, topics=topics, **options)
+        player.run()
+    assert player.published == len(played)
+    return played
+
+
+@pytest.mark.parametrize("rate", [1.0, 0.25, 40.0])
+def test_every_message_at_its_time(bag, monkeypatch, rate):
+    folder, written = bag
+    clock = Clock(monkeypatch)
+    played = play(folder, clock, rate=rate)
+    assert [message[:3] for message in played] == written
+    for _, log_ns, _, at_ns in played:
+        assert abs(at_ns - 5_000 - (log_ns - START_NS) / rate) <= 8
+
+
+def test_a_slow_publisher_is_caught_up_with_and_nothing_is_left_out(bag, monkeypatch):
+    folder, written = bag
+    clock = Clock(monkeypatch)
+
+    def stall(_player, message):
+        if message.log_ns == START_NS + 2 * PERIOD_NS and message.topic.endswith("depth/image_raw"):
+            clock.now_ns += 3 * PERIOD_NS
+
+    played = play(folder, clock, stall)
+    assert len(played) == len(written)
+    late = {(log_ns - START_NS) // PERIOD_NS: at_ns - 5_000 - (log_ns - START_NS) for _, log_ns, _, at_ns in played}
+    assert [late[i] // PERIOD_NS for i in range(8)] == [0, 0, 3, 2, 1, 0, 0, 0]
+
+
+def test_rate_and_pause_change_while_playing(bag, monkeypatch):
+    folder, written = bag
+    clock = Clock(monkeypatch)
+
+    def change(player, message):
+        if message.log_ns == START_NS + 2 * PERIOD_NS and message.topic.endswith("color/image_raw"):
+            player.set_rate(2.0)
+        if message.log_ns == START_NS + 4 * PERIOD_NS and message.topic.endswith("color/image_raw"):
+            player.pause()
+            clock.now_ns += 50 * PERIOD_NS
+            player.resume()
+
+    played = play(folder, clock, change)
+    times = {(log_ns - START_NS) // PERIOD_NS: (at_ns - 5_000) / PERIOD_NS for _, log_ns, _, at_ns in played}
+    assert [round(times[i], 3) for i in range(8)] == [0, 1, 2, 2.5, 53, 53.5, 54, 54.5]
+
+
+def test_start_offset_brings_the_latched_state_first(tmp_path, monkeypatch):
+    clock = Clock(monkeypatch)
+    with BagWriter(tmp_path / "bag") as writer:
+        for topic, (type_name, qos) in {**TOPICS, "/deep": ("std_msgs/msg/String", LATCHED)}.items():
+            writer.add_topic(topic, type_name, [qos])
+        for index in range(6):
+            stamp_ns = START_NS + index * PERIOD_NS
+            for topic, _, data in frame_messages(index):
+                writer.write(topic, data, stamp_ns, stamp_ns)
+            writer.write("/synth/scene", text(index), stamp_ns, stamp_ns)
+    played = play(tmp_path / "bag", clock, start_offset_ns=3 * PERIOD_NS)
+    state, rest = played[:3], played[3:]
+    assert {topic for topic, _, _, _ in state} == {"/synth/scene", "/tf_static", "/synth/camera/semantic/labels"}
+    assert next(data for topic, _, data, _ in state if topic == "/synth/scene") == text(2)
+    assert {at_ns for _, _, _, at_ns in state} == {5_000}
+    assert min(log_ns for _, log_ns, _, _ in rest) == START_NS + 3 * PERIOD_NS and rest[0][3] == 5_000
+    assert len(rest) == 3 * 5
+
+
+def test_topics_are_chosen(bag, monkeypatch):
+    folder, written = bag
+    played = play(folder, Clock(monkeypatch), topics=["/tf_static", "/synth/camera/color/image_raw"])
+    assert [message[0] for message in played] == ["/tf_static"] + ["/synth/camera/color/image_raw"] * 8
+
+
+def test_loop_begins_again_until_it_is_switched_off(bag, monkeypatch):
+    folder, written = bag
+    clock = Clock(monkeypatch)
+    seen = []
+
+    def count(player, message):
+        seen.append(message)
+        if len(seen) == 2 * len(written) + 1:
+            player.set_loop(False)
+
+    played = play(folder, clock, count, loop=True)
+    assert [message[:3] for message in played] == written * 3
+    assert played[-1][3] - 5_000 == 3 * 7 * PERIOD_NS
+
+
+def test_a_loop_over_nothing_ends(bag):
+    assert play(bag[0], topics=[], loop=True) == []
+
+
+def test_pause_holds_and_stop_ends_a_player_that_waits(bag):
+    folder, written = bag
+    played = []
+    with BagReader(folder) as reader:
+        player = Player(reader, played.append, topics=TOPICS, rate=1000.0, paused=True)
+        thread = threading.Thread(target=player.run)
+        thread.start()
+        player.set_rate(500.0)
+        assert player.paused and played == [] and player.position_s() == 0.0
+        player.resume()
+        thread.join(timeout=10)
+        assert not thread.is_alive() and len(played) == len(written)
+        stuck = Player(reader, played.append, topics=TOPICS, paused=True)
+        thread = threading.Thread(target=stuck.run)
+        thread.start()
+        stuck.stop()
+        thread.join(timeout=10)
+        assert not thread.is_alive() and stuck.published == 0
