@@ -43,6 +43,7 @@ setup(
         "shapely>=2.0",
         "mapbox_earcut>=1.0",
         "mcap>=1.2",
+        "lz4>=4.3",
         "zstandard>=0.22",
         "PyYAML>=6.0",
         "pillow>=10.0",

@@ -82,7 +82,11 @@ def _flat_scene(parts: list[tuple[str, int, int, Mesh]]) -> FlatScene:
         mesh=merged(*meshes),
         face_part=np.repeat(np.arange(count, dtype=np.int32), [len(mesh.faces) for mesh in meshes]),
         parts=PartTable(
-            np.array(identities, np.uint16), np.array(labels, np.uint8), np.arange(count, dtype=np.int32), emission.astype(np.float32), panes
+            np.array(identities, np.uint16),
+            np.array(labels, np.uint8),
+            np.arange(count, dtype=np.int32),
+            emission.astype(np.float32),
+            panes,
         ),
         part_names=tuple(f"{identity}/{name}" for identity, name in zip(identities, names, strict=True)),
         materials=MaterialTable(colors, np.full(count, 0.8, np.float32), zeros, np.where(panes, 0.85, 0.0).astype(np.float32)),

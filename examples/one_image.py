@@ -1,6 +1,6 @@
 """Render the first view of a scene description and save colour and class ids as PNG.  No ROS.
 
-    python examples/one_room.py room.json && python examples/one_image.py room.json
+python examples/one_room.py room.json && python examples/one_image.py room.json
 """
 
 import sys

@@ -1,6 +1,6 @@
 """Sample one bedroom, print what is in it, save its description.  No ROS.
 
-    python examples/one_room.py room.json
+python examples/one_room.py room.json
 """
 
 import sys

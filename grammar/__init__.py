@@ -1,4 +1,4 @@
-"""Which rooms are likely: a stochastic grammar read from YAML, sampled from the root down, laid out by Metropolis-Hastings, checked exactly.
+"""Which rooms are likely: a stochastic grammar from YAML, sampled from the root down, laid out by Metropolis-Hastings, checked exactly.
 
 Imports scene_description, numpy, scipy, numba and (in one file) yaml; knows nothing of rendering or ROS.
 

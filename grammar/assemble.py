@@ -15,8 +15,9 @@ from grammar.layout import CEILING, FIXED, FLOOR, OBJECT, WALL, Floats, Ints, Pr
 from grammar.parse_tree import ParseTree, Thing
 from grammar.rules import AroundMode, Grammar
 from grammar.solids import local_solids, surface_top
+from grammar.walls import reflex_vertices, wall_rows
 from grammar.zones import Zone, opening_zones, thing_zones
-from scene_description import Opening, Room
+from scene_description import Opening
 
 _MOUNT = {"floor": FLOOR, "wall": WALL, "ceiling": CEILING, "object": OBJECT}
 T = TypeVar("T")
@@ -30,11 +31,13 @@ def assemble(grammar: Grammar, categories: Categories, tree: ParseTree) -> tuple
     zones = [opening_zones(o, grammar.openings[o.category]) for o in openings] + [thing_zones(t.rule, t.size_m) for t in things]
     zone_rows = [zone for of_object in zones for zone in of_object]
     slots, slot_owner = _slots(categories, things)
-    candidates = [[] for _ in openings] + [_candidates(t, slots, slot_owner) for t in things]
-    around = [[] for _ in openings] + [[_around_target(mode, t.size_m, size[t.core]) for mode in t.rule.around] if t.core else [] for t in things]
+    candidates: list[list[tuple[int, float]]] = [[] for _ in openings] + [_candidates(t, slots, slot_owner) for t in things]
+    around: list[list[tuple[float, float, float]]] = [[] for _ in openings] + [
+        [_around_target(mode, t.size_m, size[t.core]) for mode in t.rule.around] if t.core else [] for t in things
+    ]
     of_things: list[Thing | None] = [*(None for _ in openings), *things]
     half = np.array([(0.5 * size[i + 1][0], 0.5 * size[i + 1][1]) for i in range(len(of_things))])
-    walls, wall_yaw = _walls(room)
+    walls, wall_yaw = wall_rows(room.polygon_m)
     polygon = np.array(room.polygon_m)
     problem = Problem(
         half=half,
@@ -62,7 +65,7 @@ def assemble(grammar: Grammar, categories: Categories, tree: ParseTree) -> tuple
         centre=np.array([float(t is not None and t.rule.room_centre and t.core is None) for t in of_things]),
         wall=walls,
         wall_yaw=wall_yaw,
-        reflex=_reflex(polygon),
+        reflex=reflex_vertices(polygon),
         bounds=np.concatenate([polygon.min(0), polygon.max(0)]),
         middle=_centroid(polygon),
         weight=np.array(astuple(grammar.weights)),
@@ -116,12 +119,10 @@ def _slots(categories: Categories, things: Sequence[Thing]) -> tuple[list[tuple[
 
 def _candidates(thing: Thing, slots: Sequence[tuple[float, ...]], owners: Sequence[int]) -> list[tuple[int, float]]:
     """Return the tops that a thing fits on with -log of their probabilities; an object's probability is shared by its tops."""
-    found = []
+    found: list[tuple[int, float]] = []
     small, large = sorted((0.5 * thing.size_m[0], 0.5 * thing.size_m[1]))
     for target, log_probability in zip(thing.supporters, thing.supporter_log_probability, strict=True):
-        fitting = [
-            k for k, owner in enumerate(owners) if owner == target - 1 and small <= min(slots[k][3:]) and large <= max(slots[k][3:])
-        ]
+        fitting = [k for k, owner in enumerate(owners) if owner == target - 1 and small <= min(slots[k][3:]) and large <= max(slots[k][3:])]
         found.extend((k, math.log(len(fitting)) - log_probability) for k in fitting)
     return found
 
@@ -132,20 +133,6 @@ def _radii(half: Floats, solids: Floats, zones: Sequence[Zone]) -> tuple[float, 
 
     inner = max(reach([list(row) for row in solids]), float(np.hypot(*half)))
     return inner, max(inner, reach(zones))
-
-
-def _walls(room: Room) -> tuple[Floats, Floats]:
-    start = np.array(room.polygon_m)
-    step = np.roll(start, -1, 0) - start
-    length = np.hypot(step[:, 0], step[:, 1])
-    tangent = step / length[:, None]
-    normal = np.column_stack([-tangent[:, 1], tangent[:, 0]])
-    return np.column_stack([start, tangent, length, normal]), np.arctan2(normal[:, 1], normal[:, 0])
-
-
-def _reflex(polygon: Floats) -> Floats:
-    before, after = polygon - np.roll(polygon, 1, 0), np.roll(polygon, -1, 0) - polygon
-    return polygon[before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0] < -1e-12]
 
 
 def _centroid(polygon: Floats) -> Floats:

@@ -42,13 +42,13 @@ def row_penetration(first: Boxes, i: int, second: Boxes, j: int) -> float:
     depth = ad + bd * cos_ab + bw * sin_ab - abs(dx * ac + dy * as_)
     depth = min(depth, aw + bd * sin_ab + bw * cos_ab - abs(dy * ac - dx * as_))
     depth = min(depth, bd + ad * cos_ab + aw * sin_ab - abs(dx * bc + dy * bs))
-    return min(depth, bw + ad * sin_ab + aw * cos_ab - abs(dy * bc - dx * bs))
+    return float(min(depth, bw + ad * sin_ab + aw * cos_ab - abs(dy * bc - dx * bs)))
 
 
 @njit(cache=True)
 def footprint_penetration(a: Boxes, b: Boxes) -> float:
     """Return :func:`row_penetration` of two boxes that are given as rows (8,)."""
-    return row_penetration(a.reshape(1, 8), 0, b.reshape(1, 8), 0)
+    return float(row_penetration(a.reshape(1, 8), 0, b.reshape(1, 8), 0))
 
 
 @njit(cache=True)
@@ -56,8 +56,8 @@ def penetration(first: Boxes, i: int, second: Boxes, j: int) -> float:
     """Return the penetration depth of boxes ``first[i]`` and ``second[j]`` in metres; 0 or less when they are apart or touch."""
     vertical = min(first[i, 3], second[j, 3]) - max(first[i, 2], second[j, 2])
     if vertical <= 0.0:
-        return vertical
-    return min(vertical, row_penetration(first, i, second, j))
+        return float(vertical)
+    return float(min(vertical, row_penetration(first, i, second, j)))
 
 
 @njit(cache=True)

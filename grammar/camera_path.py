@@ -217,11 +217,14 @@ def _directions(
     rings = [_ring(config, room, station, lens_m) for station in stations]
     values = np.array([_views(config, room, d, hit) for d, hit in rings])
     azimuth = column_azimuth_rad()
-    sweep_to = azimuth[int(np.argmax(values[0]))] + rng.choice([-1.0, 1.0]) * config.sweep_rad_per_m * keys_m
-    liking = values + config.sweep_weight * np.cos(azimuth[None, :] - sweep_to[:, None])
+    middle_m = 0.5 * min(float(along_m[-1]), config.path_length_m)
+    best = azimuth[int(np.argmax(values[np.argmin(np.abs(keys_m - middle_m))]))]
+    sweep_to = best + rng.choice([-1.0, 1.0]) * config.sweep_rad_per_m * (keys_m - middle_m)
+    moves = len(walk.points_m) > 1  # where it cannot walk, the camera looks all round instead
+    liking = moves * values + config.sweep_weight * np.cos(azimuth[None, :] - sweep_to[:, None])
     column_rad = 2.0 * math.pi / RING_COLUMNS
     key_turn_rad = _YAW_SHARE * config.max_turn_rad * (keys_m[1] - keys_m[0]) / config.max_step_m
-    columns = best_turns(liking, max(int(0.7 * key_turn_rad / column_rad), 1), 0.002)
+    columns = best_turns(liking, max(int(key_turn_rad / column_rad), 1), 0.002)
     key_yaw = np.unwrap(azimuth[columns])
     lift = rng.normal(0.0, 0.03)
     key_pitch = [_pitch_of_view(config, mount, d, hit, column) + lift for (d, hit), column in zip(rings, columns, strict=True)]

@@ -84,8 +84,9 @@ def _check_object(grammar: Grammar, symbol: str, thing: ObjectRule, categories: 
     for name in ("cores", "supporters"):
         targets = getattr(thing, name)
         for target in targets or ():
-            if target not in grammar.objects and target not in OPENINGS and target != NONE:
-                raise FieldError(f"{path}.{name}", f"symbols of objects, {', '.join(OPENINGS)} or {NONE}", repr(target))
+            if target not in grammar.objects and not (name == "cores" and target in (*OPENINGS, NONE)):
+                also = f", {', '.join(OPENINGS)} or {NONE}" if name == "cores" else ""
+                raise FieldError(f"{path}.{name}", f"symbols of objects{also}", repr(target))
         if targets:
             _check_sum(f"{path}.{name}", list(targets.values()))
     needs = (

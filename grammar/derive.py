@@ -1,6 +1,7 @@
 """Ancestral sampling: grammar and request -> parse tree, with the log-probability of every choice.
 
-Structure, room, sizes, openings and addresses are drawn from the root down.  A derivation that breaks a constraint (number of objects, share of
+Structure, room, sizes, openings and addresses are drawn from the root down.  A derivation that breaks a constraint (number of objects,
+share of
 the floor, something that has nothing to stand on) is thrown away and drawn again within a budget; the log-probabilities are those
 of the grammar, not of the grammar given the constraints.
 """
@@ -17,12 +18,13 @@ import numpy as np
 
 from grammar.categories import Categories
 from grammar.densities import draw_index, draw_normal, draw_size
-from grammar.openings import Attribute, DrawnOpening, draw_opening, wall_lengths
+from grammar.openings import Attribute, DrawnOpening, draw_opening
 from grammar.parse_tree import ParseTree, Thing
 from grammar.request import RequestError, SceneRequest
 from grammar.rules import NONE, Grammar, ObjectRule
 from grammar.solids import surface_top
 from grammar.structure import Choice, count_range, draw_structure
+from grammar.walls import wall_lengths
 from scene_description import Opening, ParseNode, Room
 from scene_description.types import Point2
 
@@ -67,7 +69,9 @@ def _check_request(grammar: Grammar, request: SceneRequest) -> None:
     if request.min_objects > request.max_objects:
         raise RequestError(f"min_objects: expected at most max_objects = {request.max_objects}, got {request.min_objects}")
     if request.max_objects < least:
-        raise RequestError(f"max_objects: expected at least {least}, the fewest objects of a {grammar.room_type}, got {request.max_objects}")
+        raise RequestError(
+            f"max_objects: expected at least {least}, the fewest objects of a {grammar.room_type}, got {request.max_objects}"
+        )
     if request.min_objects > most:
         raise RequestError(f"min_objects: expected at most {most}, the most objects of a {grammar.room_type}, got {request.min_objects}")
 
@@ -80,7 +84,9 @@ def _derive_once(grammar: Grammar, categories: Categories, request: SceneRequest
     rules = [grammar.objects[structure[i].symbol] for i in terminals]
     sizes = [draw_size(rng, rule) for rule in rules]
     room, room_attributes = _draw_room(grammar, request, rng)
-    covered = sum(s[0] * s[1] for rule, (s, _) in zip(rules, sizes, strict=True) if rule.mount == "floor" and not categories[rule.category].underlay)
+    covered = sum(
+        s[0] * s[1] for rule, (s, _) in zip(rules, sizes, strict=True) if rule.mount == "floor" and not categories[rule.category].underlay
+    )
     if covered > grammar.room.floor_share_max * _area(room.polygon_m):
         raise _Rejected(f"furniture on at most {grammar.room.floor_share_max:g} of the floor")
     openings, opening_counts = _draw_openings(grammar, categories, room, rng)
@@ -99,12 +105,16 @@ def _derive_once(grammar: Grammar, categories: Categories, request: SceneRequest
     nodes.extend(replace(_attribute_node(attribute, None), parent=1) for attribute in (*room_attributes, *opening_counts))
     for item in openings:
         parent = len(nodes)
-        nodes.append(ParseNode(symbol=item.opening.category, kind="terminal", parent=1, choice=item.opening.category, object=item.opening.id))
+        nodes.append(
+            ParseNode(symbol=item.opening.category, kind="terminal", parent=1, choice=item.opening.category, object=item.opening.id)
+        )
         nodes.extend(replace(_attribute_node(attribute, item.opening.id), parent=parent) for attribute in item.attributes)
     return ParseTree(room=room, things=_append_things(structure, drafts, nodes), nodes=tuple(nodes))
 
 
-def _append_things(structure: Sequence[Choice], drafts: Sequence[tuple[Thing, list[ParseNode]]], nodes: list[ParseNode]) -> tuple[Thing, ...]:
+def _append_things(
+    structure: Sequence[Choice], drafts: Sequence[tuple[Thing, list[ParseNode]]], nodes: list[ParseNode]
+) -> tuple[Thing, ...]:
     """Append the structure's vertices and what hangs below the things to ``nodes``; return the things with their places there."""
     index_of = {-1: 0}
     things: list[Thing] = []
@@ -119,7 +129,9 @@ def _append_things(structure: Sequence[Choice], drafts: Sequence[tuple[Thing, li
             things.append(replace(thing, node=index, supporter_node=last))
         else:
             nodes.append(
-                ParseNode(symbol=vertex.symbol, kind=vertex.kind, parent=parent, choice=vertex.choice, log_probability=vertex.log_probability)
+                ParseNode(
+                    symbol=vertex.symbol, kind=vertex.kind, parent=parent, choice=vertex.choice, log_probability=vertex.log_probability
+                )
             )
     return tuple(things)
 

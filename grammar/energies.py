@@ -1,9 +1,11 @@
 """Losses of a layout: the cliques of walls, furniture, support and groups, and the measures of what no valid room has.
 
-``E = sum of weight * loss`` over the terms of :data:`grammar.rules.TERMS`, the Gibbs prior's exponent (Jiang et al., IJCV 2018, section 2.2):
+``E = sum of weight * loss`` over the terms of :data:`grammar.rules.TERMS`, the Gibbs prior's exponent (Jiang et al., IJCV 2018, section
+2.2):
 
 - wall: ``|distance - mean|`` and ``|yaw - mean|`` to the wall that an object fits best, of all walls and all of its modes
-- occlusion: ``max(0, 1 - d / d_acc)`` of the space before an object, d_acc deep, that another object or a wall leaves only d deep; objects of
+- occlusion: ``max(0, 1 - d / d_acc)`` of the space before an object, d_acc deep, that another object or a wall leaves only d deep; objects
+of
   one group do not count for each other
 - support: the sum over a top's four edges of ``|distance - mean|``, ``|yaw - mean|``, and -log of the address's probability
 - group: the same as for walls, in the frame of the core object
@@ -20,9 +22,10 @@ import math
 import numpy as np
 from numba import njit
 
-from grammar.boxes import row_penetration, place_boxes
+from grammar.boxes import place_boxes, row_penetration
 from grammar.layout import ACCESS, FIXED, FLOOR, OBJECT, SWING, VIEW, WALL, Floats, Problem, State
 from grammar.rules import TERMS
+from grammar.walls import rectangle_outside
 
 (
     OVERLAP,
@@ -55,38 +58,6 @@ def place_object(problem, state, i):  # type: ignore[no-untyped-def]
     x, y, yaw, z = state.pose[i, 0], state.pose[i, 1], state.pose[i, 2], state.z[i]
     place_boxes(problem.box, problem.box_first[i], problem.box_first[i + 1], x, y, z, yaw, state.solid)
     place_boxes(problem.zone, problem.zone_first[i], problem.zone_first[i + 1], x, y, z, yaw, state.zone)
-
-
-@njit(cache=True)
-def outside_distance(wall: Floats, x: float, y: float) -> float:
-    """Return how far a point lies outside the room whose walls are the rows of ``wall`` (see Problem), 0 inside."""
-    outside = False
-    for w in range(len(wall)):
-        outside |= (x - wall[w, 0]) * wall[w, 5] + (y - wall[w, 1]) * wall[w, 6] < 0.0
-    if not outside:
-        return 0.0
-    inside, nearest = False, np.inf
-    for w in range(len(wall)):
-        ax, ay, tx, ty, length = wall[w, 0], wall[w, 1], wall[w, 2], wall[w, 3], wall[w, 4]
-        if (ay > y) != (ay + ty * length > y) and x < ax + (y - ay) * tx / ty:
-            inside = not inside
-        along = min(max((x - ax) * tx + (y - ay) * ty, 0.0), length)
-        nearest = min(nearest, math.hypot(x - ax - tx * along, y - ay - ty * along))
-    return 0.0 if inside else nearest
-
-
-@njit(cache=True)
-def rectangle_outside(wall: Floats, reflex: Floats, x: float, y: float, c: float, s: float, half_d: float, half_w: float) -> float:
-    """Return how far a rectangle sticks out of the room: its corners outside, or the room's inward vertices inside it."""
-    worst = 0.0
-    for k in range(4):
-        u = half_d if k < 2 else -half_d
-        v = half_w if k % 2 == 0 else -half_w
-        worst = max(worst, outside_distance(wall, x + u * c - v * s, y + u * s + v * c))
-    for k in range(len(reflex)):
-        dx, dy = reflex[k, 0] - x, reflex[k, 1] - y
-        worst = max(worst, min(half_d - abs(dx * c + dy * s), half_w - abs(dy * c - dx * s)))
-    return worst
 
 
 @njit(cache=True)

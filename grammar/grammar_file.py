@@ -106,7 +106,8 @@ def _read_extended(path: Path, above: tuple[Path, ...]) -> Mapping[str, Any]:
     if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z0-9_.-]+", name):
         raise GrammarError(f"{path}: extends: expected the name of a file in the same folder, got {name!r}")
     base = _read_extended(path.with_name(name), (*above, path))
-    return _merge(base, {key: value for key, value in data.items() if key != "extends"})
+    merged: Mapping[str, Any] = _merge(base, {key: value for key, value in data.items() if key != "extends"})
+    return merged
 
 
 def _merge(base: Any, top: Any) -> Any:

@@ -18,7 +18,8 @@ FLOOR, WALL, CEILING, OBJECT, FIXED = range(5)
 """What holds an object: values of ``Problem.mount``."""
 
 ACCESS, VIEW, SWING, FACE = range(4)
-"""Kinds of zones.  ACCESS: space that people need (soft); VIEW: kept free of what stands on the floor; SWING: kept free of everything; FACE:
+"""Kinds of zones.  ACCESS: space that people need (soft); VIEW: kept free of what stands on the floor; SWING: kept free of everything;
+FACE:
 kept free of what hangs on walls.
 """
 
@@ -28,11 +29,14 @@ class Problem(NamedTuple):
 
     half: (n, 2) half depth and half width; radius: (n, 2) of circles about the origin around the solids and around solids and zones;
     bottom: (n,) height of the underside of what does not stand on an object; mount: (n,) codes above; core: (n,) index of the core object
-    or -1; box: (m, 6) solids in their objects' frames (x, y, z_low, z_high, half_depth, half_width); zone: (q, 6) likewise, with zone_kind (q,)
-    and zone_depth (q,); wall_mode: (k, 2) gap and relative yaw (NaN: any); around: (k, 3) x, y and yaw in the core's frame (NaN: any); slot: (s, 5)
+    or -1; box: (m, 6) solids in their objects' frames (x, y, z_low, z_high, half_depth, half_width); zone: (q, 6) likewise, with zone_kind
+    (q,)
+    and zone_depth (q,); wall_mode: (k, 2) gap and relative yaw (NaN: any); around: (k, 3) x, y and yaw in the core's frame (NaN: any);
+    slot: (s, 5)
     tops that carry things: x, y, z, half depth, half width in the owner's frame, slot_owner (s,); candidate: slots an object may stand
     on, with candidate_cost = -log of the address's probability; place: (k, 3) depth fraction, width fraction, relative yaw (NaN: any);
-    centre: (n,) 1 where an object is drawn to the middle of the room; wall: (w, 7) start x, y, unit direction x, y, length, unit normal into
+    centre: (n,) 1 where an object is drawn to the middle of the room; wall: (w, 7) start x, y, unit direction x, y, length, unit normal
+    into
     the room x, y; wall_yaw: (w,) yaw of that normal; reflex: (r, 2) vertices that stick into the room; bounds: x_low, y_low, x_high,
     y_high; middle: (2,) the polygon's centroid; weight: (t,) lambda of the energy terms.
     """
@@ -71,7 +75,8 @@ class Problem(NamedTuple):
 class State(NamedTuple):
     """Where everything is; the chain writes these arrays in place.
 
-    pose: (n, 3) x, y, yaw; z: (n,) height of the underside; slot: (n,) the top that an object stands on, else -1; on_wall: (n,) the wall that it
+    pose: (n, 3) x, y, yaw; z: (n,) height of the underside; slot: (n,) the top that an object stands on, else -1; on_wall: (n,) the wall
+    that it
     hangs on, else -1; active: (n,) whether it takes part yet; solid: (m, 8) the problem's boxes in the world; zone: (q, 8) its zones.
     """
 
@@ -100,4 +105,4 @@ def empty_state(problem: Problem) -> State:
 
 def copy_state(state: State) -> State:
     """Return a state with arrays of its own."""
-    return State(*(np.copy(array) for array in state))
+    return State(**{name: array.copy() for name, array in state._asdict().items()})

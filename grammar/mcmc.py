@@ -8,14 +8,29 @@ keeps volume, so it adds nothing to the ratio.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 
 from grammar.energies import full_energy, local_energy, place_object, wrap
-from grammar.layout import FIXED, FLOOR, OBJECT
+from grammar.layout import FIXED, FLOOR, OBJECT, WALL
 from grammar.moves import RELOCATE, empty_proposal, propose
 from grammar.rules import HARD_TERMS
+
+
+class Goal(NamedTuple):
+    """How a chain runs and what it keeps.
+
+    Tidiness grows geometrically from ``beta_first`` to ``beta_last``; a layout is feasible when none of its hard losses exceeds
+    ``tolerance``; ``keep_best``: of the feasible layouts the one of least energy is kept, else the last one.
+    """
+
+    beta_first: float
+    beta_last: float
+    tolerance: float
+    keep_best: bool
+
 
 make_proposal = njit(cache=True)(empty_proposal)
 
@@ -86,15 +101,16 @@ def enter(rng, problem, state, settings, i, starts):  # type: ignore[no-untyped-
     leader_of, energy = np.zeros(1, np.int64), np.zeros(len(problem.weight))
     best_pose, best_slot, best_wall, best = np.zeros(3), -1, -1, np.inf
     marked[i], state.active[i] = True, True
+    move, count = np.int64(RELOCATE), len(members)
     if problem.mount[i] == OBJECT:
         state.slot[i] = problem.candidate[problem.candidate_first[i]]
-    if problem.mount[i] != FLOOR and problem.mount[i] != OBJECT:
+    if problem.mount[i] == WALL:
         state.on_wall[i] = 0
     for _ in range(starts):
-        if propose(rng, problem, state, settings, RELOCATE, i, members, proposal)[0] == 0:
+        if propose(rng, problem, state, settings, move, i, members, proposal)[0] == 0:
             continue
-        apply_proposal(problem, state, proposal, members, leader_of, 1)
-        local_energy(problem, state, members, 1, marked, energy)
+        apply_proposal(problem, state, proposal, members, leader_of, count)
+        local_energy(problem, state, members, count, marked, energy)
         total = (energy * problem.weight).sum()
         if total < best:
             best, best_slot, best_wall = total, state.slot[i], state.on_wall[i]
@@ -104,7 +120,7 @@ def enter(rng, problem, state, settings, i, starts):  # type: ignore[no-untyped-
         return False
     proposal.who[0], proposal.slot[0], proposal.on_wall[0] = i, best_slot, best_wall
     proposal.pose[0] = best_pose
-    apply_proposal(problem, state, proposal, members, leader_of, 1)
+    apply_proposal(problem, state, proposal, members, leader_of, count)
     return True
 
 
@@ -121,7 +137,7 @@ def followers_in_room(problem, state, members, count):  # type: ignore[no-untype
 
 
 @njit(cache=True)
-def run_chain(rng, problem, state, settings, movable, proposals, beta_first, beta_last, tolerance, keep_best, kept, counts):  # type: ignore[no-untyped-def]
+def run_chain(rng, problem, state, settings, goal, movable, proposals, kept, counts):  # type: ignore[no-untyped-def]
     """Run the chain and keep a feasible layout.
 
     Args:
@@ -129,12 +145,9 @@ def run_chain(rng, problem, state, settings, movable, proposals, beta_first, bet
         problem: the layout problem.
         state: written in place.
         settings: of the moves.
+        goal: tidiness and what to keep.
         movable: (k,) int64 indices of the objects that lead moves.
         proposals: how many.
-        beta_first: tidiness at the first proposal.
-        beta_last: tidiness at the last; in between it grows geometrically.
-        tolerance: a layout is feasible when none of its hard losses exceeds this.
-        keep_best: keep the feasible layout of least energy, else the last one.
         kept: state that receives its poses.
         counts: (6, 2) int64, proposals and acceptances by move are added.
 
@@ -147,8 +160,8 @@ def run_chain(rng, problem, state, settings, movable, proposals, beta_first, bet
     members, leader_of, marked = np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n, np.bool_)
     saved_pose, saved_z, saved_slot, saved_wall = np.zeros((n, 3)), np.zeros(n), np.zeros(n, np.int64), np.zeros(n, np.int64)
     proposal = make_proposal()
-    ratio = (beta_last / beta_first) ** (1.0 / max(proposals - 1, 1))
-    beta, fresh = beta_first, True
+    ratio = (goal.beta_last / goal.beta_first) ** (1.0 / max(proposals - 1, 1))
+    beta, fresh = goal.beta_first, True
     for step in range(proposals):
         if step > 0:
             beta *= ratio
@@ -184,10 +197,10 @@ def run_chain(rng, problem, state, settings, movable, proposals, beta_first, bet
             fresh = False
             feasible = True
             for term in range(HARD_TERMS):
-                feasible &= energy[term] <= tolerance
+                feasible &= energy[term] <= goal.tolerance
             if feasible:
-                total = (energy * problem.weight).sum() if keep_best else 0.0
-                if not keep_best or total < best:
+                total = (energy * problem.weight).sum() if goal.keep_best else 0.0
+                if not goal.keep_best or total < best:
                     found, best = True, total
                     copy_layout(state, kept)
     return found, energy

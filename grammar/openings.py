@@ -14,6 +14,7 @@ import numpy as np
 
 from grammar.densities import cut_normal_log_density, draw_cut_normal, draw_index, draw_normal
 from grammar.rules import OpeningRule
+from grammar.walls import wall_lengths
 from scene_description import ModelReference, Opening
 from scene_description.types import Point2
 
@@ -33,11 +34,6 @@ class DrawnOpening(NamedTuple):
 
     opening: Opening
     attributes: tuple[Attribute, ...]
-
-
-def wall_lengths(polygon_m: Sequence[Point2]) -> list[float]:
-    """Return the length in metres of every wall, wall i from vertex i to i + 1."""
-    return [math.dist(point, polygon_m[(i + 1) % len(polygon_m)]) for i, point in enumerate(polygon_m)]
 
 
 def draw_opening(
@@ -74,7 +70,9 @@ def draw_opening(
     offset = _draw_offset(rng, rule, slack)
     swings_in = bool(rng.random() < rule.swing_in)
     if not rule.end_gap_m <= offset <= slack - rule.end_gap_m or any(
-        other.wall == wall and offset < other.offset_m + other.width_m + 2.0 * rule.casing_m and other.offset_m < offset + width + 2.0 * rule.casing_m
+        other.wall == wall
+        and offset < other.offset_m + other.width_m + 2.0 * rule.casing_m
+        and other.offset_m < offset + width + 2.0 * rule.casing_m
         for other in others
     ):
         return None

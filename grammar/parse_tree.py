@@ -12,7 +12,8 @@ from scene_description import ParseNode, Room
 class Thing:
     """A regular terminal with its size and address terminals.
 
-    ``id`` is its object id; ``core`` the id of the object or opening that it is grouped with; ``supporters`` the ids of the things that it may
+    ``id`` is its object id; ``core`` the id of the object or opening that it is grouped with; ``supporters`` the ids of the things that it
+    may
     stand on and ``supporter_log_probability`` theirs; ``bottom_m`` the height of its underside unless it stands on something.
     """
 

@@ -16,9 +16,9 @@ class RequestError(ValueError):
 class SceneRequest:
     """Constraints on a room beyond its grammar."""
 
-    room_type: Annotated[str, Limits(min_length=1, max_length=60, pattern=r"[a-z][a-z0-9_]*", description="kind of room, the name of a grammar")] = (
-        "bedroom"
-    )
+    room_type: Annotated[
+        str, Limits(min_length=1, max_length=60, pattern=r"[a-z][a-z0-9_]*", description="kind of room, the name of a grammar")
+    ] = "bedroom"
     min_objects: Annotated[int, Limits(ge=0, le=500, description="least number of objects, doors and windows not counted")] = 0
     max_objects: Annotated[int, Limits(ge=1, le=500, description="greatest number of objects, doors and windows not counted")] = 40
     room_width_m: Annotated[float, Limits(ge=0.0, le=30.0, unit="m", description="room size along x; 0: drawn by the grammar")] = 0.0

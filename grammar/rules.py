@@ -1,6 +1,7 @@
 """The attributed spatial And-Or graph of one kind of room, as frozen data, and the checks that make it a grammar.
 
-An And node is made of all its branches, an Or node of one of them, a Set node of k copies of each of them, k = 0, 1, 2, ... drawn per branch.
+An And node is made of all its branches, an Or node of one of them, a Set node of k copies of each of them, k = 0, 1, 2, ... drawn per
+branch.
 Symbols that are no nodes are objects (regular terminals): their sizes, and their address terminals, which point to the core object of a
 functional group or to what they stand on (Jiang et al., IJCV 2018, section 2).  Units are in the names; objects look along their own +x, so
 sizes are (depth, width, height).
@@ -67,7 +68,8 @@ class AroundMode:
     """Where an object likes to be in the frame of its core object.
 
     ``gap_m`` separates the two boxes at ``side`` ("centre": on the core's centre line).  Along that side ``align`` -1 makes the backs (or
-    right ends) flush, 1 the fronts (or left ends), 0 the middles; ``along_m`` is added.  ``orientation_rad`` is relative to the core's yaw, null: any.
+    right ends) flush, 1 the fronts (or left ends), 0 the middles; ``along_m`` is added.  ``orientation_rad`` is relative to the core's
+    yaw, null: any.
     """
 
     side: Literal["front", "back", "left", "right", "centre"]
@@ -88,9 +90,9 @@ class PlaceMode:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Access:
-    """Space that a person needs at one side of an object, as deep as ``depth_m``."""
+    """Space that a person needs at one side of an object, ``depth_m`` deep; "under" is the object's own footprint (knees at a desk)."""
 
-    side: Side
+    side: Literal["front", "back", "left", "right", "under"]
     depth_m: Extent
 
 
@@ -117,7 +119,7 @@ class ObjectRule:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Branch:
-    """One branch of a node: ``probability`` in an Or node, ``multiplicity`` (of 0, 1, 2, ... copies) in a Set node, neither in an And node."""
+    """One branch of a node: ``probability`` in an Or node, ``multiplicity`` (of 0, 1, ... copies) in a Set node, nothing in And nodes."""
 
     symbol: Symbol
     probability: Probability | None = None
@@ -149,8 +151,10 @@ class RoomRule:
 class OpeningRule:
     """Doors or windows: how many, how large, where in a wall, and what must stay free before them.
 
-    ``near_corner`` is the probability of lying ``corner_gap_m`` from one end of the wall, else the place along the wall is uniform.  Furniture
-    keeps out of ``clear_depth_m`` before the opening above ``sill + clear_above_sill_m``; nothing hangs within ``casing_m`` of it.
+    ``near_corner`` is the probability of lying ``corner_gap_m`` from one end of the wall, else the place along the wall is uniform.
+    Furniture
+    keeps out of ``clear_depth_m`` before the opening above ``sill + clear_above_sill_m``; nothing hangs within ``casing_m`` of its sides
+    and top.
     """
 
     multiplicity: Annotated[tuple[Probability, ...], Limits(min_length=1, max_length=16)]

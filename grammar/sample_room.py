@@ -1,6 +1,7 @@
 """Request -> valid furnished room: parse tree, layout, exact checks, and again until it passes.
 
-A structure gets several layouts before another one is drawn, and a chain several rounds before it starts afresh, so that the checks change the
+A structure gets several layouts before another one is drawn, and a chain several rounds before it starts afresh, so that the checks change
+the
 distribution of structures as little as possible.
 """
 
@@ -50,7 +51,9 @@ def sample_room(grammar: Grammar, categories: Categories, request: SceneRequest,
         RequestError: no room meets the request, or none was valid within the budget; the line names the constraint.
     """
     if request.room_type != grammar.room_type:
-        raise RequestError(f"room_type: expected the grammar's '{grammar.room_type}', got '{request.room_type}'; read the grammar of that type")
+        raise RequestError(
+            f"room_type: expected the grammar's '{grammar.room_type}', got '{request.room_type}'; read the grammar of that type"
+        )
     beta = request.beta if request.beta > 0.0 else grammar.schedule.beta
     attempts = 0
     failures: Counter[str] = Counter()
@@ -70,7 +73,9 @@ def sample_room(grammar: Grammar, categories: Categories, request: SceneRequest,
                     replace(thing, model=replace(thing.model, seed=int(seed)))
                     for thing, seed in zip(objects, rng.integers(_MAX_SEED, size=len(objects)), strict=True)
                 )
-                return SampledRoom(room=tree.room, objects=objects, parse_graph=_parse_graph(grammar, tree, layout, problem, energy), validity=report)
+                return SampledRoom(
+                    room=tree.room, objects=objects, parse_graph=_parse_graph(grammar, tree, layout, problem, energy), validity=report
+                )
             failures.update(check.name for check in report.checks if not check.passed)
     worst = ", ".join(f"{name} ({count})" for name, count in failures.most_common(3))
     raise RequestError(
@@ -79,14 +84,16 @@ def sample_room(grammar: Grammar, categories: Categories, request: SceneRequest,
     )
 
 
-def _layouts(grammar: Grammar, problem: Problem, start: State, beta: float, rng: np.random.Generator) -> Iterator[tuple[State | None, Floats]]:
+def _layouts(
+    grammar: Grammar, problem: Problem, start: State, beta: float, rng: np.random.Generator
+) -> Iterator[tuple[State | None, Floats]]:
     """Yield layouts of one structure until the budget is spent: rounds of a chain, then another chain."""
     schedule, settings = grammar.schedule, move_settings(grammar.moves)
     for _ in range(grammar.budget.layouts):
         result = run_stages(rng, problem, start, settings, schedule, beta)
         yield result.layout, result.energy
         for _ in range(grammar.budget.rounds - 1):
-            if not np.all(result.state.active):
+            if result.layout is None:
                 break
             result = run_together(rng, problem, result.state, settings, schedule, beta, result.counts, schedule.again)
             yield result.layout, result.energy

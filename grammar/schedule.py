@@ -11,7 +11,7 @@ import numpy as np
 
 from grammar.energies import full_energy, place_object
 from grammar.layout import CEILING, FIXED, FLOOR, OBJECT, WALL, Floats, Ints, Problem, State, copy_state
-from grammar.mcmc import enter, run_chain
+from grammar.mcmc import Goal, enter, run_chain
 from grammar.moves import MoveSettings
 from grammar.rules import Schedule
 
@@ -29,17 +29,18 @@ class ChainResult(NamedTuple):
     counts: Ints
 
 
-def run_stages(rng: np.random.Generator, problem: Problem, start: State, settings: MoveSettings, schedule: Schedule, beta: float) -> ChainResult:
+def run_stages(
+    rng: np.random.Generator, problem: Problem, start: State, settings: MoveSettings, schedule: Schedule, beta: float
+) -> ChainResult:
     """Run all stages once from a state that holds only the fixed objects, which is not changed."""
     state, counts = copy_state(start), np.zeros((6, 2), np.int64)
-    kept = copy_state(state)
+    kept, goal = copy_state(state), Goal(beta, beta, schedule.hard_tolerance, False)
     for entering, movable, each in _stages(problem, schedule):
         for i in entering:
             if not enter(rng, problem, state, settings, i, schedule.starts):
                 return ChainResult(None, full_energy(problem, state), state, counts)
         if len(movable):
-            arguments = (beta, beta, schedule.hard_tolerance, False, kept, counts)
-            run_chain(rng, problem, state, settings, movable, each * len(movable), *arguments)
+            run_chain(rng, problem, state, settings, goal, movable, each * len(movable), kept, counts)
     return run_together(rng, problem, state, settings, schedule, beta, counts, schedule.together, first=True)
 
 
@@ -61,9 +62,8 @@ def run_together(
     movable = np.flatnonzero(problem.mount != FIXED)
     kept = copy_state(state)
     begin = min(schedule.anneal_from_beta, beta) if first else beta
-    found, energy = run_chain(
-        rng, problem, state, settings, movable, each * len(movable), begin, beta, schedule.hard_tolerance, schedule.keep == "best", kept, counts
-    )
+    goal = Goal(begin, beta, schedule.hard_tolerance, schedule.keep == "best")
+    found, energy = run_chain(rng, problem, state, settings, goal, movable, each * len(movable), kept, counts)
     if not found:
         return ChainResult(None, energy, state, counts)
     for i in range(len(problem.mount)):
@@ -107,5 +107,3 @@ def _bottom_up(problem: Problem, supported: Ints) -> Ints:
         return 1 + max((level(int(owner)) for owner in owners), default=0)
 
     return np.array(sorted(supported.tolist(), key=lambda i: (level(i), i)), np.int64)
-
-

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
+from functools import cache
 from typing import Literal, NamedTuple
 
 import numpy as np
@@ -15,7 +15,7 @@ Kind = Literal["and", "or", "set", "terminal"]
 
 
 class Choice(NamedTuple):
-    """One vertex of the derivation: the symbol, its kind, the index of its parent (-1: the room's root), the branch taken, its log-probability."""
+    """One vertex of the derivation: symbol, kind, index of its parent (-1: the scene), the branch taken and its log-probability."""
 
     symbol: str
     kind: Kind
@@ -34,7 +34,7 @@ def draw_structure(grammar: Grammar, rng: np.random.Generator) -> list[Choice]:
 def count_range(grammar: Grammar) -> tuple[int, int]:
     """Return the least and the greatest number of objects that the grammar gives with positive probability."""
 
-    @lru_cache(maxsize=None)
+    @cache
     def bounds(symbol: str) -> tuple[int, int]:
         node = grammar.nodes.get(symbol)
         if node is None:

@@ -1,6 +1,7 @@
 """Exact checks of a furnished room; a room that fails one is not let through.
 
-- collision: no two objects' solids share more than the threshold, along the least direction of separation (a box that stands on another only touches it)
+- collision: no two objects' solids share more than the threshold, along the least direction of separation (a box that stands on another
+only touches it)
 - out_of_bounds: every solid lies inside the floor polygon, above the floor and under the ceiling
 - floating: gap to floor, wall, ceiling or the top that carries the object; overhang: how far its footprint sticks out of that top
 - door_clear, window_clear: depth of solids in the zones before doors and windows; wall_clear: the same before pictures and mirrors, and
@@ -22,6 +23,7 @@ from grammar.free_space import rasterize, reachable, walkable_share
 from grammar.layout import FACE
 from grammar.rules import Grammar, ObjectRule, Thresholds
 from grammar.solids import object_solids, surface_top
+from grammar.walls import outside_distance, wall_rows
 from grammar.zones import opening_frame, opening_zones, placed_zones, side_rectangle, thing_zones
 from scene_description import Opening, Room, SceneObject, ValidityCheck, ValidityReport
 
@@ -74,42 +76,39 @@ def _check_collision(limits: Thresholds, boxes: Boxes, owner: Ints) -> ValidityC
 
 def _check_bounds(limits: Thresholds, room: Room, objects: Sequence[SceneObject], boxes: Boxes, owner: Ints) -> ValidityCheck:
     whole = [
-        (*thing.position_m[:2], thing.position_m[2], thing.position_m[2] + thing.size_m[2], 0.5 * thing.size_m[0], 0.5 * thing.size_m[1])
-        + (math.cos(thing.yaw_rad), math.sin(thing.yaw_rad))
+        (
+            *thing.position_m,
+            thing.position_m[2] + thing.size_m[2],
+            0.5 * thing.size_m[0],
+            0.5 * thing.size_m[1],
+            math.cos(thing.yaw_rad),
+            math.sin(thing.yaw_rad),
+        )
         for thing in objects
     ]
     rows = np.concatenate([boxes, np.array(whole, np.float64).reshape(-1, 8)])
     owners = np.concatenate([owner, np.array([thing.id for thing in objects], np.int64)])
-    depth = np.array([_outside(room, row, limits.outside_m) for row in rows])
+    wall, _ = wall_rows(room.polygon_m)
+    depth = np.array([_outside(wall, room.height_m, row, limits.outside_m) for row in rows])
     return _at_most("out_of_bounds", limits.outside_m, _worst_by_owner(depth, owners))
 
 
-def _outside(room: Room, box: Boxes, tolerance_m: float) -> float:
-    """Return how far a box lies outside the room; where a wall passes through it although its corners are inside, the wall's length there."""
-    worst = max(-box[2], box[3] - room.height_m, 0.0)
-    corners = footprint_corners(box)
-    polygon = np.array(room.polygon_m)
-    for corner in corners:
-        worst = max(worst, _point_outside(polygon, corner[0], corner[1]))
-    inner = box.copy()
-    inner[4:6] = np.maximum(box[4:6] - tolerance_m, 0.0)
+def _outside(wall: NDArray[np.float64], ceiling_m: float, box: Boxes, tolerance_m: float) -> float:
+    """Return how far a box lies outside the room; if only a wall cuts through it between its corners, the wall's length in it."""
+    worst = max(-box[2], box[3] - ceiling_m, 0.0)
+    for x, y in footprint_corners(box):
+        worst = max(worst, outside_distance(wall, x, y))
     if worst <= tolerance_m:
-        for a, b in zip(polygon, np.roll(polygon, -1, 0), strict=True):
-            worst = max(worst, segment_inside_length(inner, a[0], a[1], b[0], b[1]))
+        inner = box.copy()
+        inner[4:6] = np.maximum(box[4:6] - tolerance_m, 0.0)
+        for ax, ay, tx, ty, length in wall[:, :5]:
+            worst = max(worst, segment_inside_length(inner, ax, ay, ax + tx * length, ay + ty * length))
     return float(worst)
 
 
-def _point_outside(polygon: NDArray[np.float64], x: float, y: float) -> float:
-    start, step = polygon, np.roll(polygon, -1, 0) - polygon
-    crosses = (start[:, 1] > y) != (start[:, 1] + step[:, 1] > y)
-    level = np.where(crosses, step[:, 1], 1.0)
-    if np.count_nonzero(crosses & (x < start[:, 0] + (y - start[:, 1]) / level * step[:, 0])) % 2:
-        return 0.0
-    along = np.clip(((x - start[:, 0]) * step[:, 0] + (y - start[:, 1]) * step[:, 1]) / (step**2).sum(1), 0.0, 1.0)
-    return float(np.hypot(x - start[:, 0] - along * step[:, 0], y - start[:, 1] - along * step[:, 1]).min())
-
-
-def _check_support(limits: Thresholds, categories: Categories, room: Room, objects: Sequence[SceneObject]) -> tuple[ValidityCheck, ValidityCheck]:
+def _check_support(
+    limits: Thresholds, categories: Categories, room: Room, objects: Sequence[SceneObject]
+) -> tuple[ValidityCheck, ValidityCheck]:
     by_id = {thing.id: thing for thing in objects}
     gaps, overhangs = {}, {}
     for thing in objects:
@@ -166,7 +165,9 @@ def _opening_boxes(grammar: Grammar, room: Room, kind: str, faces: bool) -> Boxe
     return np.concatenate(rows) if rows else np.zeros((0, 8))
 
 
-def _check_openings(grammar: Grammar, room: Room, objects: Sequence[SceneObject], boxes: Boxes, owner: Ints) -> tuple[ValidityCheck, ValidityCheck]:
+def _check_openings(
+    grammar: Grammar, room: Room, objects: Sequence[SceneObject], boxes: Boxes, owner: Ints
+) -> tuple[ValidityCheck, ValidityCheck]:
     standing = _of(objects, owner, "floor")
     limit = grammar.validity.penetration_m
     doors, windows = _opening_boxes(grammar, room, "door", False), _opening_boxes(grammar, room, "window", False)

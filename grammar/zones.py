@@ -38,7 +38,7 @@ def opening_zones(opening: Opening, rule: OpeningRule) -> list[Zone]:
     half_width, casing = 0.5 * opening.width_m, rule.casing_m
     clear = Zone(0.5 * depth, 0.0, rule.clear_above_sill_m, opening.height_m, 0.5 * depth, half_width, kind, depth)
     half = 0.5 * _FACE_DEPTH_M
-    return [clear, Zone(half, 0.0, -casing, opening.height_m + casing, half, half_width + casing, FACE, _FACE_DEPTH_M)]
+    return [clear, Zone(half, 0.0, 0.0, opening.height_m + casing, half, half_width + casing, FACE, _FACE_DEPTH_M)]
 
 
 def thing_zones(rule: ObjectRule, size_m: Size) -> list[Zone]:
@@ -54,13 +54,14 @@ def thing_zones(rule: ObjectRule, size_m: Size) -> list[Zone]:
 
 
 def side_rectangle(side: str, depth_m: float, size_m: Size) -> tuple[float, float, float, float]:
-    """Return x, y, half depth and half width (object's frame) of the strip ``depth_m`` deep along one side of an object."""
+    """Return x, y, half depth and half width (object's frame) of the strip ``depth_m`` deep along one side of an object (or "under" it)."""
     half_d, half_w, half = 0.5 * size_m[0], 0.5 * size_m[1], 0.5 * depth_m
     return {
         "front": (half_d + half, 0.0, half, half_w),
         "back": (-half_d - half, 0.0, half, half_w),
         "left": (0.0, half_w + half, half_d, half),
         "right": (0.0, -half_w - half, half_d, half),
+        "under": (0.0, 0.0, half_d, half_w),
     }[side]
 
 

@@ -1,15 +1,16 @@
 """Publishes a bag again.
 
-    ros2 launch scene_synth_ros replay.launch.py bag:=my_bag rate:=0.5 loop:=true rviz:=true
+ros2 launch scene_synth_ros replay.launch.py bag:=my_bag rate:=0.5 loop:=true rviz:=true
 """
 
-from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument
 from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 from launch_ros.substitutions import FindPackageShare
+
+from launch import LaunchDescription
 
 
 def generate_launch_description():

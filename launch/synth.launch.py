@@ -1,15 +1,16 @@
 """A live synthetic camera: grammar and renderer, optionally a recorder and RViz.
 
-    ros2 launch scene_synth_ros synth.launch.py rviz:=true
-    ros2 launch scene_synth_ros synth.launch.py params_file:=my_run.yaml record:=true bag_path:=my_bag
+ros2 launch scene_synth_ros synth.launch.py rviz:=true
+ros2 launch scene_synth_ros synth.launch.py params_file:=my_run.yaml record:=true bag_path:=my_bag
 """
 
-from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable
 from launch.conditions import IfCondition
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution, PythonExpression
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
+
+from launch import LaunchDescription
 
 
 def generate_launch_description():
@@ -34,7 +35,9 @@ def generate_launch_description():
         [
             DeclareLaunchArgument("namespace", default_value="/synth", description="Namespace of nodes and topics"),
             DeclareLaunchArgument(
-                "params_file", default_value=PathJoinSubstitution([share, "runs", "live.yaml"]), description="Run profile, a ROS parameter file"
+                "params_file",
+                default_value=PathJoinSubstitution([share, "runs", "live.yaml"]),
+                description="Run profile, a ROS parameter file",
             ),
             DeclareLaunchArgument("log_level", default_value="info", description="debug, info, warn or error"),
             DeclareLaunchArgument("record", default_value="false", description="Record a bag"),

@@ -8,7 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 DEPTH_STOPS = np.array(
-    [[0.19, 0.07, 0.23], [0.27, 0.51, 0.98], [0.10, 0.89, 0.71], [0.64, 0.99, 0.24], [0.98, 0.73, 0.22], [0.85, 0.22, 0.03], [0.48, 0.02, 0.01]]
+    [
+        [0.19, 0.07, 0.23],
+        [0.27, 0.51, 0.98],
+        [0.10, 0.89, 0.71],
+        [0.64, 0.99, 0.24],
+        [0.98, 0.73, 0.22],
+        [0.85, 0.22, 0.03],
+        [0.48, 0.02, 0.01],
+    ]
 )
 """Colours from near to far, evenly spaced: a coarse rainbow of rising and falling lightness."""
 
@@ -33,4 +41,5 @@ def normals_to_color(normals: NDArray[np.float32]) -> NDArray[np.uint8]:
 
 def ids_to_color(ids: NDArray[Any], palette: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return an id image as (height, width, 3) uint8 by table look-up; the palette covers every id."""
-    return np.take(palette, ids, axis=0)
+    color: NDArray[np.uint8] = np.take(palette, ids, axis=0)
+    return color

@@ -32,7 +32,8 @@ GEOMETRIC_LAYERS = ("depth", "normals", "semantic", "instance")
 class Frame(NamedTuple):
     """One view: layer name -> image, (height, width) or (height, width, 3), C-contiguous, dtype as ``LAYERS`` says.
 
-    ``radiance`` is the linear colour behind ``color``: (height, width, 3) float32, RGB luminance in cd/m2; None where colour was not asked for.
+    ``radiance`` is the linear colour behind ``color``: (height, width, 3) float32, RGB luminance in cd/m2; None where colour was
+    not asked for.
     """
 
     layers: dict[str, NDArray[np.generic]]

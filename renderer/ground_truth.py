@@ -8,7 +8,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from renderer.cameras import Pinhole
@@ -32,6 +31,7 @@ from renderer.embree import (
     SceneHandle,
     intersect16,
 )
+from renderer.kernel import kernel
 
 TILE = 4
 """Edge of the pixel tile that one packet covers."""
@@ -66,7 +66,7 @@ def empty_images(height: int, width: int) -> GeometricImages:
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def aim_tile(camera: Pinhole, column: int, row: int, jitter: NDArray[np.float32], packet: Packet) -> None:
     """Aim 16 rays through the tile whose first pixel is (column, row); optical z of the directions is 1.
 
@@ -96,7 +96,7 @@ def aim_tile(camera: Pinhole, column: int, row: int, jitter: NDArray[np.float32]
         alive[k] = -1
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _face_camera(camera: Pinhole, packet: Packet) -> None:
     """Turn the packet's geometric normals into unit normals of the optical frame that look towards the camera."""
     real, r = packet.real, camera.rotation
@@ -111,7 +111,7 @@ def _face_camera(camera: Pinhole, packet: Packet) -> None:
         real[NG_Z + k] = (r02 * x + r12 * y + r22 * z) * scale
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def trace_geometry(
     scene: SceneHandle, labels: Labels, camera: Pinhole, packet: Packet, images: GeometricImages, first: int, step: int
 ) -> None:

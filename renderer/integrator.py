@@ -13,7 +13,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from renderer.cameras import Pinhole
@@ -40,6 +39,7 @@ from renderer.embree import (
     occluded16,
 )
 from renderer.ground_truth import TILE, aim_tile
+from renderer.kernel import kernel
 from renderer.lights import Lights, clamp_unit, find_emitter, importance, load_bounds, spread_over_triangle
 from renderer.random_numbers import draw_pairs, mix
 from renderer.surfaces import (
@@ -78,6 +78,7 @@ _ZERO, _ONE, _TWO, _HALF, _TINY = np.float32(0.0), np.float32(1.0), np.float32(2
 _INVERSE_PI, _QUARTER_PI = np.float32(1.0 / np.pi), np.float32(0.25 * np.pi)
 _SIN_3, _SIN_5, _SIN_7 = np.float32(-1.0 / 6.0), np.float32(1.0 / 120.0), np.float32(-1.0 / 5040.0)
 _COS_4, _COS_6, _COS_8 = np.float32(1.0 / 24.0), np.float32(-1.0 / 720.0), np.float32(1.0 / 40320.0)
+_NEAR = np.float32(2.25)
 _THREE_CHANNELS = 3 * LANES
 
 
@@ -106,7 +107,7 @@ def make_scratch(group_count: int) -> Scratch:
     return Scratch(make_packet(), make_packet(), aligned_floats(LANES_SIZE), shares, np.zeros(LANES, np.uint32))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def trace_paths(
     scene: SceneHandle,
     surfaces: Surfaces,
@@ -154,7 +155,7 @@ def trace_paths(
                         image[y, x, channel] += lanes[LIGHT_R + LANES * channel + k]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _any_alive(packet: Packet) -> bool:
     alive = 0
     for k in range(LANES):
@@ -162,7 +163,7 @@ def _any_alive(packet: Packet) -> bool:
     return bool(alive != 0)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _start_paths(camera: Pinhole, column: int, row: int, scratch: Scratch) -> None:
     """Aim camera rays at even points of the pixels; paths start with full weight and no light."""
     lanes = scratch.lanes
@@ -176,7 +177,7 @@ def _start_paths(camera: Pinhole, column: int, row: int, scratch: Scratch) -> No
         lanes[LIGHT_R + k] = _ZERO
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _gather_glow(lanes: NDArray[np.float32]) -> None:
     """Add the light that the hit surfaces send by themselves, with the weight of the balance heuristic."""
     for k in range(LANES):
@@ -185,7 +186,7 @@ def _gather_glow(lanes: NDArray[np.float32]) -> None:
             lanes[LIGHT_R + channel + k] += lanes[WEIGHT_R + channel + k] * lanes[GLOW_R + channel + k] * share
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _weigh_lights(lights: Lights, scratch: Scratch) -> None:
     """Fill the importance of every group of lights for every lane, their sums, and which lanes are near a group."""
     lanes, shares = scratch.lanes, scratch.shares
@@ -194,32 +195,34 @@ def _weigh_lights(lights: Lights, scratch: Scratch) -> None:
         lanes[NEAR + k] = _ZERO
     for g in range(len(lights.groups.area)):
         bounds = load_bounds(lights.groups, g)
+        reach = _NEAR * bounds[3] * bounds[3]
+        row = shares[g * LANES : (g + 1) * LANES]
         for k in range(LANES):
             x, y, z = lanes[POINT_X + k], lanes[POINT_Y + k], lanes[POINT_Z + k]
             value = importance(bounds, x, y, z, lanes[SHADE_X + k], lanes[SHADE_Y + k], lanes[SHADE_Z + k])
             cx, cy, cz = x - bounds[0], y - bounds[1], z - bounds[2]
-            near = cx * cx + cy * cy + cz * cz < bounds[3] * bounds[3] and value > _ZERO
-            lanes[NEAR + k] = _ONE if near else lanes[NEAR + k]
-            shares[g * LANES + k] = value
+            near = (cx * cx + cy * cy + cz * cz < reach) & (value > _ZERO)
+            lanes[NEAR + k] += _ONE if near else _ZERO
+            row[k] = value
             lanes[IMPORTANCE + k] += value
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _draw_group(scratch: Scratch, k: int, group_count: int) -> tuple[int, np.float32]:
     """Return the group that lane k's first random number falls on, and where within its share, in [0, 1)."""
     left = scratch.lanes[DRAW_U + k] * scratch.lanes[IMPORTANCE + k]
-    last, within = 0, _ZERO
+    last = 0
     for g in range(group_count):
         share = scratch.shares[g * LANES + k]
         if share > _ZERO:
-            last, within = g, left / share
+            last = g
             if left < share:
                 break
             left -= share
-    return last, clamp_unit(within)
+    return last, clamp_unit(left / scratch.shares[last * LANES + k])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _aim_at_lights(surfaces: Surfaces, lights: Lights, last: bool, scratch: Scratch) -> None:
     """Draw a point on a light for each lane, aim a shadow ray at it, and set PENDING to what it would bring.
 
@@ -263,7 +266,7 @@ def _aim_at_lights(surfaces: Surfaces, lights: Lights, last: bool, scratch: Scra
         real[TNEAR + k], real[TFAR + k] = _ZERO, _ONE
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _gather_unshadowed(scratch: Scratch) -> None:
     """Add PENDING where a shadow ray was sent and found nothing in its way."""
     lanes, shadows = scratch.lanes, scratch.shadows
@@ -273,7 +276,7 @@ def _gather_unshadowed(scratch: Scratch) -> None:
                 lanes[LIGHT_R + channel + k] += lanes[PENDING_R + channel + k]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _bounce(last: bool, scratch: Scratch) -> None:
     """Aim each lane's next ray, cosine-distributed about the shading normal (concentric map); lanes that do not reflect end.
 
@@ -281,16 +284,18 @@ def _bounce(last: bool, scratch: Scratch) -> None:
     """
     lanes, rays = scratch.lanes, scratch.rays
     real, integer = rays.real, rays.integer
+    threshold = _ZERO if last else -_ONE
     for k in range(LANES):
         a, b = _TWO * lanes[DRAW_U + k] - _ONE, _TWO * lanes[DRAW_V + k] - _ONE
         steep = abs(b) > abs(a)
-        radius, other = (b, a) if steep else (a, b)
+        radius, other = b if steep else a, a if steep else b
         angle = _QUARTER_PI * other / (radius if radius != _ZERO else _ONE)
         q = angle * angle
         cosine = _ONE + q * (-_HALF + q * (_COS_4 + q * (_COS_6 + q * _COS_8)))
         sine = angle * (_ONE + q * (_SIN_3 + q * (_SIN_5 + q * _SIN_7)))
         x, y = radius * (sine if steep else cosine), radius * (cosine if steep else sine)
-        z = np.sqrt(max(_ONE - x * x - y * y, _ZERO))
+        z = _ONE - x * x - y * y
+        z = np.sqrt(z if z > _ZERO else _ZERO)
         nx, ny, nz = lanes[SHADE_X + k], lanes[SHADE_Y + k], lanes[SHADE_Z + k]
         # Basis after Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017.
         sign = _ONE if nz >= _ZERO else -_ONE
@@ -300,10 +305,9 @@ def _bounce(last: bool, scratch: Scratch) -> None:
         dy = x * sign * r + y * (sign + ny * ny * p) + z * ny
         dz = -x * sign * nx - y * ny + z * nz
         above = dx * lanes[SIDE_X + k] + dy * lanes[SIDE_Y + k] + dz * lanes[SIDE_Z + k]
-        wanted = lanes[NEAR + k] > _ZERO if last else lanes[REFLECTS + k] > _ZERO
-        alive = wanted and lanes[REFLECTS + k] > _ZERO and above > _ZERO and z > _ZERO
+        alive = (lanes[REFLECTS + k] > _ZERO) & (lanes[NEAR + k] > threshold) & (above > _ZERO) & (z > _ZERO)
         rays.alive[k] = -1 if alive else 0
-        lanes[CHANCE + k] = max(z, _TINY) * _INVERSE_PI
+        lanes[CHANCE + k] = (z if z > _TINY else _TINY) * _INVERSE_PI
         for channel in range(0, _THREE_CHANNELS, LANES):
             lanes[WEIGHT_R + channel + k] *= lanes[ALBEDO_R + channel + k]
         lanes[FROM_X + k], lanes[FROM_Y + k], lanes[FROM_Z + k] = nx, ny, nz

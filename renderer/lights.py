@@ -2,10 +2,10 @@
 
 Light leaves the front of a surface only.  A pane (portal) shows the environment behind it, so its luminance depends on direction.
 
-Triangles are gathered in *groups*: those of one part that look along the same world axis.  From a point, a group is drawn with
-probability proportional to a bound of the light that it can bring there: power over squared distance, times bounds of the cosines at both
-ends (as importance in light trees, Conty Estevez and Kulla, "Importance Sampling of Many Lights", 2018), then a point on the group evenly.
-A group without chance cannot light the point, so nothing is lost.
+Triangles are gathered in *groups*: those of one part that look along the same world axis, outer and inner sides apart.  From a point, a
+group is drawn with probability proportional to a bound of the light that it can bring there: power over squared distance, times bounds of
+the cosines at both ends (as importance in light trees, Conty Estevez and Kulla, "Importance Sampling of Many Lights", 2018), then a point
+on the group evenly.  A group without chance cannot light the point, so nothing is lost.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from renderer.flat_scene import FlatScene, Sky
+from renderer.kernel import kernel
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 """Weights of linear RGB with Rec. 709 primaries in luminance (ITU-R BT.709)."""
@@ -66,9 +66,7 @@ def build_lights(flat: FlatScene) -> Lights:
     glow = _part_luminance(flat, cross)[flat.face_part]
     lit = np.flatnonzero((area > 1e-10) & (glow > 0.0))
     unit = cross[lit] / (2.0 * area[lit, None])
-    major = np.abs(unit).argmax(axis=1)
-    look = 2 * major + (np.take_along_axis(unit, major[:, None], axis=1)[:, 0] < 0.0)
-    keys, group = np.unique(flat.face_part[lit].astype(np.int64) * 6 + look, return_inverse=True)
+    keys, group = np.unique(_group_keys(flat.face_part[lit].astype(np.int64), corners[lit].mean(axis=1), unit), return_inverse=True)
     order = np.argsort(group, kind="stable")
     lit, unit, group = lit[order], unit[order], group[order]
     start = np.searchsorted(group, np.arange(len(keys) + 1)).astype(np.int32)
@@ -89,6 +87,16 @@ def build_lights(flat: FlatScene) -> Lights:
         np.ascontiguousarray(flat.face_part[lit], np.int32),
         face_group,
     )
+
+
+def _group_keys(part: NDArray[np.int64], middle: NDArray[np.float64], unit: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Return one number per group for triangles with these parts, middles (e, 3) and normals (e, 3)."""
+    major = np.abs(unit).argmax(axis=1)
+    negative = np.take_along_axis(unit, major[:, None], axis=1)[:, 0] < 0.0
+    count = np.maximum(np.bincount(part), 1)
+    center = np.column_stack([np.bincount(part, middle[:, axis]) / count for axis in range(3)])
+    inward = ((middle - center[part]) * unit).sum(axis=1) < -1e-9
+    return np.asarray(part * 12 + major * 4 + negative * 2 + inward)
 
 
 def _describe_group(corners: NDArray[np.float64], unit: NDArray[np.float64], area: NDArray[np.float64], glow: float) -> NDArray[np.float64]:
@@ -115,32 +123,39 @@ def _part_luminance(flat: FlatScene, cross: NDArray[np.float64]) -> NDArray[np.f
     return np.asarray(np.where(parts.portal, through, parts.emission.astype(np.float64) @ LUMINANCE))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def load_bounds(groups: LightGroups, g: int) -> Bounds:
     """Return row ``g`` of the groups' bounds."""
     row = groups.bounds
-    center, axis = (row[g, 0], row[g, 1], row[g, 2]), (row[g, 4], row[g, 5], row[g, 6])
-    return (*center, row[g, 3], *axis, row[g, 7], row[g, 8], row[g, 9], row[g, 10])
+    x, y, z, radius = row[g, 0], row[g, 1], row[g, 2], row[g, 3]
+    axis_x, axis_y, axis_z, cosine, sine = row[g, 4], row[g, 5], row[g, 6], row[g, 7], row[g, 8]
+    return x, y, z, radius, axis_x, axis_y, axis_z, cosine, sine, row[g, 9], row[g, 10]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def importance(bounds: Bounds, x: np.float32, y: np.float32, z: np.float32, nx: np.float32, ny: np.float32, nz: np.float32) -> np.float32:
     """Return the importance of a group of lights for a point (x, y, z) in metres with unit normal (nx, ny, nz)."""
     center_x, center_y, center_z, radius, axis_x, axis_y, axis_z, cosine, sine, slack, power = bounds
     cx, cy, cz = center_x - x, center_y - y, center_z - z
     squared = cx * cx + cy * cy + cz * cz
     distance = np.sqrt(squared)
-    inverse = _ONE / max(distance, radius)
-    at_surface = min(max((cx * nx + cy * ny + cz * nz + radius) * inverse, _ZERO), _ONE)
+    inverse = _ONE / (distance if distance > radius else radius)
+    at_surface = (cx * nx + cy * ny + cz * nz + radius) * inverse
     along = -(cx * axis_x + cy * axis_y + cz * axis_z)
-    aside = np.sqrt(max(squared - along * along, _ZERO))
-    nearest = distance if along > distance * cosine else along * cosine + aside * sine
-    at_light = min(max((nearest + slack) * inverse, _ZERO), _ONE)
+    aside = squared - along * along
+    tilted = along * cosine + np.sqrt(aside if aside > _ZERO else _ZERO) * sine
+    nearest = distance if along > distance * cosine else tilted
+    at_light = (nearest + slack) * inverse
+    # Spelled out, because min() and max() keep LLVM from vectorising the loop over lanes.
+    at_surface = at_surface if at_surface > _ZERO else _ZERO
+    at_surface = at_surface if at_surface < _ONE else _ONE
+    at_light = at_light if at_light > _ZERO else _ZERO
+    at_light = at_light if at_light < _ONE else _ONE
     value: np.float32 = power * at_surface * at_light * inverse * inverse
     return value
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def find_emitter(lights: Lights, group: int, u: np.float32) -> tuple[int, np.float32]:
     """Return which triangle of a group ``u`` in [0, 1) falls on, and where within its share: in [0, 1), as good as a new random number."""
     cumulative, first = lights.cumulative, lights.groups.start[group]
@@ -155,7 +170,7 @@ def find_emitter(lights: Lights, group: int, u: np.float32) -> tuple[int, np.flo
     return low, clamp_unit((u - before) / max(cumulative[low] - before, _TINY))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def clamp_unit(u: np.float32) -> np.float32:
     """Return ``u`` within [0, 1), for numbers that rounding has pushed out."""
     return min(max(u, _ZERO), _BELOW_ONE)
@@ -164,7 +179,7 @@ def clamp_unit(u: np.float32) -> np.float32:
 _BELOW_ONE = np.float32(0.99999994)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def spread_over_triangle(u: np.float32, v: np.float32) -> tuple[np.float32, np.float32]:
     """Return weights of edge_1 and edge_2, even over the triangle (Heitz, "A Low-Distortion Map Between Triangle and Square", 2019)."""
     if v > u:
@@ -174,7 +189,7 @@ def spread_over_triangle(u: np.float32, v: np.float32) -> tuple[np.float32, np.f
     return u - half, half
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def sky_luminance(sky: Sky, channel: int, z: np.float32) -> np.float32:
     """Return the environment's luminance towards a unit direction with world z: linear in the sine of the elevation, level ground."""
     horizon: np.float32 = sky.horizon[channel]

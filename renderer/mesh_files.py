@@ -59,7 +59,9 @@ def load_mesh_file(path: Path, root: Path, size_m: Size) -> Parts:
         raise MeshFileError(f"model file '{path.name}': expected at most {MAX_FILE_BYTES} bytes, got {size}")
     try:
         with path.open("rb") as stream:
-            loaded = trimesh.load_scene(stream, file_type=kind, resolver=_Inside(path.parent, root.resolve()), process=False)
+            loaded = trimesh.load_scene(
+                stream, file_type=kind, resolver=_Inside(path.parent, root.resolve()), process=False, skip_materials=True
+            )
         parts = _parts(path.name, loaded, kind in ("glb", "gltf"))
     except MeshFileError:
         raise
@@ -82,6 +84,9 @@ class _Inside(trimesh.resolvers.Resolver):  # type: ignore[misc]
         if not path.is_file() or path.stat().st_size > MAX_FILE_BYTES:
             raise MeshFileError(f"model file refers to '{key[:80]}': expected a file of at most {MAX_FILE_BYTES} bytes")
         return path.read_bytes()
+
+    def write(self, name: str, data: bytes) -> None:
+        raise MeshFileError(f"model file: expected to be read only, got a request to write '{name[:80]}'")
 
     def keys(self) -> list[str]:
         return []

@@ -8,10 +8,10 @@ Vegdahl's refinement of Laine and Karras's).  Any 2^m samples of a pixel are str
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from renderer.embree import LANES
+from renderer.kernel import kernel
 
 _TO_UNIT = np.float32(2.0**-24)
 _GOLDEN = np.uint32(0x9E3779B9)
@@ -23,7 +23,7 @@ def make_frame_key(scene_key: int, frame_index: int) -> np.uint32:
     return np.uint32(np.random.SeedSequence([scene_key, frame_index]).generate_state(1)[0])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def mix(value: np.uint32) -> np.uint32:
     """Return a well-mixed 32-bit hash (multiply and shift, constants from C. Wellons' hash prospector)."""
     x = np.uint32(value)
@@ -34,7 +34,7 @@ def mix(value: np.uint32) -> np.uint32:
     return np.uint32(x ^ (x >> np.uint32(16)))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def reverse_bits(value: np.uint32) -> np.uint32:
     """Return the 32 bits in reverse order."""
     x = np.uint32(value)
@@ -45,7 +45,7 @@ def reverse_bits(value: np.uint32) -> np.uint32:
     return np.uint32((x >> np.uint32(16)) | np.uint32(x << np.uint32(16)))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def permute_low_to_high(value: np.uint32, seed: np.uint32) -> np.uint32:
     """Return a permutation of 32-bit numbers in which each bit depends on lower bits only: Owen scrambling of reversed numbers."""
     x = np.uint32(value)
@@ -56,7 +56,7 @@ def permute_low_to_high(value: np.uint32, seed: np.uint32) -> np.uint32:
     return np.uint32(x ^ np.uint32(x * np.uint32(0x53A22864)))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def pascal(value: np.uint32) -> np.uint32:
     """Return Pascal's triangle mod 2 times the bits: the reversed second Sobol coordinate of index ``value``.
 
@@ -70,7 +70,7 @@ def pascal(value: np.uint32) -> np.uint32:
     return np.uint32(x ^ (x >> np.uint32(16)))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def draw_pairs(seeds: NDArray[np.uint32], index: np.uint32, pair: np.uint32, points: NDArray[np.float32]) -> None:
     """Write sample ``index`` of dimension pair ``pair`` of 16 pixels: points[k] and points[16 + k] in [0, 1).
 

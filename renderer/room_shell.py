@@ -7,6 +7,7 @@ World frame, metres.
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -17,7 +18,6 @@ from renderer.models.model import Parts
 from renderer.models.openings import OPENING_MODELS, Hole
 from renderer.shapes import flat_quads, make_mesh, merged
 from scene_description import Opening, Room
-import itertools
 
 Array = NDArray[np.float64]
 Rectangle = tuple[float, float, float, float]
@@ -123,7 +123,7 @@ def _slab(polygon: Array, triangles: NDArray[np.int64], low: float, high: float)
 
 
 def _corner_reach(polygon: Array, corner: int, thickness: float) -> float:
-    """How far a wall's outer face runs past this corner: the mitre of the outer faces and a little more, nothing where the room bends outward."""
+    """How far a wall's outer face runs past this corner: a little more than the mitre, nothing where the room bends outward."""
     count = len(polygon)
     before, after = polygon[corner] - polygon[corner - 1], polygon[(corner + 1) % count] - polygon[corner]
     turn = math.atan2(float(_cross(before, after)), float(np.dot(before, after)))
@@ -139,14 +139,15 @@ def _wall(room: Room, polygon: Array, index: int) -> Mesh:
     low, high = -SLAB_M, room.height_m + SLAB_M
     holes = [(o.offset_m, o.offset_m + o.width_m, o.sill_m, o.sill_m + o.height_m) for o in room.openings if o.wall == index]
     first, last = -_corner_reach(polygon, index, thickness), length + _corner_reach(polygon, (index + 1) % len(polygon), thickness)
+    levels = [level for o in room.openings for level in (o.sill_m, o.sill_m + o.height_m)]
     quads: list[list[tuple[float, float, float]]] = []
-    for a, b, c, d in _cells((0.0, length, low, high), holes):
+    for a, b, c, d in _cells((0.0, length, low, high), holes, levels):
         quads.append([(b, 0.0, c), (a, 0.0, c), (a, 0.0, d), (b, 0.0, d)])
-    for a, b, c, d in _cells((first, last, low, high), holes):
+    for a, b, c, d in _cells((first, last, low, high), holes, []):
         quads.append([(a, -thickness, c), (b, -thickness, c), (b, -thickness, d), (a, -thickness, d)])
     for a, b, c, d in holes:
         for (p, q), (r, s) in (((a, c), (b, c)), ((b, c), (b, d)), ((b, d), (a, d)), ((a, d), (a, c))):
-            quads.append([(p, 0.0, q), (r, 0.0, s), (r, -thickness, s), (p, -thickness, q)])
+            quads.append([(r, 0.0, s), (p, 0.0, q), (p, -thickness, q), (r, -thickness, s)])
     quads.append([(0.0, 0.0, low), (first, -thickness, low), (first, -thickness, high), (0.0, 0.0, high)])
     quads.append([(last, -thickness, low), (length, 0.0, low), (length, 0.0, high), (last, -thickness, high)])
     quads.append([(0.0, 0.0, high), (first, -thickness, high), (last, -thickness, high), (length, 0.0, high)])
@@ -154,10 +155,13 @@ def _wall(room: Room, polygon: Array, index: int) -> Mesh:
     return _in_world(np.asarray(quads, np.float64), start, along, inward)
 
 
-def _cells(area: Rectangle, holes: list[Rectangle]) -> list[Rectangle]:
-    """Cut a rectangle along all edges of the holes and return the cells that lie in none of them."""
+def _cells(area: Rectangle, holes: list[Rectangle], levels: list[float]) -> list[Rectangle]:
+    """Cut a rectangle along all edges of the holes and return the cells that lie in none of them.
+
+    It is also cut at ``levels``, so that neighbouring walls share all vertices of their corner.
+    """
     us = sorted({area[0], area[1], *(min(max(u, area[0]), area[1]) for hole in holes for u in hole[:2])})
-    vs = sorted({area[2], area[3], *(min(max(v, area[2]), area[3]) for hole in holes for v in hole[2:])})
+    vs = sorted({area[2], area[3], *(min(max(v, area[2]), area[3]) for hole in holes for v in hole[2:]), *levels})
     cells = [(a, b, c, d) for a, b in itertools.pairwise(us) for c, d in itertools.pairwise(vs)]
     return [cell for cell in cells if not any(_within(cell, hole) for hole in holes)]
 

@@ -159,7 +159,7 @@ def block(low: Sequence[float], high: Sequence[float], bevel_m: float = BEVEL_M)
 
 @lru_cache(maxsize=64)
 def rounded_template(segments: int, flats: tuple[int, int, int]) -> RoundedTemplate:
-    """Return the welded topology of a rounded box: ``segments`` per 45 degrees of an edge, ``flats`` divisions of the flat sides per axis."""
+    """Return the welded topology of a rounded box: ``segments`` per 45 degrees of an edge, ``flats`` divisions of the sides per axis."""
 
     def line(flat: int) -> tuple[Array, Array]:
         bend = np.linspace(-0.25 * math.pi, 0.0, segments + 1)
@@ -229,7 +229,7 @@ def lathe(
     n1 = np.where(smooth_end[:, None], after + normal, normal)
     angle = np.arange(segments + 1) * (2.0 * math.pi / segments)
     angle[-1] = 0.0
-    factor = np.ones(segments + 1) if wave is None else wave(angle)
+    factor: Array = np.ones(segments + 1) if wave is None else wave(angle.astype(np.float64))
     bands = []
     for ring, tilt in ((starts, n0), (ends, n1)):
         radius = ring[:, :1] * factor

@@ -8,7 +8,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from renderer.embree import (
@@ -31,6 +30,7 @@ from renderer.embree import (
     Packet,
 )
 from renderer.flat_scene import FlatScene, Sky
+from renderer.kernel import kernel
 from renderer.lights import Lights, importance, load_bounds, sky_luminance
 
 (
@@ -54,7 +54,7 @@ from renderer.lights import Lights, importance, load_bounds, sky_luminance
     REFLECTS,  # 1 where the path may go on, else 0
     CHANCE,  # probability per steradian with which the ray was sampled
     IMPORTANCE,  # of all lights together at the ray's origin
-    NEAR,  # 1 where the hit lies within the bounding sphere of lights, else 0
+    NEAR,  # how many groups of lights the hit is near to
     FROM_X,  # shading normal at the ray's origin
     FROM_Y,
     FROM_Z,
@@ -109,13 +109,13 @@ def build_surfaces(flat: FlatScene) -> Surfaces:
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def lift_height(x: np.float32, y: np.float32, z: np.float32) -> np.float32:
     """Return how far to stay off a surface at a point, in metres: some ten roundings of its coordinates."""
     return _LIFT_M + _LIFT_RATIO * max(abs(x), abs(y), abs(z))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def find_surfaces(packet: Packet, surfaces: Surfaces, lights: Lights, primary: bool, lanes: NDArray[np.float32]) -> None:
     """Fill POINT to REFLECTS for 16 traced rays, and make their directions unit; lanes without a surface neither reflect nor glow.
 
@@ -152,7 +152,7 @@ def find_surfaces(packet: Packet, surfaces: Surfaces, lights: Lights, primary: b
     _orient_shading(lanes)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _light_chance(packet: Packet, lights: Lights, group: int, k: int, lanes: NDArray[np.float32]) -> np.float32:
     """Return the probability per steradian that drawing lights at the ray's origin gives the point that the ray hit."""
     real, groups = packet.real, lights.groups
@@ -162,7 +162,7 @@ def _light_chance(packet: Packet, lights: Lights, group: int, k: int, lanes: NDA
     return chance
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def emitted_luminance(surfaces: Surfaces, part: int, channel: int, z: np.float32) -> np.float32:
     """Return the luminance that the front of a part sends back to where a ray comes from; ``z``: the ray's unit direction's world z."""
     emission: np.float32 = surfaces.emission[part, channel]
@@ -170,7 +170,7 @@ def emitted_luminance(surfaces: Surfaces, part: int, channel: int, z: np.float32
     return through * sky_luminance(surfaces.sky, channel, z) if surfaces.portal[part] else emission
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _place_points(packet: Packet, lanes: NDArray[np.float32]) -> None:
     """Make directions unit, face the geometric normals to the viewer and lift the hit points off their surfaces."""
     real, integer = packet.real, packet.integer
@@ -193,7 +193,7 @@ def _place_points(packet: Packet, lanes: NDArray[np.float32]) -> None:
         lanes[POINT_X + k], lanes[POINT_Y + k], lanes[POINT_Z + k] = x + lift * nx, y + lift * ny, z + lift * nz
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _interpolate_normal(packet: Packet, surfaces: Surfaces, face: int, k: int, lanes: NDArray[np.float32]) -> None:
     """Write the mesh's normal at the hit, not yet of unit length."""
     a, b, c = surfaces.faces[face, 0], surfaces.faces[face, 1], surfaces.faces[face, 2]
@@ -203,7 +203,7 @@ def _interpolate_normal(packet: Packet, surfaces: Surfaces, face: int, k: int, l
         lanes[SHADE_X + LANES * axis + k] = u * surfaces.normals[a, axis] + v * surfaces.normals[b, axis] + w * surfaces.normals[c, axis]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _orient_shading(lanes: NDArray[np.float32]) -> None:
     """Make shading normals unit and turn them to the geometric normal's side; where they are unusable, take the geometric one."""
     for k in range(LANES):

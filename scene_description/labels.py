@@ -24,8 +24,7 @@ class Label(NamedTuple):
 def _read_table() -> tuple[Label, ...]:
     text = resources.files("scene_description").joinpath("nyu40.csv").read_text(encoding="utf-8")
     return tuple(
-        Label(int(row["id"]), row["name"], (int(row["r"]), int(row["g"]), int(row["b"])))
-        for row in csv.DictReader(text.splitlines())
+        Label(int(row["id"]), row["name"], (int(row["r"]), int(row["g"]), int(row["b"]))) for row in csv.DictReader(text.splitlines())
     )
 
 

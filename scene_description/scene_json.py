@@ -11,12 +11,12 @@ import json
 import math
 from collections.abc import Iterable
 from pathlib import PurePosixPath
-from typing import NoReturn
+from typing import Final, NoReturn
 
 from scene_description.strict import FieldError, from_mapping, shorten, to_mapping
 from scene_description.types import MAX_OBJECTS, ModelReference, Opening, Part, SceneDescription
 
-SCHEMA = "scene_synth/1"
+SCHEMA: Final = "scene_synth/1"
 MAX_TEXT_LENGTH = 32_000_000
 MIN_EDGE_M = 0.001
 SURFACES = ("floor", "wall", "ceiling", "skirting")

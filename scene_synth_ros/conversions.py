@@ -89,9 +89,7 @@ def depth_to_millimetres(depth_m: NDArray[np.float32]) -> NDArray[np.uint16]:
     return np.where(millimetres > 65535.0, 0.0, millimetres).astype(np.uint16)
 
 
-def camera_info_to_msg(
-    size_px: tuple[int, int], intrinsics: tuple[float, float, float, float], stamp_ns: int, frame_id: str
-) -> CameraInfo:
+def camera_info_to_msg(size_px: tuple[int, int], intrinsics: tuple[float, float, float, float], stamp_ns: int, frame_id: str) -> CameraInfo:
     """Return the camera info of an ideal pinhole.
 
     Args:

@@ -20,7 +20,7 @@ from scene_description.strict import shorten
 from scene_synth_ros.conversions import occupancy_to_msg, scene_to_markers
 from scene_synth_ros.diagnostics import ERROR, OK, WARN, Diagnostics, Report
 from scene_synth_ros.frame_times import FrameTimes
-from scene_synth_ros.lock_step import Expectation, failures, waiting_for
+from scene_synth_ros.lock_step import Expectation, complaints, waiting_for
 from scene_synth_ros.parameters import Parameters
 from scene_synth_ros.process import Worker, run_node
 from scene_synth_ros.qos import latched_qos
@@ -45,7 +45,9 @@ class RunConfig:
     expected_renderers: Annotated[int, Limits(ge=0, le=100, description="Renderers that a lock-step run waits for", fixed=_PEERS_FIXED)] = 1
     expected_recorders: Annotated[int, Limits(ge=0, le=100, description="Recorders that a lock-step run waits for", fixed=_PEERS_FIXED)] = 0
     peer_timeout_s: Annotated[float, Limits(ge=1.0, le=1e6, unit="s", description="Wait for peers before a warning")] = 30.0
-    world_frame: Annotated[str, Limits(min_length=1, max_length=100, description="Frame of the scene", fixed="frames of a run stay")] = "map"
+    world_frame: Annotated[str, Limits(min_length=1, max_length=100, description="Frame of the scene", fixed="frames of a run stay")] = (
+        "map"
+    )
     exit_when_done: Annotated[bool, Limits(description="End the process after the last room")] = False
 
 
@@ -115,10 +117,11 @@ class GrammarNode(Node):
 
     def _tick(self) -> None:
         run: RunConfig = self._settings[""]
-        failed = failures(self._peers)
-        if failed and run.exit_when_done and self.exit_code is None:
-            self._fail(f"{failed[0].node} failed: {failed[0].reason}")
-            return
+        for line in complaints(self._peers, self._last_sent):
+            if run.exit_when_done:
+                self._fail(line)
+                return
+            self._complain(line)
         last = run.first_index + run.rooms - 1 if run.rooms else None
         expected = Expectation(renderers=run.expected_renderers, recorders=run.expected_recorders)
         self._waiting = waiting_for(self._peers, expected, self._last_sent) if run.lock_step else ""
@@ -132,7 +135,7 @@ class GrammarNode(Node):
             return
         self._take_prepared(run)
 
-    def _make_job(self, run: RunConfig) -> "Job":
+    def _make_job(self, run: RunConfig) -> Job:
         return Job(self._synthesizer, self._settings["scene"], run, self._next_index, self._times, self._next_frame, self._generation)
 
     def _take_prepared(self, run: RunConfig) -> None:
@@ -185,7 +188,9 @@ class GrammarNode(Node):
         self.exit_code = 1
 
     def _publish_status(self, state: str, reason: str = "") -> None:
-        status = NodeStatus(node=self.get_fully_qualified_name(), role="grammar", state=state, done_scene=self._last_sent, reason=reason[:1000])
+        status = NodeStatus(
+            node=self.get_fully_qualified_name(), role="grammar", state=state, done_scene=self._last_sent, reason=reason[:1000]
+        )
         self._status.publish(String(data=status_to_json(status)))
 
     def _complain(self, text: str) -> None:

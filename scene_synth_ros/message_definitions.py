@@ -19,9 +19,7 @@ TF_MESSAGE = "tf2_msgs/msg/TFMessage"
 _DELIMITER = "\n" + "=" * 80 + "\nMSG: "
 _TYPE_NAME = re.compile(r"([A-Za-z0-9_]+)/(?:msg/)?([A-Za-z0-9_]+)")
 _FIELD_TYPE = re.compile(r"^\s*([A-Za-z0-9_/]+)(?:\[[^\]]*\])?\s+", re.MULTILINE)
-_PRIMITIVES = frozenset(
-    "bool byte char float32 float64 int8 uint8 int16 uint16 int32 uint32 int64 uint64 string wstring".split()
-)
+_PRIMITIVES = frozenset("bool byte char float32 float64 int8 uint8 int16 uint16 int32 uint32 int64 uint64 string wstring".split())
 _EMBEDDED_TEXTS = {TF_MESSAGE: "geometry_msgs/TransformStamped[] transforms\n"}
 _EMBEDDED_HASHES = {TF_MESSAGE: "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087"}
 

@@ -40,7 +40,9 @@ class Parameters:
         self._node = node
         self._groups = dict(groups)
         self._on_change = on_change
-        self._annotations = {_join(prefix, name): annotation for prefix, cls in groups.items() for name, annotation in field_types(cls).items()}
+        self._annotations = {
+            _join(prefix, name): annotation for prefix, cls in groups.items() for name, annotation in field_types(cls).items()
+        }
         self._refuse_unknown()
         self._values = {prefix: self._declare(prefix, cls) for prefix, cls in groups.items()}
         node.add_on_set_parameters_callback(self._check)

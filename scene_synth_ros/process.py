@@ -32,17 +32,17 @@ class RunNode(Protocol):
 def run_node(make: Callable[[], Node], args: list[str] | None = None) -> None:
     """Spin a node until it sets its ``exit_code`` or a signal comes, then end the process.
 
-    SIGINT and SIGTERM end it with code 130 or 143 after ``close``.  An OSError, ValueError or RuntimeError while the node is made (a refused
-    parameter, a folder that exists) ends it with code 2 and one line on stderr.
+    SIGINT and SIGTERM end it with code 130 or 143 after ``close``.  An OSError, ValueError or RuntimeError while the node is made (a
+    refused parameter, a folder that exists) ends it with code 2 and one line on stderr.
     """
     caught: list[int] = []
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda got, _frame: caught.append(got))
-    try:
-        node = make()
-    except (OSError, ValueError, RuntimeError) as error:
-        sys.stderr.write(f"{error}\n")
+    node, refusal = _make(make)
+    if node is None:
+        sys.stderr.write(f"{refusal}\n")
+        rclpy.try_shutdown()
         end_process(2)
     executor = SingleThreadedExecutor()
     executor.add_node(node)
@@ -60,6 +60,14 @@ def run_node(make: Callable[[], Node], args: list[str] | None = None) -> None:
     node.destroy_node()
     rclpy.try_shutdown()
     end_process(code)
+
+
+def _make(make: Callable[[], Node]) -> tuple[Node | None, str]:
+    """Return the node, or None and why it cannot be; the half-made node is freed, and with it its shared memory."""
+    try:
+        return make(), ""
+    except (OSError, ValueError, RuntimeError) as error:
+        return None, str(error)
 
 
 def end_process(code: int) -> None:

@@ -60,7 +60,10 @@ class RosQosProfile(Protocol):
 
 
 def offered_qos(profile: RosQosProfile) -> OfferedQos:
-    """Return the stored form of an ``rclpy.qos.QoSProfile``; what it leaves open is what DDS takes: infinite times, automatic liveliness."""
+    """Return the stored form of an ``rclpy.qos.QoSProfile``.
+
+    What the profile leaves open is stored as DDS decides it: infinite durations, automatic liveliness.
+    """
     liveliness = _name(_LIVELINESS, int(profile.liveliness), "liveliness")
     return OfferedQos(
         history=_name(_HISTORY, int(profile.history), "history"),

@@ -14,6 +14,7 @@ from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
 from rclpy.serialization import deserialize_message
+from rclpy.subscription import Subscription
 from std_msgs.msg import String
 
 from scene_description import FieldError, Limits
@@ -39,19 +40,27 @@ class RecorderConfig:
     bag: Annotated[str, Limits(max_length=1000, description="Folder of the bag; must not exist", fixed=_BAG_FIXED)] = ""
     topics: Annotated[
         tuple[Annotated[str, Limits(max_length=300)], ...],
-        Limits(max_length=100, description="Patterns of the topics to record; empty: all of the namespace, /clock, /diagnostics", fixed=_BAG_FIXED),
+        Limits(
+            max_length=100,
+            description="Patterns of the topics to record; empty: all of the namespace, /clock, /diagnostics",
+            fixed=_BAG_FIXED,
+        ),
     ] = ()
     exclude: Annotated[
         tuple[Annotated[str, Limits(max_length=300)], ...],
         Limits(max_length=100, description="Patterns of topics to leave out", fixed=_BAG_FIXED),
     ] = ()
     compression: Annotated[Literal["zstd", "none"], Limits(description="Compression of the chunks", fixed=_BAG_FIXED)] = "zstd"
-    metadata_version: Annotated[Literal[9, 5], Limits(description="Version of metadata.yaml: 9 for Jazzy, 5 for Humble", fixed=_BAG_FIXED)] = 9
+    metadata_version: Annotated[
+        Literal[9, 5], Limits(description="Version of metadata.yaml: 9 for Jazzy, 5 for Humble", fixed=_BAG_FIXED)
+    ] = 9
     custom_data: Annotated[
         tuple[Annotated[str, Limits(max_length=20_000)], ...],
         Limits(max_length=100, description="KEY=VALUE notes kept with the bag", fixed=_BAG_FIXED),
     ] = ()
-    loss_timeout_s: Annotated[float, Limits(ge=0.1, le=1e6, unit="s", description="Wait for messages of a finished room before they count as lost")] = 10.0
+    loss_timeout_s: Annotated[
+        float, Limits(ge=0.1, le=1e6, unit="s", description="Wait for messages of a finished room before they count as lost")
+    ] = 10.0
     exit_when_done: Annotated[bool, Limits(description="Close the bag and end the process when the grammar node has finished")] = False
 
 
@@ -77,6 +86,7 @@ class RecorderNode(Node):
         self._recording = Recording(writer)
         self._accounting = Accounting()
         self._known: dict[str, int] = {}
+        self._inputs: dict[str, Subscription] = {}
         self._frame_topics: set[str] = set()
         self._dds_lost: Counter[str] = Counter()
         self._state, self._done_scene, self._missing_since = "ready", -1, 0.0
@@ -133,7 +143,9 @@ class RecorderNode(Node):
             return False
         callback = self._make_callback(topic, type_name)
         events = SubscriptionEventCallbacks(message_lost=lambda event: self._dds_lost.update({topic: event.total_count_change}))
-        self.create_subscription(message_type, topic, callback, _matching_qos(offered), raw=True, event_callbacks=events)
+        self._inputs[topic] = self.create_subscription(
+            message_type, topic, callback, _matching_qos(offered), raw=True, event_callbacks=events
+        )
         return True
 
     def _make_callback(self, topic: str, type_name: str) -> Any:
@@ -196,7 +208,9 @@ class RecorderNode(Node):
         self._publish_status()
 
     def _publish_status(self) -> None:
-        counts = {topic: count if count < 0 else self._recording.written[topic] for topic, count in self._known.items()}
+        """Publish where the recorder stands; a topic is told of when it is connected both ways, so that its first message is not lost."""
+        connected = {topic for topic, count in self._known.items() if count < 0 or self._inputs[topic].get_publisher_count()}
+        counts = {topic: -1 if self._known[topic] < 0 else self._recording.written[topic] for topic in sorted(connected)}
         status = NodeStatus(
             node=self.get_fully_qualified_name(),
             role="recorder",

@@ -10,13 +10,12 @@ from typing import NamedTuple
 
 from rclpy.qos import QoSProfile
 
+from scene_description.poses import LINK_FROM_OPTICAL, conjugate_quaternion, multiply_quaternions
 from scene_synth_ros.bag_writer import BagWriteError, BagWriter
 from scene_synth_ros.frame_sorter import FrameSorter, OrderedMessage
 from scene_synth_ros.qos import latched_qos, stream_qos
 from scene_synth_ros.stamps import stamp_ns
 from scene_synth_ros.transforms_cdr import StampedTransform, encode_tf_message
-
-from scene_description.poses import LINK_FROM_OPTICAL, conjugate_quaternion, multiply_quaternions
 
 TF_TYPE = "tf2_msgs/msg/TFMessage"
 WALL_STAMPED = ("diagnostic_msgs/msg/DiagnosticArray", "rcl_interfaces/msg/Log")
@@ -67,15 +66,17 @@ class Recording:
     def expect(self, topics: Collection[str]) -> None:
         """Say which topics make a frame complete; frames leave as soon as all of them are there."""
         if set(topics) != self._expected:
-            self._enqueue(self._sorter.flush())
             self._expected = set(topics)
-            self._sorter = FrameSorter(sorted(self._types, key=_rank), expected=self._expected or None)
+            self._enqueue(self._sorter.configure(sorted(self._types, key=_rank), self._expected or None))
 
     def add(self, topic: str, data: bytes) -> None:
-        """Take a message as it arrives."""
+        """Take a message as it arrives.
+
+        It is padded to whole words, as DDS does on the way between processes, so that bags do not depend on where a publisher runs.
+        """
         type_name = self._types[topic]
         stamp = None if type_name in WALL_STAMPED else stamp_ns(type_name, data)
-        self._enqueue(self._sorter.add(topic, stamp, data))
+        self._enqueue(self._sorter.add(topic, stamp, data + bytes(-len(data) % 4)))
 
     def add_pose(self, topic: str, pose: TimedPose, camera: str) -> None:
         """Derive the transforms of a camera from its pose: world -> link at every stamp, link -> optical frame once."""
@@ -106,12 +107,16 @@ class Recording:
         return self._sorter.waiting_bytes
 
     def close(self) -> None:
-        """Write what waits and close the bag.
+        """Write the complete frames that wait and close the bag; a frame of which only a part has come, as at an interruption, is left out.
 
         Raises:
             BagWriteError: the bag could not be completed.
         """
-        self._enqueue(self._sorter.flush())
+        if self._expected:
+            complete = [stamp for stamp, missing in self._sorter.missing().items() if not missing]
+            self._enqueue(self._sorter.flush(max(complete, default=-1)))
+        else:
+            self._enqueue(self._sorter.flush())
         self._jobs.put(None)
         self._thread.join()
         self._writer.close()

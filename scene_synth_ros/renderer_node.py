@@ -27,12 +27,19 @@ from scene_synth_ros.streams import StreamConfig, StreamPublishers
 class RendererNodeConfig:
     """How a renderer keeps pace and where its user's models are."""
 
-    realtime: Annotated[bool, Limits(description="Publish frames at their rate by the wall clock and skip late ones, instead of as fast as can be")] = False
+    realtime: Annotated[
+        bool, Limits(description="Publish frames at their rate by the wall clock and skip late ones, instead of as fast as can be")
+    ] = False
     expected_recorders: Annotated[
-        int, Limits(ge=0, le=100, description="Recorders whose subscriptions it waits for before it says ready", fixed="peers are counted once")
+        int,
+        Limits(ge=0, le=100, description="Recorders whose subscriptions it waits for before it says ready", fixed="peers are counted once"),
     ] = 0
-    frames_ahead: Annotated[int, Limits(ge=1, le=1000, description="Frames that may be published beyond what the slowest recorder has taken")] = 8
-    catalog_dir: Annotated[str, Limits(max_length=1000, description="Folder of the user's models; empty: none", fixed="files are read from one folder")] = ""
+    frames_ahead: Annotated[
+        int, Limits(ge=1, le=1000, description="Frames that may be published beyond what the slowest recorder has taken")
+    ] = 8
+    catalog_dir: Annotated[
+        str, Limits(max_length=1000, description="Folder of the user's models; empty: none", fixed="files are read from one folder")
+    ] = ""
     exit_when_done: Annotated[bool, Limits(description="End the process when the grammar node has finished")] = False
 
 
@@ -41,8 +48,9 @@ class RendererNode(Node):
 
     Subscribes: ``scene`` (std_msgs/String, latched, JSON ``scene_synth/1``), ``status`` of the grammar node and the recorders.
     Publishes: the topics of ``StreamPublishers``, ``status`` (latched), ``/diagnostics``.
-    Parameters: the fields of ``RendererNodeConfig``; ``camera.`` CameraConfig; ``render.`` RenderConfig; ``streams.`` StreamConfig.  Those that
-    change live take effect at the next frame.  A scene that does not fit is refused with one line; the node keeps running.
+    Parameters: the fields of ``RendererNodeConfig``; ``camera.`` CameraConfig; ``render.`` RenderConfig; ``streams.`` StreamConfig.  Live
+    changes of the exposure take effect with the next frame, others with the next room.  A scene that does not fit is
+    refused with one line; the node keeps running.
     """
 
     def __init__(self) -> None:
@@ -60,7 +68,7 @@ class RendererNode(Node):
         self._closed = False
         self._recorders: dict[str, NodeStatus] = {}
         self._rendered = self._skipped = self._refused = 0
-        self._seconds_per_frame, self._done_scene = 0.0, -1
+        self._seconds_per_frame, self._done_scene, self._refused_scene = 0.0, -1, -1
         self._warm, self._fault, self._complaint = False, "", ""
         self._status = self.create_publisher(String, "status", latched_qos(10))
         self._state = "starting"
@@ -77,7 +85,8 @@ class RendererNode(Node):
         with self._wake:
             self._closed = True
             self._wake.notify_all()
-        self._thread.join(timeout=1.0)
+        self._thread.join(timeout=0.6)
+        self._streams.wait_until_delivered(0.3)
 
     def _on_scene(self, message: String) -> None:
         with self._wake:
@@ -141,9 +150,16 @@ class RendererNode(Node):
                 self._render_room(scene, renderer)
         except RenderCancelled:
             return
-        except (FieldError, FlattenError, RenderError) as error:
-            self._refused += 1
-            self._complain(f"refused a scene: {error}")
+        except FieldError as error:
+            self._refuse(f"refused a scene: {error}")
+        except (FlattenError, RenderError) as error:
+            self._refused_scene = scene.index
+            self._refuse(f"refused room {scene.index}: {error}")
+            self._publish_status()
+
+    def _refuse(self, text: str) -> None:
+        self._refused += 1
+        self._complain(text)
 
     def _render_room(self, scene: SceneDescription, renderer: Renderer) -> None:
         self._streams.begin_room(scene)
@@ -158,7 +174,11 @@ class RendererNode(Node):
                 continue
             frame_began = time.perf_counter()
             frame = renderer.render(
-                pose, index, self._streams.wanted_layers(), exposure_ev100=self._settings["render"].exposure_ev100, cancelled=self._interrupted
+                pose,
+                index,
+                self._streams.wanted_layers(),
+                exposure_ev100=self._settings["render"].exposure_ev100,
+                cancelled=self._interrupted,
             )
             if self._settings[""].realtime:
                 time.sleep(max(0.0, began + (pose.stamp_ns - start_ns) * 1e-9 - time.perf_counter()))
@@ -200,7 +220,8 @@ class RendererNode(Node):
             role="renderer",
             state=self._state,
             done_scene=self._done_scene,
-            reason=self._fault[:1000],
+            refused_scene=self._refused_scene,
+            reason=(self._fault or self._complaint)[:1000],
             counts=dict(self._streams.counts),
         )
         self._status.publish(String(data=status_to_json(status)))

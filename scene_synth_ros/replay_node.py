@@ -27,7 +27,7 @@ from scene_synth_ros.process import end_process, run_node
 from scene_synth_ros.replay_qos import replay_qos
 from scene_synth_ros.stamps import NANOSECONDS
 
-ACK_TIMEOUT_S = 2.0
+ACK_TIMEOUT_S = 5.0
 SETTLE_S = 0.2
 """A publisher counts a subscriber before that one has matched it in turn; what is published in between would be lost to it."""
 
@@ -65,7 +65,7 @@ class ReplayNode(Node):  # type: ignore[misc]
     Parameters: those of :class:`ReplayConfig`; ``rate`` and ``loop`` may change while it runs.
 
     An unfinished or damaged bag is played as far as it can be read, with a warning.  The process ends with code 0 when the bag has ended
-    and reliable subscribers have acknowledged, or two seconds after; with 1 and one line on stderr if there is nothing to play.
+    and reliable subscribers have acknowledged, or five seconds after; with 1 and one line on stderr if there is nothing to play.
 
     Raises:
         BagReadError: the bag cannot be read or holds nothing that can be published.

@@ -13,7 +13,6 @@ DEFAULT_DEPTH = 10
 MAX_DEPTH = 10_000
 
 
-
 def replay_qos(recorded: Sequence[OfferedQos]) -> QoSProfile:
     """Return a profile that every subscriber of the recorded publishers would have matched.
 

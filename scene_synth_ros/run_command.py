@@ -20,8 +20,12 @@ from scene_synth_ros.supervisor import Interrupts, NodeProcess, Outcome, run_nod
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
-    parser.add_argument("--params", type=Path, help="run profile, a ROS parameter file (default: config/runs/main.yaml, or live.yaml without --record)")
-    parser.add_argument("-p", dest="overrides", action="append", default=[], metavar="NODE.NAME:=VALUE", help="one parameter; may be repeated")
+    parser.add_argument(
+        "--params", type=Path, help="run profile, a ROS parameter file (default: config/runs/main.yaml, or live.yaml without --record)"
+    )
+    parser.add_argument(
+        "-p", dest="overrides", action="append", default=[], metavar="NODE.NAME:=VALUE", help="one parameter; may be repeated"
+    )
     parser.add_argument("--rooms", type=int, help="number of rooms (grammar_node.rooms)")
     parser.add_argument("--frames", type=int, help="frames of each room (grammar_node.frames_per_room)")
     parser.add_argument("--seed", type=int, help="seed of the run (grammar_node.seed)")

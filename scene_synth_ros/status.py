@@ -22,14 +22,16 @@ class NodeStatus:
 
     ``node`` is its fully qualified name.  ``state``: starting, ready (may be sent rooms), failed (``reason`` says why), finished (the
     grammar node has sent its last room and every peer has finished it).  ``done_scene`` is the index of the last room that the node has
-    finished, -1 for none.  ``counts`` are the messages by topic, since its start, that a renderer has published or a recorder has written; -1 marks a topic that a
-    recorder leaves out on purpose.
+    finished, -1 for none; ``refused_scene`` of the last one that a renderer could not render, with the ``reason``.  ``counts`` are
+    the messages by topic, since its start, that a renderer has published or a recorder has written; -1 marks a topic that a recorder leaves
+    out on purpose.
     """
 
     node: Annotated[str, Limits(min_length=1, max_length=300)]
     role: Literal["grammar", "renderer", "recorder"]
     state: Literal["starting", "ready", "failed", "finished"]
     done_scene: Annotated[int, Limits(ge=-1, le=2**62)] = -1
+    refused_scene: Annotated[int, Limits(ge=-1, le=2**62)] = -1
     reason: Annotated[str, Limits(max_length=1000)] = ""
     counts: Annotated[Mapping[str, int], Limits(max_length=500)] = field(default_factory=dict)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, NamedTuple
@@ -9,6 +10,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 import numpy as np
 from geometry_msgs.msg import PoseStamped
 from numpy.typing import NDArray
+from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -48,7 +50,14 @@ class StreamConfig:
     """Which streams a renderer publishes, and under which names."""
 
     camera: Annotated[
-        str, Limits(min_length=1, max_length=80, pattern=r"[A-Za-z][A-Za-z0-9_]*", description="Camera name in topics and frames", fixed=_STREAMS_FIXED)
+        str,
+        Limits(
+            min_length=1,
+            max_length=80,
+            pattern=r"[A-Za-z][A-Za-z0-9_]*",
+            description="Camera name in topics and frames",
+            fixed=_STREAMS_FIXED,
+        ),
     ] = "camera"
     world_frame: Annotated[str, Limits(min_length=1, max_length=100, description="Frame of poses", fixed=_STREAMS_FIXED)] = "map"
     color: Annotated[bool, Limits(description="Publish colour", fixed=_STREAMS_FIXED)] = True
@@ -56,7 +65,9 @@ class StreamConfig:
     normals: Annotated[bool, Limits(description="Publish surface normals", fixed=_STREAMS_FIXED)] = True
     semantic: Annotated[bool, Limits(description="Publish NYU40 class ids", fixed=_STREAMS_FIXED)] = True
     instance: Annotated[bool, Limits(description="Publish object ids", fixed=_STREAMS_FIXED)] = True
-    color_companions: Annotated[bool, Limits(description="Publish image_color for streams that viewers cannot show", fixed=_STREAMS_FIXED)] = True
+    color_companions: Annotated[
+        bool, Limits(description="Publish image_color for streams that viewers cannot show", fixed=_STREAMS_FIXED)
+    ] = True
     depth_encoding: Annotated[
         Literal["32FC1", "16UC1"], Limits(description="Depth in metres (32FC1) or millimetres (16UC1)", fixed="a bag has one encoding")
     ] = "32FC1"
@@ -69,7 +80,7 @@ class Stream(NamedTuple):
     """A stream: its encoding on ``image_raw``, and how its picture for people is made from the pixels and the palettes."""
 
     encoding: str
-    companion: Callable[[NDArray[Any], "Palettes"], NDArray[np.uint8]] | None
+    companion: Callable[[NDArray[Any], Palettes], NDArray[np.uint8]] | None
 
 
 class Palettes(NamedTuple):
@@ -93,7 +104,8 @@ class StreamPublishers:
     """Publishers of one camera: makes them, says which layers are wanted, publishes a frame with one stamp.
 
     Topics below ``<camera>/``: ``<layer>/image_raw`` and ``<layer>/camera_info`` for every enabled layer, ``<layer>/image_color`` where
-    viewers cannot show the raw form, ``semantic/labels`` and ``instance/labels`` (JSON, latched), ``pose``; ``/clock``, ``/tf``, ``/tf_static``.
+    viewers cannot show the raw form, ``semantic/labels`` and ``instance/labels`` (JSON, latched), ``pose``; ``/clock``, ``/tf``,
+    ``/tf_static``.
     """
 
     def __init__(self, node: Node, config: StreamConfig, camera: CameraConfig) -> None:
@@ -154,9 +166,17 @@ class StreamPublishers:
             self._send(self._clock, clock_to_msg(stamp_ns))
         self._send(self._pose, pose_to_msg(pose, self._config.world_frame))
         if self._tf:
-            self._send(self._tf, TFMessage(transforms=[world_from_link_to_msg(pose, self._config.world_frame, f"{self._config.camera}_link")]))
+            self._send(
+                self._tf, TFMessage(transforms=[world_from_link_to_msg(pose, self._config.world_frame, f"{self._config.camera}_link")])
+            )
         for layer, image in frame.layers.items():
             self._publish_layer(layer, image, stamp_ns)
+
+    def wait_until_delivered(self, seconds: float) -> None:
+        """Wait, for so long at most, until reliable subscribers have what was published."""
+        deadline = time.monotonic() + seconds
+        for publisher in self._publishers.values():
+            publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
 
     def _publish_layer(self, layer: str, image: NDArray[Any], stamp_ns: int) -> None:
         stream, base = STREAMS[layer], f"{self._config.camera}/{layer}"

@@ -14,8 +14,9 @@ from pathlib import Path
 
 from scene_description.share import config_path
 
-STOP_SECONDS = 2.0
-"""How long nodes get to end by themselves before they are killed."""
+RECORDER = "recorder_node"
+PUBLISHERS_STOP_S, STOP_S = 1.2, 2.5
+"""How long nodes get to end by themselves, counted from the beginning of the end: those that publish, and all; then they are killed."""
 
 _PR_SET_PDEATHSIG = 1
 
@@ -114,15 +115,16 @@ def _describe(name: str, code: int) -> str:
 
 
 def _stop(running: Mapping[str, subprocess.Popen[bytes]], interrupts: Interrupts) -> None:
+    """End what still runs: first the nodes that publish, then the recorder, so that it gets their last frames; kill what does not end."""
     seen = interrupts.count
-    for process in running.values():
-        if process.poll() is None:
-            process.terminate()
-    deadline = time.monotonic() + STOP_SECONDS
-    while any(process.poll() is None for process in running.values()):
-        if time.monotonic() > deadline or interrupts.count > seen:
-            break
-        time.sleep(0.02)
+    began = time.monotonic()
+    publishers = [process for name, process in running.items() if name != RECORDER]
+    for processes, seconds in ((publishers, PUBLISHERS_STOP_S), (running.values(), STOP_S)):
+        for process in processes:
+            if process.poll() is None:
+                process.terminate()
+        while any(process.poll() is None for process in processes) and time.monotonic() - began < seconds and interrupts.count == seen:
+            time.sleep(0.02)
     for process in running.values():
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)

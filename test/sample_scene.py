@@ -48,7 +48,7 @@ def sample_room() -> Room:
     )  # fmt: skip
     window = Opening(
         id=2, category="window", label=LABEL_ID["window"], wall=2, offset_m=1.2, sill_m=0.9, width_m=1.4, height_m=1.2,
-        model=ModelReference(generator="window", seed=4), parts=parts(frame="paint", glass="glass"),
+        model=ModelReference(generator="window", seed=4), parts=parts(frame="paint", sill="paint", pane="glass", handle="brass"),
     )  # fmt: skip
     return Room(
         polygon_m=((0.0, 0.0), (4.0, 0.0), (4.0, 3.5), (0.0, 3.5)),
@@ -63,21 +63,26 @@ def sample_objects() -> tuple[SceneObject, ...]:
     """A bed along +x from wall 3, a nightstand beside it, a lamp on that and one under the ceiling."""
     bed = SceneObject(
         id=3, category="bed", label=LABEL_ID["bed"], size_m=(2.1, 1.6, 1.0), position_m=(1.1, 1.8, 0.0), yaw_rad=0.0, support=FLOOR,
-        model=ModelReference(generator="bed", style="upholstered", seed=11), parts=parts(frame="oak", mattress="linen", headboard="linen"),
+        model=ModelReference(generator="bed", style="upholstered", seed=11),
+        parts=parts(
+            frame="oak", headboard="linen", legs="oak", mattress="linen", duvet="linen", sheet="linen", throw="oak", pillows="linen",
+            cushion="oak",
+        ),
     )  # fmt: skip
     nightstand = SceneObject(
         id=4, category="nightstand", label=LABEL_ID["night stand"], size_m=(0.45, 0.5, 0.55), position_m=(0.3, 2.9, 0.0), yaw_rad=0.0,
-        support=FLOOR, group=3, model=ModelReference(generator="nightstand", seed=12), parts=parts(body="oak", handle="brass"),
+        support=FLOOR, group=3, model=ModelReference(generator="nightstand", seed=12),
+        parts=parts(body="oak", drawers="oak", handles="brass", legs="oak"),
     )  # fmt: skip
     lamp = SceneObject(
         id=5, category="table_lamp", label=LABEL_ID["lamp"], size_m=(0.25, 0.25, 0.4), position_m=(0.25, 2.95, 0.55), yaw_rad=0.5,
         support=Support(kind="object", id=4), model=ModelReference(generator="table_lamp", seed=13),
-        parts=parts(base="brass", shade="linen"),
+        parts=parts(base="brass", stem="brass", shade="linen", bulb="linen"),
     )  # fmt: skip
     ceiling_lamp = SceneObject(
         id=6, category="ceiling_lamp", label=LABEL_ID["lamp"], size_m=(0.4, 0.4, 0.15), position_m=(2.0, 1.75, 2.45), yaw_rad=0.0,
         support=Support(kind="ceiling"), model=ModelReference(generator="ceiling_lamp", seed=14),
-        parts=parts(canopy="brass", shade="linen"),
+        parts=parts(mount="brass", shade="linen", bulb="linen"),
     )  # fmt: skip
     return (bed, nightstand, lamp, ceiling_lamp)
 
@@ -116,7 +121,5 @@ def sample_scene() -> SceneDescription:
             weights={"wall_distance": 4.0, "overlap": 10.0},
             energy=1.0,
         ),
-        validity=ValidityReport(
-            valid=True, attempts=1, checks=(ValidityCheck(name="penetration_m", value=0.0, limit=0.001, passed=True),)
-        ),
+        validity=ValidityReport(valid=True, attempts=1, checks=(ValidityCheck(name="penetration_m", value=0.0, limit=0.001, passed=True),)),
     )

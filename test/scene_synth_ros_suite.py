@@ -29,7 +29,12 @@ def run_suite(bag: Path, *words: object, env: dict[str, str] | None = None, time
     """Record a bag with small frames and wait for the end."""
     overrides = [word for override in SMALL for word in ("-p", override)]
     return subprocess.run(
-        command("run", "--record", bag, *overrides, *words), env=env or environment(), capture_output=True, text=True, timeout=timeout_s, check=False
+        command("run", "--record", bag, *overrides, *words),
+        env=env or environment(),
+        capture_output=True,
+        text=True,
+        timeout=timeout_s,
+        check=False,
     )
 
 

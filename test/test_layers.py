@@ -12,7 +12,12 @@ ALLOWED = {
     "grammar": {"grammar", "scene_description", "numpy", "scipy", "numba", "yaml"},
     "renderer": {"renderer", "scene_description", "numpy", "numba", "llvmlite", "trimesh", "PIL"},
 }
-ONLY_IN = {"yaml": {"grammar/grammar_file.py"}, "trimesh": {"renderer/mesh_files.py"}, "llvmlite": {"renderer/embree.py"}, "PIL": {"renderer/image_io.py"}}
+ONLY_IN = {
+    "yaml": {"grammar/grammar_file.py"},
+    "trimesh": {"renderer/mesh_files.py"},
+    "llvmlite": {"renderer/embree.py"},
+    "PIL": {"renderer/image_io.py"},
+}
 
 
 def imported_roots(path: Path) -> set[str]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from renderer.flat_scene import Mesh
 from renderer.models.model import Model, Parts, Size, fitted
-from renderer.models.soft import Drape, cushion, draped_cover, pillow
+from renderer.models.soft import Drape, cloth, cushion, drape, layer, pillow
 from renderer.shapes import block, blocks, merged, moved, rod, rotated, rounded_box, sheet
 
 
@@ -34,7 +34,7 @@ def build_bed(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     inset = {"platform": 0.07, "panel": 0.055, "upholstered": 0.06}[style]
     plan = _Plan(-0.5 * depth + head, 0.5 * depth - foot, 0.5 * width - inset, top - thickness, top)
     parts = {"platform": _platform, "panel": _panel, "upholstered": _upholstered}[style](rng, size_m, plan)
-    parts["mattress"] = rounded_box((plan.head, -plan.half, plan.z_low), (plan.foot, plan.half, plan.z_top), 0.05, 3)
+    parts["mattress"] = rounded_box((plan.head, -plan.half, plan.z_low), (plan.foot, plan.half, plan.z_top), 0.05, 2)
     parts.update(_bedding(rng, plan, height, hangs=style != "platform", over_foot=style != "panel"))
     return fitted(parts, size_m)
 
@@ -46,19 +46,14 @@ def _bedding(rng: np.random.Generator, plan: _Plan, height: float, hangs: bool, 
     start = plan.head + pillow_depth * rng.uniform(0.88, 1.0)
     center = 0.5 * (start + plan.foot)
     thickness = 0.022
-    drape = Drape(plan.foot - center, plan.half, plan.z_top + thickness, fall, fall if over_foot else 0.02, 0.0, 0.055, thickness)
-    duvet = moved(draped_cover(rng, drape), x=center)
-    turn = rng.uniform(0.17, 0.26)
-    fold = Drape(0.5 * turn, plan.half + 0.004, plan.z_top + 0.05, 0.8 * fall, 0.0, 0.0, 0.05, 0.012)
-    turned = moved(draped_cover(rng, fold, 8, 34, 0.016), x=start + 0.5 * turn - 0.03)
-    throw_width = rng.uniform(0.42, 0.58)
-    throw = Drape(0.5 * throw_width, plan.half + 0.012, plan.z_top + 0.053, fall * 0.95, 0.0, 0.0, 0.052, 0.01)
-    throw_x = plan.foot - 0.5 * throw_width - rng.uniform(0.12, 0.25)
-    parts = {
-        "duvet": duvet,
-        "sheet": turned,
-        "throw": moved(draped_cover(rng, throw, 9, 34, 0.016), x=throw_x),
+    cover = drape(rng, Drape(plan.foot - center, plan.half, plan.z_top + thickness, fall, fall if over_foot else 0.02, 0.0, 0.055))
+    throw_end = plan.foot - center - rng.uniform(0.12, 0.25)
+    layers = {
+        "duvet": cloth(cover, thickness),
+        "sheet": layer(cover, (float(cover.s[0]), float(cover.s[0]) + rng.uniform(0.17, 0.26)), 0.95, 0.014, 0.013, 7),
+        "throw": layer(cover, (throw_end - rng.uniform(0.42, 0.58), throw_end), 0.96, 0.008, 0.007, 10),
     }
+    parts = {name: moved(mesh, x=center) for name, mesh in layers.items()}
     return parts | _pillows(rng, plan, height, pillow_depth)
 
 
@@ -132,7 +127,7 @@ def _paneled_board(front: float, half_w: float, post: float, low: float, high: f
     inner = half_w - post
     thick = 0.032
     y = np.linspace(-inner, inner, 25)
-    arch = rise * np.cos(0.5 * math.pi * y / inner) ** 0.8
+    arch = rise * np.maximum(np.cos(0.5 * math.pi * y / inner), 0.0) ** 0.8
     rail = 0.075
     front_face = np.stack(
         [np.column_stack([np.full(25, front), y, np.full(25, high - rail)]), np.column_stack([np.full(25, front), y, high + arch])], axis=1
@@ -164,15 +159,15 @@ def _upholstered(rng: np.random.Generator, size_m: Size, plan: _Plan) -> Parts:
     end = rounded_box((plan.foot - 0.05, -side, low), (plan.foot + 0.004, side, high), 0.02)
     lip = block((plan.head, -plan.half + 0.03, low + 0.02), (plan.foot - 0.03, plan.half - 0.03, plan.z_low + 0.01))
     back = rounded_box((-half_d, -half_w, low), (-half_d + 0.07, half_w, height), 0.03)
-    columns = max(3, round(width / rng.uniform(0.2, 0.34)))
-    rows = 1 if rng.random() < 0.5 else 2
+    columns = min(max(3, round(width / rng.uniform(0.2, 0.34))), 11)
+    rows = 1 if columns > 5 or rng.random() < 0.4 else 2
     ys = np.linspace(-half_w + 0.012, half_w - 0.012, columns + 1)
     zs = np.linspace(plan.z_low + 0.05, height - 0.012, rows + 1)
     pads = [
-        cushion(rng, (-half_d + 0.05, a, c), (-half_d + 0.115, b, d), 0.02, 0.022, axis=0)
+        cushion(rng, (-half_d + 0.05, a, c), (-half_d + 0.115, b, d), 0.02, 0.022, axis=0, divisions=3)
         for a, b in itertools.pairwise(ys)
         for c, d in itertools.pairwise(zs)
-    ][:18]
+    ]
     legs = [
         rod((sx * (half_d - 0.12), sy * (half_w - 0.12), 0.0), (sx * (half_d - 0.12), sy * (half_w - 0.12), low + 0.03), 0.018, 0.028)
         for sx in (-1.0, 1.0)

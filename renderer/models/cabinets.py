@@ -176,11 +176,7 @@ def build_dresser(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     count = max(2, round((height - leg) / rng.uniform(0.2, 0.26)))
     inner = half - PANEL_M - 0.008
     edges = np.linspace(-inner, inner, columns + 1)
-    areas = [
-        area
-        for a, b in itertools.pairwise(edges)
-        for area in _rows(float(a), float(b), leg + 0.012, height - 0.028, count, 0.12)
-    ]
+    areas = [area for a, b in itertools.pairwise(edges) for area in _rows(float(a), float(b), leg + 0.012, height - 0.028, count, 0.12)]
     legs = {
         "classic": lambda: merged(
             square_legs(back, front, half, leg, 0.05, 0.006),

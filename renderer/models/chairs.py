@@ -20,8 +20,54 @@ def build_desk_chair(rng: np.random.Generator, size_m: Size, style: str) -> Part
 
 def _office_chair(rng: np.random.Generator, size_m: Size) -> Parts:
     depth, width, height = size_m
-    reach = 0.5 * min(depth, width)
+    base, castors = _star_base(0.5 * min(depth, width))
     seat_z = min(0.46, 0.47 * height)
+    column = merged(
+        rod((0, 0, 0.13), (0, 0, 0.27), 0.026),
+        rod((0, 0, 0.26), (0, 0, seat_z - 0.055), 0.015),
+        block((-0.13, -0.08, seat_z - 0.085), (0.11, 0.08, seat_z - 0.05), 0.01),
+    )
+    half_w = 0.40 * width
+    front, back = 0.36 * depth, -0.34 * depth
+    seat = cushion(rng, (back, -half_w, seat_z - 0.055), (front, half_w, seat_z + 0.045), 0.038, 0.03)
+    back_low = seat_z + 0.10
+    rest = cushion(rng, (back - 0.075, -0.92 * half_w, back_low), (back - 0.01, 0.92 * half_w, height - 0.002), 0.03, 0.018, axis=0)
+    rest = _curved_back(rest, back_low, half_w)
+    spine = sweep(
+        [
+            (-0.10, 0.0, seat_z - 0.066),
+            (back - 0.05, 0.0, seat_z - 0.055),
+            (back - 0.095, 0.0, seat_z + 0.03),
+            (back - 0.09, 0.0, back_low + 0.18),
+        ],
+        0.02,
+        10,
+        1.6,
+    )
+    rests: list[Mesh] = []
+    rest_z = 0.6 * height - 0.01
+    for s in (-1.0, 1.0):
+        y = s * (0.5 * width - 0.035)
+        rests.append(
+            sweep(
+                [(-0.02, s * 0.1, seat_z - 0.065), (-0.02, y - s * 0.05, seat_z - 0.06), (-0.02, y, seat_z - 0.02), (-0.03, y, rest_z)],
+                [0.014, 0.014, 0.015, 0.014],
+                8,
+            )
+        )
+        rests.append(rounded_box((-0.17, y - 0.035, rest_z - 0.008), (0.11, y + 0.035, rest_z + 0.022), 0.014))
+    return {
+        "base": base,
+        "castors": castors,
+        "column": merged(column, spine),
+        "seat": seat,
+        "backrest": rest,
+        "armrests": merged(*rests),
+    }
+
+
+def _star_base(reach: float) -> tuple[Mesh, Mesh]:
+    """Return five arms round a hub, and their castors with twin wheels; the wheels reach to ``reach`` from the middle."""
     arms: list[Mesh] = []
     castors: list[Mesh] = []
     wheel = 0.028
@@ -59,48 +105,7 @@ def _office_chair(rng: np.random.Generator, size_m: Size) -> Parts:
         castors.append(moved(rotated(roll, "z", angle + 0.8 * k), tip * c, tip * s, wheel))
         castors.append(rod((tip * c, tip * s, wheel), (tip * c, tip * s, 0.075), 0.007, segments=8))
     hub = lathe([(0.0, 0.085), (0.045, 0.085), (0.045, 0.12), (0.03, 0.135), (0.0, 0.135)], 16)
-    column = merged(
-        rod((0, 0, 0.13), (0, 0, 0.27), 0.026),
-        rod((0, 0, 0.26), (0, 0, seat_z - 0.055), 0.015),
-        block((-0.13, -0.08, seat_z - 0.085), (0.11, 0.08, seat_z - 0.05), 0.01),
-    )
-    half_w = 0.40 * width
-    front, back = 0.36 * depth, -0.34 * depth
-    seat = cushion(rng, (back, -half_w, seat_z - 0.055), (front, half_w, seat_z + 0.045), 0.038, 0.03)
-    back_low = seat_z + 0.10
-    rest = cushion(rng, (back - 0.075, -0.92 * half_w, back_low), (back - 0.01, 0.92 * half_w, height - 0.002), 0.03, 0.018, axis=0)
-    rest = _curved_back(rest, back_low, half_w)
-    spine = sweep(
-        [
-            (-0.10, 0.0, seat_z - 0.066),
-            (back - 0.05, 0.0, seat_z - 0.055),
-            (back - 0.095, 0.0, seat_z + 0.03),
-            (back - 0.09, 0.0, back_low + 0.18),
-        ],
-        0.02,
-        10,
-        1.6,
-    )
-    rests: list[Mesh] = []
-    rest_z = 0.6 * height - 0.01
-    for s in (-1.0, 1.0):
-        y = s * (0.5 * width - 0.035)
-        rests.append(
-            sweep(
-                [(-0.02, s * 0.1, seat_z - 0.065), (-0.02, y - s * 0.05, seat_z - 0.06), (-0.02, y, seat_z - 0.02), (-0.03, y, rest_z)],
-                [0.014, 0.014, 0.015, 0.014],
-                8,
-            )
-        )
-        rests.append(rounded_box((-0.17, y - 0.035, rest_z - 0.008), (0.11, y + 0.035, rest_z + 0.022), 0.014))
-    return {
-        "base": merged(hub, *arms),
-        "castors": merged(*castors),
-        "column": merged(column, spine),
-        "seat": seat,
-        "backrest": rest,
-        "armrests": merged(*rests),
-    }
+    return merged(hub, *arms), merged(*castors)
 
 
 def _curved_back(mesh: Mesh, low_z: float, half_w: float) -> Mesh:
@@ -179,12 +184,16 @@ def _shell_chair(rng: np.random.Generator, size_m: Size) -> Parts:
     curve = np.column_stack([_smooth(t, profile[:, 0], fine), _smooth(t, profile[:, 1], fine)])
     v = np.linspace(-1.0, 1.0, 17)
     uu, vv = np.meshgrid(np.arange(25), v, indexing="ij")
-    narrow = 1.0 - 0.22 * np.clip((fine - 0.55) / 0.45, 0.0, 1.0) ** 2 - 0.08 * np.clip(0.15 - fine, 0.0, 1.0) / 0.15
-    y = half_w * vv * narrow[uu]
-    wing = 0.085 * np.abs(vv) ** 3.0
-    bend = np.clip((fine[uu] - 0.2) / 0.5, 0.0, 1.0)
-    x = curve[uu, 0] + wing * bend * (1.0 - 0.6 * np.clip((fine[uu] - 0.75) / 0.25, 0.0, 1.0))
-    z = curve[uu, 1] + wing * (1.0 - bend) * np.sin(np.pi * np.clip(fine[uu] * 1.6, 0.0, 1.0))
+    taper = 1.0 - 0.24 * np.clip((fine - 0.5) / 0.5, 0.0, 1.0) ** 1.5
+    round_front = 1.0 - 0.30 * np.clip(1.0 - fine / 0.14, 0.0, 1.0) ** 2.2
+    round_top = 1.0 - 0.34 * np.clip(1.0 - (1.0 - fine) / 0.14, 0.0, 1.0) ** 2.2
+    y = half_w * vv * (taper * round_front * round_top)[uu]
+    along = np.gradient(curve, axis=0)
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    strength = 0.075 * np.interp(fine, [0.0, 0.15, 0.42, 0.7, 1.0], [0.0, 0.35, 1.0, 0.9, 0.35])
+    wing = strength[uu] * np.abs(vv) ** 2.4
+    x = curve[uu, 0] + wing * along[uu, 1]
+    z = curve[uu, 1] - wing * along[uu, 0]
     top = np.dstack([x, y, z])[::-1]
     shell = sheet(top, top - np.array([0.006, 0.0, 0.008]))
     legs = []
@@ -197,7 +206,7 @@ def _shell_chair(rng: np.random.Generator, size_m: Size) -> Parts:
         rod((-0.42 * half_d, -0.4 * half_w, seat_z - 0.04), (0.42 * half_d, 0.4 * half_w, seat_z - 0.04), 0.008),
         rod((0.42 * half_d, -0.4 * half_w, seat_z - 0.04), (-0.42 * half_d, 0.4 * half_w, seat_z - 0.04), 0.008),
     ]
-    pad = cushion(rng, (-0.45 * half_d, -0.72 * half_w, seat_z - 0.008), (0.82 * half_d, 0.72 * half_w, seat_z + 0.032), 0.018, 0.012)
+    pad = cushion(rng, (-0.42 * half_d, -0.62 * half_w, seat_z - 0.012), (0.72 * half_d, 0.62 * half_w, seat_z + 0.026), 0.017, 0.014)
     return {"frame": merged(*legs, *braces), "seat": pad, "backrest": shell}
 
 

@@ -6,10 +6,11 @@ import itertools
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from renderer.flat_scene import Mesh
 from renderer.models.model import Model, Parts, Size, fitted
-from renderer.shapes import block, blocks, merged, moved, rod, rotated, rounded_box
+from renderer.shapes import block, flat_quads, merged, moved, rod, rotated, rounded_box
 
 
 def build_laptop(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
@@ -44,7 +45,20 @@ def _key_grid(x: tuple[float, float], half_w: float, z: float, travel: float, co
             gap = min(0.0016, 0.12 * (xs[1] - xs[0]))
             low.append((xs[r] + gap, a + gap, z))
             high.append((xs[r + 1] - gap, b - gap, z + travel))
-    return blocks(low, high, 0.4 * travel)
+    return _keycaps(np.asarray(low), np.asarray(high))
+
+
+def _keycaps(low: NDArray[np.float64], high: NDArray[np.float64]) -> Mesh:
+    """Return boxes whose tops are a little smaller than their feet, 12 triangles each."""
+    taper = np.minimum(0.0012, 0.12 * (high - low)[:, :2].min(axis=1))[:, None]
+    rings = []
+    for z, inset in ((low[:, 2:], 0.0 * taper), (high[:, 2:], taper)):
+        x0, y0, x1, y1 = low[:, :1] + inset, low[:, 1:2] + inset, high[:, :1] - inset, high[:, 1:2] - inset
+        rings.append([np.hstack([x, y, z]) for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))])
+    foot, top = rings
+    sides = [[foot[k], foot[(k + 1) % 4], top[(k + 1) % 4], top[k]] for k in range(4)]
+    quads = np.asarray([*sides, top, foot[::-1]])
+    return flat_quads(quads.transpose(0, 2, 1, 3).reshape(-1, 4, 3))
 
 
 def build_keyboard(rng: np.random.Generator, size_m: Size, style: str) -> Parts:

@@ -11,7 +11,7 @@ from renderer.flat_scene import Mesh
 from renderer.models.model import Model, Parts, Size, fitted
 from renderer.shapes import lathe, merged, moved, rod, rotated, sweep
 
-PLEATS = 36
+PLEATS = 30
 
 
 def hollow_shade(low_radius: float, high_radius: float, low: float, high: float, pleated: bool = False, thickness: float = 0.004) -> Mesh:

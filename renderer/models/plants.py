@@ -85,7 +85,7 @@ def build_potted_plant(rng: np.random.Generator, size_m: Size, style: str) -> Pa
     depth, width, height = size_m
     spread = 0.5 * min(depth, width)
     pot_height = min(0.26 * height, 0.32)
-    pot_radius = min(0.62 * spread, 0.62 * pot_height + 0.02)
+    pot_radius = min((0.58 if style == "snake" else 0.46) * spread, 0.62 * pot_height + 0.02)
     pot, soil = _pot(rng, pot_radius, pot_height, square=style == "snake" and bool(rng.random() < 0.4))
     grown = {"ficus": _ficus, "palm": _palm, "snake": _snake}[style](rng, spread, pot_radius, 0.88 * pot_height, height)
     return fitted({"pot": pot, "soil": soil} | grown, size_m)
@@ -118,25 +118,25 @@ def _ficus(rng: np.random.Generator, spread: float, pot_radius: float, low: floa
 def _palm(rng: np.random.Generator, spread: float, pot_radius: float, low: float, height: float) -> Parts:
     del pot_radius
     stems, roots, directions, lengths = [], [], [], []
-    fronds = 11
+    fronds = 13
     for k in range(fronds):
         angle = 2.39996 * k + rng.uniform(-0.2, 0.2)
-        outward = spread * rng.uniform(0.55, 0.85) * (0.45 + 0.55 * (k % 3) / 2)
-        top = height * (1.0 - 0.13 * (k % 3)) * rng.uniform(0.88, 0.99)
+        outward = spread * (0.35, 0.7, 0.88)[k % 3] * rng.uniform(0.85, 1.0)
+        top = height * (1.0, 0.84, 0.68)[k % 3] * rng.uniform(0.9, 0.99)
         t = np.linspace(0.0, 1.0, 12)
-        reach, rise = outward * t**1.7, low + (top - low) * np.sin(0.5 * math.pi * t * 1.12) ** 0.9
+        reach, rise = outward * t**1.6, low + (top - low) * np.sin(0.5 * math.pi * t * (1.1, 1.25, 1.38)[k % 3]) ** 0.9
         path = np.column_stack([reach * math.cos(angle), reach * math.sin(angle), rise])
         stems.append(sweep(path, np.linspace(0.007, 0.0018, 12), 6))
         along = np.gradient(path, axis=0)
         along /= np.linalg.norm(along, axis=1, keepdims=True)
         lateral = np.array([-math.sin(angle), math.cos(angle), 0.0])
-        place = np.linspace(0.42, 0.99, 9)
+        place = np.linspace(0.36, 0.99, 10)
         for s in (-1.0, 1.0):
             base = np.column_stack([np.interp(place, t, path[:, i]) for i in range(3)])
             forward = np.column_stack([np.interp(place, t, along[:, i]) for i in range(3)])
             roots.append(base)
             directions.append(s * lateral + 0.75 * forward + (0.0, 0.0, 0.15))
-            lengths.append(0.42 * spread * (1.0 - 0.55 * ((place - 0.42) / 0.57) ** 2))
+            lengths.append(0.40 * spread * (1.0 - 0.6 * ((place - 0.36) / 0.63) ** 2))
     root, direction, length = np.concatenate(roots), np.concatenate(directions), np.concatenate(lengths)
     return {
         "stem": merged(*stems),
@@ -196,26 +196,25 @@ def build_vase(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         (0.7 * radius, 0.6 * body_height),
         (0.0, 0.5 * body_height),
     ]
-    parts = {"body": lathe(_rounded(outer) + inner, 32)}
+    parts = {"body": lathe(_rounded(outer) + inner, 20)}
     if style == "empty":
         return fitted(parts, size_m)
     stems, heads, roots, directions = [], [], [], []
-    for k in range(9):
+    for k in range(7):
         angle = 2.39996 * k
-        out = r * 0.82 * math.sqrt((k + 0.3) / 9)
-        top = height * (0.97 - 0.18 * (k / 9) ** 1.5) - 0.02
+        out = r * 0.82 * math.sqrt((k + 0.3) / 7)
+        top = height * (0.97 - 0.18 * (k / 7) ** 1.5) - 0.02
         t = np.linspace(0.0, 1.0, 6)
         path = np.column_stack(
             [out * t**1.6 * math.cos(angle), out * t**1.6 * math.sin(angle), 0.5 * body_height + (top - 0.5 * body_height) * t]
         )
-        stems.append(sweep(path, 0.0016, 5))
+        stems.append(sweep(path, 0.0016, 4))
         heads.append(moved(_blossom(rng, 0.16 * r + 0.006), *path[-1]))
         roots.append(path[3])
         directions.append((math.cos(angle + 1.0), math.sin(angle + 1.0), 0.6))
     count = len(roots)
-    parts["stems"] = merged(
-        *stems, leaves(np.array(roots), np.array(directions), np.full(count, 0.45 * r), np.full(count, 0.13 * r), np.full(count, 0.5))
-    )
+    lengths, widths, droop = (np.full(count, value) for value in (0.45 * r, 0.13 * r, 0.5))
+    parts["stems"] = merged(*stems, leaves(np.array(roots), np.array(directions), lengths, widths, droop, steps=4))
     parts["flowers"] = merged(*heads)
     return fitted(parts, size_m)
 
@@ -230,9 +229,9 @@ def _rounded(profile: list[tuple[float, float]]) -> list[tuple[float, float]]:
 
 def _blossom(rng: np.random.Generator, radius: float) -> Mesh:
     """Return a round bloom of petals."""
-    petals = int(rng.integers(5, 8))
-    profile = [(0.0, -0.35), (0.35, -0.25), (0.8, 0.1), (1.0, 0.42), (0.8, 0.5), (0.4, 0.3), (0.0, 0.22)]
-    return lathe([(radius * r, radius * z) for r, z in profile], 4 * petals, wave=lambda a: 1.0 - 0.16 * (0.5 - 0.5 * np.cos(petals * a)))
+    petals = int(rng.integers(5, 7))
+    profile = [(0.0, -0.35), (0.8, 0.1), (1.0, 0.42), (0.75, 0.5), (0.0, 0.22)]
+    return lathe([(radius * r, radius * z) for r, z in profile], 3 * petals, wave=lambda a: 1.0 - 0.16 * (0.5 - 0.5 * np.cos(petals * a)))
 
 
 MODELS = {

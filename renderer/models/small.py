@@ -26,7 +26,7 @@ def _digital(rng: np.random.Generator, size_m: Size) -> Parts:
     face = block((half_d - 0.006, -0.9 * half_w, 0.14 * height), (half_d - 0.0008, 0.9 * half_w, 0.88 * height), 0.0008)
     hour, minute = int(rng.integers(24)), int(rng.integers(60))
     low, high = [], []
-    cell = 1.7 * half_w / 4.6
+    cell = 1.6 * half_w / 4.6
     tall = min(0.5 * height, 1.7 * cell)
     bar = 0.13 * cell
     z0 = 0.5 * height + 0.01 * height - 0.5 * tall
@@ -40,7 +40,7 @@ def _digital(rng: np.random.Generator, size_m: Size) -> Parts:
         "c": (1, 0, 1, 0.5),
     }
     for k, digit in enumerate(f"{hour:02d}{minute:02d}"):
-        left = -0.85 * half_w + cell * (k * 1.12 + (0.3 if k > 1 else 0.0))
+        left = -2.19 * cell + cell * (k * 1.12 + (0.3 if k > 1 else 0.0))
         for name in SEGMENTS[int(digit)]:
             u0, v0, u1, v1 = spans[name]
             low.append(
@@ -58,7 +58,7 @@ def _digital(rng: np.random.Generator, size_m: Size) -> Parts:
                 )
             )
     for v in (0.3, 0.7):
-        y = -0.85 * half_w + cell * 2.23
+        y = -2.19 * cell + cell * 2.23
         low.append((half_d - 0.003, y - 0.6 * bar, z0 + tall * v - 0.6 * bar))
         high.append((half_d, y + 0.6 * bar, z0 + tall * v + 0.6 * bar))
     return {"body": body, "face": face, "hands": blocks(low, high, 0.0004)}

@@ -18,8 +18,8 @@ Array = NDArray[np.float64]
 class Drape(NamedTuple):
     """How a cover lies on a box: ``half_x``/``half_y`` and ``top`` of the box beneath, how far it hangs down at its sides and ends.
 
-    ``fall_side``, ``fall_front`` and ``fall_back`` are lengths of cloth below the top edge in metres, 0 where it just ends; ``flare`` is how
-    far its hem stands off the box; ``thickness`` that of the cloth.
+    ``fall_side``, ``fall_front`` and ``fall_back`` are lengths of cloth below the top edge in metres, 0 where it just ends; ``flare`` is
+    how far its hem stands off the box.
     """
 
     half_x: float
@@ -29,7 +29,15 @@ class Drape(NamedTuple):
     fall_front: float
     fall_back: float
     flare: float
-    thickness: float
+
+
+class Cover(NamedTuple):
+    """A draped cloth's upper surface: arc lengths ``s`` (n,) along x and ``t`` (m,) along y, points and unit normals (n, m, 3)."""
+
+    s: Array
+    t: Array
+    points: Array
+    normals: Array
 
 
 def wrinkles(rng: np.random.Generator, u: Array, v: Array, waves: int = 7, low: float = 1.5, high: float = 7.0) -> Array:
@@ -54,14 +62,14 @@ def cushion(
     bulge_m: float,
     axis: int = 2,
     both_sides: bool = False,
+    divisions: int = 6,
 ) -> Mesh:
-    """Return a rounded, upholstered block between two corners, swollen by ``bulge_m`` along ``axis`` (the swelling lies inside the corners).
+    """Return a rounded, upholstered block between two corners, swollen by ``bulge_m`` along ``axis``; the swelling lies inside the corners.
 
-    The lower side stays flat unless ``both_sides``.
+    The lower side stays flat unless ``both_sides``; ``divisions`` is how finely the swollen side is cut.
     """
-    flats = (6, 6, 6)
-    flats = (flats[0] if axis != 0 else 1, flats[1] if axis != 1 else 1, flats[2] if axis != 2 else 1)
-    template = rounded_template(2, flats)
+    flats = tuple(1 if k == axis else divisions for k in range(3))
+    template = rounded_template(2 if divisions > 4 else 1, (flats[0], flats[1], flats[2]))
     a, b = np.asarray(low, np.float64).copy(), np.asarray(high, np.float64).copy()
     b[axis] -= bulge_m
     if both_sides:
@@ -96,35 +104,59 @@ def pillow(rng: np.random.Generator, depth_m: float, width_m: float, thickness_m
     return sheet(top, bottom)
 
 
-def draped_cover(rng: np.random.Generator, drape: Drape, rows: int = 34, columns: int = 46, puff_m: float = 0.025) -> Mesh:
+def drape(rng: np.random.Generator, plan: Drape, rows: int = 30, columns: int = 44, puff_m: float = 0.025) -> Cover:
     """Return cloth that lies on a box centred at the origin and falls in folds over its sides (y) and ends (front +x, back -x)."""
-    half = np.array([drape.half_x, drape.half_y])
+    half = np.array([plan.half_x, plan.half_y])
     bend = 0.05
-    s = _spaced(-(half[0] + drape.fall_back), half[0] + drape.fall_front, [-half[0], half[0]], rows)
-    t = _spaced(-(half[1] + drape.fall_side), half[1] + drape.fall_side, [-half[1], half[1]], columns)
+    s = _spaced(-(half[0] + plan.fall_back), half[0] + plan.fall_front, [-half[0], half[0]], rows)
+    t = _spaced(-(half[1] + plan.fall_side), half[1] + plan.fall_side, [-half[1], half[1]], columns)
     ss, tt = np.meshgrid(s, t, indexing="ij")
     over_x, over_y = _overhang(ss, half[0], bend), _overhang(tt, half[1], bend)
     drop = np.maximum(over_x.drop, over_y.drop)
-    total = max(drape.fall_side, drape.fall_front, 1e-6)
+    total = max(plan.fall_side, plan.fall_front, 1e-6)
     hang = np.clip(drop / total, 0.0, 1.0)
-    along = np.where(over_y.drop > over_x.drop, ss, tt)
-    folds = _folds(rng, along)
+    folds = _folds(rng, np.where(over_y.drop > over_x.drop, ss, tt))
     corner = np.minimum(over_x.drop, over_y.drop) / total
-    push = drape.flare * (0.15 + 0.85 * folds) * np.sqrt(hang)
+    push = plan.flare * (0.15 + 0.85 * folds) * np.sqrt(hang)
     soft = wrinkles(rng, ss, tt, 9, 0.9, 3.6)
     inside = np.clip(1.0 - np.abs(ss) / half[0], 0.0, 1.0) * np.clip(1.0 - np.abs(tt) / half[1], 0.0, 1.0)
     puff = puff_m * (np.clip(6.0 * inside, 0.0, 1.0) * (0.5 + 0.45 * soft) + 0.45)
     x = over_x.flat + np.sign(ss) * push * (over_x.drop > 0.0) * (1.0 - 0.3 * corner)
     y = over_y.flat + np.sign(tt) * push * (over_y.drop > 0.0) * (1.0 - 0.3 * corner)
     hem = 1.0 - 0.04 * hang * (1.0 + wrinkles(rng, ss, tt, 4, 0.5, 1.5))
-    z = drape.top - drop * hem + puff * np.exp(-drop / 0.06)
-    top = np.dstack([x, y, z])
-    vertices = top.reshape(-1, 3)
-    grid = np.arange(vertices.shape[0]).reshape(top.shape[:2])
+    z = plan.top - drop * hem + puff * np.exp(-drop / 0.06)
+    points = np.dstack([x, y, z])
+    grid = np.arange(points[..., 0].size).reshape(points.shape[:2])
     quads = np.stack([grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]], axis=-1).reshape(-1, 4)
-    normals = smooth_normals(vertices, np.concatenate([quads[:, :3], quads[:, [0, 2, 3]]]))
+    normals = smooth_normals(points.reshape(-1, 3), np.concatenate([quads[:, :3], quads[:, [0, 2, 3]]]))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    return sheet(top, (vertices - drape.thickness * normals).reshape(top.shape))
+    return Cover(s, t, points, normals.reshape(points.shape))
+
+
+def cloth(cover: Cover, thickness_m: float) -> Mesh:
+    """Return a cover as a closed body that reaches ``thickness_m`` inward from its surface."""
+    return sheet(cover.points, cover.points - thickness_m * cover.normals)
+
+
+def layer(cover: Cover, along: tuple[float, float], fall_share: float, lift_m: float, thickness_m: float, rows: int = 10) -> Mesh:
+    """Return a band of cloth that lies on a cover and follows all its folds.
+
+    ``along`` is the band's range of arc length along x, ``fall_share`` how much of the cover's width it spans, ``lift_m`` its height above.
+    """
+    limit = fall_share * cover.t[-1]
+    t = np.concatenate([[-limit], cover.t[np.abs(cover.t) < limit - 0.004], [limit]])
+    s = np.linspace(along[0], along[1], rows)
+    points, normals = (_resample(_resample(grid, cover.s, s, 0), cover.t, t, 1) for grid in (cover.points, cover.normals))
+    top = points + lift_m * normals
+    return sheet(top, top - thickness_m * normals)
+
+
+def _resample(grid: Array, old: Array, new: Array, axis: int) -> Array:
+    """Interpolate a vertex grid linearly along one axis."""
+    i = np.clip(np.searchsorted(old, new, side="right") - 1, 0, len(old) - 2)
+    share = (new - old[i]) / (old[i + 1] - old[i])
+    share = share[:, None, None] if axis == 0 else share[None, :, None]
+    return np.asarray(np.take(grid, i, axis) * (1.0 - share) + np.take(grid, i + 1, axis) * share)
 
 
 class _Overhang(NamedTuple):

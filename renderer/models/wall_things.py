@@ -16,7 +16,7 @@ ART_COLORS = 5
 
 
 def molding(width: float, height: float, rim: float, profile: list[tuple[float, float]]) -> Mesh:
-    """Return a mitred rectangular frame; ``profile`` is (x off the wall, share of ``rim`` from outside to inside), closed, counter-clockwise."""
+    """Return a mitred rectangular frame; ``profile`` is the closed section: x off the wall, share of ``rim`` inward."""
     rings = []
     for x, share in profile:
         half_w, half_h = 0.5 * width - share * rim, 0.5 * height - share * rim

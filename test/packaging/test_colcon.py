@@ -14,7 +14,20 @@ NODES = ("grammar_node", "renderer_node", "recorder_node", "replay_node")
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("colcon")
-    words = [sys.executable, "-m", "colcon", "--log-base", "log", "build", "--base-paths", ROOT, "--build-base", "build", "--install-base", "install"]
+    words = [
+        sys.executable,
+        "-m",
+        "colcon",
+        "--log-base",
+        "log",
+        "build",
+        "--base-paths",
+        ROOT,
+        "--build-base",
+        "build",
+        "--install-base",
+        "install",
+    ]
     environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
     process = subprocess.run(list(map(str, words)), cwd=folder, env=environment, capture_output=True, text=True, timeout=120, check=False)
     assert process.returncode == 0, process.stdout + process.stderr
@@ -32,7 +45,13 @@ def test_nodes_share_files_and_index_are_where_ros_looks(installed: Path) -> Non
         assert os.access(installed / "lib" / "scene_synth_ros" / node, os.X_OK)
     share = installed / "share"
     assert (share / "ament_index" / "resource_index" / "packages" / "scene_synth_ros").is_file()
-    for name in ("package.xml", "launch/synth.launch.py", "config/runs/main.yaml", "config/grammars/bedroom.yaml", "config/views/synth.rviz"):
+    for name in (
+        "package.xml",
+        "launch/synth.launch.py",
+        "config/runs/main.yaml",
+        "config/grammars/bedroom.yaml",
+        "config/views/synth.rviz",
+    ):
         assert (share / "scene_synth_ros" / name).is_file()
 
 

@@ -7,7 +7,9 @@ RECORDED = {"/image": 0, "/depth": 0, "/left_out": -1}
 
 
 def status(done: int, image: int, depth: int = 0, node: str = "/r") -> NodeStatus:
-    return NodeStatus(node=node, role="renderer", state="ready", done_scene=done, counts={"/image": image, "/depth": depth, "/left_out": 99})
+    return NodeStatus(
+        node=node, role="renderer", state="ready", done_scene=done, counts={"/image": image, "/depth": depth, "/left_out": 99}
+    )
 
 
 def started() -> Accounting:

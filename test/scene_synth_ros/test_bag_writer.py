@@ -6,12 +6,13 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import warnings
 
 import numpy as np
 import pytest
 import yaml
-from bag_samples import START_NS, STORE, TOPICS, T, frame_messages, write_bag
+from bag_samples import START_NS, STORE, TOPICS, frame_messages, write_bag
 from mcap.reader import make_reader
 from mcap.stream_reader import StreamReader
 from mcap.writer import LIBRARY_IDENTIFIER, CompressionType, IndexType, Writer
@@ -397,5 +398,15 @@ def test_same_messages_same_bytes(tmp_path):
         assert (tmp_path / "one" / "bag" / name).read_bytes() == (tmp_path / "two" / "bag" / name).read_bytes()
 
 
-def test_message_types_used_here_exist():
-    assert set(T) >= {type_name for type_name, _ in TOPICS.values()}
+def test_topics_may_be_added_while_another_thread_writes(tmp_path):
+    with BagWriter(tmp_path / "bag", chunk_size=500) as writer:
+        writer.add_topic("/first", "std_msgs/msg/String")
+        other = threading.Thread(target=lambda: [writer.write("/first", bytes(90), number, number) for number in range(400)])
+        other.start()
+        for number in range(60):
+            writer.add_topic(f"/{number}", "std_msgs/msg/String")
+            writer.write(f"/{number}", bytes(50), number, number)
+        other.join()
+    assert count_in_stream(tmp_path / "bag" / "bag_0.mcap") == 460
+    _, topics = read_rosbags(tmp_path / "bag")
+    assert [topics[f"/{number}"].msgcount for number in range(60)] == [1] * 60 and topics["/first"].msgcount == 400

@@ -3,7 +3,7 @@
 import pytest
 
 from scene_description import FieldError
-from scene_synth_ros.lock_step import Expectation, failures, waiting_for
+from scene_synth_ros.lock_step import Expectation, complaints, waiting_for
 from scene_synth_ros.status import MAX_TEXT_LENGTH, NodeStatus, status_from_json, status_to_json
 
 
@@ -35,9 +35,17 @@ def test_a_room_waits_for_every_peer(known: dict[str, NodeStatus], last_sent: in
     assert waiting_for(known, EXPECTED, last_sent) == words
 
 
-def test_failed_peers_are_named() -> None:
-    known = peers(peer("/b", "recorder", "failed"), peer("/r", "renderer"))
-    assert [status.node for status in failures(known)] == ["/b"]
+def test_failures_and_refusals_are_told() -> None:
+    failed = NodeStatus(node="/b", role="recorder", state="failed", reason="disk full")
+    refused = NodeStatus(node="/r", role="renderer", state="ready", refused_scene=4, reason="no such model")
+    assert complaints(peers(refused, failed), 4) == ["/b failed: disk full", "/r refused room 4: no such model"]
+    assert complaints(peers(refused), 5) == []
+    assert complaints(peers(peer("/r", "renderer")), -1) == []
+
+
+def test_a_refused_room_is_not_waited_for() -> None:
+    refused = NodeStatus(node="/r", role="renderer", state="ready", done_scene=3, refused_scene=4)
+    assert waiting_for(peers(refused), Expectation(renderers=1, recorders=0), 4) == ""
 
 
 def test_status_round_trip() -> None:

@@ -52,7 +52,9 @@ def read(bag: Path) -> dict[str, list[tuple[int, object]]]:
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Recorded]:
     folder = tmp_path_factory.mktemp("main_job")
     bag, sheet = folder / "bag", folder / "sheet.png"
-    process = run_suite(bag, "--rooms", ROOMS, "--frames", FRAMES, "--seed", SEED, "--contact-sheet", sheet, env=environment(), timeout_s=240)
+    process = run_suite(
+        bag, "--rooms", ROOMS, "--frames", FRAMES, "--seed", SEED, "--contact-sheet", sheet, env=environment(), timeout_s=240
+    )
     assert process.returncode == 0, process.stderr + process.stdout
     yield Recorded(process, bag, read(bag), sheet)
 
@@ -103,13 +105,25 @@ def test_rooms_are_valid_and_depend_only_on_seed_and_index(recorded: Recorded, t
     assert [scene.index for scene in scenes] == list(range(ROOMS))
     assert all(scene.validity.valid and all(check.passed for check in scene.validity.checks) for scene in scenes)
     again = tmp_path / "again"
-    process = run_suite(again, "--rooms", 1, "--frames", FRAMES, "--seed", SEED, "-p", "grammar_node.first_index:=1", "-p", "renderer_node.render.threads:=1")
+    process = run_suite(
+        again,
+        "--rooms",
+        1,
+        "--frames",
+        FRAMES,
+        "--seed",
+        SEED,
+        "-p",
+        "grammar_node.first_index:=1",
+        "-p",
+        "renderer_node.render.threads:=1",
+    )
     assert process.returncode == 0, process.stderr
     assert [scene_from_json(message.data) for _, message in read(again)["/synth/scene"]] == scenes[1:]
 
 
 def test_transforms_agree_with_the_poses(recorded: Recorded) -> None:
-    (_, static), = recorded.messages["/tf_static"]
+    ((_, static),) = recorded.messages["/tf_static"]
     (link_from_optical,) = static.transforms
     assert (link_from_optical.header.frame_id, link_from_optical.child_frame_id) == ("camera_link", "camera_optical_frame")
     fixed = rotation_from_quaternion(quaternion(link_from_optical.transform.rotation))

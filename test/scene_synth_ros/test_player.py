@@ -73,7 +73,7 @@ def test_a_slow_publisher_is_caught_up_with_and_nothing_is_left_out(bag, monkeyp
 
 
 def test_rate_and_pause_change_while_playing(bag, monkeypatch):
-    folder, written = bag
+    folder, _ = bag
     clock = Clock(monkeypatch)
 
     def change(player, message):
@@ -109,7 +109,7 @@ def test_start_offset_brings_the_latched_state_first(tmp_path, monkeypatch):
 
 
 def test_topics_are_chosen(bag, monkeypatch):
-    folder, written = bag
+    folder, _ = bag
     played = play(folder, Clock(monkeypatch), topics=["/tf_static", "/synth/camera/color/image_raw"])
     assert [message[0] for message in played] == ["/tf_static"] + ["/synth/camera/color/image_raw"] * 8
 

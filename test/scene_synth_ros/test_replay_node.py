@@ -18,6 +18,7 @@ from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from rclpy.node import Node
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 wanted = int(sys.argv[1])
 topics = {
@@ -29,12 +30,16 @@ rclpy.init()
 node = Node("listener")
 executor = SingleThreadedExecutor()
 executor.add_node(node)
-received = []
+received, subscriptions = [], []
 for name, (kind, latched) in topics.items():
     qos = QoSProfile(depth=100, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL if latched else QoSDurabilityPolicy.VOLATILE)
-    node.create_subscription(kind, name, lambda data, name=name: received.append((name, hashlib.sha256(data + bytes(-len(data) % 4)).hexdigest())), qos, raw=True)
-print("ready", flush=True)
-end = time.monotonic() + 20
+    listen = lambda data, name=name: received.append((name, hashlib.sha256(data + bytes(-len(data) % 4)).hexdigest()))
+    subscriptions.append(node.create_subscription(kind, name, listen, qos, raw=True))
+resume = node.create_client(Trigger, "/replay_node/resume")
+end = time.monotonic() + 30
+while not (resume.service_is_ready() and all(s.get_publisher_count() for s in subscriptions)) and time.monotonic() < end:
+    executor.spin_once(timeout_sec=0.05)
+resume.call_async(Trigger.Request())
 while len(received) < wanted and time.monotonic() < end:
     executor.spin_once(timeout_sec=0.1)
 for name, digest in received:
@@ -102,9 +107,9 @@ def test_a_subscriber_receives_every_byte(tmp_path, environment):
     written = write_bag(tmp_path / "bag", frames=10, size=200)
     sent = [(topic, digest(data)) for topic, _, data in written if topic != "/tf_static"]
     listener = start(environment, "-c", LISTENER, str(len(sent)))
-    assert listener.stdout.readline() == "ready\n"
-    code, _, errors = finish(replay(environment, tmp_path / "bag", "rate:=4.0", "wait_for_subscribers_s:=10.0"))
-    _, output, _ = finish(listener)
+    player = replay(environment, tmp_path / "bag", "rate:=4.0", "wait_for_subscribers_s:=10.0", "start_paused:=true")
+    _, output, _ = finish(listener, timeout=40)
+    code, _, errors = finish(player)
     received = [tuple(line.split()) for line in output.split("\n") if line]
     for topic in {topic for topic, _ in sent}:
         assert [digest for name, digest in received if name == topic] == [digest for name, digest in sent if name == topic]

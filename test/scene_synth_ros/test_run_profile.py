@@ -30,7 +30,9 @@ def test_nodes_wildcards_and_nesting(tmp_path: Path) -> None:
 
 def test_overrides_win_and_are_read_as_yaml(tmp_path: Path) -> None:
     base = load_profile(write(tmp_path, GOOD))
-    parameters = apply_overrides(base, ["grammar_node.rooms:=5", "renderer_node.render.exposure_ev100:=7.5", "recorder_node.exclude:=['/a', '/b']"])
+    parameters = apply_overrides(
+        base, ["grammar_node.rooms:=5", "renderer_node.render.exposure_ev100:=7.5", "recorder_node.exclude:=['/a', '/b']"]
+    )
     assert parameters["grammar_node"]["rooms"] == 5
     assert parameters["renderer_node"]["render.exposure_ev100"] == 7.5
     assert parameters["recorder_node"]["exclude"] == ["/a", "/b"]
@@ -58,7 +60,9 @@ def test_a_missing_profile_is_named(tmp_path: Path) -> None:
         load_profile(tmp_path / "nowhere.yaml")
 
 
-@pytest.mark.parametrize("override", ["rooms:=3", "grammar_node.rooms=3", "grammar_node.:=3", "king_node.rooms:=3", "grammar_node.rooms:=["])
+@pytest.mark.parametrize(
+    "override", ["rooms:=3", "grammar_node.rooms=3", "grammar_node.:=3", "king_node.rooms:=3", "grammar_node.rooms:=["]
+)
 def test_bad_overrides_are_refused(override: str) -> None:
     with pytest.raises(ProfileError, match="-p "):
         apply_overrides({"grammar_node": {}}, [override])

@@ -37,11 +37,13 @@ MESSAGES = {
     "geometry_msgs/msg/PoseStamped": lambda: T["geometry_msgs/msg/PoseStamped"](header(), pose()),
     "rosgraph_msgs/msg/Clock": lambda: T["rosgraph_msgs/msg/Clock"](header().stamp),
     "visualization_msgs/msg/MarkerArray": lambda: T["visualization_msgs/msg/MarkerArray"]([marker()[0], marker(7)[0]]),
-    "tf2_msgs/msg/TFMessage": lambda: T["tf2_msgs/msg/TFMessage"]([
-        T["geometry_msgs/msg/TransformStamped"](
-            header(), "child", T["geometry_msgs/msg/Transform"](T["geometry_msgs/msg/Vector3"](0.0, 0.0, 0.0), pose().orientation)
-        )
-    ]),
+    "tf2_msgs/msg/TFMessage": lambda: T["tf2_msgs/msg/TFMessage"](
+        [
+            T["geometry_msgs/msg/TransformStamped"](
+                header(), "child", T["geometry_msgs/msg/Transform"](T["geometry_msgs/msg/Vector3"](0.0, 0.0, 0.0), pose().orientation)
+            )
+        ]
+    ),
 }
 
 

@@ -1,0 +1,172 @@
+"""Whole rooms, checked without the package's own geometry."""
+
+import math
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+from shapely import LineString, Polygon
+from shapely.affinity import rotate, translate
+from small_grammar import CATEGORIES, closet, item, small_grammar
+
+from grammar import RequestError, SceneRequest, object_solids, read_room_type, sample_room
+from scene_description import to_mapping
+from scene_description.scene_json import check_scene
+from scene_description.types import Environment, Material, Part, SceneDescription
+
+ROOMS = 50
+
+
+@pytest.fixture(scope="module")
+def grammar():
+    return read_room_type("bedroom", CATEGORIES)
+
+
+@pytest.fixture(scope="module")
+def rooms(grammar):
+    return [sample_room(grammar, CATEGORIES, SceneRequest(), np.random.default_rng(seed)) for seed in range(ROOMS)]
+
+
+def rectangle(x, y, depth, width, yaw):
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    shape = Polygon([(half_d, half_w), (-half_d, half_w), (-half_d, -half_w), (half_d, -half_w)])
+    return translate(rotate(shape, yaw, origin=(0, 0), use_radians=True), x, y)
+
+
+def solids(room):
+    boxes, owner = object_solids(CATEGORIES, room.objects)
+    shapes = [rectangle(b[0], b[1], 2 * b[4], 2 * b[5], math.atan2(b[7], b[6])) for b in boxes]
+    return list(zip(owner.tolist(), shapes, boxes[:, 2].tolist(), boxes[:, 3].tolist(), strict=True))
+
+
+def test_fifty_rooms_are_valid_by_brute_force(rooms, grammar):
+    for room in rooms:
+        assert room.validity.valid and all(check.passed for check in room.validity.checks)
+        floor = Polygon(room.room.polygon_m)
+        standing = {thing.id for thing in room.objects if thing.support.kind == "floor"}
+        placed = solids(room)
+        for (a, first, low_a, high_a), (b, second, low_b, high_b) in combinations(placed, 2):
+            if a != b and min(high_a, high_b) - max(low_a, low_b) > 0.001:
+                # shrunk by the tolerance on both sides, nothing that penetrates by less than it still overlaps
+                assert first.buffer(-0.0005, join_style="mitre").intersection(second.buffer(-0.0005, join_style="mitre")).area < 1e-9
+        for owner, shape, low, high in placed:
+            assert floor.buffer(0.0011, join_style="mitre").contains(shape)
+            assert low >= -1e-9 and high <= room.room.height_m + 0.001
+            for opening in room.room.openings:
+                a = np.array(room.room.polygon_m[opening.wall])
+                b = np.array(room.room.polygon_m[(opening.wall + 1) % 4])
+                along = (b - a) / np.linalg.norm(b - a)
+                near, far = a + along * opening.offset_m, a + along * (opening.offset_m + opening.width_m)
+                rule = grammar.openings[opening.category]
+                inwards = opening.category == "door" and opening.swing == "in"
+                depth = (opening.width_m if inwards else rule.clear_depth_m) - 0.002
+                zone = LineString([near + 0.001 * along, far - 0.001 * along]).buffer(depth, single_sided=True)
+                bottom, top = opening.sill_m + rule.clear_above_sill_m, opening.sill_m + opening.height_m
+                if (opening.category == "door" or owner in standing) and min(high, top) - max(low, bottom) > 0.001:
+                    assert zone.intersection(shape.buffer(-0.001)).area < 1e-6
+
+
+def test_things_stand_on_what_they_point_to(rooms):
+    supported = 0
+    for room in rooms:
+        by_id = {thing.id: thing for thing in room.objects}
+        for thing in room.objects:
+            if thing.support.kind == "object":
+                below = by_id[thing.support.id]
+                assert thing.position_m[2] == pytest.approx(below.position_m[2] + below.size_m[2])
+                top = rectangle(*below.position_m[:2], below.size_m[0], below.size_m[1], below.yaw_rad)
+                assert top.buffer(1e-6).contains(rectangle(*thing.position_m[:2], thing.size_m[0], thing.size_m[1], thing.yaw_rad))
+                supported += 1
+            elif thing.support.kind == "ceiling":
+                assert thing.position_m[2] + thing.size_m[2] == pytest.approx(room.room.height_m)
+    assert supported > 100
+
+
+def test_rooms_look_like_bedrooms(rooms):
+    beds, chairs, screens, headboard = 0, 0, 0, []
+    for room in rooms:
+        by_id = {thing.id: thing for thing in room.objects}
+        for thing in room.objects:
+            if thing.category == "bed":
+                beds += 1
+                back = np.array(thing.position_m[:2]) - 0.5 * thing.size_m[0] * np.array([math.cos(thing.yaw_rad), math.sin(thing.yaw_rad)])
+                headboard.append(Polygon(room.room.polygon_m).exterior.distance(LineString([back, back + 1e-9])))
+            if thing.category == "desk_chair":
+                desk = by_id[thing.group]
+                assert math.cos(thing.yaw_rad - desk.yaw_rad) < -0.5
+                chairs += 1
+            if thing.category in ("monitor", "laptop") and by_id[thing.support.id].category == "desk":
+                screens += math.cos(thing.yaw_rad - by_id[thing.support.id].yaw_rad) > 0.7
+    assert beds >= ROOMS and chairs > 10 and screens > 0.9 * chairs
+    assert np.median(headboard) < 0.04
+
+
+def test_the_same_seed_gives_the_same_room(grammar, rooms):
+    for seed in (0, 7):
+        again = sample_room(grammar, CATEGORIES, SceneRequest(), np.random.default_rng(seed))
+        assert to_mapping(again) == to_mapping(rooms[seed])
+    assert to_mapping(rooms[0].objects) != to_mapping(rooms[1].objects)
+
+
+def test_the_parse_graph_adds_up(rooms):
+    for room in rooms:
+        graph = room.parse_graph
+        assert graph.log_probability == pytest.approx(sum(node.log_probability for node in graph.nodes))
+        assert graph.energy == pytest.approx(sum(graph.weights[name] * value for name, value in graph.energies.items()))
+        assert all(graph.energies[name] <= 2e-4 for name in ("overlap", "out_of_room", "blocked", "overhang"))
+        pointed = {node.object: int(node.choice) for node in graph.nodes if node.symbol == "supporter"}
+        assert pointed == {thing.id: thing.support.id for thing in room.objects if thing.support.kind == "object"}
+
+
+def test_a_room_makes_a_scene_description_that_is_accepted(rooms):
+    room = rooms[0]
+    shell = replace(room.room, surfaces=tuple(Part(name=name, material="m") for name in ("floor", "wall", "ceiling", "skirting")))
+    scene = SceneDescription(
+        schema="scene_synth/1",
+        id="s",
+        index=0,
+        seed=0,
+        category="bedroom",
+        room=shell,
+        objects=room.objects,
+        materials=(Material(id="m", family="paint", base_color=(0.5, 0.5, 0.5)),),
+        lights=(),
+        environment=Environment(zenith=(1, 1, 1), horizon=(1, 1, 1), ground=(1, 1, 1)),
+        camera_path=(),
+        parse_graph=room.parse_graph,
+        validity=room.validity,
+    )
+    check_scene(scene)
+
+
+def test_messy_rooms_have_more_energy_than_tidy_ones(grammar):
+    energy = {}
+    for beta in (0.3, 2.0):
+        request = SceneRequest(beta=beta, min_objects=14, max_objects=18)
+        energy[beta] = np.mean(
+            [sample_room(grammar, CATEGORIES, request, np.random.default_rng(seed)).parse_graph.energy for seed in range(4)]
+        )
+    assert energy[0.3] > 1.5 * energy[2.0]
+
+
+def test_a_room_that_is_never_valid_ends_in_a_named_error():
+    # the wardrobe fits, but as wide as the room it leaves no way past it
+    text = closet("wardrobe", "bed") + item("wardrobe", "wardrobe", (0.6, 3.95, 2.0), ", reach_any: [front]")
+    text += (
+        item("bed", "bed", (2.9, 0.9, 0.6), ", reach_any: [left, right]")
+        + "budget: {derivations: 10, structures: 2, layouts: 2, rounds: 2}\n"
+    )
+    crowded = small_grammar(text)
+    crowded = replace(
+        crowded, room=replace(crowded.room, floor_share_max=1.0), validity=replace(crowded.validity, walkable_share=1.0, robot_radius_m=0.6)
+    )
+    with pytest.raises(
+        RequestError, match=r"expected a valid closet within \d+ layouts, got none; most failed at .*; ask for a larger room"
+    ):
+        sample_room(crowded, CATEGORIES, SceneRequest(room_type="closet"), np.random.default_rng(0))
+
+
+def test_a_request_for_another_room_type_is_refused(grammar):
+    with pytest.raises(RequestError, match="room_type: expected the grammar's 'bedroom', got 'kitchen'"):
+        sample_room(grammar, CATEGORIES, SceneRequest(room_type="kitchen"), np.random.default_rng(0))
