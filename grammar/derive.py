@@ -28,8 +28,6 @@ from grammar.walls import wall_lengths
 from scene_description import Opening, ParseNode, Room
 from scene_description.types import Point2
 
-_CEILING_GAP_M = 0.02
-
 Size = tuple[float, float, float]
 
 
@@ -237,7 +235,7 @@ def _draw_bottom(rule: ObjectRule, size: Size, room: Room, rng: np.random.Genera
         return 0.0, 0.0
     centre, log = draw_normal(rng, rule.centre_height_m)
     bottom = centre - 0.5 * size[2]
-    if bottom < 0.0 or bottom + size[2] > room.height_m - _CEILING_GAP_M:
+    if bottom < 0.0 or bottom + size[2] > room.height_m:
         raise _Rejected("things on walls between floor and ceiling")
     return bottom, log
 

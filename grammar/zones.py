@@ -12,6 +12,7 @@ from grammar.layout import ACCESS, FACE, SWING, VIEW
 from grammar.rules import ObjectRule, OpeningRule
 from scene_description import Opening, Room
 
+# Everything that hangs touches its wall and everything that blocks access stands on the floor, so these two bound no distance.
 _FACE_DEPTH_M = 0.05
 _ACCESS_HEIGHT_M = 1.8
 

@@ -34,12 +34,11 @@ def depth_to_color(depth_m: NDArray[np.float32], far_m: float) -> NDArray[np.uin
 
 def normals_to_color(normals: NDArray[np.float32]) -> NDArray[np.uint8]:
     """Return unit normals as (n / 2 + 1 / 2) * 255 per channel, black where there is none."""
-    color = np.rint((normals * np.float32(0.5) + np.float32(0.5)) * np.float32(255.0)).astype(np.uint8)
+    color: NDArray[np.uint8] = np.rint((normals * np.float32(0.5) + np.float32(0.5)) * np.float32(255.0)).astype(np.uint8)
     color[~normals.any(axis=2)] = 0
     return color
 
 
 def ids_to_color(ids: NDArray[Any], palette: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return an id image as (height, width, 3) uint8 by table look-up; the palette covers every id."""
-    color: NDArray[np.uint8] = np.take(palette, ids, axis=0)
-    return color
+    return np.take(palette, ids, axis=0)
