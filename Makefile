@@ -18,7 +18,7 @@ VENV_FLAGS :=
 EXTRAS := ros,test,bench
 endif
 
-.PHONY: setup run test lint bench clean
+.PHONY: setup run test lint bench clean fresh-kernels
 
 setup: $(VENV)/.ready
 
@@ -31,18 +31,23 @@ $(VENV)/.ready: setup.py
 	@$(BIN)/pip install --quiet --disable-pip-version-check --editable ".[$(EXTRAS)]"
 	@touch $@
 
-run: setup
+# numba's cache knows the file of a kernel, not the files of what it calls: kernels older than the newest source are compiled again.
+fresh-kernels:
+	@newest=$$(find grammar renderer -name '*.py' -printf '%T@ %p\n' | sort -n | tail -n 1 | cut -d ' ' -f 2-); \
+		find grammar renderer -name '*.nb[ic]' ! -newer "$$newest" -delete
+
+run: setup fresh-kernels
 	@$(BIN)/python -m scene_synth_ros run --params config/runs/main.yaml --seed $(SEED) --rooms $(ROOMS) --frames $(FRAMES) \
 		--record runs/$$(date +%Y%m%d-%H%M%S) --contact-sheet contact_sheet.png
 
-test: setup
+test: setup fresh-kernels
 	$(BIN)/python -m pytest
 
 lint: setup
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 
-bench: setup
+bench: setup fresh-kernels
 	$(BIN)/python -m benchmarks --json bench.json
 
 clean:

@@ -18,6 +18,7 @@ from scene_description import CameraPose
 from scene_description.labels import instance_palette, label_palette
 from scene_synth_ros.conversions import semantic_labels
 from scene_synth_ros.streams import Palettes, StreamConfig, StreamPublishers
+from scene_synth_ros.supervisor import node_environment
 
 FRAMES = 300
 RATE_HZ = 30.0
@@ -27,12 +28,12 @@ DISCOVERY_S = 1.0
 
 def measure() -> list[Row]:
     """Publish to a subscriber in another process and return what it cost and what was lost."""
-    os.environ["ROS_DOMAIN_ID"] = str(1 + os.getpid() % 100)
+    os.environ.update(node_environment(os.environ), ROS_DOMAIN_ID=str(1 + os.getpid() % 100))
     rclpy.init()
     node = Node("stream_bench", namespace="/bench")
     streams = StreamPublishers(node, StreamConfig(color_companions=False, lazy=False), CameraConfig())
     streams.begin_palettes(Palettes(label_palette(), instance_palette(256)), {"semantic": semantic_labels(), "instance": {}})
-    frame = _frame()
+    frame = make_frame()
     subscriber = subprocess.Popen([sys.executable, "-m", "benchmarks.stream_subscriber", str(FRAMES)], stdout=subprocess.PIPE, text=True)
     while any(streams.subscribers(layer) == 0 for layer in LAYERS):
         time.sleep(0.05)
@@ -54,7 +55,8 @@ def measure() -> list[Row]:
     ]
 
 
-def _frame() -> Frame:
+def make_frame() -> Frame:
+    """Return a frame whose layers hold noise, which does not compress."""
     rng = np.random.default_rng(0)
     camera = CameraConfig()
     layers = {}

@@ -1,4 +1,4 @@
-"""The other process of the stream benchmark: counts the images that arrive and prints the number."""
+"""The other process of the stream benchmark: subscribes as the recorder does, counts the images that arrive and prints the number."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from sensor_msgs.msg import Image
 
 from renderer.frame import LAYERS
 from scene_synth_ros.qos import stream_qos
+from scene_synth_ros.recorder_node import QUEUE_DEPTH
 
 
 def main() -> None:
@@ -26,7 +27,7 @@ def main() -> None:
     rclpy.init()
     node = Node("stream_subscriber", namespace="/bench")
     for layer in LAYERS:
-        node.create_subscription(Image, f"camera/{layer}/image_raw", count, stream_qos(), raw=True)
+        node.create_subscription(Image, f"camera/{layer}/image_raw", count, stream_qos(QUEUE_DEPTH), raw=True)
     while received < expected and time.monotonic() - last < 5.0:
         rclpy.spin_once(node, timeout_sec=0.2)
     print(received)

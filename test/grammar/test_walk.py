@@ -14,7 +14,6 @@ TABLE = [2.5, 2.0, 0.0, 0.75, 0.8, 0.5, 1.0, 0.0]
 SHELF = [2.5, 2.0, 0.0, 2.2, 0.8, 0.5, 1.0, 0.0]
 
 
-
 def test_ground_keeps_the_bodys_distance_from_walls_and_furniture() -> None:
     ground = choose_ground(ROOM, np.array([TABLE]), 1.5, 0.01, 0.3, 0.2, 0.05)
     x = ground.cells_m[:, 0]
