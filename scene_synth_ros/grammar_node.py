@@ -74,10 +74,10 @@ class GrammarNode(Node):
         super().__init__("grammar_node", automatically_declare_parameters_from_overrides=True)
         self.exit_code: int | None = None
         self._generation = 0
-        self._settings = Parameters(self, {"": RunConfig, "scene": SceneRequest}, self._on_change)
-        run: RunConfig = self._settings[""]
         self._synthesizer = SceneSynthesizer.from_config()
-        self._synthesizer.check(self._settings["scene"])
+        groups = {"": RunConfig, "scene": SceneRequest}
+        self._settings = Parameters(self, groups, self._on_change, lambda values: self._synthesizer.check(values["scene"]))
+        run: RunConfig = self._settings[""]
         self._times = FrameTimes(round(run.start_time_s * 1e9), run.rate_hz)
         self._next_index, self._next_frame = run.first_index, run.first_index * run.frames_per_room
         self._last_sent, self._last_sent_at, self._send_at = -1, time.monotonic(), 0.0

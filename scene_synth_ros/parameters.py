@@ -31,20 +31,30 @@ class Parameters:
         node: created with ``automatically_declare_parameters_from_overrides=True``.
         groups: prefix -> dataclass type.
         on_change: called with the prefixes whose values changed, after ROS has taken them.
+        check: called with prefix -> values before a change is taken; a ValueError refuses it with its text.
 
     Raises:
         ParameterError: an override is unknown, of the wrong type or out of range.
+        ValueError: ``check`` refuses the values at the start.
     """
 
-    def __init__(self, node: Node, groups: Mapping[str, type], on_change: Callable[[set[str]], None] | None = None) -> None:
+    def __init__(
+        self,
+        node: Node,
+        groups: Mapping[str, type],
+        on_change: Callable[[set[str]], None] | None = None,
+        check: Callable[[Mapping[str, Any]], None] | None = None,
+    ) -> None:
         self._node = node
-        self._groups = dict(groups)
         self._on_change = on_change
+        self._check_values = check
         self._annotations = {
             _join(prefix, name): annotation for prefix, cls in groups.items() for name, annotation in field_types(cls).items()
         }
         self._refuse_unknown()
         self._values = {prefix: self._declare(prefix, cls) for prefix, cls in groups.items()}
+        if check is not None:
+            check(self._values)
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._take)
 
@@ -83,20 +93,27 @@ class Parameters:
             fixed = split_annotation(self._annotations[name])[1].fixed
             if fixed:
                 return SetParametersResult(successful=False, reason=f"{name} cannot change in a running node: {fixed}; restart it")
-            try:
-                read_value(self._annotations[name], parameter.value, name)
-            except FieldError as error:
-                return SetParametersResult(successful=False, reason=str(error))
+        try:
+            candidate = self._changed(parameters)
+            if self._check_values is not None:
+                self._check_values(candidate)
+        except ValueError as error:
+            return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
-    def _take(self, parameters: list[Parameter]) -> None:
-        changed = set()
+    def _changed(self, parameters: list[Parameter]) -> dict[str, Any]:
+        """Return all groups as they are after a change."""
+        values = dict(self._values)
         for parameter in parameters:
             if parameter.name in self._annotations:
                 prefix, _, field = parameter.name.rpartition(".")
                 value = read_value(self._annotations[parameter.name], parameter.value, parameter.name)
-                self._values[prefix] = dataclasses.replace(self._values[prefix], **{field: value})
-                changed.add(prefix)
+                values[prefix] = dataclasses.replace(values[prefix], **{field: value})
+        return values
+
+    def _take(self, parameters: list[Parameter]) -> None:
+        before, self._values = self._values, self._changed(parameters)
+        changed = {prefix for prefix in before if before[prefix] != self._values[prefix]}
         if changed and self._on_change is not None:
             self._on_change(changed)
 

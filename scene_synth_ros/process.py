@@ -32,8 +32,8 @@ class RunNode(Protocol):
 def run_node(make: Callable[[], Node], args: list[str] | None = None) -> None:
     """Spin a node until it sets its ``exit_code`` or a signal comes, then end the process.
 
-    SIGINT and SIGTERM end it with code 130 or 143 after ``close``.  An OSError, ValueError or RuntimeError while the node is made (a
-    refused parameter, a folder that exists) ends it with code 2 and one line on stderr.
+    SIGINT and SIGTERM are the ordinary end of a node: code 0 after ``close``.  An OSError, ValueError or RuntimeError while the node is
+    made (a refused parameter, a folder that exists) ends it with code 2 and one line on stderr.
     """
     caught: list[int] = []
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
@@ -54,7 +54,7 @@ def run_node(make: Callable[[], Node], args: list[str] | None = None) -> None:
     except Exception:  # a fault of the program: say all of it, and still close what the node holds
         node.get_logger().fatal(traceback.format_exc())
         node.exit_code = 1
-    code = 128 + caught[0] if caught else node.exit_code
+    code = node.exit_code or 0
     node.close()
     executor.shutdown(timeout_sec=0.5)
     node.destroy_node()

@@ -8,8 +8,17 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
+
+import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rcl_interfaces.srv import SetParameters
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 SMALL = ["renderer_node.camera.width:=96", "renderer_node.camera.height:=72", "renderer_node.render.samples_per_pixel:=1"]
 """Overrides that make frames cheap."""
@@ -36,6 +45,59 @@ def run_suite(bag: Path, *words: object, env: dict[str, str] | None = None, time
         timeout=timeout_s,
         check=False,
     )
+
+
+class Peer:
+    """A node of the test's own that talks with a node process."""
+
+    def __init__(self, context: Context) -> None:
+        self.node = Node("test_peer", namespace="/synth", context=context)
+        self.errors: list[str] = []
+        self.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
+        self._executor = SingleThreadedExecutor(context=context)
+        self._executor.add_node(self.node)
+
+    def _on_diagnostics(self, message: DiagnosticArray) -> None:
+        self.errors += [status.message for status in message.status if status.level == DiagnosticStatus.ERROR]
+
+    def spin_until(self, condition: Callable[[], object], timeout_s: float, what: str) -> None:
+        """Spin until a condition holds; fail if it does not in time."""
+        deadline = time.monotonic() + timeout_s
+        while not condition():
+            assert time.monotonic() < deadline, f"waited {timeout_s} s for {what}"
+            self._executor.spin_once(timeout_sec=0.05)
+
+    def spin_for(self, seconds: float) -> None:
+        """Spin for so long."""
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            self._executor.spin_once(timeout_sec=0.05)
+
+    def set_parameter(self, node: str, name: str, value: object) -> tuple[bool, str]:
+        """Set a parameter of another node; return whether it was taken and, if not, why."""
+        client = self.node.create_client(SetParameters, f"{node}/set_parameters")
+        self.spin_until(client.service_is_ready, 10, "the parameter service")
+        future = client.call_async(SetParameters.Request(parameters=[Parameter(name, value=value).to_parameter_msg()]))
+        self.spin_until(future.done, 10, "the answer")
+        (result,) = future.result().results
+        return result.successful, result.reason
+
+
+@contextmanager
+def node_process(name: str, settings: Mapping[str, object]) -> Iterator[Context]:
+    """Run a node in a process and a DDS domain of its own; yield a context in that domain.  The node must outlive the block."""
+    env = environment()
+    words = [sys.executable, "-m", f"scene_synth_ros.{name}", "--ros-args", "-r", "__ns:=/synth"]
+    words += [word for key, value in settings.items() for word in ("-p", f"{key}:={value}")]
+    process = subprocess.Popen(words, env=env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    context = Context()
+    try:
+        rclpy.init(context=context, domain_id=int(env["ROS_DOMAIN_ID"]))
+        yield context
+        assert process.poll() is None, f"{name} must have survived everything: {process.communicate()[0]}"
+    finally:
+        stop(process)
+        rclpy.try_shutdown(context=context)
 
 
 def wait_until(condition: Callable[[], object], timeout_s: float, what: str) -> None:

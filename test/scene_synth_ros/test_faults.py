@@ -1,12 +1,13 @@
 """Bad input and dying processes: one clear line, nothing lost that was recorded, no process left behind."""
 
 import os
+import resource
 import signal
 import subprocess
 from pathlib import Path
 
 import pytest
-from scene_synth_ros_suite import SMALL, command, environment, node_pids, stop, wait_until
+from scene_synth_ros_suite import SMALL, command, environment, node_pids, run_suite, stop, wait_until
 
 from scene_synth_ros.bag_inspect import inspect_bag
 from scene_synth_ros.bag_reader import BagReader
@@ -94,6 +95,46 @@ def test_a_killed_renderer_ends_the_run_and_keeps_the_bag(tmp_path: Path) -> Non
             assert sum(1 for _ in reader.messages(["/synth/camera/depth/image_raw"])) > 0
     finally:
         stop(process)
+
+
+def test_a_full_disk_ends_the_run_with_one_line_and_a_whole_bag(tmp_path: Path) -> None:
+    bag = tmp_path / "bag"
+    limit = 24_000_000  # no file may grow beyond it, as if the disk were full; Fast DDS's shared memory needs less
+    overrides = ["-p", "recorder_node.compression:=none", "-p", "renderer_node.render.samples_per_pixel:=1"]
+    process = subprocess.run(
+        command("run", "--record", bag, "--rooms", 5, "--frames", 10, *overrides),
+        env=environment(),
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
+    )
+    assert process.returncode == 1
+    (line,) = (line for line in process.stderr.splitlines() if "the bag is whole with" in line and "recorder_node]" in line)
+    assert str(bag) in line
+    assert "Traceback" not in process.stderr
+    with BagReader(bag) as reader:
+        assert reader.summary.finished
+        assert sum(1 for _ in reader.messages(["/synth/camera/depth/image_raw"])) >= 1
+
+
+def test_a_truncated_bag_is_told_and_replayed_as_far_as_it_goes(tmp_path: Path) -> None:
+    whole, cut = tmp_path / "whole", tmp_path / "cut.mcap"
+    assert run_suite(whole, "--rooms", 1, "--frames", 3).returncode == 0
+    data = next(whole.glob("*.mcap")).read_bytes()
+    cut.write_bytes(data[: len(data) * 3 // 4])
+    inspected = run_briefly("inspect", cut)
+    assert inspected.returncode == 1
+    assert "fault: " in inspected.stdout
+    replayed = run_briefly("replay", cut, "--rate", 10)
+    junk = tmp_path / "junk.mcap"
+    junk.write_bytes(b"no bag at all" * 100)
+    refused = [run_briefly("inspect", junk), run_briefly("replay", junk), run_briefly("inspect", tmp_path / "nowhere")]
+    assert replayed.returncode == 0, replayed.stderr
+    assert all(process.returncode != 0 for process in refused)
+    for process in (inspected, replayed, *refused):
+        assert "Traceback" not in process.stderr
 
 
 def test_killing_the_run_itself_leaves_no_process(tmp_path: Path) -> None:
