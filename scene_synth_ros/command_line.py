@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import signal
 import sys
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -27,6 +28,9 @@ COMMANDS = {
 
 def main(argv: Sequence[str] | None = None) -> None:
     """Run a subcommand; bad input ends in one line on stderr and status 2."""
+    handler = signal.getsignal(signal.SIGINT)
+    if handler is signal.default_int_handler:  # while modules load, Ctrl-C just ends the program
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
     arguments = sys.argv[1:] if argv is None else list(argv)
     parser = argparse.ArgumentParser(prog="scene_synth", description="Synthetic indoor camera streams for ROS 2.")
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
@@ -38,6 +42,7 @@ def main(argv: Sequence[str] | None = None) -> None:
             module = importlib.import_module(f"scene_synth_ros.{command.module}")
             module.add_arguments(subparser)
     parsed = parser.parse_args(arguments)
+    signal.signal(signal.SIGINT, handler)
     try:
         assert module is not None
         code = module.run(parsed)
