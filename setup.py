@@ -40,8 +40,6 @@ setup(
         "scipy>=1.11",
         "embreex>=4.4",
         "trimesh>=4.4",
-        "shapely>=2.0",
-        "mapbox_earcut>=1.0",
         "mcap>=1.2",
         "lz4>=4.3",
         "zstandard>=0.22",
@@ -53,6 +51,7 @@ setup(
         "test": [
             "pytest>=8",
             "hypothesis>=6.100",
+            "shapely>=2.0",
             "rosbags>=0.10",
             "mcap-ros2-support>=0.5",
             "colcon-core",

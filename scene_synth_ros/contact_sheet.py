@@ -25,6 +25,7 @@ TILE_WIDTH = 256
 FRAMES_PER_ROOM = 2
 GAP, TITLE_HEIGHT = 4, 22
 FAR_M = 6.0
+FORMATS = {".jpg": "JPEG", ".jpeg": "JPEG", ".png": "PNG"}
 INK, PAPER = (30, 30, 34), (250, 250, 248)
 
 
@@ -55,7 +56,7 @@ LAYERS = {
 
 
 def write_contact_sheet(bag: Path, path: Path) -> int:
-    """Draw the sheet of a bag as PNG and return the number of rooms on it.
+    """Draw the sheet of a bag, as JPEG or PNG by the file's name, and return the number of rooms on it.
 
     Raises:
         BagReadError: the bag cannot be read.
@@ -72,7 +73,9 @@ def write_contact_sheet(bag: Path, path: Path) -> int:
         tiles = {(stamp, layer): tile for stamp, layer, tile in _tiles(reader, topics, chosen)}
     if not tiles:
         raise ValueError(f"{bag}: no contact sheet; it holds no image of its {len(rooms)} rooms")
-    _draw(rooms, list(topics), tiles).save(path, format="PNG", optimize=True)
+    partial = path.with_name(f".{path.name}.partial")
+    _draw(rooms, list(topics), tiles).save(partial, format=FORMATS.get(path.suffix.lower(), "PNG"), quality=85, optimize=True)
+    partial.replace(path)
     return len(rooms)
 
 

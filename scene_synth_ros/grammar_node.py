@@ -93,6 +93,7 @@ class GrammarNode(Node):
         self.create_subscription(String, "status", self._on_status, latched_qos(100))
         self._diagnostics = Diagnostics(self, self._report)
         self._publish_status("ready")
+        self.get_logger().info("synthesising the first room (the first run compiles kernels)")
         self.create_timer(0.02, self._tick)
 
     def close(self) -> None:

@@ -124,6 +124,7 @@ class RendererNode(Node):
     def _work(self) -> None:
         try:
             began = time.perf_counter()
+            self.get_logger().info("loading kernels (the first run compiles them)")
             warm_up()
             self.get_logger().info(f"kernels are ready ({time.perf_counter() - began:.1f} s)")
             self._warm = True

@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--frames", type=int, help="frames of each room (grammar_node.frames_per_room)")
     parser.add_argument("--seed", type=int, help="seed of the run (grammar_node.seed)")
     parser.add_argument("--record", type=Path, metavar="DIR", help="record a bag into this new folder")
-    parser.add_argument("--contact-sheet", type=Path, metavar="FILE", help="draw some frames of each room of the bag as a PNG")
+    parser.add_argument("--contact-sheet", type=Path, metavar="FILE", help="draw some frames of each room of the bag, as PNG or JPEG")
     parser.add_argument("--namespace", default="/synth", help="namespace of nodes and topics (default: %(default)s)")
     parser.add_argument("--log-level", default="info", choices=["debug", "info", "warn", "error"], help="(default: %(default)s)")
 
