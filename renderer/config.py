@@ -33,7 +33,11 @@ class RenderConfig:
 
     samples_per_pixel: Annotated[int, Limits(ge=1, le=65536, description="Colour samples per pixel")] = 16
     bounces: Annotated[int, Limits(ge=0, le=1, description="Diffuse bounces after the first hit")] = 1
-    exposure_ev100: Annotated[float, Limits(ge=-6.0, le=21.0, unit="EV", description="Exposure value at ISO 100")] = 6.0
+    exposure_ev100: Annotated[float, Limits(ge=-6.0, le=21.0, unit="EV", description="Exposure value at ISO 100, if not metered")] = 6.0
+    auto_exposure: Annotated[bool, Limits(description="Meter the exposure of each room")] = False
+    exposure_compensation_ev: Annotated[
+        float, Limits(ge=-10.0, le=10.0, unit="EV", description="Brightens a metered exposure; positive is brighter")
+    ] = 0.0
     threads: Annotated[int, Limits(ge=0, le=1024, description="Threads of the kernels; 0 takes all", fixed="kernels are set up once")] = 0
     portable: Annotated[
         bool, Limits(description="Pin Embree to AVX2, so that different processors agree", fixed="the ray tracing device is made once")

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from renderer import CameraConfig, Frame, RenderConfig, Renderer
+from renderer.exposure import meter_ev100
 from renderer.false_color import depth_to_color, ids_to_color, normals_to_color
 from renderer.flatten import flatten
 from renderer.frame import LAYERS
@@ -27,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--frames", type=int, help="render only the first N poses of the camera path")
     parser.add_argument("--spp", type=int, default=16, help="colour samples per pixel (default: %(default)s)")
     parser.add_argument("--threads", type=int, default=0, help="threads; 0 takes all (default: %(default)s)")
-    parser.add_argument("--exposure", type=float, default=6.0, metavar="EV100", help="exposure value (default: %(default)s)")
+    parser.add_argument("--exposure", type=float, metavar="EV100", help="exposure value (default: metered)")
     parser.add_argument("--size", default="640x480", metavar="WxH", help="image size (default: %(default)s)")
     parser.add_argument("--catalog", type=Path, metavar="DIR", help="folder of the user's models")
 
@@ -38,15 +39,18 @@ def run(arguments: argparse.Namespace) -> int:
     if not (width.isdigit() and height.isdigit()):
         raise ValueError(f"--size: expected WIDTHxHEIGHT, got {arguments.size}")
     camera = from_mapping(CameraConfig, {"width": int(width), "height": int(height)}, "--size")
-    settings = {"samples_per_pixel": arguments.spp, "threads": arguments.threads, "exposure_ev100": arguments.exposure}
+    settings = {"samples_per_pixel": arguments.spp, "threads": arguments.threads}
     config = from_mapping(RenderConfig, settings, "options")
     scene = scene_from_json(arguments.scene.read_text(encoding="utf-8"))
     flat = flatten(scene, arguments.catalog)
     arguments.out.mkdir(parents=True)
     poses = scene.camera_path[: arguments.frames]
+    ev100 = arguments.exposure
+    if ev100 is None:
+        ev100 = meter_ev100(flat, camera, config, scene_key(scene), scene.camera_path)
     with Renderer(flat, camera, config, scene_key(scene)) as renderer:
         for index, pose in enumerate(poses):
-            write_frame(arguments.out / f"frame_{index:04d}", renderer.render(pose, index, set(LAYERS)))
+            write_frame(arguments.out / f"frame_{index:04d}", renderer.render(pose, index, set(LAYERS), exposure_ev100=ev100))
             sys.stderr.write(f"\rframe {index + 1}/{len(poses)}")
     sys.stderr.write("\n")
     return 0

@@ -12,6 +12,8 @@ from rclpy.node import Node
 from std_msgs.msg import String
 
 from renderer import CameraConfig, RenderCancelled, RenderConfig, Renderer, RenderError, warm_up
+from renderer.exposure import meter_ev100
+from renderer.flat_scene import FlatScene
 from renderer.flatten import FlattenError, flatten
 from renderer.scene_key import scene_key
 from scene_description import FieldError, Limits, SceneDescription, scene_from_json
@@ -69,6 +71,7 @@ class RendererNode(Node):
         self._recorders: dict[str, NodeStatus] = {}
         self._rendered = self._skipped = self._refused = 0
         self._seconds_per_frame, self._done_scene, self._refused_scene = 0.0, -1, -1
+        self._metered_ev100: float | None = None
         self._warm, self._fault, self._complaint = False, "", ""
         self._status = self.create_publisher(String, "status", latched_qos(10))
         self._state = "starting"
@@ -148,7 +151,7 @@ class RendererNode(Node):
             scene = scene_from_json(text)
             flat = flatten(scene, self._catalog_dir)
             with Renderer(flat, self._settings["camera"], self._settings["render"], scene_key(scene)) as renderer:
-                self._render_room(scene, renderer)
+                self._render_room(scene, flat, renderer)
         except RenderCancelled:
             return
         except FieldError as error:
@@ -162,8 +165,9 @@ class RendererNode(Node):
         self._refused += 1
         self._complain(text)
 
-    def _render_room(self, scene: SceneDescription, renderer: Renderer) -> None:
+    def _render_room(self, scene: SceneDescription, flat: FlatScene, renderer: Renderer) -> None:
         self._streams.begin_room(scene)
+        self._metered_ev100 = self._meter(scene, flat)
         began = time.perf_counter()
         start_ns = scene.camera_path[0].stamp_ns
         published = 0
@@ -178,7 +182,7 @@ class RendererNode(Node):
                 pose,
                 index,
                 self._streams.wanted_layers(),
-                exposure_ev100=self._settings["render"].exposure_ev100,
+                exposure_ev100=self._exposure_ev100(),
                 cancelled=self._interrupted,
             )
             if self._settings[""].realtime:
@@ -192,6 +196,17 @@ class RendererNode(Node):
         self._done_scene = scene.index
         self._publish_status()
         self.get_logger().info(f"room {scene.index}: {published} frames rendered in {time.perf_counter() - began:.1f} s")
+
+    def _meter(self, scene: SceneDescription, flat: FlatScene) -> float | None:
+        if not self._settings["render"].auto_exposure or "color" not in self._streams.wanted_layers():
+            return None
+        return meter_ev100(flat, self._settings["camera"], self._settings["render"], scene_key(scene), scene.camera_path)
+
+    def _exposure_ev100(self) -> float:
+        render: RenderConfig = self._settings["render"]
+        if self._metered_ev100 is None:
+            return render.exposure_ev100
+        return self._metered_ev100 - render.exposure_compensation_ev
 
     def _is_too_late(self, scene: SceneDescription, index: int, began: float) -> bool:
         """Return whether, in real time, the frame after this one is already due; the last frame of a room is never skipped."""
@@ -240,7 +255,7 @@ class RendererNode(Node):
             "last_room": self._done_scene,
             "seconds_per_frame": f"{self._seconds_per_frame:.3f}",
             "layers": ", ".join(sorted(self._streams.wanted_layers())),
-            "exposure_ev100": self._settings["render"].exposure_ev100,
+            "exposure_ev100": self._exposure_ev100(),
         }
         if self._fault or self._complaint:
             return ERROR, self._fault or self._complaint, values
