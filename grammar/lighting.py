@@ -87,16 +87,17 @@ def read_lighting_config(path: Path) -> LightingConfig:
 
 
 def sample_lighting(
-    rng: np.random.Generator, config: LightingConfig, objects: Sequence[SceneObject]
+    rng: np.random.Generator, config: LightingConfig, objects: Sequence[SceneObject], *, windows: bool = True
 ) -> tuple[tuple[Light, ...], Environment]:
     """Sample the state of all lamps of a room and the daylight outside.
 
-    In the dark at least one lamp is on: the one with the greatest flux if chance left all of them off.  A room without lamps is never dark.
+    At night, and in a room without windows, at least one lamp is on: the one with the greatest flux if chance left all of them off.  A room without lamps is never dark.
 
     Args:
         rng: the only source of randomness.
         config: ranges and probabilities.
         objects: the room's objects; those of a lamp category are lamps.
+        windows: whether daylight gets in at all.
 
     Returns:
         One light for each lamp, lit or not, in the order of the objects; the environment.
@@ -108,8 +109,9 @@ def sample_lighting(
     skies = [sky for sky in config.daylight.values() if lamps or not sky.dark]
     odds = np.array([sky.probability for sky in skies])
     sky = skies[int(rng.choice(len(skies), p=odds / odds.sum()))]
-    lights = [_sample_light(rng, config.lamps[lamp.category], lamp, sky.dark) for lamp in lamps]
-    if sky.dark and not any(light.on for light in lights):
+    dark = sky.dark or not windows
+    lights = [_sample_light(rng, config.lamps[lamp.category], lamp, dark) for lamp in lamps]
+    if dark and lights and not any(light.on for light in lights):
         brightest = max(range(len(lights)), key=lambda i: lights[i].flux_lm)
         lights[brightest] = replace(lights[brightest], on=True)
     return tuple(lights), _sample_environment(rng, sky)

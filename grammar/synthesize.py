@@ -103,7 +103,9 @@ class SceneSynthesizer:
         rng = {purpose: np.random.default_rng(np.random.SeedSequence([seed, index, i])) for i, purpose in enumerate(PURPOSES)}
         sampled = sample_room(self.grammars[request.room_type], self.categories, request, rng["layout"])
         room, objects, materials = dress(rng["appearance"], self.appearance, sampled.room, sampled.objects)
-        lights, environment = sample_lighting(rng["lighting"], self.lighting, objects)
+        lights, environment = sample_lighting(
+            rng["lighting"], self.lighting, objects, windows=any(opening.category == "window" for opening in room.openings)
+        )
         boxes, _ = object_solids(self.categories, objects)
         path = sample_camera_path(
             rng["camera"], self.camera, room.polygon_m, room.height_m, boxes, times.frames, times.start_ns, times.rate_hz, times.first_index

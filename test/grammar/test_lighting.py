@@ -135,6 +135,13 @@ def test_horizon_and_ground_follow_the_zenith_of_their_condition() -> None:
         assert environment.zenith[2] > environment.zenith[0], "a clear sky is blue"
 
 
+def test_a_room_without_windows_has_a_lamp_on_at_any_hour() -> None:
+    never = {name: replace(lamp, on_in_dark=0.0) for name, lamp in CONFIG.lamps.items()}
+    for seed in range(20):
+        lights, _ = sample_lighting(rng(seed), replace(CONFIG, lamps=never), LAMPS, windows=False)
+        assert sum(light.on for light in lights) == 1
+
+
 def test_the_seed_decides() -> None:
     assert sample_lighting(rng(3), CONFIG, LAMPS) == sample_lighting(rng(3), CONFIG, LAMPS)
     assert sample_lighting(rng(3), CONFIG, LAMPS) != sample_lighting(rng(4), CONFIG, LAMPS)
