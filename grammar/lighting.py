@@ -91,7 +91,8 @@ def sample_lighting(
 ) -> tuple[tuple[Light, ...], Environment]:
     """Sample the state of all lamps of a room and the daylight outside.
 
-    At night, and in a room without windows, at least one lamp is on: the one with the greatest flux if chance left all of them off.  A room without lamps is never dark.
+    At night, and in a room without windows, at least one lamp is on: the one with the greatest flux if chance left all of them off.
+    A room without lamps is never dark.
 
     Args:
         rng: the only source of randomness.
