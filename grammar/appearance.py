@@ -90,13 +90,17 @@ class StyleRule:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CategoryLook:
-    """What a category looks like; ``generator`` is the category's own name where absent."""
+    """What a category looks like; ``generator`` is the category's own name where absent.
+
+    Categories with the same ``suite`` take the same style within a room, that of the first that is dressed, where they have it.
+    """
 
     styles: Annotated[Mapping[str, StyleRule], Limits(min_length=1)]
     parts: Mapping[str, PartRule]
     generator: str | None = None
     shared: Literal["room", "group", "none"] = "group"
     emits: str | None = None
+    suite: str | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -191,10 +195,11 @@ def dress(
 
 
 class _Closet:
-    """The materials of one room while it is dressed: those kept by family, and all that were drawn, in order."""
+    """The materials of one room while it is dressed: those kept by family, and all that were drawn, in order; the suites' styles."""
 
     def __init__(self, rng: np.random.Generator, appearance: Appearance) -> None:
         self.materials: list[Material] = []
+        self.suites: dict[str, str] = {}
         self._rng, self._appearance = rng, appearance
         palette = appearance.palette
         main = _pick(rng, {str(k): item.odds for k, item in enumerate(palette.hues_deg)})
@@ -266,13 +271,24 @@ def _look(
     rule = appearance.categories[category]
     key = (category, {"room": -1, "group": core or -1 - identifier, "none": -1 - identifier}[rule.shared])
     if key not in looks:
-        style = _pick(rng, {name: item.odds for name, item in rule.styles.items()})
+        style = _style(rng, closet, rule)
         chosen: dict[str, str] = {}
         for name in rule.styles[style].parts:
             chosen[name] = _part_material(rng, closet, rule, style, name, chosen)
         model = ModelReference(generator=rule.generator or category, style=style, seed=int(rng.integers(_MAX_SEED)))
         looks[key] = (model, tuple(Part(name=name, material=material) for name, material in chosen.items()))
     return looks[key]
+
+
+def _style(rng: np.random.Generator, closet: _Closet, rule: CategoryLook) -> str:
+    """Draw a category's style, or take over that of its suite in this room."""
+    taken = None if rule.suite is None else closet.suites.get(rule.suite)
+    if taken is not None and taken in rule.styles:
+        return taken
+    style = _pick(rng, {name: item.odds for name, item in rule.styles.items()})
+    if rule.suite is not None:
+        closet.suites.setdefault(rule.suite, style)
+    return style
 
 
 def _part_material(rng: np.random.Generator, closet: _Closet, rule: CategoryLook, style: str, name: str, chosen: Mapping[str, str]) -> str:

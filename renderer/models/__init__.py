@@ -7,12 +7,46 @@ from __future__ import annotations
 
 import numpy as np
 
-from renderer.models import beds, cabinets, chairs, desks, electronics, lamps, plants, rugs, seats, shelves, small, wall_things
+from renderer.models import (
+    appliances,
+    bathroom,
+    bathroom_things,
+    beds,
+    cabinets,
+    cases,
+    chairs,
+    curtains,
+    desks,
+    dining_chairs,
+    dining_things,
+    electronics,
+    gym,
+    hallway,
+    kitchen,
+    kitchen_things,
+    lamps,
+    living_things,
+    office,
+    plants,
+    rugs,
+    seats,
+    shelves,
+    small,
+    sofas,
+    storage,
+    tables,
+    wall_things,
+    workshop,
+)
 from renderer.models.model import Model, Parts, Size
 
 MODELS: dict[str, Model] = {
     name: model
-    for family in (beds, cabinets, desks, chairs, seats, rugs, shelves, lamps, plants, small, electronics, wall_things)
+    for family in (
+        *(beds, cabinets, desks, chairs, seats, rugs, shelves, lamps, plants, small, electronics, wall_things),
+        *(bathroom, bathroom_things, office, gym, workshop, storage),
+        *(sofas, tables, cases, living_things, curtains, dining_chairs, dining_things, kitchen, appliances, kitchen_things, hallway),
+    )
     for name, model in family.MODELS.items()
 }
 """Generator name -> model."""

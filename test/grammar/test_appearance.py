@@ -118,6 +118,18 @@ def test_what_belongs_together_looks_alike(appearance: Appearance) -> None:
     assert other_lamp_differs == 20
 
 
+def test_a_suite_has_one_style_and_one_material_of_fronts_and_worktops(appearance: Appearance) -> None:
+    kitchen = tuple(thing(k, name) for k, name in enumerate(("kitchen_counter", "sink_counter", "wall_cabinet", "dishwasher"), 1))
+    styles = set()
+    for seed in range(20):
+        _, objects, _ = dress(np.random.default_rng(seed), appearance, make_room(), kitchen)
+        assert len({item.model.style for item in objects[:3]}) == 1
+        styles.add(objects[0].model.style)
+        parts = [{part.name: part.material for part in item.parts} for item in objects]
+        assert len({names["fronts"] for names in parts[:3]}) == len({parts[k]["worktop"] for k in (0, 1, 3)}) == 1
+    assert styles == {"flat", "framed"}
+
+
 def test_a_room_keeps_few_woods_and_one_metal(appearance: Appearance) -> None:
     for seed in range(30):
         _, _, materials = dress(np.random.default_rng(seed), appearance, make_room(), make_objects())
@@ -157,15 +169,15 @@ def test_model_files_keep_their_model_and_parts(appearance: Appearance) -> None:
 
 def test_lamps_emit_from_their_shade(appearance: Appearance) -> None:
     lamps = {name for name, look in appearance.categories.items() if look.emits}
-    assert lamps == {"table_lamp", "floor_lamp", "ceiling_lamp"}
+    assert lamps >= {"table_lamp", "floor_lamp", "ceiling_lamp", "desk_lamp"}
     assert {appearance.categories[name].emits for name in lamps} == {"shade"}
 
 
 def test_materials_library(appearance: Appearance) -> None:
     assert len(appearance.materials) >= 60
-    glass = appearance.materials["window_glass"]
-    assert glass.transmission[0] > 0.8
-    assert all(kind.transmission == (0.0, 0.0) for name, kind in appearance.materials.items() if name != "window_glass")
+    clear = {"window_glass", "clear_glass", "shower_glass"}
+    assert all(appearance.materials[name].transmission[0] >= 0.8 for name in clear)
+    assert all(kind.transmission == (0.0, 0.0) for name, kind in appearance.materials.items() if name not in clear)
 
 
 def test_unknown_category_is_named(appearance: Appearance) -> None:

@@ -19,6 +19,42 @@ SIZES = {
     "desk_chair": (0.62, 0.62, 0.98),
     "bookshelf": (0.32, 0.95, 1.9),
     "armchair": (0.85, 0.82, 0.85),
+    "toilet": (0.66, 0.38, 0.8),
+    "bathtub": (0.75, 1.68, 0.57),
+    "shower_cabin": (0.9, 0.9, 2.0),
+    "washbasin": (0.48, 0.72, 0.86),
+    "washing_machine": (0.6, 0.6, 0.85),
+    "bathroom_cabinet": (0.16, 0.6, 0.7),
+    "towel_rail": (0.1, 0.6, 0.55),
+    "bath_mat": (0.5, 0.8, 0.02),
+    "laundry_basket": (0.35, 0.45, 0.6),
+    "soap_dispenser": (0.08, 0.07, 0.18),
+    "toilet_paper_holder": (0.1, 0.15, 0.12),
+    "toothbrush_cup": (0.08, 0.08, 0.19),
+    "filing_cabinet": (0.6, 0.45, 1.3),
+    "whiteboard": (0.03, 1.5, 1.0),
+    "printer": (0.42, 0.44, 0.3),
+    "desk_lamp": (0.22, 0.18, 0.44),
+    "pen_holder": (0.09, 0.09, 0.19),
+    "paper_tray": (0.33, 0.25, 0.12),
+    "globe": (0.3, 0.3, 0.4),
+    "treadmill": (1.8, 0.85, 1.4),
+    "exercise_bike": (1.1, 0.55, 1.25),
+    "weight_bench": (1.25, 0.55, 0.5),
+    "dumbbell_rack": (0.55, 1.3, 0.9),
+    "exercise_mat": (1.82, 0.62, 0.01),
+    "gym_ball": (0.65, 0.65, 0.65),
+    "kettlebell": (0.19, 0.19, 0.28),
+    "workbench": (0.7, 1.6, 0.9),
+    "tool_cabinet": (0.46, 0.7, 0.95),
+    "storage_shelf": (0.45, 1.0, 1.85),
+    "cardboard_box": (0.4, 0.5, 0.36),
+    "plastic_crate": (0.4, 0.6, 0.32),
+    "bicycle": (1.75, 0.58, 1.05),
+    "step_ladder": (0.75, 0.48, 1.3),
+    "paint_can": (0.18, 0.18, 0.2),
+    "toolbox": (0.24, 0.48, 0.27),
+    "suitcase": (0.28, 0.45, 0.75),
     "pouf": (0.5, 0.5, 0.42),
     "floor_lamp": (0.45, 0.45, 1.6),
     "potted_plant": (0.5, 0.5, 1.1),
@@ -37,10 +73,65 @@ SIZES = {
     "wall_mirror": (0.03, 0.6, 0.9),
     "radiator": (0.1, 1.0, 0.6),
     "ceiling_lamp": (0.42, 0.42, 0.3),
+    # living room
+    "sofa": (0.92, 2.1, 0.85),
+    "corner_sofa": (1.65, 2.6, 0.85),
+    "coffee_table": (0.6, 1.1, 0.42),
+    "tv_stand": (0.42, 1.6, 0.5),
+    "side_table": (0.45, 0.45, 0.55),
+    "sideboard": (0.45, 1.6, 0.8),
+    "speaker": (0.25, 0.2, 0.9),
+    "game_console": (0.26, 0.1, 0.39),
+    "candle": (0.09, 0.09, 0.14),
+    "photo_frame": (0.1, 0.16, 0.2),
+    "bowl": (0.26, 0.26, 0.1),
+    "wall_clock": (0.04, 0.32, 0.32),
+    "wall_shelf": (0.22, 0.8, 0.2),
+    "curtain": (0.1, 2.2, 2.3),
+    # dining
+    "dining_table": (0.9, 1.7, 0.75),
+    "dining_chair": (0.52, 0.46, 0.9),
+    "plate": (0.26, 0.26, 0.025),
+    "drinking_glass": (0.08, 0.08, 0.16),
+    "fruit_bowl": (0.3, 0.3, 0.18),
+    "china_cabinet": (0.42, 1.0, 1.95),
+    "wine_bottle": (0.078, 0.078, 0.31),
+    # kitchen
+    "kitchen_counter": (0.62, 1.2, 0.9),
+    "sink_counter": (0.62, 1.0, 1.14),
+    "stove": (0.62, 0.6, 0.9),
+    "dishwasher": (0.62, 0.6, 0.9),
+    "refrigerator": (0.68, 0.65, 1.85),
+    "wall_cabinet": (0.35, 0.9, 0.7),
+    "range_hood": (0.48, 0.6, 0.7),
+    "microwave": (0.38, 0.5, 0.29),
+    "toaster": (0.19, 0.32, 0.2),
+    "kettle": (0.17, 0.23, 0.24),
+    "coffee_maker": (0.28, 0.22, 0.34),
+    "cooking_pot": (0.24, 0.33, 0.2),
+    "knife_block": (0.2, 0.12, 0.33),
+    "cutting_board": (0.26, 0.4, 0.035),
+    "bar_stool": (0.42, 0.42, 0.85),
+    # hallway
+    "coat_rack": (0.5, 0.5, 1.75),
+    "wall_hooks": (0.09, 0.7, 0.18),
+    "shoe_rack": (0.32, 0.8, 0.55),
+    "console_table": (0.35, 1.1, 0.8),
+    "umbrella_stand": (0.24, 0.24, 0.8),
+    "bench": (0.4, 1.2, 0.46),
+    "light_switch": (0.014, 0.085, 0.085),
 }
 SMALL = {"table_lamp", "alarm_clock", "book_stack", "laptop", "monitor", "keyboard", "mug", "vase", "picture", "wall_mirror", "waste_bin"}
-TOPS = ("nightstand", "dresser", "desk", "bookshelf")
+SMALL |= {"speaker", "game_console", "candle", "photo_frame", "bowl", "wall_clock", "wall_shelf", "plate", "drinking_glass", "wine_bottle"}
+SMALL |= {"toaster", "kettle", "coffee_maker", "cooking_pot", "knife_block", "cutting_board", "fruit_bowl", "microwave"}
+SMALL |= {"wall_hooks", "umbrella_stand", "light_switch"}
+TOPS = ("nightstand", "dresser", "desk", "bookshelf", "coffee_table", "tv_stand", "side_table", "sideboard", "dining_table")
+TOPS += ("kitchen_counter", "dishwasher", "shoe_rack", "console_table", "wall_shelf", "china_cabinet")
 CASES = [(generator, style) for generator, model in MODELS.items() for style in model.styles]
+SMALL |= {"toilet_paper_holder", "soap_dispenser", "toothbrush_cup", "towel_rail", "bath_mat"}
+SMALL |= {"pen_holder", "paper_tray", "globe", "desk_lamp", "printer", "whiteboard"}
+SMALL |= {"kettlebell", "gym_ball", "exercise_mat", "cardboard_box", "plastic_crate", "paint_can", "toolbox"}
+TOPS += ("filing_cabinet", "workbench", "tool_cabinet", "storage_shelf", "washing_machine")
 
 
 def sizes_of(generator: str) -> list[tuple[float, float, float]]:
@@ -102,6 +193,30 @@ def test_knees_find_room_under_the_desk(style: str) -> None:
     assert not knees.any()
 
 
+@pytest.mark.parametrize("style", MODELS["sink_counter"].styles)
+def test_worktop_of_a_sink_lies_at_the_height_of_its_neighbours(style: str) -> None:
+    for tall in (1.05, 1.14, 1.2):
+        parts = build_model("sink_counter", style, 1, (0.62, 1.0, tall))
+        assert parts["worktop"].vertices[:, 2].max() == pytest.approx(0.9, abs=5e-4)
+        basin = parts["sink"].vertices
+        assert 0.7 < basin[:, 2].min() < 0.75 and parts["tap"].vertices[:, 2].max() == pytest.approx(tall, abs=1e-4)
+
+
+@pytest.mark.parametrize("style", MODELS["corner_sofa"].styles)
+def test_corner_sofa_is_an_l(style: str) -> None:
+    depth, width, height = SIZES["corner_sofa"]
+    points = np.concatenate([mesh.vertices for mesh in build_model("corner_sofa", style, 1, (depth, width, height)).values()])
+    notch = (points[:, 0] > -0.5 * depth + 0.56 * depth) & (points[:, 1] < 0.5 * width - 0.41 * width)
+    assert not notch.any()
+
+
+@pytest.mark.parametrize("style", MODELS["curtain"].styles)
+def test_curtain_leaves_the_window_open(style: str) -> None:
+    for seed in range(4):
+        cloth = build_model("curtain", style, seed, SIZES["curtain"])["cloth"].vertices
+        assert np.abs(cloth[:, 1]).min() > 0.2 * SIZES["curtain"][1]
+
+
 @pytest.mark.parametrize(("generator", "style"), CASES)
 def test_same_seed_same_bytes(generator: str, style: str) -> None:
     first, again = (build_model(generator, style, 12345, SIZES[generator]) for _ in range(2))
@@ -113,6 +228,32 @@ def test_same_seed_same_bytes(generator: str, style: str) -> None:
 def test_seeds_differ() -> None:
     first, other = (merged(*build_model("bookshelf", "classic", seed, SIZES["bookshelf"]).values()) for seed in (1, 2))
     assert first.vertices.tobytes() != other.vertices.tobytes()
+
+
+@pytest.mark.parametrize("style", MODELS["weight_bench"].styles)
+def test_a_wide_weight_bench_racks_its_bar_and_a_small_one_keeps_it_under_the_pad(style: str) -> None:
+    for size, above in (((1.4, 1.5, 1.15), True), ((1.25, 0.55, 0.5), False)):
+        parts = build_model("weight_bench", style, 1, size)
+        bar_z, pad_z = (0.5 * (parts[name].vertices[:, 2].min() + parts[name].vertices[:, 2].max()) for name in ("bar", "pads"))
+        assert (bar_z > pad_z) == above
+        assert parts["bar"].vertices[:, 1].max() == pytest.approx(0.5 * size[1], abs=1e-3)
+
+
+def test_a_bicycle_lies_along_the_longer_side() -> None:
+    for size, axis in (((1.75, 0.58, 1.05), 0), ((0.58, 1.75, 1.05), 1)):
+        wheels = build_model("bicycle", "diamond", 1, size)["tyres"].vertices
+        across = wheels[:, 1 - axis]
+        assert np.ptp(wheels[:, axis]) == pytest.approx(1.75, rel=0.03) and np.ptp(across) < 0.06
+
+
+@pytest.mark.parametrize("style", MODELS["bathtub"].styles)
+def test_a_bathtub_is_hollow(style: str) -> None:
+    depth, width, height = SIZES["bathtub"]
+    basin = build_model("bathtub", style, 1, (depth, width, height))["basin"]
+    corners = basin.vertices[basin.faces]
+    middle = (np.abs(corners[..., 0]) < 0.3 * depth).all(axis=1) & (np.abs(corners[..., 1]) < 0.3 * width).all(axis=1)
+    floor = middle & (face_normals(basin)[:, 2] > 0.0)
+    assert floor.any() and corners[floor][..., 2].max() < 0.35 * height
 
 
 def test_styles_and_parts_agree_with_the_appearance() -> None:
@@ -131,7 +272,7 @@ def test_default_style_and_unknown_names() -> None:
 
 
 def test_lamps_shine_outward_from_a_closed_shade() -> None:
-    for generator in ("table_lamp", "floor_lamp", "ceiling_lamp"):
+    for generator in ("table_lamp", "floor_lamp", "ceiling_lamp", "desk_lamp"):
         for style in MODELS[generator].styles:
             shade = build_model(generator, style, 1, SIZES[generator])["shade"]
             normals, centers = face_normals(shade), shade.vertices[shade.faces].mean(axis=1)

@@ -1,0 +1,282 @@
+"""What hangs and stands in bathrooms: cabinet, towel rail, mat, laundry basket, dispensers; wall things have the wall behind them (-x)."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.flat_scene import Mesh
+from renderer.models.cabinets import Front, carcass, fronts, knob
+from renderer.models.lofts import bent, disc, loft, lying, oval, ring
+from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.soft import wrinkles
+from renderer.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
+
+
+def build_bathroom_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a wall cabinet with mirrored doors, or one with framed doors over an open shelf with towels."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    reach = 0.02 if style == "towels" else 0.006
+    front = half_d - reach
+    count = max(1, round(width / 0.34))
+    edges = np.linspace(-half_w + 0.002, half_w - 0.002, count + 1)
+    shelf = 0.36 * height if style == "towels" else 0.0
+    areas = [Front(float(a), float(b), shelf + 0.004, height - 0.002) for a, b in itertools.pairwise(edges)]
+    body = [carcass(front + half_d - 0.019, width, 0.0, height, 0.0, -half_d)]
+    pulls = [knob(front, a.right - 0.035 if k % 2 == 0 and count > 1 else a.left + 0.035, a.low + 0.06, reach) for k, a in enumerate(areas)]
+    parts = {"body": merged(*body)}
+    if style == "mirrored":
+        panes = [(a.left + 0.004, a.right - 0.004) for a in areas]
+        parts["doors"] = fronts(front - 0.002, areas, 0.016)
+        parts["mirror"] = blocks(
+            [(front - 0.003, a, 0.008) for a, _ in panes], [(front + 0.002, b, height - 0.008) for _, b in panes], 0.001
+        )
+        parts["handles"] = merged(*pulls)
+        return fitted(parts, size_m)
+    board = block((-half_d + 0.004, -half_w + 0.01, shelf - 0.018), (front - 0.02, half_w - 0.01, shelf), 0.002)
+    rolls = []
+    r = min(0.24 * shelf, 0.3 * depth, 0.05)
+    columns = max(2, int((width - 0.06) / (2.2 * r)))
+    for k, y in enumerate(np.linspace(-half_w + 0.03 + r, half_w - 0.03 - r, columns)):
+        if rng.random() < 0.75 or k == 0:
+            rolls.append(_rolled_towel(r, 0.7 * depth, (-half_d + 0.4 * depth + 0.01, float(y), 0.018 + r)))
+    parts["body"] = merged(*body, board)
+    return fitted(parts | {"doors": fronts(front, areas, 0.018, True), "handles": merged(*pulls), "towels": merged(*rolls)}, size_m)
+
+
+def _rolled_towel(radius: float, length: float, at: tuple[float, float, float]) -> Mesh:
+    h = 0.5 * length
+    profile = [(0.0, -h), (0.8 * radius, -h), (radius, -h + 0.01), (radius, h - 0.01), (0.86 * radius, h), (0.8 * radius, h - 0.006)]
+    profile += [(0.55 * radius, h), (0.48 * radius, h - 0.006), (0.25 * radius, h), (0.0, h - 0.004)]
+    return lying(lathe(profile, 16), "x", at)
+
+
+def build_towel_rail(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a towel on a bar, or on the rungs of a ladder-shaped heated rail."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    tube = min(0.011, 0.14 * depth)
+    if style == "bar":
+        z, x = height - max(1.6 * tube, 0.016), half_d - 0.035
+        path = [(-half_d, -half_w + tube, z), (x, -half_w + tube, z), (x, half_w - tube, z), (-half_d, half_w - tube, z)]
+        rail = [
+            bent(path, tube, 0.03),
+            *(disc("x", (-half_d + 0.005, s * (half_w - 1.6 * tube), z), 1.6 * tube, 0.01, 16) for s in (-1.0, 1.0)),
+        ]
+        wide, y = rng.uniform(0.6, 0.85) * (width - 0.08), 0.0
+        cloth = [_hung_towel(rng, x, y, z, tube, wide, z - 0.001, rng.uniform(0.6, 0.9) * z)]
+        return fitted({"rail": merged(*rail), "towel": merged(*cloth)}, size_m)
+    x = half_d - 0.03
+    rail = [rod((x, s * (half_w - 0.016), 0.0), (x, s * (half_w - 0.016), height), 0.016) for s in (-1.0, 1.0)]
+    pitch = 0.055
+    rungs = [k * pitch + 0.05 for k in range(int((height - 0.06) / pitch)) if k % 6 != 5]
+    rail += [rod((x, -half_w + 0.016, z), (x, half_w - 0.016, z), tube, segments=8) for z in rungs]
+    rail += [
+        rod((-half_d, s * (half_w - 0.016), z), (x, s * (half_w - 0.016), z), 0.01, segments=8)
+        for s in (-1.0, 1.0)
+        for z in (0.12 * height, 0.88 * height)
+    ]
+    top = rungs[-1] if rng.random() < 0.5 else rungs[2 * len(rungs) // 3]
+    fall = rng.uniform(0.45, 0.65) * height
+    wide = rng.uniform(0.6, 0.9) * (width - 0.08)
+    return fitted({"rail": merged(*rail), "towel": _hung_towel(rng, x, 0.0, top, tube, wide, min(fall, top), 0.7 * min(fall, top))}, size_m)
+
+
+def _hung_towel(
+    rng: np.random.Generator, x: float, y: float, z: float, tube: float, width: float, front_fall: float, back_fall: float
+) -> Mesh:
+    """A folded towel over a bar at (x, z): its front and back falls, thick and soft."""
+    r, thick = tube + 0.008, 0.009
+    turn = np.linspace(0.0, math.pi, 7)
+    fall = np.linspace(1.0, 0.0, 9)[:-1]
+    px = np.concatenate([np.full(8, r), r * np.cos(turn), np.full(8, -r)])
+    pz = np.concatenate([-front_fall * fall, r * np.sin(turn), -back_fall * fall[::-1]])
+    t = np.linspace(-0.5, 0.5, 13)
+    ss, tt = np.meshgrid(np.arange(len(px), dtype=np.float64), t, indexing="ij")
+    hang = np.clip(-pz, 0.0, None)[:, None] / max(front_fall, 1e-6)
+    wave = 0.35 * thick * wrinkles(rng, 0.04 * ss, tt, 5, 1.0, 3.0) * np.sqrt(hang)
+    points = np.dstack([x + px[:, None] + wave, y + width * tt * (1.0 - 0.02 * hang), z + pz[:, None] + 0.0 * tt])
+    normal = np.dstack([np.sign(px)[:, None] * (np.abs(px) > 0.4 * r)[:, None] + 0.0 * tt, 0.0 * tt, (pz > 0.0)[:, None] + 0.0 * tt])
+    return sheet((points + 0.5 * thick * normal)[::-1], (points - 0.5 * thick * normal)[::-1])
+
+
+def build_bath_mat(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a thick mat with rounded corners and stripes, or an oval one."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    power = 14.0 if style == "striped" else 2.3
+    shares = ((1.0, 0.0), (1.0, 0.55 * height), (0.975, 0.95 * height), (0.93, height), (0.88, 0.8 * height))
+    pile = [oval(half_d * s, half_w * s, z, power=power, points=48) for s, z in shares]
+    if style != "striped":
+        inner = [
+            oval(half_d * s, half_w * s, z, power=power, points=48)
+            for s, z in ((0.87, 0.5 * height), (0.87, 0.85 * height), (0.84, 0.97 * height))
+        ]
+        return fitted({"pile": loft(pile), "pattern": loft(inner)}, size_m)
+    count = int(rng.integers(3, 7))
+    long = half_w >= half_d
+    reach, span = (half_w, half_d) if long else (half_d, half_w)
+    stripes = []
+    for s in np.linspace(-0.8, 0.8, count) * reach:
+        w, e = 0.3 * reach / count, 0.85 * span
+        low, high = ((-e, s - w), (e, s + w)) if long else ((s - w, -e), (s + w, e))
+        stripes.append(rounded_box((*low, 0.5 * height), (*high, 0.98 * height), 0.2 * height, 1))
+    return fitted({"pile": loft(pile), "pattern": merged(*stripes)}, size_m)
+
+
+def build_laundry_basket(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a woven hamper with clothes under its rim, or a canvas bag in a wooden frame."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    if style == "woven":
+        rim = [
+            oval(half_d - i, half_w - i, height - z, power=4.0, points=48)
+            for i, z in ((0.0, 0.03), (0.0, 0.006), (0.006, 0.0), (0.03, 0.004))
+        ]
+        inside = oval(0.8 * half_d, 0.8 * half_w, 0.5 * height, power=4.0, points=48)
+        body = loft([*_weave(half_d, half_w, 0.955 * height), *rim, inside])
+        return fitted({"body": body, "clothes": _clothes(rng, 0.88 * half_d, 0.88 * half_w, 0.72 * height, 0.25 * height)}, size_m)
+    frame = []
+    for y in (-half_w + 0.012, half_w - 0.012):
+        frame += [rod((s * (half_d - 0.014), y, 0.0), (-s * (half_d - 0.014), y, height - 0.012), 0.011, segments=8) for s in (-1.0, 1.0)]
+    frame += [
+        rod((s * (half_d - 0.014), -half_w, height - 0.012), (s * (half_d - 0.014), half_w, height - 0.012), 0.012) for s in (-1.0, 1.0)
+    ]
+    frame.append(rod((0.0, -half_w + 0.012, 0.5 * height), (0.0, half_w - 0.012, 0.5 * height), 0.008))
+    bag = [oval(0.55 * half_d, half_w - 0.05, 0.12 * height, power=6.0), oval(0.62 * half_d, half_w - 0.035, 0.16 * height, power=6.0)]
+    bag += [oval(0.8 * half_d, half_w - 0.028, 0.55 * height, power=6.0), oval(half_d - 0.02, half_w - 0.028, height - 0.02, power=8.0)]
+    bag += [oval(half_d - 0.026, half_w - 0.034, height - 0.02, power=8.0), oval(0.7 * half_d, half_w - 0.06, 0.4 * height, power=6.0)]
+    return fitted(
+        {"frame": merged(*frame), "body": loft(bag), "clothes": _clothes(rng, 0.78 * half_d, half_w - 0.05, 0.74 * height, 0.2 * height)},
+        size_m,
+    )
+
+
+def _weave(half_d: float, half_w: float, top: float) -> list[NDArray[np.float64]]:
+    """Outlines of a tapered wall woven round 16 stakes: every other row of strands lies outside each stake."""
+    rings = [oval(0.82 * half_d, 0.82 * half_w, 0.0, power=4.0, points=48)]
+    over = np.cos(np.arange(48) * (math.pi / 1.5))
+    count = 18
+    for k in range(count):
+        share = 0.82 + 0.15 * (k + 0.5) / count
+        for bulge, part in ((-0.003, 0.08), (0.004, 0.5), (-0.003, 0.92)):
+            row = oval(share * half_d, share * half_w, top * (k + part) / count, power=4.0, points=48)
+            swell = bulge + 0.004 * over * (1.0 if k % 2 else -1.0) * (part == 0.5)
+            row[:, :2] *= 1.0 + (swell / np.linalg.norm(row[:, :2], axis=1))[:, None]
+            rings.append(row)
+    return rings
+
+
+def _clothes(rng: np.random.Generator, half_x: float, half_y: float, low: float, tall: float) -> Mesh:
+    """A crumpled heap that fills a basket from ``low`` up by at most ``tall``."""
+    share = np.linspace(1.0, 0.0, 9)[:-1]
+    rings = [oval(half_x, half_y, low - 0.05, power=3.5, points=30)]
+    for s in share:
+        flat = oval(half_x * s, half_y * s, low, power=3.5, points=30)
+        folds = wrinkles(rng, flat[:, 0], flat[:, 1], 6, 3.0, 9.0) if s < 1.0 else np.zeros(30)
+        flat[:, 2] += tall * np.clip((1.0 - s**3) * 0.7 + 0.11 * np.clip(folds, -1.5, 1.5), 0.0, 1.0)
+        rings.append(flat)
+    return loft(rings)
+
+
+def build_soap_dispenser(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a bottle with a pump whose nozzle points to the front; round or square."""
+    depth, width, height = size_m
+    r = 0.5 * min(depth, width)
+    body_top = 0.68 * height
+    if style == "round":
+        profile = [
+            (0.0, 0.0),
+            (0.94 * r, 0.0),
+            (r, 0.02 * height),
+            (r, 0.52 * height),
+            (0.9 * r, 0.61 * height),
+            (0.4 * r, body_top),
+            (0.0, body_top),
+        ]
+        body = lathe(profile, 28)
+    else:
+        body = merged(
+            rounded_box((-r, -r, 0.0), (r, r, 0.9 * body_top), 0.25 * r, 2), rod((0, 0, 0.85 * body_top), (0, 0, body_top), 0.4 * r)
+        )
+    collar = lathe(
+        [(0.0, body_top - 0.002), (0.46 * r, body_top - 0.002), (0.46 * r, 0.76 * height), (0.2 * r, 0.79 * height), (0.0, 0.79 * height)],
+        20,
+    )
+    stem = rod((0.0, 0.0, 0.78 * height), (0.0, 0.0, 0.95 * height), 0.13 * r, segments=10)
+    nozzle = bent([(-0.2 * r, 0.0, 0.955 * height), (1.1 * r, 0.0, 0.955 * height), (1.25 * r, 0.0, 0.9 * height)], 0.16 * r, 0.01, 8)
+    cap = disc("z", (0.0, 0.0, 0.96 * height), 0.36 * r, 0.08 * height, 18, 0.004)
+    return fitted({"body": body, "pump": merged(collar, stem, nozzle, cap)}, size_m)
+
+
+def build_toilet_paper_holder(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a holder on the wall with a roll, its end hanging down in front; an open arm or one with a cover."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    radius = min(0.42 * depth, 0.36 * height)
+    z, x = height - radius - 0.03 * (style == "cover") - 0.004, half_d - radius - 0.004
+    h = 0.5 * min(0.11, 0.78 * width)
+    core = 0.36 * radius
+    roll = [(core, -h), (0.985 * radius, -h), (radius, -h + 0.002), (radius, h - 0.002), (0.985 * radius, h), (core, h)]
+    paper = lying(lathe(roll, 32, closed=True), "y", (x, 0.0, z))
+    hanging = block((x + radius - 0.003, -0.98 * h, 0.0), (x + radius, 0.98 * h, z), 0.001)
+    side = half_w - 0.006
+    path = [(-half_d + 0.004, side, z), (x, side, z), (x, -h - 0.012, z)]
+    arm = [bent(path, 0.006, 0.02, 8), disc("x", (-half_d + 0.005, side - 0.014, z), 0.02, 0.01, 18, 0.002)]
+    arm.append(rod((x, -h - 0.014, z), (x, -half_w, z), 0.008))
+    if style == "cover":
+        lid = [(-half_d, height - 0.008), (x, height - 0.001), (x + 0.8 * radius, height - 0.02), (x + radius + 0.002, z + 0.4 * radius)]
+        strip = np.array([[(px, y, pz) for y in (-half_w, half_w)] for px, pz in lid])
+        arm += [
+            sheet(strip, strip - (0.002, 0.0, 0.003)),
+            block((-half_d, -half_w, z - 0.02), (-half_d + 0.006, half_w, height - 0.004), 0.002),
+        ]
+    return fitted({"arm": merged(*arm), "paper": merged(paper, hanging)}, size_m)
+
+
+def build_toothbrush_cup(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a cup with two or three brushes and a tube of paste."""
+    depth, width, height = size_m
+    r = 0.42 * min(depth, width)
+    top = 0.52 * height
+    profile = [
+        (0.0, 0.0),
+        (0.8 * r, 0.0),
+        (0.82 * r, 0.004),
+        (r, top - 0.002),
+        (0.98 * r, top),
+        (0.93 * r, top - 0.002),
+        (0.76 * r, 0.006),
+        (0.0, 0.006),
+    ]
+    brushes: list[Mesh] = []
+    bristles: list[Mesh] = []
+    reach = height - 0.01
+    for turn in 2.4 * np.arange(int(rng.integers(2, 4))) + rng.uniform(0.0, 6.0):
+        lean = math.asin(min(0.6, 1.25 * r / reach))
+        tall = reach * rng.uniform(0.9, 1.0)
+        stick = sweep([(0.0, 0.0, 0.01), (0.0, 0.0, 0.6 * tall), (0.0, 0.0, tall)], [0.0045, 0.003, 0.0042], 8)
+        tuft = block((0.002, -0.0045, 0.84 * tall), (0.013, 0.0045, 0.985 * tall), 0.001)
+        for into, mesh in ((brushes, stick), (bristles, tuft)):
+            into.append(rotated(moved(rotated(mesh, "y", lean), x=-0.45 * r), "z", float(turn)))
+    paste = loft(
+        [oval(0.012, 0.012, 0.01, points=16), oval(0.014, 0.012, 0.5 * height, points=16), oval(0.003, 0.019, 0.86 * height, points=16)]
+    )
+    brushes.append(rotated(moved(rotated(paste, "y", 0.12), x=0.1 * r), "z", rng.uniform(0.0, 6.0)))
+    band = ring("z", (0.0, 0.0, 0.93 * top), 0.975 * r, 0.0015, 28, 6)
+    return fitted({"cup": merged(lathe(profile, 28), band), "brushes": merged(*brushes), "bristles": merged(*bristles)}, size_m)
+
+
+MODELS = {
+    "bathroom_cabinet": Model(build_bathroom_cabinet, ("mirrored", "towels")),
+    "towel_rail": Model(build_towel_rail, ("bar", "ladder")),
+    "bath_mat": Model(build_bath_mat, ("striped", "oval")),
+    "laundry_basket": Model(build_laundry_basket, ("woven", "canvas")),
+    "soap_dispenser": Model(build_soap_dispenser, ("round", "square")),
+    "toilet_paper_holder": Model(build_toilet_paper_holder, ("arm", "cover")),
+    "toothbrush_cup": Model(build_toothbrush_cup, ("cup",)),
+}

@@ -1,0 +1,353 @@
+"""Gym machines and weights; who uses a treadmill or bike mounts it from +x and looks towards its console at -x."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from renderer.flat_scene import Mesh
+from renderer.models.lamps import globe
+from renderer.models.lofts import bent, disc, loft, lying, oval, ring
+from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.soft import cushion
+from renderer.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
+
+
+def build_treadmill(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a treadmill: deck with belt and side rails, motor hood, uprights with hand rails, console with screen."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    deck = min(0.2, 0.15 * height)
+    hood_end = -half_d + 0.26 * depth
+    belt_half = 0.62 * half_w
+    belt = rounded_box((hood_end - 0.1, -belt_half, deck - 0.045), (half_d - 0.02, belt_half, deck), 0.02, 2)
+    rails = [
+        block(
+            (hood_end - 0.1, s * half_w - (0.0 if s < 0 else half_w - belt_half), deck - 0.03),
+            (half_d - 0.05, s * half_w + (0.0 if s > 0 else half_w - belt_half), deck + 0.014),
+            0.008,
+        )
+        for s in (-1.0, 1.0)
+    ]
+    frame = [
+        block((-half_d + 0.1, s * belt_half - 0.03, 0.03), (half_d - 0.1, s * belt_half + 0.03, deck - 0.02), 0.006) for s in (-1.0, 1.0)
+    ]
+    frame += [rod((half_d - 0.06, -belt_half, deck - 0.05), (half_d - 0.06, belt_half, deck - 0.05), 0.04)]
+    frame += [rod((x, s * belt_half, 0.0), (x, s * belt_half, 0.05), 0.03) for x in (-half_d + 0.2, half_d - 0.16) for s in (-1.0, 1.0)]
+    caps = [
+        rounded_box(
+            (half_d - 0.09, s * 0.8 * half_w - 0.2 * half_w, 0.03), (half_d, s * 0.8 * half_w + 0.2 * half_w, deck + 0.016), 0.02, 2
+        )
+        for s in (-1.0, 1.0)
+    ]
+    outline = [
+        oval(0.5 * (hood_end + half_d) + e, half_w - i, z, -half_d + 0.5 * (hood_end + half_d) + e, 7.0)
+        for e, i, z in ((0.0, 0.0, 0.03), (0.0, 0.0, deck), (-0.03, 0.03, deck + 0.07), (-0.07, 0.09, deck + 0.085))
+    ]
+    hood = loft(outline)
+    top = 0.82 * height
+    post_y = half_w - 0.05
+    lean = 0.1 if style == "curved" else 0.16
+    posts, grips = [], []
+    for s in (-1.0, 1.0):
+        foot, head = (-half_d + 0.12 + 0.1, s * post_y, 0.06), (-half_d + 0.1 + lean, s * post_y, top)
+        if style == "curved":
+            posts.append(bent([foot, (-half_d + 0.1, s * post_y, 0.5 * top), head], 0.032, 0.3, 12))
+        else:
+            posts.append(sweep([foot, head], [0.042, 0.034], 12, 0.7))
+        reach = head[0] + 0.32 * depth
+        grips.append(
+            bent(
+                [
+                    (head[0] - 0.02, s * post_y, top - 0.01),
+                    (reach, s * post_y, top - 0.05),
+                    (reach - 0.05, s * post_y, 0.55 * top),
+                    (foot[0] - 0.03, s * post_y, 0.42 * top),
+                ],
+                0.02,
+                0.08,
+                10,
+            )
+        )
+    x = -half_d + 0.1 + lean
+    bar = rod((x + 0.1, -post_y, top - 0.03), (x + 0.1, post_y, top - 0.03), 0.018)
+    tray = rounded_box((x - 0.08, -post_y - 0.04, top - 0.03), (x + 0.12, post_y + 0.04, top + 0.03), 0.025, 2)
+    console = rounded_box((-0.03, -0.72 * half_w, 0.0), (0.03, 0.72 * half_w, height - top), 0.022, 2)
+    screen = block((0.02, -0.5 * half_w, 0.3 * (height - top)), (0.033, 0.5 * half_w, 0.86 * (height - top)), 0.002)
+    keys = [disc("x", (0.03, y, 0.15 * (height - top)), 0.012, 0.01, 12) for y in np.linspace(-0.45, 0.45, 7) * half_w]
+    console, screen, buttons = (moved(rotated(mesh, "y", -0.3), x, z=top) for mesh in (console, screen, merged(*keys)))
+    return fitted(
+        {
+            "frame": merged(*frame, *posts),
+            "rails": merged(*rails, *caps),
+            "belt": belt,
+            "hood": hood,
+            "grips": merged(*grips, bar),
+            "console": merged(tray, console),
+            "screen": screen,
+            "buttons": buttons,
+        },
+        size_m,
+    )
+
+
+def build_exercise_bike(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a spinning bike with bare flywheel, or an upright bike with covered drive and console; handlebar at -x, saddle at +x."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    feet = [rounded_box((x - 0.035, -half_w, 0.0), (x + 0.035, half_w, 0.06), 0.02, 2) for x in (-half_d + 0.05, half_d - 0.05)]
+    r = min(0.24, 0.23 * depth, 0.2 * height)
+    wheel = (-half_d + r + 0.05, 0.0, r + 0.09)
+    crank = (0.04 * depth, 0.0, 0.29 * height)
+    seat_top = (0.26 * depth, 0.0, 0.74 * height)
+    bar_top = (-0.27 * depth, 0.0, 0.84 * height)
+    beam = [bent([(-half_d + 0.05, 0, 0.05), (0.0, 0.0, 0.09), (half_d - 0.05, 0, 0.05)], 0.03, 0.2, 10)]
+    beam += [sweep([(0.0, 0.0, 0.08), crank, (0.2 * depth, 0.0, 0.56 * height)], 0.034, 10)]
+    beam += [sweep([crank, (-0.2 * depth, 0.0, 0.62 * height), (-0.22 * depth, 0.0, 0.66 * height)], 0.034, 10)]
+    fork = [
+        bent([(wheel[0], s * 0.05, wheel[2]), (-0.22 * depth, s * 0.045, 0.5 * height), (-0.2 * depth, 0.0, 0.6 * height)], 0.016, 0.1, 8)
+        for s in (-1.0, 1.0)
+    ]
+    posts = [sweep([(0.19 * depth, 0, 0.5 * height), (seat_top[0], 0, seat_top[2] - 0.05)], 0.022, 10)]
+    posts += [sweep([(-0.21 * depth, 0.0, 0.6 * height), (bar_top[0], 0.0, bar_top[2])], 0.022, 10)]
+    if style == "spinning":
+        fly = merged(
+            disc("y", wheel, r, 0.03, 40, 0.006), disc("y", wheel, 0.3 * r, 0.07, 20, 0.01), ring("y", wheel, 0.95 * r, 0.02, 40, 8)
+        )
+        cover = [sweep([wheel, crank], [0.55 * r, 0.11], 24, 0.16)]
+        cover = [moved(mesh, y=-0.055) for mesh in cover]
+    else:
+        fly = disc("y", (wheel[0], 0.0, wheel[2]), 0.8 * r, 0.14, 36, 0.02)
+        shell = [disc("y", (wheel[0] + 0.02, 0.0, wheel[2] + 0.01), 1.02 * r, 0.11, 36, 0.04), disc("y", crank, 0.17, 0.11, 28, 0.04)]
+        cover = [*shell, sweep([(wheel[0], 0, wheel[2] + 0.1 * r), crank], [0.9 * r, 0.15], 24, 0.2)]
+    pedals, arms = [], [rod((crank[0], -0.1, crank[2]), (crank[0], 0.1, crank[2]), 0.016)]
+    turn, reach = rng.uniform(0.0, 2.0 * math.pi), min(0.17, crank[2] - 0.1)
+    for s in (-1.0, 1.0):
+        px, pz = crank[0] + s * reach * math.cos(turn), crank[2] + s * reach * math.sin(turn)
+        arms.append(sweep([(crank[0], s * 0.095, crank[2]), (px, s * 0.1, pz)], 0.013, 8))
+        pedals.append(block((px - 0.045, s * 0.14 - 0.04, pz - 0.012), (px + 0.045, s * 0.14 + 0.04, pz + 0.012), 0.006))
+    grip_w = 0.92 * half_w
+    reach = -half_d + 0.02
+    bars = bent(
+        [
+            (reach + 0.2 * depth, -grip_w, bar_top[2] + 0.02),
+            (reach, -grip_w, bar_top[2] + 0.05),
+            (bar_top[0] - 0.02, -0.06, bar_top[2]),
+            (bar_top[0] - 0.02, 0.06, bar_top[2]),
+            (reach, grip_w, bar_top[2] + 0.05),
+            (reach + 0.2 * depth, grip_w, bar_top[2] + 0.02),
+        ],
+        0.015,
+        0.06,
+        10,
+    )
+    z = bar_top[2] + 0.03
+    console = rounded_box((-0.02, -0.13, 0.0), (0.02, 0.13, height - z), 0.014, 2)
+    screen = block((0.012, -0.1, 0.25 * (height - z)), (0.023, 0.1, 0.85 * (height - z)), 0.002)
+    console, screen = (moved(rotated(mesh, "y", -0.5), bar_top[0] + 0.02, z=z) for mesh in (console, screen))
+    return fitted(
+        {
+            "frame": merged(*feet, *beam, *fork),
+            "posts": merged(*posts, *arms),
+            "flywheel": fly,
+            "cover": merged(*cover),
+            "pedals": merged(*pedals),
+            "saddle": saddle(rng, 0.27, 0.21, seat_top, -1.0),
+            "handlebar": bars,
+            "console": console,
+            "screen": screen,
+        },
+        size_m,
+    )
+
+
+def saddle(rng: np.random.Generator, length: float, width: float, top: tuple[float, float, float], nose: float) -> Mesh:
+    """Return a padded saddle whose nose looks along x times ``nose``; its highest point is ``top``."""
+    shares = np.linspace(-0.5, 0.5, 11)
+    half = 0.5 * width * np.interp(shares, [-0.5, -0.44, -0.3, 0.0, 0.2, 0.45, 0.5], [0.5, 0.85, 1.0, 0.6, 0.28, 0.2, 0.08])
+    t = np.linspace(-1.0, 1.0, 9)
+    x = nose * length * np.repeat(shares[:, None], 9, axis=1)
+    y = half[:, None] * np.sin(0.5 * math.pi * t)[None]
+    crown = np.sqrt(np.clip(1.0 - np.sin(0.5 * math.pi * t) ** 2, 0.0, 1.0))[None]
+    z = -0.012 * (1.0 - np.cos(2.5 * shares))[:, None] - 0.045 * (1.0 - crown)
+    upper = np.dstack([x, y, z])
+    lower = np.dstack([x, y, np.minimum(z - 0.004, -0.05 + 0.0 * z)])
+    if nose < 0.0:
+        upper, lower = upper[::-1], lower[::-1]
+    return moved(sheet(upper, lower), *top)
+
+
+def build_weight_bench(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a padded bench, flat or with raised back, and a bar with plates.
+
+    A bench at least 0.95 m wide and 0.75 m high has a rack that carries the bar; the bar of a smaller one lies under its pad.
+    """
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    racked = width >= 0.95 and height >= 0.75
+    r = min(0.21, 0.2 * height + 0.03, 0.3 * depth) if racked else min(0.13, 0.27 * height, 0.2 * width)
+    bar_x, bar_z = (-half_d + r, height - r) if racked else (-0.08 * depth, r)
+    post_y = min(half_w - 0.2, 0.45) if racked else half_w - 0.14
+    seat = min(0.45, 0.42 * height) if racked else height * (1.0 if style == "flat" else 0.72)
+    pad_half = min(0.15, 0.26 * width)
+    head = bar_x if racked else -half_d
+    split = 0.34 * half_d
+    room = 0.8 * (bar_z - seat) if racked else height - seat
+    back_len = split - head
+    steep = rng.uniform(0.35, 0.6) if racked else 1.0
+    lift = 0.0 if style == "flat" else min(steep, math.asin(min(0.9, room / back_len)))
+    back = cushion(rng, (-back_len, -pad_half, 0.0), (0.0, pad_half, 0.065), 0.02, 0.012)
+    back = moved(rotated(back, "y", lift), split, 0.0, seat - 0.065)
+    pads = merged(cushion(rng, (split + 0.01, -pad_half, seat - 0.065), (half_d, pad_half, seat), 0.02, 0.012), back)
+    beam = blocks([(head + 0.1, -0.03, seat - 0.13)], [(half_d - 0.12, 0.03, seat - 0.07)], 0.005)
+    frame = [beam, *_bench_feet(half_d, 0.85 * pad_half + 0.06, seat, head, racked)]
+    if lift > 0.0:
+        reach = 0.6 * back_len
+        prop = (split - reach * math.cos(lift), 0.0, seat - 0.07 + reach * math.sin(lift))
+        frame.append(sweep([prop, (max(split - reach - 0.02, head + 0.12), 0.0, seat - 0.1)], 0.02, 8))
+    if racked:
+        frame += _rack(bar_x, post_y, bar_z, 0.28 * r + 0.1)
+    bar, plates = _barbell(rng, half_w, post_y, r)
+    at = {"x": bar_x, "z": bar_z}
+    return fitted({"frame": merged(*frame), "pads": pads, "bar": moved(bar, **at), "plates": moved(plates, **at)}, size_m)
+
+
+def _bench_feet(half_d: float, half: float, seat: float, head: float, racked: bool) -> list[Mesh]:
+    """A T-shaped foot at the sitting end, and one at the head end or the strut to the rack."""
+    feet = []
+    for x in (half_d - 0.18, *(() if racked else (-half_d + 0.12,))):
+        feet.append(block((x, -0.03, 0.0), (x + 0.06, 0.03, seat - 0.07), 0.005))
+        feet.append(block((x, -half, 0.0), (x + 0.06, half, 0.05), 0.005))
+    if racked:
+        feet.append(block((head + 0.02, -0.03, 0.15), (head + 0.12, 0.03, seat - 0.07), 0.005))
+    return feet
+
+
+def _rack(x: float, post_y: float, bar_z: float, reach: float) -> list[Mesh]:
+    """Two posts with forks for the bar, on skids, joined by two rails."""
+    rails = [block((x - 0.025, -post_y, z), (x + 0.025, post_y, z + 0.05), 0.005) for z in (0.15, 0.72 * bar_z)]
+    for s in (-1.0, 1.0):
+        rails.append(block((x - 0.03, s * post_y - 0.03, 0.0), (x + 0.03, s * post_y + 0.03, bar_z - 0.03), 0.005))
+        rails.append(block((x - reach, s * post_y - 0.03, 0.0), (x + 0.25, s * post_y + 0.03, 0.05), 0.005))
+        for dx in (-0.04, 0.04):
+            low = (x + dx - 0.008, s * post_y - 0.03, bar_z - 0.05)
+            rails.append(block(low, (x + dx + 0.008, s * post_y + 0.03, bar_z + 0.035), 0.003))
+    return rails
+
+
+def _barbell(rng: np.random.Generator, half_w: float, inside: float, r: float) -> tuple[Mesh, Mesh]:
+    """A bar along y through the origin and its plates, which begin ``inside`` off the middle and are up to r in radius."""
+    count, thick = 1 + int(rng.integers(1, 3)), min(0.034, 0.2 * (half_w - inside))
+    sleeve = min(inside + 0.08, half_w - 0.035 - count * (thick + 0.004))
+    bar = [rod((0.0, -half_w, 0.0), (0.0, half_w, 0.0), 0.014)]
+    bar += [rod((0.0, s * (half_w - 0.005), 0.0), (0.0, s * sleeve, 0.0), 0.024) for s in (-1.0, 1.0)]
+    plates = []
+    for s in (-1.0, 1.0):
+        for k, share in enumerate((1.0, 1.0, 0.72)[:count]):
+            at = (0.0, s * (sleeve + 0.02 + k * (thick + 0.004) + 0.5 * thick), 0.0)
+            plates += [disc("y", at, share * r, thick, 36, 0.006), ring("y", at, 0.86 * share * r, 0.5 * thick, 32, 6)]
+    return merged(*bar), merged(*plates)
+
+
+def dumbbell(length: float, radius: float, hexagonal: bool) -> tuple[Mesh, Mesh]:
+    """Return grip and heads of a dumbbell along x, centred at the origin."""
+    head = 0.32 * length
+    profile = [(0.0, 0.0), (0.8 * radius, 0.0), (radius, 0.2 * head), (radius, 0.8 * head), (0.8 * radius, head), (0.0, head)]
+    body = lying(lathe(profile, 6 if hexagonal else 14), "x")
+    heads = merged(moved(body, -0.5 * length), moved(body, 0.5 * length - head))
+    return rod((-0.3 * length, 0.0, 0.0), (0.3 * length, 0.0, 0.0), min(0.016, 0.5 * radius), segments=8), heads
+
+
+def build_dumbbell_rack(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return two or three tilted shelves full of dumbbells, larger ones below, on side frames."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    tiers = 2 if height < 0.75 else 3
+    frame: list[Mesh] = []
+    grips: list[Mesh] = []
+    heads: list[Mesh] = []
+    top_z = height - 0.2 * height / tiers
+    for s in (-1.0, 1.0):
+        y = s * (half_w - 0.025)
+        frame.append(block((-half_d, y - 0.025, 0.0), (half_d, y + 0.025, 0.05), 0.006))
+        frame.append(bent([(half_d - 0.08, y, 0.03), (-half_d + 0.04, y, height - 0.03), (-half_d + 0.04, y, 0.03)], 0.024, 0.04, 8))
+    for k in range(tiers):
+        share = (k + 0.4) / tiers
+        z = 0.12 * height + share * (top_z - 0.12 * height)
+        x = half_d - 0.22 * depth - share * 0.5 * depth
+        reach = 0.17 * depth
+        for dx, dz in ((-reach, 0.05), (reach, -0.02)):
+            frame.append(block((x + dx - 0.02, -half_w + 0.02, z + dz - 0.02), (x + dx + 0.02, half_w - 0.02, z + dz), 0.004))
+        r = min((0.078, 0.064, 0.05)[k], 0.24 * height / tiers)
+        count = max(2, int((width - 0.1) / (2.35 * r)))
+        for y in np.linspace(-half_w + 0.06 + r, half_w - 0.06 - r, count):
+            for into, mesh in zip((grips, heads), dumbbell(2.0 * reach + 0.12, r, style == "hexagonal"), strict=True):
+                into.append(moved(rotated(mesh, "y", 0.2), x, float(y), z + 0.012 + r))
+    return fitted({"frame": merged(*frame), "grips": merged(*grips), "weights": merged(*heads)}, size_m)
+
+
+def build_exercise_mat(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a mat that lies flat, with ribs across it."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    long = half_w >= half_d
+    wide, tall = (half_d, half_w) if long else (half_w, half_d)
+    body = loft([oval(wide - i, tall - i, z, power=30.0, points=40) for i, z in ((0.0, 0.0), (0.0, 0.8 * height), (0.003, 0.97 * height))])
+    count = int(rng.integers(14, 24))
+    ys = np.linspace(-0.94, 0.94, count) * tall
+    step = 0.2 * (ys[1] - ys[0])
+    ribs = blocks([(-0.94 * wide, y - step, 0.5 * height) for y in ys], [(0.94 * wide, y + step, height) for y in ys], 0.1 * height)
+    parts = {"mat": body, "ribs": ribs}
+    if not long:
+        parts = {name: rotated(mesh, "z", 0.5 * math.pi) for name, mesh in parts.items()}
+    return fitted(parts, size_m)
+
+
+def build_gym_ball(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return an inflated ball with grooves round its equator and a plug."""
+    r = 0.5 * float(min(size_m))
+    angle = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 25)
+    profile = []
+    for k, a in enumerate(angle):
+        groove = 0.992 if 6 <= k <= 18 and k % 3 == 0 else 1.0
+        profile.append((r * groove * math.cos(a) if 0 < k < 24 else 0.0, r + r * math.sin(a) * (groove if 0 < k < 24 else 1.0)))
+    lean = rng.uniform(0.2, 1.2)
+    ball = rotated(lathe(profile, 36), "x", lean, (0.0, 0.0, r))
+    plug = rotated(moved(globe(0.02, 0.0, 0.4, 6), z=1.994 * r), "x", lean + 0.4, (0.0, 0.0, r))
+    return fitted({"ball": ball, "plug": plug}, size_m)
+
+
+def build_kettlebell(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a ball with flat foot, a loop to grip, and a coloured ring that tells its weight."""
+    depth, width, height = size_m
+    r = min(0.5 * min(depth, width), 0.34 * height)
+    low = -0.86
+    shares = np.linspace(math.asin(low), 0.5 * math.pi, 15)
+    z0 = -low * r
+    profile = [(0.0, 0.0), *((r * max(math.cos(a), 0.0), z0 + r * math.sin(a)) for a in shares[:-1]), (0.0, z0 + r)]
+    tube = min(0.018, 0.2 * r)
+    wide = 0.62 * r
+    path = [
+        (0.0, -0.5 * r, z0 + 0.72 * r),
+        (0.0, -wide, height - 0.25 * r),
+        (0.0, -0.6 * wide, height - tube),
+        (0.0, 0.6 * wide, height - tube),
+        (0.0, wide, height - 0.25 * r),
+        (0.0, 0.5 * r, z0 + 0.72 * r),
+    ]
+    inside, outside = ((0.985, (0.12, -0.12)), (1.012, (-0.12, -0.04, 0.04, 0.12)))
+    section = [(s * r * math.cos(a), z0 + s * r * math.sin(a)) for s, angles in (inside, outside) for a in angles]
+    band = lathe(section, 32, closed=True)
+    return fitted({"body": lathe(profile, 32), "grip": bent(path, tube, 0.04, 10), "band": band}, size_m)
+
+
+MODELS = {
+    "treadmill": Model(build_treadmill, ("straight", "curved")),
+    "exercise_bike": Model(build_exercise_bike, ("spinning", "upright")),
+    "weight_bench": Model(build_weight_bench, ("flat", "incline")),
+    "dumbbell_rack": Model(build_dumbbell_rack, ("hexagonal", "round")),
+    "exercise_mat": Model(build_exercise_mat, ("ribbed",)),
+    "gym_ball": Model(build_gym_ball, ("ball",)),
+    "kettlebell": Model(build_kettlebell, ("kettlebell",)),
+}

@@ -1,0 +1,220 @@
+"""Kitchen units: base units with worktops, sinks, wall cabinets, dishwashers; fronts look along +x and worktops are flat."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from renderer.flat_scene import Mesh
+from renderer.models.cabinets import PANEL_M, Front, bar_handle, fronts, knob
+from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.tables import soft_body
+from renderer.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sweep
+
+WORKTOP_M = 0.04
+PLINTH_M = 0.1
+OVERHANG_M = 0.03
+
+
+def _case(back: float, front: float, half: float, low: float, high: float) -> Mesh:
+    """Return sides, bottom and back of a unit without top."""
+    return blocks(
+        [(back, -half, low), (back, half - PANEL_M, low), (back, -half + 0.004, low), (back, -half + 0.004, low + 0.004)],
+        [(front, -half + PANEL_M, high), (front, half, high), (front, half - 0.004, low + PANEL_M), (back + 0.008, half - 0.004, high)],
+        0.002,
+    )
+
+
+def _columns(width: float, about: float = 0.5) -> list[float]:
+    """Return the edges of a unit's columns along y."""
+    return [float(edge) for edge in np.linspace(-0.5 * width + 0.001, 0.5 * width - 0.001, max(1, round(width / about)) + 1)]
+
+
+def _handles(x: float, drawers: Sequence[Front], doors: Sequence[Front], style: str, reach: float, at_top: bool = True) -> Mesh:
+    """Return bars (flat fronts) or knobs (framed fronts); doors have them near the upper edge, or near the lower one of wall units."""
+    pieces = []
+    for a in drawers:
+        y, z, width = 0.5 * (a.left + a.right), a.high - min(0.05, 0.5 * (a.high - a.low)), a.right - a.left
+        pieces.append(bar_handle(x, y, z, 0.55 * width, reach) if style == "flat" else knob(x, y, 0.5 * (a.low + a.high), reach))
+    for k, a in enumerate(doors):
+        y = a.right - 0.04 if k % 2 == 0 else a.left + 0.04
+        z = a.high - 0.13 if at_top else a.low + 0.13
+        pieces.append(bar_handle(x, y, z, 0.16, reach, upright=True) if style == "flat" else knob(x, y, z, reach))
+    return merged(*pieces)
+
+
+def _unit(rng: np.random.Generator, size_m: Size, worktop_z: float, style: str, only_doors: bool) -> Parts:
+    """Return body, fronts, handles and plinth of a base unit whose worktop's upper side lies at ``worktop_z``."""
+    depth, width, _ = size_m
+    back, half = -0.5 * depth, 0.5 * width
+    front = 0.5 * depth - OVERHANG_M
+    low, high = min(PLINTH_M, 0.13 * worktop_z), worktop_z - WORKTOP_M
+    top = high - 0.004
+    drawers, doors = [], []
+    for a, b in itertools.pairwise(_columns(width)):
+        kind = 0 if only_doors else int(rng.integers(3))
+        if kind == 1:
+            levels = low + (top - low) * np.array([0.0, 0.4, 0.78, 1.0])
+            drawers += [Front(a, b, float(z0), float(z1)) for z0, z1 in itertools.pairwise(levels)]
+        else:
+            split = top if only_doors else low + 0.78 * (top - low)
+            doors.append(Front(a, b, low, split))
+            drawers += [] if only_doors else [Front(a, b, split, top)]
+    return {
+        "body": _case(back, front - 0.019, half, low, high + 0.001),
+        "fronts": fronts(front, [*drawers, *doors], 0.019, framed=style == "framed"),
+        "handles": _handles(front, drawers, doors, style, OVERHANG_M - 0.004),
+        "plinth": block((back + 0.02, -half, 0.0), (front - 0.06, half, low + 0.002), 0.001),
+    }
+
+
+def build_kitchen_counter(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return base units with drawers and doors under a worktop: flat fronts with bars, or framed fronts with knobs."""
+    depth, width, height = size_m
+    worktop = block((-0.5 * depth, -0.5 * width, height - WORKTOP_M), (0.5 * depth, 0.5 * width, height), 0.002)
+    return fitted({**_unit(rng, size_m, height, style, False), "worktop": worktop}, size_m)
+
+
+def build_sink_counter(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a base unit with a sunken sink, draining grooves and a tap that stands above the worktop (0.9 m, or less in low boxes)."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    tap_m = min(0.34, max(0.06 * height, height - 0.9))
+    z = height - tap_m
+    a, b = 0.30 * depth, min(0.27, 0.36 * width)
+    drain = width > 0.85
+    x, y = 0.04 * depth, (-0.5 * half_w + 0.02 if drain else 0.0)
+    low = z - WORKTOP_M
+    worktop = blocks(
+        [(-half_d, -half_w, low), (-half_d, y + b, low), (-half_d, y - b - 0.001, low), (x + a, y - b - 0.001, low)],
+        [(half_d, y - b, z), (half_d, half_w, z), (x - a, y + b + 0.001, z), (half_d, y + b + 0.001, z)],
+        0.001,
+    )
+    rim_a, rim_b = a + 0.022, b + 0.022
+    deep = min(0.17, 0.25 * z)
+    ra, wall = (a - 0.006) / rim_a, 0.012 / rim_a
+    rim = [(ra, z + 0.0008), (1.0, z + 0.0008), (1.0, z + 0.003), (1.0 - wall, z + 0.005), (ra - 0.2 * wall, z + 0.004)]
+    outside = [(0.0, z - deep - 0.003), (0.9 * ra, z - deep - 0.003), (ra, z - 0.9 * deep)]
+    inside = [(ra - 0.5 * wall, z - 0.85 * deep), (0.86 * ra, z - deep), (0.0, z - deep - 0.001)]
+    basin = moved(soft_body([*outside, *rim, *inside], rim_a, rim_b, 10.0, 56), x, y)
+    r = 0.035
+    plug = lathe([(0.0, 0.0), (r, 0.0), (r, 0.003), (0.8 * r, 0.004), (0.6 * r, 0.001), (0.0, 0.001)], 20)
+    sink = [basin, moved(plug, x, y, z - deep - 0.001)]
+    if drain:
+        start, end = y + b + 0.05, half_w - 0.06
+        count = max(4, round(2.0 * a / 0.045))
+        sink.append(
+            blocks(
+                [(x - 0.9 * a + 1.8 * a * k / count, start, z) for k in range(count)],
+                [(x - 0.9 * a + 1.8 * a * k / count + 0.012, end, z + 0.003) for k in range(count)],
+                0.001,
+            )
+        )
+    parts = _unit(rng, size_m, z, style, True)
+    parts["worktop"] = worktop
+    parts["sink"] = merged(*sink)
+    parts["tap"] = kitchen_tap(-half_d + 0.5 * (x - a - 0.02 + half_d), y, z, height, 0.9 * a)
+    return fitted(parts, size_m)
+
+
+def kitchen_tap(x: float, y: float, z: float, top: float, reach: float) -> Mesh:
+    """Return a mixer on a worktop at z that reaches ``reach`` forward, up to ``top``: arched, or straight and low under 15 cm."""
+    tall = top - z
+    if tall < 0.15:
+        column = lathe([(0.0, 0.0), (0.026, 0.0), (0.024, 0.8 * tall), (0.02, 0.86 * tall), (0.0, 0.86 * tall)], 20)
+        spout = rod((x, y, 0.55 * tall + z), (x + reach, y, 0.68 * tall + z), 0.013, 0.011, 12)
+        nozzle = rod((x + reach - 0.014, y, 0.62 * tall + z), (x + reach - 0.014, y, 0.3 * tall + z), 0.01, 0.009, 12)
+        paddle = block((x - 0.012, y - 0.01, z + 0.86 * tall), (x + 0.07, y + 0.01, top), 0.003)
+        return merged(moved(column, x, y, z), spout, nozzle, paddle)
+    r = min(0.013, 0.11 * tall)
+    bend = min(0.5 * reach, 0.45 * tall)
+    angle = np.linspace(math.pi, 0.0, 9)
+    arch = [(x + bend + bend * math.cos(t), y, top - r - bend + bend * math.sin(t)) for t in angle]
+    tip = arch[-1]
+    path = [(x, y, z + 0.25 * tall), (x, y, z + 0.4 * tall), *arch, (tip[0] + 0.002, y, max(z + 0.3 * tall, tip[2] - 0.25 * tall))]
+    foot = lathe(
+        [
+            (0.0, 0.0),
+            (2.0 * r, 0.0),
+            (2.0 * r, 0.006),
+            (1.6 * r, 0.012),
+            (1.6 * r, 0.34 * tall),
+            (1.1 * r, 0.37 * tall),
+            (0.0, 0.37 * tall),
+        ],
+        20,
+    )
+    lever = rod((x, y + 1.2 * r, z + 0.2 * tall), (x + 0.01, y + 5.5 * r, z + 0.33 * tall), 0.5 * r, 0.35 * r, 8)
+    return merged(moved(foot, x, y, z), sweep(path, r, 12), lever)
+
+
+def build_wall_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a hanging unit with flat doors and bars, or framed doors and knobs."""
+    depth, width, height = size_m
+    back, half = -0.5 * depth, 0.5 * width
+    reach = min(0.026, 0.09 * depth)
+    front = 0.5 * depth - reach
+    edges = _columns(width, 0.45)
+    doors = [Front(a, b, 0.001, height - (0.03 if style == "framed" else 0.001)) for a, b in itertools.pairwise(edges)]
+    body = [_case(back, front - 0.019, half, 0.0, height), block((back, -half, height - PANEL_M), (front - 0.019, half, height), 0.002)]
+    if style == "framed":
+        body.append(block((back, -half, height - 0.028), (front + 0.004, half, height), 0.006))
+    return fitted(
+        {
+            "body": merged(*body),
+            "fronts": fronts(front, doors, 0.019, framed=style == "framed"),
+            "handles": _handles(front, [], doors, style, reach, at_top=False),
+        },
+        size_m,
+    )
+
+
+def build_dishwasher(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a dishwasher under a worktop: its panel above the door, with a bar or a recessed grip."""
+    depth, width, height = size_m
+    back, half = -0.5 * depth, 0.5 * width
+    front = 0.5 * depth - OVERHANG_M
+    low, high = min(PLINTH_M, 0.13 * height), height - WORKTOP_M
+    split = high - min(0.12, 0.16 * high)
+    body = block((back + 0.01, -half + 0.004, low), (front - 0.02, half - 0.004, high + 0.001))
+    door = rounded_box((front - 0.03, -half + 0.003, low + 0.004), (front, half - 0.003, split - 0.003), 0.006)
+    panel = rounded_box((front - 0.03, -half + 0.003, split), (front, half - 0.003, high - 0.004), 0.006)
+    z = 0.5 * (split + high)
+    if style == "bar":
+        handle = bar_handle(front, 0.0, split - 0.045, 1.5 * half, OVERHANG_M - 0.004)
+    else:
+        handle = rounded_box((front - 0.01, -0.35 * half, split - 0.02), (front + 0.012, 0.35 * half, split + 0.004), 0.005)
+    keys = [(0.55 + 0.08 * k) * half for k in range(5)]
+    display = blocks(
+        [(front - 0.002, -0.8 * half, z - 0.012), *((front - 0.002, y - 0.012 * half, z - 0.008) for y in keys)],
+        [(front + 0.0008, -0.45 * half, z + 0.012), *((front + 0.001, y + 0.012 * half, z + 0.008) for y in keys)],
+        0.0004,
+    )
+    return fitted(
+        {
+            "body": body,
+            "door": merged(door, panel),
+            "handle": handle,
+            "display": display,
+            "plinth": block((back + 0.02, -half, 0.0), (front - 0.06, half, low + 0.002), 0.001),
+            "worktop": block((-0.5 * depth, -half, high), (0.5 * depth, half, height), 0.002),
+        },
+        size_m,
+    )
+
+
+def turned_knob(x: float, y: float, z: float, r: float, reach: float) -> Mesh:
+    """Return a control knob with a ridge on the front plane at ``x``."""
+    cap = rotated(lathe([(0.0, 0.0), (r, 0.0), (0.9 * r, 0.6 * reach), (0.0, 0.6 * reach)], 18), "y", 0.5 * math.pi)
+    return merged(moved(cap, x, y, z), block((x + 0.2 * reach, y - 0.2 * r, z - 0.85 * r), (x + reach, y + 0.2 * r, z + 0.85 * r), 0.001))
+
+
+MODELS = {
+    "kitchen_counter": Model(build_kitchen_counter, ("flat", "framed")),
+    "sink_counter": Model(build_sink_counter, ("flat", "framed")),
+    "wall_cabinet": Model(build_wall_cabinet, ("flat", "framed")),
+    "dishwasher": Model(build_dishwasher, ("bar", "grip")),
+}

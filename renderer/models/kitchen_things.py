@@ -1,0 +1,309 @@
+"""Things on worktops: microwaves, toasters, kettles, coffee makers, pots, knife blocks, cutting boards; fronts look along +x."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from renderer.flat_scene import Mesh
+from renderer.models.cabinets import bar_handle
+from renderer.models.kitchen import turned_knob
+from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.tables import soft_body
+from renderer.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, slab, sweep
+
+
+def build_microwave(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a microwave: a window in its door, and a panel with buttons or two knobs."""
+    depth, width, height = size_m
+    half_d, half = 0.5 * depth, 0.5 * width
+    reach = min(0.025, 0.08 * depth)
+    front = half_d - reach
+    body = [rounded_box((-half_d, -half, 0.012), (front - 0.02, half, height), 0.008, 2)]
+    body += [
+        block((x - 0.015, y - 0.015, 0.0), (x + 0.015, y + 0.015, 0.016))
+        for x in (-0.7 * half_d, 0.5 * half_d)
+        for y in (-0.8 * half, 0.8 * half)
+    ]
+    split = half - 0.25 * width
+    door = rounded_box((front - 0.022, -half + 0.002, 0.016), (front, split - 0.002, height - 0.004), 0.006, 1)
+    panel = rounded_box((front - 0.022, split + 0.001, 0.016), (front, half - 0.002, height - 0.004), 0.006, 1)
+    glass = rounded_box(
+        (front - 0.004, -half + 0.05 * width, 0.17 * height), (front + 0.0015, split - 0.11 * width, 0.87 * height), 0.002, 1
+    )
+    handle = bar_handle(front, split - 0.045 * width, 0.52 * height, 0.7 * height, reach, upright=True)
+    y = 0.5 * (split + half)
+    display = block((front - 0.002, y - 0.085 * width, 0.78 * height), (front + 0.001, y + 0.085 * width, 0.9 * height), 0.0005)
+    if style == "knobs":
+        buttons = merged(*(turned_knob(front, y, z * height, 0.07 * width, 0.9 * reach) for z in (0.57, 0.27)))
+    else:
+        cells = [(y + 0.058 * width * i, (0.68 - 0.115 * j) * height) for i in (-1, 0, 1) for j in range(5)]
+        a, b = 0.022 * width, 0.04 * height
+        buttons = blocks([(front - 0.002, u - a, v - b) for u, v in cells], [(front + 0.002, u + a, v + b) for u, v in cells], 0.001)
+    return fitted({"body": merged(*body, door, panel), "glass": merged(glass, display), "handle": handle, "buttons": buttons}, size_m)
+
+
+def build_toaster(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a toaster with two slots along y, a lever and a dial; round-shouldered or square."""
+    depth, width, height = size_m
+    half_d, half = 0.5 * depth, 0.5 * width
+    knob_m = min(0.03, 0.1 * width)
+    radius = {"round": 0.27, "square": 0.1}[style] * min(depth, height)
+    body = rounded_box((-half_d, -half, 0.05 * height), (half_d, half - knob_m, height), radius, 5)
+    foot = block((-0.6 * half_d, -0.75 * half, 0.0), (0.6 * half_d, 0.75 * half - knob_m, 0.1 * height), 0.004)
+    span = (0.5 if style == "round" else 0.62) * half
+    middle = -0.5 * knob_m
+    slots = blocks(
+        [(x - 0.085 * depth, middle - span, height - 0.06 * height) for x in (-0.17 * depth, 0.17 * depth)],
+        [(x + 0.085 * depth, middle + span, height + 0.0015) for x in (-0.17 * depth, 0.17 * depth)],
+        0.0008,
+    )
+    end = half - knob_m
+    groove = block((-0.012, end - 0.004, 0.3 * height), (0.012, end + 0.0015, 0.8 * height), 0.0008)
+    lever = block((-0.03, end - 0.002, 0.66 * height), (0.03, half, 0.74 * height), 0.005)
+    dial = rotated(lathe([(0.0, 0.0), (0.016, 0.0), (0.013, 0.5 * knob_m), (0.0, 0.5 * knob_m)], 18), "x", -0.5 * math.pi)
+    return fitted(
+        {"body": body, "slots": merged(slots, groove, foot), "lever": merged(lever, moved(dial, 0.0, end - 0.001, 0.2 * height))}, size_m
+    )
+
+
+def build_kettle(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a kettle whose spout looks along +y: electric on a base with its handle behind, or for the hob with one over its lid."""
+    depth, width, height = size_m
+    along_x = depth > width
+    short, long = (width, depth) if along_x else (depth, width)
+    r = min(0.5 * short, 0.34 * long)
+    if style == "electric":
+        base = lathe([(0.0, 0.0), (1.02 * r, 0.0), (1.02 * r, 0.05 * height), (0.9 * r, 0.075 * height), (0.0, 0.075 * height)], 32)
+        low, top = 0.08 * height, 0.9 * height
+        profile = [(0.0, low), (0.97 * r, low), (r, low + 0.03 * height), (0.93 * r, 0.4 * height), (0.72 * r, top), (0.7 * r, top)]
+        body = lathe([*profile, (0.6 * r, 0.94 * height), (0.0, 0.955 * height)], 36)
+        spout = sweep(
+            [(0.0, 0.5 * r, 0.74 * height), (0.0, 0.9 * r, 0.82 * height), (0.0, 1.08 * r, 0.9 * height)],
+            [0.34 * r, 0.24 * r, 0.13 * r],
+            14,
+        )
+        z = np.array([0.88, 0.92, 0.86, 0.6, 0.3, 0.2]) * height
+        y = -np.array([0.62, 1.1, 1.55, 1.62, 1.4, 0.9]) * r
+        handle = sweep(np.column_stack([np.zeros(6), y, z]), 0.12 * r, 10, 1.3)
+        lid = lathe([(0.0, 0.94 * height), (0.14 * r, 0.95 * height), (0.12 * r, height), (0.0, height)], 16)
+        parts = {"body": merged(body, spout), "handle": merged(handle, lid), "base": base}
+    else:
+        top = 0.62 * height
+        profile = [(0.0, 0.0), (0.92 * r, 0.0), (r, 0.04 * height), (r, 0.18 * height), (0.85 * r, 0.4 * height), (0.55 * r, 0.56 * height)]
+        crown = [(0.45 * r, top), (0.3 * r, top + 0.02 * height), (0.0, top + 0.025 * height)]
+        body = lathe([*profile, *crown], 36)
+        spout = sweep(
+            [(0.0, 0.7 * r, 0.22 * height), (0.0, 1.2 * r, 0.4 * height), (0.0, 1.45 * r, 0.56 * height)],
+            [0.24 * r, 0.16 * r, 0.11 * r],
+            12,
+        )
+        angle = np.linspace(0.0, math.pi, 13)
+        path = np.column_stack([np.zeros(13), 0.8 * r * np.cos(angle), 0.42 * height + 0.54 * height * np.sin(angle)])
+        bead = lathe(
+            [(0.0, 0.0), (0.1 * r, 0.01 * height), (0.13 * r, 0.05 * height), (0.08 * r, 0.09 * height), (0.0, 0.095 * height)], 14
+        )
+        foot = lathe([(0.0, 0.0), (0.9 * r, 0.0), (0.93 * r, 0.012), (0.0, 0.012)], 32)
+        parts = {
+            "body": merged(body, spout),
+            "handle": merged(sweep(path, 0.075 * r, 10), moved(bead, z=top + 0.02 * height)),
+            "base": foot,
+        }
+    turn = -0.5 * math.pi if along_x else 0.0
+    return fitted({name: rotated(mesh, "z", turn) for name, mesh in parts.items()}, size_m)
+
+
+def build_coffee_maker(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a filter machine with a jug on its plate, or an espresso machine with a filter holder over a grid."""
+    depth, width, height = size_m
+    half_d, half = 0.5 * depth, 0.5 * width
+    tower = rounded_box((-half_d, -half, 0.0), (-0.2 * half_d, half, height), 0.015, 1)
+    head = rounded_box((-half_d, -half, 0.7 * height), (half_d, half, height), 0.018, 2)
+    base = rounded_box((-half_d, -half, 0.0), (half_d, half, 0.09 * height), 0.01, 1)
+    x = 0.4 * half_d
+    if style == "drip":
+        r = min(0.52 * half_d, 0.72 * half)
+        z0, z1 = 0.1 * height, 0.58 * height
+        wall = 0.03 * r
+        outer = [(0.0, z0), (0.8 * r, z0), (r, z0 + 0.3 * (z1 - z0)), (0.95 * r, z0 + 0.6 * (z1 - z0)), (0.6 * r, z1)]
+        inner = [(0.6 * r - wall, z1), (0.95 * r - wall, z0 + 0.6 * (z1 - z0)), (r - wall, z0 + 0.3 * (z1 - z0)), (0.78 * r, z0 + wall)]
+        jug = moved(lathe([*outer, *inner, (0.0, z0 + wall)], 24), x)
+        level = z0 + rng.uniform(0.3, 0.55) * (z1 - z0)
+        rise = [(0.0, z0 + 1.2 * wall), (0.77 * r, z0 + 1.2 * wall), (0.95 * r, z0 + 0.3 * (z1 - z0)), (0.95 * r, level), (0.0, level)]
+        path = [(x, 0.55 * r, z1 - 0.01), (x, 1.25 * r, z1 - 0.01), (x, 1.3 * r, 0.6 * z1), (x, 0.98 * r, 0.45 * z1)]
+        lid = moved(lathe([(0.0, z1 - 0.003), (0.64 * r, z1 - 0.003), (0.62 * r, z1 + 0.01), (0.0, z1 + 0.02)], 24), x)
+        cone = moved(lathe([(0.0, 0.62 * height), (0.3 * r, 0.62 * height), (0.75 * r, 0.71 * height), (0.0, 0.71 * height)], 24), x)
+        trim = merged(sweep(path, 0.1 * r, 8), lid, turned_knob(half_d - 0.001, -0.55 * half, 0.84 * height, 0.08 * width, 0.008))
+        return fitted({"body": merged(tower, head, base, cone), "trim": trim, "jug": jug, "coffee": moved(lathe(rise, 24), x)}, size_m)
+    group = lathe([(0.0, 0.6 * height), (0.3 * half, 0.6 * height), (0.34 * half, 0.71 * height), (0.0, 0.71 * height)], 24)
+    holder = lathe(
+        [
+            (0.0, 0.52 * height),
+            (0.16 * half, 0.53 * height),
+            (0.28 * half, 0.56 * height),
+            (0.28 * half, 0.61 * height),
+            (0.0, 0.61 * height),
+        ],
+        24,
+    )
+    grip = rod((x, 0.0, 0.58 * height), (half_d - 0.002, 0.35 * half, 0.565 * height), 0.09 * half, 0.12 * half, 10)
+    count = 9
+    bars = blocks(
+        [(-0.1 * half_d, -0.85 * half + 1.7 * half * k / count, 0.085 * height) for k in range(count)],
+        [(0.94 * half_d, -0.85 * half + 1.7 * half * (k + 0.6) / count, 0.1 * height) for k in range(count)],
+        0.001,
+    )
+    keys = [turned_knob(half_d - 0.002, y * half, 0.86 * height, 0.07 * width, 0.012) for y in (-0.55, 0.0, 0.55)]
+    wand = rod((0.8 * half_d, -0.75 * half, 0.71 * height), (0.9 * half_d, -0.8 * half, 0.35 * height), 0.004, segments=8)
+    return fitted(
+        {
+            "body": merged(tower, head, base),
+            "trim": merged(grip, *keys),
+            "metal": merged(moved(group, x), moved(holder, x), bars, wand),
+        },
+        size_m,
+    )
+
+
+def build_cooking_pot(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a pot with lid and two ears along y, or a pan with a long handle along its longer side."""
+    depth, width, height = size_m
+    along_x = depth > width
+    short, long = (width, depth) if along_x else (depth, width)
+    if style == "pot":
+        r = min(0.5 * short, 0.42 * long)
+        top = 0.74 * height
+        wall = 0.03 * r
+        outer = [
+            (0.0, 0.0),
+            (0.92 * r, 0.0),
+            (0.97 * r, 0.04 * height),
+            (0.97 * r, top),
+            (r, top + 0.02 * height),
+            (0.96 * r, top + 0.025 * height),
+        ]
+        body = lathe([*outer, (0.96 * r - wall, 0.1 * height), (0.0, 0.08 * height)], 36)
+        lid = [
+            (0.0, top + 0.026 * height),
+            (0.99 * r, top + 0.026 * height),
+            (0.97 * r, top + 0.045 * height),
+            (0.6 * r, 0.85 * height),
+            (0.0, 0.88 * height),
+        ]
+        cap = [
+            (0.0, 0.86 * height),
+            (0.08 * r, 0.87 * height),
+            (0.09 * r, 0.92 * height),
+            (0.19 * r, 0.96 * height),
+            (0.17 * r, height),
+            (0.0, height),
+        ]
+        ears = []
+        for s in (-1.0, 1.0):
+            z = top - 0.12 * height
+            path = [
+                (-0.3 * r, s * 0.9 * r, z),
+                (-0.27 * r, s * 1.13 * r, z + 0.01),
+                (0.27 * r, s * 1.13 * r, z + 0.01),
+                (0.3 * r, s * 0.9 * r, z),
+            ]
+            ears.append(sweep(path, 0.05 * r, 8))
+        parts = {"body": body, "lid": lathe(lid, 36), "handles": merged(*ears, lathe(cap, 18))}
+    else:
+        r = min(0.5 * short, 0.32 * long)
+        top = 0.75 * height
+        wall = 0.03 * r
+        outer = [
+            (0.0, 0.0),
+            (0.75 * r, 0.0),
+            (0.84 * r, 0.08 * height),
+            (r, top),
+            (r - wall, top),
+            (0.82 * r - wall, 0.14 * height),
+            (0.0, 0.1 * height),
+        ]
+        y1 = long - r
+        path = [(0.0, 0.92 * r, 0.6 * top), (0.0, 1.15 * r, 0.85 * height), (0.0, 0.5 * (r + y1), 0.92 * height), (0.0, y1, 0.9 * height)]
+        parts = {
+            "body": lathe(outer, 36),
+            "lid": _glass_lid(0.97 * r, 0.72 * height, height),
+            "handles": sweep(path, [0.06 * r, 0.07 * r, 0.09 * r, 0.09 * r], 10, 0.7),
+        }
+    turn = -0.5 * math.pi if along_x else 0.0
+    return fitted({name: rotated(mesh, "z", turn) for name, mesh in parts.items()}, size_m)
+
+
+def _glass_lid(r: float, low: float, high: float) -> Mesh:
+    """Return a flat lid with a button."""
+    rise = high - low
+    return lathe(
+        [
+            (0.0, low),
+            (r, low),
+            (r, low + 0.15 * rise),
+            (0.5 * r, low + 0.4 * rise),
+            (0.12 * r, low + 0.45 * rise),
+            (0.15 * r, high),
+            (0.0, high),
+        ],
+        36,
+    )
+
+
+def build_knife_block(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a block of wood that leans towards the cook, with the handles of seven knives; slanted or nearly upright."""
+    depth, width, height = size_m
+    lean = 0.34 if style == "slanted" else 0.1
+    deep, wide = 0.55 * depth, width
+    tall = 0.7 * height
+    outline = [(0.0, 0.0), (deep, deep * math.tan(lean)), (deep, tall), (0.0, tall)]
+    body = rotated(slab(outline, -0.5 * wide, 0.5 * wide), "x", 0.5 * math.pi)
+    spots = [(0.2, -0.26), (0.2, 0.26), (0.48, -0.28), (0.48, 0.0), (0.48, 0.28), (0.78, -0.2), (0.78, 0.2)]
+    handles, blades = [], []
+    for u, v in spots:
+        x, y = u * deep, v * wide
+        length = 0.34 * height * rng.uniform(0.8, 1.0) * (1.1 - 0.45 * u)
+        collar = tall + 0.02 * height
+        blades.append(block((x - 0.075 * deep, y - 0.03 * wide, tall - 0.004), (x + 0.075 * deep, y + 0.03 * wide, collar), 0.0005))
+        low, high = (x - 0.085 * deep, y - 0.055 * wide, collar - 0.001), (x + 0.085 * deep, y + 0.055 * wide, tall + length)
+        handles.append(block(low, high, 0.03 * wide))
+    parts = {"body": body, "handles": merged(*handles), "blades": merged(*blades)}
+    return fitted({name: rotated(mesh, "y", lean) for name, mesh in parts.items()}, size_m)
+
+
+def build_cutting_board(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a lying board with a kitchen knife on it, plain or with a grip that has a hole, along its longer side."""
+    depth, width, height = size_m
+    along_x = depth > width
+    short, long = (width, depth) if along_x else (depth, width)
+    top = 0.7 * height
+    a, b = 0.5 * short, 0.5 * long
+    if style == "paddle":
+        b = 0.39 * long
+    edge = min(0.004, 0.25 * top) / a
+    board = [soft_body([(0.0, 0.0), (1.0 - edge, 0.0), (1.0, 0.3 * top), (1.0, 0.7 * top), (1.0 - edge, top), (0.0, top)], a, b, 9.0, 48)]
+    if style == "paddle":
+        grip = rounded_box((-0.24 * a, b - 0.02, 0.0), (0.24 * a, long - b - 0.05 * long, top), 0.4 * top)
+        r = 0.29 * a
+        eye = lathe([(0.45 * r, 0.0), (r, 0.0), (r, top), (0.45 * r, top)], 20, closed=True)
+        board += [grip, moved(eye, y=long - b - r)]
+    knife_y = 0.6 * b
+    steel = slab([(0.0, -knife_y), (0.018, -0.1 * knife_y), (0.02, 0.25 * knife_y), (0.0, 0.25 * knife_y)], top, top + 0.0015)
+    handle = rounded_box((-0.002, 0.25 * knife_y, top), (0.018, 0.25 * knife_y + 0.5 * b, height), 0.4 * (height - top))
+    turn = rng.uniform(-0.3, 0.3)
+    knife = [moved(rotated(mesh, "z", turn), 0.25 * a) for mesh in (steel, handle)]
+    parts = {"board": merged(*board), "blade": knife[0], "handle": knife[1]}
+    angle = -0.5 * math.pi if along_x else 0.0
+    return fitted({name: rotated(mesh, "z", angle) for name, mesh in parts.items()}, size_m)
+
+
+MODELS = {
+    "microwave": Model(build_microwave, ("buttons", "knobs")),
+    "toaster": Model(build_toaster, ("round", "square")),
+    "kettle": Model(build_kettle, ("electric", "hob")),
+    "coffee_maker": Model(build_coffee_maker, ("drip", "espresso")),
+    "cooking_pot": Model(build_cooking_pot, ("pot", "pan")),
+    "knife_block": Model(build_knife_block, ("slanted", "upright")),
+    "cutting_board": Model(build_cutting_board, ("plain", "paddle")),
+}

@@ -1,0 +1,316 @@
+"""Things of offices and studies: filing cabinet, whiteboard, printer, desk lamp, pens, paper tray, globe; fronts look along +x."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.flat_scene import Mesh
+from renderer.models.cabinets import Front, fronts
+from renderer.models.lamps import bulb, globe
+from renderer.models.lofts import arc, bent, chain, disc, loft, oval, ring
+from renderer.models.model import Model, Parts, Size, fitted
+from renderer.shapes import block, blocks, lathe, make_mesh, merged, moved, rod, rotated, rounded_box, sweep
+
+Array = NDArray[np.float64]
+
+
+def build_filing_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a steel cabinet with deep drawers, bar or cup handles and label holders; or a wooden one."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    front = half_d - 0.022
+    low = 0.03
+    body = [block((-half_d, -half_w, low), (front - 0.02, half_w, height - 0.01), 0.003)]
+    body += [block((-half_d, -half_w, height - 0.024), (half_d - 0.004, half_w, height), 0.003)]
+    body += [block((-half_d + 0.02, -half_w + 0.015, 0.0), (front - 0.04, half_w - 0.015, low + 0.002))]
+    count = max(2, round((height - low) / 0.32))
+    edges = np.linspace(low + 0.004, height - 0.03, count + 1)
+    areas = [Front(-half_w + 0.004, half_w - 0.004, float(a), float(b)) for a, b in itertools.pairwise(edges)]
+    grips, cards = [], []
+    for a in areas:
+        z, half = a.high - 0.07, min(0.075, 0.3 * width)
+        if style == "steel":
+            grips.append(block((front - 0.001, -half, z - 0.004), (half_d, half, z + 0.004), 0.002))
+            grips.append(block((half_d - 0.005, -half, z - 0.014), (half_d, half, z + 0.004), 0.002))
+        else:
+            grips += [rod((front - 0.001, s * half, z), (half_d - 0.003, s * half, z), 0.004, segments=8) for s in (-1.0, 1.0)]
+            grips.append(rod((half_d - 0.005, -half - 0.01, z), (half_d - 0.005, half + 0.01, z), 0.005, segments=8))
+        holder = (min(0.04, 0.16 * width), z - 0.045)
+        frame = [(front - 0.001, -holder[0] - 0.005, holder[1] - 0.019), (front + 0.003, holder[0] + 0.005, holder[1] + 0.019)]
+        grips.append(block(frame[0], frame[1], 0.001))
+        cards.append(block((front, -holder[0], holder[1] - 0.014), (front + 0.0042, holder[0], holder[1] + 0.014), 0.0005))
+    lock = disc("x", (front - 0.002, half_w - 0.035, height - 0.0145), 0.008, 0.04, 12)
+    return fitted(
+        {"body": merged(*body), "drawers": fronts(front, areas), "handles": merged(*grips, lock), "labels": merged(*cards)}, size_m
+    )
+
+
+def build_whiteboard(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a whiteboard with a diagram on it, pens and eraser on its ledge."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    face = -half_d + min(0.022, 0.45 * depth)
+    low, rim = 0.03, 0.016
+    bars = [
+        (-half_w, low, half_w, low + rim),
+        (-half_w, height - rim, half_w, height),
+        (-half_w, low, -half_w + rim, height),
+        (half_w - rim, low, half_w, height),
+    ]
+    frame = blocks([(-half_d, a, b) for a, b, _, _ in bars], [(face + 0.006, c, d) for _, _, c, d in bars], 0.004)
+    corners = [
+        block((-half_d, s * half_w - (0.03 if s > 0 else 0), z), (face + 0.008, s * half_w + (0.03 if s < 0 else 0), z + 0.03), 0.006)
+        for s in (-1.0, 1.0)
+        for z in (low, height - 0.03)
+    ]
+    board = block((-half_d + 0.001, -half_w + 0.5 * rim, low + 0.5 * rim), (face, half_w - 0.5 * rim, height - 0.5 * rim), 0.001)
+    ledge_half = rng.uniform(0.25, 0.6) * half_w
+    ledge = merged(
+        block((-half_d, -ledge_half, 0.0), (half_d, ledge_half, 0.007), 0.002),
+        block((half_d - 0.005, -ledge_half, 0.0), (half_d, ledge_half, 0.016), 0.002),
+    )
+    foot = block((-half_d, -ledge_half, 0.0), (face, ledge_half, low + 0.003), 0.002)
+    thick = min(0.008, 0.2 * depth)
+    reach = min(0.12, 0.3 * ledge_half)
+    pens = []
+    for y in rng.uniform(-0.8, 0.5, 3) * ledge_half:
+        x = half_d - 0.006 - thick
+        pens.append(rod((x, float(y), 0.007 + thick), (x, float(y) + reach, 0.007 + thick), thick, segments=8))
+    wipe = block((face, 0.6 * ledge_half, 0.006), (half_d - 0.006, 0.6 * ledge_half + reach, 0.03), 0.005)
+    strokes = _diagram(rng, face, half_w - 0.12, (low + 0.15 * height, height - 0.12 * height))
+    return fitted({"frame": merged(frame, *corners, ledge, foot), "board": board, "marks": strokes, "pens": merged(*pens, wipe)}, size_m)
+
+
+def _diagram(rng: np.random.Generator, x: float, half: float, z: tuple[float, float]) -> Mesh:
+    """Boxes joined by lines, a curve over two axes, and lines of writing."""
+    thick = 0.0045
+
+    def line(y0: float, z0: float, y1: float, z1: float) -> Mesh:
+        return sweep([(x, y0, z0), (x, y1, z1)], thick, 4, 0.4)
+
+    tall = z[1] - z[0]
+    meshes = []
+    for k in range(3):
+        y, zc, w, h = -half + (0.15 + 0.27 * k) * half, z[0] + rng.uniform(0.55, 0.85) * tall, 0.09 * half, 0.09 * tall
+        corners = [(y - w, zc - h), (y + w, zc - h), (y + w, zc + h), (y - w, zc + h)]
+        meshes += [line(*a, *b) for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
+        if k < 2:
+            meshes.append(line(y + w, zc, y + 0.18 * half, z[0] + 0.7 * tall))
+    meshes += [line(0.0, z[0], 0.0, z[0] + 0.85 * tall), line(0.0, z[0], 0.85 * half, z[0])]
+    ys = np.linspace(0.03 * half, 0.8 * half, 16)
+    curve = z[0] + tall * (0.1 + 0.6 * rng.uniform(0.7, 1.2) * (ys / half) ** 1.5 + 0.05 * np.sin(9.0 * ys / half + rng.uniform(0, 6)))
+    meshes.append(sweep(np.column_stack([np.full(16, x), ys, curve]), thick, 4, 0.4))
+    for k in range(4):
+        zc, y0 = z[0] + (0.34 - 0.1 * k) * tall, -half
+        for _ in range(int(rng.integers(2, 5))):
+            y1 = y0 + rng.uniform(0.08, 0.22) * half
+            meshes.append(line(y0, zc, y1, zc + 0.006))
+            y0 = y1 + 0.04 * half
+    return merged(*meshes)
+
+
+def build_printer(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a laser printer with paper cassette and output on top, or an inkjet with scanner lid and front tray."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    if style == "laser":
+        front = half_d - 0.02
+        body = [rounded_box((-half_d, -half_w, 0.01), (front, half_w, 0.86 * height), 0.02, 2)]
+        body += [rounded_box((-half_d, -half_w, 0.7 * height), (-0.25 * half_d, half_w, height), 0.02, 2)]
+        body += [
+            block(
+                (-half_d + 0.02, s * half_w - (0.07 if s > 0 else 0.0), 0.8 * height),
+                (front - 0.03, s * half_w + (0.07 if s < 0 else 0.0), 0.9 * height),
+                0.01,
+            )
+            for s in (-1.0, 1.0)
+        ]
+        body.append(block((-half_d + 0.03, -half_w + 0.03, 0.0), (front - 0.03, half_w - 0.03, 0.014)))
+        dark = [block((front - 0.004, -0.9 * half_w, 0.06 * height), (half_d, 0.9 * half_w, 0.3 * height), 0.006)]
+        dark.append(block((front - 0.01, -0.25 * half_w, 0.33 * height), (front + 0.003, 0.25 * half_w, 0.36 * height), 0.001))
+        paper = block((-0.2 * half_d, -0.55 * half_w, 0.855 * height), (front - 0.05, 0.55 * half_w, 0.885 * height), 0.001)
+        at = (front - 0.06, 0.62 * half_w, 0.9 * height)
+    else:
+        front = half_d - 0.28 * depth
+        body = [rounded_box((-half_d, -half_w, 0.01), (front, half_w, 0.68 * height), 0.018, 2)]
+        body += [rounded_box((-half_d + 0.01, -half_w + 0.006, 0.7 * height), (front - 0.006, half_w - 0.006, 0.82 * height), 0.012, 2)]
+        body.append(block((-half_d + 0.03, -half_w + 0.03, 0.0), (front - 0.03, half_w - 0.03, 0.014)))
+        dark = [block((front - 0.06, -0.7 * half_w, 0.1 * height), (front + 0.002, 0.7 * half_w, 0.36 * height), 0.004)]
+        dark.append(block((front - 0.02, -0.6 * half_w, 0.1 * height), (half_d, 0.6 * half_w, 0.135 * height), 0.004))
+        back_tray = rotated(block((-0.006, -0.5 * half_w, 0.0), (0.006, 0.5 * half_w, 0.36 * height), 0.003), "y", -0.2, (0.0, 0.0, 0.0))
+        dark.append(moved(back_tray, -half_d + 0.09, 0.0, 0.62 * height))
+        paper = block((front - 0.04, -0.45 * half_w, 0.134 * height), (half_d - 0.03, 0.45 * half_w, 0.15 * height), 0.001)
+        at = (front - 0.004, 0.55 * half_w, 0.52 * height)
+    panel = block((at[0] - 0.05, at[1] - 0.05, at[2] - 0.012), (at[0] + 0.01, at[1] + 0.05, at[2] + 0.012), 0.003)
+    return fitted({"body": merged(*body), "trim": merged(*dark), "paper": paper, "screen": panel}, size_m)
+
+
+def build_desk_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a lamp that leans over the desk: jointed arms with springs, or one slim bar with a flat head; the part ``shade`` shines."""
+    depth, width, height = size_m
+    half_d = 0.5 * depth
+    r = min(0.5 * width, 0.36 * depth, 0.11)
+    foot_x = -half_d + r
+    if style == "bar":
+        base = lathe([(0.0, 0.0), (r, 0.0), (r, 0.01), (0.94 * r, 0.016), (0.0, 0.016)], 28)
+        head_x = (foot_x - 0.03, half_d)
+        arm = bent([(foot_x, 0.0, 0.01), (foot_x, 0.0, height - 0.008), (half_d - 0.06, 0.0, height - 0.008)], 0.007, 0.04)
+        head = rounded_box((head_x[0] + 0.12 * depth, -0.26 * r, height - 0.018), (head_x[1], 0.26 * r, height), 0.006, 2)
+        glow = rounded_box((head_x[0] + 0.16 * depth, -0.2 * r, height - 0.028), (head_x[1] - 0.02, 0.2 * r, height - 0.016), 0.004, 1)
+        bulbs = block((head_x[0] + 0.2 * depth, -0.1 * r, height - 0.02), (head_x[1] - 0.04, 0.1 * r, height - 0.014))
+        return fitted({"base": moved(base, foot_x), "arm": merged(arm, head), "shade": glow, "bulb": bulbs}, size_m)
+    base = lathe([(0.0, 0.0), (r, 0.0), (r, 0.012), (0.9 * r, 0.024), (0.2 * r, 0.03), (0.16 * r, 0.05), (0.0, 0.05)], 28)
+    hood = 0.75 * r
+    elbow = (-half_d + 0.02, 0.0, 0.56 * height)
+    wrist = (half_d - 1.5 * hood, 0.0, height - 0.04)
+    knee = (foot_x, 0.0, 0.05)
+    arms = []
+    for a, b in ((knee, elbow), (elbow, wrist)):
+        for y in (-0.012, 0.012):
+            arms += chain([(a[0], y, a[2]), (b[0], y, b[2])], 0.0045)
+        spring = np.array(a) + np.outer((0.12, 0.4), np.subtract(b, a))
+        arms.append(sweep(spring, 0.009, 8))
+    arms += [disc("y", point, 0.018, 0.036, 16, 0.004) for point in (knee, elbow, wrist)]
+    profile = [
+        (0.98 * hood, 0.0),
+        (hood, 0.0),
+        (0.8 * hood, 0.55 * hood),
+        (0.4 * hood, 1.05 * hood),
+        (0.2 * hood, 1.2 * hood),
+        (0.18 * hood, 1.5 * hood),
+    ]
+    inner = [(0.14 * hood, 1.5 * hood), (0.14 * hood, 1.18 * hood), (0.36 * hood, 1.0 * hood), (0.77 * hood, 0.53 * hood)]
+    shade = lathe(profile + inner, 28, closed=True)
+    tilt = rng.uniform(0.15, 0.5)
+    at = (wrist[0] + 0.55 * hood, 0.0, wrist[2] - 1.25 * hood)
+    lamp = {"shade": shade, "bulb": bulb(0.62 * hood, 0.32 * hood)}
+    cap = lathe([(0.0, 1.35 * hood), (0.19 * hood, 1.35 * hood), (0.19 * hood, 1.55 * hood), (0.0, 1.55 * hood)], 14)
+    placed = {name: moved(rotated(mesh, "y", -tilt), *at) for name, mesh in (lamp | {"cap": cap}).items()}
+    top = at[0] - 1.4 * hood * math.sin(tilt), 0.0, at[2] + 1.4 * hood * math.cos(tilt)
+    arms += [placed.pop("cap"), sweep([wrist, top], 0.006, 8)]
+    return fitted({"base": moved(base, foot_x), "arm": merged(*arms), **placed}, size_m)
+
+
+def build_pen_holder(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a cup, round or square, with pens and pencils."""
+    depth, width, height = size_m
+    r = 0.46 * min(depth, width)
+    top = 0.55 * height
+    power, points = (2.0, 28) if style == "round" else (9.0, 32)
+    shares = ((0.95, 0.0), (0.96, 0.004), (1.0, top - 0.001), (0.99, top), (0.93, top - 0.001), (0.9, 0.006))
+    cup = loft([oval(r * s, r * s, z, power=power, points=points) for s, z in shares])
+    groups: list[list[Mesh]] = [[], []]
+    for k, turn in enumerate(1.9 * np.arange(7) + rng.uniform(0.0, 6.0)):
+        tall = height * rng.uniform(0.82, 1.0)
+        lean = math.asin(min(0.5, 1.2 * r / height))
+        sides, thick = (6, 0.0038) if k % 2 else (10, 0.0045)
+        pen = sweep([(0, 0, 0.008), (0, 0, 0.92 * tall), (0, 0, tall)], [thick, thick, 0.3 * thick if k % 2 else 0.8 * thick], sides)
+        groups[k % 2].append(rotated(moved(rotated(pen, "y", lean), x=-0.55 * r), "z", float(turn)))
+    return fitted({"cup": cup, "pens": merged(*groups[0]), "pencils": merged(*groups[1])}, size_m)
+
+
+def build_paper_tray(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return stacked letter trays of plastic or wire with piles of paper."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    levels = max(1, min(3, round(height / 0.075)))
+    step = height / levels
+    tray, sheets = [], []
+    for k in range(levels):
+        z = k * step
+        rim = z + min(0.6 * step, 0.045)
+        if style == "wire":
+            for top in (z + 0.004, rim):
+                tray.append(
+                    bent(
+                        [
+                            (half_d - 0.003, -half_w + 0.003, top),
+                            (-half_d + 0.003, -half_w + 0.003, top),
+                            (-half_d + 0.003, half_w - 0.003, top),
+                            (half_d - 0.003, half_w - 0.003, top),
+                        ],
+                        0.003,
+                        0.02,
+                        6,
+                        2,
+                    )
+                )
+            tray += [
+                rod((x, -half_w + 0.003, z + 0.004), (x, half_w - 0.003, z + 0.004), 0.0015, segments=4)
+                for x in np.linspace(-half_d + 0.01, half_d - 0.003, 9)
+            ]
+        else:
+            tray.append(block((-half_d, -half_w, z), (half_d, half_w, z + 0.004), 0.001))
+            tray += [
+                block((-half_d, s * half_w - (0.004 if s > 0 else 0), z), (half_d, s * half_w + (0.004 if s < 0 else 0), rim), 0.001)
+                for s in (-1.0, 1.0)
+            ]
+            tray.append(block((-half_d, -half_w, z), (-half_d + 0.004, half_w, rim), 0.001))
+        pile = z + 0.004 + rng.uniform(0.15, 0.7) * (rim - z)
+        turn = rng.uniform(-0.03, 0.03)
+        sheets.append(rotated(block((-0.9 * half_d, -0.88 * half_w, z + 0.003), (0.9 * half_d, 0.86 * half_w, pile), 0.001), "z", turn))
+    posts = [(x, y) for x in (-half_d + 0.004, half_d - 0.02) for y in (-half_w + 0.004, half_w - 0.004)]
+    tray += [rod((x, y, 0.0), (x, y, height), 0.004, segments=8) for x, y in posts]
+    return fitted({"tray": merged(*tray), "papers": merged(*sheets)}, size_m)
+
+
+def build_globe(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a terrestrial globe, tilted in its meridian, on a turned foot; land is drawn as patches on the sea."""
+    depth, width, height = size_m
+    r = min(0.46 * min(depth, width), 0.4 * height)
+    z, tilt = height - 1.08 * r, 0.41
+    sea = globe(r, 0.0, 1.0, 10)
+    meridian = sweep(arc((0.0, 0.0, 0.0), 1.06 * r, 0.5 * math.pi, 1.5 * math.pi, "xz", 13), 0.03 * r, 6, 0.6)
+    pins = [rod((0.0, 0.0, s * 0.98 * r), (0.0, 0.0, s * 1.09 * r), 0.025 * r, segments=8) for s in (-1.0, 1.0)]
+    land = _continents(rng, r)
+    turned = [rotated(mesh, "y", tilt) for mesh in (merged(meridian, *pins), sea, land)]
+    low = z - 1.05 * r
+    foot = [(0.0, 0.0), (0.6 * r, 0.0), (0.6 * r, 0.02 * height), (0.45 * r, 0.06 * height), (0.12 * r, 0.09 * height)]
+    neck = [(0.09 * r, 0.5 * low + 0.05 * height), (0.12 * r, low), (0.0, low)]
+    stand = lathe([*foot, *neck], 24)
+    arm, sphere, patches = (moved(mesh, z=z) for mesh in turned)
+    return fitted(
+        {"stand": stand, "arm": merged(arm, ring("z", (0, 0, low), 0.1 * r, 0.02 * r, 16, 6)), "sea": sphere, "land": patches}, size_m
+    )
+
+
+def _continents(rng: np.random.Generator, r: float) -> Mesh:
+    """Six blobs of land with ragged coasts: (longitude, latitude, half width, half height) in degrees, roughly as on the Earth."""
+    places = ((-100, 46, 30, 20), (-60, -18, 17, 30), (18, 4, 20, 32), (15, 52, 17, 12), (90, 50, 48, 22), (134, -26, 18, 12))
+    spin = rng.uniform(0.0, 2.0 * math.pi)
+    meshes = []
+    for lon, lat, wide, tall in places:
+        angle = np.arange(16) * (2.0 * math.pi / 16)
+        coast = 1.0 + sum(rng.uniform(0.05, 0.16) * np.sin(k * angle + rng.uniform(0, 6)) for k in (2, 3, 5, 7))
+        rows = []
+        for share in (1.0, 0.6, 0.2):
+            phi = np.radians(lat + share * coast * tall * np.sin(angle))
+            lam = spin + np.radians(lon + share * coast * wide * np.cos(angle))
+            rows.append(np.column_stack([np.cos(phi) * np.cos(lam), np.cos(phi) * np.sin(lam), np.sin(phi)]))
+        meshes.append(_patch(rows, r))
+    return merged(*meshes)
+
+
+def _patch(rows: list[Array], r: float) -> Mesh:
+    """A thin plate over rings of directions, from its coast inward."""
+    skirt = rows[0] * (0.98 * r)
+    body = loft([skirt, *(row * (1.025 * r) for row in rows)])
+    outward = body.vertices / np.linalg.norm(body.vertices, axis=1, keepdims=True)
+    return make_mesh(
+        body.vertices, np.where(np.einsum("ij,ij->i", outward, body.normals)[:, None] > 0.5, outward, body.normals), body.faces
+    )
+
+
+MODELS = {
+    "filing_cabinet": Model(build_filing_cabinet, ("steel", "wooden")),
+    "whiteboard": Model(build_whiteboard, ("framed",)),
+    "printer": Model(build_printer, ("laser", "inkjet")),
+    "desk_lamp": Model(build_desk_lamp, ("jointed", "bar")),
+    "pen_holder": Model(build_pen_holder, ("round", "square")),
+    "paper_tray": Model(build_paper_tray, ("plastic", "wire")),
+    "globe": Model(build_globe, ("globe",)),
+}

@@ -1,0 +1,317 @@
+"""What is stored: steel shelf with boxes, cardboard box, plastic crate, suitcase; and the bicycle."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.flat_scene import Mesh
+from renderer.models.gym import saddle
+from renderer.models.lofts import bent, chain, disc, loft, oval, ring, turned
+from renderer.models.model import Model, Parts, Size, fitted
+from renderer.shapes import block, blocks, merged, moved, rod, rotated, rounded_box, sweep
+
+Array = NDArray[np.float64]
+Corner = tuple[float, float, float]
+
+
+def build_storage_shelf(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return boards between posts, the top one at full height; boxes, crates and tins on those below."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    boards = max(2, round(height / 0.42))
+    levels = np.linspace(0.09, height, boards + 1)[1:] if height < 0.6 else np.linspace(0.1, height, boards)
+    thick = 0.03 if style == "steel" else 0.022
+    shelves = blocks([(-half_d, -half_w, z - thick) for z in levels], [(half_d, half_w, z) for z in levels], 0.003)
+    posts = []
+    side = 0.035 if style == "steel" else 0.045
+    for sx in (-1.0, 1.0):
+        for sy in (-1.0, 1.0):
+            x, y = sx * half_d, sy * half_w
+            top = height - 0.002
+            if style == "steel":
+                posts.append(
+                    block((min(x, x - sx * 0.003), min(y, y - sy * side), 0.0), (max(x, x - sx * 0.003), max(y, y - sy * side), top), 0.001)
+                )
+                posts.append(
+                    block((min(x, x - sx * side), min(y, y - sy * 0.003), 0.0), (max(x, x - sx * side), max(y, y - sy * 0.003), top), 0.001)
+                )
+            else:
+                posts.append(
+                    block((min(x, x - sx * side), min(y, y - sy * side), 0.0), (max(x, x - sx * side), max(y, y - sy * side), top), 0.004)
+                )
+    if style == "steel":
+        posts += [
+            sweep(
+                [(-half_d + 0.004, s * (half_w - 0.02), levels[0]), (-half_d + 0.004, -s * (half_w - 0.02), levels[-1] - thick)], 0.004, 6
+            )
+            for s in (-1.0, 1.0)
+        ]
+    else:
+        posts += [
+            block(
+                (-half_d + 0.01, s * half_w - 0.02 * (s > 0), z - 0.05),
+                (half_d - 0.01, s * half_w + 0.02 * (s < 0), z - thick + 0.002),
+                0.003,
+            )
+            for s in (-1.0, 1.0)
+            for z in levels
+        ]
+    goods: dict[str, list[Mesh]] = {"boxes": [], "crates": [], "tape": []}
+    for low, high in itertools.pairwise(levels):
+        _fill_board(rng, goods, half_d - 0.02, half_w - side - 0.01, float(low), float(high - thick - low))
+    return fitted({"frame": merged(*posts), "shelves": shelves} | {name: merged(*meshes) for name, meshes in goods.items()}, size_m)
+
+
+def _fill_board(rng: np.random.Generator, goods: dict[str, list[Mesh]], half_d: float, half_w: float, z: float, room: float) -> None:
+    """Add a row of cardboard boxes and crates on one board; at least one of each kind."""
+    y, k = -half_w, int(rng.integers(3))
+    while y < half_w - 0.08:
+        wide = min(rng.uniform(0.2, 0.42), half_w - y)
+        tall, deep = room * rng.uniform(0.45, 0.88), half_d * rng.uniform(0.75, 1.0)
+        if wide > 0.1:
+            x0, x1, y1 = half_d - 2.0 * deep, half_d - rng.uniform(0.0, 0.03), y + wide - 0.008
+            if k % 3 == 1:
+                goods["crates"].append(_small_crate((x0, y, z), (x1, y1, z + 0.8 * tall)))
+            else:
+                goods["boxes"].append(block((x0, y, z), (x1, y1, z + tall), 0.003))
+                middle = 0.5 * (y + y1)
+                goods["tape"].append(
+                    block((x0 - 0.0006, middle - 0.022, z + 0.7 * tall), (x1 + 0.0006, middle + 0.022, z + tall + 0.0008), 0.0002)
+                )
+        y += wide + rng.uniform(0.005, 0.06)
+        k += 1
+    for name in ("boxes", "crates", "tape"):
+        if not goods[name]:
+            s = {"boxes": -0.5, "crates": 0.5, "tape": 0.0}[name] * half_w
+            goods[name].append(block((-0.02, s - 0.02, z), (0.02, s + 0.02, z + min(0.04, 0.5 * room)), 0.002))
+
+
+def _small_crate(low: Corner, high: Corner) -> Mesh:
+    """A lidded plastic box with a rim and a grip."""
+    x, y = 0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])
+    hx, hy, z0, z1 = 0.5 * (high[0] - low[0]), 0.5 * (high[1] - low[1]), low[2], high[2]
+    shares = ((0.9, z0), (0.97, z1 - 0.03), (1.0, z1 - 0.03), (1.0, z1 - 0.004), (0.97, z1))
+    box = loft([oval(s * hx, s * hy, z, x, 12.0, 20, y) for s, z in shares])
+    return merged(box, block((high[0] - 0.02, y - 0.3 * hy, z1 - 0.05), (high[0] + 0.002, y + 0.3 * hy, z1 - 0.034), 0.003))
+
+
+def build_cardboard_box(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a shut box with tape along its seam, or an open one with its flaps folded out; a label on one side."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    thick = min(0.004, 0.03 * min(size_m))
+    if style == "closed":
+        body = [block((-half_d, -half_w, 0.0), (half_d, half_w, height - thick), 0.003)]
+        body += [block((s * half_d, -half_w + 0.001, height - thick), (s * 0.001, half_w - 0.001, height), 0.001) for s in (-1.0, 1.0)]
+        low = height - rng.uniform(0.1, 0.3) * height
+        tape = [block((-0.024, -half_w, height - 0.002), (0.024, half_w, height + 0.0005), 0.0002)]
+        tape += [block((-0.024, s * half_w - 0.0006, low), (0.024, s * half_w + 0.0006, height), 0.0002) for s in (-1.0, 1.0)]
+    else:
+        flap = min(0.45 * depth, 0.28 * width, 0.32 * height)
+        out = 0.72 * flap
+        dx, dy, top = half_d - out, half_w - 0.8 * out, height - 0.55 * flap
+        walls = [((-dx, -dy, 0.0), (dx, dy, thick))]
+        walls += [((s * dx - 0.5 * thick, -dy, 0.0), (s * dx + 0.5 * thick, dy, top)) for s in (-1.0, 1.0)]
+        walls += [((-dx, s * dy - 0.5 * thick, 0.0), (dx, s * dy + 0.5 * thick, top)) for s in (-1.0, 1.0)]
+        body = [blocks([a for a, _ in walls], [b for _, b in walls], 0.001)]
+        for s in (-1.0, 1.0):
+            lift = math.asin(min(0.95, 0.55 * rng.uniform(0.5, 1.0)))
+            leaf = rotated(block((0.0, -dy, -0.5 * thick), (flap, dy, 0.5 * thick), 0.001), "y", -lift)
+            body.append(moved(leaf if s > 0 else rotated(leaf, "z", math.pi), s * dx, 0.0, top))
+            leaf = rotated(block((-dx, 0.0, -0.5 * thick), (dx, 0.8 * flap, 0.5 * thick), 0.001), "x", rng.uniform(-0.5, 0.7))
+            body.append(moved(leaf if s > 0 else rotated(leaf, "z", math.pi), 0.0, s * dy, top))
+        tape = [
+            block((-0.024, s * dy - 0.5 * thick - 0.0006, 0.0), (0.024, s * dy + 0.5 * thick + 0.0006, 0.25 * height), 0.0002)
+            for s in (-1.0, 1.0)
+        ]
+        half_d, half_w, height = dx + 0.5 * thick, dy, top
+    y, z = rng.uniform(0.0, 0.4) * half_w, rng.uniform(0.45, 0.6) * height
+    label = block((half_d - 0.002, y - 0.28 * half_w, z), (half_d + 0.0006, y + 0.28 * half_w, z + 0.24 * height), 0.0002)
+    return fitted({"body": merged(*body), "tape": merged(*tape), "label": label}, size_m)
+
+
+def build_plastic_crate(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return an open stacking crate with slotted sides, or a box with a lid and latches."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    if style == "lidded":
+        lid_low = 0.86 * height
+        box = [(0.88, 0.0), (0.95, lid_low - 0.02), (0.98, lid_low - 0.018), (0.98, lid_low)]
+        body = loft([oval(s * half_d, s * half_w, z, power=11.0) for s, z in box])
+        cover = [
+            (0.98, lid_low + 0.002),
+            (1.0, lid_low + 0.002),
+            (1.0, lid_low + 0.02),
+            (0.95, lid_low + 0.02),
+            (0.9, height - 0.004),
+            (0.88, height),
+        ]
+        lid = loft([oval(s * half_d, s * half_w, z, power=11.0) for s, z in cover])
+        latches = [
+            block((-0.07, s * half_w - 0.012, lid_low - 0.05), (0.07, s * half_w + 0.002, lid_low + 0.022), 0.004) for s in (-1.0, 1.0)
+        ]
+        return fitted({"body": body, "lid": merged(lid, *latches)}, size_m)
+    wall = 0.005
+    pieces = [((-half_d + 0.012, -half_w + 0.012, 0.0), (half_d - 0.012, half_w - 0.012, 0.006))]
+    rows = [(0.0, 0.2), (0.26, 0.4), (0.46, 0.6), (0.66, 0.78), (0.86, 1.0)]
+    for s in (-1.0, 1.0):
+        for along, across, axis in ((half_w, half_d, 0), (half_d, half_w, 1)):
+            for k, (a, b) in enumerate(rows):
+                inset = 0.008 if 0 < k < 4 else 0.0
+                spans = [(-along + inset, along - inset)] if k != 3 else [(-along + inset, -0.32 * along), (0.32 * along, along - inset)]
+                for start, end in spans:
+                    flat = sorted((s * (across - inset), s * (across - inset - wall)))
+                    low, high = (flat[0], start), (flat[1], end)
+                    pieces.append(((*(low if axis == 0 else low[::-1]), a * height), (*(high if axis == 0 else high[::-1]), b * height)))
+            for t in (-0.99, -0.5, 0.5, 0.99):
+                flat = sorted((s * (across - 0.004), s * (across - 0.012)))
+                low, high = (flat[0], t * along - 0.012 * (t > -0.9) * 1.0), (flat[1], t * along + 0.012 * (t < 0.9))
+                pieces.append(((*(low if axis == 0 else low[::-1]), 0.0), (*(high if axis == 0 else high[::-1]), 0.99 * height)))
+    rim = [((-half_d, s * half_w - 0.016 * (s > 0), 0.955 * height), (half_d, s * half_w + 0.016 * (s < 0), height)) for s in (-1.0, 1.0)]
+    rim += [((s * half_d - 0.016 * (s > 0), -half_w, 0.955 * height), (s * half_d + 0.016 * (s < 0), half_w, height)) for s in (-1.0, 1.0)]
+    return fitted({"body": _boxes(pieces), "lid": _boxes(rim)}, size_m)
+
+
+def _boxes(corners: Sequence[tuple[tuple[float, ...], tuple[float, ...]]]) -> Mesh:
+    """Plain boxes of 12 triangles between pairs of corners."""
+    meshes = []
+    for a, b in corners:
+        outline = [(a[0], a[1]), (b[0], a[1]), (b[0], b[1]), (a[0], b[1])]
+        meshes.append(loft([[(x, y, z) for x, y in outline] for z in (a[2], b[2])]))
+    return merged(*meshes)
+
+
+def build_suitcase(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a standing suitcase with ribbed hard shell or soft pockets, pull handle and wheels."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    low = min(0.06, 0.09 * height)
+    top = height * (0.8 if rng.random() < 0.6 else 0.95)
+    shell = [rounded_box((-half_d + 0.008, -half_w + 0.008, low), (half_d - 0.012, half_w - 0.008, top), 0.2 * depth, 3)]
+    trim = [rounded_box((-0.012, -half_w + 0.003, low - 0.004), (0.006, half_w - 0.003, top + 0.004), 0.008, 2)]
+    if style == "hard":
+        for y in np.linspace(-0.66, 0.66, 6) * half_w:
+            shell.append(rounded_box((-half_d, y - 0.05 * half_w, low + 0.05), (half_d, y + 0.05 * half_w, top - 0.05), 0.012, 1))
+    else:
+        for a, b in ((0.1, 0.5), (0.56, 0.92)):
+            shell.append(rounded_box((0.0, -0.78 * half_w, low + a * (top - low)), (half_d, 0.78 * half_w, low + b * (top - low)), 0.02, 2))
+            trim.append(
+                rod(
+                    (half_d - 0.004, -0.7 * half_w, low + b * (top - low) - 0.03),
+                    (half_d - 0.004, 0.7 * half_w, low + b * (top - low) - 0.03),
+                    0.004,
+                    segments=6,
+                )
+            )
+        shell.append(block((-half_d, -0.8 * half_w, low + 0.03), (-half_d + 0.02, 0.8 * half_w, top - 0.05), 0.006))
+    grip = bent([(0.0, -0.1, top - 0.01), (0.0, -0.09, top + 0.025), (0.0, 0.09, top + 0.025), (0.0, 0.1, top - 0.01)], 0.009, 0.02, 8)
+    x, y = -half_d + 0.24 * depth, 0.34 * half_w
+    pole = [rod((x, s * y, top - 0.03), (x, s * y, height - 0.012), 0.008, segments=8) for s in (-1.0, 1.0)]
+    handle = rounded_box((x - 0.014, -y - 0.02, height - 0.03), (x + 0.014, y + 0.02, height), 0.01, 2)
+    wheels = []
+    for wx in (-half_d + 0.22 * depth, half_d - 0.22 * depth):
+        for wy in (-half_w + 0.06, half_w - 0.06):
+            wheels += [
+                disc("y", (wx, wy, 0.42 * low), 0.42 * low, 0.022, 16, 0.004),
+                block((wx - 0.018, wy - 0.02, 0.5 * low), (wx + 0.018, wy + 0.02, low + 0.01), 0.004),
+            ]
+    return fitted({"shell": merged(*shell), "trim": merged(*trim, grip, handle), "poles": merged(*pole), "wheels": merged(*wheels)}, size_m)
+
+
+def build_bicycle(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a diamond-frame or step-through bicycle on its stand, its front wheel towards +x or, where that is the long side, +y."""
+    along_y = size_m[1] > size_m[0]
+    length, width, height = (size_m[1], size_m[0], size_m[2]) if along_y else size_m
+    half_l, half_w = 0.5 * length, 0.5 * width
+    r = min(0.345, 0.196 * length, 0.36 * height)
+    rear, front = (-half_l + r, 0.0, r), (half_l - r, 0.0, r)
+    crank = (-0.06 * length, 0.0, 0.82 * r)
+    seat = (crank[0] - 0.1 * length, 0.0, height * 0.74)
+    head_low, head_high = (front[0] - 0.1 * length, 0.0, height * 0.6), (front[0] - 0.125 * length, 0.0, height * 0.78)
+    lower = (
+        (seat[0] + 0.3 * (crank[0] - seat[0]), 0.0, seat[2] + 0.3 * (crank[2] - seat[2]))
+        if style == "diamond"
+        else (seat[0] + 0.72 * (crank[0] - seat[0]), 0.0, seat[2] + 0.72 * (crank[2] - seat[2]))
+    )
+    tubes = [
+        *chain([crank, head_low], 0.02, 10),
+        *chain([lower, head_high], 0.018, 10),
+        *chain([crank, seat], 0.018, 10),
+        *chain([head_low, head_high], 0.022, 10),
+    ]
+    for s in (-1.0, 1.0):
+        hub = (rear[0], s * 0.055, rear[2])
+        tubes += [*chain([(crank[0], s * 0.03, crank[2]), hub], 0.009), *chain([(seat[0], s * 0.015, seat[2] - 0.04), hub], 0.008)]
+        tubes.append(
+            bent(
+                [(head_low[0] + 0.002, s * 0.035, head_low[2] - 0.02), (front[0] - 0.03, s * 0.05, 1.25 * r), (front[0], s * 0.05, r)],
+                0.012,
+                0.1,
+                8,
+            )
+        )
+    tubes.append(rod((head_low[0], -0.045, head_low[2] - 0.02), (head_low[0], 0.045, head_low[2] - 0.02), 0.02))
+    tyres = [ring("y", hub, r - 0.018, 0.018, 40, 8) for hub in (rear, front)]
+    rims = [ring("y", hub, r - 0.042, 0.011, 36, 6) for hub in (rear, front)]
+    for hub in (rear, front):
+        rims.append(rod((hub[0], -0.06, hub[2]), (hub[0], 0.06, hub[2]), 0.018, segments=10))
+        for k in range(18):
+            a = 2.0 * math.pi * (k + 0.3) / 18
+            rims.append(
+                sweep(
+                    [(hub[0], 0.025 * (-1) ** k, hub[2]), (hub[0] + (r - 0.045) * math.cos(a), 0.0, hub[2] + (r - 0.045) * math.sin(a))],
+                    0.0016,
+                    4,
+                )
+            )
+    parts = {"frame": merged(*tubes), "tyres": merged(*tyres), "rims": merged(*rims), "drive": _drive(rng, crank, rear, r)}
+    post = (seat[0] - 0.012 * length, 0.0, height * 0.86)
+    top = (head_high[0] - 0.03, 0.0, height - 0.03)
+    back = 0.12 if style == "diamond" else 0.2
+    reach = [(top[0] - back, s * (half_w - 0.01), top[2] + 0.012) for s in (-1.0, 1.0)]
+    middle = [(top[0] + 0.03, s * 0.5 * half_w, top[2] + 0.005) for s in (-1.0, 1.0)]
+    bars = [
+        bent([reach[0], middle[0], (top[0] + 0.03, 0.0, top[2] - 0.02), middle[1], reach[1]], 0.012, 0.1, 10),
+        *chain([head_high, (top[0] + 0.03, 0.0, top[2] - 0.02)], 0.015),
+    ]
+    bars += chain([(seat[0], 0.0, seat[2]), (post[0], 0.0, post[2] - 0.04)], 0.014)
+    grips = [
+        sweep([end, tuple(0.55 * np.asarray(end) + 0.45 * np.asarray(mid))], 0.018, 10) for end, mid in zip(reach, middle, strict=True)
+    ]
+    parts |= {"bars": merged(*bars), "grips": merged(*grips), "saddle": saddle(rng, 0.26, 0.16 if style == "diamond" else 0.2, post, 1.0)}
+    return fitted(turned(parts, 0.5 * math.pi) if along_y else parts, size_m)
+
+
+def _drive(rng: np.random.Generator, crank: Corner, rear: Corner, r: float) -> Mesh:
+    """Chain wheel, chain, sprocket, cranks with pedals, and the stand."""
+    y = -0.045
+    wheel, sprocket = min(0.09, 0.27 * r), 0.035
+    a, b = np.array([crank[0], y, crank[2]]), np.array([rear[0], y, rear[2]])
+    meshes = [ring("y", tuple(a), wheel, 0.008, 24, 6, 0.5), disc("y", tuple(b), sprocket, 0.012, 18)]
+    turn = rng.uniform(0.0, 2.0 * math.pi)
+    meshes += [sweep([a, a + wheel * np.array([math.cos(t), 0.0, math.sin(t)])], 0.006, 6) for t in turn + np.arange(5) * 2.0 * math.pi / 5]
+    meshes += [sweep(np.array([a, b]) + np.outer((wheel, sprocket), (0.0, 0.0, s)), 0.004, 6) for s in (-1.0, 1.0)]
+    meshes.append(rod((crank[0], -0.07, crank[2]), (crank[0], 0.07, crank[2]), 0.018))
+    for s in (-1.0, 1.0):
+        reach = min(0.17, 0.62 * crank[2])
+        x, z = crank[0] + s * reach * math.cos(turn), crank[2] + s * reach * math.sin(turn)
+        meshes += [
+            sweep([(crank[0], s * 0.07, crank[2]), (x, s * 0.075, z)], 0.009, 8),
+            block((x - 0.04, s * 0.12 - 0.035, z - 0.011), (x + 0.04, s * 0.12 + 0.035, z + 0.011), 0.004),
+        ]
+    meshes.append(sweep([(crank[0] - 0.08, 0.03, crank[2] - 0.01), (crank[0] - 0.05, 0.16, 0.01)], 0.009, 8))
+    return merged(*meshes)
+
+
+MODELS = {
+    "storage_shelf": Model(build_storage_shelf, ("steel", "wooden")),
+    "cardboard_box": Model(build_cardboard_box, ("closed", "open")),
+    "plastic_crate": Model(build_plastic_crate, ("slotted", "lidded")),
+    "suitcase": Model(build_suitcase, ("hard", "soft")),
+    "bicycle": Model(build_bicycle, ("diamond", "step_through")),
+}

@@ -1,0 +1,237 @@
+"""Coffee, side, dining and console tables, and benches; tops are 4 cm thick and flat at the table's height."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.flat_scene import Mesh
+from renderer.models.cabinets import Front, fronts, pulls, square_legs
+from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.soft import cushion
+from renderer.shapes import block, blocks, lathe, merged, rod, stretched
+
+TOP_M = 0.04
+
+
+def soft_body(profile: Sequence[tuple[float, float]], half_d: float, half_w: float, power: float, segments: int = 64) -> Mesh:
+    """Return a body over a superellipse |x / half_d|^power + |y / half_w|^power = 1 (G. Lame, 1818): a rectangle with bulging sides.
+
+    ``profile`` is as for a turned body, with radii as shares of the outline.
+    """
+
+    def wave(angle: NDArray[np.float64]) -> NDArray[np.float64]:
+        share = np.abs(np.cos(angle)) ** power + np.abs(np.sin(angle)) ** power
+        return np.asarray(share ** (-1.0 / power))
+
+    return stretched(lathe(profile, segments, wave=wave), (half_d, half_w, 1.0), (0.0, 0.0, 0.0))
+
+
+def soft_top(half_d: float, half_w: float, low: float, high: float, power: float = 6.0) -> Mesh:
+    """Return a table top over a superellipse, its lower edge drawn in."""
+    rim = 0.0025 / min(half_d, half_w)
+    under = 0.02 / min(half_d, half_w)
+    return soft_body(
+        [(0.0, low), (1.0 - under, low), (1.0, low + 0.6 * (high - low)), (1.0, high - 0.0025), (1.0 - rim, high), (0.0, high)],
+        half_d,
+        half_w,
+        power,
+    )
+
+
+def plain_top(half_d: float, half_w: float, low: float, high: float) -> Mesh:
+    """Return a rectangular table top."""
+    return block((-half_d, -half_w, low), (half_d, half_w, high), 0.003)
+
+
+def _apron(half_d: float, half_w: float, low: float, high: float, thick: float = 0.02) -> Mesh:
+    """Return four boards under the edges of a top."""
+    return blocks(
+        [(-half_d, -half_w, low), (half_d - thick, -half_w, low), (-half_d, -half_w, low), (-half_d, half_w - thick, low)],
+        [(-half_d + thick, half_w, high), (half_d, half_w, high), (half_d, -half_w + thick, high), (half_d, half_w, high)],
+        0.002,
+    )
+
+
+def _splayed(half_d: float, half_w: float, height: float, radius: float, splay: float = 0.05) -> Mesh:
+    """Return four tapered round legs whose feet stand ``splay`` further out than their heads."""
+    return merged(
+        *(
+            rod((sx * half_d, sy * half_w, 0.0), (sx * (half_d - splay), sy * (half_w - splay), height), 0.6 * radius, radius, 16)
+            for sx in (-1.0, 1.0)
+            for sy in (-1.0, 1.0)
+        )
+    )
+
+
+def _metal_frame(half_d: float, half_w: float, height: float, bar: float, low_rails: bool = True) -> Mesh:
+    """Return four posts with rails under the top, and near the floor between the posts of each end."""
+    low, high = [], []
+    for y in (-half_w, half_w - bar):
+        low += [(x, y, 0.0) for x in (-half_d, half_d - bar)] + [(-half_d, y, height - bar)]
+        high += [(x + bar, y + bar, height) for x in (-half_d, half_d - bar)] + [(half_d, y + bar, height)]
+        if low_rails:
+            low.append((-half_d, y, 0.0))
+            high.append((half_d, y + bar, bar))
+    low += [(x, -half_w, height - bar) for x in (-half_d, half_d - bar)]
+    high += [(x + bar, half_w, height) for x in (-half_d, half_d - bar)]
+    return blocks(low, high, 0.002)
+
+
+def build_coffee_table(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a low table: square legs and a shelf, a soft outline on splayed legs, or a glass plate on a metal frame."""
+    depth, width, height = size_m
+    half_d, half_w, under = 0.5 * depth, 0.5 * width, height - TOP_M
+    if style == "shelf":
+        leg = rng.uniform(0.045, 0.065)
+        legs = square_legs(-half_d, half_d, half_w, under, leg, 0.004)
+        shelf_z = rng.uniform(0.25, 0.4) * under
+        shelf = block((-half_d + 0.02, -half_w + 0.02, shelf_z), (half_d - 0.02, half_w - 0.02, shelf_z + 0.02))
+        skirt = _apron(half_d - 0.018, half_w - 0.018, under - 0.05, under + 0.002)
+        return fitted({"top": plain_top(half_d, half_w, under, height), "legs": merged(legs, skirt), "shelf": shelf}, size_m)
+    if style == "soft":
+        power = rng.uniform(4.8, 6.5)
+        legs = _splayed(0.86 * half_d, 0.86 * half_w, under + 0.01, rng.uniform(0.02, 0.028), 0.06)
+        brace = merged(
+            rod((-0.62 * half_d, -0.62 * half_w, under - 0.02), (0.62 * half_d, 0.62 * half_w, under - 0.02), 0.012),
+            rod((0.62 * half_d, -0.62 * half_w, under - 0.02), (-0.62 * half_d, 0.62 * half_w, under - 0.02), 0.012),
+        )
+        return fitted({"top": soft_top(half_d, half_w, under, height, power), "legs": merged(legs, brace)}, size_m)
+    plate = block((-half_d, -half_w, height - 0.012), (half_d, half_w, height), 0.003)
+    frame = _metal_frame(half_d - 0.015, half_w - 0.02, height - 0.011, rng.uniform(0.022, 0.032))
+    return fitted({"top": plate, "legs": frame}, size_m)
+
+
+def build_side_table(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a small table: square legs and a shelf, a soft outline on a turned pedestal, or a metal frame open to the front."""
+    depth, width, height = size_m
+    half_d, half_w, under = 0.5 * depth, 0.5 * width, height - TOP_M
+    if style == "square":
+        legs = square_legs(-half_d, half_d, half_w, under, 0.035, 0.006)
+        z = rng.uniform(0.2, 0.35) * under
+        shelf = block((-half_d + 0.015, -half_w + 0.015, z), (half_d - 0.015, half_w - 0.015, z + 0.018))
+        skirt = _apron(half_d - 0.014, half_w - 0.014, under - 0.045, under + 0.002)
+        return fitted({"top": plain_top(half_d, half_w, under, height), "legs": merged(legs, skirt, shelf)}, size_m)
+    if style == "pedestal":
+        r = 0.7 * min(half_d, half_w)
+        neck = rng.uniform(0.018, 0.03)
+        foot = [(0.0, 0.0), (r, 0.0), (r, 0.012), (0.9 * r, 0.02), (0.3 * r, 0.035), (1.3 * neck, 0.07), (neck, 0.16 * under)]
+        head = [(neck, 0.85 * under), (1.6 * neck, under - 0.03), (3.0 * neck, under + 0.002), (0.0, under + 0.002)]
+        return fitted({"top": soft_top(half_d, half_w, under, height, 5.5), "legs": lathe([*foot, *head], 32)}, size_m)
+    bar = 0.02
+    legs = merged(
+        _metal_frame(half_d - 0.01, half_w - 0.01, under + 0.002, bar),
+        block((-half_d + 0.01, -half_w + 0.01, 0.0), (-half_d + 0.03, half_w - 0.01, bar), 0.002),
+    )
+    return fitted({"top": plain_top(half_d, half_w, under, height), "legs": legs}, size_m)
+
+
+def build_dining_table(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a dining table: four legs with apron, a trestle at each end, or a soft outline on splayed legs; chairs tuck under."""
+    depth, width, height = size_m
+    half_d, half_w, under = 0.5 * depth, 0.5 * width, height - TOP_M
+    if style == "legs":
+        side = rng.uniform(0.06, 0.085)
+        legs = square_legs(-half_d, half_d, half_w, under, side, 0.012)
+        skirt = _apron(half_d - 0.03, half_w - 0.03, under - 0.08, under + 0.002)
+        return fitted({"top": plain_top(half_d, half_w, under, height), "legs": merged(legs, skirt)}, size_m)
+    if style == "soft":
+        legs = _splayed(half_d - 0.03, half_w - 0.05, under + 0.01, rng.uniform(0.028, 0.036), 0.1)
+        skirt = _apron(0.72 * half_d, 0.78 * half_w, under - 0.06, under + 0.002)
+        return fitted({"top": soft_top(half_d, half_w, under, height, rng.uniform(5.0, 7.0)), "legs": merged(legs, skirt)}, size_m)
+    along = depth > width
+    reach, short = (half_d, half_w) if along else (half_w, half_d)
+    wide = short - 0.05
+    pieces = []
+    for s in (-1.0, 1.0):
+        at = s * (reach - 0.16)
+        for t in (-1.0, 1.0):
+            foot, head = (at, t * wide, 0.04), (at, t * 0.45 * wide, under - 0.03)
+            pieces.append(_beam(foot, head, 0.04, along))
+        pieces += [_lying(at, wide + 0.03, 0.0, 0.06, 0.045, along), _lying(at, 0.8 * wide, under - 0.06, under + 0.002, 0.045, along)]
+    rail = 0.35 * under
+    span = reach - 0.16
+    low, high = (-span, -0.02, rail), (span, 0.02, rail + 0.09)
+    pieces.append(block(low, high) if along else block((low[1], low[0], low[2]), (high[1], high[0], high[2])))
+    pieces += [_lying(s * span, 0.62 * wide, rail - 0.005, rail + 0.05, 0.03, along) for s in (-1.0, 1.0)]
+    return fitted({"top": plain_top(half_d, half_w, under, height), "legs": merged(*pieces)}, size_m)
+
+
+def _beam(start: tuple[float, float, float], end: tuple[float, float, float], half: float, along: bool) -> Mesh:
+    """Return an inclined round post given with its table's long side along x, turned to y where ``along`` is false."""
+    a, b = (start, end) if along else ((start[1], start[0], start[2]), (end[1], end[0], end[2]))
+    return rod(a, b, 0.85 * half, half, 10)
+
+
+def _lying(at: float, reach: float, low: float, high: float, half: float, along: bool) -> Mesh:
+    """Return a bar across the table's short side."""
+    if along:
+        return block((at - half, -reach, low), (at + half, reach, high), 0.006)
+    return block((-reach, at - half, low), (reach, at + half, high), 0.006)
+
+
+def build_console_table(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a narrow table for the wall: drawers under the top on square legs, or a metal frame with a low shelf."""
+    depth, width, height = size_m
+    half_d, half_w, under = 0.5 * depth, 0.5 * width, height - TOP_M
+    if style == "frame":
+        frame = _metal_frame(half_d - 0.006, half_w - 0.006, under + 0.001, 0.024, low_rails=False)
+        z = rng.uniform(0.12, 0.25) * under
+        shelf = block((-half_d + 0.008, -half_w + 0.008, z), (half_d - 0.008, half_w - 0.008, z + 0.022))
+        return fitted({"top": plain_top(half_d, half_w, under, height), "legs": frame, "shelf": shelf}, size_m)
+    reach = min(0.016, 0.05 * depth)
+    low = under - min(0.13, 0.2 * height)
+    front = half_d - reach
+    box = blocks(
+        [(-half_d + 0.01, -half_w + 0.015, low), (-half_d + 0.01, -half_w + 0.015, low), (-half_d + 0.01, half_w - 0.035, low)],
+        [(front - 0.02, half_w - 0.015, low + 0.015), (front, -half_w + 0.035, under + 0.001), (front, half_w - 0.015, under + 0.001)],
+        0.002,
+    )
+    edges = np.linspace(-half_w + 0.036, half_w - 0.036, max(1, round(width / 0.45)) + 1)
+    areas = [Front(float(a), float(b), low + 0.004, under - 0.003) for a, b in itertools.pairwise(edges)]
+    legs = square_legs(-half_d, half_d - 0.004, half_w, low + 0.01, 0.036, 0.012)
+    return fitted(
+        {
+            "top": plain_top(half_d, half_w, under, height),
+            "legs": merged(legs, box),
+            "drawers": fronts(front, areas),
+            "handles": pulls(front, areas, str(rng.choice(("knob", "bar"))), reach - 0.002),
+        },
+        size_m,
+    )
+
+
+def build_bench(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a backless bench: planks on slanting legs with a rail, or an upholstered pad on a frame."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    if style == "padded":
+        top = height - 0.09
+        pad = cushion(rng, (-half_d, -half_w, top), (half_d, half_w, height), 0.03, 0.02)
+        frame = merged(
+            _splayed(half_d - 0.01, half_w - 0.04, top + 0.02, 0.022, 0.05), _apron(half_d - 0.05, half_w - 0.06, top - 0.05, top + 0.01)
+        )
+        return fitted({"frame": frame, "seat": pad}, size_m)
+    count = max(2, round(depth / 0.11))
+    edges = np.linspace(-half_d, half_d, count + 1)
+    top = height - 0.03
+    planks = blocks([(a + 0.004, -half_w, top) for a in edges[:-1]], [(b - 0.004, half_w, height) for b in edges[1:]], 0.006)
+    legs = []
+    for s in (-1.0, 1.0):
+        y = s * (half_w - 0.14)
+        legs.append(block((-half_d + 0.02, y - 0.025, top - 0.06), (half_d - 0.02, y + 0.025, top + 0.002)))
+        legs += [rod((sx * (half_d - 0.02), y + s * 0.03, 0.0), (sx * (half_d - 0.07), y, top - 0.02), 0.018, 0.026) for sx in (-1.0, 1.0)]
+    rail = block((-0.015, -half_w + 0.14, top - 0.05), (0.015, half_w - 0.14, top - 0.01))
+    return fitted({"frame": merged(*legs, rail), "seat": planks}, size_m)
+
+
+MODELS = {
+    "coffee_table": Model(build_coffee_table, ("shelf", "soft", "glass")),
+    "side_table": Model(build_side_table, ("square", "pedestal", "frame")),
+    "dining_table": Model(build_dining_table, ("legs", "trestle", "soft")),
+    "console_table": Model(build_console_table, ("drawers", "frame")),
+    "bench": Model(build_bench, ("planks", "padded")),
+}

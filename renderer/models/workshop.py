@@ -1,0 +1,349 @@
+"""Garage and workshop: workbench, tool cabinet, toolbox, paint can, step ladder; fronts look along +x."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+
+from renderer.flat_scene import Mesh
+from renderer.models.cabinets import Front, fronts
+from renderer.models.lofts import bent, disc, loft, oval, ring
+from renderer.models.model import Model, Parts, Size, fitted
+from renderer.shapes import block, blocks, lathe, merged, moved, rod, sweep
+
+
+def build_workbench(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a bench with thick top and vise on its front: wooden legs over a shelf, or steel frame with a drawer pedestal."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    jut = min(0.07, 0.1 * depth)
+    front = half_d - jut
+    thick = 0.05
+    under = height - thick
+    side = 0.08 if style == "wooden" else 0.05
+    legs = blocks(
+        [(x, y, 0.0) for x in (-half_d + 0.01, front - 0.03 - side) for y in (-half_w + 0.01, half_w - 0.01 - side)],
+        [
+            (x + side, y + side, under + 0.002)
+            for x in (-half_d + 0.01, front - 0.03 - side)
+            for y in (-half_w + 0.01, half_w - 0.01 - side)
+        ],
+        0.004,
+    )
+    rails = [
+        block((x, -half_w + 0.02, under - 0.1), (x + 0.03, half_w - 0.02, under + 0.001), 0.003) for x in (-half_d + 0.02, front - 0.07)
+    ]
+    shelf = 0.2 * height
+    rails += [block((x, -half_w + 0.02, shelf - 0.06), (x + 0.03, half_w - 0.02, shelf), 0.003) for x in (-half_d + 0.03, front - 0.08)]
+    edges = np.linspace(-half_d + 0.02, front - 0.04, 4)
+    board = blocks(
+        [(a, -half_w + 0.012, shelf) for a in edges[:-1]], [(b - 0.006, half_w - 0.012, shelf + 0.022) for b in edges[1:]], 0.003
+    )
+    seams = np.linspace(-half_d, half_d, 5)
+    top = blocks([(a, -half_w, under) for a in seams[:-1]], [(b - 0.001, half_w, height) for b in seams[1:]], 0.003)
+    boxes, tins = _stored(rng, half_d, half_w - side, shelf + 0.022, 0.5 * height)
+    end = -1.0 if rng.random() < 0.5 else 1.0
+    drawers_side = -end
+    pedestal = _bench_drawers(front - 0.05, drawers_side, half_w - 0.02 - side, under - 0.1 if style == "wooden" else under, style, height)
+    parts = {"top": top, "frame": merged(legs, *rails), "shelf": board, "drawers": pedestal[0], "handles": pedestal[1]}
+    return fitted(
+        parts
+        | {
+            "vise": _vise(half_d, end * (half_w - 0.22), under, min(0.16, 0.2 * height)),
+            "boxes": boxes,
+            "tins": tins,
+        },
+        size_m,
+    )
+
+
+def _bench_drawers(front: float, side: float, reach: float, top: float, style: str, height: float) -> tuple[Mesh, Mesh]:
+    """A block of drawers under one end of the top, and its handles."""
+    wide = min(0.45, 0.7 * reach)
+    y0, y1 = sorted((side * reach, side * (reach - wide)))
+    count = 1 if style == "wooden" else 3
+    low = top - (0.14 if style == "wooden" else 0.42 * height)
+    case = block((front - 0.38, y0, low), (front - 0.016, y1, top + 0.002), 0.003)
+    levels = np.linspace(low + 0.003, top - 0.003, count + 1)
+    areas = [Front(y0 + 0.003, y1 - 0.003, float(a), float(b)) for a, b in itertools.pairwise(levels)]
+    handles = [
+        block((front - 0.002, 0.5 * (y0 + y1) - 0.07, a.high - 0.04), (front + 0.02, 0.5 * (y0 + y1) + 0.07, a.high - 0.028), 0.003)
+        for a in areas
+    ]
+    return merged(case, fronts(front, areas, 0.016)), merged(*handles)
+
+
+def _vise(x: float, y: float, z: float, tall: float) -> Mesh:
+    """A front vise below the top: fixed and moving jaw, screw and tommy bar."""
+    fixed = block((x - 0.16, y - 0.09, z - tall), (x - 0.07, y + 0.09, z + 0.002), 0.006)
+    jaw = block((x - 0.045, y - 0.09, z - 0.8 * tall), (x - 0.012, y + 0.09, z - 0.004), 0.006)
+    screw = rod((x - 0.12, y, z - 0.5 * tall), (x, y, z - 0.5 * tall), 0.016)
+    guides = [rod((x - 0.12, y + s * 0.06, z - 0.55 * tall), (x - 0.02, y + s * 0.06, z - 0.55 * tall), 0.009) for s in (-1.0, 1.0)]
+    bar = rod((x - 0.006, y - 0.07, z - 0.62 * tall), (x - 0.006, y + 0.07, z - 0.38 * tall), 0.006)
+    return merged(fixed, jaw, screw, *guides, bar)
+
+
+def _stored(rng: np.random.Generator, half_d: float, reach: float, z: float, room: float) -> tuple[Mesh, Mesh]:
+    """Boxes and tins on the lower shelf, at least one of each."""
+    things: tuple[list[Mesh], list[Mesh]] = ([], [])
+    y, k = -reach + 0.05, int(rng.integers(2))
+    while y < reach - 0.2 or not (things[0] and things[1]):
+        tall = min(rng.uniform(0.14, 0.28), 0.5 * room)
+        r = min(rng.uniform(0.06, 0.1), 0.3 * half_d, 0.2 * reach)
+        if (k % 2 and rng.random() < 0.6) or (not things[1] and y > 0.3 * reach):
+            rim = [(r, 0.0), (r, tall - 0.004), (1.03 * r, tall - 0.004), (1.03 * r, tall), (0.95 * r, tall), (0.94 * r, tall - 0.008)]
+            things[1].append(moved(lathe([(0.0, 0.0), *rim, (0.0, tall - 0.008)], 20), -0.1 * half_d, min(y, reach - 2.1 * r) + r, z))
+            wide = 2.0 * r
+        else:
+            wide, deep = rng.uniform(0.18, 0.32), rng.uniform(0.35, 0.6) * half_d
+            start = min(y, reach - 0.12)
+            things[0].append(block((-deep, start, z), (0.7 * deep, min(start + wide, reach - 0.01), z + tall), 0.004))
+        y += wide + rng.uniform(0.03, 0.16)
+        k += 1
+    return merged(*things[0]), merged(*things[1])
+
+
+def build_tool_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a rolling cabinet of flat drawers with full-width grips, or one with drawers over a door, on castors."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    low = min(0.13, 0.16 * height)
+    front = half_d - 0.018
+    body = [block((-half_d + 0.004, -half_w + 0.02, low), (front - 0.016, half_w, height - 0.02), 0.004)]
+    mat = block((-half_d, -half_w, height - 0.024), (half_d, half_w, height), 0.006)
+    grip = bent(
+        [
+            (-0.6 * half_d, -half_w + 0.02, 0.86 * height),
+            (-0.6 * half_d, -half_w + 0.002, 0.86 * height),
+            (0.6 * half_d, -half_w + 0.002, 0.86 * height),
+            (0.6 * half_d, -half_w + 0.02, 0.86 * height),
+        ],
+        0.0018 + 0.006,
+        0.015,
+        8,
+    )
+    count = max(3, round((height - low) / 0.13))
+    weight = 1.0 + 0.22 * np.arange(count)[::-1]
+    edges = low + 0.008 + (height - low - 0.036) * np.concatenate([[0.0], np.cumsum(weight) / weight.sum()])
+    areas = [Front(-half_w + 0.026, half_w - 0.006, float(a), float(b)) for a, b in itertools.pairwise(edges)]
+    if style == "door":
+        areas = [Front(-half_w + 0.026, half_w - 0.006, areas[0].low, areas[count // 2].high), *areas[count // 2 + 1 :]]
+    grips = [block((front - 0.001, a.left + 0.01, a.high - 0.026), (front + 0.014, a.right - 0.01, a.high - 0.008), 0.003) for a in areas]
+    wheels = []
+    for x in (-half_d + 0.07, half_d - 0.09):
+        for y in (-half_w + 0.08, half_w - 0.06):
+            r = 0.42 * low
+            wheels += [disc("y", (x, y, r), r, 0.03, 20, 0.005), block((x - 0.02, y - 0.024, r), (x + 0.02, y + 0.024, low + 0.002), 0.003)]
+            wheels.append(block((x - 0.035, y - 0.03, low - 0.012), (x + 0.035, y + 0.03, low + 0.003), 0.002))
+    lock = disc("x", (front, 0.0, height - 0.03), 0.009, 0.02, 12)
+    return fitted(
+        {
+            "body": merged(*body),
+            "drawers": fronts(front, areas, 0.016),
+            "handles": merged(*grips, grip, lock),
+            "top": mat,
+            "castors": merged(*wheels),
+        },
+        size_m,
+    )
+
+
+def build_toolbox(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a plastic box with latches and recessed grip, or a steel cantilever box with a bar handle."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    top = 0.8 * height
+    if style == "steel":
+        edges = [0.0, 0.3 * top, 0.62 * top, top]
+        body = [
+            block((-half_d + 0.004 * k, -half_w, a + 0.002), (half_d - 0.004 * k, half_w, b), 0.006)
+            for k, (a, b) in enumerate(itertools.pairwise(edges))
+        ]
+        arms = []
+        for s in (-1.0, 1.0):
+            for x in (-0.45, 0.45):
+                arms.append(
+                    block((x * half_d - 0.008, s * half_w - 0.003, 0.12 * top), (x * half_d + 0.008, s * half_w + 0.003, 0.92 * top), 0.001)
+                )
+        arms.append(
+            bent(
+                [
+                    (0, -0.75 * half_w, top - 0.01),
+                    (0, -0.75 * half_w, height - 0.008),
+                    (0, 0.75 * half_w, height - 0.008),
+                    (0, 0.75 * half_w, top - 0.01),
+                ],
+                0.008,
+                0.03,
+                10,
+            )
+        )
+        lid = loft(
+            [
+                oval(half_d - i, half_w - 0.5 * i, z, power=14.0)
+                for i, z in ((0.01, top - 0.005), (0.012, top + 0.004), (0.05, top + 0.3 * (height - top)))
+            ]
+        )
+        return fitted({"body": merged(*body), "lid": lid, "handle": merged(*arms)}, size_m)
+    split = 0.62 * top
+    base = loft(
+        [
+            oval(half_d * s, half_w * s, z, power=9.0)
+            for s, z in ((0.88, 0.0), (0.9, 0.01), (0.98, split - 0.012), (1.0, split - 0.01), (1.0, split), (0.96, split))
+        ]
+    )
+    shell = [(1.0, split + 0.003), (1.0, split + 0.016), (0.96, split + 0.018), (0.92, 0.93 * top), (0.86, top), (0.8, top)]
+    lid = loft([oval(half_d * s, half_w * s, z, power=9.0) for s, z in shell])
+    grip = [
+        bent(
+            [
+                (0, -0.42 * half_w, top - 0.005),
+                (0, -0.38 * half_w, height - 0.012),
+                (0, 0.38 * half_w, height - 0.012),
+                (0, 0.42 * half_w, top - 0.005),
+            ],
+            0.012,
+            0.03,
+            10,
+        )
+    ]
+    for y in (-0.6, 0.6):
+        grip.append(block((0.93 * half_d, y * half_w - 0.025, split - 0.05), (half_d + 0.004, y * half_w + 0.025, split + 0.03), 0.006))
+    organiser = [
+        block(
+            (x * half_d - 0.2 * half_d, y * half_w - 0.2 * half_w, top - 0.004),
+            (x * half_d + 0.2 * half_d, y * half_w + 0.2 * half_w, top + 0.006),
+            0.003,
+        )
+        for x in (-0.45, 0.45)
+        for y in (-0.55, 0.55)
+    ]
+    return fitted({"body": base, "lid": lid, "handle": merged(*grip, *organiser)}, size_m)
+
+
+def build_paint_can(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a tin with label, rims, pressed lid and a wire handle that lies at its side; open, its paint shows."""
+    depth, width, height = size_m
+    r = 0.5 * min(depth, width) - 0.006
+    top = height - 0.004
+    rim = [
+        (0.0, 0.0),
+        (0.97 * r, 0.0),
+        (r, 0.004),
+        (r, 0.01),
+        (0.97 * r, 0.014),
+        (0.97 * r, top - 0.016),
+        (r, top - 0.012),
+        (r, top),
+        (0.93 * r, top),
+    ]
+    label = lathe(
+        [(0.95 * r, 0.1 * height), (0.982 * r, 0.1 * height), (0.982 * r, 0.86 * height), (0.95 * r, 0.86 * height)], 26, closed=True
+    )
+    if style == "open":
+        level = rng.uniform(0.6, 0.85) * height
+        body = lathe([*rim, (0.8 * r, top), (0.8 * r, top - 0.006), (0.93 * r, top - 0.008), (0.93 * r, 0.02), (0.0, 0.02)], 26)
+        inside = lathe([(0.0, level - 0.004), (0.94 * r, level - 0.004), (0.94 * r, level), (0.0, level)], 26)
+        drip = [
+            moved(rod((0, 0, h), (0, 0, top), 0.005, 0.006, 8), 0.985 * r * math.cos(a), 0.985 * r * math.sin(a))
+            for a, h in zip(rng.uniform(0, 6.3, 3), rng.uniform(0.4, 0.8, 3) * height, strict=True)
+        ]
+        paint = merged(inside, *drip)
+    else:
+        body = lathe([*rim, (0.92 * r, top - 0.008), (0.0, top - 0.008)], 26)
+        paint = lathe(
+            [
+                (0.0, top - 0.01),
+                (0.88 * r, top - 0.01),
+                (0.88 * r, top - 0.001),
+                (0.8 * r, top - 0.001),
+                (0.78 * r, top - 0.005),
+                (0.0, top - 0.005),
+            ],
+            26,
+        )
+    ears = merged(*(disc("y", (0.0, s * (r - 0.001), 0.78 * height), 0.014, 0.012, 14, 0.003) for s in (-1.0, 1.0)))
+    turn = np.linspace(0.0, math.pi, 15)
+    wire = np.column_stack([1.02 * r * np.sin(turn), (r + 0.003) * np.cos(turn), 0.78 * height - 0.42 * height * np.sin(turn)])
+    lift = lathe([(0.0, height - 0.006), (0.25 * r, height - 0.006), (0.25 * r, height), (0.0, height)], 16)
+    handle = (
+        merged(ears, sweep(wire, 0.002, 6), lift)
+        if style == "closed"
+        else merged(ears, sweep(wire, 0.002, 6), ring("z", (0, 0, top), 0.97 * r, 0.004, 26, 6))
+    )
+    return fitted({"body": body, "label": label, "paint": paint, "handle": handle}, size_m)
+
+
+def build_step_ladder(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return an opened step ladder of aluminium or wood; one climbs it from +x."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    count = max(2, round(height / 0.3))
+    apex = -half_d + 0.3 * depth
+    platform = height * (0.76 if style == "aluminium" else 0.985)
+    taper = 0.82
+    thick = 0.022 if style == "aluminium" else 0.028
+    rails, treads, pads = [], [], []
+
+    def side(share: float) -> float:
+        return (half_w - 0.5 * thick) * (1.0 - (1.0 - taper) * share)
+
+    top_share = 0.97 if style == "aluminium" else platform / height
+    for s in (-1.0, 1.0):
+        high = (apex + 0.02, s * side(top_share), top_share * height if style == "aluminium" else platform - 0.01)
+        knee = (apex + 0.1, s * side(platform / height), platform)
+        foot = (half_d - 0.02, s * side(0.0), 0.012)
+        rails.append(_plank(foot, knee if style == "aluminium" else high, 0.055, thick))
+        if style == "aluminium":
+            rails.append(
+                bent([knee, (apex + 0.06, s * side(0.97) * 0.9, height - 0.014), (apex + 0.06, 0.0, height - 0.012)], 0.012, 0.08, 8)
+            )
+        rails.append(
+            _plank(
+                (-half_d + 0.02, s * 0.95 * side(0.0), 0.012),
+                (apex, s * 0.95 * side(platform / height), platform - 0.03),
+                0.04,
+                0.8 * thick,
+            )
+        )
+        for x, y in ((half_d - 0.02, side(0.0)), (-half_d + 0.02, 0.95 * side(0.0))):
+            pads.append(
+                block(
+                    (x - 0.02 if x < 0 else x - 0.035, s * y - 0.016, 0.0), (x + 0.035 if x < 0 else x + 0.02, s * y + 0.016, 0.035), 0.004
+                )
+            )
+    for k in range(count):
+        share = (k + 1.0) / (count + 0.0)
+        z = share * platform
+        x = half_d - 0.02 + share * (apex + 0.1 - half_d + 0.02)
+        half = side(z / height)
+        deep = 0.05 if k < count - 1 else 0.13
+        back = 0.09 if k == count - 1 else 0.0
+        treads.append(block((x - deep - back, -half, z - 0.022), (x + 0.04, half, z + (0.0 if k < count - 1 else 0.012)), 0.004))
+    z = 0.4 * platform
+    x = -half_d + 0.02 + 0.4 * (apex + half_d - 0.02)
+    treads += [rod((x, -0.95 * side(0.4), z), (x, 0.95 * side(0.4), z), 0.012, segments=8)]
+    stays = [
+        rod((x, s * 0.9 * side(0.4), z), (half_d - 0.02 + 0.42 * (apex - half_d), s * side(0.4), z + 0.02), 0.005, segments=6)
+        for s in (-1.0, 1.0)
+    ]
+    return fitted({"rails": merged(*rails, *stays), "treads": merged(*treads), "feet": merged(*pads)}, size_m)
+
+
+def _plank(a: tuple[float, float, float], b: tuple[float, float, float], wide: float, thick: float) -> Mesh:
+    """A straight bar of rectangular section from a to b, its broad side along x."""
+    start, end = np.asarray(a), np.asarray(b)
+    corners = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]) * (wide, thick)
+    section = np.column_stack([corners, np.zeros(4)])
+    return loft([start + section, end + section])
+
+
+MODELS = {
+    "workbench": Model(build_workbench, ("wooden", "steel")),
+    "tool_cabinet": Model(build_tool_cabinet, ("drawers", "door")),
+    "toolbox": Model(build_toolbox, ("plastic", "steel")),
+    "paint_can": Model(build_paint_can, ("closed", "open")),
+    "step_ladder": Model(build_step_ladder, ("aluminium", "wooden")),
+}
