@@ -3,74 +3,112 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple
-from typing import TypeVar
+from typing import NamedTuple
 
 import numpy as np
 
 from grammar.categories import Categories
 from grammar.energies import place_object
-from grammar.layout import CEILING, FIXED, FLOOR, OBJECT, WALL, Floats, Ints, Problem, State, empty_state
+from grammar.layout import BOTTOM, CEILING, CENTRE, CORE, FIXED, FLOOR, LEADS, OBJECT, WALL, Floats, Ints, Problem, State, empty_state
 from grammar.parse_tree import ParseTree, Thing
-from grammar.rules import AroundMode, Grammar
+from grammar.rules import AroundMode, Grammar, Thresholds
 from grammar.solids import local_solids, surface_top
-from grammar.walls import reflex_vertices, wall_rows
-from grammar.zones import Zone, opening_zones, thing_zones
+from grammar.walls import WALL_YAW, wall_rows
+from grammar.zones import Zone, opening_zones, side_rectangle, thing_zones
 from scene_description import Opening
 
+Row = tuple[float, ...]
+Modes = tuple[list[Row], list[Row], list[Row], list[Row]]
+
 _MOUNT = {"floor": FLOOR, "wall": WALL, "ceiling": CEILING, "object": OBJECT}
-T = TypeVar("T")
 
 
 def assemble(grammar: Grammar, categories: Categories, tree: ParseTree) -> tuple[Problem, State]:
     """Return the layout problem of a parse tree and a state in which only its openings are placed."""
     openings, things, room = tree.room.openings, tree.things, tree.room
     size = {opening.id: (0.0, opening.width_m, opening.height_m) for opening in openings} | {thing.id: thing.size_m for thing in things}
-    solids = [np.zeros((0, 6)) for _ in openings] + [local_solids(categories[t.rule.category], t.size_m) for t in things]
-    zones = [opening_zones(o, grammar.openings[o.category]) for o in openings] + [thing_zones(t.rule, t.size_m) for t in things]
-    zone_rows = [zone for of_object in zones for zone in of_object]
-    slots, slot_owner = _slots(categories, things)
-    candidates: list[list[tuple[int, float]]] = [[] for _ in openings] + [_candidates(t, slots, slot_owner) for t in things]
-    around: list[list[tuple[float, float, float]]] = [[] for _ in openings] + [
-        [_around_target(mode, t.size_m, size[t.core]) for mode in t.rule.around] if t.core else [] for t in things
-    ]
-    of_things: list[Thing | None] = [*(None for _ in openings), *things]
-    half = np.array([(0.5 * size[i + 1][0], 0.5 * size[i + 1][1]) for i in range(len(of_things))])
-    walls, wall_yaw = wall_rows(room.polygon_m)
-    polygon = np.array(room.polygon_m)
+    slots = _slots(categories, things)
+    limits, reach_m = grammar.validity, grammar.validity.reach_depth_m
+    parts = [_Parts([], [_zone_row(z) for z in opening_zones(o, grammar.openings[o.category])], [], ([], [], [], [])) for o in openings]
+    for thing in things:
+        solids = [(*row, 0.0, 0.0) for row in local_solids(categories[thing.rule.category], thing.size_m).tolist()]
+        strips = [_strip_row(side, reach_m, thing.size_m) for side in thing.rule.reach_any]
+        zones = [_zone_row(zone) for zone in thing_zones(thing.rule, thing.size_m)]
+        parts.append(_Parts(solids, zones, strips, _modes(thing, size, slots)))
+    rows = [(FIXED, -1, 0, 0)] * len(openings)
+    for thing, part in zip(things, parts[len(openings) :], strict=True):
+        core = -1 if thing.core is None else thing.core - 1
+        rows.append((_MOUNT[thing.rule.mount], core, 0, int(_blocks(thing, limits, part))))
+    link = np.array(rows, np.int64).reshape(-1, 4)
+    owners = {int(row[5]) for row in slots}
+    link[:, LEADS] = [int(i in owners or i in link[:, CORE]) for i in range(len(link))]
+    box_first, mode_first = _firsts([p.boxes for p in parts]), _firsts([p.modes for p in parts])
+    wall, polygon = wall_rows(room.polygon_m), np.array(room.polygon_m)
     problem = Problem(
-        half=half,
-        radius=np.array([_radii(h, s, z) for h, s, z in zip(half, solids, zones, strict=True)]),
-        bottom=np.array([o.sill_m for o in openings] + [t.bottom_m for t in things]),
-        mount=np.array([FIXED for _ in openings] + [_MOUNT[t.rule.mount] for t in things], np.int64),
-        core=np.array([-1 if t is None or t.core is None else t.core - 1 for t in of_things], np.int64),
-        box_first=_firsts(solids),
-        box=np.concatenate(solids),
-        zone_first=_firsts(zones),
-        zone=np.array([zone[:6] for zone in zone_rows], np.float64).reshape(-1, 6),
-        zone_kind=np.array([zone[6] for zone in zone_rows], np.int64),
-        zone_depth=np.array([zone[7] for zone in zone_rows], np.float64),
-        wall_mode_first=_firsts([t.rule.wall if t else () for t in of_things]),
-        wall_mode=_rows([astuple(mode) for t in of_things if t for mode in t.rule.wall], 2),
-        around_first=_firsts(around),
-        around=_rows([row for rows in around for row in rows], 3),
-        slot=_rows(slots, 5),
-        slot_owner=np.array(slot_owner, np.int64),
-        candidate_first=_firsts(candidates),
-        candidate=np.array([slot for rows in candidates for slot, _ in rows], np.int64),
-        candidate_cost=np.array([cost for rows in candidates for _, cost in rows], np.float64),
-        place_first=_firsts([t.rule.placements if t else () for t in of_things]),
-        place=_rows([astuple(mode) for t in of_things if t for mode in t.rule.placements], 3),
-        centre=np.array([float(t is not None and t.rule.room_centre and t.core is None) for t in of_things]),
-        wall=walls,
-        wall_yaw=wall_yaw,
-        reflex=reflex_vertices(polygon),
-        bounds=np.concatenate([polygon.min(0), polygon.max(0)]),
-        middle=_centroid(polygon),
-        weight=np.array(astuple(grammar.weights)),
+        object=np.array([_object_row(size[i + 1], p) for i, p in enumerate(parts)]),
+        link=np.column_stack([link, box_first, mode_first]),
+        box=_rows([row for p in parts for rows in p.boxes for row in rows], 8),
+        mode=_rows([row for p in parts for rows in p.modes for row in rows], 3),
+        slot=_rows(slots, 6),
+        wall=wall,
+        number=np.concatenate([astuple(grammar.weights), polygon.min(0), polygon.max(0), _centroid(polygon)]),
     )
+    problem.object[:, BOTTOM] = [o.sill_m for o in openings] + [t.bottom_m for t in things]
+    problem.object[:, CENTRE] = [0.0 for _ in openings] + [float(t.rule.room_centre and t.core is None) for t in things]
     return problem, _with_openings(problem, openings)
+
+
+class _Parts(NamedTuple):
+    """The rows that an object adds to the tables: solids, zones, strips to be reached; wall modes, around, placements, candidates."""
+
+    solids: list[Row]
+    zones: list[Row]
+    strips: list[Row]
+    modes: Modes
+
+    @property
+    def boxes(self) -> tuple[list[Row], list[Row], list[Row]]:
+        return self.solids, self.zones, self.strips
+
+
+def _zone_row(zone: Zone) -> Row:
+    return (*(float(x) for x in zone),)
+
+
+def _strip_row(side: str, depth_m: float, size: tuple[float, float, float]) -> Row:
+    x, y, half_d, half_w = side_rectangle(side, depth_m, size)
+    return x, y, 0.0, size[2], half_d, half_w, 0.0, depth_m
+
+
+def _blocks(thing: Thing, limits: Thresholds, parts: _Parts) -> bool:
+    """Return whether a thing takes floor from a walker; what stands on a thing lies within its footprint."""
+    low = min((row[2] for row in parts.solids), default=math.inf)
+    return thing.rule.mount != "object" and thing.bottom_m + low < limits.robot_height_m
+
+
+def _modes(thing: Thing, size: Mapping[int, tuple[float, float, float]], slots: Sequence[Row]) -> Modes:
+    rule = thing.rule
+    wall: list[Row] = [(mode.distance_m, _or_nan(mode.orientation_rad), 0.0) for mode in rule.wall]
+    around: list[Row] = [_around_target(mode, thing.size_m, size[thing.core]) for mode in rule.around] if thing.core else []
+    places: list[Row] = [
+        (_or_nan(mode.depth_fraction), _or_nan(mode.width_fraction), _or_nan(mode.orientation_rad)) for mode in rule.placements
+    ]
+    return wall, around, places, [(slot, cost, 0.0) for slot, cost in _candidates(thing, slots)]
+
+
+def _or_nan(value: float | None) -> float:
+    return math.nan if value is None else value
+
+
+def _object_row(size: tuple[float, float, float], parts: _Parts) -> Row:
+    inner = max(_radius(parts.solids), math.hypot(0.5 * size[0], 0.5 * size[1]))
+    return 0.5 * size[0], 0.5 * size[1], inner, max(inner, _radius(parts.zones)), 0.0, 0.0
+
+
+def _radius(rows: Sequence[Row]) -> float:
+    return max((math.hypot(abs(row[0]) + row[4], abs(row[1]) + row[5]) for row in rows), default=0.0)
 
 
 def _with_openings(problem: Problem, openings: Sequence[Opening]) -> State:
@@ -78,8 +116,8 @@ def _with_openings(problem: Problem, openings: Sequence[Opening]) -> State:
     for i, opening in enumerate(openings):
         ax, ay, tx, ty = problem.wall[opening.wall, :4]
         along = opening.offset_m + 0.5 * opening.width_m
-        state.pose[i] = ax + tx * along, ay + ty * along, problem.wall_yaw[opening.wall]
-        state.on_wall[i], state.active[i] = opening.wall, True
+        state.pose[i] = ax + tx * along, ay + ty * along, problem.wall[opening.wall, WALL_YAW]
+        state.on_wall[i], state.active[i] = opening.wall, 1
         place_object(problem, state, i)
     return state
 
@@ -106,33 +144,22 @@ def _around_target(mode: AroundMode, size: tuple[float, float, float], core: tup
     return x, y, yaw
 
 
-def _slots(categories: Categories, things: Sequence[Thing]) -> tuple[list[tuple[float, ...]], list[int]]:
-    rows: list[tuple[float, ...]] = []
-    owners: list[int] = []
+def _slots(categories: Categories, things: Sequence[Thing]) -> list[Row]:
+    rows: list[Row] = []
     for thing in things:
         for surface in categories[thing.rule.category].surfaces:
-            height, half_d, half_w = surface_top(surface, thing.size_m)
-            rows.append((0.0, 0.0, height, half_d, half_w))
-            owners.append(thing.id - 1)
-    return rows, owners
+            rows.append((0.0, 0.0, *surface_top(surface, thing.size_m), float(thing.id - 1)))
+    return rows
 
 
-def _candidates(thing: Thing, slots: Sequence[tuple[float, ...]], owners: Sequence[int]) -> list[tuple[int, float]]:
+def _candidates(thing: Thing, slots: Sequence[Row]) -> list[tuple[int, float]]:
     """Return the tops that a thing fits on with -log of their probabilities; an object's probability is shared by its tops."""
     found: list[tuple[int, float]] = []
     small, large = sorted((0.5 * thing.size_m[0], 0.5 * thing.size_m[1]))
     for target, log_probability in zip(thing.supporters, thing.supporter_log_probability, strict=True):
-        fitting = [k for k, owner in enumerate(owners) if owner == target - 1 and small <= min(slots[k][3:]) and large <= max(slots[k][3:])]
+        fitting = [k for k, row in enumerate(slots) if row[5] == target - 1 and small <= min(row[3:5]) and large <= max(row[3:5])]
         found.extend((k, math.log(len(fitting)) - log_probability) for k in fitting)
     return found
-
-
-def _radii(half: Floats, solids: Floats, zones: Sequence[Zone]) -> tuple[float, float]:
-    def reach(rows: Sequence[Sequence[float]]) -> float:
-        return max((math.hypot(abs(row[0]) + row[4], abs(row[1]) + row[5]) for row in rows), default=0.0)
-
-    inner = max(reach([list(row) for row in solids]), float(np.hypot(*half)))
-    return inner, max(inner, reach(zones))
 
 
 def _centroid(polygon: Floats) -> Floats:
@@ -141,9 +168,12 @@ def _centroid(polygon: Floats) -> Floats:
     return np.asarray(((polygon + following) * cross[:, None]).sum(0) / (3.0 * cross.sum()))
 
 
-def _firsts(lists: Sequence[Sequence[T] | Floats]) -> Ints:
-    return np.concatenate([[0], np.cumsum([len(rows) for rows in lists])]).astype(np.int64)
+def _firsts(parts: Sequence[Sequence[Sequence[Row]]]) -> Ints:
+    """Return for each object the first rows of its lists in their common table, and the end of the last one."""
+    kinds = len(parts[0]) if parts else 0
+    ends = np.cumsum([len(rows) for lists in parts for rows in lists]).reshape(-1, kinds)
+    return np.column_stack([np.concatenate([[0], ends[:-1, -1]]), ends]).astype(np.int64)
 
 
-def _rows(rows: Sequence[Sequence[float | None]], columns: int) -> Floats:
-    return np.array([[math.nan if x is None else x for x in row] for row in rows], np.float64).reshape(-1, columns)
+def _rows(rows: Sequence[Row], columns: int) -> Floats:
+    return np.array(rows, np.float64).reshape(-1, columns)

@@ -22,6 +22,10 @@ def check_grammar(grammar: Grammar, categories: Collection[str]) -> None:
             raise range_error(f"{path}.low", normal.low, normal.high)
     if grammar.room.area_low_m2 >= grammar.room.area_high_m2:
         raise range_error("room.area_low_m2", grammar.room.area_low_m2, grammar.room.area_high_m2)
+    shapes = grammar.room.shapes
+    _check_sum("room.shapes", [shapes.rectangle, shapes.l_shape, shapes.t_shape, shapes.u_shape])
+    if shapes.notch_low >= shapes.notch_high:
+        raise range_error("room.shapes.notch_low", shapes.notch_low, shapes.notch_high)
     for kind, opening in grammar.openings.items():
         if kind not in OPENINGS:
             raise FieldError(f"openings.{kind}", f"one of {', '.join(OPENINGS)}", "an unknown key")

@@ -1,9 +1,8 @@
 """Ancestral sampling: grammar and request -> parse tree, with the log-probability of every choice.
 
 Structure, room, sizes, openings and addresses are drawn from the root down.  A derivation that breaks a constraint (number of objects,
-share of
-the floor, something that has nothing to stand on) is thrown away and drawn again within a budget; the log-probabilities are those
-of the grammar, not of the grammar given the constraints.
+share of the floor, something that has nothing to stand on) is thrown away and drawn again within a budget; the log-probabilities are those
+of the grammar (with the clutter asked for, without the categories that must not appear), not of the grammar given the other constraints.
 """
 
 from __future__ import annotations
@@ -17,8 +16,10 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from grammar.categories import Categories
+from grammar.constraints import Bound, category_bounds, constrained
 from grammar.densities import draw_index, draw_normal, draw_size
 from grammar.openings import Attribute, DrawnOpening, draw_opening
+from grammar.outlines import area_m2, check_outline, draw_outline
 from grammar.parse_tree import ParseTree, Thing
 from grammar.request import RequestError, SceneRequest
 from grammar.rules import NONE, Grammar, ObjectRule
@@ -49,10 +50,12 @@ def derive(grammar: Grammar, categories: Categories, request: SceneRequest, rng:
         RequestError: no derivation can meet it, or none did within the budget; the line names the constraint.
     """
     _check_request(grammar, request)
+    bounds, grammar = category_bounds(grammar, request), constrained(grammar, request)
+    outline = check_outline(request.room_polygon_m) if request.room_polygon_m else ()
     reasons: Counter[str] = Counter()
     for _ in range(grammar.budget.derivations):
         try:
-            return _derive_once(grammar, categories, request, rng)
+            return _derive_once(grammar, categories, request, bounds, outline, rng)
         except _Rejected as rejected:
             reasons[str(rejected)] += 1
     worst, count = reasons.most_common(1)[0]
@@ -63,6 +66,8 @@ def derive(grammar: Grammar, categories: Categories, request: SceneRequest, rng:
 
 
 def _check_request(grammar: Grammar, request: SceneRequest) -> None:
+    if request.room_polygon_m and (request.room_width_m > 0.0 or request.room_depth_m > 0.0):
+        raise RequestError("room_polygon_m: expected no room_width_m and room_depth_m beside it, got both; set those to 0")
     least, most = count_range(grammar)
     if request.min_objects > request.max_objects:
         raise RequestError(f"min_objects: expected at most max_objects = {request.max_objects}, got {request.min_objects}")
@@ -74,18 +79,29 @@ def _check_request(grammar: Grammar, request: SceneRequest) -> None:
         raise RequestError(f"min_objects: expected at most {most}, the most objects of a {grammar.room_type}, got {request.min_objects}")
 
 
-def _derive_once(grammar: Grammar, categories: Categories, request: SceneRequest, rng: np.random.Generator) -> ParseTree:
+def _derive_once(
+    grammar: Grammar,
+    categories: Categories,
+    request: SceneRequest,
+    bounds: Mapping[str, Bound],
+    outline: tuple[Point2, ...],
+    rng: np.random.Generator,
+) -> ParseTree:
     structure = draw_structure(grammar, rng)
     terminals = [i for i, vertex in enumerate(structure) if vertex.kind == "terminal"]
     if not request.min_objects <= len(terminals) <= request.max_objects:
         raise _Rejected(f"number of objects within [{request.min_objects}, {request.max_objects}]")
     rules = [grammar.objects[structure[i].symbol] for i in terminals]
+    numbers = Counter(rule.category for rule in rules)
+    for category, bound in bounds.items():
+        if not bound.least <= numbers[category] <= bound.most:
+            raise _Rejected(bound.name)
     sizes = [draw_size(rng, rule) for rule in rules]
-    room, room_attributes = _draw_room(grammar, request, rng)
+    room, room_attributes = _draw_room(grammar, request, outline, rng)
     covered = sum(
         s[0] * s[1] for rule, (s, _) in zip(rules, sizes, strict=True) if rule.mount == "floor" and not categories[rule.category].underlay
     )
-    if covered > grammar.room.floor_share_max * _area(room.polygon_m):
+    if covered > grammar.room.floor_share_max * area_m2(room.polygon_m):
         raise _Rejected(f"furniture on at most {grammar.room.floor_share_max:g} of the floor")
     openings, opening_counts = _draw_openings(grammar, categories, room, rng)
     room = replace(room, openings=tuple(item.opening for item in openings))
@@ -134,21 +150,29 @@ def _append_things(
     return tuple(things)
 
 
-def _draw_room(grammar: Grammar, request: SceneRequest, rng: np.random.Generator) -> tuple[Room, list[Attribute]]:
+def _draw_room(
+    grammar: Grammar, request: SceneRequest, outline: tuple[Point2, ...], rng: np.random.Generator
+) -> tuple[Room, list[Attribute]]:
     attributes, sides = [], []
-    for name in ("width_m", "depth_m"):
+    for name in () if outline else ("width_m", "depth_m"):
         asked = getattr(request, f"room_{name}")
         side, log = (asked, 0.0) if asked > 0.0 else draw_normal(rng, getattr(grammar.room, name))
         sides.append(side)
         attributes.append(Attribute(name, f"{side:.3f} m{' (requested)' if asked > 0.0 else ''}", log))
-    width, depth = sides
     height, log = draw_normal(rng, grammar.room.height_m)
     attributes.append(Attribute("height_m", f"{height:.3f} m", log))
-    low, high = grammar.room.area_low_m2, grammar.room.area_high_m2
-    if not (request.room_width_m > 0.0 and request.room_depth_m > 0.0) and not low <= width * depth <= high:
-        raise _Rejected(f"room area within [{low:g}, {high:g}] m2")
-    x, y = 0.5 * width, 0.5 * depth
-    polygon = ((-x, -y), (x, -y), (x, y), (-x, y))
+    polygon = outline
+    if outline:
+        attributes.append(Attribute("shape", f"outline with {len(outline)} walls (requested)", 0.0))
+    else:
+        drawn = draw_outline(rng, grammar.room.shapes, sides[0], sides[1])
+        if drawn is None:
+            raise _Rejected(f"no arm of the room narrower than {grammar.room.shapes.narrowest_m:g} m")
+        polygon, shape = drawn
+        attributes.append(shape)
+        low, high, area = grammar.room.area_low_m2, grammar.room.area_high_m2, area_m2(polygon)
+        if not (request.room_width_m > 0.0 and request.room_depth_m > 0.0) and not low <= area <= high:
+            raise _Rejected(f"room area within [{low:g}, {high:g}] m2")
     return Room(polygon_m=polygon, height_m=height, wall_thickness_m=grammar.room.wall_thickness_m, openings=(), surfaces=()), attributes
 
 
@@ -264,8 +288,3 @@ def _attribute_node(attribute: Attribute, identifier: int | None) -> ParseNode:
     return ParseNode(
         symbol=attribute.name, kind="attribute", choice=attribute.value, log_probability=attribute.log_probability, object=identifier
     )
-
-
-def _area(polygon_m: Sequence[Point2]) -> float:
-    edges = zip(polygon_m, (*polygon_m[1:], polygon_m[0]), strict=True)
-    return 0.5 * sum(a[0] * b[1] - b[0] * a[1] for a, b in edges)

@@ -1,6 +1,7 @@
-"""A layout problem and its state as arrays that compiled code can take: what the chain moves, and what it moves it in.
+"""A layout problem and its state as a few tables that compiled code can take: what the chain moves, and what it moves it in.
 
-Objects are numbered from 0 over openings and things alike, object id minus 1; openings are fixed.  World frame, metres, radians.
+Objects are numbered from 0 over openings and things alike, object id minus 1; openings are fixed.  World frame, metres, radians.  Few
+tables with named columns rather than one array for each quantity: every array that a kernel takes costs compile time in its callers.
 """
 
 from __future__ import annotations
@@ -10,99 +11,131 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grammar.rules import TERMS
+
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Flags = NDArray[np.bool_]
 
 FLOOR, WALL, CEILING, OBJECT, FIXED = range(5)
-"""What holds an object: values of ``Problem.mount``."""
+"""What holds an object: values of column ``MOUNT``."""
 
 ACCESS, VIEW, SWING, FACE = range(4)
 """Kinds of zones.  ACCESS: space that people need (soft); VIEW: kept free of what stands on the floor; SWING: kept free of everything;
-FACE:
-kept free of what hangs on walls.
+FACE: kept free of what hangs on walls.
 """
+
+HALF_DEPTH, HALF_WIDTH, INNER_RADIUS, OUTER_RADIUS, BOTTOM, CENTRE = range(6)
+"""Columns of ``Problem.object``."""
+
+MOUNT, CORE, LEADS, BLOCKS, BOX, ZONE, REACH, BOX_END, WALL_MODE, AROUND, PLACE, CANDIDATE, MODE_END = range(13)
+"""Columns of ``Problem.link``."""
+
+BOUNDS = len(TERMS)
+MIDDLE = BOUNDS + 4
+"""Places in ``Problem.number``, after the weights of the energy terms."""
+
+SLOT_HALF_DEPTH, SLOT_HALF_WIDTH, SLOT_OWNER = 3, 4, 5
+"""Columns of ``Problem.slot`` after x, y, z."""
+
+SLOT, ON_WALL, ACTIVE = range(3)
+"""Columns of ``State.hold``."""
 
 
 class Problem(NamedTuple):
-    """Everything about a room that its chain leaves alone.  n objects, lists per object as slices ``first[i]:first[i + 1]``.
+    """Everything about a room that its chain leaves alone.  n objects; an object's rows of ``box`` and ``mode`` follow each other.
 
-    half: (n, 2) half depth and half width; radius: (n, 2) of circles about the origin around the solids and around solids and zones;
-    bottom: (n,) height of the underside of what does not stand on an object; mount: (n,) codes above; core: (n,) index of the core object
-    or -1; box: (m, 6) solids in their objects' frames (x, y, z_low, z_high, half_depth, half_width); zone: (q, 6) likewise, with zone_kind
-    (q,)
-    and zone_depth (q,); wall_mode: (k, 2) gap and relative yaw (NaN: any); around: (k, 3) x, y and yaw in the core's frame (NaN: any);
-    slot: (s, 5)
-    tops that carry things: x, y, z, half depth, half width in the owner's frame, slot_owner (s,); candidate: slots an object may stand
-    on, with candidate_cost = -log of the address's probability; place: (k, 3) depth fraction, width fraction, relative yaw (NaN: any);
-    centre: (n,) 1 where an object is drawn to the middle of the room; wall: (w, 7) start x, y, unit direction x, y, length, unit normal
-    into
-    the room x, y; wall_yaw: (w,) yaw of that normal; reflex: (r, 2) vertices that stick into the room; bounds: x_low, y_low, x_high,
-    y_high; middle: (2,) the polygon's centroid; weight: (t,) lambda of the energy terms.
+    object: (n, 6) half depth, half width, radius of the circle about the origin around the solids, and around solids and zones, height of
+    the underside of what does not stand on an object, 1 where it is drawn to the middle of the room.
+    link: (n, 13) mount (codes above); index of the core object or -1; 1 where something may stand on it or be grouped around it; 1 where it
+    takes floor from a walker; first rows in ``box`` of its solids, its zones and its strips to be reached, and their end; first rows in
+    ``mode`` of its wall modes, modes around its core, placements and candidate tops, and their end.
+    box: (m, 8) in the object's frame x, y, z_low, z_high, half_depth, half_width, and for zones their kind and depth.
+    mode: (k, 3) wall modes: gap, relative yaw; around: x, y, yaw in the core's frame; placements: depth fraction, width fraction, relative
+    yaw (NaN: any); candidates: number of a top, -log of the address's probability.
+    slot: (s, 6) tops that carry things: x, y, z, half depth, half width in the owner's frame, owner.
+    wall: (w, 9) rows of :func:`grammar.walls.wall_rows`.
+    number: (t + 6,) lambda of the energy terms; x_low, y_low, x_high, y_high of the room; x and y of the polygon's centroid.
     """
 
-    half: Floats
-    radius: Floats
-    bottom: Floats
-    mount: Ints
-    core: Ints
-    box_first: Ints
+    object: Floats
+    link: Ints
     box: Floats
-    zone_first: Ints
-    zone: Floats
-    zone_kind: Ints
-    zone_depth: Floats
-    wall_mode_first: Ints
-    wall_mode: Floats
-    around_first: Ints
-    around: Floats
+    mode: Floats
     slot: Floats
-    slot_owner: Ints
-    candidate_first: Ints
-    candidate: Ints
-    candidate_cost: Floats
-    place_first: Ints
-    place: Floats
-    centre: Floats
     wall: Floats
-    wall_yaw: Floats
-    reflex: Floats
-    bounds: Floats
-    middle: Floats
-    weight: Floats
+    number: Floats
+
+    @property
+    def mount(self) -> Ints:
+        """What holds each object, (n,)."""
+        return self.link[:, MOUNT]
+
+    @property
+    def core(self) -> Ints:
+        """Index of each object's core object or -1, (n,)."""
+        return self.link[:, CORE]
+
+    @property
+    def slot_owner(self) -> Ints:
+        """Index of each top's owner, (s,)."""
+        return self.slot[:, SLOT_OWNER].astype(np.int64)
+
+    @property
+    def weight(self) -> Floats:
+        """Weights of the energy terms, (t,)."""
+        return self.number[:BOUNDS]
+
+    def modes(self, i: int, kind: int) -> Floats:
+        """Return the rows of ``mode`` of object ``i``; ``kind``: WALL_MODE, AROUND, PLACE or CANDIDATE."""
+        return self.mode[self.link[i, kind] : self.link[i, kind + 1]]
 
 
 class State(NamedTuple):
     """Where everything is; the chain writes these arrays in place.
 
-    pose: (n, 3) x, y, yaw; z: (n,) height of the underside; slot: (n,) the top that an object stands on, else -1; on_wall: (n,) the wall
-    that it
-    hangs on, else -1; active: (n,) whether it takes part yet; solid: (m, 8) the problem's boxes in the world; zone: (q, 8) its zones.
+    where: (n, 4) x, y, yaw, height of the underside; hold: (n, 3) the top that an object stands on, else -1; the wall that it hangs on,
+    else -1; 1 once it takes part; placed: (m, 8) the problem's boxes in the world.
     """
 
-    pose: Floats
-    z: Floats
-    slot: Ints
-    on_wall: Ints
-    active: Flags
-    solid: Floats
-    zone: Floats
+    where: Floats
+    hold: Ints
+    placed: Floats
+
+    @property
+    def pose(self) -> Floats:
+        """View of x, y, yaw, (n, 3)."""
+        return self.where[:, :3]
+
+    @property
+    def z(self) -> Floats:
+        """View of the undersides' heights, (n,)."""
+        return self.where[:, 3]
+
+    @property
+    def slot(self) -> Ints:
+        """View of the tops, (n,)."""
+        return self.hold[:, SLOT]
+
+    @property
+    def on_wall(self) -> Ints:
+        """View of the walls, (n,)."""
+        return self.hold[:, ON_WALL]
+
+    @property
+    def active(self) -> Ints:
+        """View of who takes part, (n,) 0 or 1."""
+        return self.hold[:, ACTIVE]
 
 
 def empty_state(problem: Problem) -> State:
     """Return a state in which only the fixed objects will take part; poses are zero."""
-    n = len(problem.mount)
-    return State(
-        pose=np.zeros((n, 3)),
-        z=problem.bottom.copy(),
-        slot=np.full(n, -1, np.int64),
-        on_wall=np.full(n, -1, np.int64),
-        active=np.zeros(n, np.bool_),
-        solid=np.zeros((len(problem.box), 8)),
-        zone=np.zeros((len(problem.zone), 8)),
-    )
+    n = len(problem.object)
+    where, hold = np.zeros((n, 4)), np.full((n, 3), -1, np.int64)
+    where[:, 3], hold[:, ACTIVE] = problem.object[:, BOTTOM], 0
+    return State(where, hold, np.zeros((len(problem.box), 8)))
 
 
 def copy_state(state: State) -> State:
     """Return a state with arrays of its own."""
-    return State(**{name: array.copy() for name, array in state._asdict().items()})
+    return State(state.where.copy(), state.hold.copy(), state.placed.copy())

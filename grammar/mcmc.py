@@ -2,7 +2,9 @@
 
 A proposal is accepted with probability ``min(1, exp(beta (E_old - E_new)) q(old | new) / q(new | old))`` (Jiang et al., IJCV 2018, section
 3.2).  What stands on a moved object moves along rigidly, and, when the draw says so, what is grouped around it too; a rigid motion
-keeps volume, so it adds nothing to the ratio.
+keeps volume, so it adds nothing to the ratio.  The uniform number that decides is drawn first: it bounds the energy that would still be
+accepted, and all losses are sums from zero, so most proposals are turned down after a few cliques, and the costly losses (circulation) are
+only computed for proposals that pass all others.  The decision is the same as with the whole energy.
 """
 
 from __future__ import annotations
@@ -13,9 +15,32 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from grammar.energies import full_energy, local_energy, place_object, wrap
-from grammar.layout import FIXED, FLOOR, OBJECT, WALL
-from grammar.moves import RELOCATE, empty_proposal, propose
+from grammar.circulation import Floor, furnish, measure, stamp
+from grammar.energies import CIRCULATION, INNER, REACHED, full_energy, local_energy, place_object, weighted, wrap
+from grammar.layout import (
+    ACTIVE,
+    BLOCKS,
+    BOUNDS,
+    BOX,
+    BOX_END,
+    CANDIDATE,
+    CORE,
+    FLOOR,
+    LEADS,
+    MOUNT,
+    OBJECT,
+    ON_WALL,
+    REACH,
+    SLOT,
+    SLOT_OWNER,
+    WALL,
+    Floats,
+    Ints,
+    Problem,
+    State,
+)
+from grammar.moves import RELOCATE, propose
+from grammar.proposal import CARRY, LEADER, NEW_SLOT, NEW_WALL, MoveSettings, Proposal, empty_proposal, pick
 from grammar.rules import HARD_TERMS
 
 
@@ -23,7 +48,8 @@ class Goal(NamedTuple):
     """How a chain runs and what it keeps.
 
     Tidiness grows geometrically from ``beta_first`` to ``beta_last``; a layout is feasible when none of its hard losses exceeds
-    ``tolerance``; ``keep_best``: of the feasible layouts the one of least energy is kept, else the last one.
+    ``tolerance``, nor circulation and reach if the chain has a floor; ``keep_best``: of the feasible layouts the one of least energy is
+    kept, else the last one.
     """
 
     beta_first: float
@@ -32,175 +58,316 @@ class Goal(NamedTuple):
     keep_best: bool
 
 
-make_proposal = njit(cache=True)(empty_proposal)
+class Work(NamedTuple):
+    """Work space of a chain.
+
+    who: (2, n) what moves, and which leader (0, 1) each of these follows; moved: (n,) 0, or 1 plus the number of the leader; where, hold,
+    placed: what the state held before a proposal, by object and box; energy: (3, t) losses of the layout, of the moved cliques before and
+    after; proposal.
+    """
+
+    who: Ints
+    moved: Ints
+    where: Floats
+    hold: Ints
+    placed: Floats
+    energy: Floats
+    proposal: Proposal
 
 
-@njit(cache=True)
-def gather(problem, state, i, leader, carry, members, leader_of, count, marked):  # type: ignore[no-untyped-def]
-    """Append object ``i`` and everything that moves along with it to ``members``; return their new count, or -1 if two leaders meet."""
-    if marked[i]:
-        return -1
-    first = count
-    members[count], leader_of[count], marked[i] = i, leader, True
-    count += 1
-    while first < count:
-        owner = members[first]
-        first += 1
-        for j in range(len(problem.mount)):
-            if not state.active[j] or problem.mount[j] == FIXED:
-                continue
-            stands = problem.mount[j] == OBJECT and problem.slot_owner[state.slot[j]] == owner
-            grouped = carry and problem.mount[j] == FLOOR and problem.core[j] == owner
-            if stands or grouped:
-                if marked[j]:
-                    return -1
-                members[count], leader_of[count], marked[j] = j, leader, True
-                count += 1
-    return count
+class ChainRun(NamedTuple):
+    """What a chain leaves: whether a feasible layout was kept, and the (t,) losses of its last state as the steps added them up."""
+
+    found: bool
+    energy: Floats
 
 
-@njit(cache=True)
-def apply_proposal(problem, state, proposal, members, leader_of, count):  # type: ignore[no-untyped-def]
-    """Write the leaders' new poses and move their followers rigidly."""
-    old = np.empty((2, 4))
-    for m in range(count):
-        i, place = members[m], leader_of[m]
-        if proposal.who[place] == i:
-            old[place, :3], old[place, 3] = state.pose[i], state.z[i]
-            state.pose[i] = proposal.pose[place]
-            state.on_wall[i] = proposal.on_wall[place]
-            state.slot[i] = proposal.slot[place]
-            if problem.mount[i] == OBJECT:
-                state.z[i] = state.z[problem.slot_owner[state.slot[i]]] + problem.slot[state.slot[i], 2]
-        else:
-            new = proposal.pose[place]
-            turn = new[2] - old[place, 2]
-            c, s = math.cos(turn), math.sin(turn)
-            dx, dy = state.pose[i, 0] - old[place, 0], state.pose[i, 1] - old[place, 1]
-            state.pose[i, 0], state.pose[i, 1] = new[0] + dx * c - dy * s, new[1] + dx * s + dy * c
-            state.pose[i, 2] = wrap(state.pose[i, 2] + turn)
-            state.z[i] += state.z[proposal.who[place]] - old[place, 3]
-        place_object(problem, state, i)
+NO_FLOOR = Floor(np.zeros((0, 0), np.int32), np.zeros((0, 0), np.int32), np.zeros(0, np.int32), np.zeros(2, np.int64), np.zeros(7))
+"""The floor of a chain that leaves circulation and reach out of its energy."""
+
+NO_HISTORY = np.zeros((0, BOUNDS))
 
 
-@njit(cache=True)
-def copy_layout(source, target):  # type: ignore[no-untyped-def]
-    """Copy the poses of one state into another (not the boxes that follow from them)."""
-    target.pose[:] = source.pose
-    target.z[:] = source.z
-    target.slot[:] = source.slot
-    target.on_wall[:] = source.on_wall
-    target.active[:] = source.active
+def _work(problem: Problem) -> Work:
+    n = len(problem.link)
+    return Work(
+        who=np.zeros((2, n), np.int64),
+        moved=np.zeros(n, np.int64),
+        where=np.zeros((n, 4)),
+        hold=np.zeros((n, 3), np.int64),
+        placed=np.zeros((len(problem.box), 8)),
+        energy=np.zeros((3, BOUNDS)),
+        proposal=empty_proposal(),
+    )
 
 
-@njit(cache=True)
-def enter(rng, problem, state, settings, i, starts):  # type: ignore[no-untyped-def]
+def enter(rng: np.random.Generator, problem: Problem, state: State, settings: MoveSettings, i: int, starts: int) -> bool:
     """Bring object ``i`` in at the best of ``starts`` poses drawn from the relocation's mixture; return whether any was possible."""
-    n = len(problem.mount)
-    marked, members, proposal = np.zeros(n, np.bool_), np.array([i]), make_proposal()
-    leader_of, energy = np.zeros(1, np.int64), np.zeros(len(problem.weight))
-    best_pose, best_slot, best_wall, best = np.zeros(3), -1, -1, np.inf
-    marked[i], state.active[i] = True, True
-    move, count = np.int64(RELOCATE), len(members)
-    if problem.mount[i] == OBJECT:
-        state.slot[i] = problem.candidate[problem.candidate_first[i]]
-    if problem.mount[i] == WALL:
-        state.on_wall[i] = 0
-    for _ in range(starts):
-        if propose(rng, problem, state, settings, move, i, members, proposal)[0] == 0:
-            continue
-        apply_proposal(problem, state, proposal, members, leader_of, count)
-        local_energy(problem, state, members, count, marked, energy)
-        total = (energy * problem.weight).sum()
-        if total < best:
-            best, best_slot, best_wall = total, state.slot[i], state.on_wall[i]
-            best_pose[:] = state.pose[i]
-    if best == np.inf:
-        state.active[i] = False
-        return False
-    proposal.who[0], proposal.slot[0], proposal.on_wall[0] = i, best_slot, best_wall
-    proposal.pose[0] = best_pose
-    apply_proposal(problem, state, proposal, members, leader_of, count)
-    return True
+    return bool(_enter(rng, problem, state, settings, int(i), starts, _work(problem)))
 
 
-@njit(cache=True)
-def followers_in_room(problem, state, members, count):  # type: ignore[no-untyped-def]
-    """Return whether what was carried along is still in the space of poses, the room's bounding box."""
-    for m in range(count):
-        i = members[m]
-        if problem.mount[i] == FLOOR:
-            x, y = state.pose[i, 0], state.pose[i, 1]
-            if not (problem.bounds[0] <= x <= problem.bounds[2] and problem.bounds[1] <= y <= problem.bounds[3]):
-                return False
-    return True
-
-
-@njit(cache=True)
-def run_chain(rng, problem, state, settings, goal, movable, proposals, kept, counts):  # type: ignore[no-untyped-def]
+def run_chain(
+    rng: np.random.Generator,
+    problem: Problem,
+    state: State,
+    settings: MoveSettings,
+    goal: Goal,
+    movable: Ints,
+    proposals: int,
+    kept: State,
+    counts: Ints,
+    floor: Floor = NO_FLOOR,
+    history: Floats = NO_HISTORY,
+) -> ChainRun:
     """Run the chain and keep a feasible layout.
 
     Args:
-        rng: np.random.Generator, advanced.
+        rng: advanced.
         problem: the layout problem.
         state: written in place.
         settings: of the moves.
         goal: tidiness and what to keep.
         movable: (k,) int64 indices of the objects that lead moves.
         proposals: how many.
-        kept: state that receives its poses.
+        kept: state that receives a feasible layout (not the boxes that follow from its poses).
         counts: (6, 2) int64, proposals and acceptances by move are added.
-
-    Returns:
-        whether ``kept`` was written; energy: (t,) losses of ``state`` as the steps added them up.
+        floor: of the unfurnished room, left as it was; with it circulation and reach are part of the energy.
+        history: (r, t) receives the losses after r evenly spaced proposals, the last one among them.
     """
-    n, found, best = len(problem.mount), False, np.inf
-    energy = full_energy(problem, state)
-    before, after = np.zeros(len(energy)), np.zeros(len(energy))
-    members, leader_of, marked = np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n, np.bool_)
-    saved_pose, saved_z, saved_slot, saved_wall = np.zeros((n, 3)), np.zeros(n), np.zeros(n, np.int64), np.zeros(n, np.int64)
-    proposal = make_proposal()
+    work = _work(problem)
+    found = _run(rng, problem, state, settings, goal, movable, proposals, kept, counts, floor, history, work)
+    return ChainRun(bool(found), work.energy[0])
+
+
+@njit(**INNER)
+def _release(count, work):  # type: ignore[no-untyped-def]
+    """Mark the gathered objects as staying."""
+    for m in range(count):
+        work.moved[work.who[0, m]] = 0
+
+
+@njit(**INNER)
+def _gather(problem, state, i, leader, carry, count, work):  # type: ignore[no-untyped-def]
+    """Append object ``i`` and everything that moves along with it; return the new count, or -1 if two leaders meet."""
+    link, who, moved, first = problem.link, work.who, work.moved, count
+    if moved[i] > 0:
+        _release(count, work)
+        return -1
+    who[0, count], who[1, count], moved[i] = i, leader, leader + 1
+    count += 1
+    while first < count:
+        owner = who[0, first]
+        first += 1
+        if link[owner, LEADS] == 0:
+            continue
+        for j in range(len(link)):
+            if not state.hold[j, ACTIVE]:
+                continue
+            stands = link[j, MOUNT] == OBJECT and int(problem.slot[state.hold[j, SLOT], SLOT_OWNER]) == owner
+            if stands or (carry and link[j, MOUNT] == FLOOR and link[j, CORE] == owner):
+                if moved[j] > 0:
+                    _release(count, work)
+                    return -1
+                who[0, count], who[1, count], moved[j] = j, leader, leader + 1
+                count += 1
+    return count
+
+
+@njit(**INNER)
+def _apply(problem, state, count, work):  # type: ignore[no-untyped-def]
+    """Write the leaders' new poses and move their followers rigidly; what was there before goes to ``work``."""
+    where, hold, proposal = state.where, state.hold, work.proposal
+    for m in range(count):
+        i, place = work.who[0, m], work.who[1, m]
+        leader = proposal.tag[place, LEADER]
+        for k in range(4):
+            work.where[i, k] = where[i, k]
+        work.hold[i, SLOT], work.hold[i, ON_WALL] = hold[i, SLOT], hold[i, ON_WALL]
+        for b in range(problem.link[i, BOX], problem.link[i, BOX_END]):
+            for k in range(8):
+                work.placed[b, k] = state.placed[b, k]
+        if leader == i:
+            for k in range(3):
+                where[i, k] = proposal.pose[place, k]
+            hold[i, SLOT], hold[i, ON_WALL] = proposal.tag[place, NEW_SLOT], proposal.tag[place, NEW_WALL]
+            if problem.link[i, MOUNT] == OBJECT:
+                slot = hold[i, SLOT]
+                where[i, 3] = where[int(problem.slot[slot, SLOT_OWNER]), 3] + problem.slot[slot, 2]
+        else:
+            turn = proposal.pose[place, 2] - work.where[leader, 2]
+            c, s = math.cos(turn), math.sin(turn)
+            dx, dy = where[i, 0] - work.where[leader, 0], where[i, 1] - work.where[leader, 1]
+            where[i, 0], where[i, 1] = proposal.pose[place, 0] + dx * c - dy * s, proposal.pose[place, 1] + dx * s + dy * c
+            where[i, 2] = wrap(where[i, 2] + turn)
+            where[i, 3] += where[leader, 3] - work.where[leader, 3]
+        place_object(problem, state, i)
+
+
+@njit(**INNER)
+def _restore(problem, state, count, work):  # type: ignore[no-untyped-def]
+    """Undo :func:`_apply`."""
+    for m in range(count):
+        i = work.who[0, m]
+        for k in range(4):
+            state.where[i, k] = work.where[i, k]
+        state.hold[i, SLOT], state.hold[i, ON_WALL] = work.hold[i, SLOT], work.hold[i, ON_WALL]
+        for b in range(problem.link[i, BOX], problem.link[i, BOX_END]):
+            for k in range(8):
+                state.placed[b, k] = work.placed[b, k]
+
+
+@njit(**INNER)
+def _keep(state, kept, count, work):  # type: ignore[no-untyped-def]
+    """Copy a layout as it was before the proposal of ``count`` objects (0: as it is)."""
+    for i in range(len(state.where)):
+        for k in range(4):
+            kept.where[i, k] = state.where[i, k]
+        for k in range(3):
+            kept.hold[i, k] = state.hold[i, k]
+    for m in range(count):
+        i = work.who[0, m]
+        for k in range(4):
+            kept.where[i, k] = work.where[i, k]
+        kept.hold[i, SLOT], kept.hold[i, ON_WALL] = work.hold[i, SLOT], work.hold[i, ON_WALL]
+
+
+@njit(cache=True, error_model="numpy")
+def _enter(rng, problem, state, settings, i, starts, work):  # type: ignore[no-untyped-def]
+    proposal, members, energy = work.proposal, work.who[0], work.energy[2]
+    best_pose, best_slot, best_wall, best = np.zeros(3), -1, -1, np.inf
+    members[0], work.who[1, 0], work.moved[i], state.hold[i, ACTIVE] = i, 0, 1, 1
+    if problem.link[i, MOUNT] == OBJECT:
+        state.hold[i, SLOT] = int(problem.mode[problem.link[i, CANDIDATE], 0])
+    if problem.link[i, MOUNT] == WALL:
+        state.hold[i, ON_WALL] = 0
+    for _ in range(starts):
+        if propose(rng, problem, state, settings, np.int64(RELOCATE), i, members, proposal)[0] == 0:
+            continue
+        _apply(problem, state, np.int64(1), work)
+        total = local_energy(problem, state, members, np.int64(1), work.moved, best, energy)
+        if total < best:
+            best, best_slot, best_wall = total, proposal.tag[0, NEW_SLOT], proposal.tag[0, NEW_WALL]
+            for k in range(3):
+                best_pose[k] = proposal.pose[0, k]
+    work.moved[i] = 0
+    if best == np.inf:
+        state.hold[i, ACTIVE] = 0
+        return False
+    proposal.tag[0, LEADER], proposal.tag[0, NEW_SLOT], proposal.tag[0, NEW_WALL] = i, best_slot, best_wall
+    for k in range(3):
+        proposal.pose[0, k] = best_pose[k]
+    _apply(problem, state, np.int64(1), work)
+    return True
+
+
+@njit(**INNER)
+def _followers_in_room(problem, state, count, work):  # type: ignore[no-untyped-def]
+    """Return whether what was carried along is still in the space of poses, the room's bounding box."""
+    number = problem.number
+    for m in range(count):
+        i = work.who[0, m]
+        if problem.link[i, MOUNT] == FLOOR:
+            x, y = state.where[i, 0], state.where[i, 1]
+            if not (number[BOUNDS] <= x <= number[BOUNDS + 2] and number[BOUNDS + 1] <= y <= number[BOUNDS + 3]):
+                return False
+    return True
+
+
+@njit(**INNER)
+def _changes_floor(problem, count, work):  # type: ignore[no-untyped-def]
+    for m in range(count):
+        i = work.who[0, m]
+        if problem.link[i, BLOCKS] or problem.link[i, BOX_END] > problem.link[i, REACH]:
+            return True
+    return False
+
+
+@njit(**INNER)
+def _exchange(problem, count, old, new, floor, work):  # type: ignore[no-untyped-def]
+    """Take the moved objects off the raster at their ``old`` boxes and put them on it at the ``new`` ones."""
+    for m in range(count):
+        stamp(problem, old, work.who[0, m], np.int64(-1), floor)
+        stamp(problem, new, work.who[0, m], np.int64(1), floor)
+
+
+@njit(**INNER)
+def _feasible(energy, tolerance):  # type: ignore[no-untyped-def]
+    worst = max(energy[CIRCULATION], energy[REACHED])
+    for term in range(HARD_TERMS):
+        worst = max(worst, energy[term])
+    return worst <= tolerance
+
+
+@njit(cache=True, error_model="numpy")
+def _run(rng, problem, state, settings, goal, movable, proposals, kept, counts, floor, history, work):  # type: ignore[no-untyped-def]
+    energy, before, after, members = work.energy[0], work.energy[1], work.energy[2], work.who[0]
+    full, walks, weight = full_energy(problem, state), len(floor.covered) > 0, problem.number
+    for term in range(len(energy)):
+        energy[term] = full[term]
+    if walks:
+        furnish(problem, state, floor, np.int64(1))
+        energy[CIRCULATION], energy[REACHED] = measure(problem, state, floor)
+    good, found, best, row = _feasible(energy, goal.tolerance), False, np.inf, 0
+    if good and goal.keep_best:
+        found, best = True, weighted(problem, energy)
+        _keep(state, kept, np.int64(0), work)
     ratio = (goal.beta_last / goal.beta_first) ** (1.0 / max(proposals - 1, 1))
-    beta, fresh = goal.beta_first, True
+    beta = goal.beta_first / ratio
     for step in range(proposals):
-        if step > 0:
-            beta *= ratio
-        move = min(np.searchsorted(settings.cumulative, rng.random(), side="right"), len(settings.cumulative) - 1)
-        i = movable[min(int(rng.random() * len(movable)), len(movable) - 1)]
-        carry = rng.random() < settings.carry
+        beta *= ratio
+        u, move = rng.random(), np.int64(0)
+        while move < len(settings.cumulative) - 1 and u >= settings.cumulative[move]:
+            move += 1
+        i = movable[pick(rng, len(movable))]
+        carry = rng.random() < settings.number[CARRY]
         threshold = math.log(max(rng.random(), 1e-300))
         counts[move, 0] += 1
-        leaders, log_q_ratio = propose(rng, problem, state, settings, move, i, movable, proposal)
-        count = 0
+        leaders, log_q_ratio = propose(rng, problem, state, settings, move, i, movable, work.proposal)
+        count = np.int64(0)
         for place in range(leaders):
             if count >= 0:
-                count = gather(problem, state, proposal.who[place], place, carry, members, leader_of, count, marked)
-        if leaders > 0 and count > 0:
-            local_energy(problem, state, members, count, marked, before)
-            for m in range(count):
-                k = members[m]
-                saved_pose[m], saved_z[m], saved_slot[m], saved_wall[m] = state.pose[k], state.z[k], state.slot[k], state.on_wall[k]
-            apply_proposal(problem, state, proposal, members, leader_of, count)
-            local_energy(problem, state, members, count, marked, after)
-            change = ((after - before) * problem.weight).sum()
-            if threshold < log_q_ratio - beta * change and followers_in_room(problem, state, members, count):
+                count = _gather(problem, state, work.proposal.tag[place, LEADER], place, carry, count, work)
+        if count > 0:
+            walking = weight[CIRCULATION] * energy[CIRCULATION] + weight[REACHED] * energy[REACHED]
+            limit = local_energy(problem, state, members, count, work.moved, np.inf, before)
+            limit += (log_q_ratio - threshold) / beta + walking
+            _apply(problem, state, count, work)
+            total = np.inf
+            if _followers_in_room(problem, state, count, work):
+                total = local_energy(problem, state, members, count, work.moved, limit, after)
+            circulation, missed = energy[CIRCULATION], energy[REACHED]
+            if total < limit and walks:
+                changes = _changes_floor(problem, count, work)
+                if changes:
+                    _exchange(problem, count, work.placed, state.placed, floor, work)
+                    circulation, missed = measure(problem, state, floor)
+                total += weight[CIRCULATION] * circulation + weight[REACHED] * missed
+                if changes and total >= limit:
+                    _exchange(problem, count, state.placed, work.placed, floor, work)
+            if total < limit:
                 counts[move, 1] += 1
-                energy += after - before
-                fresh = True
+                for term in range(len(energy)):
+                    energy[term] += after[term] - before[term]
+                energy[CIRCULATION], energy[REACHED] = circulation, missed
+                was_good = good
+                good = _feasible(energy, goal.tolerance)
+                if goal.keep_best:
+                    if good and weighted(problem, energy) < best:
+                        found, best = True, weighted(problem, energy)
+                        _keep(state, kept, np.int64(0), work)
+                elif was_good and not good:
+                    found = True
+                    _keep(state, kept, count, work)
             else:
-                for m in range(count):
-                    k = members[m]
-                    state.pose[k], state.z[k], state.slot[k], state.on_wall[k] = saved_pose[m], saved_z[m], saved_slot[m], saved_wall[m]
-                    place_object(problem, state, k)
-        marked[:] = False
-        if fresh:
-            fresh = False
-            feasible = True
-            for term in range(HARD_TERMS):
-                feasible &= energy[term] <= goal.tolerance
-            if feasible:
-                total = (energy * problem.weight).sum() if goal.keep_best else 0.0
-                if not goal.keep_best or total < best:
-                    found, best = True, total
-                    copy_layout(state, kept)
-    return found, energy
+                _restore(problem, state, count, work)
+            _release(count, work)
+        if row < len(history) and (row + 1) * proposals <= (step + 1) * len(history):
+            for term in range(len(energy)):
+                history[row, term] = energy[term]
+            row += 1
+    if good and not goal.keep_best:
+        found = True
+        _keep(state, kept, np.int64(0), work)
+    if walks:
+        furnish(problem, state, floor, np.int64(-1))
+    return found

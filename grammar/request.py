@@ -23,4 +23,14 @@ class SceneRequest:
     max_objects: Annotated[int, Limits(ge=1, le=500, description="greatest number of objects, doors and windows not counted")] = 40
     room_width_m: Annotated[float, Limits(ge=0.0, le=30.0, unit="m", description="room size along x; 0: drawn by the grammar")] = 0.0
     room_depth_m: Annotated[float, Limits(ge=0.0, le=30.0, unit="m", description="room size along y; 0: drawn by the grammar")] = 0.0
+    room_polygon_m: Annotated[
+        tuple[float, ...],
+        Limits(max_length=128, unit="m", description="floor outline x0, y0, x1, y1, ...; empty: drawn by the grammar"),
+    ] = ()
+    must_have: Annotated[tuple[str, ...], Limits(max_length=64, description="categories of which there is at least one object")] = ()
+    must_not: Annotated[tuple[str, ...], Limits(max_length=64, description="categories of which there is none")] = ()
+    counts: Annotated[
+        tuple[str, ...], Limits(max_length=64, description="least and greatest number by category, texts 'category:least:most'")
+    ] = ()
+    clutter: Annotated[float, Limits(ge=0.0, le=10.0, description="scales how many things stand on things; 1: as the grammar says")] = 1.0
     beta: Annotated[float, Limits(ge=0.0, le=1e6, description="tidiness of the layout; 0: as the grammar says")] = 0.0

@@ -135,8 +135,27 @@ class Node:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class RoomShapes:
+    """Odds of the shapes that a floor may have, and the proportions of those that are no rectangles.
+
+    A notch takes a share between ``notch_low`` and ``notch_high`` of the sides; no arm that is left is narrower than ``narrowest_m``.
+    """
+
+    rectangle: Probability = 1.0
+    l_shape: Probability = 0.0
+    t_shape: Probability = 0.0
+    u_shape: Probability = 0.0
+    notch_low: Annotated[float, Limits(ge=0.05, le=0.9)] = 0.25
+    notch_high: Annotated[float, Limits(ge=0.05, le=0.9)] = 0.45
+    narrowest_m: Annotated[float, Limits(ge=0.3, le=20.0, unit="m")] = 1.6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class RoomRule:
-    """Size of a rectangular room; ``floor_share_max`` bounds the share of the floor that furniture may cover."""
+    """Size of the rectangle that a room fills, and its shape in it.
+
+    ``floor_share_max`` bounds the share of the floor that furniture may cover.
+    """
 
     width_m: Normal
     depth_m: Normal
@@ -145,6 +164,7 @@ class RoomRule:
     area_low_m2: Annotated[float, Limits(ge=1.0, le=10_000.0, unit="m2")]
     area_high_m2: Annotated[float, Limits(ge=1.0, le=10_000.0, unit="m2")]
     floor_share_max: Annotated[float, Limits(ge=0.01, le=1.0)]
+    shapes: RoomShapes = RoomShapes()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -191,6 +211,8 @@ class Weights:
     group_distance: Weight
     group_orientation: Weight
     room_centre: Weight
+    circulation: Weight = 0.0
+    reach: Weight = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -220,6 +242,20 @@ class MoveRule:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Convergence:
+    """When the last stage may end before its proposals are spent (Jiang et al., IJCV 2018, section 3.2).
+
+    The histogram of the energies of the last ``window`` sweeps (a sweep is one proposal for each object) differs from that of ``lag``
+    sweeps before by less than ``epsilon`` in total variation, over ``bins`` equal bins.  ``window`` 0: the test is off.
+    """
+
+    window: Count = 0
+    lag: Annotated[int, Limits(ge=1, le=1_000_000)] = 50
+    epsilon: Probability = 0.1
+    bins: Annotated[int, Limits(ge=2, le=1000)] = 10
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Schedule:
     """How long the chain runs, in proposals for each object that takes part, and at which tidiness.
 
@@ -241,7 +277,8 @@ class Schedule:
     starts: Annotated[int, Limits(ge=1, le=1000)]
     """Poses drawn for an object that comes in; the best one begins."""
     hard_tolerance: Annotated[float, Limits(ge=0.0, le=1.0, unit="m")]
-    """A state is feasible when each of its first four energy terms is at most this."""
+    """A state is feasible when each of its first four energy terms is at most this, and circulation and reach too if they have weights."""
+    convergence: Convergence = Convergence()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,14 +15,16 @@ import numpy as np
 
 from grammar.assemble import assemble
 from grammar.categories import Categories
+from grammar.circulation import Floor, empty_floor
 from grammar.derive import derive
 from grammar.layout import Floats, Problem, State
+from grammar.mcmc import NO_FLOOR
 from grammar.moves import move_settings
 from grammar.parse_tree import ParseTree, Thing
 from grammar.request import RequestError, SceneRequest
 from grammar.rules import TERMS, Grammar
 from grammar.schedule import run_stages, run_together
-from grammar.validity import check_room
+from grammar.validity import check_room, door_start_m
 from scene_description import ModelReference, ParseGraph, Room, SceneObject, Support, ValidityReport
 
 _MAX_SEED = 2**63 - 1
@@ -61,7 +63,7 @@ def sample_room(grammar: Grammar, categories: Categories, request: SceneRequest,
         tree = derive(grammar, categories, request, rng)
         rules = {thing.id: thing.rule for thing in tree.things}
         problem, start = assemble(grammar, categories, tree)
-        for layout, energy in _layouts(grammar, problem, start, beta, rng):
+        for layout, energy in _layouts(grammar, problem, start, beta, _floor(grammar, tree.room), rng):
             attempts += 1
             if layout is None:
                 failures["layout without overlaps"] += 1
@@ -84,18 +86,23 @@ def sample_room(grammar: Grammar, categories: Categories, request: SceneRequest,
     )
 
 
+def _floor(grammar: Grammar, room: Room) -> Floor:
+    """Return the raster that the chain keeps if circulation or reach has a weight."""
+    if grammar.weights.circulation == 0.0 and grammar.weights.reach == 0.0:
+        return NO_FLOOR
+    return empty_floor(room.polygon_m, door_start_m(room, grammar.validity.robot_radius_m), grammar.validity)
+
+
 def _layouts(
-    grammar: Grammar, problem: Problem, start: State, beta: float, rng: np.random.Generator
+    grammar: Grammar, problem: Problem, start: State, beta: float, floor: Floor, rng: np.random.Generator
 ) -> Iterator[tuple[State | None, Floats]]:
     """Yield layouts of one structure until the budget is spent: rounds of a chain, then another chain."""
     schedule, settings = grammar.schedule, move_settings(grammar.moves)
     for _ in range(grammar.budget.layouts):
-        result = run_stages(rng, problem, start, settings, schedule, beta)
+        result = run_stages(rng, problem, start, settings, schedule, beta, floor)
         yield result.layout, result.energy
         for _ in range(grammar.budget.rounds - 1):
-            if result.layout is None:
-                break
-            result = run_together(rng, problem, result.state, settings, schedule, beta, result.counts, schedule.again)
+            result = run_together(rng, problem, result.state, settings, schedule, beta, result.counts, schedule.again, floor)
             yield result.layout, result.energy
 
 

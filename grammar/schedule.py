@@ -9,28 +9,38 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammar.energies import full_energy, place_object
-from grammar.layout import CEILING, FIXED, FLOOR, OBJECT, WALL, Floats, Ints, Problem, State, copy_state
-from grammar.mcmc import Goal, enter, run_chain
+from grammar.circulation import Floor, circulation_losses
+from grammar.energies import CIRCULATION, REACHED, full_energy, place_object
+from grammar.layout import BOUNDS, CANDIDATE, CEILING, FIXED, FLOOR, OBJECT, WALL, Floats, Ints, Problem, State, copy_state
+from grammar.mcmc import NO_FLOOR, NO_HISTORY, Goal, enter, run_chain
 from grammar.moves import MoveSettings
-from grammar.rules import Schedule
+from grammar.rules import Convergence, Schedule
 
 
 class ChainResult(NamedTuple):
     """What a run of the chain leaves.
 
     layout: a feasible layout, or None if the chain met none; energy: (t,) its unweighted losses; state: where the chain stopped;
-    counts: (6, 2) proposals and acceptances by move.
+    counts: (6, 2) proposals and acceptances by move; history: (r, t) losses after each sweep in which all objects moved together;
+    converged: whether the energies' histogram stood still before the proposals were spent.
     """
 
     layout: State | None
     energy: Floats
     state: State
     counts: Ints
+    history: Floats
+    converged: bool
 
 
 def run_stages(
-    rng: np.random.Generator, problem: Problem, start: State, settings: MoveSettings, schedule: Schedule, beta: float
+    rng: np.random.Generator,
+    problem: Problem,
+    start: State,
+    settings: MoveSettings,
+    schedule: Schedule,
+    beta: float,
+    floor: Floor = NO_FLOOR,
 ) -> ChainResult:
     """Run all stages once from a state that holds only the fixed objects, which is not changed."""
     state, counts = copy_state(start), np.zeros((6, 2), np.int64)
@@ -38,10 +48,10 @@ def run_stages(
     for entering, movable, each in _stages(problem, schedule):
         for i in entering:
             if not enter(rng, problem, state, settings, i, schedule.starts):
-                return ChainResult(None, full_energy(problem, state), state, counts)
+                return ChainResult(None, full_energy(problem, state), state, counts, NO_HISTORY, False)
         if len(movable):
             run_chain(rng, problem, state, settings, goal, movable, each * len(movable), kept, counts)
-    return run_together(rng, problem, state, settings, schedule, beta, counts, schedule.together, first=True)
+    return run_together(rng, problem, state, settings, schedule, beta, counts, schedule.together, floor, first=True)
 
 
 def run_together(
@@ -53,6 +63,7 @@ def run_together(
     beta: float,
     counts: Ints,
     each: int,
+    floor: Floor = NO_FLOOR,
     first: bool = False,
 ) -> ChainResult:
     """Let all objects move for ``each`` proposals per object, from ``state``, which is written in place.
@@ -60,20 +71,55 @@ def run_together(
     ``first``: this run follows the stages, so it anneals if the schedule says so.
     """
     movable = np.flatnonzero(problem.mount != FIXED)
-    kept = copy_state(state)
     begin = min(schedule.anneal_from_beta, beta) if first else beta
-    goal = Goal(begin, beta, schedule.hard_tolerance, schedule.keep == "best")
-    found, energy = run_chain(rng, problem, state, settings, goal, movable, each * len(movable), kept, counts)
-    if not found:
-        return ChainResult(None, energy, state, counts)
-    for i in range(len(problem.mount)):
-        place_object(problem, kept, i)
-    return ChainResult(kept, full_energy(problem, kept), state, counts)
+    test, best, least, converged = schedule.convergence, None, np.inf, False
+    kept, history, energy = copy_state(state), NO_HISTORY, full_energy(problem, state)
+    while len(history) < each and not converged:
+        sweeps = min(test.lag, each - len(history)) if test.window else each
+        ends = [begin * (beta / begin) ** (done / each) for done in (len(history), len(history) + sweeps)]
+        goal, rows = Goal(ends[0], ends[1], schedule.hard_tolerance, schedule.keep == "best"), np.zeros((sweeps, BOUNDS))
+        found, energy = run_chain(
+            rng, problem, state, settings, goal, movable, sweeps * len(movable), kept, counts, floor, rows if len(movable) else NO_HISTORY
+        )
+        history = np.concatenate([history, rows])
+        total = float(layout_energy(problem, kept, floor) @ problem.weight) if found else np.inf
+        if found and (schedule.keep == "last" or total < least):
+            best, least = copy_state(kept), total
+        converged = best is not None and begin == beta and has_converged(history @ problem.weight, test)
+    if best is None:
+        return ChainResult(None, energy, state, counts, history, converged)
+    energy = layout_energy(problem, best, floor)
+    return ChainResult(best, energy, state, counts, history, converged)
+
+
+def layout_energy(problem: Problem, state: State, floor: Floor = NO_FLOOR) -> Floats:
+    """Place the boxes of a state and return its (t,) unweighted losses, circulation and reach included where there is a floor."""
+    for i in range(len(problem.link)):
+        place_object(problem, state, i)
+    energy: Floats = full_energy(problem, state)
+    if floor is not NO_FLOOR:
+        energy[CIRCULATION], energy[REACHED] = circulation_losses(problem, state, floor)
+    return energy
+
+
+def has_converged(energies: Floats, test: Convergence) -> bool:
+    """Return whether the histogram of the last energies is the one of ``lag`` samples before.
+
+    Args:
+        energies: (r,) one for each sweep.
+        test: window, lag, greatest total variation distance, bins (over the range that both windows cover).
+    """
+    if not test.window or len(energies) < test.window + test.lag:
+        return False
+    now, before = energies[-test.window :], energies[-test.window - test.lag : -test.lag]
+    low, high = min(now.min(), before.min()), max(now.max(), before.max())
+    counts = [np.histogram(part, test.bins, (low, max(high, low + 1e-9)))[0] for part in (now, before)]
+    return bool(0.5 * np.abs(counts[0] - counts[1]).sum() / test.window < test.epsilon)
 
 
 def _stages(problem: Problem, schedule: Schedule) -> list[tuple[Ints, Ints, int]]:
     """Return for every stage the objects that come in, those that move, and the proposals for each of these."""
-    n = len(problem.mount)
+    n = len(problem.link)
     mount, grouped = problem.mount, problem.core >= 0
     is_core = np.isin(np.arange(n), problem.core)
     hangs = np.flatnonzero((mount == WALL) | (mount == CEILING))
@@ -103,7 +149,7 @@ def _bottom_up(problem: Problem, supported: Ints) -> Ints:
     """Return supported objects so that whatever may carry another one comes before it."""
 
     def level(i: int) -> int:
-        owners = problem.slot_owner[problem.candidate[problem.candidate_first[i] : problem.candidate_first[i + 1]]]
+        owners = problem.slot_owner[problem.modes(i, CANDIDATE)[:, 0].astype(np.int64)]
         return 1 + max((level(int(owner)) for owner in owners), default=0)
 
     return np.array(sorted(supported.tolist(), key=lambda i: (level(i), i)), np.int64)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from functools import cache
 from typing import Literal, NamedTuple
 
 import numpy as np
 
+from grammar.constraints import number_range
 from grammar.densities import draw_index
 from grammar.rules import Grammar
 
@@ -33,23 +33,7 @@ def draw_structure(grammar: Grammar, rng: np.random.Generator) -> list[Choice]:
 
 def count_range(grammar: Grammar) -> tuple[int, int]:
     """Return the least and the greatest number of objects that the grammar gives with positive probability."""
-
-    @cache
-    def bounds(symbol: str) -> tuple[int, int]:
-        node = grammar.nodes.get(symbol)
-        if node is None:
-            return 1, 1
-        inner = [bounds(branch.symbol) for branch in node.branches]
-        if node.kind == "or":
-            taken = [item for item, branch in zip(inner, node.branches, strict=True) if branch.probability]
-            return min(low for low, _ in taken), max(high for _, high in taken)
-        least, most = 0, 0
-        for (low, high), branch in zip(inner, node.branches, strict=True):
-            copies = [k for k, p in enumerate(branch.multiplicity) if p > 0.0] if branch.multiplicity else [1]
-            least, most = least + low * min(copies), most + high * max(copies)
-        return least, most
-
-    return bounds(grammar.root)
+    return number_range(grammar, lambda _: 1)
 
 
 def _expand(grammar: Grammar, rng: np.random.Generator, symbol: str, parent: int, out: list[Choice]) -> None:

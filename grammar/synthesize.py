@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from grammar.appearance import Appearance, dress, load_appearance
 from grammar.camera_path import CameraPathConfig, read_camera_path_config, sample_camera_path
 from grammar.categories import Categories, read_categories
+from grammar.constraints import category_bounds, constrained
 from grammar.free_space import occupancy_grid, rasterize
 from grammar.grammar_file import read_room_type, room_types
 from grammar.lighting import LightingConfig, read_lighting_config, sample_lighting
@@ -85,6 +86,9 @@ class SceneSynthesizer:
             raise RequestError(f"room_type: expected one of {', '.join(self.grammars)}, got '{request.room_type}'")
         if request.min_objects > request.max_objects:
             raise RequestError(f"min_objects: expected at most max_objects = {request.max_objects}, got {request.min_objects}")
+        grammar = self.grammars[request.room_type]
+        category_bounds(grammar, request)
+        constrained(grammar, request)
 
     def synthesize(self, request: SceneRequest, seed: int, index: int, times: CameraTimes) -> SceneDescription:
         """Sample a room.

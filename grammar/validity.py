@@ -88,7 +88,7 @@ def _check_bounds(limits: Thresholds, room: Room, objects: Sequence[SceneObject]
     ]
     rows = np.concatenate([boxes, np.array(whole, np.float64).reshape(-1, 8)])
     owners = np.concatenate([owner, np.array([thing.id for thing in objects], np.int64)])
-    wall, _ = wall_rows(room.polygon_m)
+    wall = wall_rows(room.polygon_m)
     depth = np.array([_outside(wall, room.height_m, row, limits.outside_m) for row in rows])
     return _at_most("out_of_bounds", limits.outside_m, _worst_by_owner(depth, owners))
 

@@ -122,6 +122,7 @@ def describe(annotation: Any) -> ParameterDescriptor:
     """Return the ROS descriptor of an annotated field: description with unit, range, read-only reason."""
     bare, limits = split_annotation(annotation)
     descriptor = ParameterDescriptor(description=limits.description + (f" [{limits.unit}]" if limits.unit else ""))
+    descriptor.dynamic_typing = get_origin(bare) is tuple  # an empty list has no item type in ROS; the check knows it
     descriptor.additional_constraints = f"fixed at start: {limits.fixed}" if limits.fixed else _constraints(bare, limits)
     if limits.ge is not None and limits.le is not None:
         if bare is float:

@@ -21,6 +21,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 SMALL = ["renderer_node.camera.width:=96", "renderer_node.camera.height:=72", "renderer_node.render.samples_per_pixel:=1"]
+SMALL += ["renderer_node.render.auto_exposure:=false"]
 """Overrides that make frames cheap."""
 
 

@@ -48,7 +48,7 @@ def entered(grammar: Grammar, rng: np.random.Generator) -> tuple[Problem, State,
     """Return a problem of one derivation with all of its objects in the room."""
     problem, state = assemble(grammar, CATEGORIES, derive(grammar, CATEGORIES, SceneRequest(room_type="closet"), rng))
     settings = move_settings(grammar.moves)
-    for i in np.flatnonzero(~state.active):
+    for i in np.flatnonzero(state.active == 0):
         assert enter(rng, problem, state, settings, i, 5)
     return problem, state, settings
 

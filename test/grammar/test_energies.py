@@ -15,7 +15,7 @@ from grammar.mcmc import Goal, enter, run_chain
 from grammar.moves import move_settings
 from grammar.request import SceneRequest
 from grammar.rules import TERMS
-from grammar.walls import outside_distance, rectangle_outside, reflex_vertices, wall_rows
+from grammar.walls import REFLEX, WALL_YAW, outside_distance, rectangle_outside, wall_rows
 
 TEXT = (
     closet("table", "stool", "mug")
@@ -96,15 +96,14 @@ def test_walls_take_accessible_space_as_furniture_does(placed):
 
 def test_distance_outside_of_a_room_with_a_corner_that_sticks_in():
     polygon = np.array([(0, 0), (4, 0), (4, 2), (2, 2), (2, 4), (0, 4)], float)
-    wall, yaw = wall_rows(polygon)
-    assert yaw == pytest.approx([math.pi / 2, math.pi, -math.pi / 2, math.pi, -math.pi / 2, 0.0])
+    wall = wall_rows(polygon)
+    assert wall[:, WALL_YAW] == pytest.approx([math.pi / 2, math.pi, -math.pi / 2, math.pi, -math.pi / 2, 0.0])
     for point, expected in (((1, 3), 0.0), ((3, 1), 0.0), ((3, 3), 1.0), ((2.2, 3), 0.2), ((-0.5, -0.5), math.sqrt(0.5)), ((5, 1), 1.0)):
         assert outside_distance(wall, *map(float, point)) == pytest.approx(expected)
-    reflex = reflex_vertices(polygon)
-    assert reflex.tolist() == [[2.0, 2.0]]
+    assert wall[wall[:, REFLEX] > 0, :2].tolist() == [[2.0, 2.0]]
     # a diagonal plank across the corner: its own corners are inside, the room's is 0.1 inside of it
     c = s = math.sqrt(0.5)
-    assert rectangle_outside(wall, reflex, 2.0 - 0.2 * c, 2.0 - 0.2 * s, c, s, 0.3, 1.0) == pytest.approx(0.1)
+    assert rectangle_outside(wall, 2.0 - 0.2 * c, 2.0 - 0.2 * s, c, s, 0.3, 1.0) == pytest.approx(0.1)
 
 
 def test_incremental_energy_is_the_full_energy():
@@ -114,7 +113,7 @@ def test_incremental_energy_is_the_full_energy():
         request = SceneRequest(min_objects=18, max_objects=30)
         problem, state = assemble(grammar, CATEGORIES, derive(grammar, CATEGORIES, request, rng))
         settings = move_settings(grammar.moves)
-        for i in np.concatenate([np.flatnonzero(~state.active & (problem.mount != 3)), np.flatnonzero(problem.mount == 3)]):
+        for i in np.concatenate([np.flatnonzero((state.active == 0) & (problem.mount != 3)), np.flatnonzero(problem.mount == 3)]):
             assert enter(rng, problem, state, settings, i, 3)
         movable = np.flatnonzero(problem.mount != 4)
         counts = np.zeros((6, 2), np.int64)

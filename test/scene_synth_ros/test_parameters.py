@@ -79,6 +79,16 @@ def test_refused_changes_say_why_and_change_nothing(context: Context, name: str,
     assert parameters["lens"] == Lens()
 
 
+def test_a_list_that_begins_empty_takes_items_of_its_type_only(context: Context) -> None:
+    node = make_node(context)
+    parameters = Parameters(node, {"lens": Lens})
+    assert node.set_parameters([Parameter("lens.tags", value=["a", "b"])])[0].successful
+    assert parameters["lens"].tags == ("a", "b")
+    (result,) = node.set_parameters([Parameter("lens.tags", value=[1, 2])])
+    assert not result.successful
+    assert result.reason == "lens.tags[0]: expected a string, got 1"
+
+
 def test_out_of_range_is_refused_by_the_descriptor(context: Context) -> None:
     node = make_node(context)
     parameters = Parameters(node, {"lens": Lens})

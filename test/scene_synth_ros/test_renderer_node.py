@@ -72,14 +72,16 @@ def test_what_is_no_scene_is_refused_with_a_diagnostic_and_the_node_goes_on(peer
 
 
 def test_exposure_changes_while_it_runs(peer: GrammarPeer) -> None:
-    def mean_after(ev100: float) -> float:
+    def mean_after(ev100: float, second: int) -> float:
+        """Set the exposure, send a scene of one view at a time of its own, and return the mean of that view's image."""
         assert peer.set_parameter("renderer_node", "render.exposure_ev100", ev100) == (True, "")
-        peer.images.clear()
-        peer.send(scene_to_json(sample_scene()))
-        peer.spin_until(lambda: peer.images, 20, "an image")
-        return sum(peer.images[0].data) / len(peer.images[0].data)
+        scene = sample_scene()
+        peer.send(scene_to_json(replace(scene, camera_path=(replace(scene.camera_path[0], stamp_ns=second * 10**9),))))
+        peer.spin_until(lambda: any(image.header.stamp.sec == second for image in peer.images), 20, "its image")
+        (image,) = (image for image in peer.images if image.header.stamp.sec == second)
+        return sum(image.data) / len(image.data)
 
-    dark, bright = mean_after(9.0), mean_after(5.0)
+    dark, bright = mean_after(9.0, 1000), mean_after(5.0, 2000)
     assert bright > dark + 10.0
 
 
