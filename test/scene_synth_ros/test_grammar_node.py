@@ -96,7 +96,7 @@ def test_rate_changes_without_a_jump_in_time(peer: RunPeer) -> None:
 @pytest.mark.parametrize(
     ("name", "value", "reason"),
     [
-        ("scene.room_type", "dungeon", "room_type: expected one of bedroom"),
+        ("scene.room_type", "dungeon", "room_type: expected one of bathroom, bedroom"),
         ("scene.min_objects", 30, "min_objects: expected at most max_objects = 12, got 30"),
         ("first_index", 5, "first_index cannot change in a running node: rooms are counted from it"),
         ("world_frame", "odom", "world_frame cannot change in a running node"),

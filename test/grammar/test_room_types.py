@@ -1,0 +1,195 @@
+"""The grammars of all room types: rooms are valid, groups hold together, every category has its place."""
+
+from __future__ import annotations
+
+import math
+import re
+import shutil
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+import pytest
+from small_grammar import CATEGORIES
+
+from grammar import Grammar, SampledRoom, SceneRequest, read_grammar, read_room_type, room_types, sample_room
+from scene_description import SceneObject
+from scene_description.share import config_path
+
+ROOM_TYPES = (
+    "bathroom", "bedroom", "dining_room", "garage", "guest_room", "gym", "hallway", "kitchen", "living_room", "office", "storage", "study",
+)  # fmt: skip
+SEEDS = (0, 1)
+
+ALWAYS = {
+    "bathroom": {"washbasin", "toilet", "toilet_paper_holder"},
+    "bedroom": {"bed"},
+    "dining_room": {"dining_table", "dining_chair"},
+    "garage": {"workbench", "storage_shelf"},
+    "guest_room": {"bed", "nightstand"},
+    "gym": {"treadmill", "dumbbell_rack", "exercise_mat"},
+    "hallway": {"shoe_rack"},
+    "kitchen": {"stove", "range_hood", "kitchen_counter", "sink_counter", "refrigerator"},
+    "living_room": {"coffee_table"},
+    "office": {"desk", "desk_chair"},
+    "storage": {"storage_shelf"},
+    "study": {"desk", "desk_chair", "bookshelf"},
+}
+FACES = {
+    ("dining_chair", "dining_table"),
+    ("desk_chair", "desk"),
+    ("tv_stand", "sofa"),
+    ("armchair", "coffee_table"),
+    ("bar_stool", "workbench"),
+}
+BEFORE_ITS_WALL_THING = {
+    ("stove", "range_hood"),
+    ("washbasin", "wall_mirror"),
+    ("washbasin", "bathroom_cabinet"),
+    ("console_table", "wall_mirror"),
+    ("bench", "wall_hooks"),
+}
+IN_A_RUN = {("kitchen_counter", "stove"), ("bookshelf", "bookshelf"), ("dishwasher", "sink_counter"), ("wall_cabinet", "range_hood")}
+
+
+@pytest.fixture(scope="module")
+def grammars() -> dict[str, Grammar]:
+    return {room_type: read_room_type(room_type, CATEGORIES) for room_type in ROOM_TYPES}
+
+
+@pytest.fixture(scope="module")
+def rooms(grammars: dict[str, Grammar]) -> dict[str, list[SampledRoom]]:
+    return {
+        name: [sample_room(grammar, CATEGORIES, SceneRequest(room_type=name), np.random.default_rng(seed)) for seed in SEEDS]
+        for name, grammar in grammars.items()
+    }
+
+
+def pairs(rooms: dict[str, list[SampledRoom]], wanted: set[tuple[str, str]]) -> list[tuple[SceneObject, SceneObject]]:
+    """Return the objects with their core objects whose categories are among ``wanted``."""
+    found = []
+    for room in (room for sampled in rooms.values() for room in sampled):
+        by_id = {thing.id: thing for thing in room.objects}
+        for thing in room.objects:
+            core = by_id.get(thing.group or 0)
+            if core is not None and (thing.category, core.category) in wanted:
+                found.append((thing, core))
+    return found
+
+
+def in_frame_of(core: SceneObject, thing: SceneObject) -> tuple[float, float]:
+    c, s = math.cos(core.yaw_rad), math.sin(core.yaw_rad)
+    dx, dy = thing.position_m[0] - core.position_m[0], thing.position_m[1] - core.position_m[1]
+    return dx * c + dy * s, dy * c - dx * s
+
+
+def levels(room: SampledRoom, thing: SceneObject) -> int:
+    """Return how many things stand on each other, from the floor or wall up to this one."""
+    by_id = {other.id: other for other in room.objects}
+    return 1 + (levels(room, by_id[thing.support.id]) if thing.support.kind == "object" else 0)
+
+
+def reachable_symbols(grammar: Grammar) -> set[str]:
+    found, to_visit = set(), [grammar.root]
+    while to_visit:
+        symbol = to_visit.pop()
+        if symbol in grammar.nodes:
+            to_visit.extend(branch.symbol for branch in grammar.nodes[symbol].branches)
+        else:
+            found.add(symbol)
+    return found
+
+
+def test_all_twelve_room_types_come_with_the_program() -> None:
+    assert set(ROOM_TYPES) <= set(room_types())
+
+
+def test_every_category_has_its_place_in_some_room(grammars: dict[str, Grammar]) -> None:
+    used = {grammar.objects[symbol].category for grammar in grammars.values() for symbol in reachable_symbols(grammar)}
+    assert used | {"door", "window"} == set(CATEGORIES)
+    assert len(CATEGORIES) >= 100
+
+
+def test_no_grammar_holds_objects_that_nothing_leads_to(grammars: dict[str, Grammar]) -> None:
+    for name, grammar in grammars.items():
+        assert reachable_symbols(grammar) == set(grammar.objects), name
+
+
+@pytest.mark.parametrize("room_type", ROOM_TYPES)
+def test_rooms_are_valid_and_have_what_makes_them(rooms: dict[str, list[SampledRoom]], room_type: str) -> None:
+    for room in rooms[room_type]:
+        assert room.validity.valid and all(check.passed for check in room.validity.checks)
+        counts = Counter(thing.category for thing in room.objects)
+        assert ALWAYS[room_type] <= set(counts)
+        assert counts["ceiling_lamp"] == 1
+
+
+def degrees_off(thing: SceneObject, core: SceneObject) -> float:
+    """Return the angle between where a thing looks and the nearest point of its core's long axis."""
+    (x, y), half_d, half_w = in_frame_of(core, thing), 0.5 * core.size_m[0], 0.5 * core.size_m[1]
+    reach_x, reach_y = max(half_d - half_w, 0.0), max(half_w - half_d, 0.0)
+    to_axis = math.atan2(np.clip(y, -reach_y, reach_y) - y, np.clip(x, -reach_x, reach_x) - x)
+    turn = thing.yaw_rad - core.yaw_rad - to_axis
+    return math.degrees(abs(math.atan2(math.sin(turn), math.cos(turn))))
+
+
+def test_seats_and_screens_face_what_they_belong_to(rooms: dict[str, list[SampledRoom]]) -> None:
+    found = pairs(rooms, FACES)
+    assert len(found) >= 12
+    for thing, core in found:
+        assert degrees_off(thing, core) < 45.0, (thing.category, core.category)
+
+
+def test_what_has_its_place_before_a_thing_on_the_wall_stands_there(rooms: dict[str, list[SampledRoom]]) -> None:
+    found = pairs(rooms, BEFORE_ITS_WALL_THING)
+    assert len(found) >= 4
+    aside = [abs(in_frame_of(core, thing)[1]) for thing, core in found]
+    assert np.median(aside) < 0.06
+    for thing, core in found:
+        assert math.cos(thing.yaw_rad - core.yaw_rad) > 0.95, (thing.category, core.category)
+        assert thing.position_m[2] + thing.size_m[2] < core.position_m[2] + core.size_m[2]
+
+
+def test_units_of_a_run_stand_side_by_side(rooms: dict[str, list[SampledRoom]]) -> None:
+    found = [(thing, core) for thing, core in pairs(rooms, IN_A_RUN) if math.cos(thing.yaw_rad - core.yaw_rad) > 0.7]
+    assert len(found) >= 4
+    gaps = [abs(in_frame_of(core, thing)[1]) - 0.5 * (thing.size_m[1] + core.size_m[1]) for thing, core in found]
+    assert np.median(gaps) < 0.03
+
+
+def test_tables_are_laid_before_the_chairs(grammars: dict[str, Grammar]) -> None:
+    laid = 0
+    for seed in range(3):
+        room = sample_room(
+            grammars["dining_room"], CATEGORIES, SceneRequest(room_type="dining_room", min_objects=24), np.random.default_rng(seed)
+        )
+        chairs = [thing for thing in room.objects if thing.category == "dining_chair"]
+        for plate in (thing for thing in room.objects if thing.category == "plate"):
+            nearest = min(chairs, key=lambda chair: math.dist(chair.position_m[:2], plate.position_m[:2]))
+            x, y = in_frame_of(nearest, plate)
+            assert 0.0 < x < 0.6 and abs(y) < 0.25
+            laid += 1
+    assert laid >= 4
+
+
+def test_things_stand_on_things_to_three_levels(grammars: dict[str, Grammar]) -> None:
+    request = SceneRequest(room_type="storage", min_objects=14)
+    stacks = [sample_room(grammars["storage"], CATEGORIES, request, np.random.default_rng(seed)) for seed in range(4)]
+    assert max(levels(room, thing) for room in stacks for thing in room.objects) >= 3
+
+
+def test_the_tutorial_adds_a_room_type(tmp_path: Path) -> None:
+    text = (Path(__file__).parents[2] / "docs" / "grammar.md").read_text(encoding="utf-8")
+    block = next(block for block in re.findall(r"```yaml\n(.*?)```", text, re.DOTALL) if "room_type: waiting_room" in block)
+    assert len(block.splitlines()) <= 25
+    shutil.copy(config_path("grammars/base.yaml"), tmp_path)
+    (tmp_path / "waiting_room.yaml").write_text(block, encoding="utf-8")
+    grammar = read_grammar(tmp_path / "waiting_room.yaml", CATEGORIES)
+    for seed in range(5):
+        room = sample_room(grammar, CATEGORIES, SceneRequest(room_type="waiting_room"), np.random.default_rng(seed))
+        by_id = {thing.id: thing for thing in room.objects}
+        seats = [thing for thing in room.objects if thing.category == "armchair"]
+        assert room.validity.valid
+        assert 2 <= len(seats) <= 3
+        for seat in seats:
+            assert degrees_off(seat, by_id[seat.group or 0]) < 45.0
