@@ -22,6 +22,7 @@ COMMANDS = {
     "inspect": Command("print what a bag holds and every fault of it", "inspect_command"),
     "replay": Command("publish a bag again", "replay_command"),
     "sample": Command("sample rooms and write their scene descriptions and top views", "sample_command"),
+    "learn": Command("learn a grammar's numbers from furnished rooms", "learn_command"),
     "render": Command("render a scene description to image files, without ROS", "render_command"),
 }
 

@@ -1,0 +1,27 @@
+"""Learning a grammar's numbers from furnished rooms: branching, sizes, relations, and the weights of the energy."""
+
+from grammar.learning.category_map import CategoryMap, read_category_map
+from grammar.learning.contrastive import ContrastiveOptions, curve_csv
+from grammar.learning.learn import LearnedGrammar, LearnOptions, learn, split_houses
+from grammar.learning.observed import ObservedObject, ObservedRoom
+from grammar.learning.read_layouts import LayoutFile, read_layouts
+from grammar.learning.write_grammar import grammar_yaml
+from grammar.learning.write_layouts import layout_from_scene, layout_line
+
+__all__ = [
+    "CategoryMap",
+    "ContrastiveOptions",
+    "LayoutFile",
+    "LearnOptions",
+    "LearnedGrammar",
+    "ObservedObject",
+    "ObservedRoom",
+    "curve_csv",
+    "grammar_yaml",
+    "layout_from_scene",
+    "layout_line",
+    "learn",
+    "read_category_map",
+    "read_layouts",
+    "split_houses",
+]

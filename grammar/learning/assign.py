@@ -1,0 +1,108 @@
+"""Which object of the grammar an observed object is, what it stands on, and which core it belongs to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from grammar.learning.geometry import box_gap, stands_on
+from grammar.learning.observed import ObservedObject, ObservedRoom
+from grammar.rules import NONE, Grammar, ObjectRule
+
+_SPREAD = 2.0
+_NO_TARGET = math.log(1e-3)
+_BOUNDS_FACTOR = 1.6
+_GROUP_GAP_M = 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AssignedObject:
+    """An observed object as object ``symbol`` of the grammar.
+
+    ``on`` and ``core`` are indices into the room's list; ``core`` is the nearest object that the symbol can belong to, at most a metre
+    off (the threshold of Jiang et al., IJCV 2018, section 3.1); ``core_offered``: there was such an object in the room, however far.
+    """
+
+    symbol: str
+    seen: ObservedObject
+    on: int | None
+    core: int | None
+    core_offered: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AssignedRoom:
+    """A room whose objects are all objects of the grammar; the others are only counted."""
+
+    room: ObservedRoom
+    objects: tuple[AssignedObject, ...]
+    strangers: tuple[str, ...]
+
+
+def assign(grammar: Grammar, room: ObservedRoom) -> AssignedRoom:
+    """Match the objects of a room with the grammar's: by category, then size, then what they stand on."""
+    symbols: list[str | None] = [None] * len(room.objects)
+    on = [thing.on if thing.on is not None else _below(room.objects, i) for i, thing in enumerate(room.objects)]
+    for i in sorted(range(len(room.objects)), key=lambda i: (on[i] is not None, i)):
+        below = on[i]
+        symbols[i] = _symbol(grammar, room.objects[i], symbols[below] if below is not None else None)
+    kept = [i for i, symbol in enumerate(symbols) if symbol is not None]
+    place = {i: k for k, i in enumerate(kept)}
+    things: list[AssignedObject] = []
+    for i in kept:
+        symbol = symbols[i] or ""
+        rule = grammar.objects[symbol]
+        offered = [j for j in kept if j != i and rule.cores and (symbols[j] or "") in rule.cores]
+        nearest = min(offered, key=lambda j: (box_gap(room.objects[i], room.objects[j]), j), default=None)
+        near = nearest is not None and box_gap(room.objects[i], room.objects[nearest]) <= _GROUP_GAP_M
+        below = on[i]
+        things.append(
+            AssignedObject(
+                symbol=symbol,
+                seen=room.objects[i],
+                on=place.get(below) if below is not None else None,
+                core=place[nearest] if near and nearest is not None else None,
+                core_offered=bool(offered),
+            )
+        )
+    strangers = tuple(room.objects[i].category for i, symbol in enumerate(symbols) if symbol is None)
+    return AssignedRoom(room=room, objects=tuple(things), strangers=strangers)
+
+
+def _below(objects: Sequence[ObservedObject], i: int) -> int | None:
+    found = [j for j in range(len(objects)) if j != i and stands_on(objects[i], objects[j])]
+    return max(found, key=lambda j: (objects[j].position_m[2] + objects[j].size_m[2], -j), default=None)
+
+
+def _symbol(grammar: Grammar, thing: ObservedObject, below: str | None) -> str | None:
+    """Return the most likely symbol of an object, None if there is none of its category or its size is out of all proportion."""
+    scores: list[tuple[float, str]] = []
+    for symbol, rule in grammar.objects.items():
+        if rule.category == thing.category and _plausible(rule, thing.size_m):
+            score = _wide_log_density(thing.size_m, rule)
+            if rule.mount == "object":
+                share = (rule.supporters or {}).get(below or NONE, 0.0)
+                score += math.log(share) if share > 0.0 else _NO_TARGET
+            elif below is not None:
+                score += _NO_TARGET
+            scores.append((score, symbol))
+    return max(scores, key=lambda item: item[0])[1] if scores else None
+
+
+def _plausible(rule: ObjectRule, size_m: Sequence[float]) -> bool:
+    """Return whether no side is far out of the rule's bounds; thin sides get some absolute room."""
+    axes = zip(size_m, rule.low_m, rule.high_m, strict=True)
+    return all(low / _BOUNDS_FACTOR - 0.05 <= side <= high * _BOUNDS_FACTOR + 0.05 for side, low, high in axes)
+
+
+def _wide_log_density(size_m: Sequence[float], rule: ObjectRule) -> float:
+    """Return the log-density of a size under the rule's mixture with wider, uncut components, so that no size is impossible."""
+    logs = [
+        math.log(max(mode.probability, 1e-12))
+        + sum(-0.5 * ((s - m) / (_SPREAD * d)) ** 2 - math.log(_SPREAD * d) for s, m, d in zip(size_m, mode.mean_m, mode.sd_m, strict=True))
+        for mode in rule.sizes
+    ]
+    return float(np.logaddexp.reduce(logs))

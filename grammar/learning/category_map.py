@@ -1,0 +1,50 @@
+"""The table from the names that layout files use to ours."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from grammar.grammar_file import read_yaml
+from grammar.rules import GrammarError, Symbol
+from scene_description import FieldError, Limits, from_mapping
+
+Names = Mapping[str, Annotated[str, Limits(max_length=60)]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CategoryMap:
+    """Names of categories and room types; an empty target means: known, but nothing that the grammars speak of.
+
+    ``raw`` (the source's own names) wins over ``rooms`` (normalised names whose meaning depends on the room type), that over ``names``.
+    """
+
+    room_types: Mapping[str, Symbol]
+    names: Names
+    raw: Names
+    rooms: Mapping[str, Names]
+
+    def room_type(self, name: str) -> str:
+        """Return our name of a room type."""
+        return self.room_types.get(name, name)
+
+    def category(self, room_type: str, name: str, raw: str) -> str | None:
+        """Return our category, "" for what is known but left out, None for a name that is not in the table."""
+        for table, key in ((self.raw, raw), (self.rooms.get(room_type, {}), name), (self.names, name)):
+            if key in table:
+                return table[key]
+        return None
+
+
+def read_category_map(path: Path) -> CategoryMap:
+    """Read the table, for example ``config_path("learning/category_map.yaml")``.
+
+    Raises:
+        GrammarError: the file does not parse or a field does not fit.
+    """
+    try:
+        return from_mapping(CategoryMap, read_yaml(path))
+    except FieldError as error:
+        raise GrammarError(f"{path}: {error}") from None

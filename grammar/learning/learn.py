@@ -1,0 +1,109 @@
+"""Observed rooms and a base grammar -> a learned grammar: structure, sizes, relations, then the weights of the energy."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from grammar.categories import Categories
+from grammar.learning.assign import AssignedRoom, assign
+from grammar.learning.branching import learn_branching
+from grammar.learning.contrastive import ContrastiveOptions, CurveRow, learn_weights
+from grammar.learning.observed import ObservedRoom
+from grammar.learning.relations import learn_object
+from grammar.learning.sizes import learn_room
+from grammar.rules import Grammar, GrammarError
+
+_LEAST_ROOMS = 5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LearnOptions:
+    """How to learn.
+
+    ``alpha``: pseudo-counts with which the base grammar smooths every count, size and address; ``least``: a category or relation that was
+    seen fewer times than this is not covered by the data and stays as in the base.
+    """
+
+    alpha: float = 2.0
+    least: int = 3
+    contrastive: ContrastiveOptions = field(default_factory=ContrastiveOptions)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LearnedGrammar:
+    """A learned grammar, and what it rests on.
+
+    ``counts``: path of a learned part -> number of observations behind it (for nodes: expected); every other number is the base's.
+    ``strangers``: categories in the rooms that the grammar has no object for (or not of such a size), with their numbers.
+    """
+
+    grammar: Grammar
+    rooms: int
+    objects: int
+    counts: Mapping[str, float]
+    strangers: Mapping[str, int]
+    weight_rooms: int
+    curve: tuple[CurveRow, ...]
+
+
+def split_houses(rooms: Sequence[ObservedRoom], share: float, fold: int = 0) -> tuple[tuple[ObservedRoom, ...], tuple[ObservedRoom, ...]]:
+    """Return rooms to learn from and rooms held out: all rooms of ``share`` of the houses, in the order of the hashes of their names.
+
+    Folds 0, 1, ... hold out one such share after the other, for cross-validation.
+    """
+    houses = sorted({room.house for room in rooms}, key=lambda house: hashlib.sha256(house.encode()).hexdigest())
+    count = math.ceil(share * len(houses) - 1e-9)
+    held = set(houses[fold * count : (fold + 1) * count])
+    return tuple(room for room in rooms if room.house not in held), tuple(room for room in rooms if room.house in held)
+
+
+def learn(
+    grammar: Grammar, categories: Categories, rooms: Sequence[ObservedRoom], options: LearnOptions, rng: np.random.Generator
+) -> LearnedGrammar:
+    """Learn from rooms of one type; equal inputs and an equal state of ``rng`` give an equal grammar.
+
+    Raises:
+        GrammarError: there are fewer than five rooms with objects that the grammar knows.
+    """
+    assigned = [room for room in (assign(grammar, room) for room in rooms) if room.objects]
+    if len(assigned) < _LEAST_ROOMS:
+        raise GrammarError(
+            f"layouts: expected at least {_LEAST_ROOMS} rooms of type '{grammar.room_type}' with objects that the grammar knows, "
+            f"got {len(assigned)} of {len(rooms)}; give more files, or check room types and categories in the category map"
+        )
+    seen = Counter(grammar.objects[thing.symbol].category for room in assigned for thing in room.objects)
+    covered = {symbol for symbol, rule in grammar.objects.items() if seen[rule.category] >= options.least}
+    counts: dict[str, float] = {}
+    branching = learn_branching(grammar, [[thing.symbol for thing in room.objects] for room in assigned], covered, options.alpha)
+    counts.update({f"nodes.{name}": count for name, count in branching.counts.items()})
+    objects = dict(grammar.objects)
+    for symbol in grammar.objects:
+        objects[symbol], found = learn_object(grammar, categories, symbol, assigned, options.alpha, options.least)
+        counts.update({f"objects.{symbol}.{name}": count for name, count in found.items()})
+    shape = learn_room(grammar.room, [room.room for room in assigned], [_covered_floor(grammar, categories, room) for room in assigned])
+    for name in ("width_m", "depth_m", "area_low_m2", "area_high_m2", "floor_share_max"):
+        counts[f"room.{name}"] = len(assigned)
+    related = replace(grammar, room=shape, nodes=branching.nodes, objects=objects)
+    weights = learn_weights(related, categories, assigned, options.contrastive, rng)
+    counts.update({f"weights.{name}": weights.rooms for name in weights.learned})
+    return LearnedGrammar(
+        grammar=replace(related, weights=weights.weights),
+        rooms=len(assigned),
+        objects=sum(seen.values()),
+        counts=counts,
+        strangers=Counter(category for room in assigned for category in room.strangers),
+        weight_rooms=weights.rooms,
+        curve=weights.curve,
+    )
+
+
+def _covered_floor(grammar: Grammar, categories: Categories, room: AssignedRoom) -> float:
+    """Return the area in square metres that furniture stands on, counted as derivations count it."""
+    rules = ((thing, grammar.objects[thing.symbol]) for thing in room.objects)
+    return sum(t.seen.size_m[0] * t.seen.size_m[1] for t, rule in rules if rule.mount == "floor" and not categories[rule.category].underlay)

@@ -1,0 +1,34 @@
+"""Rooms as they were seen: what a grammar is learned from, in the program's own conventions.
+
+Metres, radians, right-handed, z up, floor at z = 0.  An object's origin is the centre of its box's bottom face; at yaw 0 it looks along +x;
+its size is (depth along its front, width, height).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from scene_description.types import Point2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ObservedObject:
+    """One object.  ``category`` is one of ours; ``on`` the index of the object of the same room that it stands on, where that is known."""
+
+    category: str
+    size_m: tuple[float, float, float]
+    position_m: tuple[float, float, float]
+    yaw_rad: float
+    on: int | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ObservedRoom:
+    """One room with its counter-clockwise inner outline; ``house`` names what must not be split between learning and judging."""
+
+    id: str
+    house: str
+    room_type: str
+    polygon_m: tuple[Point2, ...]
+    height_m: float
+    objects: tuple[ObservedObject, ...]

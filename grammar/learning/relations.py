@@ -1,0 +1,133 @@
+"""Relations of objects to walls, cores and supporters, learned symbol by symbol; only relations that the base grammar has are looked at."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from grammar.categories import Categories
+from grammar.learning.assign import AssignedObject, AssignedRoom
+from grammar.learning.geometry import fitting_wall, in_frame, nearest_wall
+from grammar.learning.modes import GroupPose, TopPose, around_modes, place_modes, wall_modes
+from grammar.learning.sizes import learn_normal, learn_size
+from grammar.rules import NONE, Grammar, Normal, ObjectRule
+from grammar.solids import surface_top
+
+_AT_WALL_M = 1.0
+_LEAST_POSES = 5
+
+Seen = Sequence[tuple[AssignedRoom, AssignedObject]]
+
+
+def learn_object(
+    grammar: Grammar, categories: Categories, symbol: str, rooms: Sequence[AssignedRoom], alpha: float, least: int
+) -> tuple[ObjectRule, Mapping[str, int]]:
+    """Learn one object's attributes and relations.
+
+    Args:
+        grammar: the base.
+        categories: tops of the supporters.
+        symbol: the object.
+        rooms: what was observed.
+        alpha: pseudo-counts that hold on to the base in sizes and addresses.
+        least: fewer observations than this leave a size as it is; for relations it is at least five.
+
+    Returns:
+        the new rule, and for each field of it that changed how many observations made it.
+    """
+    rule = grammar.objects[symbol]
+    seen = [(room, thing) for room in rooms for thing in room.objects if thing.symbol == symbol]
+    counts: dict[str, int] = {}
+    if len(seen) >= least:
+        rule, counts["sizes"] = learn_size(rule, [thing.seen.size_m for _, thing in seen], alpha), len(seen)
+    enough = max(least, _LEAST_POSES)
+    if rule.wall:
+        rule = _learn_wall(rule, seen, enough, counts)
+    if rule.cores and rule.around:
+        rule = _learn_group(rule, seen, alpha, enough, counts)
+    if rule.mount == "object" and rule.supporters:
+        rule = _learn_support(grammar, categories, rule, seen, alpha, enough, counts)
+    if rule.centre_height_m is not None:
+        rule = _learn_height(rule, rule.centre_height_m, seen, counts)
+    return rule, counts
+
+
+def _learn_wall(rule: ObjectRule, seen: Seen, least: int, counts: dict[str, int]) -> ObjectRule:
+    turned = any(mode.orientation_rad is not None for mode in rule.wall)
+    chosen = fitting_wall if turned else nearest_wall
+    found = [item for item in (chosen(room.room.polygon_m, thing.seen) for room, thing in seen if thing.core is None) if item is not None]
+    near = [(item.gap_m, item.turn_rad) for item in found if item.gap_m <= _AT_WALL_M]
+    if rule.cores and len(near) < least:
+        found = [item for item in (chosen(room.room.polygon_m, thing.seen) for room, thing in seen) if item is not None]
+        near = [(item.gap_m, item.turn_rad) for item in found if item.gap_m <= _AT_WALL_M]
+    modes = wall_modes(near, turned) if len(near) >= least else ()
+    if not modes:
+        return rule
+    counts["wall"] = len(near)
+    return replace(rule, wall=modes)
+
+
+def _learn_group(rule: ObjectRule, seen: Seen, alpha: float, least: int, counts: dict[str, int]) -> ObjectRule:
+    """Learn the poses around the core, and how often the object stands for itself though there is a core."""
+    cores = dict(rule.cores or {})
+    poses = []
+    for room, thing in seen:
+        if thing.core is not None:
+            core = room.objects[thing.core].seen
+            poses.append(GroupPose(in_frame(thing.seen, core), thing.seen.size_m, core.size_m))
+    centred = all(mode.side == "centre" for mode in rule.around)
+    turned = any(mode.orientation_rad is not None for mode in rule.around)
+    modes = around_modes(poses, turned) if len(poses) >= least and not centred else ()
+    if modes:
+        counts["around"] = len(poses)
+        rule = replace(rule, around=modes)
+    offered = [thing for _, thing in seen if thing.core_offered]
+    if NONE in cores and len(offered) >= least:
+        alone = sum(thing.core is None for thing in offered)
+        share = (alone + alpha * cores[NONE]) / (len(offered) + alpha)
+        others = 1.0 - cores[NONE]
+        if others > 0.0:
+            cores = {name: share if name == NONE else weight * (1.0 - share) / others for name, weight in cores.items()}
+            counts["cores"] = len(offered)
+            rule = replace(rule, cores=cores)
+    return rule
+
+
+def _learn_support(
+    grammar: Grammar, categories: Categories, rule: ObjectRule, seen: Seen, alpha: float, least: int, counts: dict[str, int]
+) -> ObjectRule:
+    supporters = dict(rule.supporters or {})
+    carried = Counter[str]()
+    poses = []
+    for room, thing in seen:
+        below = room.objects[thing.on] if thing.on is not None else None
+        if below is None or below.symbol not in supporters:
+            continue
+        carried[below.symbol] += 1
+        tops = [surface_top(top, below.seen.size_m) for top in categories[grammar.objects[below.symbol].category].surfaces]
+        if tops:
+            z = thing.seen.position_m[2] - below.seen.position_m[2]
+            _, half_d, half_w = min(tops, key=lambda top: abs(top[0] - z))
+            poses.append(TopPose(in_frame(thing.seen, below.seen), thing.seen.size_m, (half_d, half_w)))
+    total = sum(carried.values())
+    if total >= least:
+        counts["supporters"] = total
+        supporters = {name: (carried[name] + alpha * weight) / (total + alpha) for name, weight in supporters.items()}
+        rule = replace(rule, supporters=supporters)
+    if len(poses) >= least:
+        counts["placements"] = len(poses)
+        rule = replace(rule, placements=place_modes(poses, any(mode.orientation_rad is not None for mode in rule.placements)))
+    return rule
+
+
+def _learn_height(rule: ObjectRule, base: Normal, seen: Seen, counts: dict[str, int]) -> ObjectRule:
+    heights = [thing.seen.position_m[2] + 0.5 * thing.seen.size_m[2] for _, thing in seen]
+    off_floor = [height for height in heights if base.low - 0.5 <= height <= base.high + 0.5]
+    if len(off_floor) < _LEAST_POSES:
+        return rule
+    counts["centre_height_m"] = len(off_floor)
+    learned = learn_normal(base, off_floor)
+    return replace(rule, centre_height_m=replace(learned, low=float(np.min(off_floor)), high=float(np.max(off_floor)) + 1e-3))

@@ -1,0 +1,55 @@
+"""Our own layout format: from scene descriptions to observed rooms, and those to lines of JSON."""
+
+from __future__ import annotations
+
+import json
+
+from grammar.learning.observed import ObservedObject, ObservedRoom
+from grammar.learning.read_layouts import LAYOUT_SCHEMA
+from scene_description import SceneDescription
+from scene_description.types import Room, SceneObject
+
+
+def layout_from_scene(scene: SceneDescription) -> ObservedRoom:
+    """Return the layout of a scene, so that one can learn from sampled or edited rooms."""
+    return layout_from_objects(scene.id, scene.category, scene.room, scene.objects)
+
+
+def layout_from_objects(identifier: str, room_type: str, room: Room, objects: tuple[SceneObject, ...]) -> ObservedRoom:
+    """Return the layout of a room and its objects; every room is a house of its own."""
+    index = {thing.id: i for i, thing in enumerate(objects)}
+    return ObservedRoom(
+        id=identifier,
+        house=identifier,
+        room_type=room_type,
+        polygon_m=room.polygon_m,
+        height_m=room.height_m,
+        objects=tuple(
+            ObservedObject(
+                category=thing.category,
+                size_m=thing.size_m,
+                position_m=thing.position_m,
+                yaw_rad=thing.yaw_rad,
+                on=index.get(thing.support.id) if thing.support.kind == "object" and thing.support.id is not None else None,
+            )
+            for thing in objects
+        ),
+    )
+
+
+def layout_line(room: ObservedRoom) -> str:
+    """Return a room as one line of JSON, without the line's end."""
+    objects = []
+    for thing in room.objects:
+        item = {"category": thing.category, "size_m": thing.size_m, "position_m": thing.position_m, "yaw_rad": thing.yaw_rad}
+        objects.append(item if thing.on is None else item | {"on": thing.on})
+    document = {
+        "schema": LAYOUT_SCHEMA,
+        "id": room.id,
+        "house": room.house,
+        "room_type": room.room_type,
+        "polygon_m": room.polygon_m,
+        "height_m": room.height_m,
+        "objects": objects,
+    }
+    return json.dumps(document, allow_nan=False)

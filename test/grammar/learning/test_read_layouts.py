@@ -1,0 +1,139 @@
+"""Layout files: conventions, and everything that does not fit is counted with its line."""
+
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from grammar.learning import read_category_map, read_layouts
+from grammar.learning.geometry import fitting_wall, nearest_wall
+from grammar.learning.observed import ObservedObject, ObservedRoom
+from grammar.learning.read_layouts import house_of, polygon_area
+from grammar.learning.write_layouts import layout_line
+from grammar.rules import GrammarError
+from scene_description.share import config_path
+
+NAMES = read_category_map(config_path("learning/category_map.yaml"))
+SQUARE = [[0, 0], [4, 0], [4, 3], [0, 3]]
+BED = {"cat": "bed", "raw": "Bed", "pos": [1.0, 1.1, 0.5], "size": [1.4, 2.0, 1.0], "yaw": math.pi}
+
+
+def line(**changes: object) -> str:
+    room = {"id": "house1-0-Bedroom", "room_type": "bedroom", "polygon": SQUARE, "height": 2.5, "objects": [BED]}
+    return json.dumps(room | changes)
+
+
+def write(path: Path, *lines: str) -> Path:
+    file = path / "rooms.jsonl"
+    file.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return file
+
+
+def test_front_minus_y_becomes_front_plus_x(tmp_path: Path) -> None:
+    # At yaw pi the bed's front faces +y, so its back is at y = 1.1 - 1.0, 0.1 m from the wall y = 0, whose inward direction is +y.
+    (room,) = read_layouts(write(tmp_path, line()), NAMES, "bedroom").rooms
+    (bed,) = room.objects
+    assert bed.size_m == (2.0, 1.4, 1.0)
+    assert bed.position_m == (1.0, 1.1, 0.0)
+    assert bed.yaw_rad == pytest.approx(0.5 * math.pi)
+    wall = fitting_wall(room.polygon_m, bed)
+    assert wall is not None
+    assert wall.gap_m == pytest.approx(0.1)
+    assert wall.turn_rad == pytest.approx(0.0)
+    assert wall.wall == 0
+    side = nearest_wall(
+        room.polygon_m, ObservedObject(category="bed", size_m=(2.0, 1.4, 1.0), position_m=(0.75, 1.5, 0.0), yaw_rad=math.pi / 2)
+    )
+    assert side is not None
+    assert (side.wall, side.gap_m, side.turn_rad) == pytest.approx((3, 0.05, math.pi / 2))
+
+
+def test_clockwise_outlines_and_needless_vertices(tmp_path: Path) -> None:
+    outline = [[0, 0], [0, 3], [0, 3], [4, 3], [6, 3], [4, 3], [4, 1.5], [4, 0]]
+    (room,) = read_layouts(write(tmp_path, line(polygon=outline)), NAMES, "bedroom").rooms
+    assert len(room.polygon_m) == 4
+    assert polygon_area(room.polygon_m) == pytest.approx(12.0)
+
+
+def test_bad_lines_and_objects_are_counted_with_their_lines(tmp_path: Path) -> None:
+    bad = [
+        BED | {"size": [1.4, float("nan"), 1.0]},
+        BED | {"size": [1.4, 200.0, 1.0]},
+        BED | {"cat": "hovercraft"},
+        BED | {"cat": "small"},
+        BED | {"pos": [9.0, 1.0, 0.5]},
+        BED | {"yaw": None},
+        {"raw": "Bed"},
+        7,
+    ]
+    lines = [
+        line(),
+        "{not json",
+        "[]",
+        line(polygon=[[0, 0], [1, 0]]),
+        line(objects=[*bad, BED]),
+        line(room_type="kitchen"),
+        "",
+        line(objects=[]),
+        line(height=None),
+    ]
+    file = read_layouts(write(tmp_path, *lines), NAMES, "bedroom")
+    assert [len(room.objects) for room in file.rooms] == [1, 1]
+    assert file.other_rooms == 1
+    by_line: dict[int, list[str]] = {}
+    for item in file.skipped:
+        by_line.setdefault(item.line, []).append(item.reason)
+    assert by_line == {
+        2: ["room: not JSON"],
+        3: ["room: not a JSON object"],
+        4: ["room: no usable polygon"],
+        5: [
+            "object: absurd or missing size",
+            "object: absurd or missing size",
+            "object: unknown category 'hovercraft'",
+            "object: category 'small' is not learned",
+            "object: outside its room",
+            "object: no yaw",
+            "object: no category",
+            "object: not a JSON object",
+        ],
+        8: ["room: no usable object"],
+        9: ["room: no height"],
+    }
+    assert file.reasons()["object: absurd or missing size"] == 2
+
+
+def test_on_follows_the_objects_that_are_kept(tmp_path: Path) -> None:
+    lamp = BED | {"cat": "table_lamp", "size": [0.2, 0.2, 0.4], "pos": [1.0, 1.0, 0.7], "on": 3}
+    stand = BED | {"cat": "nightstand", "size": [0.5, 0.4, 0.5], "pos": [1.0, 1.0, 0.25]}
+    (room,) = read_layouts(write(tmp_path, line(objects=[BED | {"yaw": "x"}, lamp, stand])), NAMES, "bedroom").rooms
+    assert [(thing.category, thing.on) for thing in room.objects] == [("table_lamp", 1), ("nightstand", None)]
+
+
+def test_missing_file_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(GrammarError, match=r"none.jsonl: expected a readable file"):
+        read_layouts(tmp_path / "none.jsonl", NAMES, "bedroom")
+
+
+def test_own_format_round_trip(tmp_path: Path) -> None:
+    room = ObservedRoom(
+        id="r",
+        house="h",
+        room_type="bedroom",
+        polygon_m=((0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0)),
+        height_m=2.5,
+        objects=(
+            ObservedObject(category="desk", size_m=(0.7, 1.4, 0.75), position_m=(0.4, 1.0, 0.0), yaw_rad=0.125),
+            ObservedObject(category="laptop", size_m=(0.25, 0.35, 0.2), position_m=(0.4, 1.0, 0.75), yaw_rad=-1.0, on=0),
+        ),
+    )
+    assert read_layouts(write(tmp_path, layout_line(room)), NAMES, "bedroom").rooms == (room,)
+
+
+def test_houses() -> None:
+    assert [house_of(name) for name in ("ravh01-0-Bedroom1", "procthor1k-train-0004", "flat")] == [
+        "ravh01",
+        "procthor1k-train-0004",
+        "flat",
+    ]

@@ -1,0 +1,60 @@
+"""The realism table's figures against known answers."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from small_grammar import CATEGORIES
+
+from benchmarks.realism_bench import category_kl, compare, measure
+from grammar import read_room_type
+from grammar.learning import ObservedObject, ObservedRoom
+
+GRAMMAR = read_room_type("bedroom", CATEGORIES)
+KNOWN = {"bed", "nightstand"}
+
+
+def bedroom(gap_m: float, turn_rad: float = 0.0) -> ObservedRoom:
+    """Return a room with a bed ``gap_m`` from the wall x = 0 that it has its back to, and a turned nightstand 0.1 m beside it."""
+    bed = ObservedObject(category="bed", size_m=(2.0, 1.6, 0.9), position_m=(gap_m + 1.0, 2.0, 0.0), yaw_rad=0.0)
+    stand = ObservedObject(
+        category="nightstand", size_m=(0.4, 0.4, 0.5), position_m=(gap_m + 0.2, 2.0 + 0.8 + 0.1 + 0.2, 0.0), yaw_rad=turn_rad
+    )
+    polygon = ((0.0, 0.0), (5.0, 0.0), (5.0, 6.0), (0.0, 6.0))
+    return ObservedRoom(id="r", house="r", room_type="bedroom", polygon_m=polygon, height_m=2.5, objects=(bed, stand))
+
+
+def test_category_kl() -> None:
+    p, q = {"a": 0.75, "b": 0.25}, {"a": 0.5, "b": 0.5}
+    assert category_kl(p, p) == 0.0
+    assert category_kl(p, q) == pytest.approx(0.75 * math.log(1.5) + 0.25 * math.log(0.5), abs=1e-5)
+
+
+def test_equal_rooms_are_at_no_distance() -> None:
+    rooms = [bedroom(0.02)] * 4
+    assert compare(GRAMMAR, KNOWN, rooms, rooms) == pytest.approx((0.0,) * 6)
+
+
+def test_known_distances() -> None:
+    # All gaps to the wall grow by 0.1 m; the pair's own gap and flush backs stay; the nightstand's turn by 0.2 rad widens its footprint.
+    figures = compare(GRAMMAR, KNOWN, [bedroom(0.02)] * 4, [bedroom(0.12)] * 4)
+    assert figures == pytest.approx((0.0, 0.1, 0.0, 0.0, 0.0, 0.0), abs=1e-9)
+    turned = compare(GRAMMAR, KNOWN, [bedroom(0.02)] * 4, [bedroom(0.02, 0.2)] * 4)
+    assert turned.pair_orientation_rad == pytest.approx(0.2)
+    assert turned.wall_orientation_rad == pytest.approx(0.5 * 0.2)
+
+
+def test_too_few_pairs_have_no_distance() -> None:
+    rooms = [bedroom(0.02)] * 4
+    alone = [replace(room, objects=room.objects[:1]) for room in rooms]
+    figures = compare(GRAMMAR, KNOWN, rooms, alone)
+    assert math.isnan(figures.pair_gap_m)
+    assert figures.category_kl == pytest.approx(
+        0.5 * (math.log(0.500001) - math.log(1.000001)) + 0.5 * (math.log(0.500001) - math.log(1e-6))
+    )
+
+
+def test_says_that_nothing_was_measured() -> None:
+    (row,) = measure()
+    assert "not measured" in row.name
+    assert row.met is None
