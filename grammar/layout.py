@@ -15,7 +15,6 @@ from grammar.rules import TERMS
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-Flags = NDArray[np.bool_]
 
 FLOOR, WALL, CEILING, OBJECT, FIXED = range(5)
 """What holds an object: values of column ``MOUNT``."""

@@ -24,8 +24,8 @@ from scene_description.poses import (
     multiply_quaternions,
     quaternion_from_yaw,
 )
+from scene_synth_ros.stamps import NANOSECONDS
 
-NANOSECONDS = 1_000_000_000
 ENCODING_CHANNELS: dict[str, tuple[type[np.generic], int]] = {
     "rgb8": (np.uint8, 3),
     "mono8": (np.uint8, 1),

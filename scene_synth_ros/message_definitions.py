@@ -5,6 +5,7 @@ Both come from the files that every interface package installs: ``share/<package
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
 import re
@@ -13,6 +14,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 TF_MESSAGE = "tf2_msgs/msg/TFMessage"
 
@@ -48,6 +50,16 @@ def message_definition(type_name: str) -> MessageDefinition:
         MessageDefinitionError: the name is malformed, or the type or one that it depends on is not installed.
     """
     return _load(type_name, share_folders())
+
+
+def message_class(type_name: str) -> Any:
+    """Return the Python class of ``package/msg/Type``.
+
+    Raises:
+        ImportError, AttributeError: its package is not installed, or lacks the type.
+    """
+    package, _, name = type_name.partition("/msg/")
+    return getattr(importlib.import_module(f"{package}.msg"), name)
 
 
 def share_folders() -> tuple[str, ...]:

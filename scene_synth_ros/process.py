@@ -9,7 +9,7 @@ import threading
 import traceback
 from collections.abc import Callable
 from concurrent.futures import Future
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -19,18 +19,10 @@ from rclpy.signals import SignalHandlerOptions
 T = TypeVar("T")
 
 
-class RunNode(Protocol):
-    """What :func:`run_node` needs of a node."""
-
-    exit_code: int | None
-    """None while the node runs; setting it ends the process with that code."""
-
-    def close(self) -> None:
-        """Free what the node holds; called once, after spinning has ended."""
-
-
 def run_node(make: Callable[[], Node], args: list[str] | None = None) -> None:
     """Spin a node until it sets its ``exit_code`` or a signal comes, then end the process.
+
+    The node has ``exit_code``, None while it runs, and ``close()``, which frees what it holds and is called once, after spinning has ended.
 
     SIGINT and SIGTERM are the ordinary end of a node: code 0 after ``close``.  An OSError, ValueError or RuntimeError while the node is
     made (a refused parameter, a folder that exists) ends it with code 2 and one line on stderr.
@@ -54,8 +46,8 @@ def run_node(make: Callable[[], Node], args: list[str] | None = None) -> None:
     except Exception:  # a fault of the program: say all of it, and still close what the node holds
         node.get_logger().fatal(traceback.format_exc())
         node.exit_code = 1
-    code = node.exit_code or 0
     node.close()
+    code = node.exit_code or 0
     executor.shutdown(timeout_sec=0.5)
     node.destroy_node()
     rclpy.try_shutdown()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import fnmatch
-import importlib
 import time
 from collections import Counter
 from dataclasses import dataclass
@@ -20,13 +19,13 @@ from std_msgs.msg import String
 from scene_description import FieldError, Limits
 from scene_synth_ros.accounting import Accounting
 from scene_synth_ros.bag_writer import BagWriteError, BagWriter
-from scene_synth_ros.conversions import NANOSECONDS
 from scene_synth_ros.diagnostics import ERROR, OK, WARN, Diagnostics, Report
-from scene_synth_ros.message_definitions import MessageDefinitionError
+from scene_synth_ros.message_definitions import MessageDefinitionError, message_class
 from scene_synth_ros.parameters import ParameterError, Parameters
 from scene_synth_ros.process import run_node
 from scene_synth_ros.qos import latched_qos
 from scene_synth_ros.recording import Recording, TimedPose
+from scene_synth_ros.stamps import NANOSECONDS
 from scene_synth_ros.status import NodeStatus, status_from_json, status_to_json
 
 _BAG_FIXED = "a bag is opened once"
@@ -109,6 +108,7 @@ class RecorderNode(Node):
             self._recording.close()
         except BagWriteError as error:
             self._fail(str(error))
+            self.exit_code = 1
         if self._accounting.lost:
             self.get_logger().error(f"{sum(self._accounting.lost.values())} messages lost: {dict(self._accounting.lost)}")
         total = sum(self._recording.written.values())
@@ -133,7 +133,7 @@ class RecorderNode(Node):
     def _subscribe(self, topic: str, type_name: str) -> bool:
         offered = [_complete(info.qos_profile) for info in self.get_publishers_info_by_topic(topic)]
         try:
-            message_type = _import_message(type_name)
+            message_type = message_class(type_name)
             self._recording.add_topic(topic, type_name, offered)
         except (ImportError, AttributeError, MessageDefinitionError) as error:
             self._complain(f"{topic} is left out: {type_name} cannot be loaded ({error})")
@@ -251,11 +251,6 @@ def _pairs(items: tuple[str, ...]) -> dict[str, str]:
             raise ParameterError(f"recorder_node: parameter custom_data: expected KEY=VALUE, got '{item}'")
         pairs[key] = value
     return pairs
-
-
-def _import_message(type_name: str) -> Any:
-    package, _, name = type_name.partition("/msg/")
-    return getattr(importlib.import_module(f"{package}.msg"), name)
 
 
 def _complete(offered: QoSProfile) -> QoSProfile:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import importlib
 import sys
 import threading
 import time
@@ -20,7 +19,7 @@ from std_srvs.srv import Trigger
 from scene_description.strict import Limits
 from scene_synth_ros.bag_metadata import TopicInfo
 from scene_synth_ros.bag_reader import BagMessage, BagReader, BagReadError
-from scene_synth_ros.message_definitions import MessageDefinitionError, message_definition
+from scene_synth_ros.message_definitions import MessageDefinitionError, message_class, message_definition
 from scene_synth_ros.parameters import ParameterError, Parameters
 from scene_synth_ros.player import Player
 from scene_synth_ros.process import end_process, run_node
@@ -203,11 +202,10 @@ def import_type(topic: TopicInfo) -> Any:
         raise UnplayableError(str(error)) from None
     if topic.type_hash and definition.type_hash and topic.type_hash != definition.type_hash:
         raise UnplayableError(f"type {topic.type_name} was recorded with another definition than the installed one")
-    package, _, name = topic.type_name.split("/")
     try:
-        return getattr(importlib.import_module(f"{package}.msg"), name)
+        return message_class(topic.type_name)
     except (ImportError, AttributeError):
-        debian_name = f"ros-jazzy-{package.replace('_', '-')}"
+        debian_name = f"ros-jazzy-{topic.type_name.partition('/')[0].replace('_', '-')}"
         raise UnplayableError(f"type {topic.type_name} is not installed; install the package {debian_name}") from None
 
 
