@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from renderer import FlatScene, MaterialTable, Mesh, PartTable, Sky
+from renderer import FlatScene, Mesh, PartTable, Sky, tabulate_materials
 from renderer.models import build_model
 from renderer.room_shell import build_opening, build_shell
 from renderer.shapes import merged, moved, rotated
-from scene_description import CameraPose, ModelReference, Opening, Part, Room
+from scene_description import CameraPose, Material, ModelReference, Opening, Part, Room
 from scene_description.labels import LABEL_ID
 from scene_description.poses import look_at
 
@@ -77,7 +77,6 @@ def _flat_scene(parts: list[tuple[str, int, int, Mesh]]) -> FlatScene:
     shell = np.array(identities) == 0
     emission = np.array([(0.0, 0.0, 0.0) if dark else SHINING.get(name, (0.0, 0.0, 0.0)) for name, dark in zip(names, shell, strict=True)])
     panes = np.array([name == "pane" for name in names])
-    zeros = np.zeros(count, np.float32)
     return FlatScene(
         mesh=merged(*meshes),
         face_part=np.repeat(np.arange(count, dtype=np.int32), [len(mesh.faces) for mesh in meshes]),
@@ -89,6 +88,11 @@ def _flat_scene(parts: list[tuple[str, int, int, Mesh]]) -> FlatScene:
             panes,
         ),
         part_names=tuple(f"{identity}/{name}" for identity, name in zip(identities, names, strict=True)),
-        materials=MaterialTable(colors, np.full(count, 0.8, np.float32), zeros, np.where(panes, 0.85, 0.0).astype(np.float32)),
+        materials=tabulate_materials(
+            [
+                Material(id=name, family="bench", base_color=tuple(color), transmission=0.85 if pane else 0.0)
+                for name, color, pane in zip(names, colors, panes, strict=True)
+            ]
+        ),
         sky=Sky(*(np.array(color, np.float32) for color in ((2500, 3500, 6000), (6000, 6500, 7500), (900, 850, 700)))),
     )

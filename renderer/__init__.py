@@ -5,7 +5,7 @@ Knows scenes only as :class:`~renderer.flat_scene.FlatScene`: one world-space me
 
 from renderer.config import CameraConfig, RenderConfig
 from renderer.errors import RenderCancelled, RenderError
-from renderer.flat_scene import FlatScene, MaterialTable, Mesh, PartTable, Sky
+from renderer.flat_scene import FlatScene, MaterialTable, Mesh, PartTable, Sky, tabulate_materials
 from renderer.frame import GEOMETRIC_LAYERS, LAYERS, Frame
 from renderer.renderer import Renderer, warm_up
 
@@ -23,5 +23,6 @@ __all__ = [
     "RenderError",
     "Renderer",
     "Sky",
+    "tabulate_materials",
     "warm_up",
 ]

@@ -5,10 +5,13 @@ Hit triangle -> part -> (object, class, material); everything after the hit is t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from scene_description import Material
 
 
 class Mesh(NamedTuple):
@@ -38,12 +41,21 @@ class PartTable(NamedTuple):
 
 
 class MaterialTable(NamedTuple):
-    """Material parameters, one row per material: base_color (k, 3), roughness, metallic, transmission (k,), float32, linear."""
+    """Material parameters, one row per material, float32: base_color (k, 3), linear; the others (k,), as in ``Material``."""
 
     base_color: NDArray[np.float32]
     roughness: NDArray[np.float32]
     metallic: NDArray[np.float32]
     transmission: NDArray[np.float32]
+    ior: NDArray[np.float32]
+    clearcoat: NDArray[np.float32]
+    clearcoat_roughness: NDArray[np.float32]
+    sheen: NDArray[np.float32]
+
+
+def tabulate_materials(materials: Sequence[Material]) -> MaterialTable:
+    """Return one row per material."""
+    return MaterialTable(*(np.array([getattr(material, name) for material in materials], np.float32) for name in MaterialTable._fields))
 
 
 class Sky(NamedTuple):

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.flat_scene import FlatScene, MaterialTable, Mesh, PartTable, Sky
+from renderer.flat_scene import FlatScene, Mesh, PartTable, Sky, tabulate_materials
 from renderer.mesh_files import MeshFileError, find_mesh_file, load_mesh_file
 from renderer.models import MODELS, build_model
 from renderer.models.model import Parts
@@ -72,7 +72,7 @@ def flatten(scene: SceneDescription, catalog_dir: Path | None = None) -> FlatSce
             portal=np.array([row.portal for row in rows], np.bool_),
         ),
         part_names=tuple(row.name for row in rows),
-        materials=_material_table(scene),
+        materials=tabulate_materials(scene.materials),
         sky=Sky(
             *(np.array(color, np.float32) for color in (scene.environment.zenith, scene.environment.horizon, scene.environment.ground))
         ),
@@ -191,15 +191,6 @@ def _material(materials: dict[str, int], name: str, where: str) -> int:
     if name not in materials:
         raise FlattenError(f"{where}: expected the id of one of the scene's {len(materials)} materials, got '{name}'")
     return materials[name]
-
-
-def _material_table(scene: SceneDescription) -> MaterialTable:
-    return MaterialTable(
-        base_color=np.array([material.base_color for material in scene.materials], np.float32),
-        roughness=np.array([material.roughness for material in scene.materials], np.float32),
-        metallic=np.array([material.metallic for material in scene.materials], np.float32),
-        transmission=np.array([material.transmission for material in scene.materials], np.float32),
-    )
 
 
 def _listed(names: Iterable[str]) -> str:

@@ -15,7 +15,7 @@ from renderer.cameras import Pinhole, pose_camera
 from renderer.config import CameraConfig, RenderConfig
 from renderer.embree import EmbreeScene
 from renderer.errors import RenderError
-from renderer.flat_scene import FlatScene, MaterialTable, Mesh, PartTable, Sky
+from renderer.flat_scene import FlatScene, Mesh, PartTable, Sky, tabulate_materials
 from renderer.frame import GEOMETRIC_LAYERS, LAYERS, Frame
 from renderer.ground_truth import TILE, GeometricImages, Labels, empty_images, trace_geometry
 from renderer.integrator import Work, make_scratch, trace_paths
@@ -25,6 +25,7 @@ from renderer.scene_check import check_scene
 from renderer.surfaces import build_surfaces
 from renderer.tone import to_display
 from renderer.workers import Workers, thread_count
+from scene_description import Material
 from scene_description.poses import look_at
 from scene_description.types import CameraPose
 
@@ -144,10 +145,17 @@ def warm_up() -> None:
     """
     corners = np.array([[1, -1, -1], [1, 0, 1], [1, 1, -1]], np.float32)
     mesh = Mesh(corners, np.tile(np.array([[-1, 0, 0]], np.float32), (3, 1)), np.array([[0, 1, 2]], np.uint32))
-    shine, share = np.ones((1, 3), np.float32), np.zeros(1, np.float32)
+    shine = np.ones((1, 3), np.float32)
     parts = PartTable(np.zeros(1, np.uint16), np.zeros(1, np.uint8), np.zeros(1, np.int32), shine, np.zeros(1, np.bool_))
     sky = Sky(*(np.zeros(3, np.float32) for _ in range(3)))
-    flat = FlatScene(mesh, np.zeros(1, np.int32), parts, ("0/triangle",), MaterialTable(shine, share, share, share), sky)
+    flat = FlatScene(
+        mesh,
+        np.zeros(1, np.int32),
+        parts,
+        ("0/triangle",),
+        tabulate_materials([Material(id="m", family="m", base_color=(0.5, 0.5, 0.5))]),
+        sky,
+    )
     pose = CameraPose(stamp_ns=0, position_m=(0.0, 0.0, 0.0), orientation=look_at((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
     with Renderer(flat, CameraConfig(width=1, height=1), RenderConfig(samples_per_pixel=1, threads=1), 0) as renderer:
         renderer.render(pose, 0, tuple(LAYERS))

@@ -27,10 +27,10 @@ def check_scene(flat: FlatScene) -> None:
         ("parts.material", parts.material, (count,), np.int32),
         ("parts.emission", parts.emission, (count, 3), np.float32),
         ("parts.portal", parts.portal, (count,), np.bool_),
-        ("materials.base_color", materials.base_color, (kinds, 3), np.float32),
-        ("materials.roughness", materials.roughness, (kinds,), np.float32),
-        ("materials.metallic", materials.metallic, (kinds,), np.float32),
-        ("materials.transmission", materials.transmission, (kinds,), np.float32),
+        *(
+            (f"materials.{name}", table, (kinds, 3) if name == "base_color" else (kinds,), np.float32)
+            for name, table in materials._asdict().items()
+        ),
         *((f"sky.{name}", color, (3,), np.float32) for name, color in flat.sky._asdict().items()),
     ):
         if array.shape != shape or array.dtype != dtype:
@@ -41,9 +41,9 @@ def check_scene(flat: FlatScene) -> None:
     _check_mesh(flat, "vertices", mesh.vertices)
     _check_mesh(flat, "normals", mesh.normals)
     for name, table in (("parts.emission", parts.emission), *((f"sky.{key}", value) for key, value in flat.sky._asdict().items())):
-        _check_range(name, table, np.inf)
+        _check_range(name, table, 0.0, np.inf)
     for name, table in materials._asdict().items():
-        _check_range(f"materials.{name}", table, 1.0)
+        _check_range(f"materials.{name}", table, *((1.0, 3.0) if name == "ior" else (0.0, 1.0)))
 
 
 def _check_index(name: str, index: NDArray[np.signedinteger] | NDArray[np.unsignedinteger], count: int) -> None:
@@ -62,6 +62,6 @@ def _check_mesh(flat: FlatScene, what: str, rows: NDArray[np.float32]) -> None:
     raise RenderError(f"scene mesh.{what}: expected finite numbers, got {rows[row].tolist()} at vertex {row} of {owner}")
 
 
-def _check_range(name: str, table: NDArray[np.float32], high: float) -> None:
-    if not np.isfinite(table).all() or (len(table) and (table.min() < 0.0 or table.max() > high)):
-        raise RenderError(f"scene {name}: expected finite numbers in [0, {high:g}], got {table.min():g} to {table.max():g}")
+def _check_range(name: str, table: NDArray[np.float32], low: float, high: float) -> None:
+    if not np.isfinite(table).all() or (len(table) and (table.min() < low or table.max() > high)):
+        raise RenderError(f"scene {name}: expected finite numbers in [{low:g}, {high:g}], got {table.min():g} to {table.max():g}")

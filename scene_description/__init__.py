@@ -20,6 +20,7 @@ from scene_description.types import (
     SceneDescription,
     SceneObject,
     Support,
+    Texture,
     ValidityCheck,
     ValidityReport,
 )
@@ -43,6 +44,7 @@ __all__ = [
     "SceneDescription",
     "SceneObject",
     "Support",
+    "Texture",
     "ValidityCheck",
     "ValidityReport",
     "from_mapping",

@@ -32,8 +32,31 @@ QuaternionItem = Annotated[float, Limits(ge=-1.0001, le=1.0001)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Texture:
+    """A repeating pattern over a material, drawn by a generator of the renderer from ``seed``.
+
+    ``scale_m`` is the size of the pattern's unit (a plank's width, a tile's side, the repeat of a print); ``colors`` go beside the
+    material's base colour, in the order that the generator says; ``contrast`` is how far the pattern departs from the plain colours,
+    ``relief_m`` its depth, ``rotation_rad`` its turn against the surface's own texture coordinates.
+    """
+
+    generator: Name
+    scale_m: Length
+    seed: Seed = 0
+    colors: Annotated[tuple[Color, ...], Limits(max_length=4)] = ()
+    contrast: Unit = 0.5
+    relief_m: Annotated[float, Limits(ge=0.0, le=0.1, unit="m")] = 0.0
+    rotation_rad: Angle = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Material:
-    """A metallic-roughness material: linear base colour, perceptual roughness, metalness, share of light that it lets through."""
+    """A metallic-roughness ("principled") material.
+
+    Linear base colour, perceptual roughness (its square is the microfacet distribution's alpha), metalness, share of the light that enters
+    that is let through (glass), index of refraction, weight and roughness of a clear coat of index 1.5, weight of a sheen (fabrics seen at
+    grazing angles), and a pattern.
+    """
 
     id: Name
     family: Name
@@ -41,6 +64,11 @@ class Material:
     roughness: Unit = 0.8
     metallic: Unit = 0.0
     transmission: Unit = 0.0
+    ior: Annotated[float, Limits(ge=1.0, le=3.0)] = 1.5
+    clearcoat: Unit = 0.0
+    clearcoat_roughness: Unit = 0.05
+    sheen: Unit = 0.0
+    texture: Texture | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

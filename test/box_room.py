@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.flat_scene import FlatScene, MaterialTable, Mesh, PartTable, Sky
+from renderer.flat_scene import FlatScene, Mesh, PartTable, Sky, tabulate_materials
+from scene_description import Material
 from scene_description.poses import look_at
 from scene_description.types import CameraPose
 
@@ -64,8 +65,9 @@ def scene(*pieces: Piece, sky: Sky = DARK) -> FlatScene:
     parts = PartTable(
         column("object_id", np.uint16), column("label", np.uint8), index, column("emission", np.float32), column("portal", np.bool_)
     )
-    rough, metallic = np.full(len(pieces), 0.8, np.float32), np.zeros(len(pieces), np.float32)
-    materials = MaterialTable(column("color", np.float32), rough, metallic, column("transmission", np.float32))
+    materials = tabulate_materials(
+        [Material(id=piece.name, family="test", base_color=piece.color, transmission=piece.transmission) for piece in pieces]
+    )
     mesh = Mesh(vertices, normals.astype(np.float32), faces)
     return FlatScene(mesh, np.repeat(index, counts).astype(np.int32), parts, tuple(piece.name for piece in pieces), materials, sky)
 

@@ -226,7 +226,19 @@ def test_every_key_is_required_or_has_a_default(place: tuple[str | int, ...]) ->
         assert str(error).isprintable()
     else:
         optional = {"group", "style", "seed", "parent", "choice", "log_probability", "object", "objects", "on", "hinge", "swing"}
-        optional |= {"roughness", "metallic", "transmission", "attempts", "overlap", "wall_distance"}
+        optional |= {
+            "roughness",
+            "metallic",
+            "transmission",
+            "ior",
+            "clearcoat",
+            "clearcoat_roughness",
+            "sheen",
+            "texture",
+            "attempts",
+            "overlap",
+            "wall_distance",
+        }
         assert place[-1] in optional
 
 
