@@ -1,6 +1,7 @@
 # make run    the main job: the node suite records a bag of several rooms, checks it and draws a contact sheet
 # make test   all tests          make lint   ruff and mypy
 # make bench  speed tables       make setup  only the environment
+# make gallery  contact sheets of every model and of a room of each type, in docs/gallery
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -18,7 +19,7 @@ VENV_FLAGS :=
 EXTRAS := ros,test,bench
 endif
 
-.PHONY: setup run test lint bench clean fresh-kernels
+.PHONY: setup run test lint bench gallery clean fresh-kernels
 
 setup: $(VENV)/.ready
 
@@ -49,6 +50,9 @@ lint: setup
 
 bench: setup fresh-kernels
 	$(BIN)/python -m benchmarks --json bench.json
+
+gallery: setup fresh-kernels
+	$(BIN)/python -m scene_synth_ros gallery --out docs/gallery
 
 clean:
 	rm -rf $(VENV) build install log

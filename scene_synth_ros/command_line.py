@@ -23,6 +23,7 @@ COMMANDS = {
     "replay": Command("publish a bag again", "replay_command"),
     "sample": Command("sample rooms and write their scene descriptions and top views", "sample_command"),
     "learn": Command("learn a grammar's numbers from furnished rooms", "learn_command"),
+    "gallery": Command("draw contact sheets of the models and of a room of each type", "gallery_command"),
     "render": Command("render a scene description to image files, without ROS", "render_command"),
 }
 
