@@ -13,7 +13,7 @@ from grammar.categories import Categories
 from grammar.energies import place_object
 from grammar.layout import BOTTOM, CEILING, CENTRE, CORE, FIXED, FLOOR, LEADS, OBJECT, WALL, Floats, Ints, Problem, State, empty_state
 from grammar.parse_tree import ParseTree, Thing
-from grammar.rules import AroundMode, Grammar, Thresholds
+from grammar.rules import AroundMode, Grammar, Mode, Thresholds, WallMode
 from grammar.solids import local_solids, surface_top
 from grammar.walls import WALL_YAW, wall_rows
 from grammar.zones import Zone, opening_zones, side_rectangle, thing_zones
@@ -25,8 +25,12 @@ Modes = tuple[list[Row], list[Row], list[Row], list[Row]]
 _MOUNT = {"floor": FLOOR, "wall": WALL, "ceiling": CEILING, "object": OBJECT}
 
 
-def assemble(grammar: Grammar, categories: Categories, tree: ParseTree) -> tuple[Problem, State]:
-    """Return the layout problem of a parse tree and a state in which only its openings are placed."""
+def assemble(grammar: Grammar, categories: Categories, tree: ParseTree, beta: float | None = None) -> tuple[Problem, State]:
+    """Return the layout problem of a parse tree and a state in which only its openings are placed.
+
+    ``beta``: tidiness at which the chain will run, by default the grammar's; it shall not temper the probabilities of modes and addresses.
+    """
+    tidiness = grammar.schedule.beta if beta is None else beta
     openings, things, room = tree.room.openings, tree.things, tree.room
     size = {opening.id: (0.0, opening.width_m, opening.height_m) for opening in openings} | {thing.id: thing.size_m for thing in things}
     slots = _slots(categories, things)
@@ -36,7 +40,7 @@ def assemble(grammar: Grammar, categories: Categories, tree: ParseTree) -> tuple
         solids = [(*row, 0.0, 0.0) for row in local_solids(categories[thing.rule.category], thing.size_m).tolist()]
         strips = [_strip_row(side, reach_m, thing.size_m) for side in thing.rule.reach_any]
         zones = [_zone_row(zone) for zone in thing_zones(thing.rule, thing.size_m)]
-        parts.append(_Parts(solids, zones, strips, _modes(thing, size, slots)))
+        parts.append(_Parts(solids, zones, strips, _modes(thing, size, slots, tidiness)))
     rows = [(FIXED, -1, 0, 0)] * len(openings)
     for thing, part in zip(things, parts[len(openings) :], strict=True):
         core = -1 if thing.core is None else thing.core - 1
@@ -50,7 +54,7 @@ def assemble(grammar: Grammar, categories: Categories, tree: ParseTree) -> tuple
         object=np.array([_object_row(size[i + 1], p) for i, p in enumerate(parts)]),
         link=np.column_stack([link, box_first, mode_first]),
         box=_rows([row for p in parts for rows in p.boxes for row in rows], 8),
-        mode=_rows([row for p in parts for rows in p.modes for row in rows], 3),
+        mode=_rows([row for p in parts for rows in p.modes for row in rows], 7),
         slot=_rows(slots, 6),
         wall=wall,
         number=np.concatenate([astuple(grammar.weights), polygon.min(0), polygon.max(0), _centroid(polygon)]),
@@ -88,14 +92,35 @@ def _blocks(thing: Thing, limits: Thresholds, parts: _Parts) -> bool:
     return thing.rule.mount != "object" and thing.bottom_m + low < limits.robot_height_m
 
 
-def _modes(thing: Thing, size: Mapping[int, tuple[float, float, float]], slots: Sequence[Row]) -> Modes:
+def _modes(thing: Thing, size: Mapping[int, tuple[float, float, float]], slots: Sequence[Row], beta: float) -> Modes:
     rule = thing.rule
     wall: list[Row] = [(mode.distance_m, _or_nan(mode.orientation_rad), 0.0) for mode in rule.wall]
     around: list[Row] = [_around_target(mode, thing.size_m, size[thing.core]) for mode in rule.around] if thing.core else []
     places: list[Row] = [
         (_or_nan(mode.depth_fraction), _or_nan(mode.width_fraction), _or_nan(mode.orientation_rad)) for mode in rule.placements
     ]
-    return wall, around, places, [(slot, cost, 0.0) for slot, cost in _candidates(thing, slots)]
+    return (
+        _with_odds(wall, rule.wall, [1] * len(wall), beta),
+        _with_odds(around, rule.around, [1 if rule.mount == "wall" else 2] * len(around), beta),
+        _with_odds(places, rule.placements, [2 - sum(map(math.isnan, row[:2])) for row in places], beta),
+        [(slot, cost / beta, 0.0, 0.0, 0.0, 0.0, 0.0) for slot, cost in _candidates(thing, slots)],
+    )
+
+
+def _with_odds(rows: list[Row], modes: Sequence[Mode], dimensions: Sequence[int], beta: float) -> list[Row]:
+    """Append each mode's cost, probability, and factors of its distance, which has so many dimensions, and of its angle."""
+    if not rows:
+        return []
+    shares = [1.0 / len(modes) if mode.probability is None else mode.probability for mode in modes]
+    turns = [row[1] if isinstance(mode, WallMode) else row[2] for row, mode in zip(rows, modes, strict=True)]
+    logs = [
+        math.log(share) - d * math.log(mode.spread) - (0.0 if math.isnan(turn) else math.log(mode.orientation_spread))
+        for share, mode, d, turn in zip(shares, modes, dimensions, turns, strict=True)
+    ]
+    return [
+        (*row, (max(logs) - log) / beta, share, 1.0 / mode.spread, 1.0 / mode.orientation_spread)
+        for row, mode, share, log in zip(rows, modes, shares, logs, strict=True)
+    ]
 
 
 def _or_nan(value: float | None) -> float:

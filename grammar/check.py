@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from grammar.rules import MOVES, NONE, Branch, Grammar, Node, ObjectRule, normals, range_error
+from grammar.rules import MOVES, NONE, Branch, Grammar, Mode, Node, ObjectRule, normals, range_error
 from scene_description import FieldError
 
 _SUM_TOLERANCE = 1e-6
@@ -103,8 +103,21 @@ def _check_object(grammar: Grammar, symbol: str, thing: ObjectRule, categories: 
         if given != needed:
             reason = f"mount '{thing.mount}'" if name != "around" else ("cores" if needed else "no cores")
             raise FieldError(f"{path}.{name}", f"{'a value' if needed else 'no value'} with {reason}", "a value" if given else "nothing")
+    for name in ("wall", "around", "placements"):
+        _check_modes(f"{path}.{name}", getattr(thing, name))
     if thing.wall and thing.mount != "floor":
         raise FieldError(f"{path}.wall", "no value unless mount is 'floor'", "a value")
+
+
+def _check_modes(path: str, modes: Sequence[Mode]) -> None:
+    """Check that either all modes of a relation have a probability, positive and summing to 1, or none."""
+    given = [mode.probability for mode in modes if mode.probability is not None]
+    if given and len(given) < len(modes):
+        raise FieldError(path, "a probability in all modes or in none", f"{len(given)} in {len(modes)} modes")
+    if given and min(given) <= 0.0:
+        raise FieldError(path, "modes with positive probabilities (leave the others out)", f"{min(given):g}")
+    if given:
+        _check_sum(path, given)
 
 
 def _check_cycles(grammar: Grammar) -> None:

@@ -3,13 +3,19 @@
 ``E = sum of weight * loss`` over the terms of :data:`grammar.rules.TERMS`, the Gibbs prior's exponent (Jiang et al., IJCV 2018, section
 2.2):
 
-- wall: ``|distance - mean|`` and ``|yaw - mean|`` to the wall that an object fits best, of all walls and all of its modes
+- wall: ``|distance - mean|`` and ``|yaw - mean|``, each over the mode's spread, to the wall that an object fits best, of all walls and all
+  of its modes
 - occlusion: ``max(0, 1 - d / d_acc)`` of the space before an object, d_acc deep, that another object or a wall leaves only d deep; objects
   of one group do not count for each other
 - support: the sum over a top's four edges of ``|distance - mean|``, ``|yaw - mean|``, and -log of the address's probability
 - group: the same as for walls, in the frame of the core object
 - overlap, out_of_room, blocked (zones of doors, windows and pictures), overhang: depths in metres, zero in a valid room
+- relation_odds: for the mode taken in each wall, support and group relation, what it is less dense than the object's densest mode there
 - circulation, reach: see :mod:`grammar.circulation`, which adds them where they have a weight
+
+A relation with modes of probability p_k, spreads s_k and d dimensions is the mixture of the densities ``p_k s_k^-d exp(-beta w l / s_k)``,
+each place given to the mode that is densest there.  The odds are part of the prior, so their cost is divided by beta, which does not
+temper them: modes that the room leaves free alike, and that lie further apart than they are wide, are taken by their probabilities.
 
 An energy vector holds the unweighted losses.  The part of it that changes when some objects move is the sum over the cliques that contain
 one of them; cliques among objects that move rigidly together keep their losses and are left out.
@@ -34,6 +40,7 @@ from grammar.layout import (
     CANDIDATE,
     CENTRE,
     CORE,
+    COST,
     FIXED,
     FLOOR,
     HALF_DEPTH,
@@ -42,6 +49,7 @@ from grammar.layout import (
     MIDDLE,
     MODE_END,
     MOUNT,
+    NEAR,
     OBJECT,
     OUTER_RADIUS,
     PLACE,
@@ -50,6 +58,7 @@ from grammar.layout import (
     SLOT_HALF_DEPTH,
     SLOT_HALF_WIDTH,
     SLOT_OWNER,
+    STRAIGHT,
     SWING,
     VIEW,
     WALL,
@@ -76,6 +85,7 @@ from grammar.walls import rectangle_outside
     GROUP_DISTANCE,
     GROUP_ORIENTATION,
     ROOM_CENTRE,
+    RELATION_ODDS,
     CIRCULATION,
     REACHED,
 ) = range(len(TERMS))
@@ -113,8 +123,8 @@ def _add_wall(problem, state, i, out):  # type: ignore[no-untyped-def]
     wall, mode, first, last = problem.wall, problem.mode, problem.link[i, WALL_MODE], problem.link[i, AROUND]
     x, y, yaw = state.where[i, 0], state.where[i, 1], state.where[i, 2]
     half_d, half_w, c, s = problem.object[i, HALF_DEPTH], problem.object[i, HALF_WIDTH], math.cos(yaw), math.sin(yaw)
-    w_distance, w_orientation = problem.number[WALL_DISTANCE], problem.number[WALL_ORIENTATION]
-    best, distance, orientation = np.inf, 0.0, 0.0
+    w_distance, w_orientation, w_odds = problem.number[WALL_DISTANCE], problem.number[WALL_ORIENTATION], problem.number[RELATION_ODDS]
+    best, distance, orientation, odds = np.inf, 0.0, 0.0, 0.0
     for w in range(len(wall)):
         dx, dy, nx, ny = x - wall[w, 0], y - wall[w, 1], wall[w, 5], wall[w, 6]
         along, across = dx * wall[w, 2] + dy * wall[w, 3], dx * nx + dy * ny
@@ -123,14 +133,16 @@ def _add_wall(problem, state, i, out):  # type: ignore[no-untyped-def]
             across = math.sqrt(across * across + beyond * beyond)
         gap = across - half_d * abs(c * nx + s * ny) - half_w * abs(s * nx - c * ny)
         for k in range(first, last):
-            off = abs(gap - mode[k, 0])
-            if w_distance * off < best:
-                angle = _angle(yaw - wall[w, 7], mode[k, 1])
-                cost = w_distance * off + w_orientation * angle
+            off = abs(gap - mode[k, 0]) * mode[k, NEAR]
+            cost = w_distance * off + w_odds * mode[k, COST]
+            if cost < best:
+                angle = _angle(yaw - wall[w, 7], mode[k, 1]) * mode[k, STRAIGHT]
+                cost += w_orientation * angle
                 if cost < best:
-                    best, distance, orientation = cost, off, angle
+                    best, distance, orientation, odds = cost, off, angle, mode[k, COST]
     out[WALL_DISTANCE] += distance
     out[WALL_ORIENTATION] += orientation
+    out[RELATION_ODDS] += odds
 
 
 @njit(**INNER)
@@ -140,16 +152,17 @@ def _add_group(problem, state, i, out):  # type: ignore[no-untyped-def]
     dx, dy, yaw = where[i, 0] - where[core, 0], where[i, 1] - where[core, 1], where[core, 2]
     c, s = math.cos(yaw), math.sin(yaw)
     x, y, turn = dx * c + dy * s, dy * c - dx * s, where[i, 2] - yaw
-    w_distance, w_orientation = problem.number[GROUP_DISTANCE], problem.number[GROUP_ORIENTATION]
-    best, distance, orientation = np.inf, 0.0, 0.0
+    w_distance, w_orientation, w_odds = problem.number[GROUP_DISTANCE], problem.number[GROUP_ORIENTATION], problem.number[RELATION_ODDS]
+    best, distance, orientation, odds = np.inf, 0.0, 0.0, 0.0
     for k in range(problem.link[i, AROUND], problem.link[i, PLACE]):
-        off = math.sqrt((x - mode[k, 0]) ** 2 + (y - mode[k, 1]) ** 2)
-        angle = _angle(turn, mode[k, 2])
-        cost = w_distance * off + w_orientation * angle
+        off = math.sqrt((x - mode[k, 0]) ** 2 + (y - mode[k, 1]) ** 2) * mode[k, NEAR]
+        angle = _angle(turn, mode[k, 2]) * mode[k, STRAIGHT]
+        cost = w_distance * off + w_orientation * angle + w_odds * mode[k, COST]
         if cost < best:
-            best, distance, orientation = cost, off, angle
+            best, distance, orientation, odds = cost, off, angle, mode[k, COST]
     out[GROUP_DISTANCE] += distance
     out[GROUP_ORIENTATION] += orientation
+    out[RELATION_ODDS] += odds
 
 
 @njit(**INNER)
@@ -185,17 +198,19 @@ def _add_support(problem, state, i, out):  # type: ignore[no-untyped-def]
     half_d, half_w, c, s = problem.object[i, HALF_DEPTH], problem.object[i, HALF_WIDTH], abs(math.cos(turn)), abs(math.sin(turn))
     out[OVERHANG] += max(abs(x) + half_d * c + half_w * s - problem.slot[k, SLOT_HALF_DEPTH], 0.0)
     out[OVERHANG] += max(abs(y) + half_d * s + half_w * c - problem.slot[k, SLOT_HALF_WIDTH], 0.0)
-    best, position, orientation = np.inf, 0.0, 0.0
+    best, position, orientation, odds = np.inf, 0.0, 0.0, 0.0
     for m in range(link[i, PLACE], link[i, CANDIDATE]):
         mean_x, mean_y = place_target(problem, i, m, k)
         off = 0.0 if math.isnan(mean_x) else 2.0 * abs(x - mean_x)
         off += 0.0 if math.isnan(mean_y) else 2.0 * abs(y - mean_y)
-        angle = _angle(turn, mode[m, 2])
+        off, angle = off * mode[m, NEAR], _angle(turn, mode[m, 2]) * mode[m, STRAIGHT]
         cost = problem.number[SUPPORT_POSITION] * off + problem.number[SUPPORT_ORIENTATION] * angle
+        cost += problem.number[RELATION_ODDS] * mode[m, COST]
         if cost < best:
-            best, position, orientation = cost, off, angle
+            best, position, orientation, odds = cost, off, angle, mode[m, COST]
     out[SUPPORT_POSITION] += position
     out[SUPPORT_ORIENTATION] += orientation
+    out[RELATION_ODDS] += odds
     for m in range(link[i, CANDIDATE], link[i, MODE_END]):
         if int(mode[m, 0]) == k:
             out[SUPPORT_ADDRESS] += mode[m, 1]

@@ -34,6 +34,9 @@ BOUNDS = len(TERMS)
 MIDDLE = BOUNDS + 4
 """Places in ``Problem.number``, after the weights of the energy terms."""
 
+COST, SHARE, NEAR, STRAIGHT = range(3, 7)
+"""Columns of ``Problem.mode`` after the place that a mode means."""
+
 SLOT_HALF_DEPTH, SLOT_HALF_WIDTH, SLOT_OWNER = 3, 4, 5
 """Columns of ``Problem.slot`` after x, y, z."""
 
@@ -50,8 +53,10 @@ class Problem(NamedTuple):
     takes floor from a walker; first rows in ``box`` of its solids, its zones and its strips to be reached, and their end; first rows in
     ``mode`` of its wall modes, modes around its core, placements and candidate tops, and their end.
     box: (m, 8) in the object's frame x, y, z_low, z_high, half_depth, half_width, and for zones their kind and depth.
-    mode: (k, 3) wall modes: gap, relative yaw; around: x, y, yaw in the core's frame; placements: depth fraction, width fraction, relative
-    yaw (NaN: any); candidates: number of a top, -log of the address's probability.
+    mode: (k, 7) wall modes: gap, relative yaw, 0; around: x, y, yaw in the core's frame; placements: depth fraction, width fraction,
+    relative yaw (NaN: any); then of all these -log of the density at the mode's middle over that of the object's densest mode, divided by
+    the tidiness; probability; factors of the distance and of the angle, 1 over the mode's spreads.  Candidates: number of a top, -log of
+    the address's probability divided by the tidiness.
     slot: (s, 6) tops that carry things: x, y, z, half depth, half width in the owner's frame, owner.
     wall: (w, 9) rows of :func:`grammar.walls.wall_rows`.
     number: (t + 6,) lambda of the energy terms; x_low, y_low, x_high, y_high of the room; x and y of the polygon's centroid.

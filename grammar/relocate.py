@@ -1,6 +1,7 @@
 """The relocation: a pose drawn afresh from a mixture of a uniform pose, poses at walls and poses around the core or on a top.
 
-Its density is computed for any pose, which the Hastings ratio needs.  A pose's base measure is area times angle (length along the walls for
+An object's modes are drawn by their probabilities, and widths grow with a mode's spread.  The mixture's
+density is computed for any pose, which the Hastings ratio needs.  A pose's base measure is area times angle (length along the walls for
 what hangs there), over the bounding box of the room, the walls, or the tops.
 """
 
@@ -26,12 +27,15 @@ from grammar.layout import (
     MIDDLE,
     MODE_END,
     MOUNT,
+    NEAR,
     OBJECT,
     ON_WALL,
     PLACE,
+    SHARE,
     SLOT_HALF_DEPTH,
     SLOT_HALF_WIDTH,
     SLOT_OWNER,
+    STRAIGHT,
     WALL,
     WALL_MODE,
 )
@@ -69,6 +73,16 @@ def _yaw_density(angle, mean, sd):  # type: ignore[no-untyped-def]
 @njit(**INNER)
 def _draw_yaw(rng, mean, sd):  # type: ignore[no-untyped-def]
     return _TWO_PI * rng.random() if math.isnan(mean) else mean + sd * rng.standard_normal()
+
+
+@njit(**INNER)
+def _draw_mode(rng, mode, first, end):  # type: ignore[no-untyped-def]
+    """Draw one of an object's modes by their probabilities; there is at least one."""
+    u, k = rng.random(), first
+    while k < end - 1 and u >= mode[k, SHARE]:
+        u -= mode[k, SHARE]
+        k += 1
+    return k
 
 
 @njit(**INNER)
@@ -123,9 +137,9 @@ def relocate(rng, problem, state, settings, i, proposal):  # type: ignore[no-unt
         if u < uniform:
             w, along = _draw_wall(rng, problem, 2.0 * half_w)
         else:
-            w, k = state.hold[core, ON_WALL], first + pick(rng, end - first)
+            w, k = state.hold[core, ON_WALL], _draw_mode(rng, mode, first, end)
             along = along_wall(problem.wall, w, state.where[core, 0], state.where[core, 1]) - mode[k, 1]
-            along += number[AROUND_SD] * rng.standard_normal()
+            along += number[AROUND_SD] / mode[k, NEAR] * rng.standard_normal()
         hang(problem, proposal, np.int64(0), i, w, along)
     elif u < uniform:
         low_x, low_y = problem.number[BOUNDS], problem.number[BOUNDS + 1]
@@ -135,9 +149,10 @@ def relocate(rng, problem, state, settings, i, proposal):  # type: ignore[no-unt
             pose[0, 2] = wrap(_TWO_PI * rng.random())
     elif u < uniform + wall:
         w, along = _draw_wall(rng, problem, 0.0)
-        k = link[i, WALL_MODE] + pick(rng, first - link[i, WALL_MODE])
-        turn = _draw_yaw(rng, mode[k, 1], number[WALL_YAW_SD])
-        across = mode[k, 0] + number[WALL_GAP_SD] * rng.standard_normal() + half_d * abs(math.cos(turn)) + half_w * abs(math.sin(turn))
+        k = _draw_mode(rng, mode, link[i, WALL_MODE], first)
+        turn = _draw_yaw(rng, mode[k, 1], number[WALL_YAW_SD] / mode[k, STRAIGHT])
+        across = mode[k, 0] + number[WALL_GAP_SD] / mode[k, NEAR] * rng.standard_normal()
+        across += half_d * abs(math.cos(turn)) + half_w * abs(math.sin(turn))
         pose[0, 0] = problem.wall[w, 0] + problem.wall[w, 2] * along + problem.wall[w, 5] * across
         pose[0, 1] = problem.wall[w, 1] + problem.wall[w, 3] * along + problem.wall[w, 6] * across
         pose[0, 2] = wrap(problem.wall[w, 7] + turn)
@@ -145,12 +160,13 @@ def relocate(rng, problem, state, settings, i, proposal):  # type: ignore[no-unt
         pose[0, 0] = problem.number[MIDDLE] + number[AROUND_SD] * rng.standard_normal()
         pose[0, 1] = problem.number[MIDDLE + 1] + number[AROUND_SD] * rng.standard_normal()
     else:
-        k = first + pick(rng, end - first)
-        x, y = mode[k, 0] + number[AROUND_SD] * rng.standard_normal(), mode[k, 1] + number[AROUND_SD] * rng.standard_normal()
+        k = _draw_mode(rng, mode, first, end)
+        sd = number[AROUND_SD] / mode[k, NEAR]
+        x, y = mode[k, 0] + sd * rng.standard_normal(), mode[k, 1] + sd * rng.standard_normal()
         yaw = state.where[core, 2]
         c, s = math.cos(yaw), math.sin(yaw)
         pose[0, 0], pose[0, 1] = state.where[core, 0] + x * c - y * s, state.where[core, 1] + x * s + y * c
-        pose[0, 2] = wrap(yaw + _draw_yaw(rng, mode[k, 2], number[AROUND_YAW_SD]))
+        pose[0, 2] = wrap(yaw + _draw_yaw(rng, mode[k, 2], number[AROUND_YAW_SD] / mode[k, STRAIGHT]))
 
 
 @njit(**INNER)
@@ -162,13 +178,14 @@ def _relocate_on_top(rng, problem, state, settings, i, proposal, uniform):  # ty
     if rng.random() < uniform:
         turn = _TWO_PI * rng.random()
     else:
-        k = link[i, PLACE] + pick(rng, first - link[i, PLACE])
+        k = _draw_mode(rng, problem.mode, link[i, PLACE], first)
         x, y = place_target(problem, i, k, slot)
+        sd = number[PLACE_SD] / problem.mode[k, NEAR]
         if not math.isnan(x):
-            u = x + number[PLACE_SD] * rng.standard_normal()
+            u = x + sd * rng.standard_normal()
         if not math.isnan(y):
-            v = y + number[PLACE_SD] * rng.standard_normal()
-        turn = _draw_yaw(rng, problem.mode[k, 2], number[AROUND_YAW_SD])
+            v = y + sd * rng.standard_normal()
+        turn = _draw_yaw(rng, problem.mode[k, 2], number[AROUND_YAW_SD] / problem.mode[k, STRAIGHT])
     put_on_slot(problem, state, proposal, slot, u, v, turn)
 
 
@@ -186,7 +203,7 @@ def relocation_density(problem, state, settings, i, proposal):  # type: ignore[n
         if around > 0.0 and state.hold[core, ON_WALL] == w:
             off = along_wall(problem.wall, w, x, y) - along_wall(problem.wall, w, state.where[core, 0], state.where[core, 1])
             for k in range(first, last):
-                density += around / (last - first) * _normal_density(off + mode[k, 1], number[AROUND_SD])
+                density += around * mode[k, SHARE] * _normal_density(off + mode[k, 1], number[AROUND_SD] / mode[k, NEAR])
         return density
     bounds = problem.number
     area = (bounds[BOUNDS + 2] - bounds[BOUNDS]) * (bounds[BOUNDS + 3] - bounds[BOUNDS + 1])
@@ -201,9 +218,10 @@ def relocation_density(problem, state, settings, i, proposal):  # type: ignore[n
         c, s = math.cos(core_yaw), math.sin(core_yaw)
         for k in range(first, last):
             u, v = dx * c + dy * s - mode[k, 0], dy * c - dx * s - mode[k, 1]
-            near = _normal_density(math.sqrt(u * u + v * v), number[AROUND_SD]) / (number[AROUND_SD] * math.sqrt(_TWO_PI))
+            sd = number[AROUND_SD] / mode[k, NEAR]
+            near = around * mode[k, SHARE] * _normal_density(math.sqrt(u * u + v * v), sd) / (sd * math.sqrt(_TWO_PI))
             if near > 0.0:
-                density += around / (last - first) * near * _yaw_density(yaw - core_yaw, mode[k, 2], number[AROUND_YAW_SD])
+                density += near * _yaw_density(yaw - core_yaw, mode[k, 2], number[AROUND_YAW_SD] / mode[k, STRAIGHT])
     return density
 
 
@@ -219,9 +237,11 @@ def _at_wall_density(problem, settings, i, x, y, yaw):  # type: ignore[no-untype
             across = (x - wall[w, 0]) * nx + (y - wall[w, 1]) * ny
             gap = across - problem.object[i, HALF_DEPTH] * abs(c * nx + s * ny) - problem.object[i, HALF_WIDTH] * abs(s * nx - c * ny)
             for k in range(first, last):
-                if abs(gap - mode[k, 0]) < 40.0 * gap_sd:
-                    density += _normal_density(gap - mode[k, 0], gap_sd) * _yaw_density(yaw - wall[w, 7], mode[k, 1], yaw_sd)
-    return density / ((last - first) * length)
+                off, sd = gap - mode[k, 0], gap_sd / mode[k, NEAR]
+                if abs(off) < 40.0 * sd:
+                    turn = _yaw_density(yaw - wall[w, 7], mode[k, 1], yaw_sd / mode[k, STRAIGHT])
+                    density += mode[k, SHARE] * _normal_density(off, sd) * turn
+    return density / length
 
 
 @njit(**INNER)
@@ -230,10 +250,12 @@ def _top_density(problem, state, settings, i, proposal, uniform):  # type: ignor
     half_d, half_w = problem.slot[slot, SLOT_HALF_DEPTH], problem.slot[slot, SLOT_HALF_WIDTH]
     u, v = in_slot(problem, state, slot, proposal.pose[0, 0], proposal.pose[0, 1])
     turn = proposal.pose[0, 2] - state.where[int(problem.slot[slot, SLOT_OWNER]), 2]
-    density, modes = uniform / (4.0 * half_d * half_w * _TWO_PI), link[i, CANDIDATE] - link[i, PLACE]
+    density, mode = uniform / (4.0 * half_d * half_w * _TWO_PI), problem.mode
     for k in range(link[i, PLACE], link[i, CANDIDATE]):
         x, y = place_target(problem, i, k, slot)
-        across = 0.5 / half_d if math.isnan(x) else _normal_density(u - x, number[PLACE_SD])
-        along = 0.5 / half_w if math.isnan(y) else _normal_density(v - y, number[PLACE_SD])
-        density += (1.0 - uniform) / modes * across * along * _yaw_density(turn, problem.mode[k, 2], number[AROUND_YAW_SD])
+        sd = number[PLACE_SD] / mode[k, NEAR]
+        across = 0.5 / half_d if math.isnan(x) else _normal_density(u - x, sd)
+        along = 0.5 / half_w if math.isnan(y) else _normal_density(v - y, sd)
+        turned = _yaw_density(turn, mode[k, 2], number[AROUND_YAW_SD] / mode[k, STRAIGHT])
+        density += (1.0 - uniform) * mode[k, SHARE] * across * along * turned
     return density / (link[i, MODE_END] - link[i, CANDIDATE])

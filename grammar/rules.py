@@ -30,6 +30,7 @@ SpreadAngle = Annotated[float, Limits(ge=1e-4, le=0.6, unit="rad")]
 Weight = Annotated[float, Limits(ge=0.0, le=1e6)]
 Count = Annotated[int, Limits(ge=0, le=10_000_000)]
 Side = Literal["front", "back", "left", "right"]
+Looseness = Annotated[float, Limits(ge=0.01, le=1000.0)]
 
 
 class GrammarError(ValueError):
@@ -56,7 +57,20 @@ class SizeMode:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class WallMode:
+class Mode:
+    """One of the ways in which an object stands in a relation.
+
+    ``probability``: of this way among the object's ways in the relation; left out in all of them they are equally likely.  ``spread`` and
+    ``orientation_spread``: how many times as far from its place, and as much turned, an object stands as the weight alone would have it.
+    """
+
+    probability: Probability | None = None
+    spread: Looseness = 1.0
+    orientation_spread: Looseness = 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WallMode(Mode):
     """How an object likes to stand at a wall: gap, and yaw against the direction into the room (0: back to the wall; null: any)."""
 
     distance_m: Distance
@@ -64,7 +78,7 @@ class WallMode:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AroundMode:
+class AroundMode(Mode):
     """Where an object likes to be in the frame of its core object.
 
     ``gap_m`` separates the two boxes at ``side`` ("centre": on the core's centre line).  Along that side ``align`` -1 makes the backs (or
@@ -80,7 +94,7 @@ class AroundMode:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class PlaceMode:
+class PlaceMode(Mode):
     """Where an object likes to stand on a top: -1 flush with its back or right edge, 1 with its front or left edge, null: anywhere."""
 
     depth_fraction: Annotated[float, Limits(ge=-1.0, le=1.0)] | None = None
@@ -195,7 +209,8 @@ class OpeningRule:
 class Weights:
     """The lambda of every energy term, in the order in which the terms are kept; losses are metres, radians or numbers without unit.
 
-    The first four are zero in every room that is let through.
+    The first four are zero in every room that is let through.  ``relation_odds`` and ``support_address`` weigh probabilities: 1 takes
+    them as they are.
     """
 
     overlap: Weight
@@ -211,6 +226,7 @@ class Weights:
     group_distance: Weight
     group_orientation: Weight
     room_centre: Weight
+    relation_odds: Weight = 1.0
     circulation: Weight = 0.0
     reach: Weight = 0.0
 

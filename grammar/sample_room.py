@@ -62,7 +62,7 @@ def sample_room(grammar: Grammar, categories: Categories, request: SceneRequest,
     for _ in range(grammar.budget.structures):
         tree = derive(grammar, categories, request, rng)
         rules = {thing.id: thing.rule for thing in tree.things}
-        problem, start = assemble(grammar, categories, tree)
+        problem, start = assemble(grammar, categories, tree, beta)
         for layout, energy in _layouts(grammar, problem, start, beta, _floor(grammar, tree.room), rng):
             attempts += 1
             if layout is None:

@@ -44,9 +44,9 @@ def small_grammar(text: str, weights: Mapping[str, float] | None = None, moves: 
     return grammar
 
 
-def entered(grammar: Grammar, rng: np.random.Generator) -> tuple[Problem, State, MoveSettings]:
+def entered(grammar: Grammar, rng: np.random.Generator, beta: float | None = None) -> tuple[Problem, State, MoveSettings]:
     """Return a problem of one derivation with all of its objects in the room."""
-    problem, state = assemble(grammar, CATEGORIES, derive(grammar, CATEGORIES, SceneRequest(room_type="closet"), rng))
+    problem, state = assemble(grammar, CATEGORIES, derive(grammar, CATEGORIES, SceneRequest(room_type="closet"), rng), beta)
     settings = move_settings(grammar.moves)
     for i in np.flatnonzero(state.active == 0):
         assert enter(rng, problem, state, settings, i, 5)
