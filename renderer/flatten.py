@@ -21,6 +21,7 @@ from renderer.models.model import Parts
 from renderer.models.openings import OPENING_MODELS
 from renderer.room_shell import build_opening, build_shell
 from renderer.shapes import merged, surface_area
+from renderer.textures.coordinates import box_mapped
 from scene_description import Light, ModelReference, Opening, Part, SceneDescription, SceneObject
 
 SURFACE_LABELS = {"floor": 2, "wall": 1, "ceiling": 22, "skirting": 1}
@@ -120,7 +121,7 @@ def _opening_rows(scene: SceneDescription, opening: Opening, materials: dict[str
     return [
         _Row(
             f"{opening.id}/{name}",
-            mesh,
+            box_mapped(mesh),
             opening.id,
             opening.label,
             chosen[name],
@@ -144,10 +145,10 @@ def _object_rows(
     rotation = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
     rows = []
     for name, mesh in parts.items():
-        world = Mesh(
-            (mesh.vertices @ rotation.T + np.asarray(thing.position_m)).astype(np.float32),
-            (mesh.normals @ rotation.T).astype(np.float32),
-            mesh.faces,
+        mapped = box_mapped(mesh)
+        world = mapped._replace(
+            vertices=(mapped.vertices @ rotation.T + np.asarray(thing.position_m)).astype(np.float32),
+            normals=(mapped.normals @ rotation.T).astype(np.float32),
         )
         light = lights.get((thing.id, name))
         emission = np.zeros(3) if light is None else emitted_luminance(light, surface_area(mesh))

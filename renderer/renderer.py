@@ -144,7 +144,7 @@ def warm_up() -> None:
         RenderError: Embree is missing.
     """
     corners = np.array([[1, -1, -1], [1, 0, 1], [1, 1, -1]], np.float32)
-    mesh = Mesh(corners, np.tile(np.array([[-1, 0, 0]], np.float32), (3, 1)), np.array([[0, 1, 2]], np.uint32))
+    mesh = Mesh(corners, np.tile(np.array([[-1, 0, 0]], np.float32), (3, 1)), np.array([[0, 1, 2]], np.uint32), corners[:, 1:].copy())
     shine = np.ones((1, 3), np.float32)
     parts = PartTable(np.zeros(1, np.uint16), np.zeros(1, np.uint8), np.zeros(1, np.int32), shine, np.zeros(1, np.bool_))
     sky = Sky(*(np.zeros(3, np.float32) for _ in range(3)))

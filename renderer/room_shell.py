@@ -61,7 +61,9 @@ def build_opening(room: Room, opening: Opening, generator: str, style: str, seed
     rotation = np.array([[inward[0], -along[0], 0.0], [inward[1], -along[1], 0.0], [0.0, 0.0, 1.0]])
     shift = np.array([origin[0], origin[1], opening.sill_m])
     return {
-        name: Mesh((mesh.vertices @ rotation.T + shift).astype(np.float32), (mesh.normals @ rotation.T).astype(np.float32), mesh.faces)
+        name: mesh._replace(
+            vertices=(mesh.vertices @ rotation.T + shift).astype(np.float32), normals=(mesh.normals @ rotation.T).astype(np.float32)
+        )
         for name, mesh in model.build(np.random.default_rng(seed), hole, chosen).items()
     }
 
@@ -109,15 +111,17 @@ def _cross(u: Array, v: Array) -> Array:
 
 
 def _slab(polygon: Array, triangles: NDArray[np.int64], low: float, high: float) -> Mesh:
-    """Return the closed prism over the outline, with sharp edges."""
+    """Return the closed prism over the outline, with sharp edges; its pattern runs along the longest side, from that side's start."""
     count = len(polygon)
     top, bottom = np.column_stack([polygon, np.full(count, high)]), np.column_stack([polygon, np.full(count, low)])
     following = np.roll(np.arange(count), -1)
     corners = np.stack([bottom, bottom[following], top[following], top], axis=1)
     up = np.broadcast_to((0.0, 0.0, 1.0), top.shape)
+    start, along, across, _ = max((wall_frame(polygon, index) for index in range(count)), key=lambda frame: frame[3])
+    uvs = np.stack([(polygon - start) @ along, (polygon - start) @ across], axis=1)
     return merged(
-        make_mesh(top, up, triangles),
-        make_mesh(bottom, -up, triangles[:, ::-1]),
+        make_mesh(top, up, triangles, uvs),
+        make_mesh(bottom, -up, triangles[:, ::-1], uvs),
         flat_quads(corners),
     )
 
@@ -152,7 +156,16 @@ def _wall(room: Room, polygon: Array, index: int) -> Mesh:
     quads.append([(last, -thickness, low), (length, 0.0, low), (length, 0.0, high), (last, -thickness, high)])
     quads.append([(0.0, 0.0, high), (first, -thickness, high), (last, -thickness, high), (length, 0.0, high)])
     quads.append([(length, 0.0, low), (last, -thickness, low), (first, -thickness, low), (0.0, 0.0, low)])
-    return _in_world(np.asarray(quads, np.float64), start, along, inward)
+    way = float(np.linalg.norm(np.diff(polygon[: index + 1], axis=0), axis=1).sum())
+    return _in_world(np.asarray(quads, np.float64), start, along, inward, _wall_uvs(np.asarray(quads, np.float64), way))
+
+
+def _wall_uvs(quads: Array, way_m: float) -> Array:
+    """Return texture coordinates of a wall's quads: way round the room (the wall starts at ``way_m``) x height, reveals by depth."""
+    normals = np.abs(np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1]))
+    across = np.argmax(normals[:, [1, 0, 2]], axis=1)[:, None]
+    along, depth, height = quads[..., 0] + way_m, quads[..., 1], quads[..., 2]
+    return np.stack([np.where(across == 1, depth + way_m, along), np.where(across == 2, depth, height)], axis=2)
 
 
 def _cells(area: Rectangle, holes: list[Rectangle], levels: list[float]) -> list[Rectangle]:
@@ -171,9 +184,9 @@ def _within(cell: Rectangle, hole: Rectangle) -> bool:
     return hole[0] < u < hole[1] and hole[2] < v < hole[3]
 
 
-def _in_world(quads: Array, start: Array, along: Array, inward: Array) -> Mesh:
+def _in_world(quads: Array, start: Array, along: Array, inward: Array, uvs: Array | None = None) -> Mesh:
     """Return quads (n, 4, 3) of (along the wall, inward, z), counter-clockwise from outside, as a mesh in the world."""
-    return flat_quads(np.concatenate([start + quads[..., :1] * along + quads[..., 1:2] * inward, quads[..., 2:]], axis=-1))
+    return flat_quads(np.concatenate([start + quads[..., :1] * along + quads[..., 1:2] * inward, quads[..., 2:]], axis=-1), uvs)
 
 
 def _skirting(room: Room, polygon: Array, index: int) -> list[Mesh]:

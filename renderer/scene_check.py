@@ -21,6 +21,7 @@ def check_scene(flat: FlatScene) -> None:
         ("mesh.vertices", mesh.vertices, (vertices, 3), np.float32),
         ("mesh.normals", mesh.normals, (vertices, 3), np.float32),
         ("mesh.faces", mesh.faces, (faces, 3), np.uint32),
+        ("mesh.uvs", mesh.uvs, (vertices, 2), np.float32),
         ("face_part", flat.face_part, (faces,), np.int32),
         ("parts.object_id", parts.object_id, (count,), np.uint16),
         ("parts.label", parts.label, (count,), np.uint8),
@@ -40,6 +41,7 @@ def check_scene(flat: FlatScene) -> None:
     _check_index("parts.material", parts.material, kinds)
     _check_mesh(flat, "vertices", mesh.vertices)
     _check_mesh(flat, "normals", mesh.normals)
+    _check_mesh(flat, "uvs", mesh.uvs)
     for name, table in (("parts.emission", parts.emission), *((f"sky.{key}", value) for key, value in flat.sky._asdict().items())):
         _check_range(name, table, 0.0, np.inf)
     for name, table in materials._asdict().items():

@@ -1,7 +1,7 @@
 """Mesh building blocks: bevelled blocks, rounded boxes, turned (lathe) and swept bodies, closed sheets.
 
 Every shape is closed, its faces are counter-clockwise from outside, its normals point outward and are smooth where the surface is round.
-Lengths are metres.
+Texture coordinates are metres along the surface, u along the longest way (the grain of a board, the length of a rod).  Lengths are metres.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from renderer.flat_scene import Mesh
+from renderer.flat_scene import UNMAPPED, Mesh
+from renderer.textures.shape_coordinates import SCATTER, block_uvs, grid_way, lathe_uvs, quad_uvs
 
 Array = NDArray[np.float64]
 BEVEL_M = 0.003
@@ -23,14 +24,21 @@ CREASE_COSINE = math.cos(math.radians(38.0))
 
 
 class RoundedTemplate(NamedTuple):
-    """Topology of a rounded box: ``inner`` (n, 3) in [-1, 1] on the inner box, ``direction`` (n, 3) unit, ``faces`` (m, 3)."""
+    """Topology of a rounded box: ``inner`` (n, 3) in [-1, 1] on the inner box, ``direction`` (n, 3) unit, ``faces`` (m, 3).
+
+    Texture coordinates need vertices apart where two sides meet: vertex k of the ``apart_faces`` is vertex ``welded[k]`` of the others and
+    belongs to the side across axis ``side[k]``.
+    """
 
     inner: Array
     direction: Array
     faces: NDArray[np.uint32]
+    welded: NDArray[np.intp]
+    side: NDArray[np.intp]
+    apart_faces: NDArray[np.uint32]
 
 
-def make_mesh(vertices: ArrayLike, normals: ArrayLike, faces: ArrayLike) -> Mesh:
+def make_mesh(vertices: ArrayLike, normals: ArrayLike, faces: ArrayLike, uvs: ArrayLike | None = None) -> Mesh:
     """Return a Mesh with the contract's dtypes, unit normals, and without faces that have no area."""
     points = np.asarray(vertices, np.float64)
     index = np.asarray(faces, np.int64)
@@ -40,16 +48,21 @@ def make_mesh(vertices: ArrayLike, normals: ArrayLike, faces: ArrayLike) -> Mesh
     directions = np.asarray(normals, np.float64)
     length = np.sqrt(np.einsum("ij,ij->i", directions, directions))[:, None]
     unit = np.where(length > 1e-12, directions / np.maximum(length, 1e-12), (0.0, 0.0, 1.0))
-    return Mesh(points.astype(np.float32), unit.astype(np.float32), index.astype(np.uint32))
+    coordinates = UNMAPPED if uvs is None else np.asarray(uvs, np.float32)
+    return Mesh(points.astype(np.float32), unit.astype(np.float32), index.astype(np.uint32), coordinates)
 
 
-def flat_quads(corners: ArrayLike) -> Mesh:
-    """Return separate flat quadrilaterals (n, 4, 3), each counter-clockwise from outside, with their own normals."""
+def flat_quads(corners: ArrayLike, uvs: ArrayLike | None = None) -> Mesh:
+    """Return separate flat quadrilaterals (n, 4, 3), each counter-clockwise from outside, with their own normals.
+
+    Without ``uvs`` (n, 4, 2) the pattern of each runs along its longer side.
+    """
     points = np.asarray(corners, np.float64)
     normals = np.cross(points[:, 2] - points[:, 0], points[:, 3] - points[:, 1])
     first = 4 * np.arange(len(points))[:, None]
     faces = np.concatenate([first + np.array([0, 1, 2]), first + np.array([0, 2, 3])])
-    return make_mesh(points.reshape(-1, 3), np.repeat(normals, 4, axis=0), faces)
+    coordinates = quad_uvs(points, normals) if uvs is None else np.asarray(uvs, np.float64)
+    return make_mesh(points.reshape(-1, 3), np.repeat(normals, 4, axis=0), faces, coordinates.reshape(-1, 2))
 
 
 def merged(*meshes: Mesh) -> Mesh:
@@ -59,7 +72,13 @@ def merged(*meshes: Mesh) -> Mesh:
         np.concatenate([mesh.vertices for mesh in meshes]),
         np.concatenate([mesh.normals for mesh in meshes]),
         np.concatenate([mesh.faces + np.uint32(offset) for mesh, offset in zip(meshes, offsets, strict=True)]),
+        UNMAPPED if not any(len(mesh.uvs) for mesh in meshes) else np.concatenate([_uv_rows(mesh) for mesh in meshes]),
     )
+
+
+def _uv_rows(mesh: Mesh) -> NDArray[np.float32]:
+    """Return one row of texture coordinates per vertex, NaN where the mesh has none."""
+    return mesh.uvs if len(mesh.uvs) else np.full((len(mesh.vertices), 2), np.nan, np.float32)
 
 
 def moved(mesh: Mesh, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Mesh:
@@ -77,22 +96,28 @@ def rotated(mesh: Mesh, axis: str, angle_rad: float, about: Sequence[float] = (0
     matrix[j, k] = -matrix[k, j]
     center = np.asarray(about, np.float64)
     points = (mesh.vertices - center) @ matrix.T + center
-    return Mesh(points.astype(np.float32), (mesh.normals @ matrix.T).astype(np.float32), mesh.faces)
+    return mesh._replace(vertices=points.astype(np.float32), normals=(mesh.normals @ matrix.T).astype(np.float32))
 
 
 def mirrored(mesh: Mesh, axis: str) -> Mesh:
     """Return the mesh reflected in the plane through the origin whose normal is ``axis``."""
     sign = np.ones(3, np.float32)
     sign["xyz".index(axis)] = -1.0
-    return Mesh(mesh.vertices * sign, mesh.normals * sign, np.ascontiguousarray(mesh.faces[:, ::-1]))
+    return Mesh(mesh.vertices * sign, mesh.normals * sign, np.ascontiguousarray(mesh.faces[:, ::-1]), mesh.uvs)
 
 
 def stretched(mesh: Mesh, scale: ArrayLike, shift: ArrayLike) -> Mesh:
-    """Return the mesh with vertices ``scale * vertex + shift`` (positive scales, (3,) each)."""
+    """Return the mesh with vertices ``scale * vertex + shift`` (positive scales, (3,) each); its pattern keeps its size on the average."""
     factor = np.asarray(scale, np.float64)
     normals = mesh.normals / factor
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    return Mesh((mesh.vertices * factor + np.asarray(shift, np.float64)).astype(np.float32), normals.astype(np.float32), mesh.faces)
+    result = mesh._replace(
+        vertices=(mesh.vertices * factor + np.asarray(shift, np.float64)).astype(np.float32), normals=normals.astype(np.float32)
+    )
+    if len(mesh.uvs) and np.abs(np.log(factor)).max() > 0.02:
+        growth = math.sqrt(surface_area(result) / max(surface_area(mesh), 1e-12))
+        result = result._replace(uvs=(mesh.uvs * growth).astype(np.float32))
+    return result
 
 
 def smooth_normals(vertices: Array, faces: NDArray[np.integer]) -> Array:
@@ -106,7 +131,7 @@ def smooth_normals(vertices: Array, faces: NDArray[np.integer]) -> Array:
 
 @lru_cache(maxsize=1)
 def _block_template() -> tuple[Array, NDArray[np.intp], NDArray[np.int64]]:
-    """Signs (24, 3) and face axis (24,) of a bevelled block's vertices, and its 44 faces."""
+    """Signs (24, 3) and side axis (24,) of a bevelled block's vertices, and its 44 faces."""
     signs = list(product((-1.0, 1.0), repeat=3))
     vertex = {(sign, axis): 3 * i + axis for i, sign in enumerate(signs) for axis in range(3)}
 
@@ -149,7 +174,9 @@ def blocks(low: ArrayLike, high: ArrayLike, bevel_m: float | Array = BEVEL_M) ->
     points = 0.5 * (a + b)[:, None, :] + signs * reach
     index = faces[None] + 24 * np.arange(len(a))[:, None, None]
     normals = np.broadcast_to(np.where(on_face, signs, 0.0), points.shape)
-    return make_mesh(points.reshape(-1, 3), normals.reshape(-1, 3), index.reshape(-1, 3))
+    return make_mesh(
+        points.reshape(-1, 3), normals.reshape(-1, 3), index.reshape(-1, 3), block_uvs(points, half, 0.5 * (a + b), signs, axes)
+    )
 
 
 def block(low: Sequence[float], high: Sequence[float], bevel_m: float = BEVEL_M) -> Mesh:
@@ -167,7 +194,7 @@ def rounded_template(segments: int, flats: tuple[int, int, int]) -> RoundedTempl
         return inner, np.tan(np.concatenate([bend[:-1], np.zeros(flat + 1), -bend[:-1][::-1]]))
 
     lines = [line(flat) for flat in flats]
-    inner_rows, direction_rows, face_rows, base = [], [], [], 0
+    inner_rows, direction_rows, face_rows, side_rows, base = [], [], [], [], 0
     for axis, sign in product(range(3), (-1.0, 1.0)):
         u, v = (axis + 1) % 3, (axis + 2) % 3
         iu, iv = np.meshgrid(np.arange(len(lines[u][0])), np.arange(len(lines[v][0])), indexing="ij")
@@ -178,11 +205,29 @@ def rounded_template(segments: int, flats: tuple[int, int, int]) -> RoundedTempl
         inner_rows.append(inner)
         direction_rows.append(direction / np.linalg.norm(direction, axis=1, keepdims=True))
         face_rows.append(faces if sign > 0 else faces[:, ::-1])
+        side_rows.append(np.full(iu.size, axis))
         base += iu.size
     key = np.round(np.hstack([np.concatenate(inner_rows), np.concatenate(direction_rows)]), 9) + 0.0
     unique, weld = np.unique(key, axis=0, return_inverse=True)
     direction = unique[:, 3:] / np.linalg.norm(unique[:, 3:], axis=1, keepdims=True)
-    return RoundedTemplate(unique[:, :3], direction, weld.reshape(-1)[np.concatenate(face_rows)].astype(np.uint32))
+    weld, apart = weld.reshape(-1), np.concatenate(face_rows)
+    return RoundedTemplate(
+        unique[:, :3], direction, weld[apart].astype(np.uint32), weld, np.concatenate(side_rows), apart.astype(np.uint32)
+    )
+
+
+def rounded_uvs(template: RoundedTemplate, half: Array, radius_m: float) -> Array:
+    """Return texture coordinates of the apart vertices: lengths along each side and round its edges, u along the longer way."""
+    angle = np.arctan2(template.direction[:, None, :], np.abs(template.direction[:, :, None]))
+    flat = template.inner * (half - radius_m)
+    coordinates = np.empty((len(template.welded), 2))
+    for axis in range(3):
+        mine = template.side == axis
+        along, across = sorted(((axis + 1) % 3, (axis + 2) % 3), key=lambda k: -half[k])
+        rows = template.welded[mine]
+        for column, k in enumerate((along, across)):
+            coordinates[mine, column] = flat[rows, k] + radius_m * angle[rows, axis, k]
+    return coordinates
 
 
 def rounded_box(low: Sequence[float], high: Sequence[float], radius_m: float, segments: int = 2) -> Mesh:
@@ -191,8 +236,10 @@ def rounded_box(low: Sequence[float], high: Sequence[float], radius_m: float, se
     a, b = np.asarray(low, np.float64), np.asarray(high, np.float64)
     half = 0.5 * np.abs(b - a)
     radius = min(radius_m, 0.98 * float(half.min()))
-    points = 0.5 * (a + b) + template.inner * (half - radius) + radius * template.direction
-    return make_mesh(points, template.direction, template.faces)
+    center = 0.5 * (a + b)
+    points = center + template.inner * (half - radius) + radius * template.direction
+    uvs = rounded_uvs(template, half, radius) + SCATTER @ center
+    return make_mesh(points[template.welded], template.direction[template.welded], template.apart_faces, uvs)
 
 
 def grid_faces(rows: int, columns: int) -> NDArray[np.int64]:
@@ -241,7 +288,8 @@ def lathe(
     normals = np.stack([bands[0][1], bands[1][1]], axis=1)
     faces = grid_faces(2, segments + 1)[:, ::-1]
     index = faces[None] + (2 * (segments + 1) * np.arange(len(starts)))[:, None, None]
-    mesh = make_mesh(vertices.reshape(-1, 3), normals.reshape(-1, 3), index.reshape(-1, 3))
+    joined = smooth_start if closed else np.concatenate([[False], smooth_start[1:]])
+    mesh = make_mesh(vertices.reshape(-1, 3), normals.reshape(-1, 3), index.reshape(-1, 3), lathe_uvs(starts, ends, joined, segments))
     return mesh if wave is None else _reshaded(mesh)
 
 
@@ -251,7 +299,7 @@ def _reshaded(mesh: Mesh) -> Mesh:
     unique, weld = np.unique(key, axis=0, return_inverse=True)
     points = unique[:, :3].astype(np.float64)
     normals = smooth_normals(points, weld.reshape(-1)[mesh.faces])
-    return make_mesh(mesh.vertices, normals[weld.reshape(-1)], mesh.faces)
+    return make_mesh(mesh.vertices, normals[weld.reshape(-1)], mesh.faces, mesh.uvs)
 
 
 def sweep(path: ArrayLike, radius: float | Sequence[float] | Array, segments: int = 10, squash: float = 1.0) -> Mesh:
@@ -272,12 +320,17 @@ def sweep(path: ArrayLike, radius: float | Sequence[float] | Array, segments: in
     ring = np.cos(angle)[None, :, None] * sides[:, None] + squash * np.sin(angle)[None, :, None] * ups[:, None]
     outward = np.cos(angle)[None, :, None] * sides[:, None] + np.sin(angle)[None, :, None] / squash * ups[:, None]
     vertices = points[:, None] + radii[:, None, None] * ring
-    tube = make_mesh(vertices.reshape(-1, 3), outward.reshape(-1, 3), grid_faces(len(points), segments + 1)[:, ::-1])
+    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    turn = np.arange(segments + 1) * (2.0 * math.pi / segments) * 0.5 * (1.0 + squash) * float(radii.mean())
+    shift = SCATTER @ points[0]
+    uvs = np.stack(np.meshgrid(way, turn, indexing="ij"), axis=2).reshape(-1, 2) + shift
+    tube = make_mesh(vertices.reshape(-1, 3), outward.reshape(-1, 3), grid_faces(len(points), segments + 1)[:, ::-1], uvs)
     caps = []
     for end, normal in ((0, -tangent[0]), (-1, tangent[-1])):
         fan = np.stack([np.full(segments, segments), np.arange(segments), (np.arange(segments) + 1) % segments], axis=1)
         loop = np.vstack([vertices[end, :segments], points[end]])
-        caps.append(make_mesh(loop, np.broadcast_to(normal, loop.shape), fan if end else fan[:, ::-1]))
+        flat = np.stack([(loop - points[end]) @ sides[end], (loop - points[end]) @ ups[end]], axis=1) + shift
+        caps.append(make_mesh(loop, np.broadcast_to(normal, loop.shape), fan if end else fan[:, ::-1], flat))
     return merged(tube, *caps)
 
 
@@ -287,7 +340,10 @@ def rod(start: Sequence[float], end: Sequence[float], radius: float, end_radius:
 
 
 def sheet(top: Array, bottom: Array) -> Mesh:
-    """Return the closed body between two vertex grids (n, m, 3) whose rims are joined; rows x columns points outward on ``top``."""
+    """Return the closed body between two vertex grids (n, m, 3) whose rims are joined; rows x columns points outward on ``top``.
+
+    Texture coordinates are the way along the cloth: u from column to column, v from row to row, the same on both sides.
+    """
     rows, columns = top.shape[:2]
     count = rows * columns
     faces = grid_faces(rows, columns)
@@ -297,7 +353,9 @@ def sheet(top: Array, bottom: Array) -> Mesh:
     rim = np.concatenate([np.stack([loop, loop + count, following + count], 1), np.stack([loop, following + count, following], 1)])
     every = np.concatenate([faces, faces[:, ::-1] + count, rim])
     vertices = np.concatenate([top.reshape(-1, 3), bottom.reshape(-1, 3)])
-    return make_mesh(vertices, smooth_normals(vertices, every), every)
+    across, along = (grid_way(top, axis) for axis in (1, 0))
+    uvs = np.stack(np.broadcast_arrays(across[None, :], along[:, None]), axis=2).reshape(-1, 2)
+    return make_mesh(vertices, smooth_normals(vertices, every), every, np.concatenate([uvs, uvs]))
 
 
 def slab(outline: ArrayLike, low_m: float, high_m: float) -> Mesh:
@@ -306,13 +364,16 @@ def slab(outline: ArrayLike, low_m: float, high_m: float) -> Mesh:
     count = len(points)
     following = np.roll(np.arange(count), -1)
     at_low, at_high = np.column_stack([points, np.full(count, low_m)]), np.column_stack([points, np.full(count, high_m)])
-    body = flat_quads(np.stack([at_low, at_low[following], at_high[following], at_high], axis=1))
+    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(points[following] - points, axis=1))])
+    wound = [[(way[k], low_m), (way[k + 1], low_m), (way[k + 1], high_m), (way[k], high_m)] for k in range(count)]
+    body = flat_quads(np.stack([at_low, at_low[following], at_high[following], at_high], axis=1), wound)
     fan = np.stack([np.full(count, count), np.arange(count), following], axis=1)
     center = points.mean(axis=0)
     cap = np.vstack([at_high, [*center, high_m]])
     floor = np.vstack([at_low, [*center, low_m]])
     up = np.broadcast_to((0.0, 0.0, 1.0), cap.shape)
-    return merged(body, make_mesh(cap, up, fan), make_mesh(floor, -up, fan[:, ::-1]))
+    flat = cap[:, :2] if np.ptp(points[:, 0]) >= np.ptp(points[:, 1]) else cap[:, 1::-1]
+    return merged(body, make_mesh(cap, up, fan, flat), make_mesh(floor, -up, fan[:, ::-1], flat))
 
 
 def signed_volume(mesh: Mesh) -> float:

@@ -68,7 +68,7 @@ def scene(*pieces: Piece, sky: Sky = DARK) -> FlatScene:
     materials = tabulate_materials(
         [Material(id=piece.name, family="test", base_color=piece.color, transmission=piece.transmission) for piece in pieces]
     )
-    mesh = Mesh(vertices, normals.astype(np.float32), faces)
+    mesh = Mesh(vertices, normals.astype(np.float32), faces, np.ascontiguousarray(vertices[:, :2]))
     return FlatScene(mesh, np.repeat(index, counts).astype(np.int32), parts, tuple(piece.name for piece in pieces), materials, sky)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.flat_scene import Mesh
-from renderer.shapes import make_mesh, rounded_template, sheet, smooth_normals
+from renderer.shapes import make_mesh, rounded_template, rounded_uvs, sheet, smooth_normals
 
 Array = NDArray[np.float64]
 
@@ -83,7 +83,8 @@ def cushion(
     up = np.clip(local[:, axis] / half[axis], -1.0 if both_sides else 0.0, 1.0)
     local[:, axis] += bulge_m * dome * np.minimum(crease, 1.06) * up
     points = local + 0.5 * (a + b)
-    return make_mesh(points, smooth_normals(points, template.faces), template.faces)
+    normals = smooth_normals(points, template.faces)
+    return make_mesh(points[template.welded], normals[template.welded], template.apart_faces, rounded_uvs(template, half, radius))
 
 
 def pillow(rng: np.random.Generator, depth_m: float, width_m: float, thickness_m: float, divisions: int = 14) -> Mesh:

@@ -56,7 +56,8 @@ def build_picture(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
 def _standing(outline: Array, x0: float, x1: float) -> Mesh:
     """Return the thin plate over an outline (n, 2) of (y, z), counter-clockwise seen from +x."""
     plate = slab(outline, x0, x1)
-    return Mesh(np.ascontiguousarray(plate.vertices[:, [2, 0, 1]]), np.ascontiguousarray(plate.normals[:, [2, 0, 1]]), plate.faces)
+    order = [2, 0, 1]
+    return plate._replace(vertices=np.ascontiguousarray(plate.vertices[:, order]), normals=np.ascontiguousarray(plate.normals[:, order]))
 
 
 def _rectangle(y0: float, y1: float, z0: float, z1: float) -> Array:
