@@ -32,7 +32,10 @@ class RenderConfig:
     """How colour is computed."""
 
     samples_per_pixel: Annotated[int, Limits(ge=1, le=65536, description="Colour samples per pixel")] = 16
-    bounces: Annotated[int, Limits(ge=0, le=1, description="Diffuse bounces after the first hit")] = 1
+    max_depth: Annotated[int, Limits(ge=1, le=64, description="Most segments of a light path; 1 shows lights only, 2 direct light")] = 6
+    clamp: Annotated[
+        float, Limits(ge=0.0, le=1e9, unit="cd/m2", description="Most luminance that one indirect light sample may bring; 0 is no limit")
+    ] = 0.0
     exposure_ev100: Annotated[float, Limits(ge=-6.0, le=21.0, unit="EV", description="Exposure value at ISO 100, if not metered")] = 6.0
     auto_exposure: Annotated[bool, Limits(description="Meter the exposure of each room")] = False
     exposure_compensation_ev: Annotated[

@@ -28,12 +28,12 @@ def meter_ev100(flat: FlatScene, camera: CameraConfig, config: RenderConfig, sce
     Args:
         flat: the scene.
         camera: whose view is metered.
-        config: bounces and threads are taken from it.
+        config: depth and threads are taken from it.
         scene_key: of the scene.
         poses: the path; a few of its views are metered.
     """
     small = CameraConfig(width=_WIDTH, height=max(1, _WIDTH * camera.height // camera.width), horizontal_fov_rad=camera.horizontal_fov_rad)
-    quick = RenderConfig(samples_per_pixel=_SAMPLES, bounces=config.bounces, threads=config.threads, portable=config.portable)
+    quick = RenderConfig(samples_per_pixel=_SAMPLES, max_depth=config.max_depth, threads=config.threads, portable=config.portable)
     chosen = sorted({round(i) for i in np.linspace(0, len(poses) - 1, _VIEWS)})
     logs = []
     with Renderer(flat, small, quick, scene_key) as renderer:

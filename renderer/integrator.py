@@ -1,21 +1,22 @@
-"""Colour: direct light with soft shadows, and diffuse bounces, path by path, 16 paths of a 4 x 4 tile at a time.
+"""Colour: a path tracer that works through an image in waves of 256 paths (see :mod:`renderer.records`), which stay in the cache.
 
-At each hit one point on a light is drawn and tested with a shadow ray (next event); the ray of the next bounce may find a light as well.
-Both estimate the same light, so they share it by the balance heuristic (Veach 1997, section 9.2).  At the last hit a ray follows only
-near lights, where drawing points alone would be noisy; elsewhere the drawn point counts in full.  So n bounces in a closed room give the
-Neumann series cut after n + 1 reflections, in the mean exactly.
+At every hit one point on a light is drawn (next event) and one direction from the surface's scattering model; light that either finds is
+weighed by the balance heuristic.  At the last hit a ray follows only near lights and on glossy surfaces; elsewhere the drawn point counts
+in full, as drawing lights alone is good enough there.  So ``max_depth`` segments give the Neumann series cut there, in the mean exactly.
 
-Each ray's packet is fixed by tile and sample, and each random number by its key: bytes depend on neither threads nor order.
+Paths that carry little end early by chance and those that survive count for more (Russian roulette), from the third hit on.
+
+What a wave computes depends on its tile and sample only, and each random number on its key: bytes depend on neither threads nor order.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.bsdf import draw_direction, evaluate, make_closure
 from renderer.cameras import Pinhole
+from renderer.direct_light import aim_at_light, cast_shadows, weigh_lights
 from renderer.embree import (
     DIR_X,
     DIR_Y,
@@ -31,80 +32,79 @@ from renderer.embree import (
     ORG_Z,
     TFAR,
     TNEAR,
-    Packet,
     SceneHandle,
-    aligned_floats,
     intersect16,
-    make_packet,
-    occluded16,
 )
 from renderer.ground_truth import TILE, aim_tile
 from renderer.kernel import kernel
-from renderer.lights import Lights, clamp_unit, find_emitter, importance, load_bounds, spread_over_triangle
+from renderer.lights import Lights
+from renderer.microfacet import frame_about
 from renderer.random_numbers import draw_pairs, mix
-from renderer.surfaces import (
-    ALBEDO_R,
+from renderer.records import (
+    AT_CHANCE,
+    AT_DIR_X,
+    AT_DIR_Y,
+    AT_DIR_Z,
+    AT_FROM_X,
+    AT_FROM_Y,
+    AT_FROM_Z,
+    AT_IMPORTANCE,
+    AT_ORG_X,
+    AT_ORG_Y,
+    AT_ORG_Z,
+    AT_SPREAD,
+    AT_WEIGHT_B,
+    AT_WEIGHT_G,
+    AT_WEIGHT_R,
+    AT_WIDTH,
+    CARRIED,
     CHANCE,
-    DRAW_U,
-    DRAW_V,
-    FROM_X,
-    FROM_Y,
-    FROM_Z,
+    COAT,
+    DRAW_END,
+    DRAW_LIGHT_U,
+    DRAW_LOBE,
+    DRAW_WAY_U,
+    DRAW_WAY_V,
     GLOW_CHANCE,
     GLOW_R,
-    IMPORTANCE,
-    LANES_SIZE,
-    LIGHT_R,
+    METALLIC,
     NEAR,
-    PENDING_R,
     POINT_X,
     POINT_Y,
     POINT_Z,
     REFLECTS,
+    ROUGHNESS,
     SHADE_X,
     SHADE_Y,
     SHADE_Z,
     SIDE_X,
     SIDE_Y,
     SIDE_Z,
+    SPREAD,
+    THIN,
+    TOTAL,
+    TRANSMISSION,
+    WAVE,
+    WAVE_EDGE,
+    WEIGHT_B,
+    WEIGHT_G,
     WEIGHT_R,
+    WIDTH,
+    Queue,
+    Scratch,
     Surfaces,
-    emitted_luminance,
-    find_surfaces,
-    lift_height,
+    Transport,
+    Work,
 )
+from renderer.surfaces import find_surfaces, lift_height
 
 _ZERO, _ONE, _TWO, _HALF, _TINY = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(0.5), np.float32(1e-30)
-_INVERSE_PI, _QUARTER_PI = np.float32(1.0 / np.pi), np.float32(0.25 * np.pi)
-_SIN_3, _SIN_5, _SIN_7 = np.float32(-1.0 / 6.0), np.float32(1.0 / 120.0), np.float32(-1.0 / 5040.0)
-_COS_4, _COS_6, _COS_8 = np.float32(1.0 / 24.0), np.float32(-1.0 / 720.0), np.float32(1.0 / 40320.0)
-_NEAR = np.float32(2.25)
-_THREE_CHANNELS = 3 * LANES
-
-
-class Scratch(NamedTuple):
-    """Memory of one thread: the path's rays, its shadow rays, the lanes, (g * 16,) importance of g light groups, seeds of 16 pixels."""
-
-    rays: Packet
-    shadows: Packet
-    lanes: NDArray[np.float32]
-    shares: NDArray[np.float32]
-    seeds: NDArray[np.uint32]
-
-
-class Work(NamedTuple):
-    """A piece of an image: tiles [first_tile, end_tile), row by row, and samples [first_sample, end_sample) of their pixels."""
-
-    first_tile: int
-    end_tile: int
-    first_sample: int
-    end_sample: int
-
-
-def make_scratch(group_count: int) -> Scratch:
-    """Return the memory that one thread needs in a scene with ``group_count`` groups of lights."""
-    shares = aligned_floats(group_count * LANES)
-    return Scratch(make_packet(), make_packet(), aligned_floats(LANES_SIZE), shares, np.zeros(LANES, np.uint32))
+_INFINITE = np.float32(np.inf)
+_ROULETTE_FROM = 2
+_LEAST_SURVIVAL = np.float32(0.05)
+_MATT = np.float32(0.6)
+_PAIRS_PER_HIT = 3
+_BLOCKS_ACROSS = WAVE_EDGE // TILE
 
 
 @kernel
@@ -113,206 +113,210 @@ def trace_paths(
     surfaces: Surfaces,
     lights: Lights,
     camera: Pinhole,
-    frame_key: np.uint32,
-    bounces: int,
+    transport: Transport,
     work: Work,
     scratch: Scratch,
     image: NDArray[np.float32],
 ) -> None:
     """Add the luminance of a piece's samples to ``image``, (height, width, 3) float32, cd/m2."""
-    rays, shadows, lanes, seeds = scratch.rays, scratch.shadows, scratch.lanes, scratch.seeds
-    tiles_across = (camera.width + TILE - 1) // TILE
+    tiles_across = (camera.width + WAVE_EDGE - 1) // WAVE_EDGE
     for tile in range(work.first_tile, work.end_tile):
-        column, row = TILE * (tile % tiles_across), TILE * (tile // tiles_across)
-        for k in range(LANES):
-            pixel = np.uint32((row + (k >> 2)) * camera.width + column + (k & 3))
-            seeds[k] = mix(np.uint32(mix(pixel) ^ frame_key))
+        column, row = WAVE_EDGE * (tile % tiles_across), WAVE_EDGE * (tile // tiles_across)
+        for slot in range(WAVE):
+            x, y = _slot_pixel(slot)
+            pixel = np.uint32((row + y) * camera.width + column + x)
+            scratch.seeds[slot] = mix(np.uint32(mix(pixel) ^ transport.frame_key))
         for sample in range(work.first_sample, work.end_sample):
-            draw_pairs(seeds, np.uint32(sample), np.uint32(0), lanes[DRAW_U:])
-            _start_paths(camera, column, row, scratch)
-            for depth in range(bounces + 2):
-                if not _any_alive(rays):
+            count = _start_wave(camera, column, row, np.uint32(sample), scratch)
+            here, ahead = scratch.here, scratch.ahead
+            for depth in range(transport.max_depth):
+                count = _advance(scene, surfaces, lights, transport, depth, np.uint32(sample), count, here, ahead, scratch)
+                if count == 0:
                     break
-                intersect16(
-                    rays.alive.ctypes.data, scene.address, rays.real.ctypes.data, scene.coherent if depth == 0 else scene.incoherent
-                )
-                find_surfaces(rays, surfaces, lights, depth == 0, lanes)
-                _gather_glow(lanes)
-                if depth > bounces:
-                    break
-                last = depth == bounces
-                _weigh_lights(lights, scratch)
-                draw_pairs(seeds, np.uint32(sample), np.uint32(2 * depth + 1), lanes[DRAW_U:])
-                _aim_at_lights(surfaces, lights, last, scratch)
-                occluded16(shadows.alive.ctypes.data, scene.address, shadows.real.ctypes.data, scene.incoherent)
-                _gather_unshadowed(scratch)
-                draw_pairs(seeds, np.uint32(sample), np.uint32(2 * depth + 2), lanes[DRAW_U:])
-                _bounce(last, scratch)
-            for k in range(LANES):
-                x, y = column + (k & 3), row + (k >> 2)
-                if x < camera.width and y < camera.height:
+                here, ahead = ahead, here
+            for slot in range(WAVE):
+                x, y = _slot_pixel(slot)
+                if column + x < camera.width and row + y < camera.height:
                     for channel in range(3):
-                        image[y, x, channel] += lanes[LIGHT_R + LANES * channel + k]
+                        image[row + y, column + x, channel] += scratch.light[channel * WAVE + slot]
 
 
 @kernel
-def _any_alive(packet: Packet) -> bool:
-    alive = 0
-    for k in range(LANES):
-        alive |= packet.alive[k]
-    return bool(alive != 0)
+def _slot_pixel(slot: int) -> tuple[int, int]:
+    """Return column and row in its tile of a wave's slot: 4 x 4 blocks of 4 x 4 pixels, as camera packets go."""
+    block, k = slot // LANES, slot % LANES
+    return TILE * (block % _BLOCKS_ACROSS) + (k & 3), TILE * (block // _BLOCKS_ACROSS) + (k >> 2)
 
 
 @kernel
-def _start_paths(camera: Pinhole, column: int, row: int, scratch: Scratch) -> None:
-    """Aim camera rays at even points of the pixels; paths start with full weight and no light."""
-    lanes = scratch.lanes
-    for k in range(2 * LANES):
-        lanes[DRAW_U + k] -= _HALF
-    aim_tile(camera, column, row, lanes[DRAW_U:], scratch.rays)
-    for k in range(LANES):
-        lanes[CHANCE + k] = np.inf
-    for k in range(_THREE_CHANNELS):
-        lanes[WEIGHT_R + k] = _ONE
-        lanes[LIGHT_R + k] = _ZERO
-
-
-@kernel
-def _gather_glow(lanes: NDArray[np.float32]) -> None:
-    """Add the light that the hit surfaces send by themselves, with the weight of the balance heuristic."""
-    for k in range(LANES):
-        share = _ONE / (_ONE + lanes[GLOW_CHANCE + k] / lanes[CHANCE + k])
-        for channel in range(0, _THREE_CHANNELS, LANES):
-            lanes[LIGHT_R + channel + k] += lanes[WEIGHT_R + channel + k] * lanes[GLOW_R + channel + k] * share
-
-
-@kernel
-def _weigh_lights(lights: Lights, scratch: Scratch) -> None:
-    """Fill the importance of every group of lights for every lane, their sums, and which lanes are near a group."""
-    lanes, shares = scratch.lanes, scratch.shares
-    for k in range(LANES):
-        lanes[IMPORTANCE + k] = _ZERO
-        lanes[NEAR + k] = _ZERO
-    for g in range(len(lights.groups.area)):
-        bounds = load_bounds(lights.groups, g)
-        reach = _NEAR * bounds[3] * bounds[3]
-        row = shares[g * LANES : (g + 1) * LANES]
+def _start_wave(camera: Pinhole, column: int, row: int, sample: np.uint32, scratch: Scratch) -> int:
+    """Queue a camera ray through each pixel of a tile that lies in the image; paths start with full weight and no light."""
+    rays, lanes, state = scratch.rays, scratch.lanes, scratch.here.state
+    spread = _ONE / camera.focal_px
+    count = 0
+    for slot in range(3 * WAVE):
+        scratch.light[slot] = _ZERO
+    for block in range(0, WAVE, LANES):
+        x, y = _slot_pixel(block)
         for k in range(LANES):
-            x, y, z = lanes[POINT_X + k], lanes[POINT_Y + k], lanes[POINT_Z + k]
-            value = importance(bounds, x, y, z, lanes[SHADE_X + k], lanes[SHADE_Y + k], lanes[SHADE_Z + k])
-            cx, cy, cz = x - bounds[0], y - bounds[1], z - bounds[2]
-            near = (cx * cx + cy * cy + cz * cz < reach) & (value > _ZERO)
-            lanes[NEAR + k] += _ONE if near else _ZERO
-            row[k] = value
-            lanes[IMPORTANCE + k] += value
+            scratch.lane_seeds[k] = scratch.seeds[block + k]
+        draw_pairs(scratch.lane_seeds, sample, np.uint32(0), lanes[DRAW_LIGHT_U:])
+        for k in range(2 * LANES):
+            lanes[DRAW_LIGHT_U + k] -= _HALF
+        aim_tile(camera, column + x, row + y, lanes[DRAW_LIGHT_U:], rays)
+        for k in range(LANES):
+            if column + x + (k & 3) >= camera.width or row + y + (k >> 2) >= camera.height:
+                continue
+            for field in range(3):
+                state[AT_ORG_X + WAVE * field + count] = rays.real[ORG_X + LANES * field + k]
+                state[AT_DIR_X + WAVE * field + count] = rays.real[DIR_X + LANES * field + k]
+                state[AT_WEIGHT_R + WAVE * field + count] = _ONE
+            state[AT_WIDTH + count] = _ZERO
+            state[AT_SPREAD + count] = spread
+            state[AT_CHANCE + count] = _INFINITE
+            state[AT_IMPORTANCE + count] = _ONE
+            scratch.here.slot[count] = block + k
+            count += 1
+    return count
 
 
 @kernel
-def _draw_group(scratch: Scratch, k: int, group_count: int) -> tuple[int, np.float32]:
-    """Return the group that lane k's first random number falls on, and where within its share, in [0, 1)."""
-    left = scratch.lanes[DRAW_U + k] * scratch.lanes[IMPORTANCE + k]
-    last = 0
-    for g in range(group_count):
-        share = scratch.shares[g * LANES + k]
-        if share > _ZERO:
-            last = g
-            if left < share:
-                break
-            left -= share
-    return last, clamp_unit(left / scratch.shares[last * LANES + k])
-
-
-@kernel
-def _aim_at_lights(surfaces: Surfaces, lights: Lights, last: bool, scratch: Scratch) -> None:
-    """Draw a point on a light for each lane, aim a shadow ray at it, and set PENDING to what it would bring.
-
-    Where a ray will follow that can find the same light, the balance heuristic applies: everywhere but at far lanes of the ``last`` hit.
-    """
-    lanes, shadows = scratch.lanes, scratch.shadows
-    real, groups = shadows.real, lights.groups
-    for k in range(LANES):
-        shadows.alive[k] = 0
-        if lanes[REFLECTS + k] == _ZERO or lanes[IMPORTANCE + k] <= _ZERO:
+def _advance(
+    scene: SceneHandle,
+    surfaces: Surfaces,
+    lights: Lights,
+    transport: Transport,
+    depth: int,
+    sample: np.uint32,
+    count: int,
+    here: Queue,
+    ahead: Queue,
+    scratch: Scratch,
+) -> int:
+    """Trace one segment of the ``count`` paths in ``here``; queue those that go on in ``ahead`` and return their number."""
+    rays, lanes = scratch.rays, scratch.lanes
+    limit = transport.clamp if depth > 0 else _INFINITE
+    queued, waiting = 0, 0
+    for first in range(0, count, LANES):
+        _load_packet(here, first, count, scratch)
+        intersect16(rays.alive.ctypes.data, scene.address, rays.real.ctypes.data, scene.coherent if depth == 0 else scene.incoherent)
+        find_surfaces(rays, surfaces, lights, depth == 0, lanes)
+        _gather_glow(scratch, limit)
+        if depth + 1 == transport.max_depth:
             continue
-        group, within = _draw_group(scratch, k, len(groups.area))
-        e, within = find_emitter(lights, group, within)
-        s, t = spread_over_triangle(within, lanes[DRAW_V + k])
-        nx, ny, nz = lights.normal[e, 0], lights.normal[e, 1], lights.normal[e, 2]
-        x = lights.corner[e, 0] + s * lights.edge_1[e, 0] + t * lights.edge_2[e, 0]
-        y = lights.corner[e, 1] + s * lights.edge_1[e, 1] + t * lights.edge_2[e, 1]
-        z = lights.corner[e, 2] + s * lights.edge_1[e, 2] + t * lights.edge_2[e, 2]
-        lift = lift_height(x, y, z)
-        dx, dy, dz = x + lift * nx - lanes[POINT_X + k], y + lift * ny - lanes[POINT_Y + k], z + lift * nz - lanes[POINT_Z + k]
-        distance = np.sqrt(dx * dx + dy * dy + dz * dz)
-        scale = _ONE / max(distance, _TINY)
-        at_light = -(dx * nx + dy * ny + dz * nz) * scale
-        at_surface = (dx * lanes[SHADE_X + k] + dy * lanes[SHADE_Y + k] + dz * lanes[SHADE_Z + k]) * scale
-        above = dx * lanes[SIDE_X + k] + dy * lanes[SIDE_Y + k] + dz * lanes[SIDE_Z + k]
-        if at_light <= _ZERO or at_surface <= _ZERO or above <= _ZERO:
-            continue
-        part = lights.part[e]
-        share = scratch.shares[group * LANES + k] / lanes[IMPORTANCE + k]
-        chance = share * distance * distance / (groups.area[group] * at_light)
-        if not last or lanes[NEAR + k] > _ZERO:
-            chance += at_surface * _INVERSE_PI
-        gain = at_surface * _INVERSE_PI / chance
-        for channel in range(3):
-            field = LANES * channel + k
-            glow = emitted_luminance(surfaces, part, channel, dz * scale)
-            lanes[PENDING_R + field] = lanes[WEIGHT_R + field] * lanes[ALBEDO_R + field] * glow * gain
-        shadows.alive[k] = -1
-        real[ORG_X + k], real[ORG_Y + k], real[ORG_Z + k] = lanes[POINT_X + k], lanes[POINT_Y + k], lanes[POINT_Z + k]
-        real[DIR_X + k], real[DIR_Y + k], real[DIR_Z + k] = dx, dy, dz
-        real[TNEAR + k], real[TFAR + k] = _ZERO, _ONE
+        weigh_lights(lights, scratch)
+        for pair in range(_PAIRS_PER_HIT):
+            number = np.uint32(1 + _PAIRS_PER_HIT * depth + pair)
+            draw_pairs(scratch.lane_seeds, sample, number, lanes[DRAW_LIGHT_U + 2 * LANES * pair :])
+        for k in range(LANES):
+            if lanes[REFLECTS + k] > _ZERO:
+                queued, waiting = _scatter(surfaces, lights, transport, depth, k, queued, waiting, ahead, scratch)
+            if waiting == LANES:
+                cast_shadows(scene, scratch, waiting)
+                waiting = 0
+    if waiting > 0:
+        cast_shadows(scene, scratch, waiting)
+    return queued
 
 
 @kernel
-def _gather_unshadowed(scratch: Scratch) -> None:
-    """Add PENDING where a shadow ray was sent and found nothing in its way."""
-    lanes, shadows = scratch.lanes, scratch.shadows
-    for k in range(LANES):
-        if shadows.alive[k] != 0 and shadows.real[TFAR + k] > _ZERO:
-            for channel in range(0, _THREE_CHANNELS, LANES):
-                lanes[LIGHT_R + channel + k] += lanes[PENDING_R + channel + k]
-
-
-@kernel
-def _bounce(last: bool, scratch: Scratch) -> None:
-    """Aim each lane's next ray, cosine-distributed about the shading normal (concentric map); lanes that do not reflect end.
-
-    After the ``last`` hit only lanes near lights go on, to find them.
-    """
-    lanes, rays = scratch.lanes, scratch.rays
+def _load_packet(here: Queue, first: int, count: int, scratch: Scratch) -> None:
+    """Take 16 paths from the queue into rays and lanes."""
+    rays, lanes, state = scratch.rays, scratch.lanes, here.state
     real, integer = rays.real, rays.integer
-    threshold = _ZERO if last else -_ONE
     for k in range(LANES):
-        a, b = _TWO * lanes[DRAW_U + k] - _ONE, _TWO * lanes[DRAW_V + k] - _ONE
-        steep = abs(b) > abs(a)
-        radius, other = b if steep else a, a if steep else b
-        angle = _QUARTER_PI * other / (radius if radius != _ZERO else _ONE)
-        q = angle * angle
-        cosine = _ONE + q * (-_HALF + q * (_COS_4 + q * (_COS_6 + q * _COS_8)))
-        sine = angle * (_ONE + q * (_SIN_3 + q * (_SIN_5 + q * _SIN_7)))
-        x, y = radius * (sine if steep else cosine), radius * (cosine if steep else sine)
-        z = _ONE - x * x - y * y
-        z = np.sqrt(z if z > _ZERO else _ZERO)
-        nx, ny, nz = lanes[SHADE_X + k], lanes[SHADE_Y + k], lanes[SHADE_Z + k]
-        # Basis after Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017.
-        sign = _ONE if nz >= _ZERO else -_ONE
-        p = -_ONE / (sign + nz)
-        r = nx * ny * p
-        dx = x * (_ONE + sign * nx * nx * p) + y * r + z * nx
-        dy = x * sign * r + y * (sign + ny * ny * p) + z * ny
-        dz = -x * sign * nx - y * ny + z * nz
-        above = dx * lanes[SIDE_X + k] + dy * lanes[SIDE_Y + k] + dz * lanes[SIDE_Z + k]
-        alive = (lanes[REFLECTS + k] > _ZERO) & (lanes[NEAR + k] > threshold) & (above > _ZERO) & (z > _ZERO)
-        rays.alive[k] = -1 if alive else 0
-        lanes[CHANCE + k] = (z if z > _TINY else _TINY) * _INVERSE_PI
-        for channel in range(0, _THREE_CHANNELS, LANES):
-            lanes[WEIGHT_R + channel + k] *= lanes[ALBEDO_R + channel + k]
-        lanes[FROM_X + k], lanes[FROM_Y + k], lanes[FROM_Z + k] = nx, ny, nz
-        real[ORG_X + k], real[ORG_Y + k], real[ORG_Z + k] = lanes[POINT_X + k], lanes[POINT_Y + k], lanes[POINT_Z + k]
-        real[DIR_X + k], real[DIR_Y + k], real[DIR_Z + k] = dx, dy, dz
-        real[TNEAR + k], real[TFAR + k] = _ZERO, np.inf
+        i = first + k
+        real[ORG_X + k], real[ORG_Y + k], real[ORG_Z + k] = state[AT_ORG_X + i], state[AT_ORG_Y + i], state[AT_ORG_Z + i]
+        real[DIR_X + k], real[DIR_Y + k], real[DIR_Z + k] = state[AT_DIR_X + i], state[AT_DIR_Y + i], state[AT_DIR_Z + i]
+        real[TNEAR + k], real[TFAR + k] = _ZERO, _INFINITE
         real[NG_X + k], real[NG_Y + k], real[NG_Z + k] = _ZERO, _ZERO, _ZERO
         integer[GEOM_ID + k] = INVALID_ID
+        rays.alive[k] = -1 if i < count else 0
+        lanes[WIDTH + k] = state[AT_WIDTH + i]
+        for field in range(CARRIED):
+            lanes[WEIGHT_R + LANES * field + k] = state[AT_WEIGHT_R + WAVE * field + i]
+        slot = here.slot[i]
+        scratch.lane_slot[k] = slot
+        scratch.lane_seeds[k] = scratch.seeds[slot]
+
+
+@kernel
+def _gather_glow(scratch: Scratch, limit: np.float32) -> None:
+    """Add the light that the hit surfaces send by themselves, with the weight of the balance heuristic."""
+    lanes, light = scratch.lanes, scratch.light
+    for k in range(LANES):
+        r, g, b = lanes[GLOW_R + k], lanes[GLOW_R + LANES + k], lanes[GLOW_R + 2 * LANES + k]
+        if r + g + b > _ZERO:
+            share = _ONE / (_ONE + lanes[GLOW_CHANCE + k] / lanes[CHANCE + k])
+            r, g, b = r * lanes[WEIGHT_R + k] * share, g * lanes[WEIGHT_G + k] * share, b * lanes[WEIGHT_B + k] * share
+            keep = min(_ONE, limit / max(r, g, b, _TINY))
+            slot = scratch.lane_slot[k]
+            light[slot] += r * keep
+            light[WAVE + slot] += g * keep
+            light[2 * WAVE + slot] += b * keep
+
+
+@kernel
+def _scatter(
+    surfaces: Surfaces,
+    lights: Lights,
+    transport: Transport,
+    depth: int,
+    k: int,
+    queued: int,
+    waiting: int,
+    ahead: Queue,
+    scratch: Scratch,
+) -> tuple[int, int]:
+    """Scatter lane k's path: a shadow ray to a light, and the next ray; return how many rays are queued and wait."""
+    lanes, real = scratch.lanes, scratch.rays.real
+    nx, ny, nz = lanes[SHADE_X + k], lanes[SHADE_Y + k], lanes[SHADE_Z + k]
+    ux, uy, uz, vx, vy, vz = frame_about(nx, ny, nz)
+    dx, dy, dz = -real[DIR_X + k], -real[DIR_Y + k], -real[DIR_Z + k]
+    wo_z = max(dx * nx + dy * ny + dz * nz, _TINY)
+    closure = make_closure(lanes, k, surfaces, dx * ux + dy * uy + dz * uz, dx * vx + dy * vy + dz * vz, wo_z)
+    follows = depth + 2 < transport.max_depth or lanes[NEAR + k] > _ZERO or _is_glossy(lanes, k)
+    if lanes[TOTAL + k] > _ZERO:
+        limit = transport.clamp if depth > 0 else _INFINITE
+        waiting = aim_at_light(surfaces, lights, scratch, closure, k, follows, limit, waiting)
+    if not follows:
+        return queued, waiting
+    x, y, z = draw_direction(closure, lanes[DRAW_LOBE + k], lanes[DRAW_WAY_U + k], lanes[DRAW_WAY_V + k])
+    r, g, b, density = evaluate(closure, surfaces, x, y, z)
+    dx, dy, dz = x * ux + y * vx + z * nx, x * uy + y * vy + z * ny, x * uz + y * vz + z * nz
+    above = dx * lanes[SIDE_X + k] + dy * lanes[SIDE_Y + k] + dz * lanes[SIDE_Z + k]
+    if not density > _ZERO or above * z <= _ZERO:
+        return queued, waiting
+    scale = _ONE / density
+    r, g, b = r * scale * lanes[WEIGHT_R + k], g * scale * lanes[WEIGHT_G + k], b * scale * lanes[WEIGHT_B + k]
+    survival = max(r, g, b)
+    if depth >= _ROULETTE_FROM and survival < _ONE:
+        survival = max(survival, _LEAST_SURVIVAL)
+        if lanes[DRAW_END + k] >= survival:
+            return queued, waiting
+        r, g, b = r / survival, g / survival, b / survival
+    if not max(r, g, b) > _ZERO:
+        return queued, waiting
+    px, py, pz = lanes[POINT_X + k], lanes[POINT_Y + k], lanes[POINT_Z + k]
+    down = _ZERO if z > _ZERO else -_TWO * lift_height(px, py, pz)
+    state = ahead.state
+    state[AT_ORG_X + queued] = px + down * lanes[SIDE_X + k]
+    state[AT_ORG_Y + queued] = py + down * lanes[SIDE_Y + k]
+    state[AT_ORG_Z + queued] = pz + down * lanes[SIDE_Z + k]
+    state[AT_DIR_X + queued], state[AT_DIR_Y + queued], state[AT_DIR_Z + queued] = dx, dy, dz
+    state[AT_WEIGHT_R + queued], state[AT_WEIGHT_G + queued], state[AT_WEIGHT_B + queued] = r, g, b
+    state[AT_CHANCE + queued] = density if z > _ZERO and lanes[TOTAL + k] > _ZERO else _INFINITE
+    state[AT_IMPORTANCE + queued] = max(lanes[TOTAL + k], _TINY)
+    state[AT_FROM_X + queued], state[AT_FROM_Y + queued], state[AT_FROM_Z + queued] = nx, ny, nz
+    state[AT_WIDTH + queued] = lanes[WIDTH + k]
+    state[AT_SPREAD + queued] = lanes[SPREAD + k] + _ONE / (_ONE + np.sqrt(density))
+    ahead.slot[queued] = scratch.lane_slot[k]
+    return queued + 1, waiting
+
+
+@kernel
+def _is_glossy(lanes: NDArray[np.float32], k: int) -> bool:
+    """Return whether drawing lights alone would be noisy at this surface."""
+    layered = lanes[THIN + k] + lanes[TRANSMISSION + k] + lanes[COAT + k] > _ZERO
+    metallic = (lanes[METALLIC + k] > _ZERO) & (lanes[ROUGHNESS + k] < _ONE)
+    return bool(layered | metallic | (lanes[ROUGHNESS + k] < _MATT))

@@ -4,7 +4,14 @@ Divisions by zero give infinities as in numpy: Python's exception would put a br
 vectorising it.
 """
 
+from collections.abc import Callable
+from typing import TypeVar, cast
+
 from numba import njit
 
-kernel = njit(cache=True, nogil=True, error_model="numpy")
-"""Decorator of every function that runs inside a render."""
+Function = TypeVar("Function", bound=Callable[..., object])
+
+
+def kernel(function: Function) -> Function:
+    """Compile a function that runs inside a render; to its callers it keeps its type."""
+    return cast(Function, njit(cache=True, nogil=True, error_model="numpy")(function))

@@ -17,10 +17,11 @@ from renderer.embree import EmbreeScene
 from renderer.errors import RenderError
 from renderer.flat_scene import FlatScene, Mesh, PartTable, Sky, tabulate_materials
 from renderer.frame import GEOMETRIC_LAYERS, LAYERS, Frame
-from renderer.ground_truth import TILE, GeometricImages, Labels, empty_images, trace_geometry
-from renderer.integrator import Work, make_scratch, trace_paths
+from renderer.ground_truth import GeometricImages, Labels, empty_images, trace_geometry
+from renderer.integrator import trace_paths
 from renderer.lights import build_lights
 from renderer.random_numbers import make_frame_key
+from renderer.records import WAVE, WAVE_EDGE, Transport, Work, make_scratch
 from renderer.scene_check import check_scene
 from renderer.surfaces import build_surfaces
 from renderer.tone import to_display
@@ -101,12 +102,11 @@ class Renderer:
 
     def _trace_color(self, view: Pinhole, frame_index: int, cancelled: Callable[[], bool] | None) -> NDArray[np.float32]:
         image = np.zeros((view.height, view.width, 3), np.float32)
-        frame_key = make_frame_key(self._scene_key, frame_index)
+        clamp = np.float32(self._config.clamp or np.inf)
+        transport = Transport(make_frame_key(self._scene_key, frame_index), self._config.max_depth, clamp)
 
         def trace(worker: int, work: Work) -> None:
-            bounces = self._config.bounces
-            scratch = self._scratch[worker]
-            trace_paths(self._embree.handle, self._surfaces, self._lights, view, frame_key, bounces, work, scratch, image)
+            trace_paths(self._embree.handle, self._surfaces, self._lights, view, transport, work, self._scratch[worker], image)
 
         for pieces in self._color_pieces(view):
             self._workers.run(trace, pieces, cancelled)
@@ -115,10 +115,10 @@ class Renderer:
 
     def _color_pieces(self, view: Pinhole) -> Iterator[list[Work]]:
         """Yield rounds of pieces; pieces of one round share no pixel, so they may run at the same time."""
-        samples, tile_pixels = self._config.samples_per_pixel, TILE * TILE
-        tiles = -(-view.width // TILE) * -(-view.height // TILE)
-        chunk = min(samples, max(1, self._paths_per_piece // tile_pixels))
-        step = max(1, self._paths_per_piece // (tile_pixels * chunk))
+        samples = self._config.samples_per_pixel
+        tiles = -(-view.width // WAVE_EDGE) * -(-view.height // WAVE_EDGE)
+        chunk = min(samples, max(1, self._paths_per_piece // WAVE))
+        step = max(1, self._paths_per_piece // (WAVE * chunk))
         for first in range(0, samples, chunk):
             last = min(first + chunk, samples)
             yield [Work(tile, min(tile + step, tiles), first, last) for tile in range(0, tiles, step)]

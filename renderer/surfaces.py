@@ -1,15 +1,11 @@
-"""What the rays of a packet hit: position, normals, reflectance and light sent back, one table look-up per lane.
-
-The *lanes* of a packet are a flat float32 array beside it, in the same form: field ``POINT_X`` of lane k is ``lanes[POINT_X + k]``.
-"""
+"""What the rays of a packet hit: position, normals, look and light sent back, one table look-up per lane."""
 
 from __future__ import annotations
-
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.albedo import STEPS, glass_table, reflected_table
 from renderer.embree import (
     BARY_U,
     BARY_V,
@@ -32,79 +28,85 @@ from renderer.embree import (
 from renderer.flat_scene import FlatScene, Sky
 from renderer.kernel import kernel
 from renderer.lights import Lights, importance, load_bounds, sky_luminance
-
-(
-    POINT_X,  # where to start rays from: the hit, lifted off its surface towards the viewer, metres
-    POINT_Y,
-    POINT_Z,
-    SIDE_X,  # unit geometric normal towards the viewer
-    SIDE_Y,
-    SIDE_Z,
-    SHADE_X,  # unit shading normal, on the viewer's side too
-    SHADE_Y,
-    SHADE_Z,
-    ALBEDO_R,
-    ALBEDO_G,
-    ALBEDO_B,
-    GLOW_R,  # luminance that the surface sends to the viewer by itself, cd/m2
-    GLOW_G,
-    GLOW_B,
-    GLOW_CHANCE,  # probability per steradian that drawing lights at the ray's origin finds this point
-    COSINE,  # between the way back and the triangle's front; negative on its back
-    REFLECTS,  # 1 where the path may go on, else 0
-    CHANCE,  # probability per steradian with which the ray was sampled
-    IMPORTANCE,  # of all lights together at the ray's origin
-    NEAR,  # how many groups of lights the hit is near to
-    FROM_X,  # shading normal at the ray's origin
+from renderer.microfacet import fresnel_pane
+from renderer.records import (
+    BASE_R,
+    COAT,
+    COAT_ROUGHNESS,
+    COSINE,
+    FROM_X,
     FROM_Y,
     FROM_Z,
-    WEIGHT_R,  # throughput of the path so far
-    WEIGHT_G,
-    WEIGHT_B,
-    LIGHT_R,  # light gathered by the path
-    LIGHT_G,
-    LIGHT_B,
-    PENDING_R,  # light that arrives if the shadow ray is free
-    PENDING_G,
-    PENDING_B,
-    DRAW_U,  # the current pair of random numbers
-    DRAW_V,
-) = range(0, 35 * LANES, LANES)
-LANES_SIZE = 35 * LANES
+    GLASS,
+    GLOW_CHANCE,
+    GLOW_R,
+    IMPORTANCE,
+    IOR,
+    LOOK_BASE,
+    LOOK_COAT,
+    LOOK_COAT_ROUGHNESS,
+    LOOK_EMISSION,
+    LOOK_GLASS,
+    LOOK_IOR,
+    LOOK_METALLIC,
+    LOOK_PORTAL,
+    LOOK_ROUGHNESS,
+    LOOK_SHEEN,
+    LOOK_SIZE,
+    LOOK_TRANSMISSION,
+    METALLIC,
+    POINT_X,
+    POINT_Y,
+    POINT_Z,
+    REFLECTS,
+    ROUGHNESS,
+    SHADE_X,
+    SHADE_Y,
+    SHADE_Z,
+    SHEEN,
+    SIDE_X,
+    SIDE_Y,
+    SIDE_Z,
+    SPREAD,
+    THIN,
+    TRANSMISSION,
+    WIDTH,
+    Surfaces,
+)
 
 _ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-30)
-_USABLE = np.float32(1e-3)
+_USABLE, _GRAZING = np.float32(1e-3), np.float32(1e-4)
 _LIFT_M, _LIFT_RATIO = np.float32(2e-5), np.float32(4e-6)
-
-
-class Surfaces(NamedTuple):
-    """Triangles and parts of a scene, for kernels.
-
-    faces (m, 3) uint32, normals (n, 3) float32, face_part (m,) int32; per part: albedo and emission (p, 3) float32, portal (p,) bool,
-    transmission (p,) float32.
-    """
-
-    faces: NDArray[np.uint32]
-    normals: NDArray[np.float32]
-    face_part: NDArray[np.int32]
-    albedo: NDArray[np.float32]
-    emission: NDArray[np.float32]
-    portal: NDArray[np.bool_]
-    transmission: NDArray[np.float32]
-    sky: Sky
 
 
 def build_surfaces(flat: FlatScene) -> Surfaces:
     """Resolve the materials of a scene's parts."""
-    material = flat.parts.material
+    materials, parts = flat.materials, flat.parts
+    row = parts.material
+    clear = (materials.transmission[row] > 0.0) & ~parts.portal
+    iors, glass = np.unique(materials.ior[row[clear]], return_inverse=True)
+    look = np.zeros((len(row), LOOK_SIZE), np.float32)
+    look[:, LOOK_BASE : LOOK_BASE + 3] = materials.base_color[row]
+    look[:, LOOK_EMISSION : LOOK_EMISSION + 3] = parts.emission
+    for column, table in (
+        (LOOK_ROUGHNESS, materials.roughness),
+        (LOOK_METALLIC, materials.metallic),
+        (LOOK_TRANSMISSION, materials.transmission),
+        (LOOK_IOR, materials.ior),
+        (LOOK_COAT, materials.clearcoat),
+        (LOOK_COAT_ROUGHNESS, materials.clearcoat_roughness),
+        (LOOK_SHEEN, materials.sheen),
+    ):
+        look[:, column] = table[row]
+    look[:, LOOK_PORTAL] = parts.portal
+    look[clear, LOOK_GLASS] = glass
     return Surfaces(
         np.ascontiguousarray(flat.mesh.faces),
         np.ascontiguousarray(flat.mesh.normals),
         np.ascontiguousarray(flat.face_part),
-        np.ascontiguousarray(flat.materials.base_color[material]),
-        np.ascontiguousarray(flat.parts.emission),
-        np.ascontiguousarray(flat.parts.portal),
-        np.ascontiguousarray(flat.materials.transmission[material]),
+        look,
+        reflected_table(),
+        np.stack([glass_table(float(ior)) for ior in iors]) if len(iors) else np.zeros((0, 2, STEPS, STEPS), np.float32),
         Sky(*(np.ascontiguousarray(color) for color in flat.sky)),
     )
 
@@ -117,39 +119,54 @@ def lift_height(x: np.float32, y: np.float32, z: np.float32) -> np.float32:
 
 @kernel
 def find_surfaces(packet: Packet, surfaces: Surfaces, lights: Lights, primary: bool, lanes: NDArray[np.float32]) -> None:
-    """Fill POINT to REFLECTS for 16 traced rays, and make their directions unit; lanes without a surface neither reflect nor glow.
+    """Fill POINT to WIDTH for 16 traced rays, and make their directions unit; lanes without a surface neither reflect nor glow.
 
     Camera rays (``primary``) that leave the scene see the sky; others are dark, as light from outside enters by panes only.
     """
-    real, integer, sky = packet.real, packet.integer, surfaces.sky
+    real, integer = packet.real, packet.integer
     _place_points(packet, lanes)
     for k in range(LANES):
         lanes[REFLECTS + k] = _ZERO
         lanes[GLOW_CHANCE + k] = _ZERO
+        lanes[WIDTH + k] += lanes[SPREAD + k] * real[TFAR + k]
         for channel in range(0, 3 * LANES, LANES):
             lanes[GLOW_R + channel + k] = _ZERO
-            lanes[ALBEDO_R + channel + k] = _ZERO
         if packet.alive[k] == 0:
             continue
         if integer[GEOM_ID + k] == INVALID_ID:
             if primary:
                 for channel in range(3):
-                    lanes[GLOW_R + LANES * channel + k] = sky_luminance(sky, channel, real[DIR_Z + k])
+                    lanes[GLOW_R + LANES * channel + k] = sky_luminance(surfaces.sky, channel, real[DIR_Z + k])
             continue
         face = integer[PRIM_ID + k]
         part = surfaces.face_part[face]
-        if not surfaces.portal[part]:
-            lanes[REFLECTS + k] = _ONE
-            for channel in range(3):
-                lanes[ALBEDO_R + LANES * channel + k] = surfaces.albedo[part, channel]
         _interpolate_normal(packet, surfaces, face, k, lanes)
+        _fetch_look(surfaces, part, k, lanes)
         group = lights.face_group[face]
         if group >= 0 and lanes[COSINE + k] > _ZERO:
             for channel in range(3):
-                lanes[GLOW_R + LANES * channel + k] = emitted_luminance(surfaces, part, channel, real[DIR_Z + k])
+                lanes[GLOW_R + LANES * channel + k] = emitted_luminance(surfaces, part, channel, real[DIR_Z + k], lanes[COSINE + k])
             if not primary:
                 lanes[GLOW_CHANCE + k] = _light_chance(packet, lights, group, k, lanes)
-    _orient_shading(lanes)
+    _orient_shading(packet, lanes)
+
+
+@kernel
+def _fetch_look(surfaces: Surfaces, part: int, k: int, lanes: NDArray[np.float32]) -> None:
+    """Write REFLECTS and BASE_R to GLASS of lane k from the table of parts."""
+    look = surfaces.look
+    lanes[REFLECTS + k] = _ONE
+    for channel in range(3):
+        lanes[BASE_R + LANES * channel + k] = look[part, LOOK_BASE + channel]
+    lanes[ROUGHNESS + k] = look[part, LOOK_ROUGHNESS]
+    lanes[METALLIC + k] = look[part, LOOK_METALLIC]
+    lanes[TRANSMISSION + k] = look[part, LOOK_TRANSMISSION]
+    lanes[IOR + k] = look[part, LOOK_IOR]
+    lanes[COAT + k] = look[part, LOOK_COAT]
+    lanes[COAT_ROUGHNESS + k] = look[part, LOOK_COAT_ROUGHNESS]
+    lanes[SHEEN + k] = look[part, LOOK_SHEEN]
+    lanes[THIN + k] = look[part, LOOK_PORTAL]
+    lanes[GLASS + k] = look[part, LOOK_GLASS]
 
 
 @kernel
@@ -163,11 +180,18 @@ def _light_chance(packet: Packet, lights: Lights, group: int, k: int, lanes: NDA
 
 
 @kernel
-def emitted_luminance(surfaces: Surfaces, part: int, channel: int, z: np.float32) -> np.float32:
-    """Return the luminance that the front of a part sends back to where a ray comes from; ``z``: the ray's unit direction's world z."""
-    emission: np.float32 = surfaces.emission[part, channel]
-    through: np.float32 = surfaces.transmission[part]
-    return through * sky_luminance(surfaces.sky, channel, z) if surfaces.portal[part] else emission
+def emitted_luminance(surfaces: Surfaces, part: int, channel: int, z: np.float32, cosine: np.float32) -> np.float32:
+    """Return the luminance that the front of a part sends back to where a ray comes from.
+
+    ``z``: the ray's unit direction's world z; ``cosine`` > 0 between the way back and the front.  Panes let through what they do
+    not reflect.
+    """
+    look = surfaces.look
+    if look[part, LOOK_PORTAL] > _ZERO:
+        through: np.float32 = look[part, LOOK_TRANSMISSION] * (_ONE - fresnel_pane(cosine, look[part, LOOK_IOR]))
+        return through * sky_luminance(surfaces.sky, channel, z)
+    emission: np.float32 = look[part, LOOK_EMISSION + channel]
+    return emission
 
 
 @kernel
@@ -204,8 +228,12 @@ def _interpolate_normal(packet: Packet, surfaces: Surfaces, face: int, k: int, l
 
 
 @kernel
-def _orient_shading(lanes: NDArray[np.float32]) -> None:
-    """Make shading normals unit and turn them to the geometric normal's side; where they are unusable, take the geometric one."""
+def _orient_shading(packet: Packet, lanes: NDArray[np.float32]) -> None:
+    """Make shading normals unit and turn them to the viewer; where they are unusable, take the geometric one.
+
+    A normal that looks away from the viewer, as happens where smooth surfaces turn away, is bent until it just does not.
+    """
+    real = packet.real
     for k in range(LANES):
         x, y, z = lanes[SHADE_X + k], lanes[SHADE_Y + k], lanes[SHADE_Z + k]
         nx, ny, nz = lanes[SIDE_X + k], lanes[SIDE_Y + k], lanes[SIDE_Z + k]
@@ -214,6 +242,10 @@ def _orient_shading(lanes: NDArray[np.float32]) -> None:
         scale = _ONE / max(length, _TINY)
         scale = -scale if side < _ZERO else scale
         usable = abs(side) > _USABLE * length
-        lanes[SHADE_X + k] = x * scale if usable else nx
-        lanes[SHADE_Y + k] = y * scale if usable else ny
-        lanes[SHADE_Z + k] = z * scale if usable else nz
+        x, y, z = x * scale if usable else nx, y * scale if usable else ny, z * scale if usable else nz
+        dx, dy, dz = real[DIR_X + k], real[DIR_Y + k], real[DIR_Z + k]
+        bend = _GRAZING + (x * dx + y * dy + z * dz)
+        bend = bend if bend > _ZERO else _ZERO
+        x, y, z = x - bend * dx, y - bend * dy, z - bend * dz
+        scale = _ONE / max(np.sqrt(x * x + y * y + z * z), _TINY)
+        lanes[SHADE_X + k], lanes[SHADE_Y + k], lanes[SHADE_Z + k] = x * scale, y * scale, z * scale

@@ -13,11 +13,12 @@ from scene_description.poses import look_at
 from scene_description.types import CameraPose
 
 BLACK = (0.0, 0.0, 0.0)
+LOOK = ("transmission", "ior", "roughness", "metallic", "clearcoat", "clearcoat_roughness", "sheen")
 DARK = Sky(*(np.zeros(3, np.float32) for _ in range(3)))
 
 
 class Piece(NamedTuple):
-    """One part of a scene: corner arrays (v, 3) and (f, 3), what it is and how it looks."""
+    """One part of a scene: corner arrays (v, 3) and (f, 3), what it is and how it looks; matt unless told otherwise."""
 
     vertices: NDArray[np.float64]
     faces: NDArray[np.int64]
@@ -28,6 +29,12 @@ class Piece(NamedTuple):
     emission: tuple[float, float, float] = BLACK
     portal: bool = False
     transmission: float = 0.0
+    ior: float = 1.0
+    roughness: float = 0.8
+    metallic: float = 0.0
+    clearcoat: float = 0.0
+    clearcoat_roughness: float = 0.05
+    sheen: float = 0.0
 
 
 def quad(corner: tuple[float, ...], along: tuple[float, ...], across: tuple[float, ...], **what: object) -> Piece:
@@ -66,7 +73,10 @@ def scene(*pieces: Piece, sky: Sky = DARK) -> FlatScene:
         column("object_id", np.uint16), column("label", np.uint8), index, column("emission", np.float32), column("portal", np.bool_)
     )
     materials = tabulate_materials(
-        [Material(id=piece.name, family="test", base_color=piece.color, transmission=piece.transmission) for piece in pieces]
+        [
+            Material(id=piece.name, family="test", base_color=piece.color, **{name: getattr(piece, name) for name in LOOK})
+            for piece in pieces
+        ]
     )
     mesh = Mesh(vertices, normals.astype(np.float32), faces, np.ascontiguousarray(vertices[:, :2]))
     return FlatScene(mesh, np.repeat(index, counts).astype(np.int32), parts, tuple(piece.name for piece in pieces), materials, sky)

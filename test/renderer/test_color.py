@@ -13,7 +13,7 @@ ALL = (1.0, 1.0, 1.0)
 
 def radiance(flat, view, *, bounces, samples=64, width=32, height=24, fov=0.3):
     camera = CameraConfig(width=width, height=height, horizontal_fov_rad=fov)
-    config = RenderConfig(samples_per_pixel=samples, bounces=bounces, threads=2)
+    config = RenderConfig(samples_per_pixel=samples, max_depth=bounces + 2, threads=2)
     with Renderer(flat, camera, config, 11) as renderer:
         frame = renderer.render(view, 0, ("color", "depth"))
     assert np.isfinite(frame.radiance).all()

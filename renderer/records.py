@@ -1,0 +1,200 @@
+"""Every record that crosses stages of the path tracer.
+
+A *wave* is one sample of 16 x 16 pixels: up to 256 paths that advance together, one segment at a time.  Their state between segments is
+a *queue* without gaps; 16 neighbours of it are traced and shaded at a time, as a ray packet and its *lanes*, and paths that go on are
+appended to the next queue.  Queues and lanes are flat float32 arrays by field: field ``POINT_X`` of lane k is ``lanes[POINT_X + k]``, field
+``AT_WIDTH`` of path i is ``state[AT_WIDTH + i]``.  (Flat with constant offsets, because LLVM then knows that fields never overlap.)
+
+    camera -> queue -> packet + lanes (hit) -> lanes (look, lights) -> shadow packet + pending light
+                ^                                    |
+                +---------- next queue <-------------+
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.embree import LANES, Packet, aligned_floats, make_packet
+from renderer.flat_scene import Sky
+
+WAVE_EDGE = 16
+"""Edge of the pixel tile of one wave."""
+WAVE = WAVE_EDGE * WAVE_EDGE
+
+(
+    POINT_X,  # the hit, lifted off its surface towards the viewer, metres: where reflected rays start
+    POINT_Y,
+    POINT_Z,
+    SIDE_X,  # unit geometric normal towards the viewer
+    SIDE_Y,
+    SIDE_Z,
+    SHADE_X,  # unit shading normal, on the viewer's side too
+    SHADE_Y,
+    SHADE_Z,
+    COSINE,  # between the way back and the triangle's front; negative on its back
+    REFLECTS,  # 1 where the path may go on, else 0
+    BASE_R,  # the look of the surface, as in ``Material``
+    BASE_G,
+    BASE_B,
+    ROUGHNESS,
+    METALLIC,
+    TRANSMISSION,
+    IOR,
+    COAT,
+    COAT_ROUGHNESS,
+    SHEEN,
+    THIN,  # 1 for window panes: what enters leaves the scene
+    GLASS,  # row of the glass table, or -1
+    GLOW_R,  # luminance that the surface sends to the viewer by itself, cd/m2
+    GLOW_G,
+    GLOW_B,
+    GLOW_CHANCE,  # probability per steradian that drawing lights at the ray's origin finds this point
+    WIDTH,  # of the ray's footprint at the hit, metres
+    TOTAL,  # importance of all lights together at the hit
+    NEAR,  # how many groups of lights the hit is near to
+    DRAW_LIGHT_U,  # random numbers of this hit
+    DRAW_LIGHT_V,
+    DRAW_LOBE,
+    DRAW_END,
+    DRAW_WAY_U,
+    DRAW_WAY_V,
+    WEIGHT_R,  # throughput of the path up to the hit
+    WEIGHT_G,
+    WEIGHT_B,
+    CHANCE,  # probability per steradian with which the ray was sampled; infinite where lights could not have been drawn instead
+    IMPORTANCE,  # of all lights together at the ray's origin
+    FROM_X,  # shading normal at the ray's origin
+    FROM_Y,
+    FROM_Z,
+    SPREAD,  # growth of the footprint's width per metre
+) = range(0, 45 * LANES, LANES)
+LANES_SIZE = 45 * LANES
+
+(
+    AT_ORG_X,  # the next ray
+    AT_ORG_Y,
+    AT_ORG_Z,
+    AT_DIR_X,
+    AT_DIR_Y,
+    AT_DIR_Z,
+    AT_WIDTH,  # of its footprint at the origin
+    AT_WEIGHT_R,  # from here on as the lanes from WEIGHT_R on
+    AT_WEIGHT_G,
+    AT_WEIGHT_B,
+    AT_CHANCE,
+    AT_IMPORTANCE,
+    AT_FROM_X,
+    AT_FROM_Y,
+    AT_FROM_Z,
+    AT_SPREAD,
+) = range(0, 16 * WAVE, WAVE)
+STATE_SIZE = 16 * WAVE
+CARRIED = 9
+"""How many fields, from ``AT_WEIGHT_R`` and ``WEIGHT_R`` on, pass from queue to lanes as they are."""
+
+
+class Queue(NamedTuple):
+    """State of the paths of a wave between segments: (STATE_SIZE,) float32 by field, and the pixel slot of each, (WAVE,) int32."""
+
+    state: NDArray[np.float32]
+    slot: NDArray[np.int32]
+
+
+class Shadows(NamedTuple):
+    """Shadow rays that wait until 16 are together: the packet, the light (3 * 16,) float32 that each brings, and its slot (16,) int32."""
+
+    packet: Packet
+    pending: NDArray[np.float32]
+    slot: NDArray[np.int32]
+
+
+class Scratch(NamedTuple):
+    """Memory of one thread.
+
+    shares: (g * 16,) float32, importance of g light groups; light: (3 * WAVE,) float32, gathered by the wave's pixel slots; seeds: (WAVE,)
+    uint32, by slot; lane_seeds: (16,) uint32.
+    """
+
+    rays: Packet
+    lanes: NDArray[np.float32]
+    lane_slot: NDArray[np.int32]
+    shadows: Shadows
+    here: Queue
+    ahead: Queue
+    shares: NDArray[np.float32]
+    light: NDArray[np.float32]
+    seeds: NDArray[np.uint32]
+    lane_seeds: NDArray[np.uint32]
+
+
+class Work(NamedTuple):
+    """A piece of an image: waves' tiles [first_tile, end_tile), row by row, and samples [first_sample, end_sample) of their pixels."""
+
+    first_tile: int
+    end_tile: int
+    first_sample: int
+    end_sample: int
+
+
+class Transport(NamedTuple):
+    """How paths are traced: key of the frame's random numbers, most segments of a path, most luminance of an indirect contribution."""
+
+    frame_key: np.uint32
+    max_depth: int
+    clamp: np.float32
+
+
+(
+    LOOK_BASE,  # three channels
+    LOOK_EMISSION,  # three channels
+    LOOK_ROUGHNESS,
+    LOOK_METALLIC,
+    LOOK_TRANSMISSION,
+    LOOK_IOR,
+    LOOK_COAT,
+    LOOK_COAT_ROUGHNESS,
+    LOOK_SHEEN,
+    LOOK_PORTAL,
+    LOOK_GLASS,
+) = (0, 3, 6, 7, 8, 9, 10, 11, 12, 13, 14)
+LOOK_SIZE = 16
+
+
+class Surfaces(NamedTuple):
+    """Triangles and parts of a scene, for kernels.
+
+    faces (m, 3) uint32, normals (n, 3) float32, face_part (m,) int32; look: (p, LOOK_SIZE) float32, one row per part; reflected: albedo
+    table of microfacets, glass: rows of albedo tables of glass, both as in ``renderer.albedo``.
+    """
+
+    faces: NDArray[np.uint32]
+    normals: NDArray[np.float32]
+    face_part: NDArray[np.int32]
+    look: NDArray[np.float32]
+    reflected: NDArray[np.float32]
+    glass: NDArray[np.float32]
+    sky: Sky
+
+
+def make_queue() -> Queue:
+    """Return an empty queue."""
+    return Queue(aligned_floats(STATE_SIZE), np.zeros(WAVE, np.int32))
+
+
+def make_scratch(group_count: int) -> Scratch:
+    """Return the memory that one thread needs in a scene with ``group_count`` groups of lights."""
+    return Scratch(
+        make_packet(),
+        aligned_floats(LANES_SIZE),
+        np.zeros(LANES, np.int32),
+        Shadows(make_packet(), aligned_floats(3 * LANES), np.zeros(LANES, np.int32)),
+        make_queue(),
+        make_queue(),
+        aligned_floats(group_count * LANES),
+        aligned_floats(3 * WAVE),
+        np.zeros(WAVE, np.uint32),
+        np.zeros(LANES, np.uint32),
+    )
