@@ -10,6 +10,7 @@ from renderer import FlatScene, Mesh, PartTable, Sky, tabulate_materials
 from renderer.models import build_model
 from renderer.room_shell import build_opening, build_shell
 from renderer.shapes import merged, moved, rotated
+from renderer.textures.coordinates import box_mapped
 from scene_description import CameraPose, Material, ModelReference, Opening, Part, Room
 from scene_description.labels import LABEL_ID
 from scene_description.poses import look_at
@@ -78,7 +79,7 @@ def _flat_scene(parts: list[tuple[str, int, int, Mesh]]) -> FlatScene:
     emission = np.array([(0.0, 0.0, 0.0) if dark else SHINING.get(name, (0.0, 0.0, 0.0)) for name, dark in zip(names, shell, strict=True)])
     panes = np.array([name == "pane" for name in names])
     return FlatScene(
-        mesh=merged(*meshes),
+        mesh=merged(*map(box_mapped, meshes)),
         face_part=np.repeat(np.arange(count, dtype=np.int32), [len(mesh.faces) for mesh in meshes]),
         parts=PartTable(
             np.array(identities, np.uint16),

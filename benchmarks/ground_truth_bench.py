@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from benchmarks.bench_room import VIEW, furnished_room
 from benchmarks.table import Row, at_least
 from renderer import GEOMETRIC_LAYERS, CameraConfig, FlatScene, RenderConfig, Renderer
-from renderer.cameras import Pinhole, pose_camera, unproject
+from renderer.cameras import PosedCamera, pose_camera, unproject
 from renderer.embree import LANES, EmbreeScene, Packet, SceneHandle, intersect16, make_packet
 from renderer.ground_truth import TILE, aim_tile
 from renderer.workers import Workers
@@ -46,7 +46,7 @@ def measure() -> list[Row]:
 
 
 @njit(nogil=True)
-def cast_bare(scene: SceneHandle, camera: Pinhole, packet: Packet, first: int, step: int) -> None:
+def cast_bare(scene: SceneHandle, camera: PosedCamera, packet: Packet, first: int, step: int) -> None:
     """Cast the same camera rays in the same order, and look at nothing."""
     centre = np.zeros(2 * LANES, np.float32)
     for row in range(first * TILE, camera.height, step * TILE):

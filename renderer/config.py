@@ -4,27 +4,79 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
-from scene_description.strict import Limits
+from renderer.lenses import LENSES
+from scene_description.strict import FieldError, Limits
 
 _SIZE_FIXED = "image size decides buffers, camera info and bags"
+_LENS_FIXED = "camera info of a bag is one lens"
+_WIDEST_PLANAR_RAD = 3.0
+
+Focal = Annotated[float, Limits(ge=0.0, le=1e6, unit="px", description="Focal length; 0: from the field of view", fixed=_LENS_FIXED)]
+Centre = Annotated[
+    float,
+    Limits(ge=-1e5, le=1e5, unit="px", description="Principal point, pixel centres at integers; -1: the image centre", fixed=_LENS_FIXED),
+]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraConfig:
-    """An ideal pinhole camera with square pixels; the principal point is the image centre, pixel centres lie at half integers."""
+    """A camera: image size, lens model, intrinsics and distortion as in ROS's CameraInfo.
 
+    ``distortion`` are the coefficients of the model in the order of CameraInfo's D, missing ones are zero.  A field of view gives the
+    focal length of the model without distortion; an equirectangular panorama always covers the whole sphere.
+
+    Raises:
+        FieldError: the model cannot have that field of view or so many coefficients.
+    """
+
+    model: Annotated[
+        Literal["pinhole", "brown_conrady", "rational", "kannala_brandt", "equirectangular"],
+        Limits(description="Lens model", fixed=_LENS_FIXED),
+    ] = "pinhole"
     width: Annotated[int, Limits(ge=1, le=8192, unit="px", description="Image width", fixed=_SIZE_FIXED)] = 640
     height: Annotated[int, Limits(ge=1, le=8192, unit="px", description="Image height", fixed=_SIZE_FIXED)] = 480
     horizontal_fov_rad: Annotated[
-        float, Limits(ge=0.05, le=3.0, unit="rad", description="Horizontal field of view", fixed="camera info of a bag is one lens")
+        float, Limits(ge=0.05, le=2.0 * math.pi, unit="rad", description="Horizontal field of view", fixed=_LENS_FIXED)
     ] = 1.2217304763960306
+    focal_x_px: Focal = 0.0
+    focal_y_px: Focal = 0.0
+    principal_x_px: Centre = -1.0
+    principal_y_px: Centre = -1.0
+    distortion: Annotated[
+        tuple[Annotated[float, Limits(ge=-1e4, le=1e4)], ...],
+        Limits(max_length=8, description="Distortion coefficients in the order of CameraInfo's D", fixed=_LENS_FIXED),
+    ] = ()
+
+    def __post_init__(self) -> None:
+        """Check what single ranges cannot say."""
+        lens = LENSES.get(self.model)
+        if lens is None:
+            raise FieldError("model", f"one of {', '.join(LENSES)}", f"'{self.model}'")
+        if len(self.distortion) > lens.coefficients:
+            raise FieldError("distortion", f"at most {lens.coefficients} coefficients for model '{self.model}'", f"{len(self.distortion)}")
+        if lens.planar and self.horizontal_fov_rad > _WIDEST_PLANAR_RAD:
+            raise FieldError("horizontal_fov_rad", f"at most {_WIDEST_PLANAR_RAD} for model '{self.model}'", f"{self.horizontal_fov_rad:g}")
 
     @property
     def focal_length_px(self) -> float:
-        """Focal length in pixels, equal in x and y."""
-        return 0.5 * self.width / math.tan(0.5 * self.horizontal_fov_rad)
+        """Focal length along x in pixels."""
+        return self.focal_x_px or self._focal_from_view
+
+    @property
+    def _focal_from_view(self) -> float:
+        if self.model == "equirectangular":
+            return self.width / (2.0 * math.pi)
+        half = 0.5 * self.horizontal_fov_rad
+        return 0.5 * self.width / (math.tan(half) if LENSES[self.model].planar else half)
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether this is the ideal pinhole: square pixels, principal point in the centre, no distortion."""
+        focal = self.focal_length_px
+        centred = self.principal_x_px == -1.0 and self.principal_y_px == -1.0
+        return self.model == "pinhole" and centred and (self.focal_y_px or focal) == focal
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

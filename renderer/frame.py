@@ -20,13 +20,14 @@ class Layer(NamedTuple):
 LAYERS: dict[str, Layer] = {
     "color": Layer("uint8", 3, "sRGB display colour", "background luminance"),
     "depth": Layer("float32", 0, "metres along the optical z axis", "+inf"),
+    "range": Layer("float32", 0, "metres along the ray", "+inf"),
     "normals": Layer("float32", 3, "geometric unit normal, optical frame, towards the camera", "0"),
     "semantic": Layer("uint8", 0, "NYU40 class id", "0"),
     "instance": Layer("uint16", 0, "object id, 0 for the room's shell", "0"),
 }
-"""Every layer that a frame can hold, by name."""
+"""Every layer that a frame can hold, by name; depth and range are NaN, all else 0, where the lens sees nothing."""
 
-GEOMETRIC_LAYERS = ("depth", "normals", "semantic", "instance")
+GEOMETRIC_LAYERS = ("depth", "range", "normals", "semantic", "instance")
 
 
 class Frame(NamedTuple):

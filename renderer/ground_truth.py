@@ -1,6 +1,7 @@
 """Depth, normals and ids of a view, all from one hit record: the primary rays through the pixel centres.
 
-Rays go in packets of 4 x 4 pixels.  Rays are aimed with an optical z of 1, so the distance that Embree returns *is* the depth.
+Rays go in packets of 4 x 4 pixels.  Those of the ideal pinhole are aimed with an optical z of 1, so the distance that Embree returns *is*
+the depth.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.cameras import Pinhole
+from renderer.cameras import PosedCamera
 from renderer.embree import (
     DIR_X,
     DIR_Y,
@@ -36,13 +37,14 @@ from renderer.kernel import kernel
 TILE = 4
 """Edge of the pixel tile that one packet covers."""
 
-_ZERO, _ONE, _HALF, _TINY = np.float32(0.0), np.float32(1.0), np.float32(0.5), np.float32(1e-30)
+_ZERO, _ONE, _HALF, _TINY, _NAN = np.float32(0.0), np.float32(1.0), np.float32(0.5), np.float32(1e-30), np.float32(np.nan)
 
 
 class GeometricImages(NamedTuple):
     """The images that :func:`trace_geometry` fills; see ``renderer.frame.LAYERS``."""
 
     depth: NDArray[np.float32]
+    range: NDArray[np.float32]
     normals: NDArray[np.float32]
     semantic: NDArray[np.uint8]
     instance: NDArray[np.uint16]
@@ -60,6 +62,7 @@ def empty_images(height: int, width: int) -> GeometricImages:
     """Return uninitialised images; every pixel is written by :func:`trace_geometry`."""
     return GeometricImages(
         np.empty((height, width), np.float32),
+        np.empty((height, width), np.float32),
         np.empty((height, width, 3), np.float32),
         np.empty((height, width), np.uint8),
         np.empty((height, width), np.uint16),
@@ -67,10 +70,11 @@ def empty_images(height: int, width: int) -> GeometricImages:
 
 
 @kernel
-def aim_tile(camera: Pinhole, column: int, row: int, jitter: NDArray[np.float32], packet: Packet) -> None:
-    """Aim 16 rays through the tile whose first pixel is (column, row); optical z of the directions is 1.
+def aim_tile(camera: PosedCamera, column: int, row: int, jitter: NDArray[np.float32], packet: Packet) -> None:
+    """Aim 16 rays through the tile whose first pixel is (column, row); lanes where the lens sees nothing are off.
 
-    ``jitter``: (32,) float32, offsets from the pixel centres in pixels, u of 16 lanes, then v.
+    The optical z of the directions is 1 for planar lenses; the others' directions have unit length but for rounding.  ``jitter``: (32,)
+    float32, offsets from the pixel centres in pixels, u of 16 lanes, then v.
     """
     real, integer, alive, r = packet.real, packet.integer, packet.alive, camera.rotation
     r00, r01, r02, r10, r11, r12, r20, r21, r22 = r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0], r[2, 1], r[2, 2]
@@ -94,10 +98,40 @@ def aim_tile(camera: Pinhole, column: int, row: int, jitter: NDArray[np.float32]
         real[NG_Z + k] = _ZERO
         integer[GEOM_ID + k] = INVALID_ID
         alive[k] = -1
+    if len(camera.bearings):
+        _bend_tile(camera, column, row, jitter, packet)
 
 
 @kernel
-def _face_camera(camera: Pinhole, packet: Packet) -> None:
+def _bend_tile(camera: PosedCamera, column: int, row: int, jitter: NDArray[np.float32], packet: Packet) -> None:
+    """Replace the directions of a tile by those of the lens's table; within a pixel they follow the differences of its neighbours."""
+    real, r, table = packet.real, camera.rotation, camera.bearings
+    for k in range(LANES):
+        i, j = min(row + (k >> 2), camera.height - 1) + 1, min(column + (k & 3), camera.width - 1) + 1
+        s, t = _HALF * jitter[k], _HALF * jitter[LANES + k]
+        x, y, z = table[i, j, 0], table[i, j, 1], table[i, j, 2]
+        if s != _ZERO or t != _ZERO:
+            x += s * _step(table[i, j - 1, 0], x, table[i, j + 1, 0]) + t * _step(table[i - 1, j, 0], x, table[i + 1, j, 0])
+            y += s * _step(table[i, j - 1, 1], y, table[i, j + 1, 1]) + t * _step(table[i - 1, j, 1], y, table[i + 1, j, 1])
+            z += s * _step(table[i, j - 1, 2], z, table[i, j + 1, 2]) + t * _step(table[i - 1, j, 2], z, table[i + 1, j, 2])
+        seen = x * x + y * y + z * z > _ZERO
+        packet.alive[k] = -1 if seen else 0
+        x, y, z = (x, y, z) if seen else (_ZERO, _ZERO, _ONE)
+        for axis in range(3):
+            real[DIR_X + LANES * axis + k] = r[axis, 0] * x + r[axis, 1] * y + r[axis, 2] * z
+
+
+@kernel
+def _step(before: np.float32, here: np.float32, after: np.float32) -> np.float32:
+    """Return the change over two pixels, from one side only where the lens sees nothing on the other."""
+    left: np.float32 = here - before
+    right: np.float32 = after - here
+    left, right = (right if np.isnan(left) else left), (left if np.isnan(right) else right)
+    return _ZERO if np.isnan(left + right) else left + right
+
+
+@kernel
+def _face_camera(camera: PosedCamera, packet: Packet) -> None:
     """Turn the packet's geometric normals into unit normals of the optical frame that look towards the camera."""
     real, r = packet.real, camera.rotation
     r00, r01, r02, r10, r11, r12, r20, r21, r22 = r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0], r[2, 1], r[2, 2]
@@ -113,11 +147,13 @@ def _face_camera(camera: Pinhole, packet: Packet) -> None:
 
 @kernel
 def trace_geometry(
-    scene: SceneHandle, labels: Labels, camera: Pinhole, packet: Packet, images: GeometricImages, first: int, step: int
+    scene: SceneHandle, labels: Labels, camera: PosedCamera, packet: Packet, images: GeometricImages, first: int, step: int
 ) -> None:
     """Fill the rows of tiles ``first``, ``first + step``, ... of all images; ``packet`` is scratch memory of the calling thread."""
     real, integer = packet.real, packet.integer
-    depth, normals, semantic, instance = images
+    depth, distance, normals, semantic, instance = images
+    lens = len(camera.bearings) > 0
+    r02, r12, r22 = camera.rotation[0, 2], camera.rotation[1, 2], camera.rotation[2, 2]
     centre = np.zeros(2 * LANES, np.float32)
     for row in range(first * TILE, camera.height, step * TILE):
         for column in range(0, camera.width, TILE):
@@ -128,7 +164,10 @@ def trace_geometry(
                 x, y = column + (k & 3), row + (k >> 2)
                 if x >= camera.width or y >= camera.height:
                     continue
-                depth[y, x] = real[TFAR + k]
+                dx, dy, dz = real[DIR_X + k], real[DIR_Y + k], real[DIR_Z + k]
+                t = real[TFAR + k] if packet.alive[k] else _NAN
+                depth[y, x] = t * (r02 * dx + r12 * dy + r22 * dz) if lens else t
+                distance[y, x] = t * np.sqrt(dx * dx + dy * dy + dz * dz)
                 normals[y, x, 0] = real[NG_X + k]
                 normals[y, x, 1] = real[NG_Y + k]
                 normals[y, x, 2] = real[NG_Z + k]

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.bsdf import draw_direction, evaluate, make_closure
-from renderer.cameras import Pinhole
+from renderer.cameras import PosedCamera
 from renderer.direct_light import aim_at_light, cast_shadows, weigh_lights
 from renderer.embree import (
     DIR_X,
@@ -112,7 +112,7 @@ def trace_paths(
     scene: SceneHandle,
     surfaces: Surfaces,
     lights: Lights,
-    camera: Pinhole,
+    camera: PosedCamera,
     transport: Transport,
     work: Work,
     scratch: Scratch,
@@ -149,7 +149,7 @@ def _slot_pixel(slot: int) -> tuple[int, int]:
 
 
 @kernel
-def _start_wave(camera: Pinhole, column: int, row: int, sample: np.uint32, scratch: Scratch) -> int:
+def _start_wave(camera: PosedCamera, column: int, row: int, sample: np.uint32, scratch: Scratch) -> int:
     """Queue a camera ray through each pixel of a tile that lies in the image; paths start with full weight and no light."""
     rays, lanes, state = scratch.rays, scratch.lanes, scratch.here.state
     spread = _ONE / camera.focal_px
@@ -165,7 +165,7 @@ def _start_wave(camera: Pinhole, column: int, row: int, sample: np.uint32, scrat
             lanes[DRAW_LIGHT_U + k] -= _HALF
         aim_tile(camera, column + x, row + y, lanes[DRAW_LIGHT_U:], rays)
         for k in range(LANES):
-            if column + x + (k & 3) >= camera.width or row + y + (k >> 2) >= camera.height:
+            if rays.alive[k] == 0 or column + x + (k & 3) >= camera.width or row + y + (k >> 2) >= camera.height:
                 continue
             for field in range(3):
                 state[AT_ORG_X + WAVE * field + count] = rays.real[ORG_X + LANES * field + k]

@@ -11,7 +11,7 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.cameras import Pinhole, pose_camera
+from renderer.cameras import PosedCamera, pose_camera
 from renderer.config import CameraConfig, RenderConfig
 from renderer.embree import EmbreeScene
 from renderer.errors import RenderError
@@ -91,7 +91,7 @@ class Renderer:
             images["color"] = to_display(radiance, self._config.exposure_ev100 if exposure_ev100 is None else exposure_ev100)
         return Frame({name: images[name] for name in LAYERS if name in layers}, radiance)
 
-    def _trace_geometry(self, view: Pinhole) -> GeometricImages:
+    def _trace_geometry(self, view: PosedCamera) -> GeometricImages:
         images, step = empty_images(view.height, view.width), self._workers.count
 
         def trace(worker: int, first: int) -> None:
@@ -100,7 +100,7 @@ class Renderer:
         self._workers.run(trace, range(step))
         return images
 
-    def _trace_color(self, view: Pinhole, frame_index: int, cancelled: Callable[[], bool] | None) -> NDArray[np.float32]:
+    def _trace_color(self, view: PosedCamera, frame_index: int, cancelled: Callable[[], bool] | None) -> NDArray[np.float32]:
         image = np.zeros((view.height, view.width, 3), np.float32)
         clamp = np.float32(self._config.clamp or np.inf)
         transport = Transport(make_frame_key(self._scene_key, frame_index), self._config.max_depth, clamp)
@@ -113,7 +113,7 @@ class Renderer:
         image *= np.float32(1.0 / self._config.samples_per_pixel)
         return image
 
-    def _color_pieces(self, view: Pinhole) -> Iterator[list[Work]]:
+    def _color_pieces(self, view: PosedCamera) -> Iterator[list[Work]]:
         """Yield rounds of pieces; pieces of one round share no pixel, so they may run at the same time."""
         samples = self._config.samples_per_pixel
         tiles = -(-view.width // WAVE_EDGE) * -(-view.height // WAVE_EDGE)

@@ -48,6 +48,7 @@ def _depth(image: NDArray[np.generic]) -> NDArray[np.uint8]:
 LAYERS = {
     "color": _color,
     "depth": _depth,
+    "range": _depth,
     "normals": lambda image: normals_to_color(image.astype(np.float32)),
     "semantic": lambda image: ids_to_color(image, label_palette()),
     "instance": lambda image: ids_to_color(image, instance_palette(int(image.max()) + 1)),

@@ -16,6 +16,9 @@ from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import ColorRGBA, Header, String
 from visualization_msgs.msg import Marker, MarkerArray
 
+from renderer.cameras import intrinsics
+from renderer.config import CameraConfig
+from renderer.lenses import LENSES
 from scene_description import NYU40, CameraPose, SceneDescription
 from scene_description.labels import instance_palette
 from scene_description.poses import (
@@ -89,18 +92,17 @@ def depth_to_millimetres(depth_m: NDArray[np.float32]) -> NDArray[np.uint16]:
     return np.where(millimetres > 65535.0, 0.0, millimetres).astype(np.uint16)
 
 
-def camera_info_to_msg(size_px: tuple[int, int], intrinsics: tuple[float, float, float, float], stamp_ns: int, frame_id: str) -> CameraInfo:
-    """Return the camera info of an ideal pinhole.
+def camera_info_to_msg(camera: CameraConfig, stamp_ns: int, frame_id: str) -> CameraInfo:
+    """Return the camera info of a lens, pixel centres at integers, as image_geometry has them.
 
-    Args:
-        size_px: width and height.
-        intrinsics: fx, fy, cx, cy in pixels, pixel centres at integers, as image_geometry has them.
-        stamp_ns: simulated time of the frame.
-        frame_id: the optical frame.
+    A panorama has no matrix in CameraInfo: K and P are zero, as for every uncalibrated camera, and the model's name says what it is.
     """
-    fx, fy, cx, cy = intrinsics
-    message = CameraInfo(header=header(stamp_ns, frame_id), width=size_px[0], height=size_px[1], distortion_model="plumb_bob")
-    message.d = [0.0] * 5
+    lens, (fx, fy, cx, cy) = LENSES[camera.model], intrinsics(camera)
+    message = CameraInfo(header=header(stamp_ns, frame_id), width=camera.width, height=camera.height, distortion_model=lens.ros_name)
+    length = 5 if lens.ros_name == "plumb_bob" else lens.coefficients
+    message.d = [*camera.distortion, *(0.0,) * (length - len(camera.distortion))]
+    if camera.model == "equirectangular":
+        return message
     message.k = [fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0]
     message.r = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
     message.p = [fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0]

@@ -63,6 +63,7 @@ def write_frame(base: Path, frame: Frame) -> None:
     pictures = {
         "color": layers["color"],
         "depth": depth_to_color(layers["depth"], FAR_M),
+        "range": depth_to_color(layers["range"], FAR_M),
         "normals": normals_to_color(layers["normals"]),
         "semantic": ids_to_color(layers["semantic"], label_palette()),
         "instance": ids_to_color(layers["instance"], instance_palette(int(layers["instance"].max()) + 1)),

@@ -24,6 +24,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--params", type=Path, help="run profile, a ROS parameter file (default: config/runs/main.yaml, or live.yaml without --record)"
     )
     parser.add_argument(
+        "--overlay",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="parameter file laid over the profile, for example config/cameras/kinect_v1.yaml; may be repeated, later ones win",
+    )
+    parser.add_argument(
         "-p", dest="overrides", action="append", default=[], metavar="NODE.NAME:=VALUE", help="one parameter; may be repeated"
     )
     parser.add_argument("--rooms", type=int, help="number of rooms (grammar_node.rooms)")
@@ -58,6 +66,9 @@ def _node_names(arguments: argparse.Namespace) -> list[str]:
 def _parameters(arguments: argparse.Namespace) -> NodeParameters:
     profile = arguments.params or config_path("runs/main.yaml" if arguments.record else "runs/live.yaml")
     parameters = load_profile(profile)
+    for overlay in arguments.overlay:
+        for node, values in load_profile(overlay).items():
+            parameters[node].update(values)
     grammar = parameters["grammar_node"]
     for option, name in (("rooms", "rooms"), ("frames", "frames_per_room"), ("seed", "seed")):
         if getattr(arguments, option) is not None:

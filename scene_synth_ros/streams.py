@@ -18,7 +18,6 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
 
-from renderer.cameras import intrinsics
 from renderer.config import CameraConfig
 from renderer.false_color import ids_to_color, normals_to_color
 from renderer.frame import Frame
@@ -61,7 +60,10 @@ class StreamConfig:
     ] = "camera"
     world_frame: Annotated[str, Limits(min_length=1, max_length=100, description="Frame of poses", fixed=_STREAMS_FIXED)] = "map"
     color: Annotated[bool, Limits(description="Publish colour", fixed=_STREAMS_FIXED)] = True
-    depth: Annotated[bool, Limits(description="Publish depth", fixed=_STREAMS_FIXED)] = True
+    depth: Annotated[
+        bool, Limits(description="Publish depth along the optical axis; a panorama publishes range instead", fixed=_STREAMS_FIXED)
+    ] = True
+    range: Annotated[bool, Limits(description="Publish range, the distance along each ray", fixed=_STREAMS_FIXED)] = False
     normals: Annotated[bool, Limits(description="Publish surface normals", fixed=_STREAMS_FIXED)] = True
     semantic: Annotated[bool, Limits(description="Publish NYU40 class ids", fixed=_STREAMS_FIXED)] = True
     instance: Annotated[bool, Limits(description="Publish object ids", fixed=_STREAMS_FIXED)] = True
@@ -93,11 +95,20 @@ class Palettes(NamedTuple):
 STREAMS: dict[str, Stream] = {
     "color": Stream("rgb8", None),
     "depth": Stream("32FC1", None),
+    "range": Stream("32FC1", None),
     "normals": Stream("32FC3", lambda image, _: normals_to_color(image)),
     "semantic": Stream("mono8", lambda image, palettes: ids_to_color(image, palettes.semantic)),
     "instance": Stream("16UC1", lambda image, palettes: ids_to_color(image, palettes.instance)),
 }
 """Layer -> stream."""
+
+
+def enabled_layers(config: StreamConfig, camera: CameraConfig) -> list[str]:
+    """Return the layers that are published; a panorama sees all around, where depth along one axis means nothing: range instead."""
+    enabled = {layer for layer in STREAMS if getattr(config, layer)}
+    if camera.model == "equirectangular" and "depth" in enabled:
+        enabled = enabled - {"depth"} | {"range"}
+    return [layer for layer in STREAMS if layer in enabled]
 
 
 class StreamPublishers:
@@ -116,9 +127,8 @@ class StreamPublishers:
         """Messages published so far, by topic."""
         self._publishers: dict[str, Publisher] = {}
         self._images: dict[str, list[str]] = {}
-        for layer, stream in STREAMS.items():
-            if getattr(config, layer):
-                self._add_stream(layer, stream)
+        for layer in enabled_layers(config, camera):
+            self._add_stream(layer, STREAMS[layer])
         self._pose = self._add(PoseStamped, f"{config.camera}/pose")
         self._clock = self._add(Clock, "/clock") if config.publish_clock else ""
         self._tf = self._tf_static = ""
@@ -181,7 +191,7 @@ class StreamPublishers:
     def _publish_layer(self, layer: str, image: NDArray[Any], stamp_ns: int) -> None:
         stream, base = STREAMS[layer], f"{self._config.camera}/{layer}"
         frame_id = f"{self._config.camera}_optical_frame"
-        info = camera_info_to_msg((self._camera.width, self._camera.height), intrinsics(self._camera), stamp_ns, frame_id)
+        info = camera_info_to_msg(self._camera, stamp_ns, frame_id)
         encoding = stream.encoding
         raw: NDArray[Any] = image
         if layer == "depth" and self._config.depth_encoding == "16UC1":

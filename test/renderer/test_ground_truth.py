@@ -5,7 +5,7 @@ import pytest
 from box_room import VIEW, box, furnished_room, pose, quad, scene
 
 from renderer import GEOMETRIC_LAYERS, CameraConfig, RenderConfig, Renderer
-from renderer.cameras import unproject
+from renderer.cameras import bearings, unproject
 from scene_description.poses import rotation_from_quaternion
 
 ROOM_LOW, ROOM_HIGH = np.array([0.0, 0.0, 0.0]), np.array([4.0, 5.0, 2.6])
@@ -49,8 +49,32 @@ def test_a_box_room_is_exact_at_every_pixel(view, size):
     assert cosine[edge > 1e-5].min() > 1 - 1e-6
     assert (layers["semantic"] == 7).all() and (layers["instance"] == 300).all()
     assert {name: image.dtype for name, image in layers.items()} == {
-        "depth": np.float32, "normals": np.float32, "semantic": np.uint8, "instance": np.uint16,
+        "depth": np.float32, "range": np.float32, "normals": np.float32, "semantic": np.uint8, "instance": np.uint16,
     }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "camera",
+    [
+        CameraConfig(width=203, height=151),
+        CameraConfig(model="brown_conrady", width=203, height=151, distortion=(-0.2, 0.03, 0.001, -0.002)),
+        CameraConfig(model="kannala_brandt", width=203, height=203, horizontal_fov_rad=3.6, distortion=(0.02, -0.01)),
+        CameraConfig(model="equirectangular", width=256, height=128),
+    ],
+    ids=lambda camera: camera.model,
+)
+@pytest.mark.parametrize("view", VIEWS)
+def test_every_lens_measures_a_box_room(view, camera):
+    layers = geometry(scene(box(ROOM_LOW, ROOM_HIGH, inside=True, label=7, object_id=300)), camera, view)
+    v, u = np.mgrid[: camera.height, : camera.width] + 0.5
+    optical = bearings(camera, np.column_stack([u.ravel(), v.ravel()])).reshape(camera.height, camera.width, 3)
+    optical /= np.linalg.norm(optical, axis=-1, keepdims=True)
+    seen = np.isfinite(optical[..., 0])
+    rotation = rotation_from_quaternion(view.orientation)
+    distance, _ = exit_depth(np.array(view.position_m), optical[seen] @ rotation.T, ROOM_LOW, ROOM_HIGH)
+    assert np.abs(layers["range"][seen] - distance).max() < 2e-4
+    assert np.abs(layers["depth"][seen] - distance * optical[seen][:, 2]).max() < 2e-4
+    assert np.isnan(layers["range"][~seen]).all() and (layers["instance"] == np.where(seen, 300, 0)).all()
 
 
 def test_normals_follow_from_depth_on_planes():

@@ -8,6 +8,7 @@ import pytest
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import Image
 
+from renderer.config import CameraConfig
 from scene_description import CameraPose
 from scene_description.poses import look_at, rotation_from_quaternion
 from scene_synth_ros import conversions as c
@@ -42,11 +43,27 @@ def test_depth_in_millimetres_marks_what_is_invalid_with_zero() -> None:
     assert c.depth_to_millimetres(depth).tolist() == [[1234, 0, 65535, 0, 0, 0]]
 
 
-def test_camera_info_is_an_ideal_pinhole() -> None:
-    info = c.camera_info_to_msg((640, 480), (500.0, 501.0, 319.5, 239.5), STAMP_NS, "eye")
+def test_camera_info_of_an_ideal_pinhole() -> None:
+    info = c.camera_info_to_msg(CameraConfig(focal_x_px=500.0, focal_y_px=501.0), STAMP_NS, "eye")
+    assert (info.width, info.height) == (640, 480)
     assert info.k.tolist() == [500.0, 0.0, 319.5, 0.0, 501.0, 239.5, 0.0, 0.0, 1.0]
     assert info.p.tolist() == [500.0, 0.0, 319.5, 0.0, 0.0, 501.0, 239.5, 0.0, 0.0, 0.0, 1.0, 0.0]
     assert (info.distortion_model, list(info.d), info.r.tolist()) == ("plumb_bob", [0.0] * 5, [1, 0, 0, 0, 1, 0, 0, 0, 1])
+
+
+@pytest.mark.parametrize(
+    ("model", "name", "length"),
+    [("brown_conrady", "plumb_bob", 5), ("rational", "rational_polynomial", 8), ("kannala_brandt", "equidistant", 4)],
+)
+def test_camera_info_of_lenses_holds_their_coefficients(model: str, name: str, length: int) -> None:
+    info = c.camera_info_to_msg(CameraConfig(model=model, distortion=(0.1, -0.02), principal_x_px=310.25), STAMP_NS, "eye")
+    assert (info.distortion_model, list(info.d)) == (name, [0.1, -0.02] + [0.0] * (length - 2))
+    assert (info.k[2], info.p[2]) == (310.25, 310.25)
+
+
+def test_camera_info_of_a_panorama_claims_no_matrix() -> None:
+    info = c.camera_info_to_msg(CameraConfig(model="equirectangular", width=512, height=256), STAMP_NS, "eye")
+    assert (info.distortion_model, not any(info.k), not any(info.p), len(info.d)) == ("equirectangular", True, True, 0)
 
 
 def test_link_looks_along_its_x_axis_where_the_optical_frame_looks_along_z() -> None:
