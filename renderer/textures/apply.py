@@ -1,0 +1,80 @@
+"""Textures as parts use them: a tile with its size, turn, colours and relief; from the scene description or from a user's images."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from renderer.flat_scene import Mesh
+from renderer.textures.generators import GENERATORS
+from renderer.textures.pattern import Color
+from renderer.textures.tile import TextureTile, generated_tile
+from scene_description import Material
+
+OTHER_COLORS = 3
+
+
+class AppliedTexture(NamedTuple):
+    """A tile on a part.
+
+    size: length of the tile's sides along u and v, in the unit of the part's texture coordinates (metres, or 1 for coordinates from 0 to
+    1).  colors: the second to fourth colour, linear.  contrast: 0.5 leaves the tile as it was drawn, 0 is plain.  slope: factor from
+    the tile's slope bytes to true slopes.  shift: see ``pattern.Generator``.
+    """
+
+    tile: TextureTile
+    size: tuple[float, float] = (1.0, 1.0)
+    rotation_rad: float = 0.0
+    colors: tuple[Color, ...] = ()
+    contrast: float = 0.5
+    slope: float = 1.0
+    shift: float = 0.0
+
+
+def applied_texture(material: Material, mesh: Mesh) -> tuple[AppliedTexture, Mesh] | None:
+    """Return a material's texture as it lies on a part, and the part with the texture coordinates that it needs; None for plain materials.
+
+    Raises:
+        KeyError: the generator is unknown.
+    """
+    texture = material.texture
+    if texture is None:
+        return None
+    generator = GENERATORS[texture.generator]
+    colors = (material.base_color, *_colors(material, texture.colors, generator.tints))
+    aspect = 1.0
+    if generator.once:
+        mesh, extent = mapped_once(mesh)
+        aspect = extent[0] / extent[1]
+        scale, size, length = 1.0, (1.0, 1.0), max(extent)
+    else:
+        scale = length = texture.scale_m
+        size = (scale * generator.units[0], scale * generator.units[1])
+    tile = generated_tile(texture.generator, texture.seed, aspect, colors)
+    relief = texture.relief_m / length * tile.steepest
+    return AppliedTexture(tile, size, texture.rotation_rad, colors[1:], texture.contrast, relief, generator.shift), mesh
+
+
+def _colors(material: Material, given: tuple[Color, ...], tints: tuple[Color, ...]) -> tuple[Color, ...]:
+    """Return the second to fourth colour: those given, then the generator's factors on the base colour."""
+    base = np.asarray(material.base_color)
+    tinted = [tuple(float(c) for c in np.clip(base * np.asarray(tint), 0.0, 1.0)) for tint in tints]
+    colors = [*given[:OTHER_COLORS], *tinted[len(given) :]][:OTHER_COLORS]
+    return tuple((c[0], c[1], c[2]) for c in colors)
+
+
+def mapped_once(mesh: Mesh) -> tuple[Mesh, tuple[float, float]]:
+    """Return the part with texture coordinates from 0 to 1 over its largest side, and that side's width and height in metres.
+
+    The side is the one that most of the area faces, seen from outside in the part's own frame: fronts (x) and flanks (y) upright, tops
+    (z) with u along y, as if seen from the front.
+    """
+    corners = mesh.vertices[mesh.faces].astype(np.float64)
+    area = np.abs(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])).sum(axis=0)
+    facing = int(np.argmax(area))
+    across, up, mirror = ((1, 2, 1.0), (0, 2, -1.0), (1, 0, 1.0))[facing]
+    points = mesh.vertices.astype(np.float64)
+    coordinates = np.stack([mirror * points[:, across], (-1.0 if facing == 2 else 1.0) * points[:, up]], axis=1)
+    low, extent = coordinates.min(axis=0), np.maximum(np.ptp(coordinates, axis=0), 1e-6)
+    return mesh._replace(uvs=((coordinates - low) / extent).astype(np.float32)), (float(extent[0]), float(extent[1]))

@@ -1,0 +1,171 @@
+"""The look-up of a texture at a hit: filtered by the footprint of the ray, colours mixed, the shading normal tilted.
+
+Four texels, weighted, of one level of the tile; between two levels each sample takes one, in proportion and evenly spread over the surface,
+so that the mean is the trilinear one at half the cost.  Slopes that a smaller level averages away come back as roughness, so that
+a surface does not turn glossy with distance (after M. Olano and D. Baker, "LEAN mapping", 2010).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.kernel import kernel
+from renderer.textures.apply import OTHER_COLORS, AppliedTexture
+from renderer.textures.tile import CHANNELS
+
+(
+    PER_U,  # tiles per unit of the texture coordinates
+    PER_V,
+    COS,
+    SIN,
+    SHIFT,
+    CONTRAST,  # 1 as drawn
+    SLOPE,
+    COLORS,  # nine numbers
+) = (0, 1, 2, 3, 4, 5, 6, 7)
+ROW_SIZE = COLORS + 3 * OTHER_COLORS
+(FIRST, WIDTH_LOG, HEIGHT_LOG, LEVELS, PICTURE) = range(5)
+
+_ZERO, _ONE, _HALF = np.float32(0.0), np.float32(1.0), np.float32(0.5)
+_BYTE, _SLOPE_BYTE = np.float32(1.0 / 255.0), np.float32(1.0 / 127.0)
+_LEVEL, _TWO = np.float32(128.0), np.float32(2.0)
+_STEEPEST = np.float32(1.2)
+_DITHER_U, _DITHER_V = np.float32(0.7548777), np.float32(0.5698403)  # of an even sequence in two dimensions
+_LOW_HALF, _HALF_WORD = np.uint64(0xFFFFFFFF), np.uint64(32)
+
+
+class Textures(NamedTuple):
+    """All textures of a scene, for kernels.
+
+    part: (p,) int32, row of each part's texture, -1 for none; texels: (t,) uint64, the eight bytes of each, lowest first; rows: (r, ROW_SIZE) float32;
+    layout: (r, 5) int64, where a row's tile begins among the texels, logarithms of its sides, number of levels, whether it is a picture;
+    linear: (256,) float32, luminance of sRGB bytes; vertices, uvs, faces: the scene's mesh.
+    """
+
+    part: NDArray[np.int32]
+    texels: NDArray[np.uint64]
+    rows: NDArray[np.float32]
+    layout: NDArray[np.int64]
+    linear: NDArray[np.float32]
+    vertices: NDArray[np.float32]
+    uvs: NDArray[np.float32]
+    faces: NDArray[np.uint32]
+
+
+class Looked(NamedTuple):
+    """What a texture says at a hit: colour; roughness and metalness of the surface; slopes along the tile's u and v; spread of slopes."""
+
+    red: np.float32
+    green: np.float32
+    blue: np.float32
+    roughness: np.float32
+    metallic: np.float32
+    slope_u: np.float32
+    slope_v: np.float32
+    spread: np.float32
+
+
+def build_textures(
+    part: NDArray[np.int32],
+    applied: Sequence[AppliedTexture],
+    vertices: NDArray[np.float32],
+    uvs: NDArray[np.float32],
+    faces: NDArray[np.uint32],
+) -> Textures:
+    """Return the tables of a scene; ``part``: row of ``applied`` for each part, -1 for none.  Tiles of several textures are stored once."""
+    start: dict[int, int] = {}
+    chunks: list[NDArray[np.uint64]] = []
+    total = 0
+    rows, layout = np.zeros((max(len(applied), 1), ROW_SIZE), np.float32), np.zeros((max(len(applied), 1), 5), np.int64)
+    for k, texture in enumerate(applied):
+        tile = texture.tile
+        if id(tile) not in start:
+            start[id(tile)] = total
+            chunks += [level.reshape(-1).view("<u8") for level in tile.levels]
+            total += tile.size_bytes // CHANNELS
+        height, width = tile.levels[0].shape[:2]
+        layout[k] = start[id(tile)], width.bit_length() - 1, height.bit_length() - 1, len(tile.levels), tile.picture
+        turn = (math.cos(texture.rotation_rad), math.sin(texture.rotation_rad))
+        rows[k, :COLORS] = (1.0 / texture.size[0], 1.0 / texture.size[1], *turn, texture.shift, 2.0 * texture.contrast, texture.slope)
+        colors = np.asarray(texture.colors, np.float32).ravel()
+        rows[k, COLORS : COLORS + len(colors)] = colors
+    texels = np.concatenate(chunks) if chunks else np.zeros(1, np.uint64)
+    byte = np.arange(256) / 255.0
+    linear = np.where(byte <= 0.04045, byte / 12.92, ((byte + 0.055) / 1.055) ** 2.4).astype(np.float32)
+    return Textures(*map(np.ascontiguousarray, (part, texels, rows, layout, linear, vertices, uvs, faces)))
+
+
+@kernel
+def look_up(
+    textures: Textures,
+    row: int,
+    u: np.float32,
+    v: np.float32,
+    detail: np.float32,
+    red: np.float32,
+    green: np.float32,
+    blue: np.float32,
+    roughness: np.float32,
+    metallic: np.float32,
+) -> Looked:
+    """Return a texture at tile coordinates (u, v), at level ``detail`` (0 is full size), over a surface of this look."""
+    layout, rows, texels, linear = textures.layout, textures.rows, textures.texels, textures.linear
+    shift, contrast, slope = rows[row, SHIFT], rows[row, CONTRAST], rows[row, SLOPE]
+    picture = layout[row, PICTURE] != 0
+    last = layout[row, LEVELS] - 1
+    u += shift * np.floor(v)
+    u -= np.floor(u)
+    v -= np.floor(v)
+    log_w, log_h = layout[row, WIDTH_LOG], layout[row, HEIGHT_LOG]
+    dither = u * np.float32(1 << log_w) * _DITHER_U + v * np.float32(1 << log_h) * _DITHER_V
+    level = min(int(max(detail, _ZERO) + dither - np.floor(dither)), last) if detail > _ZERO else 0
+    offset = layout[row, FIRST]
+    for step in range(level):
+        offset += 1 << (max(log_w - step, 0) + max(log_h - step, 0))
+    w, h = max(log_w - level, 0), max(log_h - level, 0)
+    x, y = u * np.float32(1 << w) - _HALF, v * np.float32(1 << h) - _HALF
+    fx, fy = np.floor(x), np.floor(y)
+    x, y = x - fx, y - fy
+    column, line = int(fx), int(fy)
+    a0 = a1 = a2 = a3 = a4 = a5 = a6 = a7 = _ZERO
+    for corner in range(4):
+        right, over = corner & 1, corner >> 1
+        weight = (x if right else _ONE - x) * (y if over else _ONE - y)
+        place = offset + (((line + over) & ((1 << h) - 1)) << w) + ((column + right) & ((1 << w) - 1))
+        word = texels[place]
+        low, high = np.int32(word & _LOW_HALF), np.int32(word >> _HALF_WORD)
+        first, second, third = low & 255, (low >> 8) & 255, (low >> 16) & 255
+        if picture:
+            a0 += weight * linear[first]
+            a1 += weight * linear[second]
+            a2 += weight * linear[third]
+        else:
+            a0 += weight * np.float32(first)
+            a1 += weight * np.float32(second)
+            a2 += weight * np.float32(third)
+        a3 += weight * np.float32((low >> 24) & 255)
+        a4 += weight * np.float32(high & 255)
+        a5 += weight * np.float32((high >> 8) & 255)
+        a6 += weight * np.float32((high >> 16) & 255)
+        a7 += weight * np.float32((high >> 24) & 255)
+    if picture:
+        red, green, blue = a0, a1, a2
+        roughness, metallic = roughness * a4 * _BYTE, metallic * a3 * _BYTE
+    else:
+        b0, b1, b2 = a0 * _BYTE * contrast, a1 * _BYTE * contrast, a2 * _BYTE * contrast
+        total = max(b0 + b1 + b2, _ONE)
+        b0, b1, b2 = b0 / total, b1 / total, b2 / total
+        shade = max(_ONE + contrast * (a3 * _BYTE * _TWO - _ONE), _ZERO)
+        rest = max(_ONE - b0 - b1 - b2, _ZERO)
+        red = min(shade * (rest * red + b0 * rows[row, COLORS] + b1 * rows[row, COLORS + 3] + b2 * rows[row, COLORS + 6]), _ONE)
+        green = min(shade * (rest * green + b0 * rows[row, COLORS + 1] + b1 * rows[row, COLORS + 4] + b2 * rows[row, COLORS + 7]), _ONE)
+        blue = min(shade * (rest * blue + b0 * rows[row, COLORS + 2] + b1 * rows[row, COLORS + 5] + b2 * rows[row, COLORS + 8]), _ONE)
+        roughness += a4 * _BYTE * _TWO - _ONE
+    slope_u, slope_v = (a5 - _LEVEL) * _SLOPE_BYTE * slope, (a6 - _LEVEL) * _SLOPE_BYTE * slope
+    spread = min(a7 * _BYTE * slope, _STEEPEST)
+    return Looked(red, green, blue, roughness, metallic, slope_u, slope_v, spread)

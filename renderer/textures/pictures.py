@@ -1,0 +1,422 @@
+"""Pictures that are mapped once over a part: art for frames, what screens show, rugs; and the spines of books.
+
+Rows run upward: v = 0 is the lower edge of the picture.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.textures.noise import Field, coordinates, noise, smooth_step
+from renderer.textures.pattern import Color, Generator, Pattern, Picture, Request
+
+Rgb = NDArray[np.float32]
+
+
+class _Canvas:
+    """A picture while it is painted: its colours, and coordinates x and y in units of its shorter side, the origin in the lower left."""
+
+    def __init__(self, request: Request, ground: Color | Rgb) -> None:
+        u, v = coordinates(request.shape)
+        self.width, self.height = max(1.0, request.aspect), max(1.0, 1.0 / request.aspect)
+        self.x, self.y = (u * np.float32(self.width)).astype(np.float32), (v * np.float32(self.height)).astype(np.float32)
+        self.soft = 1.2 * max(self.width / request.shape[1], self.height / request.shape[0])
+        self.rgb: Rgb = np.broadcast_to(np.asarray(ground, np.float32), (*request.shape, 3)).copy()
+
+    def paint(self, cover: Field, color: Color | Rgb) -> None:
+        """Lay a colour over the picture where ``cover`` is above 0."""
+        share = np.broadcast_to(cover, self.rgb.shape[:2])[..., None]
+        self.rgb += share * (np.asarray(color, np.float32) - self.rgb)
+
+    def disc(self, x: float, y: float, rx: float, ry: float, turn: float = 0.0) -> Field:
+        """Return the cover of an ellipse."""
+        dx, dy = self.x - x, self.y - y
+        a, b = dx * math.cos(turn) + dy * math.sin(turn), -dx * math.sin(turn) + dy * math.cos(turn)
+        reach = np.sqrt((a / rx) ** 2 + (b / ry) ** 2)
+        return smooth_step(1.0 + self.soft / min(rx, ry), 1.0 - self.soft / min(rx, ry), reach.astype(np.float32))
+
+    def box(self, x0: float, x1: float, y0: float, y1: float) -> Field:
+        """Return the cover of an upright rectangle."""
+        s = 0.5 * self.soft
+        across = smooth_step(x0 - s, x0 + s, self.x) * smooth_step(x1 + s, x1 - s, self.x)
+        cover: Field = across * smooth_step(y0 - s, y0 + s, self.y) * smooth_step(y1 + s, y1 - s, self.y)
+        return cover
+
+    def below(self, line: Field) -> Field:
+        """Return the cover of what lies below a line of heights."""
+        return smooth_step(0.5 * self.soft, -0.5 * self.soft, (self.y - line).astype(np.float32))
+
+
+def _mix(a: Color | Rgb, b: Color | Rgb, share: float | Field) -> Rgb:
+    first, second = np.asarray(a, np.float32), np.asarray(b, np.float32)
+    weight = np.asarray(share, np.float32)
+    weight = weight[..., None] if weight.ndim else weight
+    mixed: Rgb = (first + weight * (second - first)).astype(np.float32)
+    return mixed
+
+
+def _inks(rng: np.random.Generator, request: Request) -> list[Rgb]:
+    """Return a paper white, the given colours, and darker and lighter relatives of them, at least six."""
+    inks = [np.asarray(color, np.float32) for color in request.colors]
+    relatives = [_mix(color, (0.9, 0.86, 0.78), 0.6) for color in inks] + [_mix(color, (0.02, 0.025, 0.04), 0.65) for color in inks]
+    order = rng.permutation(len(relatives))
+    return [np.array([0.86, 0.82, 0.74], np.float32), *inks, *(relatives[k] for k in order)]
+
+
+def _ridge(rng: np.random.Generator, count: int, rough: float) -> Field:
+    """Return a skyline (1, count) of mean 0 and about unit height."""
+    spectrum = rng.standard_normal(count // 2 + 1) + 1j * rng.standard_normal(count // 2 + 1)
+    frequency = np.arange(count // 2 + 1, dtype=np.float64)
+    spectrum[1:] /= frequency[1:] ** rough
+    spectrum[0] = 0.0
+    spectrum[60:] = 0.0
+    line = np.fft.irfft(spectrum, count)
+    return (line / max(line.std(), 1e-9)).astype(np.float32)[None, :]
+
+
+def landscape(rng: np.random.Generator, request: Request) -> Picture:
+    """Paint a landscape: a glowing sky, a sun or moon, ridges that fade into haze, perhaps water or a foreground of grass."""
+    inks = _inks(rng, request)
+    dusk, haze = inks[1 + int(rng.integers(len(request.colors)))], _mix(inks[0], (0.95, 0.75, 0.5), float(rng.uniform(0.0, 0.7)))
+    canvas = _Canvas(request, (0.5, 0.5, 0.5))
+    horizon = canvas.height * float(rng.uniform(0.32, 0.55))
+    up = np.clip((canvas.y - horizon) / (canvas.height - horizon), 0.0, 1.0) ** 0.7
+    canvas.rgb = np.broadcast_to(_mix(haze, _mix(dusk, (0.35, 0.5, 0.7), 0.35), up), canvas.rgb.shape).copy()
+    clouds = smooth_step(0.2, 1.8, noise(rng, request.shape, 1.0, 20.0, 1.4, (2.5, 1.0))) * smooth_step(0.05, 0.4, up)
+    canvas.paint(0.55 * clouds, (0.95, 0.92, 0.88))
+    sun_x = canvas.width * float(rng.uniform(0.2, 0.8))
+    sun = float(rng.uniform(0.05, 0.1))
+    canvas.paint(canvas.disc(sun_x, horizon + 0.22 * canvas.height, sun, sun), _mix((1.0, 0.95, 0.8), haze, 0.2))
+    layers = int(rng.integers(3, 6))
+    near = _mix(dusk, (0.03, 0.06, 0.05), 0.75)
+    for k in range(layers):
+        depth = (k + 1) / layers
+        line = horizon * (1.05 - 0.75 * depth**1.3) + canvas.height * (0.085 - 0.035 * depth) * _ridge(rng, request.shape[1], 1.2)
+        tone = _mix(_mix(haze, dusk, 0.4), near, depth)
+        canvas.paint(canvas.below(line), _mix(tone, haze, 0.25 * np.clip((line - canvas.y) * -0.0 + (1.0 - depth), 0.0, 1.0)))
+    stroke = noise(rng, request.shape, 8.0, 90.0, 0.5, (2.5, 1.0))
+    return _painted(rng, canvas, stroke, 0.05)
+
+
+def abstract(rng: np.random.Generator, request: Request) -> Picture:
+    """Paint colour fields: overlapping rounded shapes, a brush line or two, the grain of a brush."""
+    inks = _inks(rng, request)
+    canvas = _Canvas(request, inks[0])
+    blur = noise(rng, request.shape, 1.0, 5.0, 1.5)
+    for k in range(int(rng.integers(4, 8))):
+        x, y = canvas.width * float(rng.uniform(0.1, 0.9)), canvas.height * float(rng.uniform(0.1, 0.9))
+        rx, ry = (float(rng.uniform(0.16, 0.46)) for _ in range(2))
+        ink = inks[1 + k % (len(inks) - 1)]
+        dx, dy = (canvas.x - x) / rx, (canvas.y - y) / ry
+        power = float(rng.choice([2.0, 2.0, 5.0]))
+        reach = (np.abs(dx) ** power + np.abs(dy) ** power) ** (1.0 / power) + 0.10 * blur
+        soft = canvas.soft / min(rx, ry)
+        canvas.paint(float(rng.uniform(0.75, 1.0)) * smooth_step(1.0 + soft, 1.0 - soft, reach.astype(np.float32)), ink)
+    for _ in range(int(rng.integers(1, 4))):
+        line = canvas.height * (0.5 + 0.28 * _ridge(rng, request.shape[1], 2.2))
+        thick = float(rng.uniform(0.006, 0.03))
+        canvas.paint(smooth_step(thick, 0.6 * thick, np.abs(canvas.y - line)), inks[-1 - int(rng.integers(3))])
+    return _painted(rng, canvas, noise(rng, request.shape, 6.0, 120.0, 0.5, (3.0, 1.0)), 0.06)
+
+
+def geometric(rng: np.random.Generator, request: Request) -> Picture:
+    """Paint rectangles cut from the canvas again and again, with lines between or arcs inside, in flat colours."""
+    inks = _inks(rng, request)
+    canvas = _Canvas(request, inks[0])
+    fields = [(0.0, canvas.width, 0.0, canvas.height)]
+    for _ in range(int(rng.integers(6, 13))):
+        fields.sort(key=lambda f: -(f[1] - f[0]) * (f[3] - f[2]))
+        x0, x1, y0, y1 = fields.pop(0)
+        share = float(rng.uniform(0.3, 0.7))
+        if x1 - x0 > y1 - y0:
+            cut = x0 + share * (x1 - x0)
+            fields += [(x0, cut, y0, y1), (cut, x1, y0, y1)]
+        else:
+            cut = y0 + share * (y1 - y0)
+            fields += [(x0, x1, y0, cut), (x0, x1, cut, y1)]
+    arcs = rng.random() < 0.5
+    line = 0.0 if arcs else float(rng.uniform(0.006, 0.014))
+    for k, (x0, x1, y0, y1) in enumerate(fields):
+        if line:
+            canvas.paint(canvas.box(x0, x1, y0, y1), (0.03, 0.03, 0.035))
+        canvas.paint(canvas.box(x0 + line, x1 - line, y0 + line, y1 - line), inks[int(rng.integers(len(inks)))])
+        if arcs and k % 2:
+            cx, cy = (x0, x1)[int(rng.integers(2))], (y0, y1)[int(rng.integers(2))]
+            reach = min(x1 - x0, y1 - y0)
+            for ring in range(3):
+                radius = reach * (1.0 - 0.3 * ring)
+                canvas.paint(canvas.box(x0, x1, y0, y1) * canvas.disc(cx, cy, radius, radius), inks[int(rng.integers(len(inks)))])
+    return _painted(rng, canvas, noise(rng, request.shape, 20.0, 200.0, 0.2), 0.03)
+
+
+def portrait(rng: np.random.Generator, request: Request) -> Picture:
+    """Paint a half-length figure in planes of light and shade: ground, shoulders, neck, head, hair."""
+    inks = _inks(rng, request)
+    canvas = _Canvas(request, inks[1])
+    canvas.paint(0.5 * smooth_step(0.2, 1.4, np.hypot(canvas.x - 0.4 * canvas.width, canvas.y - 0.7 * canvas.height)), (0.03, 0.03, 0.04))
+    canvas.paint(0.3 * smooth_step(-0.5, 1.5, noise(rng, request.shape, 1.0, 12.0, 1.2)), inks[0])
+    x, y, size = 0.5 * canvas.width + float(rng.uniform(-0.06, 0.06)), 0.60 * canvas.height, 0.17
+    skin = _mix((0.62, 0.36, 0.24), (0.12, 0.055, 0.035), float(rng.random()))
+    hair = _mix((0.02, 0.015, 0.012), (0.34, 0.19, 0.07), float(rng.random()) ** 2)
+    coat, lean = inks[2 % len(inks)], float(rng.uniform(-0.05, 0.05))
+    canvas.paint(canvas.disc(x, y + 0.25 * size, 1.25 * size, 1.45 * size), hair)
+    if rng.random() < 0.55:
+        canvas.paint(canvas.box(x - 1.22 * size, x + 1.22 * size, y - 1.6 * size, y + 0.2 * size), hair)
+    canvas.paint(canvas.disc(x, y - 3.3 * size, 2.7 * size, 1.9 * size), coat)
+    canvas.paint(canvas.disc(x + 1.2 * size, y - 3.4 * size, 1.5 * size, 1.7 * size) * 0.45, _mix(coat, (0.01, 0.01, 0.015), 0.7))
+    canvas.paint(canvas.disc(x, y - 1.55 * size, 0.42 * size, 0.75 * size), _mix(skin, (0.0, 0.0, 0.0), 0.3))
+    canvas.paint(canvas.disc(x, y, 0.88 * size, 1.18 * size, lean), skin)
+    canvas.paint(0.5 * canvas.disc(x + 0.5 * size, y, 0.5 * size, 1.05 * size, lean), _mix(skin, (0.02, 0.01, 0.01), 0.6))
+    canvas.paint(0.45 * canvas.disc(x - 0.36 * size, y + 0.1 * size, 0.34 * size, 0.8 * size, lean), _mix(skin, (1.0, 0.9, 0.8), 0.45))
+    canvas.paint(canvas.disc(x + 0.05 * size, y + 0.98 * size, 0.98 * size, 0.52 * size, 0.2), hair)
+    for side in (-1.0, 1.0):
+        canvas.paint(canvas.disc(x + 0.36 * side * size, y + 0.12 * size, 0.17 * size, 0.06 * size), (0.03, 0.02, 0.02))
+        canvas.paint(0.8 * canvas.disc(x + 0.36 * side * size, y + 0.30 * size, 0.23 * size, 0.045 * size, -0.15 * side), hair)
+    canvas.paint(0.6 * canvas.disc(x + 0.08 * size, y - 0.22 * size, 0.11 * size, 0.30 * size), _mix(skin, (0.02, 0.01, 0.01), 0.45))
+    canvas.paint(canvas.disc(x, y - 0.58 * size, 0.26 * size, 0.065 * size), _mix(skin, (0.45, 0.05, 0.04), 0.6))
+    return _painted(rng, canvas, noise(rng, request.shape, 5.0, 70.0, 0.6, (1.6, 1.0)), 0.07)
+
+
+def botanical(rng: np.random.Generator, request: Request) -> Picture:
+    """Paint a pressed plant on paper: a bent stem, pairs of leaves, perhaps blossoms."""
+    inks = _inks(rng, request)
+    canvas = _Canvas(request, inks[0])
+    green = _mix(inks[1], (0.05, 0.14, 0.05), float(rng.uniform(0.3, 0.8)))
+    bend, base = float(rng.uniform(-0.16, 0.16)), 0.5 * canvas.width
+    top, pairs = 0.88 * canvas.height, int(rng.integers(5, 10))
+
+    def stem(y: float | Field) -> float | Field:
+        t = y / canvas.height
+        return base + bend * (t - 0.3) + 0.5 * bend * t * t
+
+    here = np.abs(canvas.x - np.asarray(stem(canvas.y)))
+    canvas.paint(smooth_step(0.009, 0.005, here.astype(np.float32)) * canvas.box(0.0, canvas.width, 0.08 * canvas.height, top), green)
+    for k in range(pairs):
+        y = canvas.height * (0.2 + 0.66 * k / pairs)
+        length = 0.22 * (1.0 - 0.55 * k / pairs)
+        for side in (-1.0, 1.0):
+            turn = 0.5 * math.pi - side * float(rng.uniform(0.7, 1.05))
+            x = float(stem(y)) + 0.9 * length * math.cos(turn)
+            leaf = canvas.disc(x, y + 0.9 * length * math.sin(turn), length, 0.28 * length, turn)
+            canvas.paint(leaf, _mix(green, inks[0], float(rng.uniform(0.0, 0.3))))
+            middle = canvas.disc(x, y + 0.9 * length * math.sin(turn), 0.97 * length, 0.02 * length + 0.002, turn)
+            canvas.paint(0.6 * middle, inks[0])
+    if rng.random() < 0.5:
+        for k in range(8):
+            angle = 0.25 * math.pi * k
+            canvas.paint(canvas.disc(float(stem(top)) + 0.06 * math.cos(angle), top + 0.06 * math.sin(angle), 0.055, 0.03, angle), inks[2])
+        canvas.paint(canvas.disc(float(stem(top)), top, 0.035, 0.035), inks[-1])
+    return _painted(rng, canvas, noise(rng, request.shape, 20.0, 200.0, 0.3), 0.02)
+
+
+def poster(rng: np.random.Generator, request: Request) -> Picture:
+    """Print a poster: one large shape over a ground in two colours, a title and lines of small text."""
+    inks = _inks(rng, request)
+    ground, shape = inks[int(rng.integers(3))], inks[3 % len(inks)]
+    canvas = _Canvas(request, ground)
+    split = canvas.height * float(rng.uniform(0.25, 0.4))
+    canvas.paint(canvas.box(0.0, canvas.width, 0.0, split), inks[1])
+    x, y = canvas.width * float(rng.uniform(0.35, 0.65)), canvas.height * 0.6
+    for ring in range(int(rng.integers(1, 5))):
+        radius = 0.36 - 0.085 * ring
+        canvas.paint(canvas.disc(x, y, radius, radius), shape if ring % 2 == 0 else ground)
+    for k in range(int(rng.integers(0, 7))):
+        canvas.paint(canvas.box(0.0, canvas.width, split + 0.035 * k, split + 0.035 * k + 0.014), inks[2])
+    dark = np.array([0.03, 0.03, 0.04], np.float32)
+    _text(rng, canvas, (0.09, canvas.width - 0.09, 0.62 * split, 0.84 * split), 1, dark)
+    _text(rng, canvas, (0.09, 0.6 * canvas.width, 0.16 * split, 0.50 * split), 4, dark)
+    return _painted(rng, canvas, noise(rng, request.shape, 30.0, 200.0, 0.2), 0.012)
+
+
+def _text(rng: np.random.Generator, canvas: _Canvas, area: tuple[float, float, float, float], lines: int, ink: Rgb) -> None:
+    """Print lines of strokes that read as text from some way off."""
+    x0, x1, y0, y1 = area
+    pitch = (y1 - y0) / lines
+    for k in range(lines):
+        low = y0 + pitch * (lines - 1 - k) + 0.2 * pitch
+        x, end = x0, x1 - (x1 - x0) * float(rng.uniform(0.0, 0.45)) * (lines > 1)
+        while x < end:
+            word = pitch * float(rng.uniform(0.8, 3.2))
+            stems = max(2, round(word / (0.42 * pitch)))
+            cover = canvas.box(x, min(x + word, end), low, low + 0.55 * pitch)
+            bars = 0.55 + 0.45 * np.sign(np.sin(2 * math.pi * stems * (canvas.x - x) / word + 0.6))
+            canvas.paint((cover * bars).astype(np.float32), ink)
+            x += word + 0.45 * pitch
+
+
+def _painted(rng: np.random.Generator, canvas: _Canvas, stroke: Field, depth: float) -> Picture:
+    """Return the canvas with the marks of the brush in shade and height."""
+    rgb = np.clip(canvas.rgb * (1.0 + depth * stroke)[..., None], 0.0, 1.0).astype(np.float32)
+    return Picture(rgb, (0.04 * stroke).astype(np.float32), (0.3 * stroke).astype(np.float32))
+
+
+ART: tuple[Callable[[np.random.Generator, Request], Picture], ...] = (landscape, abstract, geometric, portrait, botanical, poster)
+
+
+def art(rng: np.random.Generator, request: Request) -> Picture:
+    """Paint a picture of any kind; figures and plants only where it stands upright."""
+    kinds = ART if request.aspect < 1.0 else tuple(kind for kind in ART if kind not in (portrait, botanical, poster))
+    return kinds[int(rng.integers(len(kinds)))](rng, request)
+
+
+def television(rng: np.random.Generator, request: Request) -> Picture:
+    """Show a broadcast: a landscape with a caption bar."""
+    colors: tuple[Color, ...] = ((0.08, 0.25, 0.5), (0.5, 0.25, 0.08), (0.12, 0.3, 0.1))
+    shown = landscape(rng, request._replace(colors=colors))
+    canvas = _Canvas(request, (0.0, 0.0, 0.0))
+    canvas.rgb = shown.rgb
+    canvas.paint(0.85 * canvas.box(0.08, 0.08 + 0.55 * canvas.width, 0.09, 0.22), (0.03, 0.06, 0.16))
+    _text(rng, canvas, (0.12, 0.5 * canvas.width, 0.11, 0.20), 1, np.array([0.9, 0.9, 0.92], np.float32))
+    return Picture(canvas.rgb)
+
+
+def desktop(rng: np.random.Generator, request: Request) -> Picture:
+    """Show a computer at work: wallpaper, a task bar, windows with text, code or a chart."""
+    hue = rng.random(3).astype(np.float32)
+    canvas = _Canvas(request, (0.0, 0.0, 0.0))
+    slope = (0.6 * canvas.x / canvas.width + 0.4 * canvas.y / canvas.height).astype(np.float32)
+    wave = 0.16 * np.sin(7.0 * canvas.x + 2.0 * np.sin(4.0 * canvas.y + 6.0 * float(rng.random())))
+    canvas.rgb = np.broadcast_to(_mix(0.30 * hue + 0.02, 0.5 * np.roll(hue, 1) + 0.08, slope + wave), canvas.rgb.shape).copy()
+    for _ in range(int(rng.integers(1, 4))):
+        w, h = canvas.width * float(rng.uniform(0.35, 0.62)), canvas.height * float(rng.uniform(0.42, 0.72))
+        x, y = float(rng.uniform(0.04, max(0.05, canvas.width - w - 0.04))), float(rng.uniform(0.10, max(0.11, canvas.height - h - 0.04)))
+        night = rng.random() < 0.5
+        paper, ink = ((0.013, 0.015, 0.02), (0.5, 0.52, 0.55)) if night else ((0.86, 0.87, 0.88), (0.08, 0.08, 0.09))
+        canvas.paint(0.35 * canvas.box(x - 0.012, x + w + 0.018, y - 0.022, y + h + 0.008), (0.0, 0.0, 0.0))
+        canvas.paint(canvas.box(x, x + w, y, y + h), paper)
+        canvas.paint(canvas.box(x, x + w, y + h - 0.045, y + h), _mix(paper, (0.25, 0.27, 0.3), 0.5))
+        rows = int(rng.integers(12, 20))
+        pitch = (h - 0.09) / rows
+        for k in range(rows):
+            start = x + 0.03 + 0.03 * int(rng.integers(0, 4)) * night
+            stop = min(x + w - 0.02, start + w * float(rng.uniform(0.15, 0.85)))
+            low = y + 0.02 + k * pitch
+            tone = (0.1 + 0.6 * rng.random(3)).astype(np.float32) if night else np.asarray(ink, np.float32)
+            if rng.random() < 0.85:
+                _text(rng, canvas, (start, stop, low, low + pitch), 1, tone)
+        if not night:
+            for k in range(8):
+                bar = 0.35 * h * float(rng.uniform(0.2, 1.0))
+                left = x + 0.62 * w + 0.035 * k * w / 0.9
+                canvas.paint(canvas.box(left, left + 0.024 * w, y + 0.05, y + 0.05 + bar), 0.15 + 0.5 * hue)
+    canvas.paint(0.85 * canvas.box(0.0, canvas.width, 0.0, 0.055), (0.02, 0.022, 0.028))
+    for k in range(7):
+        canvas.paint(canvas.disc(0.4 * canvas.width + 0.062 * k, 0.0275, 0.018, 0.018), (0.1 + 0.7 * rng.random(3)).astype(np.float32))
+    return Picture(np.clip(canvas.rgb, 0.0, 1.0).astype(np.float32))
+
+
+def rug(rng: np.random.Generator, request: Request) -> Pattern:
+    """Weave a rug: guard stripes, a border with a running motif, a field with a lattice of small figures or a medallion."""
+    canvas = _Canvas(request, (0.0, 0.0, 0.0))
+    x, y = np.broadcast_arrays(canvas.x, canvas.y)
+    rim = np.minimum(np.minimum(x, canvas.width - x), np.minimum(y, canvas.height - y))
+    broad = float(rng.uniform(0.11, 0.17))
+    first, second, third = (np.zeros(request.shape, np.float32) for _ in range(3))
+    border = smooth_step(broad + canvas.soft, broad - canvas.soft, rim)
+    lines = np.zeros(request.shape, np.float32)
+    for place, wide in ((0.022, 0.006), (0.24 * broad, 0.005), (0.86 * broad, 0.006), (1.12 * broad, 0.004)):
+        lines = np.maximum(lines, smooth_step(wide + canvas.soft, wide, np.abs(rim - place)))
+    pitch = 0.55 * broad
+    at_side = (np.minimum(x, canvas.width - x) < np.minimum(y, canvas.height - y))
+    along, half = np.where(at_side, y, x), np.where(at_side, 0.5 * canvas.height, 0.5 * canvas.width)
+    count = np.maximum(1.0, np.round(2.0 * half / pitch))
+    step = ((along * count / (2.0 * half)) % 1.0) - 0.5
+    off = (rim - 0.55 * broad) / pitch
+    figure = smooth_step(0.40, 0.34, np.abs(step) + 0.9 * np.abs(off)) - 0.9 * smooth_step(0.20, 0.15, np.abs(step) + 0.9 * np.abs(off))
+    third = np.clip(figure, 0.0, 1.0) * border
+    cx, cy = x - 0.5 * canvas.width, y - 0.5 * canvas.height
+    cell = float(rng.uniform(0.11, 0.18))
+    kind = int(rng.integers(3))
+    gx, gy = (cx / cell + 0.5) % 1.0 - 0.5, (cy / cell + 0.5) % 1.0 - 0.5
+    diamond = np.abs(gx) + np.abs(gy)
+    small = smooth_step(0.30, 0.26, diamond) - smooth_step(0.18, 0.14, diamond) + smooth_step(0.08, 0.05, diamond)
+    trellis = smooth_step(0.035, 0.02, np.abs(np.abs(gx) + np.abs(gy) - 0.5))
+    field = np.maximum(small, 0.7 * trellis)
+    if kind:
+        reach = np.abs(cx) / (0.40 * canvas.width) + np.abs(cy) / (0.40 * canvas.height)
+        scallop = reach + 0.04 * np.cos(24.0 * np.arctan2(cy, cx))
+        medallion = smooth_step(0.78, 0.76, scallop)
+        ring = smooth_step(0.03, 0.02, np.abs(scallop - 0.70)) + smooth_step(0.02, 0.012, np.abs(scallop - 0.36))
+        core = smooth_step(0.30, 0.28, scallop)
+        field = np.where(medallion > 0.5, np.maximum(ring, 0.8 * small * (scallop < 0.62)), field)
+        second = np.maximum(second, (medallion * (1.0 - core) * 0.9) * (1.0 - border))
+    inside = 1.0 - border
+    third = np.maximum(third, np.clip(field, 0.0, 1.0) * inside)
+    third = np.clip(np.maximum(third, lines), 0.0, 1.0)
+    first = border * (1.0 - third)
+    second = second * (1.0 - third)
+    pile = noise(rng, request.shape, 40.0, 220.0, 0.0)
+    wear = noise(rng, request.shape, 1.0, 12.0, 1.0)
+    knots = 0.03 * np.cos(2 * math.pi * 128 * canvas.y / canvas.height)
+    shade = 1.0 + 0.05 * pile + 0.03 * wear + knots
+    return Pattern(tuple(w.astype(np.float32) for w in (first, second, third)), shade.astype(np.float32), None, (0.3 * pile).astype(np.float32))
+
+
+def kilim(rng: np.random.Generator, request: Request) -> Pattern:
+    """Weave a flat rug: bands across with stepped diamonds, zigzags and plain stripes."""
+    canvas = _Canvas(request, (0.0, 0.0, 0.0))
+    x, y = np.broadcast_arrays(canvas.x, canvas.y)
+    long = canvas.height >= canvas.width
+    along, across, length = (y, x, canvas.height) if long else (x, y, canvas.width)
+    layers = [np.zeros(request.shape, np.float32) for _ in range(3)]
+    bands = 2 * int(rng.integers(5, 9)) + 1
+    kinds = rng.integers(0, 5, bands // 2 + 1)
+    place = along / length * bands
+    band = np.minimum(np.floor(place), bands - 1).astype(np.int32)
+    inside = place - band - 0.5
+    kind = kinds[np.minimum(band, bands - 1 - band)]
+    tooth = np.abs((across * bands / length) % 1.0 - 0.5)
+    stepped = np.floor(tooth * 8.0) / 8.0
+    diamond = stepped + np.floor(np.abs(inside) * 8.0) / 8.0
+    zigzag = np.abs(inside + 0.5 * stepped - 0.12)
+    layers[0] = np.where(kind == 0, 1.0, np.where(kind == 2, (diamond < 0.45), 0.0)) + (kind == 3) * (zigzag < 0.14)
+    layers[1] = np.where(kind == 1, 1.0, 0.0) * (diamond >= 0.4) + (kind == 2) * (diamond < 0.2)
+    layers[2] = (kind == 1) * (diamond < 0.4) + (kind == 4) * (np.abs(np.abs(inside) - 0.25) < 0.09) + (np.abs(inside) > 0.44)
+    layers[2] = np.clip(layers[2], 0.0, 1.0)
+    layers[1] = np.clip(layers[1], 0.0, 1.0) * (1.0 - layers[2])
+    layers[0] = np.clip(layers[0], 0.0, 1.0) * (1.0 - layers[2]) * (1.0 - layers[1])
+    yarn = noise(rng, request.shape, 10.0, 180.0, 0.3, (6.0, 1.0))
+    ridge = np.cos(2 * math.pi * 128 * canvas.y / canvas.height)
+    shade = 1.0 + 0.05 * yarn + 0.03 * ridge
+    return Pattern(tuple(w.astype(np.float32) for w in layers), shade.astype(np.float32), None, (0.25 * yarn + 0.2 * ridge).astype(np.float32))
+
+
+def spines(rng: np.random.Generator, request: Request) -> Pattern:
+    """Print the cloth of books: bands, a label and a title along u, again and again with another layout."""
+    first, second = np.zeros(request.shape, np.float32), np.zeros(request.shape, np.float32)
+    u, v = coordinates(request.shape)
+    for k in range(4):
+        left = 0.25 * k
+        local = (u - left) * 4.0
+        inside = (local >= 0.0) & (local < 1.0)
+        style = int(rng.integers(4))
+        bands = np.zeros_like(local)
+        for place in rng.uniform(0.04, 0.96, int(rng.integers(2, 5))):
+            bands = np.maximum(bands, smooth_step(0.014, 0.008, np.abs(local - float(place))))
+        start = float(rng.uniform(0.2, 0.4))
+        stop = start + float(rng.uniform(0.25, 0.4))
+        title = (local > start) & (local < stop) & (((v * 8.0) % 1.0 > 0.3) & ((v * 8.0) % 1.0 < 0.7))
+        letters = title * (0.5 + 0.5 * np.sign(np.sin(90.0 * local + 7.0 * np.floor(v * 8.0))))
+        label = ((local > start - 0.05) & (local < stop + 0.05)) if style == 1 else np.zeros_like(inside)
+        first = np.where(inside, np.clip((style != 3) * bands * (1.0 - label) + letters, 0.0, 1.0), first)
+        second = np.where(inside, label * (1.0 - letters), second)
+    cloth = noise(rng, request.shape, 20.0, 128.0, 0.2)
+    weights = (first.astype(np.float32), (second * 0.9).astype(np.float32))
+    return Pattern(weights, (1.0 + 0.03 * cloth).astype(np.float32), (-0.15 * first).astype(np.float32), (0.2 * cloth).astype(np.float32))
+
+
+INKS = ((0.85, 0.42, 0.25), (0.25, 0.45, 0.75), (1.2, 1.0, 0.5))
+RUG_TINTS = ((0.45, 0.42, 0.42), (1.5, 1.3, 1.1), (1.9, 1.8, 1.6))
+
+GENERATORS = {
+    "art": Generator(art, shape=(512, 512), tints=INKS, once=True, variants=0),
+    "television": Generator(television, shape=(512, 512), once=True, variants=24),
+    "desktop": Generator(desktop, shape=(512, 512), once=True, variants=24),
+    "rug": Generator(rug, shape=(512, 512), tints=RUG_TINTS, once=True, variants=24),
+    "kilim": Generator(kilim, shape=(512, 512), tints=RUG_TINTS, once=True, variants=24),
+    "spines": Generator(spines, (4.0, 4.0), (256, 512), ((3.2, 2.7, 1.6), (0.3, 0.3, 0.3))),
+}

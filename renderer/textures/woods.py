@@ -1,0 +1,156 @@
+"""Wood: grain with rings, knots and fibres along u; planks and parquet cut from it."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.textures.noise import Field, Shape, coordinates, noise, per_cell, smooth_step
+from renderer.textures.pattern import Generator, Pattern, Request
+
+WOOD_TINTS = ((0.60, 0.54, 0.48), (0.26, 0.21, 0.18), (1.12, 1.05, 0.96))
+GRAIN_SHAPE = (512, 512)
+
+
+class Grain(NamedTuple):
+    """Share of dark late wood and of pores and knots, and the shade of the fibres, (h, w) float32 each."""
+
+    late: Field
+    dark: Field
+    shade: Field
+
+
+class Boards(NamedTuple):
+    """Which board a texel lies on, how far along and across it in board widths, and its distance to the board's edge, in board widths."""
+
+    index: NDArray[np.integer]
+    along: Field
+    across: Field
+    edge: Field
+
+
+def grain(rng: np.random.Generator, shape: Shape, rings: int, knots: int) -> Grain:
+    """Return grain along u: a flat-sawn board, whose rings close in arches, with knots that the rings flow round."""
+    u, v = coordinates(shape)
+    center = float(rng.uniform(0.35, 0.65))
+    off = np.abs(((v - center + 0.5) % 1.0) - 0.5)
+    flow = noise(rng, shape, 0.5, 5.0, 1.6, (3.0, 1.0))
+    dip = 0.16 + 0.09 * np.cos(2.0 * math.pi * (u + float(rng.random()))) + 0.02 * flow
+    phase = rings * np.sqrt(off * off + dip * dip) * 1.7
+    dark = np.zeros(shape, np.float32)
+    for _ in range(knots):
+        du = ((u - float(rng.random()) + 0.5) % 1.0 - 0.5) * 3.0
+        dv = (v - float(rng.random()) + 0.5) % 1.0 - 0.5
+        size = float(rng.uniform(0.012, 0.03))
+        distance = np.sqrt(du * du + dv * dv * 1.4)
+        phase = phase + 2.4 * np.exp(-distance / (2.2 * size)) * (1.0 + 0.15 * flow)
+        dark = np.maximum(dark, smooth_step(1.25 * size, 0.7 * size, distance))
+    wander = noise(rng, shape, 2.0, 40.0, 1.0, (14.0, 1.0))
+    phase = phase + 0.10 * wander
+    ring = np.floor(phase).astype(np.int32)
+    part = (phase - ring).astype(np.float32)
+    strength = per_cell(rng, ring % 256, 256)
+    late = (part**2.2) * smooth_step(1.0, 0.86, part) * 1.25 * (0.45 + 0.55 * strength)
+    fibre = noise(rng, shape, 20.0, 160.0, 0.2, (16.0, 1.0))
+    pores = smooth_step(1.35, 2.3, fibre) * (0.35 + 0.5 * late)
+    broad = noise(rng, shape, 0.5, 3.0, 1.0, (2.0, 1.0))
+    shade = 1.0 + 0.035 * fibre + 0.045 * broad + 0.02 * wander
+    return Grain(np.clip(late, 0.0, 1.0).astype(np.float32), np.maximum(dark, pores).astype(np.float32), shade.astype(np.float32))
+
+
+def wood(rng: np.random.Generator, request: Request) -> Pattern:
+    """Draw the grain of solid or veneered furniture."""
+    found = grain(rng, request.shape, int(rng.integers(16, 34)), int(rng.integers(0, 3)))
+    late = 0.62 * found.late * (1.0 - found.dark)
+    height = -0.25 * found.late - 0.75 * found.dark
+    return Pattern((late, 0.8 * found.dark), found.shade, 0.05 * found.late + 0.12 * found.dark, height)
+
+
+def floor_boards(rng: np.random.Generator, boards: Boards, along_texels: float, gap: float, spread: float) -> Pattern:
+    """Draw boards cut from one piece of grain: each at another place, darker or lighter, with a joint round it.
+
+    ``along_texels`` is how many texels of grain a board width spans along the board, ``gap`` the half width of a joint in board widths.
+    """
+    found = grain(rng, GRAIN_SHAPE, int(rng.integers(18, 34)), int(rng.integers(1, 4)))
+    height, width = GRAIN_SHAPE
+    count = int(boards.index.max()) + 1
+    start_x, start_y = rng.integers(0, width, count), rng.integers(0, height, count)
+    x = (start_x[boards.index] + (boards.along * along_texels).astype(np.int64)) % width
+    y = (start_y[boards.index] + (boards.across * 0.16 * height).astype(np.int64)) % height
+    place = y * width + x
+    late, dark, shade = (np.take(field.ravel(), place) for field in found)
+    tone = per_cell(rng, boards.index, count) - np.float32(0.5)
+    warm = per_cell(rng, boards.index, count)
+    joint = smooth_step(2.2 * gap, 0.6 * gap, boards.edge)
+    groove = smooth_step(4.0 * gap, 0.0, boards.edge)
+    shade = shade * (1.0 + spread * tone) * (1.0 - 0.6 * joint)
+    free = 1.0 - joint
+    weights = (0.55 * late * free * (1.0 - dark), np.maximum(0.75 * dark, 0.85 * joint), 0.5 * warm * free * (1.0 - dark) * (1.0 - late))
+    return Pattern(weights, shade.astype(np.float32), 0.06 * late + 0.25 * joint, -groove - 0.06 * late - 0.1 * dark)
+
+
+def planks(rng: np.random.Generator, request: Request) -> Pattern:
+    """Draw rows of boards with joints in irregular bond: the unit is a board's width; a tile has 8 rows, 24 widths long."""
+    rows, length = 8, 24.0
+    u, v = coordinates(request.shape)
+    row = np.floor(v * rows).astype(np.int32)
+    across = v * rows - row
+    start = rng.random(rows).astype(np.float32)
+    cut = rng.uniform(0.36, 0.64, rows).astype(np.float32)
+    place = (u + start[row]) % 1.0
+    second = place > cut[row]
+    index = 2 * row + second
+    lengths = np.where(second, 1.0 - cut[row], cut[row])
+    local = np.where(second, place - cut[row], place)
+    end = np.minimum(local, lengths - local) * length
+    across = np.broadcast_to(across, end.shape)
+    edge = np.minimum(np.minimum(across, 1.0 - across), end * 0.8).astype(np.float32)
+    boards = Boards(index, (local * length).astype(np.float32), across.astype(np.float32), edge)
+    return floor_boards(rng, boards, 16.0, 0.012, float(rng.uniform(0.1, 0.32)))
+
+
+def herringbone(rng: np.random.Generator, request: Request) -> Pattern:
+    """Draw herringbone parquet of blocks 1 x 5: the unit is a block's width, a tile has 10 x 10."""
+    ratio = 5
+    u, v = coordinates(request.shape)
+    x, y = np.broadcast_arrays(u * (2 * ratio), v * (2 * ratio))
+    i, j = np.floor(x).astype(np.int32), np.floor(y).astype(np.int32)
+    turn = (i - j) % (2 * ratio)
+    lying = turn < ratio
+    steps = np.where(lying, turn, 2 * ratio - 1 - turn)
+    along = np.where(lying, x - i, y - j) + steps
+    across = np.where(lying, y - j, x - i)
+    first = np.where(lying, i - steps, i) % (2 * ratio)
+    other = np.where(lying, j, j - steps) % (2 * ratio)
+    index = (first * 2 * ratio + other) * 2 + lying
+    edge = np.minimum(np.minimum(across, 1.0 - across), np.minimum(along, ratio - along))
+    boards = Boards(index, along.astype(np.float32), across.astype(np.float32), edge.astype(np.float32))
+    return floor_boards(rng, boards, 22.0, 0.016, float(rng.uniform(0.15, 0.4)))
+
+
+def basket(rng: np.random.Generator, request: Request) -> Pattern:
+    """Draw basket-weave parquet of squares of four strips, turned in turn: the unit is a strip's width, a tile has 16 x 16."""
+    strips, count = 4, 16
+    u, v = coordinates(request.shape)
+    x, y = np.broadcast_arrays(u * count, v * count)
+    column, row = (np.floor(c / strips).astype(np.int32) for c in (x, y))
+    lying = (column + row) % 2 == 0
+    inside_x, inside_y = x - strips * column, y - strips * row
+    along, side = np.where(lying, inside_x, inside_y), np.where(lying, inside_y, inside_x)
+    strip = np.floor(side).astype(np.int32)
+    across = side - strip
+    index = (row * (count // strips) + column) * strips + strip
+    edge = np.minimum(np.minimum(across, 1.0 - across), np.minimum(along, strips - along))
+    boards = Boards(index, along.astype(np.float32), across.astype(np.float32), edge.astype(np.float32))
+    return floor_boards(rng, boards, 24.0, 0.02, float(rng.uniform(0.15, 0.4)))
+
+
+GENERATORS = {
+    "wood": Generator(wood, (6.0, 2.0), GRAIN_SHAPE, WOOD_TINTS),
+    "planks": Generator(planks, (24.0, 8.0), (512, 512), WOOD_TINTS, shift=0.382),
+    "herringbone": Generator(herringbone, (10.0, 10.0), (512, 512), WOOD_TINTS),
+    "basket": Generator(basket, (16.0, 16.0), (512, 512), WOOD_TINTS),
+}
