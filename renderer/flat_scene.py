@@ -6,12 +6,15 @@ Hit triangle -> part -> (object, class, material); everything after the hit is t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_description import Material
+
+if TYPE_CHECKING:
+    from renderer.textures.apply import AppliedTexture
 
 UNMAPPED = np.zeros((0, 2), np.float32)
 """Texture coordinates of a mesh that has none yet."""
@@ -72,11 +75,16 @@ class Sky(NamedTuple):
     ground: NDArray[np.float32]
 
 
+UNTEXTURED = np.zeros(0, np.int32)
+"""``part_texture`` of a scene without any texture."""
+
+
 class FlatScene(NamedTuple):
     """A whole scene for the kernels.
 
     mesh: world-space triangles; face_part: (m,) int32, row of ``parts`` for each triangle; part_names: (p,) names, for people and layers
-    by part: ``<object id>/<part name>``.
+    by part: ``<object id>/<part name>``.  part_texture: (p,) int32, index of each part's texture among ``textures``, -1 for none; empty
+    where no part has any.
     """
 
     mesh: Mesh
@@ -85,3 +93,5 @@ class FlatScene(NamedTuple):
     part_names: tuple[str, ...]
     materials: MaterialTable
     sky: Sky
+    part_texture: NDArray[np.int32] = UNTEXTURED
+    textures: tuple[AppliedTexture, ...] = ()

@@ -21,8 +21,10 @@ from renderer.models.model import Parts
 from renderer.models.openings import OPENING_MODELS
 from renderer.room_shell import build_opening, build_shell
 from renderer.shapes import merged, surface_area
+from renderer.textures.apply import AppliedTexture, applied_texture
 from renderer.textures.coordinates import box_mapped
-from scene_description import Light, ModelReference, Opening, Part, SceneDescription, SceneObject
+from renderer.textures.generators import GENERATORS
+from scene_description import Light, Material, ModelReference, Opening, Part, SceneDescription, SceneObject
 
 SURFACE_LABELS = {"floor": 2, "wall": 1, "ceiling": 22, "skirting": 1}
 LUMINANCE_WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
@@ -31,6 +33,13 @@ LUMINANCE_WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 
 class FlattenError(ValueError):
     """A scene that cannot be built; the text is one line: which object, what was expected, what was found."""
+
+
+class _Materials(NamedTuple):
+    """The scene's materials: row of the table by id, and the rows."""
+
+    rows: dict[str, int]
+    table: tuple[Material, ...]
 
 
 class _Row(NamedTuple):
@@ -43,6 +52,7 @@ class _Row(NamedTuple):
     material: int
     emission: NDArray[np.float64]
     portal: bool
+    texture: AppliedTexture | None = None
 
 
 def flatten(scene: SceneDescription, catalog_dir: Path | None = None) -> FlatScene:
@@ -55,13 +65,15 @@ def flatten(scene: SceneDescription, catalog_dir: Path | None = None) -> FlatSce
     Raises:
         FlattenError: unknown generator or style, a part without material, a model file that cannot be used.
     """
-    materials = {material.id: row for row, material in enumerate(scene.materials)}
+    materials = _Materials({material.id: row for row, material in enumerate(scene.materials)}, scene.materials)
     lights = {(light.object, light.part): light for light in scene.lights}
     rows = _shell_rows(scene, materials)
     for opening in scene.room.openings:
         rows += _opening_rows(scene, opening, materials)
     for thing in scene.objects:
         rows += _object_rows(thing, lights, materials, catalog_dir)
+    textures = [row.texture for row in rows if row.texture is not None]
+    numbers = iter(range(len(textures)))
     return FlatScene(
         mesh=merged(*(row.mesh for row in rows)),
         face_part=np.repeat(np.arange(len(rows), dtype=np.int32), [len(row.mesh.faces) for row in rows]),
@@ -77,6 +89,8 @@ def flatten(scene: SceneDescription, catalog_dir: Path | None = None) -> FlatSce
         sky=Sky(
             *(np.array(color, np.float32) for color in (scene.environment.zenith, scene.environment.horizon, scene.environment.ground))
         ),
+        part_texture=np.array([-1 if row.texture is None else next(numbers) for row in rows], np.int32),
+        textures=tuple(textures),
     )
 
 
@@ -95,7 +109,7 @@ def emitted_luminance(light: Light, area_m2: float) -> NDArray[np.float64]:
     return color * (light.flux_lm / (math.pi * area_m2) / luminance)
 
 
-def _shell_rows(scene: SceneDescription, materials: dict[str, int]) -> list[_Row]:
+def _shell_rows(scene: SceneDescription, materials: _Materials) -> list[_Row]:
     surfaces = {part.name: part.material for part in scene.room.surfaces}
     try:
         shell = build_shell(scene.room)
@@ -105,11 +119,13 @@ def _shell_rows(scene: SceneDescription, materials: dict[str, int]) -> list[_Row
     for name, mesh in shell.items():
         if name not in surfaces:
             raise FlattenError(f"room: expected a material for surface '{name}', got only {_listed(surfaces)}")
-        rows.append(_Row(f"0/{name}", mesh, 0, SURFACE_LABELS[name], _material(materials, surfaces[name], "room"), np.zeros(3), False))
+        row = _material(materials, surfaces[name], "room")
+        mapped, texture = _textured(mesh, materials.table[row], "room")
+        rows.append(_Row(f"0/{name}", mapped, 0, SURFACE_LABELS[name], row, np.zeros(3), False, texture))
     return rows
 
 
-def _opening_rows(scene: SceneDescription, opening: Opening, materials: dict[str, int]) -> list[_Row]:
+def _opening_rows(scene: SceneDescription, opening: Opening, materials: _Materials) -> list[_Row]:
     where = f"{opening.category} {opening.id}"
     model = opening.model
     if model.generator not in OPENING_MODELS:
@@ -118,23 +134,15 @@ def _opening_rows(scene: SceneDescription, opening: Opening, materials: dict[str
     _check_style(where, model, OPENING_MODELS[model.generator].styles)
     parts = build_opening(scene.room, opening, model.generator, model.style, model.seed)
     chosen = _part_materials(where, parts, opening.parts, materials)
-    return [
-        _Row(
-            f"{opening.id}/{name}",
-            box_mapped(mesh),
-            opening.id,
-            opening.label,
-            chosen[name],
-            np.zeros(3),
-            opening.category == "window" and name == "pane",
-        )
-        for name, mesh in parts.items()
-    ]
+    rows = []
+    for name, mesh in parts.items():
+        mapped, texture = _textured(mesh, materials.table[chosen[name]], where)
+        portal = opening.category == "window" and name == "pane"
+        rows.append(_Row(f"{opening.id}/{name}", mapped, opening.id, opening.label, chosen[name], np.zeros(3), portal, texture))
+    return rows
 
 
-def _object_rows(
-    thing: SceneObject, lights: dict[tuple[int, str], Light], materials: dict[str, int], catalog_dir: Path | None
-) -> list[_Row]:
+def _object_rows(thing: SceneObject, lights: dict[tuple[int, str], Light], materials: _Materials, catalog_dir: Path | None) -> list[_Row]:
     where = f"object {thing.id} ({thing.category})"
     parts = _build(where, thing, catalog_dir)
     for owner, part in lights:
@@ -145,14 +153,14 @@ def _object_rows(
     rotation = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
     rows = []
     for name, mesh in parts.items():
-        mapped = box_mapped(mesh)
+        mapped, texture = _textured(mesh, materials.table[chosen[name]], where)
         world = mapped._replace(
             vertices=(mapped.vertices @ rotation.T + np.asarray(thing.position_m)).astype(np.float32),
             normals=(mapped.normals @ rotation.T).astype(np.float32),
         )
         light = lights.get((thing.id, name))
         emission = np.zeros(3) if light is None else emitted_luminance(light, surface_area(mesh))
-        rows.append(_Row(f"{thing.id}/{name}", world, thing.id, thing.label, chosen[name], emission, False))
+        rows.append(_Row(f"{thing.id}/{name}", world, thing.id, thing.label, chosen[name], emission, False, texture))
     return rows
 
 
@@ -179,7 +187,7 @@ def _check_style(where: str, model: ModelReference, styles: tuple[str, ...]) -> 
         )
 
 
-def _part_materials(where: str, built: Parts, given: tuple[Part, ...], materials: dict[str, int]) -> dict[str, int]:
+def _part_materials(where: str, built: Parts, given: tuple[Part, ...], materials: _Materials) -> dict[str, int]:
     """Return part name -> row of the material table for every built part."""
     named = {part.name: part.material for part in given}
     missing = [name for name in built if name not in named]
@@ -188,10 +196,21 @@ def _part_materials(where: str, built: Parts, given: tuple[Part, ...], materials
     return {name: _material(materials, named[name], where) for name in built}
 
 
-def _material(materials: dict[str, int], name: str, where: str) -> int:
-    if name not in materials:
-        raise FlattenError(f"{where}: expected the id of one of the scene's {len(materials)} materials, got '{name}'")
-    return materials[name]
+def _material(materials: _Materials, name: str, where: str) -> int:
+    if name not in materials.rows:
+        raise FlattenError(f"{where}: expected the id of one of the scene's {len(materials.rows)} materials, got '{name}'")
+    return materials.rows[name]
+
+
+def _textured(mesh: Mesh, material: Material, where: str) -> tuple[Mesh, AppliedTexture | None]:
+    """Return a part, still in its own frame, with texture coordinates, and its texture."""
+    mapped = box_mapped(mesh)
+    if material.texture is None:
+        return mapped, None
+    if material.texture.generator not in GENERATORS:
+        got = material.texture.generator
+        raise FlattenError(f"{where}: material '{material.id}': expected one of the textures {_listed(GENERATORS)}, got '{got}'")
+    return applied_texture(material, material.texture, mapped)
 
 
 def _listed(names: Iterable[str]) -> str:

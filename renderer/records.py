@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from renderer.embree import LANES, Packet, aligned_floats, make_packet
 from renderer.flat_scene import Sky
+from renderer.textures.look_up import Textures
 
 WAVE_EDGE = 16
 """Edge of the pixel tile of one wave."""
@@ -176,6 +177,7 @@ class Surfaces(NamedTuple):
     look: NDArray[np.float32]
     reflected: NDArray[np.float32]
     glass: NDArray[np.float32]
+    textures: Textures
     sky: Sky
 
 

@@ -73,6 +73,8 @@ from renderer.records import (
     WIDTH,
     Surfaces,
 )
+from renderer.textures.hit import apply_texture
+from renderer.textures.look_up import build_textures
 
 _ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-30)
 _USABLE, _GRAZING = np.float32(1e-3), np.float32(1e-4)
@@ -107,6 +109,13 @@ def build_surfaces(flat: FlatScene) -> Surfaces:
         look,
         reflected_table(),
         np.stack([glass_table(float(ior)) for ior in iors]) if len(iors) else np.zeros((0, 2, STEPS, STEPS), np.float32),
+        build_textures(
+            flat.part_texture if len(flat.part_texture) else np.full(len(row), -1, np.int32),
+            flat.textures,
+            flat.mesh.vertices,
+            flat.mesh.uvs,
+            flat.mesh.faces,
+        ),
         Sky(*(np.ascontiguousarray(color) for color in flat.sky)),
     )
 
@@ -142,6 +151,9 @@ def find_surfaces(packet: Packet, surfaces: Surfaces, lights: Lights, primary: b
         part = surfaces.face_part[face]
         _interpolate_normal(packet, surfaces, face, k, lanes)
         _fetch_look(surfaces, part, k, lanes)
+        texture = surfaces.textures.part[part]
+        if texture >= 0:
+            apply_texture(surfaces.textures, texture, packet, k, lanes)
         group = lights.face_group[face]
         if group >= 0 and lanes[COSINE + k] > _ZERO:
             for channel in range(3):

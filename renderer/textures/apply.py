@@ -10,7 +10,7 @@ from renderer.flat_scene import Mesh
 from renderer.textures.generators import GENERATORS
 from renderer.textures.pattern import Color
 from renderer.textures.tile import TextureTile, generated_tile
-from scene_description import Material
+from scene_description import Material, Texture
 
 OTHER_COLORS = 3
 
@@ -32,15 +32,12 @@ class AppliedTexture(NamedTuple):
     shift: float = 0.0
 
 
-def applied_texture(material: Material, mesh: Mesh) -> tuple[AppliedTexture, Mesh] | None:
-    """Return a material's texture as it lies on a part, and the part with the texture coordinates that it needs; None for plain materials.
+def applied_texture(material: Material, texture: Texture, mesh: Mesh) -> tuple[Mesh, AppliedTexture]:
+    """Return a part with the texture coordinates that its material's ``texture`` needs, and the texture as it lies on it.
 
     Raises:
         KeyError: the generator is unknown.
     """
-    texture = material.texture
-    if texture is None:
-        return None
     generator = GENERATORS[texture.generator]
     colors = (material.base_color, *_colors(material, texture.colors, generator.tints))
     aspect = 1.0
@@ -53,7 +50,7 @@ def applied_texture(material: Material, mesh: Mesh) -> tuple[AppliedTexture, Mes
         size = (scale * generator.units[0], scale * generator.units[1])
     tile = generated_tile(texture.generator, texture.seed, aspect, colors)
     relief = texture.relief_m / length * tile.steepest
-    return AppliedTexture(tile, size, texture.rotation_rad, colors[1:], texture.contrast, relief, generator.shift), mesh
+    return mesh, AppliedTexture(tile, size, texture.rotation_rad, colors[1:], texture.contrast, relief, generator.shift)
 
 
 def _colors(material: Material, given: tuple[Color, ...], tints: tuple[Color, ...]) -> tuple[Color, ...]:

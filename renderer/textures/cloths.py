@@ -26,9 +26,9 @@ def _weave(rng: np.random.Generator, request: Request, across: int, over: int, s
     lying = phase < over
     cross_round, along_round = np.where(lying, fy, fx), np.where(lying, fx, fy)
     height = np.sqrt(np.clip(1.0 - 0.85 * cross_round**2, 0.0, 1.0)) * (1.0 - 0.35 * along_round**2 / over)
-    thick = rng.normal(0.0, 1.0, (2, across)).astype(np.float32)
+    thick = rng.normal(0.0, 1.0, (2, across))
     tone = np.where(lying, thick[0][j % across], thick[1][i % across])
-    return lying.astype(np.float32), height.astype(np.float32), tone.astype(np.float32)
+    return lying * np.float32(1.0), height, tone
 
 
 def weave(rng: np.random.Generator, request: Request, over: int, step: int, second: float) -> Pattern:
@@ -36,18 +36,18 @@ def weave(rng: np.random.Generator, request: Request, over: int, step: int, seco
     lying, height, tone = _weave(rng, request, 32, over, step)
     fuzz = noise(rng, request.shape, 10.0, 120.0, 0.3)
     shade = (0.72 + 0.36 * height) * (1.0 + 0.06 * tone + 0.03 * fuzz)
-    return Pattern((second * (1.0 - lying),), shade.astype(np.float32), None, (height - 1.0 + 0.08 * fuzz).astype(np.float32))
+    return Pattern((second * (1.0 - lying),), shade, None, (height - 1.0 + 0.08 * fuzz))
 
 
 def carpet(rng: np.random.Generator, request: Request) -> Pattern:
     """Draw the pile of a carpet: tufts, here and there of another tone, and broad strokes where the pile lies over."""
     found = cells(rng, request.shape, 64, 64, 1.0)
-    tone, other = per_cell(rng, found.index, 4096), per_cell(rng, found.index, 4096)
+    tone, other = per_cell(rng, found.number, 4096), per_cell(rng, found.number, 4096)
     tuft = np.clip(1.0 - found.nearest, 0.0, 1.0)
     lay = noise(rng, request.shape, 1.0, 9.0, 1.0)
     shade = (0.62 + 0.55 * tuft) * (1.0 + 0.20 * (tone - 0.5) + 0.035 * lay)
     fleck = 0.5 * (other > 0.8) + 0.25 * (other < 0.2)
-    return Pattern((fleck.astype(np.float32),), shade.astype(np.float32), None, (tuft - 1.0).astype(np.float32))
+    return Pattern((fleck,), shade, None, (tuft - 1.0))
 
 
 def knit(rng: np.random.Generator, request: Request) -> Pattern:
@@ -66,7 +66,7 @@ def knit(rng: np.random.Generator, request: Request) -> Pattern:
     index = ((row.astype(np.int32) % count) * count + column.astype(np.int32) % count) % (count * count)
     tone = per_cell(rng, index, count * count) - 0.5
     shade = (0.55 + 0.5 * height) * (1.0 + 0.05 * strand + 0.08 * tone)
-    return Pattern((), shade.astype(np.float32), None, (height - 1.0 + 0.06 * strand * height).astype(np.float32))
+    return Pattern((), shade, None, (height - 1.0 + 0.06 * strand * height))
 
 
 def ribs(rng: np.random.Generator, request: Request) -> Pattern:
@@ -75,14 +75,14 @@ def ribs(rng: np.random.Generator, request: Request) -> Pattern:
     fuzz = noise(rng, request.shape, 8.0, 120.0, 0.3, (1.0, 3.0))
     rib = np.abs(np.sin(math.pi * 10.0 * u + 0.08 * fuzz)) ** 0.7
     shade = (0.55 + 0.5 * rib) * (1.0 + 0.04 * fuzz)
-    return Pattern((), shade.astype(np.float32), None, (rib - 1.0 + 0.04 * fuzz).astype(np.float32))
+    return Pattern((), shade, None, (rib - 1.0 + 0.04 * fuzz))
 
 
 def velvet(rng: np.random.Generator, request: Request) -> Pattern:
     """Draw velvet: soft patches where the pile was stroked another way."""
     lay = noise(rng, request.shape, 1.0, 10.0, 1.2)
     fine = noise(rng, request.shape, 30.0, 120.0, 0.0)
-    return Pattern((), (1.0 + 0.09 * lay + 0.03 * fine).astype(np.float32), (0.03 * lay).astype(np.float32), (0.06 * fine).astype(np.float32))
+    return Pattern((), (1.0 + 0.09 * lay + 0.03 * fine), (0.03 * lay), (0.06 * fine))
 
 
 def _threads(rng: np.random.Generator, request: Request) -> tuple[Field, Field]:
@@ -91,7 +91,7 @@ def _threads(rng: np.random.Generator, request: Request) -> tuple[Field, Field]:
     count = request.shape[0] // 4
     fine = 0.5 * np.cos(2 * math.pi * count * u) * np.cos(2 * math.pi * count * v)
     uneven = noise(rng, request.shape, 3.0, 120.0, 0.5)
-    return (1.0 + 0.05 * fine + 0.025 * uneven).astype(np.float32), (0.5 * fine + 0.1 * uneven - 0.5).astype(np.float32)
+    return (1.0 + 0.05 * fine + 0.025 * uneven), (0.5 * fine + 0.1 * uneven - 0.5)
 
 
 def stripes(rng: np.random.Generator, request: Request, most: int, smooth: bool) -> Pattern:
@@ -104,10 +104,10 @@ def stripes(rng: np.random.Generator, request: Request, most: int, smooth: bool)
     for k, (a, b) in enumerate(zip(edges[::2], edges[1::2], strict=True)):
         b = max(b, a + 0.03)
         weights[k % 2] = np.maximum(weights[k % 2], smooth_step(a - soft, a + soft, fold) * smooth_step(b + soft, b - soft, fold))
-    full = tuple(np.broadcast_to(w, request.shape).astype(np.float32) for w in weights)
+    full = tuple(np.broadcast_to(w, request.shape) for w in weights)
     if smooth:
         paper = noise(rng, request.shape, 20.0, 120.0, 0.2)
-        return Pattern(full, (1.0 + 0.012 * paper).astype(np.float32), -0.12 * full[0], (0.1 * paper).astype(np.float32))
+        return Pattern(full, (1.0 + 0.012 * paper), -0.12 * full[0], (0.1 * paper))
     shade, height = _threads(rng, request)
     return Pattern(full, shade, None, height)
 
@@ -133,7 +133,7 @@ def checks(rng: np.random.Generator, request: Request, bands: int) -> Pattern:
     other = 0.5 * (lines[0][1] + lines[1][1])
     shade, height = _threads(rng, request)
     twill = 0.04 * np.cos(2 * math.pi * (request.shape[0] // 6) * (u + v))
-    return Pattern((first * (1.0 - other), other), (shade + twill).astype(np.float32), None, height)
+    return Pattern((first * (1.0 - other), other), (shade + twill), None, height)
 
 
 def dots(rng: np.random.Generator, request: Request) -> Pattern:
@@ -157,7 +157,7 @@ def quilted(rng: np.random.Generator, request: Request) -> Pattern:
     a, b = np.abs(np.sin(math.pi * (u + v))), np.abs(np.sin(math.pi * (u - v)))
     puff = np.minimum(a, b) ** 0.45
     soft = noise(rng, request.shape, 2.0, 30.0, 0.8)
-    return Pattern((), (0.88 + 0.14 * puff + 0.015 * soft).astype(np.float32), None, (puff - 1.0 + 0.04 * soft).astype(np.float32))
+    return Pattern((), (0.88 + 0.14 * puff + 0.015 * soft), None, (puff - 1.0 + 0.04 * soft))
 
 
 def leather(rng: np.random.Generator, request: Request) -> Pattern:
@@ -165,11 +165,11 @@ def leather(rng: np.random.Generator, request: Request) -> Pattern:
     fold = 0.25 * noise(rng, request.shape, 3.0, 20.0, 1.0)
     found = cells(rng, request.shape, 44, 44, 1.0)
     pebble = smooth_step(0.0, 0.32, found.second - found.nearest)
-    tone = per_cell(rng, found.index, 1936) - 0.5
+    tone = per_cell(rng, found.number, 1936) - 0.5
     worn = noise(rng, request.shape, 1.0, 8.0, 1.2)
     shade = (0.86 + 0.15 * pebble) * (1.0 + 0.05 * worn + 0.04 * tone)
     rough = 0.10 * (1.0 - pebble) - 0.03 * worn
-    return Pattern((), shade.astype(np.float32), rough.astype(np.float32), (pebble - 1.0 + 0.3 * fold).astype(np.float32))
+    return Pattern((), shade, rough, (pebble - 1.0 + 0.3 * fold))
 
 
 def brushed(rng: np.random.Generator, request: Request) -> Pattern:
@@ -177,14 +177,14 @@ def brushed(rng: np.random.Generator, request: Request) -> Pattern:
     streak = noise(rng, request.shape, 1.0, 120.0, 0.0, (40.0, 1.0))
     broad = noise(rng, request.shape, 1.0, 4.0, 1.0)
     rough = 0.05 * streak + 0.02 * broad
-    return Pattern((), (1.0 + 0.03 * streak).astype(np.float32), rough.astype(np.float32), (0.15 * streak).astype(np.float32))
+    return Pattern((), (1.0 + 0.03 * streak), rough, (0.15 * streak))
 
 
 def paper(rng: np.random.Generator, request: Request) -> Pattern:
     """Draw paper or board: fibres at all angles, a cloudy sheet."""
     fibre = noise(rng, request.shape, 10.0, 120.0, 0.2, (4.0, 1.0)) + noise(rng, request.shape, 10.0, 120.0, 0.2, (1.0, 4.0))
     cloud = noise(rng, request.shape, 1.0, 20.0, 1.0)
-    return Pattern((), (1.0 + 0.012 * fibre + 0.015 * cloud).astype(np.float32), None, (0.15 * fibre).astype(np.float32))
+    return Pattern((), (1.0 + 0.012 * fibre + 0.015 * cloud), None, (0.15 * fibre))
 
 
 def wicker(rng: np.random.Generator, request: Request) -> Pattern:
@@ -192,7 +192,7 @@ def wicker(rng: np.random.Generator, request: Request) -> Pattern:
     lying, height, tone = _weave(rng, request, 12, 1, 1)
     fibre = noise(rng, request.shape, 20.0, 120.0, 0.0, (4.0, 1.0))
     shade = (0.45 + 0.62 * height) * (1.0 + 0.09 * tone + 0.05 * fibre)
-    return Pattern((0.15 * lying,), shade.astype(np.float32), None, (height - 1.0).astype(np.float32))
+    return Pattern((0.15 * lying,), shade, None, (height - 1.0))
 
 
 CLOTH = ((0.72, 0.70, 0.68), (1.22, 1.22, 1.22), (0.5, 0.5, 0.5))

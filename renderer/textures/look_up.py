@@ -42,9 +42,9 @@ _LOW_HALF, _HALF_WORD = np.uint64(0xFFFFFFFF), np.uint64(32)
 class Textures(NamedTuple):
     """All textures of a scene, for kernels.
 
-    part: (p,) int32, row of each part's texture, -1 for none; texels: (t,) uint64, the eight bytes of each, lowest first; rows: (r, ROW_SIZE) float32;
-    layout: (r, 5) int64, where a row's tile begins among the texels, logarithms of its sides, number of levels, whether it is a picture;
-    linear: (256,) float32, luminance of sRGB bytes; vertices, uvs, faces: the scene's mesh.
+    part: (p,) int32, row of each part's texture, -1 for none; texels: (t,) uint64, the eight bytes of each, lowest first; rows:
+    (r, ROW_SIZE) float32; layout: (r, 5) int64, where a row's tile begins among the texels, logarithms of its sides, number of levels,
+    whether it is a picture; linear: (256,) float32, luminance of sRGB bytes; vertices, uvs, faces: the scene's mesh.
     """
 
     part: NDArray[np.int32]

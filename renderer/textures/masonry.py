@@ -20,7 +20,7 @@ def _laid(
     """Draw glazed tiles from their index and the distance to their edges, in tile sides; ``second`` is the share of the second colour."""
     count = int(index.max()) + 1
     tone = per_cell(rng, index, count) - np.float32(0.5)
-    other = (per_cell(rng, index, count) < second).astype(np.float32)
+    other = per_cell(rng, index, count) < second
     pick = per_cell(rng, index, count)
     cloud = noise(rng, request.shape, 2.0, 24.0, 1.0)
     grout = smooth_step(1.15 * joint, 0.85 * joint, edge)
@@ -33,7 +33,7 @@ def _laid(
     height = -rounding * rounding * 0.8 - 0.2 * grout + 0.03 * cloud * free + lean * free
     rough = 0.55 * grout + 0.02 * cloud * free
     weights = (grout, other * free * (pick < 0.6), other * free * (pick >= 0.6))
-    return Pattern(tuple(w.astype(np.float32) for w in weights), shade.astype(np.float32), rough.astype(np.float32), height.astype(np.float32))
+    return Pattern(tuple(w for w in weights), shade, rough, height)
 
 
 def _grid(request: Request, across: int, down: int, bond: float) -> tuple[NDArray[np.integer], Field, Field]:
@@ -44,7 +44,7 @@ def _grid(request: Request, across: int, down: int, bond: float) -> tuple[NDArra
     x = (u * across + bond * (row % 2)) % across
     column = np.floor(x).astype(np.int32)
     px, py = np.broadcast_arrays(x - column, y - row)
-    return row * across + column, px.astype(np.float32), py.astype(np.float32)
+    return row * across + column, px, py
 
 
 def grid_tiles(rng: np.random.Generator, request: Request, across: int, down: int, bond: float, joint: float, second: float) -> Pattern:
@@ -59,7 +59,7 @@ def checker_tiles(rng: np.random.Generator, request: Request) -> Pattern:
     laid = grid_tiles(rng, request, 4, 4, 0.0, 0.007, 0.0)
     u, v = coordinates(request.shape)
     odd = (np.floor(u * 4) + np.floor(v * 4)) % 2 == 1
-    return laid._replace(weights=(laid.weights[0], (odd * (1.0 - laid.weights[0])).astype(np.float32)))
+    return laid._replace(weights=(laid.weights[0], (odd * (1.0 - laid.weights[0]))))
 
 
 def hexagon_tiles(rng: np.random.Generator, request: Request) -> Pattern:
@@ -77,8 +77,8 @@ def hexagon_tiles(rng: np.random.Generator, request: Request) -> Pattern:
         dx, dy = x - (cx + 0.5 * shift), y - (cy * pitch + 0.5 * pitch * shift)
         reach = np.maximum(np.abs(dx), 0.5 * np.abs(dx) + 0.5 * pitch * np.abs(dy))
         closer = reach < best
-        best = np.where(closer, reach, best).astype(np.float32)
-        edge = np.where(closer, 0.5 - reach, edge).astype(np.float32)
+        best = np.where(closer, reach, best)
+        edge = np.where(closer, 0.5 - reach, edge)
         number = ((cy.astype(np.int64) % (rows // 2)) * 2 + shift) * across + cx.astype(np.int64) % across
         index = np.where(closer, number, index)
     return _laid(rng, request, index, edge, 0.016, float(rng.choice([0.0, 0.0, 0.2, 0.45])), float(rng.uniform(0.02, 0.08)))
@@ -95,7 +95,7 @@ def brick(rng: np.random.Generator, request: Request) -> Pattern:
     grit = noise(rng, request.shape, 30.0, 200.0, 0.2)
     shade = 1.0 + free * 0.34 * (tone - 0.5) + 0.07 * grit + 0.04 * rough_edge
     height = -smooth_step(0.16, 0.05, edge) + free * (0.12 * rough_edge + 0.10 * grit) + mortar * 0.06 * grit
-    return Pattern((mortar, (0.55 * burnt**3 * free).astype(np.float32)), shade.astype(np.float32), 0.05 * mortar, height.astype(np.float32))
+    return Pattern((mortar, (0.55 * burnt**3 * free)), shade, 0.05 * mortar, height)
 
 
 def concrete(rng: np.random.Generator, request: Request) -> Pattern:
@@ -105,7 +105,7 @@ def concrete(rng: np.random.Generator, request: Request) -> Pattern:
     pores = smooth_step(2.6, 3.3, noise(rng, request.shape, 20.0, 90.0, 0.0))
     shade = 1.0 + 0.06 * cloud + 0.025 * grit
     height = 0.12 * cloud + 0.08 * grit - 0.7 * pores
-    return Pattern((0.6 * pores,), shade.astype(np.float32), (0.03 * cloud + 0.1 * pores).astype(np.float32), height.astype(np.float32))
+    return Pattern((0.6 * pores,), shade, (0.03 * cloud + 0.1 * pores), height)
 
 
 def plaster(rng: np.random.Generator, request: Request) -> Pattern:
@@ -113,7 +113,7 @@ def plaster(rng: np.random.Generator, request: Request) -> Pattern:
     orange = noise(rng, request.shape, 30.0, 110.0, 0.0)
     trowel = noise(rng, request.shape, 1.0, 14.0, 1.0)
     shade = 1.0 + 0.008 * orange + 0.012 * trowel
-    return Pattern((), shade.astype(np.float32), (0.02 * trowel).astype(np.float32), (0.22 * orange + 0.25 * trowel).astype(np.float32))
+    return Pattern((), shade, (0.02 * trowel), (0.22 * orange + 0.25 * trowel))
 
 
 def marble(rng: np.random.Generator, request: Request) -> Pattern:
@@ -127,7 +127,7 @@ def marble(rng: np.random.Generator, request: Request) -> Pattern:
     threads = 0.5 * np.exp(-np.abs(second) * 26.0) * (0.3 + 0.7 * strength)
     cloud = 0.32 * smooth_step(-0.5, 2.2, fold)
     vein = np.clip(veins + threads, 0.0, 1.0)
-    return Pattern(((0.85 * vein).astype(np.float32), (cloud * (1.0 - vein)).astype(np.float32)), None, (0.04 * vein).astype(np.float32), None)
+    return Pattern(((0.85 * vein), (cloud * (1.0 - vein))), None, (0.04 * vein), None)
 
 
 def terrazzo(rng: np.random.Generator, request: Request) -> Pattern:
@@ -138,8 +138,10 @@ def terrazzo(rng: np.random.Generator, request: Request) -> Pattern:
     shade = np.ones(shape, np.float32)
     for count, size in ((16, 0.62), (34, 0.5)):
         found = cells(rng, shape, count, count, 0.95)
-        kind, reach = per_cell(rng, found.index, count * count), per_cell(rng, found.index, count * count)
-        chip = smooth_step(0.06, 0.12, found.second - found.nearest) * (found.nearest < size * (0.45 + 0.55 * reach)) * (reach > 0.25) * free
+        kind, reach = per_cell(rng, found.number, count * count), per_cell(rng, found.number, count * count)
+        chip = (
+            smooth_step(0.06, 0.12, found.second - found.nearest) * (found.nearest < size * (0.45 + 0.55 * reach)) * (reach > 0.25) * free
+        )
         for k, (low, high) in enumerate(((0.0, 0.4), (0.4, 0.72), (0.72, 1.0))):
             chips[k] += chip * ((kind >= low) & (kind < high))
         shade *= 1.0 + chip * 0.25 * (kind - 0.5)
@@ -151,19 +153,19 @@ def speckle(rng: np.random.Generator, request: Request) -> Pattern:
     """Draw granite or engineered stone: grains of three colours; the unit is some ten grains, a tile has 8 x 8."""
     shape = request.shape
     found = cells(rng, shape, 72, 72, 1.0)
-    kind = per_cell(rng, found.index, 72 * 72) + 0.09 * noise(rng, shape, 2.0, 12.0, 1.0)
+    kind = per_cell(rng, found.number, 72 * 72) + 0.09 * noise(rng, shape, 2.0, 12.0, 1.0)
     shares = ((kind < 0.22), (kind >= 0.22) & (kind < 0.34), (kind > 0.86))
-    shade = 1.0 + 0.16 * (per_cell(rng, found.index, 72 * 72) - 0.5)
-    return Pattern(tuple(0.8 * share.astype(np.float32) for share in shares), shade.astype(np.float32), None, None)
+    shade = 1.0 + 0.16 * (per_cell(rng, found.number, 72 * 72) - 0.5)
+    return Pattern(tuple(0.8 * share for share in shares), shade, None, None)
 
 
 def cork(rng: np.random.Generator, request: Request) -> Pattern:
     """Draw pressed cork: granules of many browns with dark bark between."""
     found = cells(rng, request.shape, 40, 40, 1.0)
-    tone, bark = per_cell(rng, found.index, 1600), per_cell(rng, found.index, 1600)
+    tone, bark = per_cell(rng, found.number, 1600), per_cell(rng, found.number, 1600)
     gap = smooth_step(0.16, 0.02, found.second - found.nearest)
     dark = np.maximum(0.6 * gap, 0.8 * (bark > 0.9))
-    return Pattern((dark.astype(np.float32),), (1.0 + 0.3 * (tone - 0.5)).astype(np.float32), None, (-0.6 * gap).astype(np.float32))
+    return Pattern((dark,), (1.0 + 0.3 * (tone - 0.5)), None, (-0.6 * gap))
 
 
 GENERATORS = {

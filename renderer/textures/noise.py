@@ -6,19 +6,19 @@ Tiles are (h, w) float32 arrays; column x and row y of a texel stand for u = (x 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-Field = NDArray[np.float32]
+Field = NDArray[np.floating[Any]]
 Shape = tuple[int, int]
 
 
 class Cells(NamedTuple):
-    """Cells about scattered points, for each texel: index of the nearest point (h, w) int32, distances to the two nearest, in cell sizes."""
+    """Cells about scattered points: for each texel the nearest point's ``number``, and the distances to the two nearest, in cell sizes."""
 
-    index: NDArray[np.int32]
+    number: NDArray[np.int32]
     nearest: Field
     second: Field
 
@@ -31,7 +31,9 @@ def coordinates(shape: Shape) -> tuple[Field, Field]:
     return u[None, :], v[:, None]
 
 
-def noise(rng: np.random.Generator, shape: Shape, low: float, high: float, slope: float = 1.0, stretch: tuple[float, float] = (1.0, 1.0)) -> Field:
+def noise(
+    rng: np.random.Generator, shape: Shape, low: float, high: float, slope: float = 1.0, stretch: tuple[float, float] = (1.0, 1.0)
+) -> Field:
     """Return periodic Gaussian noise of mean 0 and standard deviation 1.
 
     Args:

@@ -26,7 +26,7 @@ class _Stamp:
         columns = np.arange(math.floor((x - reach) * width), math.ceil((x + reach) * width) + 1)
         rows = np.arange(math.floor((y - reach) * height), math.ceil((y + reach) * height) + 1)
         du = ((columns + 0.5) / width - x).astype(np.float32)[None, :]
-        dv = ((rows + 0.5) / height - y).astype(np.float32)[:, None]
+        dv = ((rows + 0.5) / height - y)[:, None]
         return (rows[:, None] % height, columns[None, :] % width), du, dv
 
     def put(self, index: tuple[np.ndarray, np.ndarray], color: int, cover: Field) -> None:
@@ -111,9 +111,9 @@ def damask(rng: np.random.Generator, request: Request) -> Pattern:
     frame = np.abs(np.abs(((u + 0.25) % 0.5) - 0.25) - (0.125 + wave * np.cos(2 * math.pi * v) * np.where(u % 1.0 < 0.5, 1.0, 1.0)))
     band = smooth_step(0.016, 0.010, frame) + 0.8 * smooth_step(0.006, 0.003, np.abs(frame - 0.026))
     beads = smooth_step(0.006, 0.003, np.abs(frame - 0.040)) * (np.sin(2 * math.pi * 28 * v) > 0.0)
-    total = np.clip(np.maximum(ornament, np.maximum(band, 0.7 * beads) * (ornament < 0.05)), 0.0, 1.0).astype(np.float32)
+    total = np.clip(np.maximum(ornament, np.maximum(band, 0.7 * beads) * (ornament < 0.05)), 0.0, 1.0)
     printed = _printed(rng, request, (total,))
-    return printed._replace(roughness=(-0.22 * total).astype(np.float32), height=_added(printed.height, 0.5 * total))
+    return printed._replace(roughness=(-0.22 * total), height=_added(printed.height, 0.5 * total))
 
 
 def _palmette(x: Field, y: Field, lobes: int) -> Field:
@@ -136,7 +136,7 @@ def _palmette(x: Field, y: Field, lobes: int) -> Field:
     for k in range(5):
         bx, by = 0.07 + 0.018 * k, -0.155 - 0.018 * (k - 2) ** 2 * 0.6
         cover = np.maximum(cover, smooth_step(0.011, 0.007, np.hypot(x - bx, y - by)))
-    return cover.astype(np.float32)
+    return cover
 
 
 def lattice(rng: np.random.Generator, request: Request) -> Pattern:
@@ -159,7 +159,7 @@ def lattice(rng: np.random.Generator, request: Request) -> Pattern:
         field = radius
     line = smooth_step(width, width - 0.02, field)
     inner = smooth_step(0.35 * width, 0.35 * width - 0.015, field) * (0.8 if rng.random() < 0.4 else 0.0)
-    return _printed(rng, request, ((line * (1.0 - inner)).astype(np.float32), inner.astype(np.float32)))
+    return _printed(rng, request, ((line * (1.0 - inner)), inner))
 
 
 def _printed(rng: np.random.Generator, request: Request, weights: tuple[Field, ...]) -> Pattern:
@@ -167,8 +167,8 @@ def _printed(rng: np.random.Generator, request: Request, weights: tuple[Field, .
     fine = noise(rng, request.shape, 30.0, 200.0, 0.2)
     ink = np.clip(np.sum(weights, axis=0), 0.0, 1.0)
     shade = 1.0 + 0.015 * fine
-    full = tuple(np.broadcast_to(w, request.shape).astype(np.float32) for w in weights)
-    return Pattern(full, shade.astype(np.float32), None, (0.12 * fine + 0.15 * ink).astype(np.float32))
+    full = tuple(np.broadcast_to(w, request.shape) for w in weights)
+    return Pattern(full, shade, None, (0.12 * fine + 0.15 * ink))
 
 
 def _added(first: Field | None, second: Field) -> Field:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from numpy.typing import NDArray
 from renderer.textures.noise import Field, coordinates, noise, smooth_step
 from renderer.textures.pattern import Color, Generator, Pattern, Picture, Request
 
-Rgb = NDArray[np.float32]
+Rgb = NDArray[np.floating[Any]]
 
 
 class _Canvas:
@@ -23,7 +24,7 @@ class _Canvas:
     def __init__(self, request: Request, ground: Color | Rgb) -> None:
         u, v = coordinates(request.shape)
         self.width, self.height = max(1.0, request.aspect), max(1.0, 1.0 / request.aspect)
-        self.x, self.y = (u * np.float32(self.width)).astype(np.float32), (v * np.float32(self.height)).astype(np.float32)
+        self.x, self.y = (u * np.float32(self.width)), (v * np.float32(self.height))
         self.soft = 1.2 * max(self.width / request.shape[1], self.height / request.shape[0])
         self.rgb: Rgb = np.broadcast_to(np.asarray(ground, np.float32), (*request.shape, 3)).copy()
 
@@ -37,7 +38,7 @@ class _Canvas:
         dx, dy = self.x - x, self.y - y
         a, b = dx * math.cos(turn) + dy * math.sin(turn), -dx * math.sin(turn) + dy * math.cos(turn)
         reach = np.sqrt((a / rx) ** 2 + (b / ry) ** 2)
-        return smooth_step(1.0 + self.soft / min(rx, ry), 1.0 - self.soft / min(rx, ry), reach.astype(np.float32))
+        return smooth_step(1.0 + self.soft / min(rx, ry), 1.0 - self.soft / min(rx, ry), reach)
 
     def box(self, x0: float, x1: float, y0: float, y1: float) -> Field:
         """Return the cover of an upright rectangle."""
@@ -48,14 +49,14 @@ class _Canvas:
 
     def below(self, line: Field) -> Field:
         """Return the cover of what lies below a line of heights."""
-        return smooth_step(0.5 * self.soft, -0.5 * self.soft, (self.y - line).astype(np.float32))
+        return smooth_step(0.5 * self.soft, -0.5 * self.soft, (self.y - line))
 
 
 def _mix(a: Color | Rgb, b: Color | Rgb, share: float | Field) -> Rgb:
     first, second = np.asarray(a, np.float32), np.asarray(b, np.float32)
     weight = np.asarray(share, np.float32)
     weight = weight[..., None] if weight.ndim else weight
-    mixed: Rgb = (first + weight * (second - first)).astype(np.float32)
+    mixed: Rgb = first + weight * (second - first)
     return mixed
 
 
@@ -75,7 +76,8 @@ def _ridge(rng: np.random.Generator, count: int, rough: float) -> Field:
     spectrum[0] = 0.0
     spectrum[60:] = 0.0
     line = np.fft.irfft(spectrum, count)
-    return (line / max(line.std(), 1e-9)).astype(np.float32)[None, :]
+    skyline: Field = (line / max(float(line.std()), 1e-9))[None, :]
+    return skyline
 
 
 def landscape(rng: np.random.Generator, request: Request) -> Picture:
@@ -115,7 +117,7 @@ def abstract(rng: np.random.Generator, request: Request) -> Picture:
         power = float(rng.choice([2.0, 2.0, 5.0]))
         reach = (np.abs(dx) ** power + np.abs(dy) ** power) ** (1.0 / power) + 0.10 * blur
         soft = canvas.soft / min(rx, ry)
-        canvas.paint(float(rng.uniform(0.75, 1.0)) * smooth_step(1.0 + soft, 1.0 - soft, reach.astype(np.float32)), ink)
+        canvas.paint(float(rng.uniform(0.75, 1.0)) * smooth_step(1.0 + soft, 1.0 - soft, reach), ink)
     for _ in range(int(rng.integers(1, 4))):
         line = canvas.height * (0.5 + 0.28 * _ridge(rng, request.shape[1], 2.2))
         thick = float(rng.uniform(0.006, 0.03))
@@ -194,7 +196,7 @@ def botanical(rng: np.random.Generator, request: Request) -> Picture:
         return base + bend * (t - 0.3) + 0.5 * bend * t * t
 
     here = np.abs(canvas.x - np.asarray(stem(canvas.y)))
-    canvas.paint(smooth_step(0.009, 0.005, here.astype(np.float32)) * canvas.box(0.0, canvas.width, 0.08 * canvas.height, top), green)
+    canvas.paint(smooth_step(0.009, 0.005, here) * canvas.box(0.0, canvas.width, 0.08 * canvas.height, top), green)
     for k in range(pairs):
         y = canvas.height * (0.2 + 0.66 * k / pairs)
         length = 0.22 * (1.0 - 0.55 * k / pairs)
@@ -244,14 +246,14 @@ def _text(rng: np.random.Generator, canvas: _Canvas, area: tuple[float, float, f
             stems = max(2, round(word / (0.42 * pitch)))
             cover = canvas.box(x, min(x + word, end), low, low + 0.55 * pitch)
             bars = 0.55 + 0.45 * np.sign(np.sin(2 * math.pi * stems * (canvas.x - x) / word + 0.6))
-            canvas.paint((cover * bars).astype(np.float32), ink)
+            canvas.paint((cover * bars), ink)
             x += word + 0.45 * pitch
 
 
 def _painted(rng: np.random.Generator, canvas: _Canvas, stroke: Field, depth: float) -> Picture:
     """Return the canvas with the marks of the brush in shade and height."""
-    rgb = np.clip(canvas.rgb * (1.0 + depth * stroke)[..., None], 0.0, 1.0).astype(np.float32)
-    return Picture(rgb, (0.04 * stroke).astype(np.float32), (0.3 * stroke).astype(np.float32))
+    rgb = np.clip(canvas.rgb * (1.0 + depth * stroke)[..., None], 0.0, 1.0)
+    return Picture(rgb, (0.04 * stroke), (0.3 * stroke))
 
 
 ART: tuple[Callable[[np.random.Generator, Request], Picture], ...] = (landscape, abstract, geometric, portrait, botanical, poster)
@@ -276,9 +278,9 @@ def television(rng: np.random.Generator, request: Request) -> Picture:
 
 def desktop(rng: np.random.Generator, request: Request) -> Picture:
     """Show a computer at work: wallpaper, a task bar, windows with text, code or a chart."""
-    hue = rng.random(3).astype(np.float32)
+    hue = rng.random(3)
     canvas = _Canvas(request, (0.0, 0.0, 0.0))
-    slope = (0.6 * canvas.x / canvas.width + 0.4 * canvas.y / canvas.height).astype(np.float32)
+    slope = 0.6 * canvas.x / canvas.width + 0.4 * canvas.y / canvas.height
     wave = 0.16 * np.sin(7.0 * canvas.x + 2.0 * np.sin(4.0 * canvas.y + 6.0 * float(rng.random())))
     canvas.rgb = np.broadcast_to(_mix(0.30 * hue + 0.02, 0.5 * np.roll(hue, 1) + 0.08, slope + wave), canvas.rgb.shape).copy()
     for _ in range(int(rng.integers(1, 4))):
@@ -295,7 +297,7 @@ def desktop(rng: np.random.Generator, request: Request) -> Picture:
             start = x + 0.03 + 0.03 * int(rng.integers(0, 4)) * night
             stop = min(x + w - 0.02, start + w * float(rng.uniform(0.15, 0.85)))
             low = y + 0.02 + k * pitch
-            tone = (0.1 + 0.6 * rng.random(3)).astype(np.float32) if night else np.asarray(ink, np.float32)
+            tone = (0.1 + 0.6 * rng.random(3)) if night else np.asarray(ink, np.float32)
             if rng.random() < 0.85:
                 _text(rng, canvas, (start, stop, low, low + pitch), 1, tone)
         if not night:
@@ -305,8 +307,8 @@ def desktop(rng: np.random.Generator, request: Request) -> Picture:
                 canvas.paint(canvas.box(left, left + 0.024 * w, y + 0.05, y + 0.05 + bar), 0.15 + 0.5 * hue)
     canvas.paint(0.85 * canvas.box(0.0, canvas.width, 0.0, 0.055), (0.02, 0.022, 0.028))
     for k in range(7):
-        canvas.paint(canvas.disc(0.4 * canvas.width + 0.062 * k, 0.0275, 0.018, 0.018), (0.1 + 0.7 * rng.random(3)).astype(np.float32))
-    return Picture(np.clip(canvas.rgb, 0.0, 1.0).astype(np.float32))
+        canvas.paint(canvas.disc(0.4 * canvas.width + 0.062 * k, 0.0275, 0.018, 0.018), (0.1 + 0.7 * rng.random(3)))
+    return Picture(np.clip(canvas.rgb, 0.0, 1.0))
 
 
 def rug(rng: np.random.Generator, request: Request) -> Pattern:
@@ -321,7 +323,7 @@ def rug(rng: np.random.Generator, request: Request) -> Pattern:
     for place, wide in ((0.022, 0.006), (0.24 * broad, 0.005), (0.86 * broad, 0.006), (1.12 * broad, 0.004)):
         lines = np.maximum(lines, smooth_step(wide + canvas.soft, wide, np.abs(rim - place)))
     pitch = 0.55 * broad
-    at_side = (np.minimum(x, canvas.width - x) < np.minimum(y, canvas.height - y))
+    at_side = np.minimum(x, canvas.width - x) < np.minimum(y, canvas.height - y)
     along, half = np.where(at_side, y, x), np.where(at_side, 0.5 * canvas.height, 0.5 * canvas.width)
     count = np.maximum(1.0, np.round(2.0 * half / pitch))
     step = ((along * count / (2.0 * half)) % 1.0) - 0.5
@@ -353,7 +355,7 @@ def rug(rng: np.random.Generator, request: Request) -> Pattern:
     wear = noise(rng, request.shape, 1.0, 12.0, 1.0)
     knots = 0.03 * np.cos(2 * math.pi * 128 * canvas.y / canvas.height)
     shade = 1.0 + 0.05 * pile + 0.03 * wear + knots
-    return Pattern(tuple(w.astype(np.float32) for w in (first, second, third)), shade.astype(np.float32), None, (0.3 * pile).astype(np.float32))
+    return Pattern(tuple(w for w in (first, second, third)), shade, None, (0.3 * pile))
 
 
 def kilim(rng: np.random.Generator, request: Request) -> Pattern:
@@ -382,7 +384,7 @@ def kilim(rng: np.random.Generator, request: Request) -> Pattern:
     yarn = noise(rng, request.shape, 10.0, 180.0, 0.3, (6.0, 1.0))
     ridge = np.cos(2 * math.pi * 128 * canvas.y / canvas.height)
     shade = 1.0 + 0.05 * yarn + 0.03 * ridge
-    return Pattern(tuple(w.astype(np.float32) for w in layers), shade.astype(np.float32), None, (0.25 * yarn + 0.2 * ridge).astype(np.float32))
+    return Pattern(tuple(w for w in layers), shade, None, (0.25 * yarn + 0.2 * ridge))
 
 
 def spines(rng: np.random.Generator, request: Request) -> Pattern:
@@ -405,8 +407,8 @@ def spines(rng: np.random.Generator, request: Request) -> Pattern:
         first = np.where(inside, np.clip((style != 3) * bands * (1.0 - label) + letters, 0.0, 1.0), first)
         second = np.where(inside, label * (1.0 - letters), second)
     cloth = noise(rng, request.shape, 20.0, 128.0, 0.2)
-    weights = (first.astype(np.float32), (second * 0.9).astype(np.float32))
-    return Pattern(weights, (1.0 + 0.03 * cloth).astype(np.float32), (-0.15 * first).astype(np.float32), (0.2 * cloth).astype(np.float32))
+    weights = (first, (second * 0.9))
+    return Pattern(weights, (1.0 + 0.03 * cloth), (-0.15 * first), (0.2 * cloth))
 
 
 INKS = ((0.85, 0.42, 0.25), (0.25, 0.45, 0.75), (1.2, 1.0, 0.5))

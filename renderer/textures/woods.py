@@ -26,7 +26,7 @@ class Grain(NamedTuple):
 class Boards(NamedTuple):
     """Which board a texel lies on, how far along and across it in board widths, and its distance to the board's edge, in board widths."""
 
-    index: NDArray[np.integer]
+    number: NDArray[np.integer]
     along: Field
     across: Field
     edge: Field
@@ -51,14 +51,14 @@ def grain(rng: np.random.Generator, shape: Shape, rings: int, knots: int) -> Gra
     wander = noise(rng, shape, 2.0, 40.0, 1.0, (14.0, 1.0))
     phase = phase + 0.10 * wander
     ring = np.floor(phase).astype(np.int32)
-    part = (phase - ring).astype(np.float32)
+    part = phase - ring
     strength = per_cell(rng, ring % 256, 256)
     late = (part**2.2) * smooth_step(1.0, 0.86, part) * 1.25 * (0.45 + 0.55 * strength)
     fibre = noise(rng, shape, 20.0, 160.0, 0.2, (16.0, 1.0))
     pores = smooth_step(1.35, 2.3, fibre) * (0.35 + 0.5 * late)
     broad = noise(rng, shape, 0.5, 3.0, 1.0, (2.0, 1.0))
     shade = 1.0 + 0.035 * fibre + 0.045 * broad + 0.02 * wander
-    return Grain(np.clip(late, 0.0, 1.0).astype(np.float32), np.maximum(dark, pores).astype(np.float32), shade.astype(np.float32))
+    return Grain(np.clip(late, 0.0, 1.0), np.maximum(dark, pores), shade)
 
 
 def wood(rng: np.random.Generator, request: Request) -> Pattern:
@@ -76,20 +76,20 @@ def floor_boards(rng: np.random.Generator, boards: Boards, along_texels: float, 
     """
     found = grain(rng, GRAIN_SHAPE, int(rng.integers(18, 34)), int(rng.integers(1, 4)))
     height, width = GRAIN_SHAPE
-    count = int(boards.index.max()) + 1
+    count = int(boards.number.max()) + 1
     start_x, start_y = rng.integers(0, width, count), rng.integers(0, height, count)
-    x = (start_x[boards.index] + (boards.along * along_texels).astype(np.int64)) % width
-    y = (start_y[boards.index] + (boards.across * 0.16 * height).astype(np.int64)) % height
+    x = (start_x[boards.number] + (boards.along * along_texels).astype(np.int64)) % width
+    y = (start_y[boards.number] + (boards.across * 0.16 * height).astype(np.int64)) % height
     place = y * width + x
     late, dark, shade = (np.take(field.ravel(), place) for field in found)
-    tone = per_cell(rng, boards.index, count) - np.float32(0.5)
-    warm = per_cell(rng, boards.index, count)
+    tone = per_cell(rng, boards.number, count) - np.float32(0.5)
+    warm = per_cell(rng, boards.number, count)
     joint = smooth_step(2.2 * gap, 0.6 * gap, boards.edge)
     groove = smooth_step(4.0 * gap, 0.0, boards.edge)
     shade = shade * (1.0 + spread * tone) * (1.0 - 0.6 * joint)
     free = 1.0 - joint
     weights = (0.55 * late * free * (1.0 - dark), np.maximum(0.75 * dark, 0.85 * joint), 0.5 * warm * free * (1.0 - dark) * (1.0 - late))
-    return Pattern(weights, shade.astype(np.float32), 0.06 * late + 0.25 * joint, -groove - 0.06 * late - 0.1 * dark)
+    return Pattern(weights, shade, 0.06 * late + 0.25 * joint, -groove - 0.06 * late - 0.1 * dark)
 
 
 def planks(rng: np.random.Generator, request: Request) -> Pattern:
@@ -98,8 +98,8 @@ def planks(rng: np.random.Generator, request: Request) -> Pattern:
     u, v = coordinates(request.shape)
     row = np.floor(v * rows).astype(np.int32)
     across = v * rows - row
-    start = rng.random(rows).astype(np.float32)
-    cut = rng.uniform(0.36, 0.64, rows).astype(np.float32)
+    start = rng.random(rows)
+    cut = rng.uniform(0.36, 0.64, rows)
     place = (u + start[row]) % 1.0
     second = place > cut[row]
     index = 2 * row + second
@@ -107,8 +107,8 @@ def planks(rng: np.random.Generator, request: Request) -> Pattern:
     local = np.where(second, place - cut[row], place)
     end = np.minimum(local, lengths - local) * length
     across = np.broadcast_to(across, end.shape)
-    edge = np.minimum(np.minimum(across, 1.0 - across), end * 0.8).astype(np.float32)
-    boards = Boards(index, (local * length).astype(np.float32), across.astype(np.float32), edge)
+    edge = np.minimum(np.minimum(across, 1.0 - across), end * 0.8)
+    boards = Boards(index, (local * length), across, edge)
     return floor_boards(rng, boards, 16.0, 0.012, float(rng.uniform(0.1, 0.32)))
 
 
@@ -127,7 +127,7 @@ def herringbone(rng: np.random.Generator, request: Request) -> Pattern:
     other = np.where(lying, j, j - steps) % (2 * ratio)
     index = (first * 2 * ratio + other) * 2 + lying
     edge = np.minimum(np.minimum(across, 1.0 - across), np.minimum(along, ratio - along))
-    boards = Boards(index, along.astype(np.float32), across.astype(np.float32), edge.astype(np.float32))
+    boards = Boards(index, along, across, edge)
     return floor_boards(rng, boards, 22.0, 0.016, float(rng.uniform(0.15, 0.4)))
 
 
@@ -141,10 +141,10 @@ def basket(rng: np.random.Generator, request: Request) -> Pattern:
     inside_x, inside_y = x - strips * column, y - strips * row
     along, side = np.where(lying, inside_x, inside_y), np.where(lying, inside_y, inside_x)
     strip = np.floor(side).astype(np.int32)
-    across = side - strip
+    across = side - np.floor(side)
     index = (row * (count // strips) + column) * strips + strip
     edge = np.minimum(np.minimum(across, 1.0 - across), np.minimum(along, strips - along))
-    boards = Boards(index, along.astype(np.float32), across.astype(np.float32), edge.astype(np.float32))
+    boards = Boards(index, along, across, edge)
     return floor_boards(rng, boards, 24.0, 0.02, float(rng.uniform(0.15, 0.4)))
 
 
