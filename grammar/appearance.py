@@ -1,13 +1,11 @@
 """How a room is dressed: style, model seed and a material for every part, harmonised by a palette of the room.
 
 A room has a main and a second hue, and keeps a few materials of each family (two woods, one metal, ...), which its parts share; so things
-match without being all alike.  Colours are drawn in OKLCH and converted to linear Rec. 709 RGB (B. Ottosson, "A perceptual color space for
-image processing", 2020).
+match without being all alike.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -16,39 +14,14 @@ from typing import Annotated, Literal
 import numpy as np
 
 from grammar.grammar_file import read_yaml
+from grammar.materials import Hue, MaterialRange, Palette, Share, draw_material
 from grammar.rules import GrammarError
 from scene_description import FieldError, Limits, Material, ModelReference, Opening, Part, Room, SceneObject, from_mapping
-from scene_description.types import Color
 
-Share = Annotated[float, Limits(ge=0.0, le=1.0)]
-Range = tuple[Share, Share]
-Hue = Annotated[float, Limits(ge=-360.0, le=720.0, unit="deg")]
 Odds = Annotated[float, Limits(ge=0.0, le=1e6)]
 Families = Mapping[str, Odds]
 
 _MAX_SEED = 2**63 - 1
-_LMS_FROM_OKLAB = np.array([[1.0, 0.3963377774, 0.2158037573], [1.0, -0.1055613458, -0.0638541728], [1.0, -0.0894841775, -1.2914855480]])
-_RGB_FROM_LMS = np.array(
-    [
-        [4.0767416621, -3.3077115913, 0.2309699292],
-        [-1.2684380046, 2.6097574011, -0.3413193965],
-        [-0.0041960863, -0.7034186147, 1.7076147010],
-    ]
-)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class MaterialRange:
-    """A named material: ranges that its colour (OKLCH) and surface are drawn from; ``hue`` follows the room's palette."""
-
-    family: str
-    lightness: Range
-    chroma: Range
-    hue_deg: tuple[Hue, Hue] | None = None
-    hue: Literal["main", "second", "either", "own"] = "own"
-    roughness: Range
-    metallic: Range = (0.0, 0.0)
-    transmission: Range = (0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,6 +54,14 @@ class PartRule:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class SurfaceRule:
+    """What a surface of the room is made of: families with odds; ``by_room`` replaces them for a room type."""
+
+    families: Families
+    by_room: Mapping[str, Families] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class StyleRule:
     """How often a style is taken, and the parts that its models have."""
 
@@ -106,7 +87,7 @@ class CategoryLook:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _AppearanceFile:
     palette: PaletteRule
-    surfaces: Mapping[str, PartRule]
+    surfaces: Mapping[str, SurfaceRule]
     categories: Mapping[str, CategoryLook]
 
 
@@ -120,7 +101,7 @@ class Appearance:
     """Everything that dressing needs: the palette rule, looks by category, room surfaces, named materials and their families."""
 
     palette: PaletteRule
-    surfaces: Mapping[str, PartRule]
+    surfaces: Mapping[str, SurfaceRule]
     categories: Mapping[str, CategoryLook]
     materials: Mapping[str, MaterialRange]
     families: Mapping[str, tuple[str, ...]]
@@ -149,24 +130,13 @@ def load_appearance(appearance_path: Path, materials_path: Path) -> Appearance:
     return Appearance(palette=look.palette, surfaces=look.surfaces, categories=look.categories, materials=materials, families=families)
 
 
-def linear_rgb(lightness: float, chroma: float, hue_deg: float) -> Color:
-    """Return the linear Rec. 709 RGB of an OKLCH colour; chroma is lowered until the colour lies in the gamut."""
-    angle = math.radians(hue_deg)
-    for shrink in np.linspace(1.0, 0.0, 21):
-        a, b = shrink * chroma * math.cos(angle), shrink * chroma * math.sin(angle)
-        rgb = _RGB_FROM_LMS @ (_LMS_FROM_OKLAB @ np.array([lightness, a, b])) ** 3
-        if rgb.min() >= 0.0 and rgb.max() <= 1.0:
-            break
-    red, green, blue = (float(value) for value in np.round(np.clip(rgb, 0.0, 1.0), 6))
-    return (red, green, blue)
-
-
 def dress(
-    rng: np.random.Generator, appearance: Appearance, room: Room, objects: Sequence[SceneObject]
+    rng: np.random.Generator, appearance: Appearance, room: Room, objects: Sequence[SceneObject], room_type: str = ""
 ) -> tuple[Room, tuple[SceneObject, ...], tuple[Material, ...]]:
     """Return room and objects with models and materials of parts, and the scene's materials.
 
-    Objects with a model file keep it and the parts they have.  Style, seed and materials are shared as the category says.
+    The room's surfaces are as usual in rooms of ``room_type``.  Objects with a model file keep it and the parts they have.  Style, seed
+    and materials are shared as the category says.
 
     Raises:
         GrammarError: a category has no look.
@@ -177,7 +147,9 @@ def dress(
                 f"appearance: expected a look for category '{category}', got none; known are {', '.join(sorted(appearance.categories))}"
             )
     closet = _Closet(rng, appearance)
-    surfaces = tuple(Part(name=name, material=closet.choose(rule.families)) for name, rule in appearance.surfaces.items())
+    surfaces = tuple(
+        Part(name=name, material=closet.choose(rule.by_room.get(room_type, rule.families))) for name, rule in appearance.surfaces.items()
+    )
     looks: dict[tuple[str, int], tuple[ModelReference, tuple[Part, ...]]] = {}
     by_id = {thing.id: thing for thing in objects}
     openings: list[Opening] = []
@@ -204,8 +176,9 @@ class _Closet:
         palette = appearance.palette
         main = _pick(rng, {str(k): item.odds for k, item in enumerate(palette.hues_deg)})
         apart = _pick(rng, {str(k): item.odds for k, item in enumerate(palette.apart_deg)})
-        self._main = palette.hues_deg[int(main)].hue + float(rng.uniform(-palette.jitter_deg, palette.jitter_deg))
-        self._second = self._main + palette.apart_deg[int(apart)].hue + float(rng.uniform(-palette.jitter_deg, palette.jitter_deg))
+        hue = palette.hues_deg[int(main)].hue + float(rng.uniform(-palette.jitter_deg, palette.jitter_deg))
+        second = hue + palette.apart_deg[int(apart)].hue + float(rng.uniform(-palette.jitter_deg, palette.jitter_deg))
+        self._palette = Palette(main_deg=hue, second_deg=second)
         self._kept: dict[str, tuple[str, ...]] = {}
         self._count: dict[str, int] = {}
 
@@ -234,28 +207,11 @@ class _Closet:
 
     def _draw(self, family: str, avoid: Collection[str]) -> str:
         names = [name for name in self._appearance.families[family] if name not in avoid] or list(self._appearance.families[family])
-        name = names[int(self._rng.integers(len(names)))]
-        kind = self._appearance.materials[name]
-        lightness, chroma, roughness, metallic, transmission = (
-            float(self._rng.uniform(*bounds)) for bounds in (kind.lightness, kind.chroma, kind.roughness, kind.metallic, kind.transmission)
-        )
+        name = _pick(self._rng, {name: self._appearance.materials[name].odds for name in names})
         self._count[name] = self._count.get(name, 0) + 1
-        material = Material(
-            id=f"{name}_{self._count[name]}",
-            family=family,
-            base_color=linear_rgb(lightness, chroma, self._hue(kind)),
-            roughness=round(roughness, 4),
-            metallic=round(metallic, 4),
-            transmission=round(transmission, 4),
-        )
+        material = draw_material(self._rng, self._appearance.materials[name], f"{name}_{self._count[name]}", self._palette)
         self.materials.append(material)
         return material.id
-
-    def _hue(self, kind: MaterialRange) -> float:
-        if kind.hue_deg is not None:
-            return float(self._rng.uniform(*kind.hue_deg))
-        main = kind.hue == "main" or (kind.hue == "either" and self._rng.random() < 0.5)
-        return (self._main if main else self._second) + float(self._rng.uniform(-8.0, 8.0))
 
 
 def _look(
@@ -325,6 +281,8 @@ def _check(look: _AppearanceFile, families: Mapping[str, tuple[str, ...]]) -> No
         _check_families(f"palette.kept.{family}", {family: 1.0}, families)
     for name, rule in look.surfaces.items():
         _check_families(f"surfaces.{name}.families", rule.families, families)
+        for room_type, odds in rule.by_room.items():
+            _check_families(f"surfaces.{name}.by_room.{room_type}", odds, families)
     for category, item in look.categories.items():
         path = f"categories.{category}"
         if not sum(style.odds for style in item.styles.values()) > 0.0:

@@ -106,7 +106,7 @@ class SceneSynthesizer:
         self.check(request)
         rng = {purpose: np.random.default_rng(np.random.SeedSequence([seed, index, i])) for i, purpose in enumerate(PURPOSES)}
         sampled = sample_room(self.grammars[request.room_type], self.categories, request, rng["layout"])
-        room, objects, materials = dress(rng["appearance"], self.appearance, sampled.room, sampled.objects)
+        room, objects, materials = dress(rng["appearance"], self.appearance, sampled.room, sampled.objects, request.room_type)
         lights, environment = sample_lighting(
             rng["lighting"], self.lighting, objects, windows=any(opening.category == "window" for opening in room.openings)
         )

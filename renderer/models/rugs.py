@@ -10,7 +10,7 @@ from renderer.shapes import block, blocks, lathe, merged, slab, stretched
 
 
 def build_rug(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return a rug with border, inner line, pattern and fringe; a striped one; or a round one with rings."""
+    """Return a rug with border, inner line, pattern and fringe; a striped one; a round one with rings; or one piece for a woven pattern."""
     depth, width, height = size_m
     half_d, half_w = 0.5 * depth, 0.5 * width
     if style == "round":
@@ -46,6 +46,8 @@ def build_rug(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
             for t in spots
         ]
     tassels = blocks([np.minimum(a, b) for a, b in threads], [np.maximum(a, b) for a, b in threads], 0.002)
+    if style == "woven":
+        return fitted({"pile": block((-half_d, -half_w, 0.0), (half_d, half_w, height), bevel), "fringe": tassels}, size_m)
     edge = rng.uniform(0.07, 0.12) * min(depth, width)
     if style == "striped":
         pile = block((-half_d, -half_w, 0.0), (half_d, half_w, 0.95 * height), bevel)
@@ -102,4 +104,4 @@ def _medallions(half_d: float, half_w: float, height: float) -> list[Mesh]:
     return pieces
 
 
-MODELS = {"rug": Model(build_rug, ("bordered", "striped", "round"))}
+MODELS = {"rug": Model(build_rug, ("bordered", "striped", "round", "woven"))}

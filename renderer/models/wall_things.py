@@ -32,7 +32,7 @@ def molding(width: float, height: float, rim: float, profile: list[tuple[float, 
 
 
 def build_picture(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return a framed picture with mat: a landscape of ridges, an abstract of fields, or circles."""
+    """Return a framed picture with mat: a landscape of ridges, an abstract of fields, circles, or a canvas for a painted texture."""
     depth, width, height = size_m
     rim = min(0.035, 0.09 * min(width, height))
     x0 = -0.5 * depth
@@ -44,6 +44,9 @@ def build_picture(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     mat = block((x0 + 0.001, -0.5 * width + 0.8 * rim, 0.8 * rim), (face, 0.5 * width - 0.8 * rim, height - 0.8 * rim), 0.0005)
     border = rim + rng.uniform(0.10, 0.17) * min(width, height)
     half, low, high = 0.5 * width - border, border, height - border
+    if style == "print":
+        area = np.array([(-half, low), (half, low), (half, high), (-half, high)])
+        return fitted({"frame": frame, "mat": mat, "canvas": _standing(area, face - 0.001, face + 0.0006)}, size_m)
     fields = {"landscape": _landscape, "abstract": _abstract, "circles": _circles}[style](rng, half, low, high)
     thick = 0.0006
     parts = {"frame": frame, "mat": mat}
@@ -206,7 +209,7 @@ def build_radiator(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
 
 
 MODELS = {
-    "picture": Model(build_picture, ("landscape", "abstract", "circles")),
+    "picture": Model(build_picture, ("landscape", "abstract", "circles", "print")),
     "wall_mirror": Model(build_wall_mirror, ("rectangular", "round", "arched")),
     "radiator": Model(build_radiator, ("panel", "column")),
 }
