@@ -44,7 +44,7 @@ setup(
         "lz4>=4.3",
         "zstandard>=0.22",
         "PyYAML>=6.0",
-        "pillow>=10.0",
+        "pillow>=10.1",
     ],
     extras_require={
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
@@ -62,7 +62,7 @@ setup(
             "types-PyYAML",
             "scipy-stubs",
         ],
-        "bench": ["rosbags>=0.10"],
+        "bench": ["rosbags>=0.10", "shapely>=2.0"],
     },
     entry_points={
         "console_scripts": [

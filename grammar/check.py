@@ -45,6 +45,11 @@ def check_grammar(grammar: Grammar, categories: Collection[str]) -> None:
     _check_sum("moves", [getattr(grammar.moves, name) for name in MOVES])
     moves = grammar.moves
     _check_sum("moves.relocate_*", [moves.relocate_uniform, moves.relocate_wall, moves.relocate_around])
+    test = grammar.schedule.convergence
+    if test.lag < test.window:
+        raise FieldError(
+            "schedule.convergence.lag", f"at least the window, {test.window}, so that the histograms share no samples", str(test.lag)
+        )
     if moves.relocate_uniform <= 0.0:
         raise FieldError("moves.relocate_uniform", "a positive share, so that every pose can be left again", f"{moves.relocate_uniform:g}")
 

@@ -2,8 +2,7 @@
 
 circulation: how far the share of the standable floor that is connected to the door falls below the wanted share (R_walkable of PhyScene,
 Yang et al., CVPR 2024); reach: number of seats, beds and stores that the walker cannot get to.  Cells are those of
-:func:`grammar.free_space.rasterize`; each counts the solids that come nearer to its centre than the robot's radius, so moving an object
-costs its own cells and one flood fill.
+:func:`grammar.free_space.rasterize`; :mod:`grammar.floor_raster` keeps them.
 """
 
 from __future__ import annotations
@@ -13,33 +12,60 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from grammar.energies import INNER
+from grammar.floor_raster import (
+    DONE,
+    FREE,
+    HEIGHT,
+    ORIGIN_X,
+    ORIGIN_Y,
+    REACHED_CELL,
+    RESOLUTION,
+    ROWS,
+    SHARE,
+    SIDE,
+    STRIDE,
+    Floor,
+    move_box,
+    settle,
+    start_over,
+    update,
+)
 from grammar.free_space import rasterize, standable
-from grammar.layout import ACTIVE, BLOCKS, BOX, BOX_END, REACH, ZONE, Floats, Ints, Problem, State
+from grammar.layout import ACTIVE, BLOCKS, BOTTOM, BOX, BOX_END, REACH, ZONE, Ints, Problem, State
 from grammar.rules import Thresholds
 from scene_description.types import Point2
 
-ORIGIN_X, ORIGIN_Y, RESOLUTION, RADIUS, START_X, START_Y, SHARE = range(7)
-"""Places in ``Floor.number``."""
-
-_EPOCH, _FREE = range(2)
 _TOUCH_M = 1e-9
+_MOST_CHANGES = 256
 
 
-class Floor(NamedTuple):
-    """The raster of a room; row = y, column = x, (h, w).
+class Traffic(NamedTuple):
+    """What a problem means to a walker.
 
-    covered: solids and walls too near to each cell; reached: the epoch in which a cell was last reached; stack: (2 h w,) work space;
-    tally: (2,) epoch and number of standable cells; number: (7,) the places above.
+    solid: (m,) 1 for the boxes that take floor, of those that lie within each other only the outer one; witness: (n,) for each object a
+    cell by which the walker last got to it, -1 without one.
     """
 
-    covered: NDArray[np.int32]
-    reached: NDArray[np.int32]
-    stack: NDArray[np.int32]
-    tally: Ints
-    number: Floats
+    solid: Ints
+    witness: Ints
+
+
+def traffic_of(problem: Problem, floor: Floor) -> Traffic:
+    """Return the boxes of a problem that a walker of the floor's height meets, none without a floor, and no cells yet."""
+    link, box = problem.link, problem.box
+    if not len(floor.covered):
+        return Traffic(np.zeros(len(box), np.int64), np.full(len(link), -1, np.int64))
+    owner = np.repeat(np.arange(len(link)), link[:, BOX_END] - link[:, BOX])
+    is_solid = np.arange(len(box)) < link[owner, ZONE]
+    solid = is_solid & (link[owner, BLOCKS] > 0) & (problem.object[owner, BOTTOM] + box[:, 2] < floor.number[HEIGHT])
+    within = (owner[:, None] == owner) & solid[:, None] & solid
+    for axis in (0, 1):
+        within &= np.abs(box[:, None, axis] - box[:, axis]) + box[:, None, 4 + axis] <= box[:, 4 + axis]
+    twins = within & within.T  # of boxes that are alike the first one stays
+    inner = (within & ~twins).any(1) | np.tril(twins, -1).any(1)
+    return Traffic((solid & ~inner).astype(np.int64), np.full(len(link), -1, np.int64))
 
 
 def empty_floor(polygon_m: tuple[Point2, ...], start_m: tuple[float, float], limits: Thresholds) -> Floor:
@@ -48,158 +74,142 @@ def empty_floor(polygon_m: tuple[Point2, ...], start_m: tuple[float, float], lim
     Args:
         polygon_m: floor outline, counter-clockwise, world.
         start_m: where the robot enters.
-        limits: its radius, the resolution and the share of the floor that it shall reach.
+        limits: its radius and height, the resolution and the share of the floor that it shall reach.
     """
     free = rasterize(polygon_m, np.zeros((0, 8)), limits.grid_resolution_m, limits.robot_height_m)
-    stands = standable(free, limits.robot_radius_m)
-    number = (*free.origin_m, free.resolution_m, limits.robot_radius_m, *start_m, limits.walkable_share)
+    covered = np.pad(~standable(free, limits.robot_radius_m), 1, constant_values=True).astype(np.int16)
+    rows, stride = covered.shape
+    x = free.origin_m[0] + (np.arange(stride) - 0.5) * free.resolution_m - start_m[0]
+    y = free.origin_m[1] + (np.arange(rows) - 0.5) * free.resolution_m - start_m[1]
+    squared = ((y * y)[:, None] + x * x).ravel()
+    within = limits.robot_radius_m + math.sqrt(2.0) * free.resolution_m
+    nearest = np.argsort(squared, kind="stable")
+    number = (*free.origin_m, free.resolution_m, limits.robot_radius_m - _TOUCH_M, limits.walkable_share, limits.robot_height_m)
+    tally = np.zeros(9, np.int64)
+    tally[STRIDE], tally[ROWS], tally[FREE] = stride, rows - 2, np.count_nonzero(covered == 0)
     return Floor(
-        covered=(~stands).astype(np.int32),
-        reached=np.zeros(stands.shape, np.int32),
-        stack=np.zeros(2 * stands.size, np.int32),
-        tally=np.array([0, np.count_nonzero(stands)], np.int64),
+        covered=covered.ravel(),
+        mark=np.zeros((2, covered.size), np.uint8),
+        stack=np.zeros(2 * covered.size, np.int32),
+        entry=nearest[squared[nearest] < within * within].astype(np.int32),
+        change=np.zeros(_MOST_CHANGES, np.int32),
+        log=np.zeros((2 * _MOST_CHANGES, 2), np.int32),
+        tally=tally,
         number=np.array(number),
     )
 
 
 def circulation_losses(problem: Problem, state: State, floor: Floor) -> tuple[float, float]:
     """Return the losses circulation and reach of a layout; ``floor`` is an unfurnished room's and is left as it was."""
-    circulation, missed = _measure_furnished(problem, state, floor)
+    circulation, missed = _measure_furnished(problem, state, floor, traffic_of(problem, floor))
     return circulation, float(missed)
 
 
 @njit(**INNER)
-def _window(box, margin, floor):  # type: ignore[no-untyped-def]
-    """Return the first and last rows and columns (past the end) whose centres may lie within ``margin`` of a box's footprint."""
-    number, c, s = floor.number, abs(box[6]), abs(box[7])
-    reach_x, reach_y = box[4] * c + box[5] * s + margin, box[4] * s + box[5] * c + margin
-    x, y, side = box[0] - number[ORIGIN_X], box[1] - number[ORIGIN_Y], number[RESOLUTION]
-    row, row_end = max(int((y - reach_y) / side), 0), min(int((y + reach_y) / side) + 1, floor.covered.shape[0])
-    return row, row_end, max(int((x - reach_x) / side), 0), min(int((x + reach_x) / side) + 1, floor.covered.shape[1])
-
-
-@njit(**INNER)
-def stamp(problem, placed, i, sign, floor):  # type: ignore[no-untyped-def]
-    """Add (sign 1) or take away (-1) the solids of object ``i``, whose boxes are rows of ``placed``."""
-    if problem.link[i, BLOCKS] == 0:
-        return
-    covered, number = floor.covered, floor.number
-    side, near, freed = number[RESOLUTION], number[RADIUS] - _TOUCH_M, 0
-    for k in range(problem.link[i, BOX], problem.link[i, ZONE]):
-        box = placed[k]
-        half_d, half_w, c, s = box[4], box[5], box[6], box[7]
-        first_row, last_row, first_column, last_column = _window(box, near, floor)
-        dx = number[ORIGIN_X] + (first_column + 0.5) * side - box[0]
-        for row in range(first_row, last_row):
-            dy = number[ORIGIN_Y] + (row + 0.5) * side - box[1]
-            u, v = dx * c + dy * s, dy * c - dx * s
-            for column in range(first_column, last_column):
-                step = side * (column - first_column)
-                away_u, away_v = max(abs(u + step * c) - half_d, 0.0), max(abs(v - step * s) - half_w, 0.0)
-                if away_u * away_u + away_v * away_v < near * near:
-                    before = covered[row, column]
-                    covered[row, column] = before + sign
-                    freed += int(before + sign == 0) - int(before == 0)
-    floor.tally[_FREE] += freed
-
-
-@njit(**INNER)
-def furnish(problem, state, floor, sign):  # type: ignore[no-untyped-def]
-    """Add (sign 1) or take away (-1) all active objects."""
+def furnish(problem, state, floor, traffic, present):  # type: ignore[no-untyped-def]
+    """Put all active objects on the raster of an unfurnished room, or take them off it again."""
     for i in range(len(problem.link)):
         if state.hold[i, ACTIVE]:
-            stamp(problem, state.placed, i, sign, floor)
+            for k in range(problem.link[i, BOX], problem.link[i, ZONE]):
+                if traffic.solid[k]:
+                    move_box(state.placed, state.placed, k, not present, present, floor)
+    start_over(floor)
 
 
 @njit(**INNER)
-def _enter_cell(floor):  # type: ignore[no-untyped-def]
-    """Return row and column of the standable cell that the walk begins at, row -1 without one."""
-    number, covered = floor.number, floor.covered
-    side = number[RESOLUTION]
-    within = number[RADIUS] + math.sqrt(2.0) * side
-    span = int(within / side) + 2
-    middle_row = int((number[START_Y] - number[ORIGIN_Y]) / side)
-    middle_column = int((number[START_X] - number[ORIGIN_X]) / side)
-    best, best_row, best_column = within * within, -1, -1
-    for row in range(max(middle_row - span, 0), min(middle_row + span + 1, covered.shape[0])):
-        dy = number[ORIGIN_Y] + (row + 0.5) * side - number[START_Y]
-        for column in range(max(middle_column - span, 0), min(middle_column + span + 1, covered.shape[1])):
-            dx = number[ORIGIN_X] + (column + 0.5) * side - number[START_X]
-            squared = dx * dx + dy * dy
-            if covered[row, column] == 0 and squared < best:
-                best, best_row, best_column = squared, row, column
-    return best_row, best_column
+def _exchange(problem, old, new, i, floor, traffic):  # type: ignore[no-untyped-def]
+    """Move object ``i`` on the raster; its boxes are rows of ``old`` and ``new``."""
+    for k in range(problem.link[i, BOX], problem.link[i, ZONE]):
+        if traffic.solid[k]:
+            move_box(old, new, k, True, True, floor)
 
 
 @njit(**INNER)
-def _flood(floor, row, column):  # type: ignore[no-untyped-def]
-    """Mark the cells connected to one with the epoch, run by run along the rows; return how many."""
-    covered, reached, stack = floor.covered, floor.reached, floor.stack
-    height, width = covered.shape
-    epoch, top, done = floor.tally[_EPOCH], 1, 0
-    stack[0] = row * width + column
-    while top > 0:
-        top -= 1
-        row, left = stack[top] // width, stack[top] % width
-        if reached[row, left] == epoch:
-            continue
-        right = left
-        while left > 0 and covered[row, left - 1] == 0:
-            left -= 1
-        while right < width and covered[row, right] == 0:
-            right += 1
-        for column in range(left, right):
-            reached[row, column] = epoch
-        done += right - left
-        for beside in (row - 1, row + 1):
-            if 0 <= beside < height:
-                inside = False
-                for column in range(left, right):
-                    is_open = covered[beside, column] == 0
-                    if is_open and not inside and reached[beside, column] != epoch:
-                        stack[top] = beside * width + column
-                        top += 1
-                    inside = is_open
-    return done
+def _within(box, x, y):  # type: ignore[no-untyped-def]
+    dx, dy = x - box[0], y - box[1]
+    return abs(dx * box[6] + dy * box[7]) <= box[4] and abs(dy * box[6] - dx * box[7]) <= box[5]
 
 
 @njit(**INNER)
-def _touches(box, floor):  # type: ignore[no-untyped-def]
-    """Return whether the centre of a reached cell lies in a strip."""
-    number, reached, epoch = floor.number, floor.reached, floor.tally[_EPOCH]
-    side = number[RESOLUTION]
-    first_row, last_row, first_column, last_column = _window(box, 0.0, floor)
-    for row in range(first_row, last_row):
-        dy = number[ORIGIN_Y] + (row + 0.5) * side - box[1]
-        for column in range(first_column, last_column):
-            if reached[row, column] == epoch:
-                dx = number[ORIGIN_X] + (column + 0.5) * side - box[0]
-                if abs(dx * box[6] + dy * box[7]) <= box[4] and abs(dy * box[6] - dx * box[7]) <= box[5]:
-                    return True
+def _still_met(placed, first, last, cell, floor, mark):  # type: ignore[no-untyped-def]
+    """Return whether a cell is reached and its centre lies in one of the strips."""
+    if cell < 0 or mark[cell] != REACHED_CELL:
+        return False
+    number, side = floor.number, floor.number[RESOLUTION]
+    row = cell // floor.tally[STRIDE]
+    x = number[ORIGIN_X] + (cell - row * floor.tally[STRIDE] - 0.5) * side
+    y = number[ORIGIN_Y] + (row - 0.5) * side
+    for k in range(first, last):
+        if _within(placed[k], x, y):
+            return True
     return False
 
 
 @njit(**INNER)
-def measure(problem, state, floor):  # type: ignore[no-untyped-def]
-    """Return the losses circulation and reach of what stands on the raster."""
-    floor.tally[_EPOCH] += 1
-    row, column = _enter_cell(floor)
-    done = _flood(floor, row, column) if row >= 0 else 0
-    share = done / floor.tally[_FREE] if floor.tally[_FREE] > 0 else 0.0
-    missed = 0
+def _meet(box, floor, mark):  # type: ignore[no-untyped-def]
+    """Return a reached cell whose centre lies in a strip, or -1."""
+    number, stride = floor.number, floor.tally[STRIDE]
+    side, c, s = number[RESOLUTION], abs(box[6]), abs(box[7])
+    reach_x, reach_y = box[4] * c + box[5] * s, box[4] * s + box[5] * c
+    x, y = box[0] - number[ORIGIN_X], box[1] - number[ORIGIN_Y]
+    first_row, last_row = max(int((y - reach_y) / side), 0), min(int((y + reach_y) / side) + 1, floor.tally[ROWS])
+    first_column, last_column = max(int((x - reach_x) / side), 0), min(int((x + reach_x) / side) + 1, stride - 2)
+    for row in range(first_row, last_row):
+        base = (row + 1) * stride + 1
+        for column in range(first_column, last_column):
+            if mark[base + column] == REACHED_CELL:
+                if _within(box, number[ORIGIN_X] + (column + 0.5) * side, number[ORIGIN_Y] + (row + 0.5) * side):
+                    return base + column
+    return -1
+
+
+@njit(**INNER)
+def measure(problem, state, floor, mark, traffic):  # type: ignore[no-untyped-def]
+    """Return the losses circulation and reach of what stands on the raster, whose marks are up to date."""
+    tally, witness, missed = floor.tally, traffic.witness, 0
+    share = tally[DONE] / tally[FREE] if tally[FREE] > 0 else 0.0
     for i in range(len(problem.link)):
         first, last = problem.link[i, REACH], problem.link[i, BOX_END]
         if last > first and state.hold[i, ACTIVE]:
-            met = False
-            for k in range(first, last):
-                met = met or _touches(state.placed[k], floor)
-            missed += 0 if met else 1
+            if not _still_met(state.placed, first, last, witness[i], floor, mark):
+                witness[i] = -1
+                for k in range(first, last):
+                    if witness[i] < 0:
+                        witness[i] = _meet(state.placed[k], floor, mark)
+                missed += int(witness[i] < 0)
     return max(floor.number[SHARE] - share, 0.0), missed
 
 
+@njit(**INNER)
+def changes_floor(problem, members, count):  # type: ignore[no-untyped-def]
+    """Return whether one of the objects takes floor or must be reached."""
+    for m in range(count):
+        i = members[m]
+        if problem.link[i, BLOCKS] or problem.link[i, BOX_END] > problem.link[i, REACH]:
+            return True
+    return False
+
+
+@njit(**INNER)
+def walk(problem, state, old, members, count, floor, traffic):  # type: ignore[no-untyped-def]
+    """Return circulation and reach once the members, whose boxes were ``old``, have moved; :func:`walk_on` has to follow."""
+    for m in range(count):
+        _exchange(problem, old, state.placed, members[m], floor, traffic)
+    return measure(problem, state, floor, floor.mark[update(floor)], traffic)
+
+
+@njit(**INNER)
+def walk_on(problem, state, old, members, count, floor, traffic, stays):  # type: ignore[no-untyped-def]
+    """Leave the raster as the members' move made it, or take it back."""
+    if not stays:
+        for m in range(count):
+            _exchange(problem, state.placed, old, members[m], floor, traffic)
+    settle(floor, stays)
+
+
 @njit(cache=True, error_model="numpy")
-def _measure_furnished(problem, state, floor):  # type: ignore[no-untyped-def]
-    furnish(problem, state, floor, np.int64(1))
-    losses = measure(problem, state, floor)
-    furnish(problem, state, floor, np.int64(-1))
+def _measure_furnished(problem, state, floor, traffic):  # type: ignore[no-untyped-def]
+    furnish(problem, state, floor, traffic, True)
+    losses = measure(problem, state, floor, floor.mark[floor.tally[SIDE]], traffic)
+    furnish(problem, state, floor, traffic, False)
     return losses

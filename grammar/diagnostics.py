@@ -1,8 +1,8 @@
-"""A record of one chain: every energy term over the proposals and the acceptance of every move, as a table (CSV) and a drawing (SVG)."""
+"""A record of one chain: every energy term over the proposals and the acceptance of every move, as a table (CSV) and a drawing."""
 
 from __future__ import annotations
 
-from html import escape
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,27 +11,35 @@ from grammar.assemble import assemble
 from grammar.categories import Categories
 from grammar.circulation import empty_floor
 from grammar.derive import derive
-from grammar.layout import FIXED, Floats, Ints
-from grammar.mcmc import NO_FLOOR
+from grammar.drawing import Drawing, Shape, line, words
+from grammar.floor_raster import NO_FLOOR
+from grammar.layout import BOUNDS, FIXED, Floats, Ints
 from grammar.moves import move_settings
 from grammar.request import SceneRequest
 from grammar.rules import MOVES, TERMS, Grammar
 from grammar.schedule import run_stages
 from grammar.validity import door_start_m
 
-_WIDTH, _HEIGHT, _LEFT, _TOP = 900, 420, 60, 30
+_WIDTH, _LEFT, _TOP = 860.0, 60.0, 60.0
+_COLORS = (
+    "#e6194b", "#3cb44b", "#4363d8", "#f58231", "#911eb4", "#18a2b8", "#d0219f", "#8a9a00", "#b06f3c", "#008080", "#7a5cd6", "#9a6324",
+    "#800000", "#2f7d4f", "#808000", "#000075", "#a9a9a9", "#c97b00",
+)  # fmt: skip
 
 
 class ChainRecord(NamedTuple):
     """One chain over one structure, over the stage in which all objects move.
 
-    proposals: (r,) how many had been made; energies: (r, t) unweighted losses then; weights: (t,); counts: (6, 2) proposals and acceptances
-    by move, all stages; converged: whether the energies' histogram stood still; feasible: whether the chain met a layout to keep.
+    proposals: (r,) how many had been made; energies: (r, t) unweighted losses then; weights: (t,); tried, taken: (r, 6) proposals and
+    acceptances by move in the sweep, 0 in the first one; counts: (6, 2) the same over all stages; converged: whether the energies'
+    histogram stood still; feasible: whether the chain met a layout to keep.
     """
 
     proposals: Ints
     energies: Floats
     weights: Floats
+    tried: Ints
+    taken: Ints
     counts: Ints
     converged: bool
     feasible: bool
@@ -51,10 +59,14 @@ def record_chain(grammar: Grammar, categories: Categories, request: SceneRequest
     beta = request.beta if request.beta > 0.0 else grammar.schedule.beta
     result = run_stages(rng, problem, start, move_settings(grammar.moves), grammar.schedule, beta, floor)
     each = int(np.count_nonzero(problem.mount != FIXED))
+    moves = result.history[:, BOUNDS:].astype(np.int64).reshape(-1, 2, len(MOVES))
+    made = np.diff(moves, axis=0, prepend=moves[:1])  # of the first sweep only the sum with the stages before is known
     return ChainRecord(
         proposals=each * np.arange(1, len(result.history) + 1, dtype=np.int64),
-        energies=result.history,
+        energies=result.history[:, :BOUNDS],
         weights=problem.weight.copy(),
+        tried=made[:, 0],
+        taken=made[:, 1],
         counts=result.counts,
         converged=result.converged,
         feasible=result.layout is not None,
@@ -68,38 +80,68 @@ def acceptance(record: ChainRecord) -> dict[str, float]:
 
 
 def to_csv(record: ChainRecord) -> str:
-    """Return the record as CSV: a line for each sweep with the proposals made, the weighted total and the weighted terms."""
+    """Return the record as CSV.
+
+    A line for each sweep: the proposals made, the weighted total and the weighted terms, the proposals and acceptances of each move in it.
+    """
     weighted = record.energies * record.weights
-    lines = [",".join(("proposals", "total", *TERMS))]
-    for proposals, row in zip(record.proposals.tolist(), weighted, strict=True):
-        lines.append(",".join((str(proposals), *(f"{value:.6g}" for value in (row.sum(), *row)))))
+    moves = [f"{name}_{what}" for name in MOVES for what in ("tried", "taken")]
+    lines = [",".join(("proposals", "total", *TERMS, *moves))]
+    counts = np.stack([record.tried, record.taken], 2).reshape(len(weighted), -1)
+    for proposals, row, made in zip(record.proposals.tolist(), weighted, counts.tolist(), strict=True):
+        lines.append(",".join((str(proposals), *(f"{value:.6g}" for value in (row.sum(), *row)), *map(str, made))))
     return "\n".join(lines) + "\n"
 
 
-def to_svg(record: ChainRecord) -> str:
-    """Return a drawing of the weighted terms over the proposals (logarithmic above 1) with the acceptance of the moves beside it."""
+def chain_plot(record: ChainRecord, title: str) -> Drawing:
+    """Return a drawing of the weighted terms over the proposals (logarithmic above 1), and below it every move's acceptance over time."""
     weighted = np.column_stack([(record.energies * record.weights).sum(1), record.energies * record.weights])
-    height = np.log1p(np.maximum(weighted, 0.0))
-    top = max(float(height.max(initial=0.0)), 1e-9)
-    x = _LEFT + _WIDTH * (np.arange(len(height)) + 0.5) / max(len(height), 1)
-    parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{_WIDTH + 330}" height="{_HEIGHT + 80}" font-family="sans-serif" font-size="12">',
-        f'<rect x="{_LEFT}" y="{_TOP}" width="{_WIDTH}" height="{_HEIGHT}" fill="none" stroke="#888"/>',
-    ]
-    for k, name in enumerate(("total", *TERMS)):
-        colour = "#000" if k == 0 else f"hsl({360 * (k - 1) // len(TERMS)},70%,45%)"
-        points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x, _TOP + _HEIGHT * (1.0 - height[:, k] / top), strict=True))
-        mean = float(weighted[:, k].mean()) if len(weighted) else 0.0
-        parts.append(f'<polyline points="{points}" fill="none" stroke="{colour}" stroke-width="{1.6 if k == 0 else 0.8}"/>')
-        parts.append(f'<text x="{_LEFT + _WIDTH + 12}" y="{_TOP + 12 + 15 * k}" fill="{colour}">{escape(name)} (mean {mean:.3g})</text>')
-    for value in (0.0, 1.0, 10.0, 100.0, 1000.0, 10_000.0):
-        if np.log1p(value) <= top:
-            parts.append(f'<text x="8" y="{_TOP + _HEIGHT * (1.0 - np.log1p(value) / top) + 4:.1f}">{value:g}</text>')
-    first = _TOP + 12 + 15 * (len(TERMS) + 2)
-    for k, (name, share) in enumerate(acceptance(record).items()):
-        text = f"{escape(name)}: {share:.3f} of {record.counts[k, 0]} accepted"
-        parts.append(f'<text x="{_LEFT + _WIDTH + 12}" y="{first + 15 * k}">{text}</text>')
-    last = int(record.proposals[-1]) if len(record.proposals) else 0
-    ended = "converged" if record.converged else "budget spent"
-    parts.append(f'<text x="{_LEFT}" y="{_TOP + _HEIGHT + 20}">weighted energy terms over {last} proposals; {ended}</text>')
-    return "\n".join((*parts, "</svg>")) + "\n"
+    total = int(record.proposals[-1]) if len(record.proposals) else 0
+    ended = "converged" if record.converged else "all proposals made"
+    shapes = [words((_LEFT, 18.0), f"{title}: {total} proposals, {ended}", 15.0, anchor="start")]
+    names, mean = ("total", *TERMS), weighted.mean(0) if len(weighted) else np.zeros(len(TERMS) + 1)
+    ticks = [0.0, 1.0, 10.0, 100.0, 1e3, 1e4, 1e5]
+    legend = [f"{name} (mean {value:.3g})" for name, value in zip(names, mean, strict=True)]
+    shapes += _panel(record.proposals, np.log1p(np.maximum(weighted, 0.0)), [(np.log1p(v), f"{v:g}") for v in ticks], legend, _TOP, 380.0)
+    shapes.append(words((_LEFT, _TOP - 10.0), "weighted energy terms", 12.0, fill="#666666", anchor="start"))
+    share, tried = acceptance(record), record.counts[:, 0]
+    legend = [f"{name} {share[name]:.3f} of {tried[k]}" for k, name in enumerate(MOVES)]
+    lower = _TOP + 380.0 + 60.0
+    shapes += _panel(record.proposals, _acceptance_curves(record), [(v, f"{v:g}") for v in (0.0, 0.5, 1.0)], legend, lower, 160.0)
+    shapes.append(words((_LEFT, lower - 10.0), "accepted share of each move, over the sweeps around", 12.0, fill="#666666", anchor="start"))
+    shapes.append(words((_LEFT + _WIDTH, lower + 160.0 + 18.0), f"{total} proposals", 12.0, anchor="end"))
+    shapes.append(words((_LEFT, lower + 160.0 + 18.0), "0", 12.0))
+    return Drawing(width=_LEFT + _WIDTH + 250.0, height=lower + 160.0 + 40.0, shapes=tuple(shapes))
+
+
+def _acceptance_curves(record: ChainRecord) -> Floats:
+    """Return (r, 6) the share of accepted proposals within a window about each sweep; NaN where a move was not tried."""
+    half = max(len(record.tried) // 40, 5)
+    summed = [np.concatenate([np.zeros((1, len(MOVES))), np.cumsum(counts, 0)]) for counts in (record.tried, record.taken)]
+    sweeps = np.arange(len(record.tried))
+    low, high = np.maximum(sweeps - half, 0), np.minimum(sweeps + half + 1, len(record.tried))
+    tried, taken = (total[high] - total[low] for total in summed)
+    share: Floats = np.divide(taken, tried, out=np.full(tried.shape, np.nan), where=tried > 0)
+    return share
+
+
+def _panel(at: Ints, curves: Floats, ticks: Sequence[tuple[float, str]], legend: Sequence[str], top: float, height: float) -> list[Shape]:
+    """Return curves (r, k) over ``at`` (r,), the first one in black if there is a total, with their legend to the right."""
+    highest = max(float(np.nanmax(curves, initial=1e-9)), 1e-9)
+    x = _LEFT + _WIDTH * at / max(float(at[-1]) if len(at) else 1.0, 1.0)
+    frame = [(_LEFT, top), (_LEFT + _WIDTH, top), (_LEFT + _WIDTH, top + height), (_LEFT, top + height), (_LEFT, top)]
+    shapes = [line(frame, "#888888")]
+    for value, text in ticks:
+        if value <= highest * 1.0001:
+            y = top + height * (1.0 - value / highest)
+            shapes += [line([(_LEFT, y), (_LEFT + _WIDTH, y)], "#e4e4e4", 0.8), words((_LEFT - 6.0, y), text, 11.0, anchor="end")]
+    for k in reversed(range(curves.shape[1])):
+        color = "#000000" if legend[k].startswith("total") else _COLORS[k % len(_COLORS)]
+        kept = np.isfinite(curves[:, k])
+        points = list(zip(x[kept].tolist(), (top + height * (1.0 - curves[kept, k] / highest)).tolist(), strict=True))
+        if len(points) > 1:
+            shapes.append(line(points, color, 1.8 if color == "#000000" else 1.1))
+        y = top + 8.0 + 17.0 * k
+        shapes += [line([(_LEFT + _WIDTH + 12.0, y), (_LEFT + _WIDTH + 26.0, y)], color, 2.4)]
+        shapes.append(words((_LEFT + _WIDTH + 32.0, y), legend[k], 12.0, anchor="start"))
+    return shapes

@@ -99,7 +99,7 @@ INNER: dict[str, Any] = {"cache": True, "error_model": "numpy", "no_cpython_wrap
 @njit(**INNER)
 def wrap(angle: float) -> float:
     """Return an angle in [-pi, pi)."""
-    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+    return angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))
 
 
 @njit(cache=True, error_model="numpy")

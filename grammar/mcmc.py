@@ -15,11 +15,11 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from grammar.circulation import Floor, furnish, measure, stamp
+from grammar.circulation import Traffic, changes_floor, furnish, measure, traffic_of, walk, walk_on
 from grammar.energies import CIRCULATION, INNER, REACHED, full_energy, local_energy, place_object, weighted, wrap
+from grammar.floor_raster import NO_FLOOR, SIDE, Floor
 from grammar.layout import (
     ACTIVE,
-    BLOCKS,
     BOUNDS,
     BOX,
     BOX_END,
@@ -30,7 +30,6 @@ from grammar.layout import (
     MOUNT,
     OBJECT,
     ON_WALL,
-    REACH,
     SLOT,
     SLOT_OWNER,
     WALL,
@@ -41,7 +40,7 @@ from grammar.layout import (
 )
 from grammar.moves import RELOCATE, propose
 from grammar.proposal import CARRY, LEADER, NEW_SLOT, NEW_WALL, MoveSettings, Proposal, empty_proposal, pick
-from grammar.rules import HARD_TERMS
+from grammar.rules import HARD_TERMS, MOVES
 
 
 class Goal(NamedTuple):
@@ -63,7 +62,7 @@ class Work(NamedTuple):
 
     who: (2, n) what moves, and which leader (0, 1) each of these follows; moved: (n,) 0, or 1 plus the number of the leader; where, hold,
     placed: what the state held before a proposal, by object and box; energy: (3, t) losses of the layout, of the moved cliques before and
-    after; proposal.
+    after; proposal; traffic.
     """
 
     who: Ints
@@ -73,6 +72,7 @@ class Work(NamedTuple):
     placed: Floats
     energy: Floats
     proposal: Proposal
+    traffic: Traffic
 
 
 class ChainRun(NamedTuple):
@@ -82,13 +82,13 @@ class ChainRun(NamedTuple):
     energy: Floats
 
 
-NO_FLOOR = Floor(np.zeros((0, 0), np.int32), np.zeros((0, 0), np.int32), np.zeros(0, np.int32), np.zeros(2, np.int64), np.zeros(7))
-"""The floor of a chain that leaves circulation and reach out of its energy."""
+HISTORY = BOUNDS + 2 * len(MOVES)
+"""Columns of a chain's history."""
 
-NO_HISTORY = np.zeros((0, BOUNDS))
+NO_HISTORY = np.zeros((0, HISTORY))
 
 
-def _work(problem: Problem) -> Work:
+def _work(problem: Problem, floor: Floor) -> Work:
     n = len(problem.link)
     return Work(
         who=np.zeros((2, n), np.int64),
@@ -98,12 +98,13 @@ def _work(problem: Problem) -> Work:
         placed=np.zeros((len(problem.box), 8)),
         energy=np.zeros((3, BOUNDS)),
         proposal=empty_proposal(),
+        traffic=traffic_of(problem, floor),
     )
 
 
 def enter(rng: np.random.Generator, problem: Problem, state: State, settings: MoveSettings, i: int, starts: int) -> bool:
     """Bring object ``i`` in at the best of ``starts`` poses drawn from the relocation's mixture; return whether any was possible."""
-    return bool(_enter(rng, problem, state, settings, int(i), starts, _work(problem)))
+    return bool(_enter(rng, problem, state, settings, int(i), starts, _work(problem, NO_FLOOR)))
 
 
 def run_chain(
@@ -132,9 +133,9 @@ def run_chain(
         kept: state that receives a feasible layout (not the boxes that follow from its poses).
         counts: (6, 2) int64, proposals and acceptances by move are added.
         floor: of the unfurnished room, left as it was; with it circulation and reach are part of the energy.
-        history: (r, t) receives the losses after r evenly spaced proposals, the last one among them.
+        history: (r, t + 12) receives after r evenly spaced proposals, the last one among them, the losses, and ``counts`` by column.
     """
-    work = _work(problem)
+    work = _work(problem, floor)
     found = _run(rng, problem, state, settings, goal, movable, proposals, kept, counts, floor, history, work)
     return ChainRun(bool(found), work.energy[0])
 
@@ -274,23 +275,6 @@ def _followers_in_room(problem, state, count, work):  # type: ignore[no-untyped-
 
 
 @njit(**INNER)
-def _changes_floor(problem, count, work):  # type: ignore[no-untyped-def]
-    for m in range(count):
-        i = work.who[0, m]
-        if problem.link[i, BLOCKS] or problem.link[i, BOX_END] > problem.link[i, REACH]:
-            return True
-    return False
-
-
-@njit(**INNER)
-def _exchange(problem, count, old, new, floor, work):  # type: ignore[no-untyped-def]
-    """Take the moved objects off the raster at their ``old`` boxes and put them on it at the ``new`` ones."""
-    for m in range(count):
-        stamp(problem, old, work.who[0, m], np.int64(-1), floor)
-        stamp(problem, new, work.who[0, m], np.int64(1), floor)
-
-
-@njit(**INNER)
 def _feasible(energy, tolerance):  # type: ignore[no-untyped-def]
     worst = max(energy[CIRCULATION], energy[REACHED])
     for term in range(HARD_TERMS):
@@ -305,8 +289,8 @@ def _run(rng, problem, state, settings, goal, movable, proposals, kept, counts, 
     for term in range(len(energy)):
         energy[term] = full[term]
     if walks:
-        furnish(problem, state, floor, np.int64(1))
-        energy[CIRCULATION], energy[REACHED] = measure(problem, state, floor)
+        furnish(problem, state, floor, work.traffic, True)
+        energy[CIRCULATION], energy[REACHED] = measure(problem, state, floor, floor.mark[floor.tally[SIDE]], work.traffic)
     good, found, best, row = _feasible(energy, goal.tolerance), False, np.inf, 0
     if good and goal.keep_best:
         found, best = True, weighted(problem, energy)
@@ -337,13 +321,12 @@ def _run(rng, problem, state, settings, goal, movable, proposals, kept, counts, 
                 total = local_energy(problem, state, members, count, work.moved, limit, after)
             circulation, missed = energy[CIRCULATION], energy[REACHED]
             if total < limit and walks:
-                changes = _changes_floor(problem, count, work)
+                changes = changes_floor(problem, members, count)
                 if changes:
-                    _exchange(problem, count, work.placed, state.placed, floor, work)
-                    circulation, missed = measure(problem, state, floor)
+                    circulation, missed = walk(problem, state, work.placed, members, count, floor, work.traffic)
                 total += weight[CIRCULATION] * circulation + weight[REACHED] * missed
-                if changes and total >= limit:
-                    _exchange(problem, count, state.placed, work.placed, floor, work)
+                if changes:
+                    walk_on(problem, state, work.placed, members, count, floor, work.traffic, total < limit)
             if total < limit:
                 counts[move, 1] += 1
                 for term in range(len(energy)):
@@ -364,10 +347,12 @@ def _run(rng, problem, state, settings, goal, movable, proposals, kept, counts, 
         if row < len(history) and (row + 1) * proposals <= (step + 1) * len(history):
             for term in range(len(energy)):
                 history[row, term] = energy[term]
+            for k in range(len(counts)):
+                history[row, len(energy) + k], history[row, len(energy) + len(counts) + k] = counts[k, 0], counts[k, 1]
             row += 1
     if good and not goal.keep_best:
         found = True
         _keep(state, kept, np.int64(0), work)
     if walks:
-        furnish(problem, state, floor, np.int64(-1))
+        furnish(problem, state, floor, work.traffic, False)
     return found

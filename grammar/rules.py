@@ -319,6 +319,10 @@ class Thresholds:
     robot_height_m: Extent
     reach_depth_m: Extent
     grid_resolution_m: Annotated[float, Limits(ge=0.005, le=0.5, unit="m")]
+    side_gap_m: Distance = 0.05
+    side_depth_m: Extent = 0.2
+    side_share: Probability = 0.0
+    """Least free share of the strip ``side_depth_m`` deep, ``side_gap_m`` off the freest of the sides by which an object is reached."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

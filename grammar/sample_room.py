@@ -7,6 +7,7 @@ distribution of structures as little as possible.
 
 from __future__ import annotations
 
+import time
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -15,10 +16,11 @@ import numpy as np
 
 from grammar.assemble import assemble
 from grammar.categories import Categories
-from grammar.circulation import Floor, empty_floor
+from grammar.circulation import empty_floor
 from grammar.derive import derive
+from grammar.floor_raster import NO_FLOOR, Floor
 from grammar.layout import Floats, Problem, State
-from grammar.mcmc import NO_FLOOR
+from grammar.metrics import SamplingCost
 from grammar.moves import move_settings
 from grammar.parse_tree import ParseTree, Thing
 from grammar.request import RequestError, SceneRequest
@@ -41,7 +43,14 @@ class SampledRoom:
 
 
 def sample_room(grammar: Grammar, categories: Categories, request: SceneRequest, rng: np.random.Generator) -> SampledRoom:
-    """Sample a valid room.
+    """Sample a valid room; see :func:`sample_room_with_cost`."""
+    return sample_room_with_cost(grammar, categories, request, rng)[0]
+
+
+def sample_room_with_cost(
+    grammar: Grammar, categories: Categories, request: SceneRequest, rng: np.random.Generator
+) -> tuple[SampledRoom, SamplingCost]:
+    """Sample a valid room and tell what it cost.
 
     Args:
         grammar: of the room type asked for.
@@ -57,13 +66,13 @@ def sample_room(grammar: Grammar, categories: Categories, request: SceneRequest,
             f"room_type: expected the grammar's '{grammar.room_type}', got '{request.room_type}'; read the grammar of that type"
         )
     beta = request.beta if request.beta > 0.0 else grammar.schedule.beta
-    attempts = 0
+    attempts, meter = 0, _Meter()
     failures: Counter[str] = Counter()
     for _ in range(grammar.budget.structures):
         tree = derive(grammar, categories, request, rng)
         rules = {thing.id: thing.rule for thing in tree.things}
         problem, start = assemble(grammar, categories, tree, beta)
-        for layout, energy in _layouts(grammar, problem, start, beta, _floor(grammar, tree.room), rng):
+        for layout, energy in _layouts(grammar, problem, start, beta, _floor(grammar, tree.room), rng, meter):
             attempts += 1
             if layout is None:
                 failures["layout without overlaps"] += 1
@@ -75,15 +84,28 @@ def sample_room(grammar: Grammar, categories: Categories, request: SceneRequest,
                     replace(thing, model=replace(thing.model, seed=int(seed)))
                     for thing, seed in zip(objects, rng.integers(_MAX_SEED, size=len(objects)), strict=True)
                 )
-                return SampledRoom(
-                    room=tree.room, objects=objects, parse_graph=_parse_graph(grammar, tree, layout, problem, energy), validity=report
-                )
+                graph = _parse_graph(grammar, tree, layout, problem, energy)
+                cost = SamplingCost(attempts=attempts, proposals=meter.proposals, chain_s=meter.seconds)
+                return SampledRoom(room=tree.room, objects=objects, parse_graph=graph, validity=report), cost
             failures.update(check.name for check in report.checks if not check.passed)
     worst = ", ".join(f"{name} ({count})" for name, count in failures.most_common(3))
     raise RequestError(
         f"request: expected a valid {grammar.room_type} within {attempts} layouts, got none; most failed at {worst}; "
         "ask for a larger room or fewer objects, or raise the budget"
     )
+
+
+class _Meter:
+    """Adds up proposals and processor seconds of chains."""
+
+    def __init__(self) -> None:
+        self.proposals, self.seconds = 0, 0.0
+
+    def __enter__(self) -> None:
+        self.seconds -= time.thread_time()
+
+    def __exit__(self, *_: object) -> None:
+        self.seconds += time.thread_time()
 
 
 def _floor(grammar: Grammar, room: Room) -> Floor:
@@ -94,15 +116,20 @@ def _floor(grammar: Grammar, room: Room) -> Floor:
 
 
 def _layouts(
-    grammar: Grammar, problem: Problem, start: State, beta: float, floor: Floor, rng: np.random.Generator
+    grammar: Grammar, problem: Problem, start: State, beta: float, floor: Floor, rng: np.random.Generator, meter: _Meter
 ) -> Iterator[tuple[State | None, Floats]]:
     """Yield layouts of one structure until the budget is spent: rounds of a chain, then another chain."""
     schedule, settings = grammar.schedule, move_settings(grammar.moves)
     for _ in range(grammar.budget.layouts):
-        result = run_stages(rng, problem, start, settings, schedule, beta, floor)
+        with meter:
+            result = run_stages(rng, problem, start, settings, schedule, beta, floor)
+        meter.proposals += int(result.counts[:, 0].sum())
         yield result.layout, result.energy
         for _ in range(grammar.budget.rounds - 1):
-            result = run_together(rng, problem, result.state, settings, schedule, beta, result.counts, schedule.again, floor)
+            counts = np.zeros_like(result.counts)
+            with meter:
+                result = run_together(rng, problem, result.state, settings, schedule, beta, counts, schedule.again, floor)
+            meter.proposals += int(counts[:, 0].sum())
             yield result.layout, result.energy
 
 

@@ -9,10 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammar.circulation import Floor, circulation_losses
+from grammar.circulation import circulation_losses
 from grammar.energies import CIRCULATION, REACHED, full_energy, place_object
+from grammar.floor_raster import NO_FLOOR, Floor
 from grammar.layout import BOUNDS, CANDIDATE, CEILING, FIXED, FLOOR, OBJECT, WALL, Floats, Ints, Problem, State, copy_state
-from grammar.mcmc import NO_FLOOR, NO_HISTORY, Goal, enter, run_chain
+from grammar.mcmc import HISTORY, NO_HISTORY, Goal, enter, run_chain
 from grammar.moves import MoveSettings
 from grammar.rules import Convergence, Schedule
 
@@ -21,8 +22,8 @@ class ChainResult(NamedTuple):
     """What a run of the chain leaves.
 
     layout: a feasible layout, or None if the chain met none; energy: (t,) its unweighted losses; state: where the chain stopped;
-    counts: (6, 2) proposals and acceptances by move; history: (r, t) losses after each sweep in which all objects moved together;
-    converged: whether the energies' histogram stood still before the proposals were spent.
+    counts: (6, 2) proposals and acceptances by move; history: (r, t + 12) losses after each sweep in which all objects moved together, and
+    the proposals and acceptances by move up to it; converged: whether the energies' histogram stood still before the proposals were spent.
     """
 
     layout: State | None
@@ -77,7 +78,7 @@ def run_together(
     while len(history) < each and not converged:
         sweeps = min(test.lag, each - len(history)) if test.window else each
         ends = [begin * (beta / begin) ** (done / each) for done in (len(history), len(history) + sweeps)]
-        goal, rows = Goal(ends[0], ends[1], schedule.hard_tolerance, schedule.keep == "best"), np.zeros((sweeps, BOUNDS))
+        goal, rows = Goal(ends[0], ends[1], schedule.hard_tolerance, schedule.keep == "best"), np.zeros((sweeps, HISTORY))
         found, energy = run_chain(
             rng, problem, state, settings, goal, movable, sweeps * len(movable), kept, counts, floor, rows if len(movable) else NO_HISTORY
         )
@@ -85,7 +86,7 @@ def run_together(
         total = float(layout_energy(problem, kept, floor) @ problem.weight) if found else np.inf
         if found and (schedule.keep == "last" or total < least):
             best, least = copy_state(kept), total
-        converged = best is not None and begin == beta and has_converged(history @ problem.weight, test)
+        converged = best is not None and begin == beta and has_converged(history[:, :BOUNDS] @ problem.weight, test)
     if best is None:
         return ChainResult(None, energy, state, counts, history, converged)
     energy = layout_energy(problem, best, floor)

@@ -6,8 +6,9 @@ from a stream of its own, so that a change of one leaves the others as they are.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -18,11 +19,12 @@ from grammar.camera_path import CameraPathConfig, read_camera_path_config, sampl
 from grammar.categories import Categories, read_categories
 from grammar.constraints import category_bounds, constrained
 from grammar.free_space import occupancy_grid, rasterize
-from grammar.grammar_file import read_room_type, room_types
+from grammar.grammar_file import read_grammar, read_room_type, room_types
 from grammar.lighting import LightingConfig, read_lighting_config, sample_lighting
+from grammar.metrics import SamplingCost
 from grammar.request import RequestError, SceneRequest
 from grammar.rules import Grammar
-from grammar.sample_room import sample_room
+from grammar.sample_room import sample_room_with_cost
 from grammar.solids import object_solids
 from scene_description import SCHEMA, SceneDescription
 from scene_description.share import config_path
@@ -61,16 +63,17 @@ class SceneSynthesizer:
     """Room type -> grammar."""
 
     @classmethod
-    def from_config(cls) -> SceneSynthesizer:
-        """Read the files of ``config/``.
+    def from_config(cls, grammar_files: Sequence[Path] = ()) -> SceneSynthesizer:
+        """Read the files of ``config/``, and more grammars, which take the place of those of the same room types.
 
         Raises:
             GrammarError: a file does not fit; one line with file and field.
         """
         categories = read_categories(config_path("categories.yaml"))
+        own = [read_grammar(path, categories) for path in grammar_files]
         return cls(
             categories=categories,
-            grammars={room_type: read_room_type(room_type, categories) for room_type in room_types()},
+            grammars={name: read_room_type(name, categories) for name in room_types()} | {grammar.room_type: grammar for grammar in own},
             appearance=load_appearance(config_path("appearance.yaml"), config_path("materials.yaml")),
             lighting=read_lighting_config(config_path("lighting.yaml")),
             camera=read_camera_path_config(config_path("camera.yaml")),
@@ -103,9 +106,15 @@ class SceneSynthesizer:
             RequestError: the constraints cannot be met.
             GrammarError: the grammar of the room type does not fit, or no valid room was found within its budget.
         """
+        return self.synthesize_with_cost(request, seed, index, times)[0]
+
+    def synthesize_with_cost(
+        self, request: SceneRequest, seed: int, index: int, times: CameraTimes
+    ) -> tuple[SceneDescription, SamplingCost]:
+        """Do as :meth:`synthesize` and tell what the layout cost."""
         self.check(request)
         rng = {purpose: np.random.default_rng(np.random.SeedSequence([seed, index, i])) for i, purpose in enumerate(PURPOSES)}
-        sampled = sample_room(self.grammars[request.room_type], self.categories, request, rng["layout"])
+        sampled, cost = sample_room_with_cost(self.grammars[request.room_type], self.categories, request, rng["layout"])
         room, objects, materials = dress(rng["appearance"], self.appearance, sampled.room, sampled.objects, request.room_type)
         lights, environment = sample_lighting(
             rng["lighting"], self.lighting, objects, windows=any(opening.category == "window" for opening in room.openings)
@@ -114,7 +123,7 @@ class SceneSynthesizer:
         path = sample_camera_path(
             rng["camera"], self.camera, room.polygon_m, room.height_m, boxes, times.frames, times.start_ns, times.rate_hz, times.first_index
         )
-        return SceneDescription(
+        scene = SceneDescription(
             schema=SCHEMA,
             id=f"{request.room_type}-{seed}-{index}",
             index=index,
@@ -129,6 +138,7 @@ class SceneSynthesizer:
             parse_graph=sampled.parse_graph,
             validity=sampled.validity,
         )
+        return scene, cost
 
     def floor_map(self, scene: SceneDescription) -> FloorMap:
         """Return the free floor of a room, for navigation: what a robot as tall as the grammar's may stand on."""

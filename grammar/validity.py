@@ -7,6 +7,7 @@ only touches it)
 - door_clear, window_clear: depth of solids in the zones before doors and windows; wall_clear: the same before pictures and mirrors, and
   for what hangs over an opening
 - walkable_share: share of the free floor that a robot reaches from the door; reachable: number of seats, beds and stores that it does not
+- side_clear: free share of a strip along the freest side by which a seat, bed or store is used, the least over these
 """
 
 from __future__ import annotations
@@ -28,6 +29,8 @@ from grammar.zones import opening_frame, opening_zones, placed_zones, side_recta
 from scene_description import Opening, Room, SceneObject, ValidityCheck, ValidityReport
 
 Ints = NDArray[np.int64]
+
+_STRIP_POINTS = 12
 
 
 def check_room(
@@ -52,6 +55,7 @@ def check_room(
         *_check_openings(grammar, room, objects, boxes, owner),
         _check_wall_space(grammar, room, objects, rules, boxes, owner),
         *_check_floor(limits, room, objects, rules, boxes),
+        _check_sides(limits, room, objects, rules, boxes, owner),
     )
     return ValidityReport(valid=all(check.passed for check in checks), attempts=attempts, checks=checks)
 
@@ -235,3 +239,33 @@ def _touches(thing: SceneObject, side: str, depth_m: float, points: NDArray[np.f
     c, s = math.cos(thing.yaw_rad), math.sin(thing.yaw_rad)
     dx, dy = points[:, 0] - thing.position_m[0], points[:, 1] - thing.position_m[1]
     return bool(np.any((np.abs(dx * c + dy * s - x) <= half_d) & (np.abs(dy * c - dx * s - y) <= half_w)))
+
+
+def _check_sides(
+    limits: Thresholds, room: Room, objects: Sequence[SceneObject], rules: Mapping[int, ObjectRule], boxes: Boxes, owner: Ints
+) -> ValidityCheck:
+    low = boxes[:, 2] < limits.robot_height_m
+    wall, share = wall_rows(room.polygon_m), {}
+    for thing in objects:
+        if rules[thing.id].reach_any:
+            others = boxes[low & (owner != thing.id)]
+            share[thing.id] = max(_free_share(limits, wall, thing, side, others) for side in rules[thing.id].reach_any)
+    blocked = tuple(sorted(key for key, value in share.items() if value < limits.side_share))
+    return ValidityCheck(
+        name="side_clear", value=min(share.values(), default=1.0), limit=limits.side_share, passed=not blocked, objects=blocked
+    )
+
+
+def _free_share(limits: Thresholds, wall: NDArray[np.float64], thing: SceneObject, side: str, others: Boxes) -> float:
+    """Return the share of a strip along a side of an object that lies inside the room and in none of ``others``."""
+    x, y, half_d, half_w = side_rectangle(side, limits.side_depth_m, thing.size_m)
+    steps = (np.arange(_STRIP_POINTS) + 0.5) / (0.5 * _STRIP_POINTS) - 1.0
+    u, v = np.meshgrid(x + np.sign(x) * limits.side_gap_m + half_d * steps, y + np.sign(y) * limits.side_gap_m + half_w * steps)
+    c, s = math.cos(thing.yaw_rad), math.sin(thing.yaw_rad)
+    px, py = (thing.position_m[0] + u * c - v * s).ravel(), (thing.position_m[1] + u * s + v * c).ravel()
+    dx, dy = px[:, None] - others[:, 0], py[:, None] - others[:, 1]
+    taken = (np.abs(dx * others[:, 6] + dy * others[:, 7]) < others[:, 4]) & (np.abs(dy * others[:, 6] - dx * others[:, 7]) < others[:, 5])
+    free = [
+        not hit and outside_distance(wall, a, b) == 0.0 for hit, a, b in zip(taken.any(1).tolist(), px.tolist(), py.tolist(), strict=True)
+    ]
+    return float(np.mean(free))

@@ -5,11 +5,13 @@ from __future__ import annotations
 import time
 from concurrent.futures import Future
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, NamedTuple
 
 from nav_msgs.msg import OccupancyGrid
 from rclpy.duration import Duration
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
@@ -35,6 +37,14 @@ class RunConfig:
 
     seed: Annotated[int, Limits(ge=0, le=2**63 - 1, description="Seed of the run; room i depends on it, on i and on the settings")] = 1
     rooms: Annotated[int, Limits(ge=0, le=10**9, description="Rooms of the run; 0 goes on for ever")] = 0
+    grammar_file: Annotated[
+        str,
+        Limits(
+            max_length=4096,
+            description="Grammar file in place of its room type's; empty: those that come with the program",
+            fixed="grammars are read once",
+        ),
+    ] = ""
     first_index: Annotated[int, Limits(ge=0, le=2**40, description="Index of the first room", fixed="rooms are counted from it")] = 0
     frames_per_room: Annotated[int, Limits(ge=1, le=100_000, description="Frames of each room's camera path")] = 30
     rate_hz: Annotated[float, Limits(ge=0.1, le=1000.0, unit="Hz", description="Simulated frame rate")] = 10.0
@@ -74,7 +84,8 @@ class GrammarNode(Node):
         super().__init__("grammar_node", automatically_declare_parameters_from_overrides=True)
         self.exit_code: int | None = None
         self._generation = 0
-        self._synthesizer = SceneSynthesizer.from_config()
+        own = self.get_parameter_or("grammar_file", Parameter("grammar_file", value="")).value
+        self._synthesizer = SceneSynthesizer.from_config([Path(own)] if isinstance(own, str) and own else [])
         groups = {"": RunConfig, "scene": SceneRequest}
         self._settings = Parameters(self, groups, self._on_change, lambda values: self._synthesizer.check(values["scene"]))
         run: RunConfig = self._settings[""]

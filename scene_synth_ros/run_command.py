@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+from grammar import read_categories, read_grammar
 from scene_description.share import config_path
 from scene_synth_ros.bag_inspect import InspectReport, inspect_bag, render_report
 from scene_synth_ros.bag_reader import BagReadError
@@ -37,6 +38,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rooms", type=int, help="number of rooms (grammar_node.rooms)")
     parser.add_argument("--frames", type=int, help="frames of each room (grammar_node.frames_per_room)")
     parser.add_argument("--seed", type=int, help="seed of the run (grammar_node.seed)")
+    parser.add_argument(
+        "--grammar", type=Path, metavar="FILE", help="grammar file of the rooms (grammar_node.grammar_file, scene.room_type)"
+    )
     parser.add_argument("--record", type=Path, metavar="DIR", help="record a bag into this new folder")
     parser.add_argument("--contact-sheet", type=Path, metavar="FILE", help="draw some frames of each room of the bag, as PNG or JPEG")
     parser.add_argument("--namespace", default="/synth", help="namespace of nodes and topics (default: %(default)s)")
@@ -73,6 +77,9 @@ def _parameters(arguments: argparse.Namespace) -> NodeParameters:
     for option, name in (("rooms", "rooms"), ("frames", "frames_per_room"), ("seed", "seed")):
         if getattr(arguments, option) is not None:
             grammar[name] = getattr(arguments, option)
+    if arguments.grammar is not None:
+        own = read_grammar(arguments.grammar, read_categories(config_path("categories.yaml")))
+        grammar |= {"grammar_file": str(arguments.grammar.resolve()), "scene.room_type": own.room_type}
     parameters = apply_overrides(parameters, arguments.overrides)
     finite = bool(parameters["grammar_node"].get("rooms", 0))
     for node in parameters.values():

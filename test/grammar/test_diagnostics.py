@@ -11,7 +11,8 @@ import pytest
 from small_grammar import CATEGORIES
 
 from grammar import SceneRequest, read_room_type
-from grammar.diagnostics import acceptance, record_chain, to_csv, to_svg
+from grammar.diagnostics import acceptance, chain_plot, record_chain, to_csv
+from grammar.drawing import to_svg
 from grammar.rules import MOVES, TERMS, Convergence
 from grammar.schedule import has_converged
 
@@ -56,7 +57,14 @@ def test_the_record_can_be_read_by_others(grammar):
     shares = acceptance(record)
     assert list(shares) == list(MOVES)
     assert all(math.isnan(share) or 0.0 <= share <= 1.0 for share in shares.values()) and shares["translate"] > 0.1
-    tree = ET.fromstring(to_svg(record))
+    for name in MOVES:
+        tried, taken = (sum(int(row[f"{name}_{what}"]) for row in rows) for what in ("tried", "taken"))
+        assert taken <= tried <= int(rows[-1]["proposals"])
+    each = int(rows[0]["proposals"])
+    assert all(sum(int(row[f"{name}_tried"]) for name in MOVES) == each for row in rows[1:])
+    tree = ET.fromstring(to_svg(chain_plot(record, "bedroom")))
     lines = tree.findall("{http://www.w3.org/2000/svg}polyline")
-    assert len(lines) == len(TERMS) + 1
-    assert all(len(line.get("points").split()) == len(rows) for line in lines)
+    curves = [line for line in lines if len(line.get("points").split()) == len(rows)]
+    assert len(curves) >= len(TERMS) + 1
+    texts = [text.text for text in tree.findall("{http://www.w3.org/2000/svg}text")]
+    assert any(text.startswith("bedroom: ") for text in texts) and any(text.startswith("relocate 0.") for text in texts)

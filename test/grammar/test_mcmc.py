@@ -6,11 +6,17 @@ import math
 import numpy as np
 import pytest
 from scipy import stats
-from small_grammar import closet, entered, item, small_grammar
+from small_grammar import CATEGORIES, closet, entered, item, small_grammar
 
+from grammar.assemble import assemble
+from grammar.circulation import circulation_losses, empty_floor
+from grammar.derive import derive
 from grammar.energies import full_energy, place_object
-from grammar.layout import AROUND, copy_state
+from grammar.layout import AROUND, MIDDLE, copy_state
 from grammar.mcmc import Goal, run_chain
+from grammar.moves import move_settings
+from grammar.request import SceneRequest
+from grammar.validity import door_start_m
 
 
 def chain(rng, problem, state, settings, movable, proposals, beta=1.0):
@@ -70,6 +76,39 @@ def test_swaps_on_three_places_are_in_detailed_balance_with_the_enumerated_energ
     for _ in range(6000):
         chain(rng, problem, state, settings, things, 25)
         after = tuple(int(np.argmin(np.abs(PLACES - state.pose[i]).sum(1))) for i in things)
+        seen[orders.index(after)] += 1
+    assert stats.chisquare(seen, target * seen.sum()).pvalue > 1e-4
+
+
+def test_swaps_are_in_balance_with_circulation_and_reach():
+    """A barrier in one of three places parts the room, so the orders differ in what a robot gets to, and in nothing else."""
+    text = closet("small", "seat", "barrier") + item("small", "dresser", (0.2, 0.2, 0.5))
+    text += item("seat", "armchair", (0.5, 0.5, 0.5), ", reach_any: [front]") + item("barrier", "wardrobe", (0.3, 3.9, 0.5))
+    grammar = small_grammar(text, weights={"circulation": 4.0, "reach": 1.0}, moves={"swap": 1.0})
+    rng = np.random.default_rng(7)
+    tree = derive(grammar, CATEGORIES, SceneRequest(room_type="closet"), rng)
+    problem, state = assemble(grammar, CATEGORIES, tree)
+    floor = empty_floor(tree.room.polygon_m, door_start_m(tree.room, grammar.validity.robot_radius_m), grammar.validity)
+    settings, things = move_settings(grammar.moves), np.flatnonzero(problem.mount == 0)
+    middle = np.mean(tree.room.polygon_m, axis=0)
+    orders, energy = list(itertools.permutations(range(3))), []
+
+    def arrange(order):
+        for place, i in zip(order, things, strict=True):
+            state.pose[i] = PLACES[place] + (*middle, 0.0)
+            state.active[i] = 1
+            place_object(problem, state, i)
+
+    for order in orders:
+        arrange(order)
+        circulation, reach = circulation_losses(problem, state, floor)
+        energy.append(4.0 * circulation + reach)
+    assert max(energy) - min(energy) > 0.5
+    target, seen, counts = np.exp(-np.array(energy)), np.zeros(6), np.zeros((6, 2), np.int64)
+    target /= target.sum()
+    for _ in range(5000):
+        run_chain(rng, problem, state, settings, Goal(1.0, 1.0, 1.0, False), things, 25, copy_state(state), counts, floor)
+        after = tuple(int(np.argmin(np.abs(PLACES[:, :2] + middle - state.pose[i, :2]).sum(1))) for i in things)
         seen[orders.index(after)] += 1
     assert stats.chisquare(seen, target * seen.sum()).pvalue > 1e-4
 
@@ -142,6 +181,32 @@ def test_long_chains_of_two_objects_reproduce_the_analytic_density(moves):
         angle.append(abs((state.pose[seat, 2] - 0.4 - mean[2] + math.pi) % (2 * math.pi) - math.pi))
     edges = np.linspace(0, 1, 11)
     for values, law in ((distance, stats.gamma(2, scale=1 / a)), (angle, stats.expon(scale=1 / b))):
+        counts, _ = np.histogram(law.cdf(values), edges)
+        assert stats.chisquare(counts).pvalue > 1e-4
+
+
+def test_carried_groups_are_uniform_in_the_room_and_keep_their_density():
+    """Moves of the core, alone or with what is grouped around it, leave the relative pose as above and the core uniform."""
+    a, b = 12.0, 8.0
+    moves = {"translate": 0.3, "rotate": 0.2, "slide": 0.1, "swap": 0.1, "relocate": 0.3, "carry": 0.5} | WIDE
+    grammar = small_grammar(PAIR, weights={"group_distance": a, "group_orientation": b}, moves=moves)
+    rng = np.random.default_rng(8)
+    problem, state, settings = entered(grammar, rng)
+    table, seat = (int(i) for i in np.flatnonzero(problem.mount == 0))
+    mean, middle = problem.modes(seat, AROUND)[0], problem.number[MIDDLE : MIDDLE + 2]
+    distance, angle, place = [], [], []
+    for _ in range(9000):
+        chain(rng, problem, state, settings, [table, seat], 100)
+        x, y, yaw = state.pose[table]
+        if max(abs(x - middle[0]), abs(y - middle[1])) < 1.0:  # nearer to the walls the seat has less room
+            dx, dy = state.pose[seat, :2] - (x, y)
+            c, s = math.cos(yaw), math.sin(yaw)
+            distance.append(math.hypot(dx * c + dy * s - mean[0], dy * c - dx * s - mean[1]))
+            angle.append(abs((state.pose[seat, 2] - yaw - mean[2] + math.pi) % (2 * math.pi) - math.pi))
+            place.append(0.5 * (x - middle[0] + 1.0))
+    assert len(place) > 1500
+    edges = np.linspace(0, 1, 11)
+    for values, law in ((distance, stats.gamma(2, scale=1 / a)), (angle, stats.expon(scale=1 / b)), (place, stats.uniform())):
         counts, _ = np.histogram(law.cdf(values), edges)
         assert stats.chisquare(counts).pvalue > 1e-4
 

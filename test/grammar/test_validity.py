@@ -101,6 +101,7 @@ def test_a_good_room_passes_every_check():
         "wall_clear",
         "walkable_share",
         "reachable",
+        "side_clear",
     ]
 
 
@@ -155,6 +156,20 @@ def test_a_fault_trips_its_check_and_names_the_objects(name):
     assert set(failed) == {check_name}
     assert failed[check_name].value == pytest.approx(value, abs=1e-9)
     assert set(failed[check_name].objects) == at_fault
+
+
+def test_the_freest_functional_side_must_be_free_enough():
+    """The wardrobe's front runs from x = 0.7 to 1.9; a bin before it takes nine of twelve points of each row of the strip."""
+    limits = replace(GRAMMAR.validity, side_share=0.5)
+    objects = GOOD | {EXTRA: thing(EXTRA, "waste_bin", (0.9, 0.22, 0.3), (1.15, 1.25, 0.0))}
+    rules = RULES | {EXTRA: GRAMMAR.objects["waste_bin"], WARDROBE: replace(RULES[WARDROBE], reach_any=("front",))}
+    report = check_room(replace(GRAMMAR, validity=limits), CATEGORIES, ROOM, tuple(objects.values()), rules, 1)
+    (side,) = (item for item in report.checks if item.name == "side_clear")
+    assert side.value == pytest.approx(0.25) and side.limit == 0.5 and side.objects == (WARDROBE,) and not report.valid
+    # of two sides the freer one counts; nothing stands to the right, at x below 0.7
+    rules[WARDROBE] = replace(RULES[WARDROBE], reach_any=("front", "right"))
+    report = check_room(replace(GRAMMAR, validity=limits), CATEGORIES, ROOM, tuple(objects.values()), rules, 1)
+    assert next(item for item in report.checks if item.name == "side_clear").passed
 
 
 def test_a_chair_may_be_tucked_under_a_desk_but_not_into_its_legs():

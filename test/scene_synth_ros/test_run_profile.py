@@ -1,11 +1,13 @@
 """Run profiles and overrides."""
 
+import argparse
 from pathlib import Path
 
 import pytest
 import yaml
 
 from scene_description.share import config_path
+from scene_synth_ros import run_command
 from scene_synth_ros.run_profile import ProfileError, apply_overrides, load_profile, write_node_file
 
 GOOD = """
@@ -76,3 +78,16 @@ def test_node_files_are_what_ros_reads(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["main.yaml", "live.yaml"])
 def test_shipped_profiles_load(name: str) -> None:
     assert load_profile(config_path(f"runs/{name}"))["grammar_node"]
+
+
+def test_a_grammar_file_comes_with_its_room_type_and_is_checked_first(tmp_path: Path) -> None:
+    parser = argparse.ArgumentParser()
+    run_command.add_arguments(parser)
+    file = config_path("grammars/kitchen.yaml")
+    node = run_command._parameters(parser.parse_args(["--grammar", str(file)]))["grammar_node"]
+    assert node["grammar_file"] == str(file.resolve()) and node["scene.room_type"] == "kitchen"
+    assert "grammar_file" not in run_command._parameters(parser.parse_args([]))["grammar_node"]
+    bad = tmp_path / "bad.yaml"
+    bad.write_text("room_type: 7\n")
+    with pytest.raises(ValueError, match=r"bad\.yaml: .*expected"):
+        run_command._parameters(parser.parse_args(["--grammar", str(bad)]))

@@ -1,0 +1,66 @@
+"""Rooms of every type against a check that shares no geometry with the generator's."""
+
+import copy
+
+import pytest
+from small_grammar import CATEGORIES
+
+from benchmarks.independent_check import faults
+from grammar import SceneRequest
+from grammar.synthesize import CameraTimes, SceneSynthesizer
+from scene_description import to_mapping
+
+ROOMS = 2
+TIMES = CameraTimes(frames=1, start_ns=0, rate_hz=10.0)
+
+
+@pytest.fixture(scope="module")
+def synthesizer():
+    return SceneSynthesizer.from_config()
+
+
+@pytest.fixture(scope="module")
+def scenes(synthesizer):
+    return [
+        to_mapping(synthesizer.synthesize(SceneRequest(room_type=name), 11, index, TIMES))
+        for name in synthesizer.grammars
+        for index in range(ROOMS)
+    ]
+
+
+def test_no_room_has_a_fault(scenes, synthesizer):
+    assert [line for scene in scenes for line in faults(scene, synthesizer.grammars[scene["category"]], CATEGORIES)] == []
+
+
+def test_every_kind_of_fault_is_found(scenes, synthesizer):
+    scene = next(scene for scene in scenes if scene["category"] == "bedroom")
+    grammar = synthesizer.grammars["bedroom"]
+    bed = next(k for k, thing in enumerate(scene["objects"]) if thing["category"] == "bed")
+    wardrobe = max((k for k, thing in enumerate(scene["objects"]) if k != bed and thing["support"]["kind"] == "floor"
+                    and CATEGORIES[thing["category"]].solids is None), key=lambda k: scene["objects"][k]["size_m"][2])  # fmt: skip
+    door = next(opening for opening in scene["room"]["openings"] if opening["category"] == "door")
+
+    def spoilt(change):
+        other = copy.deepcopy(scene)
+        change(other["objects"])
+        return " ".join(faults(other, grammar, CATEGORIES))
+
+    def at(k, **fields):
+        return lambda objects: objects[k].update(fields)
+
+    x, y, _ = scene["objects"][bed]["position_m"]
+    assert "collision" in spoilt(at(wardrobe, position_m=[x, y, 0.0]))
+    assert "outside" in spoilt(at(bed, position_m=[x + 20.0, y, 0.0]))
+    assert "floating" in spoilt(at(bed, position_m=[x, y, 0.02]))
+    (ax, ay), (bx, by) = (scene["room"]["polygon_m"][(door["wall"] + k) % len(scene["room"]["polygon_m"])] for k in (0, 1))
+    length = ((bx - ax) ** 2 + (by - ay) ** 2) ** 0.5
+    along = (door["offset_m"] + 0.5 * door["width_m"]) / length
+    inwards = [ax + along * (bx - ax) - 0.3 * (by - ay) / length, ay + along * (by - ay) + 0.3 * (bx - ax) / length, 0.0]
+    assert "door blocked" in spoilt(at(wardrobe, position_m=inwards))
+    carried = next(k for k, thing in enumerate(scene["objects"]) if thing["support"]["kind"] == "object")
+    px, py, pz = scene["objects"][carried]["position_m"]
+    assert "overhang" in spoilt(at(carried, position_m=[px + 3.0, py, pz]))
+    # a wall of a wardrobe right through the room leaves the robot half of it
+    low, high = (f(a) for f, a in ((min, scene["room"]["polygon_m"]), (max, scene["room"]["polygon_m"])))
+    fence = {"size_m": [0.2, 40.0, 2.0], "position_m": [0.5 * (low[0] + high[0]), 0.0, 0.0], "yaw_rad": 0.0}
+    assert "walkable share" in spoilt(at(wardrobe, **fence)) and "not reached" in spoilt(at(wardrobe, **fence))
