@@ -1,164 +1,165 @@
-"""Realism: statistics of rooms sampled from the hand-written and from the learned grammar against real rooms that were held out.
+"""Realism: rooms of the learned grammars, of those written by hand and of chance against real rooms that were held out.
 
-python -m benchmarks.realism_bench LAYOUTS.jsonl [--rooms N]
+python -m benchmarks.realism_bench LAYOUTS.jsonl [--types TYPE ...] [--folds N] [--rooms N] [--counted N] [--workers N]
 
-Five-fold cross-validation by house: each fold's grammar is learned from four fifths of the houses and judged by the rest; figures are means
-over the folds.  The real rooms that were learned from stand beside them: what a perfect learner could be expected to reach.
+For each room type with a learned grammar: (1) ``--counted`` rooms of the shipped one against the counts of the rooms that it was learned
+from; (2) cross-validation by house: each fold's grammar is learned from four fifths of the houses and judged by the rest.  Figures are
+means over the folds.  "by chance" has the same objects at uniform places that are valid (no overlaps, in the room, supported, doors free).
+The real rooms that were learned from stand beside them: what a perfect learner could be expected to reach.
 """
 
 from __future__ import annotations
 
 import argparse
-import math
+import multiprocessing
+import sys
+import time
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import wasserstein_distance
 
-from benchmarks.table import Row, render_table
-from grammar import Categories, Grammar, SceneRequest, read_categories, read_room_type, sample_room
+from benchmarks.realism_figures import UNITS, Figures, compare
+from benchmarks.table import Row, at_most, render_table
+from grammar import Categories, Grammar, RequestError, SceneRequest, read_categories, read_room_type, sample_room
+from grammar.grammar_file import learned_types
 from grammar.learning import LearnOptions, ObservedRoom, learn, read_category_map, read_layouts, split_houses
 from grammar.learning.assign import assign
-from grammar.learning.geometry import fitting_wall, in_frame, nearest_wall
+from grammar.learning.learn import Part
+from grammar.learning.truncation import category_kl, frequencies
 from grammar.learning.write_layouts import layout_from_objects
+from grammar.rules import HARD_TERMS, MOVES, TERMS, Weights
 from scene_description.share import config_path
 
-ROOM_TYPE = "bedroom"
-ROOMS = 100
-FOLDS = 5
 SHARE = 0.2
 LEAST = 3
+KEPT: dict[str, frozenset[Part]] = {"kitchen": frozenset(("sizes", "relations", "weights"))}
+"""Parts that the shipped grammar of a room type keeps from its base."""
 
 
-class Figures(NamedTuple):
-    """How far rooms are from the held-out ones; metres and radians are 1-Wasserstein distances."""
+class Sampled(NamedTuple):
+    """Rooms, seconds that each took, and how many requests found none."""
 
-    category_kl: float
-    wall_distance_m: float
-    wall_orientation_rad: float
-    pair_gap_m: float
-    pair_along_m: float
-    pair_orientation_rad: float
+    rooms: list[ObservedRoom]
+    seconds: list[float]
+    failed: int
 
 
-UNITS = {
-    "category_kl": ("category KL", "nat"),
-    "wall_distance_m": ("distance to the nearest wall, W1", "m"),
-    "wall_orientation_rad": ("orientation to the wall that fits best, W1", "rad"),
-    "pair_gap_m": ("nightstand beside bed: gap, W1", "m"),
-    "pair_along_m": ("nightstand beside bed: backs apart, W1", "m"),
-    "pair_orientation_rad": ("nightstand beside bed: orientation, W1", "rad"),
-}
-
-
-def measure(layouts: Path | None = None, rooms: int = ROOMS) -> list[Row]:
+def measure(
+    layouts: Path | None = None,
+    types: Sequence[str] = (),
+    folds: int = 5,
+    rooms: int = 60,
+    counted: int = 1000,
+    workers: int = 1,
+) -> list[Row]:
     """Compare; without layouts, which do not come with the program, one row says that nothing was compared."""
     if layouts is None:
         return [Row("not measured: give a file, python -m benchmarks.realism_bench LAYOUTS.jsonl", 0.0, "rooms")]
-    categories = read_categories(config_path("categories.yaml"))
-    base = read_room_type(ROOM_TYPE, categories)
-    seen = read_layouts(layouts, read_category_map(config_path("learning/category_map.yaml")), ROOM_TYPE).rooms
-    unlearned = _sampled(base, categories, rooms, 0)
-    sums: dict[str, list[Figures]] = {"unlearned": [], "learned": [], "real, learned from": []}
-    for fold in range(FOLDS):
-        taught, held = split_houses(seen, SHARE, fold)
-        learned = learn(base, categories, taught, LearnOptions(), np.random.default_rng([1, fold])).grammar
-        known = {name for name, count in Counter(thing.category for room in taught for thing in room.objects).items() if count >= LEAST}
-        known &= {rule.category for rule in base.objects.values()}
-        for name, drawn in (
-            ("unlearned", unlearned),
-            ("learned", _sampled(learned, categories, rooms, fold + 1)),
-            ("real, learned from", taught),
-        ):
-            sums[name].append(compare(base, known, held, drawn))
-    rows = [Row(f"{ROOM_TYPE}s in the file, of which a fifth is held out", float(len(seen)), "rooms")]
-    for index, (label, unit) in enumerate(UNITS.values()):
-        rows.extend(Row(f"{label}; {name}", float(np.nanmean([f[index] for f in figures])), unit) for name, figures in sums.items())
+    rows: list[Row] = []
+    with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn")) as pool:
+        for room_type in types or learned_types():
+            table = _Table(layouts, room_type, pool, workers)
+            found = [*(table.counts(counted) if counted else ()), *(table.folds(folds, rooms) if folds else ())]
+            sys.stdout.write(render_table(room_type, found) + "\n")
+            sys.stdout.flush()
+            rows.extend(row._replace(name=f"{room_type}: {row.name}") for row in found)
     return rows
 
 
-def _sampled(grammar: Grammar, categories: Categories, count: int, stream: int) -> list[ObservedRoom]:
-    found = []
-    for index in range(count):
-        room = sample_room(grammar, categories, SceneRequest(room_type=ROOM_TYPE), np.random.default_rng([7, stream, index]))
-        found.append(layout_from_objects(f"{stream}-{index}", ROOM_TYPE, room.room, room.objects))
-    return found
+class _Table:
+    """The rows of one room type."""
+
+    def __init__(self, layouts: Path, room_type: str, pool: ProcessPoolExecutor, workers: int) -> None:
+        self._categories = read_categories(config_path("categories.yaml"))
+        self._base = read_room_type(room_type, self._categories)
+        self._seen = read_layouts(layouts, read_category_map(config_path("learning/category_map.yaml")), room_type).rooms
+        self._options = LearnOptions(keep=KEPT.get(room_type, frozenset()))
+        self._pool, self._workers = pool, workers
+
+    def counts(self, count: int) -> list[Row]:
+        """Compare the shipped grammar's categories with those of the rooms that it was learned from."""
+        taught, _ = split_houses(self._seen, SHARE)
+        assigned = [assign(self._base, room, "sizes" in self._options.keep) for room in taught]
+        wanted = Counter(thing.seen.category for room in assigned for thing in room.objects)
+        known = {name for name, number in wanted.items() if number >= LEAST}
+        drawn = self._sampled(read_room_type(self._base.room_type, self._categories, "learned"), count, 0)
+        have = Counter(thing.category for room in drawn.rooms for thing in room.objects)
+        kl = category_kl(frequencies(wanted, known), frequencies(have, known))
+        return [
+            at_most(f"category KL of {len(drawn.rooms)} rooms to the training counts", kl, "nat", 0.01),
+            at_most("rooms that were not to be had", float(drawn.failed), "rooms", 0.0),
+            Row("seconds for a room, p50", float(np.median(drawn.seconds)), "s"),
+            Row("seconds for a room, p99", float(np.quantile(drawn.seconds, 0.99)), "s"),
+        ]
+
+    def folds(self, folds: int, rooms: int) -> list[Row]:
+        """Cross-validate."""
+        by_hand = self._sampled(self._base, rooms * 2, 1).rooms
+        sums: dict[str, list[Figures]] = {"learned": [], "by hand": [], "by chance": [], "real, learned from": []}
+        for fold in range(folds):
+            taught, held = split_houses(self._seen, SHARE, fold)
+            result = learn(self._base, self._categories, taught, self._options, np.random.default_rng([1, fold]))
+            known = set(result.wanted)
+            drawn = self._sampled(result.grammar, rooms, 2 + 2 * fold).rooms
+            chance = self._sampled(by_chance(result.grammar), rooms, 3 + 2 * fold).rooms
+            for name, found in zip(sums, (drawn, by_hand, chance, taught), strict=True):
+                sums[name].append(compare(self._base, known, held, found))
+        rows = [Row("real rooms in the file, of which a fifth is held out", float(len(self._seen)), "rooms")]
+        for index, (label, unit) in enumerate(UNITS.values()):
+            rows.extend(Row(f"{label}; {name}", _mean([f[index] for f in figures]), unit) for name, figures in sums.items())
+        return rows
+
+    def _sampled(self, grammar: Grammar, count: int, stream: int) -> Sampled:
+        parts = [range(count)[k :: self._workers] for k in range(self._workers)]
+        jobs = [self._pool.submit(_sample, grammar, self._categories, stream, part) for part in parts]
+        found = [job.result() for job in jobs]
+        return Sampled([r for part in found for r in part.rooms], [s for part in found for s in part.seconds], sum(p.failed for p in found))
 
 
-def compare(grammar: Grammar, known: Iterable[str], real: Sequence[ObservedRoom], drawn: Sequence[ObservedRoom]) -> Figures:
-    """Return how far ``drawn`` rooms are from ``real`` ones in the ``known`` categories; NaN where there are too few pairs."""
-    names = set(known)
-    walls_real, walls_drawn = _walls(grammar, names, real), _walls(grammar, names, drawn)
-    pairs_real, pairs_drawn = _pairs(grammar, real), _pairs(grammar, drawn)
-    pairs = (
-        [wasserstein_distance(a, b) for a, b in zip(pairs_real.T, pairs_drawn.T, strict=True)]
-        if min(len(pairs_real), len(pairs_drawn)) >= LEAST
-        else [math.nan] * 3
+def by_chance(grammar: Grammar) -> Grammar:
+    """Return a grammar whose rooms have the same objects at uniform places that are valid; nobody has to be able to use them."""
+    free = dict.fromkeys(TERMS[HARD_TERMS:], 0.0)
+    weights = replace(grammar.weights, **{field.name: free[field.name] for field in fields(Weights) if field.name in free})
+    still = dict.fromkeys(MOVES, 0.0) | {"translate": 0.25, "rotate": 0.15, "repoint": 0.1, "relocate": 0.5}
+    moves = replace(grammar.moves, relocate_uniform=1.0, relocate_wall=0.0, relocate_around=0.0, **still)
+    objects = {symbol: replace(rule, access=(), reach_any=(), view_depth_m=0.0) for symbol, rule in grammar.objects.items()}
+    budget = replace(grammar.budget, structures=200)
+    return replace(
+        grammar, weights=weights, moves=moves, objects=objects, budget=budget, validity=replace(grammar.validity, walkable_share=0.0)
     )
-    return Figures(
-        category_kl(_frequencies(names, real), _frequencies(names, drawn)), *_mean_distances(walls_real, walls_drawn), *map(float, pairs)
-    )
 
 
-def category_kl(p: Mapping[str, float], q: Mapping[str, float]) -> float:
-    """Return ``sum p (log(p + 1e-6) - log(q + 1e-6))`` (ATISS, Paschalidou et al., NeurIPS 2021)."""
-    return sum(value * (math.log(value + 1e-6) - math.log(q.get(name, 0.0) + 1e-6)) for name, value in p.items())
+def _sample(grammar: Grammar, categories: Categories, stream: int, indices: Sequence[int]) -> Sampled:
+    found, seconds, failed = [], [], 0
+    for index in indices:
+        began = time.process_time()
+        try:
+            room = sample_room(grammar, categories, SceneRequest(room_type=grammar.room_type), np.random.default_rng([7, stream, index]))
+        except RequestError:
+            failed += 1
+            continue
+        seconds.append(time.process_time() - began)
+        found.append(layout_from_objects(f"{stream}-{index}", grammar.room_type, room.room, room.objects))
+    return Sampled(found, seconds, failed)
 
 
-def _frequencies(names: set[str], rooms: Sequence[ObservedRoom]) -> dict[str, float]:
-    counts = Counter(thing.category for room in rooms for thing in room.objects if thing.category in names)
-    return {name: counts[name] / sum(counts.values()) for name in sorted(names)}
-
-
-def _walls(grammar: Grammar, names: set[str], rooms: Sequence[ObservedRoom]) -> dict[str, list[tuple[float, float]]]:
-    """Return category -> (gap to the nearest wall, absolute turn to the one that fits best) of what stands and has a front."""
-    rules = [rule for rule in grammar.objects.values() if rule.mount == "floor"]
-    standing = {rule.category for rule in rules if any(mode.orientation_rad is not None for mode in (*rule.wall, *rule.around))} & names
-    found: dict[str, list[tuple[float, float]]] = {name: [] for name in sorted(standing)}
-    for room in rooms:
-        for thing in room.objects:
-            if thing.category in standing:
-                nearest, fitting = nearest_wall(room.polygon_m, thing), fitting_wall(room.polygon_m, thing)
-                if nearest is not None and fitting is not None:
-                    found[thing.category].append((nearest.gap_m, abs(fitting.turn_rad)))
-    return found
-
-
-def _mean_distances(
-    real: Mapping[str, Sequence[tuple[float, float]]], drawn: Mapping[str, Sequence[tuple[float, float]]]
-) -> tuple[float, float]:
-    """Return the mean over categories, weighted by the real objects, of the distances of gaps and turns."""
-    total, gap, turn = 0, 0.0, 0.0
-    for name, items in real.items():
-        if min(len(items), len(drawn[name])) >= LEAST:
-            a, b = np.array(items), np.array(drawn[name])
-            total += len(items)
-            gap += len(items) * float(wasserstein_distance(a[:, 0], b[:, 0]))
-            turn += len(items) * float(wasserstein_distance(a[:, 1], b[:, 1]))
-    return (gap / total, turn / total) if total else (math.nan, math.nan)
-
-
-def _pairs(grammar: Grammar, rooms: Sequence[ObservedRoom]) -> np.ndarray[tuple[int, ...], np.dtype[np.float64]]:
-    """Return (n, 3) of nightstands beside beds: gap at the side, distance between the planes of their backs, absolute relative yaw."""
-    rows = []
-    for room in rooms:
-        assigned = assign(grammar, room)
-        for thing in assigned.objects:
-            if thing.seen.category == "nightstand" and thing.core is not None:
-                bed = assigned.objects[thing.core].seen
-                place = in_frame(thing.seen, bed)
-                gap = abs(place.y_m) - 0.5 * bed.size_m[1] - 0.5 * thing.seen.size_m[1]
-                backs = (place.x_m - 0.5 * thing.seen.size_m[0]) - (-0.5 * bed.size_m[0])
-                rows.append((gap, backs, abs(place.turn_rad)))
-    return np.array(rows, np.float64).reshape(-1, 3)
+def _mean(values: Sequence[float]) -> float:
+    known = [value for value in values if not np.isnan(value)]
+    return float(np.mean(known)) if known else float("nan")
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(prog="python -m benchmarks.realism_bench")
     parser.add_argument("layouts", type=Path, nargs="?")
-    parser.add_argument("--rooms", type=int, default=ROOMS)
+    parser.add_argument("--types", nargs="+", default=())
+    for option, default in (("folds", 5), ("rooms", 60), ("counted", 1000), ("workers", 1)):
+        parser.add_argument(f"--{option}", type=int, default=default)
     arguments = parser.parse_args()
-    print(render_table("Realism", measure(arguments.layouts, arguments.rooms)))
+    found_rows = measure(**vars(arguments))
+    if arguments.layouts is None:
+        sys.stdout.write(render_table("Realism", found_rows) + "\n")

@@ -14,6 +14,7 @@ from typing import Any
 import yaml
 
 from grammar.check import check_grammar
+from grammar.request import GRAMMAR_SETS, GrammarSet
 from grammar.rules import Grammar, GrammarError
 from scene_description import FieldError, from_mapping
 from scene_description.share import config_path
@@ -82,8 +83,15 @@ def room_types() -> tuple[str, ...]:
     return tuple(sorted(file.stem for file in folder.glob("*.yaml") if file.stem != "base"))
 
 
-def read_room_type(room_type: str, categories: Collection[str]) -> Grammar:
+def learned_types() -> tuple[str, ...]:
+    """Return the names of the room types that have a grammar learned from real rooms beside the one written by hand."""
+    return tuple(sorted(file.stem for file in config_path("learned").glob("*.yaml")))
+
+
+def read_room_type(room_type: str, categories: Collection[str], grammar_set: GrammarSet = "by_hand") -> Grammar:
     """Read the grammar of a room type that comes with the program.
+
+    ``grammar_set``: "learned" takes the one learned from real rooms where there is one, "by_hand" the one written by hand.
 
     Raises:
         GrammarError: there is none of that name, or its file does not fit.
@@ -91,7 +99,10 @@ def read_room_type(room_type: str, categories: Collection[str]) -> Grammar:
     known = room_types()
     if room_type not in known or not re.fullmatch(r"[a-z0-9_]+", room_type):
         raise GrammarError(f"room type: expected one of {', '.join(known)}, got {room_type!r}")
-    return read_grammar(config_path(f"grammars/{room_type}.yaml"), categories)
+    if grammar_set not in GRAMMAR_SETS:
+        raise GrammarError(f"grammar set: expected one of {', '.join(GRAMMAR_SETS)}, got {grammar_set!r}")
+    folder = "learned" if grammar_set == "learned" and room_type in learned_types() else "grammars"
+    return read_grammar(config_path(f"{folder}/{room_type}.yaml"), categories)
 
 
 def _read_extended(path: Path, above: tuple[Path, ...]) -> Mapping[str, Any]:

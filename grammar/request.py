@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal, get_args
 
 from scene_description import Limits
+
+GrammarSet = Literal["learned", "by_hand"]
+GRAMMAR_SETS: tuple[GrammarSet, ...] = get_args(GrammarSet)
 
 
 class RequestError(ValueError):
@@ -19,6 +22,9 @@ class SceneRequest:
     room_type: Annotated[
         str, Limits(min_length=1, max_length=60, pattern=r"[a-z][a-z0-9_]*", description="kind of room, the name of a grammar")
     ] = "bedroom"
+    grammar_set: Annotated[
+        GrammarSet, Limits(description="learned: from real rooms, for the room types that have such a grammar; by_hand: none of these")
+    ] = "learned"
     min_objects: Annotated[int, Limits(ge=0, le=500, description="least number of objects, doors and windows not counted")] = 0
     max_objects: Annotated[int, Limits(ge=1, le=500, description="greatest number of objects, doors and windows not counted")] = 40
     room_width_m: Annotated[float, Limits(ge=0.0, le=30.0, unit="m", description="room size along x; 0: drawn by the grammar")] = 0.0

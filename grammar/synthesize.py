@@ -7,7 +7,7 @@ from a stream of its own, so that a change of one leaves the others as they are.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,7 +19,7 @@ from grammar.camera_path import CameraPathConfig, read_camera_path_config, sampl
 from grammar.categories import Categories, read_categories
 from grammar.constraints import category_bounds, constrained
 from grammar.free_space import occupancy_grid, rasterize
-from grammar.grammar_file import read_grammar, read_room_type, room_types
+from grammar.grammar_file import learned_types, read_grammar, read_room_type, room_types
 from grammar.lighting import LightingConfig, read_lighting_config, sample_lighting
 from grammar.metrics import SamplingCost
 from grammar.request import RequestError, SceneRequest
@@ -60,7 +60,9 @@ class SceneSynthesizer:
     lighting: LightingConfig
     camera: CameraPathConfig
     grammars: Mapping[str, Grammar]
-    """Room type -> grammar."""
+    """Room type -> grammar written by hand."""
+    learned: Mapping[str, Grammar] = field(default_factory=dict)
+    """Room type -> grammar learned from real rooms."""
 
     @classmethod
     def from_config(cls, grammar_files: Sequence[Path] = ()) -> SceneSynthesizer:
@@ -71,9 +73,11 @@ class SceneSynthesizer:
         """
         categories = read_categories(config_path("categories.yaml"))
         own = [read_grammar(path, categories) for path in grammar_files]
+        named = {grammar.room_type for grammar in own}
         return cls(
             categories=categories,
             grammars={name: read_room_type(name, categories) for name in room_types()} | {grammar.room_type: grammar for grammar in own},
+            learned={name: read_room_type(name, categories, "learned") for name in learned_types() if name not in named},
             appearance=load_appearance(config_path("appearance.yaml"), config_path("materials.yaml")),
             lighting=read_lighting_config(config_path("lighting.yaml")),
             camera=read_camera_path_config(config_path("camera.yaml")),
@@ -89,9 +93,14 @@ class SceneSynthesizer:
             raise RequestError(f"room_type: expected one of {', '.join(self.grammars)}, got '{request.room_type}'")
         if request.min_objects > request.max_objects:
             raise RequestError(f"min_objects: expected at most max_objects = {request.max_objects}, got {request.min_objects}")
-        grammar = self.grammars[request.room_type]
+        grammar = self.grammar_of(request)
         category_bounds(grammar, request)
         constrained(grammar, request)
+
+    def grammar_of(self, request: SceneRequest) -> Grammar:
+        """Return the grammar that a request's rooms are sampled from: by its room type and its grammar set."""
+        by_hand = self.grammars[request.room_type]
+        return self.learned.get(request.room_type, by_hand) if request.grammar_set == "learned" else by_hand
 
     def synthesize(self, request: SceneRequest, seed: int, index: int, times: CameraTimes) -> SceneDescription:
         """Sample a room.
@@ -114,7 +123,7 @@ class SceneSynthesizer:
         """Do as :meth:`synthesize` and tell what the layout cost."""
         self.check(request)
         rng = {purpose: np.random.default_rng(np.random.SeedSequence([seed, index, i])) for i, purpose in enumerate(PURPOSES)}
-        sampled, cost = sample_room_with_cost(self.grammars[request.room_type], self.categories, request, rng["layout"])
+        sampled, cost = sample_room_with_cost(self.grammar_of(request), self.categories, request, rng["layout"])
         room, objects, materials = dress(rng["appearance"], self.appearance, sampled.room, sampled.objects, request.room_type)
         lights, environment = sample_lighting(
             rng["lighting"], self.lighting, objects, windows=any(opening.category == "window" for opening in room.openings)

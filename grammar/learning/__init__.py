@@ -2,9 +2,10 @@
 
 from grammar.learning.category_map import CategoryMap, read_category_map
 from grammar.learning.contrastive import ContrastiveOptions, curve_csv
-from grammar.learning.learn import LearnedGrammar, LearnOptions, learn, split_houses
-from grammar.learning.observed import ObservedObject, ObservedRoom
+from grammar.learning.learn import LearnedGrammar, LearnOptions, learn, room_sampler, split_houses
+from grammar.learning.observed import ObservedObject, ObservedOpening, ObservedRoom
 from grammar.learning.read_layouts import LayoutFile, read_layouts
+from grammar.learning.truncation import RoomSampler, SampledCounts, TruncationOptions, TruncationRow, truncation_csv
 from grammar.learning.write_grammar import grammar_yaml
 from grammar.learning.write_layouts import layout_from_scene, layout_line
 
@@ -15,7 +16,12 @@ __all__ = [
     "LearnOptions",
     "LearnedGrammar",
     "ObservedObject",
+    "ObservedOpening",
     "ObservedRoom",
+    "RoomSampler",
+    "SampledCounts",
+    "TruncationOptions",
+    "TruncationRow",
     "curve_csv",
     "grammar_yaml",
     "layout_from_scene",
@@ -23,5 +29,7 @@ __all__ = [
     "learn",
     "read_category_map",
     "read_layouts",
+    "room_sampler",
     "split_houses",
+    "truncation_csv",
 ]

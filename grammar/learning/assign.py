@@ -42,13 +42,16 @@ class AssignedRoom:
     strangers: tuple[str, ...]
 
 
-def assign(grammar: Grammar, room: ObservedRoom) -> AssignedRoom:
-    """Match the objects of a room with the grammar's: by category, then size, then what they stand on."""
+def assign(grammar: Grammar, room: ObservedRoom, any_size: bool = False) -> AssignedRoom:
+    """Match the objects of a room with the grammar's: by category, then size, then what they stand on.
+
+    ``any_size``: no size is out of proportion.
+    """
     symbols: list[str | None] = [None] * len(room.objects)
     on = [thing.on if thing.on is not None else _below(room.objects, i) for i, thing in enumerate(room.objects)]
     for i in sorted(range(len(room.objects)), key=lambda i: (on[i] is not None, i)):
         below = on[i]
-        symbols[i] = _symbol(grammar, room.objects[i], symbols[below] if below is not None else None)
+        symbols[i] = _symbol(grammar, room.objects[i], symbols[below] if below is not None else None, any_size)
     kept = [i for i, symbol in enumerate(symbols) if symbol is not None]
     place = {i: k for k, i in enumerate(kept)}
     things: list[AssignedObject] = []
@@ -77,11 +80,11 @@ def _below(objects: Sequence[ObservedObject], i: int) -> int | None:
     return max(found, key=lambda j: (objects[j].position_m[2] + objects[j].size_m[2], -j), default=None)
 
 
-def _symbol(grammar: Grammar, thing: ObservedObject, below: str | None) -> str | None:
+def _symbol(grammar: Grammar, thing: ObservedObject, below: str | None, any_size: bool) -> str | None:
     """Return the most likely symbol of an object, None if there is none of its category or its size is out of all proportion."""
     scores: list[tuple[float, str]] = []
     for symbol, rule in grammar.objects.items():
-        if rule.category == thing.category and _plausible(rule, thing.size_m):
+        if rule.category == thing.category and (any_size or _plausible(rule, thing.size_m)):
             score = _wide_log_density(thing.size_m, rule)
             if rule.mount == "object":
                 share = (rule.supporters or {}).get(below or NONE, 0.0)

@@ -38,6 +38,9 @@ _LEAST_PROBABILITY = 1e-250
 _UNSEEN_SHARE = 0.02
 """Share of the prior of a covered Set branch that is spread evenly over all multiplicities, so that none is impossible."""
 
+_MOST_COPIES = 64
+"""Multiplicities of one branch, as many as a grammar may give."""
+
 _ROUNDS = 30
 
 
@@ -99,10 +102,9 @@ def _model(grammar: Grammar, visible: Mapping[str, int], below: Mapping[str, Cou
             if branch.multiplicity is None:
                 continue
             values = list(branch.multiplicity)
-            head = _head(grammar, branch.symbol)
-            if head in most:
-                if most[head] >= len(values):
-                    values.append(0.0)
+            heads = [thing for thing in certain_objects(grammar, branch.symbol) if thing in most]
+            if heads:
+                values.extend(0.0 for _ in range(min(most[heads[0]] + 1, _MOST_COPIES) - len(values)))
                 values = [(1.0 - _UNSEEN_SHARE) * value + _UNSEEN_SHARE / len(values) for value in values]
             place[name, i] = slice(len(prior), len(prior) + len(values))
             prior.extend(values)
@@ -121,14 +123,14 @@ def _leaves(grammar: Grammar, symbol: str, below: dict[str, Counter[str]]) -> Co
     return below[symbol]
 
 
-def _head(grammar: Grammar, symbol: str) -> str:
-    """Return the object that a symbol surely leads to first: itself, or the first object of an And node."""
-    while symbol in grammar.nodes:
-        node = grammar.nodes[symbol]
-        if node.kind != "and":
-            return ""
-        symbol = node.branches[0].symbol
-    return symbol
+def certain_objects(grammar: Grammar, symbol: str) -> tuple[str, ...]:
+    """Return the objects that a symbol surely leads to: itself, or those of an And node's branches, in order."""
+    node = grammar.nodes.get(symbol)
+    if node is None:
+        return (symbol,)
+    if node.kind != "and":
+        return ()
+    return tuple(thing for branch in node.branches for thing in certain_objects(grammar, branch.symbol))
 
 
 def _owners(grammar: Grammar, visible: Iterable[str], below: Mapping[str, Counter[str]]) -> dict[str, tuple[str, ...]]:

@@ -18,6 +18,7 @@ Names = Mapping[str, Annotated[str, Limits(max_length=60)]]
 class CategoryMap:
     """Names of categories and room types; an empty target means: known, but nothing that the grammars speak of.
 
+    ``wide``: categories whose front is a long side; what is recorded deeper than wide is turned so that its back is at the nearer wall.
     ``raw`` (the source's own names) wins over ``rooms`` (normalised names whose meaning depends on the room type), that over ``names``.
     """
 
@@ -25,6 +26,7 @@ class CategoryMap:
     names: Names
     raw: Names
     rooms: Mapping[str, Names]
+    wide: tuple[Symbol, ...] = ()
 
     def room_type(self, name: str) -> str:
         """Return our name of a room type."""

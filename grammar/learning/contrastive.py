@@ -47,7 +47,7 @@ class ContrastiveOptions:
     iterations: int = 60
     sweeps: int = 4
     rate: float = 0.25
-    factor: float = 20.0
+    factor: float = 4.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

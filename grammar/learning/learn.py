@@ -7,6 +7,7 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Literal
 
 import numpy as np
 
@@ -15,11 +16,17 @@ from grammar.learning.assign import AssignedRoom, assign
 from grammar.learning.branching import learn_branching
 from grammar.learning.contrastive import ContrastiveOptions, CurveRow, learn_weights
 from grammar.learning.observed import ObservedRoom
+from grammar.learning.openings import learn_openings
 from grammar.learning.relations import learn_object
 from grammar.learning.sizes import learn_room
-from grammar.rules import Grammar, GrammarError
+from grammar.learning.truncation import RoomSampler, SampledCounts, TruncationOptions, TruncationRow, correct_truncation, count_room
+from grammar.rules import Budget, Grammar, GrammarError
+
+Part = Literal["sizes", "relations", "openings", "room", "weights"]
+PARTS: tuple[Part, ...] = ("sizes", "relations", "openings", "room", "weights")
 
 _LEAST_ROOMS = 5
+_STRUCTURES, _DERIVATIONS = 40, 20_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,12 +34,14 @@ class LearnOptions:
     """How to learn.
 
     ``alpha``: pseudo-counts with which the base grammar smooths every count, size and address; ``least``: a category or relation that was
-    seen fewer times than this is not covered by the data and stays as in the base.
+    seen fewer times than this is not covered by the data and stays as in the base.  ``keep``: parts that stay as in the base altogether.
     """
 
     alpha: float = 2.0
     least: int = 3
+    keep: frozenset[Part] = frozenset()
     contrastive: ContrastiveOptions = field(default_factory=ContrastiveOptions)
+    truncation: TruncationOptions = field(default_factory=TruncationOptions)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,6 +59,9 @@ class LearnedGrammar:
     strangers: Mapping[str, int]
     weight_rooms: int
     curve: tuple[CurveRow, ...]
+    wanted: Mapping[str, float]
+    """Category -> mean number in a room of the data, of the categories that it covers."""
+    truncation_curve: tuple[TruncationRow, ...]
 
 
 def split_houses(rooms: Sequence[ObservedRoom], share: float, fold: int = 0) -> tuple[tuple[ObservedRoom, ...], tuple[ObservedRoom, ...]]:
@@ -64,14 +76,21 @@ def split_houses(rooms: Sequence[ObservedRoom], share: float, fold: int = 0) -> 
 
 
 def learn(
-    grammar: Grammar, categories: Categories, rooms: Sequence[ObservedRoom], options: LearnOptions, rng: np.random.Generator
+    grammar: Grammar,
+    categories: Categories,
+    rooms: Sequence[ObservedRoom],
+    options: LearnOptions,
+    rng: np.random.Generator,
+    sampler: RoomSampler | None = None,
 ) -> LearnedGrammar:
     """Learn from rooms of one type; equal inputs and an equal state of ``rng`` give an equal grammar.
+
+    ``sampler`` samples the rooms of the last phase, by default one after the other with :func:`room_sampler`.
 
     Raises:
         GrammarError: there are fewer than five rooms with objects that the grammar knows.
     """
-    assigned = [room for room in (assign(grammar, room) for room in rooms) if room.objects]
+    assigned = [room for room in (assign(grammar, room, "sizes" in options.keep) for room in rooms) if room.objects]
     if len(assigned) < _LEAST_ROOMS:
         raise GrammarError(
             f"layouts: expected at least {_LEAST_ROOMS} rooms of type '{grammar.room_type}' with objects that the grammar knows, "
@@ -84,23 +103,51 @@ def learn(
     counts.update({f"nodes.{name}": count for name, count in branching.counts.items()})
     objects = dict(grammar.objects)
     for symbol in grammar.objects:
-        objects[symbol], found = learn_object(grammar, categories, symbol, assigned, options.alpha, options.least)
+        objects[symbol], found = learn_object(grammar, categories, symbol, assigned, options.alpha, options.least, options.keep)
         counts.update({f"objects.{symbol}.{name}": count for name, count in found.items()})
-    shape = learn_room(grammar.room, [room.room for room in assigned], [_covered_floor(grammar, categories, room) for room in assigned])
-    for name in ("width_m", "depth_m", "area_low_m2", "area_high_m2", "floor_share_max"):
-        counts[f"room.{name}"] = len(assigned)
-    related = replace(grammar, room=shape, nodes=branching.nodes, objects=objects)
-    weights = learn_weights(related, categories, assigned, options.contrastive, rng)
+    openings = dict(grammar.openings)
+    if "openings" not in options.keep:
+        openings, found = learn_openings(grammar.openings, [room.room for room in assigned], options.alpha, _LEAST_ROOMS)
+        counts.update({f"openings.{name}": count for name, count in found.items()})
+    shape = grammar.room
+    if "room" not in options.keep:
+        shape = learn_room(grammar.room, [room.room for room in assigned], [_covered_floor(grammar, categories, room) for room in assigned])
+        names = ("width_m", "depth_m", "height_m", "area_low_m2", "area_high_m2", "floor_share_max")
+        counts.update({f"room.{name}": len(assigned) for name in names})
+    related = replace(grammar, room=shape, openings=openings, nodes=branching.nodes, objects=objects, budget=_patient(grammar.budget))
+    contrastive = replace(options.contrastive, iterations=0) if "weights" in options.keep else options.contrastive
+    weights = learn_weights(related, categories, assigned, contrastive, rng)
     counts.update({f"weights.{name}": weights.rooms for name in weights.learned})
+    wanted = {name: count / len(assigned) for name, count in sorted(seen.items()) if count >= options.least}
+    seed = int(rng.integers(2**62))
+    final, truncation = correct_truncation(
+        replace(related, weights=weights.weights), wanted, covered, options.truncation, sampler or room_sampler(categories, seed)
+    )
     return LearnedGrammar(
-        grammar=replace(related, weights=weights.weights),
+        grammar=final,
         rooms=len(assigned),
         objects=sum(seen.values()),
         counts=counts,
         strangers=Counter(category for room in assigned for category in room.strangers),
         weight_rooms=weights.rooms,
         curve=weights.curve,
+        wanted=wanted,
+        truncation_curve=truncation,
     )
+
+
+def room_sampler(categories: Categories, seed: int) -> RoomSampler:
+    """Return a sampler whose rooms depend on the seed, the stream and the index of the room only."""
+
+    def sample(grammar: Grammar, stream: int, indices: Sequence[int]) -> list[SampledCounts]:
+        return [count_room(grammar, categories, np.random.default_rng([seed, stream, index])) for index in indices]
+
+    return sample
+
+
+def _patient(budget: Budget) -> Budget:
+    """Return a budget with more structures: real rooms are smaller and fuller, and the odds are corrected for those given up."""
+    return replace(budget, structures=max(budget.structures, _STRUCTURES), derivations=max(budget.derivations, _DERIVATIONS))
 
 
 def _covered_floor(grammar: Grammar, categories: Categories, room: AssignedRoom) -> float:

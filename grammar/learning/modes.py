@@ -1,22 +1,48 @@
-"""From observed numbers to the few modes that a grammar's relations hold: medians, since the losses are absolute differences."""
+"""From observed numbers to the modes that a grammar's relations hold, each with its probability and its spreads.
+
+Poses are told apart by quarter turn, by whether they are straight in it (components of the orientation about the quarter turns, as in the
+authors' statistics, where they are von Mises distributions), and around a core by side; within each group the gaps or places are a small
+mixture.  Spreads are those of the data over what the grammar's weight makes, and never less than 1: closer than the weight makes it,
+nothing is drawn.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
 from grammar.learning.geometry import InFrame, half_extents, wrapped
-from grammar.rules import AroundMode, PlaceMode, WallMode
+from grammar.learning.mixtures import gap_mixture, place_mixture
+from grammar.rules import AroundMode, Mode, PlaceMode, WallMode
 
-_LEAST_SHARE = 0.25
-"""Modes are equally likely, so a rare one would be sampled far too often; half its share among two is the least that improves the fit."""
+_LEAST_SHARE = 0.025
+_MOST_MODES = {WallMode: 6, AroundMode: 10, PlaceMode: 6}
+"""More cost more time than they tell."""
 
-_LEAST_COUNT = 3
-_SPLIT_M = 0.25
-_STRAIGHT_RAD = math.radians(3.0)
+_STRAIGHT_RAD = 0.1
+_EXACT_RAD = math.radians(3.0)
+_MOST_SPREAD = 500.0
+
+AnyMode = TypeVar("AnyMode", WallMode, AroundMode, PlaceMode)
+
+
+class Scale(NamedTuple):
+    """Mean distances in metres and angles in radians that a relation's weights make: 1 / (tidiness times weight)."""
+
+    distance_m: float
+    angle_rad: float
+
+    def spread(self, distance_m: float) -> float:
+        """Return a distance scale as a mode's spread."""
+        return min(max(distance_m / self.distance_m, 1.0), _MOST_SPREAD)
+
+    def turned(self, angle_rad: float) -> float:
+        """Return an angle scale as a mode's orientation spread."""
+        return min(max(angle_rad / self.angle_rad, 1.0), _MOST_SPREAD)
 
 
 class GroupPose(NamedTuple):
@@ -40,52 +66,111 @@ def quarter_of(angle: float) -> int:
     return round(wrapped(angle) / (0.5 * math.pi)) % 4
 
 
-def typical_angle(angles: Sequence[float], quarter: int) -> float:
-    """Return the median of angles about a quarter turn, that turn itself when nearly equal."""
-    base = wrapped(0.5 * math.pi * quarter)
-    off = float(np.median([wrapped(angle - base) for angle in angles]))
-    return wrapped(base + off) if abs(off) > _STRAIGHT_RAD else base
-
-
-def split_median(values: Sequence[float]) -> list[float]:
-    """Return the median, or the medians of the lower and the upper half where these lie far apart."""
-    low, high = np.quantile(values, (0.25, 0.75))
-    if high - low <= _SPLIT_M or len(values) < 2 * _LEAST_COUNT:
-        return [float(np.median(values))]
-    return [float(low), float(high)]
-
-
-def wall_modes(seen: Sequence[tuple[float, float]], turned: bool) -> tuple[WallMode, ...]:
-    """Return modes for (gap, turn) pairs; without ``turned`` the direction is of no matter."""
+def turn_group(angle: float, turned: bool) -> tuple[int, bool]:
+    """Return the quarter turn of an angle and whether it is straight; without ``turned`` the direction is of no matter."""
     if not turned:
-        return tuple(WallMode(distance_m=max(gap, 0.0), orientation_rad=None) for gap in split_median([gap for gap, _ in seen]))
+        return 0, True
+    quarter = quarter_of(angle)
+    return quarter, abs(wrapped(angle - 0.5 * math.pi * quarter)) <= _STRAIGHT_RAD
+
+
+def typical_angle(angles: Sequence[float], quarter: int) -> tuple[float, float]:
+    """Return the median of angles about a quarter turn, that turn itself when nearly equal, and the mean deviation from it."""
+    base = wrapped(0.5 * math.pi * quarter)
+    off = np.array([wrapped(angle - base) for angle in angles])
+    middle = float(np.median(off))
+    middle = middle if abs(middle) > _EXACT_RAD else 0.0
+    return wrapped(base + middle), float(np.abs(off - middle).mean())
+
+
+def wall_modes(seen: Sequence[tuple[float, float]], turned: bool, scale: Scale) -> tuple[WallMode, ...]:
+    """Return modes for (gap, turn) pairs; without ``turned`` the direction is of no matter."""
     modes: list[WallMode] = []
-    for quarter in range(4):
-        group = [item for item in seen if quarter_of(item[1]) == quarter]
-        if len(group) >= max(_LEAST_COUNT, _LEAST_SHARE * len(seen)):
-            angle = typical_angle([turn for _, turn in group], quarter)
-            modes.extend(WallMode(distance_m=max(gap, 0.0), orientation_rad=angle) for gap in split_median([gap for gap, _ in group]))
-    return tuple(modes)
+    for (quarter, _), group in _grouped((turn_group(turn, turned), (gap, turn)) for gap, turn in seen).items():
+        angle, off = typical_angle([turn for _, turn in group], quarter)
+        for part in gap_mixture([gap for gap, _ in group], scale.distance_m):
+            modes.append(
+                WallMode(
+                    probability=part.share * len(group) / len(seen),
+                    spread=scale.spread(part.scale),
+                    orientation_spread=scale.turned(off) if turned else 1.0,
+                    distance_m=part.middle[0],
+                    orientation_rad=angle if turned else None,
+                )
+            )
+    return _kept(modes)
 
 
-def around_modes(seen: Sequence[GroupPose], turned: bool) -> tuple[AroundMode, ...]:
-    """Return modes for poses around a core: one or two for each side and quarter turn that is taken often enough."""
-    groups: dict[tuple[str, int], list[GroupPose]] = {}
-    for pose in seen:
-        quarter = quarter_of(pose.frame.turn_rad) if turned else 0
-        groups.setdefault((_side(pose)[0], quarter), []).append(pose)
+def around_modes(seen: Sequence[GroupPose], turned: bool, scale: Scale) -> tuple[AroundMode, ...]:
+    """Return modes for poses around a core."""
+    groups = _grouped(((_side(pose)[0], *turn_group(pose.frame.turn_rad, turned)), pose) for pose in seen)
     modes: list[AroundMode] = []
-    for (side, quarter), group in sorted(groups.items()):
-        if len(group) < max(_LEAST_COUNT, _LEAST_SHARE * len(seen)):
-            continue
-        angle = typical_angle([pose.frame.turn_rad for pose in group], quarter) if turned else None
-        gaps = [_side(pose)[1] for pose in group]
-        align, along = _alignment(side, group)
-        modes.extend(
-            AroundMode(side=side, gap_m=gap, align=align, along_m=along, orientation_rad=angle)  # type: ignore[arg-type]
-            for gap in split_median(gaps)
-        )
-    return tuple(modes)
+    for (side, quarter, _), group in groups.items():
+        angle, off = typical_angle([pose.frame.turn_rad for pose in group], quarter)
+        align = _alignment(side, group)
+        for part in place_mixture([(_side(pose)[1], _along(side, pose, align)) for pose in group], scale.distance_m):
+            modes.append(
+                AroundMode(
+                    probability=part.share * len(group) / len(seen),
+                    spread=scale.spread(part.scale),
+                    orientation_spread=scale.turned(off) if turned else 1.0,
+                    side=side,  # type: ignore[arg-type]
+                    gap_m=part.middle[0],
+                    align=align,
+                    along_m=part.middle[1],
+                    orientation_rad=angle if turned else None,
+                )
+            )
+    return _kept(modes)
+
+
+def place_modes(seen: Sequence[TopPose], turned: bool, scale: Scale) -> tuple[PlaceMode, ...]:
+    """Return modes for poses on tops."""
+    modes: list[PlaceMode] = []
+    for (quarter, _), group in _grouped((turn_group(pose.frame.turn_rad, turned), pose) for pose in seen).items():
+        angle, off = typical_angle([pose.frame.turn_rad for pose in group], quarter)
+        free = np.array([_free(pose) for pose in group])
+        fractions = np.clip(np.array([(pose.frame.x_m, pose.frame.y_m) for pose in group]) / free, -1.0, 1.0)
+        for part in place_mixture([(float(a), float(b)) for a, b in fractions], 0.02):
+            length = 2.0 * part.scale * float(free.mean())  # the energy counts both edges of each axis
+            modes.append(
+                PlaceMode(
+                    probability=part.share * len(group) / len(seen),
+                    spread=scale.spread(length),
+                    orientation_spread=scale.turned(off) if turned else 1.0,
+                    depth_fraction=part.middle[0],
+                    width_fraction=part.middle[1],
+                    orientation_rad=angle if turned else None,
+                )
+            )
+    return _kept(modes)
+
+
+_Key = TypeVar("_Key", bound=tuple[object, ...])
+_Item = TypeVar("_Item")
+
+
+def _grouped(pairs: Iterable[tuple[_Key, _Item]]) -> Mapping[_Key, list[_Item]]:
+    """Return the items by key, in the order of the keys' text, so that nothing depends on the order of the data."""
+    groups: dict[_Key, list[_Item]] = {}
+    for key, item in pairs:
+        groups.setdefault(key, []).append(item)
+    return {key: groups[key] for key in sorted(groups, key=repr)}
+
+
+def _kept(modes: Sequence[AnyMode]) -> tuple[AnyMode, ...]:
+    """Return the modes that are not too rare, at most as many as are worth their time, with probabilities that sum to 1."""
+    if not modes:
+        return ()
+    most = _MOST_MODES[type(modes[0])]
+    order = sorted(range(len(modes)), key=lambda k: (-_share(modes[k]), k))[:most]
+    kept = [modes[k] for k in sorted(order) if _share(modes[k]) >= _LEAST_SHARE or k == order[0]]
+    total = sum(_share(mode) for mode in kept)
+    return tuple(replace(mode, probability=_share(mode) / total) for mode in kept)
+
+
+def _share(mode: Mode) -> float:
+    return mode.probability or 0.0
 
 
 def _side(pose: GroupPose) -> tuple[str, float]:
@@ -102,38 +187,26 @@ def _side(pose: GroupPose) -> tuple[str, float]:
     return side, gaps[side]
 
 
-def _alignment(side: str, group: Sequence[GroupPose]) -> tuple[float, float]:
-    """Return which ends are flush (-1, 0 or 1) and the median offset from that, for the choice that leaves the least scatter."""
-    best = (math.inf, 0.0, 0.0)
-    for align in (0.0, -1.0, 1.0):
-        offsets = []
-        for pose in group:
-            half = half_extents(pose.size_m, pose.frame.turn_rad)
-            axis = 0 if side in ("left", "right") else 1
-            value = pose.frame.x_m if axis == 0 else pose.frame.y_m
-            offsets.append(value - align * (0.5 * pose.core_m[axis] - half[axis]))
-        middle = float(np.median(offsets))
-        scatter = float(np.mean(np.abs(np.array(offsets) - middle)))
-        if scatter < best[0] - 1e-6:
-            best = (scatter, align, middle)
-    return best[1], best[2]
-
-
-def place_modes(seen: Sequence[TopPose], turned: bool) -> tuple[PlaceMode, ...]:
-    """Return one mode for poses on tops, two where they keep to both ends of the width."""
-    fractions = [_fractions(pose) for pose in seen]
-    depth = float(np.median([item[0] for item in fractions]))
-    widths = [item[1] for item in fractions]
-    low, high = (float(value) for value in np.quantile(widths, (0.25, 0.75)))
-    both = high - low > 1.0
-    angle = typical_angle([pose.frame.turn_rad for pose in seen], 0) if turned else None
-    return tuple(
-        PlaceMode(depth_fraction=depth, width_fraction=width, orientation_rad=angle)
-        for width in ([low, high] if both else [float(np.median(widths))])
-    )
-
-
-def _fractions(pose: TopPose) -> tuple[float, float]:
+def _along(side: str, pose: GroupPose, align: float) -> float:
+    """Return how far along its side an object is from where ``align`` puts it."""
+    axis = 0 if side in ("left", "right") else 1
     half = half_extents(pose.size_m, pose.frame.turn_rad)
-    free = [max(top - own, 1e-3) for top, own in zip(pose.half_top_m, half, strict=True)]
-    return min(max(pose.frame.x_m / free[0], -1.0), 1.0), min(max(pose.frame.y_m / free[1], -1.0), 1.0)
+    value = pose.frame.x_m if axis == 0 else pose.frame.y_m
+    return value - align * (0.5 * pose.core_m[axis] - half[axis])
+
+
+def _alignment(side: str, group: Sequence[GroupPose]) -> float:
+    """Return which ends are flush (-1, 0 or 1): the choice that leaves the least scatter."""
+    best = (math.inf, 0.0)
+    for align in (0.0, -1.0, 1.0):
+        offsets = np.array([_along(side, pose, align) for pose in group])
+        scatter = float(np.mean(np.abs(offsets - np.median(offsets))))
+        if scatter < best[0] - 1e-6:
+            best = (scatter, align)
+    return best[1]
+
+
+def _free(pose: TopPose) -> tuple[float, float]:
+    """Return the free way of an object's middle on its top, from the top's middle, along depth and width."""
+    half = half_extents(pose.size_m, pose.frame.turn_rad)
+    return max(pose.half_top_m[0] - half[0], 1e-3), max(pose.half_top_m[1] - half[1], 1e-3)

@@ -6,7 +6,8 @@ its size is (depth along its front, width, height).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from scene_description.types import Point2
 
@@ -23,8 +24,22 @@ class ObservedObject:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class ObservedOpening:
+    """A door or window: number of the wall that it is in, distance of its first end from that wall's start, size, height of its sill."""
+
+    wall: int
+    offset_m: float
+    width_m: float
+    height_m: float
+    sill_m: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ObservedRoom:
-    """One room with its counter-clockwise inner outline; ``house`` names what must not be split between learning and judging."""
+    """One room with its counter-clockwise inner outline; ``house`` names what must not be split between learning and judging.
+
+    ``openings``: by kind, "door" or "window"; a kind that is missing was not recorded.
+    """
 
     id: str
     house: str
@@ -32,3 +47,4 @@ class ObservedRoom:
     polygon_m: tuple[Point2, ...]
     height_m: float
     objects: tuple[ObservedObject, ...]
+    openings: Mapping[str, tuple[ObservedOpening, ...]] = field(default_factory=dict)

@@ -12,13 +12,15 @@ import math
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from grammar.learning.category_map import CategoryMap
-from grammar.learning.observed import ObservedObject, ObservedRoom
+from grammar.learning.geometry import at_walls
+from grammar.learning.observed import ObservedObject, ObservedOpening, ObservedRoom
 from grammar.rules import GrammarError
+from grammar.walls import wall_rows
 from scene_description.types import Point2
 
 LAYOUT_SCHEMA = "scene_synth.layout/1"
@@ -27,6 +29,10 @@ _SIDE_LOW_M, _SIDE_HIGH_M = 0.002, 12.0
 _ROOM_HIGH_M = 100.0
 _BEYOND_WALLS_M = 0.5
 _MAX_LINE_CHARACTERS = 4_000_000
+_OPENING_OFF_WALL_M = 0.5
+_LEAST_OPENING_M = 0.3
+_OPENINGS = {"door": ("doors", ("door",)), "window": ("windows", ("window",))}
+"""Kind -> key of the list in a layout line, and the names that count as it; frames and jambs are listed beside their doors."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,6 +120,8 @@ def _read_line(line: bytes, names: CategoryMap, room_type: str) -> tuple[Observe
         try:
             thing, target = (_own_object if own else _foreign_object)(item, names, room_type)
             _check_inside(thing, polygon)
+            if thing.category in names.wide and thing.size_m[0] > thing.size_m[1]:
+                thing = _turned_wide(thing, polygon)
         except _Unfit as unfit:
             reasons.append(str(unfit))
             continue
@@ -127,6 +135,7 @@ def _read_line(line: bytes, names: CategoryMap, room_type: str) -> tuple[Observe
     )
     if not things:
         raise _Unfit("room: no usable object")
+    openings = {kind: found for kind in _OPENINGS if (found := _openings(data, kind, polygon, reasons)) is not None}
     room = ObservedRoom(
         id=text,
         house=house if isinstance(house, str) and house else house_of(text),
@@ -134,8 +143,48 @@ def _read_line(line: bytes, names: CategoryMap, room_type: str) -> tuple[Observe
         polygon_m=polygon,
         height_m=height,
         objects=things,
+        openings=openings,
     )
     return room, reasons
+
+
+def _openings(data: Mapping[str, Any], kind: str, polygon: Sequence[Point2], reasons: list[str]) -> tuple[ObservedOpening, ...] | None:
+    """Return the openings of one kind, None where the room does not list them: [name, and the lower and upper corner of a box]."""
+    key, names = _OPENINGS[kind]
+    items = data.get(key)
+    if not isinstance(items, list):
+        return None
+    found: list[ObservedOpening] = []
+    for item in items:
+        try:
+            if not isinstance(item, list) or len(item) != 7 or not isinstance(item[0], str):
+                raise _Unfit(f"{kind}: not a name and six numbers")
+            if item[0] in names:
+                low = _numbers(item[1:4], f"{kind}: absurd or missing corner", -1e5, 1e5)
+                high = _numbers(item[4:7], f"{kind}: absurd or missing corner", -1e5, 1e5)
+                found.append(_in_wall(kind, low, high, polygon))
+        except _Unfit as unfit:
+            reasons.append(str(unfit))
+    return tuple(found)
+
+
+def _in_wall(kind: str, low: Sequence[float], high: Sequence[float], polygon: Sequence[Point2]) -> ObservedOpening:
+    """Return a box as an opening of the wall that its middle is nearest to and that it lies along."""
+    x, y = 0.5 * (low[0] + high[0]), 0.5 * (low[1] + high[1])
+    best: tuple[float, ObservedOpening] | None = None
+    for index, wall in enumerate(wall_rows(polygon).tolist()):
+        width = abs(wall[2]) * (high[0] - low[0]) + abs(wall[3]) * (high[1] - low[1])
+        along = (x - wall[0]) * wall[2] + (y - wall[1]) * wall[3]
+        across = abs((x - wall[0]) * wall[5] + (y - wall[1]) * wall[6])
+        beyond = max(0.5 * width - along, along + 0.5 * width - wall[4], 0.0)
+        if width >= _LEAST_OPENING_M and across <= _OPENING_OFF_WALL_M and beyond <= _OPENING_OFF_WALL_M:
+            offset = min(max(along - 0.5 * width, 0.0), max(wall[4] - width, 0.0))
+            opening = ObservedOpening(wall=index, offset_m=offset, width_m=width, height_m=high[2] - low[2], sill_m=max(low[2], 0.0))
+            if best is None or across + beyond < best[0]:
+                best = across + beyond, opening
+    if best is None or best[1].height_m < _LEAST_OPENING_M:
+        raise _Unfit(f"{kind}: at no wall, or of no size")
+    return best[1]
 
 
 def house_of(identifier: str) -> str:
@@ -164,6 +213,15 @@ def _foreign_object(item: Any, names: CategoryMap, room_type: str) -> tuple[Obse
     turned = math.remainder(yaw - 0.5 * math.pi, 2.0 * math.pi)
     thing = ObservedObject(category=category, size_m=(depth, width, height), position_m=(x, y, z - 0.5 * height), yaw_rad=turned)
     return thing, target
+
+
+def _turned_wide(thing: ObservedObject, polygon: Sequence[Point2]) -> ObservedObject:
+    """Return an object turned by a quarter in its box, that way round in which its back is nearer to a wall."""
+    depth, width, height = thing.size_m
+    quarters = (math.remainder(thing.yaw_rad + turn, 2.0 * math.pi) for turn in (0.5 * math.pi, -0.5 * math.pi))
+    turned = [replace(thing, size_m=(width, depth, height), yaw_rad=yaw) for yaw in quarters]
+    gaps = [min((item.gap_m for item in at_walls(polygon, way) if abs(item.turn_rad) < 0.25 * math.pi), default=math.inf) for way in turned]
+    return turned[0] if gaps[0] <= gaps[1] else turned[1]
 
 
 def _own_object(item: Any, names: CategoryMap, room_type: str) -> tuple[ObservedObject, int | None]:

@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import replace
 
 import numpy as np
 
 from grammar.categories import Categories
 from grammar.learning.assign import AssignedObject, AssignedRoom
-from grammar.learning.geometry import fitting_wall, in_frame, nearest_wall
-from grammar.learning.modes import GroupPose, TopPose, around_modes, place_modes, wall_modes
+from grammar.learning.geometry import AtWall, fitting_wall, in_frame, nearest_wall, wrapped
+from grammar.learning.modes import GroupPose, Scale, TopPose, around_modes, place_modes, quarter_of, wall_modes
 from grammar.learning.sizes import learn_normal, learn_size
-from grammar.rules import NONE, Grammar, Normal, ObjectRule
+from grammar.rules import NONE, Grammar, Normal, ObjectRule, Weights
 from grammar.solids import surface_top
 
 _AT_WALL_M = 1.0
+_USED_FROM_M = 0.4
 _LEAST_POSES = 5
 
 Seen = Sequence[tuple[AssignedRoom, AssignedObject]]
 
 
 def learn_object(
-    grammar: Grammar, categories: Categories, symbol: str, rooms: Sequence[AssignedRoom], alpha: float, least: int
+    grammar: Grammar, categories: Categories, symbol: str, rooms: Sequence[AssignedRoom], alpha: float, least: int, keep: AbstractSet[str]
 ) -> tuple[ObjectRule, Mapping[str, int]]:
     """Learn one object's attributes and relations.
 
@@ -34,6 +37,7 @@ def learn_object(
         rooms: what was observed.
         alpha: pseudo-counts that hold on to the base in sizes and addresses.
         least: fewer observations than this leave a size as it is; for relations it is at least five.
+        keep: "sizes", "relations": parts that stay as they are.
 
     Returns:
         the new rule, and for each field of it that changed how many observations made it.
@@ -41,13 +45,17 @@ def learn_object(
     rule = grammar.objects[symbol]
     seen = [(room, thing) for room in rooms for thing in room.objects if thing.symbol == symbol]
     counts: dict[str, int] = {}
-    if len(seen) >= least:
+    beta = grammar.schedule.beta
+    if len(seen) >= least and "sizes" not in keep:
         rule, counts["sizes"] = learn_size(rule, [thing.seen.size_m for _, thing in seen], alpha), len(seen)
+    if "relations" in keep:
+        return rule, counts
     enough = max(least, _LEAST_POSES)
     if rule.wall:
-        rule = _learn_wall(rule, seen, enough, counts)
+        rule = _learn_wall(rule, grammar.weights, beta, seen, enough, counts)
     if rule.cores and rule.around:
-        rule = _learn_group(rule, seen, alpha, enough, counts)
+        scale = _scale(grammar.weights.group_distance, grammar.weights.group_orientation, beta)
+        rule = _learn_group(rule, scale, seen, alpha, enough, counts)
     if rule.mount == "object" and rule.supporters:
         rule = _learn_support(grammar, categories, rule, seen, alpha, enough, counts)
     if rule.centre_height_m is not None:
@@ -55,22 +63,36 @@ def learn_object(
     return rule, counts
 
 
-def _learn_wall(rule: ObjectRule, seen: Seen, least: int, counts: dict[str, int]) -> ObjectRule:
+def _learn_wall(rule: ObjectRule, weights: Weights, beta: float, seen: Seen, least: int, counts: dict[str, int]) -> ObjectRule:
+    """Learn gaps and turns at walls: of those that stand for themselves if they are enough, else of those near a wall in their groups."""
     turned = any(mode.orientation_rad is not None for mode in rule.wall)
     chosen = fitting_wall if turned else nearest_wall
-    found = [item for item in (chosen(room.room.polygon_m, thing.seen) for room, thing in seen if thing.core is None) if item is not None]
-    near = [(item.gap_m, item.turn_rad) for item in found if item.gap_m <= _AT_WALL_M]
-    if rule.cores and len(near) < least:
-        found = [item for item in (chosen(room.room.polygon_m, thing.seen) for room, thing in seen) if item is not None]
-        near = [(item.gap_m, item.turn_rad) for item in found if item.gap_m <= _AT_WALL_M]
-    modes = wall_modes(near, turned) if len(near) >= least else ()
-    if not modes:
+    found = [item for room, thing in seen if thing.core is None and (item := chosen(room.room.polygon_m, thing.seen)) is not None]
+    if rule.cores and len(found) < least:
+        grouped = [item for room, thing in seen if (item := chosen(room.room.polygon_m, thing.seen)) is not None]
+        found = [item for item in grouped if item.gap_m <= _AT_WALL_M]
+    if len(found) < least:
         return rule
-    counts["wall"] = len(near)
-    return replace(rule, wall=modes)
+    counts["wall"] = len(found)
+    scale = _scale(weights.wall_distance, weights.wall_orientation, beta)
+    return replace(rule, wall=wall_modes([(item.gap_m, _usable(rule, item)) for item in found], turned, scale))
 
 
-def _learn_group(rule: ObjectRule, seen: Seen, alpha: float, least: int, counts: dict[str, int]) -> ObjectRule:
+def _usable(rule: ObjectRule, seen: AtWall) -> float:
+    """Return the turn against a wall; what is used from its front only and is said to face a wall close by has its back there.
+
+    No one could use it otherwise, and sources guess the front of shelves and racks, whose boxes do not tell.
+    """
+    facing = quarter_of(seen.turn_rad) == 2 and seen.gap_m < _USED_FROM_M
+    return wrapped(seen.turn_rad - math.pi) if facing and rule.reach_any == ("front",) else seen.turn_rad
+
+
+def _scale(distance_weight: float, angle_weight: float, beta: float) -> Scale:
+    """Return what the weights of a relation make; a weight of zero makes nothing, so its modes get no spread."""
+    return Scale(*(1.0 / (beta * weight) if weight > 0.0 else 1e6 for weight in (distance_weight, angle_weight)))
+
+
+def _learn_group(rule: ObjectRule, scale: Scale, seen: Seen, alpha: float, least: int, counts: dict[str, int]) -> ObjectRule:
     """Learn the poses around the core, and how often the object stands for itself though there is a core."""
     cores = dict(rule.cores or {})
     poses = []
@@ -80,7 +102,7 @@ def _learn_group(rule: ObjectRule, seen: Seen, alpha: float, least: int, counts:
             poses.append(GroupPose(in_frame(thing.seen, core), thing.seen.size_m, core.size_m))
     centred = all(mode.side == "centre" for mode in rule.around)
     turned = any(mode.orientation_rad is not None for mode in rule.around)
-    modes = around_modes(poses, turned) if len(poses) >= least and not centred else ()
+    modes = around_modes(poses, turned, scale) if len(poses) >= least and not centred else ()
     if modes:
         counts["around"] = len(poses)
         rule = replace(rule, around=modes)
@@ -119,7 +141,9 @@ def _learn_support(
         rule = replace(rule, supporters=supporters)
     if len(poses) >= least:
         counts["placements"] = len(poses)
-        rule = replace(rule, placements=place_modes(poses, any(mode.orientation_rad is not None for mode in rule.placements)))
+        turned = any(mode.orientation_rad is not None for mode in rule.placements)
+        scale = _scale(grammar.weights.support_position, grammar.weights.support_orientation, grammar.schedule.beta)
+        rule = replace(rule, placements=place_modes(poses, turned, scale))
     return rule
 
 

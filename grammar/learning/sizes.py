@@ -73,6 +73,11 @@ def learn_normal(base: Normal, seen: Sequence[float]) -> Normal:
     )
 
 
+def _height(seen: Sequence[float]) -> Normal:
+    low, high = float(np.min(seen)), float(np.max(seen))
+    return Normal(mean=float(np.mean(seen)), sd=max(float(np.std(seen)), 0.005), low=low, high=max(high, low + 0.01))
+
+
 def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequence[float]) -> RoomRule:
     """Return the room's size: the rectangles with the proportions of the outlines' bounding boxes and the outlines' areas.
 
@@ -93,6 +98,7 @@ def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequen
         base,
         width_m=side,
         depth_m=side,
+        height_m=_height([room.height_m for room in rooms]),
         area_low_m2=min(base.area_low_m2, low),
         area_high_m2=max(min(base.area_high_m2, 1.5 * high), high),
         floor_share_max=min(max(base.floor_share_max, share), 1.0),

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 
-from grammar.learning.observed import ObservedObject, ObservedRoom
+from grammar.learning.observed import ObservedObject, ObservedOpening, ObservedRoom
 from grammar.learning.read_layouts import LAYOUT_SCHEMA
+from grammar.walls import wall_rows
 from scene_description import SceneDescription
 from scene_description.types import Room, SceneObject
 
@@ -34,6 +35,14 @@ def layout_from_objects(identifier: str, room_type: str, room: Room, objects: tu
             )
             for thing in objects
         ),
+        openings={
+            kind: tuple(
+                ObservedOpening(wall=o.wall, offset_m=o.offset_m, width_m=o.width_m, height_m=o.height_m, sill_m=o.sill_m)
+                for o in room.openings
+                if o.category == kind
+            )
+            for kind in ("door", "window")
+        },
     )
 
 
@@ -51,5 +60,13 @@ def layout_line(room: ObservedRoom) -> str:
         "polygon_m": room.polygon_m,
         "height_m": room.height_m,
         "objects": objects,
-    }
+    } | {f"{kind}s": [_box(kind, opening, room) for opening in found] for kind, found in room.openings.items()}
     return json.dumps(document, allow_nan=False)
+
+
+def _box(kind: str, opening: ObservedOpening, room: ObservedRoom) -> list[str | float]:
+    """Return an opening as its kind and the lower and upper corner of the flat box that it fills in the wall's plane."""
+    wall = wall_rows(room.polygon_m)[opening.wall]
+    ends = [(wall[0] + wall[2] * along, wall[1] + wall[3] * along) for along in (opening.offset_m, opening.offset_m + opening.width_m)]
+    low, high = [min(pair) for pair in zip(*ends, strict=True)], [max(pair) for pair in zip(*ends, strict=True)]
+    return [kind, *map(float, low), opening.sill_m, *map(float, high), opening.sill_m + opening.height_m]

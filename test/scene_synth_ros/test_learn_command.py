@@ -27,7 +27,7 @@ def layouts(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_learns_from_sampled_scenes(layouts: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out, curve = tmp_path / "learned.yaml", tmp_path / "curve.csv"
     with pytest.raises(SystemExit) as ended:
-        main(["learn", str(layouts), "--out", str(out), "--curve", str(curve), "--iterations", "2", "--note", "Licence: mine."])
+        main(["learn", str(layouts), "--out", str(out), "--curve", str(curve), "--iterations", "2", "--corrections", "0", "--note", "Licence: mine."])
     assert ended.value.code == 0
     printed = capsys.readouterr().out
     assert "room: not JSON: 1 (lines 9)" in printed
@@ -38,6 +38,23 @@ def test_learns_from_sampled_scenes(layouts: Path, tmp_path: Path, capsys: pytes
     grammar = read_grammar(out, read_categories(config_path("categories.yaml")))
     assert grammar.room_type == "bedroom"
     assert curve.read_text().count("\n") == 1 + 2 * len(TERMS)
+
+
+def test_corrections_are_the_same_in_one_process_and_two(layouts: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    texts, curves = [], []
+    for workers in ("1", "2"):
+        out, curve = tmp_path / f"{workers}.yaml", tmp_path / f"{workers}.csv"
+        options = ["--iterations", "0", "--corrections", "1", "--rooms", "5", "--workers", workers, "--correction-curve", str(curve)]
+        with pytest.raises(SystemExit) as ended:
+            main(["learn", str(layouts), "--out", str(out), *options])
+        assert ended.value.code == 0
+        assert "corrections: round 1, 5 rooms sampled" in capsys.readouterr().out
+        texts.append(out.read_text())
+        curves.append(curve.read_text())
+    assert texts[0] == texts[1]
+    assert curves[0] == curves[1]
+    assert curves[0].startswith("iteration,category_kl,objects,failed\n0,")
+    assert "--corrections 1" in texts[0]
 
 
 def test_refuses_to_overwrite_and_bad_options(layouts: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -66,8 +66,10 @@ def test_more_copies_than_the_base_has_and_objects_without_a_derivation() -> Non
     learned = learn_branching(grammar, [["bed"] + ["wardrobe"] * 3] * 3 + [["wardrobe"] * 9], ALL, alpha=1.0)
     wardrobe = learned.nodes["storage"].branches[0].multiplicity
     assert wardrobe is not None
-    assert len(wardrobe) == 4
-    assert wardrobe[3] == pytest.approx((4 + 0.005) / 5, abs=0.02)
+    assert len(wardrobe) == 10
+    # three rooms have 3, one has 9; the prior's 0.02 is spread over ten multiplicities
+    assert wardrobe[3] == pytest.approx((3 + 0.002) / 5, abs=0.02)
+    assert wardrobe[9] == pytest.approx((1 + 0.002) / 5, abs=0.02)
     assert sum(wardrobe) == pytest.approx(1.0)
 
 

@@ -6,11 +6,23 @@ import numpy as np
 import pytest
 from small_grammar import CATEGORIES, item, mapping, small_grammar
 
+from benchmarks.recovery_bench import measure
 from grammar import Grammar, SceneRequest, read_grammar, sample_room
 from grammar.densities import draw_size
-from grammar.learning import ContrastiveOptions, LearnOptions, ObservedRoom, curve_csv, grammar_yaml, learn, split_houses
+from grammar.learning import (
+    ContrastiveOptions,
+    LearnOptions,
+    ObservedRoom,
+    TruncationOptions,
+    curve_csv,
+    grammar_yaml,
+    learn,
+    split_houses,
+    truncation_csv,
+)
 from grammar.learning.assign import assign
 from grammar.learning.contrastive import learn_weights
+from grammar.learning.learn import PARTS
 from grammar.learning.observed import ObservedObject
 from grammar.learning.write_layouts import layout_from_objects
 from grammar.rules import TERMS, GrammarError
@@ -84,30 +96,48 @@ def sampled(grammar: Grammar, count: int) -> list[ObservedRoom]:
 
 @pytest.fixture(scope="module")
 def rooms() -> list[ObservedRoom]:
-    return sampled(quick(TRUTH), 120)
+    return sampled(quick(TRUTH), 60)
 
 
-def test_recovers_a_known_grammar(rooms: list[ObservedRoom]) -> None:
+def test_recovers_a_known_grammar() -> None:
+    rows = measure(140)
+    assert len(rows) > 15
+    assert [row for row in rows if not row.met] == []
+
+
+def test_recovers_orientations_supporters_and_free_turns(rooms: list[ObservedRoom]) -> None:
     learned = learn(quick(WRONG), CATEGORIES, rooms, OPTIONS, np.random.default_rng(0)).grammar
-    beside, storage = learned.nodes["beside"].branches[0].multiplicity, learned.nodes["storage"].branches[0].multiplicity
-    # Three standard errors of shares of 60 rooms would be 0.19, and there are twice as many; rooms without a top for their mug are never
-    # derived, which favours dressers.
-    assert beside == pytest.approx([0.2, 0.3, 0.5], abs=0.19)
-    assert storage == pytest.approx([0.1, 0.9], abs=0.12)
-    (bed,), (dresser,) = learned.objects["bed"].wall, learned.objects["dresser"].wall
-    assert (bed.distance_m, bed.orientation_rad) == (pytest.approx(0.2, abs=0.01), 0.0)
-    assert (dresser.distance_m, dresser.orientation_rad) == (pytest.approx(0.05, abs=0.01), 0.0)
-    left, right = learned.objects["nightstand"].around
-    for mode, side in ((left, "left"), (right, "right")):
-        assert (mode.side, mode.align) == (side, -1.0)
-        assert (mode.gap_m, mode.along_m) == (pytest.approx(0.15, abs=0.015), pytest.approx(0.0, abs=0.015))
-    assert left.orientation_rad == pytest.approx(np.pi / 2)
-    assert right.orientation_rad == 0.0
+    around = learned.objects["nightstand"].around
+    heaviest = {side: max((m for m in around if m.side == side), key=lambda m: m.probability or 0.0) for side in ("left", "right")}
+    assert heaviest["left"].orientation_rad == pytest.approx(np.pi / 2)
+    assert heaviest["right"].orientation_rad == 0.0
+    assert sum(mode.probability or 0.0 for mode in around) == pytest.approx(1.0)
     mug = learned.objects["mug"]
     assert mug.supporters is not None
     assert mug.supporters["nightstand"] + mug.supporters["dresser"] == pytest.approx(1.0)
-    assert mug.placements[0].depth_fraction == pytest.approx(0.8, abs=0.1)
-    assert mug.placements[0].orientation_rad is None
+    assert all(mode.orientation_rad is None for mode in mug.placements)
+
+
+def test_parts_can_be_kept(rooms: list[ObservedRoom]) -> None:
+    base = quick(WRONG)
+    options = LearnOptions(contrastive=ContrastiveOptions(iterations=5), keep=frozenset(PARTS))
+    learned = learn(base, CATEGORIES, rooms, options, np.random.default_rng(0))
+    assert (learned.grammar.objects, learned.grammar.room, learned.grammar.weights) == (base.objects, base.room, base.weights)
+    assert learned.grammar.openings == base.openings
+    assert {path.split(".")[0] for path in learned.counts} == {"nodes"}
+    assert learned.grammar.nodes != base.nodes
+
+
+def test_corrections_are_reported_and_repeat(rooms: list[ObservedRoom]) -> None:
+    options = LearnOptions(contrastive=ContrastiveOptions(iterations=0), truncation=TruncationOptions(iterations=1, rooms=10))
+    first, second = (learn(quick(WRONG), CATEGORIES, rooms, options, np.random.default_rng(0)) for _ in range(2))
+    assert first.grammar == second.grammar
+    (row,) = first.truncation_curve
+    assert row.failed == 0
+    assert truncation_csv(first.truncation_curve).splitlines()[1].startswith("0,")
+    assert first.wanted["bed"] == 1.0
+    plain = learn(quick(WRONG), CATEGORIES, rooms, OPTIONS, np.random.default_rng(0))
+    assert first.grammar.nodes != plain.grammar.nodes
 
 
 def test_recovers_sizes(rooms: list[ObservedRoom]) -> None:

@@ -3,12 +3,15 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from small_grammar import CATEGORIES
 
-from benchmarks.realism_bench import category_kl, compare, measure
-from grammar import read_room_type
+from benchmarks.realism_bench import by_chance, measure
+from benchmarks.realism_figures import compare, pair_poses
+from grammar import SceneRequest, read_room_type, sample_room
 from grammar.learning import ObservedObject, ObservedRoom
+from grammar.learning.truncation import category_kl
 
 GRAMMAR = read_room_type("bedroom", CATEGORIES)
 KNOWN = {"bed", "nightstand"}
@@ -41,6 +44,9 @@ def test_known_distances() -> None:
     assert figures == pytest.approx((0.0, 0.1, 0.0, 0.0, 0.0, 0.0), abs=1e-9)
     turned = compare(GRAMMAR, KNOWN, [bedroom(0.02)] * 4, [bedroom(0.02, 0.2)] * 4)
     assert turned.pair_orientation_rad == pytest.approx(0.2)
+    (poses,) = pair_poses([("nightstand", "bed")], [bedroom(0.02, 0.2)]).values()
+    half = 0.2 * (math.cos(0.2) + math.sin(0.2))
+    assert poses[0] == pytest.approx((0.3 - half, 0.2 - half, 0.2))
     assert turned.wall_orientation_rad == pytest.approx(0.5 * 0.2)
 
 
@@ -58,3 +64,12 @@ def test_says_that_nothing_was_measured() -> None:
     (row,) = measure()
     assert "not measured" in row.name
     assert row.met is None
+
+
+def test_chance_places_the_same_objects_without_relations() -> None:
+    grammar = by_chance(GRAMMAR)
+    room = sample_room(grammar, CATEGORIES, SceneRequest(max_objects=14), np.random.default_rng(2))
+    assert room.validity.valid
+    weights, energies = room.parse_graph.weights, room.parse_graph.energies
+    assert all(weights[name] == 0.0 for name in list(energies)[4:])
+    assert energies["wall_distance"] > 0.2

@@ -1,0 +1,109 @@
+"""Doors and windows: how many, how large, at which height, and where along their walls, from observed rooms."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from grammar.learning.observed import ObservedOpening, ObservedRoom
+from grammar.rules import Normal, OpeningRule
+from grammar.walls import wall_rows
+
+_NEAR_CORNER_M = 0.5
+_LEAST_NEAR = 5
+_NICHE_M = 0.5
+_ONE_SIZE_M = 0.005
+_LEAST_SD_M = 0.005
+_TAILS = (0.05, 0.95)
+
+
+def learn_openings(
+    base: Mapping[str, OpeningRule], rooms: Sequence[ObservedRoom], alpha: float, least: int
+) -> tuple[dict[str, OpeningRule], dict[str, int]]:
+    """Learn the rules of doors and windows.
+
+    A kind's number is learned where rooms differ in it: a source that lists one door in every room lists the door that the room was
+    recorded with.  Rooms without a door are left out of the number of doors.
+
+    Args:
+        base: what stays where there is too little.
+        rooms: of which those count that record the kind.
+        alpha: pseudo-counts of the base's numbers.
+        least: openings below which the sizes and places stay.
+
+    Returns:
+        the rules, and for each learned field, ``kind.field``, how many observations made it.
+    """
+    rules, counts = dict(base), {}
+    for kind, rule in base.items():
+        known = [room for room in rooms if kind in room.openings]
+        numbers = [len(room.openings[kind]) for room in known if room.openings[kind] or kind != "door"]
+        if len(numbers) >= least and (kind != "door" or set(numbers) != {1}):
+            rule = replace(rule, multiplicity=_multiplicity(rule.multiplicity, numbers, alpha))
+            counts[f"{kind}.multiplicity"] = len(numbers)
+        seen = [(room, opening) for room in known for opening in room.openings[kind]]
+        if len(seen) >= least:
+            learned = {**_sized(rule, [opening for _, opening in seen]), **_placed(rule, seen)}
+            rule = replace(rule, **learned)  # type: ignore[arg-type]
+            counts |= {f"{kind}.{name}": len(seen) for name in learned}
+        rules[kind] = rule
+    return rules, counts
+
+
+def _multiplicity(base: Sequence[float], numbers: Sequence[int], alpha: float) -> tuple[float, ...]:
+    counted, most = Counter(numbers), max(max(numbers) + 1, len(base))
+    prior = [*base, *(0.0 for _ in range(most - len(base)))]
+    return tuple((counted[k] + alpha * prior[k]) / (len(numbers) + alpha) for k in range(min(most, 16)))
+
+
+def _sized(rule: OpeningRule, seen: Sequence[ObservedOpening]) -> dict[str, Normal]:
+    """Return the sides that differ among the openings: one size throughout is that of the only model that a source was built with."""
+    sides = {"width_m": [item.width_m for item in seen], "height_m": [item.height_m for item in seen]}
+    if rule.sill_m.high > 0.0:
+        sides["sill_m"] = [item.sill_m for item in seen]
+    return {name: _normal(values, 0.0) for name, values in sides.items() if float(np.std(values)) > _ONE_SIZE_M}
+
+
+def _placed(rule: OpeningRule, seen: Sequence[tuple[ObservedRoom, ObservedOpening]]) -> dict[str, float | Normal]:
+    """Return how many of the openings keep to a corner of the room, beyond those that are there by chance, and how near they are."""
+    gaps = [gap for room, opening in seen if (gap := _end_gap(room, opening)) is not None]
+    near = [gap for gap, _ in gaps if gap <= _NEAR_CORNER_M]
+    if not gaps:
+        return {}
+    reach = 2.0 * (_NEAR_CORNER_M - rule.end_gap_m)
+    chance = float(np.mean([min(reach / max(slack - 2.0 * rule.end_gap_m, reach), 1.0) for _, slack in gaps]))
+    share = (len(near) / len(gaps) - chance) / max(1.0 - chance, 1e-6)
+    found: dict[str, float | Normal] = {"near_corner": min(max(share, 0.0), 1.0)}
+    if len(near) >= _LEAST_NEAR:
+        found["corner_gap_m"] = _normal([max(end, rule.end_gap_m) for end in near], rule.end_gap_m)
+    return found
+
+
+def _end_gap(room: ObservedRoom, opening: ObservedOpening) -> tuple[float, float] | None:
+    """Return the distance of an opening's nearer end from a corner of the room's bounding box, and how far it could lie along that side.
+
+    None if it is not in one of the box's sides.
+
+    Outlines have niches at doors and windows, whose corners say nothing about the place in the wall.
+    """
+    wall = wall_rows(room.polygon_m)[opening.wall]
+    axis = 0 if abs(wall[2]) > abs(wall[3]) else 1
+    corners = np.array(room.polygon_m)
+    low, high = corners.min(0), corners.max(0)
+    across = float(wall[1 - axis])
+    if min(across - low[1 - axis], high[1 - axis] - across) > _NICHE_M:
+        return None
+    ends = [float(wall[axis] + wall[2 + axis] * along) for along in (opening.offset_m, opening.offset_m + opening.width_m)]
+    return max(min(min(ends) - float(low[axis]), float(high[axis]) - max(ends)), 0.0), float(high[axis] - low[axis]) - opening.width_m
+
+
+def _normal(values: Sequence[float], least: float) -> Normal:
+    """Return a cut normal distribution without the outer twentieths of what was seen."""
+    low, high = (float(value) for value in np.quantile(values, _TAILS))
+    inside = [value for value in values if low <= value <= high] or list(values)
+    low = max(low, least)
+    mean = min(max(float(np.mean(inside)), low), 50.0)
+    return Normal(mean=mean, sd=max(float(np.std(inside)), _LEAST_SD_M), low=low, high=max(high, low + 0.01))

@@ -1,0 +1,52 @@
+"""Doors and windows learned back from openings that were drawn."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from small_grammar import CATEGORIES, closet, item, small_grammar
+
+from grammar import SceneRequest
+from grammar.derive import derive
+from grammar.learning import ObservedRoom
+from grammar.learning.openings import learn_openings
+from grammar.learning.write_layouts import layout_from_objects
+from grammar.rules import Normal
+
+BASE = small_grammar(closet("stool") + item("stool", "pouf", (0.4, 0.4, 0.4)))
+
+
+def rooms(count: int) -> list[ObservedRoom]:
+    truth = {
+        "door": replace(BASE.openings["door"], width_m=Normal(mean=0.8, sd=0.03, low=0.7, high=0.9), near_corner=0.5),
+        "window": replace(
+            BASE.openings["window"],
+            multiplicity=(0.2, 0.5, 0.3),
+            sill_m=Normal(mean=1.1, sd=0.05, low=1.0, high=1.2),
+            height_m=Normal(mean=1.0, sd=0.05, low=0.9, high=1.1),
+        ),
+    }
+    grammar = replace(BASE, openings=truth)
+    trees = (derive(grammar, CATEGORIES, SceneRequest(room_type="closet"), np.random.default_rng([3, index])) for index in range(count))
+    return [layout_from_objects(f"r{index}", "closet", tree.room, ()) for index, tree in enumerate(trees)]
+
+
+def test_numbers_sizes_and_places_come_back() -> None:
+    rules, counts = learn_openings(BASE.openings, rooms(400), 2.0, 5)
+    door, window = rules["door"], rules["window"]
+    # rooms whose windows found no wall are drawn again, which costs a few of the second ones
+    assert window.multiplicity == pytest.approx((0.2, 0.5, 0.3), abs=0.08)
+    assert counts["window.multiplicity"] == 400
+    assert (door.width_m.mean, window.sill_m.mean, window.height_m.mean) == pytest.approx((0.8, 1.1, 1.0), abs=0.01)
+    assert door.near_corner == pytest.approx(0.5, abs=0.12)
+    assert window.near_corner < 0.12
+    assert "door.multiplicity" not in counts
+    assert door.multiplicity == BASE.openings["door"].multiplicity
+
+
+def test_one_size_throughout_and_unknown_openings_are_not_learned() -> None:
+    seen = [replace(room, openings={"door": tuple(replace(o, width_m=0.75) for o in room.openings["door"])}) for room in rooms(10)]
+    rules, counts = learn_openings(BASE.openings, seen, 2.0, 5)
+    assert rules["door"].width_m == BASE.openings["door"].width_m
+    assert rules["window"] == BASE.openings["window"]
+    assert not any(name.startswith("window") for name in counts)

@@ -1,0 +1,83 @@
+"""Odds of structures of which some never pass, against the counts that are wanted."""
+
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from small_grammar import CATEGORIES, item, small_grammar
+
+from grammar import Grammar
+from grammar.learning.learn import room_sampler
+from grammar.learning.truncation import SampledCounts, TruncationOptions, correct_truncation
+from grammar.structure import draw_structure
+
+NODES = """
+nodes:
+  closet: {kind: and, branches: [{symbol: sleeping}, {symbol: storage}]}
+  sleeping: {kind: or, branches: [{symbol: bed, probability: 0.5}, {symbol: sofa, probability: 0.5}]}
+  storage: {kind: set, branches: [{symbol: wardrobe, multiplicity: [0.3, 0.4, 0.3]}, {symbol: lamp, multiplicity: [0.4, 0.6]}]}
+objects:
+"""
+OBJECTS = (
+    item("bed", "bed", (2.0, 1.0, 0.5))
+    + item("sofa", "sofa", (0.8, 1.5, 0.8))
+    + item("wardrobe", "wardrobe", (0.6, 1.0, 2.0))
+    + item("lamp", "floor_lamp", (0.3, 0.3, 1.5))
+)
+COVERED = {"bed", "sofa", "wardrobe"}
+WANTED = {"bed": 0.5, "sofa": 0.5, "wardrobe": 1.0}
+
+
+def thin_sampler(grammar: Grammar, stream: int, indices: Sequence[int]) -> list[SampledCounts]:
+    """Return structures of which nine in ten with two wardrobes, and half of those with a bed, do not pass."""
+    rooms = []
+    for index in indices:
+        rng = np.random.default_rng([stream, index])
+        while True:
+            vertices = draw_structure(grammar, rng)
+            found = Counter(vertex.symbol for vertex in vertices if vertex.kind == "terminal")
+            if (found["wardrobe"] < 2 or rng.random() < 0.1) and (not found["bed"] or rng.random() < 0.5):
+                break
+        branches = [("sleeping", -1, 0 if found["bed"] else 1), ("storage", 0, found["wardrobe"]), ("storage", 1, found["lamp"])]
+        categories = {grammar.objects[symbol].category: count for symbol, count in found.items()}
+        rooms.append(SampledCounts(failed=False, branches=tuple(branches), categories=categories))
+    return rooms
+
+
+def test_rooms_that_pass_get_the_counts_of_the_data() -> None:
+    grammar = small_grammar(NODES + OBJECTS)
+    before = thin_sampler(grammar, 9, range(4000))
+    assert np.mean([room.categories.get("wardrobe", 0) for room in before]) < 0.7
+    corrected, rows = correct_truncation(grammar, WANTED, COVERED, TruncationOptions(iterations=3, rooms=1500), thin_sampler)
+    after = thin_sampler(corrected, 8, range(4000))
+    # a mean of 4000 rooms has a standard error of 0.013 or less, the 1500 that the odds were found from one of 0.021
+    for category, mean in WANTED.items():
+        assert np.mean([room.categories.get(category, 0) for room in after]) == pytest.approx(mean, abs=0.08)
+    twice = np.bincount([room.categories.get("wardrobe", 0) for room in after], minlength=3) / 4000
+    assert twice == pytest.approx([0.3, 0.4, 0.3], abs=0.07)
+    assert corrected.nodes["storage"].branches[1] == grammar.nodes["storage"].branches[1]
+    assert rows[0].category_kl > 0.03
+    assert rows[-1].category_kl < 0.003
+    # exactly: an odds ratio of two wardrobes against one that is ten times as great, of a bed against a sofa twice
+    two = corrected.nodes["storage"].branches[0].multiplicity or ()
+    assert two[2] / two[1] == pytest.approx(10 * 0.3 / 0.4, rel=0.4)
+    bed, sofa = (branch.probability or 0.0 for branch in corrected.nodes["sleeping"].branches)
+    assert bed / sofa == pytest.approx(2.0, rel=0.25)
+
+
+def test_real_rooms_are_counted_by_their_derivations() -> None:
+    grammar = small_grammar(NODES + OBJECTS)
+    for room in room_sampler(CATEGORIES, 1)(grammar, 0, range(6)):
+        assert not room.failed
+        taken = {(node, branch): choice for node, branch, choice in room.branches}
+        assert taken["sleeping", -1] == (0 if room.categories.get("bed") else 1)
+        assert taken["storage", 0] == room.categories.get("wardrobe", 0)
+        assert taken["storage", 1] == room.categories.get("floor_lamp", 0)
+
+
+def test_without_iterations_the_grammar_stays() -> None:
+    grammar = small_grammar(NODES + OBJECTS)
+    same, rows = correct_truncation(grammar, WANTED, COVERED, TruncationOptions(iterations=0), thin_sampler)
+    assert rows == ()
+    assert same.nodes["storage"].branches[0].multiplicity == pytest.approx((0.3, 0.4, 0.3))
