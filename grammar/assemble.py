@@ -11,13 +11,28 @@ import numpy as np
 
 from grammar.categories import Categories
 from grammar.energies import place_object
-from grammar.layout import BOTTOM, CEILING, CENTRE, CORE, FIXED, FLOOR, LEADS, OBJECT, WALL, Floats, Ints, Problem, State, empty_state
+from grammar.layout import (
+    BOTTOM,
+    CANDIDATE,
+    CEILING,
+    CENTRE,
+    CORE,
+    FIXED,
+    FLOOR,
+    LEADS,
+    OBJECT,
+    WALL,
+    Floats,
+    Ints,
+    Problem,
+    State,
+    empty_state,
+)
 from grammar.parse_tree import ParseTree, Thing
 from grammar.rules import AroundMode, Grammar, Mode, Thresholds, WallMode
 from grammar.solids import local_solids, surface_top
 from grammar.walls import WALL_YAW, wall_rows
 from grammar.zones import Zone, opening_zones, side_rectangle, thing_zones
-from scene_description import Opening
 
 Row = tuple[float, ...]
 Modes = tuple[list[Row], list[Row], list[Row], list[Row]]
@@ -26,13 +41,14 @@ _MOUNT = {"floor": FLOOR, "wall": WALL, "ceiling": CEILING, "object": OBJECT}
 
 
 def assemble(grammar: Grammar, categories: Categories, tree: ParseTree, beta: float | None = None) -> tuple[Problem, State]:
-    """Return the layout problem of a parse tree and a state in which only its openings are placed.
+    """Return the layout problem of a parse tree and a state in which only what stays put is placed: openings, corners, fixed objects.
 
     ``beta``: tidiness at which the chain will run, by default the grammar's; it shall not temper the probabilities of modes and addresses.
     """
     tidiness = grammar.schedule.beta if beta is None else beta
     openings, things, room = tree.room.openings, tree.things, tree.room
     size = {opening.id: (0.0, opening.width_m, opening.height_m) for opening in openings} | {thing.id: thing.size_m for thing in things}
+    size |= {len(openings) + len(things) + k + 1: (0.0, 0.0, 0.0) for k in range(len(tree.corners))}
     slots = _slots(categories, things)
     limits, reach_m = grammar.validity, grammar.validity.reach_depth_m
     parts = [_Parts([], [_zone_row(z) for z in opening_zones(o, grammar.openings[o.category])], [], ([], [], [], [])) for o in openings]
@@ -42,9 +58,12 @@ def assemble(grammar: Grammar, categories: Categories, tree: ParseTree, beta: fl
         zones = [_zone_row(zone) for zone in thing_zones(thing.rule, thing.size_m)]
         parts.append(_Parts(solids, zones, strips, _modes(thing, size, slots, tidiness)))
     rows = [(FIXED, -1, 0, 0)] * len(openings)
-    for thing, part in zip(things, parts[len(openings) :], strict=True):
+    parts.extend(_Parts([], [], [], ([], [], [], [])) for _ in tree.corners)
+    for thing, part in zip(things, parts[len(openings) : len(openings) + len(things)], strict=True):
         core = -1 if thing.core is None else thing.core - 1
         rows.append((_MOUNT[thing.rule.mount], core, 0, int(_blocks(thing, limits, part))))
+    rows.extend((FIXED, -1, 0, 0) for _ in tree.corners)
+    stays = [1 for _ in openings] + [int(thing.pinned is not None) for thing in things] + [1 for _ in tree.corners]
     link = np.array(rows, np.int64).reshape(-1, 4)
     owners = {int(row[5]) for row in slots}
     link[:, LEADS] = [int(i in owners or i in link[:, CORE]) for i in range(len(link))]
@@ -52,16 +71,18 @@ def assemble(grammar: Grammar, categories: Categories, tree: ParseTree, beta: fl
     wall, polygon = wall_rows(room.polygon_m), np.array(room.polygon_m)
     problem = Problem(
         object=np.array([_object_row(size[i + 1], p) for i, p in enumerate(parts)]),
-        link=np.column_stack([link, box_first, mode_first]),
+        link=np.column_stack([link, box_first, mode_first, np.array(stays, np.int64)]),
         box=_rows([row for p in parts for rows in p.boxes for row in rows], 8),
         mode=_rows([row for p in parts for rows in p.modes for row in rows], 7),
         slot=_rows(slots, 6),
         wall=wall,
         number=np.concatenate([astuple(grammar.weights), polygon.min(0), polygon.max(0), _centroid(polygon)]),
     )
-    problem.object[:, BOTTOM] = [o.sill_m for o in openings] + [t.bottom_m for t in things]
-    problem.object[:, CENTRE] = [0.0 for _ in openings] + [float(t.rule.room_centre and t.core is None) for t in things]
-    return problem, _with_openings(problem, openings)
+    middle = [float(t.rule.room_centre and t.core is None and t.pinned is None) for t in things]
+    problem.object[: len(openings), BOTTOM] = [o.sill_m for o in openings]
+    problem.object[len(openings) : len(openings) + len(things), BOTTOM] = [t.bottom_m for t in things]
+    problem.object[len(openings) : len(openings) + len(things), CENTRE] = middle
+    return problem, _with_fixed(problem, tree)
 
 
 class _Parts(NamedTuple):
@@ -136,15 +157,36 @@ def _radius(rows: Sequence[Row]) -> float:
     return max((math.hypot(abs(row[0]) + row[4], abs(row[1]) + row[5]) for row in rows), default=0.0)
 
 
-def _with_openings(problem: Problem, openings: Sequence[Opening]) -> State:
+def _with_fixed(problem: Problem, tree: ParseTree) -> State:
+    """Return a state in which openings, corners and the things that stay put have their places."""
     state = empty_state(problem)
-    for i, opening in enumerate(openings):
+    for i, opening in enumerate(tree.room.openings):
         ax, ay, tx, ty = problem.wall[opening.wall, :4]
         along = opening.offset_m + 0.5 * opening.width_m
         state.pose[i] = ax + tx * along, ay + ty * along, problem.wall[opening.wall, WALL_YAW]
-        state.on_wall[i], state.active[i] = opening.wall, 1
+        state.on_wall[i] = opening.wall
+    for thing in tree.things:
+        if thing.pinned is not None:
+            place, i = thing.pinned, thing.id - 1
+            state.where[i] = place.x_m, place.y_m, place.yaw_rad, place.z_m
+            state.on_wall[i] = -1 if place.wall is None else place.wall
+            state.slot[i] = -1 if place.on is None else _top_below(problem, thing.id - 1, place.on - 1, place.z_m - _z_of(tree, place.on))
+    for k, corner in enumerate(tree.corners):
+        state.pose[len(tree.room.openings) + len(tree.things) + k] = corner
+    for i in np.flatnonzero(problem.pinned).tolist():
+        state.active[i] = 1
         place_object(problem, state, i)
     return state
+
+
+def _z_of(tree: ParseTree, identifier: int) -> float:
+    return next(thing.bottom_m for thing in tree.things if thing.id == identifier)
+
+
+def _top_below(problem: Problem, i: int, owner: int, height_m: float) -> int:
+    """Return the top of ``owner`` at a height."""
+    tops = [k for k in problem.modes(i, CANDIDATE)[:, 0].astype(int).tolist() if problem.slot_owner[k] == owner]
+    return int(min(tops, key=lambda k: abs(float(problem.slot[k, 2]) - height_m)))
 
 
 def _around_target(mode: AroundMode, size: tuple[float, float, float], core: tuple[float, float, float]) -> tuple[float, float, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from grammar.rules import MOVES, NONE, Branch, Grammar, Mode, Node, ObjectRule, normals, range_error
+from grammar.rules import CORNER, MOVES, NONE, Branch, Grammar, Mode, Node, ObjectRule, normals, range_error
 from scene_description import FieldError
 
 _SUM_TOLERANCE = 1e-6
@@ -93,8 +93,8 @@ def _check_object(grammar: Grammar, symbol: str, thing: ObjectRule, categories: 
     for name in ("cores", "supporters"):
         targets = getattr(thing, name)
         for target in targets or ():
-            if target not in grammar.objects and not (name == "cores" and target in (*OPENINGS, NONE)):
-                also = f", {', '.join(OPENINGS)} or {NONE}" if name == "cores" else ""
+            if target not in grammar.objects and not (name == "cores" and target in (*OPENINGS, CORNER, NONE)):
+                also = f", {', '.join(OPENINGS)}, {CORNER} or {NONE}" if name == "cores" else ""
                 raise FieldError(f"{path}.{name}", f"symbols of objects{also}", repr(target))
         if targets:
             _check_sum(f"{path}.{name}", list(targets.values()))
@@ -112,6 +112,35 @@ def _check_object(grammar: Grammar, symbol: str, thing: ObjectRule, categories: 
         _check_modes(f"{path}.{name}", getattr(thing, name))
     if thing.wall and thing.mount != "floor":
         raise FieldError(f"{path}.wall", "no value unless mount is 'floor'", "a value")
+    _check_unit(grammar, symbol, thing)
+
+
+def _check_unit(grammar: Grammar, symbol: str, thing: ObjectRule) -> None:
+    """Check what makes an object's addresses and measures depend on those of others."""
+    path, cores = f"objects.{symbol}", thing.cores or {}
+    if thing.within is not None and thing.within not in grammar.nodes:
+        raise FieldError(f"{path}.within", "the symbol of a node", repr(thing.within))
+    if CORNER in cores and thing.mount != "floor":
+        raise FieldError(f"{path}.cores", f"no '{CORNER}' unless mount is 'floor'", f"mount '{thing.mount}'")
+    for i, mode in enumerate(thing.around):
+        for target in mode.of:
+            if target not in cores:
+                raise FieldError(f"{path}.around[{i}].of", f"cores of the object ({', '.join(cores)})", repr(target))
+    for core in cores:
+        if core != NONE and not any(not mode.of or core in mode.of for mode in thing.around):
+            raise FieldError(f"{path}.around", f"a place that is meant for '{core}'", "none")
+    if thing.one_each and not cores:
+        raise FieldError(f"{path}.one_each", "no value without cores", "true")
+    if thing.same_place_as is not None:
+        like = grammar.objects.get(thing.same_place_as)
+        if like is None or not like.one_each or len(like.around) != len(thing.placements):
+            expected = f"an object with one_each and as many places around its core as this one has placements ({len(thing.placements)})"
+            raise FieldError(f"{path}.same_place_as", expected, repr(thing.same_place_as))
+    for i, tie in enumerate(thing.tied):
+        if tie.to not in grammar.objects and tie.to not in OPENINGS:
+            raise FieldError(f"{path}.tied[{i}].to", f"the symbol of an object, {' or '.join(OPENINGS)}", repr(tie.to))
+        if tie.axis == "middle" and thing.mount != "wall":
+            raise FieldError(f"{path}.tied[{i}].axis", "no 'middle' unless mount is 'wall'", "'middle'")
 
 
 def _check_modes(path: str, modes: Sequence[Mode]) -> None:
@@ -148,5 +177,7 @@ def _check_pointers(grammar: Grammar, symbol: str, above: tuple[str, ...]) -> No
     if symbol in above:
         raise FieldError(f"objects.{symbol}", "addresses without cycles", " -> ".join((*above[above.index(symbol) :], symbol)))
     thing = grammar.objects.get(symbol)
-    for target in (*((thing and thing.cores) or ()), *((thing and thing.supporters) or ())):
-        _check_pointers(grammar, target, (*above, symbol))
+    if thing is not None:
+        others = [tie.to for tie in thing.tied] + ([thing.same_place_as] if thing.same_place_as else [])
+        for target in dict.fromkeys((*(thing.cores or ()), *(thing.supporters or ()), *others)):
+            _check_pointers(grammar, target, (*above, symbol))

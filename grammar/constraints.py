@@ -9,58 +9,88 @@ drawing.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
 
+from grammar.check import OPENINGS
+from grammar.fixed import read_fixed
+from grammar.overrides import overridden
 from grammar.request import RequestError, SceneRequest
-from grammar.rules import Branch, Grammar, Node
+from grammar.rules import Branch, Grammar, Node, OpeningRule
 
 _COUNT = re.compile(r"([a-z][a-z0-9_]*):(\d{1,4}):(\d{1,4})")
 _LARGEST_TILT = 1e6
+_MANY = 10_000
 
 
 class Bound(NamedTuple):
-    """Least and greatest number of objects of one category, and the constraint that says so."""
+    """Least and greatest number of objects of one category or symbol, the constraint that says so, and the symbols that count."""
 
     least: int
     most: int
     name: str
+    symbols: frozenset[str]
 
 
 def category_bounds(grammar: Grammar, request: SceneRequest) -> dict[str, Bound]:
-    """Return the bounds by category that a request sets.
+    """Return the bounds by category (or symbol of the grammar) that a request sets.
+
+    Args:
+        grammar: as the request's own numbers make it, see :func:`grammar.overrides.overridden`.
+        request: the constraints.
 
     Raises:
         RequestError: a constraint does not parse, names a category that the grammar does not have, or contradicts another one.
     """
-    known = sorted({rule.category for rule in grammar.objects.values()})
-    asked = [(category, 1, 10_000, f"must_have: {category}") for category in request.must_have]
-    asked += [(category, 0, 0, f"must_not: {category}") for category in request.must_not]
-    for text in request.counts:
-        match = _COUNT.fullmatch(text)
-        if match is None:
-            raise RequestError(f"counts: expected texts 'category:least:most', got '{text}'")
-        asked.append((match[1], int(match[2]), int(match[3]), f"counts: {text}"))
+    symbols_of = _symbols_by_name(grammar)
     bounds: dict[str, Bound] = {}
-    for category, least, most, name in asked:
-        if category not in known and least > 0:
-            raise RequestError(f"{name}: expected a category of the {grammar.room_type} grammar ({', '.join(known)}), got '{category}'")
-        before = bounds.get(category, Bound(0, 10_000, name))
-        bound = Bound(max(before.least, least), min(before.most, most), name)
+    for category, least, most, name in _asked(request, symbols_of):
+        if category not in symbols_of and category not in OPENINGS and least > 0:
+            known = ", ".join(sorted({rule.category for rule in grammar.objects.values()}))
+            raise RequestError(f"{name}: expected a category of the {grammar.room_type} grammar ({known}), got '{category}'")
+        before = bounds.get(category, Bound(0, _MANY, name, frozenset()))
+        bound = Bound(max(before.least, least), min(before.most, most), name, frozenset(symbols_of.get(category, ())))
         if bound.least > bound.most:
             also = f" together with {before.name}" if before.name != name else ""
             raise RequestError(f"{name}: expected a least number up to the greatest one, got {bound.least} and {bound.most}{also}")
         bounds[category] = bound
     for category, bound in bounds.items():
-        least, most = number_range(grammar, lambda symbol, wanted=category: int(grammar.objects[symbol].category == wanted))  # type: ignore[misc]
+        if category in OPENINGS:
+            drawn = [k for k, p in enumerate(grammar.openings[category].multiplicity) if p > 0.0]
+            least, most = min(drawn), max(drawn)
+        else:
+            least, most = number_range(grammar, lambda symbol, wanted=bound.symbols: int(symbol in wanted))  # type: ignore[misc]
         if bound.least > most or bound.most < least:
             raise RequestError(
                 f"{bound.name}: expected a range that meets the {least} to {most} of the {grammar.room_type} grammar, "
                 f"got {bound.least} to {bound.most}"
             )
     return bounds
+
+
+def _symbols_by_name(grammar: Grammar) -> dict[str, set[str]]:
+    found: dict[str, set[str]] = {}
+    for symbol, rule in grammar.objects.items():
+        for name in (symbol, rule.category):
+            found.setdefault(name, set()).add(symbol)
+    return found
+
+
+def _asked(request: SceneRequest, known: Collection[str]) -> list[tuple[str, int, int, str]]:
+    """Return name, least and greatest number, and the constraint's text, for all that a request says about numbers by category."""
+    asked = [(category, 1, _MANY, f"must_have: {category}") for category in request.must_have]
+    asked += [(category, 0, 0, f"must_not: {category}") for category in request.must_not]
+    for text in request.counts:
+        match = _COUNT.fullmatch(text)
+        if match is None:
+            raise RequestError(f"counts: expected texts 'category:least:most', got '{text}'")
+        asked.append((match[1], int(match[2]), int(match[3]), f"counts: {text}"))
+    for name, number in Counter(item.name for item in read_fixed(request) if item.name in known).items():
+        asked.append((name, number, _MANY, f"fixed: {number} of {name}"))
+    return asked
 
 
 def number_range(grammar: Grammar, weight: Callable[[str], int]) -> tuple[int, int]:
@@ -84,28 +114,47 @@ def number_range(grammar: Grammar, weight: Callable[[str], int]) -> tuple[int, i
     return bounds(grammar.root)
 
 
+def count_range(grammar: Grammar) -> tuple[int, int]:
+    """Return the least and the greatest number of objects that the grammar gives with positive probability."""
+    return number_range(grammar, lambda _: 1)
+
+
 def constrained(grammar: Grammar, request: SceneRequest) -> Grammar:
-    """Return the grammar with a request's clutter and without the categories that must not appear.
+    """Return the grammar with a request's own numbers and clutter, without what must not appear, with as many windows as it asks for.
 
     Raises:
-        RequestError: no structure is without them.
+        RequestError: no structure is without what must not appear.
     """
+    grammar = overridden(grammar, request)
+    bounds = category_bounds(grammar, request)
     nodes: Mapping[str, Node] = grammar.nodes
     if request.clutter != 1.0:
         nodes = {symbol: _cluttered(grammar, node, request.clutter) for symbol, node in nodes.items()}
-    barred = {category for category, bound in category_bounds(grammar, request).items() if bound.most == 0}
-    if barred:
-        free = _probability_without(grammar, nodes, barred)
+    barred = {symbol for bound in bounds.values() if bound.most == 0 for symbol in bound.symbols}
+    sizeless = {symbol for symbol, rule in grammar.objects.items() if not rule.sizes}
+    if barred or sizeless:
+        free = _probability_without(grammar, nodes, barred | sizeless)
         if free[grammar.root] <= 0.0:
-            names = ", ".join(sorted(barred))
-            raise RequestError(f"must_not: {names}: expected a {grammar.room_type} that can do without, got a grammar in which none can")
+            field, names = ("must_not", barred) if barred else ("sizes", sizeless)
+            raise RequestError(
+                f"{field}: {', '.join(sorted(names))}: expected a {grammar.room_type} that can do without, got a grammar in which none can"
+            )
         nodes = {symbol: _without(node, free) for symbol, node in nodes.items() if free[symbol] > 0.0}
-    return replace(grammar, nodes=nodes) if nodes is not grammar.nodes else grammar
+    openings = {kind: _bounded(rule, bounds.get(kind)) for kind, rule in grammar.openings.items()}
+    return replace(grammar, nodes=nodes, openings=openings)
+
+
+def _bounded(rule: OpeningRule, bound: Bound | None) -> OpeningRule:
+    """Return an opening's rule given that there are as many as a bound allows."""
+    if bound is None:
+        return rule
+    odds = [p if bound.least <= k <= bound.most else 0.0 for k, p in enumerate(rule.multiplicity)]
+    return replace(rule, multiplicity=_normal(odds))
 
 
 def _probability_without(grammar: Grammar, nodes: Mapping[str, Node], barred: set[str]) -> dict[str, float]:
-    """Return for every symbol the probability that nothing below it is of a barred category."""
-    found = {symbol: float(rule.category not in barred) for symbol, rule in grammar.objects.items()}
+    """Return for every symbol the probability that nothing below it is barred."""
+    found = {symbol: float(symbol not in barred) for symbol in grammar.objects}
 
     def visit(symbol: str) -> float:
         if symbol not in found:

@@ -55,11 +55,11 @@ def draw_size(rng: np.random.Generator, rule: ObjectRule) -> tuple[tuple[float, 
     return (size[0], size[1], size[2]), size_log_density(size, rule)
 
 
-def size_log_density(size_m: Sequence[float], rule: ObjectRule) -> float:
-    """Return the log-density of a size under the rule's mixture."""
+def size_log_density(size_m: Sequence[float], rule: ObjectRule, axes: Sequence[int] = (0, 1, 2)) -> float:
+    """Return the log-density of a size under the rule's mixture, along some of its axes."""
     logs = []
     for mode in rule.sizes:
         if mode.probability > 0.0:
-            axes = zip(size_m, mode.mean_m, mode.sd_m, rule.low_m, rule.high_m, strict=True)
-            logs.append(math.log(mode.probability) + sum(cut_normal_log_density(*axis) for axis in axes))
+            all_axes = list(zip(size_m, mode.mean_m, mode.sd_m, rule.low_m, rule.high_m, strict=True))
+            logs.append(math.log(mode.probability) + sum(cut_normal_log_density(*all_axes[k]) for k in axes))
     return float(np.logaddexp.reduce(logs))

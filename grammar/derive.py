@@ -15,32 +15,33 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from grammar.addresses import Draft, RejectedError, address_things, units_above
 from grammar.categories import Categories
-from grammar.constraints import Bound, category_bounds, constrained
+from grammar.constraints import Bound, category_bounds, constrained, count_range, number_range
+from grammar.counting import Conditional, conditional
+from grammar.counting import Counter as NumberOf
 from grammar.densities import draw_index, draw_normal, draw_size
+from grammar.fixed import Fixed, Pinned, check_fixed, conflict, matched, own_rule, pin, read_fixed
 from grammar.openings import Attribute, DrawnOpening, draw_opening
 from grammar.outlines import area_m2, check_outline, draw_outline
+from grammar.overrides import overridden
 from grammar.parse_tree import ParseTree, Thing
 from grammar.request import RequestError, SceneRequest
-from grammar.rules import NONE, Grammar, ObjectRule
-from grammar.solids import surface_top
-from grammar.structure import Choice, count_range, draw_structure
-from grammar.walls import wall_lengths
+from grammar.rules import Grammar, ObjectRule
+from grammar.structure import Choice, draw_structure
 from scene_description import Opening, ParseNode, Room
+from scene_description.strict import shorten
 from scene_description.types import Point2
 
 Size = tuple[float, float, float]
 
+_RARE = 0.2
+"""Structures are drawn given their numbers of objects where fewer than this share would meet the bounds."""
 
-class _Rejected(Exception):
-    """The derivation breaks the constraint that the text names."""
+_LONGEST_TEXT = 200
 
-
-class _Address(NamedTuple):
-    """Targets that an address may take (object ids, None for nothing) and their probabilities."""
-
-    targets: tuple[int | None, ...]
-    probabilities: tuple[float, ...]
+_COUNTED_COST = 10
+"""A structure drawn given its numbers takes the time of so many others, but none is thrown away for its numbers."""
 
 
 def derive(grammar: Grammar, categories: Categories, request: SceneRequest, rng: np.random.Generator) -> ParseTree:
@@ -49,72 +50,111 @@ def derive(grammar: Grammar, categories: Categories, request: SceneRequest, rng:
     Raises:
         RequestError: no derivation can meet it, or none did within the budget; the line names the constraint.
     """
-    _check_request(grammar, request)
-    bounds, grammar = category_bounds(grammar, request), constrained(grammar, request)
-    outline = check_outline(request.room_polygon_m) if request.room_polygon_m else ()
+    plan = make_plan(grammar, categories, request)
     reasons: Counter[str] = Counter()
-    for _ in range(grammar.budget.derivations):
+    budget = grammar.budget.derivations if plan.counted is None else max(grammar.budget.derivations // _COUNTED_COST, 1)
+    for _ in range(budget):
         try:
-            return _derive_once(grammar, categories, request, bounds, outline, rng)
-        except _Rejected as rejected:
+            return _derive_once(plan, categories, rng)
+        except RejectedError as rejected:
             reasons[str(rejected)] += 1
-    worst, count = reasons.most_common(1)[0]
+    worst = "; ".join(f"{count} failed at: {reason}" for reason, count in reasons.most_common(3))
     raise RequestError(
-        f"request: expected a {grammar.room_type} within {grammar.budget.derivations} derivations, got none; {count} failed at: {worst}; "
+        f"request: expected a {grammar.room_type} within {budget} derivations, got none; {worst}; "
         "relax that constraint or raise budget.derivations"
     )
 
 
-def _check_request(grammar: Grammar, request: SceneRequest) -> None:
+class Plan(NamedTuple):
+    """A request made ready: the grammar that it leaves, bounds by category, the outline that it gives or (), fixed objects.
+
+    ``known`` are the names that the grammar knows; ``counted`` draws structures where those drawn freely would seldom do.
+    """
+
+    grammar: Grammar
+    request: SceneRequest
+    bounds: Mapping[str, Bound]
+    outline: tuple[Point2, ...]
+    items: tuple[Fixed, ...]
+    known: frozenset[str]
+    counted: Conditional | None
+
+
+def make_plan(grammar: Grammar, categories: Categories, request: SceneRequest) -> Plan:
+    """Check a request as far as that can be done without drawing, and fold it into the grammar.
+
+    Raises:
+        RequestError: a constraint cannot be met; the line names it.
+    """
+    for name in ("must_have", "must_not", "counts", "sizes", "fixed", "weights", "odds", "validity"):
+        for text in getattr(request, name):
+            if not text.isprintable() or len(text) > _LONGEST_TEXT:
+                raise RequestError(f"{name}: expected printable texts of at most {_LONGEST_TEXT} characters, got {shorten(text)}")
     if request.room_polygon_m and (request.room_width_m > 0.0 or request.room_depth_m > 0.0):
         raise RequestError("room_polygon_m: expected no room_width_m and room_depth_m beside it, got both; set those to 0")
-    least, most = count_range(grammar)
     if request.min_objects > request.max_objects:
         raise RequestError(f"min_objects: expected at most max_objects = {request.max_objects}, got {request.min_objects}")
+    for name in request.must_not:
+        if name not in categories and name not in grammar.objects:
+            raise RequestError(f"must_not: {name}: expected a category of categories.yaml, got an unknown one")
+    items, changed = read_fixed(request), overridden(grammar, request)
+    check_fixed(changed, categories, items)
+    bounds, changed = category_bounds(changed, request), constrained(grammar, request)
+    known = frozenset(name for symbol, rule in changed.objects.items() for name in (symbol, rule.category))
+    extras = sum(item.name not in known for item in items)
+    least, most = (number + extras for number in count_range(changed))
     if request.max_objects < least:
         raise RequestError(
             f"max_objects: expected at least {least}, the fewest objects of a {grammar.room_type}, got {request.max_objects}"
         )
     if request.min_objects > most:
         raise RequestError(f"min_objects: expected at most {most}, the most objects of a {grammar.room_type}, got {request.min_objects}")
+    outline = check_outline(request.room_polygon_m) if request.room_polygon_m else ()
+    counters = [NumberOf(name.name, name.symbols, name.least, name.most) for key, name in bounds.items() if key not in changed.openings]
+    if request.min_objects > least or request.max_objects < most:
+        name = f"number of objects within [{request.min_objects}, {request.max_objects}]"
+        bound = max(request.min_objects - extras, 0), request.max_objects - extras
+        counters.insert(0, NumberOf(name, frozenset(changed.objects), *bound))
+    counted = conditional(changed, counters, lambda counter: number_range(changed, lambda s: int(s in counter.symbols))[1], _RARE)
+    return Plan(changed, request, bounds, outline, items, known, counted)
 
 
-def _derive_once(
-    grammar: Grammar,
-    categories: Categories,
-    request: SceneRequest,
-    bounds: Mapping[str, Bound],
-    outline: tuple[Point2, ...],
-    rng: np.random.Generator,
-) -> ParseTree:
-    structure = draw_structure(grammar, rng)
+def _derive_once(plan: Plan, categories: Categories, rng: np.random.Generator) -> ParseTree:
+    grammar, request = plan.grammar, plan.request
+    structure = draw_structure(grammar, rng) if plan.counted is None else plan.counted.draw(rng)
+    extras = [item for item in plan.items if item.name not in plan.known]
+    structure.extend(Choice(f"fixed_{item.name}", "terminal", -1, item.name, 0.0) for item in extras)
     terminals = [i for i, vertex in enumerate(structure) if vertex.kind == "terminal"]
     if not request.min_objects <= len(terminals) <= request.max_objects:
-        raise _Rejected(f"number of objects within [{request.min_objects}, {request.max_objects}]")
-    rules = [grammar.objects[structure[i].symbol] for i in terminals]
-    numbers = Counter(rule.category for rule in rules)
-    for category, bound in bounds.items():
-        if not bound.least <= numbers[category] <= bound.most:
-            raise _Rejected(bound.name)
-    sizes = [draw_size(rng, rule) for rule in rules]
-    room, room_attributes = _draw_room(grammar, request, outline, rng)
+        raise RejectedError(f"number of objects within [{request.min_objects}, {request.max_objects}]")
+    symbols = [structure[i].symbol for i in terminals]
+    for name, bound in plan.bounds.items():
+        if name not in grammar.openings and not bound.least <= sum(symbol in bound.symbols for symbol in symbols) <= bound.most:
+            raise RejectedError(bound.name)
+    rules = [grammar.objects[symbol] for symbol in symbols[: len(symbols) - len(extras)]] + [own_rule(item) for item in extras]
+    places = _match(plan, symbols, rules)
+    sizes = [_size(plan, places.get(k), rule, rng) for k, rule in enumerate(rules)]
+    room, room_attributes = _draw_room(grammar, request, plan.outline, rng)
     covered = sum(
-        s[0] * s[1] for rule, (s, _) in zip(rules, sizes, strict=True) if rule.mount == "floor" and not categories[rule.category].underlay
+        s[0] * s[1] for rule, s in zip(rules, sizes, strict=True) if rule.mount == "floor" and not categories[rule.category].underlay
     )
     if covered > grammar.room.floor_share_max * area_m2(room.polygon_m):
-        raise _Rejected(f"furniture on at most {grammar.room.floor_share_max:g} of the floor")
+        raise RejectedError(f"furniture on at most {grammar.room.floor_share_max:g} of the floor")
+    pinned = _pin(plan, categories, room, places, rules, sizes, rng)
     openings, opening_counts = _draw_openings(grammar, categories, room, rng)
     room = replace(room, openings=tuple(item.opening for item in openings))
-
-    context = _Context(
-        categories,
-        room,
-        {item.opening.id: item.opening.category for item in openings}
-        | {len(openings) + k + 1: structure[i].symbol for k, i in enumerate(terminals)},
-        {len(openings) + k + 1: size for k, (size, _) in enumerate(sizes)},
-        {len(openings) + k + 1: rule for k, rule in enumerate(rules)},
-    )
-    drafts = [_draw_thing(len(openings) + k + 1, log, context, rng) for k, (_, log) in enumerate(sizes)]
+    against = conflict(grammar, categories, room, [(plan.items[places[k]], rules[k], sizes[k], place) for k, place in pinned.items()])
+    if against is not None:
+        raise RejectedError(against)
+    first = len(openings) + 1
+    thing_of = {item: first + k for k, item in places.items()}
+    drafts = [
+        Draft(id=first + k, symbol=symbols[k], rule=rules[k], size_m=sizes[k], units=units_above(structure, i))
+        for k, i in enumerate(terminals)
+    ]
+    for k, place in pinned.items():
+        drafts[k].pinned = place if place.on is None else place._replace(on=thing_of[place.on])
+    things, corners = address_things(categories, room, drafts, rng)
     nodes = [ParseNode(symbol="scene", kind="or", choice=grammar.room_type), ParseNode(symbol="room", kind="terminal", parent=0)]
     nodes.extend(replace(_attribute_node(attribute, None), parent=1) for attribute in (*room_attributes, *opening_counts))
     for item in openings:
@@ -123,7 +163,54 @@ def _derive_once(
             ParseNode(symbol=item.opening.category, kind="terminal", parent=1, choice=item.opening.category, object=item.opening.id)
         )
         nodes.extend(replace(_attribute_node(attribute, item.opening.id), parent=parent) for attribute in item.attributes)
-    return ParseTree(room=room, things=_append_things(structure, drafts, nodes), nodes=tuple(nodes))
+    return ParseTree(
+        room=room,
+        things=_append_things(structure, things, nodes),
+        nodes=tuple(nodes),
+        corners=tuple((corner.x_m, corner.y_m, corner.yaw_rad) for corner in corners),
+    )
+
+
+def _match(plan: Plan, symbols: Sequence[str], rules: Sequence[ObjectRule]) -> dict[int, int]:
+    """Return for the terminals that fixed objects take which of these it is."""
+    found = matched(plan.items, symbols, rules)
+    if found is None:
+        raise RejectedError("fixed: an object of the grammar for each fixed one")
+    return found
+
+
+def _size(plan: Plan, item: int | None, rule: ObjectRule, rng: np.random.Generator) -> Size:
+    asked = None if item is None else plan.items[item].size_m
+    return draw_size(rng, rule)[0] if asked is None else asked
+
+
+def _pin(
+    plan: Plan,
+    categories: Categories,
+    room: Room,
+    places: Mapping[int, int],
+    rules: Sequence[ObjectRule],
+    sizes: Sequence[Size],
+    rng: np.random.Generator,
+) -> dict[int, Pinned]:
+    """Return for the terminals that fixed objects take where they stay; ``on`` is still a place in the list of fixed objects."""
+    terminal_of = {item: k for k, item in places.items()}
+    pinned: dict[int, Pinned] = {}
+    for item, fixed in enumerate(plan.items):
+        k = terminal_of[item]
+        below = None
+        if fixed.on is not None:
+            carrier = terminal_of[fixed.on]
+            below = (rules[carrier].category, sizes[carrier], pinned[carrier])
+        height = rules[k].centre_height_m
+        bottom = room.height_m - sizes[k][2] if rules[k].mount == "ceiling" else 0.0
+        if height is not None:
+            bottom = draw_normal(rng, height)[0] - 0.5 * sizes[k][2]
+        place = pin(fixed, rules[k], sizes[k], bottom, room, below, categories)
+        if isinstance(place, str):
+            raise RejectedError(place)
+        pinned[k] = place._replace(sized=fixed.size_m is not None)
+    return pinned
 
 
 def _append_things(
@@ -167,12 +254,12 @@ def _draw_room(
     else:
         drawn = draw_outline(rng, grammar.room.shapes, sides[0], sides[1])
         if drawn is None:
-            raise _Rejected(f"no arm of the room narrower than {grammar.room.shapes.narrowest_m:g} m")
+            raise RejectedError(f"no arm of the room narrower than {grammar.room.shapes.narrowest_m:g} m")
         polygon, shape = drawn
         attributes.append(shape)
         low, high, area = grammar.room.area_low_m2, grammar.room.area_high_m2, area_m2(polygon)
         if not (request.room_width_m > 0.0 and request.room_depth_m > 0.0) and not low <= area <= high:
-            raise _Rejected(f"room area within [{low:g}, {high:g}] m2")
+            raise RejectedError(f"room area within [{low:g}, {high:g}] m2")
     return Room(polygon_m=polygon, height_m=height, wall_thickness_m=grammar.room.wall_thickness_m, openings=(), surfaces=()), attributes
 
 
@@ -191,97 +278,9 @@ def _draw_openings(
             others: list[Opening] = [item.opening for item in drawn]
             item = draw_opening(kind, rule, len(drawn) + 1, categories[kind].label_id, room.polygon_m, room.height_m, others, rng)
             if item is None:
-                raise _Rejected(f"a wall with space for a {kind}")
+                raise RejectedError(f"a wall with space for a {kind}")
             drawn.append(item)
     return drawn, counts
-
-
-class _Context(NamedTuple):
-    """What the addresses of one derivation can point to."""
-
-    categories: Categories
-    room: Room
-    symbol_of: Mapping[int, str]
-    size_of: Mapping[int, Size]
-    rule_of: Mapping[int, ObjectRule]
-
-
-def _draw_thing(identifier: int, size_log: float, context: _Context, rng: np.random.Generator) -> tuple[Thing, list[ParseNode]]:
-    """Return one thing and the nodes below its terminal, neither yet with their places in the list of nodes."""
-    symbol, size, rule = context.symbol_of[identifier], context.size_of[identifier], context.rule_of[identifier]
-    if rule.mount == "wall" and size[1] >= max(wall_lengths(context.room.polygon_m)):
-        raise _Rejected(f"a wall as wide as {symbol}")
-    bottom, height_log = _draw_bottom(rule, size, context.room, rng)
-    below = [_attribute_node(Attribute("size", " x ".join(f"{side:.3f}" for side in size) + " m", size_log), identifier)]
-    if rule.centre_height_m is not None:
-        below.append(_attribute_node(Attribute("centre_height", f"{bottom + 0.5 * size[2]:.3f} m", height_log), identifier))
-    core, stands = None, _Address((), ())
-    if rule.cores is not None:
-        address = _address(rule.cores, context, list(context.symbol_of))
-        if not address.targets:
-            raise _Rejected(f"an object that {symbol} belongs to")
-        chosen = draw_index(rng, address.probabilities)
-        core = address.targets[chosen]
-        below.append(
-            ParseNode(
-                symbol="core",
-                kind="address",
-                choice=NONE if core is None else str(core),
-                log_probability=math.log(address.probabilities[chosen]),
-                object=identifier,
-            )
-        )
-    if rule.supporters is not None:
-        stands = _address(rule.supporters, context, [target for target in context.rule_of if _fits(context, target, size)])
-        if not stands.targets:
-            raise _Rejected(f"an object that {symbol} can stand on")
-        below.append(ParseNode(symbol="supporter", kind="address", object=identifier))
-    thing = Thing(
-        id=identifier,
-        symbol=symbol,
-        rule=rule,
-        size_m=size,
-        core=core,
-        supporters=tuple(target for target in stands.targets if target is not None),
-        supporter_log_probability=tuple(math.log(p) for p in stands.probabilities),
-        bottom_m=bottom,
-        node=0,
-        supporter_node=None,
-    )
-    return thing, below
-
-
-def _draw_bottom(rule: ObjectRule, size: Size, room: Room, rng: np.random.Generator) -> tuple[float, float]:
-    """Return the height of a thing's underside in metres and the log-density of drawing it."""
-    if rule.mount == "ceiling":
-        return room.height_m - size[2], 0.0
-    if rule.centre_height_m is None:
-        return 0.0, 0.0
-    centre, log = draw_normal(rng, rule.centre_height_m)
-    bottom = centre - 0.5 * size[2]
-    if bottom < 0.0 or bottom + size[2] > room.height_m:
-        raise _Rejected("things on walls between floor and ceiling")
-    return bottom, log
-
-
-def _address(weights: Mapping[str, float], context: _Context, allowed: Sequence[int]) -> _Address:
-    """Return the address's distribution over what this room holds: a symbol's weight is shared evenly by its objects."""
-    targets: list[int | None] = []
-    shares: list[float] = []
-    for symbol, weight in weights.items():
-        found: list[int | None] = [None] if symbol == NONE else [i for i in allowed if context.symbol_of[i] == symbol]
-        if weight > 0.0:
-            targets.extend(found)
-            shares.extend(weight / len(found) for _ in found)
-    return _Address(tuple(targets), tuple(share / sum(shares) for share in shares))
-
-
-def _fits(context: _Context, target: int, size: Size) -> bool:
-    """Return whether a footprint fits on some top of a thing, turned by a quarter or not."""
-    category = context.categories[context.rule_of[target].category]
-    small, large = sorted(size[:2])
-    tops = (sorted(surface_top(surface, context.size_of[target])[1:]) for surface in category.surfaces)
-    return any(small <= 2.0 * top[0] and large <= 2.0 * top[1] for top in tops)
 
 
 def _attribute_node(attribute: Attribute, identifier: int | None) -> ParseNode:

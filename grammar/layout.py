@@ -27,7 +27,7 @@ FACE: kept free of what hangs on walls.
 HALF_DEPTH, HALF_WIDTH, INNER_RADIUS, OUTER_RADIUS, BOTTOM, CENTRE = range(6)
 """Columns of ``Problem.object``."""
 
-MOUNT, CORE, LEADS, BLOCKS, BOX, ZONE, REACH, BOX_END, WALL_MODE, AROUND, PLACE, CANDIDATE, MODE_END = range(13)
+MOUNT, CORE, LEADS, BLOCKS, BOX, ZONE, REACH, BOX_END, WALL_MODE, AROUND, PLACE, CANDIDATE, MODE_END, PINNED = range(14)
 """Columns of ``Problem.link``."""
 
 BOUNDS = len(TERMS)
@@ -49,9 +49,9 @@ class Problem(NamedTuple):
 
     object: (n, 6) half depth, half width, radius of the circle about the origin around the solids, and around solids and zones, height of
     the underside of what does not stand on an object, 1 where it is drawn to the middle of the room.
-    link: (n, 13) mount (codes above); index of the core object or -1; 1 where something may stand on it or be grouped around it; 1 where it
+    link: (n, 14) mount (codes above); index of the core object or -1; 1 where something may stand on it or be grouped around it; 1 where it
     takes floor from a walker; first rows in ``box`` of its solids, its zones and its strips to be reached, and their end; first rows in
-    ``mode`` of its wall modes, modes around its core, placements and candidate tops, and their end.
+    ``mode`` of its wall modes, modes around its core, placements and candidate tops, and their end; 1 where it stays put.
     box: (m, 8) in the object's frame x, y, z_low, z_high, half_depth, half_width, and for zones their kind and depth.
     mode: (k, 7) wall modes: gap, relative yaw, 0; around: x, y, yaw in the core's frame; placements: depth fraction, width fraction,
     relative yaw (NaN: any); then of all these -log of the density at the mode's middle over that of the object's densest mode, divided by
@@ -79,6 +79,11 @@ class Problem(NamedTuple):
     def core(self) -> Ints:
         """Index of each object's core object or -1, (n,)."""
         return self.link[:, CORE]
+
+    @property
+    def pinned(self) -> NDArray[np.bool_]:
+        """Whether each object stays where it is, (n,)."""
+        return self.link[:, PINNED] > 0
 
     @property
     def slot_owner(self) -> Ints:

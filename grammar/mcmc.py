@@ -26,6 +26,8 @@ from grammar.layout import (
     CANDIDATE,
     CORE,
     FLOOR,
+    HALF_DEPTH,
+    HALF_WIDTH,
     LEADS,
     MOUNT,
     OBJECT,
@@ -39,7 +41,7 @@ from grammar.layout import (
     State,
 )
 from grammar.moves import RELOCATE, propose
-from grammar.proposal import CARRY, LEADER, NEW_SLOT, NEW_WALL, MoveSettings, Proposal, empty_proposal, pick
+from grammar.proposal import CARRY, LEADER, NEW_SLOT, NEW_WALL, MoveSettings, Proposal, along_wall, empty_proposal, pick, wall_of_core
 from grammar.rules import HARD_TERMS, MOVES
 
 
@@ -60,7 +62,8 @@ class Goal(NamedTuple):
 class Work(NamedTuple):
     """Work space of a chain.
 
-    who: (2, n) what moves, and which leader (0, 1) each of these follows; moved: (n,) 0, or 1 plus the number of the leader; where, hold,
+    who: (2, n) what moves, and which leader (0, 1) each of these follows; moved: (n,) 0, or a mark that what moves rigidly together
+    shares; where, hold,
     placed: what the state held before a proposal, by object and box; energy: (3, t) losses of the layout, of the moved cliques before and
     after; proposal; traffic.
     """
@@ -86,6 +89,8 @@ HISTORY = BOUNDS + 2 * len(MOVES)
 """Columns of a chain's history."""
 
 NO_HISTORY = np.zeros((0, HISTORY))
+_HUNG = 3
+"""What moves with leader k is marked k + 1; what follows its core from wall to wall, and what stands on it, this plus its own index."""
 
 
 def _work(problem: Problem, floor: Floor) -> Work:
@@ -165,13 +170,30 @@ def _gather(problem, state, i, leader, carry, count, work):  # type: ignore[no-u
             if not state.hold[j, ACTIVE]:
                 continue
             stands = link[j, MOUNT] == OBJECT and int(problem.slot[state.hold[j, SLOT], SLOT_OWNER]) == owner
-            if stands or (carry and link[j, MOUNT] == FLOOR and link[j, CORE] == owner):
+            hangs = link[j, MOUNT] == WALL and link[j, CORE] == owner and link[owner, MOUNT] == FLOOR
+            if stands or hangs or (carry and link[j, MOUNT] == FLOOR and link[j, CORE] == owner):
                 if moved[j] > 0:
                     _release(count, work)
                     return -1
-                who[0, count], who[1, count], moved[j] = j, leader, leader + 1
+                who[0, count], who[1, count], moved[j] = j, leader, _HUNG + j if hangs else moved[owner]
                 count += 1
     return count
+
+
+@njit(**INNER)
+def _hang_again(problem, state, i, work):  # type: ignore[no-untyped-def]
+    """Move what hangs above a core that stands to the wall at the core's new back, as far along it from the core as before.
+
+    Which wall that is depends on the core's pose alone, so the way back leads to the old place, and lengths along walls are kept.
+    """
+    where, wall, core = state.where, problem.wall, problem.link[i, CORE]
+    old, new = state.hold[i, ON_WALL], wall_of_core(problem, state, core)
+    along = along_wall(wall, old, where[i, 0], where[i, 1]) - along_wall(wall, old, work.where[core, 0], work.where[core, 1])
+    along += along_wall(wall, new, where[core, 0], where[core, 1])
+    half = problem.object[i, HALF_DEPTH]
+    where[i, 0] = wall[new, 0] + wall[new, 2] * along + wall[new, 5] * half
+    where[i, 1] = wall[new, 1] + wall[new, 3] * along + wall[new, 6] * half
+    where[i, 2], state.hold[i, ON_WALL] = wall[new, 7], new
 
 
 @njit(**INNER)
@@ -194,13 +216,16 @@ def _apply(problem, state, count, work):  # type: ignore[no-untyped-def]
             if problem.link[i, MOUNT] == OBJECT:
                 slot = hold[i, SLOT]
                 where[i, 3] = where[int(problem.slot[slot, SLOT_OWNER]), 3] + problem.slot[slot, 2]
+        elif work.moved[i] == _HUNG + i:
+            _hang_again(problem, state, i, work)
         else:
-            turn = proposal.pose[place, 2] - work.where[leader, 2]
+            head = leader if work.moved[i] < _HUNG else work.moved[i] - _HUNG
+            turn = where[head, 2] - work.where[head, 2]
             c, s = math.cos(turn), math.sin(turn)
-            dx, dy = where[i, 0] - work.where[leader, 0], where[i, 1] - work.where[leader, 1]
-            where[i, 0], where[i, 1] = proposal.pose[place, 0] + dx * c - dy * s, proposal.pose[place, 1] + dx * s + dy * c
+            dx, dy = where[i, 0] - work.where[head, 0], where[i, 1] - work.where[head, 1]
+            where[i, 0], where[i, 1] = where[head, 0] + dx * c - dy * s, where[head, 1] + dx * s + dy * c
             where[i, 2] = wrap(where[i, 2] + turn)
-            where[i, 3] += where[leader, 3] - work.where[leader, 3]
+            where[i, 3] += where[head, 3] - work.where[head, 3]
         place_object(problem, state, i)
 
 
@@ -263,13 +288,17 @@ def _enter(rng, problem, state, settings, i, starts, work):  # type: ignore[no-u
 
 @njit(**INNER)
 def _followers_in_room(problem, state, count, work):  # type: ignore[no-untyped-def]
-    """Return whether what was carried along is still in the space of poses, the room's bounding box."""
+    """Return whether what was carried along is still in the space of poses: the room's bounding box, or a wall's length."""
     number = problem.number
     for m in range(count):
         i = work.who[0, m]
         if problem.link[i, MOUNT] == FLOOR:
             x, y = state.where[i, 0], state.where[i, 1]
             if not (number[BOUNDS] <= x <= number[BOUNDS + 2] and number[BOUNDS + 1] <= y <= number[BOUNDS + 3]):
+                return False
+        elif problem.link[i, MOUNT] == WALL:
+            w, half = state.hold[i, ON_WALL], problem.object[i, HALF_WIDTH]
+            if not half <= along_wall(problem.wall, w, state.where[i, 0], state.where[i, 1]) <= problem.wall[w, 4] - half:
                 return False
     return True
 

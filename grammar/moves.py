@@ -21,6 +21,7 @@ from grammar.energies import INNER, in_slot, wrap
 from grammar.layout import (
     BOUNDS,
     CANDIDATE,
+    CORE,
     FIXED,
     FLOOR,
     HALF_WIDTH,
@@ -46,6 +47,7 @@ from grammar.proposal import (
     pick,
     put_on_slot,
     start_from,
+    wall_of_core,
 )
 from grammar.relocate import relocate, relocation_density
 from grammar.rules import MOVES
@@ -61,7 +63,9 @@ def _in_domain(problem, state, proposal, place):  # type: ignore[no-untyped-def]
     i, x, y = proposal.tag[place, LEADER], proposal.pose[place, 0], proposal.pose[place, 1]
     mount, number = problem.link[i, MOUNT], problem.number
     if mount == WALL:
-        w, half = proposal.tag[place, NEW_WALL], problem.object[i, HALF_WIDTH]
+        w, half, core = proposal.tag[place, NEW_WALL], problem.object[i, HALF_WIDTH], problem.link[i, CORE]
+        if core >= 0 and problem.link[core, MOUNT] == FLOOR and w != wall_of_core(problem, state, core):
+            return False
         return half <= along_wall(problem.wall, w, x, y) <= problem.wall[w, 4] - half
     if mount == OBJECT:
         slot = proposal.tag[place, NEW_SLOT]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from grammar.fixed import Pinned
 from grammar.rules import ObjectRule
 from scene_description import ParseNode, Room
 
@@ -29,6 +30,8 @@ class Thing:
     """Index of its terminal in the parse tree's nodes."""
     supporter_node: int | None
     """Index of the address terminal that the layout fills in, for things that stand on things."""
+    pinned: Pinned | None = None
+    """Where it stays, if a request says so."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,3 +44,5 @@ class ParseTree:
     room: Room
     things: tuple[Thing, ...]
     nodes: tuple[ParseNode, ...]
+    corners: tuple[tuple[float, float, float], ...] = ()
+    """x, y and yaw of the room's corners that things belong to; as core objects they have the ids after those of the things."""

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from grammar.energies import INNER, wrap
-from grammar.layout import HALF_DEPTH, ON_WALL, SLOT, SLOT_OWNER, Floats, Ints
+from grammar.layout import FLOOR, HALF_DEPTH, MOUNT, ON_WALL, SLOT, SLOT_OWNER, Floats, Ints
 from grammar.rules import MOVES, MoveRule
 
 CARRY, QUARTER_TURN, UNIFORM, AT_WALL, AT_CORE, WALL_GAP_SD, WALL_YAW_SD, AROUND_SD, AROUND_YAW_SD, PLACE_SD = range(10)
@@ -19,6 +19,7 @@ LEADER, NEW_SLOT, NEW_WALL = range(3)
 """Columns of ``Proposal.tag``."""
 
 _TWO_PI = 2.0 * math.pi
+_TURN_M = 10.0
 
 
 class MoveSettings(NamedTuple):
@@ -99,6 +100,25 @@ def hang(problem, proposal, place, i, w, along):  # type: ignore[no-untyped-def]
 def along_wall(wall, w, x, y):  # type: ignore[no-untyped-def]
     """Return how far along wall ``w`` a point lies, in metres from its start."""
     return (x - wall[w, 0]) * wall[w, 2] + (y - wall[w, 1]) * wall[w, 3]
+
+
+@njit(**INNER)
+def wall_of_core(problem, state, core):  # type: ignore[no-untyped-def]
+    """Return the wall on which what belongs to ``core`` hangs: the core's own, or the one at the back of a core that stands.
+
+    That is the nearest one, where a metre counts as much as a turn of the wall's normal against the core's front whose cosine is 0.1 less.
+    """
+    if problem.link[core, MOUNT] != FLOOR:
+        return state.hold[core, ON_WALL]
+    x, y, yaw = state.where[core, 0], state.where[core, 1], state.where[core, 2]
+    best, least = 0, np.inf
+    for w in range(len(problem.wall)):
+        along = min(max(along_wall(problem.wall, w, x, y), 0.0), problem.wall[w, 4])
+        dx, dy = x - problem.wall[w, 0] - problem.wall[w, 2] * along, y - problem.wall[w, 1] - problem.wall[w, 3] * along
+        cost = math.sqrt(dx * dx + dy * dy) + _TURN_M * (1.0 - math.cos(yaw - problem.wall[w, 7]))
+        if cost < least:
+            best, least = w, cost
+    return np.int64(best)
 
 
 @njit(**INNER)

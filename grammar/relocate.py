@@ -29,7 +29,6 @@ from grammar.layout import (
     MOUNT,
     NEAR,
     OBJECT,
-    ON_WALL,
     PLACE,
     SHARE,
     SLOT_HALF_DEPTH,
@@ -54,9 +53,11 @@ from grammar.proposal import (
     hang,
     pick,
     put_on_slot,
+    wall_of_core,
 )
 
 _TWO_PI = 2.0 * math.pi
+_LEAST_LENGTH_M = 1e-9
 
 
 @njit(**INNER)
@@ -92,6 +93,12 @@ def _free_length(problem, i):  # type: ignore[no-untyped-def]
     for w in range(len(problem.wall)):
         total += max(problem.wall[w, 4] - 2.0 * problem.object[i, HALF_WIDTH], 0.0)
     return total
+
+
+@njit(**INNER)
+def _follows(problem, core):  # type: ignore[no-untyped-def]
+    """Return whether what hangs and belongs to ``core`` stays on the wall behind that."""
+    return core >= 0 and problem.link[core, MOUNT] == FLOOR
 
 
 @njit(**INNER)
@@ -134,10 +141,13 @@ def relocate(rng, problem, state, settings, i, proposal):  # type: ignore[no-unt
         return
     u = rng.random()
     if mount == WALL:
-        if u < uniform:
+        if u < uniform and _follows(problem, core):
+            w = wall_of_core(problem, state, core)
+            along = half_w + max(problem.wall[w, 4] - 2.0 * half_w, 0.0) * rng.random()
+        elif u < uniform:
             w, along = _draw_wall(rng, problem, 2.0 * half_w)
         else:
-            w, k = state.hold[core, ON_WALL], _draw_mode(rng, mode, first, end)
+            w, k = wall_of_core(problem, state, core), _draw_mode(rng, mode, first, end)
             along = along_wall(problem.wall, w, state.where[core, 0], state.where[core, 1]) - mode[k, 1]
             along += number[AROUND_SD] / mode[k, NEAR] * rng.standard_normal()
         hang(problem, proposal, np.int64(0), i, w, along)
@@ -199,8 +209,10 @@ def relocation_density(problem, state, settings, i, proposal):  # type: ignore[n
         return _top_density(problem, state, settings, i, proposal, uniform)
     x, y, yaw = proposal.pose[0, 0], proposal.pose[0, 1], proposal.pose[0, 2]
     if mount == WALL:
-        density, w = uniform / _free_length(problem, i), proposal.tag[0, NEW_WALL]
-        if around > 0.0 and state.hold[core, ON_WALL] == w:
+        w = proposal.tag[0, NEW_WALL]
+        length = problem.wall[w, 4] - 2.0 * problem.object[i, HALF_WIDTH] if _follows(problem, core) else _free_length(problem, i)
+        density = uniform / max(length, _LEAST_LENGTH_M)
+        if around > 0.0 and wall_of_core(problem, state, core) == w:
             off = along_wall(problem.wall, w, x, y) - along_wall(problem.wall, w, state.where[core, 0], state.where[core, 1])
             for k in range(first, last):
                 density += around * mode[k, SHARE] * _normal_density(off + mode[k, 1], number[AROUND_SD] / mode[k, NEAR])

@@ -15,9 +15,16 @@ class RequestError(ValueError):
     """A room that cannot be had: the line names the constraint that cannot be met and what to change."""
 
 
+Texts = tuple[str, ...]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SceneRequest:
-    """Constraints on a room beyond its grammar."""
+    """Constraints on a room beyond its grammar; what is left at its default is drawn by the grammar.
+
+    Every field is a ROS parameter, so tables are lists of short texts; their forms are given in the descriptions and, with examples, in
+    ``docs/grammar.md``.
+    """
 
     room_type: Annotated[
         str, Limits(min_length=1, max_length=60, pattern=r"[a-z][a-z0-9_]*", description="kind of room, the name of a grammar")
@@ -27,16 +34,53 @@ class SceneRequest:
     ] = "learned"
     min_objects: Annotated[int, Limits(ge=0, le=500, description="least number of objects, doors and windows not counted")] = 0
     max_objects: Annotated[int, Limits(ge=1, le=500, description="greatest number of objects, doors and windows not counted")] = 40
+    room_shape: Annotated[
+        Literal["any", "rectangle", "l_shape", "t_shape", "u_shape"], Limits(description="shape of the floor; any: drawn by the grammar")
+    ] = "any"
     room_width_m: Annotated[float, Limits(ge=0.0, le=30.0, unit="m", description="room size along x; 0: drawn by the grammar")] = 0.0
     room_depth_m: Annotated[float, Limits(ge=0.0, le=30.0, unit="m", description="room size along y; 0: drawn by the grammar")] = 0.0
+    room_height_m: Annotated[float, Limits(ge=0.0, le=20.0, unit="m", description="height of the ceiling; 0: drawn by the grammar")] = 0.0
     room_polygon_m: Annotated[
         tuple[float, ...],
         Limits(max_length=128, unit="m", description="floor outline x0, y0, x1, y1, ...; empty: drawn by the grammar"),
     ] = ()
-    must_have: Annotated[tuple[str, ...], Limits(max_length=64, description="categories of which there is at least one object")] = ()
-    must_not: Annotated[tuple[str, ...], Limits(max_length=64, description="categories of which there is none")] = ()
+    must_have: Annotated[Texts, Limits(max_length=64, description="categories of which there is at least one object")] = ()
+    must_not: Annotated[Texts, Limits(max_length=64, description="categories of which there is none")] = ()
     counts: Annotated[
-        tuple[str, ...], Limits(max_length=64, description="least and greatest number by category, texts 'category:least:most'")
+        Texts,
+        Limits(max_length=64, description="least and greatest number by category (window too), texts 'category:least:most'"),
+    ] = ()
+    sizes: Annotated[
+        Texts,
+        Limits(
+            max_length=64,
+            unit="m",
+            description="sizes by category or object of the grammar, texts 'name:depth x width x height', each a number, a range "
+            "'low..high' or '*', for example 'desk:0.6..0.7 x 1.4 x *'",
+        ),
+    ] = ()
+    fixed: Annotated[
+        Texts,
+        Limits(
+            max_length=200,
+            unit="m, rad",
+            description="objects that stay where they are put, texts 'name:x:y:yaw' with ':size=DxWxH' for another size than a drawn one, "
+            "':on=K' on the K-th of the list, ':middle=Z' the height of what hangs; the room is drawn about x = y = 0",
+        ),
     ] = ()
     clutter: Annotated[float, Limits(ge=0.0, le=10.0, description="scales how many things stand on things; 1: as the grammar says")] = 1.0
     beta: Annotated[float, Limits(ge=0.0, le=1e6, description="tidiness of the layout; 0: as the grammar says")] = 0.0
+    weights: Annotated[
+        Texts, Limits(max_length=64, description="lambda of energy terms, texts 'term:value' with the names of the grammar's weights")
+    ] = ()
+    odds: Annotated[
+        Texts,
+        Limits(
+            max_length=64,
+            description="probabilities of branches, texts 'node/branch:p' for Or (the others share the rest as before) and "
+            "'node/branch:p0:p1:...' of 0, 1, ... copies for Set",
+        ),
+    ] = ()
+    validity: Annotated[
+        Texts, Limits(max_length=16, description="thresholds of the exact checks, texts 'name:value', for example 'robot_radius_m:0.3'")
+    ] = ()

@@ -19,6 +19,9 @@ from scene_description import FieldError, Limits
 NONE = "none"
 """Target of an address that points to nothing: the object stands for itself."""
 
+CORNER = "corner"
+"""Target of an address that points to a free corner of the room."""
+
 Symbol = Annotated[str, Limits(min_length=1, max_length=60, pattern=r"[a-z][a-z0-9_]*")]
 Probability = Annotated[float, Limits(ge=0.0, le=1.0)]
 Metres = Annotated[float, Limits(ge=-50.0, le=50.0, unit="m")]
@@ -91,6 +94,8 @@ class AroundMode(Mode):
     align: Annotated[float, Limits(ge=-1.0, le=1.0)] = 0.0
     along_m: Metres = 0.0
     orientation_rad: Radians | None = 0.0
+    of: Annotated[tuple[Symbol, ...], Limits(max_length=16)] = ()
+    """Cores that the place is meant for; empty: all."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,6 +116,22 @@ class Access:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Tie:
+    """A side of an object, or the height of its middle, that follows another object or an opening.
+
+    It is drawn about ``factor`` times the other's measure plus ``add_m`` with standard deviation ``sd_m`` (0: it is exactly that), cut to
+    the object's own bounds.  ``to`` is the symbol of its core, or of an object of the same unit.
+    """
+
+    axis: Literal["depth", "width", "height", "middle"]
+    to: Symbol
+    of: Literal["depth", "width", "height", "bottom", "top"]
+    factor: Annotated[float, Limits(ge=-10.0, le=10.0)] = 1.0
+    add_m: Metres = 0.0
+    sd_m: Distance = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ObjectRule:
     """A regular terminal with its attributes and its contextual relations."""
 
@@ -125,6 +146,13 @@ class ObjectRule:
     around: Annotated[tuple[AroundMode, ...], Limits(max_length=64)] = ()
     supporters: Mapping[str, Probability] | None = None
     placements: Annotated[tuple[PlaceMode, ...], Limits(max_length=64)] = ()
+    within: Symbol | None = None
+    """The nearest node of this name above the object is its own unit: addresses point there, where it has what they name."""
+    one_each: bool = False
+    """Of the objects around one core with the same list of places each takes another one."""
+    same_place_as: Symbol | None = None
+    """The object takes the placement with the number of the place that this one, of the same unit, has around its core."""
+    tied: Annotated[tuple[Tie, ...], Limits(max_length=8)] = ()
     room_centre: bool = False
     access: Annotated[tuple[Access, ...], Limits(max_length=8)] = ()
     reach_any: Annotated[tuple[Side, ...], Limits(max_length=4)] = ()

@@ -22,6 +22,7 @@ from grammar.floor_raster import NO_FLOOR, Floor
 from grammar.layout import Floats, Problem, State
 from grammar.metrics import SamplingCost
 from grammar.moves import move_settings
+from grammar.overrides import overridden
 from grammar.parse_tree import ParseTree, Thing
 from grammar.request import RequestError, SceneRequest
 from grammar.rules import TERMS, Grammar
@@ -65,6 +66,7 @@ def sample_room_with_cost(
         raise RequestError(
             f"room_type: expected the grammar's '{grammar.room_type}', got '{request.room_type}'; read the grammar of that type"
         )
+    grammar = overridden(grammar, request)
     beta = request.beta if request.beta > 0.0 else grammar.schedule.beta
     attempts, meter = 0, _Meter()
     failures: Counter[str] = Counter()
@@ -125,7 +127,7 @@ def _layouts(
             result = run_stages(rng, problem, start, settings, schedule, beta, floor)
         meter.proposals += int(result.counts[:, 0].sum())
         yield result.layout, result.energy
-        for _ in range(grammar.budget.rounds - 1):
+        for _ in range(grammar.budget.rounds - 1 if result.state.active.all() else 0):
             counts = np.zeros_like(result.counts)
             with meter:
                 result = run_together(rng, problem, result.state, settings, schedule, beta, counts, schedule.again, floor)
@@ -143,7 +145,7 @@ def _objects(tree: ParseTree, categories: Categories, problem: Problem, layout: 
             position_m=(float(layout.pose[thing.id - 1, 0]), float(layout.pose[thing.id - 1, 1]), float(layout.z[thing.id - 1])),
             yaw_rad=float(layout.pose[thing.id - 1, 2]),
             support=_support(thing, problem, layout),
-            group=thing.core,
+            group=thing.core if thing.core is not None and thing.core <= tree.things[-1].id else None,
             model=ModelReference(generator=thing.rule.category),
             parts=(),
         )

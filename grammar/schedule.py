@@ -71,7 +71,7 @@ def run_together(
 
     ``first``: this run follows the stages, so it anneals if the schedule says so.
     """
-    movable = np.flatnonzero(problem.mount != FIXED)
+    movable = np.flatnonzero(~problem.pinned)
     begin = min(schedule.anneal_from_beta, beta) if first else beta
     test, best, least, converged = schedule.convergence, None, np.inf, False
     kept, history, energy = copy_state(state), NO_HISTORY, full_energy(problem, state)
@@ -121,18 +121,22 @@ def has_converged(energies: Floats, test: Convergence) -> bool:
 def _stages(problem: Problem, schedule: Schedule) -> list[tuple[Ints, Ints, int]]:
     """Return for every stage the objects that come in, those that move, and the proposals for each of these."""
     n = len(problem.link)
-    mount, grouped = problem.mount, problem.core >= 0
+    mount, grouped = np.where(problem.pinned, FIXED, problem.mount), problem.core >= 0
     is_core = np.isin(np.arange(n), problem.core)
-    hangs = np.flatnonzero((mount == WALL) | (mount == CEILING))
+    follows = (mount == WALL) & grouped & (problem.mount[problem.core] == FLOOR)
+    hangs = np.flatnonzero(((mount == WALL) & ~follows) | (mount == CEILING))
     cores = np.flatnonzero((mount == FLOOR) & is_core & ~grouped)
     associates = np.flatnonzero((mount == FLOOR) & grouped)
     unpaired = np.flatnonzero((mount == FLOOR) & ~grouped & ~is_core)
+    over_cores, over_associates = (np.flatnonzero(follows & np.isin(problem.core, below)) for below in (cores, associates))
+    over_others = np.setdiff1d(np.flatnonzero(follows), np.concatenate([over_cores, over_associates]))
     supported = _bottom_up(problem, np.flatnonzero(mount == OBJECT))
+    gathered = np.concatenate([cores, over_cores, associates, over_associates])
     return [
         (hangs, hangs, schedule.walls),
-        (cores, cores, schedule.cores),
-        (_cores_first(problem, associates), np.concatenate([cores, associates]), schedule.associates),
-        (unpaired, np.concatenate([cores, associates, unpaired]), schedule.unpaired),
+        (np.concatenate([cores, over_cores]), np.concatenate([cores, over_cores]), schedule.cores),
+        (np.concatenate([_cores_first(problem, associates), over_associates]), gathered, schedule.associates),
+        (np.concatenate([over_others, unpaired]), np.concatenate([gathered, over_others, unpaired]), schedule.unpaired),
         (supported, supported, schedule.supported),
     ]
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from grammar.appearance import Appearance, dress, load_appearance
 from grammar.camera_path import CameraPathConfig, read_camera_path_config, sample_camera_path
 from grammar.categories import Categories, read_categories
-from grammar.constraints import category_bounds, constrained
+from grammar.derive import make_plan
 from grammar.free_space import occupancy_grid, rasterize
 from grammar.grammar_file import learned_types, read_grammar, read_room_type, room_types
 from grammar.lighting import LightingConfig, read_lighting_config, sample_lighting
@@ -91,11 +91,7 @@ class SceneSynthesizer:
         """
         if request.room_type not in self.grammars:
             raise RequestError(f"room_type: expected one of {', '.join(self.grammars)}, got '{request.room_type}'")
-        if request.min_objects > request.max_objects:
-            raise RequestError(f"min_objects: expected at most max_objects = {request.max_objects}, got {request.min_objects}")
-        grammar = self.grammar_of(request)
-        category_bounds(grammar, request)
-        constrained(grammar, request)
+        make_plan(self.grammar_of(request), self.categories, request)
 
     def grammar_of(self, request: SceneRequest) -> Grammar:
         """Return the grammar that a request's rooms are sampled from: by its room type and its grammar set."""

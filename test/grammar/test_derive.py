@@ -8,11 +8,12 @@ import pytest
 from scipy import integrate, stats
 from small_grammar import CATEGORIES, item, small_grammar
 
+from grammar.constraints import count_range
 from grammar.densities import cut_normal_log_density, draw_size, size_log_density
 from grammar.derive import derive
 from grammar.grammar_file import read_room_type
 from grammar.request import RequestError, SceneRequest
-from grammar.structure import count_range, draw_structure
+from grammar.structure import draw_structure
 
 TEXT = """
 nodes:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from small_grammar import CATEGORIES, closet, item, small_grammar
+from small_grammar import CATEGORIES, closet, entered, item, small_grammar
 
 from grammar.assemble import assemble
 from grammar.derive import derive
@@ -123,6 +123,43 @@ def test_incremental_energy_is_the_full_energy():
         assert counts[:, 1].min() >= 20
         scale = np.maximum(1.0, full_energy(problem, state))
         assert np.abs(energy - full_energy(problem, state)) / scale == pytest.approx(0.0, abs=1e-9)
+
+
+HUNG = (
+    closet("desk", "picture", "shelf", "vase")
+    + item("desk", "desk", (0.7, 1.4, 0.75), ", wall: [{distance_m: 0.02}]")
+    + "".join(
+        item(symbol, category, size, f", mount: wall, centre_height_m: {{mean: {z}, sd: 0.1, low: {z}, high: {z}}}, cores: {{desk: 1}}, "
+             f"around: [{{side: centre, align: -1, along_m: 0.0}}]")
+        for symbol, category, size, z in (("picture", "picture", (0.02, 0.5, 0.4), 2.0), ("shelf", "wall_shelf", (0.2, 0.8, 0.04), 1.4))
+    )
+    + item("vase", "vase", (0.1, 0.1, 0.2), ", mount: object, supporters: {shelf: 1}, placements: [{depth_fraction: 0}]")
+)  # fmt: skip
+
+
+def test_what_hangs_over_a_thing_that_stands_follows_it_from_wall_to_wall():
+    grammar = small_grammar(HUNG)
+    rng = np.random.default_rng(3)
+    problem, state, settings = entered(grammar, rng)
+    desk, shelf = (int(np.argmin(np.abs(problem.object[:, 1] - 0.5 * width))) for width in (1.4, 0.8))
+    vase = int(np.flatnonzero(problem.mount == 3)[0])
+    movable, walls = np.flatnonzero(problem.mount != 4), set()
+    for _ in range(200):
+        counts = np.zeros((6, 2), np.int64)
+        _, energy = run_chain(rng, problem, state, settings, Goal(0.01, 0.01, 0.0, False), movable, 500, copy_state(state), counts)
+        wall = problem.wall[state.on_wall[shelf]]
+        walls.add(int(state.on_wall[shelf]))
+        assert (state.pose[shelf, :2] - wall[:2]) @ wall[5:7] == pytest.approx(0.1)
+        nearest = np.abs((state.pose[desk, :2] - problem.wall[:, :2])[:, None] @ problem.wall[:, 5:7, None])[:, 0, 0]
+        turned = nearest + 10.0 * (1.0 - np.cos(state.pose[desk, 2] - problem.wall[:, 7]))
+        assert state.on_wall[shelf] == np.argmin(turned)
+        x, y, _ = state.pose[vase] - state.pose[shelf]
+        c, s = math.cos(state.pose[shelf, 2]), math.sin(state.pose[shelf, 2])
+        assert abs(x * c + y * s) < 0.1 and abs(y * c - x * s) < 0.4
+        assert state.z[vase] == pytest.approx(state.z[shelf] + 0.04)
+        scale = np.maximum(1.0, full_energy(problem, state))
+        assert np.abs(energy - full_energy(problem, state)) / scale == pytest.approx(0.0, abs=1e-9)
+    assert walls == {0, 1, 2, 3}
 
 
 def test_carried_things_keep_their_place(placed):

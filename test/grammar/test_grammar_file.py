@@ -104,6 +104,19 @@ BAD = {
     "core_nowhere": (["objects", "bed", "cores"], {"throne": 1.0}, r"objects\.bed\.cores: expected symbols of objects, .*, got 'throne'"),
     "self_core": (["objects", "bed", "cores"], {"bed": 1.0}, r"objects\.bed\.around: expected a value with cores, got nothing"),
     "no_tops": (["objects", "bed", "mount"], "object", r"objects\.bed\.supporters: expected a value with mount 'object', got nothing"),
+    "within_nowhere": (["objects", "bed", "within"], "attic", r"objects\.bed\.within: expected the symbol of a node, got 'attic'"),
+    "one_each_alone": (["objects", "bed", "one_each"], True, r"objects\.bed\.one_each: expected no value without cores"),
+    "same_as_nobody": (["objects", "bed", "same_place_as"], "bin", r"objects\.bed\.same_place_as: expected an object with one_each"),
+    "tied_nowhere": (
+        ["objects", "bed", "tied"],
+        [{"axis": "width", "to": "throne", "of": "width"}],
+        r"objects\.bed\.tied\[0\]\.to: expected the symbol of an object, door or window, got 'throne'",
+    ),
+    "tied_in_a_circle": (
+        ["objects", "bed", "tied"],
+        [{"axis": "width", "to": "bed", "of": "width"}],
+        r"objects\.bed: expected addresses without cycles, got bed -> bed",
+    ),
     "moves": (["moves", "swap"], 0.5, r"moves: expected probabilities that sum to 1"),
     "probability_in_and": (
         ["nodes", "closet", "branches", 0, "probability"],

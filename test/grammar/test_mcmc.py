@@ -246,6 +246,28 @@ def test_what_hangs_is_uniform_along_the_free_walls():
     assert stats.chisquare(counts).pvalue > 1e-4
 
 
+def test_what_hangs_over_a_thing_that_stands_is_uniform_along_the_wall_behind_it():
+    text = closet("shelf", "picture") + item("shelf", "bookshelf", (0.3, 0.5, 1.0))
+    text += item(
+        "picture", "picture", (0.02, 1.0, 0.5),
+        ", mount: wall, centre_height_m: {mean: 1.5, sd: 0.1, low: 1.4, high: 1.6}, cores: {shelf: 1}, around: [{side: centre}]",
+    )  # fmt: skip
+    grammar = small_grammar(text, weights={}, moves={"translate": 0.3, "rotate": 0.2, "slide": 0.1, "relocate": 0.4})
+    rng = np.random.default_rng(6)
+    problem, state, settings = entered(grammar, rng)
+    (picture,), (shelf,) = np.flatnonzero(problem.mount == 1), np.flatnonzero(problem.mount == 0)
+    along, place = [], []
+    for _ in range(4000):
+        chain(rng, problem, state, settings, [picture, shelf], 25)
+        wall = problem.wall[state.on_wall[picture]]
+        along.append(float((state.pose[picture, :2] - wall[:2]) @ wall[2:4]))
+        place.append((*(state.pose[shelf, :2] - problem.number[-6:-4]), state.on_wall[picture]))
+    x, y, on_wall = np.array(place).T
+    assert stats.chisquare(np.histogram(along, np.linspace(0.5, 3.5, 13))[0]).pvalue > 1e-4
+    for values, bins in ((x, np.linspace(0, 4, 9)), (y, np.linspace(0, 4, 9)), (on_wall, np.arange(5) - 0.5)):
+        assert stats.chisquare(np.histogram(values, bins)[0]).pvalue > 1e-4
+
+
 def test_the_best_or_the_last_feasible_layout_is_kept():
     grammar = small_grammar(PAIR, weights={"group_distance": 5.0})
     kept_energy = {}
