@@ -39,6 +39,7 @@ def check_scene(flat: FlatScene) -> None:
     _check_index("face_part", flat.face_part, count)
     _check_index("mesh.faces", mesh.faces, vertices)
     _check_index("parts.material", parts.material, kinds)
+    _check_textures(flat)
     _check_mesh(flat, "vertices", mesh.vertices)
     _check_mesh(flat, "normals", mesh.normals)
     _check_mesh(flat, "uvs", mesh.uvs)
@@ -46,6 +47,22 @@ def check_scene(flat: FlatScene) -> None:
         _check_range(name, table, 0.0, np.inf)
     for name, table in materials._asdict().items():
         _check_range(f"materials.{name}", table, *((1.0, 3.0) if name == "ior" else (0.0, 1.0)))
+
+
+def _check_textures(flat: FlatScene) -> None:
+    chosen, count = flat.part_texture, len(flat.textures)
+    if len(chosen) not in (0, len(flat.part_names)) or chosen.dtype != np.int32:
+        raise RenderError(f"scene part_texture: expected int32, one per part or none, got {chosen.dtype} {chosen.shape}")
+    _check_index("part_texture", chosen[chosen >= 0], count)
+    for k, texture in enumerate(flat.textures):
+        numbers = (*texture.size, texture.rotation_rad, texture.contrast, texture.slope, texture.shift, *np.ravel(texture.colors))
+        if not np.isfinite(numbers).all() or min(texture.size) <= 0.0 or len(texture.colors) > 3:
+            raise RenderError(f"scene textures[{k}]: expected finite numbers, a size above 0 and at most 3 colours, got {numbers}")
+        shapes = [level.shape for level in texture.tile.levels]
+        wanted = [(max(shapes[0][0] >> n, 1), max(shapes[0][1] >> n, 1), 8) for n in range(max(shapes[0][:2]).bit_length())]
+        powers = all(side & (side - 1) == 0 for side in shapes[0][:2])
+        if not powers or shapes != wanted or any(level.dtype != np.uint8 for level in texture.tile.levels):
+            raise RenderError(f"scene textures[{k}].tile: expected uint8 levels from powers of two, halved down to 1 x 1, got {shapes}")
 
 
 def _check_index(name: str, index: NDArray[np.signedinteger] | NDArray[np.unsignedinteger], count: int) -> None:

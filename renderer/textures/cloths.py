@@ -21,7 +21,7 @@ def _weave(rng: np.random.Generator, request: Request, across: int, over: int, s
     bend = 0.12 * noise(rng, request.shape, 2.0, 12.0, 1.0)
     x, y = u * across + bend, v * across + bend.T if bend.shape[0] == bend.shape[1] else v * across
     i, j = np.floor(x).astype(np.int32), np.floor(y).astype(np.int32)
-    fx, fy = (x - i - 0.5) * 2.0, (y - j - 0.5) * 2.0
+    fx, fy = (x - np.floor(x) - 0.5) * 2.0, (y - np.floor(y) - 0.5) * 2.0
     phase = (i + step * j) % (2 * over)
     lying = phase < over
     cross_round, along_round = np.where(lying, fy, fx), np.where(lying, fx, fy)
@@ -118,7 +118,7 @@ def checks(rng: np.random.Generator, request: Request, bands: int) -> Pattern:
     soft = 2.0 / request.shape[0]
     lines: list[list[Field]] = [[], []]
     if bands == 1:
-        plan = [(0.0, 0.5, 0)]
+        plan = [(0.25, 0.75, 0)]
     else:
         plan = [(float(rng.uniform(0.0, 0.3)), float(rng.uniform(0.42, 0.62)), 0)]
         plan += [(a, a + float(rng.uniform(0.015, 0.05)), int(rng.integers(2))) for a in rng.uniform(0.02, 0.94, bands)]

@@ -43,7 +43,7 @@ def _grid(request: Request, across: int, down: int, bond: float) -> tuple[NDArra
     row = np.floor(y).astype(np.int32)
     x = (u * across + bond * (row % 2)) % across
     column = np.floor(x).astype(np.int32)
-    px, py = np.broadcast_arrays(x - column, y - row)
+    px, py = np.broadcast_arrays(x - np.floor(x), y - np.floor(y))
     return row * across + column, px, py
 
 

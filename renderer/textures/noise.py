@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.kernel import kernel
+
 Field = NDArray[np.floating[Any]]
 Shape = tuple[int, int]
 
@@ -44,6 +46,9 @@ def noise(
         slope: amplitude falls as frequency ** -slope.
         stretch: how much longer features are along u and v.
     """
+    small = tuple(min(count, _power_of_two(8.0 * high / long)) for count, long in zip(shape, stretch[::-1], strict=True))
+    if small != tuple(shape):
+        return _enlarged(noise(rng, (small[0], small[1]), low, high, slope, stretch), shape)
     height, width = shape
     fx = np.fft.rfftfreq(width, 1.0 / width).astype(np.float32)[None, :] * np.float32(stretch[0])
     fy = np.fft.fftfreq(height, 1.0 / height).astype(np.float32)[:, None] * np.float32(stretch[1])
@@ -59,27 +64,56 @@ def noise(
     return field
 
 
+def _power_of_two(least: float) -> int:
+    """Return the smallest power of two >= ``least``, at least 16."""
+    return 1 << max(4, math.ceil(math.log2(least)))
+
+
+def _enlarged(field: Field, shape: Shape) -> Field:
+    """Return a periodic field with more texels, linear in between."""
+    for axis in (0, 1):
+        old, new = field.shape[axis], shape[axis]
+        if old == new:
+            continue
+        place = (np.arange(new) + 0.5) * (old / new) - 0.5
+        first = np.floor(place).astype(np.int64)
+        part = (place - first).astype(np.float32).reshape((-1, 1) if axis == 0 else (1, -1))
+        before, after = np.take(field, first % old, axis), np.take(field, (first + 1) % old, axis)
+        field = before + part * (after - before)
+    return field
+
+
 def cells(rng: np.random.Generator, shape: Shape, across: int, down: int, jitter: float = 0.9) -> Cells:
     """Return cells about one point in each square of an (across x down) lattice, moved by up to ``jitter`` / 2 of a square; periodic."""
-    px, py = (((rng.random((down, across), np.float32) - np.float32(0.5)) * np.float32(jitter)) + np.float32(0.5) for _ in range(2))
-    u, v = coordinates(shape)
-    x, y = u * np.float32(across), v * np.float32(down)
-    ix, iy = np.floor(x).astype(np.int32), np.floor(y).astype(np.int32)
-    nearest = np.full(shape, 9.0, np.float32)
-    second = np.full(shape, 9.0, np.float32)
-    index = np.zeros(shape, np.int32)
-    for sy in (-1, 0, 1):
-        for sx in (-1, 0, 1):
-            cx, cy = ix + sx, iy + sy
-            row, column = cy % down, cx % across
-            dx = px[row, column] + (cx - x)
-            dy = py[row, column] + (cy - y)
-            square = dx * dx + dy * dy
-            closer = square < nearest
-            second = np.where(closer, nearest, np.minimum(second, square))
-            nearest = np.where(closer, square, nearest)
-            index = np.where(closer, row * across + column, index)
-    return Cells(index, np.sqrt(nearest), np.sqrt(second))
+    points = (rng.random((2, down, across), np.float32) - np.float32(0.5)) * np.float32(jitter) + np.float32(0.5)
+    number, nearest, second = np.empty(shape, np.int32), np.empty(shape, np.float32), np.empty(shape, np.float32)
+    _find_cells(points, number, nearest, second)
+    return Cells(number, nearest, second)
+
+
+@kernel
+def _find_cells(points: NDArray[np.float32], number: NDArray[np.int32], nearest: NDArray[np.float32], second: NDArray[np.float32]) -> None:
+    """Fill the fields of :class:`Cells`; ``points`` (2, down, across): place of each point in its square, x and y."""
+    height, width = number.shape
+    _, down, across = points.shape
+    for row in range(height):
+        y = np.float32((row + 0.5) * down / height)
+        iy = int(y)
+        for column in range(width):
+            x = np.float32((column + 0.5) * across / width)
+            ix = int(x)
+            best, other, owner = np.float32(9.0), np.float32(9.0), 0
+            for cy in range(iy - 1, iy + 2):
+                line = (cy + down) % down
+                for cx in range(ix - 1, ix + 2):
+                    place = (cx + across) % across
+                    dx, dy = points[0, line, place] + np.float32(cx) - x, points[1, line, place] + np.float32(cy) - y
+                    square = dx * dx + dy * dy
+                    if square < best:
+                        best, other, owner = square, best, line * across + place
+                    elif square < other:
+                        other = square
+            number[row, column], nearest[row, column], second[row, column] = owner, np.sqrt(best), np.sqrt(other)
 
 
 def smooth_step(low: float | Field, high: float | Field, value: Field) -> Field:

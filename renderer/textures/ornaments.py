@@ -178,7 +178,7 @@ def _added(first: Field | None, second: Field) -> Field:
 GENERATORS = {
     "floral": Generator(partial(floral, count=9, leaves=4), (1.0, 1.0), (512, 512), PRINT),
     "small_floral": Generator(partial(floral, count=22, leaves=2), (1.0, 1.0), (512, 512), PRINT),
-    "foliage": Generator(foliage, (1.0, 1.0), (512, 512), PRINT),
-    "damask": Generator(damask, (1.0, 1.0), (512, 512), ((1.22, 1.22, 1.22),)),
+    "foliage": Generator(foliage, (1.0, 1.0), (256, 256), PRINT),
+    "damask": Generator(damask, (1.0, 1.0), (256, 256), ((1.22, 1.22, 1.22),)),
     "lattice": Generator(lattice, (1.0, 1.0), (256, 256), PRINT),
 }

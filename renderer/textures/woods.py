@@ -51,7 +51,7 @@ def grain(rng: np.random.Generator, shape: Shape, rings: int, knots: int) -> Gra
     wander = noise(rng, shape, 2.0, 40.0, 1.0, (14.0, 1.0))
     phase = phase + 0.10 * wander
     ring = np.floor(phase).astype(np.int32)
-    part = phase - ring
+    part = phase - np.floor(phase)
     strength = per_cell(rng, ring % 256, 256)
     late = (part**2.2) * smooth_step(1.0, 0.86, part) * 1.25 * (0.45 + 0.55 * strength)
     fibre = noise(rng, shape, 20.0, 160.0, 0.2, (16.0, 1.0))
@@ -97,7 +97,7 @@ def planks(rng: np.random.Generator, request: Request) -> Pattern:
     rows, length = 8, 24.0
     u, v = coordinates(request.shape)
     row = np.floor(v * rows).astype(np.int32)
-    across = v * rows - row
+    across = v * rows - np.floor(v * rows)
     start = rng.random(rows)
     cut = rng.uniform(0.36, 0.64, rows)
     place = (u + start[row]) % 1.0
@@ -117,12 +117,13 @@ def herringbone(rng: np.random.Generator, request: Request) -> Pattern:
     ratio = 5
     u, v = coordinates(request.shape)
     x, y = np.broadcast_arrays(u * (2 * ratio), v * (2 * ratio))
-    i, j = np.floor(x).astype(np.int32), np.floor(y).astype(np.int32)
+    whole_x, whole_y = np.floor(x), np.floor(y)
+    i, j = whole_x.astype(np.int32), whole_y.astype(np.int32)
     turn = (i - j) % (2 * ratio)
     lying = turn < ratio
     steps = np.where(lying, turn, 2 * ratio - 1 - turn)
-    along = np.where(lying, x - i, y - j) + steps
-    across = np.where(lying, y - j, x - i)
+    along = np.where(lying, x - whole_x, y - whole_y) + steps.astype(np.float32)
+    across = np.where(lying, y - whole_y, x - whole_x)
     first = np.where(lying, i - steps, i) % (2 * ratio)
     other = np.where(lying, j, j - steps) % (2 * ratio)
     index = (first * 2 * ratio + other) * 2 + lying

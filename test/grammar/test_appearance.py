@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grammar.appearance import Appearance, dress, linear_rgb, load_appearance
+from grammar.appearance import Appearance, dress, load_appearance
+from grammar.materials import linear_rgb
 from grammar.rules import GrammarError
 from scene_description import ModelReference, Opening, Part, Room, SceneObject, Support
 from scene_description.scene_json import SURFACES
@@ -145,6 +146,34 @@ def test_walls_and_ceilings_are_light(appearance: Appearance) -> None:
         assert 0.35 < albedo["wall"] < 0.87 and 0.75 < albedo["ceiling"] < 0.9 and albedo["floor"] < 0.55
 
 
+def test_surfaces_depend_on_the_room_type(appearance: Appearance) -> None:
+    usual = set(appearance.surfaces["floor"].families)
+    for room_type, families in (("bathroom", {"floor_tile"}), ("garage", {"floor_concrete"}), ("", usual)):
+        seen = set()
+        for seed in range(60):
+            room, _, materials = dress(np.random.default_rng(seed), appearance, make_room(), (), room_type)
+            family = {material.id: material.family for material in materials}
+            seen |= {family[part.material] for part in room.surfaces if part.name == "floor"}
+        assert seen == families
+
+
+def test_textures_are_drawn_from_their_ranges_and_differ(appearance: Appearance) -> None:
+    scales, seeds = [], []
+    for seed in range(60):
+        _, _, materials = dress(np.random.default_rng(seed), appearance, make_room(), make_objects(), "bedroom")
+        for material in materials:
+            kind = appearance.materials[material.id.rsplit("_", 1)[0]].texture
+            assert (kind is None) == (material.texture is None)
+            if kind is not None and material.texture is not None:
+                got = material.texture
+                assert got.generator == kind.generator and len(got.colors) == len(kind.colors)
+                assert kind.scale_m[0] - 1e-4 <= got.scale_m <= kind.scale_m[1] + 1e-4
+                assert kind.contrast[0] - 1e-3 <= got.contrast <= kind.contrast[1] + 1e-3
+                scales.append(got.scale_m)
+                seeds.append(got.seed)
+    assert len(seeds) > 300 and len(set(seeds)) == len(seeds) and len(set(scales)) > 0.4 * len(scales)
+
+
 def test_same_seed_same_dress(appearance: Appearance) -> None:
     first, again, other = (dress(np.random.default_rng(seed), appearance, make_room(), make_objects()) for seed in (5, 5, 6))
     assert first == again and first != other
@@ -191,7 +220,8 @@ FAULTS = {
     "parts: [frame, headboard, legs, mattress": ("parts: [frame, hedboard, legs, mattress", "categories.bed.styles"),
     "emits: shade": ("emits: halo", "emits"),
     "headboard: {like: frame}": ("headboard: {like: pillows}", "categories.bed.parts.headboard.like"),
-    "wall: {families: {wall_paint: 1}}": ("wall: {families: {}}", "surfaces.wall.families"),
+    "ceiling: {families: {ceiling_paint: 1}}": ("ceiling: {families: {}}", "surfaces.ceiling.families"),
+    "bathroom: {floor_tile: 1}": ("bathroom: {floor_tyle: 1}", "surfaces.floor.by_room.bathroom"),
 }
 
 
