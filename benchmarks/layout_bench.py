@@ -60,7 +60,7 @@ def _rooms(synthesizer: SceneSynthesizer, request: SceneRequest, name: str, midd
         seconds.append(time.process_time() - began)
         objects.append(len(scene.objects))
         at_once += scene.validity.attempts == 1
-        wrong += bool(faults(to_mapping(scene), synthesizer.grammars[request.room_type], synthesizer.categories))
+        wrong += bool(faults(to_mapping(scene), synthesizer.grammar_of(request), synthesizer.categories))
     slow = float(np.quantile(seconds, 0.99))
     return [
         at_most(f"{name}, time p50 of {ROOMS}", float(np.median(seconds)), "s", middle_s),

@@ -142,12 +142,20 @@ def dress(
     Raises:
         GrammarError: a category has no look.
     """
+    closet = Closet(rng, appearance)
+    dressed_room, dressed = dress_from(closet, rng, appearance, room, objects, room_type)
+    return dressed_room, dressed, tuple(closet.materials)
+
+
+def dress_from(
+    closet: Closet, rng: np.random.Generator, appearance: Appearance, room: Room, objects: Sequence[SceneObject], room_type: str
+) -> tuple[Room, tuple[SceneObject, ...]]:
+    """Do as :func:`dress` with the materials of a closet, which is new, and keeps them."""
     for category in (*(opening.category for opening in room.openings), *(thing.category for thing in objects)):
         if category not in appearance.categories:
             raise GrammarError(
                 f"appearance: expected a look for category '{category}', got none; known are {', '.join(sorted(appearance.categories))}"
             )
-    closet = _Closet(rng, appearance)
     surfaces = tuple(
         Part(name=name, material=closet.choose(rule.by_room.get(room_type, rule.families))) for name, rule in appearance.surfaces.items()
     )
@@ -163,12 +171,13 @@ def dress(
         if thing.model.file is not None:
             dressed.append(thing)
             continue
-        model, parts = _look(rng, appearance, closet, looks, thing.category, thing.id, _core(thing, by_id), thing.id in bases)
+        owner = core_of(thing, by_id)
+        model, parts = _look(rng, appearance, closet, looks, thing.category, thing.id, owner, thing.id in bases)
         dressed.append(replace(thing, model=model, parts=parts))
-    return replace(room, surfaces=surfaces, openings=tuple(openings)), tuple(dressed), tuple(closet.materials)
+    return replace(room, surfaces=surfaces, openings=tuple(openings)), tuple(dressed)
 
 
-class _Closet:
+class Closet:
     """The materials of one room while it is dressed: those kept by family, and all that were drawn, in order; the suites' styles."""
 
     def __init__(self, rng: np.random.Generator, appearance: Appearance) -> None:
@@ -183,6 +192,10 @@ class _Closet:
         self._palette = Palette(main_deg=hue, second_deg=second)
         self._kept: dict[str, tuple[str, ...]] = {}
         self._count: dict[str, int] = {}
+
+    def use(self, rng: np.random.Generator) -> None:
+        """Draw from another source from now on."""
+        self._rng = rng
 
     def choose(self, families: Families) -> str:
         """Return the id of a material of one of the families, a kept one where the family is kept."""
@@ -209,7 +222,10 @@ class _Closet:
 
     def _draw(self, family: str, avoid: Collection[str]) -> str:
         names = [name for name in self._appearance.families[family] if name not in avoid] or list(self._appearance.families[family])
-        name = _pick(self._rng, {name: self._appearance.materials[name].odds for name in names})
+        return self.draw_material(_pick(self._rng, {name: self._appearance.materials[name].odds for name in names}))
+
+    def draw_material(self, name: str) -> str:
+        """Draw a new material of a name; return its id."""
         self._count[name] = self._count.get(name, 0) + 1
         material = draw_material(self._rng, self._appearance.materials[name], f"{name}_{self._count[name]}", self._palette)
         self.materials.append(material)
@@ -219,7 +235,7 @@ class _Closet:
 def _look(
     rng: np.random.Generator,
     appearance: Appearance,
-    closet: _Closet,
+    closet: Closet,
     looks: dict[tuple[str, int], tuple[ModelReference, tuple[Part, ...]]],
     category: str,
     identifier: int,
@@ -239,7 +255,7 @@ def _look(
     return looks[key]
 
 
-def _style(rng: np.random.Generator, closet: _Closet, rule: CategoryLook, loaded: bool) -> str:
+def _style(rng: np.random.Generator, closet: Closet, rule: CategoryLook, loaded: bool) -> str:
     """Draw a category's style, or take over that of its suite in this room."""
     taken = None if rule.suite is None else closet.suites.get(rule.suite)
     if taken is not None and taken in rule.styles:
@@ -250,7 +266,7 @@ def _style(rng: np.random.Generator, closet: _Closet, rule: CategoryLook, loaded
     return style
 
 
-def _part_material(rng: np.random.Generator, closet: _Closet, rule: CategoryLook, style: str, name: str, chosen: Mapping[str, str]) -> str:
+def _part_material(rng: np.random.Generator, closet: Closet, rule: CategoryLook, style: str, name: str, chosen: Mapping[str, str]) -> str:
     part = rule.parts[name]
     if style in part.by_style:
         return closet.choose(part.by_style[style])
@@ -259,7 +275,7 @@ def _part_material(rng: np.random.Generator, closet: _Closet, rule: CategoryLook
     return closet.choose(part.families)
 
 
-def _core(thing: SceneObject, by_id: Mapping[int, SceneObject]) -> int:
+def core_of(thing: SceneObject, by_id: Mapping[int, SceneObject]) -> int:
     """Return the id of the object that a thing belongs to in the end: its group's core, or what it stands on; 0 for none."""
     seen: set[int] = set()
     current = thing
@@ -278,7 +294,28 @@ def _pick(rng: np.random.Generator, odds: Mapping[str, float]) -> str:
     return names[int(np.searchsorted(np.cumsum(share) / share.sum(), rng.random(), side="right"))]
 
 
-def _check(look: _AppearanceFile, families: Mapping[str, tuple[str, ...]]) -> None:
+def check_appearance(appearance: Appearance) -> None:
+    """Check that every family, part and emitting part that is named exists, and that odds can be drawn from.
+
+    Raises:
+        FieldError: with the path of what does not fit.
+    """
+    _check(appearance, appearance.families)
+
+
+def can_dress(look: CategoryLook, style: str, families: Mapping[str, tuple[str, ...]]) -> bool:
+    """Return whether every part of a style has a material to draw from."""
+    before: list[str] = []
+    try:
+        for part in look.styles[style].parts:
+            _check_part(part, look.parts[part], style, before, families)
+            before.append(part)
+    except FieldError:
+        return False
+    return True
+
+
+def _check(look: _AppearanceFile | Appearance, families: Mapping[str, tuple[str, ...]]) -> None:
     """Check that every family, part and emitting part that is named exists, and that odds can be drawn from."""
     for family in look.palette.kept:
         _check_families(f"palette.kept.{family}", {family: 1.0}, families)

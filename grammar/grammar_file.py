@@ -58,6 +58,19 @@ def read_yaml(path: Path) -> Any:
         raise GrammarError(f"{path}: expected a readable YAML file, got {type(error).__name__} ({error})") from None
 
 
+def parse_yaml(text: str, where: str) -> Any:
+    """Return the content of a YAML text, for example of a parameter.
+
+    Raises:
+        GrammarError: it does not parse; one line that begins with ``where``.
+    """
+    try:
+        return yaml.load(text, Loader=_StrictLoader)
+    except (yaml.YAMLError, RecursionError, ValueError) as error:
+        reason = getattr(error, "problem", None) or "text that does not parse"
+        raise GrammarError(f"{where}: expected YAML, got {reason}") from None
+
+
 def read_grammar(path: Path, categories: Collection[str]) -> Grammar:
     """Read and check the grammar of one room type.
 

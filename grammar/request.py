@@ -69,6 +69,18 @@ class SceneRequest:
         ),
     ] = ()
     clutter: Annotated[float, Limits(ge=0.0, le=10.0, description="scales how many things stand on things; 1: as the grammar says")] = 1.0
+    looks: Annotated[
+        tuple[Annotated[str, Limits(min_length=1, max_length=500)], ...],
+        Limits(
+            max_length=64,
+            description="appearance of parts, texts 'TARGET: {material: NAME, base_color: [r, g, b], roughness: [low, high], ...}'; a "
+            "target is category/part, id/part, category, id, room/surface or */part: docs/looks.md",
+        ),
+    ] = ()
+    exclude_materials: Annotated[tuple[str, ...], Limits(max_length=256, description="named materials or families not to be used")] = ()
+    palette_hue_deg: Annotated[
+        float, Limits(ge=-1.0, le=360.0, unit="deg", description="main hue of the room's palette in OKLCH; -1: drawn")
+    ] = -1.0
     beta: Annotated[float, Limits(ge=0.0, le=1e6, description="tidiness of the layout; 0: as the grammar says")] = 0.0
     weights: Annotated[
         Texts, Limits(max_length=64, description="lambda of energy terms, texts 'term:value' with the names of the grammar's weights")

@@ -7,29 +7,32 @@ from a stream of its own, so that a change of one leaves the others as they are.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from grammar.appearance import Appearance, dress, load_appearance
+from grammar.appearance import Appearance, Closet, dress_from, load_appearance
 from grammar.camera_path import CameraPathConfig, read_camera_path_config, sample_camera_path
+from grammar.catalog import choose_after, choose_before, dress_files, entry_faults
 from grammar.categories import Categories, read_categories
 from grammar.derive import make_plan
 from grammar.free_space import occupancy_grid, rasterize
 from grammar.grammar_file import learned_types, read_grammar, read_room_type, room_types
 from grammar.lighting import LightingConfig, read_lighting_config, sample_lighting
+from grammar.looks import apply_looks, restricted
 from grammar.metrics import SamplingCost
 from grammar.request import RequestError, SceneRequest
-from grammar.rules import Grammar
+from grammar.rules import Grammar, GrammarError
 from grammar.sample_room import sample_room_with_cost
 from grammar.solids import object_solids
 from scene_description import SCHEMA, SceneDescription
+from scene_description.catalog import Catalog
 from scene_description.share import config_path
 
-PURPOSES = ("layout", "appearance", "lighting", "camera")
+PURPOSES = ("layout", "appearance", "lighting", "camera", "looks", "catalog")
 """Streams of random numbers of a room, in the order of their spawn keys."""
 
 
@@ -63,6 +66,8 @@ class SceneSynthesizer:
     """Room type -> grammar written by hand."""
     learned: Mapping[str, Grammar] = field(default_factory=dict)
     """Room type -> grammar learned from real rooms."""
+    catalog: Catalog = field(default_factory=Catalog)
+    """The user's own models."""
 
     @classmethod
     def from_config(cls, grammar_files: Sequence[Path] = ()) -> SceneSynthesizer:
@@ -83,6 +88,21 @@ class SceneSynthesizer:
             camera=read_camera_path_config(config_path("camera.yaml")),
         )
 
+    def with_catalog(self, catalog: Catalog) -> SceneSynthesizer:
+        """Return a synthesizer that also takes models of a catalogue.
+
+        Raises:
+            GrammarError: a model asks for what is not there: categories, families, parts; one line.
+        """
+        for model in catalog.models:
+            faults = entry_faults(model.entry, self.appearance, tuple(model.parts))
+            if faults:
+                raise GrammarError(f"catalogue: {model.entry.file}: {faults[0]}")
+        for category in catalog.procedural:
+            if category not in self.appearance.categories:
+                raise GrammarError(f"catalogue: procedural.{category}: expected a category that is known, got another")
+        return replace(self, catalog=catalog)
+
     def check(self, request: SceneRequest) -> None:
         """Refuse a request that no room can meet, as far as that can be said without sampling.
 
@@ -92,11 +112,24 @@ class SceneSynthesizer:
         if request.room_type not in self.grammars:
             raise RequestError(f"room_type: expected one of {', '.join(self.grammars)}, got '{request.room_type}'")
         make_plan(self.grammar_of(request), self.categories, request)
+        restricted(self.appearance, request, self._categories(request), self._file_parts())
 
     def grammar_of(self, request: SceneRequest) -> Grammar:
         """Return the grammar that a request's rooms are sampled from: by its room type and its grammar set."""
         by_hand = self.grammars[request.room_type]
         return self.learned.get(request.room_type, by_hand) if request.grammar_set == "learned" else by_hand
+
+    def _file_parts(self) -> dict[str, set[str]]:
+        """Return category -> parts of the catalogue's models."""
+        parts: dict[str, set[str]] = {}
+        for model in self.catalog.models:
+            parts.setdefault(model.entry.category, set()).update(model.parts)
+        return parts
+
+    def _categories(self, request: SceneRequest) -> list[str]:
+        """Return the categories that a room of this request may hold."""
+        grammar = self.grammar_of(request)
+        return sorted({*grammar.openings, *(rule.category for rule in grammar.objects.values())} - set(request.must_not))
 
     def synthesize(self, request: SceneRequest, seed: int, index: int, times: CameraTimes) -> SceneDescription:
         """Sample a room.
@@ -119,8 +152,14 @@ class SceneSynthesizer:
         """Do as :meth:`synthesize` and tell what the layout cost."""
         self.check(request)
         rng = {purpose: np.random.default_rng(np.random.SeedSequence([seed, index, i])) for i, purpose in enumerate(PURPOSES)}
-        sampled, cost = sample_room_with_cost(self.grammar_of(request), self.categories, request, rng["layout"])
-        room, objects, materials = dress(rng["appearance"], self.appearance, sampled.room, sampled.objects, request.room_type)
+        appearance = restricted(self.appearance, request, (), self._file_parts())
+        models = choose_before(rng["catalog"], self.catalog, appearance, self.grammar_of(request), self.categories)
+        sampled, cost = sample_room_with_cost(models.grammar, models.categories, request, rng["layout"])
+        objects, taken = choose_after(rng["catalog"], self.catalog, appearance, models, sampled.objects)
+        closet = Closet(rng["appearance"], appearance)
+        room, objects = dress_from(closet, rng["appearance"], appearance, sampled.room, objects, request.room_type)
+        objects = dress_files(rng["catalog"], closet, appearance, taken, objects)
+        room, objects = apply_looks(rng["looks"], closet, request, room, objects)
         lights, environment = sample_lighting(
             rng["lighting"], self.lighting, objects, windows=any(opening.category == "window" for opening in room.openings)
         )
@@ -136,7 +175,7 @@ class SceneSynthesizer:
             category=request.room_type,
             room=room,
             objects=objects,
-            materials=materials,
+            materials=tuple(closet.materials),
             lights=lights,
             environment=environment,
             camera_path=path,

@@ -9,3 +9,7 @@ class RenderError(ValueError):
 
 class RenderCancelled(Exception):
     """A render that its caller asked to stop; nothing of the view is kept."""
+
+
+class MeshFileError(ValueError):
+    """A mesh file that cannot be used; the text is one line with the file, what was expected and what was found."""

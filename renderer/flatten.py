@@ -14,8 +14,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.flat_scene import FlatScene, Mesh, PartTable, Sky, tabulate_materials
-from renderer.mesh_files import MeshFileError, find_mesh_file, load_mesh_file
+from renderer.errors import MeshFileError
+from renderer.file_textures import file_texture
+from renderer.flat_scene import UNMAPPED, FlatScene, Mesh, PartTable, Sky, tabulate_materials
+from renderer.mesh_files import find_mesh_file, load_mesh_file
 from renderer.models import MODELS, build_model
 from renderer.models.model import Parts
 from renderer.models.openings import OPENING_MODELS
@@ -27,6 +29,7 @@ from renderer.textures.generators import GENERATORS
 from scene_description import Light, Material, ModelReference, Opening, Part, SceneDescription, SceneObject
 
 SURFACE_LABELS = {"floor": 2, "wall": 1, "ceiling": 22, "skirting": 1}
+MAX_SCENE_FACES = 20_000_000
 LUMINANCE_WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 """Rec. 709 luminance of linear RGB."""
 
@@ -70,8 +73,13 @@ def flatten(scene: SceneDescription, catalog_dir: Path | None = None) -> FlatSce
     rows = _shell_rows(scene, materials)
     for opening in scene.room.openings:
         rows += _opening_rows(scene, opening, materials)
+    total = 0
     for thing in scene.objects:
-        rows += _object_rows(thing, lights, materials, catalog_dir)
+        added = _object_rows(thing, lights, materials, catalog_dir)
+        total += sum(len(row.mesh.faces) for row in added)
+        if total > MAX_SCENE_FACES:
+            raise FlattenError(f"object {thing.id} ({thing.category}): expected at most {MAX_SCENE_FACES} triangles in a scene, got more")
+        rows += added
     textures = [row.texture for row in rows if row.texture is not None]
     numbers = iter(range(len(textures)))
     return FlatScene(
@@ -153,7 +161,10 @@ def _object_rows(thing: SceneObject, lights: dict[tuple[int, str], Light], mater
     rotation = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
     rows = []
     for name, mesh in parts.items():
-        mapped, texture = _textured(mesh, materials.table[chosen[name]], where)
+        material = materials.table[chosen[name]]
+        if thing.model.file is not None and material.images is None:
+            mesh = mesh._replace(uvs=UNMAPPED)  # the file's coordinates are no metres
+        mapped, texture = _textured(mesh, material, where, catalog_dir)
         world = mapped._replace(
             vertices=(mapped.vertices @ rotation.T + np.asarray(thing.position_m)).astype(np.float32),
             normals=(mapped.normals @ rotation.T).astype(np.float32),
@@ -171,7 +182,7 @@ def _build(where: str, thing: SceneObject, catalog_dir: Path | None) -> Parts:
         if catalog_dir is None:
             raise FlattenError(f"{where}: expected a catalogue folder for model file '{model.file}', got none; name one")
         try:
-            return load_mesh_file(find_mesh_file(catalog_dir, model.file), catalog_dir, thing.size_m)
+            return load_mesh_file(find_mesh_file(catalog_dir, model.file), catalog_dir, thing.size_m, model.reading)
         except MeshFileError as error:
             raise FlattenError(f"{where}: {error}") from error
     if model.generator not in MODELS:
@@ -202,9 +213,16 @@ def _material(materials: _Materials, name: str, where: str) -> int:
     return materials.rows[name]
 
 
-def _textured(mesh: Mesh, material: Material, where: str) -> tuple[Mesh, AppliedTexture | None]:
+def _textured(mesh: Mesh, material: Material, where: str, catalog_dir: Path | None = None) -> tuple[Mesh, AppliedTexture | None]:
     """Return a part, still in its own frame, with texture coordinates, and its texture."""
     mapped = box_mapped(mesh)
+    if material.images is not None:
+        if catalog_dir is None:
+            raise FlattenError(f"{where}: expected a catalogue folder for the images of material '{material.id}', got none; name one")
+        try:
+            return mapped, file_texture(catalog_dir, material.images, material.base_color)
+        except MeshFileError as error:
+            raise FlattenError(f"{where}: material '{material.id}': {error}") from error
     if material.texture is None:
         return mapped, None
     if material.texture.generator not in GENERATORS:

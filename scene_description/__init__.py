@@ -9,6 +9,8 @@ from scene_description.strict import FieldError, Limits, from_mapping, to_mappin
 from scene_description.types import (
     CameraPose,
     Environment,
+    FileImages,
+    FileReading,
     Light,
     Material,
     ModelReference,
@@ -31,6 +33,8 @@ __all__ = [
     "CameraPose",
     "Environment",
     "FieldError",
+    "FileImages",
+    "FileReading",
     "Label",
     "Light",
     "Limits",

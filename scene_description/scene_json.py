@@ -14,7 +14,7 @@ from pathlib import PurePosixPath
 from typing import Final, NoReturn
 
 from scene_description.strict import FieldError, from_mapping, shorten, to_mapping
-from scene_description.types import MAX_OBJECTS, ModelReference, Opening, Part, SceneDescription
+from scene_description.types import MAX_OBJECTS, Material, ModelReference, Opening, Part, SceneDescription
 
 SCHEMA: Final = "scene_synth/1"
 MAX_TEXT_LENGTH = 32_000_000
@@ -60,6 +60,7 @@ def check_scene(scene: SceneDescription) -> None:
     """
     materials = {material.id for material in scene.materials}
     _check_unique("materials", [material.id for material in scene.materials])
+    _check_materials(scene.materials)
     ids = [opening.id for opening in scene.room.openings] + [thing.id for thing in scene.objects]
     if len(ids) > MAX_OBJECTS:
         raise FieldError("objects", f"at most {MAX_OBJECTS} objects and openings", f"{len(ids)}")
@@ -114,9 +115,29 @@ def _check_model(path: str, model: ModelReference) -> None:
     if (model.generator is None) == (model.file is None):
         raise FieldError(path, "either a generator or a file", "both" if model.file else "neither")
     if model.file is not None:
-        file = PurePosixPath(model.file)
-        if file.is_absolute() or ".." in file.parts or not file.name or "\\" in model.file or not model.file.isprintable():
-            raise FieldError(f"{path}.file", "a relative path inside the catalogue", shorten(model.file))
+        check_file_path(f"{path}.file", model.file)
+    reading = model.reading
+    if reading is not None and reading.front and reading.up and reading.front[1] == reading.up[1]:
+        raise FieldError(f"{path}.reading.front", f"an axis across 'up' ({reading.up})", repr(reading.front))
+
+
+def check_file_path(path: str, file: str) -> None:
+    """Check that a path is relative and stays inside its folder.
+
+    Raises:
+        FieldError: it does not.
+    """
+    pure = PurePosixPath(file)
+    if pure.is_absolute() or ".." in pure.parts or not pure.name or "\\" in file or not file.isprintable():
+        raise FieldError(path, "a relative path inside the catalogue", shorten(file))
+
+
+def _check_materials(materials: Iterable[Material]) -> None:
+    for i, material in enumerate(materials):
+        if material.images is not None:
+            check_file_path(f"materials[{i}].images.file", material.images.file)
+            if material.texture is not None:
+                raise FieldError(f"materials[{i}]", "a texture or images", "both")
 
 
 def _check_polygon(scene: SceneDescription) -> None:

@@ -8,7 +8,7 @@ radiance is given as RGB luminance in cd/m2, flux in lumen.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from scene_description.strict import Limits
@@ -28,6 +28,8 @@ Luminance = Annotated[float, Limits(ge=0.0, le=1e6, unit="cd/m2")]
 Point2 = tuple[Coordinate, Coordinate]
 Point3 = tuple[Coordinate, Coordinate, Coordinate]
 Color = tuple[Unit, Unit, Unit]
+Axis = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
+FilePath = Annotated[str, Limits(min_length=1, max_length=240)]
 QuaternionItem = Annotated[float, Limits(ge=-1.0001, le=1.0001)]
 
 
@@ -50,12 +52,23 @@ class Texture:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class FileImages:
+    """The images of one material of a model file: ``file`` as in ``ModelReference``, ``material`` its index there.
+
+    Base colour, roughness and metalness of the images are multiplied with those of the material that has them.
+    """
+
+    file: FilePath
+    material: Annotated[int, Limits(ge=0, le=100_000)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Material:
     """A metallic-roughness ("principled") material.
 
     Linear base colour, perceptual roughness (its square is the microfacet distribution's alpha), metalness, share of the light that enters
     that is let through (glass), index of refraction, weight and roughness of a clear coat of index 1.5, weight of a sheen (fabrics seen at
-    grazing angles), and a pattern.
+    grazing angles), and a pattern: drawn by a generator, or the images of a model file, not both.
     """
 
     id: Name
@@ -69,6 +82,7 @@ class Material:
     clearcoat_roughness: Unit = 0.05
     sheen: Unit = 0.0
     texture: Texture | None = None
+    images: FileImages | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,6 +94,22 @@ class Part:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class FileReading:
+    """How a model file becomes parts in its object's frame; the parts together are stretched to the object's box.
+
+    ``front`` and ``up`` are axes of the file; None stands for +z and +y in glTF files, +x and +z in others.  Parts are the file's nodes or
+    materials, or all in one; ``rename`` maps names of the file (a ``*`` at the end stands for any rest) to names of parts, and what gets
+    one name becomes one part.  ``own_materials``: triangles of one name but several materials of the file stay several parts.
+    """
+
+    front: Axis | None = None
+    up: Axis | None = None
+    split: Literal["nodes", "materials", "none"] = "nodes"
+    rename: Annotated[Mapping[str, Name], Limits(max_length=256)] = field(default_factory=dict)
+    own_materials: bool = True
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ModelReference:
     """Where an object's geometry comes from: a generator of the renderer with style and seed, or a file of the user's catalogue.
 
@@ -87,7 +117,8 @@ class ModelReference:
     """
 
     generator: Name | None = None
-    file: Annotated[str, Limits(min_length=1, max_length=240)] | None = None
+    file: FilePath | None = None
+    reading: FileReading | None = None
     style: Name = "default"
     seed: Seed = 0
 

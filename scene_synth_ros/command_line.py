@@ -24,6 +24,8 @@ COMMANDS = {
     "sample": Command("sample rooms and write their scene descriptions and top views", "sample_command"),
     "learn": Command("learn a grammar's numbers from furnished rooms", "learn_command"),
     "gallery": Command("draw contact sheets of the models and of a room of each type", "gallery_command"),
+    "catalog": Command("check the models of a user's catalogue", "catalog_command"),
+    "export": Command("write a scene description as a GLB file, without ROS", "export_command"),
     "render": Command("render a scene description to image files, without ROS", "render_command"),
 }
 

@@ -11,7 +11,6 @@ from typing import Annotated, NamedTuple
 from nav_msgs.msg import OccupancyGrid
 from rclpy.duration import Duration
 from rclpy.node import Node
-from rclpy.parameter import Parameter
 from std_msgs.msg import String
 from visualization_msgs.msg import MarkerArray
 
@@ -19,6 +18,7 @@ from grammar import SceneRequest
 from grammar.synthesize import CameraTimes, SceneSynthesizer
 from scene_description import FieldError, Limits, SceneDescription, scene_to_json
 from scene_description.strict import shorten
+from scene_synth_ros.catalogs import with_catalog
 from scene_synth_ros.conversions import occupancy_to_msg, scene_to_markers
 from scene_synth_ros.diagnostics import ERROR, OK, WARN, Diagnostics, Report
 from scene_synth_ros.frame_times import FrameTimes
@@ -58,6 +58,9 @@ class RunConfig:
     world_frame: Annotated[str, Limits(min_length=1, max_length=100, description="Frame of the scene", fixed="frames of a run stay")] = (
         "map"
     )
+    catalog_dir: Annotated[
+        str, Limits(max_length=1000, description="Folder of the user's models, with catalog.yaml; empty: none", fixed="it is read once")
+    ] = ""
     exit_when_done: Annotated[bool, Limits(description="End the process after the last room")] = False
 
 
@@ -84,8 +87,8 @@ class GrammarNode(Node):
         super().__init__("grammar_node", automatically_declare_parameters_from_overrides=True)
         self.exit_code: int | None = None
         self._generation = 0
-        own = self.get_parameter_or("grammar_file", Parameter("grammar_file", value="")).value
-        self._synthesizer = SceneSynthesizer.from_config([Path(own)] if isinstance(own, str) and own else [])
+        own = self._override("grammar_file")
+        self._synthesizer = with_catalog(SceneSynthesizer.from_config([Path(own)] if own else []), self._override("catalog_dir"))
         groups = {"": RunConfig, "scene": SceneRequest}
         self._settings = Parameters(self, groups, self._on_change, lambda values: self._synthesizer.check(values["scene"]))
         run: RunConfig = self._settings[""]
@@ -106,6 +109,11 @@ class GrammarNode(Node):
         self._publish_status("ready")
         self.get_logger().info("synthesising the first room (the first run compiles kernels)")
         self.create_timer(0.02, self._tick)
+
+    def _override(self, name: str) -> str:
+        """Return a text parameter that is needed before the others are declared; empty if it is not set."""
+        value = self.get_parameter(name).value if self.has_parameter(name) else ""
+        return value if isinstance(value, str) else ""
 
     def close(self) -> None:
         """Nothing is held beyond the node itself."""

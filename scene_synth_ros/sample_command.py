@@ -28,6 +28,7 @@ from grammar.synthesize import PURPOSES, CameraTimes, SceneSynthesizer
 from grammar.top_view import top_view
 from scene_description import SceneDescription, from_mapping, scene_to_json
 from scene_description.strict import field_types, split_annotation
+from scene_synth_ros.catalogs import with_catalog
 from scene_synth_ros.drawing_png import png_bytes
 from scene_synth_ros.sample_report import report_json, report_text
 
@@ -42,6 +43,7 @@ class Job:
 
     room_types: tuple[str, ...]
     grammar_files: tuple[Path, ...]
+    catalog: str
     request: SceneRequest
     seed: int
     frames: int
@@ -79,6 +81,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="grammar file in place of its room type's; may be repeated",
     )
+    parser.add_argument("--catalog", default="", metavar="DIR", help="folder of the user's models, with catalog.yaml")
+    parser.add_argument("--look", action="append", default=[], metavar="TEXT", help="appearance of a target, see docs/looks.md; repeatable")
     parser.add_argument("--frames", type=int, default=30, help="poses of each camera path (default: %(default)s)")
     parser.add_argument("--workers", type=int, default=1, help="processes; they change nothing but the time (default: %(default)s)")
     parser.add_argument("--report", action="store_true", help="print a table of metrics over all rooms, and write report.json with --out")
@@ -178,11 +182,12 @@ def _job(arguments: argparse.Namespace) -> tuple[Job, SceneSynthesizer]:
         raise RequestError("--out: expected a new folder for the files; only --report without --chain can do without")
     if arguments.out is not None and arguments.out.exists():
         raise RequestError(f"--out {arguments.out}: exists already; choose another folder or remove it")
-    synthesizer = SceneSynthesizer.from_config(arguments.grammar)
+    synthesizer = with_catalog(SceneSynthesizer.from_config(arguments.grammar), arguments.catalog)
     own = [read_grammar(path, synthesizer.categories).room_type for path in arguments.grammar]
     room = arguments.room or (own[-1] if own else SceneRequest().room_type)
     types = tuple(sorted(synthesizer.grammars)) if room == ALL else (room,)
     request = parse_constraints(arguments.constraints, types[0])
+    request = dataclasses.replace(request, looks=(*request.looks, *arguments.look))
     if request.room_type != types[0]:
         raise RequestError(f"-p room_type: expected no value, got '{request.room_type}'; use --room")
     for name in types:
@@ -190,6 +195,7 @@ def _job(arguments: argparse.Namespace) -> tuple[Job, SceneSynthesizer]:
     job = Job(
         room_types=types,
         grammar_files=tuple(arguments.grammar),
+        catalog=arguments.catalog,
         request=request,
         seed=arguments.seed,
         frames=arguments.frames,
@@ -233,7 +239,7 @@ _in_worker: Callable[[int], Done] | None = None
 
 def _start_worker(job: Job) -> None:
     global _in_worker
-    synthesizer = SceneSynthesizer.from_config(job.grammar_files)
+    synthesizer = with_catalog(SceneSynthesizer.from_config(job.grammar_files), job.catalog)
     _warm(job, synthesizer)
     _in_worker = partial(_make, job, synthesizer)
 
@@ -263,7 +269,7 @@ def _make(job: Job, synthesizer: SceneSynthesizer, index: int) -> Done:
     except RequestError as error:
         return Done(name, "", None, str(error))
     seconds = time.thread_time() - began
-    metrics = measure_room(synthesizer.grammars[scene.category], synthesizer.categories, scene, cost, seconds)
+    metrics = measure_room(synthesizer.grammar_of(request), synthesizer.categories, scene, cost, seconds)
     if job.out is not None:
         _write_room(job, scene, job.out / name)
         if job.chain:
@@ -285,7 +291,7 @@ def _write_room(job: Job, scene: SceneDescription, base: Path) -> None:
 def _write_chain(job: Job, synthesizer: SceneSynthesizer, request: SceneRequest, index: int, base: Path) -> None:
     """Record the first chain of a room, by the random numbers that the room was made with."""
     rng = np.random.default_rng(np.random.SeedSequence([job.seed, index, PURPOSES.index("layout")]))
-    record = record_chain(synthesizer.grammars[request.room_type], synthesizer.categories, request, rng)
+    record = record_chain(synthesizer.grammar_of(request), synthesizer.categories, request, rng)
     plot = chain_plot(record, f"{request.room_type.replace('_', ' ')} {index}, seed {job.seed}")
     _write(base.with_suffix(".csv"), to_csv(record).encode())
     _write(base.with_suffix(".svg"), to_svg(plot).encode())

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 import trimesh
 
+from renderer.errors import MeshFileError
 from renderer.flatten import FlattenError, flatten
-from renderer.mesh_files import MAX_FILE_BYTES, MeshFileError, find_mesh_file, load_mesh_file
+from renderer.mesh_files import MAX_FILE_BYTES, find_mesh_file, load_mesh_file
 from scene_description import (
     CameraPose,
     Environment,
@@ -268,7 +269,7 @@ def test_broken_files_are_refused_in_one_line(tmp_path: Path) -> None:
     with (tmp_path / "huge.stl").open("wb") as stream:
         stream.truncate(MAX_FILE_BYTES + 1)
     for name, text in {
-        "noise.glb": "readable glb",
+        "noise.glb": "a GLB of version 2",
         "empty.obj": "obj",
         "nan.obj": "nan.obj",
         "model.fbx": "got 'fbx'",

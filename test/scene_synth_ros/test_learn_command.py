@@ -27,7 +27,8 @@ def layouts(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_learns_from_sampled_scenes(layouts: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out, curve = tmp_path / "learned.yaml", tmp_path / "curve.csv"
     with pytest.raises(SystemExit) as ended:
-        main(["learn", str(layouts), "--out", str(out), "--curve", str(curve), "--iterations", "2", "--corrections", "0", "--note", "Licence: mine."])
+        options = ["--curve", str(curve), "--iterations", "2", "--corrections", "0", "--note", "Licence: mine."]
+        main(["learn", str(layouts), "--out", str(out), *options])
     assert ended.value.code == 0
     printed = capsys.readouterr().out
     assert "room: not JSON: 1 (lines 9)" in printed

@@ -1,0 +1,48 @@
+"""``scene_synth export``: a scene description as a file for other programs."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from renderer.config import CameraConfig
+from renderer.export_scene import scene_to_glb
+from renderer.flatten import flatten
+from scene_description import scene_from_json
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's options."""
+    parser.add_argument("scene", type=Path, help="scene description, JSON")
+    parser.add_argument("out", type=Path, help="file to write, OUT.glb")
+    parser.add_argument("--catalog", type=Path, metavar="DIR", help="folder of the user's models")
+    parser.add_argument("--force", action="store_true", help="replace a file that exists")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Export."""
+    out: Path = arguments.out
+    if out.suffix.lower() != ".glb":
+        raise ValueError(f"{out}: expected a file name that ends in .glb")
+    if out.exists() and not arguments.force:
+        raise FileExistsError(f"{out}: exists already; choose another name or say --force")
+    scene = scene_from_json(arguments.scene.read_text(encoding="utf-8"))
+    flat = flatten(scene, arguments.catalog)
+    data = scene_to_glb(scene, flat, CameraConfig())
+    write_whole(out, data)
+    sys.stdout.write(
+        f"{out}: {len(scene.objects)} objects, {len(flat.part_names)} parts, {len(flat.mesh.faces)} triangles, {len(data)} bytes\n"
+    )
+    return 0
+
+
+def write_whole(path: Path, data: bytes) -> None:
+    """Write a file under another name first, so that what has the name is whole."""
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        part.write_bytes(data)
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
