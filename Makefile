@@ -2,6 +2,7 @@
 # make test   all tests          make lint   ruff and mypy
 # make bench  speed tables       make setup  only the environment
 # make gallery  contact sheets of every model and of a room of each type, in docs/gallery
+# make soak   long runs and injected faults
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
@@ -19,7 +20,7 @@ VENV_FLAGS :=
 EXTRAS := ros,test,bench
 endif
 
-.PHONY: setup run test lint bench gallery clean fresh-kernels
+.PHONY: setup run test soak lint bench gallery clean fresh-kernels
 
 setup: $(VENV)/.ready
 
@@ -43,6 +44,10 @@ run: setup fresh-kernels
 
 test: setup fresh-kernels
 	$(BIN)/python -m pytest
+
+# hours at full size; SOAK_FRAMES, SOAK_SIZE=160x120, SOAK_KILLS, SOAK_SCENES and SOAK_PARAMETERS make it smaller
+soak: setup fresh-kernels
+	$(BIN)/python -m pytest -m soak -s test/soak
 
 lint: setup
 	$(BIN)/ruff check .

@@ -13,7 +13,7 @@ from benchmarks.stream_bench import make_frame
 from benchmarks.table import Row
 from scene_synth_ros.bag_writer import BagWriter
 from scene_synth_ros.conversions import image_to_msg
-from scene_synth_ros.streams import STREAMS
+from scene_synth_ros.frame_messages import STREAMS
 
 FRAMES = 40
 

@@ -17,7 +17,8 @@ from renderer.frame import LAYERS, Frame
 from scene_description import CameraPose
 from scene_description.labels import instance_palette, label_palette
 from scene_synth_ros.conversions import semantic_labels
-from scene_synth_ros.streams import Palettes, StreamConfig, StreamPublishers
+from scene_synth_ros.frame_messages import Palettes, StreamConfig
+from scene_synth_ros.streams import StreamPublishers
 from scene_synth_ros.supervisor import node_environment
 
 FRAMES = 300
@@ -31,11 +32,11 @@ def measure() -> list[Row]:
     os.environ.update(node_environment(os.environ), ROS_DOMAIN_ID=str(1 + os.getpid() % 100))
     rclpy.init()
     node = Node("stream_bench", namespace="/bench")
-    streams = StreamPublishers(node, StreamConfig(color_companions=False, lazy=False), CameraConfig())
-    streams.begin_palettes(Palettes(label_palette(), instance_palette(256)), {"semantic": semantic_labels(), "instance": {}})
+    streams = StreamPublishers(node, StreamConfig(color_companions=False, lazy=False, range=True), CameraConfig())
+    streams.messages.begin_palettes(Palettes(label_palette(), instance_palette(256)), {"semantic": semantic_labels(), "instance": {}})
     frame = make_frame()
     subscriber = subprocess.Popen([sys.executable, "-m", "benchmarks.stream_subscriber", str(FRAMES)], stdout=subprocess.PIPE, text=True)
-    while any(streams.subscribers(layer) == 0 for layer in LAYERS):
+    while any(streams.subscribers(layer) == 0 for layer in streams.messages.layers):
         time.sleep(0.05)
     time.sleep(DISCOVERY_S)
     began, spent = time.perf_counter(), 0.0
@@ -43,7 +44,7 @@ def measure() -> list[Row]:
         time.sleep(max(0.0, began + index / RATE_HZ - time.perf_counter()))
         before = time.process_time()
         pose = CameraPose(stamp_ns=1 + index * 33_333_333, position_m=(0.0, 0.0, 1.0), orientation=(0.0, 0.0, 0.0, 1.0))
-        streams.publish(frame, pose)
+        streams.publish(frame, pose, "{}")
         spent += time.process_time() - before
     output, _ = subscriber.communicate(timeout=60)
     received = int(output.strip())

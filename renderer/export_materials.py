@@ -10,7 +10,7 @@ import numpy as np
 from renderer.export_textures import bake
 from renderer.flat_scene import FlatScene
 from renderer.glb_writer import GlbWriter
-from renderer.image_io import png_bytes
+from renderer.image_io import encode_image
 from renderer.textures.apply import AppliedTexture
 from scene_description import Material
 
@@ -49,7 +49,9 @@ class MaterialExport:
         if key not in self._baked:
             baked = bake(texture, material)._asdict()
             self._baked[key] = {
-                name: self._writer.add_png(png_bytes(image), f"{material.id} {name}") for name, image in baked.items() if image is not None
+                name: self._writer.add_png(encode_image(image, "png"), f"{material.id} {name}")
+                for name, image in baked.items()
+                if image is not None
             }
         images, pbr = self._baked[key], item["pbrMetallicRoughness"]
         pbr["baseColorFactor"], pbr["baseColorTexture"] = [1.0, 1.0, 1.0, 1.0], {"index": images["color"]}

@@ -32,13 +32,6 @@ def write_png(path: Path, image: NDArray[np.uint8] | NDArray[np.uint16]) -> None
     Image.fromarray(np.ascontiguousarray(image)).save(path, format="PNG")
 
 
-def png_bytes(image: NDArray[np.uint8]) -> bytes:
-    """Return a PNG of a uint8 image (height, width), (height, width, 3) or (height, width, 4); equal images give equal bytes."""
-    stream = io.BytesIO()
-    Image.fromarray(np.ascontiguousarray(image)).save(stream, format="PNG", compress_level=6)
-    return stream.getvalue()
-
-
 def image_size(data: bytes, path: str) -> tuple[int, int]:
     """Return (width, height) that the header of a PNG, JPEG or WebP states; nothing is decoded.
 
@@ -81,3 +74,17 @@ def _opened(data: bytes, path: str) -> Image.Image:
         except Exception as error:  # a header can be broken in many ways
             reason = "a size beyond any limit" if isinstance(error, Image.DecompressionBombError) else "another format or a broken header"
             raise MeshFileError(f"{path}: expected a PNG, JPEG or WebP image, got {reason}") from None
+
+
+def encode_image(image: NDArray[np.uint8] | NDArray[np.uint16], form: str, *, quality: int = 90) -> bytes:
+    """Return an image as the bytes of a file.
+
+    Args:
+        image: uint8 (height, width) or (height, width, 3), for PNG also uint16 (height, width).
+        form: ``png`` (lossless, compressed quickly) or ``jpeg``.
+        quality: of JPEG, 1 to 100.
+    """
+    options: dict[str, int] = {"compress_level": 1} if form == "png" else {"quality": quality}
+    buffer = io.BytesIO()
+    Image.fromarray(np.ascontiguousarray(image)).save(buffer, format=form.upper(), **options)
+    return buffer.getvalue()

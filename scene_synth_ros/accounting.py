@@ -11,7 +11,8 @@ from scene_synth_ros.status import NodeStatus
 class Accounting:
     """Compares cumulative counts of published and received messages, by topic.
 
-    A renderer that was already publishing when it was first seen is counted from its next finished room on.
+    A renderer that was already publishing when it was first seen is counted from its next finished room on; one that starts again, from
+    then on.
 
     Attributes:
         received: messages that have arrived, by topic.
@@ -27,7 +28,11 @@ class Accounting:
     def take_status(self, status: NodeStatus) -> None:
         """Take the newest status of a renderer."""
         name = status.node
-        if name not in self._renderers:
+        if name in self._renderers and self._has_restarted(status):
+            others = self._published(without=name)
+            arrived = self.received + self.lost
+            self._uncounted[name] = Counter({topic: min(0, others[topic] - arrived[topic]) for topic in status.counts})
+        elif name not in self._renderers:
             self._uncounted[name] = None if any(status.counts.values()) else Counter()
         elif self._uncounted[name] is None and status.done_scene > self._renderers[name].done_scene:
             self._uncounted[name] = Counter({topic: count - self.received[topic] for topic, count in status.counts.items()})
@@ -43,16 +48,26 @@ class Accounting:
         Args:
             recorded: the topics that are recorded; values below 0 mark those that are left out.
         """
+        published = self._published()
+        short = {
+            topic: count - self.received[topic] - self.lost[topic] for topic, count in published.items() if recorded.get(topic, -1) >= 0
+        }
+        return {topic: count for topic, count in sorted(short.items()) if count > 0}
+
+    def _published(self, without: str = "") -> Counter[str]:
+        """Return what the renderers, but for one, have published since they are counted, by topic."""
         published: Counter[str] = Counter()
         for name, status in self._renderers.items():
             uncounted = self._uncounted[name]
-            if uncounted is None:
-                continue
-            for topic, count in status.counts.items():
-                if recorded.get(topic, -1) >= 0:
+            if uncounted is not None and name != without:
+                for topic, count in status.counts.items():
                     published[topic] += count - uncounted[topic]
-        short = {topic: count - self.received[topic] - self.lost[topic] for topic, count in published.items()}
-        return {topic: count for topic, count in sorted(short.items()) if count > 0}
+        return published
+
+    def _has_restarted(self, status: NodeStatus) -> bool:
+        """Return whether a renderer counts from the beginning again: what its former self has published and what has arrived are even."""
+        before = self._renderers[status.node].counts
+        return any(status.counts.get(topic, 0) < count for topic, count in before.items())
 
     def give_up(self, missing: Mapping[str, int]) -> None:
         """Count messages as lost."""

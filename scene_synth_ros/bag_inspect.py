@@ -21,7 +21,9 @@ from scene_synth_ros.stamps import NANOSECONDS, announced_stamps_ns, stamp_ns
 
 MAX_GAP_PERIODS = 1.5
 
-_FRAME_TYPES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CameraInfo", "geometry_msgs/msg/PoseStamped")
+_POSE_TYPE = "geometry_msgs/msg/PoseStamped"
+_FRAME_TYPES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/CameraInfo", _POSE_TYPE)
+_TRANSPORTS = ("/compressed", "/compressedDepth")
 _LABELLED_LAYERS = ("semantic", "instance")
 
 Stamps = NDArray[np.int64]
@@ -219,11 +221,11 @@ def _cameras(topics: Iterable[TopicReport]) -> dict[str, list[str]]:
     """Return camera -> topics whose stamps must agree; cameras without an image are left out."""
     cameras: dict[str, list[str]] = {}
     for topic in topics:
-        if topic.type_name in _FRAME_TYPES[:2]:
-            cameras.setdefault(topic.name.rsplit("/", 2)[0], []).append(topic.name)
+        if topic.type_name in _FRAME_TYPES and topic.type_name != _POSE_TYPE:
+            cameras.setdefault(_published_name(topic).rsplit("/", 2)[0], []).append(topic.name)
     for topic in topics:
         camera, _, last = topic.name.rpartition("/")
-        if topic.type_name == _FRAME_TYPES[2] and last == "pose" and camera in cameras:
+        if topic.type_name == _POSE_TYPE and last == "pose" and camera in cameras:
             cameras[camera].append(topic.name)
     return cameras
 
@@ -231,7 +233,7 @@ def _cameras(topics: Iterable[TopicReport]) -> dict[str, list[str]]:
 def _meaning_faults(topics: Iterable[TopicReport]) -> list[str]:
     """Return what ids lack to be understood: a scene, and the labels of every labelled layer."""
     with_messages = {topic.name for topic in topics if topic.count}
-    labelled = [topic.name.rsplit("/", 1)[0] for topic in topics if _layer_of(topic) in _LABELLED_LAYERS]
+    labelled = [_published_name(topic).rsplit("/", 1)[0] for topic in topics if _layer_of(topic) in _LABELLED_LAYERS]
     faults = [f"{layer}/labels: the layer has no labels" for layer in labelled if f"{layer}/labels" not in with_messages]
     if labelled and not any(_is_scene(topic.name, topic.type_name) and topic.count for topic in topics):
         faults.append("scene: the bag holds no scene description")
@@ -239,8 +241,16 @@ def _meaning_faults(topics: Iterable[TopicReport]) -> list[str]:
 
 
 def _layer_of(topic: TopicReport) -> str:
-    parts = topic.name.rsplit("/", 2)
-    return parts[1] if topic.type_name == _FRAME_TYPES[0] and parts[-1] == "image_raw" and len(parts) == 3 else ""
+    parts = _published_name(topic).rsplit("/", 2)
+    return parts[1] if topic.type_name in _FRAME_TYPES[:2] and parts[-1] == "image_raw" and len(parts) == 3 else ""
+
+
+def _published_name(topic: TopicReport) -> str:
+    """Return the topic of an image without what its compressed form appends."""
+    name = topic.name
+    for ending in _TRANSPORTS if topic.type_name == _FRAME_TYPES[1] else ():
+        name = name.removesuffix(ending)
+    return name
 
 
 def _seconds(time_ns: int) -> str:

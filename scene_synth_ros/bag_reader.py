@@ -9,9 +9,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import NamedTuple
 
+from scene_synth_ros.bag_manifest import MANIFEST_NAME
 from scene_synth_ros.bag_metadata import METADATA_NAME, BagMetadata, BagMetadataError, TopicInfo, read_metadata
 from scene_synth_ros.bag_writer import ACTIVE_SUFFIX
 from scene_synth_ros.mcap_contents import ChannelInfo, McapContents, McapReadError
+from scene_synth_ros.message_definitions import MessageDefinition
 from scene_synth_ros.qos_metadata import read_qos
 
 MAX_FAULTS = 200
@@ -35,8 +37,9 @@ class BagMessage(NamedTuple):
 class BagSummary:
     """What a bag says of itself when it is opened.
 
-    ``topics`` have the counts of the files' own statistics; ``metadata`` is what ``metadata.yaml`` says, None without one; ``start_ns``
-    and ``end_ns`` are None without messages; ``faults`` are lines for people.
+    ``topics`` have the counts of the files' own statistics, ``definitions`` are the message definitions in the files by type;
+    ``records`` and ``attachments`` are those of the files by name, the last of each; ``metadata`` is what ``metadata.yaml`` says, None
+    without one; ``start_ns`` and ``end_ns`` are None without messages; ``faults`` are lines for people.
     """
 
     path: Path
@@ -49,6 +52,9 @@ class BagSummary:
     metadata: BagMetadata | None = None
     custom_data: Mapping[str, str] = field(default_factory=dict)
     faults: tuple[str, ...] = ()
+    definitions: Mapping[str, MessageDefinition] = field(default_factory=dict)
+    records: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    attachments: Mapping[str, bytes] = field(default_factory=dict)
 
     @property
     def message_count(self) -> int:
@@ -93,6 +99,17 @@ class BagReader:
         """Close the files."""
         self._stack.close()
 
+    def manifests(self) -> list[tuple[Path, bytes]]:
+        """Return the manifests of the files that have one, as they were attached."""
+        return [
+            (contents.path, contents.attachments[MANIFEST_NAME]) for contents in self._contents if MANIFEST_NAME in contents.attachments
+        ]
+
+    def messages_by_file(self) -> Iterator[tuple[Path, Iterator[BagMessage]]]:
+        """Yield every file with its messages as they stand in it."""
+        for contents in self._contents:
+            yield contents.path, self._messages_of(contents, None, 0, True)
+
     def messages(self, topics: Collection[str] | None = None, start_ns: int = 0, *, file_order: bool = False) -> Iterator[BagMessage]:
         """Yield messages, file by file, in the order of their log times as far as chunks allow, or as they stand in the files.
 
@@ -102,13 +119,16 @@ class BagReader:
             file_order: as they were written.
         """
         for contents in self._contents:
-            try:
-                for message in contents.messages(start_ns, file_order=file_order):
-                    channel = contents.channels[message.channel_id]
-                    if topics is None or channel.topic in topics:
-                        yield BagMessage(channel.topic, channel.type_name, message.log_ns, message.publish_ns, message.data)
-            except OSError as error:
-                self._report(f"{contents.path.name}: {error.strerror or error}")
+            yield from self._messages_of(contents, topics, start_ns, file_order)
+
+    def _messages_of(self, contents: McapContents, topics: Collection[str] | None, start_ns: int, file_order: bool) -> Iterator[BagMessage]:
+        try:
+            for message in contents.messages(start_ns, file_order=file_order):
+                channel = contents.channels[message.channel_id]
+                if topics is None or channel.topic in topics:
+                    yield BagMessage(channel.topic, channel.type_name, message.log_ns, message.publish_ns, message.data)
+        except OSError as error:
+            self._report(f"{contents.path.name}: {error.strerror or error}")
 
     def _report(self, fault: str) -> None:
         """Note a fault once."""
@@ -167,9 +187,13 @@ class BagReader:
 
     def _summarize(self) -> BagSummary:
         topics: dict[str, TopicInfo] = {}
+        definitions: dict[str, MessageDefinition] = {}
         for contents in self._contents:
             for channel_id, channel in contents.channels.items():
                 self._take_channel(topics, channel, contents.counts.get(channel_id, 0))
+                type_hash = channel.metadata.get("topic_type_hash", "")
+                definition = MessageDefinition(type_name=channel.type_name, text=channel.schema_text, type_hash=type_hash)
+                definitions.setdefault(channel.type_name, definition)
         ranges = [contents.time_range_ns for contents in self._contents if contents.time_range_ns]
         return BagSummary(
             path=self.path,
@@ -182,6 +206,9 @@ class BagReader:
             metadata=self._metadata,
             custom_data=self._metadata.custom_data if self._metadata else {},
             faults=tuple(self.faults),
+            definitions=definitions,
+            records={name: record for contents in self._contents for name, record in contents.metadata.items()},
+            attachments={name: data for contents in self._contents for name, data in contents.attachments.items()},
         )
 
     def _take_channel(self, topics: dict[str, TopicInfo], channel: ChannelInfo, count: int) -> None:

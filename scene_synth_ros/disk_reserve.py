@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import errno
 import os
 
@@ -10,21 +9,21 @@ _UNSUPPORTED = (errno.EOPNOTSUPP, errno.EINVAL, errno.ENOSYS)
 
 
 class DiskReserve:
-    """A hidden file beside the one that grows; releasing it frees its blocks.
+    """A file without a name on the disk of a folder; releasing it, or the death of the process, frees its blocks.
 
     Args:
         folder_fd: descriptor of the folder.
-        name: file name of the reserve; it must not exist.
+        name: what the file is called for the moment between its making and its unlinking; it must not exist.
 
     Raises:
         OSError: the space is not there.
     """
 
     def __init__(self, folder_fd: int, name: str, size: int) -> None:
-        self._folder_fd, self._name = folder_fd, name
-        self._fd: int | None = os.open(name, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o644, dir_fd=folder_fd)
+        self._fd: int | None = os.open(name, os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600, dir_fd=folder_fd)
         self.size = 0
         try:
+            os.unlink(name, dir_fd=folder_fd)
             self.grow(size)
         except OSError:
             self.release()
@@ -46,12 +45,7 @@ class DiskReserve:
         self.size = size
 
     def release(self) -> None:
-        """Remove the reserve; harmless if it is gone already."""
-        if self._fd is None:
-            return
-        with contextlib.suppress(OSError):
-            os.ftruncate(self._fd, 0)
-        os.close(self._fd)
-        self._fd = None
-        with contextlib.suppress(OSError):
-            os.unlink(self._name, dir_fd=self._folder_fd)
+        """Free the space; harmless if it is free already."""
+        if self._fd is not None:
+            os.close(self._fd)
+            self._fd = None

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import math
 import time
 from concurrent.futures import Future
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from nav_msgs.msg import OccupancyGrid
 from rclpy.duration import Duration
-from rclpy.node import Node
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from grammar import SceneRequest
@@ -22,12 +23,14 @@ from scene_synth_ros.catalogs import with_catalog
 from scene_synth_ros.conversions import occupancy_to_msg, scene_to_markers
 from scene_synth_ros.diagnostics import ERROR, OK, WARN, Diagnostics, Report
 from scene_synth_ros.frame_times import FrameTimes
-from scene_synth_ros.lock_step import Expectation, complaints, waiting_for
+from scene_synth_ros.lock_step import Expectation, complaints, finished_by_all, missing_peers, waiting_for
 from scene_synth_ros.parameters import Parameters
 from scene_synth_ros.process import Worker, run_node
 from scene_synth_ros.qos import latched_qos
 from scene_synth_ros.status import NodeStatus, status_from_json, status_to_json
+from scene_synth_ros.suite_node import SuiteNode
 
+_PATIENCE = 3
 _PEERS_FIXED = "the run's peers are counted once"
 
 
@@ -54,6 +57,9 @@ class RunConfig:
     lock_step: Annotated[bool, Limits(description="Send a room only when all peers have finished the one before")] = True
     expected_renderers: Annotated[int, Limits(ge=0, le=100, description="Renderers that a lock-step run waits for", fixed=_PEERS_FIXED)] = 1
     expected_recorders: Annotated[int, Limits(ge=0, le=100, description="Recorders that a lock-step run waits for", fixed=_PEERS_FIXED)] = 0
+    rooms_ahead: Annotated[
+        int, Limits(ge=1, le=16, description="Rooms of a lock-step run that may be unfinished at once; renderers that share need as many")
+    ] = 1
     peer_timeout_s: Annotated[float, Limits(ge=1.0, le=1e6, unit="s", description="Wait for peers before a warning")] = 30.0
     world_frame: Annotated[str, Limits(min_length=1, max_length=100, description="Frame of the scene", fixed="frames of a run stay")] = (
         "map"
@@ -61,6 +67,7 @@ class RunConfig:
     catalog_dir: Annotated[
         str, Limits(max_length=1000, description="Folder of the user's models, with catalog.yaml; empty: none", fixed="it is read once")
     ] = ""
+    autostart: Annotated[bool, Limits(description="Configure and activate at the start", fixed="it is used at the start only")] = True
     exit_when_done: Annotated[bool, Limits(description="End the process after the last room")] = False
 
 
@@ -73,42 +80,53 @@ class Prepared(NamedTuple):
     generation: int
 
 
-class GrammarNode(Node):
+class GrammarNode(SuiteNode):
     """Synthesises furnished rooms and publishes their descriptions, one ahead of what the renderers work on.
 
     Publishes (all latched): ``scene`` (std_msgs/String, JSON ``scene_synth/1``), ``scene/markers`` (MarkerArray), ``scene/map``
     (OccupancyGrid of the free floor), ``status`` (std_msgs/String); ``/diagnostics``.
     Subscribes: ``status`` of renderers and recorders.
+    Services (std_srvs/Trigger): ``~/next_room`` (in lock-step once the peers have finished theirs), ``~/pause`` and ``~/resume`` (no rooms
+    go out in between), ``~/reset`` (the rooms of the run begin again with the first; simulated time goes on).
     Parameters: the fields of ``RunConfig``, and of ``SceneRequest`` under ``scene.``; those that change live take effect with the next
     room that is synthesised: the one prepared ahead is made again.
     """
 
-    def __init__(self) -> None:
-        super().__init__("grammar_node", automatically_declare_parameters_from_overrides=True)
-        self.exit_code: int | None = None
+    def __init__(self, **options: Any) -> None:
+        super().__init__("grammar_node", **options)
         self._generation = 0
+        self._worker: Worker | None = None
         own = self._override("grammar_file")
         self._synthesizer = with_catalog(SceneSynthesizer.from_config([Path(own)] if own else []), self._override("catalog_dir"))
         groups = {"": RunConfig, "scene": SceneRequest}
         self._settings = Parameters(self, groups, self._on_change, lambda values: self._synthesizer.check(values["scene"]))
+        self.begin(self._settings[""].autostart)
+
+    def open(self) -> None:
+        """Make publishers, services and the thread that synthesises; the run begins with its first room."""
         run: RunConfig = self._settings[""]
         self._times = FrameTimes(round(run.start_time_s * 1e9), run.rate_hz)
         self._next_index, self._next_frame = run.first_index, run.first_index * run.frames_per_room
         self._last_sent, self._last_sent_at, self._send_at = -1, time.monotonic(), 0.0
         self._peers: dict[str, NodeStatus] = {}
+        self._absences: dict[str, int] = {}
         self._pending: Future[Prepared] | None = None
         self._fault, self._complaint, self._waiting = "", "", ""
-        self._finished = False
+        self._finished, self._single, self._state, self._told = False, False, "ready", -1
+        self._paused_at: float | None = None
         self._worker = Worker("synthesis")
-        self._scene = self.create_publisher(String, "scene", latched_qos())
+        self._scene = self.create_publisher(String, "scene", latched_qos(run.rooms_ahead))
         self._markers = self.create_publisher(MarkerArray, "scene/markers", latched_qos())
         self._map = self.create_publisher(OccupancyGrid, "scene/map", latched_qos())
         self._status = self.create_publisher(String, "status", latched_qos(10))
         self.create_subscription(String, "status", self._on_status, latched_qos(100))
+        for name, answer in (("next_room", self._next_room), ("pause", self._pause), ("resume", self._resume), ("reset", self._reset)):
+            self.create_service(Trigger, f"~/{name}", answer)
         self._diagnostics = Diagnostics(self, self._report)
         self._publish_status("ready")
         self.get_logger().info("synthesising the first room (the first run compiles kernels)")
         self.create_timer(0.02, self._tick)
+        self.create_timer(1.0, self._look_for_peers)
 
     def _override(self, name: str) -> str:
         """Return a text parameter that is needed before the others are declared; empty if it is not set."""
@@ -116,9 +134,73 @@ class GrammarNode(Node):
         return value if isinstance(value, str) else ""
 
     def close(self) -> None:
-        """Nothing is held beyond the node itself."""
+        """End the thread that synthesises."""
+        if self._worker is not None:
+            self._worker.close()
+            self._worker = None
+
+    def pause(self) -> None:
+        """Let no more rooms out."""
+        self._halt()
+
+    def resume(self) -> None:
+        """Let rooms out again."""
+        self._go_on()
+
+    def _next_room(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._single, self._send_at = True, 0.0
+        response.success, response.message = (
+            True,
+            f"room {self._next_index} goes out" + (f", after {self._waiting}" if self._waiting else ""),
+        )
+        return response
+
+    def _pause(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._halt()
+        response.success, response.message = True, f"paused before room {self._next_index}"
+        return response
+
+    def _resume(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._go_on()
+        response.success, response.message = True, f"going on with room {self._next_index}"
+        return response
+
+    def _reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        run: RunConfig = self._settings[""]
+        self._next_index, self._last_sent, self._told = run.first_index, -1, -1
+        self._peers = {name: replace(peer, done_scene=-1, refused_scene=-1) for name, peer in self._peers.items()}
+        self._generation += 1
+        self._finished, self._fault, self._send_at = False, "", 0.0
+        self._publish_status("ready")
+        response.success, response.message = True, f"the run begins again with room {run.first_index} of seed {run.seed}"
+        return response
+
+    def _halt(self) -> None:
+        if self._paused_at is None:
+            self._paused_at = time.monotonic()
+
+    def _go_on(self) -> None:
+        """Let rooms out again; where they follow the wall clock, simulated time has gone on since the last room ended."""
+        if self._paused_at is None:
+            return
+        run: RunConfig = self._settings[""]
+        idle_s = time.monotonic() - max(self._paused_at, self._send_at)
+        if not run.lock_step and self._last_sent >= 0 and idle_s > 0.0:
+            self._next_frame += math.ceil(idle_s * run.rate_hz) + 1
+            self._generation += 1
+        self._paused_at = None
+
+    def _look_for_peers(self) -> None:
+        """Notice nodes that have died: they publish no status any more."""
+        publishers = self.get_publishers_info_by_topic(self.resolve_topic_name("status"))
+        present = {f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in publishers}
+        for name in missing_peers(self._peers, present, self._absences, _PATIENCE):
+            del self._peers[name]
+            self._complain(f"{name} is gone")
 
     def _on_change(self, prefixes: set[str]) -> None:
+        if self._worker is None:
+            return
         if "" in prefixes:
             rate = self._settings[""].rate_hz
             if rate != self._times.rate_hz:
@@ -134,6 +216,10 @@ class GrammarNode(Node):
             return
         if status.role != "grammar":
             self._peers[status.node] = status
+            finished = finished_by_all(self._peers)
+            if finished != self._told:
+                self._told = finished
+                self._publish_status(self._state, self._fault)
 
     def _tick(self) -> None:
         run: RunConfig = self._settings[""]
@@ -144,14 +230,17 @@ class GrammarNode(Node):
             self._complain(line)
         last = run.first_index + run.rooms - 1 if run.rooms else None
         expected = Expectation(renderers=run.expected_renderers, recorders=run.expected_recorders)
-        self._waiting = waiting_for(self._peers, expected, self._last_sent) if run.lock_step else ""
+        must_be_done = self._last_sent - (run.rooms_ahead - 1 if last is None or self._next_index <= last else 0)
+        must_be_done = must_be_done if must_be_done >= run.first_index else -1
+        self._waiting = waiting_for(self._peers, expected, must_be_done) if run.lock_step else ""
         if last is not None and self._next_index > last:
             if not self._waiting and not self._finished:
                 self._finish(run)
             return
-        if self._pending is None and not self._fault:
+        if self._pending is None and not self._fault and self._worker is not None:
             self._pending = self._worker.submit(self._make_job(run))
-        if self._waiting or time.monotonic() < self._send_at or self._pending is None or not self._pending.done():
+        held = not self.active or (self._paused_at is not None and not self._single)
+        if held or self._waiting or time.monotonic() < self._send_at or self._pending is None or not self._pending.done():
             return
         self._take_prepared(run)
 
@@ -188,6 +277,7 @@ class GrammarNode(Node):
         )
         self._last_sent, self._last_sent_at = scene.index, time.monotonic()
         self._send_at = 0.0 if run.lock_step else self._last_sent_at + len(scene.camera_path) / run.rate_hz
+        self._single = False
         self._next_index += 1
         self._next_frame += len(scene.camera_path)
 
@@ -208,9 +298,8 @@ class GrammarNode(Node):
         self.exit_code = 1
 
     def _publish_status(self, state: str, reason: str = "") -> None:
-        status = NodeStatus(
-            node=self.get_fully_qualified_name(), role="grammar", state=state, done_scene=self._last_sent, reason=reason[:1000]
-        )
+        self._state = state
+        status = NodeStatus(node=self.get_fully_qualified_name(), role="grammar", state=state, done_scene=self._told, reason=reason[:1000])
         self._status.publish(String(data=status_to_json(status)))
 
     def _complain(self, text: str) -> None:
@@ -226,7 +315,7 @@ class GrammarNode(Node):
             "rooms_sent": self._next_index - run.first_index,
             "rate_hz": run.rate_hz,
             "lock_step": run.lock_step,
-            "waiting_for": self._waiting,
+            "waiting_for": "resume" if self._paused_at is not None else self._waiting,
             "peers": ", ".join(f"{peer.node} {peer.state} {peer.done_scene}" for peer in self._peers.values()),
             "last_complaint": self._complaint,
         }

@@ -6,7 +6,7 @@ the one before.  Free-running, rooms go out when their time has come.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from scene_synth_ros.status import NodeStatus
@@ -26,7 +26,7 @@ def waiting_for(peers: Mapping[str, NodeStatus], expected: Expectation, last_sen
     Args:
         peers: newest status by node name.
         expected: how many renderers and recorders the run has.
-        last_sent: index of the room that went out last, -1 for none.
+        last_sent: index of the room that must be finished by all, -1 for none.
     """
     for role, count in (("renderer", expected.renderers), ("recorder", expected.recorders)):
         present = [peer for peer in peers.values() if peer.role == role and peer.state == "ready"]
@@ -36,6 +36,28 @@ def waiting_for(peers: Mapping[str, NodeStatus], expected: Expectation, last_sen
         if late:
             return f"{', '.join(late)} to finish room {last_sent}"
     return ""
+
+
+def finished_by_all(peers: Mapping[str, NodeStatus]) -> int:
+    """Return the index of the last room that every renderer and recorder has finished or refused, -1 if there is none."""
+    return min((max(peer.done_scene, peer.refused_scene) for peer in peers.values()), default=-1)
+
+
+def missing_peers(peers: Mapping[str, NodeStatus], present: Collection[str], absences: dict[str, int], patience: int) -> list[str]:
+    """Return the peers that were once among the publishers of ``status`` but not for the last ``patience`` looks.
+
+    Args:
+        peers: newest status by node name.
+        present: fully qualified names of the nodes that publish ``status`` now.
+        absences: looks in a row that each peer was missing; brought up to date.
+        patience: discovery may be slower than the first status, and nodes start again.
+    """
+    for name in [name for name in absences if name not in peers]:
+        del absences[name]
+    for name in peers:
+        if name in present or name in absences:
+            absences[name] = 0 if name in present else absences[name] + 1
+    return sorted(name for name, count in absences.items() if count >= patience)
 
 
 def complaints(peers: Mapping[str, NodeStatus], last_sent: int) -> list[str]:

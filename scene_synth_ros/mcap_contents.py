@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import NamedTuple
 
 from mcap.opcode import Opcode
-from mcap.records import Channel, ChunkIndex, Footer, Header, Metadata, Schema, Statistics
+from mcap.records import Attachment, AttachmentIndex, Channel, ChunkIndex, Footer, Header, Metadata, Schema, Statistics
 
 from scene_synth_ros.mcap_records import (
     PREFIX_SIZE,
@@ -25,6 +25,7 @@ from scene_synth_ros.mcap_records import (
     take_record,
 )
 
+MAX_ATTACHMENT_SIZE = 64 * 2**20
 MAGIC = b"\x89MCAP0\r\n"
 
 _FOOTER_SIZE = PREFIX_SIZE + 20
@@ -36,12 +37,13 @@ class McapReadError(ValueError):
 
 
 class ChannelInfo(NamedTuple):
-    """A channel with the name of its schema."""
+    """A channel with name and text of its schema."""
 
     topic: str
     type_name: str
     encoding: str
     metadata: dict[str, str]
+    schema_text: str = ""
 
 
 class McapContents:
@@ -57,6 +59,7 @@ class McapContents:
         time_range_ns: first and last log time; None without messages.
         finished: whether the file ends as it should.
         metadata: metadata records by name, the last of each.
+        attachments: attached files of at most ``MAX_ATTACHMENT_SIZE`` bytes by name.
 
     Raises:
         McapReadError: the file cannot be read or is no MCAP file.
@@ -69,6 +72,7 @@ class McapContents:
         self.time_range_ns: tuple[int, int] | None = None
         self.finished = False
         self.metadata: dict[str, dict[str, str]] = {}
+        self.attachments: dict[str, bytes] = {}
         self._report = report
         self._schemas: dict[int, Schema] = {}
         self._chunks: list[ChunkIndex] | None = None
@@ -156,6 +160,8 @@ class McapContents:
                 statistics = decode(Statistics, record.body)
             elif record.opcode == Opcode.METADATA_INDEX:
                 self._take_indexed_metadata(record.body)
+            elif record.opcode == Opcode.ATTACHMENT_INDEX:
+                self._take_indexed_attachment(decode(AttachmentIndex, record.body))
         if statistics is None or len(chunks) != statistics.chunk_count or (statistics.message_count and not chunks):
             return False
         self._define(content)
@@ -178,6 +184,17 @@ class McapContents:
         metadata = decode(Metadata, body)
         self.metadata[metadata.name] = metadata.metadata
 
+    def _take_indexed_attachment(self, index: AttachmentIndex) -> None:
+        record = read_record(self._file, index.offset, self._size)
+        if record.opcode != Opcode.ATTACHMENT:
+            raise RecordError(f"index damaged, no attachment at byte {index.offset}")
+        self._take_attachment(record.body)
+
+    def _take_attachment(self, body: bytes) -> None:
+        if len(body) <= MAX_ATTACHMENT_SIZE:
+            attachment = decode(Attachment, body)
+            self.attachments[attachment.name] = attachment.data
+
     def _define(self, content: ChunkContent) -> None:
         """Take over schemas and channels; the first definition of an id holds."""
         for definition in content.definitions:
@@ -190,7 +207,8 @@ class McapContents:
         schema = self._schemas.get(channel.schema_id)
         if schema is None:
             self._report(f"{self.path.name}: topic {channel.topic[:100]} has no schema")
-        return ChannelInfo(channel.topic, schema.name if schema else "", channel.message_encoding, channel.metadata)
+        name, text = (schema.name, schema.data.decode(errors="replace")) if schema else ("", "")
+        return ChannelInfo(channel.topic, name, channel.message_encoding, channel.metadata, text)
 
     def _scan(self) -> None:
         """Find out by reading through the file what its index does not say."""
@@ -248,6 +266,8 @@ class McapContents:
                     return
                 if record.opcode == Opcode.METADATA:
                     self._take_metadata(record.body)
+                elif record.opcode == Opcode.ATTACHMENT:
+                    self._take_attachment(record.body)
                 elif record.opcode != Opcode.CHUNK:
                     content = ChunkContent([], [])
                     take_record(content, record.opcode, record.body)

@@ -16,10 +16,13 @@ from dataclasses import dataclass, field
 from io import RawIOBase
 from typing import NamedTuple
 
+import lz4.frame
 import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import (
+    Attachment,
+    AttachmentIndex,
     Channel,
     Chunk,
     ChunkIndex,
@@ -36,9 +39,11 @@ from mcap.records import (
 )
 from mcap.writer import LIBRARY_IDENTIFIER, MCAP0_MAGIC
 
-COMPRESSIONS = ("zstd", "none")
 MAX_TIME_NS = 2**63 - 1
+MAX_LEVEL = 22
+_LZ4_MAX_LEVEL = 12
 
+_MEDIA_TYPES = {"json": "application/json", "yaml": "application/yaml", "txt": "text/plain"}
 _MESSAGE_PREFIX = struct.Struct("<BQHIQQ")
 _MESSAGE_FIXED_SIZE = 22
 _COUNT = struct.Struct("<HI")
@@ -75,14 +80,24 @@ class _WrittenChunk(NamedTuple):
         return _COUNT.iter_unpack(self.counts)
 
 
+COMPRESSORS: Mapping[str, Callable[[int], Callable[[bytes], bytes]]] = {
+    "zstd": lambda level: zstandard.ZstdCompressor(level=level).compress,
+    "lz4": lambda level: lambda data: bytes(lz4.frame.compress(data, compression_level=min(level, _LZ4_MAX_LEVEL))),
+    "none": lambda level: lambda data: data,
+}
+"""Compression -> level -> function; ``none`` has no levels."""
+
+COMPRESSIONS = tuple(COMPRESSORS)
+
+
 class McapFile:
     """Writes messages in chunks to an empty file.
 
     Args:
         file: unbuffered, positioned at its start; stays open.
         chunk_size: a chunk is written when its uncompressed records exceed this many bytes.
-        compression: ``zstd`` or ``none``.
-        level: zstd level.
+        compression: ``zstd``, ``lz4`` or ``none``.
+        level: 1 to 22 for zstd; lz4 has 12 of its own and takes higher ones as 12.
         profile: MCAP profile.
 
     Raises:
@@ -92,7 +107,8 @@ class McapFile:
     def __init__(self, file: RawIOBase, *, chunk_size: int, compression: str = "zstd", level: int = 1, profile: str = "ros2") -> None:
         self._file = file
         self._chunk_size = chunk_size
-        self._compressor = zstandard.ZstdCompressor(level=level) if compression == "zstd" else None
+        self._compression = "" if compression == "none" else compression
+        self._compress = COMPRESSORS[compression](level)
         self._end = 0
         self._schemas: list[Schema] = []
         self._channels: list[Channel] = []
@@ -180,9 +196,8 @@ class McapFile:
     def _encode_chunk(self, chunk: _OpenChunk) -> tuple[_WrittenChunk, bytes]:
         """Return the summary of a chunk and its bytes, message indexes included, for the end of the file."""
         records = b"".join(chunk.parts)
-        compressed = self._compressor.compress(records) if self._compressor else records
+        compressed, compression = self._compress(records), self._compression
         builder = RecordBuilder()
-        compression = "zstd" if self._compressor else ""
         Chunk(
             compression=compression,
             data=compressed,
@@ -231,11 +246,14 @@ class McapFile:
         self._metadata_indexes = [entry for entry in self._metadata_indexes if entry.offset < self._end]
         return sum(count for _, count in dropped.channel_counts())
 
-    def finish(self, metadata: Callable[[], Mapping[str, Mapping[str, str]]]) -> None:
-        """Write the chunk in progress, metadata records, summary and footer.
+    def finish(
+        self, metadata: Callable[[], Mapping[str, Mapping[str, str]]], attachments: Callable[[], Mapping[str, bytes]] = dict
+    ) -> None:
+        """Write the chunk in progress, attachments, metadata records, summary and footer.
 
         Args:
             metadata: returns record name -> record, called when the last chunk is on disk.
+            attachments: returns file name -> content, called before ``metadata``; what they are is told by the end of their names.
 
         Raises:
             OSError: the file ends after its last whole chunk; ``finish`` may be called again.
@@ -243,22 +261,39 @@ class McapFile:
         self.write_chunk()
         start = self._end
         indexes = list(self._metadata_indexes)
-        tail = bytearray()
+        tail, attached = bytearray(), []
+        time_ns = (self.time_range_ns() or (0, 0))[1]
+        for name, content in attachments().items():
+            media = _MEDIA_TYPES.get(name.rpartition(".")[2], "application/octet-stream")
+            record = _encode(Attachment(create_time=time_ns, log_time=time_ns, name=name, media_type=media, data=content))
+            attached.append(
+                AttachmentIndex(
+                    offset=start + len(tail),
+                    length=len(record),
+                    log_time=time_ns,
+                    create_time=time_ns,
+                    data_size=len(content),
+                    name=name,
+                    media_type=media,
+                )
+            )
+            tail += record
         for name, data in metadata().items():
             record = _encode(Metadata(name=name, metadata=dict(data)))
             indexes.append(MetadataIndex(offset=start + len(tail), length=len(record), name=name))
             tail += record
         tail += _encode(DataEnd(0))
-        tail += self._summary(start + len(tail), indexes)
+        tail += self._summary(start + len(tail), indexes, attached)
         self._append(bytes(tail + MCAP0_MAGIC))
 
-    def _summary(self, start: int, metadata_indexes: list[MetadataIndex]) -> bytes:
+    def _summary(self, start: int, metadata_indexes: list[MetadataIndex], attached: list[AttachmentIndex]) -> bytes:
         """Return the summary section and footer for a file whose data section ends at ``start``."""
         groups: tuple[tuple[Opcode, list[bytes]], ...] = (
             (Opcode.SCHEMA, [_encode(schema) for schema in self._schemas]),
             (Opcode.CHANNEL, [_encode(channel) for channel in self._channels]),
-            (Opcode.STATISTICS, [_encode(self._statistics(len(metadata_indexes)))]),
+            (Opcode.STATISTICS, [_encode(self._statistics(len(metadata_indexes), len(attached)))]),
             (Opcode.CHUNK_INDEX, [chunk.index_record for chunk in self._chunks]),
+            (Opcode.ATTACHMENT_INDEX, [_encode(index) for index in attached]),
             (Opcode.METADATA_INDEX, [_encode(index) for index in metadata_indexes]),
         )
         summary, offsets = bytearray(), bytearray()
@@ -272,11 +307,11 @@ class McapFile:
         crc = zlib.crc32(_FOOTER_PREFIX.pack(Opcode.FOOTER, _FOOTER_FIXED_SIZE, start, offset_start), zlib.crc32(summary))
         return bytes(summary) + _encode(Footer(summary_start=start, summary_offset_start=offset_start, summary_crc=crc))
 
-    def _statistics(self, metadata_count: int) -> Statistics:
+    def _statistics(self, metadata_count: int, attachment_count: int) -> Statistics:
         counts = {channel_id: count for channel_id, count in self._counts.items() if count}
         start_ns, end_ns = self.time_range_ns() or (0, 0)
         return Statistics(
-            attachment_count=0,
+            attachment_count=attachment_count,
             channel_count=len(self._channels),
             channel_message_counts=counts,
             chunk_count=len(self._chunks),

@@ -75,6 +75,7 @@ class Worker:
     def __init__(self, name: str) -> None:
         self._jobs: list[tuple[Callable[[], object], Future[object]]] = []
         self._wake = threading.Condition()
+        self._closed = False
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
 
@@ -86,10 +87,18 @@ class Worker:
             self._wake.notify()
         return future
 
+    def close(self) -> None:
+        """End the thread after the job at work; what is queued is dropped."""
+        with self._wake:
+            self._closed = True
+            self._wake.notify()
+
     def _run(self) -> None:
         while True:
             with self._wake:
-                self._wake.wait_for(lambda: bool(self._jobs))
+                self._wake.wait_for(lambda: self._closed or bool(self._jobs))
+                if self._closed:
+                    return
                 job, future = self._jobs.pop(0)
             try:
                 future.set_result(job())

@@ -1,4 +1,4 @@
-"""Named QoS profiles.
+"""QoS profiles, by function and by name.
 
 Publishers are reliable, as REP 2003 asks of sensor drivers: a best-effort subscriber connects to them as well, and large images are not
 lost in fragments.  What describes the world rather than a moment is latched (transient local), so that late subscribers get it.
@@ -27,3 +27,18 @@ def latched_qos(depth: int = 1) -> QoSProfile:
         reliability=QoSReliabilityPolicy.RELIABLE,
         durability=QoSDurabilityPolicy.TRANSIENT_LOCAL,
     )
+
+
+PROFILES = {
+    "reliable": stream_qos(10),
+    "deep": stream_qos(100),
+    "latest": stream_qos(1),
+    "sensor_data": QoSProfile(
+        history=QoSHistoryPolicy.KEEP_LAST,
+        depth=5,
+        reliability=QoSReliabilityPolicy.BEST_EFFORT,
+        durability=QoSDurabilityPolicy.VOLATILE,
+    ),
+}
+"""Profiles of streams by name: the default; for slow subscribers of bursts; for those that want only the newest; that of sensor drivers
+before REP 2003, where a loss is better than a delay."""

@@ -5,31 +5,41 @@ from __future__ import annotations
 import fnmatch
 import time
 from collections import Counter
+from collections.abc import Callable
+from concurrent.futures import Future, TimeoutError
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from geometry_msgs.msg import PoseStamped
 from rclpy.event_handler import SubscriptionEventCallbacks
-from rclpy.node import Node
-from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 from scene_description import FieldError, Limits
 from scene_synth_ros.accounting import Accounting
 from scene_synth_ros.bag_writer import BagWriteError, BagWriter
 from scene_synth_ros.diagnostics import ERROR, OK, WARN, Diagnostics, Report
+from scene_synth_ros.image_codec import ImageCompression
 from scene_synth_ros.message_definitions import MessageDefinitionError, message_class
+from scene_synth_ros.parameter_collector import ParameterCollector
 from scene_synth_ros.parameters import ParameterError, Parameters
 from scene_synth_ros.process import run_node
 from scene_synth_ros.qos import latched_qos
-from scene_synth_ros.recording import Recording, TimedPose
+from scene_synth_ros.recorder_qos import complete_qos, matching_qos
+from scene_synth_ros.recording import Recording, RecordingOptions, TimedPose
+from scene_synth_ros.run_info import JPEG_QUALITY, PARAMETERS_NAME, RECORD_NAME, parameters_file, run_record
+from scene_synth_ros.split_policy import SplitPolicy
 from scene_synth_ros.stamps import NANOSECONDS
 from scene_synth_ros.status import NodeStatus, status_from_json, status_to_json
+from scene_synth_ros.suite_node import SuiteNode
 
 _BAG_FIXED = "a bag is opened once"
 QUEUE_DEPTH = 200
+ANSWER_TIMEOUT_S = 20.0
+_Answer = Callable[[Trigger.Request, Trigger.Response], Trigger.Response]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,11 +55,16 @@ class RecorderConfig:
             fixed=_BAG_FIXED,
         ),
     ] = ()
+    extra_topics: Annotated[
+        tuple[Annotated[str, Limits(max_length=300)], ...],
+        Limits(max_length=100, description="Patterns of topics to record besides, of whatever node and type", fixed=_BAG_FIXED),
+    ] = ()
     exclude: Annotated[
         tuple[Annotated[str, Limits(max_length=300)], ...],
         Limits(max_length=100, description="Patterns of topics to leave out", fixed=_BAG_FIXED),
     ] = ()
-    compression: Annotated[Literal["zstd", "none"], Limits(description="Compression of the chunks", fixed=_BAG_FIXED)] = "zstd"
+    compression: Annotated[Literal["zstd", "lz4", "none"], Limits(description="Compression of the chunks", fixed=_BAG_FIXED)] = "zstd"
+    compression_level: Annotated[int, Limits(ge=1, le=22, description="Level of zstd or lz4; higher is smaller", fixed=_BAG_FIXED)] = 1
     metadata_version: Annotated[
         Literal[9, 5], Limits(description="Version of metadata.yaml: 9 for Jazzy, 5 for Humble", fixed=_BAG_FIXED)
     ] = 9
@@ -60,44 +75,83 @@ class RecorderConfig:
     loss_timeout_s: Annotated[
         float, Limits(ge=0.1, le=1e6, unit="s", description="Wait for messages of a finished room before they count as lost")
     ] = 10.0
+    start_recording: Annotated[bool, Limits(description="Open the bag at the start, not at ~/start", fixed=_BAG_FIXED)] = True
+    snapshot_s: Annotated[
+        float, Limits(ge=0.0, le=3600.0, unit="s", description="Simulated time that ~/snapshot writes; 0 keeps none", fixed=_BAG_FIXED)
+    ] = 0.0
+    snapshot_mb: Annotated[
+        float, Limits(ge=1.0, le=1e6, unit="MB", description="Memory for snapshots; the oldest frames go first", fixed=_BAG_FIXED)
+    ] = 256.0
+    autostart: Annotated[bool, Limits(description="Configure and activate at the start", fixed="it is used at the start only")] = True
     exit_when_done: Annotated[bool, Limits(description="Close the bag and end the process when the grammar node has finished")] = False
 
 
-class RecorderNode(Node):
-    """Records topics as raw CDR, ordered by stamp, into one bag.
+class RecorderNode(SuiteNode):
+    """Records topics as raw CDR, ordered by stamp, into bags.
 
     Subscribes: every topic that the parameters name, as soon as it appears, with the QoS that its publishers offer; ``status``.
     Publishes: ``status`` (latched), with which lock-step and back-pressure work; ``/diagnostics``.
-    Parameters: the fields of ``RecorderConfig``.
+    Services (std_srvs/Trigger): ``~/start`` (opens the next bag, ``<bag>``, then ``<bag>_2``), ``~/stop`` (closes it; the run goes on),
+    ``~/split`` (a new file with the next frame), ``~/snapshot`` (the last ``snapshot_s`` as ``<bag>_snapshot_<n>``).
+    Parameters: the fields of ``RecorderConfig``; ``split.`` SplitPolicy; ``images.`` ImageCompression.
     ``/tf`` and ``/tf_static`` are written from the camera poses, so that bags have them also where tf2_msgs is not installed.
     """
 
-    def __init__(self) -> None:
-        super().__init__("recorder_node", automatically_declare_parameters_from_overrides=True)
-        self.exit_code: int | None = None
-        self._settings = Parameters(self, {"": RecorderConfig})
+    def __init__(self, **options: Any) -> None:
+        super().__init__("recorder_node", **options)
+        self._settings = Parameters(self, {"": RecorderConfig, "split": SplitPolicy, "images": ImageCompression})
         config: RecorderConfig = self._settings[""]
         if not config.bag:
             raise ParameterError("recorder_node: parameter bag: expected a folder that does not exist yet, got ''; set -p bag:=FOLDER")
-        writer = BagWriter(
-            config.bag, metadata_version=config.metadata_version, compression=config.compression, custom_data=_pairs(config.custom_data)
+        self._custom_data = _pairs(config.custom_data)
+        self._closed = True
+        self._bags = self._snapshots = 0
+        self.begin(config.autostart)
+
+    def open(self) -> None:
+        """Make subscriptions, services and the thread that writes; no bag yet."""
+        config: RecorderConfig = self._settings[""]
+        options = RecordingOptions(
+            split=self._settings["split"],
+            compression=self._settings["images"],
+            snapshot_s=config.snapshot_s,
+            snapshot_bytes=round(config.snapshot_mb * 1e6),
         )
-        self._recording = Recording(writer)
+        self._recording = Recording(self._make_writer, options, self._complain)
         self._accounting = Accounting()
         self._known: dict[str, int] = {}
         self._inputs: dict[str, Subscription] = {}
         self._frame_topics: set[str] = set()
         self._dds_lost: Counter[str] = Counter()
-        self._state, self._done_scene, self._missing_since = "ready", -1, 0.0
+        self._state, self._done_scene, self._missing_since = "starting", -1, 0.0
         self._complaint, self._closed, self._finish_asked = "", False, 0
         self._last_status = ""
+        self._collector = ParameterCollector(self, self._describe_run)
         self._status = self.create_publisher(String, "status", latched_qos(10))
         self.create_subscription(String, "status", self._on_status, latched_qos(100))
+        services: tuple[tuple[str, _Answer], ...] = (
+            ("start", self._start),
+            ("stop", self._stop),
+            ("split", self._split),
+            ("snapshot", self._snapshot),
+        )
+        for name, answer in services:
+            self.create_service(Trigger, f"~/{name}", answer)
         self._diagnostics = Diagnostics(self, self._report)
         self._look_for_topics()
         self.create_timer(0.1, self._look_for_topics)
         self.create_timer(0.02, self._tick)
-        self.get_logger().info(f"recording to {config.bag}")
+
+    def resume(self) -> None:
+        """Open a bag, unless that is left to the service."""
+        self._state = "ready"
+        if self._settings[""].start_recording and not self._recording.writing:
+            self._begin_bag()
+
+    def pause(self) -> None:
+        """Close the bag."""
+        self._state = "starting"
+        self._recording.end().result(ANSWER_TIMEOUT_S)
 
     def close(self) -> None:
         """Write what has arrived and close the bag; safe to call more than once."""
@@ -114,27 +168,80 @@ class RecorderNode(Node):
         total = sum(self._recording.written.values())
         self.get_logger().info(f"bag closed: {total} messages on {len(self._recording.written)} topics")
 
+    def _make_writer(self, folder: Path) -> BagWriter:
+        config: RecorderConfig = self._settings[""]
+        return BagWriter(
+            folder,
+            metadata_version=config.metadata_version,
+            compression=config.compression,
+            compression_level=config.compression_level,
+            custom_data=self._custom_data,
+        )
+
+    def _begin_bag(self) -> Path:
+        config: RecorderConfig = self._settings[""]
+        folder = Path(config.bag if not self._bags else f"{config.bag}_{self._bags + 1}")
+        self._recording.begin(folder)
+        self._bags += 1
+        self.get_logger().info(f"recording to {folder}")
+        return folder
+
+    def _start(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        if self._recording.writing:
+            response.message = "a bag is open already"
+            return response
+        try:
+            response.message, response.success = str(self._begin_bag()), True
+        except BagWriteError as error:
+            response.message = str(error)
+        return response
+
+    def _stop(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        return _answer(self._recording.end(), response)
+
+    def _split(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._recording.split()
+        response.success, response.message = self._recording.writing, "the next frame begins a new file"
+        return response
+
+    def _snapshot(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        folder = Path(f"{self._settings[''].bag}_snapshot_{self._snapshots}")
+        answered = _answer(self._recording.snapshot(folder), response)
+        self._snapshots += response.success
+        return answered
+
+    def _describe_run(self, values: dict[str, dict[str, Any]]) -> None:
+        record = run_record(values) | {JPEG_QUALITY: str(self._settings["images"].jpeg_quality)}
+        self._recording.describe_run(RECORD_NAME, record, PARAMETERS_NAME, parameters_file(values))
+
     def _look_for_topics(self) -> None:
         config: RecorderConfig = self._settings[""]
         for topic, types in sorted(self.get_topic_names_and_types()):
             if topic in self._known or not self.get_publishers_info_by_topic(topic):
                 continue
             self._known[topic] = 0 if self._is_recorded(config, topic) and self._subscribe(topic, types[0]) else -1
+        self._collector.step()
 
     def _is_recorded(self, config: RecorderConfig, topic: str) -> bool:
         if topic in ("/tf", "/tf_static") or topic == self.resolve_topic_name("status"):
             return False
-        namespace = self.get_namespace().rstrip("/") + "/"
-        chosen = config.topics or (f"{namespace}*", "/clock", "/diagnostics")
+        if not config.topics and topic.endswith("/transition_event"):
+            return False
+        chosen = (*(config.topics or (f"{self._own_namespace}*", "/clock", "/diagnostics")), *config.extra_topics)
         return any(fnmatch.fnmatchcase(topic, pattern) for pattern in chosen) and not any(
             fnmatch.fnmatchcase(topic, pattern) for pattern in config.exclude
         )
 
+    @property
+    def _own_namespace(self) -> str:
+        return str(self.get_namespace().rstrip("/") + "/")
+
     def _subscribe(self, topic: str, type_name: str) -> bool:
-        offered = [_complete(info.qos_profile) for info in self.get_publishers_info_by_topic(topic)]
+        offered = [complete_qos(info.qos_profile) for info in self.get_publishers_info_by_topic(topic)]
         try:
             message_type = message_class(type_name)
-            self._recording.add_topic(topic, type_name, offered)
+            foreign = not topic.startswith(self._own_namespace) and topic != "/clock"
+            self._recording.add_topic(topic, type_name, offered, foreign=foreign)
         except (ImportError, AttributeError, MessageDefinitionError) as error:
             self._complain(f"{topic} is left out: {type_name} cannot be loaded ({error})")
             return False
@@ -144,7 +251,7 @@ class RecorderNode(Node):
         callback = self._make_callback(topic, type_name)
         events = SubscriptionEventCallbacks(message_lost=lambda event: self._dds_lost.update({topic: event.total_count_change}))
         self._inputs[topic] = self.create_subscription(
-            message_type, topic, callback, _matching_qos(offered), raw=True, event_callbacks=events
+            message_type, topic, callback, matching_qos(offered, QUEUE_DEPTH), raw=True, event_callbacks=events
         )
         return True
 
@@ -153,8 +260,7 @@ class RecorderNode(Node):
 
         def on_message(data: bytes) -> None:
             self._accounting.received[topic] += 1
-            self._recording.add(topic, data)
-            if camera:
+            if self._recording.add(topic, data) and camera:
                 self._recording.add_pose(topic, _read_pose(data), camera)
 
         return on_message
@@ -165,6 +271,8 @@ class RecorderNode(Node):
         except FieldError as error:
             self._complain(f"ignored a status that does not fit: {error}")
             return
+        if status.role in ("renderer", "grammar"):
+            self._collector.ask(status.node)
         if status.role == "renderer":
             self._accounting.take_status(status)
             self._frame_topics |= {topic for topic in status.counts if not topic.startswith("/tf")}
@@ -187,7 +295,8 @@ class RecorderNode(Node):
 
     def _check_rooms(self) -> None:
         done = self._accounting.done_scene()
-        if done <= self._done_scene:
+        self._done_scene = min(self._done_scene, done)  # a renderer has started again, or the run has
+        if done == self._done_scene:
             return
         missing = self._accounting.missing(self._known)
         now = time.monotonic()
@@ -210,7 +319,7 @@ class RecorderNode(Node):
     def _publish_status(self) -> None:
         """Publish where the recorder stands; a topic is told of when it is connected both ways, so that its first message is not lost."""
         connected = {topic for topic, count in self._known.items() if count < 0 or self._inputs[topic].get_publisher_count()}
-        counts = {topic: -1 if self._known[topic] < 0 else self._recording.written[topic] for topic in sorted(connected)}
+        counts = {topic: -1 if self._known[topic] < 0 else self._recording.taken[topic] for topic in sorted(connected)}
         status = NodeStatus(
             node=self.get_fully_qualified_name(),
             role="recorder",
@@ -235,12 +344,23 @@ class RecorderNode(Node):
             "written": sum(self._recording.written.values()),
             "waiting_bytes": self._recording.waiting_bytes,
             "last_room": self._done_scene,
+            "bags": self._bags,
+            "repeats_left_out": self._recording.repeats,
             "lost": dict(self._accounting.lost),
             "dds_lost": dict(self._dds_lost),
         }
         if self._state == "failed" or self._accounting.lost:
             return ERROR, self._complaint, values
         return (WARN, self._complaint, values) if self._complaint else (OK, "recording", values)
+
+
+def _answer(future: Future[str], response: Trigger.Response) -> Trigger.Response:
+    """Fill in what has become of a request to the thread that writes."""
+    try:
+        response.message, response.success = future.result(ANSWER_TIMEOUT_S), True
+    except (BagWriteError, TimeoutError) as error:
+        response.message = str(error) or f"the disk has not answered for {ANSWER_TIMEOUT_S:g} s"
+    return response
 
 
 def _pairs(items: tuple[str, ...]) -> dict[str, str]:
@@ -251,24 +371,6 @@ def _pairs(items: tuple[str, ...]) -> dict[str, str]:
             raise ParameterError(f"recorder_node: parameter custom_data: expected KEY=VALUE, got '{item}'")
         pairs[key] = value
     return pairs
-
-
-def _complete(offered: QoSProfile) -> QoSProfile:
-    """Fill in history and depth, which discovery does not tell, as latched and stream publishers of this package have them."""
-    depth = 1 if offered.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL else 10
-    return QoSProfile(history=QoSHistoryPolicy.KEEP_LAST, depth=depth, reliability=offered.reliability, durability=offered.durability)
-
-
-def _matching_qos(offered: list[QoSProfile]) -> QoSProfile:
-    """Return the strongest QoS that every publisher meets, as ``ros2 bag record`` chooses it."""
-    reliable = all(qos.reliability == QoSReliabilityPolicy.RELIABLE for qos in offered)
-    latched = all(qos.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL for qos in offered)
-    return QoSProfile(
-        history=QoSHistoryPolicy.KEEP_LAST,
-        depth=QUEUE_DEPTH,
-        reliability=QoSReliabilityPolicy.RELIABLE if reliable else QoSReliabilityPolicy.BEST_EFFORT,
-        durability=QoSDurabilityPolicy.TRANSIENT_LOCAL if latched else QoSDurabilityPolicy.VOLATILE,
-    )
 
 
 def _read_pose(data: bytes) -> TimedPose:

@@ -4,30 +4,44 @@ from __future__ import annotations
 
 import threading
 import time
+from collections import deque
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
-from rclpy.node import Node
+from geometry_msgs.msg import PoseStamped, Twist
+from nav_msgs.msg import OccupancyGrid
 from std_msgs.msg import String
 
 from renderer import CameraConfig, RenderCancelled, RenderConfig, Renderer, RenderError, warm_up
 from renderer.exposure import meter_ev100
 from renderer.flat_scene import FlatScene
 from renderer.flatten import FlattenError, flatten
+from renderer.frame import Frame
 from renderer.scene_key import scene_key
-from scene_description import FieldError, Limits, SceneDescription, scene_from_json
+from scene_description import CameraPose, FieldError, Limits, SceneDescription, scene_from_json
+from scene_synth_ros.camera_requests import MAX_WAITING, CameraRequests
 from scene_synth_ros.diagnostics import ERROR, OK, WARN, Diagnostics, Report
-from scene_synth_ros.parameters import Parameters
+from scene_synth_ros.frame_messages import StreamConfig
+from scene_synth_ros.frame_settings import FrameSettings, settings_to_json
+from scene_synth_ros.hand_drive import DriveConfig
+from scene_synth_ros.parameters import ParameterError, Parameters
+from scene_synth_ros.peers import Peers
 from scene_synth_ros.process import run_node
-from scene_synth_ros.qos import latched_qos
+from scene_synth_ros.qos import latched_qos, stream_qos
+from scene_synth_ros.room_show import Pace, RoomShow, exposure_of
 from scene_synth_ros.status import NodeStatus, status_from_json, status_to_json
-from scene_synth_ros.streams import StreamConfig, StreamPublishers
+from scene_synth_ros.streams import StreamPublishers
+from scene_synth_ros.suite_node import SuiteNode
+
+MAX_SCENES_WAITING = 16
+_SHARE_FIXED = "the rooms of a run are shared once"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RendererNodeConfig:
-    """How a renderer keeps pace and where its user's models are."""
+    """How a renderer keeps pace, which rooms are its own, and where its user's models are."""
 
     realtime: Annotated[
         bool, Limits(description="Publish frames at their rate by the wall clock and skip late ones, instead of as fast as can be")
@@ -39,45 +53,73 @@ class RendererNodeConfig:
     frames_ahead: Annotated[
         int, Limits(ge=1, le=1000, description="Frames that may be published beyond what the slowest recorder has taken")
     ] = 8
+    share_count: Annotated[int, Limits(ge=1, le=100, description="Renderers that share the rooms by index", fixed=_SHARE_FIXED)] = 1
+    share_index: Annotated[
+        int, Limits(ge=0, le=99, description="This one renders the rooms whose index leaves this remainder", fixed=_SHARE_FIXED)
+    ] = 0
+    frames_held: Annotated[
+        int, Limits(ge=1, le=10_000, description="Frames of a shared room that may wait in memory until its turn comes")
+    ] = 64
     catalog_dir: Annotated[
         str, Limits(max_length=1000, description="Folder of the user's models; empty: none", fixed="files are read from one folder")
     ] = ""
+    autostart: Annotated[bool, Limits(description="Configure and activate at the start", fixed="it is used at the start only")] = True
     exit_when_done: Annotated[bool, Limits(description="End the process when the grammar node has finished")] = False
 
 
-class RendererNode(Node):
+class RendererNode(SuiteNode):
     """Renders every room that arrives on ``scene`` along its camera path; rendering runs in a thread of its own.
 
-    Subscribes: ``scene`` (std_msgs/String, latched, JSON ``scene_synth/1``), ``status`` of the grammar node and the recorders.
+    Subscribes: ``scene`` (std_msgs/String, latched, JSON ``scene_synth/1``), ``scene/map``; ``status`` of the other nodes;
+    ``<camera>/request`` (PoseStamped: the frame of a pose in the present room, with the stamp of the request, or the next free
+    nanosecond if that is 0); ``cmd_vel`` (Twist: moves the camera, where ``drive.enabled``).
     Publishes: the topics of ``StreamPublishers``, ``status`` (latched), ``/diagnostics``.
-    Parameters: the fields of ``RendererNodeConfig``; ``camera.`` CameraConfig; ``render.`` RenderConfig; ``streams.`` StreamConfig.  Live
-    changes of the exposure take effect with the next frame, others with the next room.  A scene that does not fit is
-    refused with one line; the node keeps running.
+    Parameters: the fields of ``RendererNodeConfig``; ``camera.`` CameraConfig; ``render.`` RenderConfig; ``streams.`` StreamConfig;
+    ``drive.`` DriveConfig.  Live changes of the exposure take effect with the next frame, others with the next room.  A scene or pose
+    that does not fit is refused with one line; the node keeps running.
     """
 
-    def __init__(self) -> None:
-        super().__init__("renderer_node", automatically_declare_parameters_from_overrides=True)
-        self.exit_code: int | None = None
-        groups = {"": RendererNodeConfig, "camera": CameraConfig, "render": RenderConfig, "streams": StreamConfig}
-        self._settings = Parameters(self, groups)
-        catalog = self._settings[""].catalog_dir
-        self._catalog_dir = Path(catalog) if catalog else None
+    def __init__(self, **options: Any) -> None:
+        super().__init__("renderer_node", **options)
+        groups = {"": RendererNodeConfig, "camera": CameraConfig, "render": RenderConfig, "streams": StreamConfig, "drive": DriveConfig}
+        self._settings = Parameters(self, groups, self._on_change)
+        config: RendererNodeConfig = self._settings[""]
+        if config.share_index >= config.share_count:
+            got = f"expected less than share_count = {config.share_count}, got {config.share_index}"
+            raise ParameterError(f"{self.get_name()}: parameter share_index: {got}")
+        self._thread: threading.Thread | None = None
+        self.begin(config.autostart)
+
+    def open(self) -> None:
+        """Make publishers and subscriptions, start the rendering thread, which loads the kernels."""
+        config: RendererNodeConfig = self._settings[""]
+        self._catalog_dir = Path(config.catalog_dir) if config.catalog_dir else None
         if self._catalog_dir is not None and not self._catalog_dir.is_dir():
-            raise FileNotFoundError(f"renderer_node: catalog_dir: expected a folder, got '{catalog}'")
-        self._streams = StreamPublishers(self, self._settings["streams"], self._settings["camera"])
+            raise FileNotFoundError(f"{self.get_name()}: catalog_dir: expected a folder, got '{config.catalog_dir}'")
+        streams: StreamConfig = self._settings["streams"]
+        self._streams = StreamPublishers(self, streams, self._settings["camera"])
         self._wake = threading.Condition()
-        self._waiting: str | None = None
-        self._closed = False
-        self._recorders: dict[str, NodeStatus] = {}
-        self._rendered = self._skipped = self._refused = 0
+        self._waiting: deque[str] = deque(maxlen=MAX_SCENES_WAITING)
+        self._closed = self._on_path = False
+        self._requests = CameraRequests(streams.world_frame, self._settings["drive"])
+        self._peers = Peers(self.get_fully_qualified_name(), self._streams.frame_topic, config.share_count)
+        self._scene: SceneDescription | None = None
+        self._frames = self._skipped = self._refused = 0
         self._seconds_per_frame, self._done_scene, self._refused_scene = 0.0, -1, -1
+        self._first_room, self._room_began, self._last_published = True, 0.0, 0.0
         self._metered_ev100: float | None = None
         self._warm, self._fault, self._complaint = False, "", ""
         self._status = self.create_publisher(String, "status", latched_qos(10))
         self._state = "starting"
         self._publish_status()
         self.create_subscription(String, "status", self._on_status, latched_qos(100))
-        self.create_subscription(String, "scene", self._on_scene, latched_qos())
+        self.create_subscription(String, "scene", self._on_scene, latched_qos(MAX_SCENES_WAITING))
+        self.create_subscription(OccupancyGrid, "scene/map", lambda message: self._ask(self._requests.take_map, message), latched_qos())
+        camera = streams.camera
+        self.create_subscription(
+            PoseStamped, f"{camera}/request", lambda message: self._ask(self._requests.ask, message), stream_qos(MAX_WAITING)
+        )
+        self.create_subscription(Twist, "cmd_vel", self._requests.take_twist, stream_qos(1))
         self._diagnostics = Diagnostics(self, self._report)
         self.create_timer(0.05, self._tick)
         self._thread = threading.Thread(target=self._work, name="render", daemon=True)
@@ -85,15 +127,42 @@ class RendererNode(Node):
 
     def close(self) -> None:
         """Stop rendering; the kernel at work ends its pass."""
+        if self._thread is None:
+            return
         with self._wake:
             self._closed = True
             self._wake.notify_all()
         self._thread.join(timeout=0.6)
+        self._thread = None
         self._streams.wait_until_delivered(0.3)
+
+    def pause(self) -> None:
+        """Say that no more rooms are taken; the frame at work is finished."""
+        self._state = "starting"
+        self._publish_status()
+
+    def resume(self) -> None:
+        """Go on with what waits."""
+        with self._wake:
+            self._wake.notify_all()
+
+    def _on_change(self, prefixes: set[str]) -> None:
+        if "drive" in prefixes and self._thread is not None:
+            self._requests.drive_config = self._settings["drive"]
+
+    def _ask(self, take: Any, message: Any) -> None:
+        try:
+            take(message)
+        except FieldError as error:
+            self._refuse(f"refused: {error}")
+        with self._wake:
+            self._wake.notify_all()
 
     def _on_scene(self, message: String) -> None:
         with self._wake:
-            self._waiting = message.data
+            if self._settings[""].share_count == 1:
+                self._waiting.clear()
+            self._waiting.append(message.data)
             self._wake.notify_all()
 
     def _on_status(self, message: String) -> None:
@@ -102,11 +171,10 @@ class RendererNode(Node):
         except FieldError as error:
             self._complain(f"ignored a status that does not fit: {error}")
             return
-        if status.role == "recorder":
-            with self._wake:
-                self._recorders[status.node] = status
-                self._wake.notify_all()
-        elif status.role == "grammar" and status.state in ("finished", "failed") and self._settings[""].exit_when_done:
+        with self._wake:
+            self._peers.take(status, self._streams.counts[self._streams.frame_topic])
+            self._wake.notify_all()
+        if status.role == "grammar" and status.state in ("finished", "failed") and self._settings[""].exit_when_done:
             self.exit_code = 0 if status.state == "finished" else 1
 
     def _tick(self) -> None:
@@ -114,15 +182,13 @@ class RendererNode(Node):
             self._state = "failed"
             self._publish_status()
             self.exit_code = 1
-        elif self._state == "starting" and self._warm and self._recorders_are_connected():
+        elif self._state == "starting" and self.active and self._warm and self._recorders_are_connected():
             self._state = "ready"
             self._publish_status()
 
     def _recorders_are_connected(self) -> bool:
-        recorders = [status.counts for status in self._recorders.values()]
-        if len(recorders) < self._settings[""].expected_recorders:
-            return False
-        return not self._streams.unmatched(recorders)
+        recorders = self._peers.recorder_counts
+        return len(recorders) >= self._settings[""].expected_recorders and not self._streams.unmatched(recorders)
 
     def _work(self) -> None:
         try:
@@ -132,102 +198,127 @@ class RendererNode(Node):
             self.get_logger().info(f"kernels are ready ({time.perf_counter() - began:.1f} s)")
             self._warm = True
             while (text := self._next_scene()) is not None:
-                self._render_text(text)
+                self._take_scene(text)
         except Exception as error:  # whatever it is, the run must hear of it rather than wait for ever
             self._fault = f"{type(error).__name__}: {error}"
             self.get_logger().fatal(f"rendering ended: {self._fault}")
 
     def _next_scene(self) -> str | None:
         with self._wake:
-            self._wake.wait_for(lambda: self._closed or self._waiting is not None)
-            text, self._waiting = self._waiting, None
-            return None if self._closed else text
+            self._wake.wait_for(lambda: self._closed or self._waiting)
+            return None if self._closed else self._waiting.popleft()
 
-    def _interrupted(self) -> bool:
-        return self._closed or self._waiting is not None
-
-    def _render_text(self, text: str) -> None:
+    def _take_scene(self, text: str) -> None:
         try:
             scene = scene_from_json(text)
-            flat = flatten(scene, self._catalog_dir)
-            with Renderer(flat, self._settings["camera"], self._settings["render"], scene_key(scene)) as renderer:
-                self._render_room(scene, flat, renderer)
-        except RenderCancelled:
-            return
         except FieldError as error:
             self._refuse(f"refused a scene: {error}")
+            return
+        config: RendererNodeConfig = self._settings[""]
+        if config.share_count > 1 and (scene.index % config.share_count != config.share_index or scene.index <= self._peers.finished_scene):
+            self._finish_room(scene.index)
+            return
+        if self._done_scene >= scene.index:  # the run begins again
+            self._finish_room(scene.index - 1)
+        self._render_config: RenderConfig = self._settings["render"]
+        try:
+            flat = flatten(scene, self._catalog_dir)
+            with Renderer(flat, self._settings["camera"], self._render_config, scene_key(scene)) as renderer:
+                self._show(scene, flat, renderer)
+        except RenderCancelled:
+            return
         except (FlattenError, RenderError) as error:
             self._refused_scene = scene.index
             self._refuse(f"refused room {scene.index}: {error}")
             self._publish_status()
+        finally:
+            self._on_path = False
 
-    def _refuse(self, text: str) -> None:
-        self._refused += 1
-        self._complain(text)
-
-    def _render_room(self, scene: SceneDescription, flat: FlatScene, renderer: Renderer) -> None:
+    def _show(self, scene: SceneDescription, flat: FlatScene, renderer: Renderer) -> None:
+        self._scene, self._on_path, self._room_began = scene, True, time.perf_counter()
         self._streams.begin_room(scene)
+        self._requests.begin_room()
         self._metered_ev100 = self._meter(scene, flat)
-        began = time.perf_counter()
-        start_ns = scene.camera_path[0].stamp_ns
-        published = 0
-        for index, pose in enumerate(scene.camera_path):
-            if self._interrupted():
-                return
-            if self._is_too_late(scene, index, began):
-                self._skipped += 1
-                continue
-            frame_began = time.perf_counter()
-            frame = renderer.render(
-                pose,
-                index,
-                self._streams.wanted_layers(),
-                exposure_ev100=self._exposure_ev100(),
-                cancelled=self._interrupted,
-            )
-            if self._settings[""].realtime:
-                time.sleep(max(0.0, began + (pose.stamp_ns - start_ns) * 1e-9 - time.perf_counter()))
-            self._wait_for_recorders()
-            self._streams.publish(frame, pose)
-            published += 1
-            self._rendered += 1
-            self._seconds_per_frame = time.perf_counter() - frame_began
-            self.get_logger().info(f"room {scene.index}: frame {index + 1}/{len(scene.camera_path)}", throttle_duration_sec=2.0)
-        self._done_scene = scene.index
-        self._publish_status()
-        self.get_logger().info(f"room {scene.index}: {published} frames rendered in {time.perf_counter() - began:.1f} s")
+        RoomShow(scene, renderer, self, self._requests, self._pace).run()
 
     def _meter(self, scene: SceneDescription, flat: FlatScene) -> float | None:
-        if not self._settings["render"].auto_exposure or "color" not in self._streams.wanted_layers():
+        if not self._render_config.auto_exposure or "color" not in self._streams.wanted_layers():
             return None
-        return meter_ev100(flat, self._settings["camera"], self._settings["render"], scene_key(scene), scene.camera_path)
+        return meter_ev100(flat, self._settings["camera"], self._render_config, scene_key(scene), scene.camera_path)
 
-    def _exposure_ev100(self) -> float:
-        render: RenderConfig = self._settings["render"]
-        if self._metered_ev100 is None:
-            return render.exposure_ev100
-        return self._metered_ev100 - render.exposure_compensation_ev
+    def _pace(self) -> Pace:
+        config: RendererNodeConfig = self._settings[""]
+        return Pace(realtime=config.realtime, frames_held=config.frames_held if config.share_count > 1 else 1)
 
-    def _is_too_late(self, scene: SceneDescription, index: int, began: float) -> bool:
-        """Return whether, in real time, the frame after this one is already due; the last frame of a room is never skipped."""
-        if not self._settings[""].realtime or index + 1 == len(scene.camera_path):
-            return False
-        due_s = (scene.camera_path[index + 1].stamp_ns - scene.camera_path[0].stamp_ns) * 1e-9
-        return time.perf_counter() - began > due_s
+    def interrupted(self) -> bool:
+        """Return whether the room must be left: for the end, or for the next room, which a shared room on its path lets wait."""
+        return self._closed or (bool(self._waiting) and not (self._on_path and self._settings[""].share_count > 1))
+
+    def paused(self) -> bool:
+        """Return whether frames must wait."""
+        return not self.active
+
+    def wait(self, seconds: float) -> None:
+        """Wait for so long, or until a message has come."""
+        with self._wake:
+            if not self.interrupted() and not self._requests.waiting:
+                self._wake.wait(seconds)
+
+    def wanted_layers(self) -> Collection[str]:
+        """Return the layers that somebody wants."""
+        return self._streams.wanted_layers()
+
+    def exposure_ev100(self) -> float:
+        """Return the exposure of the next frame."""
+        return exposure_of(self._metered_ev100, self._settings["render"])
+
+    def is_turn(self) -> bool:
+        """Return whether the room's frames may be published now."""
+        return self._scene is not None and self._peers.is_turn(self._scene.index, self._first_room)
+
+    def publish(self, frame: Frame, pose: CameraPose, index: int, exposure_ev100: float) -> None:
+        """Publish a frame with its settings, when the recorders have room for it."""
+        assert self._scene is not None
+        self._wait_for_recorders()
+        settings = FrameSettings(
+            stamp_ns=pose.stamp_ns,
+            scene=self._scene.id,
+            frame=index,
+            exposure_ev100=exposure_ev100,
+            camera=self._settings["camera"],
+            render=self._render_config,
+            streams=self._settings["streams"],
+        )
+        self._streams.publish(frame, pose, settings_to_json(settings))
+        now = time.perf_counter()
+        self._frames += 1
+        self._seconds_per_frame = now - max(self._last_published, self._room_began)
+        self._last_published = now
+        if not self._on_path:
+            self._publish_status()
+        self.get_logger().info(f"room {self._scene.index}: {self._frames} frames since the start", throttle_duration_sec=2.0)
+
+    def path_done(self, published: int, skipped: int) -> None:
+        """Say that the room is finished."""
+        assert self._scene is not None
+        self._skipped += skipped
+        self._on_path = self._first_room = False
+        self._finish_room(self._scene.index)
+        seconds = time.perf_counter() - self._room_began
+        self.get_logger().info(f"room {self._scene.index}: {published} frames rendered in {seconds:.1f} s")
+
+    def _finish_room(self, index: int) -> None:
+        self._done_scene = index
+        self._publish_status()
 
     def _wait_for_recorders(self) -> None:
         """Hold back while a recorder is more than ``frames_ahead`` frames behind, so that no queue overflows."""
-        if self._settings[""].expected_recorders == 0:
+        config: RendererNodeConfig = self._settings[""]
+        if config.expected_recorders == 0:
             return
-        topic = self.resolve_topic_name(f"{self._settings['streams'].camera}/pose")
-        allowed = self._settings[""].frames_ahead
-
-        def has_room() -> bool:
-            taken = [status.counts.get(topic, 0) for status in self._recorders.values() if status.state == "ready"]
-            return self._closed or not taken or self._streams.counts[topic] - min(taken) < allowed
-
+        published = self._streams.counts[self._streams.frame_topic]
         with self._wake:
-            while not self._wake.wait_for(has_room, timeout=10.0):
+            while not self._wake.wait_for(lambda: self._closed or self._peers.has_room(published, config.frames_ahead), timeout=10.0):
                 self._complain("a recorder has taken no frame for 10 s; waiting")
 
     def _publish_status(self) -> None:
@@ -242,6 +333,10 @@ class RendererNode(Node):
         )
         self._status.publish(String(data=status_to_json(status)))
 
+    def _refuse(self, text: str) -> None:
+        self._refused += 1
+        self._complain(text)
+
     def _complain(self, text: str) -> None:
         self._complaint = text
         self.get_logger().error(text, throttle_duration_sec=1.0)
@@ -249,13 +344,14 @@ class RendererNode(Node):
     def _report(self) -> Report:
         values = {
             "state": self._state,
-            "frames_rendered": self._rendered,
+            "frames_rendered": self._frames,
             "frames_skipped": self._skipped,
             "scenes_refused": self._refused,
             "last_room": self._done_scene,
             "seconds_per_frame": f"{self._seconds_per_frame:.3f}",
             "layers": ", ".join(sorted(self._streams.wanted_layers())),
-            "exposure_ev100": self._exposure_ev100(),
+            "exposure_ev100": self.exposure_ev100(),
+            "driven": self._requests.driven,
         }
         if self._fault or self._complaint:
             return ERROR, self._fault or self._complaint, values

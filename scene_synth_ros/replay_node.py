@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 import sys
 import threading
 import time
@@ -14,11 +15,14 @@ from rclpy.duration import Duration
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
 from rclpy.publisher import Publisher
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
 from scene_description.strict import Limits
 from scene_synth_ros.bag_metadata import TopicInfo
 from scene_synth_ros.bag_reader import BagMessage, BagReader, BagReadError
+from scene_synth_ros.conversions import clock_to_msg
 from scene_synth_ros.message_definitions import MessageDefinitionError, message_class, message_definition
 from scene_synth_ros.parameters import ParameterError, Parameters
 from scene_synth_ros.player import Player
@@ -26,6 +30,7 @@ from scene_synth_ros.process import end_process, run_node
 from scene_synth_ros.replay_qos import replay_qos
 from scene_synth_ros.stamps import NANOSECONDS
 
+CLOCK_TOPIC = "/clock"
 ACK_TIMEOUT_S = 5.0
 SETTLE_S = 0.2
 """A publisher counts a subscriber before that one has matched it in turn; what is published in between would be lost to it."""
@@ -46,6 +51,16 @@ class ReplayConfig:
     topics: Annotated[
         tuple[str, ...], Limits(max_length=1000, description="Publish only these topics; empty: all", fixed="publishers are made once")
     ] = ()
+    clock_hz: Annotated[
+        float,
+        Limits(
+            ge=0.0,
+            le=1000.0,
+            unit="Hz",
+            description="Publish /clock at this rate by the wall clock, instead of what was recorded; 0: as recorded",
+            fixed=_START_FIXED,
+        ),
+    ] = 0.0
     start_paused: Annotated[bool, Limits(description="Wait for the service ~/resume before the first message", fixed=_START_FIXED)] = False
     wait_for_subscribers_s: Annotated[
         float,
@@ -59,7 +74,8 @@ class ReplayNode(Node):  # type: ignore[misc]
     Publications: the topics of the bag, or those of the parameter ``topics``.  A topic whose message type is not installed, or is installed
     with another definition, is left out with a warning.  Latched topics from before ``start_offset_s`` are published first.
 
-    Services: ``~/pause`` and ``~/resume`` (std_srvs/Trigger).
+    Services (std_srvs/Trigger): ``~/pause``, ``~/resume``, ``~/step`` (while paused: the messages of the next log time, that is one frame).
+    Subscriptions: ``~/seek`` (std_msgs/Float64): go on at so many seconds from the beginning of the bag.
 
     Parameters: those of :class:`ReplayConfig`; ``rate`` and ``loop`` may change while it runs.
 
@@ -96,6 +112,11 @@ class ReplayNode(Node):  # type: ignore[misc]
         )
         self.create_service(Trigger, "~/pause", self._pause)
         self.create_service(Trigger, "~/resume", self._resume)
+        self.create_service(Trigger, "~/step", self._step)
+        self.create_subscription(Float64, "~/seek", self._seek, 10)
+        if config.clock_hz:
+            self._clock = self.create_publisher(Clock, CLOCK_TOPIC, 10)
+            self.create_timer(1.0 / config.clock_hz, self._publish_clock)
         self._stopped = threading.Event()
         self._thread = threading.Thread(target=self._run, name="replay", daemon=True)
         self._thread.start()
@@ -125,7 +146,8 @@ class ReplayNode(Node):  # type: ignore[misc]
         if summary.faults:
             more = f" (and {len(summary.faults) - 1} more, see scene_synth inspect)" if len(summary.faults) > 1 else ""
             self.get_logger().warning(f"the bag is damaged, it is played as far as it can be read: {summary.faults[0]}{more}")
-        return [topic for topic in summary.topics if not config.topics or topic.name in config.topics]
+        chosen = [topic for topic in summary.topics if not config.topics or topic.name in config.topics]
+        return [topic for topic in chosen if not (config.clock_hz and topic.name == CLOCK_TOPIC)]
 
     def _add_publisher(self, topic: TopicInfo) -> None:
         try:
@@ -182,6 +204,22 @@ class ReplayNode(Node):  # type: ignore[misc]
         response.success, response.message = True, f"going on at {self._player.position_s():.3f} s"
         self._player.resume()
         return response
+
+    def _step(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        response.success = self._player.paused
+        if response.success:
+            self._player.step()
+        response.message = f"one step from {self._player.position_s():.3f} s" if response.success else "it plays; pause it first"
+        return response
+
+    def _seek(self, message: Float64) -> None:
+        if math.isfinite(message.data):
+            self.get_logger().info(f"going on at {self._player.seek(message.data):.3f} s")
+        else:
+            self.get_logger().warning(f"~/seek: expected seconds, got {message.data}")
+
+    def _publish_clock(self) -> None:
+        self._clock.publish(clock_to_msg(self._player.log_time_ns()))
 
 
 class UnplayableError(ValueError):

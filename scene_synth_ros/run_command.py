@@ -15,8 +15,17 @@ from scene_description.share import config_path
 from scene_synth_ros.bag_inspect import InspectReport, inspect_bag, render_report
 from scene_synth_ros.bag_reader import BagReadError
 from scene_synth_ros.contact_sheet import write_contact_sheet
-from scene_synth_ros.run_profile import NodeParameters, ProfileError, apply_overrides, load_profile, write_node_file
-from scene_synth_ros.supervisor import Interrupts, NodeProcess, Outcome, run_nodes
+from scene_synth_ros.run_profile import (
+    NodeParameters,
+    ProfileError,
+    apply_overrides,
+    load_profile,
+    with_inheritance,
+    write_node_file,
+)
+from scene_synth_ros.supervisor import ONE_PROCESS, Interrupts, NodeProcess, Outcome, run_nodes
+
+MAX_RENDERERS, MAX_ROOMS_AHEAD = 64, 16
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,6 +50,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--grammar", type=Path, metavar="FILE", help="grammar file of the rooms (grammar_node.grammar_file, scene.room_type)"
     )
+    parser.add_argument("--renderers", type=int, default=1, metavar="N", help="renderers that share the rooms by index (default: 1)")
+    parser.add_argument("--respawn", type=int, default=0, metavar="N", help="start a renderer that a signal has killed again, N times")
+    parser.add_argument("--one-process", action="store_true", help="all nodes in one process")
     parser.add_argument("--record", type=Path, metavar="DIR", help="record a bag into this new folder")
     parser.add_argument("--contact-sheet", type=Path, metavar="FILE", help="draw some frames of each room of the bag, as PNG or JPEG")
     parser.add_argument("--namespace", default="/synth", help="namespace of nodes and topics (default: %(default)s)")
@@ -53,9 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
     _check_outputs(arguments)
     began = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="scene_synth_") as folder, Interrupts() as interrupts:
-        nodes = [NodeProcess(name=name, parameters=Path(folder) / f"{name}.yaml") for name in _node_names(arguments)]
-        for node in nodes:
-            write_node_file(node.parameters, parameters[node.name])
+        nodes = _processes(arguments, parameters, Path(folder))
         outcome = run_nodes(nodes, arguments.namespace, interrupts, arguments.log_level)
     seconds = time.monotonic() - began
     if outcome.code:
@@ -63,8 +73,33 @@ def run(arguments: argparse.Namespace) -> int:
     return _conclude(arguments, outcome, seconds) if arguments.record else outcome.code
 
 
-def _node_names(arguments: argparse.Namespace) -> list[str]:
-    return (["recorder_node"] if arguments.record else []) + ["renderer_node", "grammar_node"]
+def _processes(arguments: argparse.Namespace, parameters: NodeParameters, folder: Path) -> list[NodeProcess]:
+    """Write the parameter files of the nodes and return the processes to run."""
+    renderers = [name for name in parameters if name.startswith("renderer_node")]
+    names = [*(["recorder_node"] if arguments.record else []), *renderers, "grammar_node"]
+    for name in names:
+        write_node_file(folder / f"{name}.yaml", parameters[name])
+    if arguments.one_process:
+        words = ("--namespace", arguments.namespace, "--log-level", arguments.log_level)
+        files = (f"{name}={folder / name}.yaml" for name in names)
+        return [NodeProcess(name=ONE_PROCESS, parameters=folder, words=(*words, *files))]
+    return [
+        NodeProcess(
+            name=name,
+            parameters=folder / f"{name}.yaml",
+            module="renderer_node" if name in renderers else name,
+            respawns=arguments.respawn if name in renderers else 0,
+        )
+        for name in names
+    ]
+
+
+def _share_rooms(parameters: NodeParameters, count: int) -> None:
+    """Add renderers that share the rooms of the run by index."""
+    for number in range(2, count + 1):
+        parameters[f"renderer_node_{number}"] = {"share_index": number - 1}
+    parameters["renderer_node"] |= {"share_count": count, "share_index": 0}
+    parameters["grammar_node"].setdefault("rooms_ahead", min(count, MAX_ROOMS_AHEAD))
 
 
 def _parameters(arguments: argparse.Namespace) -> NodeParameters:
@@ -72,7 +107,7 @@ def _parameters(arguments: argparse.Namespace) -> NodeParameters:
     parameters = load_profile(profile)
     for overlay in arguments.overlay:
         for node, values in load_profile(overlay).items():
-            parameters[node].update(values)
+            parameters.setdefault(node, {}).update(values)
     grammar = parameters["grammar_node"]
     for option, name in (("rooms", "rooms"), ("frames", "frames_per_room"), ("seed", "seed")):
         if getattr(arguments, option) is not None:
@@ -80,13 +115,21 @@ def _parameters(arguments: argparse.Namespace) -> NodeParameters:
     if arguments.grammar is not None:
         own = read_grammar(arguments.grammar, read_categories(config_path("categories.yaml")))
         grammar |= {"grammar_file": str(arguments.grammar.resolve()), "scene.room_type": own.room_type}
-    parameters = apply_overrides(parameters, arguments.overrides)
+    if not 1 <= arguments.renderers <= MAX_RENDERERS:
+        raise ProfileError(f"--renderers {arguments.renderers}: expected 1 to {MAX_RENDERERS}")
+    if arguments.renderers > 1:
+        _share_rooms(parameters, arguments.renderers)
+    parameters = with_inheritance(apply_overrides(parameters, arguments.overrides))
+    grammar = parameters["grammar_node"]
+    renderers = [values for name, values in parameters.items() if name.startswith("renderer_node")]
+    grammar.setdefault("expected_renderers", len(renderers))
     finite = bool(parameters["grammar_node"].get("rooms", 0))
     for node in parameters.values():
         node.setdefault("exit_when_done", finite)
     if arguments.record:
         parameters["grammar_node"].setdefault("expected_recorders", 1)
-        parameters["renderer_node"].setdefault("expected_recorders", 1)
+        for values in renderers:
+            values.setdefault("expected_recorders", 1)
         parameters["recorder_node"]["bag"] = str(arguments.record)
         parameters["recorder_node"].setdefault("custom_data", _notes(parameters))
     return parameters

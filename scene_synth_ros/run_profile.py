@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,8 @@ import yaml
 
 NODES = ("grammar_node", "renderer_node", "recorder_node")
 ALL_NODES = "/**"
+EXTRA_RENDERER = re.compile(r"renderer_node_[A-Za-z0-9_]{1,60}")
+"""Names of further renderers; they inherit what is said of ``renderer_node``."""
 
 NodeParameters = dict[str, dict[str, Any]]
 """Node name -> parameter name with dots -> value."""
@@ -39,13 +42,24 @@ def load_profile(path: Path) -> NodeParameters:
         raise ProfileError(f"{path}: expected node names with ros__parameters below, got {type(data).__name__}")
     for key, body in data.items():
         name = str(key).rsplit("/", 1)[-1]
-        if key != ALL_NODES and name not in NODES:
+        if key != ALL_NODES and not is_node(name):
             raise ProfileError(f"{path}: unknown node '{key}'; known: {', '.join(NODES)}")
         if not isinstance(body, Mapping) or set(body) != {"ros__parameters"} or not isinstance(body["ros__parameters"], Mapping):
             raise ProfileError(f"{path}: {key}: expected one key ros__parameters that holds a mapping")
         for node in NODES if key == ALL_NODES else (name,):
-            parameters[node].update(_flatten(body["ros__parameters"], f"{path}: {key}"))
+            parameters.setdefault(node, {}).update(_flatten(body["ros__parameters"], f"{path}: {key}"))
     return parameters
+
+
+def is_node(name: str) -> bool:
+    """Return whether a node of this name can be part of a run."""
+    return name in NODES or EXTRA_RENDERER.fullmatch(name) is not None
+
+
+def with_inheritance(parameters: NodeParameters) -> NodeParameters:
+    """Return the parameters with those of ``renderer_node`` under the ones that further renderers have of their own."""
+    base = parameters["renderer_node"]
+    return {name: {**base, **values} if EXTRA_RENDERER.fullmatch(name) else values for name, values in parameters.items()}
 
 
 def apply_overrides(parameters: NodeParameters, overrides: Iterable[str]) -> NodeParameters:
@@ -60,10 +74,10 @@ def apply_overrides(parameters: NodeParameters, overrides: Iterable[str]) -> Nod
         node, dot, name = target.partition(".")
         if not assigned or not dot or not name:
             raise ProfileError(f"-p {override}: expected NODE.NAME:=VALUE, for example renderer_node.render.samples_per_pixel:=8")
-        if node not in result:
+        if not is_node(node):
             raise ProfileError(f"-p {override}: unknown node '{node}'; known: {', '.join(NODES)}")
         try:
-            result[node][name] = yaml.safe_load(text)
+            result.setdefault(node, {})[name] = yaml.safe_load(text)
         except yaml.YAMLError:
             raise ProfileError(f"-p {override}: expected a YAML value, got {text!r}") from None
     return result

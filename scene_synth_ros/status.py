@@ -22,9 +22,9 @@ class NodeStatus:
 
     ``node`` is its fully qualified name.  ``state``: starting, ready (may be sent rooms), failed (``reason`` says why), finished (the
     grammar node has sent its last room and every peer has finished it).  ``done_scene`` is the index of the last room that the node has
-    finished, -1 for none; ``refused_scene`` of the last one that a renderer could not render, with the ``reason``.  ``counts`` are
-    the messages by topic, since its start, that a renderer has published or a recorder has written; -1 marks a topic that a recorder leaves
-    out on purpose.
+    finished, -1 for none (of the grammar node: that all renderers and recorders have finished); ``refused_scene`` of the last one that a
+    renderer could not render, with the ``reason``.  ``counts`` are the messages by topic, since its start, that a renderer has published
+    or a recorder has taken; -1 marks a topic that a recorder leaves out on purpose.
     """
 
     node: Annotated[str, Limits(min_length=1, max_length=300)]

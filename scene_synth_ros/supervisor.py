@@ -14,7 +14,7 @@ from pathlib import Path
 
 from scene_description.share import config_path
 
-RECORDER = "recorder_node"
+RECORDER, ONE_PROCESS = "recorder_node", "one_process"
 PUBLISHERS_STOP_S, STOP_S = 1.2, 2.5
 """How long nodes get to end by themselves, counted from the beginning of the end: those that publish, and all; then they are killed."""
 
@@ -23,10 +23,16 @@ _PR_SET_PDEATHSIG = 1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NodeProcess:
-    """A node to run: its name (module and node name are the same) and its parameter file."""
+    """A process to run: its name, the module of the node, its parameter file, and how often it is started again when a signal kills it.
+
+    ``words`` stand after the module, instead of what a node is given.
+    """
 
     name: str
     parameters: Path
+    module: str = ""
+    respawns: int = 0
+    words: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,7 +74,7 @@ def run_nodes(nodes: list[NodeProcess], namespace: str, interrupts: Interrupts, 
     try:
         for node in nodes:
             running[node.name] = _start(node, namespace, environment, log_level)
-        return _watch(running, interrupts)
+        return _watch(running, interrupts, _Respawner(nodes, lambda node: _start(node, namespace, environment, log_level)))
     finally:
         _stop(running, interrupts)
 
@@ -85,8 +91,12 @@ def node_environment(outer: Mapping[str, str]) -> dict[str, str]:
 
 
 def _start(node: NodeProcess, namespace: str, environment: Mapping[str, str], log_level: str) -> subprocess.Popen[bytes]:
-    command = [sys.executable, "-m", f"scene_synth_ros.{node.name}", "--ros-args", "-r", f"__ns:={namespace}"]
-    command += ["--params-file", str(node.parameters), "--log-level", log_level]
+    command = [sys.executable, "-m", f"scene_synth_ros.{node.module or node.name}"]
+    if node.words:
+        command += node.words
+    else:
+        command += ["--ros-args", "-r", f"__ns:={namespace}", "-r", f"__node:={node.name}"]
+        command += ["--params-file", str(node.parameters), "--log-level", log_level]
     return subprocess.Popen(command, env=dict(environment), stdin=subprocess.DEVNULL, start_new_session=True, preexec_fn=_die_with_parent())
 
 
@@ -96,12 +106,32 @@ def _die_with_parent() -> Callable[[], None]:
     return lambda: libc.prctl(_PR_SET_PDEATHSIG, signal.SIGTERM)
 
 
-def _watch(running: Mapping[str, subprocess.Popen[bytes]], interrupts: Interrupts) -> Outcome:
+class _Respawner:
+    """Starts nodes again that a signal has killed, as often as each of them may."""
+
+    def __init__(self, nodes: list[NodeProcess], start: Callable[[NodeProcess], subprocess.Popen[bytes]]) -> None:
+        self._nodes = {node.name: node for node in nodes}
+        self._left = {node.name: node.respawns for node in nodes}
+        self._start = start
+
+    def respawn(self, name: str, code: int) -> subprocess.Popen[bytes] | None:
+        """Return the new process of a node that ended with a code; None if it stays dead."""
+        if code >= 0 or not self._left[name]:
+            return None
+        self._left[name] -= 1
+        sys.stderr.write(f"run: {_describe(name, code)}; started again\n")
+        return self._start(self._nodes[name])
+
+
+def _watch(running: dict[str, subprocess.Popen[bytes]], interrupts: Interrupts, respawner: _Respawner) -> Outcome:
     while not interrupts.count:
         codes = {name: process.poll() for name, process in running.items()}
         for name, code in codes.items():
             if code:
-                return Outcome(code=1, reason=_describe(name, code))
+                again = respawner.respawn(name, code)
+                if again is None:
+                    return Outcome(code=1, reason=_describe(name, code))
+                running[name], codes[name] = again, None
         if all(code == 0 for code in codes.values()):
             return Outcome(code=0)
         time.sleep(0.05)
@@ -118,7 +148,7 @@ def _stop(running: Mapping[str, subprocess.Popen[bytes]], interrupts: Interrupts
     """End what still runs: first the nodes that publish, then the recorder, so that it gets their last frames; kill what does not end."""
     seen = interrupts.count
     began = time.monotonic()
-    publishers = [process for name, process in running.items() if name != RECORDER]
+    publishers = [process for name, process in running.items() if name not in (RECORDER, ONE_PROCESS)]
     for processes, seconds in ((publishers, PUBLISHERS_STOP_S), (running.values(), STOP_S)):
         for process in processes:
             if process.poll() is None:

@@ -35,7 +35,7 @@ def command(*words: object) -> list[str]:
     return [sys.executable, "-m", "scene_synth_ros", *map(str, words)]
 
 
-def run_suite(bag: Path, *words: object, env: dict[str, str] | None = None, timeout_s: float = 120.0) -> subprocess.CompletedProcess[str]:
+def run_suite(bag: Path, *words: object, env: dict[str, str] | None = None, timeout_s: float = 600.0) -> subprocess.CompletedProcess[str]:
     """Record a bag with small frames and wait for the end."""
     overrides = [word for override in SMALL for word in ("-p", override)]
     return subprocess.run(

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from renderer.errors import MeshFileError
 from renderer.file_parts import MAX_PARTS
-from renderer.image_io import decode_image, image_size, png_bytes
+from renderer.image_io import decode_image, encode_image, image_size
 from renderer.mesh_files import load_mesh_file, read_mesh_file
 from scene_description import FileReading
 
@@ -123,8 +123,8 @@ def test_texture_coordinates_follow_the_transform(tmp_path: Path) -> None:
     """Offset, a quarter turn and a scale, as Blender's importer has them: u' = ou + sv v sin + su u cos, v' = ov - su u sin + sv v cos."""
     image = np.zeros((2, 3, 3), np.uint8)
     tree, binary = triangle_tree()
-    tree["bufferViews"].append({"buffer": 0, "byteOffset": len(binary), "byteLength": len(png_bytes(image))})
-    binary += png_bytes(image)
+    tree["bufferViews"].append({"buffer": 0, "byteOffset": len(binary), "byteLength": len(encode_image(image, "png"))})
+    binary += encode_image(image, "png")
     tree["buffers"][0]["byteLength"] = len(binary)
     tree["images"], tree["textures"] = [{"bufferView": 3, "mimeType": "image/png"}], [{"source": 0}]
     change = {"offset": [0.25, 0.5], "rotation": math.pi / 2, "scale": [2, 3]}
@@ -177,7 +177,7 @@ def test_vertex_colours_tint_by_their_mean(tmp_path: Path) -> None:
 
 
 def test_obj_with_its_library(tmp_path: Path) -> None:
-    (tmp_path / "wood.png").write_bytes(png_bytes(np.full((4, 4, 3), 90, np.uint8)))
+    (tmp_path / "wood.png").write_bytes(encode_image(np.full((4, 4, 3), 90, np.uint8), "png"))
     (tmp_path / "chair.mtl").write_text("newmtl red\nKd 0.8 0.1 0.1\nNs 0\nnewmtl oak\nKd 1 1 1\nPm 0.25\nmap_Kd wood.png\n")
     (tmp_path / "chair.obj").write_text(
         "mtllib chair.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\n"
@@ -313,7 +313,7 @@ def test_an_image_that_is_shorter_than_it_says(tmp_path: Path) -> None:
 def test_large_images_are_reduced_by_averaging() -> None:
     image = np.zeros((600, 300, 3), np.uint8)
     image[::2] = 200
-    small = decode_image(png_bytes(image), "image", 150)
+    small = decode_image(encode_image(image, "png"), "image", 150)
     assert small.shape == (150, 75, 4) and (small[..., :3] == 100).all() and (small[..., 3] == 255).all()
 
 

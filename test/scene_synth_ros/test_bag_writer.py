@@ -270,7 +270,7 @@ def fail_after(monkeypatch, room, reason):
         opened[0].room, opened[0].reason = room, reason
         return opened[0]
 
-    monkeypatch.setattr("scene_synth_ros.bag_writer.open", opener, raising=False)
+    monkeypatch.setattr("scene_synth_ros.bag_file.open", opener, raising=False)
     return opened
 
 

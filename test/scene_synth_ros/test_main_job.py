@@ -14,17 +14,17 @@ from scene_synth_ros_suite import environment, run_suite
 
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.flatten import flatten
-from renderer.frame import LAYERS
 from renderer.scene_key import scene_key
 from scene_description import SceneDescription, scene_from_json
 from scene_description.poses import rotation_from_quaternion
 
 ROOMS, FRAMES, SEED = 2, 3, 11
+LAYERS = ("color", "depth", "normals", "semantic", "instance")
 IMAGES = [f"/synth/camera/{layer}/image_raw" for layer in LAYERS]
 COMPANIONS = [f"/synth/camera/{layer}/image_color" for layer in ("normals", "semantic", "instance")]
 INFOS = [f"/synth/camera/{layer}/camera_info" for layer in LAYERS]
 LABELS = [f"/synth/camera/{layer}/labels" for layer in ("semantic", "instance")]
-PER_FRAME = [*IMAGES, *COMPANIONS, *INFOS, *LABELS, "/synth/camera/pose", "/clock", "/tf"]
+PER_FRAME = [*IMAGES, *COMPANIONS, *INFOS, *LABELS, "/synth/camera/pose", "/synth/renderer_node/settings", "/clock", "/tf"]
 PER_ROOM = ["/synth/scene", "/synth/scene/markers", "/synth/scene/map"]
 
 
@@ -53,7 +53,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Recorded]:
     folder = tmp_path_factory.mktemp("main_job")
     bag, sheet = folder / "bag", folder / "sheet.png"
     process = run_suite(
-        bag, "--rooms", ROOMS, "--frames", FRAMES, "--seed", SEED, "--contact-sheet", sheet, env=environment(), timeout_s=240
+        bag, "--rooms", ROOMS, "--frames", FRAMES, "--seed", SEED, "--contact-sheet", sheet, env=environment(), timeout_s=600
     )
     assert process.returncode == 0, process.stderr + process.stdout
     yield Recorded(process, bag, read(bag), sheet)

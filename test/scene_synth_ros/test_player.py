@@ -151,3 +151,76 @@ def test_pause_holds_and_stop_ends_a_player_that_waits(bag):
         stuck.stop()
         thread.join(timeout=10)
         assert not thread.is_alive() and stuck.published == 0
+
+
+class Run:
+    """A player in a thread of its own, and what it has handed out."""
+
+    def __init__(self, folder, **options):
+        self.played = []
+        self.reader = BagReader(folder)
+        self.player = Player(self.reader, self.played.append, topics=TOPICS, **options)
+        self.thread = threading.Thread(target=self.player.run, daemon=True)
+        self.thread.start()
+
+    def wait_for(self, count):
+        for _ in range(1000):
+            if len(self.played) >= count:
+                break
+            threading.Event().wait(0.01)
+        threading.Event().wait(0.1)
+        return [(message.topic, message.log_ns, message.data) for message in self.played]
+
+    def end(self):
+        self.player.stop()
+        self.thread.join(10)
+        self.reader.close()
+        assert not self.thread.is_alive()
+
+
+def test_a_step_hands_out_one_frame(bag):
+    folder, written = bag
+    run = Run(folder, paused=True)
+    assert run.wait_for(0) == []
+    total = 0
+    for frame in range(3):
+        run.player.step()
+        total += len(frame_messages(frame))
+        assert run.wait_for(total) == written[:total]
+        assert run.player.position_s() == pytest.approx(frame * PERIOD_NS * 1e-9)
+    run.end()
+
+
+def test_a_seek_goes_on_with_the_latched_state_of_that_time(bag):
+    folder, written = bag
+    run = Run(folder, paused=True)
+    run.player.step()
+    seen = len(run.wait_for(len(frame_messages(0))))
+    assert run.player.seek(5 * PERIOD_NS * 1e-9) == pytest.approx(5 * PERIOD_NS * 1e-9)
+    latched = [message for message in written if TOPICS[message[0]][1] is LATCHED]
+    assert sorted(run.wait_for(seen + len(latched))[seen:]) == sorted(latched)
+    run.player.step()
+    expected = frame_messages(5)
+    assert run.wait_for(seen + len(latched) + len(expected))[seen + len(latched) :] == expected
+    assert run.player.seek(-3.0) == 0.0
+    run.player.step()
+    run.wait_for(seen + len(latched) + len(expected) + seen)
+    assert [m.log_ns for m in run.played[-seen:]] == [START_NS] * seen
+    assert run.player.seek(1e9) == pytest.approx(7 * PERIOD_NS * 1e-9)
+    run.end()
+
+
+def test_it_can_be_sought_after_a_paused_end(bag):
+    folder, written = bag
+    run = Run(folder, rate=1000.0)
+    run.player.pause()
+    for _ in range(8):
+        run.player.step()
+    before = len(run.wait_for(len(written)))
+    assert before == len(written) and run.thread.is_alive()
+    run.player.seek(7 * PERIOD_NS * 1e-9)
+    run.player.resume()
+    run.thread.join(10)
+    assert not run.thread.is_alive()
+    assert {m.log_ns for m in run.played[before:] if "image" in m.topic} == {START_NS + 7 * PERIOD_NS}
+    run.reader.close()

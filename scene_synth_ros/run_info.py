@@ -1,0 +1,59 @@
+"""What a bag says of the run that made it: versions, seed, and the parameters of every node as a file that repeats the run."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Mapping
+from functools import lru_cache
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+RECORD_NAME = "scene_synth"
+JPEG_QUALITY = "jpeg_quality"
+PARAMETERS_NAME = "parameters.yaml"
+PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "embreex", "trimesh", "mcap", "pillow")
+
+NodeValues = Mapping[str, Mapping[str, Any]]
+"""Fully qualified node name -> parameter name with dots -> value."""
+
+
+@lru_cache(maxsize=1)
+def versions() -> dict[str, str]:
+    """Return the versions of this package and of what decides the bytes, and the processor."""
+    found = {"python": platform.python_version(), "system": platform.platform(), "processor": _processor()}
+    for package in ("scene_synth_ros", *PACKAGES):
+        try:
+            found[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            found[package] = "unknown"
+    return found
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.machine())
+
+
+def run_record(nodes: NodeValues) -> dict[str, str]:
+    """Return the metadata record of a run: versions, and seed and room type of its grammar node."""
+    record = {f"version.{name}": version for name, version in versions().items()}
+    for name, values in sorted(nodes.items()):
+        if "seed" in values:
+            record |= {"seed": str(values["seed"]), "room_type": str(values.get("scene.room_type", "")), "grammar_node": name}
+    return record
+
+
+def parameters_file(nodes: NodeValues) -> bytes:
+    """Return the parameters as a ROS parameter file; ``scene_synth run --params`` takes it.
+
+    Empty lists, which every list is by default, are left out: in such a file they have no type.
+    """
+    said = {name: {key: value for key, value in sorted(values.items()) if value != []} for name, values in sorted(nodes.items())}
+    document = {name: {"ros__parameters": values} for name, values in said.items()}
+    return yaml.safe_dump(document, sort_keys=False, allow_unicode=True).encode()

@@ -1,0 +1,140 @@
+"""What the nodes of the suite have in common: they are managed (lifecycle) nodes that start by themselves unless told otherwise.
+
+| transition | what happens |
+|---|---|
+| configure | publishers, subscriptions, services and threads are made |
+| activate | the node works: rooms go out, frames are rendered, messages are recorded |
+| deactivate | it pauses after what it has in hand; everything stays connected |
+| cleanup | everything made by *configure* is taken down; parameters stay |
+| shutdown | the process ends, as after SIGTERM |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+
+SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
+REFUSALS = (OSError, ValueError, RuntimeError)
+"""What making a node's parts raises for bad input: one line."""
+
+
+class SuiteNode(LifecycleNode):  # type: ignore[misc]
+    """A managed node; subclasses declare parameters in ``__init__``, then call :meth:`begin`, and fill in the four methods below.
+
+    Attributes:
+        exit_code: None while the node runs; what its process shall end with.
+        active: whether it is in the state *active*.
+    """
+
+    def __init__(self, name: str, **options: Any) -> None:
+        super().__init__(name, automatically_declare_parameters_from_overrides=True, **options)
+        self.exit_code: int | None = None
+        self.active = False
+        self._refusal: Exception | None = None
+        self._before: set[Any] = set()
+        service = self._service_change_state
+        service.callback = self._guarded(service.callback)
+
+    def open(self) -> None:
+        """Make everything beyond parameters (*configure*).
+
+        Raises:
+            OSError, ValueError, RuntimeError: it cannot be made; one line.
+        """
+
+    def close(self) -> None:
+        """Free what :meth:`open` has made beyond ROS entities (*cleanup*, end of the process); harmless when repeated."""
+
+    def resume(self) -> None:
+        """Begin or go on to work (*activate*).
+
+        Raises:
+            OSError, ValueError, RuntimeError: it cannot; one line.
+        """
+
+    def pause(self) -> None:
+        """Stop working (*deactivate*)."""
+
+    def begin(self, autostart: bool) -> None:
+        """Configure and activate, if the node shall start by itself.
+
+        Raises:
+            OSError, ValueError, RuntimeError: as :meth:`open` and :meth:`resume`.
+        """
+        for trigger in (self.trigger_configure, self.trigger_activate) if autostart else ():
+            trigger()
+            if self._refusal is not None:
+                raise self._refusal
+
+    def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Make the node's parts."""
+        self._before = self._entities()
+        code = self._try(self.open)
+        if code != SUCCESS:
+            self._take_down()
+        return code
+
+    def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Let the node work."""
+        code = self._try(self.resume)
+        self.active = code == SUCCESS
+        return code
+
+    def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Pause the node."""
+        self.active = False
+        return self._try(self.pause)
+
+    def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """Take down what *configure* has made."""
+        self.close()
+        self._take_down()
+        return SUCCESS
+
+    def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
+        """End the process."""
+        self.active = False
+        self.exit_code = self.exit_code or 0
+        return SUCCESS
+
+    def _try(self, step: Callable[[], None]) -> TransitionCallbackReturn:
+        try:
+            step()
+        except REFUSALS as error:
+            self._refusal = error
+            self.get_logger().error(" ".join(str(error).split()))
+            return FAILURE
+        self._refusal = None
+        return SUCCESS
+
+    def _entities(self) -> set[Any]:
+        return {*self.publishers, *self.subscriptions, *self.timers, *self.services, *self.clients}
+
+    def _take_down(self) -> None:
+        """Destroy the ROS entities that were made since *configure* began."""
+        destroy = (
+            (self.publishers, self.destroy_publisher),
+            (self.subscriptions, self.destroy_subscription),
+            (self.timers, self.destroy_timer),
+            (self.services, self.destroy_service),
+            (self.clients, self.destroy_client),
+        )
+        for entities, remove in destroy:
+            for entity in [entity for entity in entities if entity not in self._before]:
+                remove(entity)
+
+    def _guarded(self, change_state: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
+        """Return the service callback with transitions that the state does not allow answered by ``success: false``."""
+
+        def guarded(request: Any, response: Any) -> Any:
+            try:
+                return change_state(request, response)
+            except RuntimeError as error:  # rclpy lets rcl's refusal out, which would end the process of whoever is asked
+                self.get_logger().warning(f"transition refused: {' '.join(str(error).split())[:200]}")
+                response.success = False
+                return response
+
+        return guarded

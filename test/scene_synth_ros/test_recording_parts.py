@@ -1,0 +1,124 @@
+"""The parts of the recorder that need no node: splitting, snapshots, repeats, restarts, turns."""
+
+from scene_synth_ros.accounting import Accounting
+from scene_synth_ros.lock_step import finished_by_all, missing_peers
+from scene_synth_ros.message_digest import message_digest
+from scene_synth_ros.peers import Peers
+from scene_synth_ros.seen_frames import SeenFrames
+from scene_synth_ros.snapshot_ring import KeptMessage, SnapshotRing
+from scene_synth_ros.split_policy import SplitPolicy
+from scene_synth_ros.status import NodeStatus
+
+TOPIC = "/synth/renderer_node/settings"
+
+
+def status(role: str, name: str = "", *, done: int = -1, count: int = 0, state: str = "ready", refused: int = -1) -> NodeStatus:
+    return NodeStatus(node=f"/synth/{name or role}", role=role, state=state, done_scene=done, refused_scene=refused, counts={TOPIC: count})
+
+
+def test_a_file_ends_by_size_duration_or_rooms_and_never_before_its_first_frame() -> None:
+    assert not SplitPolicy(size_mb=1.0).is_due(10**9, None, 5, 0, True)
+    assert SplitPolicy(size_mb=1.0).is_due(10**6, 0, 5, 0, False) and not SplitPolicy(size_mb=1.0).is_due(10**6 - 1, 0, 5, 0, False)
+    assert SplitPolicy(duration_s=2.0).is_due(0, 10**9, 3 * 10**9, 0, False)
+    assert not SplitPolicy(duration_s=2.0).is_due(0, 10**9, 3 * 10**9 - 1, 0, False)
+    assert SplitPolicy(rooms=2).is_due(0, 0, 5, 2, True)
+    assert not SplitPolicy(rooms=2).is_due(0, 0, 5, 2, False) and not SplitPolicy(rooms=2).is_due(0, 0, 5, 1, True)
+    assert not SplitPolicy().is_due(10**12, 0, 10**18, 10**6, True)
+
+
+def test_a_snapshot_has_the_last_seconds_and_the_latched_state_before() -> None:
+    ring = SnapshotRing(2.0, 10**6)
+    ring.latched = {"/scene"}
+    ring.add(KeptMessage("/scene", 0, b"old"))
+    ring.add(KeptMessage("/scene", 1, b"room"))
+    for second in range(6):
+        ring.add(KeptMessage("/image", second * 10**9, b"x" * 10))
+    content = list(ring.content())
+    assert content[0] == KeptMessage("/scene", 3 * 10**9, b"room")
+    assert [message.log_ns for message in content[1:]] == [3 * 10**9, 4 * 10**9, 5 * 10**9]
+
+
+def test_a_snapshot_is_bounded_by_memory() -> None:
+    ring = SnapshotRing(100.0, 50)
+    for second in range(20):
+        ring.add(KeptMessage("/image", second * 10**9, b"x" * 10))
+        assert ring.size <= 50
+    assert [message.log_ns // 10**9 for message in ring.content()] == [15, 16, 17, 18, 19]
+    ring.add(KeptMessage("/image", 10**11, b"x" * 51))
+    assert ring.size == 0 and not list(ring.content())
+
+
+def test_repeats_are_told_from_firsts_and_old_rooms_are_forgotten() -> None:
+    seen = SeenFrames()
+    for room in range(40):
+        seen.begin_room(room * 100)
+        for frame in range(5):
+            for topic in ("/a", "/b"):
+                assert seen.is_new(topic, room * 100 + frame)
+    assert not seen.is_new("/b", 3904) and seen.is_new("/c", 3904)
+    assert seen.repeats == 1
+    assert len(seen._seen) <= 18 * 5
+
+
+def test_a_renderer_that_starts_again_is_counted_anew() -> None:
+    accounting = Accounting()
+    known = {TOPIC: 0}
+    accounting.take_status(status("renderer"))
+    accounting.received[TOPIC] = 7
+    accounting.take_status(status("renderer", done=0, count=8))
+    assert accounting.missing(known) == {TOPIC: 1}
+    accounting.take_status(status("renderer", state="starting"))
+    assert accounting.missing(known) == {} and accounting.done_scene() == -1
+    accounting.received[TOPIC] = 17
+    accounting.take_status(status("renderer", done=1, count=10))
+    assert accounting.missing(known) == {}
+    accounting.take_status(status("renderer", done=1, count=12))
+    assert accounting.missing(known) == {TOPIC: 2}
+
+
+def test_all_have_finished_what_the_last_has() -> None:
+    assert finished_by_all({}) == -1
+    assert finished_by_all({"a": status("renderer", done=4), "b": status("recorder", done=2)}) == 2
+    assert finished_by_all({"a": status("renderer", done=1, refused=3), "b": status("recorder", done=5)}) == 3
+
+
+def test_a_peer_is_missed_only_after_it_was_seen_and_stays_away() -> None:
+    peers, absences = {"/a": status("renderer"), "/b": status("recorder")}, {}
+    for present in ({"/a"}, {"/a"}, set(), {"/a"}, set(), set()):
+        assert missing_peers(peers, present, absences, 3) == []
+    assert missing_peers(peers, set(), absences, 3) == ["/a"]
+    assert missing_peers({"/b": peers["/b"]}, set(), absences, 3) == []
+
+
+def test_shared_rooms_come_in_turn() -> None:
+    peers = Peers("/synth/renderer_node", TOPIC, 2)
+    assert not peers.is_turn(0, True), "the other one is not known yet"
+    peers.take(status("renderer", "renderer_node_2", done=-1), 0)
+    assert peers.is_turn(0, True) and not peers.is_turn(1, False)
+    peers.take(status("renderer", "renderer_node_2", done=1), 0)
+    peers.take(status("recorder", done=0), 0)
+    assert peers.is_turn(1, False) and not peers.is_turn(2, False), "the recorder has not finished room 1"
+    peers.take(status("recorder", done=1), 0)
+    assert peers.is_turn(2, False)
+    assert Peers("/synth/renderer_node", TOPIC, 1).is_turn(9, False)
+
+
+def test_a_recorder_that_is_behind_holds_frames_back() -> None:
+    peers = Peers("/synth/renderer_node", TOPIC, 1)
+    peers.take(status("recorder", count=100), 0)
+    assert peers.has_room(7, 8) and not peers.has_room(8, 8)
+    peers.take(status("recorder", count=103), 0)
+    assert peers.has_room(10, 8) and not peers.has_room(11, 8)
+    peers.take(status("recorder", count=-1), 0)
+    assert peers.has_room(1000, 8), "it leaves these frames out"
+
+
+def test_a_digest_tells_messages_apart_and_knows_equals() -> None:
+    from sensor_msgs.msg import CameraInfo, Image
+    from std_msgs.msg import String
+
+    one, two = Image(encoding="rgb8", data=b"abc"), Image(encoding="rgb8", data=b"abd")
+    assert message_digest(one) != message_digest(two)
+    assert message_digest(Image(encoding="rgb8", data=b"abc")) == message_digest(one)
+    assert message_digest(CameraInfo(d=[0.0, 1.0])) != message_digest(CameraInfo(d=[1.0, 0.0]))
+    assert message_digest(String(data="a")) != message_digest(String(data="b"))

@@ -1,0 +1,84 @@
+"""Several renderers of one run, nodes in one process, a renderer that dies: the bag has every frame once, with the same pixels."""
+
+import os
+import signal
+import subprocess
+from pathlib import Path
+
+import pytest
+from scene_synth_ros_suite import SMALL, command, environment, node_pids, run_suite, stop, wait_until
+
+from scene_description.share import config_path
+from scene_synth_ros.bag_inspect import inspect_bag
+from scene_synth_ros.bag_reader import BagReader
+from scene_synth_ros.bag_verify import verify_bag
+
+ROOMS, FRAMES = 4, 3
+WORDS = ["--rooms", ROOMS, "--frames", FRAMES, "--seed", 9]
+IMAGES = [f"/synth/camera/{layer}/image_raw" for layer in ("color", "depth", "normals", "semantic", "instance")]
+
+
+def frames(bag: Path) -> dict[str, list[tuple[int, bytes]]]:
+    """Return topic -> log time and pixels (what follows the header, whose padding is not defined) of the images."""
+    found: dict[str, list[tuple[int, bytes]]] = {topic: [] for topic in IMAGES}
+    with BagReader(bag) as reader:
+        for message in reader.messages(IMAGES, file_order=True):
+            found[message.topic].append((message.log_ns, message.data[64:]))
+    return found
+
+
+@pytest.fixture(scope="module")
+def single(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[tuple[int, bytes]]]:
+    bag = tmp_path_factory.mktemp("single") / "bag"
+    process = run_suite(bag, *WORDS, timeout_s=900)
+    assert process.returncode == 0, process.stderr + process.stdout
+    return frames(bag)
+
+
+@pytest.mark.parametrize("words", [["--renderers", 2], ["--one-process", "--renderers", 2]])
+def test_shared_rooms_and_one_process_give_the_same_bag(
+    tmp_path: Path, single: dict[str, list[tuple[int, bytes]]], words: list[object]
+) -> None:
+    process = run_suite(tmp_path / "bag", *WORDS, *words, timeout_s=900)
+    assert process.returncode == 0, process.stderr + process.stdout
+    assert "Traceback" not in process.stderr
+    assert frames(tmp_path / "bag") == single
+    report = inspect_bag(tmp_path / "bag")
+    assert not report.faults and report.rooms == ROOMS
+
+
+def test_colour_and_truth_of_two_renderers_have_the_same_stamps(tmp_path: Path, single: dict[str, list[tuple[int, bytes]]]) -> None:
+    words = ["-p", "grammar_node.scene.room_type:=bedroom", "--params", config_path("runs/split_outputs.yaml")]
+    process = run_suite(tmp_path / "bag", *WORDS, *words, timeout_s=900)
+    assert process.returncode == 0, process.stderr + process.stdout
+    found = frames(tmp_path / "bag")
+    assert {topic: messages for topic, messages in found.items() if topic != IMAGES[0]} == {
+        t: m for t, m in single.items() if t != IMAGES[0]
+    }
+    assert [at for at, _ in found[IMAGES[0]]] == [at for at, _ in single[IMAGES[0]]]
+    assert not inspect_bag(tmp_path / "bag").faults
+    assert verify_bag(tmp_path / "bag").good
+
+
+def test_a_renderer_that_is_killed_is_started_again_and_its_room_is_whole(tmp_path: Path) -> None:
+    bag = tmp_path / "bag"
+    env = environment()
+    marker = f"{os.getpid()}-{bag}"
+    env["SCENE_SYNTH_TEST"] = marker
+    overrides = [word for override in SMALL for word in ("-p", override)]
+    words = command("run", "--record", bag, "--rooms", 3, "--frames", 40, "--respawn", 3, *overrides)
+    process = subprocess.Popen(words, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    try:
+        files = lambda size: [path for path in bag.glob("*.mcap.active") if path.stat().st_size > size]  # noqa: E731
+        for size in (100_000, 2_000_000):
+            wait_until(lambda size=size: files(size), 180, "frames in the bag")
+            os.kill(node_pids(marker)["renderer_node"], signal.SIGKILL)
+        output, errors = process.communicate(timeout=900)
+        assert process.returncode == 0, errors + output
+        assert errors.count("renderer_node was ended by SIGKILL; started again") == 2
+        report = inspect_bag(bag)
+        assert not report.faults, report.faults
+        assert {topic.count for topic in report.topics if topic.name in IMAGES} == {120}
+        assert verify_bag(bag).good
+    finally:
+        stop(process)
