@@ -321,7 +321,7 @@ def local_energy(problem, state, members, count, moved, limit, out):  # type: ig
             total = weighted(problem, out)
             if total > limit:
                 return total
-    return total
+    return weighted(problem, out)
 
 
 @njit(cache=True, error_model="numpy")

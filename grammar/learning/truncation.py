@@ -40,7 +40,7 @@ _LEAST = 1e-5
 _STEPS = 300
 _CONSTANT_STEPS = 30
 _RATE = 0.3
-_FARTHEST = 1.5
+_FARTHEST = 0.8
 """How far the logarithm of any odds may move in one round, since the weights tell less and less."""
 
 
