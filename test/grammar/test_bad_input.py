@@ -8,7 +8,6 @@ from typing import Any
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from small_grammar import CATEGORIES, mapping
-from test_grammar_file import TEXT
 
 from grammar import GrammarError, RequestError, SceneRequest, read_room_type
 from grammar.check import check_grammar
@@ -17,6 +16,16 @@ from grammar.outlines import area_m2, check_outline
 from grammar.rules import Grammar
 from scene_description import FieldError, from_mapping
 
+TEXT = """
+nodes:
+  closet: {kind: and, branches: [{symbol: rest}, {symbol: shelf}]}
+  rest: {kind: or, branches: [{symbol: bed, probability: 0.25}, {symbol: bins, probability: 0.75}]}
+  bins: {kind: set, branches: [{symbol: bin, multiplicity: [0.1, 0.9]}]}
+objects:
+  bed: {category: bed, sizes: [{mean_m: [2, 1, 1], sd_m: [0.1, 0.1, 0.1]}], low_m: [1.8, 0.8, 0.9], high_m: [2.2, 1.2, 1.1]}
+  bin: {category: waste_bin, sizes: [{mean_m: [0.3, 0.3, 0.4], sd_m: [0.1, 0.1, 0.1]}], low_m: [0.2, 0.2, 0.3], high_m: [0.4, 0.4, 0.5]}
+  shelf: {category: bookshelf, sizes: [{mean_m: [0.3, 1, 2], sd_m: [0.1, 0.1, 0.1]}], low_m: [0.2, 0.8, 1.5], high_m: [0.4, 1.2, 2.2]}
+"""
 BASE = mapping(TEXT)
 VALUES = st.one_of(
     st.none(), st.booleans(), st.integers(-5, 5), st.floats(-10, 10), st.just(float("nan")), st.just(float("inf")), st.text(max_size=5),

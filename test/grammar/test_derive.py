@@ -65,7 +65,7 @@ def test_structure_log_probabilities_are_those_of_the_branches():
 
 def test_attribute_densities_are_those_of_the_rules():
     grammar = read_room_type("bedroom", CATEGORIES)
-    tree = derive(grammar, CATEGORIES, SceneRequest(), np.random.default_rng(4))
+    tree = derive(grammar, CATEGORIES, SceneRequest(room_shape="rectangle"), np.random.default_rng(4))
     width = tree.room.polygon_m[2][0] - tree.room.polygon_m[0][0]
     rule = grammar.room.width_m
     expected = stats.truncnorm((rule.low - rule.mean) / rule.sd, (rule.high - rule.mean) / rule.sd, rule.mean, rule.sd).logpdf(width)
