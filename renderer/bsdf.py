@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.albedo import MIN_ALPHA, STEPS
-from renderer.kernel import kernel
+from renderer.kernel import inlined, kernel
 from renderer.microfacet import (
     Vector,
     distribution,
@@ -99,7 +99,7 @@ class Closure(NamedTuple):
     by_coat: np.float32
 
 
-@kernel
+@inlined
 def look_up(table: NDArray[np.float32], row: np.float32, cosine: np.float32) -> tuple[np.float32, np.float32, np.float32]:
     """Return the albedo of microfacets at reflectance 1, Schlick's part of it and sheen's; ``row``: square root of alpha."""
     y, x = row * _LAST_CELL, np.sqrt(cosine if cosine > _ZERO else _ZERO) * _LAST_CELL
@@ -111,7 +111,7 @@ def look_up(table: NDArray[np.float32], row: np.float32, cosine: np.float32) -> 
     return all_of_it, fifth, (_ONE - u) * table[i, j, 2] + u * table[i, j + 1, 2]
 
 
-@kernel
+@inlined
 def _mean_albedo(table: NDArray[np.float32], row: np.float32) -> tuple[np.float32, np.float32]:
     """Return the hemisphere's means of the first two of :func:`look_up`."""
     y = row * _LAST_CELL
@@ -131,20 +131,20 @@ def _glass_albedo(tables: NDArray[np.float32], index: int, inside: int, row: np.
     return albedo
 
 
-@kernel
+@inlined
 def luminance(r: np.float32, g: np.float32, b: np.float32) -> np.float32:
     """Return the luminance of linear RGB with Rec. 709 primaries."""
     return _RED * r + _GREEN * g + _BLUE * b
 
 
-@kernel
+@inlined
 def _multiple(color: np.float32, mean: np.float32) -> np.float32:
     """Return the reflectance of light scattered more than once by metal of this colour (Kulla and Conty 2017, with Schlick's mean)."""
     average = color + (_ONE - color) * _SCHLICK_MEAN
     return average * average * mean / (_ONE - average * (_ONE - mean))
 
 
-@kernel
+@inlined
 def make_closure(lanes: NDArray[np.float32], k: int, surfaces: Surfaces, wo_x: np.float32, wo_y: np.float32, wo_z: np.float32) -> Closure:
     """Return the model at the hit of lane k, seen from the unit direction wo."""
     r, g, b = lanes[BASE_R + k], lanes[BASE_G + k], lanes[BASE_B + k]
@@ -227,7 +227,7 @@ Scattered = tuple[np.float32, np.float32, np.float32, np.float32]
 """RGB of the scattering function times the cosine at the light, and the density of drawing its direction per steradian."""
 
 
-@kernel
+@inlined
 def evaluate(closure: Closure, surfaces: Surfaces, x: np.float32, y: np.float32, z: np.float32) -> Scattered:
     """Return what light from the unit direction (x, y, z) adds towards the viewer, and the density of :func:`draw_direction` there."""
     if z > _ZERO:
@@ -237,7 +237,7 @@ def evaluate(closure: Closure, surfaces: Surfaces, x: np.float32, y: np.float32,
     return _ZERO, _ZERO, _ZERO, _ZERO
 
 
-@kernel
+@inlined
 def _reflect(c: Closure, surfaces: Surfaces, x: np.float32, y: np.float32, z: np.float32) -> Scattered:
     hx, hy, hz = c.wo_x + x, c.wo_y + y, c.wo_z + z
     scale = _ONE / np.sqrt(hx * hx + hy * hy + hz * hz)
@@ -291,7 +291,7 @@ def _refract(c: Closure, x: np.float32, y: np.float32, z: np.float32) -> Scatter
     return masked * c.tint_r, masked * c.tint_g, masked * c.tint_b, density * c.by_glass
 
 
-@kernel
+@inlined
 def draw_direction(c: Closure, lobe: np.float32, u: np.float32, v: np.float32) -> Vector:
     """Return a direction drawn from the model's lobes by three random numbers in [0, 1); z = 0 where the draw fails."""
     if lobe < c.by_matt:

@@ -10,7 +10,7 @@ import numpy as np
 
 from renderer.bsdf import Closure, evaluate
 from renderer.embree import DIR_X, DIR_Y, DIR_Z, LANES, ORG_X, ORG_Y, ORG_Z, TFAR, TNEAR, SceneHandle, occluded16
-from renderer.kernel import kernel
+from renderer.kernel import inlined, kernel
 from renderer.lights import Lights, clamp_unit, find_emitter, importance, load_bounds, spread_over_triangle
 from renderer.microfacet import frame_about
 from renderer.records import (
@@ -61,7 +61,7 @@ def weigh_lights(lights: Lights, scratch: Scratch) -> None:
             lanes[TOTAL + k] += value
 
 
-@kernel
+@inlined
 def _draw_group(scratch: Scratch, k: int, group_count: int) -> tuple[int, np.float32]:
     """Return the group that lane k's random number falls on, and where within its share, in [0, 1)."""
     left = scratch.lanes[DRAW_LIGHT_U + k] * scratch.lanes[TOTAL + k]
@@ -76,7 +76,7 @@ def _draw_group(scratch: Scratch, k: int, group_count: int) -> tuple[int, np.flo
     return last, clamp_unit(left / scratch.shares[last * LANES + k])
 
 
-@kernel
+@inlined
 def aim_at_light(
     surfaces: Surfaces, lights: Lights, scratch: Scratch, closure: Closure, k: int, shared: bool, limit: np.float32, count: int
 ) -> int:

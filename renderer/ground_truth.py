@@ -36,6 +36,8 @@ from renderer.kernel import kernel
 
 TILE = 4
 """Edge of the pixel tile that one packet covers."""
+CENTRE = np.zeros(2 * LANES, np.float32)
+"""Offsets of rays through pixel centres."""
 
 _ZERO, _ONE, _HALF, _TINY, _NAN = np.float32(0.0), np.float32(1.0), np.float32(0.5), np.float32(1e-30), np.float32(np.nan)
 
@@ -147,14 +149,23 @@ def _face_camera(camera: PosedCamera, packet: Packet) -> None:
 
 @kernel
 def trace_geometry(
-    scene: SceneHandle, labels: Labels, camera: PosedCamera, packet: Packet, images: GeometricImages, first: int, step: int
+    scene: SceneHandle,
+    labels: Labels,
+    camera: PosedCamera,
+    packet: Packet,
+    centre: NDArray[np.float32],
+    images: GeometricImages,
+    first: int,
+    step: int,
 ) -> None:
-    """Fill the rows of tiles ``first``, ``first + step``, ... of all images; ``packet`` is scratch memory of the calling thread."""
+    """Fill the rows of tiles ``first``, ``first + step``, ... of all images; ``packet`` is scratch memory of the calling thread.
+
+    ``centre``: (32,) float32, the offsets of the rays from the pixel centres, ``CENTRE``.
+    """
     real, integer = packet.real, packet.integer
     depth, distance, normals, semantic, instance = images
     lens = len(camera.bearings) > 0
     r02, r12, r22 = camera.rotation[0, 2], camera.rotation[1, 2], camera.rotation[2, 2]
-    centre = np.zeros(2 * LANES, np.float32)
     for row in range(first * TILE, camera.height, step * TILE):
         for column in range(0, camera.width, TILE):
             aim_tile(camera, column, row, centre, packet)

@@ -36,7 +36,7 @@ from renderer.embree import (
     intersect16,
 )
 from renderer.ground_truth import TILE, aim_tile
-from renderer.kernel import kernel
+from renderer.kernel import inlined, kernel
 from renderer.lights import Lights
 from renderer.microfacet import frame_about
 from renderer.random_numbers import draw_pairs, mix
@@ -119,6 +119,7 @@ def trace_paths(
     image: NDArray[np.float32],
 ) -> None:
     """Add the luminance of a piece's samples to ``image``, (height, width, 3) float32, cd/m2."""
+    rays = scratch.rays
     tiles_across = (camera.width + WAVE_EDGE - 1) // WAVE_EDGE
     for tile in range(work.first_tile, work.end_tile):
         column, row = WAVE_EDGE * (tile % tiles_across), WAVE_EDGE * (tile // tiles_across)
@@ -130,7 +131,20 @@ def trace_paths(
             count = _start_wave(camera, column, row, np.uint32(sample), scratch)
             here, ahead = scratch.here, scratch.ahead
             for depth in range(transport.max_depth):
-                count = _advance(scene, surfaces, lights, transport, depth, np.uint32(sample), count, here, ahead, scratch)
+                queued, waiting = 0, 0
+                for first in range(0, count, LANES):
+                    _load_packet(here, first, count, scratch)
+                    flags = scene.coherent if depth == 0 else scene.incoherent
+                    intersect16(rays.alive.ctypes.data, scene.address, rays.real.ctypes.data, flags)
+                    find_surfaces(rays, surfaces, lights, depth == 0, scratch.lanes)
+                    _gather_glow(scratch, transport.clamp if depth > 0 else _INFINITE)
+                    if depth + 1 < transport.max_depth:
+                        weigh_lights(lights, scratch)
+                        _draw_numbers(depth, np.uint32(sample), scratch)
+                        queued, waiting = _scatter(scene, surfaces, lights, transport, depth, queued, waiting, ahead, scratch)
+                if waiting > 0:
+                    cast_shadows(scene, scratch, waiting)
+                count = queued
                 if count == 0:
                     break
                 here, ahead = ahead, here
@@ -181,45 +195,14 @@ def _start_wave(camera: PosedCamera, column: int, row: int, sample: np.uint32, s
 
 
 @kernel
-def _advance(
-    scene: SceneHandle,
-    surfaces: Surfaces,
-    lights: Lights,
-    transport: Transport,
-    depth: int,
-    sample: np.uint32,
-    count: int,
-    here: Queue,
-    ahead: Queue,
-    scratch: Scratch,
-) -> int:
-    """Trace one segment of the ``count`` paths in ``here``; queue those that go on in ``ahead`` and return their number."""
-    rays, lanes = scratch.rays, scratch.lanes
-    limit = transport.clamp if depth > 0 else _INFINITE
-    queued, waiting = 0, 0
-    for first in range(0, count, LANES):
-        _load_packet(here, first, count, scratch)
-        intersect16(rays.alive.ctypes.data, scene.address, rays.real.ctypes.data, scene.coherent if depth == 0 else scene.incoherent)
-        find_surfaces(rays, surfaces, lights, depth == 0, lanes)
-        _gather_glow(scratch, limit)
-        if depth + 1 == transport.max_depth:
-            continue
-        weigh_lights(lights, scratch)
-        for pair in range(_PAIRS_PER_HIT):
-            number = np.uint32(1 + _PAIRS_PER_HIT * depth + pair)
-            draw_pairs(scratch.lane_seeds, sample, number, lanes[DRAW_LIGHT_U + 2 * LANES * pair :])
-        for k in range(LANES):
-            if lanes[REFLECTS + k] > _ZERO:
-                queued, waiting = _scatter(surfaces, lights, transport, depth, k, queued, waiting, ahead, scratch)
-            if waiting == LANES:
-                cast_shadows(scene, scratch, waiting)
-                waiting = 0
-    if waiting > 0:
-        cast_shadows(scene, scratch, waiting)
-    return queued
+def _draw_numbers(depth: int, sample: np.uint32, scratch: Scratch) -> None:
+    """Fill DRAW_LIGHT_U to DRAW_WAY_V for the hits at this depth."""
+    for pair in range(_PAIRS_PER_HIT):
+        number = np.uint32(1 + _PAIRS_PER_HIT * depth + pair)
+        draw_pairs(scratch.lane_seeds, sample, number, scratch.lanes[DRAW_LIGHT_U + 2 * LANES * pair :])
 
 
-@kernel
+@inlined
 def _load_packet(here: Queue, first: int, count: int, scratch: Scratch) -> None:
     """Take 16 paths from the queue into rays and lanes."""
     rays, lanes, state = scratch.rays, scratch.lanes, here.state
@@ -240,7 +223,7 @@ def _load_packet(here: Queue, first: int, count: int, scratch: Scratch) -> None:
         scratch.lane_seeds[k] = scratch.seeds[slot]
 
 
-@kernel
+@inlined
 def _gather_glow(scratch: Scratch, limit: np.float32) -> None:
     """Add the light that the hit surfaces send by themselves, with the weight of the balance heuristic."""
     lanes, light = scratch.lanes, scratch.light
@@ -258,63 +241,70 @@ def _gather_glow(scratch: Scratch, limit: np.float32) -> None:
 
 @kernel
 def _scatter(
+    scene: SceneHandle,
     surfaces: Surfaces,
     lights: Lights,
     transport: Transport,
     depth: int,
-    k: int,
     queued: int,
     waiting: int,
     ahead: Queue,
     scratch: Scratch,
 ) -> tuple[int, int]:
-    """Scatter lane k's path: a shadow ray to a light, and the next ray; return how many rays are queued and wait."""
+    """Scatter the paths of a packet: shadow rays to lights, and the next rays; return how many rays are queued and wait."""
     lanes, real = scratch.lanes, scratch.rays.real
-    nx, ny, nz = lanes[SHADE_X + k], lanes[SHADE_Y + k], lanes[SHADE_Z + k]
-    ux, uy, uz, vx, vy, vz = frame_about(nx, ny, nz)
-    dx, dy, dz = -real[DIR_X + k], -real[DIR_Y + k], -real[DIR_Z + k]
-    wo_z = max(dx * nx + dy * ny + dz * nz, _TINY)
-    closure = make_closure(lanes, k, surfaces, dx * ux + dy * uy + dz * uz, dx * vx + dy * vy + dz * vz, wo_z)
-    follows = depth + 2 < transport.max_depth or lanes[NEAR + k] > _ZERO or _is_glossy(lanes, k)
-    if lanes[TOTAL + k] > _ZERO:
-        limit = transport.clamp if depth > 0 else _INFINITE
-        waiting = aim_at_light(surfaces, lights, scratch, closure, k, follows, limit, waiting)
-    if not follows:
-        return queued, waiting
-    x, y, z = draw_direction(closure, lanes[DRAW_LOBE + k], lanes[DRAW_WAY_U + k], lanes[DRAW_WAY_V + k])
-    r, g, b, density = evaluate(closure, surfaces, x, y, z)
-    dx, dy, dz = x * ux + y * vx + z * nx, x * uy + y * vy + z * ny, x * uz + y * vz + z * nz
-    above = dx * lanes[SIDE_X + k] + dy * lanes[SIDE_Y + k] + dz * lanes[SIDE_Z + k]
-    if not density > _ZERO or above * z <= _ZERO:
-        return queued, waiting
-    scale = _ONE / density
-    r, g, b = r * scale * lanes[WEIGHT_R + k], g * scale * lanes[WEIGHT_G + k], b * scale * lanes[WEIGHT_B + k]
-    survival = max(r, g, b)
-    if depth >= _ROULETTE_FROM and survival < _ONE:
-        survival = max(survival, _LEAST_SURVIVAL)
-        if lanes[DRAW_END + k] >= survival:
-            return queued, waiting
-        r, g, b = r / survival, g / survival, b / survival
-    if not max(r, g, b) > _ZERO:
-        return queued, waiting
-    px, py, pz = lanes[POINT_X + k], lanes[POINT_Y + k], lanes[POINT_Z + k]
-    down = _ZERO if z > _ZERO else -_TWO * lift_height(px, py, pz)
-    state = ahead.state
-    state[AT_ORG_X + queued] = px + down * lanes[SIDE_X + k]
-    state[AT_ORG_Y + queued] = py + down * lanes[SIDE_Y + k]
-    state[AT_ORG_Z + queued] = pz + down * lanes[SIDE_Z + k]
-    state[AT_DIR_X + queued], state[AT_DIR_Y + queued], state[AT_DIR_Z + queued] = dx, dy, dz
-    state[AT_WEIGHT_R + queued], state[AT_WEIGHT_G + queued], state[AT_WEIGHT_B + queued] = r, g, b
-    state[AT_CHANCE + queued] = density if z > _ZERO and lanes[TOTAL + k] > _ZERO else _INFINITE
-    state[AT_IMPORTANCE + queued] = max(lanes[TOTAL + k], _TINY)
-    state[AT_FROM_X + queued], state[AT_FROM_Y + queued], state[AT_FROM_Z + queued] = nx, ny, nz
-    state[AT_WIDTH + queued] = lanes[WIDTH + k]
-    state[AT_SPREAD + queued] = lanes[SPREAD + k] + _ONE / (_ONE + np.sqrt(density))
-    ahead.slot[queued] = scratch.lane_slot[k]
-    return queued + 1, waiting
+    limit = transport.clamp if depth > 0 else _INFINITE
+    for k in range(LANES):
+        if lanes[REFLECTS + k] == _ZERO:
+            continue
+        if waiting == LANES:
+            cast_shadows(scene, scratch, waiting)
+            waiting = 0
+        nx, ny, nz = lanes[SHADE_X + k], lanes[SHADE_Y + k], lanes[SHADE_Z + k]
+        ux, uy, uz, vx, vy, vz = frame_about(nx, ny, nz)
+        dx, dy, dz = -real[DIR_X + k], -real[DIR_Y + k], -real[DIR_Z + k]
+        wo_z = max(dx * nx + dy * ny + dz * nz, _TINY)
+        closure = make_closure(lanes, k, surfaces, dx * ux + dy * uy + dz * uz, dx * vx + dy * vy + dz * vz, wo_z)
+        follows = depth + 2 < transport.max_depth or lanes[NEAR + k] > _ZERO or _is_glossy(lanes, k)
+        if lanes[TOTAL + k] > _ZERO:
+            waiting = aim_at_light(surfaces, lights, scratch, closure, k, follows, limit, waiting)
+        if not follows:
+            continue
+        x, y, z = draw_direction(closure, lanes[DRAW_LOBE + k], lanes[DRAW_WAY_U + k], lanes[DRAW_WAY_V + k])
+        r, g, b, density = evaluate(closure, surfaces, x, y, z)
+        dx, dy, dz = x * ux + y * vx + z * nx, x * uy + y * vy + z * ny, x * uz + y * vz + z * nz
+        above = dx * lanes[SIDE_X + k] + dy * lanes[SIDE_Y + k] + dz * lanes[SIDE_Z + k]
+        if not density > _ZERO or above * z <= _ZERO:
+            continue
+        scale = _ONE / density
+        r, g, b = r * scale * lanes[WEIGHT_R + k], g * scale * lanes[WEIGHT_G + k], b * scale * lanes[WEIGHT_B + k]
+        survival = max(r, g, b)
+        if depth >= _ROULETTE_FROM and survival < _ONE:
+            survival = max(survival, _LEAST_SURVIVAL)
+            if lanes[DRAW_END + k] >= survival:
+                continue
+            r, g, b = r / survival, g / survival, b / survival
+        if not max(r, g, b) > _ZERO:
+            continue
+        px, py, pz = lanes[POINT_X + k], lanes[POINT_Y + k], lanes[POINT_Z + k]
+        down = _ZERO if z > _ZERO else -_TWO * lift_height(px, py, pz)
+        state = ahead.state
+        state[AT_ORG_X + queued] = px + down * lanes[SIDE_X + k]
+        state[AT_ORG_Y + queued] = py + down * lanes[SIDE_Y + k]
+        state[AT_ORG_Z + queued] = pz + down * lanes[SIDE_Z + k]
+        state[AT_DIR_X + queued], state[AT_DIR_Y + queued], state[AT_DIR_Z + queued] = dx, dy, dz
+        state[AT_WEIGHT_R + queued], state[AT_WEIGHT_G + queued], state[AT_WEIGHT_B + queued] = r, g, b
+        state[AT_CHANCE + queued] = density if z > _ZERO and lanes[TOTAL + k] > _ZERO else _INFINITE
+        state[AT_IMPORTANCE + queued] = max(lanes[TOTAL + k], _TINY)
+        state[AT_FROM_X + queued], state[AT_FROM_Y + queued], state[AT_FROM_Z + queued] = nx, ny, nz
+        state[AT_WIDTH + queued] = lanes[WIDTH + k]
+        state[AT_SPREAD + queued] = lanes[SPREAD + k] + _ONE / (_ONE + np.sqrt(density))
+        ahead.slot[queued] = scratch.lane_slot[k]
+        queued += 1
+    return queued, waiting
 
 
-@kernel
+@inlined
 def _is_glossy(lanes: NDArray[np.float32], k: int) -> bool:
     """Return whether drawing lights alone would be noisy at this surface."""
     layered = lanes[THIN + k] + lanes[TRANSMISSION + k] + lanes[COAT + k] > _ZERO

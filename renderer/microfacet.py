@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from renderer.kernel import kernel
+from renderer.kernel import inlined
 
 Vector = tuple[np.float32, np.float32, np.float32]
 
@@ -14,7 +14,7 @@ _SIN_3, _SIN_5, _SIN_7 = np.float32(-1.0 / 6.0), np.float32(1.0 / 120.0), np.flo
 _COS_4, _COS_6, _COS_8 = np.float32(1.0 / 24.0), np.float32(-1.0 / 720.0), np.float32(1.0 / 40320.0)
 
 
-@kernel
+@inlined
 def fresnel(cosine: np.float32, eta: np.float32) -> np.float32:
     """Return the reflectance of a dielectric boundary for unpolarised light.
 
@@ -28,14 +28,14 @@ def fresnel(cosine: np.float32, eta: np.float32) -> np.float32:
     return reflectance if square > _ZERO else _ONE
 
 
-@kernel
+@inlined
 def fresnel_pane(cosine: np.float32, ior: np.float32) -> np.float32:
     """Return the reflectance of a clear pane, all reflections inside it summed: 2 F / (1 + F)."""
     once = fresnel(cosine, ior)
     return _TWO * once / (_ONE + once)
 
 
-@kernel
+@inlined
 def fifth_power(cosine: np.float32) -> np.float32:
     """Return (1 - cosine)^5, by which reflectance rises to grazing angles (Schlick 1994)."""
     base = _ONE - cosine
@@ -44,7 +44,7 @@ def fifth_power(cosine: np.float32) -> np.float32:
     return square * square * base
 
 
-@kernel
+@inlined
 def distribution(x: np.float32, y: np.float32, z: np.float32, alpha: np.float32) -> np.float32:
     """Return GGX's density of microfacet normals (x, y, z) (Walter et al. 2007)."""
     square = alpha * alpha
@@ -52,7 +52,7 @@ def distribution(x: np.float32, y: np.float32, z: np.float32, alpha: np.float32)
     return _ONE / (_PI * square * t * t)
 
 
-@kernel
+@inlined
 def masking_term(cosine: np.float32, alpha: np.float32) -> np.float32:
     """Return sqrt(alpha^2 + (1 - alpha^2) cosine^2), of which Smith's masking is made: G1 = 2 cosine / (cosine + term)."""
     square = alpha * alpha
@@ -60,7 +60,7 @@ def masking_term(cosine: np.float32, alpha: np.float32) -> np.float32:
     return term
 
 
-@kernel
+@inlined
 def turn_polar(u: np.float32) -> tuple[np.float32, np.float32]:
     """Return cosine and sine of the angle 2 pi u, by polynomials over an eighth of a turn; u in [0, 1)."""
     eighths = _FOUR * u
@@ -75,7 +75,7 @@ def turn_polar(u: np.float32) -> tuple[np.float32, np.float32]:
     return -a if quarter == 1 or quarter == 2 else a, -b if quarter >= 2 else b
 
 
-@kernel
+@inlined
 def draw_cosine(u: np.float32, v: np.float32) -> Vector:
     """Return a direction of the upper hemisphere with density cosine / pi (concentric map of Shirley and Chiu, 1997)."""
     a, b = _TWO * u - _ONE, _TWO * v - _ONE
@@ -90,7 +90,7 @@ def draw_cosine(u: np.float32, v: np.float32) -> Vector:
     return x, y, np.sqrt(z if z > _ZERO else _ZERO)
 
 
-@kernel
+@inlined
 def draw_visible_normal(x: np.float32, y: np.float32, z: np.float32, alpha: np.float32, u: np.float32, v: np.float32) -> Vector:
     """Return a microfacet normal that a view direction (x, y, z), z > 0, sees: density G1 D max(0, view . normal) / z.
 
@@ -110,7 +110,7 @@ def draw_visible_normal(x: np.float32, y: np.float32, z: np.float32, alpha: np.f
     return hx * scale, hy * scale, hz * scale
 
 
-@kernel
+@inlined
 def frame_about(
     nx: np.float32, ny: np.float32, nz: np.float32
 ) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:

@@ -17,7 +17,7 @@ from renderer.embree import EmbreeScene
 from renderer.errors import RenderError
 from renderer.flat_scene import FlatScene, Mesh, PartTable, Sky, tabulate_materials
 from renderer.frame import GEOMETRIC_LAYERS, LAYERS, Frame
-from renderer.ground_truth import GeometricImages, Labels, empty_images, trace_geometry
+from renderer.ground_truth import CENTRE, GeometricImages, Labels, empty_images, trace_geometry
 from renderer.integrator import trace_paths
 from renderer.lights import build_lights
 from renderer.random_numbers import make_frame_key
@@ -95,7 +95,7 @@ class Renderer:
         images, step = empty_images(view.height, view.width), self._workers.count
 
         def trace(worker: int, first: int) -> None:
-            trace_geometry(self._embree.handle, self._labels, view, self._scratch[worker].rays, images, first, step)
+            trace_geometry(self._embree.handle, self._labels, view, self._scratch[worker].rays, CENTRE, images, first, step)
 
         self._workers.run(trace, range(step))
         return images

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -17,8 +18,12 @@ from renderer.image_io import write_png
 from renderer.scene_key import scene_key
 from scene_description import from_mapping, scene_from_json
 from scene_description.labels import instance_palette, label_palette
+from scene_description.share import config_path
+from scene_synth_ros.run_profile import load_profile
 
 FAR_M = 6.0
+PRESETS = ("stream", "balanced", "photo")
+"""Named settings of the renderer, ``config/presets/<name>.yaml``; also overlays of run profiles."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -26,7 +31,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scene", type=Path, help="scene description, JSON")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="new folder for the images")
     parser.add_argument("--frames", type=int, help="render only the first N poses of the camera path")
-    parser.add_argument("--spp", type=int, default=16, help="colour samples per pixel (default: %(default)s)")
+    parser.add_argument("--preset", choices=PRESETS, default="balanced", help="how colour is computed (default: %(default)s)")
+    parser.add_argument("--spp", type=int, help="colour samples per pixel (default: the preset's)")
     parser.add_argument("--threads", type=int, default=0, help="threads; 0 takes all (default: %(default)s)")
     parser.add_argument("--exposure", type=float, metavar="EV100", help="exposure value (default: metered)")
     parser.add_argument("--size", default="640x480", metavar="WxH", help="image size (default: %(default)s)")
@@ -39,8 +45,7 @@ def run(arguments: argparse.Namespace) -> int:
     if not (width.isdigit() and height.isdigit()):
         raise ValueError(f"--size: expected WIDTHxHEIGHT, got {arguments.size}")
     camera = from_mapping(CameraConfig, {"width": int(width), "height": int(height)}, "--size")
-    settings = {"samples_per_pixel": arguments.spp, "threads": arguments.threads}
-    config = from_mapping(RenderConfig, settings, "options")
+    config = from_mapping(RenderConfig, preset_settings(arguments.preset, arguments.spp) | {"threads": arguments.threads}, "options")
     scene = scene_from_json(arguments.scene.read_text(encoding="utf-8"))
     flat = flatten(scene, arguments.catalog)
     arguments.out.mkdir(parents=True)
@@ -54,6 +59,13 @@ def run(arguments: argparse.Namespace) -> int:
             sys.stderr.write(f"\rframe {index + 1}/{len(poses)}")
     sys.stderr.write("\n")
     return 0
+
+
+def preset_settings(name: str, samples_per_pixel: int | None = None) -> dict[str, Any]:
+    """Return the fields of ``RenderConfig`` that a preset sets, with another number of samples if one is given."""
+    fields = load_profile(config_path(f"presets/{name}.yaml"))["renderer_node"]
+    settings = {key.removeprefix("render."): value for key, value in fields.items()}
+    return settings if samples_per_pixel is None else settings | {"samples_per_pixel": samples_per_pixel}
 
 
 def write_frame(base: Path, frame: Frame) -> None:

@@ -1,0 +1,93 @@
+"""Whole paths against known answers: furnaces of every material, mirrors, panes, glass, clamping, and odd scenes without a NaN."""
+
+import numpy as np
+import pytest
+from box_room import box, pose, quad, scene
+from white_surfaces import WHITE
+
+from renderer import CameraConfig, RenderConfig, Renderer
+from renderer.flat_scene import Sky
+from renderer.microfacet import fresnel_pane
+
+FIELDS = {
+    "METALLIC": "metallic", "ROUGHNESS": "roughness", "COAT": "clearcoat", "SHEEN": "sheen", "TRANSMISSION": "transmission", "IOR": "ior",
+}  # fmt: skip
+ALL = (1.0, 1.0, 1.0)
+
+
+def radiance(flat, view, *, depth=6, samples=64, size=(24, 24), fov=1.0, clamp=0.0):
+    camera = CameraConfig(width=size[0], height=size[1], horizontal_fov_rad=fov)
+    config = RenderConfig(samples_per_pixel=samples, max_depth=depth, threads=2, clamp=clamp)
+    with Renderer(flat, camera, config, 11) as renderer:
+        image = renderer.render(view, 0, ("color",)).radiance
+    assert np.isfinite(image).all() and (image >= 0).all()
+    return image.astype(np.float64)
+
+
+@pytest.mark.parametrize("name", [name for name, look in WHITE.items() if "COSINE" not in look])
+def test_a_white_thing_in_a_furnace_is_invisible(name):
+    """A box of every material between walls that all shine with 1 and reflect nothing: 1 in every direction."""
+    look = {FIELDS[key]: value for key, value in ({"ROUGHNESS": 0.5, "IOR": 1.5} | WHITE[name]).items()}
+    walls = box((-2, -2, -2), (2, 2, 2), inside=True, emission=ALL, color=(0, 0, 0))
+    thing = box((-0.5, -0.5, -0.5), (0.5, 0.5, 0.5), color=ALL, **look)
+    image = radiance(scene(walls, thing), pose((1.2, 0.9, 0.8), (0, 0, 0)), depth=40, samples=128, fov=0.5)
+    assert image.mean() == pytest.approx(1.0, abs=5e-3)
+
+
+def test_a_shining_furnace_sums_to_one():
+    room = box((0, 0, 0), (2, 3, 1.5), inside=True, emission=(0.5, 0.5, 0.5), color=(0.5, 0.5, 0.5))
+    image = radiance(scene(room), pose((0.4, 0.5, 0.6), (1.5, 2.5, 1.0)), depth=20, samples=128)
+    assert image.mean() == pytest.approx(1.0, abs=5e-3)
+
+
+def test_a_mirror_shows_what_stands_opposite():
+    mirror = quad((-1, 2, -1), (2, 0, 0), (0, 0, 2), color=(0.9, 0.8, 0.7), metallic=1.0, roughness=0.0)
+    left = quad((0, -3, -3), (-3, 0, 0), (0, 0, 6), emission=(10, 10, 10), color=(0, 0, 0))
+    right = quad((3, -3, -3), (-3, 0, 0), (0, 0, 6), emission=(40, 40, 40), color=(0, 0, 0))
+    image = radiance(scene(mirror, left, right), pose((0, 0, 0), (0, 1, 0)), fov=0.5)
+    np.testing.assert_allclose(image[:, 13:].mean(axis=(0, 1)), 40 * np.array([0.9, 0.8, 0.7]), rtol=0.02)
+    np.testing.assert_allclose(image[:, :11].mean(axis=(0, 1)), 10 * np.array([0.9, 0.8, 0.7]), rtol=0.02)
+
+
+def test_a_window_mirrors_the_lamp_and_shows_the_sky_by_fresnel():
+    sky = Sky(*(np.full(3, 100, np.float32) for _ in range(3)))
+    pane = quad((-1, 2, -1), (2, 0, 0), (0, 0, 2), portal=True, transmission=0.9, ior=1.5, roughness=0.0)
+    lamp = quad((3, -3, -3), (-6, 0, 0), (0, 0, 6), emission=(5000, 5000, 5000), color=(0, 0, 0))
+    image = radiance(scene(pane, lamp, sky=sky), pose((0, 0, 0), (0, 1, 0)), fov=0.1)
+    mirrored = float(fresnel_pane(np.float32(1), np.float32(1.5)))
+    assert image.mean() == pytest.approx(5000 * mirrored + 100 * 0.9 * (1 - mirrored), rel=0.01)
+
+
+def test_a_glass_slab_shifts_what_is_behind_it_by_snell():
+    """Seen through 0.5 m of glass at 45 degrees, an edge moves sideways by t sin(a - b) / cos b."""
+    slab = box((-4, 1.0, -4), (4, 1.5, 4), color=ALL, transmission=1.0, ior=1.5, roughness=0.0)
+    screen = quad((0, 3, -20), (20, 0, 0), (0, 0, 40), emission=(100, 100, 100), color=(0, 0, 0))
+    inside = np.arcsin(np.sin(np.pi / 4) / 1.5)
+    shift_along_screen = 0.5 * (np.tan(np.pi / 4) - np.tan(inside))
+    start = np.array([-3.0 + shift_along_screen, 0.0, 0.0])  # the ray at 45 degrees now ends on the edge x = 0
+    image = radiance(scene(slab, screen), pose(tuple(start), (start[0] + 1, 1, 0)), fov=0.02, size=(64, 8), samples=32, depth=3)
+    profile = image.mean(axis=(0, 2))
+    assert profile.max() > 60
+    edge = np.abs(profile - 0.5 * profile.max()).argmin()
+    assert abs(edge - 32) <= 6  # pixels of a third of a milliradian; the blur of smooth glass is a milliradian
+
+
+def test_clamping_darkens_only_indirect_light():
+    room = box((0, 0, 0), (2, 2, 2), inside=True, color=(0.8, 0.8, 0.8))
+    lamp = quad((0.9, 0.9, 1.99), (0, 0.2, 0), (0.2, 0, 0), emission=(1000, 1000, 1000), color=(0, 0, 0))
+    flat, view = scene(room, lamp), pose((0.3, 0.3, 1.0), (1.5, 1.5, 0.2))
+    free, clamped = radiance(flat, view), radiance(flat, view, clamp=1.0)
+    assert clamped.mean() < 0.9 * free.mean()
+    np.testing.assert_array_equal(radiance(flat, view, depth=2), radiance(flat, view, depth=2, clamp=1e9))
+
+
+def test_odd_scenes_give_no_nan():
+    sliver = quad((0, 0, 0.5), (1, 0, 0), (2, 0, 0), emission=(5, 5, 5))
+    black = box((0.2, 0.2, 0), (0.6, 0.6, 0.4), color=(0, 0, 0), ior=1.0)
+    smooth = box((1.0, 0.2, 0), (1.4, 0.6, 0.4), color=ALL, transmission=1.0, roughness=0.0, ior=1.0)
+    room = box((0, 0, 0), (2, 2, 2), inside=True, emission=(1, 1, 1), color=ALL)
+    flat = scene(room, sliver, black, smooth)
+    for eye in ((1.0, 1.0, 1.0), (1.2, 0.4, 0.2), (2.0, 1.0, 1.0), (1.0, 1.0, 0.5), (5.0, 5.0, 5.0)):
+        radiance(flat, pose(eye, (0.4, 0.4, 0.2)), samples=4, fov=2.0)
+    for size in ((1, 1), (1, 37), (17, 1)):
+        assert radiance(flat, pose((1, 1, 1), (0.4, 0.4, 0.2)), samples=1, size=size).shape == (size[1], size[0], 3)
