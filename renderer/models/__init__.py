@@ -20,6 +20,7 @@ from renderer.models import (
     dining_chairs,
     dining_things,
     electronics,
+    exercise_bikes,
     gym,
     hallway,
     kitchen,
@@ -44,7 +45,7 @@ MODELS: dict[str, Model] = {
     name: model
     for family in (
         *(beds, cabinets, desks, chairs, seats, rugs, shelves, lamps, plants, small, electronics, wall_things),
-        *(bathroom, bathroom_things, office, gym, workshop, storage),
+        *(bathroom, bathroom_things, office, gym, exercise_bikes, workshop, storage),
         *(sofas, tables, cases, living_things, curtains, dining_chairs, dining_things, kitchen, appliances, kitchen_things, hallway),
     )
     for name, model in family.MODELS.items()

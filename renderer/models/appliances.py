@@ -9,16 +9,16 @@ from renderer.models.cabinets import bar_handle
 from renderer.models.kitchen import OVERHANG_M, PLINTH_M, turned_knob
 from renderer.models.living_things import turned_forward
 from renderer.models.model import Model, Parts, Size, fitted
-from renderer.shapes import block, blocks, flat_quads, lathe, merged, moved, rounded_box
+from renderer.shapes import block, blocks, flat_quads, lathe, merged, moved, rounded_box, slab
 
 
 def build_stove(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return an oven with a hob: a glass hob with marked zones, or gas burners under grates that reach to the full height."""
+    """Return an oven with a hob: a glass hob with marked zones, gas burners under grates up to the full height, or solid iron plates."""
     depth, width, height = size_m
     half_d, half = 0.5 * depth, 0.5 * width
     front = half_d - OVERHANG_M
     low = min(PLINTH_M, 0.13 * height)
-    hob_z = height - (0.0 if style == "ceramic" else 0.03)
+    hob_z = height - {"ceramic": 0.0, "gas": 0.03, "plates": 0.005}[style]
     panel_low = hob_z - 0.14 * height
     body = [block((-half_d + 0.005, -half + 0.002, low), (front - 0.02, half - 0.002, hob_z - 0.012))]
     body.append(block((-half_d, -half, hob_z - 0.03), (half_d, half, hob_z - (0.004 if style == "ceramic" else 0.0)), 0.003))
@@ -40,7 +40,11 @@ def build_stove(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     spots = [
         (x * half_d, y * half, r * half) for x, y, r in ((-0.44, -0.5, 0.26), (0.36, -0.5, 0.34), (-0.44, 0.5, 0.36), (0.36, 0.5, 0.26))
     ]
-    hob, rings = _ceramic(spots, half_d, half, height) if style == "ceramic" else _gas(spots, half_d, half, hob_z, height)
+    hob, rings = {
+        "ceramic": lambda: _ceramic(spots, half_d, half, height),
+        "gas": lambda: _gas(spots, half_d, half, hob_z, height),
+        "plates": lambda: _plates(spots, half_d, half, hob_z, height),
+    }[style]()
     return fitted(
         {
             "body": merged(*body),
@@ -82,7 +86,7 @@ def _gas(spots: list[tuple[float, float, float]], half_d: float, half: float, ho
         for y in (y0, y1 - bar):
             low.append((x0, y, top - 0.012))
             high.append((x1, y + bar, top))
-        for x in (x0, 0.5 * (x0 + x1), x1 - bar):
+        for x in np.linspace(x0, x1 - bar, 5):
             low.append((x, y0, top - 0.012))
             high.append((x + bar, y1, top))
         for x, y in ((a, b) for a in (x0, x1 - bar) for b in (y0, y1 - bar)):
@@ -94,6 +98,19 @@ def _gas(spots: list[tuple[float, float, float]], half_d: float, half: float, ho
             low.append((float(ends[0, 0]) - 0.004, float(ends[1, 0]) - 0.004, top - 0.01))
             high.append((float(ends[0, 1]) + 0.004, float(ends[1, 1]) + 0.004, top))
     return tray, merged(*pieces, blocks(low, high, 0.002))
+
+
+def _plates(spots: list[tuple[float, float, float]], half_d: float, half: float, hob_z: float, top: float) -> tuple[Mesh, Mesh]:
+    """Return the enamelled tray with steel collars, and iron cooking plates with a dished middle."""
+    tray = [block((-half_d + 0.02, -half + 0.012, hob_z - 0.004), (half_d - 0.025, half - 0.012, hob_z + 0.002), 0.002)]
+    irons = []
+    for x, y, r in spots:
+        q = 0.92 * r
+        collar = [(0.0, hob_z), (1.1 * q, hob_z), (1.1 * q, hob_z + 0.001), (1.02 * q, hob_z + 0.003), (0.0, hob_z + 0.003)]
+        tray.append(moved(lathe(collar, 32), x, y))
+        plate = [(0.0, hob_z + 0.001), (q, hob_z + 0.001), (q, top - 0.001), (0.97 * q, top), (0.3 * q, top), (0.24 * q, top - 0.002)]
+        irons.append(moved(lathe([*plate, (0.0, top - 0.002)], 32), x, y))
+    return merged(*tray), merged(*irons)
 
 
 def build_refrigerator(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
@@ -151,7 +168,7 @@ def _frustum(low: tuple[float, float, float, float], high: tuple[float, float, f
 
 
 def build_range_hood(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return a hood for the wall: a pyramid with a chimney, or a slanting glass front; grease filters below."""
+    """Return a hood for the wall: a pyramid with a chimney, a flat visor under a box, or a slab that slants forward."""
     depth, width, height = size_m
     half_d, half = 0.5 * depth, 0.5 * width
     duct_d, duct_w = min(0.26, 0.6 * depth), min(0.3, 0.5 * width)
@@ -174,6 +191,26 @@ def build_range_hood(rng: np.random.Generator, size_m: Size, style: str) -> Part
         body = [duct, sleeve, slope, *skirt]
         filter_z, knob_x, knob_z = 0.3 * lip, half_d, 0.5 * lip
         panes = _filters(-half_d + 0.02, half_d - 0.02, half - 0.03, filter_z, 0.9 * lip - filter_z)
+    elif style == "slanted":
+        lip = 0.06 * height
+        rise = 0.72 * height
+        corners = [
+            (-half_d, 0.0),
+            (-half_d + 0.34 * depth, 0.0),
+            (half_d, rise - lip),
+            (half_d - 0.1 * depth, rise),
+            (-half_d, 0.3 * height),
+        ]
+        slope = slab(corners, -half, half)
+        order = [0, 2, 1]
+        slope = slope._replace(
+            vertices=np.ascontiguousarray(slope.vertices[:, order]),
+            normals=np.ascontiguousarray(slope.normals[:, order]),
+            faces=np.ascontiguousarray(slope.faces[:, ::-1]),
+        )
+        body = [duct, sleeve, slope]
+        panes = _filters(-half_d + 0.02, -half_d + 0.3 * depth, half - 0.03, -0.002, 0.008)
+        knob_x, knob_z = -half_d + 0.3 * depth, 0.001
     else:
         box = 0.5 * depth
         lip = 0.32 * height
@@ -203,7 +240,7 @@ def _filters(x0: float, x1: float, half: float, z: float, thick: float) -> Mesh:
 
 
 MODELS = {
-    "stove": Model(build_stove, ("ceramic", "gas")),
+    "stove": Model(build_stove, ("ceramic", "gas", "plates")),
     "refrigerator": Model(build_refrigerator, ("two_doors", "side_by_side", "retro")),
-    "range_hood": Model(build_range_hood, ("pyramid", "flat")),
+    "range_hood": Model(build_range_hood, ("pyramid", "flat", "slanted")),
 }

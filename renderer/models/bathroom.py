@@ -76,7 +76,7 @@ def _toilet_seat(rng: np.random.Generator, back: float, front: float, half_w: fl
 
 
 def build_bathtub(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return a tub built in behind panels or a free-standing oval one, with hollow basin, waste and tap."""
+    """Return a tub built in behind panels, a free-standing oval one, or one with rolled rim on four feet; with waste, overflow and tap."""
     depth, width, height = size_m
     half_d, half_w = 0.5 * depth, 0.5 * width
     tap_top = min(0.14, 0.18 * height)
@@ -108,6 +108,18 @@ def build_bathtub(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
             0.004,
         )
         parts = {"basin": loft([*base, *outer, *inner]), "panel": merged(panels, apron)}
+    elif style == "clawfoot":
+        low = 0.15 * rim
+        outer = [
+            oval(half_d * a, half_w * b, z, power=power, points=48)
+            for a, b, z in ((0.5, 0.62, low), (0.7, 0.8, low + 0.03), (0.84, 0.9, 0.5 * rim))
+        ]
+        for step in range(6):
+            turn = math.pi * (step / 5.0 - 0.5)
+            out = 0.022 * math.cos(turn) if step < 5 else 0.0
+            outer.append(oval(half_d - 0.022 + out, half_w - 0.022 + out, rim - 0.022 + 0.022 * math.sin(turn), power=power, points=48))
+        feet = [_claw_foot(sx, sy, 0.56 * half_d, 0.62 * half_w, 1.4 * low + 0.03) for sx in (-1.0, 1.0) for sy in (-1.0, 1.0)]
+        parts = {"basin": loft([*outer, *inner]), "panel": merged(*feet)}
     else:
         outer = [
             oval(0.74 * half_d, 0.84 * half_w, 0.0, power=power, points=48),
@@ -123,6 +135,15 @@ def build_bathtub(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     drain = disc("z", (0.0, end * 0.42 * half_w, 0.2 * rim + 0.003), 0.028, 0.006, 20)
     overflow = disc("y", (0.0, end * 0.885 * half_w, 0.66 * rim), 0.03, 0.014, 20, 0.003)
     return fitted(parts | {"tap": merged(tap, drain, overflow)}, size_m)
+
+
+def _claw_foot(side_x: float, side_y: float, x: float, y: float, height: float) -> Mesh:
+    """A curved foot that swells from a ball on the floor to a shoulder under the tub."""
+    share = np.linspace(0.0, 1.0, 7)
+    swing = 0.018 * np.sin(2.0 * math.pi * share)
+    path = np.column_stack([side_x * (x + 0.3 * swing), side_y * (y + swing + 0.03 * share), 0.03 + (height - 0.03) * share])
+    ball = lathe([(0.0, 0.0), (0.022, 0.002), (0.034, 0.02), (0.03, 0.042), (0.016, 0.056), (0.0, 0.058)], 12)
+    return merged(sweep(path, [0.016, 0.016, 0.018, 0.021, 0.025, 0.029, 0.032], 10), moved(ball, side_x * x, side_y * y))
 
 
 def _bath_tap(x: float, rim: float, reach: float, tall: float) -> Mesh:
@@ -141,7 +162,7 @@ def _bath_tap(x: float, rim: float, reach: float, tall: float) -> Mesh:
 
 
 def build_shower_cabin(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return a tray with glass on two sides and wall panels behind, square or with a rounded front corner."""
+    """Return a tray before wall panels, with glass on two sides, square or with a rounded front corner, or one pane to walk in beside."""
     depth, width, height = size_m
     half_d, half_w = 0.5 * depth, 0.5 * width
     tray_top = min(0.14, 0.07 * height)
@@ -156,6 +177,10 @@ def build_shower_cabin(rng: np.random.Generator, size_m: Size, style: str) -> Pa
         [(-half_d, -half_w, tray_top - 0.002), (-half_d, half_w - 0.018, tray_top - 0.002)],
         [(-half_d + 0.018, half_w, height), (half_d - 0.012, half_w, height)],
     )
+    if style == "walk_in":
+        fixed = _screen(half_d, half_w, tray_top, height)
+        fittings = merged(_shower(-half_d + 0.018, 0.28 * half_w, height), drain)
+        return fitted({"tray": loft(tray), "walls": walls, **fixed, "fittings": fittings}, size_m)
     open_side = outline[outline[:, 0] > -half_d + 0.03]
     open_side = open_side[open_side[:, 1] < half_w - 0.03]
     path = 0.975 * np.vstack([(-half_d, -half_w), open_side, (half_d, half_w)])
@@ -171,9 +196,22 @@ def build_shower_cabin(rng: np.random.Generator, size_m: Size, style: str) -> Pa
     )
 
 
+def _screen(half_d: float, half_w: float, low: float, high: float) -> Parts:
+    """One fixed pane at the -y side with its wall profile, foot profile, and a bar that stays it to the opposite wall."""
+    y = -half_w + 0.03
+    start, end = np.array([-half_d + 0.016, y]), np.array([0.62 * half_d, y])
+    frame = [
+        block((start[0], y - 0.014, low - 0.001), (start[0] + 0.022, y + 0.014, high - 0.01), 0.003),
+        block((start[0], y - 0.01, low - 0.001), (end[0], y + 0.01, low + 0.016), 0.003),
+        rod((end[0] - 0.08, y, high - 0.03), (end[0] - 0.08, half_w - 0.016, high - 0.03), 0.009),
+        block((end[0] - 0.105, y - 0.012, high - 0.05), (end[0] - 0.055, y + 0.012, high - 0.008), 0.004),
+    ]
+    return {"frame": merged(*frame), "glass": _pane(start, end, low + 0.006, high - 0.012)}
+
+
 def _cabin_outline(half_d: float, half_w: float, style: str) -> np.ndarray:
     """Corners (n, 2) of the tray, counter-clockwise; the glazed corner is the one at (+x, -y)."""
-    if style == "square":
+    if style != "quadrant":
         bend = np.array([[half_d, -half_w]])
     else:
         r = 0.62 * min(2.0 * half_d, 2.0 * half_w)
@@ -329,8 +367,8 @@ def build_washing_machine(rng: np.random.Generator, size_m: Size, style: str) ->
 
 MODELS = {
     "toilet": Model(build_toilet, ("close_coupled", "skirted")),
-    "bathtub": Model(build_bathtub, ("built_in", "oval")),
-    "shower_cabin": Model(build_shower_cabin, ("square", "quadrant")),
+    "bathtub": Model(build_bathtub, ("built_in", "oval", "clawfoot")),
+    "shower_cabin": Model(build_shower_cabin, ("square", "quadrant", "walk_in")),
     "washbasin": Model(build_washbasin, ("drawers", "doors", "vessel")),
     "washing_machine": Model(build_washing_machine, ("porthole", "inset")),
 }

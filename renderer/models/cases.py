@@ -9,16 +9,16 @@ import numpy as np
 from renderer.flat_scene import Mesh
 from renderer.models.cabinets import PANEL_M, Front, carcass, fronts, pulls, splayed_legs, square_legs
 from renderer.models.model import Model, Parts, Size, fitted
-from renderer.shapes import block, blocks, lathe, merged, moved, rotated
+from renderer.shapes import block, blocks, lathe, merged, moved, rotated, sheet
 
 
 def build_tv_stand(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return a long low unit: open bays between drawers on a plinth, or slatted doors on splayed legs."""
+    """Return a long low unit: open bays over drawers on a plinth, slatted doors on splayed legs, or wide drawers on metal runners."""
     depth, width, height = size_m
     reach = min(0.016, 0.045 * depth)
     back, half, body_depth = -0.5 * depth, 0.5 * width, depth - reach
     front = back + body_depth - 0.004
-    leg = (0.12 if style == "open" else 0.32) * height
+    leg = {"open": 0.12, "slatted": 0.32, "runners": 0.3}[style] * height
     inner = half - PANEL_M - 0.005
     count = max(2, round(width / 0.55))
     edges = np.linspace(-inner, inner, count + 1)
@@ -31,6 +31,12 @@ def build_tv_stand(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         areas = [Front(float(a), float(b), low - 0.004, split + 0.004) for a, b in itertools.pairwise(edges)]
         drawers = fronts(front, areas)
         legs = block((back + 0.03, -half + 0.04, 0.0), (front - 0.04, half - 0.04, leg + 0.002))
+    elif style == "runners":
+        levels = np.linspace(low - 0.004, top, 2 if height < 0.45 else 3)
+        sides = [(float(edges[0]), float(edges[len(edges) // 2])), (float(edges[len(edges) // 2]), float(edges[-1]))]
+        areas = [Front(a, b, float(z0), float(z1)) for a, b in sides for z0, z1 in itertools.pairwise(levels)]
+        drawers = fronts(front, areas)
+        legs = _runners(back + 0.03, front - 0.03, half - 0.16 * width, leg)
     else:
         areas = [Front(float(a), float(b), low - 0.004, top) for a, b in itertools.pairwise(edges)]
         drawers = _slatted(front, areas)
@@ -43,6 +49,15 @@ def _uprights(ys: np.ndarray, x0: float, x1: float, low: float, high: float) -> 
     """Return upright boards inside a case at the given y, or a strip at the back where there are none."""
     spots = ys if len(ys) else np.zeros(1)
     return blocks([(x0, y - 0.009, low) for y in spots], [(x1, y + 0.009, high) for y in spots], 0.002)
+
+
+def _runners(x0: float, x1: float, half_w: float, height: float, bar: float = 0.016) -> Mesh:
+    """Return two rectangular loops of flat steel that stand across the depth."""
+    low, high = [], []
+    for y in (-half_w, half_w):
+        low += [(x0, y - 0.02, 0.0), (x1 - bar, y - 0.02, 0.0), (x0, y - 0.02, 0.0), (x0, y - 0.02, height - bar)]
+        high += [(x0 + bar, y + 0.02, height), (x1, y + 0.02, height), (x1, y + 0.02, bar), (x1, y + 0.02, height + 0.001)]
+    return blocks(low, high, 0.002)
 
 
 def _slatted(x: float, areas: list[Front]) -> Mesh:
@@ -111,20 +126,27 @@ def glazed_fronts(x: float, areas: list[Front], rim: float, bars: int) -> tuple[
 
 
 def build_china_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return a cabinet with glass doors over cupboards, with china on its shelves: cross bars and plinth, or plain on tall legs."""
+    """Return a cabinet with glass doors over cupboards, with china on its shelves.
+
+    It has cross bars and a plinth, or is plain on tall legs, or has arched doors under a cornice.
+    """
     depth, width, height = size_m
     reach = min(0.018, 0.045 * depth)
     back, half, body_depth = -0.5 * depth, 0.5 * width, depth - reach
     front = back + body_depth - 0.006
-    classic = style == "classic"
+    classic = style != "modern"
+    crowned = style == "crowned"
     leg = 0.07 if classic else 0.12
     split = leg + (0.36 if classic else 0.3) * (height - leg)
     inner = half - PANEL_M - 0.007
     count = max(1, round(width / 0.45))
     edges = [float(edge) for edge in np.linspace(-inner, inner, count + 1)]
-    glass = [Front(a, b, split + 0.004, height - 0.03) for a, b in itertools.pairwise(edges)]
+    crown = 0.09 if crowned else 0.0
+    glass = [Front(a, b, split + 0.004, height - 0.03 - crown) for a, b in itertools.pairwise(edges)]
     wood = [Front(a, b, leg + 0.012, split - 0.004) for a, b in itertools.pairwise(edges)]
-    frames, panes = glazed_fronts(front, glass, 0.045 if classic else 0.028, 2 if classic else 0)
+    frames, panes = glazed_fronts(front, glass, 0.045 if classic else 0.028, 1 if crowned else 2 if classic else 0)
+    if crowned:
+        frames = merged(frames, *(_spandrel(front, a, 0.045) for a in glass), _cornice(back, front + 0.004, half, height, crown))
     levels = np.linspace(split, height - 0.024, max(2, round((height - split) / 0.33)) + 1)
     shelves = blocks(
         [(back + 0.006, -inner, z - 0.009) for z in levels[:-1]], [(front - 0.025, inner, z + 0.009) for z in levels[:-1]], 0.002
@@ -141,7 +163,7 @@ def build_china_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> P
     ]
     return fitted(
         {
-            "body": merged(carcass(body_depth, width, leg, height, 0.006, back), shelves),
+            "body": merged(carcass(body_depth, width, leg, height - 0.3 * crown, 0.006, back), shelves),
             "doors": merged(frames, fronts(front, wood, framed=classic)),
             "panes": panes,
             "handles": pulls(front, wood, "knob" if classic else "bar", reach + 0.005),
@@ -149,6 +171,28 @@ def build_china_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> P
             "legs": legs,
         },
         size_m,
+    )
+
+
+def _spandrel(x: float, area: Front, rim: float) -> Mesh:
+    """Return the filling between a door's straight frame and an arch within it."""
+    left, right, top = area.left + 0.9 * rim, area.right - 0.9 * rim, area.high - rim
+    y = np.linspace(left, right, 21)
+    rise = min(0.6 * (right - left), 0.16)
+    arch = top + 0.004 - rise * (1.0 - np.sqrt(np.clip(1.0 - (2.0 * (y - left) / (right - left) - 1.0) ** 2, 0.0, 1.0))) - 0.006
+    front = np.stack(
+        [np.column_stack([np.full(21, x - 0.002), y, arch]), np.column_stack([np.full(21, x - 0.002), y, np.full(21, top + 0.01)])], 1
+    )
+    return sheet(front, front - np.array([0.014, 0.0, 0.0]))
+
+
+def _cornice(back: float, front: float, half: float, top: float, tall: float) -> Mesh:
+    """Return stepped mouldings that carry the top of a cabinet: frieze, hollow and cap."""
+    steps = ((-0.4, 0.45, 0.012), (0.45, 0.72, 0.006), (0.72, 1.0, 0.0))
+    return blocks(
+        [(back, -half + inset, top - tall + a * tall) for a, _, inset in steps],
+        [(front - inset, half - inset, top - tall + b * tall) for _, b, inset in steps],
+        0.003,
     )
 
 
@@ -212,8 +256,8 @@ def build_wall_shelf(rng: np.random.Generator, size_m: Size, style: str) -> Part
 
 
 MODELS = {
-    "tv_stand": Model(build_tv_stand, ("open", "slatted")),
+    "tv_stand": Model(build_tv_stand, ("open", "slatted", "runners")),
     "sideboard": Model(build_sideboard, ("plain", "framed", "midcentury")),
-    "china_cabinet": Model(build_china_cabinet, ("classic", "modern")),
+    "china_cabinet": Model(build_china_cabinet, ("classic", "modern", "crowned")),
     "wall_shelf": Model(build_wall_shelf, ("bracket", "box")),
 }

@@ -45,7 +45,7 @@ def _office_chair(rng: np.random.Generator, size_m: Size) -> Parts:
         1.6,
     )
     rests: list[Mesh] = []
-    rest_z = 0.6 * height - 0.01
+    rest_z = 0.6 * height - 0.026
     for s in (-1.0, 1.0):
         y = s * (0.5 * width - 0.035)
         rests.append(
@@ -71,39 +71,18 @@ def _star_base(reach: float) -> tuple[Mesh, Mesh]:
     arms: list[Mesh] = []
     castors: list[Mesh] = []
     wheel = 0.028
+    tip = reach - wheel
+    arm = sweep([(0.02, 0.0, 0.115), (0.55 * tip, 0.0, 0.095), (tip, 0.0, 0.07)], [0.026, 0.021, 0.015], 8, 0.7)
+    half = [(0.6 * wheel, 0.004), (wheel, 0.005), (wheel, 0.016), (0.8 * wheel, 0.022), (0.0, 0.022)]
+    roll = rotated(lathe([*((r, -z) for r, z in half[::-1]), *half], 12), "x", math.pi / 2)
+    pin = rod((tip, 0.0, wheel), (tip, 0.0, 0.075), 0.007, segments=8)
     for k in range(5):
         angle = 2.0 * math.pi * k / 5 + math.pi
-        c, s = math.cos(angle), math.sin(angle)
-        tip = reach - wheel
-        arms.append(
-            sweep(
-                [(0.02 * c, 0.02 * s, 0.115), (0.55 * tip * c, 0.55 * tip * s, 0.095), (tip * c, tip * s, 0.07)],
-                [0.026, 0.021, 0.015],
-                8,
-                0.7,
-            )
-        )
-        roll = rotated(
-            lathe(
-                [
-                    (0.0, -0.022),
-                    (0.8 * wheel, -0.022),
-                    (wheel, -0.016),
-                    (wheel, -0.005),
-                    (0.6 * wheel, -0.004),
-                    (0.6 * wheel, 0.004),
-                    (wheel, 0.005),
-                    (wheel, 0.016),
-                    (0.8 * wheel, 0.022),
-                    (0.0, 0.022),
-                ],
-                12,
-            ),
-            "x",
-            math.pi / 2,
-        )
-        castors.append(moved(rotated(roll, "z", angle + 0.8 * k), tip * c, tip * s, wheel))
-        castors.append(rod((tip * c, tip * s, wheel), (tip * c, tip * s, 0.075), 0.007, segments=8))
+        arms.append(rotated(arm, "z", angle))
+        castors += [
+            moved(rotated(roll, "z", angle + 0.8 * k), tip * math.cos(angle), tip * math.sin(angle), wheel),
+            rotated(pin, "z", angle),
+        ]
     hub = lathe([(0.0, 0.085), (0.045, 0.085), (0.045, 0.12), (0.03, 0.135), (0.0, 0.135)], 16)
     return merged(hub, *arms), merged(*castors)
 

@@ -8,11 +8,12 @@ import numpy as np
 
 from renderer.flat_scene import Mesh
 from renderer.models.model import Model, Parts, Size, fitted
-from renderer.shapes import grid_faces, lathe, merged, moved, rod, rotated, sheet, smooth_normals
+from renderer.models.upholstery import repeated
+from renderer.shapes import blocks, grid_faces, lathe, merged, moved, rod, rotated, sheet, smooth_normals
 
 
 def build_curtain(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return two curtains drawn to the sides, hanging free or gathered by bands; the middle half stays open."""
+    """Return two curtains drawn to the sides, hanging free, gathered by bands, or below a pelmet; the middle half stays open."""
     depth, width, height = size_m
     half_d, half = 0.5 * depth, 0.5 * width
     bar = min(0.014, 0.16 * depth)
@@ -45,11 +46,30 @@ def build_curtain(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
                 rotated(lathe([(0.0, 0.0), (1.5 * bar, 0.0), (1.5 * bar, 0.004), (0.0, 0.004)], 16), "y", 0.5 * math.pi), -half_d, y, rod_z
             )
         )
-    rings = []
-    for s in (-1.0, 1.0):
-        for share in np.linspace(0.04, 0.96, 7):
-            rings.append(_ring(s * (cloth_half - share * span), rod_z, 1.15 * bar, 0.22 * bar))
-    return fitted({"cloth": merged(*hangings, *bands), "rod": merged(*pole, *rings)}, size_m)
+    spots = cloth_half - np.linspace(0.04, 0.96, 7) * span
+    rings = repeated(_ring(0.0, rod_z, 1.15 * bar, 0.22 * bar), [(0.0, s * y, 0.0) for s in (-1.0, 1.0) for y in spots])
+    parts = {"cloth": merged(*hangings, *bands), "rod": merged(*pole, rings)}
+    if style == "pelmet":
+        parts["pelmet"] = _pelmet(half_d, half, height)
+    return fitted(parts, size_m)
+
+
+def _pelmet(half_d: float, half: float, height: float) -> Mesh:
+    """Return a board with a scalloped lower edge that hides the rod, and its returns to the wall."""
+    drop = min(0.24, 0.12 * height)
+    count = max(3, round(2.0 * half / 0.34))
+    y = np.linspace(-half, half, 8 * count + 1)
+    low = height - drop + 0.3 * drop * (1.0 - np.abs(np.sin(0.5 * math.pi * count * (y / half + 1.0))) ** 0.7)
+    z = low[:, None] + (height - low)[:, None] * np.linspace(0.0, 1.0, 4)
+    yy = np.broadcast_to(y[:, None], z.shape)
+    face = np.dstack([np.full_like(z, half_d), yy, z])
+    board = sheet(face, face - np.array([0.012, 0.0, 0.0]))
+    ends = blocks(
+        [(-half_d, -half, height - drop), (-half_d, half - 0.012, height - drop), (-half_d, -half, height - 0.012)],
+        [(half_d - 0.004, -half + 0.012, height), (half_d - 0.004, half, height), (half_d - 0.002, half, height)],
+        0.002,
+    )
+    return merged(board, ends)
 
 
 def _ring(y: float, z: float, radius: float, bar: float) -> Mesh:
@@ -63,7 +83,7 @@ def _hanging(rng: np.random.Generator, span: tuple[float, float], edge: float, r
     """Return one curtain between two y: pleats that are tight at the top and swing out below; ``tied`` draws it to ``edge`` at a band."""
     width = span[1] - span[0]
     pleats = max(3, round(width / rng.uniform(0.075, 0.095)))
-    columns, rows = 14 * pleats + 1, 14
+    columns, rows = 12 * pleats + 1, 14
     u, v = np.meshgrid(np.linspace(0.0, 1.0, columns), np.linspace(0.0, 1.0, rows), indexing="ij")
     phase = rng.uniform(0.0, 2.0 * math.pi, 3)
     drift = 0.35 * np.sin(2.0 * math.pi * (1.3 * u + 0.5 * v) + phase[0]) * (1.0 - v)
@@ -97,4 +117,4 @@ def _band(y: float, half: float, reach: float, z: float) -> Mesh:
     return sheet(outer, inner)
 
 
-MODELS = {"curtain": Model(build_curtain, ("free", "tied"))}
+MODELS = {"curtain": Model(build_curtain, ("free", "tied", "pelmet"))}

@@ -29,7 +29,7 @@ def _paneled(rng: np.random.Generator, size_m: Size) -> Parts:
         [(half_d - 0.016, s * (half_w - 0.006) + (side if s < 0 else 0.0), under + 0.001) for s in (-1.0, 1.0)],
         0.004,
     )
-    modesty = block((-half_d + 0.03, -inner - 0.002, 0.40 * height), (-half_d + 0.048, inner + 0.002, under))
+    modesty = block((-half_d + 0.03, -inner - 0.002, under - 0.095), (-half_d + 0.048, inner + 0.002, under))
     divide = block((-half_d + 0.05, -0.009, under - 0.085), (half_d - 0.03, 0.009, under + 0.001))
     front = half_d - 0.02
     areas = [Front(a, b, under - 0.09, under - 0.002) for a, b in ((-inner, -0.001), (0.001, inner))]
@@ -50,13 +50,13 @@ def _legged(rng: np.random.Generator, size_m: Size) -> Parts:
     thick, apron = 0.026, 0.10
     under = height - thick
     legs: list[Mesh] = []
-    splay = 0.04 if rng.random() < 0.5 else 0.0
+    splay = 0.012 if rng.random() < 0.5 else 0.0
     for sx in (-1.0, 1.0):
         for sy in (-1.0, 1.0):
-            x, y = sx * (half_d - 0.05 - splay), sy * (half_w - 0.05 - splay)
+            x, y = sx * (half_d - 0.032 - splay), sy * (half_w - 0.032 - splay)
             legs.append(rod((x + sx * splay, y + sy * splay, 0.0), (x, y, under - 0.01), 0.015, 0.025, 14))
-    inner = half_w - 0.085 - splay
-    back_edge, front_edge = -half_d + 0.05 + splay, half_d - 0.045 - splay
+    inner = half_w - 0.067 - splay
+    back_edge, front_edge = -half_d + 0.032 + splay, half_d - 0.027 - splay
     rails = blocks(
         [(back_edge, -inner, under - apron), (back_edge, -inner - 0.015, under - apron), (back_edge, inner - 0.01, under - apron)],
         [
@@ -96,8 +96,8 @@ def _framed(rng: np.random.Generator, size_m: Size) -> Parts:
         for z in (0.0, under - bar):
             low.append((-half_d + inset + bar, y0 + 0.002, z + 0.001))
             high.append((half_d - inset - bar, y1 - 0.002, z + bar))
-    low += [(-half_d + inset + 0.002, -half_w + inset, under - 0.045), (-half_d + inset + 0.004, -half_w + inset, 0.35 * height)]
-    high += [(-half_d + inset + bar, half_w - inset, under), (-half_d + inset + bar, half_w - inset, 0.35 * height + bar)]
+    low += [(-half_d + inset + 0.002, -half_w + inset, under - 0.045), (-half_d + inset + 0.004, -half_w + inset, under - 0.1)]
+    high += [(-half_d + inset + bar, half_w - inset, under), (-half_d + inset + bar, half_w - inset, under - 0.1 + bar)]
     tray_x, tray_half = half_d - 0.05, min(0.26, 0.22 * width)
     area = Front(-tray_half, tray_half, under - 0.075, under - 0.003)
     box = block((-half_d + 0.12, -tray_half + 0.006, under - 0.07), (tray_x - 0.014, tray_half - 0.006, under - 0.005))

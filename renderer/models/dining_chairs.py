@@ -62,7 +62,7 @@ def _seat_board(rng: np.random.Generator, size_m: Size, seat_z: float) -> Mesh:
 def _slats(rng: np.random.Generator, size_m: Size) -> Parts:
     depth, width, height = size_m
     half_d, half_w = 0.5 * depth, 0.5 * width
-    seat_z = min(0.46, 0.53 * height)
+    seat_z = min(0.46, 0.505 * height)
     span = half_w - 0.03
     top = height - 0.01
     bottom = seat_z + 0.14 * (height - seat_z)
@@ -79,7 +79,7 @@ def _slats(rng: np.random.Generator, size_m: Size) -> Parts:
 def _cross(rng: np.random.Generator, size_m: Size) -> Parts:
     depth, width, height = size_m
     half_d, half_w = 0.5 * depth, 0.5 * width
-    seat_z = min(0.46, 0.53 * height)
+    seat_z = min(0.46, 0.505 * height)
     span = half_w - 0.028
     top = height - 0.006
     x_top, x_low = (_post_x(z, half_d, seat_z, height) for z in (top - 0.06, seat_z + 0.1))
@@ -95,17 +95,17 @@ def _cross(rng: np.random.Generator, size_m: Size) -> Parts:
 def _padded(rng: np.random.Generator, size_m: Size) -> Parts:
     depth, width, height = size_m
     half_d, half_w = 0.5 * depth, 0.5 * width
-    seat_z = min(0.48, 0.54 * height)
+    seat_z = min(0.48, 0.505 * height)
     legs = [
         rod((sx * (half_d - 0.025), sy * (half_w - 0.025), 0.0), (sx * (half_d - 0.06), sy * (half_w - 0.05), seat_z - 0.05), 0.011, 0.02)
         for sx in (-1.0, 1.0)
         for sy in (-1.0, 1.0)
     ]
     seat = cushion(rng, (-half_d + 0.06, -half_w, seat_z - 0.075), (half_d, half_w, seat_z + 0.025), 0.035, 0.022)
-    rest = cushion(rng, (-half_d + 0.02, -half_w + 0.012, seat_z - 0.06), (-half_d + 0.1, half_w - 0.012, height), 0.035, 0.02, axis=0)
+    rest = cushion(rng, (-half_d + 0.045, -half_w + 0.012, seat_z - 0.06), (-half_d + 0.095, half_w - 0.012, height), 0.02, 0.014, axis=0)
     points = rest.vertices.astype(np.float64)
     rise = np.clip((points[:, 2] - seat_z) / (height - seat_z), 0.0, 1.0)
-    points[:, 0] += 0.05 * (points[:, 1] / half_w) ** 2 - 0.07 * rise**1.3
+    points[:, 0] += 0.018 * (points[:, 1] / half_w) ** 2 - 0.045 * rise**1.3
     points[:, 1] *= 1.0 - 0.1 * rise**2
     return {"frame": merged(*legs), "seat": seat, "back": rest._replace(vertices=points.astype(np.float32))}
 

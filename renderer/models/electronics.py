@@ -45,12 +45,12 @@ def _key_grid(x: tuple[float, float], half_w: float, z: float, travel: float, co
             gap = min(0.0016, 0.12 * (xs[1] - xs[0]))
             low.append((xs[r] + gap, a + gap, z))
             high.append((xs[r + 1] - gap, b - gap, z + travel))
-    return _keycaps(np.asarray(low), np.asarray(high))
+    return keycaps(np.asarray(low), np.asarray(high))
 
 
-def _keycaps(low: NDArray[np.float64], high: NDArray[np.float64]) -> Mesh:
-    """Return boxes whose tops are a little smaller than their feet, 12 triangles each."""
-    taper = np.minimum(0.0012, 0.12 * (high - low)[:, :2].min(axis=1))[:, None]
+def keycaps(low: NDArray[np.float64], high: NDArray[np.float64], taper_m: float = 0.0012) -> Mesh:
+    """Return boxes (n, 3) whose tops are ``taper_m`` smaller on each side than their feet, 12 triangles each."""
+    taper = np.minimum(taper_m, 0.12 * (high - low)[:, :2].min(axis=1))[:, None]
     rings = []
     for z, inset in ((low[:, 2:], 0.0 * taper), (high[:, 2:], taper)):
         x0, y0, x1, y1 = low[:, :1] + inset, low[:, 1:2] + inset, high[:, :1] - inset, high[:, 1:2] - inset

@@ -11,14 +11,15 @@ from renderer.models.lamps import globe
 from renderer.models.lofts import bent, disc, loft, lying, oval, ring
 from renderer.models.model import Model, Parts, Size, fitted
 from renderer.models.soft import cushion
-from renderer.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
+from renderer.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sweep
 
 
 def build_treadmill(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return a treadmill: deck with belt and side rails, motor hood, uprights with hand rails, console with screen."""
+    """Return a treadmill: deck with belt and side rails, motor hood, uprights with hand rails or short bars, console."""
     depth, width, height = size_m
     half_d, half_w = 0.5 * depth, 0.5 * width
-    deck = min(0.2, 0.15 * height)
+    compact = style == "compact"
+    deck = min(0.2, 0.15 * height) * (0.7 if compact else 1.0)
     hood_end = -half_d + 0.26 * depth
     belt_half = 0.62 * half_w
     belt = rounded_box((hood_end - 0.1, -belt_half, deck - 0.045), (half_d - 0.02, belt_half, deck), 0.02, 2)
@@ -43,12 +44,17 @@ def build_treadmill(rng: np.random.Generator, size_m: Size, style: str) -> Parts
     ]
     outline = [
         oval(0.5 * (hood_end + half_d) + e, half_w - i, z, -half_d + 0.5 * (hood_end + half_d) + e, 7.0)
-        for e, i, z in ((0.0, 0.0, 0.03), (0.0, 0.0, deck), (-0.03, 0.03, deck + 0.07), (-0.07, 0.09, deck + 0.085))
+        for e, i, z in (
+            (0.0, 0.0, 0.03),
+            (0.0, 0.0, deck),
+            (-0.03, 0.03, deck + (0.03 if compact else 0.07)),
+            (-0.07, 0.09, deck + (0.04 if compact else 0.085)),
+        )
     ]
     hood = loft(outline)
     top = 0.82 * height
     post_y = half_w - 0.05
-    lean = 0.1 if style == "curved" else 0.16
+    lean = {"straight": 0.16, "curved": 0.1, "compact": 0.04}[style]
     posts, grips = [], []
     for s in (-1.0, 1.0):
         foot, head = (-half_d + 0.12 + 0.1, s * post_y, 0.06), (-half_d + 0.1 + lean, s * post_y, top)
@@ -56,7 +62,10 @@ def build_treadmill(rng: np.random.Generator, size_m: Size, style: str) -> Parts
             posts.append(bent([foot, (-half_d + 0.1, s * post_y, 0.5 * top), head], 0.032, 0.3, 12))
         else:
             posts.append(sweep([foot, head], [0.042, 0.034], 12, 0.7))
-        reach = head[0] + 0.32 * depth
+        reach = head[0] + (0.2 if compact else 0.32) * depth
+        if compact:
+            grips.append(sweep([(head[0] - 0.02, s * post_y, top - 0.02), (reach, s * post_y, top - 0.05)], [0.022, 0.019], 12))
+            continue
         grips.append(
             bent(
                 [
@@ -92,94 +101,8 @@ def build_treadmill(rng: np.random.Generator, size_m: Size, style: str) -> Parts
     )
 
 
-def build_exercise_bike(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return a spinning bike with bare flywheel, or an upright bike with covered drive and console; handlebar at -x, saddle at +x."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
-    feet = [rounded_box((x - 0.035, -half_w, 0.0), (x + 0.035, half_w, 0.06), 0.02, 2) for x in (-half_d + 0.05, half_d - 0.05)]
-    r = min(0.24, 0.23 * depth, 0.2 * height)
-    wheel = (-half_d + r + 0.05, 0.0, r + 0.09)
-    crank = (0.04 * depth, 0.0, 0.29 * height)
-    seat_top = (0.26 * depth, 0.0, 0.74 * height)
-    bar_top = (-0.27 * depth, 0.0, 0.84 * height)
-    beam = [bent([(-half_d + 0.05, 0, 0.05), (0.0, 0.0, 0.09), (half_d - 0.05, 0, 0.05)], 0.03, 0.2, 10)]
-    beam += [sweep([(0.0, 0.0, 0.08), crank, (0.2 * depth, 0.0, 0.56 * height)], 0.034, 10)]
-    beam += [sweep([crank, (-0.2 * depth, 0.0, 0.62 * height), (-0.22 * depth, 0.0, 0.66 * height)], 0.034, 10)]
-    fork = [
-        bent([(wheel[0], s * 0.05, wheel[2]), (-0.22 * depth, s * 0.045, 0.5 * height), (-0.2 * depth, 0.0, 0.6 * height)], 0.016, 0.1, 8)
-        for s in (-1.0, 1.0)
-    ]
-    posts = [sweep([(0.19 * depth, 0, 0.5 * height), (seat_top[0], 0, seat_top[2] - 0.05)], 0.022, 10)]
-    posts += [sweep([(-0.21 * depth, 0.0, 0.6 * height), (bar_top[0], 0.0, bar_top[2])], 0.022, 10)]
-    if style == "spinning":
-        fly = merged(
-            disc("y", wheel, r, 0.03, 40, 0.006), disc("y", wheel, 0.3 * r, 0.07, 20, 0.01), ring("y", wheel, 0.95 * r, 0.02, 40, 8)
-        )
-        cover = [sweep([wheel, crank], [0.55 * r, 0.11], 24, 0.16)]
-        cover = [moved(mesh, y=-0.055) for mesh in cover]
-    else:
-        fly = disc("y", (wheel[0], 0.0, wheel[2]), 0.8 * r, 0.14, 36, 0.02)
-        shell = [disc("y", (wheel[0] + 0.02, 0.0, wheel[2] + 0.01), 1.02 * r, 0.11, 36, 0.04), disc("y", crank, 0.17, 0.11, 28, 0.04)]
-        cover = [*shell, sweep([(wheel[0], 0, wheel[2] + 0.1 * r), crank], [0.9 * r, 0.15], 24, 0.2)]
-    pedals, arms = [], [rod((crank[0], -0.1, crank[2]), (crank[0], 0.1, crank[2]), 0.016)]
-    turn, reach = rng.uniform(0.0, 2.0 * math.pi), min(0.17, crank[2] - 0.1)
-    for s in (-1.0, 1.0):
-        px, pz = crank[0] + s * reach * math.cos(turn), crank[2] + s * reach * math.sin(turn)
-        arms.append(sweep([(crank[0], s * 0.095, crank[2]), (px, s * 0.1, pz)], 0.013, 8))
-        pedals.append(block((px - 0.045, s * 0.14 - 0.04, pz - 0.012), (px + 0.045, s * 0.14 + 0.04, pz + 0.012), 0.006))
-    grip_w = 0.92 * half_w
-    reach = -half_d + 0.02
-    bars = bent(
-        [
-            (reach + 0.2 * depth, -grip_w, bar_top[2] + 0.02),
-            (reach, -grip_w, bar_top[2] + 0.05),
-            (bar_top[0] - 0.02, -0.06, bar_top[2]),
-            (bar_top[0] - 0.02, 0.06, bar_top[2]),
-            (reach, grip_w, bar_top[2] + 0.05),
-            (reach + 0.2 * depth, grip_w, bar_top[2] + 0.02),
-        ],
-        0.015,
-        0.06,
-        10,
-    )
-    z = bar_top[2] + 0.03
-    console = rounded_box((-0.02, -0.13, 0.0), (0.02, 0.13, height - z), 0.014, 2)
-    screen = block((0.012, -0.1, 0.25 * (height - z)), (0.023, 0.1, 0.85 * (height - z)), 0.002)
-    console, screen = (moved(rotated(mesh, "y", -0.5), bar_top[0] + 0.02, z=z) for mesh in (console, screen))
-    return fitted(
-        {
-            "frame": merged(*feet, *beam, *fork),
-            "posts": merged(*posts, *arms),
-            "flywheel": fly,
-            "cover": merged(*cover),
-            "pedals": merged(*pedals),
-            "saddle": saddle(rng, 0.27, 0.21, seat_top, -1.0),
-            "handlebar": bars,
-            "console": console,
-            "screen": screen,
-        },
-        size_m,
-    )
-
-
-def saddle(rng: np.random.Generator, length: float, width: float, top: tuple[float, float, float], nose: float) -> Mesh:
-    """Return a padded saddle whose nose looks along x times ``nose``; its highest point is ``top``."""
-    shares = np.linspace(-0.5, 0.5, 11)
-    half = 0.5 * width * np.interp(shares, [-0.5, -0.44, -0.3, 0.0, 0.2, 0.45, 0.5], [0.5, 0.85, 1.0, 0.6, 0.28, 0.2, 0.08])
-    t = np.linspace(-1.0, 1.0, 9)
-    x = nose * length * np.repeat(shares[:, None], 9, axis=1)
-    y = half[:, None] * np.sin(0.5 * math.pi * t)[None]
-    crown = np.sqrt(np.clip(1.0 - np.sin(0.5 * math.pi * t) ** 2, 0.0, 1.0))[None]
-    z = -0.012 * (1.0 - np.cos(2.5 * shares))[:, None] - 0.045 * (1.0 - crown)
-    upper = np.dstack([x, y, z])
-    lower = np.dstack([x, y, np.minimum(z - 0.004, -0.05 + 0.0 * z)])
-    if nose < 0.0:
-        upper, lower = upper[::-1], lower[::-1]
-    return moved(sheet(upper, lower), *top)
-
-
 def build_weight_bench(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return a padded bench, flat or with raised back, and a bar with plates.
+    """Return a padded bench, flat, with raised back, or flat with rollers for the legs, and a bar with plates.
 
     A bench at least 0.95 m wide and 0.75 m high has a rack that carries the bar; the bar of a smaller one lies under its pad.
     """
@@ -189,19 +112,30 @@ def build_weight_bench(rng: np.random.Generator, size_m: Size, style: str) -> Pa
     r = min(0.21, 0.2 * height + 0.03, 0.3 * depth) if racked else min(0.13, 0.27 * height, 0.2 * width)
     bar_x, bar_z = (-half_d + r, height - r) if racked else (-0.08 * depth, r)
     post_y = min(half_w - 0.2, 0.45) if racked else half_w - 0.14
-    seat = min(0.45, 0.42 * height) if racked else height * (1.0 if style == "flat" else 0.72)
+    seat = min(0.45, 0.42 * height) if racked else height * (0.72 if style == "incline" else 1.0)
     pad_half = min(0.15, 0.26 * width)
     head = bar_x if racked else -half_d
     split = 0.34 * half_d
     room = 0.8 * (bar_z - seat) if racked else height - seat
     back_len = split - head
     steep = rng.uniform(0.35, 0.6) if racked else 1.0
-    lift = 0.0 if style == "flat" else min(steep, math.asin(min(0.9, room / back_len)))
+    lift = 0.0 if style != "incline" else min(steep, math.asin(min(0.9, room / back_len)))
     back = cushion(rng, (-back_len, -pad_half, 0.0), (0.0, pad_half, 0.065), 0.02, 0.012)
     back = moved(rotated(back, "y", lift), split, 0.0, seat - 0.065)
-    pads = merged(cushion(rng, (split + 0.01, -pad_half, seat - 0.065), (half_d, pad_half, seat), 0.02, 0.012), back)
+    pads = merged(
+        cushion(
+            rng, (split + 0.01, -pad_half, seat - 0.065), (half_d - (0.13 if style == "rollers" else 0.0), pad_half, seat), 0.02, 0.012
+        ),
+        back,
+    )
+    end = half_d - (0.13 if style == "rollers" else 0.0)
+    if style == "rollers":
+        rolls = [(end + 0.02, seat - 0.1), (half_d - 0.055, max(0.3 * seat, 0.06))]
+        pads = merged(pads, *(rod((x, -0.9 * pad_half - 0.05, z), (x, 0.9 * pad_half + 0.05, z), 0.05, segments=16) for x, z in rolls))
     beam = blocks([(head + 0.1, -0.03, seat - 0.13)], [(half_d - 0.12, 0.03, seat - 0.07)], 0.005)
     frame = [beam, *_bench_feet(half_d, 0.85 * pad_half + 0.06, seat, head, racked)]
+    if style == "rollers":
+        frame.append(sweep([(end - 0.06, 0.0, seat - 0.1), (rolls[0][0], 0.0, rolls[0][1]), (rolls[1][0], 0.0, rolls[1][1])], 0.018, 8))
     if lift > 0.0:
         reach = 0.6 * back_len
         prop = (split - reach * math.cos(lift), 0.0, seat - 0.07 + reach * math.sin(lift))
@@ -343,9 +277,8 @@ def build_kettlebell(rng: np.random.Generator, size_m: Size, style: str) -> Part
 
 
 MODELS = {
-    "treadmill": Model(build_treadmill, ("straight", "curved")),
-    "exercise_bike": Model(build_exercise_bike, ("spinning", "upright")),
-    "weight_bench": Model(build_weight_bench, ("flat", "incline")),
+    "treadmill": Model(build_treadmill, ("straight", "curved", "compact")),
+    "weight_bench": Model(build_weight_bench, ("flat", "incline", "rollers")),
     "dumbbell_rack": Model(build_dumbbell_rack, ("hexagonal", "round")),
     "exercise_mat": Model(build_exercise_mat, ("ribbed",)),
     "gym_ball": Model(build_gym_ball, ("ball",)),

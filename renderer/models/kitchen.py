@@ -17,6 +17,7 @@ from renderer.shapes import block, blocks, lathe, merged, moved, rod, rotated, r
 WORKTOP_M = 0.04
 PLINTH_M = 0.1
 OVERHANG_M = 0.03
+GRIP_M = 0.022
 
 
 def _case(back: float, front: float, half: float, low: float, high: float) -> Mesh:
@@ -34,7 +35,13 @@ def _columns(width: float, about: float = 0.5) -> list[float]:
 
 
 def _handles(x: float, drawers: Sequence[Front], doors: Sequence[Front], style: str, reach: float, at_top: bool = True) -> Mesh:
-    """Return bars (flat fronts) or knobs (framed fronts); doors have them near the upper edge, or near the lower one of wall units."""
+    """Return bars (flat fronts), knobs (framed fronts) or grip channels along the edges (handleless ones).
+
+    Doors have them near the upper edge, or near the lower one of wall units.
+    """
+    if style == "handleless":
+        spans = [(a.left, a.right, a.high - 0.02 if at_top else a.low + 0.002) for a in (*drawers, *doors)]
+        return blocks([(x - 0.034, y0, z) for y0, _, z in spans], [(x - 0.014, y1, z + 0.019) for _, y1, z in spans], 0.003)
     pieces = []
     for a in drawers:
         y, z, width = 0.5 * (a.left + a.right), a.high - min(0.05, 0.5 * (a.high - a.low)), a.right - a.left
@@ -63,16 +70,18 @@ def _unit(rng: np.random.Generator, size_m: Size, worktop_z: float, style: str, 
             split = top if only_doors else low + 0.78 * (top - low)
             doors.append(Front(a, b, low, split))
             drawers += [] if only_doors else [Front(a, b, split, top)]
+    cut = GRIP_M if style == "handleless" else 0.0
+    shut = [a._replace(high=a.high - cut) for a in (*drawers, *doors)]
     return {
-        "body": _case(back, front - 0.019, half, low, high + 0.001),
-        "fronts": fronts(front, [*drawers, *doors], 0.019, framed=style == "framed"),
+        "body": _case(back, front - 0.019 - 0.6 * cut, half, low, high + 0.001),
+        "fronts": fronts(front, shut, 0.019, framed=style == "framed"),
         "handles": _handles(front, drawers, doors, style, OVERHANG_M - 0.004),
         "plinth": block((back + 0.02, -half, 0.0), (front - 0.06, half, low + 0.002), 0.001),
     }
 
 
 def build_kitchen_counter(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return base units with drawers and doors under a worktop: flat fronts with bars, or framed fronts with knobs."""
+    """Return base units with drawers and doors under a worktop: flat fronts with bars, framed ones with knobs, or grip channels."""
     depth, width, height = size_m
     worktop = block((-0.5 * depth, -0.5 * width, height - WORKTOP_M), (0.5 * depth, 0.5 * width, height), 0.002)
     return fitted({**_unit(rng, size_m, height, style, False), "worktop": worktop}, size_m)
@@ -152,10 +161,10 @@ def kitchen_tap(x: float, y: float, z: float, top: float, reach: float) -> Mesh:
 
 
 def build_wall_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return a hanging unit with flat doors and bars, or framed doors and knobs."""
+    """Return a hanging unit with flat doors and bars, framed doors and knobs, or plain doors gripped from below."""
     depth, width, height = size_m
     back, half = -0.5 * depth, 0.5 * width
-    reach = min(0.026, 0.09 * depth)
+    reach = min(0.026, 0.09 * depth) if style != "handleless" else 0.0
     front = 0.5 * depth - reach
     edges = _columns(width, 0.45)
     doors = [Front(a, b, 0.001, height - (0.03 if style == "framed" else 0.001)) for a, b in itertools.pairwise(edges)]
@@ -165,7 +174,9 @@ def build_wall_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Pa
     return fitted(
         {
             "body": merged(*body),
-            "fronts": fronts(front, doors, 0.019, framed=style == "framed"),
+            "fronts": fronts(
+                front, doors if style != "handleless" else [a._replace(low=GRIP_M) for a in doors], 0.019, framed=style == "framed"
+            ),
             "handles": _handles(front, [], doors, style, reach, at_top=False),
         },
         size_m,
@@ -173,7 +184,7 @@ def build_wall_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Pa
 
 
 def build_dishwasher(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return a dishwasher under a worktop: its panel above the door, with a bar or a recessed grip."""
+    """Return a dishwasher under a worktop: its panel above the door, with a bar or a recessed grip, or hidden behind a framed front."""
     depth, width, height = size_m
     back, half = -0.5 * depth, 0.5 * width
     front = 0.5 * depth - OVERHANG_M
@@ -183,7 +194,9 @@ def build_dishwasher(rng: np.random.Generator, size_m: Size, style: str) -> Part
     door = rounded_box((front - 0.03, -half + 0.003, low + 0.004), (front, half - 0.003, split - 0.003), 0.006)
     panel = rounded_box((front - 0.03, -half + 0.003, split), (front, half - 0.003, high - 0.004), 0.006)
     z = 0.5 * (split + high)
-    if style == "bar":
+    if style == "integrated":
+        door = fronts(front, [Front(-half + 0.002, half - 0.002, low + 0.002, split - 0.002)], 0.02, framed=True)
+    if style in ("bar", "integrated"):
         handle = bar_handle(front, 0.0, split - 0.045, 1.5 * half, OVERHANG_M - 0.004)
     else:
         handle = rounded_box((front - 0.01, -0.35 * half, split - 0.02), (front + 0.012, 0.35 * half, split + 0.004), 0.005)
@@ -213,8 +226,8 @@ def turned_knob(x: float, y: float, z: float, r: float, reach: float) -> Mesh:
 
 
 MODELS = {
-    "kitchen_counter": Model(build_kitchen_counter, ("flat", "framed")),
-    "sink_counter": Model(build_sink_counter, ("flat", "framed")),
-    "wall_cabinet": Model(build_wall_cabinet, ("flat", "framed")),
-    "dishwasher": Model(build_dishwasher, ("bar", "grip")),
+    "kitchen_counter": Model(build_kitchen_counter, ("flat", "framed", "handleless")),
+    "sink_counter": Model(build_sink_counter, ("flat", "framed", "handleless")),
+    "wall_cabinet": Model(build_wall_cabinet, ("flat", "framed", "handleless")),
+    "dishwasher": Model(build_dishwasher, ("bar", "grip", "integrated")),
 }

@@ -9,12 +9,13 @@ import numpy as np
 from renderer.flat_scene import Mesh
 from renderer.models.model import Model, Parts, Size, fitted
 from renderer.models.soft import cushion
-from renderer.shapes import lathe, merged, rod, rotated, rounded_box, sheet
+from renderer.models.upholstery import tufted
+from renderer.shapes import lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
 
 
 def build_armchair(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return an upholstered lounge chair, a wooden frame with loose cushions, or a rounded tub."""
-    return fitted({"lounge": _lounge, "frame": _wood_frame, "tub": _tub}[style](rng, size_m), size_m)
+    """Return an upholstered lounge chair, a wooden frame with loose cushions, a rounded tub, or a buttoned wing chair."""
+    return fitted({"lounge": _lounge, "frame": _wood_frame, "tub": _tub, "wing": _wing}[style](rng, size_m), size_m)
 
 
 def _lounge(rng: np.random.Generator, size_m: Size) -> Parts:
@@ -31,8 +32,12 @@ def _lounge(rng: np.random.Generator, size_m: Size) -> Parts:
         arms.append(rounded_box((-half_d + 0.02, low, leg), (half_d - 0.01, high, arm_z), 0.045, 3))
     base = rounded_box((-half_d + 0.03, -inner - 0.02, leg), (half_d - 0.035, inner + 0.02, seat_z - 0.13), 0.02)
     shell = rounded_box((-half_d, -half_w + 0.015, leg), (-half_d + 0.13, half_w - 0.015, height - 0.03), 0.05, 3)
-    seat = cushion(rng, (-half_d + 0.11, -inner + 0.003, seat_z - 0.14), (half_d, inner - 0.003, seat_z + 0.02), 0.05, 0.035)
-    back = cushion(rng, (-half_d + 0.09, -inner + 0.006, seat_z - 0.01), (-half_d + 0.29, inner - 0.006, height), 0.06, 0.06, axis=0)
+    seat = cushion(
+        rng, (-half_d + 0.11, -inner + 0.003, seat_z - 0.14), (half_d, inner - 0.003, seat_z + 0.025), 0.05, 0.04, piping_m=0.005
+    )
+    back = cushion(
+        rng, (-half_d + 0.09, -inner + 0.006, seat_z - 0.01), (-half_d + 0.30, inner - 0.006, height), 0.06, 0.07, axis=0, piping_m=0.005
+    )
     back = rotated(back, "y", -0.10, (-half_d + 0.1, 0.0, seat_z))
     legs = [
         rod((sx * (half_d - 0.07), sy * (half_w - 0.06), 0.0), (sx * (half_d - 0.08), sy * (half_w - 0.07), leg + 0.02), 0.014, 0.023)
@@ -98,7 +103,7 @@ def _tub(rng: np.random.Generator, size_m: Size) -> Parts:
     inside = np.dstack([(half_d * outer - thick) * round_x, (half_w * outer - thick) * round_y, z - 0.012 * (1.0 - vv)])
     shell = sheet(outside, inside)
     seat_half = half_w - 0.105
-    seat = cushion(rng, (-half_d + 0.12, -seat_half, seat_z - 0.15), (half_d, seat_half, seat_z + 0.015), 0.06, 0.035)
+    seat = cushion(rng, (-half_d + 0.12, -seat_half, seat_z - 0.15), (half_d, seat_half, seat_z + 0.015), 0.06, 0.035, piping_m=0.005)
     base = rounded_box((-half_d + 0.14, -half_w + 0.13, leg), (half_d - 0.05, half_w - 0.13, seat_z - 0.13), 0.03)
     legs = [
         rod((sx * (half_d - 0.12), sy * (half_w - 0.12), 0.0), (sx * (half_d - 0.17), sy * (half_w - 0.17), leg + 0.03), 0.012, 0.02)
@@ -106,6 +111,43 @@ def _tub(rng: np.random.Generator, size_m: Size) -> Parts:
         for sy in (-1.0, 1.0)
     ]
     return {"body": merged(base, shell), "seat": seat, "legs": merged(*legs)}
+
+
+def _wing(rng: np.random.Generator, size_m: Size) -> Parts:
+    """A high buttoned back between wings, rolled arms, turned feet."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    leg, arm, seat_z = 0.15 * height, 0.15 * width, min(0.45, 0.52 * height)
+    arm_z = min(seat_z + 0.18, 0.76 * height)
+    inner = half_w - arm
+    body = [
+        rounded_box((-half_d, -inner - 0.02, leg), (-half_d + 0.12, inner + 0.02, height), 0.045, 3),
+        rounded_box((-half_d + 0.03, -inner - 0.02, leg), (half_d - 0.03, inner + 0.02, seat_z - 0.11), 0.02),
+    ]
+    v, u = np.meshgrid(np.linspace(0.0, 1.0, 13), np.linspace(0.0, 1.0, 7), indexing="ij")
+    reach = 0.14 * depth + 0.26 * depth * np.sin(math.pi * np.clip(0.35 + 0.62 * v, 0.0, 1.0)) ** 0.7
+    z = seat_z + (height - 0.015 - seat_z) * v
+    x = -half_d + 0.01 + reach * u
+    radius = min(0.065, 0.5 * arm)
+    for s in (-1.0, 1.0):
+        y = half_w - 0.55 * arm - 0.02 * u
+        fat = 0.036 * np.sqrt(np.clip(1.0 - (2.0 * u - 1.0) ** 4, 0.02, 1.0))
+        faces = np.dstack([x, s * (y - s * fat), z]), np.dstack([x, s * (y + s * fat), z])
+        body.append(sheet(*faces))
+        middle = s * (half_w - radius)
+        path = np.column_stack([np.linspace(-half_d + 0.06, half_d - 0.05, 4), [middle] * 4, [arm_z - radius] * 4])
+        body.append(sweep(path, radius, 18))
+        low, high = sorted((s * (half_w - 0.03), s * (inner - 0.002)))
+        body.append(rounded_box((-half_d + 0.04, low, leg), (half_d - 0.06, high, arm_z - radius), 0.025))
+    back_z = (seat_z - 0.02, height - 0.05)
+    panel = tufted((-inner, inner), back_z, (-half_d + 0.09, -half_d + 0.18), (0.16, 0.14), 0.04)
+    seat = cushion(
+        rng, (-half_d + 0.13, -inner + 0.004, seat_z - 0.12), (half_d, inner - 0.004, seat_z + 0.02), 0.045, 0.035, piping_m=0.005
+    )
+    profile = [(0.0, 0.0), (0.014, 0.0), (0.02, 0.12 * leg), (0.014, 0.3 * leg), (0.026, 0.7 * leg), (0.02, 0.8 * leg), (0.03, leg + 0.01)]
+    foot = lathe([*profile, (0.0, leg + 0.01)], 14)
+    legs = [moved(foot, x, sy * (half_w - 0.09)) for x in (-half_d + 0.08, half_d - 0.09) for sy in (-1.0, 1.0)]
+    return {"body": merged(*body), "seat": seat, "back": panel, "legs": merged(*legs)}
 
 
 def build_pouf(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
@@ -164,6 +206,6 @@ def build_pouf(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
 
 
 MODELS = {
-    "armchair": Model(build_armchair, ("lounge", "frame", "tub")),
+    "armchair": Model(build_armchair, ("lounge", "frame", "tub", "wing")),
     "pouf": Model(build_pouf, ("round", "square", "knitted")),
 }

@@ -8,10 +8,11 @@ from collections.abc import Iterable
 import numpy as np
 
 from renderer.flat_scene import Mesh
+from renderer.models.electronics import keycaps
 from renderer.models.model import Model, Parts, Size, fitted
 from renderer.shapes import block, blocks, lathe, merged, moved, rod, rotated
 
-BOOK_COLORS = 6
+BOOK_COLORS = 8
 Corner = tuple[float, float, float]
 
 
@@ -63,7 +64,10 @@ def build_bookshelf(rng: np.random.Generator, size_m: Size, style: str) -> Parts
 
 
 def _filled(rng: np.random.Generator, bays: Iterable[tuple[float, float, float, float]], back: float, front: float) -> Parts:
-    """Fill bays (left, right, floor, ceiling) with rows and piles of books and a few vases, as colour parts ``books_0`` and so on."""
+    """Fill bays (left, right, floor, ceiling) with rows and piles of books and a few vases, as colour parts ``books_0`` and so on.
+
+    The spines of many standing books bear ``labels``.
+    """
     boxes: list[tuple[int, Corner, Corner]] = []
     leaning: list[tuple[int, Mesh]] = []
     ornaments: list[Mesh] = []
@@ -85,7 +89,7 @@ def _filled(rng: np.random.Generator, bays: Iterable[tuple[float, float, float, 
     if not ornaments:
         left, _, floor, ceiling = next(iter(bays))
         ornaments.append(moved(_ornament(rng, min(0.08, 0.5 * (ceiling - floor))), front - 0.05, left + 0.05, floor))
-    parts: Parts = {"ornaments": merged(*ornaments)}
+    parts: Parts = {"ornaments": merged(*ornaments), "labels": _labels(rng, boxes, front)}
     for color in range(BOOK_COLORS):
         mine = [box for box in boxes if box[0] == color]
         meshes = [mesh for index, mesh in leaning if index == color]
@@ -96,6 +100,27 @@ def _filled(rng: np.random.Generator, bays: Iterable[tuple[float, float, float, 
             meshes.append(block((back + 0.02, left, floor + 0.02 * color), (back + 0.12, left + 0.08, floor + 0.02 * color + 0.018), 0.002))
         parts[f"books_{color}"] = merged(*meshes)
     return parts
+
+
+def _labels(rng: np.random.Generator, boxes: list[tuple[int, Corner, Corner]], front: float) -> Mesh:
+    """Return title fields and lines on the spines of about half of the standing books."""
+    low, high = [], []
+    for _, a, b in boxes:
+        wide, tall = b[1] - a[1], b[2] - a[2]
+        if tall < 2.0 * wide or rng.random() < 0.45:
+            continue
+        x0, x1, margin = b[0] - 0.001, min(b[0] + 0.0006, front), 0.14 * wide
+        if rng.random() < 0.5:
+            z, size = a[2] + tall * rng.uniform(0.5, 0.72), tall * rng.uniform(0.1, 0.22)
+            low.append((x0, a[1] + margin, z))
+            high.append((x1, b[1] - margin, z + size))
+        else:
+            low += [(x0, a[1] + margin, a[2] + share * tall) for share in (0.12, 0.82)]
+            high += [(x1, b[1] - margin, a[2] + share * tall + 0.006) for share in (0.12, 0.82)]
+    if not low:
+        _, a, b = boxes[0] if boxes else (0, (front - 0.1, -0.02, 0.1), (front - 0.002, 0.02, 0.14))
+        low, high = [(b[0] - 0.001, a[1] + 0.004, a[2] + 0.004)], [(b[0] + 0.0006, b[1] - 0.004, a[2] + 0.01)]
+    return keycaps(np.asarray(low), np.asarray(high), 0.0)
 
 
 def _upright(

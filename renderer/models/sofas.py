@@ -12,10 +12,12 @@ import numpy as np
 from renderer.flat_scene import Mesh
 from renderer.models.model import Model, Parts, Size, fitted
 from renderer.models.soft import cushion, pillow
-from renderer.shapes import block, lathe, merged, moved, rod, rotated, rounded_box, sweep
+from renderer.models.upholstery import piping, rounded_loop, tufted
+from renderer.shapes import block, lathe, merged, mirrored, moved, rod, rotated, rounded_box, sweep
 
 SEAT_WIDTH_M = 0.7
 GAP_M = 0.004
+PIPING_M = 0.005
 
 
 class _Build(NamedTuple):
@@ -27,12 +29,15 @@ class _Build(NamedTuple):
     seat_z: float
     back_z: float
     pad: float
+    piping: float
 
 
 def build_sofa(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return a sofa: deep with broad round arms, slim on tall legs, or rolled arms as high as the back."""
+    """Return a sofa: deep with broad round arms, slim on tall legs, rolled arms as high as the back, or a buttoned chesterfield."""
     depth, width, height = size_m
     half_d, half_w = 0.5 * depth, 0.5 * width
+    if style == "chesterfield":
+        return fitted(_chesterfield(rng, size_m), size_m)
     plan = _plan(style, width, height)
     inner = half_w - plan.arm
     edges = np.linspace(-inner, inner, max(1, round(2.0 * inner / SEAT_WIDTH_M)) + 1)
@@ -40,7 +45,7 @@ def build_sofa(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     base = (-half_d + 0.03, -inner - 0.02, plan.leg), (half_d - 0.03, inner + 0.02, plan.seat_z - plan.pad)
     body = [rounded_box(*back, 0.05, 3), rounded_box(*base, 0.02), *(_arm(style, plan, s, half_w, -half_d, half_d) for s in (-1.0, 1.0))]
     front = -half_d + 0.13
-    backs = _back_cushions(rng, edges, front, plan.seat_z, height)
+    backs = _back_cushions(rng, edges, front, height, plan)
     spots = [(s * (inner - 0.24), s * rng.uniform(0.1, 0.4)) for s in (-1.0, 1.0)]
     return fitted(
         {
@@ -52,6 +57,45 @@ def build_sofa(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         },
         size_m,
     )
+
+
+def _chesterfield(rng: np.random.Generator, size_m: Size) -> Parts:
+    """Arms and back of one height, rolled outward, with deep buttons inside; loose seat cushions; turned feet."""
+    depth, width, height = size_m
+    half_d, half_w = 0.5 * depth, 0.5 * width
+    leg, seat_z, pad = 0.1 * height / 0.8, min(0.44, 0.56 * height), 0.13
+    roll = min(0.085, 0.11 * height, 0.06 * width)
+    arm = 2.0 * roll + 0.05
+    inner, x_back, top = half_w - arm, -half_d + arm, height - roll
+    rise = (top - seat_z + 0.03) / 3.2
+    pitch = (max(0.17, 2.0 * inner / 9.0), rise)
+    z = (seat_z - 0.03, top)
+    panel = tufted((-inner - 0.02, inner + 0.02), z, (x_back - 0.05, x_back + 0.02), pitch, 0.02)
+    side = tufted((-half_d + arm - 0.02, half_d - 0.02), z, (0.0, 0.07), (max(0.2, 0.25 * depth), rise), 0.02)
+    right = mirrored(moved(rotated(side, "z", 0.5 * math.pi), y=-half_w + arm - 0.05), "x")
+    arms = [right, mirrored(right, "y")]
+    rolls, low = [], leg
+    for s in (-1.0, 1.0):
+        y = s * (half_w - roll)
+        rolls.append(sweep(np.column_stack([np.linspace(-half_d + roll, half_d - 0.008, 3), [y] * 3, [top] * 3]), roll, 20))
+        face = [(0.0, 0.0), (0.62 * roll, 0.0), (0.6 * roll, 0.004), (0.3 * roll, 0.007), (0.0, 0.007)]
+        rolls.append(moved(rotated(lathe(face, 16), "y", 0.5 * math.pi), half_d - 0.01, y, top))
+        a, b = sorted((s * (half_w - 0.045), s * (inner - 0.002)))
+        rolls.append(rounded_box((-half_d + 0.03, a, low), (half_d - 0.018, b, top), 0.025))
+    rolls.append(sweep(np.column_stack([[-half_d + roll] * 3, np.linspace(-half_w + roll, half_w - roll, 3), [top] * 3]), roll, 20))
+    rolls.append(rounded_box((-half_d + 0.045, -half_w + 0.06, low), (x_back, half_w - 0.06, top), 0.02))
+    rolls.append(rounded_box((x_back - 0.02, -inner - 0.02, low), (half_d - 0.03, inner + 0.02, seat_z - pad), 0.02))
+    edges = np.linspace(-inner, inner, max(1, round(2.0 * inner / SEAT_WIDTH_M)) + 1)
+    plan = _Build(leg, arm, height, seat_z, height, pad, PIPING_M)
+    feet = [(x, y) for x in (-half_d + 0.1, half_d - 0.08) for y in (-half_w + 0.1, half_w - 0.1)]
+    spots = [(s * (inner - 0.2), s * rng.uniform(0.15, 0.4)) for s in (-1.0, 1.0)]
+    return {
+        "body": merged(*rolls, *arms),
+        "seat": _seat_cushions(rng, edges, x_back - 0.01, half_d - 0.012, plan),
+        "back": panel,
+        "legs": _feet("rolled", leg, feet),
+        "pillows": _pillows(rng, spots, x_back + 0.12, seat_z, height),
+    }
 
 
 def build_corner_sofa(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
@@ -83,7 +127,7 @@ def build_corner_sofa(rng: np.random.Generator, size_m: Size, style: str) -> Par
         {
             "body": merged(*body),
             "seat": merged(*seats),
-            "back": _back_cushions(rng, [*edges, inner], front, plan.seat_z, height),
+            "back": _back_cushions(rng, [*edges, inner], front, height, plan),
             "legs": _feet(style, low, feet),
             "pillows": _pillows(rng, spots, front + 0.2, plan.seat_z, height),
         },
@@ -93,48 +137,63 @@ def build_corner_sofa(rng: np.random.Generator, size_m: Size, style: str) -> Par
 
 def _plan(style: str, width: float, height: float) -> _Build:
     seat_z = min(0.45, 0.56 * height)
-    leg = {"lounge": 0.05, "slim": 0.15, "rolled": 0.09}[style] * height / 0.85
-    arm = min({"lounge": 0.22, "slim": 0.10, "rolled": 0.20}[style], 0.13 * width)
-    rise = {"lounge": 0.15, "slim": 0.20, "rolled": 0.26}[style] * height / 0.85
-    back_z = {"lounge": 0.86, "slim": 0.9, "rolled": 0.95}[style] * height
-    return _Build(leg, arm, min(seat_z + rise, 0.9 * height), seat_z, back_z, 0.14 if style != "slim" else 0.12)
+    leg = {"lounge": 0.05, "slim": 0.15, "rolled": 0.09, "modular": 0.025}[style] * height / 0.85
+    arm = min({"lounge": 0.22, "slim": 0.10, "rolled": 0.20, "modular": 0.26}[style], 0.13 * width)
+    rise = {"lounge": 0.15, "slim": 0.20, "rolled": 0.26, "modular": 0.12}[style] * height / 0.85
+    back_z = {"lounge": 0.86, "slim": 0.9, "rolled": 0.95, "modular": 0.84}[style] * height
+    pad = {"lounge": 0.15, "slim": 0.12, "rolled": 0.14, "modular": 0.2}[style]
+    cord = {"lounge": PIPING_M, "slim": 0.004, "rolled": 0.006, "modular": 0.0}[style]
+    return _Build(leg, arm, min(seat_z + rise, 0.9 * height), seat_z, back_z, min(pad, 0.45 * seat_z), cord)
 
 
 def _arm(style: str, plan: _Build, side: float, half_w: float, x0: float, x1: float) -> Mesh:
-    """Return one armrest from x0 to x1: a soft block, a thin board, or a roll over a block."""
+    """Return one armrest from x0 to x1: a soft block, a thin board, or a roll over a block; with a welt round its front."""
     low, high = sorted((side * half_w, side * (half_w - plan.arm)))
+    y, middle = 0.5 * (low + high), 0.5 * (plan.leg + plan.arm_z)
     if style != "rolled":
-        radius = 0.075 if style == "lounge" else 0.03
-        return rounded_box((x0 + 0.02, low, plan.leg), (x1 - 0.008, high, plan.arm_z), radius, 4)
+        radius = {"lounge": 0.075, "slim": 0.03, "modular": 0.05}[style]
+        soft = rounded_box((x0 + 0.02, low, plan.leg), (x1 - 0.008, high, plan.arm_z), radius, 3)
+        if plan.piping <= 0.0:
+            return soft
+        inset = 0.3 * min(radius, 0.49 * plan.arm)
+        loop = rounded_loop(0.5 * plan.arm - inset, 0.5 * (plan.arm_z - plan.leg) - inset, radius)
+        front = np.column_stack([np.full(len(loop), x1 - 0.008 - inset), y + loop[:, 0], middle + loop[:, 1]])
+        return merged(soft, piping(front, plan.piping))
     radius = 0.5 * plan.arm
-    y, z = 0.5 * (low + high), plan.arm_z - radius
+    z = plan.arm_z - radius
     roll = sweep(np.column_stack([np.linspace(x0 + 0.03, x1 - 0.006, 6), np.full(6, y), np.full(6, z)]), radius, 24)
     inset = 0.18 * plan.arm
-    button = rotated(
+    face = rotated(
         lathe([(0.0, 0.0), (0.62 * radius, 0.0), (0.6 * radius, 0.004), (0.3 * radius, 0.006), (0.0, 0.006)], 20), "y", math.pi / 2
     )
-    return merged(
-        roll, moved(button, x1 - 0.007, y, z), rounded_box((x0 + 0.03, low + inset, plan.leg), (x1 - 0.02, high - inset, z), 0.02)
-    )
+    angle = np.arange(20) * (2.0 * math.pi / 20)
+    rim = np.column_stack([np.full(20, x1 - 0.01), y + radius * np.cos(angle), z + radius * np.sin(angle)])
+    block_under = rounded_box((x0 + 0.03, low + inset, plan.leg), (x1 - 0.02, high - inset, z), 0.02)
+    return merged(roll, moved(face, x1 - 0.007, y, z), piping(rim, 0.004), block_under)
 
 
 def _seat_cushions(rng: np.random.Generator, edges: Sequence[float] | np.ndarray, x0: float, x1: float, plan: _Build) -> Mesh:
     """Return seat cushions side by side between the edges (n,) along y."""
+    low, high = plan.seat_z - plan.pad - 0.002, plan.seat_z + 0.028
+    radius = 0.05 if plan.piping else 0.035
     return merged(
         *(
-            cushion(rng, (x0, a + GAP_M, plan.seat_z - plan.pad - 0.002), (x1, b - GAP_M, plan.seat_z + 0.025), 0.05, 0.035)
+            cushion(rng, (x0, a + GAP_M, low), (x1, b - GAP_M, high), radius, 0.04, divisions=5, piping_m=plan.piping)
             for a, b in itertools.pairwise(edges)
         )
     )
 
 
-def _back_cushions(rng: np.random.Generator, edges: Sequence[float] | np.ndarray, front: float, seat_z: float, height: float) -> Mesh:
+def _back_cushions(rng: np.random.Generator, edges: Sequence[float] | np.ndarray, front: float, height: float, plan: _Build) -> Mesh:
     """Return loose back cushions that lean on the frame, whose front lies at ``front``."""
     rows = []
     for a, b in itertools.pairwise(edges):
         top = height - rng.uniform(0.0, 0.015)
-        pad = cushion(rng, (front - 0.03, a + GAP_M, seat_z - 0.01), (front + 0.17, b - GAP_M, top), 0.06, 0.065, axis=0)
-        rows.append(rotated(pad, "y", -0.11, (front, 0.0, seat_z)))
+        low, high = (front - 0.03, a + GAP_M, plan.seat_z - 0.01), (front + 0.18, b - GAP_M, top)
+        pad = cushion(rng, low, high, 0.06, 0.075, axis=0, divisions=5, piping_m=plan.piping)
+        rows.append(
+            rotated(rotated(pad, "y", -0.11, (front, 0.0, plan.seat_z)), "x", rng.uniform(-0.012, 0.012), (0.0, 0.5 * (a + b), plan.seat_z))
+        )
     return merged(*rows)
 
 
@@ -144,14 +203,14 @@ def _pillows(rng: np.random.Generator, spots: Sequence[tuple[float, float]], x: 
     for y, turn in spots:
         side = min(0.42, 1.0 * (height - seat_z)) * rng.uniform(0.88, 1.0)
         angle = 0.5 * math.pi - rng.uniform(0.22, 0.36)
-        standing = rotated(rotated(pillow(rng, side, side, 0.13, 12), "y", angle), "z", -turn)
+        standing = rotated(rotated(pillow(rng, side, side, 0.15, 10, piped=True), "y", angle), "z", -turn)
         rows.append(moved(standing, x, y, seat_z + 0.02 - float(standing.vertices[:, 2].min())))
     return merged(*rows)
 
 
 def _feet(style: str, height: float, spots: Sequence[tuple[float, float]]) -> Mesh:
     """Return low blocks, tapered pegs or turned feet at (x, y)."""
-    if style == "lounge":
+    if style in ("lounge", "modular"):
         return merged(*(block((x - 0.03, y - 0.03, 0.0), (x + 0.03, y + 0.03, height + 0.004)) for x, y in spots))
     if style == "slim":
         return merged(*(rod((1.03 * x, 1.03 * y, 0.0), (x, y, height + 0.02), 0.011, 0.02) for x, y in spots))
@@ -160,6 +219,6 @@ def _feet(style: str, height: float, spots: Sequence[tuple[float, float]]) -> Me
 
 
 MODELS = {
-    "sofa": Model(build_sofa, ("lounge", "slim", "rolled")),
-    "corner_sofa": Model(build_corner_sofa, ("lounge", "slim")),
+    "sofa": Model(build_sofa, ("lounge", "slim", "rolled", "chesterfield")),
+    "corner_sofa": Model(build_corner_sofa, ("lounge", "slim", "modular")),
 }

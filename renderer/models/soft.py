@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderer.flat_scene import Mesh
-from renderer.shapes import make_mesh, rounded_template, rounded_uvs, sheet, smooth_normals
+from renderer.models.upholstery import lined, piping, rounded_loop
+from renderer.shapes import make_mesh, merged, rounded_template, rounded_uvs, sheet, smooth_normals
 
 Array = NDArray[np.float64]
 
@@ -40,18 +41,27 @@ class Cover(NamedTuple):
     normals: Array
 
 
-def wrinkles(rng: np.random.Generator, u: Array, v: Array, waves: int = 7, low: float = 1.5, high: float = 7.0) -> Array:
-    """Return smooth noise of about unit amplitude over coordinates (u, v): plane waves with random direction, length and phase.
+def wrinkle_field(rng: np.random.Generator, waves: int, low: float, high: float) -> Callable[[Array, Array], Array]:
+    """Return a function (u, v) -> smooth noise of about unit amplitude: plane waves with random direction, length and phase.
 
     ``low`` and ``high`` bound the spatial frequency in cycles per unit of u and v; longer waves are stronger.
     """
     frequency = rng.uniform(low, high, waves)
     direction = rng.uniform(0.0, math.pi, waves)
     phase = rng.uniform(0.0, 2.0 * math.pi, waves)
-    total = np.zeros_like(u)
-    for f, d, p in zip(frequency, direction, phase, strict=True):
-        total += low / f * np.sin(2.0 * math.pi * f * (math.cos(d) * u + math.sin(d) * v) + p)
-    return np.asarray(total / math.sqrt(waves * 0.25))
+
+    def field(u: Array, v: Array) -> Array:
+        total = np.zeros_like(u)
+        for f, d, p in zip(frequency, direction, phase, strict=True):
+            total += low / f * np.sin(2.0 * math.pi * f * (math.cos(d) * u + math.sin(d) * v) + p)
+        return np.asarray(total / math.sqrt(waves * 0.25))
+
+    return field
+
+
+def wrinkles(rng: np.random.Generator, u: Array, v: Array, waves: int = 7, low: float = 1.5, high: float = 7.0) -> Array:
+    """Return smooth noise over coordinates (u, v); see ``wrinkle_field``."""
+    return wrinkle_field(rng, waves, low, high)(u, v)
 
 
 def cushion(
@@ -63,10 +73,12 @@ def cushion(
     axis: int = 2,
     both_sides: bool = False,
     divisions: int = 6,
+    piping_m: float = 0.0,
 ) -> Mesh:
     """Return a rounded, upholstered block between two corners, swollen by ``bulge_m`` along ``axis``; the swelling lies inside the corners.
 
-    The lower side stays flat unless ``both_sides``; ``divisions`` is how finely the swollen side is cut.
+    The lower side stays flat unless ``both_sides``; ``divisions`` is how finely the swollen side is cut.  ``piping_m`` is the radius of a
+    cord along its seams, none where 0.
     """
     flats = tuple(1 if k == axis else divisions for k in range(3))
     template = rounded_template(2 if divisions > 4 else 1, (flats[0], flats[1], flats[2]))
@@ -76,55 +88,86 @@ def cushion(
         a[axis] += bulge_m
     half = 0.5 * (b - a)
     radius = min(radius_m, 0.9 * float(half.min()))
-    local = template.inner * (half - radius) + radius * template.direction
-    u, v = (local[:, (axis + k) % 3] / half[(axis + k) % 3] for k in (1, 2))
-    dome = np.sqrt(np.clip(1.0 - u**4, 0.0, 1.0) * np.clip(1.0 - v**4, 0.0, 1.0))
-    crease = 1.0 + 0.06 * wrinkles(rng, u, v, 5, 0.6, 1.6)
-    up = np.clip(local[:, axis] / half[axis], -1.0 if both_sides else 0.0, 1.0)
-    local[:, axis] += bulge_m * dome * np.minimum(crease, 1.06) * up
-    points = local + 0.5 * (a + b)
+    across = ((axis + 1) % 3, (axis + 2) % 3)
+    crease = wrinkle_field(rng, 5, 0.6, 1.6)
+
+    def swollen(local: Array) -> Array:
+        u, v = (local[:, k] / half[k] for k in across)
+        dome = np.sqrt(np.clip(1.0 - u**4, 0.0, 1.0) * np.clip(1.0 - v**4, 0.0, 1.0))
+        up = np.clip(local[:, axis] / half[axis], -1.0 if both_sides else 0.0, 1.0)
+        result = local.copy()
+        result[:, axis] += bulge_m * dome * np.minimum(1.0 + 0.06 * crease(u, v), 1.06) * up
+        return np.asarray(result + 0.5 * (a + b))
+
+    points = swollen(template.inner * (half - radius) + radius * template.direction)
     normals = smooth_normals(points, template.faces)
-    return make_mesh(points[template.welded], normals[template.welded], template.apart_faces, rounded_uvs(template, half, radius))
+    body = make_mesh(points[template.welded], normals[template.welded], template.apart_faces, rounded_uvs(template, half, radius))
+    if piping_m <= 0.0:
+        return body
+    inset = 0.3 * radius
+    loop = rounded_loop(half[across[0]] - inset, half[across[1]] - inset, 0.7 * radius, 4, 2)
+    cords = []
+    for end in (-1.0, 1.0):
+        local = np.empty((len(loop), 3))
+        local[:, axis], local[:, across[0]], local[:, across[1]] = end * (half[axis] - inset), loop[:, 0], loop[:, 1]
+        cords.append(piping(swollen(local), piping_m, 4))
+    return merged(body, *cords)
 
 
-def pillow(rng: np.random.Generator, depth_m: float, width_m: float, thickness_m: float, divisions: int = 14) -> Mesh:
+def pillow(rng: np.random.Generator, depth_m: float, width_m: float, thickness_m: float, divisions: int = 14, piped: bool = False) -> Mesh:
     """Return a filled pillow lying flat: depth along x, width along y, centred at the origin, its seam at half height.
 
-    Corners are drawn out, sides drawn in, the filling is thickest in the middle and dented at random.
+    Corners are drawn out, sides drawn in, creases run from the corners, the filling is thickest in the middle and dented at random.
+    ``piped`` lays a cord round its seam.
     """
     s = np.sin(np.linspace(-0.5, 0.5, divisions + 1) * math.pi)
     u, v = np.meshgrid(s, s, indexing="ij")
-    waist = 0.07
+    waist = 0.08
     x = 0.5 * depth_m * u * (1.0 - waist * (1.0 - v**2) * np.abs(u))
     y = 0.5 * width_m * v * (1.0 - waist * (1.0 - u**2) * np.abs(v))
     fill = (np.clip(1.0 - u**2, 0.0, 1.0) * np.clip(1.0 - v**2, 0.0, 1.0)) ** 0.42
-    dents = 1.0 + 0.10 * wrinkles(rng, u, v, 5, 0.35, 1.1)
-    half = 0.5 * thickness_m * fill * dents
+    dents = 1.0 + 0.12 * wrinkles(rng, u, v, 5, 0.35, 1.1)
+    pull = np.cos(5.0 * math.pi * (np.arctan2(np.abs(u), np.abs(v)) / (0.5 * math.pi) - 0.5)) * (u * v) ** 2
+    half = 0.5 * thickness_m * (fill * dents + 0.10 * pull * np.clip(4.0 * fill, 0.0, 1.0))
     seam = 0.004 * wrinkles(rng, u, v, 4, 1.0, 2.0)
     top, bottom = np.dstack([x, y, half + seam + 0.002]), np.dstack([x, y, -0.8 * half + seam - 0.002])
-    return sheet(top, bottom)
+    body = sheet(top, bottom)
+    if not piped:
+        return body
+    middle = 0.5 * (top + bottom)
+    rim = np.concatenate([middle[:-1, 0], middle[-1, :-1], middle[:0:-1, -1], middle[0, :0:-1]])
+    return merged(body, piping(rim, 0.0045))
 
 
-def drape(rng: np.random.Generator, plan: Drape, rows: int = 30, columns: int = 44, puff_m: float = 0.025) -> Cover:
-    """Return cloth that lies on a box centred at the origin and falls in folds over its sides (y) and ends (front +x, back -x)."""
+def drape(rng: np.random.Generator, plan: Drape, rows: int = 43, columns: int = 61, puff_m: float = 0.03, quilt_m: float = 0.0) -> Cover:
+    """Return cloth that lies on a box centred at the origin and falls in folds over its sides (y) and ends (front +x, back -x).
+
+    ``rows`` and ``columns`` are odd.  The cloth is stuffed: it stands up to about ``puff_m`` off the box, in squares of side ``quilt_m``
+    where that is not 0.
+    """
     half = np.array([plan.half_x, plan.half_y])
     bend = 0.05
     s = _spaced(-(half[0] + plan.fall_back), half[0] + plan.fall_front, [-half[0], half[0]], rows)
     t = _spaced(-(half[1] + plan.fall_side), half[1] + plan.fall_side, [-half[1], half[1]], columns)
     ss, tt = np.meshgrid(s, t, indexing="ij")
-    over_x, over_y = _overhang(ss, half[0], bend), _overhang(tt, half[1], bend)
-    drop = np.maximum(over_x.drop, over_y.drop)
-    total = max(plan.fall_side, plan.fall_front, 1e-6)
-    hang = np.clip(drop / total, 0.0, 1.0)
-    folds = _folds(rng, np.where(over_y.drop > over_x.drop, ss, tt))
-    corner = np.minimum(over_x.drop, over_y.drop) / total
-    push = plan.flare * (0.15 + 0.85 * folds) * np.sqrt(hang)
+    beyond_x, beyond_y = np.maximum(np.abs(ss) - (half[0] - bend), 0.0), np.maximum(np.abs(tt) - (half[1] - bend), 0.0)
+    beyond, way = np.hypot(beyond_x, beyond_y), np.arctan2(beyond_y, beyond_x)
+    turn = np.minimum(beyond / bend, 0.5 * math.pi)
+    drop = bend * (1.0 - np.cos(turn)) + np.maximum(beyond - 0.5 * math.pi * bend, 0.0)
+    hang = np.clip(drop / max(plan.fall_side, plan.fall_front, 1e-6), 0.0, 1.0)
+    at_side, at_corner = np.sin(way) ** 2, np.sin(2.0 * way) ** 2
+    folds = at_side * _folds(rng, ss + 0.15 * drop) + (1.0 - at_side) * _folds(rng, tt - 0.15 * drop)
+    folds = folds * (1.0 - 0.7 * at_corner) + 0.7 * at_corner
+    out = bend * np.sin(turn) + plan.flare * (0.05 + 0.95 * folds) * hang**0.75
     soft = wrinkles(rng, ss, tt, 9, 0.9, 3.6)
     inside = np.clip(1.0 - np.abs(ss) / half[0], 0.0, 1.0) * np.clip(1.0 - np.abs(tt) / half[1], 0.0, 1.0)
     puff = puff_m * (np.clip(6.0 * inside, 0.0, 1.0) * (0.5 + 0.45 * soft) + 0.45)
-    x = over_x.flat + np.sign(ss) * push * (over_x.drop > 0.0) * (1.0 - 0.3 * corner)
-    y = over_y.flat + np.sign(tt) * push * (over_y.drop > 0.0) * (1.0 - 0.3 * corner)
-    hem = 1.0 - 0.04 * hang * (1.0 + wrinkles(rng, ss, tt, 4, 0.5, 1.5))
+    if quilt_m > 0.0:
+        squares = np.abs(np.sin(math.pi * ss / quilt_m) * np.sin(math.pi * tt / quilt_m)) ** 0.4
+        puff += 0.5 * puff_m * (squares - 0.6)
+    x = np.sign(ss) * (np.minimum(np.abs(ss), half[0] - bend) + out * np.cos(way) * (beyond > 0.0))
+    y = np.sign(tt) * (np.minimum(np.abs(tt), half[1] - bend) + out * np.sin(way) * (beyond > 0.0))
+    hem = 1.0 - 0.05 * hang * (1.0 + wrinkles(rng, ss, tt, 4, 0.5, 1.5)) - 0.06 * hang * folds - 0.1 * at_corner
     z = plan.top - drop * hem + puff * np.exp(-drop / 0.06)
     points = np.dstack([x, y, z])
     grid = np.arange(points[..., 0].size).reshape(points.shape[:2])
@@ -135,21 +178,28 @@ def drape(rng: np.random.Generator, plan: Drape, rows: int = 30, columns: int = 
 
 
 def cloth(cover: Cover, thickness_m: float) -> Mesh:
-    """Return a cover as a closed body that reaches ``thickness_m`` inward from its surface."""
-    return sheet(cover.points, cover.points - thickness_m * cover.normals)
+    """Return a cover as a closed body that reaches ``thickness_m`` inward from its surface, thinner towards the seam at its hem."""
+    edge = np.minimum.outer(
+        np.minimum(cover.s - cover.s[0], cover.s[-1] - cover.s), np.minimum(cover.t - cover.t[0], cover.t[-1] - cover.t)
+    )
+    share = np.clip(edge / 0.05, 0.0, 1.0)
+    depth = thickness_m * (0.3 + 0.7 * np.sqrt(share * (2.0 - share)))
+    return lined(cover.points, cover.points - depth[..., None] * cover.normals)
 
 
-def layer(cover: Cover, along: tuple[float, float], fall_share: float, lift_m: float, thickness_m: float, rows: int = 10) -> Mesh:
+def layer(cover: Cover, along: tuple[float, float], fall_share: float, lift_m: float, thickness_m: float, rows: int = 11) -> Mesh:
     """Return a band of cloth that lies on a cover and follows all its folds.
 
-    ``along`` is the band's range of arc length along x, ``fall_share`` how much of the cover's width it spans, ``lift_m`` its height above.
+    ``along`` is the band's range of arc length along x, ``fall_share`` how much of the cover's width it spans, ``lift_m`` its height above;
+    ``rows`` is odd.
     """
     limit = fall_share * cover.t[-1]
-    t = np.concatenate([[-limit], cover.t[np.abs(cover.t) < limit - 0.004], [limit]])
+    beside = cover.t[(cover.t > 0.002) & (cover.t < limit - 0.004)]
+    t = np.concatenate([[-limit], -beside[::-1], [0.0], beside, [limit]])
     s = np.linspace(along[0], along[1], rows)
     points, normals = (_resample(_resample(grid, cover.s, s, 0), cover.t, t, 1) for grid in (cover.points, cover.normals))
     top = points + lift_m * normals
-    return sheet(top, top - thickness_m * normals)
+    return lined(top, top - thickness_m * normals)
 
 
 def _resample(grid: Array, old: Array, new: Array, axis: int) -> Array:
@@ -160,27 +210,14 @@ def _resample(grid: Array, old: Array, new: Array, axis: int) -> Array:
     return np.asarray(np.take(grid, i, axis) * (1.0 - share) + np.take(grid, i + 1, axis) * share)
 
 
-class _Overhang(NamedTuple):
-    flat: Array
-    drop: Array
-
-
-def _overhang(s: Array, half: float, bend: float) -> _Overhang:
-    """Lead arc length along the cloth over a rounded edge: horizontal position and drop below the top."""
-    beyond = np.maximum(np.abs(s) - (half - bend), 0.0)
-    quarter = 0.5 * math.pi * bend
-    angle = np.minimum(beyond / bend, 0.5 * math.pi)
-    flat = np.sign(s) * (np.minimum(np.abs(s), half - bend) + bend * np.sin(angle))
-    return _Overhang(flat, bend * (1.0 - np.cos(angle)) + np.maximum(beyond - quarter, 0.0))
-
-
 def _folds(rng: np.random.Generator, along: Array) -> Array:
-    """Return the depth of hanging folds in [0, 1] along a hem, irregular in spacing."""
-    phase = rng.uniform(0.0, 2.0 * math.pi, 3)
-    spacing = rng.uniform(0.17, 0.25)
+    """Return the depth of hanging folds in [0, 1] along a hem: irregular in spacing and depth, broad ridges between narrow valleys."""
+    phase = rng.uniform(0.0, 2.0 * math.pi, 4)
+    spacing = rng.uniform(0.24, 0.34)
     warped = along + 0.35 * spacing * np.sin(2.0 * math.pi * along / (3.1 * spacing) + phase[0])
     wave = np.cos(2.0 * math.pi * warped / spacing + phase[1]) + 0.4 * np.cos(2.0 * math.pi * warped / (0.53 * spacing) + phase[2])
-    return np.asarray(np.clip(0.5 + wave / 2.8, 0.0, 1.0))
+    depth = 0.7 + 0.3 * np.sin(2.0 * math.pi * along / (4.7 * spacing) + phase[3])
+    return np.asarray(np.clip(0.5 + depth * wave / 2.6, 0.0, 1.0) ** 0.8)
 
 
 def _spaced(start: float, end: float, dense: Sequence[float], count: int) -> Array:

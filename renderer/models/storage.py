@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.flat_scene import Mesh
-from renderer.models.gym import saddle
+from renderer.models.exercise_bikes import saddle
 from renderer.models.lofts import bent, chain, disc, loft, oval, ring, turned
 from renderer.models.model import Model, Parts, Size, fitted
-from renderer.shapes import block, blocks, merged, moved, rod, rotated, rounded_box, sweep
+from renderer.shapes import block, blocks, lathe, merged, moved, rod, rounded_box, sweep
 
 Array = NDArray[np.float64]
 Corner = tuple[float, float, float]
@@ -25,25 +25,26 @@ def build_storage_shelf(rng: np.random.Generator, size_m: Size, style: str) -> P
     half_d, half_w = 0.5 * depth, 0.5 * width
     boards = max(2, round(height / 0.42))
     levels = np.linspace(0.09, height, boards + 1)[1:] if height < 0.6 else np.linspace(0.1, height, boards)
-    thick = 0.03 if style == "steel" else 0.022
+    thick = {"steel": 0.03, "wooden": 0.022, "tubes": 0.05}[style]
     shelves = blocks([(-half_d, -half_w, z - thick) for z in levels], [(half_d, half_w, z) for z in levels], 0.003)
     posts = []
-    side = 0.035 if style == "steel" else 0.045
-    for sx in (-1.0, 1.0):
-        for sy in (-1.0, 1.0):
-            x, y = sx * half_d, sy * half_w
-            top = height - 0.002
-            if style == "steel":
-                posts.append(
-                    block((min(x, x - sx * 0.003), min(y, y - sy * side), 0.0), (max(x, x - sx * 0.003), max(y, y - sy * side), top), 0.001)
-                )
-                posts.append(
-                    block((min(x, x - sx * side), min(y, y - sy * 0.003), 0.0), (max(x, x - sx * side), max(y, y - sy * 0.003), top), 0.001)
-                )
-            else:
-                posts.append(
-                    block((min(x, x - sx * side), min(y, y - sy * side), 0.0), (max(x, x - sx * side), max(y, y - sy * side), top), 0.004)
-                )
+    side = {"steel": 0.035, "wooden": 0.045, "tubes": 0.06}[style]
+    if style == "tubes":
+        posts = _tube_posts(half_d - 0.04, half_w - 0.04, levels, thick)
+    for sx, sy in [] if style == "tubes" else itertools.product((-1.0, 1.0), repeat=2):
+        x, y = sx * half_d, sy * half_w
+        top = height - 0.002
+        if style == "steel":
+            posts.append(
+                block((min(x, x - sx * 0.003), min(y, y - sy * side), 0.0), (max(x, x - sx * 0.003), max(y, y - sy * side), top), 0.001)
+            )
+            posts.append(
+                block((min(x, x - sx * side), min(y, y - sy * 0.003), 0.0), (max(x, x - sx * side), max(y, y - sy * 0.003), top), 0.001)
+            )
+        else:
+            posts.append(
+                block((min(x, x - sx * side), min(y, y - sy * side), 0.0), (max(x, x - sx * side), max(y, y - sy * side), top), 0.004)
+            )
     if style == "steel":
         posts += [
             sweep(
@@ -51,7 +52,7 @@ def build_storage_shelf(rng: np.random.Generator, size_m: Size, style: str) -> P
             )
             for s in (-1.0, 1.0)
         ]
-    else:
+    elif style == "wooden":
         posts += [
             block(
                 (-half_d + 0.01, s * half_w - 0.02 * (s > 0), z - 0.05),
@@ -65,6 +66,19 @@ def build_storage_shelf(rng: np.random.Generator, size_m: Size, style: str) -> P
     for low, high in itertools.pairwise(levels):
         _fill_board(rng, goods, half_d - 0.02, half_w - side - 0.01, float(low), float(high - thick - low))
     return fitted({"frame": merged(*posts), "shelves": shelves} | {name: merged(*meshes) for name, meshes in goods.items()}, size_m)
+
+
+def _tube_posts(x: float, y: float, levels: np.ndarray, thick: float) -> list[Mesh]:
+    """Round tubes between boards, in collars, with caps on the floor."""
+    posts = []
+    for sx, sy in itertools.product((-1.0, 1.0), repeat=2):
+        profile, below = [(0.0, 0.0), (0.03, 0.0), (0.03, 0.012)], 0.012
+        for level in levels:
+            under = float(level) - thick
+            profile += [(0.021, below + 0.004), (0.021, under - 0.022), (0.028, under - 0.02), (0.028, under + 0.004)]
+            below = under + 0.004
+        posts.append(moved(lathe([*profile, (0.0, below)], 14), sx * x, sy * y))
+    return posts
 
 
 def _fill_board(rng: np.random.Generator, goods: dict[str, list[Mesh]], half_d: float, half_w: float, z: float, room: float) -> None:
@@ -101,35 +115,22 @@ def _small_crate(low: Corner, high: Corner) -> Mesh:
 
 
 def build_cardboard_box(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return a shut box with tape along its seam, or an open one with its flaps folded out; a label on one side."""
+    """Return a shut box with tape along its seam, or with two straps and their clasps; a label on one side."""
     depth, width, height = size_m
     half_d, half_w = 0.5 * depth, 0.5 * width
     thick = min(0.004, 0.03 * min(size_m))
-    if style == "closed":
-        body = [block((-half_d, -half_w, 0.0), (half_d, half_w, height - thick), 0.003)]
-        body += [block((s * half_d, -half_w + 0.001, height - thick), (s * 0.001, half_w - 0.001, height), 0.001) for s in (-1.0, 1.0)]
-        low = height - rng.uniform(0.1, 0.3) * height
-        tape = [block((-0.024, -half_w, height - 0.002), (0.024, half_w, height + 0.0005), 0.0002)]
-        tape += [block((-0.024, s * half_w - 0.0006, low), (0.024, s * half_w + 0.0006, height), 0.0002) for s in (-1.0, 1.0)]
-    else:
-        flap = min(0.45 * depth, 0.28 * width, 0.32 * height)
-        out = 0.72 * flap
-        dx, dy, top = half_d - out, half_w - 0.8 * out, height - 0.55 * flap
-        walls = [((-dx, -dy, 0.0), (dx, dy, thick))]
-        walls += [((s * dx - 0.5 * thick, -dy, 0.0), (s * dx + 0.5 * thick, dy, top)) for s in (-1.0, 1.0)]
-        walls += [((-dx, s * dy - 0.5 * thick, 0.0), (dx, s * dy + 0.5 * thick, top)) for s in (-1.0, 1.0)]
-        body = [blocks([a for a, _ in walls], [b for _, b in walls], 0.001)]
-        for s in (-1.0, 1.0):
-            lift = math.asin(min(0.95, 0.55 * rng.uniform(0.5, 1.0)))
-            leaf = rotated(block((0.0, -dy, -0.5 * thick), (flap, dy, 0.5 * thick), 0.001), "y", -lift)
-            body.append(moved(leaf if s > 0 else rotated(leaf, "z", math.pi), s * dx, 0.0, top))
-            leaf = rotated(block((-dx, 0.0, -0.5 * thick), (dx, 0.8 * flap, 0.5 * thick), 0.001), "x", rng.uniform(-0.5, 0.7))
-            body.append(moved(leaf if s > 0 else rotated(leaf, "z", math.pi), 0.0, s * dy, top))
-        tape = [
-            block((-0.024, s * dy - 0.5 * thick - 0.0006, 0.0), (0.024, s * dy + 0.5 * thick + 0.0006, 0.25 * height), 0.0002)
-            for s in (-1.0, 1.0)
-        ]
-        half_d, half_w, height = dx + 0.5 * thick, dy, top
+    body = [block((-half_d, -half_w, 0.0), (half_d, half_w, height - thick), 0.003)]
+    body += [block((s * half_d, -half_w + 0.001, height - thick), (s * 0.001, half_w - 0.001, height), 0.001) for s in (-1.0, 1.0)]
+    low = height - rng.uniform(0.1, 0.3) * height
+    tape = [block((-0.024, -half_w, height - 0.002), (0.024, half_w, height + 0.0005), 0.0002)]
+    tape += [block((-0.024, s * half_w - 0.0006, low), (0.024, s * half_w + 0.0006, height), 0.0002) for s in (-1.0, 1.0)]
+    if style == "strapped":
+        tape = []
+        for y in (-0.5 * half_w, 0.5 * half_w):
+            strap = ((-half_d, y - 0.007), (half_d, y + 0.007))
+            tape.append(block((strap[0][0], strap[0][1], height - 0.001), (strap[1][0], strap[1][1], height + 0.0008), 0.0002))
+            tape += [block((s * half_d - 0.0008, y - 0.007, 0.0), (s * half_d + 0.0008, y + 0.007, height), 0.0002) for s in (-1.0, 1.0)]
+            tape.append(block((half_d - 0.001, y - 0.012, 0.6 * height), (half_d + 0.003, y + 0.012, 0.6 * height + 0.03), 0.001))
     y, z = rng.uniform(0.0, 0.4) * half_w, rng.uniform(0.45, 0.6) * height
     label = block((half_d - 0.002, y - 0.28 * half_w, z), (half_d + 0.0006, y + 0.28 * half_w, z + 0.24 * height), 0.0002)
     return fitted({"body": merged(*body), "tape": merged(*tape), "label": label}, size_m)
@@ -309,8 +310,8 @@ def _drive(rng: np.random.Generator, crank: Corner, rear: Corner, r: float) -> M
 
 
 MODELS = {
-    "storage_shelf": Model(build_storage_shelf, ("steel", "wooden")),
-    "cardboard_box": Model(build_cardboard_box, ("closed", "open")),
+    "storage_shelf": Model(build_storage_shelf, ("steel", "wooden", "tubes")),
+    "cardboard_box": Model(build_cardboard_box, ("closed", "strapped")),
     "plastic_crate": Model(build_plastic_crate, ("slotted", "lidded")),
     "suitcase": Model(build_suitcase, ("hard", "soft")),
     "bicycle": Model(build_bicycle, ("diamond", "step_through")),

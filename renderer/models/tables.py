@@ -12,7 +12,7 @@ from renderer.flat_scene import Mesh
 from renderer.models.cabinets import Front, fronts, pulls, square_legs
 from renderer.models.model import Model, Parts, Size, fitted
 from renderer.models.soft import cushion
-from renderer.shapes import block, blocks, lathe, merged, rod, stretched
+from renderer.shapes import block, blocks, lathe, merged, moved, rod, stretched
 
 TOP_M = 0.04
 
@@ -184,6 +184,7 @@ def build_console_table(rng: np.random.Generator, size_m: Size, style: str) -> P
         return fitted({"top": plain_top(half_d, half_w, under, height), "legs": frame, "shelf": shelf}, size_m)
     reach = min(0.016, 0.05 * depth)
     low = under - min(0.13, 0.2 * height)
+    turned = style == "turned"
     front = half_d - reach
     box = blocks(
         [(-half_d + 0.01, -half_w + 0.015, low), (-half_d + 0.01, -half_w + 0.015, low), (-half_d + 0.01, half_w - 0.035, low)],
@@ -193,6 +194,9 @@ def build_console_table(rng: np.random.Generator, size_m: Size, style: str) -> P
     edges = np.linspace(-half_w + 0.036, half_w - 0.036, max(1, round(width / 0.45)) + 1)
     areas = [Front(float(a), float(b), low + 0.004, under - 0.003) for a, b in itertools.pairwise(edges)]
     legs = square_legs(-half_d, half_d - 0.004, half_w, low + 0.01, 0.036, 0.012)
+    if turned:
+        spots = [(x, s * (half_w - 0.03)) for x in (-half_d + 0.03, half_d - 0.034) for s in (-1.0, 1.0)]
+        legs = merged(*(moved(_turned_leg(low + 0.01, 0.019), x, y) for x, y in spots))
     return fitted(
         {
             "top": plain_top(half_d, half_w, under, height),
@@ -204,13 +208,42 @@ def build_console_table(rng: np.random.Generator, size_m: Size, style: str) -> P
     )
 
 
+def _turned_leg(height: float, radius: float) -> Mesh:
+    """Return a turned leg on the floor at the origin: foot, tapering shaft between rings, square shoulder."""
+    shares = [
+        (0.5, 0.0),
+        (0.75, 0.03),
+        (0.5, 0.07),
+        (0.62, 0.1),
+        (0.95, 0.52),
+        (0.6, 0.58),
+        (0.95, 0.63),
+        (0.6, 0.68),
+        (0.8, 0.75),
+        (0.7, 0.82),
+    ]
+    profile = [(0.0, 0.0), *((radius * r, height * z) for r, z in shares), (0.0, 0.82 * height)]
+    return merged(lathe(profile, 14), block((-radius, -radius, 0.8 * height), (radius, radius, height), 0.002))
+
+
 def build_bench(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return a backless bench: planks on slanting legs with a rail, or an upholstered pad on a frame."""
+    """Return a backless bench: planks on slanting legs with a rail, an upholstered pad on a frame, or a panelled chest with a pad."""
     depth, width, height = size_m
     half_d, half_w = 0.5 * depth, 0.5 * width
+    if style == "chest":
+        top = height - 0.07
+        edges = np.linspace(-half_w + 0.022, half_w - 0.022, max(2, round(width / 0.45)) + 1)
+        areas = [Front(float(a), float(b), 0.06, top - 0.022) for a, b in itertools.pairwise(edges)]
+        case = blocks(
+            [(-half_d + 0.004, -half_w + 0.004, 0.05), (-half_d + 0.02, -half_w + 0.02, 0.0), (-half_d, -half_w, top - 0.022)],
+            [(half_d - 0.022, half_w - 0.004, top - 0.02), (half_d - 0.05, half_w - 0.02, 0.051), (half_d, half_w, top)],
+            0.003,
+        )
+        pad = cushion(rng, (-half_d + 0.004, -half_w + 0.004, top), (half_d - 0.004, half_w - 0.004, height), 0.02, 0.008, piping_m=0.004)
+        return fitted({"frame": merged(case, fronts(half_d - 0.006, areas, framed=True)), "seat": pad}, size_m)
     if style == "padded":
         top = height - 0.09
-        pad = cushion(rng, (-half_d, -half_w, top), (half_d, half_w, height), 0.03, 0.02)
+        pad = cushion(rng, (-half_d, -half_w, top), (half_d, half_w, height), 0.025, 0.01, piping_m=0.004)
         frame = merged(
             _splayed(half_d - 0.01, half_w - 0.04, top + 0.02, 0.022, 0.05), _apron(half_d - 0.05, half_w - 0.06, top - 0.05, top + 0.01)
         )
@@ -232,6 +265,6 @@ MODELS = {
     "coffee_table": Model(build_coffee_table, ("shelf", "soft", "glass")),
     "side_table": Model(build_side_table, ("square", "pedestal", "frame")),
     "dining_table": Model(build_dining_table, ("legs", "trestle", "soft")),
-    "console_table": Model(build_console_table, ("drawers", "frame")),
-    "bench": Model(build_bench, ("planks", "padded")),
+    "console_table": Model(build_console_table, ("drawers", "frame", "turned")),
+    "bench": Model(build_bench, ("planks", "padded", "chest")),
 }

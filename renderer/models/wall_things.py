@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from renderer.flat_scene import Mesh
 from renderer.models.model import Model, Parts, Size, fitted
-from renderer.shapes import block, blocks, flat_quads, lathe, merged, rod, rotated, slab, stretched
+from renderer.models.upholstery import repeated
+from renderer.shapes import block, blocks, flat_quads, lathe, merged, rod, rotated, sheet, slab, stretched
 
 Array = NDArray[np.float64]
 ART_COLORS = 5
@@ -46,18 +47,24 @@ def build_picture(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     half, low, high = 0.5 * width - border, border, height - border
     if style == "print":
         area = np.array([(-half, low), (half, low), (half, high), (-half, high)])
-        return fitted({"frame": frame, "mat": mat, "canvas": _standing(area, face - 0.001, face + 0.0006)}, size_m)
-    fields = {"landscape": _landscape, "abstract": _abstract, "circles": _circles}[style](rng, half, low, high)
+        return fitted({"frame": frame, "mat": mat, "canvas": standing(area, face - 0.001, face + 0.0006)}, size_m)
+    fields = {"landscape": landscape, "abstract": _abstract, "circles": _circles}[style](rng, half, low, high)
     thick = 0.0006
     parts = {"frame": frame, "mat": mat}
     for k in range(ART_COLORS):
-        layer = [_standing(outline, face - 0.001, face + thick * (1 + k)) for outline in fields[k]]
+        layer = [standing(outline, face - 0.001, face + thick * (1 + k)) for outline in fields[k]]
         parts[f"art_{k}"] = merged(*layer)
     return fitted(parts, size_m)
 
 
-def _standing(outline: Array, x0: float, x1: float) -> Mesh:
-    """Return the thin plate over an outline (n, 2) of (y, z), counter-clockwise seen from +x."""
+def standing(outline: Array, x0: float, x1: float) -> Mesh:
+    """Return the thin plate over an outline (n, 2) of (y, z), counter-clockwise seen from +x.
+
+    The outline may be a strip (n, 2, 2) of low and high points instead, from +y to -y.
+    """
+    if outline.ndim == 3:
+        faces = [np.concatenate([np.full((*outline.shape[:2], 1), x), outline], axis=2)[::-1] for x in (x1, x0)]
+        return sheet(faces[0], faces[1])
     plate = slab(outline, x0, x1)
     order = [2, 0, 1]
     return plate._replace(vertices=np.ascontiguousarray(plate.vertices[:, order]), normals=np.ascontiguousarray(plate.normals[:, order]))
@@ -72,8 +79,8 @@ def _circle(y: float, z: float, radius: float, count: int = 28) -> Array:
     return np.column_stack([y + radius * np.cos(angle), z + radius * np.sin(angle)])
 
 
-def _landscape(rng: np.random.Generator, half: float, low: float, high: float) -> list[list[Array]]:
-    """Sky, sun and three ridges that come nearer."""
+def landscape(rng: np.random.Generator, half: float, low: float, high: float) -> list[list[Array]]:
+    """Return the layers of a picture of half width ``half``: sky, sun and three ridges that come nearer, as outlines (n, 2) of (y, z)."""
     tall = high - low
     sun = 0.09 * min(2 * half, tall) * rng.uniform(0.8, 1.5)
     fields = [[_rectangle(-half, half, low, high)], [_circle(rng.uniform(-0.5, 0.5) * half, low + 0.74 * tall, sun)]]
@@ -82,10 +89,7 @@ def _landscape(rng: np.random.Generator, half: float, low: float, high: float) -
         level = low + tall * (0.52 - 0.16 * k)
         waves = sum(rng.uniform(0.3, 1.0) / f * np.sin(f * 2.2 * y / half + rng.uniform(0, 6.3)) for f in (1, 2, 3, 5))
         ridge = level + 0.06 * tall * np.asarray(waves)
-        pieces = []
-        for a in range(len(y) - 1):
-            pieces.append(np.array([(y[a], low), (y[a], ridge[a]), (y[a + 1], ridge[a + 1]), (y[a + 1], low)]))
-        fields.append(pieces)
+        fields.append([np.stack([np.column_stack([y, np.full(18, low)]), np.column_stack([y, ridge])], axis=1)])
     return fields
 
 
@@ -146,7 +150,7 @@ def build_wall_mirror(rng: np.random.Generator, size_m: Size, style: str) -> Par
     rim = 0.018
     outer = _arch(0.5 * width, height)
     inner = _arch(0.5 * width - rim, height - 2 * rim) + np.array([0.0, rim])
-    return fitted({"frame": _band(outer, inner, x0, front), "glass": _standing(0.5 * (outer + inner), x0 + 0.001, glass_x)}, size_m)
+    return fitted({"frame": _band(outer, inner, x0, front), "glass": standing(0.5 * (outer + inner), x0 + 0.001, glass_x)}, size_m)
 
 
 def _arch(half: float, height: float) -> Array:
@@ -179,13 +183,14 @@ def build_radiator(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     if style == "column":
         count = max(3, round((width - 0.03) / 0.052))
         ys = np.linspace(-half_w + 0.045, half_w - 0.045, count)
-        tubes = [rod((x, y, low + 0.03), (x, y, height - 0.03), 0.014, segments=8) for y in ys for x in (-half_d + 0.016, half_d - 0.016)]
+        tube = rod((0.0, 0.0, low + 0.03), (0.0, 0.0, height - 0.03), 0.014, segments=8)
+        tubes = repeated(tube, [(x, y, 0.0) for y in ys for x in (-half_d + 0.016, half_d - 0.016)])
         heads = blocks(
             [(-half_d, y - 0.021, z) for y in ys for z in (low, height - 0.055)],
             [(half_d, y + 0.021, z + 0.055) for y in ys for z in (low, height - 0.055)],
             0.016,
         )
-        return fitted({"panel": merged(*tubes, heads), "valve": valve}, size_m)
+        return fitted({"panel": merged(tubes, heads), "valve": valve}, size_m)
     pitch = 0.034
     count = max(4, round((width - 0.06) / pitch))
     ys = np.linspace(-half_w + 0.05, half_w - 0.05, count)

@@ -15,7 +15,7 @@ from renderer.shapes import block, blocks, lathe, merged, moved, rod, sweep
 
 
 def build_workbench(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return a bench with thick top and vise on its front: wooden legs over a shelf, or steel frame with a drawer pedestal."""
+    """Return a bench with thick top and vise on its front: wooden legs over a shelf, a steel frame with drawers, or two drawer blocks."""
     depth, width, height = size_m
     half_d, half_w = 0.5 * depth, 0.5 * width
     jut = min(0.07, 0.1 * depth)
@@ -46,7 +46,11 @@ def build_workbench(rng: np.random.Generator, size_m: Size, style: str) -> Parts
     boxes, tins = _stored(rng, half_d, half_w - side, shelf + 0.022, 0.5 * height)
     end = -1.0 if rng.random() < 0.5 else 1.0
     drawers_side = -end
-    pedestal = _bench_drawers(front - 0.05, drawers_side, half_w - 0.02 - side, under - 0.1 if style == "wooden" else under, style, height)
+    hung = (half_w - 0.02 - side, under - 0.1 if style == "wooden" else under, style, height)
+    pedestal = _bench_drawers(front - 0.05, drawers_side, *hung)
+    if style == "pedestals":
+        other = _bench_drawers(front - 0.05, end, *hung)
+        pedestal = merged(pedestal[0], other[0]), merged(pedestal[1], other[1])
     parts = {"top": top, "frame": merged(legs, *rails), "shelf": board, "drawers": pedestal[0], "handles": pedestal[1]}
     return fitted(
         parts
@@ -61,10 +65,10 @@ def build_workbench(rng: np.random.Generator, size_m: Size, style: str) -> Parts
 
 def _bench_drawers(front: float, side: float, reach: float, top: float, style: str, height: float) -> tuple[Mesh, Mesh]:
     """A block of drawers under one end of the top, and its handles."""
-    wide = min(0.45, 0.7 * reach)
+    wide = min(0.45, (0.52 if style == "pedestals" else 0.7) * reach)
     y0, y1 = sorted((side * reach, side * (reach - wide)))
-    count = 1 if style == "wooden" else 3
-    low = top - (0.14 if style == "wooden" else 0.42 * height)
+    count = {"wooden": 1, "steel": 3, "pedestals": 5}[style]
+    low = top - {"wooden": 0.14, "steel": 0.42 * height, "pedestals": 0.66 * height}[style]
     case = block((front - 0.38, y0, low), (front - 0.016, y1, top + 0.002), 0.003)
     levels = np.linspace(low + 0.003, top - 0.003, count + 1)
     areas = [Front(y0 + 0.003, y1 - 0.003, float(a), float(b)) for a, b in itertools.pairwise(levels)]
@@ -277,26 +281,27 @@ def build_paint_can(rng: np.random.Generator, size_m: Size, style: str) -> Parts
 
 
 def build_step_ladder(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return an opened step ladder of aluminium or wood; one climbs it from +x."""
+    """Return an opened step ladder of aluminium or wood, or one with a broad platform and a tray; one climbs it from +x."""
     depth, width, height = size_m
     half_d, half_w = 0.5 * depth, 0.5 * width
-    count = max(2, round(height / 0.3))
+    count = max(2, round((0.72 if style == "platform" else 1.0) * height / 0.3))
     apex = -half_d + 0.3 * depth
-    platform = height * (0.76 if style == "aluminium" else 0.985)
+    metal, broad = style != "wooden", style == "platform"
+    platform = height * {"aluminium": 0.76, "wooden": 0.985, "platform": 0.66}[style]
     taper = 0.82
-    thick = 0.022 if style == "aluminium" else 0.028
+    thick = 0.022 if metal else 0.028
     rails, treads, pads = [], [], []
 
     def side(share: float) -> float:
         return (half_w - 0.5 * thick) * (1.0 - (1.0 - taper) * share)
 
-    top_share = 0.97 if style == "aluminium" else platform / height
+    top_share = 0.97 if metal else platform / height
     for s in (-1.0, 1.0):
-        high = (apex + 0.02, s * side(top_share), top_share * height if style == "aluminium" else platform - 0.01)
+        high = (apex + 0.02, s * side(top_share), top_share * height if metal else platform - 0.01)
         knee = (apex + 0.1, s * side(platform / height), platform)
         foot = (half_d - 0.02, s * side(0.0), 0.012)
-        rails.append(_plank(foot, knee if style == "aluminium" else high, 0.055, thick))
-        if style == "aluminium":
+        rails.append(_plank(foot, knee if metal else high, 0.055, thick))
+        if metal:
             rails.append(
                 bent([knee, (apex + 0.06, s * side(0.97) * 0.9, height - 0.014), (apex + 0.06, 0.0, height - 0.012)], 0.012, 0.08, 8)
             )
@@ -319,12 +324,19 @@ def build_step_ladder(rng: np.random.Generator, size_m: Size, style: str) -> Par
         z = share * platform
         x = half_d - 0.02 + share * (apex + 0.1 - half_d + 0.02)
         half = side(z / height)
-        deep = 0.05 if k < count - 1 else 0.13
+        deep = (0.05 if k < count - 1 else 0.13) + (0.03 if broad else 0.0)
         back = 0.09 if k == count - 1 else 0.0
         treads.append(block((x - deep - back, -half, z - 0.022), (x + 0.04, half, z + (0.0 if k < count - 1 else 0.012)), 0.004))
     z = 0.4 * platform
     x = -half_d + 0.02 + 0.4 * (apex + half_d - 0.02)
     treads += [rod((x, -0.95 * side(0.4), z), (x, 0.95 * side(0.4), z), 0.012, segments=8)]
+    if broad:
+        edge = apex + 0.06
+        treads.append(block((edge - 0.05, -0.62 * half_w, height - 0.07), (edge + 0.09, 0.62 * half_w, height - 0.045), 0.004))
+        treads += [
+            block((edge + a, -0.62 * half_w, height - 0.07), (edge + a + 0.008, 0.62 * half_w, height - 0.025), 0.002)
+            for a in (-0.05, 0.082)
+        ]
     stays = [
         rod((x, s * 0.9 * side(0.4), z), (half_d - 0.02 + 0.42 * (apex - half_d), s * side(0.4), z + 0.02), 0.005, segments=6)
         for s in (-1.0, 1.0)
@@ -341,9 +353,9 @@ def _plank(a: tuple[float, float, float], b: tuple[float, float, float], wide: f
 
 
 MODELS = {
-    "workbench": Model(build_workbench, ("wooden", "steel")),
+    "workbench": Model(build_workbench, ("wooden", "steel", "pedestals")),
     "tool_cabinet": Model(build_tool_cabinet, ("drawers", "door")),
     "toolbox": Model(build_toolbox, ("plastic", "steel")),
     "paint_can": Model(build_paint_can, ("closed", "open")),
-    "step_ladder": Model(build_step_ladder, ("aluminium", "wooden")),
+    "step_ladder": Model(build_step_ladder, ("aluminium", "wooden", "platform")),
 }
