@@ -86,7 +86,7 @@ def _framed(rng: np.random.Generator, size_m: Size) -> Parts:
     thick = rng.uniform(0.024, 0.036)
     under = height - thick
     bar = 0.02
-    inset = 0.03
+    inset = 0.026
     low, high = [], []
     for s in (-1.0, 1.0):
         y0, y1 = sorted((s * (half_w - inset), s * (half_w - inset - 2 * bar)))
@@ -96,8 +96,8 @@ def _framed(rng: np.random.Generator, size_m: Size) -> Parts:
         for z in (0.0, under - bar):
             low.append((-half_d + inset + bar, y0 + 0.002, z + 0.001))
             high.append((half_d - inset - bar, y1 - 0.002, z + bar))
-    low += [(-half_d + inset + 0.002, -half_w + inset, under - 0.045), (-half_d + inset + 0.004, -half_w + inset, under - 0.1)]
-    high += [(-half_d + inset + bar, half_w - inset, under), (-half_d + inset + bar, half_w - inset, under - 0.1 + bar)]
+    low += [(-half_d + inset + 0.002, -half_w + inset, under - 0.045), (-half_d + inset + 0.004, -half_w + inset, under - 0.088)]
+    high += [(-half_d + inset + bar, half_w - inset, under), (-half_d + inset + bar, half_w - inset, under - 0.088 + bar)]
     tray_x, tray_half = half_d - 0.05, min(0.26, 0.22 * width)
     area = Front(-tray_half, tray_half, under - 0.075, under - 0.003)
     box = block((-half_d + 0.12, -tray_half + 0.006, under - 0.07), (tray_x - 0.014, tray_half - 0.006, under - 0.005))

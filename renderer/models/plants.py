@@ -196,7 +196,7 @@ def build_vase(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         (0.7 * radius, 0.6 * body_height),
         (0.0, 0.5 * body_height),
     ]
-    parts = {"body": lathe(_rounded(outer) + inner, 20)}
+    parts = {"body": lathe(_rounded(outer) + inner, 18)}
     if style == "empty":
         return fitted(parts, size_m)
     stems, heads, roots, directions = [], [], [], []

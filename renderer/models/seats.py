@@ -35,9 +35,8 @@ def _lounge(rng: np.random.Generator, size_m: Size) -> Parts:
     seat = cushion(
         rng, (-half_d + 0.11, -inner + 0.003, seat_z - 0.14), (half_d, inner - 0.003, seat_z + 0.025), 0.05, 0.04, piping_m=0.005
     )
-    back = cushion(
-        rng, (-half_d + 0.09, -inner + 0.006, seat_z - 0.01), (-half_d + 0.30, inner - 0.006, height), 0.06, 0.07, axis=0, piping_m=0.005
-    )
+    near, far = (-half_d + 0.09, -inner + 0.006, seat_z - 0.01), (-half_d + 0.30, inner - 0.006, height)
+    back = cushion(rng, near, far, 0.06, 0.07, axis=0, piping_m=0.005)
     back = rotated(back, "y", -0.10, (-half_d + 0.1, 0.0, seat_z))
     legs = [
         rod((sx * (half_d - 0.07), sy * (half_w - 0.06), 0.0), (sx * (half_d - 0.08), sy * (half_w - 0.07), leg + 0.02), 0.014, 0.023)
@@ -141,13 +140,11 @@ def _wing(rng: np.random.Generator, size_m: Size) -> Parts:
         body.append(rounded_box((-half_d + 0.04, low, leg), (half_d - 0.06, high, arm_z - radius), 0.025))
     back_z = (seat_z - 0.02, height - 0.05)
     panel = tufted((-inner, inner), back_z, (-half_d + 0.09, -half_d + 0.18), (0.16, 0.14), 0.04)
-    seat = cushion(
-        rng, (-half_d + 0.13, -inner + 0.004, seat_z - 0.12), (half_d, inner - 0.004, seat_z + 0.02), 0.045, 0.035, piping_m=0.005
-    )
+    near, far = (-half_d + 0.13, -inner + 0.004, seat_z - 0.12), (half_d, inner - 0.004, seat_z + 0.02)
     profile = [(0.0, 0.0), (0.014, 0.0), (0.02, 0.12 * leg), (0.014, 0.3 * leg), (0.026, 0.7 * leg), (0.02, 0.8 * leg), (0.03, leg + 0.01)]
     foot = lathe([*profile, (0.0, leg + 0.01)], 14)
     legs = [moved(foot, x, sy * (half_w - 0.09)) for x in (-half_d + 0.08, half_d - 0.09) for sy in (-1.0, 1.0)]
-    return {"body": merged(*body), "seat": seat, "back": panel, "legs": merged(*legs)}
+    return {"body": merged(*body), "seat": cushion(rng, near, far, 0.045, 0.035, piping_m=0.005), "back": panel, "legs": merged(*legs)}
 
 
 def build_pouf(rng: np.random.Generator, size_m: Size, style: str) -> Parts:

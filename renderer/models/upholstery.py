@@ -123,7 +123,7 @@ def tufted(y: tuple[float, float], z: tuple[float, float], x: tuple[float, float
     front = x[0] + deep * (0.2 + round_off * (0.3 + 0.5 * puff - 0.2 * pit))
     crossed = (np.floor(0.5 * (u[1:, 1:] + u[:-1, :-1])) + np.floor(0.5 * (v[1:, 1:] + v[:-1, :-1]))) % 2 == 1
     body = lined(np.dstack([front, yy, zz]), np.dstack([np.full_like(front, x[0]), yy, zz]), crossed)
-    spots = [(float(i), float(k)) for i in range(1, across) for k in range(1, up) if (i + k) % 2 == 0]
+    spots: list[tuple[float, float]] = [(i, k) for i in range(1, across) for k in range(1, up) if (i + k) % 2 == 0]
     spots = spots or [(0.5 * across, 0.5 * up)]
     size = min(0.012, 0.09 * min(pitch))
     depth = x[0] + deep * (0.45 if across > 1 and up > 1 else 0.75)

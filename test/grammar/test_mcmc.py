@@ -277,7 +277,7 @@ def test_the_best_or_the_last_feasible_layout_is_kept():
         movable = np.flatnonzero(problem.mount == 0)
         kept = copy_state(state)
         goal = Goal(1.0, 1.0, 1e9, best)
-        assert run_chain(rng, problem, state, settings, goal, movable, 3000, kept, np.zeros((6, 2), np.int64))[0]
+        assert run_chain(rng, problem, state, settings, goal, movable, 30_000, kept, np.zeros((6, 2), np.int64))[0]
         for i in movable:
             place_object(problem, kept, i)
         kept_energy[best] = float(full_energy(problem, kept) @ problem.weight)
