@@ -65,8 +65,8 @@ def sample_objects() -> tuple[SceneObject, ...]:
         id=3, category="bed", label=LABEL_ID["bed"], size_m=(2.1, 1.6, 1.0), position_m=(1.1, 1.8, 0.0), yaw_rad=0.0, support=FLOOR,
         model=ModelReference(generator="bed", style="upholstered", seed=11),
         parts=parts(
-            frame="oak", slats="oak", headboard="linen", legs="oak", mattress="linen", duvet="linen", sheet="linen", throw="oak", pillows="linen",
-            cushion="oak",
+            frame="oak", headboard="linen", legs="oak", mattress="linen", duvet="linen", sheet="linen", throw="oak", pillows="linen",
+            cushion="oak", slats="oak",
         ),
     )  # fmt: skip
     nightstand = SceneObject(

@@ -128,7 +128,7 @@ def test_a_suite_has_one_style_and_one_material_of_fronts_and_worktops(appearanc
         styles.add(objects[0].model.style)
         parts = [{part.name: part.material for part in item.parts} for item in objects]
         assert len({names["fronts"] for names in parts[:3]}) == len({parts[k]["worktop"] for k in (0, 1, 3)}) == 1
-    assert styles == {"flat", "framed"}
+    assert styles == {"flat", "framed", "handleless"}
 
 
 def test_a_room_keeps_few_woods_and_one_metal(appearance: Appearance) -> None:
@@ -217,7 +217,7 @@ def test_unknown_category_is_named(appearance: Appearance) -> None:
 FAULTS = {
     "bed:\n    shared: room": ("bed:\n    shared: never", "categories.bed.shared"),
     "frame: {families: {wood: 0.8": ("frame: {families: {wud: 0.8", "categories.bed.parts.frame.families"),
-    "parts: [frame, headboard, legs, mattress": ("parts: [frame, hedboard, legs, mattress", "categories.bed.styles"),
+    "parts: [frame, headboard, legs, slats": ("parts: [frame, hedboard, legs, slats", "categories.bed.styles"),
     "emits: shade": ("emits: halo", "emits"),
     "headboard: {like: frame}": ("headboard: {like: pillows}", "categories.bed.parts.headboard.like"),
     "ceiling: {families: {ceiling_paint: 1}}": ("ceiling: {families: {}}", "surfaces.ceiling.families"),

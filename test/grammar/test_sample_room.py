@@ -55,7 +55,7 @@ def test_fifty_rooms_are_valid_by_brute_force(rooms, grammar):
             assert low >= -1e-9 and high <= room.room.height_m + 0.001
             for opening in room.room.openings:
                 a = np.array(room.room.polygon_m[opening.wall])
-                b = np.array(room.room.polygon_m[(opening.wall + 1) % 4])
+                b = np.array(room.room.polygon_m[(opening.wall + 1) % len(room.room.polygon_m)])
                 along = (b - a) / np.linalg.norm(b - a)
                 near, far = a + along * opening.offset_m, a + along * (opening.offset_m + opening.width_m)
                 rule = grammar.openings[opening.category]
