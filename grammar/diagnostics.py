@@ -46,18 +46,23 @@ class ChainRecord(NamedTuple):
 
 
 def record_chain(grammar: Grammar, categories: Categories, request: SceneRequest, rng: np.random.Generator) -> ChainRecord:
-    """Draw one structure, run its chain once and return its record.
+    """Draw one structure, run its chain and return its record.
+
+    A chain in which an object found no place to come in is begun again, as often as the budget has layouts.
 
     Raises:
         RequestError: no structure meets the request.
     """
     tree = derive(grammar, categories, request, rng)
-    problem, start = assemble(grammar, categories, tree)
+    beta = request.beta if request.beta > 0.0 else grammar.schedule.beta
+    problem, start = assemble(grammar, categories, tree, beta)
     walks = grammar.weights.circulation > 0.0 or grammar.weights.reach > 0.0
     limits = grammar.validity
     floor = empty_floor(tree.room.polygon_m, door_start_m(tree.room, limits.robot_radius_m), limits) if walks else NO_FLOOR
-    beta = request.beta if request.beta > 0.0 else grammar.schedule.beta
-    result = run_stages(rng, problem, start, move_settings(grammar.moves), grammar.schedule, beta, floor)
+    for _ in range(grammar.budget.layouts):
+        result = run_stages(rng, problem, start, move_settings(grammar.moves), grammar.schedule, beta, floor)
+        if len(result.history):
+            break
     each = int(np.count_nonzero(problem.mount != FIXED))
     moves = result.history[:, BOUNDS:].astype(np.int64).reshape(-1, 2, len(MOVES))
     made = np.diff(moves, axis=0, prepend=moves[:1])  # of the first sweep only the sum with the stages before is known
@@ -87,7 +92,7 @@ def to_csv(record: ChainRecord) -> str:
     weighted = record.energies * record.weights
     moves = [f"{name}_{what}" for name in MOVES for what in ("tried", "taken")]
     lines = [",".join(("proposals", "total", *TERMS, *moves))]
-    counts = np.stack([record.tried, record.taken], 2).reshape(len(weighted), -1)
+    counts = np.stack([record.tried, record.taken], 2).reshape(-1, 2 * len(MOVES))
     for proposals, row, made in zip(record.proposals.tolist(), weighted, counts.tolist(), strict=True):
         lines.append(",".join((str(proposals), *(f"{value:.6g}" for value in (row.sum(), *row)), *map(str, made))))
     return "\n".join(lines) + "\n"

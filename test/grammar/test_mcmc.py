@@ -283,4 +283,5 @@ def test_the_best_or_the_last_feasible_layout_is_kept():
         kept_energy[best] = float(full_energy(problem, kept) @ problem.weight)
         if not best:
             assert np.array_equal(kept.pose, state.pose)
-    assert kept_energy[True] < min(0.1, kept_energy[False])
+    # E is gamma distributed with shape 2: below 0.3 once in 27 independent layouts
+    assert kept_energy[True] < min(0.3, kept_energy[False])
