@@ -133,15 +133,22 @@ def recovered(grammar: Grammar, rooms: Sequence[ObservedRoom]) -> list[tuple[str
         mode = _main([mode for mode in grammar.objects["nightstand"].around if mode.side == side])
         rows.append((f"gap of the nightstand at the {side}, m", TRUTH["side_gap"][0], mode.gap_m, 0.015))
         rows.append((f"align of the nightstand at the {side}", -1.0, mode.align, 0.0))
-    place = _main(grammar.objects["mug"].placements)
-    for name, truth, value in (("depth", TRUTH["top"][0], place.depth_fraction), ("width", TRUTH["top"][1], place.width_fraction)):
-        rows.append((f"place of the mug along the {name}", truth, value if value is not None else math.nan, 0.08))
+    # Where one place was taken for several close ones, their common middle is what must come back.
+    for name, truth in zip(("depth", "width"), TRUTH["top"], strict=True):
+        rows.append((f"place of the mug along the {name}", truth, _middle(grammar.objects["mug"].placements, f"{name}_fraction"), 0.08))
     rows.append(("width of the door, m", TRUTH["door"][0], grammar.openings["door"].width_m.mean, 0.01))
     sizes = grammar.objects["dresser"].sizes
     for axis, name in enumerate(("depth", "width", "height")):
         mean = sum(mode.probability * mode.mean_m[axis] for mode in sizes)
         rows.append((f"mean {name} of the dresser, m", SIDES["dresser"][axis], mean, 4.0 * SPREAD["dresser"] / math.sqrt(dressers)))
     return rows
+
+
+def _middle(places: Sequence[PlaceMode], field: str) -> float:
+    """Return the mean of a coordinate over places by their odds, NaN if one is free."""
+    odds = [1.0 if place.probability is None else place.probability for place in places]
+    values = [getattr(place, field) for place in places]
+    return math.nan if None in values else sum(p * value for p, value in zip(odds, values, strict=True)) / sum(odds)
 
 
 def _share(name: str, truth: float, value: float, count: int, more: float = 0.01) -> tuple[str, float, float, float]:

@@ -197,7 +197,7 @@ def test_the_grammars_numbers_are_replaced():
 def test_fixed_objects_stay_and_the_rest_is_laid_out_around_them():
     grammar = read_room_type("bedroom", CATEGORIES)
     request = SceneRequest(
-        room_width_m=5.0, room_depth_m=4.6, counts=("nightstand:1:2", "bed:1:1"),
+        room_width_m=5.0, room_depth_m=4.6, counts=("nightstand:1:1", "bed:1:1"),
         fixed=(
             "bed:-1.4:0.2:0:size=2.1x1.6x1.0", "desk:1.9:-1.5:3.14159:size=0.66x1.3x0.74", "laptop:1.9:-1.5:3.14159:on=2",
             "treadmill:1.2:1.4:0:size=1.7x0.8x1.4", "picture:0:2.3:0:middle=1.5",
