@@ -47,6 +47,7 @@ setup(
         "pillow>=10.1",
     ],
     extras_require={
+        "denoise": ["pyoidn>=2.5"],
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "test": [
             "pytest>=8",

@@ -86,8 +86,24 @@ class RenderConfig:
     samples_per_pixel: Annotated[int, Limits(ge=1, le=65536, description="Colour samples per pixel")] = 16
     max_depth: Annotated[int, Limits(ge=1, le=64, description="Most segments of a light path; 1 shows lights only, 2 direct light")] = 6
     clamp: Annotated[
-        float, Limits(ge=0.0, le=1e9, unit="cd/m2", description="Most luminance that one indirect light sample may bring; 0 is no limit")
+        float,
+        Limits(
+            ge=0.0, le=1e6, description="Most that one indirect light sample may bring, in units of the exposure's white; 0 is no limit"
+        ),
     ] = 0.0
+    caustic_blur: Annotated[
+        float, Limits(ge=0.0, le=1.0, description="Least roughness of gloss that scattered light meets; 0 is exact, more has less noise")
+    ] = 0.0
+    noise_target: Annotated[
+        float, Limits(ge=0.0, le=1.0, description="Relative noise of the colour at which sampling ends early; 0 takes all samples")
+    ] = 0.0
+    time_budget_s: Annotated[
+        float, Limits(ge=0.0, le=86400.0, unit="s", description="Time after which sampling ends early; 0 is no limit and repeatable")
+    ] = 0.0
+    denoise: Annotated[
+        Literal["none", "auto", "oidn"],
+        Limits(description="Denoiser of the colour: none, Open Image Denoise, or auto: that where pyoidn is installed"),
+    ] = "none"
     exposure_ev100: Annotated[float, Limits(ge=-6.0, le=21.0, unit="EV", description="Exposure value at ISO 100, if not metered")] = 6.0
     auto_exposure: Annotated[bool, Limits(description="Meter the exposure of each room")] = False
     exposure_compensation_ev: Annotated[

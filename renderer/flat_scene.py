@@ -79,12 +79,16 @@ UNTEXTURED = np.zeros(0, np.int32)
 """``part_texture`` of a scene without any texture."""
 
 
+ALL_REFLECT = np.zeros(0, np.bool_)
+"""``absorbs`` of a scene whose parts all reflect."""
+
+
 class FlatScene(NamedTuple):
     """A whole scene for the kernels.
 
     mesh: world-space triangles; face_part: (m,) int32, row of ``parts`` for each triangle; part_names: (p,) names, for people and layers
     by part: ``<object id>/<part name>``.  part_texture: (p,) int32, index of each part's texture among ``textures``, -1 for none; empty
-    where no part has any.
+    where no part has any.  absorbs: (p,) bool, parts that reflect nothing, whatever their material; empty where none does.
     """
 
     mesh: Mesh
@@ -95,3 +99,4 @@ class FlatScene(NamedTuple):
     sky: Sky
     part_texture: NDArray[np.int32] = UNTEXTURED
     textures: tuple[AppliedTexture, ...] = ()
+    absorbs: NDArray[np.bool_] = ALL_REFLECT

@@ -99,6 +99,8 @@ def flatten(scene: SceneDescription, catalog_dir: Path | None = None) -> FlatSce
         ),
         part_texture=np.array([-1 if row.texture is None else next(numbers) for row in rows], np.int32),
         textures=tuple(textures),
+        # The flux of a lamp is what leaves it: what shines does not reflect its own light a second time.
+        absorbs=np.array([row.emission.any() for row in rows], np.bool_),
     )
 
 

@@ -24,8 +24,13 @@ LAYERS: dict[str, Layer] = {
     "normals": Layer("float32", 3, "geometric unit normal, optical frame, towards the camera", "0"),
     "semantic": Layer("uint8", 0, "NYU40 class id", "0"),
     "instance": Layer("uint16", 0, "object id, 0 for the room's shell", "0"),
+    "color_noisy": Layer("uint8", 3, "color before denoising", "background luminance"),
+    "albedo": Layer("float32", 3, "linear base colour of what is seen first, 1 for glass and lit lamps, mean of the colour's samples", "0"),
 }
 """Every layer that a frame can hold, by name; depth and range are NaN, all else 0, where the lens sees nothing."""
+
+SAMPLED_LAYERS = ("color", "color_noisy", "albedo")
+"""Layers that are means of samples: they carry noise, and the blur of whatever the lens or the shutter blurs."""
 
 GEOMETRIC_LAYERS = ("depth", "range", "normals", "semantic", "instance")
 
@@ -34,8 +39,9 @@ class Frame(NamedTuple):
     """One view: layer name -> image, (height, width) or (height, width, 3), C-contiguous, dtype as ``LAYERS`` says.
 
     ``radiance`` is the linear colour behind ``color``: (height, width, 3) float32, RGB luminance in cd/m2; None where colour was
-    not asked for.
+    not asked for.  ``samples``: how many samples per pixel colour and albedo took, 0 where they were not asked for.
     """
 
     layers: dict[str, NDArray[np.generic]]
     radiance: NDArray[np.float32] | None
+    samples: int = 0

@@ -4,6 +4,10 @@ At every hit one point on a light is drawn (next event) and one direction from t
 weighed by the balance heuristic.  At the last hit a ray follows only near lights and on glossy surfaces; elsewhere the drawn point counts
 in full, as drawing lights alone is good enough there.  So ``max_depth`` segments give the Neumann series cut there, in the mean exactly.
 
+Gloss that is lit by way of matt surfaces makes caustics, which paths from the camera find by rare bright strokes of luck.  *Caustic blur*
+roughens, for that light only, what a ray hits by how far the surfaces before have scattered it, so that drawn lights find such paths too;
+energy is kept, caustics lose their edges (path space regularisation, Kaplanyan and Dachsbacher 2013).  At 0 transport is exact.
+
 Paths that carry little end early by chance and those that survive count for more (Russian roulette), from the third hit on.
 
 What a wave computes depends on its tile and sample only, and each random number on its key: bytes depend on neither threads nor order.
@@ -57,9 +61,11 @@ from renderer.records import (
     AT_WEIGHT_G,
     AT_WEIGHT_R,
     AT_WIDTH,
+    BASE_R,
     CARRIED,
     CHANCE,
     COAT,
+    COAT_ROUGHNESS,
     DRAW_END,
     DRAW_LIGHT_U,
     DRAW_LOBE,
@@ -90,6 +96,7 @@ from renderer.records import (
     WEIGHT_G,
     WEIGHT_R,
     WIDTH,
+    Film,
     Queue,
     Scratch,
     Surfaces,
@@ -116,9 +123,9 @@ def trace_paths(
     transport: Transport,
     work: Work,
     scratch: Scratch,
-    image: NDArray[np.float32],
+    film: Film,
 ) -> None:
-    """Add the luminance of a piece's samples to ``image``, (height, width, 3) float32, cd/m2."""
+    """Add a piece's samples to ``film``."""
     rays = scratch.rays
     tiles_across = (camera.width + WAVE_EDGE - 1) // WAVE_EDGE
     for tile in range(work.first_tile, work.end_tile):
@@ -137,6 +144,10 @@ def trace_paths(
                     flags = scene.coherent if depth == 0 else scene.incoherent
                     intersect16(rays.alive.ctypes.data, scene.address, rays.real.ctypes.data, flags)
                     find_surfaces(rays, surfaces, lights, depth == 0, scratch.lanes)
+                    if depth == 0 and film.guides.shape[0] > 0:
+                        _note_guides(column, row, scratch, film)
+                    if depth > 0 and transport.caustic_blur > _ZERO:
+                        _roughen(transport.caustic_blur, scratch)
                     _gather_glow(scratch, transport.clamp if depth > 0 else _INFINITE)
                     if depth + 1 < transport.max_depth:
                         weigh_lights(lights, scratch)
@@ -152,7 +163,7 @@ def trace_paths(
                 x, y = _slot_pixel(slot)
                 if column + x < camera.width and row + y < camera.height:
                     for channel in range(3):
-                        image[row + y, column + x, channel] += scratch.light[channel * WAVE + slot]
+                        film.light[row + y, column + x, channel] += scratch.light[channel * WAVE + slot]
 
 
 @kernel
@@ -221,6 +232,32 @@ def _load_packet(here: Queue, first: int, count: int, scratch: Scratch) -> None:
         slot = here.slot[i]
         scratch.lane_slot[k] = slot
         scratch.lane_seeds[k] = scratch.seeds[slot]
+
+
+@kernel
+def _note_guides(column: int, row: int, scratch: Scratch, film: Film) -> None:
+    """Add base colour, of glass and lamps 1, and shading normal of camera rays' hits to the guides; where they hit nothing, nothing."""
+    lanes = scratch.lanes
+    for k in range(LANES):
+        if scratch.rays.alive[k] == 0 or lanes[REFLECTS + k] == _ZERO:
+            continue
+        x, y = _slot_pixel(scratch.lane_slot[k])
+        clear = _ONE if lanes[GLOW_R + k] > _ZERO else max(lanes[THIN + k], lanes[TRANSMISSION + k])
+        for channel in range(3):
+            base = lanes[BASE_R + LANES * channel + k]
+            film.guides[row + y, column + x, channel] += base + clear * (_ONE - base)
+            film.guides[row + y, column + x, 3 + channel] += lanes[SHADE_X + LANES * channel + k]
+
+
+@inlined
+def _roughen(blur: np.float32, scratch: Scratch) -> None:
+    """Give hits at least the roughness that the scattering of their rays allows; glass stays clear, no drawn light passes it anyway."""
+    lanes = scratch.lanes
+    for k in range(LANES):
+        if lanes[TRANSMISSION + k] == _ZERO or lanes[THIN + k] > _ZERO:
+            least = blur * min(lanes[SPREAD + k], _ONE)
+            lanes[ROUGHNESS + k] = max(lanes[ROUGHNESS + k], least)
+            lanes[COAT_ROUGHNESS + k] = max(lanes[COAT_ROUGHNESS + k], least)
 
 
 @inlined

@@ -141,11 +141,26 @@ class Work(NamedTuple):
 
 
 class Transport(NamedTuple):
-    """How paths are traced: key of the frame's random numbers, most segments of a path, most luminance of an indirect contribution."""
+    """How paths are traced.
+
+    frame_key: of the frame's random numbers; max_depth: most segments of a path; clamp: most luminance of an indirect contribution, cd/m2;
+    caustic_blur: least roughness of what fully scattered rays hit, 0 leaves surfaces as they are.
+    """
 
     frame_key: np.uint32
     max_depth: int
     clamp: np.float32
+    caustic_blur: np.float32
+
+
+class Film(NamedTuple):
+    """Sums over samples: light (height, width, 3) float32, cd/m2; guides (height, width, 6) float32, albedo and world normal of first hits.
+
+    Without guides their height is 0.
+    """
+
+    light: NDArray[np.float32]
+    guides: NDArray[np.float32]
 
 
 (

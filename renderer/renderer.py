@@ -5,6 +5,7 @@ Use: ``with Renderer(flat, CameraConfig(), RenderConfig(), scene_key) as rendere
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Collection, Iterator
 from types import TracebackType
 
@@ -13,18 +14,20 @@ from numpy.typing import NDArray
 
 from renderer.cameras import PosedCamera, pose_camera
 from renderer.config import CameraConfig, RenderConfig
+from renderer.denoise import Denoiser, is_asked
 from renderer.embree import EmbreeScene
 from renderer.errors import RenderError
 from renderer.flat_scene import FlatScene, Mesh, PartTable, Sky, tabulate_materials
-from renderer.frame import GEOMETRIC_LAYERS, LAYERS, Frame
+from renderer.frame import GEOMETRIC_LAYERS, LAYERS, SAMPLED_LAYERS, Frame
 from renderer.ground_truth import CENTRE, GeometricImages, Labels, empty_images, trace_geometry
 from renderer.integrator import trace_paths
 from renderer.lights import build_lights
 from renderer.random_numbers import make_frame_key
-from renderer.records import WAVE, WAVE_EDGE, Transport, Work, make_scratch
+from renderer.records import WAVE, WAVE_EDGE, Film, Transport, Work, make_scratch
 from renderer.scene_check import check_scene
+from renderer.stopping import is_clean, next_round
 from renderer.surfaces import build_surfaces
-from renderer.tone import to_display
+from renderer.tone import to_display, white_luminance
 from renderer.workers import Workers, thread_count
 from scene_description import Material
 from scene_description.poses import look_at
@@ -38,7 +41,7 @@ class Renderer:
     """Renders views of one scene; a context manager that releases threads and Embree's memory.
 
     Images depend on the scene, the camera, ``scene_key`` and the frame index only, byte for byte: not on threads, order, or what was
-    rendered before.  One view at a time: calls of :meth:`render` must not overlap.
+    rendered before; with a time budget, colour depends on the time too.  One view at a time: calls of :meth:`render` must not overlap.
     """
 
     def __init__(
@@ -58,6 +61,7 @@ class Renderer:
         self._lights = build_lights(flat)
         self._surfaces = build_surfaces(flat)
         self._embree = EmbreeScene(flat.mesh, portable=config.portable)
+        self._denoiser: Denoiser | None = None
         self._workers = Workers(thread_count(config.threads))
         self._scratch = [make_scratch(len(self._lights.groups.area)) for _ in range(self._workers.count)]
 
@@ -75,7 +79,7 @@ class Renderer:
         ``exposure_ev100`` replaces the configured exposure; ``cancelled`` is asked every 50 ms or so.
 
         Raises:
-            RenderError: unknown layers, a faulty pose or a negative frame index.
+            RenderError: unknown layers, a faulty pose, a negative frame index, or a denoiser that is asked for but not installed.
             RenderCancelled: ``cancelled`` returned True.
         """
         unknown = sorted(set(layers) - set(LAYERS))
@@ -83,13 +87,20 @@ class Renderer:
             raise RenderError(f"render: expected layers among {', '.join(LAYERS)} and frame >= 0, got {', '.join(unknown)}; {frame_index}")
         view = pose_camera(self._camera, pose)
         images: dict[str, NDArray[np.generic]] = {}
-        radiance = None
+        radiance, samples = None, 0
         if any(name in GEOMETRIC_LAYERS for name in layers):
             images.update(self._trace_geometry(view)._asdict())
-        if "color" in layers:
-            radiance = self._trace_color(view, frame_index, cancelled)
-            images["color"] = to_display(radiance, self._config.exposure_ev100 if exposure_ev100 is None else exposure_ev100)
-        return Frame({name: images[name] for name in LAYERS if name in layers}, radiance)
+        if any(name in SAMPLED_LAYERS for name in layers):
+            ev100 = self._config.exposure_ev100 if exposure_ev100 is None else exposure_ev100
+            in_color = any(name.startswith("color") for name in layers)
+            denoised = "color" in layers and is_asked(self._config.denoise)
+            film, samples = self._expose_film(view, frame_index, ev100, in_color, denoised or "albedo" in layers, cancelled)
+            images["albedo"] = np.ascontiguousarray(film.guides[:, :, :3])
+            if in_color:
+                radiance = self._denoise(film) if denoised else film.light
+                images["color"] = to_display(radiance, ev100)
+                images["color_noisy"] = to_display(film.light, ev100) if denoised else images["color"]
+        return Frame({name: images[name] for name in LAYERS if name in layers}, radiance, samples)
 
     def _trace_geometry(self, view: PosedCamera) -> GeometricImages:
         images, step = empty_images(view.height, view.width), self._workers.count
@@ -100,32 +111,55 @@ class Renderer:
         self._workers.run(trace, range(step))
         return images
 
-    def _trace_color(self, view: PosedCamera, frame_index: int, cancelled: Callable[[], bool] | None) -> NDArray[np.float32]:
-        image = np.zeros((view.height, view.width, 3), np.float32)
-        clamp = np.float32(self._config.clamp or np.inf)
-        transport = Transport(make_frame_key(self._scene_key, frame_index), self._config.max_depth, clamp)
+    def _expose_film(
+        self, view: PosedCamera, frame_index: int, ev100: float, in_color: bool, guided: bool, cancelled: Callable[[], bool] | None
+    ) -> tuple[Film, int]:
+        """Return the means of the samples, and how many there are; without colour paths end where they hit first."""
+        size, config, white = (view.height, view.width), self._config, white_luminance(ev100)
+        film = Film(np.zeros((*size, 3), np.float32), np.zeros((*size, 6) if guided else (0, 0, 6), np.float32))
+        transport = Transport(
+            make_frame_key(self._scene_key, frame_index),
+            config.max_depth if in_color else 1,
+            np.float32(config.clamp * white or np.inf),
+            np.float32(config.caustic_blur),
+        )
 
         def trace(worker: int, work: Work) -> None:
-            trace_paths(self._embree.handle, self._surfaces, self._lights, view, transport, work, self._scratch[worker], image)
+            trace_paths(self._embree.handle, self._surfaces, self._lights, view, transport, work, self._scratch[worker], film)
 
-        for pieces in self._color_pieces(view):
-            self._workers.run(trace, pieces, cancelled)
-        image *= np.float32(1.0 / self._config.samples_per_pixel)
-        return image
+        began, done = time.monotonic(), 0
+        while count := next_round(config, done, time.monotonic() - began):
+            before = film.light.copy() if config.noise_target else film.light
+            for pieces in self._color_pieces(view, done, done + count):
+                self._workers.run(trace, pieces, cancelled)
+            done += count
+            if is_clean(config, before, film.light, done, white):
+                break
+        for image in film:
+            image *= np.float32(1.0 / done)
+        return film, done
 
-    def _color_pieces(self, view: PosedCamera) -> Iterator[list[Work]]:
-        """Yield rounds of pieces; pieces of one round share no pixel, so they may run at the same time."""
-        samples = self._config.samples_per_pixel
+    def _denoise(self, film: Film) -> NDArray[np.float32]:
+        if self._denoiser is None:
+            self._denoiser = Denoiser(self._workers.count)
+        albedo, normals = np.minimum(film.guides[:, :, :3], np.float32(1.0)), film.guides[:, :, 3:]
+        return self._denoiser.clean(film.light, albedo, normals)
+
+    def _color_pieces(self, view: PosedCamera, begin: int, end: int) -> Iterator[list[Work]]:
+        """Yield rounds of pieces for samples [begin, end); pieces of one round share no pixel, so they may run at the same time."""
         tiles = -(-view.width // WAVE_EDGE) * -(-view.height // WAVE_EDGE)
-        chunk = min(samples, max(1, self._paths_per_piece // WAVE))
+        chunk = min(end - begin, max(1, self._paths_per_piece // WAVE))
         step = max(1, self._paths_per_piece // (WAVE * chunk))
-        for first in range(0, samples, chunk):
-            last = min(first + chunk, samples)
+        for first in range(begin, end, chunk):
+            last = min(first + chunk, end)
             yield [Work(tile, min(tile + step, tiles), first, last) for tile in range(0, tiles, step)]
 
     def close(self) -> None:
         """Release threads and memory; harmless when repeated."""
         self._workers.close()
+        if self._denoiser is not None:
+            self._denoiser.close()
+            self._denoiser = None
         self._embree.close()
 
     def __enter__(self) -> Renderer:

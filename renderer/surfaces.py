@@ -102,6 +102,12 @@ def build_surfaces(flat: FlatScene) -> Surfaces:
         look[:, column] = table[row]
     look[:, LOOK_PORTAL] = parts.portal
     look[clear, LOOK_GLASS] = glass
+    textured = flat.part_texture if len(flat.part_texture) else np.full(len(row), -1, np.int32)
+    if len(flat.absorbs):
+        look[flat.absorbs] = 0.0
+        look[flat.absorbs, LOOK_EMISSION : LOOK_EMISSION + 3] = parts.emission[flat.absorbs]
+        look[flat.absorbs, LOOK_ROUGHNESS] = look[flat.absorbs, LOOK_IOR] = 1.0
+        textured = np.where(flat.absorbs, -1, textured).astype(np.int32)
     return Surfaces(
         np.ascontiguousarray(flat.mesh.faces),
         np.ascontiguousarray(flat.mesh.normals),
@@ -110,7 +116,7 @@ def build_surfaces(flat: FlatScene) -> Surfaces:
         reflected_table(),
         np.stack([glass_table(float(ior)) for ior in iors]) if len(iors) else np.zeros((0, 2, STEPS, STEPS), np.float32),
         build_textures(
-            flat.part_texture if len(flat.part_texture) else np.full(len(row), -1, np.int32),
+            textured,
             flat.textures,
             flat.mesh.vertices,
             flat.mesh.uvs,

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from renderer.config import CameraConfig
 from renderer.false_color import ids_to_color, normals_to_color
 from renderer.frame import Frame
+from renderer.tone import encode_srgb
 from scene_description import CameraPose, Limits, SceneDescription
 from scene_description.labels import instance_palette, label_palette
 from scene_synth_ros.conversions import (
@@ -47,6 +48,8 @@ class StreamConfig:
         bool, Limits(description="Publish depth along the optical axis; a panorama publishes range instead", fixed=_STREAMS_FIXED)
     ] = True
     range: Annotated[bool, Limits(description="Publish range, the distance along each ray", fixed=_STREAMS_FIXED)] = False
+    color_noisy: Annotated[bool, Limits(description="Publish colour before denoising", fixed=_STREAMS_FIXED)] = False
+    albedo: Annotated[bool, Limits(description="Publish the base colour of what is seen", fixed=_STREAMS_FIXED)] = False
     normals: Annotated[bool, Limits(description="Publish surface normals", fixed=_STREAMS_FIXED)] = True
     semantic: Annotated[bool, Limits(description="Publish NYU40 class ids", fixed=_STREAMS_FIXED)] = True
     instance: Annotated[bool, Limits(description="Publish object ids", fixed=_STREAMS_FIXED)] = True
@@ -89,6 +92,8 @@ STREAMS: dict[str, Stream] = {
     "normals": Stream("32FC3", lambda image, _: normals_to_color(image)),
     "semantic": Stream("mono8", lambda image, palettes: ids_to_color(image, palettes.semantic)),
     "instance": Stream("16UC1", lambda image, palettes: ids_to_color(image, palettes.instance)),
+    "color_noisy": Stream("rgb8", None),
+    "albedo": Stream("32FC3", lambda image, _: encode_srgb(image)),
 }
 """Layer -> stream."""
 

@@ -16,6 +16,7 @@ from renderer.flatten import flatten
 from renderer.frame import LAYERS
 from renderer.image_io import write_png
 from renderer.scene_key import scene_key
+from renderer.tone import encode_srgb
 from scene_description import from_mapping, scene_from_json
 from scene_description.labels import instance_palette, label_palette
 from scene_description.share import config_path
@@ -35,6 +36,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--spp", type=int, help="colour samples per pixel (default: the preset's)")
     parser.add_argument("--threads", type=int, default=0, help="threads; 0 takes all (default: %(default)s)")
     parser.add_argument("--exposure", type=float, metavar="EV100", help="exposure value (default: metered)")
+    parser.add_argument("--denoise", choices=("none", "auto", "oidn"), help="denoiser of the colour (default: the preset's)")
+    parser.add_argument("--noisy", action="store_true", help="write the colour before denoising too")
+    parser.add_argument("--albedo", action="store_true", help="write the base colour of what is seen too")
     parser.add_argument("--size", default="640x480", metavar="WxH", help="image size (default: %(default)s)")
     parser.add_argument("--catalog", type=Path, metavar="DIR", help="folder of the user's models")
 
@@ -45,7 +49,11 @@ def run(arguments: argparse.Namespace) -> int:
     if not (width.isdigit() and height.isdigit()):
         raise ValueError(f"--size: expected WIDTHxHEIGHT, got {arguments.size}")
     camera = from_mapping(CameraConfig, {"width": int(width), "height": int(height)}, "--size")
-    config = from_mapping(RenderConfig, preset_settings(arguments.preset, arguments.spp) | {"threads": arguments.threads}, "options")
+    settings = preset_settings(arguments.preset, arguments.spp) | {"threads": arguments.threads}
+    if arguments.denoise is not None:
+        settings["denoise"] = arguments.denoise
+    config = from_mapping(RenderConfig, settings, "options")
+    left_out = {name for name, asked in (("color_noisy", arguments.noisy), ("albedo", arguments.albedo)) if not asked}
     scene = scene_from_json(arguments.scene.read_text(encoding="utf-8"))
     flat = flatten(scene, arguments.catalog)
     arguments.out.mkdir(parents=True)
@@ -55,7 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
         ev100 = meter_ev100(flat, camera, config, scene_key(scene), scene.camera_path)
     with Renderer(flat, camera, config, scene_key(scene)) as renderer:
         for index, pose in enumerate(poses):
-            write_frame(arguments.out / f"frame_{index:04d}", renderer.render(pose, index, set(LAYERS), exposure_ev100=ev100))
+            write_frame(arguments.out / f"frame_{index:04d}", renderer.render(pose, index, set(LAYERS) - left_out, exposure_ev100=ev100))
             sys.stderr.write(f"\rframe {index + 1}/{len(poses)}")
     sys.stderr.write("\n")
     return 0
@@ -74,6 +82,8 @@ def write_frame(base: Path, frame: Frame) -> None:
     layers = frame.layers
     pictures = {
         "color": layers["color"],
+        **{name: layers[name] for name in ("color_noisy",) if name in layers},
+        **{name: encode_srgb(layers[name]) for name in ("albedo",) if name in layers},
         "depth": depth_to_color(layers["depth"], FAR_M),
         "range": depth_to_color(layers["range"], FAR_M),
         "normals": normals_to_color(layers["normals"]),

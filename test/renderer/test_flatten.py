@@ -11,6 +11,8 @@ import trimesh
 from renderer.errors import MeshFileError
 from renderer.flatten import FlattenError, flatten
 from renderer.mesh_files import MAX_FILE_BYTES, find_mesh_file, load_mesh_file
+from renderer.records import LOOK_BASE, LOOK_EMISSION, LOOK_IOR
+from renderer.surfaces import build_surfaces
 from scene_description import (
     CameraPose,
     Environment,
@@ -147,6 +149,11 @@ def test_emission_carries_the_flux() -> None:
     assert math.pi * area * (emission @ (0.2126, 0.7152, 0.0722)) == pytest.approx(500.0, rel=1e-4)
     assert emission / emission[0] == pytest.approx((1.0, 0.7, 0.4), rel=1e-5)
     assert np.flatnonzero(flat.parts.emission.any(axis=1)).tolist() == [shade]
+    # What shines reflects nothing, or more than the flux would leave it.
+    assert np.flatnonzero(flat.absorbs).tolist() == [shade]
+    look = build_surfaces(flat).look[shade]
+    assert not look[LOOK_BASE : LOOK_BASE + 3].any() and look[LOOK_IOR] == 1.0
+    assert np.array_equal(look[LOOK_EMISSION : LOOK_EMISSION + 3], flat.parts.emission[shade])
     off = replace(scene, lights=(replace(scene.lights[0], on=False),))
     assert not flatten(off).parts.emission.any()
 

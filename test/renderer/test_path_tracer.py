@@ -15,9 +15,9 @@ FIELDS = {
 ALL = (1.0, 1.0, 1.0)
 
 
-def radiance(flat, view, *, depth=6, samples=64, size=(24, 24), fov=1.0, clamp=0.0):
+def radiance(flat, view, *, depth=6, samples=64, size=(24, 24), fov=1.0, **settings):
     camera = CameraConfig(width=size[0], height=size[1], horizontal_fov_rad=fov)
-    config = RenderConfig(samples_per_pixel=samples, max_depth=depth, threads=2, clamp=clamp)
+    config = RenderConfig(samples_per_pixel=samples, max_depth=depth, threads=2, **settings)
     with Renderer(flat, camera, config, 11) as renderer:
         image = renderer.render(view, 0, ("color",)).radiance
     assert np.isfinite(image).all() and (image >= 0).all()
@@ -76,9 +76,30 @@ def test_clamping_darkens_only_indirect_light():
     room = box((0, 0, 0), (2, 2, 2), inside=True, color=(0.8, 0.8, 0.8))
     lamp = quad((0.9, 0.9, 1.99), (0, 0.2, 0), (0.2, 0, 0), emission=(1000, 1000, 1000), color=(0, 0, 0))
     flat, view = scene(room, lamp), pose((0.3, 0.3, 1.0), (1.5, 1.5, 0.2))
-    free, clamped = radiance(flat, view), radiance(flat, view, clamp=1.0)
+    white = 1.2 * 2.0**6
+    free, clamped = radiance(flat, view), radiance(flat, view, clamp=1.0 / white)
     assert clamped.mean() < 0.9 * free.mean()
+    direct = radiance(flat, view, depth=2)
+    assert (clamped - direct).max() <= 5 * 2 * 1.0  # of depth 6, four hits indirect and the last ray: at most two strokes each, 1 cd/m2
     np.testing.assert_array_equal(radiance(flat, view, depth=2), radiance(flat, view, depth=2, clamp=1e9))
+
+
+def test_blurred_caustics_keep_their_energy():
+    coated = box((0.5, 0.5, 0.0), (1.5, 1.5, 0.6), color=ALL, roughness=0.1, metallic=1.0)
+    furnace = box((0, 0, 0), (2, 2, 2), inside=True, color=(0.5, 0.5, 0.5), emission=(0.5, 0.5, 0.5))
+    view = pose((0.2, 0.2, 1.6), (1.0, 1.0, 0.5))
+    blurred = radiance(scene(furnace, coated), view, depth=24, samples=64, caustic_blur=1.0)
+    np.testing.assert_allclose(blurred.mean(axis=(0, 1)), 1.0, rtol=0.01)
+
+
+def test_blurring_caustics_leaves_direct_light_alone():
+    room = box((0, 0, 0), (2, 2, 2), inside=True, color=(0.8, 0.8, 0.8), roughness=0.2)
+    lamp = quad((0.5, 0.5, 1.9), (0, 1.0, 0), (1.0, 0, 0), emission=(10, 10, 10))
+    flat, view = scene(room, lamp), pose((0.3, 0.3, 1.0), (1.5, 1.5, 0.2))
+    np.testing.assert_array_equal(radiance(flat, view, depth=2), radiance(flat, view, depth=2, caustic_blur=1.0))
+    exact, blurred = radiance(flat, view), radiance(flat, view, caustic_blur=1.0)
+    assert not np.array_equal(exact, blurred)
+    np.testing.assert_allclose(blurred.mean(), exact.mean(), rtol=0.03)
 
 
 def test_odd_scenes_give_no_nan():

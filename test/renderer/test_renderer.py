@@ -71,6 +71,38 @@ def test_only_what_is_asked_for():
         assert image.shape == (75, 101) + ((LAYERS[name].channels,) if LAYERS[name].channels else ())
 
 
+def test_albedo_is_the_base_colour_and_one_for_glass_and_lamps():
+    wall = quad((0, -1, -1), (0, 1, 0), (0, 0, 2), color=(0.2, 0.4, 0.6))
+    lamp = quad((0, 0, -1), (0, 1, 0), (0, 0, 2), color=(0.1, 0.1, 0.1), emission=(5, 5, 5))
+    view = pose((2.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+    config = RenderConfig(samples_per_pixel=3, threads=1)
+    both = render(scene(wall, lamp), ("color", "albedo"), config=config, view=view).layers
+    albedo = both["albedo"]
+    assert {tuple(color) for color in albedo[35:40, :48].reshape(-1, 3).round(6)} | {
+        tuple(color) for color in albedo[35:40, 53:].reshape(-1, 3).round(6)
+    } >= {tuple(np.array((0.2, 0.4, 0.6), np.float32).round(6)), (1.0, 1.0, 1.0)}
+    alone = render(scene(wall, lamp), ("albedo",), config=config, view=view)
+    assert alone.radiance is None and np.array_equal(alone.layers["albedo"], albedo)
+
+
+def test_undenoised_colour_is_the_noisy_one():
+    layers = render(furnished_room(), ("color", "color_noisy")).layers
+    assert np.array_equal(layers["color"], layers["color_noisy"])
+
+
+def test_a_noise_target_ends_sampling_at_a_power_of_two_with_the_bytes_of_that_many_samples():
+    loose = render(furnished_room(), ("color",), config=RenderConfig(samples_per_pixel=64, threads=2, noise_target=0.5))
+    assert loose.samples in (4, 8, 16, 32)
+    fixed = render(furnished_room(), ("color",), config=RenderConfig(samples_per_pixel=loose.samples, threads=1))
+    assert loose.radiance.tobytes() == fixed.radiance.tobytes() and fixed.samples == loose.samples
+
+
+def test_a_spent_time_budget_still_gives_one_sample():
+    frame = render(furnished_room(), ("color",), config=RenderConfig(samples_per_pixel=4096, threads=2, time_budget_s=1e-6))
+    fixed = render(furnished_room(), ("color",), config=RenderConfig(samples_per_pixel=1, threads=2))
+    assert frame.samples == 1 and np.array_equal(frame.radiance, fixed.radiance)
+
+
 def test_exposure_can_be_replaced():
     with Renderer(furnished_room(), SMALL, QUICK, 5) as renderer:
         configured = renderer.render(VIEW, 0, ("color",))
