@@ -1,4 +1,4 @@
-"""Pictures that are mapped once over a part: art for frames, what screens show, rugs; and the spines of books.
+"""Pictures that are mapped once over a part: art for frames, what screens show; and the spines of books.
 
 Rows run upward: v = 0 is the lower edge of the picture.
 """
@@ -18,7 +18,7 @@ from renderer.textures.pattern import Color, Generator, Pattern, Picture, Reques
 Rgb = NDArray[np.floating[Any]]
 
 
-class _Canvas:
+class Canvas:
     """A picture while it is painted: its colours, and coordinates x and y in units of its shorter side, the origin in the lower left."""
 
     def __init__(self, request: Request, ground: Color | Rgb) -> None:
@@ -102,7 +102,7 @@ def landscape(rng: np.random.Generator, request: Request) -> Picture:
     """Paint a landscape: a glowing sky, a sun or moon, ridges that fade into haze, perhaps water or a foreground of grass."""
     inks = _inks(rng, request)
     dusk, haze = inks[1 + int(rng.integers(len(request.colors)))], _mix(inks[0], (0.95, 0.75, 0.5), float(rng.uniform(0.0, 0.7)))
-    canvas = _Canvas(request, (0.5, 0.5, 0.5))
+    canvas = Canvas(request, (0.5, 0.5, 0.5))
     horizon = canvas.height * float(rng.uniform(0.32, 0.55))
     up = np.clip((canvas.y - horizon) / (canvas.height - horizon), 0.0, 1.0) ** 0.7
     canvas.rgb = np.broadcast_to(_mix(haze, _mix(dusk, (0.35, 0.5, 0.7), 0.35), up), canvas.rgb.shape).copy()
@@ -125,7 +125,7 @@ def landscape(rng: np.random.Generator, request: Request) -> Picture:
 def abstract(rng: np.random.Generator, request: Request) -> Picture:
     """Paint colour fields: overlapping rounded shapes, a brush line or two, the grain of a brush."""
     inks = _inks(rng, request)
-    canvas = _Canvas(request, inks[0])
+    canvas = Canvas(request, inks[0])
     blur = noise(rng, request.shape, 1.0, 5.0, 1.5)
     for k in range(int(rng.integers(4, 8))):
         x, y = canvas.width * float(rng.uniform(0.1, 0.9)), canvas.height * float(rng.uniform(0.1, 0.9))
@@ -146,7 +146,7 @@ def abstract(rng: np.random.Generator, request: Request) -> Picture:
 def geometric(rng: np.random.Generator, request: Request) -> Picture:
     """Paint rectangles cut from the canvas again and again, with lines between or arcs inside, in flat colours."""
     inks = _inks(rng, request)
-    canvas = _Canvas(request, inks[0])
+    canvas = Canvas(request, inks[0])
     fields = [(0.0, canvas.width, 0.0, canvas.height)]
     for _ in range(int(rng.integers(6, 13))):
         fields.sort(key=lambda f: -(f[1] - f[0]) * (f[3] - f[2]))
@@ -176,7 +176,7 @@ def geometric(rng: np.random.Generator, request: Request) -> Picture:
 def portrait(rng: np.random.Generator, request: Request) -> Picture:
     """Paint a half-length figure in planes of light and shade: ground, shoulders, neck, head, hair."""
     inks = _inks(rng, request)
-    canvas = _Canvas(request, inks[1])
+    canvas = Canvas(request, inks[1])
     canvas.paint(0.5 * smooth_step(0.2, 1.4, np.hypot(canvas.x - 0.4 * canvas.width, canvas.y - 0.7 * canvas.height)), (0.03, 0.03, 0.04))
     canvas.paint(0.3 * smooth_step(-0.5, 1.5, noise(rng, request.shape, 1.0, 12.0, 1.2)), inks[0])
     x, y, size = 0.5 * canvas.width + float(rng.uniform(-0.06, 0.06)), 0.60 * canvas.height, 0.17
@@ -204,7 +204,7 @@ def portrait(rng: np.random.Generator, request: Request) -> Picture:
 def botanical(rng: np.random.Generator, request: Request) -> Picture:
     """Paint a pressed plant on paper: a bent stem, pairs of leaves, perhaps blossoms."""
     inks = _inks(rng, request)
-    canvas = _Canvas(request, inks[0])
+    canvas = Canvas(request, inks[0])
     green = _mix(inks[1], (0.05, 0.14, 0.05), float(rng.uniform(0.3, 0.8)))
     bend, base = float(rng.uniform(-0.16, 0.16)), 0.5 * canvas.width
     top, pairs = 0.88 * canvas.height, int(rng.integers(5, 10))
@@ -237,7 +237,7 @@ def poster(rng: np.random.Generator, request: Request) -> Picture:
     """Print a poster: one large shape over a ground in two colours, a title and lines of small text."""
     inks = _inks(rng, request)
     ground, shape = inks[int(rng.integers(3))], inks[3 % len(inks)]
-    canvas = _Canvas(request, ground)
+    canvas = Canvas(request, ground)
     split = canvas.height * float(rng.uniform(0.25, 0.4))
     canvas.fill(0.0, canvas.width, 0.0, split, inks[1])
     x, y = canvas.width * float(rng.uniform(0.35, 0.65)), canvas.height * 0.6
@@ -252,7 +252,7 @@ def poster(rng: np.random.Generator, request: Request) -> Picture:
     return _painted(rng, canvas, noise(rng, request.shape, 30.0, 200.0, 0.2), 0.012)
 
 
-def _text(rng: np.random.Generator, canvas: _Canvas, area: tuple[float, float, float, float], lines: int, ink: Rgb) -> None:
+def _text(rng: np.random.Generator, canvas: Canvas, area: tuple[float, float, float, float], lines: int, ink: Rgb) -> None:
     """Print lines of strokes that read as text from some way off."""
     x0, x1, y0, y1 = area
     pitch = (y1 - y0) / lines
@@ -267,7 +267,7 @@ def _text(rng: np.random.Generator, canvas: _Canvas, area: tuple[float, float, f
             x += word + 0.45 * pitch
 
 
-def _painted(rng: np.random.Generator, canvas: _Canvas, stroke: Field, depth: float) -> Picture:
+def _painted(rng: np.random.Generator, canvas: Canvas, stroke: Field, depth: float) -> Picture:
     """Return the canvas with the marks of the brush in shade and height."""
     rgb = np.clip(canvas.rgb * (1.0 + depth * stroke)[..., None], 0.0, 1.0)
     return Picture(rgb, (0.04 * stroke), (0.3 * stroke))
@@ -286,7 +286,7 @@ def television(rng: np.random.Generator, request: Request) -> Picture:
     """Show a broadcast: a landscape with a caption bar."""
     colors: tuple[Color, ...] = ((0.08, 0.25, 0.5), (0.5, 0.25, 0.08), (0.12, 0.3, 0.1))
     shown = landscape(rng, request._replace(colors=colors))
-    canvas = _Canvas(request, (0.0, 0.0, 0.0))
+    canvas = Canvas(request, (0.0, 0.0, 0.0))
     canvas.rgb = shown.rgb
     canvas.fill(0.08, 0.08 + 0.55 * canvas.width, 0.09, 0.22, (0.03, 0.06, 0.16), 0.85)
     _text(rng, canvas, (0.12, 0.5 * canvas.width, 0.11, 0.20), 1, np.array([0.9, 0.9, 0.92], np.float32))
@@ -296,7 +296,7 @@ def television(rng: np.random.Generator, request: Request) -> Picture:
 def desktop(rng: np.random.Generator, request: Request) -> Picture:
     """Show a computer at work: wallpaper, a task bar, windows with text, code or a chart."""
     hue = rng.random(3)
-    canvas = _Canvas(request, (0.0, 0.0, 0.0))
+    canvas = Canvas(request, (0.0, 0.0, 0.0))
     slope = 0.6 * canvas.x / canvas.width + 0.4 * canvas.y / canvas.height
     wave = 0.16 * np.sin(7.0 * canvas.x + 2.0 * np.sin(4.0 * canvas.y + 6.0 * float(rng.random())))
     canvas.rgb = np.broadcast_to(_mix(0.30 * hue + 0.02, 0.5 * np.roll(hue, 1) + 0.08, slope + wave), canvas.rgb.shape).copy()
@@ -328,82 +328,6 @@ def desktop(rng: np.random.Generator, request: Request) -> Picture:
     return Picture(np.clip(canvas.rgb, 0.0, 1.0))
 
 
-def rug(rng: np.random.Generator, request: Request) -> Pattern:
-    """Weave a rug: guard stripes, a border with a running motif, a field with a lattice of small figures or a medallion."""
-    canvas = _Canvas(request, (0.0, 0.0, 0.0))
-    x, y = np.broadcast_arrays(canvas.x, canvas.y)
-    rim = np.minimum(np.minimum(x, canvas.width - x), np.minimum(y, canvas.height - y))
-    broad = float(rng.uniform(0.11, 0.17))
-    first, second, third = (np.zeros(request.shape, np.float32) for _ in range(3))
-    border = smooth_step(broad + canvas.soft, broad - canvas.soft, rim)
-    lines = np.zeros(request.shape, np.float32)
-    for place, wide in ((0.022, 0.006), (0.24 * broad, 0.005), (0.86 * broad, 0.006), (1.12 * broad, 0.004)):
-        lines = np.maximum(lines, smooth_step(wide + canvas.soft, wide, np.abs(rim - place)))
-    pitch = 0.55 * broad
-    at_side = np.minimum(x, canvas.width - x) < np.minimum(y, canvas.height - y)
-    along, half = np.where(at_side, y, x), np.where(at_side, 0.5 * canvas.height, 0.5 * canvas.width)
-    count = np.maximum(1.0, np.round(2.0 * half / pitch))
-    step = ((along * count / (2.0 * half)) % 1.0) - 0.5
-    off = (rim - 0.55 * broad) / pitch
-    figure = smooth_step(0.40, 0.34, np.abs(step) + 0.9 * np.abs(off)) - 0.9 * smooth_step(0.20, 0.15, np.abs(step) + 0.9 * np.abs(off))
-    third = np.clip(figure, 0.0, 1.0) * border
-    cx, cy = x - 0.5 * canvas.width, y - 0.5 * canvas.height
-    cell = float(rng.uniform(0.11, 0.18))
-    kind = int(rng.integers(3))
-    gx, gy = (cx / cell + 0.5) % 1.0 - 0.5, (cy / cell + 0.5) % 1.0 - 0.5
-    diamond = np.abs(gx) + np.abs(gy)
-    small = smooth_step(0.30, 0.26, diamond) - smooth_step(0.18, 0.14, diamond) + smooth_step(0.08, 0.05, diamond)
-    trellis = smooth_step(0.035, 0.02, np.abs(np.abs(gx) + np.abs(gy) - 0.5))
-    field = np.maximum(small, 0.7 * trellis)
-    if kind:
-        reach = np.abs(cx) / (0.40 * canvas.width) + np.abs(cy) / (0.40 * canvas.height)
-        scallop = reach + 0.04 * np.cos(24.0 * np.arctan2(cy, cx))
-        medallion = smooth_step(0.78, 0.76, scallop)
-        ring = smooth_step(0.03, 0.02, np.abs(scallop - 0.70)) + smooth_step(0.02, 0.012, np.abs(scallop - 0.36))
-        core = smooth_step(0.30, 0.28, scallop)
-        field = np.where(medallion > 0.5, np.maximum(ring, 0.8 * small * (scallop < 0.62)), field)
-        second = np.maximum(second, (medallion * (1.0 - core) * 0.9) * (1.0 - border))
-    inside = 1.0 - border
-    third = np.maximum(third, np.clip(field, 0.0, 1.0) * inside)
-    third = np.clip(np.maximum(third, lines), 0.0, 1.0)
-    first = border * (1.0 - third)
-    second = second * (1.0 - third)
-    pile = noise(rng, request.shape, 40.0, 220.0, 0.0)
-    wear = noise(rng, request.shape, 1.0, 12.0, 1.0)
-    knots = 0.03 * np.cos(2 * math.pi * 128 * canvas.y / canvas.height)
-    shade = 1.0 + 0.05 * pile + 0.03 * wear + knots
-    return Pattern(tuple(w for w in (first, second, third)), shade, None, (0.3 * pile))
-
-
-def kilim(rng: np.random.Generator, request: Request) -> Pattern:
-    """Weave a flat rug: bands across with stepped diamonds, zigzags and plain stripes."""
-    canvas = _Canvas(request, (0.0, 0.0, 0.0))
-    x, y = np.broadcast_arrays(canvas.x, canvas.y)
-    long = canvas.height >= canvas.width
-    along, across, length = (y, x, canvas.height) if long else (x, y, canvas.width)
-    layers = [np.zeros(request.shape, np.float32) for _ in range(3)]
-    bands = 2 * int(rng.integers(5, 9)) + 1
-    kinds = rng.integers(0, 5, bands // 2 + 1)
-    place = along / length * bands
-    band = np.minimum(np.floor(place), bands - 1).astype(np.int32)
-    inside = place - band - 0.5
-    kind = kinds[np.minimum(band, bands - 1 - band)]
-    tooth = np.abs((across * bands / length) % 1.0 - 0.5)
-    stepped = np.floor(tooth * 8.0) / 8.0
-    diamond = stepped + np.floor(np.abs(inside) * 8.0) / 8.0
-    zigzag = np.abs(inside + 0.5 * stepped - 0.12)
-    layers[0] = np.where(kind == 0, 1.0, np.where(kind == 2, (diamond < 0.45), 0.0)) + (kind == 3) * (zigzag < 0.14)
-    layers[1] = np.where(kind == 1, 1.0, 0.0) * (diamond >= 0.4) + (kind == 2) * (diamond < 0.2)
-    layers[2] = (kind == 1) * (diamond < 0.4) + (kind == 4) * (np.abs(np.abs(inside) - 0.25) < 0.09) + (np.abs(inside) > 0.44)
-    layers[2] = np.clip(layers[2], 0.0, 1.0)
-    layers[1] = np.clip(layers[1], 0.0, 1.0) * (1.0 - layers[2])
-    layers[0] = np.clip(layers[0], 0.0, 1.0) * (1.0 - layers[2]) * (1.0 - layers[1])
-    yarn = noise(rng, request.shape, 10.0, 180.0, 0.3, (6.0, 1.0))
-    ridge = np.cos(2 * math.pi * 128 * canvas.y / canvas.height)
-    shade = 1.0 + 0.05 * yarn + 0.03 * ridge
-    return Pattern(tuple(w for w in layers), shade, None, (0.25 * yarn + 0.2 * ridge))
-
-
 def spines(rng: np.random.Generator, request: Request) -> Pattern:
     """Print the cloth of books: bands, a label and a title along u, again and again with another layout."""
     first, second = np.zeros(request.shape, np.float32), np.zeros(request.shape, np.float32)
@@ -429,13 +353,10 @@ def spines(rng: np.random.Generator, request: Request) -> Pattern:
 
 
 INKS = ((0.85, 0.42, 0.25), (0.25, 0.45, 0.75), (1.2, 1.0, 0.5))
-RUG_TINTS = ((0.45, 0.42, 0.42), (1.5, 1.3, 1.1), (1.9, 1.8, 1.6))
 
 GENERATORS = {
     "art": Generator(art, shape=(256, 256), tints=INKS, once=True, variants=0),
     "television": Generator(television, shape=(256, 256), once=True, variants=24),
     "desktop": Generator(desktop, shape=(512, 512), once=True, variants=24),
-    "rug": Generator(rug, shape=(512, 512), tints=RUG_TINTS, once=True, variants=24),
-    "kilim": Generator(kilim, shape=(512, 512), tints=RUG_TINTS, once=True, variants=24),
     "spines": Generator(spines, (4.0, 4.0), (256, 512), ((3.2, 2.7, 1.6), (0.3, 0.3, 0.3))),
 }
