@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--only", metavar="WORD", help="only models and room types whose name contains WORD")
     parser.add_argument("--kind", choices=("all", "models", "rooms"), default="all", help="what to draw (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=1, help="seed of models and rooms (default: %(default)s)")
-    parser.add_argument("--spp", type=int, default=64, help="samples per pixel (default: %(default)s)")
+    parser.add_argument("--spp", type=int, default=24, help="samples per pixel (default: %(default)s)")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -74,7 +74,7 @@ def _rooms(synthesizer: SceneSynthesizer, only: str, seed: int, spp: int) -> Ite
 
 def _views(scene: SceneDescription, camera: CameraConfig, spp: int, count: int) -> Iterator[NDArray[np.uint8]]:
     """Render views spread over a scene's camera path, at one metered exposure."""
-    flat, config, key = flatten(scene), RenderConfig(samples_per_pixel=spp), scene_key(scene)
+    flat, config, key = flatten(scene), RenderConfig(samples_per_pixel=spp, clamp=8.0, denoise="auto"), scene_key(scene)
     path = scene.camera_path
     ev100 = meter_ev100(flat, camera, config, key, path)
     with Renderer(flat, camera, config, key) as renderer:
