@@ -10,13 +10,14 @@ ROOT = Path(__file__).resolve().parent.parent
 ALLOWED = {
     "scene_description": {"scene_description", "numpy"},
     "grammar": {"grammar", "scene_description", "numpy", "scipy", "numba", "yaml"},
-    "renderer": {"renderer", "scene_description", "numpy", "numba", "llvmlite", "trimesh", "PIL"},
+    "renderer": {"renderer", "scene_description", "numpy", "numba", "llvmlite", "trimesh", "PIL", "pyoidn"},
 }
 ONLY_IN = {
     "yaml": {"grammar/grammar_file.py"},
     "trimesh": {"renderer/mesh_files.py"},
     "llvmlite": {"renderer/embree.py"},
     "PIL": {"renderer/image_io.py"},
+    "pyoidn": {"renderer/denoise.py"},
 }
 
 

@@ -121,7 +121,7 @@ def test_tops_of_its_own_carry_things(tmp_path: Path) -> None:
     )
     write_table(folder / "table.glb", (0.44, 0.5, 0.55), rim=0.2)
     carried = 0
-    for scene in rooms(with_catalog(PLAIN, str(folder)), 3, must_have=("nightstand", "table_lamp")):
+    for scene in rooms(with_catalog(PLAIN, str(folder)), 3, must_have=("nightstand", "table_lamp"), grammar_set="by_hand"):
         stands = {thing.id for thing in scene.objects if thing.category == "nightstand"}
         for thing in scene.objects:
             if thing.support.id in stands:

@@ -212,8 +212,7 @@ def test_a_seek_goes_on_with_the_latched_state_of_that_time(bag):
 
 def test_it_can_be_sought_after_a_paused_end(bag):
     folder, written = bag
-    run = Run(folder, rate=1000.0)
-    run.player.pause()
+    run = Run(folder, rate=1000.0, paused=True)
     for _ in range(8):
         run.player.step()
     before = len(run.wait_for(len(written)))
