@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from grammar.appearance import Appearance, CategoryLook, Closet, PartRule, StyleRule, core_of
-from grammar.categories import Categories, Surface
+from grammar.categories import Categories, Category, Solid, Surface
 from grammar.densities import draw_size
 from grammar.grammar_file import read_yaml
 from grammar.rules import Grammar, GrammarError, ObjectRule, SizeMode
@@ -96,7 +96,7 @@ def choose_before(
                 rules[symbol] = _sized(rng, rule, model)
         if model.entry.surfaces is not None:
             tops = [Surface(height_fraction=s.height_fraction, height_m=s.height_m, inset_m=s.inset_m) for s in model.entry.surfaces]
-            table[category] = replace(table[category], surfaces=tuple(tops))
+            table[category] = replace(table[category], surfaces=tuple(tops), solids=_solids(table[category], tops, model.size_m[2]))
     return RoomModels(grammar=replace(grammar, objects=rules), categories=table, chosen=chosen)
 
 
@@ -191,6 +191,22 @@ def _choices(catalog: Catalog, category: str, appearance: Appearance) -> list[tu
     styles: Mapping[str, StyleRule] = appearance.categories[category].styles if category in appearance.categories else {}
     own = catalog.procedural.get(category, 1.0) if styles else 0.0
     return [(None, own), *((model, model.entry.odds) for model in models)]
+
+
+def _solids(category: Category, tops: Sequence[Surface], height_m: float) -> tuple[Solid, ...] | None:
+    """Return what of a model is solid: all below its lowest top, and its rim above that, so that things can stand within it."""
+    low = min(tops, key=lambda top: top.height_fraction * height_m + top.height_m, default=None)
+    if low is None or low.height_fraction * height_m + low.height_m >= height_m - 1e-9:
+        return category.solids
+    rim = min(top.inset_m for top in tops)
+    base = Solid(high_fraction=(1.0, 1.0, low.height_fraction), high_m=(0.0, 0.0, low.height_m))
+    sides = (
+        Solid(high_fraction=(0.0, 1.0, 1.0), high_m=(rim, 0.0, 0.0)),
+        Solid(low_fraction=(1.0, 0.0, 0.0), low_m=(-rim, 0.0, 0.0)),
+        Solid(high_fraction=(1.0, 0.0, 1.0), high_m=(0.0, rim, 0.0)),
+        Solid(low_fraction=(0.0, 1.0, 0.0), low_m=(0.0, -rim, 0.0)),
+    )
+    return (base, *sides) if rim > 0.0 else (base,)
 
 
 def _decides_layout(model: CatalogModel) -> bool:
