@@ -19,14 +19,13 @@ from renderer.false_color import depth_to_color, ids_to_color, normals_to_color
 from scene_description.labels import instance_palette, label_palette
 from scene_synth_ros.bag_reader import BagMessage, BagReader
 from scene_synth_ros.conversions import msg_to_image
+from scene_synth_ros.picture_grid import FORMATS, INK, PAPER
 from scene_synth_ros.stamps import stamp_ns
 
 TILE_WIDTH = 256
 FRAMES_PER_ROOM = 2
 GAP, TITLE_HEIGHT = 4, 22
 FAR_M = 6.0
-FORMATS = {".jpg": "JPEG", ".jpeg": "JPEG", ".png": "PNG"}
-INK, PAPER = (30, 30, 34), (250, 250, 248)
 
 
 class SheetRoom(NamedTuple):
