@@ -11,8 +11,9 @@ from scene_synth_ros.status import NodeStatus
 class Accounting:
     """Compares cumulative counts of published and received messages, by topic.
 
-    A renderer that was already publishing when it was first seen is counted from its next finished room on; one that starts again, from
-    then on.
+    A renderer that was already publishing when it was first seen is counted from its next finished room on.  One that starts again is
+    counted from then on; what its former life has published and what has arrived are taken to be even, because a room that it left is
+    done again from its first frame.
 
     Attributes:
         received: messages that have arrived, by topic.
@@ -28,7 +29,7 @@ class Accounting:
     def take_status(self, status: NodeStatus) -> None:
         """Take the newest status of a renderer."""
         name = status.node
-        if name in self._renderers and self._has_restarted(status):
+        if name in self._renderers and status.start != self._renderers[name].start:
             others = self._published(without=name)
             arrived = self.received + self.lost
             self._uncounted[name] = Counter({topic: min(0, others[topic] - arrived[topic]) for topic in status.counts})
@@ -63,11 +64,6 @@ class Accounting:
                 for topic, count in status.counts.items():
                     published[topic] += count - uncounted[topic]
         return published
-
-    def _has_restarted(self, status: NodeStatus) -> bool:
-        """Return whether a renderer counts from the beginning again: what its former self has published and what has arrived are even."""
-        before = self._renderers[status.node].counts
-        return any(status.counts.get(topic, 0) < count for topic, count in before.items())
 
     def give_up(self, missing: Mapping[str, int]) -> None:
         """Count messages as lost."""

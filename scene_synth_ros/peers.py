@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection
 
 from scene_synth_ros.status import NodeStatus
 
@@ -39,9 +39,9 @@ class Peers:
             self.finished_scene = status.done_scene
 
     @property
-    def recorder_counts(self) -> list[Mapping[str, int]]:
-        """Counts by topic of each recorder."""
-        return [status.counts for status in self._recorders.values()]
+    def recorders(self) -> Collection[NodeStatus]:
+        """The newest status of each recorder."""
+        return self._recorders.values()
 
     def is_turn(self, room: int, first: bool) -> bool:
         """Return whether a room may be published now; ``first`` marks the first one of this process, before which nothing counts."""

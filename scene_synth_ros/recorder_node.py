@@ -21,6 +21,7 @@ from std_srvs.srv import Trigger
 from scene_description import FieldError, Limits
 from scene_synth_ros.accounting import Accounting
 from scene_synth_ros.bag_writer import BagWriteError, BagWriter
+from scene_synth_ros.connections import Connections, Endpoint
 from scene_synth_ros.diagnostics import ERROR, OK, WARN, Diagnostics, Report
 from scene_synth_ros.image_codec import ImageCompression
 from scene_synth_ros.message_definitions import MessageDefinitionError, message_class
@@ -119,6 +120,7 @@ class RecorderNode(SuiteNode):
         )
         self._recording = Recording(self._make_writer, options, self._complain)
         self._accounting = Accounting()
+        self._connections = Connections(self._publishers_of)
         self._known: dict[str, int] = {}
         self._inputs: dict[str, Subscription] = {}
         self._frame_topics: set[str] = set()
@@ -275,6 +277,7 @@ class RecorderNode(SuiteNode):
             self._collector.ask(status.node)
         if status.role == "renderer":
             self._accounting.take_status(status)
+            self._connections.take_status(status)
             self._frame_topics |= {topic for topic in status.counts if not topic.startswith("/tf")}
         elif status.role == "grammar" and status.state in ("finished", "failed") and self._settings[""].exit_when_done:
             self._finish_asked = 1 if status.state == "finished" else 2
@@ -316,10 +319,15 @@ class RecorderNode(SuiteNode):
         self._diagnostics.publish()
         self._publish_status()
 
+    def _publishers_of(self, topic: str) -> list[Endpoint]:
+        return [
+            Endpoint(f"{info.node_namespace.rstrip('/')}/{info.node_name}", bytes(info.endpoint_gid).hex())
+            for info in self.get_publishers_info_by_topic(topic)
+        ]
+
     def _publish_status(self) -> None:
-        """Publish where the recorder stands; a topic is told of when it is connected both ways, so that its first message is not lost."""
-        connected = {topic for topic, count in self._known.items() if count < 0 or self._inputs[topic].get_publisher_count()}
-        counts = {topic: -1 if self._known[topic] < 0 else self._recording.taken[topic] for topic in sorted(connected)}
+        """Publish where the recorder stands, and which renderers may begin because none of their messages would be lost."""
+        counts = {topic: -1 if count < 0 else self._recording.taken[topic] for topic, count in sorted(self._known.items())}
         status = NodeStatus(
             node=self.get_fully_qualified_name(),
             role="recorder",
@@ -327,6 +335,7 @@ class RecorderNode(SuiteNode):
             done_scene=self._done_scene,
             reason=self._complaint[:1000] if self._state == "failed" else "",
             counts=counts,
+            connected=self._connections.look(self._known),
         )
         text = status_to_json(status)
         if text != self._last_status:

@@ -110,7 +110,7 @@ class RendererNode(SuiteNode):
         self._metered_ev100: float | None = None
         self._warm, self._fault, self._complaint = False, "", ""
         self._status = self.create_publisher(String, "status", latched_qos(10))
-        self._state = "starting"
+        self._state, self._start = "starting", self._streams.start
         self._publish_status()
         self.create_subscription(String, "status", self._on_status, latched_qos(100))
         self.create_subscription(String, "scene", self._on_scene, latched_qos(MAX_SCENES_WAITING))
@@ -185,10 +185,12 @@ class RendererNode(SuiteNode):
         elif self._state == "starting" and self.active and self._warm and self._recorders_are_connected():
             self._state = "ready"
             self._publish_status()
+            with self._wake:
+                self._wake.notify_all()
 
     def _recorders_are_connected(self) -> bool:
-        recorders = self._peers.recorder_counts
-        return len(recorders) >= self._settings[""].expected_recorders and not self._streams.unmatched(recorders)
+        recorders = self._peers.recorders
+        return len(recorders) >= self._settings[""].expected_recorders and self._streams.reach(recorders, self._start)
 
     def _work(self) -> None:
         try:
@@ -255,8 +257,8 @@ class RendererNode(SuiteNode):
         return self._closed or (bool(self._waiting) and not (self._on_path and self._settings[""].share_count > 1))
 
     def paused(self) -> bool:
-        """Return whether frames must wait."""
-        return not self.active
+        """Return whether frames must wait: for *activate*, or for recorders that would lose them."""
+        return not self.active or self._state == "starting"
 
     def wait(self, seconds: float) -> None:
         """Wait for so long, or until a message has come."""
@@ -330,6 +332,7 @@ class RendererNode(SuiteNode):
             refused_scene=self._refused_scene,
             reason=(self._fault or self._complaint)[:1000],
             counts=dict(self._streams.counts),
+            start=self._start,
         )
         self._status.publish(String(data=status_to_json(status)))
 

@@ -24,7 +24,9 @@ class NodeStatus:
     grammar node has sent its last room and every peer has finished it).  ``done_scene`` is the index of the last room that the node has
     finished, -1 for none (of the grammar node: that all renderers and recorders have finished); ``refused_scene`` of the last one that a
     renderer could not render, with the ``reason``.  ``counts`` are the messages by topic, since its start, that a renderer has published
-    or a recorder has taken; -1 marks a topic that a recorder leaves out on purpose.
+    or a recorder has taken; -1 marks a topic that a recorder leaves out on purpose.  ``start`` names one life of a renderer: the identity
+    (GID, hexadecimal) of its first publisher, a new one whenever it starts; ``connected`` are the starts whose every topic reaches a
+    recorder, or is left out by it.
     """
 
     node: Annotated[str, Limits(min_length=1, max_length=300)]
@@ -34,6 +36,8 @@ class NodeStatus:
     refused_scene: Annotated[int, Limits(ge=-1, le=2**62)] = -1
     reason: Annotated[str, Limits(max_length=1000)] = ""
     counts: Annotated[Mapping[str, int], Limits(max_length=500)] = field(default_factory=dict)
+    start: Annotated[str, Limits(max_length=64)] = ""
+    connected: Annotated[tuple[Annotated[str, Limits(max_length=64)], ...], Limits(max_length=500)] = ()
 
 
 def status_to_json(status: NodeStatus) -> str:

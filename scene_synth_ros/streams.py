@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection
 
 from geometry_msgs.msg import PoseStamped
 from rclpy.duration import Duration
@@ -21,6 +21,7 @@ from scene_description import CameraPose, SceneDescription
 from scene_synth_ros.conversions import clock_to_msg, world_from_link_to_msg
 from scene_synth_ros.frame_messages import STREAMS, FrameMessages, StreamConfig
 from scene_synth_ros.qos import PROFILES, latched_qos, stream_qos
+from scene_synth_ros.status import NodeStatus
 
 try:
     from tf2_msgs.msg import TFMessage
@@ -72,19 +73,24 @@ class StreamPublishers:
         """Return how many subscriptions a layer's images have, raw and coloured."""
         return sum(self._publishers[topic].get_subscription_count() for topic in self._images[layer])
 
-    def unmatched(self, recorders: Sequence[Mapping[str, int]]) -> str:
-        """Return a topic that a recorder has not yet considered or is not yet connected to; empty if there is none.
+    @property
+    def start(self) -> str:
+        """The identity (GID, hexadecimal) of a publisher of this life of the node."""
+        own = self._node.get_fully_qualified_name()
+        infos = self._node.get_publishers_info_by_topic(self.frame_topic)
+        return next(bytes(i.endpoint_gid).hex() for i in infos if f"{i.node_namespace.rstrip('/')}/{i.node_name}" == own)
+
+    def reach(self, recorders: Collection[NodeStatus], start: str) -> bool:
+        """Return whether every topic is connected to every recorder that wants it, seen from both sides.
 
         Args:
-            recorders: for each recorder the topics that it knows, -1 for those that it leaves out.
+            recorders: what the recorders say.
+            start: of this life of the node.
         """
-        for publisher in self._publishers.values():
-            name = publisher.topic_name
-            if any(name not in known for known in recorders):
-                return name
-            if publisher.get_subscription_count() < sum(known[name] >= 0 for known in recorders):
-                return name
-        return ""
+        return all(start in recorder.connected for recorder in recorders) and all(
+            publisher.get_subscription_count() >= sum(recorder.counts.get(publisher.topic_name, 0) >= 0 for recorder in recorders)
+            for publisher in self._publishers.values()
+        )
 
     def begin_room(self, scene: SceneDescription) -> None:
         """Take the palettes and label tables of a room."""

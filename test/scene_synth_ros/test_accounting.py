@@ -6,15 +6,15 @@ from scene_synth_ros.status import NodeStatus
 RECORDED = {"/image": 0, "/depth": 0, "/left_out": -1}
 
 
-def status(done: int, image: int, depth: int = 0, node: str = "/r") -> NodeStatus:
-    return NodeStatus(
-        node=node, role="renderer", state="ready", done_scene=done, counts={"/image": image, "/depth": depth, "/left_out": 99}
-    )
+def status(done: int, image: int, depth: int = 0, node: str = "/r", start: str = "first life") -> NodeStatus:
+    counts = {"/image": image, "/depth": depth, "/left_out": 99}
+    return NodeStatus(node=node, role="renderer", state="ready", done_scene=done, counts=counts, start=start)
 
 
 def started() -> Accounting:
     accounting = Accounting()
-    accounting.take_status(NodeStatus(node="/r", role="renderer", state="starting", counts={"/image": 0, "/depth": 0, "/left_out": 0}))
+    counts = {"/image": 0, "/depth": 0, "/left_out": 0}
+    accounting.take_status(NodeStatus(node="/r", role="renderer", state="starting", counts=counts, start="first life"))
     return accounting
 
 
@@ -56,3 +56,17 @@ def test_a_room_is_done_when_every_renderer_has_done_it() -> None:
     accounting.take_status(status(1, 0, node="/r"))
     assert accounting.done_scene() == 1
     assert Accounting().done_scene() == -1
+
+
+def test_a_renderer_that_starts_again_is_counted_from_then_on() -> None:
+    accounting = started()
+    accounting.received.update({"/image": 5})
+    accounting.take_status(status(-1, 7, start="first life"))
+    assert accounting.missing(RECORDED) == {"/image": 2}
+    accounting.take_status(status(-1, 0, start="second life"))
+    assert accounting.missing(RECORDED) == {}
+    accounting.received.update({"/image": 8})
+    accounting.take_status(status(0, 8, start="second life"))
+    assert accounting.missing(RECORDED) == {}
+    accounting.take_status(status(1, 16, start="second life"))
+    assert accounting.missing(RECORDED) == {"/image": 8}

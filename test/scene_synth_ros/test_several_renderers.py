@@ -60,7 +60,6 @@ def test_colour_and_truth_of_two_renderers_have_the_same_stamps(tmp_path: Path, 
     assert verify_bag(tmp_path / "bag").good
 
 
-@pytest.mark.soak
 def test_a_renderer_that_is_killed_is_started_again_and_its_room_is_whole(tmp_path: Path) -> None:
     bag = tmp_path / "bag"
     env = environment()
