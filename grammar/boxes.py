@@ -13,6 +13,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from grammar.kernels import LEAN
+
 Boxes = NDArray[np.float64]
 
 
@@ -28,7 +30,7 @@ def footprint_corners(box: Boxes) -> Boxes:
     return corners
 
 
-@njit(cache=True)
+@njit(**LEAN)
 def row_penetration(first: Boxes, i: int, second: Boxes, j: int) -> float:
     """Return how far the footprints of boxes ``first[i]`` and ``second[j]`` overlap, in metres; 0 or less when they are apart.
 
@@ -88,7 +90,7 @@ def segment_inside_length(box: Boxes, ax_m: float, ay_m: float, bx_m: float, by_
     return max(high - low, 0.0) * math.sqrt(du * du + dv * dv)
 
 
-@njit(cache=True)
+@njit(**LEAN)
 def place_boxes(local: Boxes, first: int, last: int, x_m: float, y_m: float, z_m: float, yaw_rad: float, out: Boxes) -> None:
     """Write to rows ``first`` to ``last - 1`` of ``out`` (n, 8) the boxes that those rows of ``local`` (n, 6) become at a pose.
 

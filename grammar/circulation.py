@@ -13,7 +13,6 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from grammar.energies import INNER
 from grammar.floor_raster import (
     DONE,
     FREE,
@@ -33,6 +32,7 @@ from grammar.floor_raster import (
     update,
 )
 from grammar.free_space import rasterize, standable
+from grammar.kernels import INNER
 from grammar.layout import ACTIVE, BLOCKS, BOTTOM, BOX, BOX_END, REACH, ZONE, Ints, Problem, State
 from grammar.rules import Thresholds
 from scene_description.types import Point2

@@ -24,12 +24,12 @@ one of them; cliques among objects that move rigidly together keep their losses 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 from numba import njit
 
 from grammar.boxes import place_boxes, row_penetration
+from grammar.kernels import INNER, LEAN
 from grammar.layout import (
     ACCESS,
     ACTIVE,
@@ -92,9 +92,6 @@ from grammar.walls import rectangle_outside
 
 _TOUCH_M = 1e-6
 
-INNER: dict[str, Any] = {"cache": True, "error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-"""Options of kernels that only other kernels call: a wrapper that unpacks the tables takes longer to compile than most kernels."""
-
 
 @njit(**INNER)
 def wrap(angle: float) -> float:
@@ -102,7 +99,7 @@ def wrap(angle: float) -> float:
     return angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**LEAN)
 def place_object(problem, state, i):  # type: ignore[no-untyped-def]
     """Write the world boxes of object ``i`` after its pose changed."""
     where, link = state.where, problem.link

@@ -17,7 +17,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from grammar.energies import INNER
+from grammar.kernels import INNER
 from grammar.layout import Floats, Ints
 
 ORIGIN_X, ORIGIN_Y, RESOLUTION, RADIUS, SHARE, HEIGHT = range(6)

@@ -16,8 +16,9 @@ import numpy as np
 from numba import njit
 
 from grammar.circulation import Traffic, changes_floor, furnish, measure, traffic_of, walk, walk_on
-from grammar.energies import CIRCULATION, INNER, REACHED, full_energy, local_energy, place_object, weighted, wrap
+from grammar.energies import CIRCULATION, REACHED, full_energy, local_energy, place_object, weighted, wrap
 from grammar.floor_raster import NO_FLOOR, SIDE, Floor
+from grammar.kernels import INNER
 from grammar.layout import (
     ACTIVE,
     BOUNDS,
@@ -141,6 +142,7 @@ def run_chain(
         history: (r, t + 12) receives after r evenly spaced proposals, the last one among them, the losses, and ``counts`` by column.
     """
     work = _work(problem, floor)
+    work.energy[0] = full_energy(problem, state)
     found = _run(rng, problem, state, settings, goal, movable, proposals, kept, counts, floor, history, work)
     return ChainRun(bool(found), work.energy[0])
 
@@ -257,10 +259,16 @@ def _keep(state, kept, count, work):  # type: ignore[no-untyped-def]
         kept.hold[i, SLOT], kept.hold[i, ON_WALL] = work.hold[i, SLOT], work.hold[i, ON_WALL]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True)
 def _enter(rng, problem, state, settings, i, starts, work):  # type: ignore[no-untyped-def]
+    return _best_start(rng, problem, state, settings, i, starts, work)
+
+
+@njit(**INNER)
+def _best_start(rng, problem, state, settings, i, starts, work):  # type: ignore[no-untyped-def]
+    """Put object ``i`` at the best of ``starts`` poses; the best one so far is kept in the proposal's second place."""
     proposal, members, energy = work.proposal, work.who[0], work.energy[2]
-    best_pose, best_slot, best_wall, best = np.zeros(3), -1, -1, np.inf
+    best = np.inf
     members[0], work.who[1, 0], work.moved[i], state.hold[i, ACTIVE] = i, 0, 1, 1
     if problem.link[i, MOUNT] == OBJECT:
         state.hold[i, SLOT] = int(problem.mode[problem.link[i, CANDIDATE], 0])
@@ -272,16 +280,15 @@ def _enter(rng, problem, state, settings, i, starts, work):  # type: ignore[no-u
         _apply(problem, state, np.int64(1), work)
         total = local_energy(problem, state, members, np.int64(1), work.moved, best, energy)
         if total < best:
-            best, best_slot, best_wall = total, proposal.tag[0, NEW_SLOT], proposal.tag[0, NEW_WALL]
+            best = total
             for k in range(3):
-                best_pose[k] = proposal.pose[0, k]
+                proposal.pose[1, k], proposal.tag[1, k] = proposal.pose[0, k], proposal.tag[0, k]
     work.moved[i] = 0
     if best == np.inf:
         state.hold[i, ACTIVE] = 0
         return False
-    proposal.tag[0, LEADER], proposal.tag[0, NEW_SLOT], proposal.tag[0, NEW_WALL] = i, best_slot, best_wall
     for k in range(3):
-        proposal.pose[0, k] = best_pose[k]
+        proposal.pose[0, k], proposal.tag[0, k] = proposal.pose[1, k], proposal.tag[1, k]
     _apply(problem, state, np.int64(1), work)
     return True
 
@@ -311,12 +318,15 @@ def _feasible(energy, tolerance):  # type: ignore[no-untyped-def]
     return worst <= tolerance
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True)
 def _run(rng, problem, state, settings, goal, movable, proposals, kept, counts, floor, history, work):  # type: ignore[no-untyped-def]
+    return _chain(rng, problem, state, settings, goal, movable, proposals, kept, counts, floor, history, work)
+
+
+@njit(**INNER)
+def _chain(rng, problem, state, settings, goal, movable, proposals, kept, counts, floor, history, work):  # type: ignore[no-untyped-def]
     energy, before, after, members = work.energy[0], work.energy[1], work.energy[2], work.who[0]
-    full, walks, weight = full_energy(problem, state), len(floor.covered) > 0, problem.number
-    for term in range(len(energy)):
-        energy[term] = full[term]
+    walks, weight = len(floor.covered) > 0, problem.number
     if walks:
         furnish(problem, state, floor, work.traffic, True)
         energy[CIRCULATION], energy[REACHED] = measure(problem, state, floor, floor.mark[floor.tally[SIDE]], work.traffic)

@@ -17,7 +17,8 @@ import math
 import numpy as np
 from numba import njit
 
-from grammar.energies import INNER, in_slot, wrap
+from grammar.energies import in_slot, wrap
+from grammar.kernels import INNER
 from grammar.layout import (
     BOUNDS,
     CANDIDATE,

@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from grammar.energies import INNER, wrap
+from grammar.energies import wrap
+from grammar.kernels import INNER
 from grammar.layout import FLOOR, HALF_DEPTH, MOUNT, ON_WALL, SLOT, SLOT_OWNER, Floats, Ints
 from grammar.rules import MOVES, MoveRule
 

@@ -12,7 +12,8 @@ import math
 import numpy as np
 from numba import njit
 
-from grammar.energies import INNER, in_slot, place_target, wrap
+from grammar.energies import in_slot, place_target, wrap
+from grammar.kernels import INNER
 from grammar.layout import (
     ACTIVE,
     AROUND,

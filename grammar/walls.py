@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from grammar.kernels import LEAN
 from scene_description.types import Point2
 
 Floats = NDArray[np.float64]
@@ -42,7 +43,7 @@ def wall_rows(polygon_m: ArrayLike) -> Floats:
     return np.column_stack([start, tangent, length, normal, np.arctan2(normal[:, 1], normal[:, 0]), reflex])
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**LEAN)
 def outside_distance(wall: Floats, x: float, y: float) -> float:
     """Return how far a point lies outside the room whose walls are the rows of ``wall`` (see Problem), 0 inside."""
     outside = False
@@ -60,7 +61,7 @@ def outside_distance(wall: Floats, x: float, y: float) -> float:
     return 0.0 if inside else nearest
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**LEAN)
 def _crossing_length(x, y, c, s, half_d, half_w, ax, ay, bx, by):  # type: ignore[no-untyped-def]
     """Return the length within a rectangle of the segment from a to b that ends outside of it at both ends, else 0."""
     au, av = (ax - x) * c + (ay - y) * s, (ay - y) * c - (ax - x) * s
@@ -80,7 +81,7 @@ def _crossing_length(x, y, c, s, half_d, half_w, ax, ay, bx, by):  # type: ignor
     return max(high - low, 0.0) * math.sqrt((bu - au) ** 2 + (bv - av) ** 2)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**LEAN)
 def rectangle_outside(wall: Floats, x: float, y: float, c: float, s: float, half_d: float, half_w: float) -> float:
     """Return how far a rectangle sticks out of the room: its corners outside, inward vertices inside it, walls that run through it."""
     worst, bent = 0.0, False
