@@ -1,6 +1,7 @@
-"""A live synthetic camera: grammar and renderer, optionally a recorder and RViz.
+"""A live synthetic camera: grammar and renderer, optionally a recorder, RViz, a bridge to Foxglove.
 
 ros2 launch scene_synth_ros synth.launch.py rviz:=true
+ros2 launch scene_synth_ros synth.launch.py foxglove:=true overlay_file:=my_camera.yaml
 ros2 launch scene_synth_ros synth.launch.py params_file:=my_run.yaml record:=true bag_path:=my_bag
 """
 
@@ -25,7 +26,7 @@ def generate_launch_description():
             executable=name,
             name=name,
             namespace=namespace,
-            parameters=[params, extra],
+            parameters=[params, LaunchConfiguration("overlay_file"), extra],
             arguments=["--ros-args", "--log-level", log_level],
             output="screen",
             condition=condition,
@@ -39,10 +40,16 @@ def generate_launch_description():
                 default_value=PathJoinSubstitution([share, "runs", "live.yaml"]),
                 description="Run profile, a ROS parameter file",
             ),
+            DeclareLaunchArgument(
+                "overlay_file",
+                default_value=LaunchConfiguration("params_file"),
+                description="Another parameter file on top of it, for example one of config/presets or config/cameras",
+            ),
             DeclareLaunchArgument("log_level", default_value="info", description="debug, info, warn or error"),
             DeclareLaunchArgument("record", default_value="false", description="Record a bag"),
             DeclareLaunchArgument("bag_path", default_value="synth_bag", description="Folder of the bag; must not exist"),
             DeclareLaunchArgument("rviz", default_value="false", description="Start RViz with the view of this package"),
+            DeclareLaunchArgument("foxglove", default_value="false", description="Start foxglove_bridge (ws://localhost:8765)"),
             SetEnvironmentVariable("FASTRTPS_DEFAULT_PROFILES_FILE", PathJoinSubstitution([share, "fastdds_large_images.xml"])),
             suite_node("grammar_node", {"expected_recorders": recorders}),
             suite_node("renderer_node", {"expected_recorders": recorders}),
@@ -53,5 +60,6 @@ def generate_launch_description():
                 arguments=["-d", PathJoinSubstitution([share, "views", "synth.rviz"])],
                 condition=IfCondition(LaunchConfiguration("rviz")),
             ),
+            Node(package="foxglove_bridge", executable="foxglove_bridge", condition=IfCondition(LaunchConfiguration("foxglove"))),
         ]
     )

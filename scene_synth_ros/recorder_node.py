@@ -74,7 +74,7 @@ class RecorderConfig:
         Limits(max_length=100, description="KEY=VALUE notes kept with the bag", fixed=_BAG_FIXED),
     ] = ()
     loss_timeout_s: Annotated[
-        float, Limits(ge=0.1, le=1e6, unit="s", description="Wait for messages of a finished room before they count as lost")
+        float, Limits(ge=0.1, le=1e6, unit="s", description="Wait for messages that were published before they count as lost")
     ] = 10.0
     start_recording: Annotated[bool, Limits(description="Open the bag at the start, not at ~/start", fixed=_BAG_FIXED)] = True
     snapshot_s: Annotated[
@@ -299,19 +299,19 @@ class RecorderNode(SuiteNode):
     def _check_rooms(self) -> None:
         done = self._accounting.done_scene()
         self._done_scene = min(self._done_scene, done)  # a renderer has started again, or the run has
-        if done == self._done_scene:
-            return
         missing = self._accounting.missing(self._known)
         now = time.monotonic()
         if not missing:
             self._missing_since = 0.0
-            self._recording.flush()
-            self._done_scene = done
+            if done != self._done_scene:
+                self._recording.flush()
+                self._done_scene = done
         elif not self._missing_since:
             self._missing_since = now
         elif now - self._missing_since > self._settings[""].loss_timeout_s:
             self._accounting.give_up(missing)
-            self._complain(f"room {done}: {sum(missing.values())} messages lost: {missing}")
+            self._recording.flush()  # frames that wait for what is lost
+            self._complain(f"{sum(missing.values())} messages lost after room {self._done_scene}: {missing}")
 
     def _fail(self, reason: str) -> None:
         self._state, self._complaint = "failed", reason

@@ -201,8 +201,12 @@ class Recording:
             self._newest_ns = stamp
         elif foreign and stamp is not None and (self._newest_ns is None or abs(stamp - self._newest_ns) > MAX_STRAY_NS):
             stamp = None
-        elif topic.endswith("/scene") and stamp is not None:
-            self._seen.begin_room(stamp)
+        elif stamp is not None and topic in self._ring.latched and not foreign:
+            if not self._seen.is_new(topic, stamp):  # latched messages come again when a connection does
+                self.taken[topic] += 1
+                return False
+            if topic.endswith("/scene"):
+                self._seen.begin_room(stamp)
         self._enqueue(self._sorter.add(topic, stamp, data + bytes(-len(data) % 4)))
         return True
 

@@ -51,7 +51,8 @@ class RendererNodeConfig:
         Limits(ge=0, le=100, description="Recorders whose subscriptions it waits for before it says ready", fixed="peers are counted once"),
     ] = 0
     frames_ahead: Annotated[
-        int, Limits(ge=1, le=1000, description="Frames that may be published beyond what the slowest recorder has taken")
+        int,
+        Limits(ge=1, le=1000, description="Frames that may be published beyond what the slowest recorder has taken, within the QoS depth"),
     ] = 8
     share_count: Annotated[int, Limits(ge=1, le=100, description="Renderers that share the rooms by index", fixed=_SHARE_FIXED)] = 1
     share_index: Annotated[
@@ -314,14 +315,20 @@ class RendererNode(SuiteNode):
         self._publish_status()
 
     def _wait_for_recorders(self) -> None:
-        """Hold back while a recorder is more than ``frames_ahead`` frames behind, so that no queue overflows."""
+        """Hold back while a recorder is ``frames_ahead`` frames behind, or as many as are kept for it, so that no queue overflows.
+
+        Meanwhile the status says what has been published, so that a recorder that waits for what was lost hears of it.
+        """
         config: RendererNodeConfig = self._settings[""]
         if config.expected_recorders == 0:
             return
-        published = self._streams.counts[self._streams.frame_topic]
+        published, began = self._streams.counts[self._streams.frame_topic], time.monotonic()
+        ahead = min(config.frames_ahead, self._streams.depth)
         with self._wake:
-            while not self._wake.wait_for(lambda: self._closed or self._peers.has_room(published, config.frames_ahead), timeout=10.0):
-                self._complain("a recorder has taken no frame for 10 s; waiting")
+            while not self._wake.wait_for(lambda: self._closed or self._peers.has_room(published, ahead), timeout=1.0):
+                self._publish_status()
+                if time.monotonic() - began > 10.0:
+                    self._complain("a recorder has taken no frame for 10 s; waiting")
 
     def _publish_status(self) -> None:
         status = NodeStatus(

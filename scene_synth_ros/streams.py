@@ -52,7 +52,7 @@ class StreamPublishers:
         self._qos = PROFILES[config.qos]
         if config.publish_pose:
             self._add(PoseStamped, f"{config.camera}/pose", self._qos)
-        self._add(String, SETTINGS, latched_qos())
+        self._add(String, SETTINGS, latched_qos(self._qos.depth))
         for layer in self.messages.layers:
             self._add_stream(layer)
         self._tf = self._tf_static = ""
@@ -64,6 +64,11 @@ class StreamPublishers:
     def frame_topic(self) -> str:
         """A topic that has one message for every frame, whatever is subscribed to."""
         return str(self._publishers[SETTINGS].topic_name)
+
+    @property
+    def depth(self) -> int:
+        """How many frames the publishers keep for subscribers that have not taken them yet."""
+        return int(self._qos.depth)
 
     def wanted_layers(self) -> set[str]:
         """Return the layers that must be rendered now: all enabled ones, or those with a subscriber if lazy."""
@@ -124,7 +129,7 @@ class StreamPublishers:
             self._images[layer].append(self._add(Image, f"{base}/image_color", self._qos))
         self._add(CameraInfo, f"{base}/camera_info", self._qos)
         if layer in ("semantic", "instance"):
-            self._add(String, f"{base}/labels", latched_qos())
+            self._add(String, f"{base}/labels", latched_qos(self._qos.depth))
 
     def _add(self, message_type: type, topic: str, qos: QoSProfile) -> str:
         overrides = QoSOverridingOptions.with_default_policies()

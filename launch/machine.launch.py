@@ -1,0 +1,63 @@
+"""One machine of a recorded run that several machines share: each renders every n-th room, the first also samples and records.
+
+ros2 launch scene_synth_ros machine.launch.py machines:=2 index:=0 rooms:=100 bag_path:=my_bag     # on the first
+ros2 launch scene_synth_ros machine.launch.py machines:=2 index:=1                                  # on the second
+"""
+
+from pathlib import Path
+
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch_ros.actions import Node
+from launch_ros.substitutions import FindPackageShare
+
+from launch import LaunchDescription
+from scene_synth_ros.run_profile import load_profile, with_inheritance
+
+
+def nodes(context):
+    """Return the nodes of this machine."""
+
+    def value(name):
+        return LaunchConfiguration(name).perform(context)
+
+    machines, index = int(value("machines")), int(value("index"))
+    renderer = f"renderer_node_{index}"
+    profile = load_profile(Path(value("params_file")))
+    profile.setdefault(renderer, {}).update(share_count=machines, share_index=index, expected_recorders=1)
+    profile["grammar_node"].update(
+        rooms=int(value("rooms")), rooms_ahead=min(machines, 16), expected_renderers=machines, expected_recorders=1
+    )
+    profile["recorder_node"]["bag"] = value("bag_path")
+    names = [renderer] if index else ["recorder_node", "grammar_node", renderer]
+    return [
+        Node(
+            package="scene_synth_ros",
+            executable="renderer_node" if name == renderer else name,
+            name=name,
+            namespace=value("namespace"),
+            parameters=[{"exit_when_done": True, **with_inheritance(profile)[name]}],
+            output="screen",
+        )
+        for name in names
+    ]
+
+
+def generate_launch_description():
+    share = PathJoinSubstitution([FindPackageShare("scene_synth_ros"), "config"])
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument("machines", description="How many machines render"),
+            DeclareLaunchArgument("index", description="Which of them this is, from 0"),
+            DeclareLaunchArgument("rooms", default_value="100", description="Rooms of the run"),
+            DeclareLaunchArgument("bag_path", default_value="synth_bag", description="Folder of the bag; must not exist"),
+            DeclareLaunchArgument("namespace", default_value="/synth", description="Namespace of nodes and topics"),
+            DeclareLaunchArgument(
+                "params_file",
+                default_value=PathJoinSubstitution([share, "runs", "main.yaml"]),
+                description="Run profile, a ROS parameter file; the same on all machines",
+            ),
+            SetEnvironmentVariable("FASTRTPS_DEFAULT_PROFILES_FILE", PathJoinSubstitution([share, "fastdds_large_images.xml"])),
+            OpaqueFunction(function=nodes),
+        ]
+    )
