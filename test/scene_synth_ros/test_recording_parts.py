@@ -1,6 +1,5 @@
-"""The parts of the recorder that need no node: splitting, snapshots, repeats, restarts, turns."""
+"""The parts of the recorder that need no node: splitting, snapshots, repeats, turns."""
 
-from scene_synth_ros.accounting import Accounting
 from scene_synth_ros.lock_step import finished_by_all, missing_peers
 from scene_synth_ros.message_digest import message_digest
 from scene_synth_ros.peers import Peers
@@ -58,22 +57,6 @@ def test_repeats_are_told_from_firsts_and_old_rooms_are_forgotten() -> None:
     assert not seen.is_new("/b", 3904) and seen.is_new("/c", 3904)
     assert seen.repeats == 1
     assert len(seen._seen) <= 18 * 5
-
-
-def test_a_renderer_that_starts_again_is_counted_anew() -> None:
-    accounting = Accounting()
-    known = {TOPIC: 0}
-    accounting.take_status(status("renderer"))
-    accounting.received[TOPIC] = 7
-    accounting.take_status(status("renderer", done=0, count=8))
-    assert accounting.missing(known) == {TOPIC: 1}
-    accounting.take_status(status("renderer", state="starting"))
-    assert accounting.missing(known) == {} and accounting.done_scene() == -1
-    accounting.received[TOPIC] = 17
-    accounting.take_status(status("renderer", done=1, count=10))
-    assert accounting.missing(known) == {}
-    accounting.take_status(status("renderer", done=1, count=12))
-    assert accounting.missing(known) == {TOPIC: 2}
 
 
 def test_all_have_finished_what_the_last_has() -> None:
