@@ -17,17 +17,13 @@ from grammar.kernels import LEAN
 
 Boxes = NDArray[np.float64]
 
+_CORNER_DEPTH, _CORNER_WIDTH = np.array([1.0, -1.0, -1.0, 1.0]), np.array([1.0, 1.0, -1.0, -1.0])
 
-@njit(cache=True)
+
 def footprint_corners(box: Boxes) -> Boxes:
     """Return the (4, 2) corners of a box's footprint, counter-clockwise, world metres."""
-    corners = np.empty((4, 2))
-    for k in range(4):
-        u = box[4] if k == 0 or k == 3 else -box[4]
-        v = box[5] if k < 2 else -box[5]
-        corners[k, 0] = box[0] + u * box[6] - v * box[7]
-        corners[k, 1] = box[1] + u * box[7] + v * box[6]
-    return corners
+    u, v = box[4] * _CORNER_DEPTH, box[5] * _CORNER_WIDTH
+    return np.column_stack([box[0] + u * box[6] - v * box[7], box[1] + u * box[7] + v * box[6]])
 
 
 @njit(**LEAN)
@@ -47,13 +43,12 @@ def row_penetration(first: Boxes, i: int, second: Boxes, j: int) -> float:
     return float(min(depth, bw + ad * sin_ab + aw * cos_ab - abs(dy * bc - dx * bs)))
 
 
-@njit(cache=True)
 def footprint_penetration(a: Boxes, b: Boxes) -> float:
     """Return :func:`row_penetration` of two boxes that are given as rows (8,)."""
     return float(row_penetration(a.reshape(1, 8), 0, b.reshape(1, 8), 0))
 
 
-@njit(cache=True)
+@njit(**LEAN)
 def penetration(first: Boxes, i: int, second: Boxes, j: int) -> float:
     """Return the penetration depth of boxes ``first[i]`` and ``second[j]`` in metres; 0 or less when they are apart or touch."""
     vertical = min(first[i, 3], second[j, 3]) - max(first[i, 2], second[j, 2])
@@ -62,7 +57,7 @@ def penetration(first: Boxes, i: int, second: Boxes, j: int) -> float:
     return float(min(vertical, row_penetration(first, i, second, j)))
 
 
-@njit(cache=True)
+@njit(**LEAN)
 def point_distance(box: Boxes, x_m: float, y_m: float) -> float:
     """Return the distance in metres from a point to a box's footprint, 0 inside."""
     dx, dy = x_m - box[0], y_m - box[1]
@@ -71,7 +66,7 @@ def point_distance(box: Boxes, x_m: float, y_m: float) -> float:
     return math.sqrt(u * u + v * v)
 
 
-@njit(cache=True)
+@njit(**LEAN)
 def segment_inside_length(box: Boxes, ax_m: float, ay_m: float, bx_m: float, by_m: float) -> float:
     """Return how many metres of the segment from a to b lie in the open footprint of a box (Liang-Barsky clipping)."""
     au = (ax_m - box[0]) * box[6] + (ay_m - box[1]) * box[7]
@@ -108,12 +103,16 @@ def place_boxes(local: Boxes, first: int, last: int, x_m: float, y_m: float, z_m
         out[k, 7] = s
 
 
-@njit(cache=True)
 def deepest_penetrations(boxes: Boxes, owner: NDArray[np.int64], others: Boxes, other_owner: NDArray[np.int64]) -> NDArray[np.float64]:
     """Return, for each of ``boxes`` (n, 8), its deepest penetration in metres with those of ``others`` that have another owner; 0: none."""
     depth = np.zeros(len(boxes))
+    _deepen(boxes, owner, others, other_owner, depth)
+    return depth
+
+
+@njit(**LEAN)
+def _deepen(boxes, owner, others, other_owner, depth):  # type: ignore[no-untyped-def]
     for a in range(len(boxes)):
         for b in range(len(others)):
             if owner[a] != other_owner[b]:
                 depth[a] = max(depth[a], penetration(boxes, a, others, b))
-    return depth

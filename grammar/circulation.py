@@ -32,7 +32,7 @@ from grammar.floor_raster import (
     update,
 )
 from grammar.free_space import rasterize, standable
-from grammar.kernels import INNER
+from grammar.kernels import INNER, LEAN
 from grammar.layout import ACTIVE, BLOCKS, BOTTOM, BOX, BOX_END, REACH, ZONE, Ints, Problem, State
 from grammar.rules import Thresholds
 from scene_description.types import Point2
@@ -107,12 +107,12 @@ def circulation_losses(problem: Problem, state: State, floor: Floor) -> tuple[fl
 
 @njit(**INNER)
 def furnish(problem, state, floor, traffic, present):  # type: ignore[no-untyped-def]
-    """Put all active objects on the raster of an unfurnished room, or take them off it again."""
+    """Put all active objects on the raster of an unfurnished room (``present`` 1), or take them off it again (0)."""
     for i in range(len(problem.link)):
         if state.hold[i, ACTIVE]:
             for k in range(problem.link[i, BOX], problem.link[i, ZONE]):
                 if traffic.solid[k]:
-                    move_box(state.placed, state.placed, k, not present, present, floor)
+                    move_box(state.placed, state.placed, k, 1 - present, present, floor)
     start_over(floor)
 
 
@@ -121,7 +121,7 @@ def _exchange(problem, old, new, i, floor, traffic):  # type: ignore[no-untyped-
     """Move object ``i`` on the raster; its boxes are rows of ``old`` and ``new``."""
     for k in range(problem.link[i, BOX], problem.link[i, ZONE]):
         if traffic.solid[k]:
-            move_box(old, new, k, True, True, floor)
+            move_box(old, new, k, np.int64(1), np.int64(1), floor)
 
 
 @njit(**INNER)
@@ -207,9 +207,9 @@ def walk_on(problem, state, old, members, count, floor, traffic, stays):  # type
     settle(floor, stays)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(**LEAN)
 def _measure_furnished(problem, state, floor, traffic):  # type: ignore[no-untyped-def]
-    furnish(problem, state, floor, traffic, True)
+    furnish(problem, state, floor, traffic, np.int64(1))
     losses = measure(problem, state, floor, floor.mark[floor.tally[SIDE]], traffic)
-    furnish(problem, state, floor, traffic, False)
+    furnish(problem, state, floor, traffic, np.int64(0))
     return losses

@@ -281,7 +281,7 @@ def weighted(problem, energy):  # type: ignore[no-untyped-def]
     return total
 
 
-@njit(**INNER)
+@njit(**LEAN)
 def local_energy(problem, state, members, count, moved, limit, out):  # type: ignore[no-untyped-def]
     """Write to ``out`` the losses of the cliques that change when the first ``count`` ``members`` move; return their weighted sum.
 
@@ -321,15 +321,10 @@ def local_energy(problem, state, members, count, moved, limit, out):  # type: ig
     return weighted(problem, out)
 
 
-@njit(cache=True, error_model="numpy")
 def full_energy(problem: Problem, state: State) -> Floats:
     """Return the (t,) unweighted losses of the whole layout, active objects only; without circulation and reach."""
-    n = len(problem.link)
-    members, moved, count = np.zeros(n, np.int64), np.zeros(n, np.int64), np.int64(0)
-    for i in range(n):
-        if state.hold[i, ACTIVE]:
-            members[count], moved[i] = i, i + 1
-            count += 1
-    out = np.zeros(BOUNDS)
-    local_energy(problem, state, members, count, moved, np.inf, out)
+    members = np.flatnonzero(state.active)
+    moved, out = np.zeros(len(problem.link), np.int64), np.zeros(BOUNDS)
+    moved[members] = members + 1
+    local_energy(problem, state, members, len(members), moved, np.inf, out)
     return out

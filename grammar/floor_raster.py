@@ -137,7 +137,10 @@ def _add(floor, base, first, last, sign):  # type: ignore[no-untyped-def]
 
 @njit(**INNER)
 def move_box(old, new, k, had, has, floor):  # type: ignore[no-untyped-def]
-    """Take box ``k`` off the raster as it is in ``old``, if it was there, and put it on as it is in ``new``, if it comes there."""
+    """Take box ``k`` off the raster as it is in ``old``, if it was there, and put it on as it is in ``new``, if it comes there.
+
+    ``had``, ``has``: int64, 1 or 0; literals would make numba compile a kernel for each of them.
+    """
     old_shape, new_shape = _shape(old, k), _shape(new, k)
     old_rows, new_rows = _rows(old, k, old_shape, floor), _rows(new, k, new_shape, floor)
     if not had:
@@ -154,10 +157,10 @@ def move_box(old, new, k, had, has, floor):  # type: ignore[no-untyped-def]
         if a == u and b == v:
             continue
         base = (row + 1) * floor.tally[STRIDE] + 1
-        _add(floor, base, a, min(b, u), -1)
-        _add(floor, base, max(a, v), b, -1)
-        _add(floor, base, u, min(v, a), 1)
-        _add(floor, base, max(u, b), v, 1)
+        _add(floor, base, a, min(b, u), np.int64(-1))
+        _add(floor, base, max(a, v), b, np.int64(-1))
+        _add(floor, base, u, min(v, a), np.int64(1))
+        _add(floor, base, max(u, b), v, np.int64(1))
 
 
 @njit(**INNER)

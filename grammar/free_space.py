@@ -17,7 +17,8 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
-from grammar.boxes import footprint_penetration, point_distance
+from grammar.boxes import point_distance, row_penetration
+from grammar.kernels import LEAN
 
 MAX_CELLS = 16_000_000
 _TOUCH_M = 1e-9
@@ -61,7 +62,8 @@ def rasterize(polygon_m: ArrayLike, boxes: NDArray[np.float64], resolution_m: fl
         raise ValueError(f"free space: expected at most {MAX_CELLS} cells, got {width} x {height}; raise resolution_m from {resolution_m}")
     origin = (float(low[0] * resolution_m), float(low[1] * resolution_m))
     solid = np.ascontiguousarray(boxes[boxes[:, 2] < clearance_height_m], np.float64)
-    inside, occupied, clearance = _rasterize(polygon, solid, origin[0], origin[1], resolution_m, width, height)
+    inside, occupied, clearance = np.zeros((height, width), bool), np.zeros((height, width), bool), np.zeros((height, width))
+    _rasterize(polygon, solid, origin[0], origin[1], resolution_m, np.zeros((1, 8)), inside, occupied, clearance)
     return FreeSpace(origin, resolution_m, inside, occupied, clearance)
 
 
@@ -120,28 +122,25 @@ def _nearest_cell(free: FreeSpace, wanted: NDArray[np.bool_], point_m: tuple[flo
     return row, column
 
 
-@njit(cache=True)
-def _rasterize(polygon, boxes, x0, y0, side, width, height):  # type: ignore[no-untyped-def]
-    inside = np.zeros((height, width), np.bool_)
-    occupied = np.zeros((height, width), np.bool_)
-    clearance = np.zeros((height, width), np.float64)
-    cell = np.array([0.0, 0.0, 0.0, 0.0, 0.5 * side, 0.5 * side, 1.0, 0.0])
-    for row in range(height):
-        cell[1] = y0 + (row + 0.5) * side
-        for column in range(width):
-            cell[0] = x0 + (column + 0.5) * side
-            is_inside, nearest = distance_to_outline(polygon, cell[0], cell[1])
+@njit(**LEAN)
+def _rasterize(polygon, boxes, x0, y0, side, cell, inside, occupied, clearance):  # type: ignore[no-untyped-def]
+    """Fill the (h, w) arrays; ``cell`` (1, 8) is work space for a cell as a box."""
+    cell[0, 4], cell[0, 5], cell[0, 6] = 0.5 * side, 0.5 * side, 1.0
+    for row in range(inside.shape[0]):
+        cell[0, 1] = y0 + (row + 0.5) * side
+        for column in range(inside.shape[1]):
+            cell[0, 0] = x0 + (column + 0.5) * side
+            is_inside, nearest = distance_to_outline(polygon, cell[0, 0], cell[0, 1])
             for b in range(len(boxes)):
-                distance = point_distance(boxes[b], cell[0], cell[1])
+                distance = point_distance(boxes[b], cell[0, 0], cell[0, 1])
                 nearest = min(nearest, distance)
                 if distance <= 0.75 * side and not occupied[row, column]:
-                    occupied[row, column] = footprint_penetration(cell, boxes[b]) >= 0.0
+                    occupied[row, column] = row_penetration(cell, np.int64(0), boxes, b) >= 0.0
             inside[row, column] = is_inside
             clearance[row, column] = nearest if is_inside else 0.0
-    return inside, occupied, clearance
 
 
-@njit(cache=True)
+@njit(**LEAN)
 def distance_to_outline(polygon: NDArray[np.float64], x_m: float, y_m: float) -> tuple[bool, float]:
     """Return whether a point lies inside an (n, 2) outline (even-odd rule), and its distance to the outline in metres."""
     is_inside = False

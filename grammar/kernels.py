@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from typing import Any
 
-LEAN: dict[str, Any] = {"cache": True, "error_model": "numpy", "_nrt": False}
+LEAN: dict[str, Any] = {"cache": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
 """Options of kernels that make no arrays."""
 
-INNER: dict[str, Any] = {**LEAN, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+INNER: dict[str, Any] = {**LEAN, "no_cpython_wrapper": True}
 """And that only other kernels call: a wrapper that unpacks the tables takes longer to compile than most kernels."""

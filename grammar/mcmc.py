@@ -259,13 +259,8 @@ def _keep(state, kept, count, work):  # type: ignore[no-untyped-def]
         kept.hold[i, SLOT], kept.hold[i, ON_WALL] = work.hold[i, SLOT], work.hold[i, ON_WALL]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _enter(rng, problem, state, settings, i, starts, work):  # type: ignore[no-untyped-def]
-    return _best_start(rng, problem, state, settings, i, starts, work)
-
-
-@njit(**INNER)
-def _best_start(rng, problem, state, settings, i, starts, work):  # type: ignore[no-untyped-def]
     """Put object ``i`` at the best of ``starts`` poses; the best one so far is kept in the proposal's second place."""
     proposal, members, energy = work.proposal, work.who[0], work.energy[2]
     best = np.inf
@@ -318,17 +313,12 @@ def _feasible(energy, tolerance):  # type: ignore[no-untyped-def]
     return worst <= tolerance
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _run(rng, problem, state, settings, goal, movable, proposals, kept, counts, floor, history, work):  # type: ignore[no-untyped-def]
-    return _chain(rng, problem, state, settings, goal, movable, proposals, kept, counts, floor, history, work)
-
-
-@njit(**INNER)
-def _chain(rng, problem, state, settings, goal, movable, proposals, kept, counts, floor, history, work):  # type: ignore[no-untyped-def]
     energy, before, after, members = work.energy[0], work.energy[1], work.energy[2], work.who[0]
     walks, weight = len(floor.covered) > 0, problem.number
     if walks:
-        furnish(problem, state, floor, work.traffic, True)
+        furnish(problem, state, floor, work.traffic, np.int64(1))
         energy[CIRCULATION], energy[REACHED] = measure(problem, state, floor, floor.mark[floor.tally[SIDE]], work.traffic)
     good, found, best, row = _feasible(energy, goal.tolerance), False, np.inf, 0
     if good and goal.keep_best:
@@ -393,5 +383,5 @@ def _chain(rng, problem, state, settings, goal, movable, proposals, kept, counts
         found = True
         _keep(state, kept, np.int64(0), work)
     if walks:
-        furnish(problem, state, floor, work.traffic, False)
+        furnish(problem, state, floor, work.traffic, np.int64(0))
     return found

@@ -13,6 +13,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from grammar.boxes import Boxes
+from grammar.kernels import INNER, LEAN
+
 RING_COLUMNS = 72
 
 
@@ -31,8 +34,9 @@ def column_azimuth_rad() -> NDArray[np.float64]:
     return np.arange(RING_COLUMNS, dtype=np.float64) * (2.0 * math.pi / RING_COLUMNS)
 
 
-@njit(cache=True)
-def cast_ring(polygon, height_m, boxes, position_m, elevations_rad):  # type: ignore[no-untyped-def]
+def cast_ring(
+    polygon: NDArray[np.float64], height_m: float, boxes: Boxes, position_m: NDArray[np.float64], elevations_rad: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Cast the rays of a ring from a point inside a room.
 
     Args:
@@ -46,14 +50,19 @@ def cast_ring(polygon, height_m, boxes, position_m, elevations_rad):  # type: ig
         distance_m: (RING_COLUMNS, e) float64, along the ray.
         hit: (RING_COLUMNS, e) int64, row of the box that was hit, -1 for walls, floor and ceiling.
     """
-    rows = len(elevations_rad)
-    distance_m = np.empty((RING_COLUMNS, rows))
-    hit = np.full((RING_COLUMNS, rows), -1, np.int64)
+    distance_m = np.empty((RING_COLUMNS, len(elevations_rad)))
+    hit = np.full((RING_COLUMNS, len(elevations_rad)), -1, np.int64)
+    _cast_ring(polygon, height_m, boxes, position_m, elevations_rad, distance_m, hit)
+    return distance_m, hit
+
+
+@njit(**LEAN)
+def _cast_ring(polygon, height_m, boxes, position_m, elevations_rad, distance_m, hit):  # type: ignore[no-untyped-def]
     for column in range(RING_COLUMNS):
         azimuth = column * (2.0 * math.pi / RING_COLUMNS)
         dx, dy = math.cos(azimuth), math.sin(azimuth)
         wall = _wall_distance(polygon, position_m[0], position_m[1], dx, dy)
-        for row in range(rows):
+        for row in range(len(elevations_rad)):
             slope = math.tan(elevations_rad[row])
             nearest = wall
             if slope < 0.0:
@@ -66,19 +75,24 @@ def cast_ring(polygon, height_m, boxes, position_m, elevations_rad):  # type: ig
                     nearest = t
                     hit[column, row] = b
             distance_m[column, row] = nearest * math.sqrt(1.0 + slope * slope)
-    return distance_m, hit
 
 
-@njit(cache=True)
-def view_values(distance_m, hit, box_count, columns_wide, weights):  # type: ignore[no-untyped-def]
+def view_values(
+    distance_m: NDArray[np.float64], hit: NDArray[np.int64], box_count: int, columns_wide: int, weights: ViewWeights
+) -> NDArray[np.float64]:
     """Return (RING_COLUMNS,) float64, the value of the view that is centred on each column of a ring.
 
     value = depth * mean(min(d, far) / far) + things * (1 - 0.8^k) - near * share of rays shorter than near, with k the number of different
     boxes in view.
     """
+    values = np.empty(len(distance_m))
+    _value_views(distance_m, hit, np.full(box_count, -1, np.int64), columns_wide, weights, values)
+    return values
+
+
+@njit(**LEAN)
+def _value_views(distance_m, hit, seen_from, columns_wide, weights, values):  # type: ignore[no-untyped-def]
     columns, rows = distance_m.shape
-    values = np.empty(columns)
-    seen_from = np.full(box_count, -1, np.int64)
     for centre in range(columns):
         depth, near, things = 0.0, 0, 0
         for offset in range(columns_wide):
@@ -93,11 +107,9 @@ def view_values(distance_m, hit, box_count, columns_wide, weights):  # type: ign
                     things += 1
         rays = columns_wide * rows
         values[centre] = weights.depth * depth / rays + weights.things * (1.0 - 0.8**things) - weights.near * near / rays
-    return values
 
 
-@njit(cache=True)
-def best_turns(values, most_columns, turn_cost):  # type: ignore[no-untyped-def]
+def best_turns(values: NDArray[np.float64], most_columns: int, turn_cost: float) -> NDArray[np.int64]:
     """Return (m,) int64, the column to look at from each of m stations, by dynamic programming (Viterbi).
 
     Args:
@@ -105,27 +117,32 @@ def best_turns(values, most_columns, turn_cost):  # type: ignore[no-untyped-def]
         most_columns: greatest turn between neighbouring stations.
         turn_cost: price of a turn by one column, growing with its square.
     """
-    stations, columns = values.shape
-    total = values[0].copy()
-    came_from = np.zeros((stations, columns), np.int64)
-    for station in range(1, stations):
-        best = np.full(columns, -np.inf)
-        for column in range(columns):
-            for turn in range(-most_columns, most_columns + 1):
-                before = (column - turn) % columns
-                value = total[before] - turn_cost * turn * turn
-                if value > best[column]:
-                    best[column] = value
-                    came_from[station, column] = before
-        total = best + values[station]
-    path = np.empty(stations, np.int64)
-    path[-1] = np.argmax(total)
-    for station in range(stations - 1, 0, -1):
+    total, came_from = values.copy(), np.zeros(values.shape, np.int64)
+    _add_turns(total, most_columns, turn_cost, came_from)
+    path = np.empty(len(values), np.int64)
+    path[-1] = np.argmax(total[-1])
+    for station in range(len(values) - 1, 0, -1):
         path[station - 1] = came_from[station, path[station]]
     return path
 
 
-@njit(cache=True)
+@njit(**LEAN)
+def _add_turns(total, most_columns, turn_cost, came_from):  # type: ignore[no-untyped-def]
+    """Add to each station's values (m, columns) the best total of a way there; note the column before."""
+    stations, columns = total.shape
+    for station in range(1, stations):
+        for column in range(columns):
+            best = -np.inf
+            for turn in range(-most_columns, most_columns + 1):
+                before = (column - turn) % columns
+                value = total[station - 1, before] - turn_cost * turn * turn
+                if value > best:
+                    best = value
+                    came_from[station, column] = before
+            total[station, column] += best
+
+
+@njit(**INNER)
 def _wall_distance(polygon, x, y, dx, dy):  # type: ignore[no-untyped-def]
     nearest = np.inf
     n = len(polygon)
@@ -140,7 +157,7 @@ def _wall_distance(polygon, x, y, dx, dy):  # type: ignore[no-untyped-def]
     return nearest
 
 
-@njit(cache=True)
+@njit(**INNER)
 def _box_distance(box, position, dx, dy, dz):  # type: ignore[no-untyped-def]
     """Slab test of a ray with an upright box: the ray parameter of the entry, inf for a miss or an origin inside."""
     px, py = position[0] - box[0], position[1] - box[1]

@@ -18,6 +18,7 @@ from scipy.sparse import csgraph
 
 from grammar.boxes import Boxes, point_distance
 from grammar.free_space import FreeSpace, distance_to_outline, rasterize, standable
+from grammar.kernels import LEAN
 
 _RELAXATION = ((1.0, 1.0), (1.0, 0.7), (0.8, 0.5), (0.6, 0.3), (0.0, 1.0), (0.0, 0.6), (0.0, 0.3))
 """Shares of body radius and lens clearance that are tried in turn; without a body the lens may hover over furniture."""
@@ -103,11 +104,11 @@ def sample_walk(rng: np.random.Generator, ground: Ground, routes: Routes, length
         way_m += float(np.linalg.norm(np.diff(ground.cells_m[leg], axis=0), axis=1).sum())
         cells += leg[1:]
         here = there
-    points = ground.cells_m[cells]
+    points = ground.cells_m[cells]  # a copy
     nominal = np.linalg.norm(np.diff(points, axis=0), axis=1)
     spacing = float(nominal.mean()) if len(nominal) else 1.0
     rounds = round(2.0 * (smoothing_m / spacing) ** 2)
-    points = _smooth(points, ground.polygon, ground.boxes, ground.keep_m, ground.wall_keep_m, ground.reserve_m, rounds)
+    _smooth(points, ground.polygon, ground.boxes, ground.keep_m, ground.wall_keep_m, ground.reserve_m, rounds)
     steps = np.maximum(np.linalg.norm(np.diff(points, axis=0), axis=1), nominal)
     return Walk(np.concatenate([[0.0], np.cumsum(steps)]), points)
 
@@ -164,7 +165,7 @@ def _leg(routes: Routes, here: int, there: int) -> list[int]:
     return leg[::-1]
 
 
-@njit(cache=True)
+@njit(**LEAN)
 def slack_at(polygon, boxes, keep_m, wall_keep_m, x_m, y_m):  # type: ignore[no-untyped-def]
     """Return by how many metres a point keeps more than the required distance from walls and boxes; negative if it does not."""
     is_inside, distance = distance_to_outline(polygon, x_m, y_m)
@@ -174,10 +175,9 @@ def slack_at(polygon, boxes, keep_m, wall_keep_m, x_m, y_m):  # type: ignore[no-
     return slack
 
 
-@njit(cache=True)
+@njit(**LEAN)
 def _smooth(points, polygon, boxes, keep_m, wall_keep_m, reserve_m, rounds):  # type: ignore[no-untyped-def]
     """Draw each point half-way to the middle of its neighbours, ``rounds`` times, unless that costs the reserve or stretches a gap."""
-    points = points.copy()
     widest = (2.0 * reserve_m) ** 2
     for _ in range(rounds):
         for i in range(1, len(points) - 1):
@@ -187,4 +187,3 @@ def _smooth(points, polygon, boxes, keep_m, wall_keep_m, reserve_m, rounds):  # 
             after = (x - points[i + 1, 0]) ** 2 + (y - points[i + 1, 1]) ** 2
             if before <= widest and after <= widest and slack_at(polygon, boxes, keep_m, wall_keep_m, x, y) >= reserve_m:
                 points[i, 0], points[i, 1] = x, y
-    return points
