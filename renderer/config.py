@@ -108,7 +108,17 @@ class RenderConfig:
     auto_exposure: Annotated[bool, Limits(description="Meter the exposure of each room")] = False
     exposure_compensation_ev: Annotated[
         float, Limits(ge=-10.0, le=10.0, unit="EV", description="Brightens a metered exposure; positive is brighter")
-    ] = 0.0
+    ] = 0.6
+    white_balance: Annotated[
+        Literal["none", "auto", "kelvin"],
+        Limits(description="Which light looks white: that of the display (none), the room's as metered (auto), or that of white_balance_k"),
+    ] = "auto"
+    white_balance_k: Annotated[
+        float, Limits(ge=1700.0, le=25000.0, unit="K", description="Colour temperature that looks white with white_balance kelvin")
+    ] = 5500.0
+    tone_curve: Annotated[
+        Literal["filmic", "srgb"], Limits(description="Display curve: filmic keeps what is brighter than white apart, srgb clips it")
+    ] = "filmic"
     threads: Annotated[int, Limits(ge=0, le=1024, description="Threads of the kernels; 0 takes all", fixed="kernels are set up once")] = 0
     portable: Annotated[
         bool, Limits(description="Pin Embree to AVX2, so that different processors agree", fixed="the ray tracing device is made once")

@@ -1,4 +1,4 @@
-"""Light metering: the exposure value at which the views of a room come out well."""
+"""Light metering: the exposure value at which the views of a room come out well, and the light that shall look white there."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ import numpy as np
 from renderer.config import CameraConfig, RenderConfig
 from renderer.flat_scene import FlatScene
 from renderer.renderer import Renderer
+from renderer.tone import Exposure
+from renderer.white_balance import AUTO_DEGREE, Chromaticity, metered_white, partly_adapted, white_of_kelvin
 from scene_description import CameraPose
+from scene_description.color_temperature import D65_XY
 
 METER_CONSTANT = 12.5
 """K of ISO 2720 for reflected light, cd/m2 at EV 0 and ISO 100 times 100."""
@@ -20,10 +23,32 @@ _DARKEST = 1e-3
 _LUMINANCE = (0.2126, 0.7152, 0.0722)
 
 
-def meter_ev100(flat: FlatScene, camera: CameraConfig, config: RenderConfig, scene_key: int, poses: Sequence[CameraPose]) -> float:
-    """Return EV100 = log2(100 L / K) of the log-average luminance L of small renderings along a path, in steps of 1/8 EV.
+def fixed_white(config: RenderConfig) -> Chromaticity | None:
+    """Return the chromaticity that ``render.white_balance`` shows as white; None if it must be metered."""
+    fixed = {"none": D65_XY, "kelvin": white_of_kelvin(config.white_balance_k), "auto": None}
+    return fixed[config.white_balance]
 
-    The steps keep it the same on processors whose last bits differ; everything else makes it depend on the scene only.
+
+def needs_meter(config: RenderConfig) -> bool:
+    """Return whether exposure or white balance are asked to be metered."""
+    return config.auto_exposure or fixed_white(config) is None
+
+
+def exposed(config: RenderConfig, metered: Exposure | None) -> Exposure:
+    """Return the exposure of a room's frames: what was metered, compensated, or what is configured."""
+    white = fixed_white(config)
+    if metered is None:
+        return Exposure(config.exposure_ev100, white or D65_XY)
+    ev100 = metered.ev100 - config.exposure_compensation_ev if config.auto_exposure else config.exposure_ev100
+    return Exposure(ev100, white or partly_adapted(metered.white_xy, AUTO_DEGREE))
+
+
+def meter(flat: FlatScene, camera: CameraConfig, config: RenderConfig, scene_key: int, poses: Sequence[CameraPose]) -> Exposure:
+    """Meter a room from small renderings along a path, one answer for all its frames.
+
+    The exposure value is log2(100 L / K) of the log-average luminance L, in steps of 1/8 EV; the white is that of
+    :func:`renderer.white_balance.metered_white`.  Steps keep both the same on processors whose last bits differ; everything else makes
+    them depend on the scene only.
 
     Args:
         flat: the scene.
@@ -35,11 +60,14 @@ def meter_ev100(flat: FlatScene, camera: CameraConfig, config: RenderConfig, sce
     small = CameraConfig(width=_WIDTH, height=max(1, _WIDTH * camera.height // camera.width), horizontal_fov_rad=camera.horizontal_fov_rad)
     quick = RenderConfig(samples_per_pixel=_SAMPLES, max_depth=config.max_depth, threads=config.threads, portable=config.portable)
     chosen = sorted({round(i) for i in np.linspace(0, len(poses) - 1, _VIEWS)})
-    logs = []
+    logs, lit, base = [], [], []
     with Renderer(flat, small, quick, scene_key) as renderer:
         for index in chosen:
-            radiance = renderer.render(poses[index], index, ("color",)).radiance
+            frame = renderer.render(poses[index], index, ("color", "albedo"))
+            radiance = frame.radiance
             assert radiance is not None
+            lit.append(radiance.reshape(-1, 3))
+            base.append(frame.layers["albedo"].reshape(-1, 3).astype(np.float32))
             logs.append(np.log2(np.maximum(radiance.astype(np.float64) @ _LUMINANCE, _DARKEST)).mean())
     ev100 = float(np.mean(logs)) + math.log2(100.0 / METER_CONSTANT)
-    return round(ev100 * _STEPS_PER_EV) / _STEPS_PER_EV
+    return Exposure(round(ev100 * _STEPS_PER_EV) / _STEPS_PER_EV, metered_white(np.concatenate(lit), np.concatenate(base)))

@@ -13,7 +13,7 @@ from renderer.flat_scene import FlatScene, Mesh, PartTable, Sky, tabulate_materi
 from renderer.renderer import Renderer
 from renderer.shapes import block, lathe, merged, moved, rotated
 from renderer.textures.apply import AppliedTexture, applied_texture
-from renderer.tone import to_display
+from renderer.tone import Exposure, to_display
 from scene_description import Material
 from scene_description.poses import look_at
 from scene_description.types import CameraPose
@@ -41,7 +41,7 @@ def render_material(material: Material, edge_px: int = 128, samples: int = 32, t
         radiance = renderer.render(pose, 0, ("color",)).radiance
     if radiance is None:
         raise RuntimeError("render of the layer 'color' gave no radiance")
-    return to_display(radiance, 9.0)
+    return to_display(radiance, Exposure(9.0))
 
 
 def stage(material: Material) -> FlatScene:

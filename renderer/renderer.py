@@ -27,7 +27,8 @@ from renderer.records import WAVE, WAVE_EDGE, Film, Transport, Work, make_scratc
 from renderer.scene_check import check_scene
 from renderer.stopping import is_clean, next_round
 from renderer.surfaces import build_surfaces
-from renderer.tone import to_display, white_luminance
+from renderer.tone import Exposure, to_display, white_luminance
+from renderer.white_balance import white_of_kelvin
 from renderer.workers import Workers, thread_count
 from scene_description import Material
 from scene_description.poses import look_at
@@ -71,12 +72,13 @@ class Renderer:
         frame_index: int,
         layers: Collection[str],
         *,
-        exposure_ev100: float | None = None,
+        exposure: Exposure | None = None,
         cancelled: Callable[[], bool] | None = None,
     ) -> Frame:
         """Render the named layers of one view.
 
-        ``exposure_ev100`` replaces the configured exposure; ``cancelled`` is asked every 50 ms or so.
+        ``exposure`` replaces the configured one, without which white balance ``auto`` is that of the display, as nothing was metered;
+        ``cancelled`` is asked every 50 ms or so.
 
         Raises:
             RenderError: unknown layers, a faulty pose, a negative frame index, or a denoiser that is asked for but not installed.
@@ -91,16 +93,22 @@ class Renderer:
         if any(name in GEOMETRIC_LAYERS for name in layers):
             images.update(self._trace_geometry(view)._asdict())
         if any(name in SAMPLED_LAYERS for name in layers):
-            ev100 = self._config.exposure_ev100 if exposure_ev100 is None else exposure_ev100
+            shown = exposure or self._configured_exposure()
             in_color = any(name.startswith("color") for name in layers)
             denoised = "color" in layers and is_asked(self._config.denoise)
-            film, samples = self._expose_film(view, frame_index, ev100, in_color, denoised or "albedo" in layers, cancelled)
+            film, samples = self._expose_film(view, frame_index, shown.ev100, in_color, denoised or "albedo" in layers, cancelled)
             images["albedo"] = np.ascontiguousarray(film.guides[:, :, :3])
             if in_color:
                 radiance = self._denoise(film) if denoised else film.light
-                images["color"] = to_display(radiance, ev100)
-                images["color_noisy"] = to_display(film.light, ev100) if denoised else images["color"]
+                images["color"] = to_display(radiance, shown, self._config.tone_curve)
+                images["color_noisy"] = to_display(film.light, shown, self._config.tone_curve) if denoised else images["color"]
         return Frame({name: images[name] for name in LAYERS if name in layers}, radiance, samples)
+
+    def _configured_exposure(self) -> Exposure:
+        config = self._config
+        if config.white_balance == "kelvin":
+            return Exposure(config.exposure_ev100, white_of_kelvin(config.white_balance_k))
+        return Exposure(config.exposure_ev100)
 
     def _trace_geometry(self, view: PosedCamera) -> GeometricImages:
         images, step = empty_images(view.height, view.width), self._workers.count

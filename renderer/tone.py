@@ -1,9 +1,27 @@
-"""From linear luminance to display colour: exposure, sRGB, 8 bits."""
+"""From linear luminance to display colour: exposure, white balance, tone curve, sRGB, 8 bits."""
 
 from __future__ import annotations
 
+import math
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
+
+from renderer.white_balance import Chromaticity, adaptation
+from scene_description.color_temperature import D65_XY
+
+FILMIC_KNEE = 0.6
+"""Display-linear value up to which the filmic curve is the identity."""
+FILMIC_WHITE = 32.0
+"""Multiple of the luminance that saturates the plain curve at which the filmic one does."""
+
+
+class Exposure(NamedTuple):
+    """How luminance is shown: exposure value at ISO 100, and the chromaticity (CIE x, y) of the light that shall look white."""
+
+    ev100: float
+    white_xy: Chromaticity = D65_XY
 
 
 def white_luminance(exposure_ev100: float) -> float:
@@ -11,21 +29,58 @@ def white_luminance(exposure_ev100: float) -> float:
     return 1.2 * float(2.0**exposure_ev100)
 
 
-def encode_srgb(linear: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Return 8-bit sRGB (IEC 61966-2-1) of linear values; 0 is black, 1 white, values beyond are clipped.
+def encode_srgb(linear: NDArray[np.float32], curve: str = "srgb") -> NDArray[np.uint8]:
+    """Return 8-bit sRGB (IEC 61966-2-1) of linear values; 0 is black, 1 the plain curve's white.
 
-    By table: each code begins where the transfer function, inverted, passes half a code; no power is computed per pixel.
+    ``curve``: ``srgb`` clips beyond 1; ``filmic`` is the same up to ``FILMIC_KNEE`` and rolls off from there in the logarithm, so that
+    what is brighter keeps its shape up to ``FILMIC_WHITE``.
+
+    By table: each code begins where curve and transfer function, inverted, pass half a code; no power is computed per pixel.
     """
-    return np.searchsorted(_THRESHOLDS, linear, side="right").astype(np.uint8)
+    return np.searchsorted(_THRESHOLDS[curve], linear, side="right").astype(np.uint8)
 
 
-def to_display(radiance: NDArray[np.float32], exposure_ev100: float) -> NDArray[np.uint8]:
+def to_display(radiance: NDArray[np.float32], exposure: Exposure, curve: str = "srgb") -> NDArray[np.uint8]:
     """Return what a camera shows of luminance (height, width, 3) in cd/m2: sRGB, uint8."""
-    return encode_srgb(radiance * np.float32(1.0 / white_luminance(exposure_ev100)))
+    scale = np.float32(1.0 / white_luminance(exposure.ev100))
+    if tuple(exposure.white_xy) == D65_XY:
+        return encode_srgb(radiance * scale, curve)
+    matrix = (adaptation(exposure.white_xy) * scale).astype(np.float32)
+    # Spelled out: a matrix product may sum in another order on another processor.
+    r, g, b = radiance[..., 0], radiance[..., 1], radiance[..., 2]
+    return encode_srgb(np.stack([row[0] * r + row[1] * g + row[2] * b for row in matrix], axis=-1), curve)
+
+
+def filmic(linear: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Return the filmic curve: x up to the knee k, then k + c ln(1 + (x - k) / c), so that it is smooth and 1 at ``FILMIC_WHITE``."""
+    over = np.maximum(np.asarray(linear, np.float64) - FILMIC_KNEE, 0.0)
+    return np.minimum(linear, FILMIC_KNEE) + _SHOULDER * np.log1p(over / _SHOULDER)
+
+
+def _fit_shoulder() -> float:
+    """Return c with c ln(1 + (white - k) / c) = 1 - k, by bisection; the left side grows with c."""
+    low, high = 1e-6, 1.0 - FILMIC_KNEE
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        if middle * math.log1p((FILMIC_WHITE - FILMIC_KNEE) / middle) < 1.0 - FILMIC_KNEE:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
 
 
 def _decode_srgb(code: NDArray[np.floating]) -> NDArray[np.float64]:
     return np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
 
 
-_THRESHOLDS = _decode_srgb((np.arange(255) + 0.5) / 255.0).astype(np.float32)
+def _unfilm(shown: NDArray[np.float64]) -> NDArray[np.float64]:
+    over = np.maximum(shown - FILMIC_KNEE, 0.0)
+    return np.minimum(shown, FILMIC_KNEE) + _SHOULDER * np.expm1(over / _SHOULDER)
+
+
+_SHOULDER = _fit_shoulder()
+_HALF_CODES = _decode_srgb((np.arange(255) + 0.5) / 255.0)
+_THRESHOLDS = {"srgb": _HALF_CODES.astype(np.float32), "filmic": _unfilm(_HALF_CODES).astype(np.float32)}
+
+TONE_CURVES = tuple(_THRESHOLDS)
+"""Names of the curves."""

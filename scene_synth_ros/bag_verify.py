@@ -139,7 +139,7 @@ class _Frames:
                 raise VerifyError(f"frame at {stamp} ns: its pose is not in the bag")
             maker = FrameMessages(settings.streams, settings.camera)
             maker.begin_room(scene)
-            frame = self._renderer(settings, scene).render(pose, settings.frame, maker.layers, exposure_ev100=settings.exposure_ev100)
+            frame = self._renderer(settings, scene).render(pose, settings.frame, maker.layers, exposure=settings.exposure)
             for topic, message in maker.of_frame(frame, pose, lambda _: True):
                 messages[f"{self.namespace}/{topic}"] = message
         first = self._settings[stamp][0]

@@ -7,16 +7,19 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from renderer.config import CameraConfig, RenderConfig
+from renderer.tone import Exposure
 from scene_description import Limits
+from scene_description.color_temperature import D65_XY
 from scene_description.strict import FieldError, from_mapping, shorten, to_mapping
 from scene_synth_ros.frame_messages import StreamConfig
 
 MAX_TEXT_LENGTH = 20_000
+Coordinate = Annotated[float, Limits(ge=0.01, le=1.0)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrameSettings:
-    """Settings of one frame: its stamp, the id of its scene, the index that keys its noise, the exposure used, and the configurations."""
+    """Settings of a frame: stamp, id of the scene, index that keys the noise, exposure and white used, and the configurations."""
 
     stamp_ns: Annotated[int, Limits(ge=0, le=2**62, unit="ns")]
     scene: Annotated[str, Limits(min_length=1, max_length=120)]
@@ -25,6 +28,12 @@ class FrameSettings:
     camera: CameraConfig
     render: RenderConfig
     streams: StreamConfig
+    white_xy: tuple[Coordinate, Coordinate] = D65_XY
+
+    @property
+    def exposure(self) -> Exposure:
+        """Return exposure value and white together."""
+        return Exposure(self.exposure_ev100, self.white_xy)
 
 
 def settings_to_json(settings: FrameSettings) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from grammar import SceneRequest
 from grammar.synthesize import CameraTimes, SceneSynthesizer
 from renderer import CameraConfig, RenderConfig, Renderer
-from renderer.exposure import meter_ev100
+from renderer.exposure import exposed, meter
 from renderer.flatten import flatten
 from renderer.scene_key import scene_key
 from scene_description import SceneDescription
@@ -76,8 +77,8 @@ def _views(scene: SceneDescription, camera: CameraConfig, spp: int, count: int) 
     """Render views spread over a scene's camera path, at one metered exposure."""
     flat, config, key = flatten(scene), RenderConfig(samples_per_pixel=spp, clamp=8.0, denoise="auto"), scene_key(scene)
     path = scene.camera_path
-    ev100 = meter_ev100(flat, camera, config, key, path)
+    exposure = exposed(replace(config, auto_exposure=True), meter(flat, camera, config, key, path))
     with Renderer(flat, camera, config, key) as renderer:
         for view in range(count):
             index = int((view + 0.5) * len(path) / count)
-            yield renderer.render(path[index], index, ("color",), exposure_ev100=ev100).layers["color"].astype(np.uint8)
+            yield renderer.render(path[index], index, ("color",), exposure=exposure).layers["color"].astype(np.uint8)

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from renderer import CameraConfig, Frame, RenderConfig, Renderer
-from renderer.exposure import meter_ev100
+from renderer.exposure import exposed, meter, needs_meter
 from renderer.false_color import depth_to_color, ids_to_color, normals_to_color
 from renderer.flatten import flatten
 from renderer.frame import LAYERS
 from renderer.image_io import write_png
 from renderer.scene_key import scene_key
-from renderer.tone import encode_srgb
+from renderer.tone import TONE_CURVES, encode_srgb
 from scene_description import from_mapping, scene_from_json
 from scene_description.labels import instance_palette, label_palette
 from scene_description.share import config_path
@@ -36,6 +36,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--spp", type=int, help="colour samples per pixel (default: the preset's)")
     parser.add_argument("--threads", type=int, default=0, help="threads; 0 takes all (default: %(default)s)")
     parser.add_argument("--exposure", type=float, metavar="EV100", help="exposure value (default: metered)")
+    parser.add_argument("--white-balance", metavar="auto|none|KELVIN", default="auto", help="light that looks white (default: %(default)s)")
+    parser.add_argument("--tone", choices=TONE_CURVES, help="display curve (default: the preset's)")
     parser.add_argument("--denoise", choices=("none", "auto", "oidn"), help="denoiser of the colour (default: the preset's)")
     parser.add_argument("--noisy", action="store_true", help="write the colour before denoising too")
     parser.add_argument("--albedo", action="store_true", help="write the base colour of what is seen too")
@@ -52,18 +54,22 @@ def run(arguments: argparse.Namespace) -> int:
     settings = preset_settings(arguments.preset, arguments.spp) | {"threads": arguments.threads}
     if arguments.denoise is not None:
         settings["denoise"] = arguments.denoise
+    settings["auto_exposure"] = arguments.exposure is None
+    if arguments.exposure is not None:
+        settings["exposure_ev100"] = arguments.exposure
+    settings |= white_settings(arguments.white_balance)
+    if arguments.tone is not None:
+        settings["tone_curve"] = arguments.tone
     config = from_mapping(RenderConfig, settings, "options")
     left_out = {name for name, asked in (("color_noisy", arguments.noisy), ("albedo", arguments.albedo)) if not asked}
     scene = scene_from_json(arguments.scene.read_text(encoding="utf-8"))
     flat = flatten(scene, arguments.catalog)
     arguments.out.mkdir(parents=True)
     poses = scene.camera_path[: arguments.frames]
-    ev100 = arguments.exposure
-    if ev100 is None:
-        ev100 = meter_ev100(flat, camera, config, scene_key(scene), scene.camera_path)
+    exposure = exposed(config, meter(flat, camera, config, scene_key(scene), scene.camera_path) if needs_meter(config) else None)
     with Renderer(flat, camera, config, scene_key(scene)) as renderer:
         for index, pose in enumerate(poses):
-            write_frame(arguments.out / f"frame_{index:04d}", renderer.render(pose, index, set(LAYERS) - left_out, exposure_ev100=ev100))
+            write_frame(arguments.out / f"frame_{index:04d}", renderer.render(pose, index, set(LAYERS) - left_out, exposure=exposure))
             sys.stderr.write(f"\rframe {index + 1}/{len(poses)}")
     sys.stderr.write("\n")
     return 0
@@ -74,6 +80,20 @@ def preset_settings(name: str, samples_per_pixel: int | None = None) -> dict[str
     fields = load_profile(config_path(f"presets/{name}.yaml"))["renderer_node"]
     settings = {key.removeprefix("render."): value for key, value in fields.items()}
     return settings if samples_per_pixel is None else settings | {"samples_per_pixel": samples_per_pixel}
+
+
+def white_settings(text: str) -> dict[str, Any]:
+    """Return the fields of ``RenderConfig`` for ``--white-balance``: a name or a colour temperature.
+
+    Raises:
+        ValueError: it is neither.
+    """
+    if text in ("auto", "none"):
+        return {"white_balance": text}
+    try:
+        return {"white_balance": "kelvin", "white_balance_k": float(text)}
+    except ValueError:
+        raise ValueError(f"--white-balance: expected auto, none or a colour temperature in kelvin, got '{text}'") from None
 
 
 def write_frame(base: Path, frame: Frame) -> None:

@@ -15,11 +15,12 @@ from nav_msgs.msg import OccupancyGrid
 from std_msgs.msg import String
 
 from renderer import CameraConfig, RenderCancelled, RenderConfig, Renderer, RenderError, warm_up
-from renderer.exposure import meter_ev100
+from renderer.exposure import exposed, meter, needs_meter
 from renderer.flat_scene import FlatScene
 from renderer.flatten import FlattenError, flatten
 from renderer.frame import Frame
 from renderer.scene_key import scene_key
+from renderer.tone import Exposure
 from scene_description import CameraPose, FieldError, Limits, SceneDescription, scene_from_json
 from scene_synth_ros.camera_requests import MAX_WAITING, CameraRequests
 from scene_synth_ros.diagnostics import ERROR, OK, WARN, Diagnostics, Report
@@ -30,7 +31,7 @@ from scene_synth_ros.parameters import ParameterError, Parameters
 from scene_synth_ros.peers import Peers
 from scene_synth_ros.process import run_node
 from scene_synth_ros.qos import latched_qos, stream_qos
-from scene_synth_ros.room_show import Pace, RoomShow, exposure_of
+from scene_synth_ros.room_show import Pace, RoomShow
 from scene_synth_ros.status import NodeStatus, status_from_json, status_to_json
 from scene_synth_ros.streams import StreamPublishers
 from scene_synth_ros.suite_node import SuiteNode
@@ -108,7 +109,7 @@ class RendererNode(SuiteNode):
         self._frames = self._skipped = self._refused = 0
         self._seconds_per_frame, self._done_scene, self._refused_scene = 0.0, -1, -1
         self._first_room, self._room_began, self._last_published = True, 0.0, 0.0
-        self._metered_ev100: float | None = None
+        self._metered: Exposure | None = None
         self._warm, self._fault, self._complaint = False, "", ""
         self._status = self.create_publisher(String, "status", latched_qos(10))
         self._state, self._start = "starting", self._streams.start
@@ -241,13 +242,13 @@ class RendererNode(SuiteNode):
         self._scene, self._on_path, self._room_began = scene, True, time.perf_counter()
         self._streams.begin_room(scene)
         self._requests.begin_room()
-        self._metered_ev100 = self._meter(scene, flat)
+        self._metered = self._meter(scene, flat)
         RoomShow(scene, renderer, self, self._requests, self._pace).run()
 
-    def _meter(self, scene: SceneDescription, flat: FlatScene) -> float | None:
-        if not self._render_config.auto_exposure or "color" not in self._streams.wanted_layers():
+    def _meter(self, scene: SceneDescription, flat: FlatScene) -> Exposure | None:
+        if not needs_meter(self._render_config) or "color" not in self._streams.wanted_layers():
             return None
-        return meter_ev100(flat, self._settings["camera"], self._render_config, scene_key(scene), scene.camera_path)
+        return meter(flat, self._settings["camera"], self._render_config, scene_key(scene), scene.camera_path)
 
     def _pace(self) -> Pace:
         config: RendererNodeConfig = self._settings[""]
@@ -271,15 +272,15 @@ class RendererNode(SuiteNode):
         """Return the layers that somebody wants."""
         return self._streams.wanted_layers()
 
-    def exposure_ev100(self) -> float:
+    def exposure(self) -> Exposure:
         """Return the exposure of the next frame."""
-        return exposure_of(self._metered_ev100, self._settings["render"])
+        return exposed(self._settings["render"], self._metered)
 
     def is_turn(self) -> bool:
         """Return whether the room's frames may be published now."""
         return self._scene is not None and self._peers.is_turn(self._scene.index, self._first_room)
 
-    def publish(self, frame: Frame, pose: CameraPose, index: int, exposure_ev100: float) -> None:
+    def publish(self, frame: Frame, pose: CameraPose, index: int, exposure: Exposure) -> None:
         """Publish a frame with its settings, when the recorders have room for it."""
         assert self._scene is not None
         self._wait_for_recorders()
@@ -287,7 +288,8 @@ class RendererNode(SuiteNode):
             stamp_ns=pose.stamp_ns,
             scene=self._scene.id,
             frame=index,
-            exposure_ev100=exposure_ev100,
+            exposure_ev100=exposure.ev100,
+            white_xy=exposure.white_xy,
             camera=self._settings["camera"],
             render=self._render_config,
             streams=self._settings["streams"],
@@ -360,7 +362,8 @@ class RendererNode(SuiteNode):
             "last_room": self._done_scene,
             "seconds_per_frame": f"{self._seconds_per_frame:.3f}",
             "layers": ", ".join(sorted(self._streams.wanted_layers())),
-            "exposure_ev100": self.exposure_ev100(),
+            "exposure_ev100": self.exposure().ev100,
+            "white_xy": "{:.3f} {:.3f}".format(*self.exposure().white_xy),
             "driven": self._requests.driven,
         }
         if self._fault or self._complaint:

@@ -8,8 +8,9 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from renderer import RenderConfig, Renderer
+from renderer import Renderer
 from renderer.frame import Frame
+from renderer.tone import Exposure
 from scene_description import CameraPose, SceneDescription
 from scene_synth_ros.camera_requests import CameraRequests
 from scene_synth_ros.frame_index import frame_index
@@ -33,13 +34,13 @@ class Stage(Protocol):
     def wanted_layers(self) -> Collection[str]:
         """Return the layers that somebody wants."""
 
-    def exposure_ev100(self) -> float:
+    def exposure(self) -> Exposure:
         """Return the exposure of the next frame."""
 
     def is_turn(self) -> bool:
         """Return whether the room's frames may be published now."""
 
-    def publish(self, frame: Frame, pose: CameraPose, index: int, exposure_ev100: float) -> None:
+    def publish(self, frame: Frame, pose: CameraPose, index: int, exposure: Exposure) -> None:
         """Publish a frame; may wait."""
 
     def path_done(self, published: int, skipped: int) -> None:
@@ -69,7 +70,7 @@ class RoomShow:
         self, scene: SceneDescription, renderer: Renderer, stage: Stage, requests: CameraRequests, pace: Callable[[], Pace]
     ) -> None:
         self._scene, self._renderer, self._stage, self._requests, self._pace = scene, renderer, stage, requests, pace
-        self._held: deque[tuple[Frame, CameraPose, int, float]] = deque()
+        self._held: deque[tuple[Frame, CameraPose, int, Exposure]] = deque()
         self._last_ns = -1
         self._published = 0
 
@@ -134,16 +135,16 @@ class RoomShow:
                 stamp_ns = pose.stamp_ns or max(self._last_ns, self._scene.camera_path[0].stamp_ns) + 1
                 self._publish(*self._render(replace(pose, stamp_ns=stamp_ns)))
 
-    def _render(self, pose: CameraPose) -> tuple[Frame, CameraPose, int, float]:
-        exposure = self._stage.exposure_ev100()
+    def _render(self, pose: CameraPose) -> tuple[Frame, CameraPose, int, Exposure]:
+        exposure = self._stage.exposure()
         index = frame_index(self._scene, pose)
         layers = self._stage.wanted_layers()
-        frame = self._renderer.render(pose, index, layers, exposure_ev100=exposure, cancelled=self._stage.interrupted)
+        frame = self._renderer.render(pose, index, layers, exposure=exposure, cancelled=self._stage.interrupted)
         return frame, pose, index, exposure
 
-    def _hold(self, frame: Frame, pose: CameraPose, index: int, exposure_ev100: float) -> None:
+    def _hold(self, frame: Frame, pose: CameraPose, index: int, exposure: Exposure) -> None:
         """Publish a frame when the room's turn has come; until then keep as many as may wait."""
-        self._held.append((frame._replace(radiance=None), pose, index, exposure_ev100))
+        self._held.append((frame._replace(radiance=None), pose, index, exposure))
         while not self._stage.is_turn() and not self._stage.interrupted() and len(self._held) >= self._pace().frames_held:
             self._stage.wait(_IDLE_S)
         if self._stage.is_turn():
@@ -153,8 +154,8 @@ class RoomShow:
         while self._held and not self._stage.interrupted():
             self._publish(*self._held.popleft())
 
-    def _publish(self, frame: Frame, pose: CameraPose, index: int, exposure_ev100: float) -> None:
-        self._stage.publish(frame, pose, index, exposure_ev100)
+    def _publish(self, frame: Frame, pose: CameraPose, index: int, exposure: Exposure) -> None:
+        self._stage.publish(frame, pose, index, exposure)
         self._last_ns = max(self._last_ns, pose.stamp_ns)
         self._published += 1
 
@@ -175,8 +176,3 @@ class RoomShow:
         if not self._pace().realtime or index + 1 == len(path):
             return False
         return time.perf_counter() - began > (path[index + 1].stamp_ns - path[0].stamp_ns) / NANOSECONDS
-
-
-def exposure_of(metered_ev100: float | None, render: RenderConfig) -> float:
-    """Return the exposure of a frame: metered and compensated, or the configured one."""
-    return render.exposure_ev100 if metered_ev100 is None else metered_ev100 - render.exposure_compensation_ev

@@ -11,15 +11,12 @@ import pytest
 from sample_scene import sample_objects, sample_scene
 
 from grammar.lighting import (
-    black_body_chromaticity,
-    color_of_temperature,
-    luminance_rgb,
     read_lighting_config,
     sample_lighting,
-    xyz_from_rgb,
 )
 from grammar.rules import GrammarError
 from scene_description import SceneObject, scene_from_json, scene_to_json
+from scene_description.color_temperature import black_body_chromaticity, color_of_temperature, luminance_rgb, xyz_from_rgb
 from scene_description.share import config_path
 
 CONFIG = read_lighting_config(config_path("lighting.yaml"))

@@ -6,7 +6,10 @@ import pytest
 from box_room import box, pose, scene
 
 from renderer import CameraConfig, RenderConfig
-from renderer.exposure import METER_CONSTANT, meter_ev100
+from renderer.exposure import METER_CONSTANT, exposed, meter
+from renderer.tone import Exposure
+from renderer.white_balance import white_of_kelvin
+from scene_description.color_temperature import D65_XY, color_of_temperature
 
 VIEW = pose((0.0, 0.0, 1.0), (1.0, 0.2, 1.0))
 CAMERA = CameraConfig(width=320, height=240)
@@ -14,7 +17,7 @@ CAMERA = CameraConfig(width=320, height=240)
 
 def metered(luminance: float, views: int = 1) -> float:
     shining = box((-2, -2, 0), (2, 2, 2), inside=True, color=(0.0, 0.0, 0.0), emission=(luminance,) * 3)
-    return meter_ev100(scene(shining), CAMERA, RenderConfig(threads=1), 5, [VIEW] * views)
+    return meter(scene(shining), CAMERA, RenderConfig(threads=1), 5, [VIEW] * views).ev100
 
 
 @pytest.mark.parametrize("ev100", [-1.0, 3.0, 6.5, 12.0])
@@ -31,3 +34,30 @@ def test_steps_are_eighths_and_the_next_one_begins_half_way() -> None:
 
 def test_a_dark_room_has_an_exposure_too() -> None:
     assert math.isfinite(metered(0.0))
+
+
+@pytest.mark.parametrize("kelvin", [2700.0, 4000.0, 6504.0, 9000.0])
+def test_lamplight_on_coloured_walls_is_metered_as_its_own_colour(kelvin: float) -> None:
+    red, green, blue = (4000.0 * part for part in color_of_temperature(kelvin))
+    lamp = box((-0.2, -0.2, 1.7), (0.2, 0.2, 1.8), emission=(red, green, blue))
+    walls = box((-2, -2, 0), (2, 2, 2), inside=True, color=(0.08, 0.05, 0.06))  # dark, so that little light comes from walls again
+    white = meter(scene(walls, lamp), CAMERA, RenderConfig(threads=1), 5, [VIEW]).white_xy
+    assert white == pytest.approx(white_of_kelvin(kelvin), abs=0.012)
+
+
+def test_a_room_is_metered_the_same_whatever_the_threads() -> None:
+    lamp = box((-0.2, -0.2, 1.7), (0.2, 0.2, 1.8), emission=(9000.0, 5000.0, 2000.0))
+    room = scene(box((-2, -2, 0), (2, 2, 2), inside=True), lamp)
+    first, second = (meter(room, CAMERA, RenderConfig(threads=threads), 5, [VIEW, VIEW]) for threads in (1, 3))
+    assert first == second
+
+
+def test_what_is_not_metered_is_as_configured() -> None:
+    metered = Exposure(3.0, (0.45, 0.41))
+    fixed = RenderConfig(exposure_ev100=7.0, white_balance="none")
+    assert exposed(fixed, metered) == Exposure(7.0, D65_XY)
+    warm = RenderConfig(auto_exposure=True, exposure_compensation_ev=1.0, white_balance="kelvin", white_balance_k=3000.0)
+    assert exposed(warm, metered) == Exposure(2.0, white_of_kelvin(3000.0))
+    auto = exposed(RenderConfig(), metered)
+    assert auto.ev100 == RenderConfig().exposure_ev100
+    assert D65_XY[0] < auto.white_xy[0] < 0.45  # some of the tint stays

@@ -10,7 +10,7 @@ from box_room import VIEW, box, furnished_room, pose, quad, scene
 from renderer import GEOMETRIC_LAYERS, LAYERS, CameraConfig, RenderCancelled, RenderConfig, Renderer, RenderError, warm_up
 from renderer.ground_truth import trace_geometry
 from renderer.integrator import trace_paths
-from renderer.tone import to_display
+from renderer.tone import Exposure, to_display
 
 SMALL = CameraConfig(width=101, height=75)
 QUICK = RenderConfig(samples_per_pixel=4, threads=2)
@@ -106,9 +106,9 @@ def test_a_spent_time_budget_still_gives_one_sample():
 def test_exposure_can_be_replaced():
     with Renderer(furnished_room(), SMALL, QUICK, 5) as renderer:
         configured = renderer.render(VIEW, 0, ("color",))
-        darker = renderer.render(VIEW, 0, ("color",), exposure_ev100=9.0)
-    assert np.array_equal(configured.layers["color"], to_display(configured.radiance, QUICK.exposure_ev100))
-    assert np.array_equal(darker.layers["color"], to_display(configured.radiance, 9.0))
+        darker = renderer.render(VIEW, 0, ("color",), exposure=Exposure(9.0))
+    assert np.array_equal(configured.layers["color"], to_display(configured.radiance, Exposure(QUICK.exposure_ev100), "filmic"))
+    assert np.array_equal(darker.layers["color"], to_display(configured.radiance, Exposure(9.0), "filmic"))
 
 
 def test_a_cancelled_render_stops_and_the_renderer_lives_on():

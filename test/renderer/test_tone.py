@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from renderer.tone import encode_srgb, to_display, white_luminance
+from renderer.tone import FILMIC_KNEE, FILMIC_WHITE, Exposure, encode_srgb, filmic, to_display, white_luminance
 
 
 def test_srgb_is_the_standards_curve_rounded():
@@ -29,5 +29,28 @@ def test_out_of_range_is_clipped():
 def test_white_is_the_saturation_luminance(ev, white):
     assert white_luminance(ev) == pytest.approx(white)
     image = np.full((2, 3, 3), white * 0.18, np.float32)
-    assert (to_display(image, ev) == 118).all()
-    assert (to_display(image / 0.18 * 1.001, ev) == 255).all()
+    assert (to_display(image, Exposure(ev)) == 118).all()
+    assert (to_display(image / 0.18 * 1.001, Exposure(ev)) == 255).all()
+
+
+def test_the_filmic_curve_is_plain_below_its_knee_smooth_and_white_at_its_end():
+    below = np.linspace(0.0, FILMIC_KNEE, 50)
+    assert np.array_equal(filmic(below), below)
+    assert filmic(np.array([FILMIC_WHITE]))[0] == pytest.approx(1.0, abs=1e-9)
+    values = np.geomspace(0.01, FILMIC_WHITE, 20_000)
+    slopes = np.diff(filmic(values)) / np.diff(values)
+    assert (slopes > 0.0).all() and (np.diff(slopes) < 1e-9).all()
+    assert np.abs(np.diff(slopes)).max() < 0.005
+
+
+def test_codes_follow_the_filmic_curve():
+    linear = np.geomspace(0.001, 40.0, 4001).astype(np.float32)
+    shown = np.minimum(filmic(linear), 1.0)
+    exact = 255 * np.where(shown <= 0.0031308, 12.92 * shown, 1.055 * shown ** (1 / 2.4) - 0.055)
+    between = np.abs(exact - np.floor(exact) - 0.5) > 1e-2
+    assert np.array_equal(encode_srgb(linear, "filmic")[between], np.rint(exact[between]))
+
+
+def test_skies_of_a_few_times_white_stay_apart():
+    codes = encode_srgb(np.array([1.0, 2.0, 4.0, 8.0, 16.0, 32.5], np.float32), "filmic").astype(int)
+    assert (np.diff(codes) >= 5).all() and codes[-1] == 255

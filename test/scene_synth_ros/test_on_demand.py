@@ -16,6 +16,7 @@ from std_msgs.msg import String
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.flatten import flatten
 from renderer.scene_key import scene_key
+from renderer.tone import Exposure
 from scene_description import CameraPose, scene_to_json
 from scene_description.poses import look_at
 from scene_synth_ros.conversions import msg_to_image, occupancy_to_msg, pose_to_msg
@@ -78,7 +79,7 @@ def test_a_pose_asked_for_gives_the_frame_of_it_in_every_layer(asker: Asker) -> 
     asker.spin_until(lambda: asker.whole(pose.stamp_ns), 30, "the frame asked for")
     camera, config = CameraConfig(width=48, height=36), RenderConfig(samples_per_pixel=1)
     with Renderer(flatten(scene), camera, config, scene_key(scene)) as renderer:
-        offline = renderer.render(pose, OFF_PATH + pose.stamp_ns, LAYERS, exposure_ev100=6.0)
+        offline = renderer.render(pose, OFF_PATH + pose.stamp_ns, LAYERS, exposure=Exposure(6.0))
     for layer in LAYERS:
         np.testing.assert_array_equal(msg_to_image(asker.images[pose.stamp_ns][layer]), offline.layers[layer], layer)
     assert asker.poses[pose.stamp_ns].pose == pose_to_msg(pose, "map").pose
