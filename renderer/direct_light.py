@@ -13,9 +13,12 @@ from renderer.embree import DIR_X, DIR_Y, DIR_Z, LANES, ORG_X, ORG_Y, ORG_Z, TFA
 from renderer.kernel import inlined, kernel
 from renderer.lights import Lights, clamp_unit, find_emitter, importance, load_bounds, spread_over_triangle
 from renderer.microfacet import frame_about
+from renderer.outside import draw_toward, hot_toward, pane_ahead
 from renderer.records import (
     DRAW_LIGHT_U,
     DRAW_LIGHT_V,
+    DRAW_SUN_U,
+    DRAW_SUN_V,
     NEAR,
     POINT_X,
     POINT_Y,
@@ -34,10 +37,10 @@ from renderer.records import (
     Scratch,
     Surfaces,
 )
-from renderer.surfaces import emitted_luminance, lift_height
+from renderer.surfaces import emitted_luminance, lift_height, pane_through
 
 _ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-30)
-_NEAR = np.float32(2.25)
+_NEAR, _GRAZING = np.float32(2.25), np.float32(0.01)
 
 
 @kernel
@@ -84,7 +87,7 @@ def aim_at_light(
 
     ``shared``: whether a ray will follow that can find the same light.  ``limit``: most that each channel may bring.
     """
-    lanes, shadows, groups = scratch.lanes, scratch.shadows, lights.groups
+    lanes, groups = scratch.lanes, lights.groups
     group, within = _draw_group(scratch, k, len(groups.area))
     e, within = find_emitter(lights, group, within)
     s, t = spread_over_triangle(within, lanes[DRAW_LIGHT_V + k])
@@ -107,10 +110,56 @@ def aim_at_light(
     share = scratch.shares[group * LANES + k] / lanes[TOTAL + k]
     chance = share * distance * distance / (groups.area[group] * at_light)
     gain = _ONE / (chance + density if shared else chance)
-    part, up = lights.part[e], dz * scale
-    r *= lanes[WEIGHT_R + k] * gain * emitted_luminance(surfaces, part, 0, up, at_light)
-    g *= lanes[WEIGHT_G + k] * gain * emitted_luminance(surfaces, part, 1, up, at_light)
-    b *= lanes[WEIGHT_B + k] * gain * emitted_luminance(surfaces, part, 2, up, at_light)
+    shine_r, shine_g, shine_b = emitted_luminance(surfaces, lights.part[e], dx * scale, dy * scale, dz * scale, at_light)
+    return _await_light(scratch, k, limit, count, r * gain * shine_r, g * gain * shine_g, b * gain * shine_b, dx, dy, dz)
+
+
+@inlined
+def aim_outside(
+    surfaces: Surfaces, lights: Lights, scratch: Scratch, closure: Closure, k: int, shared: bool, limit: np.float32, count: int
+) -> int:
+    """Draw a direction to the sun, or to a bright part of the environment, for lane k, as :func:`aim_at_light` does for lights.
+
+    Where no pane lies that way nothing comes in, and no ray is traced.
+    """
+    lanes, outside = scratch.lanes, lights.outside
+    dx, dy, dz = draw_toward(outside, lanes[DRAW_SUN_U + k], lanes[DRAW_SUN_V + k])
+    ax, ay, az = lanes[SHADE_X + k], lanes[SHADE_Y + k], lanes[SHADE_Z + k]
+    at_surface = dx * ax + dy * ay + dz * az
+    if at_surface <= _ZERO or dx * lanes[SIDE_X + k] + dy * lanes[SIDE_Y + k] + dz * lanes[SIDE_Z + k] <= _ZERO:
+        return count
+    pane, distance = pane_ahead(outside, lanes[POINT_X + k], lanes[POINT_Y + k], lanes[POINT_Z + k], dx, dy, dz)
+    if pane < 0:
+        return count
+    hot_r, hot_g, hot_b, chance = hot_toward(outside, dx, dy, dz)
+    if not chance > _ZERO:
+        return count
+    row = outside.panes[pane]
+    through = pane_through(surfaces, outside.part[pane], -(dx * row[9] + dy * row[10] + dz * row[11]))
+    ux, uy, uz, vx, vy, vz = frame_about(ax, ay, az)
+    r, g, b, density = evaluate(closure, surfaces, dx * ux + dy * uy + dz * uz, dx * vx + dy * vy + dz * vz, at_surface)
+    gain = through / (chance + density if shared else chance)
+    # Shadow rays end as far before the pane as they begin off their own surface.
+    reach = max(distance - lift_height(row[0], row[1], row[2]) / max(-(dx * row[9] + dy * row[10] + dz * row[11]), _GRAZING), _TINY)
+    return _await_light(scratch, k, limit, count, r * gain * hot_r, g * gain * hot_g, b * gain * hot_b, reach * dx, reach * dy, reach * dz)
+
+
+@inlined
+def _await_light(
+    scratch: Scratch,
+    k: int,
+    limit: np.float32,
+    count: int,
+    r: np.float32,
+    g: np.float32,
+    b: np.float32,
+    dx: np.float32,
+    dy: np.float32,
+    dz: np.float32,
+) -> int:
+    """Put light (r, g, b) times lane k's weight behind the ``count`` that wait for their shadow rays, and return the new count."""
+    lanes, shadows = scratch.lanes, scratch.shadows
+    r, g, b = r * lanes[WEIGHT_R + k], g * lanes[WEIGHT_G + k], b * lanes[WEIGHT_B + k]
     most = max(r, g, b)
     if not most > _ZERO:
         return count

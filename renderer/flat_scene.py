@@ -67,12 +67,27 @@ def tabulate_materials(materials: Sequence[Material]) -> MaterialTable:
     return MaterialTable(*(np.array([getattr(material, name) for material in materials], np.float32) for name in MaterialTable._fields))
 
 
+NO_MAP = np.zeros((0, 0, 3), np.float32)
+"""``table`` and ``hot`` of a sky without them."""
+
+NO_SUN = np.zeros(0, np.float32)
+"""``sun`` of a sky without one."""
+
+
 class Sky(NamedTuple):
-    """Environment luminance: zenith, horizon and ground, each (3,) float32, cd/m2."""
+    """Environment luminance: zenith, horizon and ground, each (3,) float32, cd/m2.
+
+    Where ``table`` is not empty it replaces these three: (h, w, 3) float32, an equirectangular map of the whole sphere, zenith in the first
+    row, +x in the middle column, columns clockwise as seen from above.  sun: (7,) float32, unit direction to it, 1 - cos of its angular
+    radius, mean luminance RGB; or ``NO_SUN``.  hot: (h, w, 3) float32, a map of what is added to ``table`` and drawn by direction.
+    """
 
     zenith: NDArray[np.float32]
     horizon: NDArray[np.float32]
     ground: NDArray[np.float32]
+    table: NDArray[np.float32] = NO_MAP
+    sun: NDArray[np.float32] = NO_SUN
+    hot: NDArray[np.float32] = NO_MAP
 
 
 UNTEXTURED = np.zeros(0, np.int32)

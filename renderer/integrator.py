@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from renderer.bsdf import draw_direction, evaluate, make_closure
 from renderer.cameras import PosedCamera
-from renderer.direct_light import aim_at_light, cast_shadows, weigh_lights
+from renderer.direct_light import aim_at_light, aim_outside, cast_shadows, weigh_lights
 from renderer.embree import (
     DIR_X,
     DIR_Y,
@@ -69,6 +69,7 @@ from renderer.records import (
     DRAW_END,
     DRAW_LIGHT_U,
     DRAW_LOBE,
+    DRAW_SUN_U,
     DRAW_WAY_U,
     DRAW_WAY_V,
     GLOW_CHANCE,
@@ -111,6 +112,7 @@ _ROULETTE_FROM = 2
 _LEAST_SURVIVAL = np.float32(0.05)
 _MATT = np.float32(0.6)
 _PAIRS_PER_HIT = 3
+_DIRECTION_PAIRS = 1 << 16
 _BLOCKS_ACROSS = WAVE_EDGE // TILE
 
 
@@ -152,6 +154,9 @@ def trace_paths(
                     if depth + 1 < transport.max_depth:
                         weigh_lights(lights, scratch)
                         _draw_numbers(depth, np.uint32(sample), scratch)
+                        if len(lights.outside.part) > 0:
+                            number = np.uint32(_DIRECTION_PAIRS + depth)
+                            draw_pairs(scratch.lane_seeds, np.uint32(sample), number, scratch.lanes[DRAW_SUN_U:])
                         queued, waiting = _scatter(scene, surfaces, lights, transport, depth, queued, waiting, ahead, scratch)
                 if waiting > 0:
                     cast_shadows(scene, scratch, waiting)
@@ -305,6 +310,11 @@ def _scatter(
         follows = depth + 2 < transport.max_depth or lanes[NEAR + k] > _ZERO or _is_glossy(lanes, k)
         if lanes[TOTAL + k] > _ZERO:
             waiting = aim_at_light(surfaces, lights, scratch, closure, k, follows, limit, waiting)
+            if len(lights.outside.part) > 0:
+                if waiting == LANES:
+                    cast_shadows(scene, scratch, waiting)
+                    waiting = 0
+                waiting = aim_outside(surfaces, lights, scratch, closure, k, follows, limit, waiting)
         if not follows:
             continue
         x, y, z = draw_direction(closure, lanes[DRAW_LOBE + k], lanes[DRAW_WAY_U + k], lanes[DRAW_WAY_V + k])

@@ -16,11 +16,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.flat_scene import FlatScene, Sky
+from renderer.flat_scene import FlatScene
 from renderer.kernel import kernel
-
-LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
-"""Weights of linear RGB with Rec. 709 primaries in luminance (ITU-R BT.709)."""
+from renderer.outside import LUMINANCE, Outside, build_outside, pixel_solid_angles
 
 _ZERO, _ONE, _HALF, _TINY = np.float32(0.0), np.float32(1.0), np.float32(0.5), np.float32(1e-30)
 
@@ -56,6 +54,7 @@ class Lights(NamedTuple):
     normal: NDArray[np.float32]
     part: NDArray[np.int32]
     face_group: NDArray[np.int32]
+    outside: Outside
 
 
 def build_lights(flat: FlatScene) -> Lights:
@@ -86,6 +85,7 @@ def build_lights(flat: FlatScene) -> Lights:
         unit.astype(np.float32),
         np.ascontiguousarray(flat.face_part[lit], np.int32),
         face_group,
+        build_outside(flat),
     )
 
 
@@ -117,10 +117,22 @@ def _part_luminance(flat: FlatScene, cross: NDArray[np.float64]) -> NDArray[np.f
     np.add.at(up, flat.face_part, cross)
     tilt = up[:, 2] / np.maximum(np.linalg.norm(up, axis=1), 1e-30)
     sky_share = 0.5 * (1.0 - tilt)  # of what a plane sees through a pane whose front looks the other way
-    sky, ground = 0.5 * (flat.sky.zenith + flat.sky.horizon) @ LUMINANCE, float(flat.sky.ground @ LUMINANCE)
+    sky, ground = _mean_luminance(flat)
     # Never zero where any direction is lit: a pane's chance must not vanish while it shines.
     through = flat.materials.transmission[parts.material] * np.maximum(sky_share * sky + (1.0 - sky_share) * ground, 0.01 * (sky + ground))
     return np.asarray(np.where(parts.portal, through, parts.emission.astype(np.float64) @ LUMINANCE))
+
+
+def _mean_luminance(flat: FlatScene) -> tuple[float, float]:
+    """Return the mean luminance of the smooth environment above and below the horizon, cd/m2; positive where the sun can shine in."""
+    sky = flat.sky
+    least = 1.0 if len(sky.sun) or sky.hot.size else 0.0
+    if not sky.table.size:
+        return float(0.5 * (sky.zenith + sky.horizon) @ LUMINANCE) + least, float(sky.ground @ LUMINANCE)
+    angle = pixel_solid_angles(*sky.table.shape[:2])
+    rows = sky.table.astype(np.float64).mean(axis=1) @ LUMINANCE
+    half = len(rows) // 2
+    return float(np.average(rows[:half], weights=angle[:half])) + least, float(np.average(rows[half:], weights=angle[half:]))
 
 
 @kernel
@@ -187,11 +199,3 @@ def spread_over_triangle(u: np.float32, v: np.float32) -> tuple[np.float32, np.f
         return half, v - half
     half = v * _HALF
     return u - half, half
-
-
-@kernel
-def sky_luminance(sky: Sky, channel: int, z: np.float32) -> np.float32:
-    """Return the environment's luminance towards a unit direction with world z: linear in the sine of the elevation, level ground."""
-    horizon: np.float32 = sky.horizon[channel]
-    ground: np.float32 = sky.ground[channel]
-    return ground if z < _ZERO else horizon + z * (sky.zenith[channel] - horizon)

@@ -62,6 +62,8 @@ WAVE = WAVE_EDGE * WAVE_EDGE
     DRAW_END,
     DRAW_WAY_U,
     DRAW_WAY_V,
+    DRAW_SUN_U,  # filled where something is drawn by direction
+    DRAW_SUN_V,
     WEIGHT_R,  # throughput of the path up to the hit
     WEIGHT_G,
     WEIGHT_B,
@@ -71,8 +73,8 @@ WAVE = WAVE_EDGE * WAVE_EDGE
     FROM_Y,
     FROM_Z,
     SPREAD,  # growth of the footprint's width per metre
-) = range(0, 45 * LANES, LANES)
-LANES_SIZE = 45 * LANES
+) = range(0, 47 * LANES, LANES)
+LANES_SIZE = 47 * LANES
 
 (
     AT_ORG_X,  # the next ray

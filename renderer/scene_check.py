@@ -6,7 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.errors import RenderError
-from renderer.flat_scene import FlatScene
+from renderer.flat_scene import FlatScene, Sky
+
+SKY_COLORS = ("zenith", "horizon", "ground")
 
 
 def check_scene(flat: FlatScene) -> None:
@@ -32,7 +34,7 @@ def check_scene(flat: FlatScene) -> None:
             (f"materials.{name}", table, (kinds, 3) if name == "base_color" else (kinds,), np.float32)
             for name, table in materials._asdict().items()
         ),
-        *((f"sky.{name}", color, (3,), np.float32) for name, color in flat.sky._asdict().items()),
+        *((f"sky.{name}", getattr(flat.sky, name), (3,), np.float32) for name in SKY_COLORS),
     ):
         if array.shape != shape or array.dtype != dtype:
             raise RenderError(f"scene {name}: expected {np.dtype(dtype)} {shape}, got {array.dtype} {array.shape}")
@@ -43,10 +45,25 @@ def check_scene(flat: FlatScene) -> None:
     _check_mesh(flat, "vertices", mesh.vertices)
     _check_mesh(flat, "normals", mesh.normals)
     _check_mesh(flat, "uvs", mesh.uvs)
-    for name, table in (("parts.emission", parts.emission), *((f"sky.{key}", value) for key, value in flat.sky._asdict().items())):
+    for name, table in (("parts.emission", parts.emission), *((f"sky.{key}", getattr(flat.sky, key)) for key in SKY_COLORS)):
         _check_range(name, table, 0.0, np.inf)
+    _check_sky(flat.sky)
     for name, table in materials._asdict().items():
         _check_range(f"materials.{name}", table, *((1.0, 3.0) if name == "ior" else (0.0, 1.0)))
+
+
+def _check_sky(sky: Sky) -> None:
+    """Check maps and sun."""
+    for name, image in (("table", sky.table), ("hot", sky.hot)):
+        if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.float32:
+            raise RenderError(f"scene sky.{name}: expected float32 (h, w, 3), got {image.dtype} {image.shape}")
+        if image.size:
+            _check_range(f"sky.{name}", image, 0.0, np.inf)
+    sun = sky.sun
+    if len(sun) and (sun.shape != (7,) or sun.dtype != np.float32 or not np.isfinite(sun).all()):
+        raise RenderError(f"scene sky.sun: expected 7 finite float32, got {sun.dtype} {sun.shape}")
+    if len(sun) and not (abs(float(np.linalg.norm(sun[:3])) - 1.0) < 1e-3 and 0.0 < sun[3] < 1.0 and sun[4:].min() >= 0.0):
+        raise RenderError(f"scene sky.sun: expected a unit direction, a radius and luminance of at least 0, got {sun.tolist()}")
 
 
 def _check_textures(flat: FlatScene) -> None:

@@ -27,10 +27,12 @@ from renderer.embree import (
 )
 from renderer.flat_scene import FlatScene, Sky
 from renderer.kernel import kernel
-from renderer.lights import Lights, importance, load_bounds, sky_luminance
+from renderer.lights import Lights, importance, load_bounds
 from renderer.microfacet import fresnel_pane
+from renderer.outside import Rgb, hot_toward, sky_color
 from renderer.records import (
     BASE_R,
+    CHANCE,
     COAT,
     COAT_ROUGHNESS,
     COSINE,
@@ -122,7 +124,7 @@ def build_surfaces(flat: FlatScene) -> Surfaces:
             flat.mesh.uvs,
             flat.mesh.faces,
         ),
-        Sky(*(np.ascontiguousarray(color) for color in flat.sky)),
+        Sky(*(np.ascontiguousarray(item, np.float32) for item in flat.sky)),
     )
 
 
@@ -150,8 +152,10 @@ def find_surfaces(packet: Packet, surfaces: Surfaces, lights: Lights, primary: b
             continue
         if integer[GEOM_ID + k] == INVALID_ID:
             if primary:
-                for channel in range(3):
-                    lanes[GLOW_R + LANES * channel + k] = sky_luminance(surfaces.sky, channel, real[DIR_Z + k])
+                x, y, z = real[DIR_X + k], real[DIR_Y + k], real[DIR_Z + k]
+                r, g, b = sky_color(surfaces.sky, x, y, z)
+                hot_r, hot_g, hot_b, _ = hot_toward(lights.outside, x, y, z)
+                lanes[GLOW_R + k], lanes[GLOW_R + LANES + k], lanes[GLOW_R + 2 * LANES + k] = r + hot_r, g + hot_g, b + hot_b
             continue
         face = integer[PRIM_ID + k]
         part = surfaces.face_part[face]
@@ -162,10 +166,13 @@ def find_surfaces(packet: Packet, surfaces: Surfaces, lights: Lights, primary: b
             apply_texture(surfaces.textures, texture, packet, k, lanes)
         group = lights.face_group[face]
         if group >= 0 and lanes[COSINE + k] > _ZERO:
-            for channel in range(3):
-                lanes[GLOW_R + LANES * channel + k] = emitted_luminance(surfaces, part, channel, real[DIR_Z + k], lanes[COSINE + k])
+            x, y, z = real[DIR_X + k], real[DIR_Y + k], real[DIR_Z + k]
+            r, g, b = emitted_luminance(surfaces, part, x, y, z, lanes[COSINE + k])
+            lanes[GLOW_R + k], lanes[GLOW_R + LANES + k], lanes[GLOW_R + 2 * LANES + k] = r, g, b
             if not primary:
                 lanes[GLOW_CHANCE + k] = _light_chance(packet, lights, group, k, lanes)
+            if len(lights.outside.part) > 0 and surfaces.look[part, LOOK_PORTAL] > _ZERO:
+                _add_hot(surfaces, lights, part, k, x, y, z, lanes)
     _orient_shading(packet, lanes)
 
 
@@ -198,18 +205,42 @@ def _light_chance(packet: Packet, lights: Lights, group: int, k: int, lanes: NDA
 
 
 @kernel
-def emitted_luminance(surfaces: Surfaces, part: int, channel: int, z: np.float32, cosine: np.float32) -> np.float32:
-    """Return the luminance that the front of a part sends back to where a ray comes from.
+def _add_hot(
+    surfaces: Surfaces, lights: Lights, part: int, k: int, x: np.float32, y: np.float32, z: np.float32, lanes: NDArray[np.float32]
+) -> None:
+    """Add what is drawn by direction to the glow of a pane.
 
-    ``z``: the ray's unit direction's world z; ``cosine`` > 0 between the way back and the front.  Panes let through what they do
-    not reflect.
+    Its light has a chance of its own against the ray's; the glow is scaled so that the weight that the pane's gets makes it right.
+    """
+    r, g, b, chance = hot_toward(lights.outside, x, y, z)
+    if r + g + b > _ZERO:
+        ray = lanes[CHANCE + k]
+        scale = pane_through(surfaces, part, lanes[COSINE + k]) * (_ONE + lanes[GLOW_CHANCE + k] / ray) / (_ONE + chance / ray)
+        lanes[GLOW_R + k] += scale * r
+        lanes[GLOW_R + LANES + k] += scale * g
+        lanes[GLOW_R + 2 * LANES + k] += scale * b
+
+
+@kernel
+def pane_through(surfaces: Surfaces, part: int, cosine: np.float32) -> np.float32:
+    """Return the share of light that a pane lets through at this cosine: what it does not reflect, times its transmission."""
+    look = surfaces.look
+    through: np.float32 = look[part, LOOK_TRANSMISSION] * (_ONE - fresnel_pane(cosine, look[part, LOOK_IOR]))
+    return through
+
+
+@kernel
+def emitted_luminance(surfaces: Surfaces, part: int, x: np.float32, y: np.float32, z: np.float32, cosine: np.float32) -> Rgb:
+    """Return the smooth luminance (r, g, b) that the front of a part sends back to where a ray comes from, cd/m2.
+
+    (x, y, z): the ray's unit direction in the world; ``cosine`` > 0 between the way back and the front.
     """
     look = surfaces.look
     if look[part, LOOK_PORTAL] > _ZERO:
-        through: np.float32 = look[part, LOOK_TRANSMISSION] * (_ONE - fresnel_pane(cosine, look[part, LOOK_IOR]))
-        return through * sky_luminance(surfaces.sky, channel, z)
-    emission: np.float32 = look[part, LOOK_EMISSION + channel]
-    return emission
+        through = pane_through(surfaces, part, cosine)
+        r, g, b = sky_color(surfaces.sky, x, y, z)
+        return through * r, through * g, through * b
+    return look[part, LOOK_EMISSION], look[part, LOOK_EMISSION + 1], look[part, LOOK_EMISSION + 2]
 
 
 @kernel

@@ -54,7 +54,7 @@ def to_display(radiance: NDArray[np.float32], exposure: Exposure, curve: str = "
 def filmic(linear: NDArray[np.floating]) -> NDArray[np.float64]:
     """Return the filmic curve: x up to the knee k, then k + c ln(1 + (x - k) / c), so that it is smooth and 1 at ``FILMIC_WHITE``."""
     over = np.maximum(np.asarray(linear, np.float64) - FILMIC_KNEE, 0.0)
-    return np.minimum(linear, FILMIC_KNEE) + _SHOULDER * np.log1p(over / _SHOULDER)
+    return np.asarray(np.minimum(linear, FILMIC_KNEE) + _SHOULDER * np.log1p(over / _SHOULDER))
 
 
 def _fit_shoulder() -> float:

@@ -5,7 +5,8 @@ import pytest
 from box_room import DARK, box, furnished_room, quad, scene
 
 from renderer.flat_scene import Sky
-from renderer.lights import build_lights, find_emitter, importance, load_bounds, sky_luminance, spread_over_triangle
+from renderer.lights import build_lights, find_emitter, importance, load_bounds, spread_over_triangle
+from renderer.outside import sky_color
 
 
 def test_groups_are_the_flat_sides_of_each_lamp():
@@ -84,6 +85,6 @@ def test_what_does_not_shine_is_left_out():
 
 def test_the_sky_is_linear_in_the_sine_of_elevation():
     sky = Sky(*(np.full(3, level, np.float32) for level in (100, 40, 10)))
-    values = [sky_luminance(sky, 1, np.float32(z)) for z in (1.0, 0.5, 0.0, -0.01, -1.0)]
+    values = [sky_color(sky, np.float32(0), np.float32(1), np.float32(z))[1] for z in (1.0, 0.5, 0.0, -0.01, -1.0)]
     np.testing.assert_allclose(values, [100, 70, 40, 10, 10])
-    assert sky_luminance(DARK, 0, np.float32(0.3)) == 0
+    assert sky_color(DARK, np.float32(0), np.float32(1), np.float32(0.3)) == (0, 0, 0)
