@@ -96,3 +96,13 @@ class SceneRequest:
     validity: Annotated[
         Texts, Limits(max_length=16, description="thresholds of the exact checks, texts 'name:value', for example 'robot_radius_m:0.3'")
     ] = ()
+    daylight: Annotated[
+        str, Limits(max_length=60, description="condition outside, of config/lighting.yaml, for example clear or night; empty: drawn")
+    ] = ""
+    solar_hour: Annotated[float, Limits(ge=-1.0, le=24.0, unit="h", description="true solar time; -1: drawn")] = -1.0
+    day_of_year: Annotated[int, Limits(ge=0, le=365, description="day of the year; 0: drawn")] = 0
+    latitude_deg: Annotated[float, Limits(ge=-90.0, le=999.0, unit="deg", description="latitude; 999: drawn")] = 999.0
+    north_yaw_deg: Annotated[float, Limits(ge=-360.0, le=999.0, unit="deg", description="yaw at which north lies; 999: drawn")] = 999.0
+    turbidity: Annotated[float, Limits(ge=0.0, le=10.0, description="haze of the air, 2 very clear to 6 hazy; 0: drawn")] = 0.0
+    cloud_cover: Annotated[float, Limits(ge=-1.0, le=1.0, description="0 clear to 1 overcast; -1: drawn")] = -1.0
+    lamps: Annotated[Literal["any", "lit", "unlit"], Limits(description="all lamps lit or none; any: drawn")] = "any"

@@ -18,6 +18,7 @@ from grammar.appearance import Appearance, Closet, dress_from, load_appearance
 from grammar.camera_path import CameraPathConfig, read_camera_path_config, sample_camera_path
 from grammar.catalog import choose_after, choose_before, dress_files, entry_faults
 from grammar.categories import Categories, read_categories
+from grammar.daylight import LEAST_TURBIDITY, DaylightWish
 from grammar.derive import make_plan
 from grammar.free_space import occupancy_grid, rasterize
 from grammar.grammar_file import learned_types, read_grammar, read_room_type, room_types
@@ -52,6 +53,19 @@ class FloorMap(NamedTuple):
     cells: NDArray[np.int8]
     resolution_m: float
     origin_m: tuple[float, float]
+
+
+def daylight_wish(request: SceneRequest) -> DaylightWish:
+    """Return what a request asks of the daylight."""
+    return DaylightWish(
+        condition=request.daylight or None,
+        latitude_deg=request.latitude_deg if request.latitude_deg <= 90.0 else None,
+        day_of_year=request.day_of_year or None,
+        solar_hour=request.solar_hour if request.solar_hour >= 0.0 else None,
+        turbidity=max(request.turbidity, LEAST_TURBIDITY) if request.turbidity else None,
+        north_yaw_deg=request.north_yaw_deg if request.north_yaw_deg <= 360.0 else None,
+        cloud_cover=request.cloud_cover if request.cloud_cover >= 0.0 else None,
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -161,8 +175,14 @@ class SceneSynthesizer:
         objects = dress_files(rng["catalog"], closet, appearance, taken, objects)
         room, objects = apply_looks(rng["looks"], closet, request, room, objects)
         lights, environment = sample_lighting(
-            rng["lighting"], self.lighting, objects, windows=any(opening.category == "window" for opening in room.openings)
+            rng["lighting"],
+            self.lighting,
+            objects,
+            windows=any(opening.category == "window" for opening in room.openings),
+            wish=daylight_wish(request),
         )
+        if request.lamps != "any":
+            lights = tuple(replace(light, on=request.lamps == "lit") for light in lights)
         boxes, _ = object_solids(self.categories, objects)
         path = sample_camera_path(
             rng["camera"], self.camera, room.polygon_m, room.height_m, boxes, times.frames, times.start_ns, times.rate_hz, times.first_index

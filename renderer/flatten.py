@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.daylight_sky import daylight_map
 from renderer.errors import MeshFileError
 from renderer.file_textures import file_texture
 from renderer.flat_scene import UNMAPPED, FlatScene, Mesh, PartTable, Sky, tabulate_materials
@@ -26,7 +27,7 @@ from renderer.shapes import merged, surface_area
 from renderer.textures.apply import AppliedTexture, applied_texture
 from renderer.textures.coordinates import box_mapped
 from renderer.textures.generators import GENERATORS
-from scene_description import Light, Material, ModelReference, Opening, Part, SceneDescription, SceneObject
+from scene_description import Environment, Light, Material, ModelReference, Opening, Part, SceneDescription, SceneObject
 
 SURFACE_LABELS = {"floor": 2, "wall": 1, "ceiling": 22, "skirting": 1}
 MAX_SCENE_FACES = 20_000_000
@@ -94,14 +95,21 @@ def flatten(scene: SceneDescription, catalog_dir: Path | None = None) -> FlatSce
         ),
         part_names=tuple(row.name for row in rows),
         materials=tabulate_materials(scene.materials),
-        sky=Sky(
-            *(np.array(color, np.float32) for color in (scene.environment.zenith, scene.environment.horizon, scene.environment.ground))
-        ),
+        sky=build_sky(scene.environment),
         part_texture=np.array([-1 if row.texture is None else next(numbers) for row in rows], np.int32),
         textures=tuple(textures),
         # The flux of a lamp is what leaves it: what shines does not reflect its own light a second time.
         absorbs=np.array([row.emission.any() for row in rows], np.bool_),
     )
+
+
+def build_sky(environment: Environment) -> Sky:
+    """Return the environment for the kernels."""
+    plain = Sky(*(np.array(color, np.float32) for color in (environment.zenith, environment.horizon, environment.ground)))
+    if environment.daylight is None:
+        return plain
+    table, sun = daylight_map(environment.daylight)
+    return plain._replace(table=table, sun=sun)
 
 
 def emitted_luminance(light: Light, area_m2: float) -> NDArray[np.float64]:

@@ -8,6 +8,7 @@ from scene_description.scene_json import SCHEMA, scene_from_json, scene_to_json
 from scene_description.strict import FieldError, Limits, from_mapping, to_mapping
 from scene_description.types import (
     CameraPose,
+    Daylight,
     Environment,
     FileImages,
     FileReading,
@@ -31,6 +32,7 @@ __all__ = [
     "NYU40",
     "SCHEMA",
     "CameraPose",
+    "Daylight",
     "Environment",
     "FieldError",
     "FileImages",

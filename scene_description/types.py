@@ -199,12 +199,37 @@ class Light:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Daylight:
+    """Sun and sky at a moment: what a renderer needs to know of the day outside.
+
+    ``sun_direction`` is the unit vector to the sun in the world, ``turbidity`` the haze of the air (2 very clear, 6 hazy), ``cloud_cover``
+    the share of an overcast sky in the mixture, ``ground_color`` the linear base colour of the ground.  The moment that the sun's place
+    follows from is told beside it: day of the year, true solar time in hours, latitude, and the yaw at which north lies.
+    """
+
+    sun_direction: tuple[QuaternionItem, QuaternionItem, QuaternionItem]
+    turbidity: Annotated[float, Limits(ge=1.7, le=10.0)] = 3.0
+    cloud_cover: Unit = 0.0
+    ground_color: Color = (0.2, 0.2, 0.17)
+    sun_distance_au: Annotated[float, Limits(ge=0.98, le=1.02)] = 1.0
+    day_of_year: Annotated[int, Limits(ge=1, le=366)] = 172
+    solar_hour: Annotated[float, Limits(ge=0.0, le=24.0, unit="h")] = 12.0
+    latitude_rad: Annotated[float, Limits(ge=-1.5708, le=1.5708, unit="rad")] = 0.0
+    north_yaw_rad: Angle = 1.5707963267948966
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Environment:
-    """Daylight outside the windows: luminance (RGB, cd/m2) of the sky at the zenith, at the horizon, and of the ground below it."""
+    """Daylight outside the windows.
+
+    Luminance (RGB, cd/m2) of the sky at the zenith, at the horizon, and of the ground below it; or, where ``daylight`` is given, the sun
+    and sky of a moment, in place of these three.
+    """
 
     zenith: tuple[Luminance, Luminance, Luminance]
     horizon: tuple[Luminance, Luminance, Luminance]
     ground: tuple[Luminance, Luminance, Luminance]
+    daylight: Daylight | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -165,7 +165,7 @@ def test_refuses_a_lamp_without_its_part() -> None:
         ("[2800, 4500]", "[1200, 4500]", "lamps.ceiling_lamp.color_temperature_k[0]: expected a number in [1700.0, 20000.0] K, got 1200"),
         ("probability: 0.35", "probability: 0.25", "daylight: expected probabilities that sum to 1, got 0.8"),
         ("dark: false", "dark: true", "daylight: expected at least one condition that is not dark, for rooms without lamps, got none"),
-        ("dark: false", "sunny: true", "daylight.overcast.sunny: expected one of dark, ground_k"),
+        ("dark: false", "sunny: true", "daylight.overcast.sunny: expected one of cloud_cover, dark, elevation_deg, ground_k"),
     ],
 )
 def test_refuses_settings_that_do_not_fit(tmp_path: Path, old: str, new: str, message: str) -> None:
