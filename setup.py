@@ -48,6 +48,7 @@ setup(
     ],
     extras_require={
         "denoise": ["pyoidn>=2.5"],
+        "exr": ["OpenEXR>=3.3"],
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "test": [
             "pytest>=8",

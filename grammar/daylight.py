@@ -116,5 +116,5 @@ def _draw(rng: np.random.Generator, config: MomentConfig, wish: DaylightWish) ->
         "north_yaw_deg": float(rng.uniform(*config.north_yaw_deg)),
     }
     asked = {name: getattr(wish, name) for name in drawn}
-    latitude, day, hour, turbidity, north = (drawn[name] if asked[name] is None else asked[name] for name in drawn)
-    return Moment(latitude, day, hour, turbidity, north, sun_position_at(day, hour, math.radians(latitude)))
+    latitude, day, hour, turbidity, north = (float(drawn[name] if asked[name] is None else asked[name]) for name in drawn)
+    return Moment(latitude, int(day), hour, turbidity, north, sun_position_at(day, hour, math.radians(latitude)))

@@ -105,4 +105,11 @@ class SceneRequest:
     north_yaw_deg: Annotated[float, Limits(ge=-360.0, le=999.0, unit="deg", description="yaw at which north lies; 999: drawn")] = 999.0
     turbidity: Annotated[float, Limits(ge=0.0, le=10.0, description="haze of the air, 2 very clear to 6 hazy; 0: drawn")] = 0.0
     cloud_cover: Annotated[float, Limits(ge=-1.0, le=1.0, description="0 clear to 1 overcast; -1: drawn")] = -1.0
+    environment_map: Annotated[
+        str,
+        Limits(max_length=240, description="picture outside, .hdr or .exr below the renderer's catalogue folder; empty: sky and sun"),
+    ] = ""
+    environment_scale: Annotated[
+        float, Limits(ge=1e-6, le=1e9, unit="cd/m2", description="luminance of value 1 of the environment map")
+    ] = 179.0
     lamps: Annotated[Literal["any", "lit", "unlit"], Limits(description="all lamps lit or none; any: drawn")] = "any"

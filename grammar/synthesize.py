@@ -6,6 +6,7 @@ from a stream of its own, so that a change of one leaves the others as they are.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -29,7 +30,7 @@ from grammar.request import RequestError, SceneRequest
 from grammar.rules import Grammar, GrammarError
 from grammar.sample_room import sample_room_with_cost
 from grammar.solids import object_solids
-from scene_description import SCHEMA, SceneDescription
+from scene_description import SCHEMA, EnvironmentMap, SceneDescription
 from scene_description.catalog import Catalog
 from scene_description.share import config_path
 
@@ -181,6 +182,10 @@ class SceneSynthesizer:
             windows=any(opening.category == "window" for opening in room.openings),
             wish=daylight_wish(request),
         )
+        if request.environment_map:
+            yaw_rad = math.radians(request.north_yaw_deg) if request.north_yaw_deg <= 360.0 else 0.0
+            picture = EnvironmentMap(file=request.environment_map, yaw_rad=yaw_rad, luminance_scale=request.environment_scale)
+            environment = replace(environment, map=picture)
         if request.lamps != "any":
             lights = tuple(replace(light, on=request.lamps == "lit") for light in lights)
         boxes, _ = object_solids(self.categories, objects)

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.daylight_sky import daylight_map
+from renderer.environment_map import load_environment_map
 from renderer.errors import MeshFileError
 from renderer.file_textures import file_texture
 from renderer.flat_scene import UNMAPPED, FlatScene, Mesh, PartTable, Sky, tabulate_materials
@@ -95,7 +96,7 @@ def flatten(scene: SceneDescription, catalog_dir: Path | None = None) -> FlatSce
         ),
         part_names=tuple(row.name for row in rows),
         materials=tabulate_materials(scene.materials),
-        sky=build_sky(scene.environment),
+        sky=build_sky(scene.environment, catalog_dir),
         part_texture=np.array([-1 if row.texture is None else next(numbers) for row in rows], np.int32),
         textures=tuple(textures),
         # The flux of a lamp is what leaves it: what shines does not reflect its own light a second time.
@@ -103,9 +104,20 @@ def flatten(scene: SceneDescription, catalog_dir: Path | None = None) -> FlatSce
     )
 
 
-def build_sky(environment: Environment) -> Sky:
-    """Return the environment for the kernels."""
+def build_sky(environment: Environment, catalog_dir: Path | None = None) -> Sky:
+    """Return the environment for the kernels.
+
+    Raises:
+        FlattenError: a map that cannot be used.
+    """
     plain = Sky(*(np.array(color, np.float32) for color in (environment.zenith, environment.horizon, environment.ground)))
+    if environment.map is not None:
+        if catalog_dir is None:
+            raise FlattenError(f"environment: expected a catalogue folder for map '{environment.map.file}', got none; name one")
+        try:
+            return plain._replace(**load_environment_map(environment.map, catalog_dir)._asdict())
+        except MeshFileError as error:
+            raise FlattenError(f"environment: {error}") from error
     if environment.daylight is None:
         return plain
     table, sun = daylight_map(environment.daylight)

@@ -97,8 +97,8 @@ def sky_color(sky: Sky, x: np.float32, y: np.float32, z: np.float32) -> Rgb:
     if table.shape[0] == 0:
         if z < _ZERO:
             return sky.ground[0], sky.ground[1], sky.ground[2]
-        a, b = sky.horizon, sky.zenith
-        return a[0] + z * (b[0] - a[0]), a[1] + z * (b[1] - a[1]), a[2] + z * (b[2] - a[2])
+        low, high = sky.horizon, sky.zenith
+        return low[0] + z * (high[0] - low[0]), low[1] + z * (high[1] - low[1]), low[2] + z * (high[2] - low[2])
     height, width = table.shape[0], table.shape[1]
     across, down = _place(x, y, z, height, width)
     across, down = across - _HALF, max(down - _HALF, _ZERO)
@@ -150,7 +150,8 @@ def hot_toward(outside: Outside, x: np.float32, y: np.float32, z: np.float32) ->
 def _limb(apart: np.float32) -> np.float32:
     """Return the sun's luminance over its mean; ``apart``: squared distance from the middle over the squared radius, in [0, 1]."""
     mu = np.sqrt(max(_ONE - apart, _ZERO))
-    return (_ONE - _LIMB * (_ONE - mu)) / _LIMB_MEAN
+    shade: np.float32 = (_ONE - _LIMB * (_ONE - mu)) / _LIMB_MEAN
+    return shade
 
 
 @kernel

@@ -32,7 +32,7 @@ _WAVELENGTHS_NM = np.arange(380.0, 781.0, 5.0)
 def air_mass(elevation_rad: float) -> float:
     """Return the relative optical air mass at an elevation of at least 0."""
     degrees = math.degrees(max(elevation_rad, 0.0))
-    return 1.0 / (math.sin(math.radians(degrees)) + 0.50572 * (degrees + 6.07995) ** -1.6364)
+    return 1.0 / (math.sin(math.radians(degrees)) + 0.50572 * math.pow(degrees + 6.07995, -1.6364))
 
 
 def sun_illuminance_lx(elevation_rad: float, turbidity: float, distance_au: float = 1.0) -> NDArray[np.float64]:

@@ -74,6 +74,8 @@ def check_scene(scene: SceneDescription) -> None:
     _check_openings(scene, materials)
     _check_objects(scene, set(ids), materials)
     _check_lights(scene)
+    if scene.environment.map is not None:
+        check_file_path("environment.map.file", scene.environment.map.file)
     daylight = scene.environment.daylight
     if daylight is not None and abs(math.hypot(*daylight.sun_direction) - 1.0) > 1e-3:
         raise FieldError("environment.daylight.sun_direction", "a unit vector", f"length {math.hypot(*daylight.sun_direction):.6g}")

@@ -219,8 +219,21 @@ class Daylight:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class EnvironmentMap:
+    """An equirectangular picture of what is outside: ``file`` as in ``ModelReference``, Radiance ``.hdr`` or ``.exr``.
+
+    The middle column looks along world +x, turned about z by ``yaw_rad``; ``luminance_scale`` is the luminance in cd/m2 of a pixel of value
+    1 (179, where the picture is in watts, as Radiance has it).
+    """
+
+    file: FilePath
+    yaw_rad: Angle = 0.0
+    luminance_scale: Annotated[float, Limits(ge=1e-6, le=1e9, unit="cd/m2")] = 179.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Environment:
-    """Daylight outside the windows.
+    """Daylight outside the windows.  A ``map`` replaces everything else here.
 
     Luminance (RGB, cd/m2) of the sky at the zenith, at the horizon, and of the ground below it; or, where ``daylight`` is given, the sun
     and sky of a moment, in place of these three.
@@ -230,6 +243,7 @@ class Environment:
     horizon: tuple[Luminance, Luminance, Luminance]
     ground: tuple[Luminance, Luminance, Luminance]
     daylight: Daylight | None = None
+    map: EnvironmentMap | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

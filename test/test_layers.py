@@ -10,7 +10,7 @@ ROOT = Path(__file__).resolve().parent.parent
 ALLOWED = {
     "scene_description": {"scene_description", "numpy"},
     "grammar": {"grammar", "scene_description", "numpy", "scipy", "numba", "yaml"},
-    "renderer": {"renderer", "scene_description", "numpy", "numba", "llvmlite", "trimesh", "PIL", "pyoidn"},
+    "renderer": {"renderer", "scene_description", "numpy", "numba", "llvmlite", "trimesh", "PIL", "pyoidn", "OpenEXR"},
 }
 ONLY_IN = {
     "yaml": {"grammar/grammar_file.py"},
@@ -18,6 +18,7 @@ ONLY_IN = {
     "llvmlite": {"renderer/embree.py"},
     "PIL": {"renderer/image_io.py"},
     "pyoidn": {"renderer/denoise.py"},
+    "OpenEXR": {"renderer/exr_files.py"},
 }
 
 
