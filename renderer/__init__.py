@@ -3,7 +3,7 @@
 Knows scenes only as :class:`~renderer.flat_scene.FlatScene`: one world-space mesh and small tables.
 """
 
-from renderer.config import CameraConfig, RenderConfig
+from renderer.config import CameraConfig, RenderConfig, SensorConfig
 from renderer.errors import RenderCancelled, RenderError
 from renderer.flat_scene import FlatScene, MaterialTable, Mesh, PartTable, Sky, tabulate_materials
 from renderer.frame import GEOMETRIC_LAYERS, LAYERS, Frame
@@ -22,6 +22,7 @@ __all__ = [
     "RenderConfig",
     "RenderError",
     "Renderer",
+    "SensorConfig",
     "Sky",
     "tabulate_materials",
     "warm_up",

@@ -30,12 +30,20 @@ class Intrinsics(NamedTuple):
     cy: float
 
 
+AT_REST = np.zeros((0, 12), np.float32)
+"""``motion`` of a camera that does not move."""
+
+
 class PosedCamera(NamedTuple):
     """A posed camera for kernels.
 
     Size in pixels, focal length in pixels, world_from_optical rotation (3, 3) and position (3,), float32.  bearings: (height + 2,
     width + 2, 3) float32, directions in the optical frame through the centres of the pixels and of a frame of pixels around them, NaN
     where the lens sees nothing; (0, 0, 3) for the ideal pinhole, which needs none.
+
+    lens_radius_m and focus_m: of the aperture, 0 for none, and where it is in focus; sees_aside: whether the lens is none that maps a
+    plane.  motion: (n, 12) float32, rotation against ``rotation`` (9) and position (3) at even times of the exposure, empty for a camera at
+    rest; row_step and shutter_step: how many of these times pass from row to row, and while the shutter is open.
     """
 
     width: int
@@ -44,6 +52,12 @@ class PosedCamera(NamedTuple):
     rotation: NDArray[np.float32]
     position: NDArray[np.float32]
     bearings: NDArray[np.float32]
+    lens_radius_m: np.float32 = np.float32(0.0)
+    focus_m: np.float32 = np.float32(1.0)
+    sees_aside: bool = False
+    motion: NDArray[np.float32] = AT_REST
+    row_step: np.float32 = np.float32(0.0)
+    shutter_step: np.float32 = np.float32(0.0)
 
 
 def intrinsics(camera: CameraConfig) -> Intrinsics:
@@ -76,6 +90,9 @@ def pose_camera(camera: CameraConfig, pose: CameraPose) -> PosedCamera:
         np.ascontiguousarray(matrix[:3, :3]),
         np.ascontiguousarray(matrix[:3, 3]),
         np.zeros((0, 0, 3), np.float32) if camera.is_plain else bearing_table(camera),
+        np.float32(camera.lens_radius_m),
+        np.float32(camera.focus_distance_m or 1.0),
+        not LENSES[camera.model].planar,
     )
 
 

@@ -48,6 +48,21 @@ class CameraConfig:
         tuple[Annotated[float, Limits(ge=-1e4, le=1e4)], ...],
         Limits(max_length=8, description="Distortion coefficients in the order of CameraInfo's D", fixed=_LENS_FIXED),
     ] = ()
+    f_stop: Annotated[
+        float, Limits(ge=0.0, le=64.0, description="Focal length over the aperture's diameter, for depth of field; 0: all in focus")
+    ] = 0.0
+    focus_distance_m: Annotated[
+        float, Limits(ge=0.0, le=1e4, unit="m", description="Depth that is in focus; 0: that of what lies in the middle of the image")
+    ] = 0.0
+    sensor_width_mm: Annotated[
+        float, Limits(ge=0.5, le=100.0, unit="mm", description="Width of the sensor, which gives the focal length and so the aperture")
+    ] = 6.4
+    shutter_s: Annotated[
+        float, Limits(ge=0.0, le=2.0, unit="s", description="Time that the shutter is open, for motion blur along the path; 0: an instant")
+    ] = 0.0
+    row_time_s: Annotated[
+        float, Limits(ge=0.0, le=0.01, unit="s", description="Time from row to row of a rolling shutter; 0: a global shutter")
+    ] = 0.0
 
     def __post_init__(self) -> None:
         """Check what single ranges cannot say."""
@@ -65,6 +80,12 @@ class CameraConfig:
         return self.focal_x_px or self._focal_from_view
 
     @property
+    def lens_radius_m(self) -> float:
+        """Radius of the aperture in metres, 0 for a pinhole."""
+        focal_m = self.focal_length_px * self.sensor_width_mm * 1e-3 / self.width
+        return 0.5 * focal_m / self.f_stop if self.f_stop else 0.0
+
+    @property
     def _focal_from_view(self) -> float:
         if self.model == "equirectangular":
             return self.width / (2.0 * math.pi)
@@ -77,6 +98,31 @@ class CameraConfig:
         focal = self.focal_length_px
         centred = self.principal_x_px == -1.0 and self.principal_y_px == -1.0
         return self.model == "pinhole" and centred and (self.focal_y_px or focal) == focal
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SensorConfig:
+    """What lens and sensor do to light before it is shown; the defaults are ideal."""
+
+    vignetting: Annotated[
+        float, Limits(ge=0.0, le=2.0, description="Fall of light to the corners: 0 none, 1 the cosine's fourth power of a simple lens")
+    ] = 0.0
+    corner_loss: Annotated[float, Limits(ge=0.0, le=1.0, description="Further share of light that the corners lose")] = 0.0
+    full_well_e: Annotated[
+        float, Limits(ge=0.0, le=1e6, unit="e-", description="Electrons of a saturated pixel, for shot noise; 0: no noise, no steps")
+    ] = 0.0
+    read_noise_e: Annotated[float, Limits(ge=0.0, le=1e4, unit="e-", description="Standard deviation of the noise of reading")] = 0.0
+    bits: Annotated[int, Limits(ge=0, le=16, description="Bits of the converter; 0: no steps")] = 0
+    black_level: Annotated[float, Limits(ge=0.0, le=0.5, description="Share of the converter's range below zero light")] = 0.0
+    headroom_ev: Annotated[
+        float, Limits(ge=0.0, le=8.0, unit="EV", description="Stops above the white of the plain curve at which the sensor saturates")
+    ] = 2.0
+    iso: Annotated[
+        float,
+        Limits(
+            ge=0.0, le=409600.0, description="Speed; with camera.f_stop and camera.shutter_s it fixes the exposure; 0: render.* says it"
+        ),
+    ] = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from renderer.config import CameraConfig, RenderConfig
+from renderer.config import CameraConfig, RenderConfig, SensorConfig
+from renderer.errors import RenderError
 from renderer.flat_scene import FlatScene
 from renderer.renderer import Renderer
 from renderer.tone import Exposure
@@ -34,9 +36,25 @@ def needs_meter(config: RenderConfig) -> bool:
     return config.auto_exposure or fixed_white(config) is None
 
 
-def exposed(config: RenderConfig, metered: Exposure | None) -> Exposure:
-    """Return the exposure of a room's frames: what was metered, compensated, or what is configured."""
+def sensor_ev100(camera: CameraConfig, sensor: SensorConfig) -> float | None:
+    """Return the exposure value that speed, aperture and time make, log2(100 N^2 / (t ISO)) (ISO 2720); None if no speed is set.
+
+    Raises:
+        RenderError: there is a speed, but no aperture or time.
+    """
+    if not sensor.iso:
+        return None
+    if not camera.f_stop or not camera.shutter_s:
+        got = f"f_stop {camera.f_stop:g} and shutter_s {camera.shutter_s:g}"
+        raise RenderError(f"sensor.iso: expected camera.f_stop and camera.shutter_s above 0 beside it, got {got}; set them, or iso to 0")
+    return math.log2(camera.f_stop**2 / camera.shutter_s * 100.0 / sensor.iso)
+
+
+def exposed(config: RenderConfig, metered: Exposure | None, fixed_ev100: float | None = None) -> Exposure:
+    """Return the exposure of a room's frames: fixed by the sensor, metered and compensated, or as configured."""
     white = fixed_white(config)
+    if fixed_ev100 is not None:
+        config = replace(config, exposure_ev100=fixed_ev100, auto_exposure=False)
     if metered is None:
         return Exposure(config.exposure_ev100, white or D65_XY)
     ev100 = metered.ev100 - config.exposure_compensation_ev if config.auto_exposure else config.exposure_ev100

@@ -33,11 +33,14 @@ from renderer.embree import (
     intersect16,
 )
 from renderer.kernel import kernel
+from renderer.shutter import move_rays, unturn_rays
 
 TILE = 4
 """Edge of the pixel tile that one packet covers."""
 CENTRE = np.zeros(2 * LANES, np.float32)
 """Offsets of rays through pixel centres."""
+MIDDLE = np.full(2 * LANES, 0.5, np.float32)
+"""Times of rays in the middle of their rows' exposure."""
 
 _ZERO, _ONE, _HALF, _TINY, _NAN = np.float32(0.0), np.float32(1.0), np.float32(0.5), np.float32(1e-30), np.float32(np.nan)
 
@@ -154,13 +157,15 @@ def trace_geometry(
     camera: PosedCamera,
     packet: Packet,
     centre: NDArray[np.float32],
+    middle: NDArray[np.float32],
     images: GeometricImages,
     first: int,
     step: int,
 ) -> None:
     """Fill the rows of tiles ``first``, ``first + step``, ... of all images; ``packet`` is scratch memory of the calling thread.
 
-    ``centre``: (32,) float32, the offsets of the rays from the pixel centres, ``CENTRE``.
+    ``centre``: (32,) float32, the offsets of the rays from the pixel centres, ``CENTRE``; ``middle``: (32,) float32, when their rows are
+    exposed, ``MIDDLE``.
     """
     real, integer = packet.real, packet.integer
     depth, distance, normals, semantic, instance = images
@@ -169,7 +174,11 @@ def trace_geometry(
     for row in range(first * TILE, camera.height, step * TILE):
         for column in range(0, camera.width, TILE):
             aim_tile(camera, column, row, centre, packet)
+            if camera.row_step > _ZERO:
+                move_rays(camera, row, middle, packet)
             intersect16(packet.alive.ctypes.data, scene.address, real.ctypes.data, scene.coherent)
+            if camera.row_step > _ZERO:
+                unturn_rays(camera, row, packet)
             _face_camera(camera, packet)
             for k in range(LANES):
                 x, y = column + (k & 3), row + (k >> 2)

@@ -104,7 +104,9 @@ from renderer.records import (
     Transport,
     Work,
 )
+from renderer.shutter import move_rays
 from renderer.surfaces import find_surfaces, lift_height
+from renderer.thin_lens import open_lens
 
 _ZERO, _ONE, _TWO, _HALF, _TINY = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(0.5), np.float32(1e-30)
 _INFINITE = np.float32(np.inf)
@@ -112,7 +114,7 @@ _ROULETTE_FROM = 2
 _LEAST_SURVIVAL = np.float32(0.05)
 _MATT = np.float32(0.6)
 _PAIRS_PER_HIT = 3
-_DIRECTION_PAIRS = 1 << 16
+_DIRECTION_PAIRS, _LENS_PAIR, _TIME_PAIR = 1 << 16, 1 << 17, 3 << 16
 _BLOCKS_ACROSS = WAVE_EDGE // TILE
 
 
@@ -194,6 +196,12 @@ def _start_wave(camera: PosedCamera, column: int, row: int, sample: np.uint32, s
         for k in range(2 * LANES):
             lanes[DRAW_LIGHT_U + k] -= _HALF
         aim_tile(camera, column + x, row + y, lanes[DRAW_LIGHT_U:], rays)
+        if camera.lens_radius_m > _ZERO:
+            draw_pairs(scratch.lane_seeds, sample, np.uint32(_LENS_PAIR), lanes[DRAW_LIGHT_U:])
+            open_lens(camera, lanes[DRAW_LIGHT_U:], rays)
+        if len(camera.motion) > 0:
+            draw_pairs(scratch.lane_seeds, sample, np.uint32(_TIME_PAIR), lanes[DRAW_LIGHT_U:])
+            move_rays(camera, row + y, lanes[DRAW_LIGHT_U:], rays)
         for k in range(LANES):
             if rays.alive[k] == 0 or column + x + (k & 3) >= camera.width or row + y + (k >> 2) >= camera.height:
                 continue

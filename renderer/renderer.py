@@ -6,27 +6,30 @@ Use: ``with Renderer(flat, CameraConfig(), RenderConfig(), scene_key) as rendere
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from types import TracebackType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderer.cameras import PosedCamera, pose_camera
-from renderer.config import CameraConfig, RenderConfig
+from renderer.config import CameraConfig, RenderConfig, SensorConfig
 from renderer.denoise import Denoiser, is_asked
 from renderer.embree import EmbreeScene
 from renderer.errors import RenderError
 from renderer.flat_scene import FlatScene, Mesh, PartTable, Sky, tabulate_materials
 from renderer.frame import GEOMETRIC_LAYERS, LAYERS, SAMPLED_LAYERS, Frame
-from renderer.ground_truth import CENTRE, GeometricImages, Labels, empty_images, trace_geometry
+from renderer.ground_truth import CENTRE, MIDDLE, GeometricImages, Labels, empty_images, trace_geometry
 from renderer.integrator import trace_paths
 from renderer.lights import build_lights
 from renderer.random_numbers import make_frame_key
 from renderer.records import WAVE, WAVE_EDGE, Film, Transport, Work, make_scratch
 from renderer.scene_check import check_scene
+from renderer.sensor import expose, vignetting
+from renderer.shutter import motion_during
 from renderer.stopping import is_clean, next_round
 from renderer.surfaces import build_surfaces
+from renderer.thin_lens import focus_on_centre
 from renderer.tone import Exposure, to_display, white_luminance
 from renderer.white_balance import white_of_kelvin
 from renderer.workers import Workers, thread_count
@@ -37,6 +40,9 @@ from scene_description.types import CameraPose
 PATHS_PER_PIECE = 65536
 """How much colour a thread computes before it can be stopped: some 0.1 s."""
 
+IDEAL = SensorConfig()
+"""A sensor that reads light as it is."""
+
 
 class Renderer:
     """Renders views of one scene; a context manager that releases threads and Embree's memory.
@@ -46,7 +52,14 @@ class Renderer:
     """
 
     def __init__(
-        self, flat: FlatScene, camera: CameraConfig, config: RenderConfig, scene_key: int, *, paths_per_piece: int = PATHS_PER_PIECE
+        self,
+        flat: FlatScene,
+        camera: CameraConfig,
+        config: RenderConfig,
+        scene_key: int,
+        *,
+        sensor: SensorConfig = IDEAL,
+        paths_per_piece: int = PATHS_PER_PIECE,
     ) -> None:
         """Check a scene and build what rays need; ``scene_key`` (>= 0) seeds the noise of all its frames.
 
@@ -57,6 +70,7 @@ class Renderer:
         if scene_key < 0 or paths_per_piece < 1:
             raise RenderError(f"renderer: expected scene_key >= 0 and paths_per_piece >= 1, got {scene_key} and {paths_per_piece}")
         self._camera, self._config, self._scene_key, self._paths_per_piece = camera, config, scene_key, paths_per_piece
+        self._sensor = sensor
         parts = flat.parts
         self._labels = Labels(*map(np.ascontiguousarray, (flat.face_part, parts.label, parts.object_id)))
         self._lights = build_lights(flat)
@@ -73,12 +87,14 @@ class Renderer:
         layers: Collection[str],
         *,
         exposure: Exposure | None = None,
+        path: Sequence[CameraPose] = (),
         cancelled: Callable[[], bool] | None = None,
     ) -> Frame:
         """Render the named layers of one view.
 
         ``exposure`` replaces the configured one, without which white balance ``auto`` is that of the display, as nothing was metered;
-        ``cancelled`` is asked every 50 ms or so.
+        ``path``: what the camera moves along, for its shutter; a pose that is none of the path's is seen at rest.  ``cancelled`` is asked
+        every 50 ms or so.
 
         Raises:
             RenderError: unknown layers, a faulty pose, a negative frame index, or a denoiser that is asked for but not installed.
@@ -87,7 +103,7 @@ class Renderer:
         unknown = sorted(set(layers) - set(LAYERS))
         if unknown or frame_index < 0:
             raise RenderError(f"render: expected layers among {', '.join(LAYERS)} and frame >= 0, got {', '.join(unknown)}; {frame_index}")
-        view = pose_camera(self._camera, pose)
+        view = self._view(pose, path)
         images: dict[str, NDArray[np.generic]] = {}
         radiance, samples = None, 0
         if any(name in GEOMETRIC_LAYERS for name in layers):
@@ -100,9 +116,26 @@ class Renderer:
             images["albedo"] = np.ascontiguousarray(film.guides[:, :, :3])
             if in_color:
                 radiance = self._denoise(film) if denoised else film.light
-                images["color"] = to_display(radiance, shown, self._config.tone_curve)
-                images["color_noisy"] = to_display(film.light, shown, self._config.tone_curve) if denoised else images["color"]
+                images["color"] = self._develop(radiance, view, frame_index, shown)
+                images["color_noisy"] = self._develop(film.light, view, frame_index, shown) if denoised else images["color"]
         return Frame({name: images[name] for name in LAYERS if name in layers}, radiance, samples)
+
+    def _develop(self, radiance: NDArray[np.float32], view: PosedCamera, frame_index: int, shown: Exposure) -> NDArray[np.uint8]:
+        """Return the picture of linear colour: through lens and sensor, then balanced and encoded."""
+        share = vignetting(view, self._sensor.vignetting, self._sensor.corner_loss)
+        arriving = radiance if share is None else radiance * share[..., None]
+        key = make_frame_key(self._scene_key, frame_index)
+        read = expose(arriving, white_luminance(shown.ev100) * 2.0**self._sensor.headroom_ev, self._sensor, key)
+        return to_display(read, shown, self._config.tone_curve)
+
+    def _view(self, pose: CameraPose, path: Sequence[CameraPose]) -> PosedCamera:
+        view = pose_camera(self._camera, pose)
+        if self._camera.f_stop and not self._camera.focus_distance_m:
+            view = view._replace(focus_m=np.float32(focus_on_centre(self._embree.handle, view, self._scratch[0].rays)))
+        motion = motion_during(self._camera, pose, path)
+        if motion is not None:
+            view = view._replace(motion=motion.knots, row_step=motion.row_step, shutter_step=motion.shutter_step)
+        return view
 
     def _configured_exposure(self) -> Exposure:
         config = self._config
@@ -114,7 +147,7 @@ class Renderer:
         images, step = empty_images(view.height, view.width), self._workers.count
 
         def trace(worker: int, first: int) -> None:
-            trace_geometry(self._embree.handle, self._labels, view, self._scratch[worker].rays, CENTRE, images, first, step)
+            trace_geometry(self._embree.handle, self._labels, view, self._scratch[worker].rays, CENTRE, MIDDLE, images, first, step)
 
         self._workers.run(trace, range(step))
         return images

@@ -139,7 +139,9 @@ class _Frames:
                 raise VerifyError(f"frame at {stamp} ns: its pose is not in the bag")
             maker = FrameMessages(settings.streams, settings.camera)
             maker.begin_room(scene)
-            frame = self._renderer(settings, scene).render(pose, settings.frame, maker.layers, exposure=settings.exposure)
+            frame = self._renderer(settings, scene).render(
+                pose, settings.frame, maker.layers, exposure=settings.exposure, path=scene.camera_path
+            )
             for topic, message in maker.of_frame(frame, pose, lambda _: True):
                 messages[f"{self.namespace}/{topic}"] = message
         first = self._settings[stamp][0]
@@ -153,13 +155,13 @@ class _Frames:
         return self._parsed
 
     def _renderer(self, settings: FrameSettings, scene: SceneDescription) -> Renderer:
-        key = (settings.scene, repr((settings.camera, settings.render)))
+        key = (settings.scene, repr((settings.camera, settings.render, settings.sensor)))
         if key not in self._renderers:
             while len(self._renderers) >= 2:
                 self._renderers.popitem(last=False)[1][0].close()
             stack = ExitStack()
             flat = flatten(scene, self._catalog_dir)
-            renderer = stack.enter_context(Renderer(flat, settings.camera, settings.render, scene_key(scene)))
+            renderer = stack.enter_context(Renderer(flat, settings.camera, settings.render, scene_key(scene), sensor=settings.sensor))
             self._renderers[key] = (stack, renderer)
         return self._renderers[key][1]
 

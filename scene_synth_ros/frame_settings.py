@@ -6,7 +6,8 @@ import json
 from dataclasses import dataclass
 from typing import Annotated
 
-from renderer.config import CameraConfig, RenderConfig
+from renderer.config import CameraConfig, RenderConfig, SensorConfig
+from renderer.renderer import IDEAL
 from renderer.tone import Exposure
 from scene_description import Limits
 from scene_description.color_temperature import D65_XY
@@ -28,6 +29,7 @@ class FrameSettings:
     camera: CameraConfig
     render: RenderConfig
     streams: StreamConfig
+    sensor: SensorConfig = IDEAL
     white_xy: tuple[Coordinate, Coordinate] = D65_XY
 
     @property

@@ -69,7 +69,10 @@ def run(arguments: argparse.Namespace) -> int:
     exposure = exposed(config, meter(flat, camera, config, scene_key(scene), scene.camera_path) if needs_meter(config) else None)
     with Renderer(flat, camera, config, scene_key(scene)) as renderer:
         for index, pose in enumerate(poses):
-            write_frame(arguments.out / f"frame_{index:04d}", renderer.render(pose, index, set(LAYERS) - left_out, exposure=exposure))
+            write_frame(
+                arguments.out / f"frame_{index:04d}",
+                renderer.render(pose, index, set(LAYERS) - left_out, exposure=exposure, path=scene.camera_path),
+            )
             sys.stderr.write(f"\rframe {index + 1}/{len(poses)}")
     sys.stderr.write("\n")
     return 0

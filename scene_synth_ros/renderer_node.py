@@ -14,8 +14,8 @@ from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import OccupancyGrid
 from std_msgs.msg import String
 
-from renderer import CameraConfig, RenderCancelled, RenderConfig, Renderer, RenderError, warm_up
-from renderer.exposure import exposed, meter, needs_meter
+from renderer import CameraConfig, RenderCancelled, RenderConfig, Renderer, RenderError, SensorConfig, warm_up
+from renderer.exposure import exposed, meter, needs_meter, sensor_ev100
 from renderer.flat_scene import FlatScene
 from renderer.flatten import FlattenError, flatten
 from renderer.frame import Frame
@@ -73,18 +73,18 @@ class RendererNode(SuiteNode):
     """Renders every room that arrives on ``scene`` along its camera path; rendering runs in a thread of its own.
 
     Subscribes: ``scene`` (std_msgs/String, latched, JSON ``scene_synth/1``), ``scene/map``; ``status`` of the other nodes;
-    ``<camera>/request`` (PoseStamped: the frame of a pose in the present room, with the stamp of the request, or the next free
-    nanosecond if that is 0); ``cmd_vel`` (Twist: moves the camera, where ``drive.enabled``).
-    Publishes: the topics of ``StreamPublishers``, ``status`` (latched), ``/diagnostics``.
-    Parameters: the fields of ``RendererNodeConfig``; ``camera.`` CameraConfig; ``render.`` RenderConfig; ``streams.`` StreamConfig;
-    ``drive.`` DriveConfig.  Live changes of the exposure take effect with the next frame, others with the next room.  A scene or pose
-    that does not fit is refused with one line; the node keeps running.
+    ``<camera>/request`` (PoseStamped: the frame of a pose in the present room, with the stamp of the request, or the next free nanosecond
+    if that is 0); ``cmd_vel`` (Twist: moves the camera, where ``drive.enabled``). Publishes: the topics of ``StreamPublishers``, ``status``
+    (latched), ``/diagnostics``. Parameters: the fields of ``RendererNodeConfig``; ``camera.`` CameraConfig; ``render.`` RenderConfig;
+    ``sensor.`` SensorConfig; ``streams.`` StreamConfig; ``drive.`` DriveConfig.  Live changes of the exposure take effect with the next
+    frame, others with the next room.  A scene or pose that does not fit is refused with one line; the node keeps running.
     """
 
     def __init__(self, **options: Any) -> None:
         super().__init__("renderer_node", **options)
         groups = {"": RendererNodeConfig, "camera": CameraConfig, "render": RenderConfig, "streams": StreamConfig, "drive": DriveConfig}
-        self._settings = Parameters(self, groups, self._on_change)
+        groups["sensor"] = SensorConfig
+        self._settings = Parameters(self, groups, self._on_change, lambda values: _check_exposure(values["camera"], values["sensor"]))
         config: RendererNodeConfig = self._settings[""]
         if config.share_index >= config.share_count:
             got = f"expected less than share_count = {config.share_count}, got {config.share_index}"
@@ -227,7 +227,8 @@ class RendererNode(SuiteNode):
         self._render_config: RenderConfig = self._settings["render"]
         try:
             flat = flatten(scene, self._catalog_dir)
-            with Renderer(flat, self._settings["camera"], self._render_config, scene_key(scene)) as renderer:
+            camera, sensor = self._settings["camera"], self._settings["sensor"]
+            with Renderer(flat, camera, self._render_config, scene_key(scene), sensor=sensor) as renderer:
                 self._show(scene, flat, renderer)
         except RenderCancelled:
             return
@@ -274,7 +275,8 @@ class RendererNode(SuiteNode):
 
     def exposure(self) -> Exposure:
         """Return the exposure of the next frame."""
-        return exposed(self._settings["render"], self._metered)
+        fixed = sensor_ev100(self._settings["camera"], self._settings["sensor"])
+        return exposed(self._settings["render"], self._metered, fixed)
 
     def is_turn(self) -> bool:
         """Return whether the room's frames may be published now."""
@@ -289,6 +291,7 @@ class RendererNode(SuiteNode):
             scene=self._scene.id,
             frame=index,
             exposure_ev100=exposure.ev100,
+            sensor=self._settings["sensor"],
             white_xy=exposure.white_xy,
             camera=self._settings["camera"],
             render=self._render_config,
@@ -369,6 +372,11 @@ class RendererNode(SuiteNode):
         if self._fault or self._complaint:
             return ERROR, self._fault or self._complaint, values
         return (WARN, "compiling kernels", values) if not self._warm else (OK, "rendering", values)
+
+
+def _check_exposure(camera: CameraConfig, sensor: SensorConfig) -> None:
+    """Refuse settings that contradict each other."""
+    sensor_ev100(camera, sensor)
 
 
 def main(args: list[str] | None = None) -> None:

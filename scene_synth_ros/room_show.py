@@ -139,7 +139,9 @@ class RoomShow:
         exposure = self._stage.exposure()
         index = frame_index(self._scene, pose)
         layers = self._stage.wanted_layers()
-        frame = self._renderer.render(pose, index, layers, exposure=exposure, cancelled=self._stage.interrupted)
+        frame = self._renderer.render(
+            pose, index, layers, exposure=exposure, path=self._scene.camera_path, cancelled=self._stage.interrupted
+        )
         return frame, pose, index, exposure
 
     def _hold(self, frame: Frame, pose: CameraPose, index: int, exposure: Exposure) -> None:
