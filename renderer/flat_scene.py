@@ -94,6 +94,12 @@ UNTEXTURED = np.zeros(0, np.int32)
 """``part_texture`` of a scene without any texture."""
 
 
+NO_PROFILE = np.zeros(0, np.int32)
+"""``part_profile`` of a scene whose lights all shine evenly."""
+
+NO_PROFILES = np.zeros((0, 0), np.float32)
+"""``profiles`` of such a scene."""
+
 ALL_REFLECT = np.zeros(0, np.bool_)
 """``absorbs`` of a scene whose parts all reflect."""
 
@@ -104,6 +110,8 @@ class FlatScene(NamedTuple):
     mesh: world-space triangles; face_part: (m,) int32, row of ``parts`` for each triangle; part_names: (p,) names, for people and layers
     by part: ``<object id>/<part name>``.  part_texture: (p,) int32, index of each part's texture among ``textures``, -1 for none; empty
     where no part has any.  absorbs: (p,) bool, parts that reflect nothing, whatever their material; empty where none does.
+    part_profile: (p,) int32, row of ``profiles`` by which each part's luminance depends on direction, -1 for none; empty where none does.
+    profiles: as ``renderer.spot_lights.profile_row`` has them.
     """
 
     mesh: Mesh
@@ -115,3 +123,5 @@ class FlatScene(NamedTuple):
     part_texture: NDArray[np.int32] = UNTEXTURED
     textures: tuple[AppliedTexture, ...] = ()
     absorbs: NDArray[np.bool_] = ALL_REFLECT
+    part_profile: NDArray[np.int32] = NO_PROFILE
+    profiles: NDArray[np.float32] = NO_PROFILES

@@ -18,17 +18,19 @@ from renderer.daylight_sky import daylight_map
 from renderer.environment_map import load_environment_map
 from renderer.errors import MeshFileError
 from renderer.file_textures import file_texture
-from renderer.flat_scene import UNMAPPED, FlatScene, Mesh, PartTable, Sky, tabulate_materials
+from renderer.flat_scene import NO_PROFILE, NO_PROFILES, UNMAPPED, FlatScene, Mesh, PartTable, Sky, tabulate_materials
 from renderer.mesh_files import find_mesh_file, load_mesh_file
 from renderer.models import MODELS, build_model
 from renderer.models.model import Parts
 from renderer.models.openings import OPENING_MODELS
 from renderer.room_shell import build_opening, build_shell
 from renderer.shapes import merged, surface_area
+from renderer.spot_lights import intensity_profile, luminaire_emission, luminaire_mesh, profile_row
 from renderer.textures.apply import AppliedTexture, applied_texture
 from renderer.textures.coordinates import box_mapped
 from renderer.textures.generators import GENERATORS
-from scene_description import Environment, Light, Material, ModelReference, Opening, Part, SceneDescription, SceneObject
+from scene_description import Environment, Light, Luminaire, Material, ModelReference, Opening, Part, SceneDescription, SceneObject
+from scene_description.labels import LABEL_ID
 
 SURFACE_LABELS = {"floor": 2, "wall": 1, "ceiling": 22, "skirting": 1}
 MAX_SCENE_FACES = 20_000_000
@@ -82,6 +84,8 @@ def flatten(scene: SceneDescription, catalog_dir: Path | None = None) -> FlatSce
         if total > MAX_SCENE_FACES:
             raise FlattenError(f"object {thing.id} ({thing.category}): expected at most {MAX_SCENE_FACES} triangles in a scene, got more")
         rows += added
+    rows += [_luminaire_row(i, luminaire, rows[0].material) for i, luminaire in enumerate(scene.luminaires)]
+    profiles = [intensity_profile(luminaire) for luminaire in scene.luminaires]
     textures = [row.texture for row in rows if row.texture is not None]
     numbers = iter(range(len(textures)))
     return FlatScene(
@@ -101,7 +105,25 @@ def flatten(scene: SceneDescription, catalog_dir: Path | None = None) -> FlatSce
         textures=tuple(textures),
         # The flux of a lamp is what leaves it: what shines does not reflect its own light a second time.
         absorbs=np.array([row.emission.any() for row in rows], np.bool_),
+        part_profile=_profile_rows(len(rows), len(profiles)),
+        profiles=np.array([profile_row(*pair) for pair in zip(scene.luminaires, profiles, strict=True)], np.float32)
+        if profiles
+        else NO_PROFILES,
     )
+
+
+def _profile_rows(rows: int, luminaires: int) -> NDArray[np.int32]:
+    """Return ``part_profile`` for parts of which the last are the luminaires."""
+    if not luminaires:
+        return NO_PROFILE
+    return np.concatenate([np.full(rows - luminaires, -1), np.arange(luminaires)]).astype(np.int32)
+
+
+def _luminaire_row(index: int, luminaire: Luminaire, material: int) -> _Row:
+    """Return a light that no object holds as a part; what it is made of shows only where it is off."""
+    mesh = luminaire_mesh(luminaire)
+    emission = luminaire_emission(luminaire, mesh, intensity_profile(luminaire))
+    return _Row(f"0/luminaire_{index}", box_mapped(mesh), 0, LABEL_ID["lamp"], material, emission, False)
 
 
 def build_sky(environment: Environment, catalog_dir: Path | None = None) -> Sky:

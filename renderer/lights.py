@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from renderer.flat_scene import FlatScene
 from renderer.kernel import kernel
 from renderer.outside import LUMINANCE, Outside, build_outside, pixel_solid_angles
+from renderer.spot_lights import brightest_seen
 
 _ZERO, _ONE, _HALF, _TINY = np.float32(0.0), np.float32(1.0), np.float32(0.5), np.float32(1e-30)
 
@@ -63,6 +64,10 @@ def build_lights(flat: FlatScene) -> Lights:
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = 0.5 * np.linalg.norm(cross, axis=1)
     glow = _part_luminance(flat, cross)[flat.face_part]
+    if len(flat.part_profile):
+        row = flat.part_profile[flat.face_part]
+        shaped = np.flatnonzero((row >= 0) & (area > 1e-10))
+        glow[shaped] *= brightest_seen(flat.profiles[row[shaped]], cross[shaped] / (2.0 * area[shaped, None]))
     lit = np.flatnonzero((area > 1e-10) & (glow > 0.0))
     unit = cross[lit] / (2.0 * area[lit, None])
     keys, group = np.unique(_group_keys(flat.face_part[lit].astype(np.int64), corners[lit].mean(axis=1), unit), return_inverse=True)
@@ -72,7 +77,7 @@ def build_lights(flat: FlatScene) -> Lights:
     face_group = np.full(len(flat.face_part), -1, np.int32)
     face_group[lit] = group
     shares = [np.cumsum(area[lit[a:b]]) / area[lit[a:b]].sum() for a, b in pairwise(start)]
-    rows = [_describe_group(corners[lit[a:b]], unit[a:b], area[lit[a:b]], glow[lit[a]]) for a, b in pairwise(start)]
+    rows = [_describe_group(corners[lit[a:b]], unit[a:b], area[lit[a:b]], glow[lit[a:b]].max()) for a, b in pairwise(start)]
     table = np.array(rows, np.float32).reshape(-1, 12)
     groups = LightGroups(np.ascontiguousarray(table[:, :11]), np.ascontiguousarray(table[:, 11]), start)
     corner, edge_1, edge_2 = corners[lit, 0], corners[lit, 1] - corners[lit, 0], corners[lit, 2] - corners[lit, 0]

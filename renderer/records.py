@@ -177,7 +177,8 @@ class Film(NamedTuple):
     LOOK_SHEEN,
     LOOK_PORTAL,
     LOOK_GLASS,
-) = (0, 3, 6, 7, 8, 9, 10, 11, 12, 13, 14)
+    LOOK_PROFILE,  # 1 + row of the profiles, 0 for none
+) = (0, 3, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)
 LOOK_SIZE = 16
 
 
@@ -196,6 +197,7 @@ class Surfaces(NamedTuple):
     glass: NDArray[np.float32]
     textures: Textures
     sky: Sky
+    profiles: NDArray[np.float32]
 
 
 def make_queue() -> Queue:

@@ -52,6 +52,7 @@ from renderer.records import (
     LOOK_IOR,
     LOOK_METALLIC,
     LOOK_PORTAL,
+    LOOK_PROFILE,
     LOOK_ROUGHNESS,
     LOOK_SHEEN,
     LOOK_SIZE,
@@ -75,6 +76,7 @@ from renderer.records import (
     WIDTH,
     Surfaces,
 )
+from renderer.spot_lights import profile_toward
 from renderer.textures.hit import apply_texture
 from renderer.textures.look_up import build_textures
 
@@ -104,9 +106,11 @@ def build_surfaces(flat: FlatScene) -> Surfaces:
         look[:, column] = table[row]
     look[:, LOOK_PORTAL] = parts.portal
     look[clear, LOOK_GLASS] = glass
+    if len(flat.part_profile):
+        look[:, LOOK_PROFILE] = flat.part_profile + 1
     textured = flat.part_texture if len(flat.part_texture) else np.full(len(row), -1, np.int32)
     if len(flat.absorbs):
-        look[flat.absorbs] = 0.0
+        look[flat.absorbs, :LOOK_PROFILE] = 0.0
         look[flat.absorbs, LOOK_EMISSION : LOOK_EMISSION + 3] = parts.emission[flat.absorbs]
         look[flat.absorbs, LOOK_ROUGHNESS] = look[flat.absorbs, LOOK_IOR] = 1.0
         textured = np.where(flat.absorbs, -1, textured).astype(np.int32)
@@ -125,6 +129,7 @@ def build_surfaces(flat: FlatScene) -> Surfaces:
             flat.mesh.faces,
         ),
         Sky(*(np.ascontiguousarray(item, np.float32) for item in flat.sky)),
+        np.ascontiguousarray(flat.profiles, np.float32),
     )
 
 
@@ -240,7 +245,10 @@ def emitted_luminance(surfaces: Surfaces, part: int, x: np.float32, y: np.float3
         through = pane_through(surfaces, part, cosine)
         r, g, b = sky_color(surfaces.sky, x, y, z)
         return through * r, through * g, through * b
-    return look[part, LOOK_EMISSION], look[part, LOOK_EMISSION + 1], look[part, LOOK_EMISSION + 2]
+    share = _ONE
+    if look[part, LOOK_PROFILE] > _ZERO:
+        share = profile_toward(surfaces.profiles, int(look[part, LOOK_PROFILE]) - 1, -x, -y, -z)
+    return share * look[part, LOOK_EMISSION], share * look[part, LOOK_EMISSION + 1], share * look[part, LOOK_EMISSION + 2]
 
 
 @kernel

@@ -217,6 +217,16 @@ def _check_objects(scene: SceneDescription, ids: set[int], materials: set[str]) 
 
 
 def _check_lights(scene: SceneDescription) -> None:
+    for i, spot in enumerate(scene.luminaires):
+        path = f"luminaires[{i}]"
+        if abs(math.hypot(*spot.direction) - 1.0) > 1e-3:
+            raise FieldError(f"{path}.direction", "a unit vector", f"length {math.hypot(*spot.direction):.6g}")
+        if spot.beam_rad > spot.field_rad:
+            raise FieldError(f"{path}.beam_rad", f"at most field_rad = {spot.field_rad:g}", f"{spot.beam_rad:g}")
+        if spot.intensities and (len(spot.intensities) < 2 or not max(spot.intensities) > 0.0):
+            raise FieldError(f"{path}.intensities", "two numbers or more, one above 0", f"{len(spot.intensities)} numbers")
+        if not max(spot.color) > 0.0:
+            raise FieldError(f"{path}.color", "a colour that shines", "black")
     parts = {thing.id: {part.name for part in thing.parts} for thing in scene.objects}
     for i, light in enumerate(scene.lights):
         if light.object not in parts:

@@ -199,6 +199,28 @@ class Light:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Luminaire:
+    """A light that no object holds: a small ball of ``radius_m`` at ``position_m``.
+
+    A ``point`` shines evenly all around; a ``spot`` along ``direction`` (a unit vector), in full up to ``beam_rad`` from it, then less and
+    less up to ``field_rad``.  ``intensities``, if there are any, replace both: relative luminous intensity at even angles from the
+    direction to its opposite, as in photometric files.
+    """
+
+    kind: Literal["point", "spot"]
+    position_m: Point3
+    direction: tuple[QuaternionItem, QuaternionItem, QuaternionItem] = (0.0, 0.0, -1.0)
+    flux_lm: Annotated[float, Limits(ge=0.0, le=1e6, unit="lm")]
+    color_temperature_k: Annotated[float, Limits(ge=1000.0, le=20000.0, unit="K")]
+    color: Color
+    on: bool = True
+    beam_rad: Annotated[float, Limits(ge=0.0, le=3.1415927, unit="rad")] = 0.3
+    field_rad: Annotated[float, Limits(ge=0.01, le=3.1415927, unit="rad")] = 0.6
+    radius_m: Annotated[float, Limits(ge=0.002, le=0.5, unit="m")] = 0.03
+    intensities: Annotated[tuple[Annotated[float, Limits(ge=0.0, le=1e9)], ...], Limits(max_length=361)] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Daylight:
     """Sun and sky at a moment: what a renderer needs to know of the day outside.
 
@@ -324,3 +346,4 @@ class SceneDescription:
     camera_path: Annotated[tuple[CameraPose, ...], Limits(min_length=1, max_length=MAX_POSES)]
     parse_graph: ParseGraph
     validity: ValidityReport
+    luminaires: Annotated[tuple[Luminaire, ...], Limits(max_length=256)] = ()
