@@ -65,6 +65,7 @@ setup(
             "scipy-stubs",
         ],
         "bench": ["rosbags>=0.10", "shapely>=2.0"],
+        "bench-reference": ["mitsuba>=3.9"],
     },
     entry_points={
         "console_scripts": [

@@ -150,6 +150,8 @@ def make_closure(lanes: NDArray[np.float32], k: int, surfaces: Surfaces, wo_x: n
     r, g, b = lanes[BASE_R + k], lanes[BASE_G + k], lanes[BASE_B + k]
     row = max(lanes[ROUGHNESS + k], _MIN_ROUGHNESS)
     alpha, metal, ior, thin = max(row * row, _MIN_ALPHA), lanes[METALLIC + k], lanes[IOR + k], lanes[THIN + k]
+    if ior <= _ONE and metal + thin + lanes[TRANSMISSION + k] + lanes[COAT + k] + lanes[SHEEN + k] == _ZERO:
+        return _matt_closure(r, g, b, wo_x, wo_y, wo_z)
     through = (_ONE - metal) * lanes[TRANSMISSION + k]
     opaque = _ONE - metal - through
     base_f0 = (ior - _ONE) / (ior + _ONE)
@@ -223,6 +225,44 @@ def make_closure(lanes: NDArray[np.float32], k: int, surfaces: Surfaces, wo_x: n
     )
 
 
+@inlined
+def _matt_closure(r: np.float32, g: np.float32, b: np.float32, wo_x: np.float32, wo_y: np.float32, wo_z: np.float32) -> Closure:
+    """Return Lambert's model, which needs no albedos: an index of 1 reflects nothing above the base."""
+    by_matt = _ONE if luminance(r, g, b) > _ZERO else _ZERO
+    return Closure(
+        wo_x,
+        wo_y,
+        wo_z,
+        _ONE,
+        _ONE,
+        r,
+        g,
+        b,
+        _ZERO,
+        _ZERO,
+        _ZERO,
+        _ZERO,
+        _ZERO,
+        _ZERO,
+        _ZERO,
+        _ZERO,
+        _ZERO,
+        _ZERO,
+        _ZERO,
+        _ZERO,
+        _ZERO,
+        _ONE,
+        _ZERO,
+        _ZERO,
+        _ZERO,
+        _ONE,
+        by_matt,
+        _ZERO,
+        _ZERO,
+        _ZERO,
+    )
+
+
 Scattered = tuple[np.float32, np.float32, np.float32, np.float32]
 """RGB of the scattering function times the cosine at the light, and the density of drawing its direction per steradian."""
 
@@ -239,6 +279,9 @@ def evaluate(closure: Closure, surfaces: Surfaces, x: np.float32, y: np.float32,
 
 @inlined
 def _reflect(c: Closure, surfaces: Surfaces, x: np.float32, y: np.float32, z: np.float32) -> Scattered:
+    if c.by_matt == _ONE and c.matt_f90 + c.sheen == _ZERO:
+        flat = z * _INVERSE_PI
+        return flat * c.matt_r, flat * c.matt_g, flat * c.matt_b, flat
     hx, hy, hz = c.wo_x + x, c.wo_y + y, c.wo_z + z
     scale = _ONE / np.sqrt(hx * hx + hy * hy + hz * hz)
     hx, hy, hz = hx * scale, hy * scale, hz * scale

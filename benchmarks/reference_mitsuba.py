@@ -1,0 +1,248 @@
+"""Mitsuba 3 as the other renderer: our scenes in its terms, rendered in a process of its own (extra ``bench-reference``).
+
+Matt surfaces become ``diffuse``, clear glass ``roughdielectric`` at the roughness that we give smooth glass, panes ``thindielectric``, the
+sky an ``envmap``.  For gloss, metal, coats and sheen no plugin of Mitsuba's has the same model, so :mod:`benchmarks.reference_bsdf` writes
+ours in Mitsuba's terms.  Light, paths and their weights are Mitsuba's own throughout.
+"""
+
+from __future__ import annotations
+
+import glob
+import multiprocessing
+import os
+import tempfile
+import time
+from multiprocessing.connection import Connection
+from pathlib import Path
+from types import TracebackType
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.reference_scenes import View
+from renderer import FlatScene, Sky
+from renderer.albedo import MIN_ALPHA
+from renderer.lights import sky_luminance
+from scene_description.poses import world_from_optical
+
+VARIANT = "llvm_ad_rgb"
+ROULETTE_FROM = 5
+"""Mitsuba's default."""
+_SKY_ROWS = 1024
+_LIBRARIES = "/usr/lib/*/libLLVM*.so*"
+
+
+class Rendered(NamedTuple):
+    """An image (height, width, 3) float32 and what it took: seconds of processor and of clock."""
+
+    image: NDArray[np.float32]
+    cpu_s: float
+    wall_s: float
+
+
+class Mitsuba:
+    """A process that renders with Mitsuba; a context manager that ends it.
+
+    Raises:
+        RuntimeError: Mitsuba cannot be used; one line.
+    """
+
+    def __init__(self, threads: int) -> None:
+        if "DRJIT_LIBLLVM_PATH" not in os.environ:
+            newest = sorted(path for path in glob.glob(_LIBRARIES) if ".so.19" in path or ".so.2" in path)
+            os.environ.update({"DRJIT_LIBLLVM_PATH": newest[0]} if newest else {})
+        context = multiprocessing.get_context("spawn")
+        self._pipe, theirs = context.Pipe()
+        self._process = context.Process(target=_serve, args=(theirs, threads), daemon=True)
+        self._process.start()
+        theirs.close()
+        self.version: str = self._answer()
+
+    def load(self, view: View, width: int, height: int, max_depth: int) -> None:
+        """Translate a view; images of it follow."""
+        self._pipe.send(("load", (view, width, height, max_depth)))
+        self._answer()
+
+    def render(self, samples: int, seed: int) -> Rendered:
+        """Return an image of the loaded view."""
+        self._pipe.send(("render", (samples, seed)))
+        return Rendered(*self._answer())
+
+    def _answer(self) -> Any:
+        try:
+            kind, value = self._pipe.recv()
+        except EOFError:
+            raise RuntimeError("Mitsuba: its process ended; see its message above, and docs/reference.md for LLVM's version") from None
+        if kind == "error":
+            raise RuntimeError(f"Mitsuba: {value}")
+        return value
+
+    def __enter__(self) -> Mitsuba:
+        """Return the process itself."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        """End the process."""
+        self._pipe.close()
+        self._process.join(10.0)
+        self._process.terminate()
+
+
+def _serve(pipe: Connection, threads: int) -> None:
+    """Answer requests until the other end closes."""
+    try:
+        import drjit
+        import mitsuba
+
+        mitsuba.set_variant(VARIANT)
+        drjit.set_thread_count(threads)
+        from benchmarks.reference_bsdf import register
+
+        register()
+    except Exception as error:
+        pipe.send(("error", f"{error}; install scene_synth_ros[bench-reference]"))
+        return
+    pipe.send(("ready", mitsuba.__version__))
+    scene, integrator = None, None
+    while True:
+        try:
+            kind, arguments = pipe.recv()
+        except EOFError:
+            return
+        try:
+            if kind == "load":
+                view, width, height, depth = arguments
+                with tempfile.TemporaryDirectory() as folder:
+                    scene = mitsuba.load_dict(translate(view, width, height, Path(folder)))
+                extra = 1 if view.flat.parts.portal.any() else 0
+                integrator = mitsuba.load_dict({"type": "path", "max_depth": depth + extra, "rr_depth": ROULETTE_FROM})
+                pipe.send(("loaded", None))
+            else:
+                samples, seed = arguments
+                cpu, wall = time.process_time(), time.perf_counter()
+                image = np.array(mitsuba.render(scene, integrator=integrator, spp=samples, seed=seed), np.float32)
+                pipe.send(("image", (image[:, :, :3], time.process_time() - cpu, time.perf_counter() - wall)))
+        except Exception as error:
+            pipe.send(("error", " ".join(str(error).split())))
+
+
+def translate(view: View, width: int, height: int, folder: Path) -> dict[str, Any]:
+    """Return a view as Mitsuba's scene dictionary; meshes are written into ``folder``.
+
+    Where panes are, paths get one more segment: what we see in a pane, Mitsuba's paths see behind it.
+
+    Raises:
+        ValueError: a part has what cannot be translated.
+    """
+    import mitsuba as mi
+
+    flat = view.flat
+    pose = world_from_optical(view.pose.position_m, view.pose.orientation)
+    eye, ahead, up = pose[:3, 3], pose[:3, 2], -pose[:3, 1]
+    scene: dict[str, Any] = {
+        "type": "scene",
+        "camera": {
+            "type": "perspective",
+            "fov": float(np.degrees(view.horizontal_fov_rad)),
+            "fov_axis": "x",
+            "near_clip": 1e-3,
+            "to_world": mi.ScalarTransform4f().look_at(list(map(float, eye)), list(map(float, eye + ahead)), list(map(float, up))),
+            "film": {"type": "hdrfilm", "width": width, "height": height, "rfilter": {"type": "box"}, "component_format": "float32"},
+            "sampler": {"type": "independent"},
+        },
+    }
+    for part in range(len(flat.part_names)):
+        path = folder / f"part{part:04d}.ply"
+        if not _write_mesh(flat, part, path):
+            continue
+        shape = {"type": "ply", "filename": str(path), "face_normals": True, "bsdf": bsdf_of(flat, part)}
+        emission = [float(c) for c in flat.parts.emission[part]]
+        if any(emission):
+            shape["emitter"] = {"type": "area", "radiance": {"type": "rgb", "value": emission}}
+        scene[path.stem] = shape
+    if any(color.any() for color in flat.sky):
+        upright = mi.ScalarTransform4f().rotate([1, 0, 0], 90)
+        scene["sky"] = {"type": "envmap", "bitmap": mi.Bitmap(sky_image(flat.sky)), "to_world": upright}
+    return scene
+
+
+def _write_mesh(flat: FlatScene, part: int, path: Path) -> bool:
+    """Write the triangles of a part; return whether there are any."""
+    import mitsuba as mi
+
+    faces = flat.mesh.faces[flat.face_part == part]
+    used, index = np.unique(faces, return_inverse=True)
+    texture = _texture_of(flat, part)
+    mesh = mi.Mesh(path.stem, len(used), len(faces), has_vertex_texcoords=texture >= 0)
+    parameters = mi.traverse(mesh)
+    parameters["vertex_positions"] = flat.mesh.vertices[used].ravel()
+    parameters["faces"] = index.reshape(-1).astype(np.uint32)
+    if texture >= 0:
+        applied = flat.textures[texture]
+        u, v = flat.mesh.uvs[used].astype(np.float64).T
+        turn, lean = np.cos(applied.rotation_rad), np.sin(applied.rotation_rad)
+        placed = np.stack([(turn * u + lean * v) / applied.size[0], (turn * v - lean * u) / applied.size[1]], axis=1)
+        parameters["vertex_texcoords"] = placed.astype(np.float32).ravel()
+    parameters.update()
+    mesh.write_ply(str(path))
+    return len(faces) > 0
+
+
+def _texture_of(flat: FlatScene, part: int) -> int:
+    return int(flat.part_texture[part]) if len(flat.part_texture) else -1
+
+
+def bsdf_of(flat: FlatScene, part: int) -> dict[str, Any]:
+    """Return the plugin that scatters as a part does.
+
+    Raises:
+        ValueError: glass that is rough or coloured, or a texture that is no matt picture.
+    """
+    table, row, name = flat.materials, int(flat.parts.material[part]), flat.part_names[part]
+    ior, base = float(table.ior[row]), [float(c) for c in table.base_color[row]]
+    if len(flat.absorbs) and flat.absorbs[part]:
+        return {"type": "diffuse", "reflectance": _rgb(0.0)}
+    if flat.parts.portal[part]:
+        through = _rgb(float(table.transmission[row]))
+        return {"type": "thindielectric", "int_ior": ior, "ext_ior": 1.0, "specular_transmittance": through}
+    if table.transmission[row] > 0.0:
+        if table.transmission[row] < 1.0 or table.roughness[row] > 0.0 or base != [1.0, 1.0, 1.0]:
+            raise ValueError(f"{name}: expected clear, smooth glass, got tinted or rough glass; take another material")
+        return {"type": "roughdielectric", "distribution": "ggx", "alpha": MIN_ALPHA, "int_ior": ior, "ext_ior": 1.0}
+    plain = ior == 1.0 and not (table.metallic[row] or table.clearcoat[row] or table.sheen[row])
+    texture = _texture_of(flat, part)
+    if texture >= 0:
+        tile = flat.textures[texture].tile
+        if not (plain and tile.picture and (tile.levels[0][..., 5:7] == tile.levels[0][0, 0, 5:7]).all()):
+            raise ValueError(f"{name}: expected a flat picture on a matt surface, got gloss, relief or a pattern; take another texture")
+        return _two_sided({"type": "diffuse", "reflectance": _bitmap(tile.levels[0][..., :3])})
+    if plain:
+        return _two_sided({"type": "diffuse", "reflectance": {"type": "rgb", "value": base}})
+    names = ("roughness", "metallic", "clearcoat", "clearcoat_roughness", "sheen")
+    numbers = {name: float(getattr(table, name)[row]) for name in names}
+    return {"type": "layered", "red": base[0], "green": base[1], "blue": base[2], "ior": ior} | numbers
+
+
+def _rgb(level: float) -> dict[str, Any]:
+    return {"type": "rgb", "value": [level] * 3}
+
+
+def _two_sided(bsdf: dict[str, Any]) -> dict[str, Any]:
+    return {"type": "twosided", "bsdf": bsdf}
+
+
+def _bitmap(texels: NDArray[np.uint8]) -> dict[str, Any]:
+    """Return a repeating texture of sRGB texels whose first row lies at v = 0, as luminance."""
+    import mitsuba as mi
+
+    byte = texels.astype(np.float64) / 255.0
+    linear = np.where(byte <= 0.04045, byte / 12.92, ((byte + 0.055) / 1.055) ** 2.4).astype(np.float32)
+    return {"type": "bitmap", "bitmap": mi.Bitmap(np.ascontiguousarray(linear)), "raw": True, "wrap_mode": "repeat"}
+
+
+def sky_image(sky: Sky) -> NDArray[np.float32]:
+    """Return the sky as a panorama (rows, 2 * rows, 3), zenith uppermost; it is the same all around."""
+    height = np.cos(np.pi * (np.arange(_SKY_ROWS) + 0.5) / _SKY_ROWS).astype(np.float32)
+    rows = np.array([[sky_luminance(sky, channel, z) for channel in range(3)] for z in height], np.float32)
+    return np.ascontiguousarray(np.broadcast_to(rows[:, None, :], (_SKY_ROWS, 2 * _SKY_ROWS, 3)))
