@@ -133,10 +133,8 @@ def write_pictures(path: Path, view: View, a: Images, b: Images) -> None:
 
 def table(found: dict[str, Compared]) -> str:
     """Return the figures as a table in Markdown."""
-    lines = [
-        "| scene | mean, ours / Mitsuba | standard errors | blocks beyond 3 (by chance) | us per sample, ours / Mitsuba | error at equal time |"
-    ]
-    lines.append("|---|---|---|---|---|---|")
+    titles = ("scene", "mean, ours / Mitsuba", "standard errors", "blocks beyond 3 (by chance)", "us per sample, ours / Mitsuba")
+    lines = ["| " + " | ".join((*titles, "error at equal time")) + " |", "|---|---|---|---|---|---|"]
     for name, row in found.items():
         lines.append(
             f"| {name} | {row.mean_ratio:.4f} | {row.mean_sigmas:+.1f} | {100 * row.beyond:.1f} % ({100 * row.chance:.1f} %) |"

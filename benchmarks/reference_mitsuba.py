@@ -23,13 +23,15 @@ from numpy.typing import NDArray
 from benchmarks.reference_scenes import View
 from renderer import FlatScene, Sky
 from renderer.albedo import MIN_ALPHA
-from renderer.lights import sky_luminance
+from renderer.outside import sky_color
 from scene_description.poses import world_from_optical
 
 VARIANT = "llvm_ad_rgb"
 ROULETTE_FROM = 5
 """Mitsuba's default."""
-_SKY_ROWS = 1024
+_SKY_ROWS = 2048
+_FINE = 8
+_ZERO = np.float32(0.0)
 _LIBRARIES = "/usr/lib/*/libLLVM*.so*"
 
 
@@ -115,7 +117,7 @@ def _serve(pipe: Connection, threads: int) -> None:
                 view, width, height, depth = arguments
                 with tempfile.TemporaryDirectory() as folder:
                     scene = mitsuba.load_dict(translate(view, width, height, Path(folder)))
-                extra = 1 if view.flat.parts.portal.any() else 0
+                extra = 0 if panes_are_holes(view.flat) else 1
                 integrator = mitsuba.load_dict({"type": "path", "max_depth": depth + extra, "rr_depth": ROULETTE_FROM})
                 pipe.send(("loaded", None))
             else:
@@ -130,7 +132,8 @@ def _serve(pipe: Connection, threads: int) -> None:
 def translate(view: View, width: int, height: int, folder: Path) -> dict[str, Any]:
     """Return a view as Mitsuba's scene dictionary; meshes are written into ``folder``.
 
-    Where panes are, paths get one more segment: what we see in a pane, Mitsuba's paths see behind it.
+    Panes that let everything through become holes.  Through other panes, paths get one more segment: what we see in a pane, Mitsuba's
+    paths see behind it.
 
     Raises:
         ValueError: a part has what cannot be translated.
@@ -154,6 +157,8 @@ def translate(view: View, width: int, height: int, folder: Path) -> dict[str, An
     }
     for part in range(len(flat.part_names)):
         path = folder / f"part{part:04d}.ply"
+        if flat.parts.portal[part] and panes_are_holes(flat):
+            continue
         if not _write_mesh(flat, part, path):
             continue
         shape = {"type": "ply", "filename": str(path), "face_normals": True, "bsdf": bsdf_of(flat, part)}
@@ -161,10 +166,16 @@ def translate(view: View, width: int, height: int, folder: Path) -> dict[str, An
         if any(emission):
             shape["emitter"] = {"type": "area", "radiance": {"type": "rgb", "value": emission}}
         scene[path.stem] = shape
-    if any(color.any() for color in flat.sky):
+    if any(item.any() for item in flat.sky):
         upright = mi.ScalarTransform4f().rotate([1, 0, 0], 90)
         scene["sky"] = {"type": "envmap", "bitmap": mi.Bitmap(sky_image(flat.sky)), "to_world": upright}
     return scene
+
+
+def panes_are_holes(flat: FlatScene) -> bool:
+    """Return whether all panes let everything through, unbent."""
+    rows = flat.parts.material[flat.parts.portal]
+    return bool((flat.materials.ior[rows] == 1.0).all() and (flat.materials.transmission[rows] == 1.0).all())
 
 
 def _write_mesh(flat: FlatScene, part: int, path: Path) -> bool:
@@ -242,7 +253,39 @@ def _bitmap(texels: NDArray[np.uint8]) -> dict[str, Any]:
 
 
 def sky_image(sky: Sky) -> NDArray[np.float32]:
-    """Return the sky as a panorama (rows, 2 * rows, 3), zenith uppermost; it is the same all around."""
-    height = np.cos(np.pi * (np.arange(_SKY_ROWS) + 0.5) / _SKY_ROWS).astype(np.float32)
-    rows = np.array([[sky_luminance(sky, channel, z) for channel in range(3)] for z in height], np.float32)
-    return np.ascontiguousarray(np.broadcast_to(rows[:, None, :], (_SKY_ROWS, 2 * _SKY_ROWS, 3)))
+    """Return sky and sun as the panorama (rows, 2 * rows, 3) of ``envmap``, zenith uppermost; texels at the sun's edge hold their mean.
+
+    Raises:
+        ValueError: the environment is a map already.
+    """
+    if sky.table.size or sky.hot.size:
+        raise ValueError("sky: expected zenith, horizon, ground and sun, got an environment map; take another sky")
+    height = np.cos(np.pi * np.arange(_SKY_ROWS) / (_SKY_ROWS - 1)).astype(np.float32)
+    rows = np.array([sky_color(sky, _ZERO, _ZERO, z) for z in height], np.float32)
+    image = np.repeat(rows[:, None, :], 2 * _SKY_ROWS, axis=1)
+    if len(sky.sun):
+        _add_sun(sky, image)
+    return image
+
+
+def _add_sun(sky: Sky, image: NDArray[np.float32]) -> None:
+    """Add the sun's disc, each texel the mean over itself of a fine grid; the whole has exactly the sun's illuminance."""
+    sun = sky.sun.astype(np.float64)
+    radius = np.arccos(1.0 - sun[3])
+    rows, columns = image.shape[:2]
+    middle_row = np.arccos(sun[2]) / np.pi * (rows - 1)
+    middle_column = (np.arctan2(sun[0], sun[1]) / (2.0 * np.pi) % 1.0) * columns - 0.5
+    reach = 2.0 + radius / np.pi * rows
+    wide = 2.0 + reach / np.hypot(sun[0], sun[1])
+    i = np.arange(int(middle_row - reach), int(middle_row + reach) + 1)
+    j = np.arange(int(middle_column - wide), int(middle_column + wide) + 1)
+    fine = (np.arange(_FINE) + 0.5) / _FINE - 0.5
+    tilt = np.pi * (i[:, None] + fine).ravel() / (rows - 1)
+    turn = 2.0 * np.pi * ((j[:, None] + fine).ravel() + 0.5) / columns
+    x, y = np.sin(tilt)[:, None] * np.sin(turn), np.sin(tilt)[:, None] * np.cos(turn)
+    apart = ((x - sun[0]) ** 2 + (y - sun[1]) ** 2 + ((np.cos(tilt) - sun[2]) ** 2)[:, None]) / (2.0 * sun[3])
+    limb = 1.0 - 0.6 * (1.0 - np.sqrt(np.maximum(1.0 - apart, 0.0)))
+    disc = np.where(apart < 1.0, limb, 0.0).reshape(len(i), _FINE, len(j), _FINE).mean(axis=(1, 3))
+    texel_sr = np.sin(np.pi * i / (rows - 1))[:, None] * (np.pi / (rows - 1)) * (2.0 * np.pi / columns)
+    disc *= 2.0 * np.pi * sun[3] / (disc * texel_sr).sum()
+    image[i[:, None], j % columns] += (disc[..., None] * sun[4:7]).astype(np.float32)

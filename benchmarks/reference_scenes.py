@@ -233,6 +233,26 @@ def lamp_with_shade() -> View:
     return view(things, (0.4, 0.4, 1.5), (2.0, 1.8, 1.0), 60.0, 6.0)
 
 
+def sun_through_a_window() -> View:
+    """The sun in a clear sky, through an opening, on the floor of a matt room."""
+    sides = box((0, 0, 0), (4, 4, 2.5), inward=True)
+    looks = {"-x": (0.6, 0.3, 0.2), "+x": (0.7, 0.7, 0.7), "-y": (0.7, 0.7, 0.7), "-z": (0.5, 0.4, 0.3), "+z": (0.8, 0.8, 0.8)}
+    things = [Thing(sides[name], matt(*color)) for name, color in looks.items()]
+    wall = matt(0.7, 0.7, 0.7)
+    for x, z, width, height in ((0.0, 0.0, 4.0, 0.9), (0.0, 2.1, 4.0, 0.4), (0.0, 0.9, 1.2, 1.2), (2.8, 0.9, 1.2, 1.2)):
+        things.append(Thing(quad((x, 4.0, z), (width, 0, 0), (0, 0, height)), wall))
+    opening = Material(id="opening", family="opening", base_color=(1.0, 1.0, 1.0), transmission=1.0, ior=1.0)
+    things.append(Thing(quad((1.2, 4.0, 0.9), (1.6, 0, 0), (0, 0, 1.2)), opening, portal=True))
+    block = merged(*box((-0.3, -0.3, 0), (0.3, 0.3, 0.7)).values())
+    things.append(Thing(moved(rotated(block, "z", 0.4), 1.6, 2.1), matt(0.2, 0.35, 0.6)))
+    way = np.array((0.25, 0.8, 0.6)) / np.linalg.norm((0.25, 0.8, 0.6))
+    radius, illuminance = math.radians(0.2665), np.array((62000.0, 58000.0, 50000.0))
+    cap = 1.0 - math.cos(radius)
+    sun = np.array([*way, cap, *illuminance / (2.0 * math.pi * cap)], np.float32)
+    sky = Sky(*(np.array(color, np.float32) for color in ((2500, 3500, 6000), (5000, 5500, 6500), (1500, 1400, 1200))), sun=sun)
+    return view(things, (3.6, 0.4, 1.6), (1.5, 2.6, 0.7), 72.0, 11.0, sky)
+
+
 def sampled_bedroom() -> View:
     """A bedroom of the grammar by daylight, its lamps off, without its textures: they are filtered differently everywhere."""
     flat, pose = bedroom()
@@ -240,7 +260,7 @@ def sampled_bedroom() -> View:
     plain = flat._replace(
         parts=parts, part_texture=np.full_like(flat.part_texture, -1), mesh=flat.mesh._replace(normals=np.zeros_like(flat.mesh.normals))
     )
-    return View(plain, pose, 1.2217304763960306, 7.0)
+    return View(plain, pose, 1.2217304763960306, 5.0)
 
 
 def bedroom() -> tuple[FlatScene, CameraPose]:
@@ -257,5 +277,6 @@ SCENES: dict[str, Callable[[], View]] = {
     "mirror room": mirror_room,
     "textured room": textured_room,
     "lamp with shade": lamp_with_shade,
+    "sun through a window": sun_through_a_window,
     "bedroom by daylight": sampled_bedroom,
 }

@@ -7,22 +7,41 @@ The ray that continues the path may find the same light; both estimate it, so th
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from renderer.bsdf import Closure, evaluate
-from renderer.embree import DIR_X, DIR_Y, DIR_Z, LANES, ORG_X, ORG_Y, ORG_Z, TFAR, TNEAR, SceneHandle, occluded16
+from renderer.bsdf import evaluate
+from renderer.embree import DIR_X, LANES, ORG_X, TFAR, TNEAR, SceneHandle, occluded16
 from renderer.kernel import inlined, kernel
 from renderer.lights import Lights, clamp_unit, find_emitter, importance, load_bounds, spread_over_triangle
-from renderer.microfacet import frame_about
 from renderer.outside import draw_toward, hot_toward, pane_ahead
 from renderer.records import (
+    DENSITY,
     DRAW_LIGHT_U,
     DRAW_LIGHT_V,
     DRAW_SUN_U,
     DRAW_SUN_V,
+    FOLLOWS,
+    FRAME_UX,
+    FRAME_UY,
+    FRAME_UZ,
+    FRAME_VX,
+    FRAME_VY,
+    FRAME_VZ,
+    LIGHT_B,
+    LIGHT_CHANCE,
+    LIGHT_G,
+    LIGHT_R,
+    LIGHT_X,
+    LIGHT_Y,
+    LIGHT_Z,
     NEAR,
+    OUT_B,
+    OUT_G,
+    OUT_R,
     POINT_X,
     POINT_Y,
     POINT_Z,
+    REFLECTS,
     SHADE_X,
     SHADE_Y,
     SHADE_Z,
@@ -31,6 +50,9 @@ from renderer.records import (
     SIDE_Z,
     TOTAL,
     WAVE,
+    WAY_X,
+    WAY_Y,
+    WAY_Z,
     WEIGHT_B,
     WEIGHT_G,
     WEIGHT_R,
@@ -79,14 +101,32 @@ def _draw_group(scratch: Scratch, k: int, group_count: int) -> tuple[int, np.flo
     return last, clamp_unit(left / scratch.shares[last * LANES + k])
 
 
-@inlined
-def aim_at_light(
-    surfaces: Surfaces, lights: Lights, scratch: Scratch, closure: Closure, k: int, shared: bool, limit: np.float32, count: int
+@kernel
+def meet_lights(
+    scene: SceneHandle, surfaces: Surfaces, lights: Lights, scratch: Scratch, kinds: int, limit: np.float32, waiting: int
 ) -> int:
-    """Draw a point on a light for lane k; where it would bring light, put its ray behind the ``count`` that wait, and return the new count.
+    """Draw light for all lanes and put rays to it behind the ``waiting`` ones; return how many wait then.
 
-    ``shared``: whether a ray will follow that can find the same light.  ``limit``: most that each channel may bring.
+    ``kinds``: of the packet (:mod:`renderer.closure`).  ``limit``: most that each channel of one light may bring.
     """
+    lanes = scratch.lanes
+    for k in range(LANES):
+        lanes[LIGHT_CHANCE + k] = _ZERO
+        if lanes[REFLECTS + k] > _ZERO and lanes[TOTAL + k] > _ZERO:
+            _aim_at_light(surfaces, lights, scratch, k)
+    waiting = _send_shadows(scene, surfaces, scratch, kinds, limit, waiting)
+    if len(lights.outside.part) > 0:
+        for k in range(LANES):
+            lanes[LIGHT_CHANCE + k] = _ZERO
+            if lanes[REFLECTS + k] > _ZERO and lanes[TOTAL + k] > _ZERO:
+                _aim_outside(surfaces, lights, lanes, k)
+        waiting = _send_shadows(scene, surfaces, scratch, kinds, limit, waiting)
+    return waiting
+
+
+@inlined
+def _aim_at_light(surfaces: Surfaces, lights: Lights, scratch: Scratch, k: int) -> None:
+    """Fill LIGHT of lane k with a point on a light, drawn by importance; LIGHT_CHANCE stays 0 where it brings none."""
     lanes, groups = scratch.lanes, lights.groups
     group, within = _draw_group(scratch, k, len(groups.area))
     e, within = find_emitter(lights, group, within)
@@ -100,77 +140,97 @@ def aim_at_light(
     distance = np.sqrt(dx * dx + dy * dy + dz * dz)
     scale = _ONE / max(distance, _TINY)
     at_light = -(dx * nx + dy * ny + dz * nz) * scale
-    ax, ay, az = lanes[SHADE_X + k], lanes[SHADE_Y + k], lanes[SHADE_Z + k]
-    at_surface = (dx * ax + dy * ay + dz * az) * scale
-    above = dx * lanes[SIDE_X + k] + dy * lanes[SIDE_Y + k] + dz * lanes[SIDE_Z + k]
-    if at_light <= _ZERO or at_surface <= _ZERO or above <= _ZERO:
-        return count
-    ux, uy, uz, vx, vy, vz = frame_about(ax, ay, az)
-    r, g, b, density = evaluate(closure, surfaces, (dx * ux + dy * uy + dz * uz) * scale, (dx * vx + dy * vy + dz * vz) * scale, at_surface)
+    if at_light <= _ZERO or not _rises(lanes, k, dx, dy, dz):
+        return
     share = scratch.shares[group * LANES + k] / lanes[TOTAL + k]
-    chance = share * distance * distance / (groups.area[group] * at_light)
-    gain = _ONE / (chance + density if shared else chance)
-    shine_r, shine_g, shine_b = emitted_luminance(surfaces, lights.part[e], dx * scale, dy * scale, dz * scale, at_light)
-    return _await_light(scratch, k, limit, count, r * gain * shine_r, g * gain * shine_g, b * gain * shine_b, dx, dy, dz)
+    lanes[LIGHT_CHANCE + k] = share * distance * distance / (groups.area[group] * at_light)
+    lanes[LIGHT_X + k], lanes[LIGHT_Y + k], lanes[LIGHT_Z + k] = dx, dy, dz
+    r, g, b = emitted_luminance(surfaces, lights.part[e], dx * scale, dy * scale, dz * scale, at_light)
+    lanes[LIGHT_R + k], lanes[LIGHT_G + k], lanes[LIGHT_B + k] = r, g, b
 
 
 @inlined
-def aim_outside(
-    surfaces: Surfaces, lights: Lights, scratch: Scratch, closure: Closure, k: int, shared: bool, limit: np.float32, count: int
-) -> int:
-    """Draw a direction to the sun, or to a bright part of the environment, for lane k, as :func:`aim_at_light` does for lights.
+def _aim_outside(surfaces: Surfaces, lights: Lights, lanes: NDArray[np.float32], k: int) -> None:
+    """Fill LIGHT of lane k with a direction to the sun, or to a bright part of the environment, as :func:`_aim_at_light` does for lights.
 
     Where no pane lies that way nothing comes in, and no ray is traced.
     """
-    lanes, outside = scratch.lanes, lights.outside
+    outside = lights.outside
     dx, dy, dz = draw_toward(outside, lanes[DRAW_SUN_U + k], lanes[DRAW_SUN_V + k])
-    ax, ay, az = lanes[SHADE_X + k], lanes[SHADE_Y + k], lanes[SHADE_Z + k]
-    at_surface = dx * ax + dy * ay + dz * az
-    if at_surface <= _ZERO or dx * lanes[SIDE_X + k] + dy * lanes[SIDE_Y + k] + dz * lanes[SIDE_Z + k] <= _ZERO:
-        return count
+    if not _rises(lanes, k, dx, dy, dz):
+        return
     pane, distance = pane_ahead(outside, lanes[POINT_X + k], lanes[POINT_Y + k], lanes[POINT_Z + k], dx, dy, dz)
     if pane < 0:
-        return count
-    hot_r, hot_g, hot_b, chance = hot_toward(outside, dx, dy, dz)
-    if not chance > _ZERO:
-        return count
+        return
+    r, g, b, chance = hot_toward(outside, dx, dy, dz)
     row = outside.panes[pane]
-    through = pane_through(surfaces, outside.part[pane], -(dx * row[9] + dy * row[10] + dz * row[11]))
-    ux, uy, uz, vx, vy, vz = frame_about(ax, ay, az)
-    r, g, b, density = evaluate(closure, surfaces, dx * ux + dy * uy + dz * uz, dx * vx + dy * vy + dz * vz, at_surface)
-    gain = through / (chance + density if shared else chance)
+    facing = -(dx * row[9] + dy * row[10] + dz * row[11])
+    through = pane_through(surfaces, outside.part[pane], facing)
     # Shadow rays end as far before the pane as they begin off their own surface.
-    reach = max(distance - lift_height(row[0], row[1], row[2]) / max(-(dx * row[9] + dy * row[10] + dz * row[11]), _GRAZING), _TINY)
-    return _await_light(scratch, k, limit, count, r * gain * hot_r, g * gain * hot_g, b * gain * hot_b, reach * dx, reach * dy, reach * dz)
+    reach = max(distance - lift_height(row[0], row[1], row[2]) / max(facing, _GRAZING), _TINY)
+    lanes[LIGHT_CHANCE + k] = chance
+    lanes[LIGHT_X + k], lanes[LIGHT_Y + k], lanes[LIGHT_Z + k] = reach * dx, reach * dy, reach * dz
+    lanes[LIGHT_R + k], lanes[LIGHT_G + k], lanes[LIGHT_B + k] = through * r, through * g, through * b
 
 
 @inlined
-def _await_light(
-    scratch: Scratch,
-    k: int,
-    limit: np.float32,
-    count: int,
-    r: np.float32,
-    g: np.float32,
-    b: np.float32,
-    dx: np.float32,
-    dy: np.float32,
-    dz: np.float32,
-) -> int:
-    """Put light (r, g, b) times lane k's weight behind the ``count`` that wait for their shadow rays, and return the new count."""
+def _rises(lanes: NDArray[np.float32], k: int, dx: np.float32, dy: np.float32, dz: np.float32) -> bool:
+    """Return whether a way leaves lane k's surface on the viewer's side, by both of its normals."""
+    shading = dx * lanes[SHADE_X + k] + dy * lanes[SHADE_Y + k] + dz * lanes[SHADE_Z + k]
+    true = dx * lanes[SIDE_X + k] + dy * lanes[SIDE_Y + k] + dz * lanes[SIDE_Z + k]
+    return bool((shading > _ZERO) & (true > _ZERO))
+
+
+@kernel
+def _send_shadows(scene: SceneHandle, surfaces: Surfaces, scratch: Scratch, kinds: int, limit: np.float32, waiting: int) -> int:
+    """Weigh what LIGHT brings to the lanes where its chance is not 0, and let its shadow rays wait; return how many do."""
     lanes, shadows = scratch.lanes, scratch.shadows
-    r, g, b = r * lanes[WEIGHT_R + k], g * lanes[WEIGHT_G + k], b * lanes[WEIGHT_B + k]
-    most = max(r, g, b)
-    if not most > _ZERO:
-        return count
-    keep = min(_ONE, limit / most)
+    _turn_to_lights(lanes)
+    evaluate(lanes, kinds, surfaces)
+    _weigh_light(lanes, limit)
     real, pending = shadows.packet.real, shadows.pending
-    pending[count], pending[LANES + count], pending[2 * LANES + count] = r * keep, g * keep, b * keep
-    real[ORG_X + count], real[ORG_Y + count], real[ORG_Z + count] = lanes[POINT_X + k], lanes[POINT_Y + k], lanes[POINT_Z + k]
-    real[DIR_X + count], real[DIR_Y + count], real[DIR_Z + count] = dx, dy, dz
-    real[TNEAR + count], real[TFAR + count] = _ZERO, _ONE
-    shadows.slot[count] = scratch.lane_slot[k]
-    return count + 1
+    for k in range(LANES):
+        r, g, b = lanes[LIGHT_R + k], lanes[LIGHT_G + k], lanes[LIGHT_B + k]
+        if not lanes[LIGHT_CHANCE + k] > _ZERO or not r + g + b > _ZERO:
+            continue
+        if waiting == LANES:
+            cast_shadows(scene, scratch, waiting)
+            waiting = 0
+        pending[waiting], pending[LANES + waiting], pending[2 * LANES + waiting] = r, g, b
+        for field in range(0, 3 * LANES, LANES):
+            real[ORG_X + field + waiting] = lanes[POINT_X + field + k]
+            real[DIR_X + field + waiting] = lanes[LIGHT_X + field + k]
+        real[TNEAR + waiting], real[TFAR + waiting] = _ZERO, _ONE
+        shadows.slot[waiting] = scratch.lane_slot[k]
+        waiting += 1
+    return waiting
+
+
+@kernel
+def _turn_to_lights(lanes: NDArray[np.float32]) -> None:
+    """Fill WAY with the directions to LIGHT."""
+    for k in range(LANES):
+        x, y, z = lanes[LIGHT_X + k], lanes[LIGHT_Y + k], lanes[LIGHT_Z + k]
+        squared = x * x + y * y + z * z
+        scale = _ONE / np.sqrt(squared if squared > _TINY else _TINY)
+        x, y, z = x * scale, y * scale, z * scale
+        lanes[WAY_X + k] = x * lanes[FRAME_UX + k] + y * lanes[FRAME_UY + k] + z * lanes[FRAME_UZ + k]
+        lanes[WAY_Y + k] = x * lanes[FRAME_VX + k] + y * lanes[FRAME_VY + k] + z * lanes[FRAME_VZ + k]
+        lanes[WAY_Z + k] = x * lanes[SHADE_X + k] + y * lanes[SHADE_Y + k] + z * lanes[SHADE_Z + k]
+
+
+@kernel
+def _weigh_light(lanes: NDArray[np.float32], limit: np.float32) -> None:
+    """Replace luminance by what it brings to the pixel; where a ray follows that can find the same light, both share it."""
+    for k in range(LANES):
+        gain = _ONE / (lanes[LIGHT_CHANCE + k] + lanes[FOLLOWS + k] * lanes[DENSITY + k])
+        r = gain * lanes[LIGHT_R + k] * lanes[OUT_R + k] * lanes[WEIGHT_R + k]
+        g = gain * lanes[LIGHT_G + k] * lanes[OUT_G + k] * lanes[WEIGHT_G + k]
+        b = gain * lanes[LIGHT_B + k] * lanes[OUT_B + k] * lanes[WEIGHT_B + k]
+        most = r if r > g else g
+        most = most if most > b else b
+        keep = limit / most if most > limit else _ONE
+        lanes[LIGHT_R + k], lanes[LIGHT_G + k], lanes[LIGHT_B + k] = r * keep, g * keep, b * keep
 
 
 @kernel

@@ -16,11 +16,9 @@ What a wave computes depends on its tile and sample only, and each random number
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from renderer.bsdf import draw_direction, evaluate, make_closure
 from renderer.cameras import PosedCamera
-from renderer.direct_light import aim_at_light, aim_outside, cast_shadows, weigh_lights
+from renderer.direct_light import cast_shadows, weigh_lights
 from renderer.embree import (
     DIR_X,
     DIR_Y,
@@ -42,54 +40,32 @@ from renderer.embree import (
 from renderer.ground_truth import TILE, aim_tile
 from renderer.kernel import inlined, kernel
 from renderer.lights import Lights
-from renderer.microfacet import frame_about
 from renderer.random_numbers import draw_pairs, mix
 from renderer.records import (
     AT_CHANCE,
     AT_DIR_X,
     AT_DIR_Y,
     AT_DIR_Z,
-    AT_FROM_X,
-    AT_FROM_Y,
-    AT_FROM_Z,
     AT_IMPORTANCE,
     AT_ORG_X,
     AT_ORG_Y,
     AT_ORG_Z,
     AT_SPREAD,
-    AT_WEIGHT_B,
-    AT_WEIGHT_G,
     AT_WEIGHT_R,
     AT_WIDTH,
     BASE_R,
     CARRIED,
     CHANCE,
-    COAT,
     COAT_ROUGHNESS,
-    DRAW_END,
     DRAW_LIGHT_U,
-    DRAW_LOBE,
     DRAW_SUN_U,
-    DRAW_WAY_U,
-    DRAW_WAY_V,
     GLOW_CHANCE,
     GLOW_R,
-    METALLIC,
-    NEAR,
-    POINT_X,
-    POINT_Y,
-    POINT_Z,
     REFLECTS,
     ROUGHNESS,
     SHADE_X,
-    SHADE_Y,
-    SHADE_Z,
-    SIDE_X,
-    SIDE_Y,
-    SIDE_Z,
     SPREAD,
     THIN,
-    TOTAL,
     TRANSMISSION,
     WAVE,
     WAVE_EDGE,
@@ -104,8 +80,9 @@ from renderer.records import (
     Transport,
     Work,
 )
+from renderer.scattering import scatter
 from renderer.shutter import move_rays
-from renderer.surfaces import find_surfaces, lift_height
+from renderer.surfaces import find_surfaces
 from renderer.thin_lens import open_lens
 
 _ZERO, _ONE, _TWO, _HALF, _TINY = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(0.5), np.float32(1e-30)
@@ -159,7 +136,7 @@ def trace_paths(
                         if len(lights.outside.part) > 0:
                             number = np.uint32(_DIRECTION_PAIRS + depth)
                             draw_pairs(scratch.lane_seeds, np.uint32(sample), number, scratch.lanes[DRAW_SUN_U:])
-                        queued, waiting = _scatter(scene, surfaces, lights, transport, depth, queued, waiting, ahead, scratch)
+                        queued, waiting = scatter(scene, surfaces, lights, transport, depth, queued, waiting, ahead, scratch)
                 if waiting > 0:
                     cast_shadows(scene, scratch, waiting)
                 count = queued
@@ -287,81 +264,3 @@ def _gather_glow(scratch: Scratch, limit: np.float32) -> None:
             light[slot] += r * keep
             light[WAVE + slot] += g * keep
             light[2 * WAVE + slot] += b * keep
-
-
-@kernel
-def _scatter(
-    scene: SceneHandle,
-    surfaces: Surfaces,
-    lights: Lights,
-    transport: Transport,
-    depth: int,
-    queued: int,
-    waiting: int,
-    ahead: Queue,
-    scratch: Scratch,
-) -> tuple[int, int]:
-    """Scatter the paths of a packet: shadow rays to lights, and the next rays; return how many rays are queued and wait."""
-    lanes, real = scratch.lanes, scratch.rays.real
-    limit = transport.clamp if depth > 0 else _INFINITE
-    for k in range(LANES):
-        if lanes[REFLECTS + k] == _ZERO:
-            continue
-        if waiting == LANES:
-            cast_shadows(scene, scratch, waiting)
-            waiting = 0
-        nx, ny, nz = lanes[SHADE_X + k], lanes[SHADE_Y + k], lanes[SHADE_Z + k]
-        ux, uy, uz, vx, vy, vz = frame_about(nx, ny, nz)
-        dx, dy, dz = -real[DIR_X + k], -real[DIR_Y + k], -real[DIR_Z + k]
-        wo_z = max(dx * nx + dy * ny + dz * nz, _TINY)
-        closure = make_closure(lanes, k, surfaces, dx * ux + dy * uy + dz * uz, dx * vx + dy * vy + dz * vz, wo_z)
-        follows = depth + 2 < transport.max_depth or lanes[NEAR + k] > _ZERO or _is_glossy(lanes, k)
-        if lanes[TOTAL + k] > _ZERO:
-            waiting = aim_at_light(surfaces, lights, scratch, closure, k, follows, limit, waiting)
-            if len(lights.outside.part) > 0:
-                if waiting == LANES:
-                    cast_shadows(scene, scratch, waiting)
-                    waiting = 0
-                waiting = aim_outside(surfaces, lights, scratch, closure, k, follows, limit, waiting)
-        if not follows:
-            continue
-        x, y, z = draw_direction(closure, lanes[DRAW_LOBE + k], lanes[DRAW_WAY_U + k], lanes[DRAW_WAY_V + k])
-        r, g, b, density = evaluate(closure, surfaces, x, y, z)
-        dx, dy, dz = x * ux + y * vx + z * nx, x * uy + y * vy + z * ny, x * uz + y * vz + z * nz
-        above = dx * lanes[SIDE_X + k] + dy * lanes[SIDE_Y + k] + dz * lanes[SIDE_Z + k]
-        if not density > _ZERO or above * z <= _ZERO:
-            continue
-        scale = _ONE / density
-        r, g, b = r * scale * lanes[WEIGHT_R + k], g * scale * lanes[WEIGHT_G + k], b * scale * lanes[WEIGHT_B + k]
-        survival = max(r, g, b)
-        if depth >= _ROULETTE_FROM and survival < _ONE:
-            survival = max(survival, _LEAST_SURVIVAL)
-            if lanes[DRAW_END + k] >= survival:
-                continue
-            r, g, b = r / survival, g / survival, b / survival
-        if not max(r, g, b) > _ZERO:
-            continue
-        px, py, pz = lanes[POINT_X + k], lanes[POINT_Y + k], lanes[POINT_Z + k]
-        down = _ZERO if z > _ZERO else -_TWO * lift_height(px, py, pz)
-        state = ahead.state
-        state[AT_ORG_X + queued] = px + down * lanes[SIDE_X + k]
-        state[AT_ORG_Y + queued] = py + down * lanes[SIDE_Y + k]
-        state[AT_ORG_Z + queued] = pz + down * lanes[SIDE_Z + k]
-        state[AT_DIR_X + queued], state[AT_DIR_Y + queued], state[AT_DIR_Z + queued] = dx, dy, dz
-        state[AT_WEIGHT_R + queued], state[AT_WEIGHT_G + queued], state[AT_WEIGHT_B + queued] = r, g, b
-        state[AT_CHANCE + queued] = density if z > _ZERO and lanes[TOTAL + k] > _ZERO else _INFINITE
-        state[AT_IMPORTANCE + queued] = max(lanes[TOTAL + k], _TINY)
-        state[AT_FROM_X + queued], state[AT_FROM_Y + queued], state[AT_FROM_Z + queued] = nx, ny, nz
-        state[AT_WIDTH + queued] = lanes[WIDTH + k]
-        state[AT_SPREAD + queued] = lanes[SPREAD + k] + _ONE / (_ONE + np.sqrt(density))
-        ahead.slot[queued] = scratch.lane_slot[k]
-        queued += 1
-    return queued, waiting
-
-
-@inlined
-def _is_glossy(lanes: NDArray[np.float32], k: int) -> bool:
-    """Return whether drawing lights alone would be noisy at this surface."""
-    layered = lanes[THIN + k] + lanes[TRANSMISSION + k] + lanes[COAT + k] > _ZERO
-    metallic = (lanes[METALLIC + k] > _ZERO) & (lanes[ROUGHNESS + k] < _ONE)
-    return bool(layered | metallic | (lanes[ROUGHNESS + k] < _MATT))

@@ -56,6 +56,65 @@ WAVE = WAVE_EDGE * WAVE_EDGE
     WIDTH,  # of the ray's footprint at the hit, metres
     TOTAL,  # importance of all lights together at the hit
     NEAR,  # how many groups of lights the hit is near to
+    FRAME_UX,  # with SHADE as the third axis, the local frame: unit vectors in the world
+    FRAME_UY,
+    FRAME_UZ,
+    FRAME_VX,
+    FRAME_VY,
+    FRAME_VZ,
+    WO_X,  # towards the viewer, in the local frame; WO_Z > 0
+    WO_Y,
+    WO_Z,
+    GLOSSY,  # 1 where light is reflected by more than Lambert's law, else 0
+    WHOLE,  # albedo of the base's microfacets at reflectance 1 towards the viewer, and its part by Schlick's fifth power
+    FIFTH,
+    MEAN,  # the hemisphere's means of these two
+    MEAN_FIFTH,
+    SHEEN_ALBEDO,
+    COAT_WHOLE,
+    COAT_FIFTH,
+    ALPHA,  # of the microfacets
+    COAT_ALPHA,
+    MATT_R,  # diffuse base times the share that enters, without the factor of the other direction
+    MATT_G,
+    MATT_B,
+    MATT_F0,  # specular reflectance of the base's boundary at normal and grazing incidence
+    MATT_F90,
+    SHIFT_R,  # the same as MATT for multiple scattering in metal
+    SHIFT_G,
+    SHIFT_B,
+    GLOSS_R,  # specular reflectance at normal and grazing incidence, weighted by share
+    GLOSS_G,
+    GLOSS_B,
+    GRAZING,
+    SHINE,  # weight of sheen
+    CLEAR,  # weight of glass or pane
+    ETA,  # index of refraction beyond the surface over that on the viewer's side
+    BY_MATT,  # probabilities of drawing from the lobes
+    BY_GLOSS,
+    BY_GLASS,
+    BY_COAT,
+    WAY_X,  # towards the light, in the local frame
+    WAY_Y,
+    WAY_Z,
+    THERE_WHOLE,  # as WHOLE and FIFTH, towards the light
+    THERE_FIFTH,
+    OUT_R,  # scattering function times the cosine at the light, and the density of drawing WAY per steradian
+    OUT_G,
+    OUT_B,
+    DENSITY,
+    FOLLOWS,  # 1 where the path goes on to the next hit
+    LIGHT_X,  # to the point on a light that was drawn, metres, world; its luminance, cd/m2; chance per steradian of drawing it
+    LIGHT_Y,
+    LIGHT_Z,
+    LIGHT_R,
+    LIGHT_G,
+    LIGHT_B,
+    LIGHT_CHANCE,
+    NEXT_X,  # unit direction of the next ray in the world; 1 where there is one
+    NEXT_Y,
+    NEXT_Z,
+    GOES_ON,
     DRAW_LIGHT_U,  # random numbers of this hit
     DRAW_LIGHT_V,
     DRAW_LOBE,
@@ -73,8 +132,8 @@ WAVE = WAVE_EDGE * WAVE_EDGE
     FROM_Y,
     FROM_Z,
     SPREAD,  # growth of the footprint's width per metre
-) = range(0, 47 * LANES, LANES)
-LANES_SIZE = 47 * LANES
+) = range(0, 106 * LANES, LANES)
+LANES_SIZE = 106 * LANES
 
 (
     AT_ORG_X,  # the next ray

@@ -8,12 +8,13 @@ from white_surfaces import WHITE
 
 from renderer import records
 from renderer.albedo import fresnel as fresnel_numpy
-from renderer.bsdf import draw_direction, evaluate, make_closure
+from renderer.bsdf import draw_directions, evaluate
+from renderer.closure import make_closures
 from renderer.microfacet import draw_cosine, draw_visible_normal, fresnel, fresnel_pane, turn_polar
 from renderer.records import LANES_SIZE, Surfaces
 from renderer.surfaces import build_surfaces
 
-MATT = {"BASE_R": 1.0, "BASE_G": 1.0, "BASE_B": 1.0, "ROUGHNESS": 0.5, "IOR": 1.5, "COAT_ROUGHNESS": 0.1, "COSINE": 1.0}
+MATT = {"BASE_R": 1.0, "BASE_G": 1.0, "BASE_B": 1.0, "ROUGHNESS": 0.5, "IOR": 1.5, "COAT_ROUGHNESS": 0.1, "COSINE": 1.0, "REFLECTS": 1.0}
 COSINES = (0.02, 0.1, 0.3, 0.6, 0.9, 1.0)
 
 
@@ -31,24 +32,35 @@ def lanes(**look: float) -> np.ndarray:
 @njit
 def scatter(lane, table, wo, numbers):
     """Rows (direction, rgb, density) of draws; zeros where a draw fails."""
-    closure = make_closure(lane, 0, table, wo[0], wo[1], wo[2])
+    lane[records.WO_X], lane[records.WO_Y], lane[records.WO_Z] = wo[0], wo[1], wo[2]
+    kinds = make_closures(lane, table)
     rows = np.zeros((len(numbers), 7), np.float32)
     for i in range(len(numbers)):
-        x, y, z = draw_direction(closure, numbers[i, 0], numbers[i, 1], numbers[i, 2])
-        r, g, b, density = evaluate(closure, table, x, y, z)
-        if z != 0.0 and density > 0.0:
-            rows[i] = x, y, z, r, g, b, density
+        lane[records.DRAW_LOBE], lane[records.DRAW_WAY_U], lane[records.DRAW_WAY_V] = numbers[i, 0], numbers[i, 1], numbers[i, 2]
+        draw_directions(lane, kinds)
+        evaluate(lane, kinds, table)
+        if lane[records.WAY_Z] != 0.0 and lane[records.DENSITY] > 0.0:
+            rows[i] = found(lane)
     return rows
 
 
 @njit
 def look_at(lane, table, wo, ways):
     """Rows (rgb, density) of given directions."""
-    closure = make_closure(lane, 0, table, wo[0], wo[1], wo[2])
+    lane[records.WO_X], lane[records.WO_Y], lane[records.WO_Z] = wo[0], wo[1], wo[2]
+    kinds = make_closures(lane, table)
     rows = np.zeros((len(ways), 4), np.float32)
     for i in range(len(ways)):
-        rows[i] = evaluate(closure, table, ways[i, 0], ways[i, 1], ways[i, 2])
+        lane[records.WAY_X], lane[records.WAY_Y], lane[records.WAY_Z] = ways[i, 0], ways[i, 1], ways[i, 2]
+        evaluate(lane, kinds, table)
+        rows[i] = found(lane)[3:]
     return rows
+
+
+@njit
+def found(lane):
+    x, y, z = lane[records.WAY_X], lane[records.WAY_Y], lane[records.WAY_Z]
+    return np.array([x, y, z, lane[records.OUT_R], lane[records.OUT_G], lane[records.OUT_B], lane[records.DENSITY]], np.float32)
 
 
 def viewer(cosine: float) -> np.ndarray:

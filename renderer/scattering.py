@@ -1,0 +1,187 @@
+"""How the paths of a packet go on: shadow rays to lights, and the next rays, drawn from the surfaces' scattering models."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.bsdf import draw_directions, evaluate
+from renderer.closure import make_closures
+from renderer.direct_light import meet_lights
+from renderer.embree import DIR_X, DIR_Y, DIR_Z, LANES, SceneHandle
+from renderer.kernel import kernel
+from renderer.lights import Lights
+from renderer.microfacet import frame_about
+from renderer.records import (
+    AT_CHANCE,
+    AT_DIR_X,
+    AT_DIR_Y,
+    AT_DIR_Z,
+    AT_FROM_X,
+    AT_FROM_Y,
+    AT_FROM_Z,
+    AT_IMPORTANCE,
+    AT_ORG_X,
+    AT_ORG_Y,
+    AT_ORG_Z,
+    AT_SPREAD,
+    AT_WEIGHT_B,
+    AT_WEIGHT_G,
+    AT_WEIGHT_R,
+    AT_WIDTH,
+    COAT,
+    DENSITY,
+    DRAW_END,
+    FOLLOWS,
+    FRAME_UX,
+    FRAME_UY,
+    FRAME_UZ,
+    FRAME_VX,
+    FRAME_VY,
+    FRAME_VZ,
+    GOES_ON,
+    METALLIC,
+    NEAR,
+    NEXT_X,
+    NEXT_Y,
+    NEXT_Z,
+    OUT_B,
+    OUT_G,
+    OUT_R,
+    POINT_X,
+    POINT_Y,
+    POINT_Z,
+    REFLECTS,
+    ROUGHNESS,
+    SHADE_X,
+    SHADE_Y,
+    SHADE_Z,
+    SIDE_X,
+    SIDE_Y,
+    SIDE_Z,
+    SPREAD,
+    THIN,
+    TOTAL,
+    TRANSMISSION,
+    WAY_X,
+    WAY_Y,
+    WAY_Z,
+    WEIGHT_B,
+    WEIGHT_G,
+    WEIGHT_R,
+    WIDTH,
+    WO_X,
+    WO_Y,
+    WO_Z,
+    Queue,
+    Scratch,
+    Surfaces,
+    Transport,
+)
+from renderer.surfaces import lift_height
+
+_ZERO, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(1e-30)
+_INFINITE = np.float32(np.inf)
+_ROULETTE_FROM = 2
+_LEAST_SURVIVAL = np.float32(0.05)
+_MATT = np.float32(0.6)
+
+
+@kernel
+def scatter(
+    scene: SceneHandle,
+    surfaces: Surfaces,
+    lights: Lights,
+    transport: Transport,
+    depth: int,
+    queued: int,
+    waiting: int,
+    ahead: Queue,
+    scratch: Scratch,
+) -> tuple[int, int]:
+    """Scatter the paths of a packet; return how many rays are queued, and how many shadow rays wait."""
+    lanes = scratch.lanes
+    _turn_to_viewer(scratch.rays.real, lanes)
+    kinds = make_closures(lanes, surfaces)
+    _choose_who_follows(lanes, depth + 2 < transport.max_depth)
+    waiting = meet_lights(scene, surfaces, lights, scratch, kinds, transport.clamp if depth > 0 else _INFINITE, waiting)
+    draw_directions(lanes, kinds)
+    evaluate(lanes, kinds, surfaces)
+    _weigh_ways(lanes, _LEAST_SURVIVAL if depth >= _ROULETTE_FROM else _ONE)
+    for k in range(LANES):
+        if lanes[GOES_ON + k] > _ZERO:
+            _enqueue(lanes, k, ahead, queued)
+            ahead.slot[queued] = scratch.lane_slot[k]
+            queued += 1
+    return queued, waiting
+
+
+@kernel
+def _turn_to_viewer(real: NDArray[np.float32], lanes: NDArray[np.float32]) -> None:
+    """Fill the local frames, and WO with the ways back."""
+    for k in range(LANES):
+        nx, ny, nz = lanes[SHADE_X + k], lanes[SHADE_Y + k], lanes[SHADE_Z + k]
+        ux, uy, uz, vx, vy, vz = frame_about(nx, ny, nz)
+        dx, dy, dz = -real[DIR_X + k], -real[DIR_Y + k], -real[DIR_Z + k]
+        height = dx * nx + dy * ny + dz * nz
+        lanes[WO_X + k] = dx * ux + dy * uy + dz * uz
+        lanes[WO_Y + k] = dx * vx + dy * vy + dz * vz
+        lanes[WO_Z + k] = height if height > _TINY else _TINY
+        lanes[FRAME_UX + k], lanes[FRAME_UY + k], lanes[FRAME_UZ + k] = ux, uy, uz
+        lanes[FRAME_VX + k], lanes[FRAME_VY + k], lanes[FRAME_VZ + k] = vx, vy, vz
+
+
+@kernel
+def _choose_who_follows(lanes: NDArray[np.float32], all_follow: bool) -> None:
+    """Fill FOLLOWS; at the last hit only where drawing lights alone would be noisy: near lights and on gloss."""
+    every = _ONE if all_follow else _ZERO
+    for k in range(LANES):
+        layered = lanes[THIN + k] + lanes[TRANSMISSION + k] + lanes[COAT + k] > _ZERO
+        metallic = (lanes[METALLIC + k] > _ZERO) & (lanes[ROUGHNESS + k] < _ONE)
+        noisy = layered | metallic | (lanes[ROUGHNESS + k] < _MATT) | (lanes[NEAR + k] > _ZERO)
+        lanes[FOLLOWS + k] = _ONE if noisy else every
+
+
+@kernel
+def _weigh_ways(lanes: NDArray[np.float32], least_survival: np.float32) -> None:
+    """Fill NEXT and GOES_ON, and OUT with the throughput that goes on along WAY."""
+    for k in range(LANES):
+        x, y, z, density = lanes[WAY_X + k], lanes[WAY_Y + k], lanes[WAY_Z + k], lanes[DENSITY + k]
+        nx, ny, nz = lanes[SHADE_X + k], lanes[SHADE_Y + k], lanes[SHADE_Z + k]
+        dx = x * lanes[FRAME_UX + k] + y * lanes[FRAME_VX + k] + z * nx
+        dy = x * lanes[FRAME_UY + k] + y * lanes[FRAME_VY + k] + z * ny
+        dz = x * lanes[FRAME_UZ + k] + y * lanes[FRAME_VZ + k] + z * nz
+        above = dx * lanes[SIDE_X + k] + dy * lanes[SIDE_Y + k] + dz * lanes[SIDE_Z + k]
+        scale = _ONE / (density if density > _TINY else _TINY)
+        r = lanes[OUT_R + k] * scale * lanes[WEIGHT_R + k]
+        g = lanes[OUT_G + k] * scale * lanes[WEIGHT_G + k]
+        b = lanes[OUT_B + k] * scale * lanes[WEIGHT_B + k]
+        most = r if r > g else g
+        most = most if most > b else b
+        survival = most if most > least_survival else least_survival
+        survival = survival if survival < _ONE else _ONE
+        lucky = (lanes[FOLLOWS + k] > _ZERO) & (lanes[REFLECTS + k] > _ZERO) & (lanes[DRAW_END + k] < survival)
+        goes_on = lucky & (density > _ZERO) & (above * z > _ZERO) & (most > _ZERO)
+        scale = _ONE / survival
+        lanes[OUT_R + k], lanes[OUT_G + k], lanes[OUT_B + k] = r * scale, g * scale, b * scale
+        lanes[NEXT_X + k], lanes[NEXT_Y + k], lanes[NEXT_Z + k] = dx, dy, dz
+        lanes[GOES_ON + k] = _ONE if goes_on else _ZERO
+
+
+@kernel
+def _enqueue(lanes: NDArray[np.float32], k: int, ahead: Queue, at: int) -> None:
+    """Write the next ray of lane k into the queue."""
+    state = ahead.state
+    px, py, pz = lanes[POINT_X + k], lanes[POINT_Y + k], lanes[POINT_Z + k]
+    up = lanes[WAY_Z + k] > _ZERO
+    down = _ZERO if up else -_TWO * lift_height(px, py, pz)
+    state[AT_ORG_X + at] = px + down * lanes[SIDE_X + k]
+    state[AT_ORG_Y + at] = py + down * lanes[SIDE_Y + k]
+    state[AT_ORG_Z + at] = pz + down * lanes[SIDE_Z + k]
+    state[AT_DIR_X + at], state[AT_DIR_Y + at], state[AT_DIR_Z + at] = lanes[NEXT_X + k], lanes[NEXT_Y + k], lanes[NEXT_Z + k]
+    state[AT_WEIGHT_R + at], state[AT_WEIGHT_G + at], state[AT_WEIGHT_B + at] = lanes[OUT_R + k], lanes[OUT_G + k], lanes[OUT_B + k]
+    state[AT_CHANCE + at] = lanes[DENSITY + k] if up and lanes[TOTAL + k] > _ZERO else _INFINITE
+    state[AT_IMPORTANCE + at] = max(lanes[TOTAL + k], _TINY)
+    state[AT_FROM_X + at], state[AT_FROM_Y + at], state[AT_FROM_Z + at] = lanes[SHADE_X + k], lanes[SHADE_Y + k], lanes[SHADE_Z + k]
+    state[AT_WIDTH + at] = lanes[WIDTH + k]
+    state[AT_SPREAD + at] = lanes[SPREAD + k] + _ONE / (_ONE + np.sqrt(lanes[DENSITY + k]))
