@@ -19,6 +19,7 @@ from benchmarks.table import Row, render_table
 TABLES = {
     "ground_truth": "Ground truth against bare Embree packets",
     "layout": "Rooms",
+    "geometry": "Geometry",
     "stream": "Messages",
     "bag": "Bags",
     "start": "Start",

@@ -42,14 +42,21 @@ def make_mesh(vertices: ArrayLike, normals: ArrayLike, faces: ArrayLike, uvs: Ar
     """Return a Mesh with the contract's dtypes, unit normals, and without faces that have no area."""
     points = np.asarray(vertices, np.float64)
     index = np.asarray(faces, np.int64)
-    corners = points[index]
-    doubled = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    doubled = _doubled_areas(points, index)
     index = index[np.einsum("ij,ij->i", doubled, doubled) > 1e-20]
     directions = np.asarray(normals, np.float64)
     length = np.sqrt(np.einsum("ij,ij->i", directions, directions))[:, None]
-    unit = np.where(length > 1e-12, directions / np.maximum(length, 1e-12), (0.0, 0.0, 1.0))
+    unit = directions / np.maximum(length, 1e-12)
+    unit[length[:, 0] <= 1e-12] = (0.0, 0.0, 1.0)
     coordinates = UNMAPPED if uvs is None else np.asarray(uvs, np.float32)
     return Mesh(points.astype(np.float32), unit.astype(np.float32), index.astype(np.uint32), coordinates)
+
+
+def _doubled_areas(points: Array, faces: NDArray[np.integer]) -> Array:
+    """Return the normals (m, 3) of triangles, as long as their doubled area."""
+    (ax, ay, az), (bx, by, bz), (cx, cy, cz) = (points[faces[:, k]].T for k in range(3))
+    bx, by, bz, cx, cy, cz = bx - ax, by - ay, bz - az, cx - ax, cy - ay, cz - az
+    return np.stack([by * cz - bz * cy, bz * cx - bx * cz, bx * cy - by * cx], axis=1)
 
 
 def flat_quads(corners: ArrayLike, uvs: ArrayLike | None = None) -> Mesh:
@@ -122,8 +129,7 @@ def stretched(mesh: Mesh, scale: ArrayLike, shift: ArrayLike) -> Mesh:
 
 def smooth_normals(vertices: Array, faces: NDArray[np.integer]) -> Array:
     """Return area-weighted vertex normals (n, 3) of an indexed mesh."""
-    corners = vertices[faces]
-    weighted = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    weighted = _doubled_areas(vertices, faces)
     index = np.asarray(faces).ravel()
     sums = [np.bincount(index, np.repeat(weighted[:, k], 3), len(vertices)) for k in range(3)]
     return np.stack(sums, axis=1)
@@ -311,8 +317,8 @@ def sweep(path: ArrayLike, radius: float | Sequence[float] | Array, segments: in
     side = np.cross(tangent[0], (0.0, 0.0, 1.0) if abs(tangent[0, 2]) < 0.9 else (1.0, 0.0, 0.0))
     sides = np.empty_like(points)
     for i, direction in enumerate(tangent):
-        side = side - direction * np.dot(side, direction)
-        side = side / np.linalg.norm(side)
+        side = side - direction * (side @ direction)
+        side = side / math.sqrt(side @ side)
         sides[i] = side
     ups = np.cross(tangent, sides)
     angle = np.arange(segments + 1) * (2.0 * math.pi / segments)
@@ -384,5 +390,4 @@ def signed_volume(mesh: Mesh) -> float:
 
 def surface_area(mesh: Mesh) -> float:
     """Return the total area of the mesh, m2."""
-    a, b, c = (mesh.vertices[mesh.faces[:, k]].astype(np.float64) for k in range(3))
-    return float(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+    return float(0.5 * np.linalg.norm(_doubled_areas(mesh.vertices.astype(np.float64), mesh.faces), axis=1).sum())

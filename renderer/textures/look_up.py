@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from renderer.kernel import kernel
 from renderer.textures.apply import OTHER_COLORS, AppliedTexture
-from renderer.textures.tile import CHANNELS
+from renderer.textures.packing import CHANNELS
 
 (
     PER_U,  # tiles per unit of the texture coordinates

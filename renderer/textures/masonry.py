@@ -150,12 +150,12 @@ def terrazzo(rng: np.random.Generator, request: Request) -> Pattern:
 
 
 def speckle(rng: np.random.Generator, request: Request) -> Pattern:
-    """Draw granite or engineered stone: grains of three colours; the unit is some ten grains, a tile has 8 x 8."""
-    shape = request.shape
-    found = cells(rng, shape, 72, 72, 1.0)
-    kind = per_cell(rng, found.number, 72 * 72) + 0.09 * noise(rng, shape, 2.0, 12.0, 1.0)
+    """Draw granite or engineered stone: grains of three colours; the unit is some ten grains, a tile has 4 x 4."""
+    shape, count = request.shape, 36
+    found = cells(rng, shape, count, count, 1.0)
+    kind = per_cell(rng, found.number, count * count) + 0.09 * noise(rng, shape, 1.0, 6.0, 1.0)
     shares = ((kind < 0.22), (kind >= 0.22) & (kind < 0.34), (kind > 0.86))
-    shade = 1.0 + 0.16 * (per_cell(rng, found.number, 72 * 72) - 0.5)
+    shade = 1.0 + 0.16 * (per_cell(rng, found.number, count * count) - 0.5)
     return Pattern(tuple(0.8 * share for share in shares), shade, None, None)
 
 
@@ -175,10 +175,10 @@ GENERATORS = {
     "mosaic": Generator(partial(grid_tiles, across=24, down=24, bond=0.0, joint=0.05, second=0.55), (24.0, 24.0), (512, 512), GROUT),
     "hexagon_tiles": Generator(hexagon_tiles, (6.0, 2.0 * math.sqrt(3.0)), (512, 512), GROUT),
     "brick": Generator(brick, (12.0, 12.0), (512, 512), ((1.5, 1.9, 2.1), (0.35, 0.3, 0.3))),
-    "concrete": Generator(concrete, (1.0, 1.0), (512, 512), ((0.45, 0.45, 0.45),)),
-    "plaster": Generator(plaster, (1.0, 1.0), (256, 256), ()),
+    "concrete": Generator(concrete, (1.0, 1.0), (512, 512), ((0.45, 0.45, 0.45),), variants=4),
+    "plaster": Generator(plaster, (1.0, 1.0), (256, 256), (), variants=4),
     "marble": Generator(marble, (1.0, 1.0), (512, 512), ((0.34, 0.35, 0.38), (0.78, 0.79, 0.82))),
     "terrazzo": Generator(terrazzo, (4.0, 4.0), (512, 512), ((0.5, 0.48, 0.46), (0.75, 0.66, 0.56), (1.25, 1.22, 1.2))),
-    "speckle": Generator(speckle, (8.0, 8.0), (512, 512), ((0.3, 0.3, 0.31), (0.62, 0.56, 0.52), (1.6, 1.6, 1.6))),
-    "cork": Generator(cork, (1.0, 1.0), (256, 256), ((0.35, 0.28, 0.24),)),
+    "speckle": Generator(speckle, (4.0, 4.0), (256, 256), ((0.3, 0.3, 0.31), (0.62, 0.56, 0.52), (1.6, 1.6, 1.6)), variants=4),
+    "cork": Generator(cork, (1.0, 1.0), (256, 256), ((0.35, 0.28, 0.24),), variants=4),
 }

@@ -6,6 +6,7 @@ Tiles are (h, w) float32 arrays; column x and row y of a texel stand for u = (x 
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -50,6 +51,17 @@ def noise(
     if small != tuple(shape):
         return _enlarged(noise(rng, (small[0], small[1]), low, high, slope, stretch), shape)
     height, width = shape
+    gain = _gain((height, width), low, high, slope, stretch)
+    spectrum = rng.standard_normal((*gain.shape, 2), np.float32).view(np.complex64)[..., 0]
+    spectrum *= gain
+    field: Field = np.fft.irfft2(spectrum, s=shape).astype(np.float32, copy=False)
+    return field
+
+
+@lru_cache(maxsize=32)
+def _gain(shape: Shape, low: float, high: float, slope: float, stretch: tuple[float, float]) -> NDArray[np.float32]:
+    """Return the amplitudes (h, w // 2 + 1) that make noise of standard deviation 1; see :func:`noise`."""
+    height, width = shape
     fx = np.fft.rfftfreq(width, 1.0 / width).astype(np.float32)[None, :] * np.float32(stretch[0])
     fy = np.fft.fftfreq(height, 1.0 / height).astype(np.float32)[:, None] * np.float32(stretch[1])
     square = fx * fx + fy * fy
@@ -58,10 +70,8 @@ def noise(
     gain[square < low * low] = 0.0
     gain[0, 0] = 0.0
     power = float((gain.astype(np.float64) ** 2).sum())
-    spectrum = rng.standard_normal((*gain.shape, 2), np.float32).view(np.complex64)[..., 0]
-    spectrum *= gain * np.float32(height * width / math.sqrt(max(4.0 * power, 1e-30)))
-    field: Field = np.fft.irfft2(spectrum, s=shape).astype(np.float32)
-    return field
+    scaled: NDArray[np.float32] = gain * np.float32(height * width / math.sqrt(max(4.0 * power, 1e-30)))
+    return scaled
 
 
 def _power_of_two(least: float) -> int:
@@ -103,7 +113,11 @@ def _find_cells(points: NDArray[np.float32], number: NDArray[np.int32], nearest:
             x = np.float32((column + 0.5) * across / width)
             ix = int(x)
             best, other, owner = np.float32(9.0), np.float32(9.0), 0
-            for cy in range(iy - 1, iy + 2):
+            for step in range(3):
+                cy = iy + (step if step < 2 else -1)
+                off = max(np.float32(cy) - y, y - np.float32(cy + 1), np.float32(0.0))
+                if off * off >= other:
+                    continue
                 line = (cy + down) % down
                 for cx in range(ix - 1, ix + 2):
                     place = (cx + across) % across
@@ -118,9 +132,21 @@ def _find_cells(points: NDArray[np.float32], number: NDArray[np.int32], nearest:
 
 def smooth_step(low: float | Field, high: float | Field, value: Field) -> Field:
     """Return 0 below ``low``, 1 above ``high``, and the cubic ramp between; ``low`` > ``high`` turns it round."""
+    if np.ndim(low) == np.ndim(high) == 0:
+        ramp = np.empty(np.shape(value), np.float32)
+        _fill_ramp(np.float32(low), np.float32(high), np.ascontiguousarray(value, np.float32).reshape(-1), ramp.reshape(-1))
+        return ramp
     t = np.clip((value - low) / (np.asarray(high, np.float32) - np.asarray(low, np.float32)), 0.0, 1.0).astype(np.float32)
-    ramp: Field = t * t * (np.float32(3.0) - np.float32(2.0) * t)
-    return ramp
+    cubic: Field = t * t * (np.float32(3.0) - np.float32(2.0) * t)
+    return cubic
+
+
+@kernel
+def _fill_ramp(low: np.float32, high: np.float32, value: NDArray[np.float32], ramp: NDArray[np.float32]) -> None:
+    scale = np.float32(1.0) / (high - low)
+    for k in range(len(value)):
+        t = min(max((value[k] - low) * scale, np.float32(0.0)), np.float32(1.0))
+        ramp[k] = t * t * (np.float32(3.0) - np.float32(2.0) * t)
 
 
 def per_cell(rng: np.random.Generator, index: NDArray[np.integer], count: int) -> Field:

@@ -6,7 +6,9 @@ import math
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
+from renderer.kernel import kernel
 from renderer.textures.noise import Field, coordinates, noise, smooth_step
 from renderer.textures.pattern import Generator, Pattern, Request
 
@@ -17,44 +19,57 @@ class _Stamp:
     """Weights of a tile while motifs are stamped on it, each round a point, across the tile's edges as well."""
 
     def __init__(self, request: Request) -> None:
-        self.weights = [np.zeros(request.shape, np.float32) for _ in range(3)]
+        self.weights = np.zeros((3, *request.shape), np.float32)
         self._shape = request.shape
 
-    def near(self, x: float, y: float, reach: float) -> tuple[tuple[np.ndarray, np.ndarray], Field, Field]:
-        """Return index arrays of the texels within ``reach`` of (x, y), and their offsets along u and v, all in tiles."""
+    def near(self, x: float, y: float, reach: float) -> tuple[tuple[int, int], Field, Field]:
+        """Return the first row and column of the texels within ``reach`` of (x, y), and the texels' offsets along u and v, all in tiles."""
         height, width = self._shape
         columns = np.arange(math.floor((x - reach) * width), math.ceil((x + reach) * width) + 1)
         rows = np.arange(math.floor((y - reach) * height), math.ceil((y + reach) * height) + 1)
         du = ((columns + 0.5) / width - x).astype(np.float32)[None, :]
-        dv = ((rows + 0.5) / height - y)[:, None]
-        return (rows[:, None] % height, columns[None, :] % width), du, dv
+        dv = ((rows + 0.5) / height - y).astype(np.float32)[:, None]
+        return (int(rows[0]), int(columns[0])), du, dv
 
-    def put(self, index: tuple[np.ndarray, np.ndarray], color: int, cover: Field) -> None:
-        """Paint a colour (0 to 2) over what is there."""
-        for k, weight in enumerate(self.weights):
-            weight[index] = weight[index] * (1.0 - cover) + (cover if k == color else 0.0)
+    def put(self, first: tuple[int, int], color: int, cover: Field) -> None:
+        """Paint a colour (0 to 2) over what is there, from a first row and column on."""
+        _put(self.weights, first[0], first[1], color, np.ascontiguousarray(cover, np.float32))
+
+
+@kernel
+def _put(weights: NDArray[np.float32], first_row: int, first_column: int, color: int, cover: NDArray[np.float32]) -> None:
+    _, height, width = weights.shape
+    for i in range(cover.shape[0]):
+        row = (first_row + i) % height
+        for j in range(cover.shape[1]):
+            share = cover[i, j]
+            if share != np.float32(0.0):
+                column = (first_column + j) % width
+                for k in range(3):
+                    weights[k, row, column] *= np.float32(1.0) - share
+                weights[color, row, column] += share
 
 
 def _flower(stamp: _Stamp, x: float, y: float, size: float, turn: float, petals: int, colors: tuple[int, int]) -> None:
-    index, du, dv = stamp.near(x, y, 1.1 * size)
+    first, du, dv = stamp.near(x, y, 1.1 * size)
     radius, angle = np.sqrt(du * du + dv * dv), np.arctan2(dv, du) + turn
     soft = 0.045 * size
     lobe = np.abs(np.cos(0.5 * petals * angle))
     outer = size * (0.62 + 0.38 * lobe**0.6)
-    stamp.put(index, colors[0], smooth_step(outer + soft, outer - soft, radius) * (0.78 + 0.22 * smooth_step(0.2, 0.7, radius / size)))
+    stamp.put(first, colors[0], smooth_step(outer + soft, outer - soft, radius) * (0.78 + 0.22 * smooth_step(0.2, 0.7, radius / size)))
     veins = smooth_step(0.16, 0.02, np.abs(np.sin(0.5 * petals * angle))) * smooth_step(0.75 * size, 0.3 * size, radius)
-    stamp.put(index, colors[1], 0.45 * veins)
-    stamp.put(index, colors[1], smooth_step(0.26 * size + soft, 0.26 * size - soft, radius))
+    stamp.put(first, colors[1], 0.45 * veins)
+    stamp.put(first, colors[1], smooth_step(0.26 * size + soft, 0.26 * size - soft, radius))
 
 
 def _leaf(stamp: _Stamp, x: float, y: float, size: float, turn: float, color: int) -> None:
-    index, du, dv = stamp.near(x, y, 1.05 * size)
+    first, du, dv = stamp.near(x, y, 1.05 * size)
     along = (du * math.cos(turn) + dv * math.sin(turn)) / size
     across = (-du * math.sin(turn) + dv * math.cos(turn)) / size
     half = 0.30 * np.clip(1.0 - along**2, 0.0, 1.0) * (1.0 - 0.35 * along)
     inside = smooth_step(0.03, -0.03, np.abs(across) - half) * (np.abs(along) < 1.0)
     rib = smooth_step(0.05, 0.015, np.abs(across)) + 0.5 * smooth_step(0.12, 0.02, np.abs(np.sin(9.0 * (along - 1.2 * np.abs(across)))))
-    stamp.put(index, color, inside * (1.0 - 0.45 * np.clip(rib, 0.0, 1.0)))
+    stamp.put(first, color, inside * (1.0 - 0.45 * np.clip(rib, 0.0, 1.0)))
 
 
 def floral(rng: np.random.Generator, request: Request, count: int, leaves: int) -> Pattern:

@@ -52,7 +52,8 @@ class Generator(NamedTuple):
     tints: factors on the base colour that stand for the colours that a texture does not name.  once: mapped once over the whole part
     instead of repeated, in both directions from 0 to 1.  shift: by which share of the tile each further row of tiles is moved along u,
     so that repeats do not line up; only for patterns with a seam between rows.  variants: how many different tiles there are; seeds are
-    taken modulo this number, so that rooms share them; 0 for one per seed.
+    taken modulo this number, so that rooms share them; 0 for one per seed.  inked: the draw reads the request's colours; tiles of all
+    others are shared by materials of any colour.
     """
 
     draw: Draw
@@ -62,3 +63,4 @@ class Generator(NamedTuple):
     once: bool = False
     shift: float = 0.0
     variants: int = 12
+    inked: bool = False

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.kernel import kernel
 from renderer.textures.noise import Field, coordinates, noise, smooth_step
 from renderer.textures.pattern import Color, Generator, Pattern, Picture, Request
 
@@ -26,19 +27,22 @@ class Canvas:
         self.width, self.height = max(1.0, request.aspect), max(1.0, 1.0 / request.aspect)
         self.x, self.y = (u * np.float32(self.width)), (v * np.float32(self.height))
         self.soft = 1.2 * max(self.width / request.shape[1], self.height / request.shape[0])
-        self.rgb: Rgb = np.broadcast_to(np.asarray(ground, np.float32), (*request.shape, 3)).copy()
+        self.rgb: Rgb = np.broadcast_to(np.asarray(ground, np.float32), (*request.shape, 3)).astype(np.float32)
 
     def paint(self, cover: Field, color: Color | Rgb) -> None:
         """Lay a colour over the picture where ``cover`` is above 0."""
-        share = np.broadcast_to(cover, self.rgb.shape[:2])[..., None]
-        self.rgb += share * (np.asarray(color, np.float32) - self.rgb)
+        share, ink = np.broadcast_to(cover, self.rgb.shape[:2]), np.asarray(color, np.float32)
+        if ink.ndim == 1:
+            _paint(np.ascontiguousarray(share, np.float32), ink, self.rgb)
+        else:
+            self.rgb += share[..., None] * (ink - self.rgb)
 
     def disc(self, x: float, y: float, rx: float, ry: float, turn: float = 0.0) -> Field:
         """Return the cover of an ellipse."""
-        dx, dy = self.x - x, self.y - y
-        a, b = dx * math.cos(turn) + dy * math.sin(turn), -dx * math.sin(turn) + dy * math.cos(turn)
-        reach = np.sqrt((a / rx) ** 2 + (b / ry) ** 2)
-        return smooth_step(1.0 + self.soft / min(rx, ry), 1.0 - self.soft / min(rx, ry), reach)
+        cover = np.zeros(self.rgb.shape[:2], np.float32)
+        shape = np.array([x, y, math.cos(turn), math.sin(turn), 1.0 / rx, 1.0 / ry, self.soft / min(rx, ry)], np.float32)
+        _cover_disc(self.x.ravel(), self.y.ravel(), shape, cover)
+        return cover
 
     def box(self, x0: float, x1: float, y0: float, y1: float) -> Field:
         """Return the cover of an upright rectangle."""
@@ -54,20 +58,59 @@ class Canvas:
         low, high = max(0, int(y0 / self.height * rows) - 1), min(rows, int(y1 / self.height * rows) + 3)
         if left >= right or low >= high:
             return
-        s = 0.5 * self.soft
-        x, y = self.x[:, left:right], self.y[low:high]
-        cover = (
-            smooth_step(x0 - s, x0 + s, x)
-            * smooth_step(x1 + s, x1 - s, x)
-            * smooth_step(y0 - s, y0 + s, y)
-            * smooth_step(y1 + s, y1 - s, y)
-        )
-        part = self.rgb[low:high, left:right]
-        part += share * cover[..., None] * (np.asarray(color, np.float32) - part)
+        box = np.array([x0, x1, y0, y1, self.soft, share], np.float32)
+        _fill_box(self.x[0, left:right], self.y[low:high, 0], box, np.asarray(color, np.float32), self.rgb[low:high, left:right])
 
     def below(self, line: Field) -> Field:
         """Return the cover of what lies below a line of heights."""
         return smooth_step(0.5 * self.soft, -0.5 * self.soft, (self.y - line))
+
+
+@kernel
+def _paint(cover: NDArray[np.float32], ink: NDArray[np.float32], rgb: NDArray[np.float32]) -> None:
+    for row in range(cover.shape[0]):
+        for column in range(cover.shape[1]):
+            share = cover[row, column]
+            if share != np.float32(0.0):
+                for k in range(3):
+                    rgb[row, column, k] += share * (ink[k] - rgb[row, column, k])
+
+
+@kernel
+def _cover_disc(x: NDArray[np.float32], y: NDArray[np.float32], disc: NDArray[np.float32], cover: NDArray[np.float32]) -> None:
+    """Fill the cover of an ellipse; ``disc``: centre x, y; cosine, sine of its turn; reciprocal radii; half width of its soft rim."""
+    one, zero = np.float32(1.0), np.float32(0.0)
+    soft = disc[6]
+    outer = (one + soft) * (one + soft)
+    for row in range(cover.shape[0]):
+        dy = y[row] - disc[1]
+        for column in range(cover.shape[1]):
+            dx = x[column] - disc[0]
+            a, b = (dx * disc[2] + dy * disc[3]) * disc[4], (dy * disc[2] - dx * disc[3]) * disc[5]
+            square = a * a + b * b
+            if square < outer:
+                t = min(max((one + soft - np.sqrt(square)) / (np.float32(2.0) * soft), zero), one)
+                cover[row, column] = t * t * (np.float32(3.0) - np.float32(2.0) * t)
+
+
+@kernel
+def _fill_box(
+    x: NDArray[np.float32], y: NDArray[np.float32], box: NDArray[np.float32], ink: NDArray[np.float32], rgb: NDArray[np.float32]
+) -> None:
+    """Paint an upright rectangle on its own texels; ``box``: x0, x1, y0, y1, width of the soft rim, share."""
+    one, zero = np.float32(1.0), np.float32(0.0)
+    soft, half = box[4], np.float32(0.5) * box[4]
+    for row in range(len(y)):
+        low = min(max((y[row] - box[2] + half) / soft, zero), one)
+        high = min(max((box[3] - y[row] + half) / soft, zero), one)
+        upright = low * low * (np.float32(3.0) - np.float32(2.0) * low) * high * high * (np.float32(3.0) - np.float32(2.0) * high)
+        for column in range(len(x)):
+            left = min(max((x[column] - box[0] + half) / soft, zero), one)
+            right = min(max((box[1] - x[column] + half) / soft, zero), one)
+            across = left * left * (np.float32(3.0) - np.float32(2.0) * left) * right * right * (np.float32(3.0) - np.float32(2.0) * right)
+            share = box[5] * upright * across
+            for k in range(3):
+                rgb[row, column, k] += share * (ink[k] - rgb[row, column, k])
 
 
 def _mix(a: Color | Rgb, b: Color | Rgb, share: float | Field) -> Rgb:
@@ -331,22 +374,22 @@ def desktop(rng: np.random.Generator, request: Request) -> Picture:
 def spines(rng: np.random.Generator, request: Request) -> Pattern:
     """Print the cloth of books: bands, a label and a title along u, again and again with another layout."""
     first, second = np.zeros(request.shape, np.float32), np.zeros(request.shape, np.float32)
-    u, v = coordinates(request.shape)
+    wide = request.shape[1] // 4
+    local, v = coordinates((request.shape[0], wide))
+    line, part = np.floor(v * 8.0), (v * 8.0) % 1.0
+    middle = (part > 0.3) & (part < 0.7)
     for k in range(4):
-        left = 0.25 * k
-        local = (u - left) * 4.0
-        inside = (local >= 0.0) & (local < 1.0)
         style = int(rng.integers(4))
         bands = np.zeros_like(local)
         for place in rng.uniform(0.04, 0.96, int(rng.integers(2, 5))):
             bands = np.maximum(bands, smooth_step(0.014, 0.008, np.abs(local - float(place))))
         start = float(rng.uniform(0.2, 0.4))
         stop = start + float(rng.uniform(0.25, 0.4))
-        title = (local > start) & (local < stop) & (((v * 8.0) % 1.0 > 0.3) & ((v * 8.0) % 1.0 < 0.7))
-        letters = title * (0.5 + 0.5 * np.sign(np.sin(90.0 * local + 7.0 * np.floor(v * 8.0))))
-        label = ((local > start - 0.05) & (local < stop + 0.05)) if style == 1 else np.zeros_like(inside)
-        first = np.where(inside, np.clip((style != 3) * bands * (1.0 - label) + letters, 0.0, 1.0), first)
-        second = np.where(inside, label * (1.0 - letters), second)
+        letters = ((local > start) & (local < stop) & middle) * (0.5 + 0.5 * np.sign(np.sin(90.0 * local + 7.0 * line)))
+        label = ((local > start - 0.05) & (local < stop + 0.05)) if style == 1 else np.zeros_like(local)
+        book = slice(k * wide, (k + 1) * wide)
+        first[:, book] = np.clip((style != 3) * bands * (1.0 - label) + letters, 0.0, 1.0)
+        second[:, book] = label * (1.0 - letters)
     cloth = noise(rng, request.shape, 20.0, 128.0, 0.2)
     weights = (first, (second * 0.9))
     return Pattern(weights, (1.0 + 0.03 * cloth), (-0.15 * first), (0.2 * cloth))
@@ -355,8 +398,8 @@ def spines(rng: np.random.Generator, request: Request) -> Pattern:
 INKS = ((0.85, 0.42, 0.25), (0.25, 0.45, 0.75), (1.2, 1.0, 0.5))
 
 GENERATORS = {
-    "art": Generator(art, shape=(256, 256), tints=INKS, once=True, variants=0),
+    "art": Generator(art, shape=(256, 256), tints=INKS, once=True, variants=0, inked=True),
     "television": Generator(television, shape=(256, 256), once=True, variants=24),
     "desktop": Generator(desktop, shape=(512, 512), once=True, variants=24),
-    "spines": Generator(spines, (4.0, 4.0), (256, 512), ((3.2, 2.7, 1.6), (0.3, 0.3, 0.3))),
+    "spines": Generator(spines, (4.0, 4.0), (256, 512), ((3.2, 2.7, 1.6), (0.3, 0.3, 0.3)), variants=6),
 }

@@ -24,7 +24,8 @@ def rug(rng: np.random.Generator, request: Request) -> Pattern:
         lines = np.maximum(lines, smooth_step(wide + canvas.soft, wide, np.abs(rim - place)))
     pitch = 0.55 * broad
     at_side = np.minimum(x, canvas.width - x) < np.minimum(y, canvas.height - y)
-    along, half = np.where(at_side, y, x), np.where(at_side, 0.5 * canvas.height, 0.5 * canvas.width)
+    along = np.where(at_side, y, x)
+    half = np.where(at_side, np.float32(0.5 * canvas.height), np.float32(0.5 * canvas.width))
     count = np.maximum(1.0, np.round(2.0 * half / pitch))
     step = ((along * count / (2.0 * half)) % 1.0) - 0.5
     off = (rim - 0.55 * broad) / pitch

@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 
 from renderer.textures.generators import GENERATORS
 from renderer.textures.noise import Field
+from renderer.textures.packing import CHANNELS, SLOPE_U, SLOPE_V, SRGB_BYTES, fill_slopes, halve_fields, pack_texels, scale_slopes
 from renderer.textures.pattern import Color, Pattern, Picture, Request
 
-CHANNELS = 8
 CACHED_TILES = 160
 """How many tiles stay in memory for the next rooms; they have at most 2.8 MB each."""
 
@@ -69,7 +69,12 @@ def generated_tile(generator: str, seed: int, aspect: float, colors: tuple[Color
     """
     known = GENERATORS[generator]
     variant = seed % known.variants if known.variants else seed
-    return _drawn(generator, variant, round(aspect, 1) if known.once else 1.0, colors if known.once else ())
+    return _drawn(generator, variant, round(aspect, 1) if known.once else 1.0, colors if known.inked else ())
+
+
+def forget_tiles() -> None:
+    """Give back the memory of the tiles that were kept for the next rooms; what is drawn again is the same."""
+    _drawn.cache_clear()
 
 
 @lru_cache(maxsize=CACHED_TILES)
@@ -83,20 +88,20 @@ def _drawn(generator: str, variant: int, aspect: float, colors: tuple[Color, ...
 def pattern_tile(pattern: Pattern, units: tuple[float, float]) -> TextureTile:
     """Return the tile of a repeating pattern that is ``units`` (u, v) units wide and high."""
     shape = next(field.shape for field in (*pattern.weights, pattern.shade, pattern.height) if field is not None)
-    full = np.zeros((*shape, CHANNELS), np.float32)
-    for k, weight in enumerate(pattern.weights):
-        full[..., k] = weight
-    full[..., 3] = 0.5 if pattern.shade is None else 0.5 * pattern.shade
-    full[..., 4] = 0.5 if pattern.roughness is None else 0.5 + 0.5 * pattern.roughness
+    full = np.empty((CHANNELS, *shape), np.float32)
+    for k in range(3):
+        full[k] = pattern.weights[k] if k < len(pattern.weights) else 0.0
+    full[3] = 0.5 if pattern.shade is None else 0.5 * pattern.shade
+    full[4] = 0.5 if pattern.roughness is None else 0.5 + 0.5 * pattern.roughness
     return _finished(full, pattern.height, units, False)
 
 
 def picture_tile(picture: Picture) -> TextureTile:
     """Return the tile of a picture with colours of its own, one unit wide and high."""
-    full = np.zeros((*picture.rgb.shape[:2], CHANNELS), np.float32)
-    full[..., :3] = picture.rgb
-    full[..., 3] = 0.0
-    full[..., 4] = 1.0 if picture.roughness is None else 1.0 + picture.roughness
+    full = np.empty((CHANNELS, *picture.rgb.shape[:2]), np.float32)
+    full[:3] = np.moveaxis(picture.rgb, -1, 0)
+    full[3] = 0.0
+    full[4] = 1.0 if picture.roughness is None else 1.0 + picture.roughness
     return _finished(full, picture.height, (1.0, 1.0), True)
 
 
@@ -114,20 +119,20 @@ def image_tile(maps: ImageMaps) -> TextureTile:
         if image.dtype != np.uint8 or image.ndim != wanted or 0 in image.shape or (wanted == 3 and image.shape[2] != 3):
             raise ValueError(f"texture {name}: expected uint8 (h, w{', 3' if wanted == 3 else ''}), got {image.dtype} {image.shape}")
     height, width = (min(2048, 1 << max(0, round(np.log2(max(image.shape[axis] for image in given.values()))))) for axis in (0, 1))
-    full = np.ones((height, width, CHANNELS), np.float32)
+    full = np.ones((CHANNELS, height, width), np.float32)
     for name, image in given.items():
         values = _resampled(image.astype(np.float32) / 255.0, height, width)[::-1]
         if name == "color":
-            full[..., :3] = np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+            full[:3] = np.moveaxis(np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4), -1, 0)
         elif name == "metallic":
-            full[..., 3] = values
+            full[3] = values
         elif name == "roughness":
-            full[..., 4] = values
-    slopes = np.zeros((height, width, 2), np.float32)
+            full[4] = values
+    full[SLOPE_U : SLOPE_V + 1] = 0.0
     if maps.normal is not None:
         normal = _resampled(maps.normal.astype(np.float32) / 127.5 - 1.0, height, width)[::-1]
-        slopes = -normal[..., :2] / np.maximum(normal[..., 2:], 0.1)
-    return _tile_of_slopes(full, slopes.astype(np.float32), True)
+        full[SLOPE_U : SLOPE_V + 1] = np.moveaxis(-normal[..., :2] / np.maximum(normal[..., 2:], 0.1), -1, 0)
+    return _tile_of_slopes(full, True)
 
 
 def _resampled(image: NDArray[np.float32], height: int, width: int) -> NDArray[np.float32]:
@@ -146,43 +151,22 @@ def _resampled(image: NDArray[np.float32], height: int, width: int) -> NDArray[n
 
 
 def _finished(full: NDArray[np.float32], height: Field | None, units: tuple[float, float], picture: bool) -> TextureTile:
-    slopes = np.zeros((*full.shape[:2], 2), np.float32)
-    if height is not None:
-        for k, axis in ((0, 1), (1, 0)):
-            step = 2.0 * units[k] / full.shape[axis]
-            slopes[..., k] = (np.roll(height, -1, axis) - np.roll(height, 1, axis)) * np.float32(1.0 / step)
-    return _tile_of_slopes(full, slopes, picture)
+    if height is None:
+        full[SLOPE_U : SLOPE_V + 1] = 0.0
+    else:
+        fill_slopes(full, np.broadcast_to(height, full.shape[1:]), units)
+    return _tile_of_slopes(full, picture)
 
 
-def _tile_of_slopes(full: NDArray[np.float32], slopes: NDArray[np.float32], picture: bool) -> TextureTile:
-    steepest = max(float(np.abs(slopes).max()), 1e-6)
-    full[..., 5:7] = slopes * np.float32(1.0 / steepest)
-    full[..., 7] = 0.0
-    square = full[..., 5] ** 2 + full[..., 6] ** 2
-    levels = [_packed(full, square, picture)]
-    while full.shape[0] > 1 or full.shape[1] > 1:
-        full, square = _halved(full), _halved(square[..., None])[..., 0]
-        levels.append(_packed(full, square, picture))
-    return TextureTile(tuple(levels), picture, steepest)
-
-
-def _halved(fields: NDArray[np.float32]) -> NDArray[np.float32]:
-    if fields.shape[0] > 1:
-        fields = 0.5 * (fields[0::2] + fields[1::2])
-    return 0.5 * (fields[:, 0::2] + fields[:, 1::2]) if fields.shape[1] > 1 else fields
-
-
-def _packed(full: NDArray[np.float32], square: Field, picture: bool) -> NDArray[np.uint8]:
-    """Return one level as bytes; ``square`` is the mean square of the slopes under each texel."""
-    texels = np.empty(full.shape, np.float32)
-    texels[..., :5] = full[..., :5]
-    if picture:
-        rgb = np.clip(full[..., :3], 0.0, 1.0)
-        texels[..., :3] = np.where(rgb <= 0.0031308, 12.92 * rgb, 1.055 * rgb ** np.float32(1.0 / 2.4) - 0.055)
-    texels[..., 5:7] = 128.0 / 255.0 + (127.0 / 255.0) * full[..., 5:7]
-    rest = square - full[..., 5] ** 2 - full[..., 6] ** 2
-    texels[..., 7] = np.sqrt(0.5 * np.maximum(rest, 0.0))
-    texels *= 255.0
-    texels += 0.5
-    packed: NDArray[np.uint8] = np.clip(texels, 0.0, 255.0).astype(np.uint8)
-    return packed
+def _tile_of_slopes(full: NDArray[np.float32], picture: bool) -> TextureTile:
+    steepest = float(scale_slopes(full))
+    levels = []
+    while True:
+        packed = np.empty((*full.shape[1:], CHANNELS), np.uint8)
+        pack_texels(full, picture, SRGB_BYTES, packed)
+        levels.append(packed)
+        if full.shape[1] == full.shape[2] == 1:
+            return TextureTile(tuple(levels), picture, steepest)
+        halved = np.empty((CHANNELS, max(full.shape[1] // 2, 1), max(full.shape[2] // 2, 1)), np.float32)
+        halve_fields(full, halved)
+        full = halved

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.kernel import kernel
 from renderer.textures.noise import Field, Shape, coordinates, noise, per_cell, smooth_step
 from renderer.textures.pattern import Generator, Pattern, Request
 
@@ -77,19 +78,55 @@ def floor_boards(rng: np.random.Generator, boards: Boards, along_texels: float, 
     found = grain(rng, GRAIN_SHAPE, int(rng.integers(18, 34)), int(rng.integers(1, 4)))
     height, width = GRAIN_SHAPE
     count = int(boards.number.max()) + 1
-    start_x, start_y = rng.integers(0, width, count), rng.integers(0, height, count)
-    x = (start_x[boards.number] + (boards.along * along_texels).astype(np.int64)) % width
-    y = (start_y[boards.number] + (boards.across * 0.16 * height).astype(np.int64)) % height
-    place = y * width + x
-    late, dark, shade = (np.take(field.ravel(), place) for field in found)
-    tone = per_cell(rng, boards.number, count) - np.float32(0.5)
-    warm = per_cell(rng, boards.number, count)
-    joint = smooth_step(2.2 * gap, 0.6 * gap, boards.edge)
-    groove = smooth_step(4.0 * gap, 0.0, boards.edge)
-    shade = shade * (1.0 + spread * tone) * (1.0 - 0.6 * joint)
-    free = 1.0 - joint
-    weights = (0.55 * late * free * (1.0 - dark), np.maximum(0.75 * dark, 0.85 * joint), 0.5 * warm * free * (1.0 - dark) * (1.0 - late))
-    return Pattern(weights, shade, 0.06 * late + 0.25 * joint, -groove - 0.06 * late - 0.1 * dark)
+    starts = np.stack([rng.integers(0, width, count), rng.integers(0, height, count)], axis=1).astype(np.int32)
+    tones = rng.random((count, 2), np.float32)
+    tones[:, 0] = 1.0 + spread * (tones[:, 0] - np.float32(0.5))
+    shape = boards.number.shape
+    fields = np.empty((6, *shape), np.float32)
+    numbers = np.array([along_texels, 0.16 * height, gap], np.float32)
+    along, across, edge = (np.ascontiguousarray(field, np.float32) for field in (boards.along, boards.across, boards.edge))
+    _lay_boards(boards.number.astype(np.int32), along, across, edge, starts, tones, np.stack(found).astype(np.float32), numbers, fields)
+    return Pattern((fields[0], fields[1], fields[2]), fields[3], fields[4], fields[5])
+
+
+@kernel
+def _lay_boards(
+    number: NDArray[np.int32],
+    along: NDArray[np.float32],
+    across: NDArray[np.float32],
+    edge: NDArray[np.float32],
+    starts: NDArray[np.int32],
+    tones: NDArray[np.float32],
+    found: NDArray[np.float32],
+    numbers: NDArray[np.float32],
+    fields: NDArray[np.float32],
+) -> None:
+    """Fill three weights, shade, roughness and height (6, h, w) of boards cut from the grain ``found`` (3, h, w).
+
+    ``starts`` (n, 2): where each board is cut, column and row; ``tones`` (n, 2): its shade and how much warmer it is; ``numbers``: texels
+    of grain along and across a board's width, half width of a joint.
+    """
+    one, zero, two, three = np.float32(1.0), np.float32(0.0), np.float32(2.0), np.float32(3.0)
+    _, tall, wide = found.shape
+    per_along, per_across, gap = numbers
+    for row in range(number.shape[0]):
+        for column in range(number.shape[1]):
+            board = number[row, column]
+            x = (starts[board, 0] + int(along[row, column] * per_along)) % wide
+            y = (starts[board, 1] + int(across[row, column] * per_across)) % tall
+            late, dark, shade = found[0, y, x], found[1, y, x], found[2, y, x]
+            rim = edge[row, column]
+            t = min(max((np.float32(2.2) * gap - rim) / (np.float32(1.6) * gap), zero), one)
+            joint = t * t * (three - two * t)
+            t = min(max((np.float32(4.0) * gap - rim) / (np.float32(4.0) * gap), zero), one)
+            groove = t * t * (three - two * t)
+            free = (one - joint) * (one - dark)
+            fields[0, row, column] = np.float32(0.55) * late * free
+            fields[1, row, column] = max(np.float32(0.75) * dark, np.float32(0.85) * joint)
+            fields[2, row, column] = np.float32(0.5) * tones[board, 1] * free * (one - late)
+            fields[3, row, column] = shade * tones[board, 0] * (one - np.float32(0.6) * joint)
+            fields[4, row, column] = np.float32(0.06) * late + np.float32(0.25) * joint
+            fields[5, row, column] = -groove - np.float32(0.06) * late - np.float32(0.1) * dark
 
 
 def planks(rng: np.random.Generator, request: Request) -> Pattern:
@@ -98,8 +135,8 @@ def planks(rng: np.random.Generator, request: Request) -> Pattern:
     u, v = coordinates(request.shape)
     row = np.floor(v * rows).astype(np.int32)
     across = v * rows - np.floor(v * rows)
-    start = rng.random(rows)
-    cut = rng.uniform(0.36, 0.64, rows)
+    start = rng.random(rows, np.float32)
+    cut = rng.uniform(0.36, 0.64, rows).astype(np.float32)
     place = (u + start[row]) % 1.0
     second = place > cut[row]
     index = 2 * row + second

@@ -7,7 +7,7 @@ from renderer.shapes import block
 from renderer.textures.apply import AppliedTexture, applied_texture, mapped_once
 from renderer.textures.look_up import Looked, Textures, build_textures, look_up
 from renderer.textures.pattern import Pattern, Picture
-from renderer.textures.tile import ImageMaps, generated_tile, image_tile, pattern_tile, picture_tile
+from renderer.textures.tile import ImageMaps, forget_tiles, generated_tile, image_tile, pattern_tile, picture_tile
 from scene_description import Material, Texture
 
 BASE = (0.4, 0.2, 0.1)
@@ -149,3 +149,16 @@ def test_a_picture_keeps_its_lower_row_below() -> None:
     rgb[0] = 1.0
     textures = tables(AppliedTexture(picture_tile(Picture(rgb))))
     assert looked(textures, 0.5, 0.25).red == pytest.approx(1.0) and looked(textures, 0.5, 0.75).red == pytest.approx(0.0)
+
+
+def test_tiles_do_not_depend_on_what_was_drawn_before() -> None:
+    """Kept tiles are shared, also between colours unless the picture is painted in them; drawn anew they have the same bytes."""
+    names = ("planks", "rug", "art", "floral", "desktop", "spines")
+    first = {name: generated_tile(name, 5, 0.7, (BASE,)) for name in names}
+    assert generated_tile("rug", 5, 0.7, ((0.9, 0.1, 0.1),)) is first["rug"]
+    assert generated_tile("art", 5, 0.7, ((0.9, 0.1, 0.1),)) is not first["art"]
+    forget_tiles()
+    for name in reversed(names):
+        again = generated_tile(name, 5, 0.7, (BASE,))
+        assert again is not first[name] and again.steepest == first[name].steepest
+        assert all(a.tobytes() == b.tobytes() for a, b in zip(again.levels, first[name].levels, strict=True))
