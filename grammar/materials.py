@@ -20,6 +20,7 @@ Hue = Annotated[float, Limits(ge=-360.0, le=720.0, unit="deg")]
 Change = Annotated[float, Limits(ge=-1.0, le=1.0)]
 Metres = Annotated[float, Limits(ge=0.001, le=100.0, unit="m")]
 Relief = Annotated[float, Limits(ge=0.0, le=0.1, unit="m")]
+Glow = Annotated[float, Limits(ge=0.0, le=1e5, unit="cd/m2")]
 PaletteHue = Literal["main", "second", "either", "own"]
 
 _MAX_TEXTURE_SEED = 2**31 - 1
@@ -75,6 +76,7 @@ class MaterialRange:
     clearcoat: Range = (0.0, 0.0)
     clearcoat_roughness: Range = (0.05, 0.1)
     sheen: Range = (0.0, 0.0)
+    glow_cd_m2: tuple[Glow, Glow] = (0.0, 0.0)
     texture: TextureRange | None = None
     odds: Annotated[float, Limits(ge=1e-6, le=1e6)] = 1.0
 
@@ -126,6 +128,7 @@ def draw_material(rng: np.random.Generator, kind: MaterialRange, identifier: str
         clearcoat_roughness=round(coat_roughness, 4),
         sheen=round(sheen, 4),
         texture=None if kind.texture is None else _texture(rng, kind.texture, (lightness, chroma, hue), palette),
+        glow_cd_m2=round(float(rng.uniform(*kind.glow_cd_m2)), 2) if kind.glow_cd_m2[1] > 0.0 else 0.0,
     )
 
 

@@ -55,6 +55,8 @@ class MaterialExport:
             }
         images, pbr = self._baked[key], item["pbrMetallicRoughness"]
         pbr["baseColorFactor"], pbr["baseColorTexture"] = [1.0, 1.0, 1.0, 1.0], {"index": images["color"]}
+        if material.glow_cd_m2 > 0.0:
+            item["emissiveFactor"], item["emissiveTexture"] = [1.0, 1.0, 1.0], {"index": images["color"]}
         if "surface" in images:
             pbr |= {"metallicFactor": 1.0, "roughnessFactor": 1.0, "metallicRoughnessTexture": {"index": images["surface"]}}
         if "normal" in images:
@@ -82,9 +84,10 @@ class MaterialExport:
             }
         if material.sheen > 0.0:
             extensions["KHR_materials_sheen"] = {"sheenColorFactor": [material.sheen] * 3, "sheenRoughnessFactor": 0.5}
-        brightest = max(emission)
+        glows = material.glow_cd_m2 > 0.0 and not any(emission)
+        brightest = material.glow_cd_m2 if glows else max(emission)
         if brightest > 0.0:
-            item["emissiveFactor"] = (np.array(emission) / brightest).tolist()
+            item["emissiveFactor"] = list(material.base_color) if glows else (np.array(emission) / brightest).tolist()
             extensions["KHR_materials_emissive_strength"] = {"emissiveStrength": brightest}
         for name in extensions:
             self._writer.use_extension(name)

@@ -60,6 +60,7 @@ class MaterialTable(NamedTuple):
     clearcoat: NDArray[np.float32]
     clearcoat_roughness: NDArray[np.float32]
     sheen: NDArray[np.float32]
+    glow_cd_m2: NDArray[np.float32]
 
 
 def tabulate_materials(materials: Sequence[Material]) -> MaterialTable:

@@ -34,8 +34,8 @@ def render_material(material: Material, edge_px: int = 128, samples: int = 32, t
         KeyError: the material's texture has an unknown generator.
         RenderError: Embree is missing.
     """
-    camera = CameraConfig(width=edge_px, height=edge_px, horizontal_fov_rad=0.62)
-    config = RenderConfig(samples_per_pixel=samples, threads=threads)
+    camera = CameraConfig(width=edge_px, height=edge_px, horizontal_fov_rad=0.74)
+    config = RenderConfig(samples_per_pixel=samples, threads=threads, denoise="auto")
     pose = CameraPose(stamp_ns=0, position_m=_EYE, orientation=look_at(_EYE, _TARGET))
     with Renderer(stage(material), camera, config, 0) as renderer:
         radiance = renderer.render(pose, 0, ("color",)).radiance
@@ -48,9 +48,9 @@ def stage(material: Material) -> FlatScene:
     """Return the stage with a ball and a board of a material."""
     angle = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 25)
     ball = lathe([(max(BALL_M * math.cos(a), 0.0), BALL_M * (1.0 + math.sin(a))) for a in angle], 48)
-    board = rotated(block((-0.01, -0.22, 0.0), (0.01, 0.22, 0.62), 0.004), "y", -0.35)
+    board = rotated(block((-0.01, -0.29, 0.0), (0.01, 0.29, 0.5), 0.004), "y", -0.35)
     dressed: list[tuple[Mesh, AppliedTexture | None]] = []
-    for mesh in (moved(ball, y=-0.26), moved(board, x=-0.1, y=0.34)):
+    for mesh in (moved(ball, y=-0.30), moved(board, x=-0.1, y=0.38)):
         dressed.append((mesh, None) if material.texture is None else applied_texture(material, material.texture, mesh))
     floor = block((-3.0, -3.0, -0.1), (3.0, 3.0, 0.0))
     lamp = merged(block((-0.2, -1.6, 2.2), (1.8, 0.2, 2.25)))

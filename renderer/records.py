@@ -237,8 +237,9 @@ class Film(NamedTuple):
     LOOK_PORTAL,
     LOOK_GLASS,
     LOOK_PROFILE,  # 1 + row of the profiles, 0 for none
-) = (0, 3, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15)
-LOOK_SIZE = 16
+    LOOK_GLOW,  # luminance of its own where the colour is white, cd/m2
+) = (0, 3, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16)
+LOOK_SIZE = 17
 
 
 class Surfaces(NamedTuple):

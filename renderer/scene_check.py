@@ -10,6 +10,9 @@ from renderer.flat_scene import FlatScene, Sky
 
 SKY_COLORS = ("zenith", "horizon", "ground")
 
+_RANGES = {"ior": (1.0, 3.0), "glow_cd_m2": (0.0, 1e6)}
+"""Of material parameters that are no shares."""
+
 
 def check_scene(flat: FlatScene) -> None:
     """Check shapes, types, index ranges and numbers of a flat scene.
@@ -49,7 +52,7 @@ def check_scene(flat: FlatScene) -> None:
         _check_range(name, table, 0.0, np.inf)
     _check_sky(flat.sky)
     for name, table in materials._asdict().items():
-        _check_range(f"materials.{name}", table, *((1.0, 3.0) if name == "ior" else (0.0, 1.0)))
+        _check_range(f"materials.{name}", table, *_RANGES.get(name, (0.0, 1.0)))
 
 
 def _check_sky(sky: Sky) -> None:

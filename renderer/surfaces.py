@@ -49,6 +49,7 @@ from renderer.records import (
     LOOK_COAT_ROUGHNESS,
     LOOK_EMISSION,
     LOOK_GLASS,
+    LOOK_GLOW,
     LOOK_IOR,
     LOOK_METALLIC,
     LOOK_PORTAL,
@@ -82,6 +83,7 @@ from renderer.textures.look_up import build_textures
 
 _ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-30)
 _USABLE, _GRAZING = np.float32(1e-3), np.float32(1e-4)
+_UNLIT = np.float32(0.03)
 _LIFT_M, _LIFT_RATIO = np.float32(2e-5), np.float32(4e-6)
 
 
@@ -102,6 +104,7 @@ def build_surfaces(flat: FlatScene) -> Surfaces:
         (LOOK_COAT, materials.clearcoat),
         (LOOK_COAT_ROUGHNESS, materials.clearcoat_roughness),
         (LOOK_SHEEN, materials.sheen),
+        (LOOK_GLOW, materials.glow_cd_m2),
     ):
         look[:, column] = table[row]
     look[:, LOOK_PORTAL] = parts.portal
@@ -169,6 +172,7 @@ def find_surfaces(packet: Packet, surfaces: Surfaces, lights: Lights, primary: b
         texture = surfaces.textures.part[part]
         if texture >= 0:
             apply_texture(surfaces.textures, texture, packet, k, lanes)
+        _glow(surfaces.look[part, LOOK_GLOW], k, lanes)
         group = lights.face_group[face]
         if group >= 0 and lanes[COSINE + k] > _ZERO:
             x, y, z = real[DIR_X + k], real[DIR_Y + k], real[DIR_Z + k]
@@ -197,6 +201,18 @@ def _fetch_look(surfaces: Surfaces, part: int, k: int, lanes: NDArray[np.float32
     lanes[SHEEN + k] = look[part, LOOK_SHEEN]
     lanes[THIN + k] = look[part, LOOK_PORTAL]
     lanes[GLASS + k] = look[part, LOOK_GLASS]
+
+
+@kernel
+def _glow(luminance: np.float32, k: int, lanes: NDArray[np.float32]) -> None:
+    """Let the front of lane k send out its colour times a luminance, and leave a dark surface.
+
+    Such light is found by rays that happen to hit it only, at full weight: lights are not drawn there (GLOW_CHANCE stays 0).
+    """
+    if luminance > _ZERO and lanes[COSINE + k] > _ZERO:
+        for channel in range(0, 3 * LANES, LANES):
+            lanes[GLOW_R + channel + k] = luminance * lanes[BASE_R + channel + k]
+            lanes[BASE_R + channel + k] *= _UNLIT
 
 
 @kernel

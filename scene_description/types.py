@@ -68,7 +68,8 @@ class Material:
 
     Linear base colour, perceptual roughness (its square is the microfacet distribution's alpha), metalness, share of the light that enters
     that is let through (glass), index of refraction, weight and roughness of a clear coat of index 1.5, weight of a sheen (fabrics seen at
-    grazing angles), and a pattern: drawn by a generator, or the images of a model file, not both.
+    grazing angles), and a pattern: drawn by a generator, or the images of a model file, not both.  ``glow_cd_m2``: luminance that white of
+    its colour or pattern sends out on its front, as screens and figures of clocks do; the surface itself is nearly black then.
     """
 
     id: Name
@@ -81,6 +82,7 @@ class Material:
     clearcoat: Unit = 0.0
     clearcoat_roughness: Unit = 0.05
     sheen: Unit = 0.0
+    glow_cd_m2: Luminance = 0.0
     texture: Texture | None = None
     images: FileImages | None = None
 

@@ -32,16 +32,18 @@ from scene_description import (
 from scene_description.labels import LABEL_ID
 from scene_description.poses import look_at
 
-STAGE_M, STAGE_HEIGHT_M = 12.0, 6.0
 HORIZONTAL_FOV_RAD = 0.5
 """Of the camera that the poses are made for: a short telephoto lens, as for pictures of products."""
 
 MODEL_ID, LAMP_ID = 1, 2
 _PAPER = Material(id="paper", family="paper", base_color=(0.72, 0.72, 0.71), roughness=0.95)
-_WALL_HEIGHT_M = 1.4
+_STAGE_RADII, _STAGE_HEIGHT_RADII, _SMALLEST_STAGE_M = 12.4, 5.6, 3.0
+"""The stage grows with the model (in radii of its box), so that all are lit alike."""
 _ELEVATION_RAD, _AZIMUTH_RAD = 0.32, 0.55
 _MARGIN = 0.9
 _DARK = (0.0, 0.0, 0.0)
+_LUMEN_PER_M2, EXPOSURE_EV100 = 42_000.0, 7.25
+"""Flux of the lamp per square of the model's radius, and the exposure at which paper under it comes out as light grey."""
 
 
 class Example(NamedTuple):
@@ -72,7 +74,8 @@ def studio_scene(synthesizer: SceneSynthesizer, category: str, example: Example,
     """
     label = synthesizer.categories[category].label_id
     support = Support(kind="wall", wall=2) if example.mount == "wall" else Support(kind="floor")
-    position = _place(example)
+    stage = _stage(example.size_m)
+    position = _place(example, stage)
     plain = SceneObject(
         id=MODEL_ID,
         category=category,
@@ -85,8 +88,8 @@ def studio_scene(synthesizer: SceneSynthesizer, category: str, example: Example,
         parts=(),
     )
     rng = np.random.default_rng(np.random.SeedSequence([seed, *category.encode(), *style.encode()]))
-    _, (thing,), materials = dress(rng, _only(synthesizer.appearance, category, style), _stage(()), [plain])
-    return _scene(f"{category}-{style}", thing, materials)
+    _, (thing,), materials = dress(rng, _only(synthesizer.appearance, category, style), stage, [plain])
+    return _scene(f"{category}-{style}", thing, materials, stage)
 
 
 def _only(appearance: Appearance, category: str, style: str) -> Appearance:
@@ -96,46 +99,51 @@ def _only(appearance: Appearance, category: str, style: str) -> Appearance:
     return replace(appearance, categories={**appearance.categories, category: look})
 
 
-def _place(example: Example) -> tuple[float, float, float]:
+def _radius_m(size_m: tuple[float, float, float]) -> float:
+    return 0.5 * math.hypot(*size_m)
+
+
+def _place(example: Example, stage: Room) -> tuple[float, float, float]:
     depth, _, height = example.size_m
     if example.mount == "wall":
-        return (-0.5 * STAGE_M + 0.5 * depth, 0.0, max(_WALL_HEIGHT_M - 0.5 * height, 0.0))
+        return (stage.polygon_m[0][0] + 0.5 * depth, 0.0, 0.5 * (stage.height_m - height))
     if example.mount == "ceiling":
-        return (0.0, 0.0, STAGE_HEIGHT_M - height)
+        return (0.0, 0.0, stage.height_m - height)
     return (0.0, 0.0, 0.0)
 
 
-def _stage(surfaces: tuple[Part, ...]) -> Room:
-    half = 0.5 * STAGE_M
+def _stage(size_m: tuple[float, float, float]) -> Room:
+    """Return an empty square room about the origin for a model of this size; all its surfaces are paper."""
+    radius = _radius_m(size_m)
+    half = 0.5 * max(_STAGE_RADII * radius, _SMALLEST_STAGE_M)
     return Room(
         polygon_m=((-half, -half), (half, -half), (half, half), (-half, half)),
-        height_m=STAGE_HEIGHT_M,
+        height_m=max(_STAGE_HEIGHT_RADII * radius, 0.5 * _SMALLEST_STAGE_M),
         wall_thickness_m=0.1,
         openings=(),
-        surfaces=surfaces,
+        surfaces=tuple(Part(name=part, material=_PAPER.id) for part in ("floor", "wall", "ceiling", "skirting")),
     )
 
 
-def _scene(name: str, thing: SceneObject, materials: tuple[Material, ...]) -> SceneDescription:
+def _scene(name: str, thing: SceneObject, materials: tuple[Material, ...], stage: Room) -> SceneDescription:
     """Light a model by a dome in front of it, above (for what hangs from the ceiling, below), and aim a camera at it."""
-    paper = tuple(Part(name=part, material=_PAPER.id) for part in ("floor", "wall", "ceiling", "skirting"))
     depth, width, height = thing.size_m
     center = np.asarray(thing.position_m) + np.array([0.0, 0.0, 0.5 * height])
-    radius = 0.5 * math.hypot(depth, width, height)
-    hangs = center[2] > 0.5 * STAGE_HEIGHT_M
+    radius = _radius_m(thing.size_m)
+    hangs = thing.position_m[2] > 0.0 and thing.support.kind != "wall"
     elevation = (-1.0 if hangs else 1.0) * (0.12 if thing.support.kind == "wall" else _ELEVATION_RAD)
     way = np.array([math.cos(elevation) * math.cos(_AZIMUTH_RAD), -math.cos(elevation) * math.sin(_AZIMUTH_RAD), math.sin(elevation)])
-    inside = 0.5 * STAGE_M - 0.05
+    half = stage.polygon_m[2][0]
     eye = center + way * _distance(np.array([depth, width, height]), way)
-    eye = np.clip(eye, (-inside, -inside, 0.02), (inside, inside, STAGE_HEIGHT_M - 0.02))
-    dome = min(2.4 * radius, 2.5)
+    eye = np.clip(eye, (0.01 - half, 0.01 - half, 0.005), (half - 0.01, half - 0.01, stage.height_m - 0.005))
+    dome = 2.4 * radius
     light = center + radius * np.array([1.8, 1.2, -2.6 if hangs else 2.2])
     lamp = SceneObject(
         id=LAMP_ID,
         category="ceiling_lamp",
         label=LABEL_ID["lamp"],
         size_m=(dome, dome, 0.3 * dome),
-        position_m=(float(light[0]), float(light[1]), float(min(max(light[2], 0.0), STAGE_HEIGHT_M - 0.35 * dome))),
+        position_m=(float(light[0]), float(light[1]), float(min(max(light[2], 0.0), stage.height_m - 0.35 * dome))),
         yaw_rad=0.0,
         support=Support(kind="ceiling"),
         model=ModelReference(generator="ceiling_lamp", style="flush"),
@@ -151,10 +159,12 @@ def _scene(name: str, thing: SceneObject, materials: tuple[Material, ...]) -> Sc
         index=0,
         seed=0,
         category="studio",
-        room=_stage(paper),
+        room=stage,
         objects=(thing, lamp),
         materials=(_PAPER, *materials),
-        lights=(Light(object=LAMP_ID, part="shade", flux_lm=20_000.0, color_temperature_k=5500.0, color=(1.0, 1.0, 1.0)),),
+        lights=(
+            Light(object=LAMP_ID, part="shade", flux_lm=_LUMEN_PER_M2 * radius * radius, color_temperature_k=5500.0, color=(1.0, 1.0, 1.0)),
+        ),
         environment=Environment(zenith=_DARK, horizon=_DARK, ground=_DARK),
         camera_path=(pose,),
         parse_graph=ParseGraph(nodes=(), log_probability=0.0, energies={}, weights={}, energy=0.0),

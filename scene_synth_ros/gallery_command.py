@@ -12,42 +12,48 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammar import SceneRequest
+from grammar.materials import Palette, draw_material
 from grammar.synthesize import CameraTimes, SceneSynthesizer
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.exposure import exposed, meter
 from renderer.flatten import flatten
+from renderer.material_sheet import render_material
 from renderer.scene_key import scene_key
 from scene_description import SceneDescription
-from scene_synth_ros.gallery import HORIZONTAL_FOV_RAD, studio_scene, typical_examples
+from scene_synth_ros.gallery import EXPOSURE_EV100, HORIZONTAL_FOV_RAD, studio_scene, typical_examples
 from scene_synth_ros.picture_grid import Tile, write_grid
 
-MODEL_CAMERA = CameraConfig(width=128, height=128, horizontal_fov_rad=HORIZONTAL_FOV_RAD)
+MODEL_CAMERA = CameraConfig(width=144, height=144, horizontal_fov_rad=HORIZONTAL_FOV_RAD)
 ROOM_CAMERA = CameraConfig(width=320, height=240)
-MODEL_COLUMNS, MODEL_ROWS, ROOM_COLUMNS, VIEWS = 12, 10, 4, 2
+VIEWS = 2
+BALL_EDGE_PX, QUALITY = 120, 80
+BALL_HUES_DEG = (235.0, 40.0)
+"""Main and second hue of the palette that the materials are drawn with: blue and terracotta."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
-    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder for models_<n>.jpg and rooms.jpg")
-    parser.add_argument("--only", metavar="WORD", help="only models and room types whose name contains WORD")
-    parser.add_argument("--kind", choices=("all", "models", "rooms"), default="all", help="what to draw (default: %(default)s)")
-    parser.add_argument("--seed", type=int, default=1, help="seed of models and rooms (default: %(default)s)")
-    parser.add_argument("--spp", type=int, default=24, help="samples per pixel (default: %(default)s)")
+    parser.add_argument(
+        "--out", type=Path, required=True, metavar="DIR", help="folder for models_<n>.jpg, materials_<n>.jpg and rooms_<n>.jpg"
+    )
+    parser.add_argument("--only", metavar="WORD", help="only models, materials and room types whose name contains WORD")
+    parser.add_argument(
+        "--kind", choices=("all", *(kind for kind, *_ in SHEETS)), default="all", help="what to draw (default: %(default)s)"
+    )
+    parser.add_argument("--seed", type=int, default=1, help="seed of models, materials and rooms (default: %(default)s)")
+    parser.add_argument("--spp", type=int, default=32, help="samples per pixel (default: %(default)s)")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Draw; files that exist are replaced."""
-    synthesizer = SceneSynthesizer.from_config()
-    arguments.out.mkdir(parents=True, exist_ok=True)
-    if arguments.kind != "rooms":
-        tiles = list(_models(synthesizer, arguments.only or "", arguments.seed, arguments.spp))
-        per_sheet = MODEL_COLUMNS * MODEL_ROWS
-        for sheet in range(-(-len(tiles) // per_sheet)):
-            write_grid(tiles[sheet * per_sheet : (sheet + 1) * per_sheet], MODEL_COLUMNS, arguments.out / f"models_{sheet + 1}.jpg")
-    if arguments.kind != "models":
-        rooms = list(_rooms(synthesizer, arguments.only or "", arguments.seed, arguments.spp))
-        if rooms:
-            write_grid(rooms, ROOM_COLUMNS, arguments.out / "rooms.jpg", quality=80)
+    synthesizer, out = SceneSynthesizer.from_config(), arguments.out
+    asked = (synthesizer, arguments.only or "", arguments.seed, arguments.spp)
+    out.mkdir(parents=True, exist_ok=True)
+    kinds = [kind for kind, *_ in SHEETS if arguments.kind in ("all", kind)]
+    for kind, draw, columns, rows in SHEETS:
+        tiles = list(draw(*asked)) if kind in kinds else []
+        for sheet, first in enumerate(range(0, len(tiles), columns * rows), 1):
+            write_grid(tiles[first : first + columns * rows], columns, out / f"{kind}_{sheet}.jpg", QUALITY)
     sys.stderr.write("\n")
     return 0
 
@@ -59,7 +65,17 @@ def _models(synthesizer: SceneSynthesizer, only: str, seed: int, spp: int) -> It
         for style in synthesizer.appearance.categories[category].styles:
             sys.stderr.write(f"\r{category} {style:32s}")
             scene = studio_scene(synthesizer, category, example, style, seed)
-            yield Tile(f"{category} {style}", next(_views(scene, MODEL_CAMERA, spp, 1)))
+            yield Tile(f"{category} {style}".replace("_", " "), next(_views(scene, MODEL_CAMERA, spp, 1, EXPOSURE_EV100)))
+
+
+def _materials(synthesizer: SceneSynthesizer, only: str, seed: int, spp: int) -> Iterator[Tile]:
+    palette = Palette(main_deg=BALL_HUES_DEG[0], second_deg=BALL_HUES_DEG[1])
+    for name, kind in sorted(synthesizer.appearance.materials.items(), key=lambda entry: (entry[1].family, entry[0])):
+        if only not in name:
+            continue
+        sys.stderr.write(f"\r{name:40s}")
+        rng = np.random.default_rng(np.random.SeedSequence([seed, *name.encode()]))
+        yield Tile(name.replace("_", " "), render_material(draw_material(rng, kind, name, palette), BALL_EDGE_PX, spp))
 
 
 def _rooms(synthesizer: SceneSynthesizer, only: str, seed: int, spp: int) -> Iterator[Tile]:
@@ -73,12 +89,19 @@ def _rooms(synthesizer: SceneSynthesizer, only: str, seed: int, spp: int) -> Ite
             yield Tile(f"{room_type}, view {view + 1}", picture)
 
 
-def _views(scene: SceneDescription, camera: CameraConfig, spp: int, count: int) -> Iterator[NDArray[np.uint8]]:
-    """Render views spread over a scene's camera path, at one metered exposure."""
+def _views(scene: SceneDescription, camera: CameraConfig, spp: int, count: int, ev100: float | None = None) -> Iterator[NDArray[np.uint8]]:
+    """Render views spread over a scene's camera path, at one exposure: that given, or the metered one."""
     flat, config, key = flatten(scene), RenderConfig(samples_per_pixel=spp, clamp=8.0, denoise="auto"), scene_key(scene)
     path = scene.camera_path
-    exposure = exposed(replace(config, auto_exposure=True), meter(flat, camera, config, key, path))
+    if ev100 is None:
+        exposure = exposed(replace(config, auto_exposure=True), meter(flat, camera, config, key, path))
+    else:
+        exposure = exposed(replace(config, exposure_ev100=ev100, white_balance="none"), None)
     with Renderer(flat, camera, config, key) as renderer:
         for view in range(count):
             index = int((view + 0.5) * len(path) / count)
             yield renderer.render(path[index], index, ("color",), exposure=exposure).layers["color"].astype(np.uint8)
+
+
+SHEETS = (("models", _models, 11, 8), ("materials", _materials, 12, 8), ("rooms", _rooms, 4, 6))
+"""Kind, how it is drawn, and the columns and rows of its sheets."""

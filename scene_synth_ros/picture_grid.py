@@ -35,7 +35,7 @@ def write_grid(tiles: Sequence[Tile], columns: int, path: Path, quality: int = 8
     rows = -(-len(tiles) // columns)
     step_x, step_y = width + _GAP, height + _LABEL_HEIGHT + _GAP
     sheet = Image.new("RGB", (_GAP + min(columns, len(tiles)) * step_x, _GAP + rows * step_y), PAPER)
-    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(11)
+    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(10)
     for index, tile in enumerate(tiles):
         x, y = _GAP + index % columns * step_x, _GAP + index // columns * step_y
         sheet.paste(Image.fromarray(tile.picture), (x, y))

@@ -13,7 +13,7 @@ from scene_description.poses import look_at
 from scene_description.types import CameraPose
 
 BLACK = (0.0, 0.0, 0.0)
-LOOK = ("transmission", "ior", "roughness", "metallic", "clearcoat", "clearcoat_roughness", "sheen")
+LOOK = ("transmission", "ior", "roughness", "metallic", "clearcoat", "clearcoat_roughness", "sheen", "glow_cd_m2")
 DARK = Sky(*(np.zeros(3, np.float32) for _ in range(3)))
 
 
@@ -35,6 +35,7 @@ class Piece(NamedTuple):
     clearcoat: float = 0.0
     clearcoat_roughness: float = 0.05
     sheen: float = 0.0
+    glow_cd_m2: float = 0.0
 
 
 def quad(corner: tuple[float, ...], along: tuple[float, ...], across: tuple[float, ...], **what: object) -> Piece:

@@ -122,9 +122,12 @@ def marble(rng: np.random.Generator, request: Request) -> Pattern:
     fold = noise(rng, shape, 1.0, 12.0, 1.5)
     first = noise(rng, shape, 1.0, 10.0, 1.6) + 0.35 * fold
     second = noise(rng, shape, 2.0, 30.0, 1.4) + 0.25 * fold
-    strength = smooth_step(-0.6, 1.4, noise(rng, shape, 1.0, 5.0, 1.0))
-    veins = np.exp(-np.abs(first) * 11.0) * strength + 0.25 * np.exp(-np.abs(first) * 3.0) * strength
-    threads = 0.5 * np.exp(-np.abs(second) * 26.0) * (0.3 + 0.7 * strength)
+    strength = smooth_step(-1.1, 1.0, noise(rng, shape, 1.0, 5.0, 1.0))
+    veins = np.exp(-np.abs(first) * 11.0) * strength + 0.35 * np.exp(-np.abs(first) * 3.0) * strength
+    threads = np.zeros_like(first)
+    for level, weight in ((0.0, 0.6), (1.1, 0.45), (-1.0, 0.35)):  # lines of equal height never cross, as cracks that heal side by side
+        threads += weight * np.exp(-np.abs(second - level) * 22.0)
+    threads *= 0.35 + 0.65 * strength
     cloud = 0.32 * smooth_step(-0.5, 2.2, fold)
     vein = np.clip(veins + threads, 0.0, 1.0)
     return Pattern(((0.85 * vein), (cloud * (1.0 - vein))), None, (0.04 * vein), None)

@@ -40,6 +40,17 @@ def test_a_shining_furnace_sums_to_one():
     assert image.mean() == pytest.approx(1.0, abs=5e-3)
 
 
+def test_walls_that_glow_like_screens_light_a_room_as_the_sum_of_their_reflections_says():
+    """A white box between walls of luminance 1 that reflect 0.03 themselves: 1 / (1 - 0.03) in every direction; backs stay dark."""
+    walls = box((-2, -2, -2), (2, 2, 2), inside=True, color=ALL, glow_cd_m2=1.0)
+    thing = box((-0.5, -0.5, -0.5), (0.5, 0.5, 0.5), color=ALL)
+    image = radiance(scene(walls, thing), pose((1.2, 0.9, 0.8), (0, 0, 0)), depth=40, samples=128, fov=0.5)
+    assert image.mean() == pytest.approx(1.0 / 0.97, abs=5e-3)
+    screen = quad((-1, 2, -1), (2, 0, 0), (0, 0, 2), color=(0.5, 0.2, 0.1), glow_cd_m2=300.0)
+    np.testing.assert_allclose(radiance(scene(screen), pose((0, 0, 0), (0, 1, 0)), fov=0.5)[12, 12], (150.0, 60.0, 30.0), rtol=1e-5)
+    assert radiance(scene(screen), pose((0, 4, 0), (0, 1, 0)), fov=0.5).max() == 0.0
+
+
 def test_a_mirror_shows_what_stands_opposite():
     mirror = quad((-1, 2, -1), (2, 0, 0), (0, 0, 2), color=(0.9, 0.8, 0.7), metallic=1.0, roughness=0.0)
     left = quad((0, -3, -3), (-3, 0, 0), (0, 0, 6), emission=(10, 10, 10), color=(0, 0, 0))
