@@ -23,7 +23,7 @@ _STAGE = (
     Material(id="stage", family="stage", base_color=(0.32, 0.32, 0.33), roughness=0.9),
     Material(id="lamp", family="lamp", base_color=(0.0, 0.0, 0.0)),
 )
-_EYE, _TARGET = (1.55, 0.0, 0.95), (0.0, 0.0, 0.26)
+_EYE, _TARGET = (1.55, 0.0, 0.95), (0.0, 0.02, 0.24)
 _LAMP_CD_M2, _AROUND_CD_M2 = 2500.0, 120.0
 
 
@@ -34,7 +34,7 @@ def render_material(material: Material, edge_px: int = 128, samples: int = 32, t
         KeyError: the material's texture has an unknown generator.
         RenderError: Embree is missing.
     """
-    camera = CameraConfig(width=edge_px, height=edge_px, horizontal_fov_rad=0.74)
+    camera = CameraConfig(width=edge_px, height=edge_px, horizontal_fov_rad=0.70)
     config = RenderConfig(samples_per_pixel=samples, threads=threads, denoise="auto")
     pose = CameraPose(stamp_ns=0, position_m=_EYE, orientation=look_at(_EYE, _TARGET))
     with Renderer(stage(material), camera, config, 0) as renderer:

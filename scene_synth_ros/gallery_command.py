@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -24,7 +24,7 @@ from scene_synth_ros.gallery import EXPOSURE_EV100, HORIZONTAL_FOV_RAD, studio_s
 from scene_synth_ros.picture_grid import Tile, write_grid
 
 MODEL_CAMERA = CameraConfig(width=144, height=144, horizontal_fov_rad=HORIZONTAL_FOV_RAD)
-ROOM_CAMERA = CameraConfig(width=320, height=240)
+ROOM_CAMERA = CameraConfig(width=384, height=288)
 VIEWS = 2
 BALL_EDGE_PX, QUALITY = 120, 80
 BALL_HUES_DEG = (235.0, 40.0)
@@ -80,17 +80,17 @@ def _materials(synthesizer: SceneSynthesizer, only: str, seed: int, spp: int) ->
 
 def _rooms(synthesizer: SceneSynthesizer, only: str, seed: int, spp: int) -> Iterator[Tile]:
     times = CameraTimes(frames=24, start_ns=0, rate_hz=10.0)
-    for room_type in synthesizer.grammars:
+    for index, room_type in enumerate(synthesizer.grammars):
         if only not in room_type:
             continue
         sys.stderr.write(f"\r{room_type:40s}")
-        scene = synthesizer.synthesize(SceneRequest(room_type=room_type), seed, 0, times)
+        scene = synthesizer.synthesize(SceneRequest(room_type=room_type), seed, index, times)
         for view, picture in enumerate(_views(scene, ROOM_CAMERA, spp, VIEWS)):
-            yield Tile(f"{room_type}, view {view + 1}", picture)
+            yield Tile(f"{room_type}, view {view + 1}".replace("_", " "), picture)
 
 
 def _views(scene: SceneDescription, camera: CameraConfig, spp: int, count: int, ev100: float | None = None) -> Iterator[NDArray[np.uint8]]:
-    """Render views spread over a scene's camera path, at one exposure: that given, or the metered one."""
+    """Render the views of a scene's camera path that show most, at one exposure: that given, or the metered one."""
     flat, config, key = flatten(scene), RenderConfig(samples_per_pixel=spp, clamp=8.0, denoise="auto"), scene_key(scene)
     path = scene.camera_path
     if ev100 is None:
@@ -98,10 +98,26 @@ def _views(scene: SceneDescription, camera: CameraConfig, spp: int, count: int, 
     else:
         exposure = exposed(replace(config, exposure_ev100=ev100, white_balance="none"), None)
     with Renderer(flat, camera, config, key) as renderer:
-        for view in range(count):
-            index = int((view + 0.5) * len(path) / count)
-            yield renderer.render(path[index], index, ("color",), exposure=exposure).layers["color"].astype(np.uint8)
+        shown = [_shown(renderer.render(pose, frame, ("instance",)).layers["instance"]) for frame, pose in enumerate(path)]
+        for frame in sorted(_most_telling(shown, count)):
+            yield renderer.render(path[frame], frame, ("color",), exposure=exposure).layers["color"].astype(np.uint8)
 
 
-SHEETS = (("models", _models, 11, 8), ("materials", _materials, 12, 8), ("rooms", _rooms, 4, 6))
+def _shown(instances: NDArray[np.generic]) -> frozenset[int]:
+    """Return the objects that cover at least a hundredth of a frame."""
+    found, pixels = np.unique(instances, return_counts=True)
+    return frozenset(int(thing) for thing in found[(pixels >= 0.01 * instances.size) & (found > 0)])
+
+
+def _most_telling(shown: Sequence[frozenset[int]], count: int) -> list[int]:
+    """Return frames, each the first that adds most objects to those before; what was seen already counts a quarter."""
+    chosen: list[int] = []
+    for _ in range(min(count, len(shown))):
+        seen = frozenset[int]().union(*(shown[frame] for frame in chosen))
+        rest = [frame for frame in range(len(shown)) if frame not in chosen]
+        chosen.append(max(rest, key=lambda frame: len(shown[frame] - seen) + 0.25 * len(shown[frame] & seen)))
+    return chosen
+
+
+SHEETS = (("models", _models, 11, 8), ("materials", _materials, 12, 8), ("rooms", _rooms, 4, 4))
 """Kind, how it is drawn, and the columns and rows of its sheets."""

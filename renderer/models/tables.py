@@ -130,47 +130,22 @@ def build_side_table(rng: np.random.Generator, size_m: Size, style: str) -> Part
 
 
 def build_dining_table(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return a dining table: four legs with apron, a trestle at each end, or a soft outline on splayed legs; chairs tuck under."""
+    """Return a dining table: four square or turned legs with apron, or a soft outline on slanting legs; chairs tuck between the legs."""
     depth, width, height = size_m
     half_d, half_w, under = 0.5 * depth, 0.5 * width, height - TOP_M
     if style == "legs":
-        side = rng.uniform(0.06, 0.085)
+        side = rng.uniform(0.055, 0.066)
         legs = square_legs(-half_d, half_d, half_w, under, side, 0.012)
         skirt = _apron(half_d - 0.03, half_w - 0.03, under - 0.08, under + 0.002)
         return fitted({"top": plain_top(half_d, half_w, under, height), "legs": merged(legs, skirt)}, size_m)
     if style == "soft":
-        legs = _splayed(half_d - 0.03, half_w - 0.05, under + 0.01, rng.uniform(0.028, 0.036), 0.1)
+        legs = _splayed(half_d - 0.022, half_w - 0.022, under + 0.01, rng.uniform(0.024, 0.029), 0.026)
         skirt = _apron(0.72 * half_d, 0.78 * half_w, under - 0.06, under + 0.002)
-        return fitted({"top": soft_top(half_d, half_w, under, height, rng.uniform(5.0, 7.0)), "legs": merged(legs, skirt)}, size_m)
-    along = depth > width
-    reach, short = (half_d, half_w) if along else (half_w, half_d)
-    wide = short - 0.05
-    pieces = []
-    for s in (-1.0, 1.0):
-        at = s * (reach - 0.16)
-        for t in (-1.0, 1.0):
-            foot, head = (at, t * wide, 0.04), (at, t * 0.45 * wide, under - 0.03)
-            pieces.append(_beam(foot, head, 0.04, along))
-        pieces += [_lying(at, wide + 0.03, 0.0, 0.06, 0.045, along), _lying(at, 0.8 * wide, under - 0.06, under + 0.002, 0.045, along)]
-    rail = 0.35 * under
-    span = reach - 0.16
-    low, high = (-span, -0.02, rail), (span, 0.02, rail + 0.09)
-    pieces.append(block(low, high) if along else block((low[1], low[0], low[2]), (high[1], high[0], high[2])))
-    pieces += [_lying(s * span, 0.62 * wide, rail - 0.005, rail + 0.05, 0.03, along) for s in (-1.0, 1.0)]
-    return fitted({"top": plain_top(half_d, half_w, under, height), "legs": merged(*pieces)}, size_m)
-
-
-def _beam(start: tuple[float, float, float], end: tuple[float, float, float], half: float, along: bool) -> Mesh:
-    """Return an inclined round post given with its table's long side along x, turned to y where ``along`` is false."""
-    a, b = (start, end) if along else ((start[1], start[0], start[2]), (end[1], end[0], end[2]))
-    return rod(a, b, 0.85 * half, half, 10)
-
-
-def _lying(at: float, reach: float, low: float, high: float, half: float, along: bool) -> Mesh:
-    """Return a bar across the table's short side."""
-    if along:
-        return block((at - half, -reach, low), (at + half, reach, high), 0.006)
-    return block((-reach, at - half, low), (reach, at + half, high), 0.006)
+        return fitted({"top": soft_top(half_d, half_w, under, height, rng.uniform(13.0, 18.0)), "legs": merged(legs, skirt)}, size_m)
+    spots = [(sx * (half_d - 0.042), sy * (half_w - 0.042)) for sx in (-1.0, 1.0) for sy in (-1.0, 1.0)]
+    legs = merged(*(moved(_turned_leg(under + 0.001, rng.uniform(0.032, 0.036)), x, y) for x, y in spots))
+    skirt = _apron(half_d - 0.028, half_w - 0.028, under - 0.085, under + 0.002)
+    return fitted({"top": plain_top(half_d, half_w, under, height), "legs": merged(legs, skirt)}, size_m)
 
 
 def build_console_table(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
@@ -264,7 +239,7 @@ def build_bench(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
 MODELS = {
     "coffee_table": Model(build_coffee_table, ("shelf", "soft", "glass")),
     "side_table": Model(build_side_table, ("square", "pedestal", "frame")),
-    "dining_table": Model(build_dining_table, ("legs", "trestle", "soft")),
+    "dining_table": Model(build_dining_table, ("legs", "turned", "soft")),
     "console_table": Model(build_console_table, ("drawers", "frame", "turned")),
     "bench": Model(build_bench, ("planks", "padded", "chest")),
 }

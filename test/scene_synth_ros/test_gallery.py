@@ -13,7 +13,7 @@ from renderer import RenderConfig, Renderer
 from renderer.flatten import flatten
 from scene_description import scene_from_json, scene_to_json
 from scene_synth_ros.gallery import MODEL_ID, studio_scene, typical_examples
-from scene_synth_ros.gallery_command import MODEL_CAMERA
+from scene_synth_ros.gallery_command import MODEL_CAMERA, _most_telling, _shown
 from scene_synth_ros.picture_grid import Tile, write_grid
 
 
@@ -50,3 +50,12 @@ def test_a_grid_holds_its_pictures_row_by_row(tmp_path: Path) -> None:
     assert places[0][1] == places[2][1] < places[1][1]
     with pytest.raises(ValueError, match="at least one picture"):
         write_grid([], 2, tmp_path / "none.png")
+
+
+def test_views_are_those_that_show_most_and_then_what_was_not_seen_yet() -> None:
+    shown = [frozenset({1}), frozenset({1, 2, 3}), frozenset({1, 2}), frozenset({4, 5}), frozenset({1, 2, 3})]
+    assert _most_telling(shown, 2) == [1, 3]
+    assert _most_telling(shown[:1], 2) == [0]
+    picture = np.zeros((20, 20), np.uint16)
+    picture[:2, :2], picture[5, 5] = 7, 9  # the 9 is too small
+    assert _shown(picture) == {7}

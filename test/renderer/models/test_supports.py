@@ -13,14 +13,12 @@ from scene_description.share import config_path
 
 CATEGORIES = {name: category for name, category in read_categories(config_path("categories.yaml")).items() if name in MODELS}
 CARRYING = sorted(name for name, category in CATEGORIES.items() if category.surfaces)
-STANDING_FREELY = {"coffee_table", "side_table", "console_table", "dining_table"}
-"""Tables whose feet and shelves stand where their style wants, between the solids of the corners; seats reach under their edges only."""
-COMPOUND = sorted(name for name, category in CATEGORIES.items() if category.solids and name not in STANDING_FREELY)
+COMPOUND = sorted(name for name, category in CATEGORIES.items() if category.solids)
 FOOT_M = 0.06
 """Half the width of a thing that is put on a top: somewhere below it must be something to stand on."""
 APRON_M = 0.135
 """How far aprons and drawers may hang below a top: nobody's knees and no seat come so high."""
-APRONED = {"desk"}
+APRONED = {"desk", "dining_table"}
 GIVING = {"pillows", "cushion", "duvet", "sheet", "throw", "cloth", "rod", "pelmet"}
 """Soft parts, and what runs across a window above head height: the solids leave them out."""
 
