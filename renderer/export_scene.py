@@ -25,7 +25,7 @@ from scene_description.labels import NYU40
 
 GENERATOR = "scene_synth_ros"
 _HALF = math.sqrt(0.5)
-_Y_UP = [-_HALF, 0.0, 0.0, _HALF]
+Y_UP = [-_HALF, 0.0, 0.0, _HALF]
 """Quaternion (x, y, z, w) that turns z up to y up."""
 
 
@@ -44,8 +44,8 @@ def scene_to_glb(scene: SceneDescription, flat: FlatScene, camera: CameraConfig)
     writer = GlbWriter(GENERATOR)
     materials = MaterialExport(writer, scene.materials, flat)
     extras = {"schema": scene.schema, "id": scene.id, "seed": scene.seed, "index": scene.index, "category": scene.category}
-    root = writer.add("nodes", {"name": scene.id, "rotation": _Y_UP, "extras": extras})
-    meshes = _split(flat)
+    root = writer.add("nodes", {"name": scene.id, "rotation": Y_UP, "extras": extras})
+    meshes = split_parts(flat)
     owners: dict[int, int] = {0: _add_child(writer, root, {"name": "room", "extras": {"id": 0, "category": "room"}})}
     names = {0: "room"}
     poses: dict[int, tuple[NDArray[np.float64], float]] = {0: (np.zeros(3), 0.0)}
@@ -59,16 +59,16 @@ def scene_to_glb(scene: SceneDescription, flat: FlatScene, camera: CameraConfig)
     for row, name in enumerate(flat.part_names):
         owner, part = int(flat.parts.object_id[row]), name.partition("/")[2]
         material = materials.index(row)
-        local = _local(meshes[row], *poses[owner])
+        local = to_local(meshes[row], *poses[owner])
         more = {"part": part, "material": scene.materials[int(flat.parts.material[row])].id}
         mesh = writer.add(
-            "meshes", {"name": f"{names[owner]}/{part}", "primitives": [_primitive(writer, local, material, materials.texture(row))]}
+            "meshes", {"name": f"{names[owner]}/{part}", "primitives": [part_primitive(writer, local, material, materials.texture(row))]}
         )
         _add_child(writer, owners[owner], {"name": f"{names[owner]}/{part}", "mesh": mesh, "extras": more})
     for light in scene.lights:
         if light.on and light.flux_lm > 0.0:
             row = flat.part_names.index(f"{light.object}/{light.part}")
-            _add_lamp(writer, owners[light.object], names[light.object], light, _local(meshes[row], *poses[light.object]))
+            _add_lamp(writer, owners[light.object], names[light.object], light, to_local(meshes[row], *poses[light.object]))
     _add_camera(writer, root, camera, scene.camera_path)
     return writer.to_bytes(root, extras)
 
@@ -93,7 +93,7 @@ def _object_node(thing: SceneObject, name: str) -> dict[str, Any]:
     return {"name": name, "translation": list(thing.position_m), "rotation": [0.0, 0.0, math.sin(half), math.cos(half)], "extras": extras}
 
 
-def _split(flat: FlatScene) -> list[Mesh]:
+def split_parts(flat: FlatScene) -> list[Mesh]:
     """Return the mesh of every part, in the world, with its own vertices only."""
     order = np.argsort(flat.face_part, kind="stable")
     ends = np.searchsorted(flat.face_part[order], np.arange(len(flat.part_names) + 1))
@@ -104,7 +104,7 @@ def _split(flat: FlatScene) -> list[Mesh]:
     return meshes
 
 
-def _local(mesh: Mesh, position: NDArray[np.float64], yaw_rad: float) -> Mesh:
+def to_local(mesh: Mesh, position: NDArray[np.float64], yaw_rad: float) -> Mesh:
     """Return a mesh in the frame of its object, with normals of exactly unit length."""
     cosine, sine = math.cos(yaw_rad), math.sin(yaw_rad)
     rotation = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
@@ -113,7 +113,12 @@ def _local(mesh: Mesh, position: NDArray[np.float64], yaw_rad: float) -> Mesh:
     return mesh._replace(vertices=((mesh.vertices - position) @ rotation).astype(np.float32), normals=normals.astype(np.float32))
 
 
-def _primitive(writer: GlbWriter, mesh: Mesh, material: int, texture: AppliedTexture | None) -> dict[str, Any]:
+def part_primitive(writer: GlbWriter, mesh: Mesh, material: int, texture: AppliedTexture | None) -> dict[str, Any]:
+    """Write the arrays of a part and return the primitive that joins them to its material.
+
+    There are no tangents: the glTF specification lets readers compute them from positions, normals and texture coordinates (MikkTSpace),
+    and our own normal images are made for the frame that the texture coordinates span.
+    """
     attributes = {"POSITION": writer.add_array(mesh.vertices, bounds=True), "NORMAL": writer.add_array(mesh.normals)}
     if texture is not None:
         attributes["TEXCOORD_0"] = writer.add_array(image_coordinates(texture, mesh.uvs))

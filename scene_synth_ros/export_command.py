@@ -9,6 +9,7 @@ from pathlib import Path
 
 from renderer.config import CameraConfig
 from renderer.export_scene import scene_to_glb
+from renderer.export_sdf import scene_to_sdf
 from renderer.flatten import flatten
 from scene_description import scene_from_json
 
@@ -16,25 +17,34 @@ from scene_description import scene_from_json
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
     parser.add_argument("scene", type=Path, help="scene description, JSON")
-    parser.add_argument("out", type=Path, help="file to write, OUT.glb")
+    parser.add_argument("out", type=Path, help="file to write: OUT.glb, or OUT.sdf with the folder OUT_meshes beside it")
     parser.add_argument("--catalog", type=Path, metavar="DIR", help="folder of the user's models")
-    parser.add_argument("--force", action="store_true", help="replace a file that exists")
+    parser.add_argument("--force", action="store_true", help="replace files that exist")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Export."""
     out: Path = arguments.out
-    if out.suffix.lower() != ".glb":
-        raise ValueError(f"{out}: expected a file name that ends in .glb")
-    if out.exists() and not arguments.force:
-        raise FileExistsError(f"{out}: exists already; choose another name or say --force")
+    kind = out.suffix.lower()
+    if kind not in (".glb", ".sdf"):
+        raise ValueError(f"{out}: expected a file name that ends in .glb or .sdf")
+    meshes = out.with_name(f"{out.stem}_meshes")
+    for path in (out, meshes) if kind == ".sdf" else (out,):
+        if path.exists() and not arguments.force:
+            raise FileExistsError(f"{path}: exists already; choose another name or say --force")
     scene = scene_from_json(arguments.scene.read_text(encoding="utf-8"))
     flat = flatten(scene, arguments.catalog)
-    data = scene_to_glb(scene, flat, CameraConfig())
+    if kind == ".sdf":
+        world = scene_to_sdf(scene, flat, meshes.name)
+        meshes.mkdir(parents=True, exist_ok=True)
+        for name, mesh in world.meshes.items():
+            write_whole(meshes / name, mesh)
+        data, size = world.xml, len(world.xml) + sum(map(len, world.meshes.values()))
+    else:
+        data = scene_to_glb(scene, flat, CameraConfig())
+        size = len(data)
     write_whole(out, data)
-    sys.stdout.write(
-        f"{out}: {len(scene.objects)} objects, {len(flat.part_names)} parts, {len(flat.mesh.faces)} triangles, {len(data)} bytes\n"
-    )
+    sys.stdout.write(f"{out}: {len(scene.objects)} objects, {len(flat.part_names)} parts, {len(flat.mesh.faces)} triangles, {size} bytes\n")
     return 0
 
 

@@ -200,6 +200,7 @@ def build_vase(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     if style == "empty":
         return fitted(parts, size_m)
     stems, heads, roots, directions = [], [], [], []
+    cup = bool(rng.random() < 0.35)
     for k in range(7):
         angle = 2.39996 * k
         out = r * 0.82 * math.sqrt((k + 0.3) / 7)
@@ -209,7 +210,7 @@ def build_vase(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
             [out * t**1.6 * math.cos(angle), out * t**1.6 * math.sin(angle), 0.5 * body_height + (top - 0.5 * body_height) * t]
         )
         stems.append(sweep(path, 0.0016, 4))
-        heads.append(moved(_blossom(rng, 0.16 * r + 0.006), *path[-1]))
+        heads.append(moved(_blossom(rng, 0.16 * r + 0.006, cup), *path[-1]))
         roots.append(path[3])
         directions.append((math.cos(angle + 1.0), math.sin(angle + 1.0), 0.6))
     count = len(roots)
@@ -227,11 +228,15 @@ def _rounded(profile: list[tuple[float, float]]) -> list[tuple[float, float]]:
     return [(float(r), float(z)) for r, z in np.vstack([points[:3], cut, points[-1:]])]
 
 
-def _blossom(rng: np.random.Generator, radius: float) -> Mesh:
-    """Return a round bloom of petals."""
-    petals = int(rng.integers(5, 7))
-    profile = [(0.0, -0.35), (0.8, 0.1), (1.0, 0.42), (0.75, 0.5), (0.0, 0.22)]
-    return lathe([(radius * r, radius * z) for r, z in profile], 3 * petals, wave=lambda a: 1.0 - 0.16 * (0.5 - 0.5 * np.cos(petals * a)))
+def _blossom(rng: np.random.Generator, radius: float, cup: bool) -> Mesh:
+    """Return a bloom: an open ring of petals about a closed bud, or petals in a cup."""
+    petals = int(rng.integers(5, 8))
+    if not cup:
+        deep, profile = 0.42, [(0.0, -0.3), (1.0, 0.1), (0.42, 0.02), (0.36, 0.36), (0.0, 0.54)]
+    else:
+        deep, profile = 0.2, [(0.0, -0.5), (0.62, -0.34), (0.85, 0.2), (0.6, 0.75), (0.3, 0.2), (0.0, 0.1)]
+    outline = [(radius * r, radius * z) for r, z in profile]
+    return lathe(outline, 2 * petals, wave=lambda angle: 1.0 - deep * (0.5 - 0.5 * np.cos(petals * angle)))
 
 
 MODELS = {

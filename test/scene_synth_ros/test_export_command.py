@@ -28,3 +28,15 @@ def test_writes_a_whole_file_or_none(tmp_path: Path, capsys: pytest.CaptureFixtu
     scene.write_text("{}")
     assert call("export", scene, tmp_path / "other.glb") == 2
     assert sorted(path.name for path in tmp_path.iterdir()) == ["room.glb", "scene.json"]
+
+
+def test_a_world_has_its_meshes_beside_it(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    scene, out = tmp_path / "scene.json", tmp_path / "room.sdf"
+    scene.write_text(scene_to_json(sample_scene()))
+    assert call("export", scene, out) == 0 and "4 objects" in capsys.readouterr().out
+    text = out.read_text()
+    meshes = sorted(path.name for path in (tmp_path / "room_meshes").iterdir())
+    assert "bed_3.glb" in meshes and all(f"<uri>room_meshes/{name}</uri>" in text for name in meshes)
+    out.unlink()
+    assert call("export", scene, out) == 2 and "room_meshes: exists already" in capsys.readouterr().err
+    assert call("export", scene, out, "--force") == 0 and out.read_text() == text
