@@ -3,6 +3,7 @@
 import json
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
@@ -14,6 +15,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, ParameterType
 from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParametersAtomically
 from rclpy.parameter import Parameter
 from sample_scene import sample_scene
@@ -208,7 +210,8 @@ def damaged(text: str, draw: random.Random) -> str:
     return json.dumps(document)
 
 
-VALUES = st.one_of(
+OWN_OF_ROS = ("use_sim_time", "start_type_description_service")
+ANY_VALUE = st.one_of(
     st.integers(-(2**63), 2**63 - 1),
     st.floats(allow_nan=True, allow_infinity=True),
     st.booleans(),
@@ -216,6 +219,26 @@ VALUES = st.one_of(
     st.lists(st.integers(-(2**31), 2**31), max_size=5),
     st.lists(st.text(max_size=9), min_size=1, max_size=5),
 )
+
+
+def fitting_value(descriptor: ParameterDescriptor) -> st.SearchStrategy[object]:
+    """Return values of the parameter's type and range, and now and then something else."""
+    whole = descriptor.integer_range[0] if descriptor.integer_range else IntegerRange(from_value=-100, to_value=100)
+    real = descriptor.floating_point_range[0] if descriptor.floating_point_range else FloatingPointRange(from_value=-1e3, to_value=1e3)
+    integers = st.integers(whole.from_value, min(whole.to_value, whole.from_value + 5000))
+    floats = st.floats(real.from_value, real.to_value)
+    words = re.findall(r"[a-z_0-9]+", descriptor.additional_constraints)
+    texts = st.sampled_from(words) if words else st.text(max_size=9)
+    kinds = {
+        ParameterType.PARAMETER_BOOL: st.booleans(),
+        ParameterType.PARAMETER_INTEGER: integers,
+        ParameterType.PARAMETER_DOUBLE: floats,
+        ParameterType.PARAMETER_STRING: texts,
+        ParameterType.PARAMETER_DOUBLE_ARRAY: st.lists(floats, min_size=1, max_size=8),
+        ParameterType.PARAMETER_STRING_ARRAY: st.lists(texts, min_size=1, max_size=4),
+    }
+    fitting = kinds.get(descriptor.type, ANY_VALUE)
+    return st.integers(0, 9).flatmap(lambda pick: fitting if pick else ANY_VALUE)
 
 
 @pytest.mark.parametrize("node", ["grammar_node", "renderer_node", "recorder_node"])
@@ -238,13 +261,16 @@ def test_fuzzed_parameters_are_taken_or_refused_and_harm_nobody(tmp_path: Path, 
 
         clients: dict[str, object] = {}
         names = sorted(ask(ListParameters, "list_parameters", ListParameters.Request()).result.names)
+        described = ask(DescribeParameters, "describe_parameters", DescribeParameters.Request(names=names)).descriptors
+        live = [item for item in described if "fixed at start" not in item.additional_constraints and item.name not in OWN_OF_ROS]
+        choices = st.one_of([st.tuples(st.just(item.name), fitting_value(item)) for item in live if not item.name.startswith("qos_")])
         tally = {True: 0, False: 0}
 
         @settings(max_examples=examples, deadline=None, suppress_health_check=list(HealthCheck), database=None)
-        @given(st.dictionaries(st.sampled_from(names), VALUES, min_size=1, max_size=4))
-        def fuzz(chosen: dict[str, object]) -> None:
+        @given(st.lists(choices, min_size=1, max_size=4, unique_by=lambda pair: pair[0]))
+        def fuzz(chosen: list[tuple[str, object]]) -> None:
             parameters = []
-            for name, value in chosen.items():
+            for name, value in chosen:
                 try:
                     parameters.append(Parameter(name, value=value).to_parameter_msg())
                 except (TypeError, ValueError, AssertionError, OverflowError, UnicodeError):
@@ -254,5 +280,6 @@ def test_fuzzed_parameters_are_taken_or_refused_and_harm_nobody(tmp_path: Path, 
             assert answer.result.successful or answer.result.reason
 
         fuzz()
+        assert tally[True] > examples // 10, "the sets are meant to be taken often"
         ask(DescribeParameters, "describe_parameters", DescribeParameters.Request(names=names))
     print(f"{node}: {sum(tally.values())} parameter sets, {tally[True]} taken, {tally[False]} refused with a reason")
