@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
+from pathlib import Path
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.node import Node
@@ -26,7 +28,13 @@ class Diagnostics:
         level, message, values = self._collect()
         status = DiagnosticStatus(level=level, name=self._node.get_fully_qualified_name().lstrip("/"), message=message)
         status.hardware_id = "scene_synth"
-        status.values = [KeyValue(key=key, value=str(value)) for key, value in values.items()]
+        everything = {**values, "memory_mb": f"{resident_bytes() / 1e6:.0f}"}
+        status.values = [KeyValue(key=key, value=str(value)) for key, value in everything.items()]
         array = DiagnosticArray(status=[status])
         array.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(array)
+
+
+def resident_bytes() -> int:
+    """Return the memory of this process that is in use, shared pages included."""
+    return int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]) * os.sysconf("SC_PAGE_SIZE")

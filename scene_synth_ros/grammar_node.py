@@ -112,6 +112,7 @@ class GrammarNode(SuiteNode):
         self._absences: dict[str, int] = {}
         self._pending: Future[Prepared] | None = None
         self._fault, self._complaint, self._waiting = "", "", ""
+        self._room_seconds, self._room_layouts = 0.0, 0
         self._finished, self._single, self._state, self._told = False, False, "ready", -1
         self._paused_at: float | None = None
         self._worker = Worker("synthesis")
@@ -265,6 +266,7 @@ class GrammarNode(SuiteNode):
 
     def _send(self, prepared: Prepared, run: RunConfig) -> None:
         scene = prepared.scene
+        self._room_seconds, self._room_layouts = prepared.seconds, scene.validity.attempts
         stamp_ns = scene.camera_path[0].stamp_ns
         grid = self._synthesizer.floor_map(scene)
         self._map.publish(occupancy_to_msg(grid.cells, grid.resolution_m, grid.origin_m, stamp_ns, run.world_frame))
@@ -315,6 +317,8 @@ class GrammarNode(SuiteNode):
             "rooms_sent": self._next_index - run.first_index,
             "rate_hz": run.rate_hz,
             "lock_step": run.lock_step,
+            "seconds_per_room": f"{self._room_seconds:.3f}",
+            "layouts_per_room": self._room_layouts,
             "waiting_for": "resume" if self._paused_at is not None else self._waiting,
             "peers": ", ".join(f"{peer.node} {peer.state} {peer.done_scene}" for peer in self._peers.values()),
             "last_complaint": self._complaint,

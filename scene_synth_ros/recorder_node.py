@@ -352,6 +352,7 @@ class RecorderNode(SuiteNode):
             "state": self._state,
             "written": sum(self._recording.written.values()),
             "waiting_bytes": self._recording.waiting_bytes,
+            "waiting_messages": self._recording.waiting_messages,
             "last_room": self._done_scene,
             "bags": self._bags,
             "repeats_left_out": self._recording.repeats,

@@ -238,6 +238,11 @@ class Recording:
         """Bytes that wait for their frame to be complete."""
         return self._sorter.waiting_bytes
 
+    @property
+    def waiting_messages(self) -> int:
+        """Messages that wait for the disk."""
+        return self._jobs.qsize()
+
     def close(self) -> None:
         """Write the complete frames that wait and close the bag; a frame of which only a part has come, as at an interruption, is left out.
 

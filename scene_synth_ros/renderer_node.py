@@ -35,8 +35,11 @@ from scene_synth_ros.room_show import Pace, RoomShow
 from scene_synth_ros.status import NodeStatus, status_from_json, status_to_json
 from scene_synth_ros.streams import StreamPublishers
 from scene_synth_ros.suite_node import SuiteNode
+from scene_synth_ros.throughput import Throughput
 
 MAX_SCENES_WAITING = 16
+COMPLAINT_S = 10.0
+"""How long a complaint is the node's state in ``/diagnostics``; it stays among the values."""
 _SHARE_FIXED = "the rooms of a run are shared once"
 
 
@@ -107,10 +110,11 @@ class RendererNode(SuiteNode):
         self._peers = Peers(self.get_fully_qualified_name(), self._streams.frame_topic, config.share_count)
         self._scene: SceneDescription | None = None
         self._frames = self._skipped = self._refused = 0
-        self._seconds_per_frame, self._done_scene, self._refused_scene = 0.0, -1, -1
-        self._first_room, self._room_began, self._last_published = True, 0.0, 0.0
+        self._throughput, self._skipped_before = Throughput(), 0
+        self._done_scene, self._refused_scene = -1, -1
+        self._first_room, self._room_began = True, 0.0
         self._metered: Exposure | None = None
-        self._warm, self._fault, self._complaint = False, "", ""
+        self._warm, self._fault, self._complaint, self._complained_at = False, "", "", 0.0
         self._status = self.create_publisher(String, "status", latched_qos(10))
         self._state, self._start = "starting", self._streams.start
         self._publish_status()
@@ -298,18 +302,19 @@ class RendererNode(SuiteNode):
             streams=self._settings["streams"],
         )
         self._streams.publish(frame, pose, settings_to_json(settings))
-        now = time.perf_counter()
         self._frames += 1
-        self._seconds_per_frame = now - max(self._last_published, self._room_began)
-        self._last_published = now
+        self._throughput.take(time.monotonic(), frame.samples * settings.camera.width * settings.camera.height)
         if not self._on_path:
             self._publish_status()
         self.get_logger().info(f"room {self._scene.index}: {self._frames} frames since the start", throttle_duration_sec=2.0)
 
-    def path_done(self, published: int, skipped: int) -> None:
+    def skip(self) -> None:
+        """Count a frame that is left out because it would be late."""
+        self._skipped += 1
+
+    def path_done(self, published: int) -> None:
         """Say that the room is finished."""
         assert self._scene is not None
-        self._skipped += skipped
         self._on_path = self._first_room = False
         self._finish_room(self._scene.index)
         seconds = time.perf_counter() - self._room_began
@@ -353,25 +358,34 @@ class RendererNode(SuiteNode):
         self._complain(text)
 
     def _complain(self, text: str) -> None:
-        self._complaint = text
+        self._complaint, self._complained_at = text, time.monotonic()
         self.get_logger().error(text, throttle_duration_sec=1.0)
 
     def _report(self) -> Report:
+        rates = self._throughput.rates(time.monotonic())
+        late, self._skipped_before = self._skipped - self._skipped_before, self._skipped
         values = {
             "state": self._state,
             "frames_rendered": self._frames,
             "frames_skipped": self._skipped,
             "scenes_refused": self._refused,
             "last_room": self._done_scene,
-            "seconds_per_frame": f"{self._seconds_per_frame:.3f}",
+            "frames_per_second": f"{rates.frames:.2f}",
+            "samples_per_second": f"{rates.samples:.3g}",
             "layers": ", ".join(sorted(self._streams.wanted_layers())),
             "exposure_ev100": self.exposure().ev100,
             "white_xy": "{:.3f} {:.3f}".format(*self.exposure().white_xy),
             "driven": self._requests.driven,
+            "last_complaint": self._complaint,
         }
-        if self._fault or self._complaint:
+        if self._fault or (self._complaint and time.monotonic() - self._complained_at < COMPLAINT_S):
             return ERROR, self._fault or self._complaint, values
-        return (WARN, "compiling kernels", values) if not self._warm else (OK, "rendering", values)
+        if not self._warm:
+            return WARN, "compiling kernels", values
+        if late:
+            slow = f"{rates.frames:.1f} frames a second are fewer than asked for: {late} left out since the last report"
+            return WARN, f"{slow}; lower render.samples_per_pixel or the image size", values
+        return OK, "rendering", values
 
 
 def _check_exposure(camera: CameraConfig, sensor: SensorConfig) -> None:

@@ -43,7 +43,10 @@ class Stage(Protocol):
     def publish(self, frame: Frame, pose: CameraPose, index: int, exposure: Exposure) -> None:
         """Publish a frame; may wait."""
 
-    def path_done(self, published: int, skipped: int) -> None:
+    def skip(self) -> None:
+        """Hear that a frame is left out because it would be late."""
+
+    def path_done(self, published: int) -> None:
         """Hear that the camera path has ended."""
 
 
@@ -82,14 +85,14 @@ class RoomShow:
     def _show_path(self) -> bool:
         """Render the camera path; return False if the room must be left."""
         path = self._scene.camera_path
-        began, start_ns, skipped = time.perf_counter(), path[0].stamp_ns, 0
+        began, start_ns = time.perf_counter(), path[0].stamp_ns
         for index, pose in enumerate(path):
             began += self._wait_while_paused()
             self._serve_requests()
             if self._stage.interrupted():
                 return False
             if self._is_too_late(index, began):
-                skipped += 1
+                self._stage.skip()
                 continue
             spacing_s = (pose.stamp_ns - path[index - 1].stamp_ns) / NANOSECONDS if index else 0.0
             shown = self._requests.driven_pose(pose, spacing_s) if self._pace().realtime else pose
@@ -104,7 +107,7 @@ class RoomShow:
                 self._stage.wait(_IDLE_S)
         if self._held or self._stage.interrupted():
             return False
-        self._stage.path_done(self._published, skipped)
+        self._stage.path_done(self._published)
         return True
 
     def _idle(self) -> None:

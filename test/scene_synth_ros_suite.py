@@ -54,12 +54,14 @@ class Peer:
     def __init__(self, context: Context) -> None:
         self.node = Node("test_peer", namespace="/synth", context=context)
         self.errors: list[str] = []
+        self.warnings: list[str] = []
         self.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self.node)
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         self.errors += [status.message for status in message.status if status.level == DiagnosticStatus.ERROR]
+        self.warnings += [status.message for status in message.status if status.level == DiagnosticStatus.WARN]
 
     def spin_until(self, condition: Callable[[], object], timeout_s: float, what: str) -> None:
         """Spin until a condition holds; fail if it does not in time."""

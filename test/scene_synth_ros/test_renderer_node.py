@@ -42,6 +42,15 @@ def peer() -> Iterator[GrammarPeer]:
         yield peer
 
 
+def test_a_rate_that_cannot_be_held_is_said(peer: GrammarPeer) -> None:
+    pose = sample_scene().camera_path[0]
+    path = tuple(replace(pose, stamp_ns=10**12 + k * 100_000) for k in range(500))
+    assert peer.set_parameter("renderer_node", "realtime", True)[0]
+    peer.send(scene_to_json(replace(sample_scene(), index=77, camera_path=path)))
+    peer.spin_until(lambda: any("fewer than asked for" in line for line in peer.warnings), 30, "a warning")
+    assert peer.set_parameter("renderer_node", "realtime", False)[0]
+
+
 def bad_scenes() -> dict[str, tuple[str, str]]:
     scene = json.loads(scene_to_json(sample_scene()))
     first = scene["objects"][0]
