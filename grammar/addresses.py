@@ -7,9 +7,10 @@ target like a door or a window.  Everything here is drawn once, before the layou
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple, TypeVar
+from typing import Literal, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -26,6 +27,8 @@ from scene_description import Opening, ParseNode, Room
 
 Size = tuple[float, float, float]
 _Mode = TypeVar("_Mode", AroundMode, PlaceMode)
+_Sharing = tuple[int, tuple[AroundMode, ...]]
+"""What things around one core have in common whose places are their own: the core's id and the list of places."""
 
 _SIDES = {"depth": 0, "width": 1, "height": 2}
 _SQUARE = 0.5
@@ -250,8 +253,9 @@ def _measure(tie: Tie, key: int, context: _Room) -> float:
 
 
 def _draw_places(drafts: Sequence[Draft], context: _Room, rng: np.random.Generator) -> None:
-    """Leave each thing the places around its core that are meant for that, and one of them where every thing has its own."""
-    taken: dict[tuple[int, tuple[AroundMode, ...]], set[int]] = {}
+    """Leave each thing the places around its core that are meant for that, and of these its own where every thing has its own."""
+    taken: dict[_Sharing, set[int | str]] = {}
+    sharing = Counter((draft.core, draft.rule.around) for draft in drafts if draft.core is not None)
     for draft in drafts:
         if draft.core is None:
             continue
@@ -259,20 +263,11 @@ def _draw_places(drafts: Sequence[Draft], context: _Room, rng: np.random.Generat
         allowed = [k for k, mode in enumerate(draft.rule.around) if not mode.of or name in mode.of]
         if not allowed:
             raise RejectedError(f"a place for {draft.symbol} at {name}")
-        if not draft.rule.one_each:
-            if len(allowed) < len(draft.rule.around):
-                draft.rule = replace(draft.rule, around=_only(draft.rule.around, allowed))
-            continue
-        used = taken.setdefault((draft.core, draft.rule.around), set())
-        free = [k for k in allowed if k not in used]
-        if not free:
-            raise RejectedError(f"a place of its own for every {draft.symbol} at {name}")
-        shares = _shares([draft.rule.around[k] for k in free])
-        chosen = draw_index(rng, shares)
-        draft.mode = free[chosen]
-        used.add(draft.mode)
-        draft.below.append(_attribute(Attribute("place", str(draft.mode), math.log(shares[chosen])), draft.id))
-        draft.rule = replace(draft.rule, around=_only(draft.rule.around, [draft.mode]))
+        shared = draft.core, draft.rule.around
+        if draft.rule.one_each == "place" or (draft.rule.one_each == "side" and sharing[shared] > 1):
+            allowed = _own_places(draft, draft.rule.one_each, name, allowed, taken.setdefault(shared, set()), rng)
+        if len(allowed) < len(draft.rule.around):
+            draft.rule = replace(draft.rule, around=_only(draft.rule.around, allowed))
     for draft in drafts:
         if draft.rule.same_place_as is None or draft.pinned is not None:
             continue
@@ -282,16 +277,36 @@ def _draw_places(drafts: Sequence[Draft], context: _Room, rng: np.random.Generat
         draft.rule = replace(draft.rule, placements=_only(draft.rule.placements, [like.mode]))
 
 
+def _own_places(
+    draft: Draft, each: Literal["place", "side"], core: str, allowed: Sequence[int], used: set[int | str], rng: np.random.Generator
+) -> list[int]:
+    """Draw a place, or a side, that no other thing has and return the places that this leaves; it is added to ``used``."""
+    around = draft.rule.around
+    choices: dict[int | str, list[int]] = {}
+    for k in allowed:
+        choices.setdefault(k if each == "place" else around[k].side, []).append(k)
+    free = [choice for choice in choices if choice not in used]
+    if not free:
+        raise RejectedError(f"a {each} of its own for every {draft.symbol} at {core}")
+    odds = [sum(_odds(around[k]) for k in choices[choice]) for choice in free]
+    shares = [p / sum(odds) for p in odds]
+    drawn = draw_index(rng, shares)
+    chosen = free[drawn]
+    used.add(chosen)
+    draft.mode = chosen if isinstance(chosen, int) else None
+    draft.below.append(_attribute(Attribute(each, str(chosen), math.log(shares[drawn])), draft.id))
+    return choices[chosen]
+
+
 def _name_of(key: int, context: _Room) -> str:
     if key >= context.first_corner:
         return CORNER
     return context.openings[key].category if key in context.openings else context.things[key].symbol
 
 
-def _shares(modes: Sequence[AroundMode | PlaceMode]) -> list[float]:
-    """Return the probabilities of some of an object's modes, given that it is one of them."""
-    odds = [1.0 if mode.probability is None else mode.probability for mode in modes]
-    return [p / sum(odds) for p in odds]
+def _odds(mode: AroundMode | PlaceMode) -> float:
+    """Return a mode's probability, or the same for all where none is given."""
+    return 1.0 if mode.probability is None else mode.probability
 
 
 def _only(modes: Sequence[_Mode], places: Sequence[int]) -> tuple[_Mode, ...]:
@@ -299,7 +314,8 @@ def _only(modes: Sequence[_Mode], places: Sequence[int]) -> tuple[_Mode, ...]:
     kept = [modes[k] for k in places]
     if kept[0].probability is None:
         return tuple(kept)
-    return tuple(replace(mode, probability=share) for mode, share in zip(kept, _shares(kept), strict=True))
+    total = sum(map(_odds, kept))
+    return tuple(replace(mode, probability=_odds(mode) / total) for mode in kept)
 
 
 def _finish(draft: Draft, context: _Room, renamed: Mapping[int, int]) -> tuple[Thing, list[ParseNode]]:

@@ -130,11 +130,12 @@ def _check_unit(grammar: Grammar, symbol: str, thing: ObjectRule) -> None:
         if core != NONE and not any(not mode.of or core in mode.of for mode in thing.around):
             raise FieldError(f"{path}.around", f"a place that is meant for '{core}'", "none")
     if thing.one_each and not cores:
-        raise FieldError(f"{path}.one_each", "no value without cores", "true")
+        raise FieldError(f"{path}.one_each", "no value without cores", repr(thing.one_each))
     if thing.same_place_as is not None:
         like = grammar.objects.get(thing.same_place_as)
-        if like is None or not like.one_each or len(like.around) != len(thing.placements):
-            expected = f"an object with one_each and as many places around its core as this one has placements ({len(thing.placements)})"
+        if like is None or like.one_each != "place" or len(like.around) != len(thing.placements):
+            count = len(thing.placements)
+            expected = f"an object with one_each: place and as many places around its core as this one has placements ({count})"
             raise FieldError(f"{path}.same_place_as", expected, repr(thing.same_place_as))
     for i, tie in enumerate(thing.tied):
         if tie.to not in grammar.objects and tie.to not in OPENINGS:

@@ -148,8 +148,11 @@ class ObjectRule:
     placements: Annotated[tuple[PlaceMode, ...], Limits(max_length=64)] = ()
     within: Symbol | None = None
     """The nearest node of this name above the object is its own unit: addresses point there, where it has what they name."""
-    one_each: bool = False
-    """Of the objects around one core with the same list of places each takes another one."""
+    one_each: Literal["place", "side"] | None = None
+    """Of the objects around one core with the same list of places each takes another place, or another side with all places at it.
+
+    A place is drawn in any case, a side only where several objects share the core.
+    """
     same_place_as: Symbol | None = None
     """The object takes the placement with the number of the place that this one, of the same unit, has around its core."""
     tied: Annotated[tuple[Tie, ...], Limits(max_length=8)] = ()

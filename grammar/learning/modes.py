@@ -20,6 +20,7 @@ from grammar.learning.mixtures import gap_mixture, place_mixture
 from grammar.rules import AroundMode, Mode, PlaceMode, WallMode
 
 _LEAST_SHARE = 0.025
+_SEEN_TWICE = 1.5
 _MOST_MODES = {WallMode: 6, AroundMode: 10, PlaceMode: 6}
 """More cost more time than they tell."""
 
@@ -102,7 +103,7 @@ def wall_modes(seen: Sequence[tuple[float, float]], turned: bool, scale: Scale) 
 
 
 def around_modes(seen: Sequence[GroupPose], turned: bool, scale: Scale) -> tuple[AroundMode, ...]:
-    """Return modes for poses around a core."""
+    """Return modes for poses around a core; a pose seen once is no habit."""
     groups = _grouped(((_side(pose)[0], *turn_group(pose.frame.turn_rad, turned)), pose) for pose in seen)
     modes: list[AroundMode] = []
     for (side, quarter, _), group in groups.items():
@@ -121,7 +122,7 @@ def around_modes(seen: Sequence[GroupPose], turned: bool, scale: Scale) -> tuple
                     orientation_rad=angle if turned else None,
                 )
             )
-    return _kept(modes)
+    return _kept([mode for mode in modes if _share(mode) * len(seen) >= _SEEN_TWICE] or modes)
 
 
 def place_modes(seen: Sequence[TopPose], turned: bool, scale: Scale) -> tuple[PlaceMode, ...]:

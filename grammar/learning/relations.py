@@ -15,7 +15,7 @@ from grammar.learning.assign import AssignedObject, AssignedRoom
 from grammar.learning.geometry import AtWall, fitting_wall, in_frame, nearest_wall, wrapped
 from grammar.learning.modes import GroupPose, Scale, TopPose, around_modes, place_modes, quarter_of, wall_modes
 from grammar.learning.sizes import learn_normal, learn_size
-from grammar.rules import NONE, Grammar, Normal, ObjectRule, Weights
+from grammar.rules import NONE, AroundMode, Grammar, Normal, ObjectRule, Weights
 from grammar.solids import surface_top
 
 _AT_WALL_M = 1.0
@@ -55,7 +55,8 @@ def learn_object(
         rule = _learn_wall(rule, grammar.weights, beta, seen, enough, counts)
     if rule.cores and rule.around:
         scale = _scale(grammar.weights.group_distance, grammar.weights.group_orientation, beta)
-        rule = _learn_group(rule, scale, seen, alpha, enough, counts)
+        matched = any(other.same_place_as == symbol for other in grammar.objects.values())
+        rule = _learn_group(rule, scale, seen, alpha, enough, matched, counts)
     if rule.mount == "object" and rule.supporters:
         rule = _learn_support(grammar, categories, rule, seen, alpha, enough, counts)
     if rule.centre_height_m is not None:
@@ -92,20 +93,22 @@ def _scale(distance_weight: float, angle_weight: float, beta: float) -> Scale:
     return Scale(*(1.0 / (beta * weight) if weight > 0.0 else 1e6 for weight in (distance_weight, angle_weight)))
 
 
-def _learn_group(rule: ObjectRule, scale: Scale, seen: Seen, alpha: float, least: int, counts: dict[str, int]) -> ObjectRule:
-    """Learn the poses around the core, and how often the object stands for itself though there is a core."""
+def _learn_group(rule: ObjectRule, scale: Scale, seen: Seen, alpha: float, least: int, matched: bool, counts: dict[str, int]) -> ObjectRule:
+    """Learn the poses around the core, and how often the object stands for itself though there is a core.
+
+    Poses that were learned are no places for one object each.  Where others match the places by their numbers (``matched``), these stay.
+    """
     cores = dict(rule.cores or {})
     poses = []
     for room, thing in seen:
         if thing.core is not None:
-            core = room.objects[thing.core].seen
-            poses.append(GroupPose(in_frame(thing.seen, core), thing.seen.size_m, core.size_m))
-    centred = all(mode.side == "centre" for mode in rule.around)
-    turned = any(mode.orientation_rad is not None for mode in rule.around)
-    modes = around_modes(poses, turned, scale) if len(poses) >= least and not centred else ()
-    if modes:
-        counts["around"] = len(poses)
-        rule = replace(rule, around=modes)
+            core = room.objects[thing.core]
+            poses.append((core.symbol, GroupPose(in_frame(thing.seen, core.seen), thing.seen.size_m, core.seen.size_m)))
+    kept = matched or all(mode.side == "centre" for mode in rule.around)
+    modes, used = _learn_places(rule, scale, poses, least) if not kept else ((), 0)
+    if used:
+        counts["around"] = used
+        rule = replace(rule, around=modes, one_each=None if rule.one_each == "place" else rule.one_each)
     offered = [thing for _, thing in seen if thing.core_offered]
     if NONE in cores and len(offered) >= least:
         alone = sum(thing.core is None for thing in offered)
@@ -116,6 +119,25 @@ def _learn_group(rule: ObjectRule, scale: Scale, seen: Seen, alpha: float, least
             counts["cores"] = len(offered)
             rule = replace(rule, cores=cores)
     return rule
+
+
+def _learn_places(rule: ObjectRule, scale: Scale, poses: Sequence[tuple[str, GroupPose]], least: int) -> tuple[tuple[AroundMode, ...], int]:
+    """Return modes around the cores and from how many poses; places that are meant for some cores only are learned from these."""
+    turned = any(mode.orientation_rad is not None for mode in rule.around)
+    meant = list(dict.fromkeys(mode.of for mode in rule.around))
+    modes: list[AroundMode] = []
+    used = 0
+    for cores in meant:
+        mine = [pose for symbol, pose in poses if symbol in cores or not cores]
+        if len(mine) >= least:
+            learned = around_modes(mine, turned, scale)
+            used += len(mine)
+        else:
+            own = [mode for mode in rule.around if mode.of == cores]
+            total = sum(mode.probability or 1.0 for mode in own)
+            learned = tuple(replace(mode, probability=(mode.probability or 1.0) / total) for mode in own)
+        modes.extend(replace(mode, of=cores, probability=(mode.probability or 0.0) / len(meant)) for mode in learned)
+    return tuple(modes), used
 
 
 def _learn_support(
@@ -139,7 +161,7 @@ def _learn_support(
         counts["supporters"] = total
         supporters = {name: (carried[name] + alpha * weight) / (total + alpha) for name, weight in supporters.items()}
         rule = replace(rule, supporters=supporters)
-    if len(poses) >= least:
+    if len(poses) >= least and rule.same_place_as is None:
         counts["placements"] = len(poses)
         turned = any(mode.orientation_rad is not None for mode in rule.placements)
         scale = _scale(grammar.weights.support_position, grammar.weights.support_orientation, grammar.schedule.beta)

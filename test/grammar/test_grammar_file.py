@@ -105,7 +105,7 @@ BAD = {
     "self_core": (["objects", "bed", "cores"], {"bed": 1.0}, r"objects\.bed\.around: expected a value with cores, got nothing"),
     "no_tops": (["objects", "bed", "mount"], "object", r"objects\.bed\.supporters: expected a value with mount 'object', got nothing"),
     "within_nowhere": (["objects", "bed", "within"], "attic", r"objects\.bed\.within: expected the symbol of a node, got 'attic'"),
-    "one_each_alone": (["objects", "bed", "one_each"], True, r"objects\.bed\.one_each: expected no value without cores"),
+    "one_each_alone": (["objects", "bed", "one_each"], "place", r"objects\.bed\.one_each: expected no value without cores"),
     "same_as_nobody": (["objects", "bed", "same_place_as"], "bin", r"objects\.bed\.same_place_as: expected an object with one_each"),
     "tied_nowhere": (
         ["objects", "bed", "tied"],

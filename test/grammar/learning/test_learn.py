@@ -118,6 +118,37 @@ def test_recovers_orientations_supporters_and_free_turns(rooms: list[ObservedRoo
     assert all(mode.orientation_rad is None for mode in mug.placements)
 
 
+@pytest.mark.parametrize(("each", "learned_each"), [("side", "side"), ("place", None)])
+def test_sides_of_their_own_stay_and_learned_poses_are_no_places(rooms: list[ObservedRoom], each: str, learned_each: str | None) -> None:
+    base = quick(WRONG.replace("    cores: {bed: 1}\n", f"    cores: {{bed: 1}}\n    one_each: {each}\n"))
+    rule = learn(base, CATEGORIES, rooms, OPTIONS, np.random.default_rng(0)).grammar.objects["nightstand"]
+    assert rule.around != base.objects["nightstand"].around
+    assert rule.one_each == learned_each
+
+
+def test_places_for_some_cores_are_learned_from_these(rooms: list[ObservedRoom]) -> None:
+    text = WRONG.replace("    cores: {bed: 1}\n", "    cores: {bed: 0.6, dresser: 0.4}\n")
+    text = text.replace("gap_m: 0.5, align: 0}", "gap_m: 0.5, align: 0, of: [bed]}").replace(
+        "gap_m: 0.5, align: 1}]", "gap_m: 0.5, align: 1, of: [bed]}, {side: front, gap_m: 0.7, of: [dresser]}]"
+    )
+    base = quick(text)
+    around = learn(base, CATEGORIES, rooms, OPTIONS, np.random.default_rng(0)).grammar.objects["nightstand"].around
+    of_bed, of_dresser = ([mode for mode in around if mode.of == (core,)] for core in ("bed", "dresser"))
+    assert {mode.side for mode in of_bed} >= {"left", "right"}
+    assert all(mode.gap_m < 0.3 for mode in of_bed)  # 0.15 in the rooms, 0.5 in the base
+    (kept,) = of_dresser  # no nightstand of these rooms is nearer to the dresser than to the bed: as in the base
+    assert (kept.side, kept.gap_m) == ("front", 0.7)
+    assert sum(mode.probability or 0.0 for mode in around) == pytest.approx(1.0)
+
+
+def test_places_that_others_match_by_number_stay(rooms: list[ObservedRoom]) -> None:
+    text = WRONG.replace("    cores: {bed: 1}\n", "    cores: {bed: 1}\n    one_each: place\n")
+    two = "placements: [{depth_fraction: -0.5}, {depth_fraction: 0.5}]\n    within: unit\n    same_place_as: nightstand"
+    base = quick(text.replace("placements: [{depth_fraction: -0.5, orientation_rad: null}]", two))
+    rule = learn(base, CATEGORIES, rooms, OPTIONS, np.random.default_rng(0)).grammar.objects["nightstand"]
+    assert (rule.around, rule.one_each) == (base.objects["nightstand"].around, "place")
+
+
 def test_parts_can_be_kept(rooms: list[ObservedRoom]) -> None:
     base = quick(WRONG)
     options = LearnOptions(contrastive=ContrastiveOptions(iterations=5), keep=frozenset(PARTS))

@@ -50,6 +50,13 @@ def test_group_flush_with_the_back() -> None:
     assert mode.probability == 1.0
 
 
+def test_a_pose_around_a_core_that_was_seen_once_is_no_mode() -> None:
+    beside = [GroupPose(InFrame(-0.8, 1.1, 0.0), (0.4, 0.5, 0.5), BED)] * 9
+    before = [GroupPose(InFrame(1.4, 0.0, 0.0), (0.4, 0.5, 0.5), BED)]
+    assert [mode.side for mode in around_modes(beside + before, True, SCALE)] == ["left"]
+    assert [mode.probability for mode in around_modes(beside + before + before, True, SCALE)] == pytest.approx([2 / 11, 9 / 11])
+
+
 def test_group_opposite_its_core() -> None:
     # A chair pushed 0.3 m under the front edge, turned towards the desk; the mean distance from the middle place is 0.2 / 3.
     seen = [GroupPose(InFrame(0.35 - 0.3 + 0.25, along, math.pi), (0.5, 0.5, 0.9), (0.7, 1.4, 0.75)) for along in (-0.1, 0.0, 0.1)]
