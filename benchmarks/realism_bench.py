@@ -53,7 +53,7 @@ def measure(
     layouts: Path | None = None,
     types: Sequence[str] = (),
     folds: int = 5,
-    rooms: int = 60,
+    rooms: int = 200,
     counted: int = 1000,
     workers: int = 1,
 ) -> list[Row]:
@@ -99,7 +99,7 @@ class _Table:
 
     def folds(self, folds: int, rooms: int) -> list[Row]:
         """Cross-validate."""
-        by_hand = self._sampled(self._base, rooms * 2, 1).rooms
+        by_hand = self._sampled(self._base, rooms, 1).rooms
         sums: dict[str, list[Figures]] = {"learned": [], "by hand": [], "by chance": [], "real, learned from": []}
         for fold in range(folds):
             taught, held = split_houses(self._seen, SHARE, fold)
@@ -157,7 +157,7 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(prog="python -m benchmarks.realism_bench")
     parser.add_argument("layouts", type=Path, nargs="?")
     parser.add_argument("--types", nargs="+", default=())
-    for option, default in (("folds", 5), ("rooms", 60), ("counted", 1000), ("workers", 1)):
+    for option, default in (("folds", 5), ("rooms", 200), ("counted", 1000), ("workers", 1)):
         parser.add_argument(f"--{option}", type=int, default=default)
     arguments = parser.parse_args()
     found_rows = measure(**vars(arguments))

@@ -380,11 +380,9 @@ class RendererNode(SuiteNode):
         }
         if self._fault or (self._complaint and time.monotonic() - self._complained_at < COMPLAINT_S):
             return ERROR, self._fault or self._complaint, values
-        if not self._warm:
-            return WARN, "compiling kernels", values
-        if late:
-            slow = f"{rates.frames:.1f} frames a second are fewer than asked for: {late} left out since the last report"
-            return WARN, f"{slow}; lower render.samples_per_pixel or the image size", values
+        if late or not self._warm:
+            slow = f"{rates.frames:.1f} frames/s, fewer than asked for, {late} left out: lower render.samples_per_pixel or the image size"
+            return WARN, slow if self._warm else "compiling kernels", values
         return OK, "rendering", values
 
 
