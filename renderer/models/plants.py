@@ -81,13 +81,13 @@ def _pot(rng: np.random.Generator, radius: float, height: float, square: bool) -
 
 
 def build_potted_plant(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return a broad-leaved ficus, a palm of arching fronds, or upright snake-plant blades in a pot."""
+    """Return a ficus, a palm of arching fronds, upright snake-plant blades, or large leaves on long stalks in a pot."""
     depth, width, height = size_m
     spread = 0.5 * min(depth, width)
     pot_height = min(0.26 * height, 0.32)
     pot_radius = min((0.58 if style == "snake" else 0.46) * spread, 0.62 * pot_height + 0.02)
     pot, soil = _pot(rng, pot_radius, pot_height, square=style == "snake" and bool(rng.random() < 0.4))
-    grown = {"ficus": _ficus, "palm": _palm, "snake": _snake}[style](rng, spread, pot_radius, 0.88 * pot_height, height)
+    grown = {"ficus": _ficus, "palm": _palm, "snake": _snake, "stalks": _stalks}[style](rng, spread, pot_radius, 0.88 * pot_height, height)
     return fitted({"pot": pot, "soil": soil} | grown, size_m)
 
 
@@ -141,6 +141,31 @@ def _palm(rng: np.random.Generator, spread: float, pot_radius: float, low: float
     return {
         "stem": merged(*stems),
         "leaves": leaves(root, direction, length, np.full(len(root), 0.085 * spread + 0.008), rng.uniform(0.2, 0.45, len(root)), 0.3, 4),
+    }
+
+
+def _stalks(rng: np.random.Generator, spread: float, pot_radius: float, low: float, height: float) -> Parts:
+    """Return stalks that rise from the middle of the pot and bend outward, each with one large hanging leaf."""
+    stems, roots, directions, lengths = [], [], [], []
+    count = 17
+    for k in range(count):
+        angle, share = 2.39996 * k + rng.uniform(-0.25, 0.25), (k + 0.5) / count
+        length = min(rng.uniform(0.66, 0.84) * spread, 0.34 * (height - low))
+        outward = max(spread * (0.3 + 0.66 * share**0.8) - 0.5 * length, 0.12 * spread)
+        top = low + (height - low) * (1.0 - 0.68 * share**1.1) * rng.uniform(0.9, 0.98)
+        t = np.linspace(0.0, 1.0, 8)
+        reach = 0.2 * pot_radius + (outward - 0.2 * pot_radius) * t**1.15
+        rise = low + (top - low) * np.sin(0.5 * math.pi * t) ** 0.85
+        path = np.column_stack([reach * math.cos(angle), reach * math.sin(angle), rise])
+        stems.append(sweep(path, np.linspace(0.0065, 0.003, 8) * min(1.0, 0.4 + height), 6))
+        roots.append(path[-1])
+        directions.append((math.cos(angle), math.sin(angle), rng.uniform(-0.15, 0.35)))
+        lengths.append(length)
+    long = np.array(lengths)
+    wide = long * rng.uniform(0.62, 0.78, count)
+    return {
+        "stem": merged(*stems),
+        "leaves": leaves(np.array(roots), np.array(directions), long, wide, rng.uniform(0.35, 0.7, count), 0.22, 8),
     }
 
 
@@ -240,6 +265,6 @@ def _blossom(rng: np.random.Generator, radius: float, cup: bool) -> Mesh:
 
 
 MODELS = {
-    "potted_plant": Model(build_potted_plant, ("ficus", "palm", "snake")),
+    "potted_plant": Model(build_potted_plant, ("ficus", "palm", "snake", "stalks")),
     "vase": Model(build_vase, ("flowers", "empty")),
 }
