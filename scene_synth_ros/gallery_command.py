@@ -110,11 +110,14 @@ def _shown(instances: NDArray[np.generic]) -> frozenset[int]:
 
 
 def _most_telling(shown: Sequence[frozenset[int]], count: int) -> list[int]:
-    """Return frames, each the first that adds most objects to those before; what was seen already counts a quarter."""
+    """Return frames a third of the path apart or more, each the first that adds most to those before; what was seen counts a quarter."""
     chosen: list[int] = []
-    for _ in range(min(count, len(shown))):
+    apart = max(1, len(shown) // 3)
+    for _ in range(count):
         seen = frozenset[int]().union(*(shown[frame] for frame in chosen))
-        rest = [frame for frame in range(len(shown)) if frame not in chosen]
+        rest = [frame for frame in range(len(shown)) if all(abs(frame - other) >= apart for other in chosen)]
+        if not rest:
+            break
         chosen.append(max(rest, key=lambda frame: len(shown[frame] - seen) + 0.25 * len(shown[frame] & seen)))
     return chosen
 

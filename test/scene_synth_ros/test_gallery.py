@@ -56,6 +56,8 @@ def test_views_are_those_that_show_most_and_then_what_was_not_seen_yet() -> None
     shown = [frozenset({1}), frozenset({1, 2, 3}), frozenset({1, 2}), frozenset({4, 5}), frozenset({1, 2, 3})]
     assert _most_telling(shown, 2) == [1, 3]
     assert _most_telling(shown[:1], 2) == [0]
+    path = [frozenset({1, 2}), frozenset({1, 2, 3}), frozenset({4}), *[frozenset({1})] * 6]
+    assert _most_telling(path, 2) == [1, 4]  # frame 2 adds more but lies too near
     picture = np.zeros((20, 20), np.uint16)
     picture[:2, :2], picture[5, 5] = 7, 9  # the 9 is too small
     assert _shown(picture) == {7}
