@@ -173,3 +173,16 @@ def test_textures_go_into_the_file(scene: SceneDescription) -> None:
     floor = next(item for item in tree["meshes"] if item["name"] == "room/floor")["primitives"][0]
     assert "TEXCOORD_0" in floor["attributes"]
     assert "baseColorTexture" in tree["materials"][floor["material"]]["pbrMetallicRoughness"]
+
+
+def test_screens_glow_with_their_picture(scene: SceneDescription) -> None:
+    picture = Texture(generator="television", scale_m=1.0, seed=3)
+    lit = tuple(replace(item, glow_cd_m2=90.0, texture=picture) if item.id == "oak" else item for item in scene.materials)
+    shown = replace(scene, materials=lit)
+    items = {item["name"]: item for item in tree_of(scene_to_glb(shown, flatten(shown), CameraConfig()))["materials"]}
+    oak = items["oak"]
+    assert oak["emissiveFactor"] == [1.0, 1.0, 1.0] and oak["emissiveTexture"] == oak["pbrMetallicRoughness"]["baseColorTexture"]
+    assert oak["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"] == 90.0
+    plain = replace(scene, materials=tuple(replace(item, glow_cd_m2=90.0, texture=None) if item.id == "oak" else item for item in lit))
+    oak = {item["name"]: item for item in tree_of(scene_to_glb(plain, flatten(plain), CameraConfig()))["materials"]}["oak"]
+    assert oak["emissiveFactor"] == list(next(item.base_color for item in scene.materials if item.id == "oak"))
