@@ -19,6 +19,9 @@ Centre = Annotated[
     Limits(ge=-1e5, le=1e5, unit="px", description="Principal point, pixel centres at integers; -1: the image centre", fixed=_LENS_FIXED),
 ]
 
+Offset = Annotated[float, Limits(ge=-100.0, le=100.0)]
+Turn = Annotated[float, Limits(ge=-7.0, le=7.0)]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CameraConfig:
@@ -48,6 +51,14 @@ class CameraConfig:
         tuple[Annotated[float, Limits(ge=-1e4, le=1e4)], ...],
         Limits(max_length=8, description="Distortion coefficients in the order of CameraInfo's D", fixed=_LENS_FIXED),
     ] = ()
+    mount_m: Annotated[
+        tuple[Offset, Offset, Offset],
+        Limits(unit="m", description="Place of this camera in its rig: right of, below and ahead of the path's pose", fixed=_LENS_FIXED),
+    ] = (0.0, 0.0, 0.0)
+    mount_rotation_rad: Annotated[
+        tuple[Turn, Turn, Turn],
+        Limits(unit="rad", description="Turn of this camera in its rig, about x, y, then z of the path's frame", fixed=_LENS_FIXED),
+    ] = (0.0, 0.0, 0.0)
     f_stop: Annotated[
         float, Limits(ge=0.0, le=64.0, description="Focal length over the aperture's diameter, for depth of field; 0: all in focus")
     ] = 0.0

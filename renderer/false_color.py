@@ -42,3 +42,10 @@ def normals_to_color(normals: NDArray[np.float32]) -> NDArray[np.uint8]:
 def ids_to_color(ids: NDArray[Any], palette: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return an id image as (height, width, 3) uint8 by table look-up; the palette covers every id."""
     return np.take(palette, ids, axis=0)
+
+
+def noise_to_grey(variance: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Return the deviation of the mean (height, width) as grey: white is the 99th percentile of the image; NaN is black."""
+    deviation = np.sqrt(np.nan_to_num(variance.mean(axis=2, dtype=np.float64)))
+    most = float(np.percentile(deviation, 99.0))
+    return np.clip(np.rint(255.0 * deviation / most), 0, 255).astype(np.uint8) if most > 0.0 else np.zeros(deviation.shape, np.uint8)

@@ -26,10 +26,15 @@ LAYERS: dict[str, Layer] = {
     "instance": Layer("uint16", 0, "object id, 0 for the room's shell", "0"),
     "color_noisy": Layer("uint8", 3, "color before denoising", "background luminance"),
     "albedo": Layer("float32", 3, "linear base colour of what is seen first, 1 for glass and lit lamps, mean of the colour's samples", "0"),
+    "variance": Layer("float32", 3, "variance of the linear colour before denoising, (cd/m2)^2; NaN after one sample", "as elsewhere"),
+    "samples": Layer("uint16", 0, "samples per pixel that colour is the mean of", "as elsewhere"),
 }
 """Every layer that a frame can hold, by name; depth and range are NaN, all else 0, where the lens sees nothing."""
 
-SAMPLED_LAYERS = ("color", "color_noisy", "albedo")
+COLOR_LAYERS = ("color", "color_noisy", "variance", "samples")
+"""Layers for which light is traced."""
+
+SAMPLED_LAYERS = (*COLOR_LAYERS, "albedo")
 """Layers that are means of samples: they carry noise, and the blur of whatever the lens or the shutter blurs."""
 
 GEOMETRIC_LAYERS = ("depth", "range", "normals", "semantic", "instance")

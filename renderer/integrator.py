@@ -147,7 +147,10 @@ def trace_paths(
                 x, y = _slot_pixel(slot)
                 if column + x < camera.width and row + y < camera.height:
                     for channel in range(3):
-                        film.light[row + y, column + x, channel] += scratch.light[channel * WAVE + slot]
+                        value = scratch.light[channel * WAVE + slot]
+                        film.light[row + y, column + x, channel] += value
+                        if film.squares.shape[0] > 0:
+                            film.squares[row + y, column + x, channel] += value * value
 
 
 @kernel

@@ -18,9 +18,9 @@ _GOLDEN = np.uint32(0x9E3779B9)
 _BYTE = np.uint32(8)
 
 
-def make_frame_key(scene_key: int, frame_index: int) -> np.uint32:
-    """Return the key of one frame of one scene."""
-    return np.uint32(np.random.SeedSequence([scene_key, frame_index]).generate_state(1)[0])
+def make_frame_key(scene_key: int, frame_index: int, apart: tuple[int, ...] = ()) -> np.uint32:
+    """Return the key of one frame of one scene; ``apart`` are further numbers that tell cameras of one scene from each other."""
+    return np.uint32(np.random.SeedSequence([scene_key, frame_index, *apart]).generate_state(1)[0])
 
 
 @kernel

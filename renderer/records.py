@@ -217,11 +217,12 @@ class Transport(NamedTuple):
 class Film(NamedTuple):
     """Sums over samples: light (height, width, 3) float32, cd/m2; guides (height, width, 6) float32, albedo and world normal of first hits.
 
-    Without guides their height is 0.
+    squares: (height, width, 3) float32, of each sample's light.  Without guides or squares their height is 0.
     """
 
     light: NDArray[np.float32]
     guides: NDArray[np.float32]
+    squares: NDArray[np.float32]
 
 
 (

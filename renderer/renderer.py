@@ -18,16 +18,17 @@ from renderer.denoise import Denoiser, is_asked
 from renderer.embree import EmbreeScene
 from renderer.errors import RenderError
 from renderer.flat_scene import FlatScene, Mesh, PartTable, Sky, tabulate_materials
-from renderer.frame import GEOMETRIC_LAYERS, LAYERS, SAMPLED_LAYERS, Frame
+from renderer.frame import COLOR_LAYERS, GEOMETRIC_LAYERS, LAYERS, SAMPLED_LAYERS, Frame
 from renderer.ground_truth import CENTRE, MIDDLE, GeometricImages, Labels, empty_images, trace_geometry
 from renderer.integrator import trace_paths
 from renderer.lights import build_lights
 from renderer.random_numbers import make_frame_key
 from renderer.records import WAVE, WAVE_EDGE, Film, Transport, Work, make_scratch
+from renderer.rig import is_in_the_middle
 from renderer.scene_check import check_scene
 from renderer.sensor import expose, vignetting
 from renderer.shutter import motion_during
-from renderer.stopping import is_clean, next_round
+from renderer.stopping import is_clean, next_round, variance_of_mean
 from renderer.surfaces import build_surfaces
 from renderer.thin_lens import focus_on_centre
 from renderer.tone import Exposure, to_display, white_luminance
@@ -110,21 +111,29 @@ class Renderer:
             images.update(self._trace_geometry(view)._asdict())
         if any(name in SAMPLED_LAYERS for name in layers):
             shown = exposure or self._configured_exposure()
-            in_color = any(name.startswith("color") for name in layers)
+            in_color = any(name in COLOR_LAYERS for name in layers)
             denoised = "color" in layers and is_asked(self._config.denoise)
-            film, samples = self._expose_film(view, frame_index, shown.ev100, in_color, denoised or "albedo" in layers, cancelled)
+            film, samples = self._expose_film(view, frame_index, shown.ev100, layers, denoised or "albedo" in layers, cancelled)
             images["albedo"] = np.ascontiguousarray(film.guides[:, :, :3])
+            images["samples"] = np.full((view.height, view.width), min(samples, 65_535), np.uint16)
+            if len(film.squares):
+                images["variance"] = variance_of_mean(film.light, film.squares, samples)
             if in_color:
                 radiance = self._denoise(film) if denoised else film.light
                 images["color"] = self._develop(radiance, view, frame_index, shown)
                 images["color_noisy"] = self._develop(film.light, view, frame_index, shown) if denoised else images["color"]
         return Frame({name: images[name] for name in LAYERS if name in layers}, radiance, samples)
 
+    def _frame_key(self, frame_index: int) -> np.uint32:
+        """Return the key of a frame's random numbers; cameras of a rig have noise of their own."""
+        apart = np.frombuffer(np.array([*self._camera.mount_m, *self._camera.mount_rotation_rad]).tobytes(), np.uint32)
+        return make_frame_key(self._scene_key, frame_index, () if is_in_the_middle(self._camera) else tuple(int(word) for word in apart))
+
     def _develop(self, radiance: NDArray[np.float32], view: PosedCamera, frame_index: int, shown: Exposure) -> NDArray[np.uint8]:
         """Return the picture of linear colour: through lens and sensor, then balanced and encoded."""
         share = vignetting(view, self._sensor.vignetting, self._sensor.corner_loss)
         arriving = radiance if share is None else radiance * share[..., None]
-        key = make_frame_key(self._scene_key, frame_index)
+        key = self._frame_key(frame_index)
         read = expose(arriving, white_luminance(shown.ev100) * 2.0**self._sensor.headroom_ev, self._sensor, key)
         return to_display(read, shown, self._config.tone_curve)
 
@@ -153,13 +162,18 @@ class Renderer:
         return images
 
     def _expose_film(
-        self, view: PosedCamera, frame_index: int, ev100: float, in_color: bool, guided: bool, cancelled: Callable[[], bool] | None
+        self, view: PosedCamera, frame_index: int, ev100: float, layers: Collection[str], guided: bool, cancelled: Callable[[], bool] | None
     ) -> tuple[Film, int]:
         """Return the means of the samples, and how many there are; without colour paths end where they hit first."""
         size, config, white = (view.height, view.width), self._config, white_luminance(ev100)
-        film = Film(np.zeros((*size, 3), np.float32), np.zeros((*size, 6) if guided else (0, 0, 6), np.float32))
+        in_color = any(name in COLOR_LAYERS for name in layers)
+        film = Film(
+            np.zeros((*size, 3), np.float32),
+            np.zeros((*size, 6) if guided else (0, 0, 6), np.float32),
+            np.zeros((*size, 3) if "variance" in layers else (0, 0, 3), np.float32),
+        )
         transport = Transport(
-            make_frame_key(self._scene_key, frame_index),
+            self._frame_key(frame_index),
             config.max_depth if in_color else 1,
             np.float32(config.clamp * white or np.inf),
             np.float32(config.caustic_blur),

@@ -51,3 +51,14 @@ def is_clean(config: RenderConfig, first: NDArray[np.float32], both: NDArray[np.
     """Return whether the noise target is reached; judged from some samples on, and where both halves are equal."""
     judged = config.noise_target > 0.0 and samples >= _FEWEST_TO_JUDGE and samples & (samples - 1) == 0
     return judged and relative_noise(first, both, samples, white) <= config.noise_target
+
+
+def variance_of_mean(mean: NDArray[np.float32], mean_square: NDArray[np.float32], samples: int) -> NDArray[np.float32]:
+    """Return the variance of the mean of independent samples, (height, width, 3); NaN after one, which tells nothing.
+
+    Samples of low discrepancy, as ours, spread less: their variance is at most about this.
+    """
+    if samples < 2:
+        return np.full(mean.shape, np.nan, np.float32)
+    spread = mean_square.astype(np.float64) - mean.astype(np.float64) ** 2
+    return (np.maximum(spread, 0.0) / (samples - 1)).astype(np.float32)

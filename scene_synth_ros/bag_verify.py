@@ -22,6 +22,7 @@ from std_msgs.msg import String
 
 from renderer import Renderer, RenderError
 from renderer.flatten import FlattenError, flatten
+from renderer.rig import mounted_path
 from renderer.scene_key import scene_key
 from scene_description import CameraPose, FieldError, SceneDescription, scene_from_json
 from scene_synth_ros.bag_manifest import ManifestBuilder, ManifestError, read_manifest
@@ -139,9 +140,8 @@ class _Frames:
                 raise VerifyError(f"frame at {stamp} ns: its pose is not in the bag")
             maker = FrameMessages(settings.streams, settings.camera)
             maker.begin_room(scene)
-            frame = self._renderer(settings, scene).render(
-                pose, settings.frame, maker.layers, exposure=settings.exposure, path=scene.camera_path
-            )
+            path = mounted_path(settings.camera, scene.camera_path)
+            frame = self._renderer(settings, scene).render(pose, settings.frame, maker.layers, exposure=settings.exposure, path=path)
             for topic, message in maker.of_frame(frame, pose, lambda _: True):
                 messages[f"{self.namespace}/{topic}"] = message
         first = self._settings[stamp][0]

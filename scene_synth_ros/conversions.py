@@ -19,6 +19,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from renderer.cameras import intrinsics
 from renderer.config import CameraConfig
 from renderer.lenses import LENSES
+from renderer.rig import stereo_shift_m
 from scene_description import NYU40, CameraPose, SceneDescription
 from scene_description.labels import instance_palette
 from scene_description.poses import (
@@ -95,6 +96,7 @@ def depth_to_millimetres(depth_m: NDArray[np.float32]) -> NDArray[np.uint16]:
 def camera_info_to_msg(camera: CameraConfig, stamp_ns: int, frame_id: str) -> CameraInfo:
     """Return the camera info of a lens, pixel centres at integers, as image_geometry has them.
 
+    A camera that sits right of or below its rig's middle tells so in P, as the second camera of a stereo pair does.
     A panorama has no matrix in CameraInfo: K and P are zero, as for every uncalibrated camera, and the model's name says what it is.
     """
     lens, (fx, fy, cx, cy) = LENSES[camera.model], intrinsics(camera)
@@ -105,7 +107,8 @@ def camera_info_to_msg(camera: CameraConfig, stamp_ns: int, frame_id: str) -> Ca
         return message
     message.k = [fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0]
     message.r = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
-    message.p = [fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0]
+    right_m, down_m = stereo_shift_m(camera)
+    message.p = [fx, 0.0, cx, -fx * right_m + 0.0, 0.0, fy, cy, -fy * down_m + 0.0, 0.0, 0.0, 1.0, 0.0]
     return message
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.config import CameraConfig
-from renderer.false_color import ids_to_color, normals_to_color
+from renderer.false_color import ids_to_color, noise_to_grey, normals_to_color
 from renderer.frame import Frame
 from renderer.tone import encode_srgb
 from scene_description import CameraPose, Limits, SceneDescription
@@ -50,6 +50,8 @@ class StreamConfig:
     range: Annotated[bool, Limits(description="Publish range, the distance along each ray", fixed=_STREAMS_FIXED)] = False
     color_noisy: Annotated[bool, Limits(description="Publish colour before denoising", fixed=_STREAMS_FIXED)] = False
     albedo: Annotated[bool, Limits(description="Publish the base colour of what is seen", fixed=_STREAMS_FIXED)] = False
+    variance: Annotated[bool, Limits(description="Publish the variance of the colour before denoising", fixed=_STREAMS_FIXED)] = False
+    samples: Annotated[bool, Limits(description="Publish how many samples colour is made of", fixed=_STREAMS_FIXED)] = False
     normals: Annotated[bool, Limits(description="Publish surface normals", fixed=_STREAMS_FIXED)] = True
     semantic: Annotated[bool, Limits(description="Publish NYU40 class ids", fixed=_STREAMS_FIXED)] = True
     instance: Annotated[bool, Limits(description="Publish object ids", fixed=_STREAMS_FIXED)] = True
@@ -94,6 +96,8 @@ STREAMS: dict[str, Stream] = {
     "instance": Stream("16UC1", lambda image, palettes: ids_to_color(image, palettes.instance)),
     "color_noisy": Stream("rgb8", None),
     "albedo": Stream("32FC3", lambda image, _: encode_srgb(image)),
+    "variance": Stream("32FC3", lambda image, _: np.repeat(noise_to_grey(image)[..., None], 3, axis=2)),
+    "samples": Stream("16UC1", None),
 }
 """Layer -> stream."""
 

@@ -248,7 +248,7 @@ class RendererNode(SuiteNode):
         self._streams.begin_room(scene)
         self._requests.begin_room()
         self._metered = self._meter(scene, flat)
-        RoomShow(scene, renderer, self, self._requests, self._pace).run()
+        RoomShow(scene, renderer, self._settings["camera"], self, self._requests, self._pace).run()
 
     def _meter(self, scene: SceneDescription, flat: FlatScene) -> Exposure | None:
         if not needs_meter(self._render_config) or "color" not in self._streams.wanted_layers():

@@ -8,8 +8,9 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from renderer import Renderer
+from renderer import CameraConfig, Renderer
 from renderer.frame import Frame
+from renderer.rig import mounted, mounted_path
 from renderer.tone import Exposure
 from scene_description import CameraPose, SceneDescription
 from scene_synth_ros.camera_requests import CameraRequests
@@ -64,14 +65,22 @@ class RoomShow:
     Args:
         scene: the room.
         renderer: of the room.
+        camera: which sits in a rig that follows the room's path.
         stage: the node.
         requests: poses asked for, and the driven camera.
         pace: read anew for every frame.
     """
 
     def __init__(
-        self, scene: SceneDescription, renderer: Renderer, stage: Stage, requests: CameraRequests, pace: Callable[[], Pace]
+        self,
+        scene: SceneDescription,
+        renderer: Renderer,
+        camera: CameraConfig,
+        stage: Stage,
+        requests: CameraRequests,
+        pace: Callable[[], Pace],
     ) -> None:
+        self._camera, self._path = camera, mounted_path(camera, scene.camera_path)
         self._scene, self._renderer, self._stage, self._requests, self._pace = scene, renderer, stage, requests, pace
         self._held: deque[tuple[Frame, CameraPose, int, Exposure]] = deque()
         self._last_ns = -1
@@ -142,10 +151,9 @@ class RoomShow:
         exposure = self._stage.exposure()
         index = frame_index(self._scene, pose)
         layers = self._stage.wanted_layers()
-        frame = self._renderer.render(
-            pose, index, layers, exposure=exposure, path=self._scene.camera_path, cancelled=self._stage.interrupted
-        )
-        return frame, pose, index, exposure
+        placed = mounted(self._camera, pose)
+        frame = self._renderer.render(placed, index, layers, exposure=exposure, path=self._path, cancelled=self._stage.interrupted)
+        return frame, placed, index, exposure
 
     def _hold(self, frame: Frame, pose: CameraPose, index: int, exposure: Exposure) -> None:
         """Publish a frame when the room's turn has come; until then keep as many as may wait."""

@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
+from box_room import VIEW, furnished_room
 
-from renderer import RenderConfig
-from renderer.stopping import is_clean, next_round, relative_noise
+from renderer import CameraConfig, RenderConfig, Renderer
+from renderer.stopping import is_clean, next_round, relative_noise, variance_of_mean
 
 
 def rounds(config, seconds_per_sample):
@@ -45,3 +46,21 @@ def test_only_halves_are_judged():
     config = RenderConfig(noise_target=0.01)
     assert [n for n in range(1, 20) if is_clean(config, still * (n // 2), still * n, n, 10.0)] == [4, 8, 16]
     assert not is_clean(RenderConfig(), still, 2 * still, 4, 10.0)
+
+
+def test_the_variance_layer_is_that_of_the_mean() -> None:
+    """Over frames with noise of their own the colour spreads as the layer says, or a little less, as samples are stratified."""
+    flat, camera = furnished_room(), CameraConfig(width=16, height=12)
+    with Renderer(flat, camera, RenderConfig(samples_per_pixel=8, max_depth=3, threads=2), 3) as renderer:
+        frames = [renderer.render(VIEW, index, ("color", "variance", "samples")) for index in range(60)]
+    spread = np.var([frame.radiance for frame in frames], axis=0, ddof=1)
+    told = np.mean([frame.layers["variance"] for frame in frames], axis=0)
+    assert 0.3 < float(np.median((spread / np.where(told > 0, told, np.inf))[told > 0])) < 1.1
+    assert (frames[0].layers["samples"] == 8).all() and frames[0].layers["samples"].dtype == np.uint16
+
+
+def test_one_sample_tells_no_variance() -> None:
+    mean = np.ones((2, 2, 3), np.float32)
+    assert np.isnan(variance_of_mean(mean, mean, 1)).all()
+    two = variance_of_mean(np.full((1, 1, 3), 2.0, np.float32), np.full((1, 1, 3), 5.0, np.float32), 2)  # samples 1 and 3
+    assert (two == 1.0).all()  # their variance is 2, that of their mean 1

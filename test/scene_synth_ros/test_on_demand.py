@@ -24,7 +24,13 @@ from scene_synth_ros.frame_index import OFF_PATH
 from scene_synth_ros.qos import latched_qos, stream_qos
 
 LAYERS = ("color", "depth", "normals", "semantic", "instance")
-SETTINGS = {"camera.width": 48, "camera.height": 36, "render.samples_per_pixel": 1, "render.exposure_ev100": 6.0}
+SETTINGS = {
+    "camera.width": 48,
+    "camera.height": 36,
+    "render.samples_per_pixel": 1,
+    "render.exposure_ev100": 6.0,
+    "render.white_balance": "none",
+}
 
 
 class Asker(Peer):
