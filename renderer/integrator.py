@@ -85,11 +85,8 @@ from renderer.shutter import move_rays
 from renderer.surfaces import find_surfaces
 from renderer.thin_lens import open_lens
 
-_ZERO, _ONE, _TWO, _HALF, _TINY = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(0.5), np.float32(1e-30)
+_ZERO, _ONE, _HALF, _TINY = np.float32(0.0), np.float32(1.0), np.float32(0.5), np.float32(1e-30)
 _INFINITE = np.float32(np.inf)
-_ROULETTE_FROM = 2
-_LEAST_SURVIVAL = np.float32(0.05)
-_MATT = np.float32(0.6)
 _PAIRS_PER_HIT = 3
 _DIRECTION_PAIRS, _LENS_PAIR, _TIME_PAIR = 1 << 16, 1 << 17, 3 << 16
 _BLOCKS_ACROSS = WAVE_EDGE // TILE
@@ -117,9 +114,9 @@ def trace_paths(
             scratch.seeds[slot] = mix(np.uint32(mix(pixel) ^ transport.frame_key))
         for sample in range(work.first_sample, work.end_sample):
             count = _start_wave(camera, column, row, np.uint32(sample), scratch)
-            here, ahead = scratch.here, scratch.ahead
+            here, ahead, waiting = scratch.here, scratch.ahead, 0
             for depth in range(transport.max_depth):
-                queued, waiting = 0, 0
+                queued = 0
                 for first in range(0, count, LANES):
                     _load_packet(here, first, count, scratch)
                     flags = scene.coherent if depth == 0 else scene.incoherent
@@ -137,12 +134,12 @@ def trace_paths(
                             number = np.uint32(_DIRECTION_PAIRS + depth)
                             draw_pairs(scratch.lane_seeds, np.uint32(sample), number, scratch.lanes[DRAW_SUN_U:])
                         queued, waiting = scatter(scene, surfaces, lights, transport, depth, queued, waiting, ahead, scratch)
-                if waiting > 0:
-                    cast_shadows(scene, scratch, waiting)
                 count = queued
                 if count == 0:
                     break
                 here, ahead = ahead, here
+            if waiting > 0:
+                cast_shadows(scene, scratch, waiting)
             for slot in range(WAVE):
                 x, y = _slot_pixel(slot)
                 if column + x < camera.width and row + y < camera.height:
