@@ -22,7 +22,7 @@ from benchmarks.reference_scenes import SCENES, View
 from benchmarks.table import Row, at_most, render_table
 from renderer import RenderConfig, Renderer
 from renderer.image_io import write_png
-from renderer.tone import to_display
+from renderer.tone import Exposure, to_display
 
 SIZE = (240, 180)
 BLOCK = 12
@@ -127,7 +127,7 @@ def write_pictures(path: Path, view: View, a: Images, b: Images) -> None:
     colors = np.stack([np.minimum(1.0 + sigmas, 1.0), 1.0 - np.abs(sigmas), np.minimum(1.0 - sigmas, 1.0)], axis=-1)
     blocks = np.kron((220.0 * colors).astype(np.uint8), np.ones((BLOCK, BLOCK, 1), np.uint8))
     path.parent.mkdir(parents=True, exist_ok=True)
-    pictures = [to_display(np.ascontiguousarray(images.mean(axis=0), np.float32), view.ev100) for images in (a, b)]
+    pictures = [to_display(np.ascontiguousarray(images.mean(axis=0), np.float32), Exposure(view.ev100)) for images in (a, b)]
     write_png(path, np.concatenate([*pictures, blocks], axis=1))
 
 
