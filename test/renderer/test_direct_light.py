@@ -45,7 +45,9 @@ def draw(surfaces, lights, scratch, numbers):
 
 def stated_density(lights, normal, ways):
     """Density per steradian of drawing each unit direction (n, 3) from the origin, by intersecting every emitter."""
-    shares = np.array([importance(load_bounds(lights.groups, g), *np.zeros(3, np.float32), *normal) for g in range(len(lights.groups.area))])
+    shares = np.array(
+        [importance(load_bounds(lights.groups, g), *np.zeros(3, np.float32), *normal) for g in range(len(lights.groups.area))]
+    )
     shares = shares / shares.sum()
     density = np.zeros(len(ways))
     for e in range(len(lights.part)):
