@@ -63,11 +63,10 @@ class SurfaceRule:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StyleRule:
-    """How often a style is taken, the parts that its models have, and whether things can stand on them; else it is not taken for a base."""
+    """How often a style is taken, and the parts that its models have."""
 
     odds: Odds
     parts: Annotated[tuple[str, ...], Limits(min_length=1, max_length=64)]
-    bears: bool = True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -161,10 +160,9 @@ def dress_from(
     )
     looks: dict[tuple[str, int], tuple[ModelReference, tuple[Part, ...]]] = {}
     by_id = {thing.id: thing for thing in objects}
-    bases = {thing.support.id for thing in objects if thing.support.kind == "object"}
     openings: list[Opening] = []
     for opening in room.openings:
-        model, parts = _look(rng, appearance, closet, looks, opening.category, opening.id, 0, False)
+        model, parts = _look(rng, appearance, closet, looks, opening.category, opening.id, 0)
         openings.append(replace(opening, model=model, parts=parts))
     dressed: list[SceneObject] = []
     for thing in objects:
@@ -172,7 +170,7 @@ def dress_from(
             dressed.append(thing)
             continue
         owner = core_of(thing, by_id)
-        model, parts = _look(rng, appearance, closet, looks, thing.category, thing.id, owner, thing.id in bases)
+        model, parts = _look(rng, appearance, closet, looks, thing.category, thing.id, owner)
         dressed.append(replace(thing, model=model, parts=parts))
     return replace(room, surfaces=surfaces, openings=tuple(openings)), tuple(dressed)
 
@@ -240,13 +238,12 @@ def _look(
     category: str,
     identifier: int,
     core: int,
-    loaded: bool,
 ) -> tuple[ModelReference, tuple[Part, ...]]:
     """Return model and parts of one object, taken over from the one that it shares its look with, if there is one."""
     rule = appearance.categories[category]
     key = (category, {"room": -1, "group": core or -1 - identifier, "none": -1 - identifier}[rule.shared])
     if key not in looks:
-        style = _style(rng, closet, rule, loaded)
+        style = _style(rng, closet, rule)
         chosen: dict[str, str] = {}
         for name in rule.styles[style].parts:
             chosen[name] = _part_material(rng, closet, rule, style, name, chosen)
@@ -255,12 +252,12 @@ def _look(
     return looks[key]
 
 
-def _style(rng: np.random.Generator, closet: Closet, rule: CategoryLook, loaded: bool) -> str:
+def _style(rng: np.random.Generator, closet: Closet, rule: CategoryLook) -> str:
     """Draw a category's style, or take over that of its suite in this room."""
     taken = None if rule.suite is None else closet.suites.get(rule.suite)
     if taken is not None and taken in rule.styles:
         return taken
-    style = _pick(rng, {name: item.odds for name, item in rule.styles.items() if item.bears or not loaded})
+    style = _pick(rng, {name: item.odds for name, item in rule.styles.items()})
     if rule.suite is not None:
         closet.suites.setdefault(rule.suite, style)
     return style
@@ -325,8 +322,8 @@ def _check(look: _AppearanceFile | Appearance, families: Mapping[str, tuple[str,
             _check_families(f"surfaces.{name}.by_room.{room_type}", odds, families)
     for category, item in look.categories.items():
         path = f"categories.{category}"
-        if not sum(style.odds for style in item.styles.values() if style.bears) > 0.0:
-            raise FieldError(f"{path}.styles", "odds of styles that bear things with a sum above 0", "0")
+        if not sum(style.odds for style in item.styles.values()) > 0.0:
+            raise FieldError(f"{path}.styles", "odds with a sum above 0", "0")
         for style, style_rule in item.styles.items():
             before: list[str] = []
             for part in style_rule.parts:

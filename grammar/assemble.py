@@ -116,7 +116,7 @@ def _blocks(thing: Thing, limits: Thresholds, parts: _Parts) -> bool:
 def _modes(thing: Thing, size: Mapping[int, tuple[float, float, float]], slots: Sequence[Row], beta: float) -> Modes:
     rule = thing.rule
     wall: list[Row] = [(mode.distance_m, _or_nan(mode.orientation_rad), 0.0) for mode in rule.wall]
-    around: list[Row] = [_around_target(mode, thing.size_m, size[thing.core]) for mode in rule.around] if thing.core else []
+    around: list[Row] = [around_target(mode, thing.size_m, size[thing.core]) for mode in rule.around] if thing.core else []
     places: list[Row] = [
         (_or_nan(mode.depth_fraction), _or_nan(mode.width_fraction), _or_nan(mode.orientation_rad)) for mode in rule.placements
     ]
@@ -189,7 +189,7 @@ def _top_below(problem: Problem, i: int, owner: int, height_m: float) -> int:
     return int(min(tops, key=lambda k: abs(float(problem.slot[k, 2]) - height_m)))
 
 
-def _around_target(mode: AroundMode, size: tuple[float, float, float], core: tuple[float, float, float]) -> tuple[float, float, float]:
+def around_target(mode: AroundMode, size: tuple[float, float, float], core: tuple[float, float, float]) -> tuple[float, float, float]:
     """Return x, y and yaw of a mode's centre in the core's frame, for the sizes at hand."""
     if mode.orientation_rad is None:
         depth = width = 0.5 * max(size[:2])

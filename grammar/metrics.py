@@ -1,7 +1,8 @@
 """Metrics of sampled rooms, named and defined as the field does; of one room, and over many.
 
 Sources of the definitions: PhyScene (Yang et al., CVPR 2024: Col_obj, Col_scene, R_out, R_walkable, R_reach), SceneEval (accessibility of
-functional sides, opening clearance, support), ProcTHOR (reachable cells of 0.25 m), DiffuScene (pair IoU).
+functional sides, opening clearance, support), ProcTHOR (reachable cells of 0.25 m), DiffuScene (pair IoU), Infinigen and SceneEval
+(scene-graph validity: relations satisfied over declared).
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import numpy as np
 
 from grammar.categories import Categories
 from grammar.free_space import rasterize, reachable
+from grammar.relations import KINDS, Kept, kept_relations
 from grammar.rules import Grammar
 from grammar.solids import object_solids
 from grammar.validity import door_start_m
@@ -22,6 +24,8 @@ from scene_description import SceneDescription, SceneObject
 Rooms = Sequence["RoomMetrics"]
 
 REACHABLE_CELL_M, LEAST_CELLS = 0.25, 5
+
+_RELATIONS = {"wall": "gap and turn against a wall", "group": "pose around the core", "support": "place on the supporter"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,7 +39,10 @@ class SamplingCost:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RoomMetrics:
-    """Metrics of one room; ``checks`` maps the name of a validity check to (value, limit, objects at fault)."""
+    """Metrics of one room.
+
+    ``checks`` maps the name of a validity check to (value, limit, objects at fault), ``relations`` a kind to (satisfied, declared).
+    """
 
     index: int
     room_type: str
@@ -47,6 +54,7 @@ class RoomMetrics:
     pairs_with_iou: float
     reachable_m2: float
     energy: float
+    relations: Kept
     seconds: float
     cost: SamplingCost
 
@@ -86,6 +94,7 @@ def measure_room(grammar: Grammar, categories: Categories, scene: SceneDescripti
         pairs_with_iou=share,
         reachable_m2=_reachable_area(grammar, categories, scene),
         energy=scene.parse_graph.energy,
+        relations=kept_relations(grammar, categories, scene.room, scene.objects, scene.parse_graph),
         seconds=seconds,
         cost=cost,
     )
@@ -160,6 +169,8 @@ def summarise(rooms: Rooms, failures: int) -> list[Metric]:
         _none("pair IoU", "mean IoU of the axis-aligned boxes of all pairs; a chair under a table counts", _mean(rooms, "pair_iou"), ""),
         _none("pairs with IoU", "pairs of objects whose axis-aligned boxes share space / pairs", _mean(rooms, "pairs_with_iou"), ""),
         _none("objects", "mean number of objects in a room", things / len(rooms), ""),
+        _kept(rooms, "relation satisfaction", "relations whose object stands within the tolerance of a mode / relations declared", KINDS),
+        *(_kept(rooms, f"relations, {kind}", f"the same, {words}", (kind,)) for kind, words in _RELATIONS.items()),
         _none("soft energy", "weighted losses of the layout, median over rooms", float(np.median([room.energy for room in rooms])), ""),
         _none("time p50", "processor time of a room, everything included, median", float(np.median(seconds)), "s"),
         _none("time p99", "the same, 99th percentile", float(np.quantile(seconds, 0.99)), "s"),
@@ -172,6 +183,11 @@ def summarise(rooms: Rooms, failures: int) -> list[Metric]:
 
 def _clean(name: str, definition: str, value: float) -> Metric:
     return Metric(name, definition, float(value), "", "0", value == 0.0)
+
+
+def _kept(rooms: Rooms, name: str, definition: str, kinds: Sequence[str]) -> Metric:
+    pairs = [room.relations[kind] for room in rooms for kind in kinds]
+    return _none(name, definition, sum(satisfied for satisfied, _ in pairs) / max(sum(declared for _, declared in pairs), 1), "")
 
 
 def _none(name: str, definition: str, value: float, unit: str) -> Metric:
