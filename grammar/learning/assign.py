@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from grammar.learning.geometry import box_gap, stands_on
 from grammar.learning.observed import ObservedObject, ObservedRoom
-from grammar.rules import NONE, Grammar, ObjectRule
+from grammar.rules import NONE, AroundMode, Grammar, ObjectRule
 
 _SPREAD = 2.0
 _NO_TARGET = math.log(1e-3)
@@ -52,6 +53,7 @@ def assign(grammar: Grammar, room: ObservedRoom, any_size: bool = False) -> Assi
     for i in sorted(range(len(room.objects)), key=lambda i: (on[i] is not None, i)):
         below = on[i]
         symbols[i] = _symbol(grammar, room.objects[i], symbols[below] if below is not None else None, any_size)
+    _move_surplus(grammar, room.objects, symbols, on, any_size)
     kept = [i for i, symbol in enumerate(symbols) if symbol is not None]
     place = {i: k for k, i in enumerate(kept)}
     things: list[AssignedObject] = []
@@ -75,16 +77,38 @@ def assign(grammar: Grammar, room: ObservedRoom, any_size: bool = False) -> Assi
     return AssignedRoom(room=room, objects=tuple(things), strangers=strangers)
 
 
+def _move_surplus(
+    grammar: Grammar, objects: Sequence[ObservedObject], symbols: list[str | None], on: Sequence[int | None], any_size: bool
+) -> None:
+    """Give what finds no place of its own around a core the next likely symbol, if there is one: of several at a core the furthest."""
+    taken: Counter[tuple[int, tuple[AroundMode, ...]]] = Counter()
+    nearest: list[tuple[float, int, int, str]] = []
+    for i, symbol in enumerate(symbols):
+        rule = grammar.objects[symbol] if symbol is not None else None
+        if symbol is not None and rule is not None and rule.one_each == "place":
+            gaps = [(box_gap(objects[i], objects[j]), j) for j, other in enumerate(symbols) if j != i and other in (rule.cores or ())]
+            nearest.extend((gap, i, j, symbol) for gap, j in sorted(gaps)[:1])
+    for _, i, j, symbol in sorted(nearest):
+        around = grammar.objects[symbol].around
+        taken[j, around] += 1
+        if taken[j, around] > len(around):
+            below = on[i]
+            symbols[i] = _symbol(grammar, objects[i], symbols[below] if below is not None else None, any_size, symbol) or symbol
+
+
 def _below(objects: Sequence[ObservedObject], i: int) -> int | None:
     found = [j for j in range(len(objects)) if j != i and stands_on(objects[i], objects[j])]
     return max(found, key=lambda j: (objects[j].position_m[2] + objects[j].size_m[2], -j), default=None)
 
 
-def _symbol(grammar: Grammar, thing: ObservedObject, below: str | None, any_size: bool) -> str | None:
-    """Return the most likely symbol of an object, None if there is none of its category or its size is out of all proportion."""
+def _symbol(grammar: Grammar, thing: ObservedObject, below: str | None, any_size: bool, but: str | None = None) -> str | None:
+    """Return the most likely symbol of an object ``but`` one.
+
+    None: there is none of its category, or its size is out of all proportion.
+    """
     scores: list[tuple[float, str]] = []
     for symbol, rule in grammar.objects.items():
-        if rule.category == thing.category and (any_size or _plausible(rule, thing.size_m)):
+        if symbol != but and rule.category == thing.category and (any_size or _plausible(rule, thing.size_m)):
             score = _wide_log_density(thing.size_m, rule)
             if rule.mount == "object":
                 share = (rule.supporters or {}).get(below or NONE, 0.0)

@@ -141,6 +141,22 @@ def test_places_for_some_cores_are_learned_from_these(rooms: list[ObservedRoom])
     assert sum(mode.probability or 0.0 for mode in around) == pytest.approx(1.0)
 
 
+def test_what_finds_no_place_of_its_own_is_something_else() -> None:
+    more = ", mount: wall, centre_height_m: {mean: 1.7, sd: 0.1, low: 1, high: 2}"
+    over = more + ", cores: {bed: 1}, around: [{side: centre}], one_each: place"
+    text = WRONG + item("picture", "picture", (0.03, 0.6, 0.4), more)
+    text += item("over_bed", "picture", (0.03, 0.8, 0.4), over)
+    both = "{symbol: picture, multiplicity: [0.5, 0.5]}, {symbol: over_bed, multiplicity: [0.5, 0.5]}"
+    text = text.replace("{symbol: mug,", both + ", {symbol: mug,")
+    bed = ObservedObject(category="bed", size_m=(2.0, 1.5, 0.9), position_m=(-0.8, 0.0, 0.0), yaw_rad=0.0)
+    pictures = [ObservedObject(category="picture", size_m=(0.03, 0.8, 0.4), position_m=(-1.9, y, 1.5), yaw_rad=0.0) for y in (1.5, 0.1)]
+    room = ObservedRoom(
+        id="room", house="house", room_type="closet", polygon_m=((-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)), height_m=2.5,
+        objects=(bed, *pictures),
+    )  # fmt: skip
+    assert [thing.symbol for thing in assign(quick(text), room).objects] == ["bed", "picture", "over_bed"]
+
+
 def test_places_that_others_match_by_number_stay(rooms: list[ObservedRoom]) -> None:
     text = WRONG.replace("    cores: {bed: 1}\n", "    cores: {bed: 1}\n    one_each: place\n")
     two = "placements: [{depth_fraction: -0.5}, {depth_fraction: 0.5}]\n    within: unit\n    same_place_as: nightstand"
