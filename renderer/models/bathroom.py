@@ -15,19 +15,19 @@ from renderer.shapes import block, blocks, lathe, merged, moved, rod, rounded_bo
 
 
 def build_toilet(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return a close-coupled toilet on a foot, or a bowl with straight skirt before a slim cistern block."""
+    """Return a close-coupled toilet on a foot, a bowl with straight skirt before a slim cistern, or one that hangs on a boxed cistern."""
     depth, width, height = size_m
     half_d, half_w = 0.5 * depth, 0.5 * width
     rim = min(0.42, 0.56 * height)
-    skirted = style == "skirted"
-    tank_depth = (0.22 if skirted else 0.29) * depth
+    hung = style == "hung"
+    tank_depth = (0.29 if style == "close_coupled" else 0.22) * depth
     back, front = -half_d + 0.72 * tank_depth, half_d
-    foot = [0.98, 0.98, 0.99] if skirted else [0.62, 0.6, 0.72]
+    foot = {"skirted": [0.98, 0.98, 0.99], "hung": [0.5, 0.62, 0.86]}.get(style, [0.62, 0.6, 0.72])
+    wide = {"skirted": [0.6, 0.64, 0.78], "hung": [0.5, 0.6, 0.8]}.get(style, [0.5, 0.46, 0.56])
+    levels = (0.24, 0.3, 0.6) if hung else (0.0, 0.12, 0.5)
     bowl_back = -half_d + 0.1 * depth
     rings = [
-        egg(bowl_back, back + foot[0] * (front - back) - 0.02, (0.6 if skirted else 0.5) * half_w, 0.0),
-        egg(bowl_back, back + foot[1] * (front - back) - 0.02, (0.64 if skirted else 0.46) * half_w, 0.12 * rim),
-        egg(bowl_back, back + foot[2] * (front - back) - 0.02, (0.78 if skirted else 0.56) * half_w, 0.5 * rim),
+        *(egg(bowl_back, back + foot[k] * (front - back) - 0.02, wide[k] * half_w, levels[k] * rim) for k in range(3)),
         egg(bowl_back, front - 0.02, 0.93 * half_w, 0.82 * rim),
         egg(bowl_back, front - 0.005, 0.97 * half_w, 0.92 * rim),
         egg(bowl_back, front - 0.005, 0.97 * half_w, rim),
@@ -37,10 +37,7 @@ def build_toilet(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         egg(back + 0.44 * (front - back), front - 0.2, 0.26 * half_w, 0.46 * rim),
     ]
     water = egg(back + 0.36 * (front - back), front - 0.12, 0.5 * half_w, 0.62 * rim)
-    tank_low = rim - 0.02
-    tank = rounded_box((-half_d, -0.94 * half_w, tank_low), (-half_d + tank_depth, 0.94 * half_w, height - 0.05), 0.035, 3)
-    lid = rounded_box((-half_d, -half_w, height - 0.055), (-half_d + tank_depth + 0.012, half_w, height - 0.012), 0.014, 2)
-    button = disc("z", (-half_d + 0.5 * tank_depth, 0.0, height - 0.006), 0.1 * half_w + 0.012, 0.012, 20, 0.003)
+    tank, lid, button = (_boxed_cistern if hung else _cistern)(half_d, half_w, tank_depth, rim, height)
     hinge = merged(*(disc("y", (back + 0.03 * depth, s * 0.3 * half_w, rim + 0.012), 0.012, 0.05, 10) for s in (-1.0, 1.0)))
     flush = merged(button, hinge)
     return fitted(
@@ -52,6 +49,27 @@ def build_toilet(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         },
         size_m,
     )
+
+
+def _cistern(half_d: float, half_w: float, deep: float, rim: float, height: float) -> tuple[Mesh, Mesh, Mesh]:
+    """Tank, lid and button of a cistern that stands on the bowl."""
+    tank = rounded_box((-half_d, -0.94 * half_w, rim - 0.02), (-half_d + deep, 0.94 * half_w, height - 0.05), 0.035, 3)
+    lid = rounded_box((-half_d, -half_w, height - 0.055), (-half_d + deep + 0.012, half_w, height - 0.012), 0.014, 2)
+    return tank, lid, disc("z", (-half_d + 0.5 * deep, 0.0, height - 0.006), 0.1 * half_w + 0.012, 0.012, 20, 0.003)
+
+
+def _boxed_cistern(half_d: float, half_w: float, deep: float, rim: float, height: float) -> tuple[Mesh, Mesh, Mesh]:
+    """The boarded or tiled box before the wall that a bowl hangs on, its top board, and the plate with two keys."""
+    front, low = -half_d + deep, max(height - 0.17, rim + 0.06)
+    high, reach = height - 0.05, 0.46 * half_w
+    box = block((-half_d, -half_w, 0.0), (front, half_w, height - 0.02), 0.002)
+    board = block((-half_d, -half_w, height - 0.021), (front + 0.006, half_w, height), 0.003)
+    keys = blocks(
+        [(front, -reach, low), (front, -0.9 * reach, low + 0.012), (front, 0.1 * reach, low + 0.012)],
+        [(front + 0.006, reach, high), (front + 0.01, -0.1 * reach, high - 0.012), (front + 0.01, 0.9 * reach, high - 0.012)],
+        0.002,
+    )
+    return box, board, keys
 
 
 def _toilet_seat(rng: np.random.Generator, back: float, front: float, half_w: float, rim: float, tank_front: float) -> Mesh:
@@ -366,7 +384,7 @@ def build_washing_machine(rng: np.random.Generator, size_m: Size, style: str) ->
 
 
 MODELS = {
-    "toilet": Model(build_toilet, ("close_coupled", "skirted")),
+    "toilet": Model(build_toilet, ("close_coupled", "skirted", "hung")),
     "bathtub": Model(build_bathtub, ("built_in", "oval", "clawfoot")),
     "shower_cabin": Model(build_shower_cabin, ("square", "quadrant", "walk_in")),
     "washbasin": Model(build_washbasin, ("drawers", "doors", "vessel")),

@@ -37,7 +37,7 @@ def _coat(rng: np.random.Generator, top: float, low: float, half: float, deep: f
 
 
 def build_coat_rack(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return a standing rack with hooks round its head and two coats on it: a turned pole on curved feet, or on a round plate."""
+    """Return a standing rack with hooks and two coats: a turned pole on curved feet or a round plate, or three poles leaning together."""
     depth, width, height = size_m
     r = 0.5 * min(depth, width)
     pole_r = 0.02
@@ -47,9 +47,17 @@ def build_coat_rack(rng: np.random.Generator, size_m: Size, style: str) -> Parts
             path = [(0.01, 0.0, 0.24), (0.35 * r, 0.0, 0.16), (0.75 * r, 0.0, 0.05), (0.98 * r, 0.0, 0.012)]
             pieces.append(rotated(sweep(path, [0.016, 0.016, 0.014, 0.012], 8), "z", 0.5 * math.pi * k))
         bottom = 0.1
-    else:
+    elif style == "plate":
         pieces.append(lathe([(0.0, 0.0), (r, 0.0), (r, 0.012), (0.95 * r, 0.022), (0.0, 0.03)], 40))
         bottom = 0.02
+    else:
+        for a in (0.3, 0.3 + 2.0 * math.pi / 3.0, 0.3 + 4.0 * math.pi / 3.0):
+            foot, head = (
+                (0.96 * r * math.cos(a), 0.96 * r * math.sin(a), 0.0),
+                (0.1 * r * math.cos(a), 0.1 * r * math.sin(a), height - 0.05),
+            )
+            pieces.append(rod(foot, head, 0.017, 0.014, 14))
+        bottom = height - 0.5
     knob_z = height - 0.035
     profile = [
         (0.0, bottom),
@@ -224,7 +232,7 @@ def build_light_switch(rng: np.random.Generator, size_m: Size, style: str) -> Pa
 
 
 MODELS = {
-    "coat_rack": Model(build_coat_rack, ("feet", "plate")),
+    "coat_rack": Model(build_coat_rack, ("feet", "plate", "tripod")),
     "wall_hooks": Model(build_wall_hooks, ("hooks", "pegs")),
     "shoe_rack": Model(build_shoe_rack, ("slats", "cabinet")),
     "umbrella_stand": Model(build_umbrella_stand, ("vessel", "hoops")),

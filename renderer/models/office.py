@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 
 def build_filing_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return a steel cabinet with deep drawers, bar or cup handles and label holders; or a wooden one."""
+    """Return a steel cabinet with deep drawers, bar or cup handles and label holders; a wooden one; or one with a tambour front."""
     depth, width, height = size_m
     half_d, half_w = 0.5 * depth, 0.5 * width
     front = half_d - 0.022
@@ -31,9 +31,15 @@ def build_filing_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> 
     edges = np.linspace(low + 0.004, height - 0.03, count + 1)
     areas = [Front(-half_w + 0.004, half_w - 0.004, float(a), float(b)) for a, b in itertools.pairwise(edges)]
     grips, cards = [], []
-    for a in areas:
+    if style == "tambour":
+        edges = np.linspace(low + 0.03, height - 0.05, max(8, round(height / 0.03)) + 1)
+        areas = [Front(-half_w + 0.016, half_w - 0.016, float(a), float(b)) for a, b in itertools.pairwise(edges)]
+        rails = [(-half_w, low, -half_w + 0.014, height - 0.02), (half_w - 0.014, low, half_w, height - 0.02)]
+        rails += [(-half_w, low, half_w, low + 0.028), (-half_w, height - 0.048, half_w, height - 0.02)]
+        body += [block((front - 0.021, a, b), (half_d - 0.006, c, d), 0.002) for a, b, c, d in rails]
+    for a in areas[len(areas) // 2 : len(areas) // 2 + 1] if style == "tambour" else areas:
         z, half = a.high - 0.07, min(0.075, 0.3 * width)
-        if style == "steel":
+        if style != "wooden":
             grips.append(block((front - 0.001, -half, z - 0.004), (half_d, half, z + 0.004), 0.002))
             grips.append(block((half_d - 0.005, -half, z - 0.014), (half_d, half, z + 0.004), 0.002))
         else:
@@ -306,7 +312,7 @@ def _patch(rows: list[Array], r: float) -> Mesh:
 
 
 MODELS = {
-    "filing_cabinet": Model(build_filing_cabinet, ("steel", "wooden")),
+    "filing_cabinet": Model(build_filing_cabinet, ("steel", "wooden", "tambour")),
     "whiteboard": Model(build_whiteboard, ("framed",)),
     "printer": Model(build_printer, ("laser", "inkjet")),
     "desk_lamp": Model(build_desk_lamp, ("jointed", "bar")),

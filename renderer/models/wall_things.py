@@ -171,7 +171,7 @@ def _band(outer: Array, inner: Array, x0: float, x1: float) -> Mesh:
 
 
 def build_radiator(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return a panel radiator with ribs and grille, or columns of cast sections; valve and pipe at one end, wall behind."""
+    """Return a panel radiator with ribs and grille, columns of cast sections, or flat bars; valve and pipe at one end."""
     depth, width, height = size_m
     half_d, half_w = 0.5 * depth, 0.5 * width
     side = 1.0 if rng.random() < 0.5 else -1.0
@@ -191,6 +191,20 @@ def build_radiator(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
             0.016,
         )
         return fitted({"panel": merged(tubes, heads), "valve": valve}, size_m)
+    if style == "bars":
+        count = max(3, round((height - low) / 0.085))
+        zs = np.linspace(low, height, count + 1)
+        flats = blocks([(half_d - 0.016, -half_w, z + 0.004) for z in zs[:-1]], [(half_d, half_w, z - 0.004) for z in zs[1:]], 0.004)
+        risers = blocks(
+            [(-half_d + 0.2 * depth, s * (half_w - 0.06) - 0.018, low) for s in (-1.0, 1.0)],
+            [(half_d - 0.014, s * (half_w - 0.06) + 0.018, height - 0.004) for s in (-1.0, 1.0)],
+            0.006,
+        )
+        hung = blocks(
+            [(-half_d, s * (half_w - 0.06) - 0.012, 0.6 * height) for s in (-1.0, 1.0)],
+            [(half_d - 0.03, s * (half_w - 0.06) + 0.012, 0.6 * height + 0.05) for s in (-1.0, 1.0)],
+        )
+        return fitted({"panel": merged(flats, risers, hung), "valve": valve}, size_m)
     pitch = 0.034
     count = max(4, round((width - 0.06) / pitch))
     ys = np.linspace(-half_w + 0.05, half_w - 0.05, count)
@@ -216,5 +230,5 @@ def build_radiator(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
 MODELS = {
     "picture": Model(build_picture, ("landscape", "abstract", "circles", "print")),
     "wall_mirror": Model(build_wall_mirror, ("rectangular", "round", "arched")),
-    "radiator": Model(build_radiator, ("panel", "column")),
+    "radiator": Model(build_radiator, ("panel", "column", "bars")),
 }
