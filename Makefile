@@ -1,7 +1,7 @@
 # make run    the main job: the node suite records a bag of several rooms, checks it and draws a contact sheet
 # make test   all tests          make lint   ruff and mypy
 # make bench  speed tables       make setup  only the environment
-# make gallery  contact sheets of every model and of a room of each type, in docs/gallery
+# make gallery  contact sheets of every model and material and of a room of each type, in docs/gallery
 # make soak   long runs and injected faults
 PYTHON ?= python3
 VENV := .venv
