@@ -14,10 +14,10 @@ FRAMES ?= 8
 SYSTEM_ROS := $(shell $(PYTHON) -c 'import rclpy' 2>/dev/null && echo yes)
 ifeq ($(SYSTEM_ROS),yes)
 VENV_FLAGS := --system-site-packages
-EXTRAS := test,bench,denoise
+EXTRAS := test,bench,denoise,exr
 else
 VENV_FLAGS :=
-EXTRAS := ros,test,bench,denoise
+EXTRAS := ros,test,bench,denoise,exr
 endif
 
 .PHONY: setup run test soak lint bench gallery clean fresh-kernels

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 
 from grammar.daylight import NO_WISH, DaylightWish, Moment, MomentConfig, draw_moment, fitting_conditions, make_daylight
+from grammar.downlights import DownlightConfig
 from grammar.grammar_file import read_yaml
 from grammar.rules import GrammarError
 from scene_description import Environment, FieldError, Light, Limits, SceneObject, from_mapping
@@ -64,6 +65,7 @@ class LightingConfig:
     lamps: Annotated[Mapping[str, Lamp], Limits(max_length=256)]
     daylight: Annotated[Mapping[str, Condition], Limits(min_length=1, max_length=64)]
     moment: MomentConfig | None = None
+    downlights: Annotated[Mapping[str, DownlightConfig], Limits(max_length=256)] = field(default_factory=dict)
 
 
 def read_lighting_config(path: Path) -> LightingConfig:
@@ -82,6 +84,9 @@ def read_lighting_config(path: Path) -> LightingConfig:
                 _check_order(f"daylight.{name}", {"cloud_cover": sky.cloud_cover})
                 if config.moment is None:
                     raise FieldError(f"daylight.{name}.cloud_cover", "a section 'moment' for its sun", "none")
+        for name, spots in config.downlights.items():
+            ranges = ("spacing_m", "flux_lm", "color_temperature_k", "beam_deg")
+            _check_order(f"downlights.{name}", {key: getattr(spots, key) for key in ranges})
         if config.moment is not None:
             _check_order("moment", {f.name: getattr(config.moment, f.name) for f in fields(config.moment) if f.name != "ground_color"})
         total = math.fsum(sky.probability for sky in config.daylight.values())

@@ -21,6 +21,7 @@ from grammar.catalog import choose_after, choose_before, dress_files, entry_faul
 from grammar.categories import Categories, read_categories
 from grammar.daylight import LEAST_TURBIDITY, DaylightWish
 from grammar.derive import make_plan
+from grammar.downlights import sample_downlights
 from grammar.free_space import occupancy_grid, rasterize
 from grammar.grammar_file import learned_types, read_grammar, read_room_type, room_types
 from grammar.lighting import LightingConfig, read_lighting_config, sample_lighting
@@ -34,7 +35,7 @@ from scene_description import SCHEMA, EnvironmentMap, SceneDescription
 from scene_description.catalog import Catalog
 from scene_description.share import config_path
 
-PURPOSES = ("layout", "appearance", "lighting", "camera", "looks", "catalog")
+PURPOSES = ("layout", "appearance", "lighting", "camera", "looks", "catalog", "downlights")
 """Streams of random numbers of a room, in the order of their spawn keys."""
 
 
@@ -182,12 +183,16 @@ class SceneSynthesizer:
             windows=any(opening.category == "window" for opening in room.openings),
             wish=daylight_wish(request),
         )
+        spots = sample_downlights(
+            rng["downlights"], self.lighting.downlights.get(request.room_type), room, objects, dark=environment.daylight is None
+        )
         if request.environment_map:
             yaw_rad = math.radians(request.north_yaw_deg) if request.north_yaw_deg <= 360.0 else 0.0
             picture = EnvironmentMap(file=request.environment_map, yaw_rad=yaw_rad, luminance_scale=request.environment_scale)
             environment = replace(environment, map=picture)
         if request.lamps != "any":
             lights = tuple(replace(light, on=request.lamps == "lit") for light in lights)
+            spots = tuple(replace(spot, on=request.lamps == "lit") for spot in spots)
         boxes, _ = object_solids(self.categories, objects)
         path = sample_camera_path(
             rng["camera"], self.camera, room.polygon_m, room.height_m, boxes, times.frames, times.start_ns, times.rate_hz, times.first_index
@@ -202,6 +207,7 @@ class SceneSynthesizer:
             objects=objects,
             materials=tuple(closet.materials),
             lights=lights,
+            luminaires=spots,
             environment=environment,
             camera_path=path,
             parse_graph=sampled.parse_graph,

@@ -12,7 +12,7 @@ from renderer.config import CameraConfig, RenderConfig, SensorConfig
 from renderer.errors import RenderError
 from renderer.flat_scene import FlatScene
 from renderer.renderer import Renderer
-from renderer.tone import Exposure
+from renderer.tone import Exposure, white_luminance
 from renderer.white_balance import AUTO_DEGREE, Chromaticity, metered_white, partly_adapted, white_of_kelvin
 from scene_description import CameraPose
 from scene_description.color_temperature import D65_XY
@@ -22,6 +22,7 @@ METER_CONSTANT = 12.5
 
 _WIDTH, _SAMPLES, _VIEWS, _STEPS_PER_EV = 64, 16, 3, 8
 _DARKEST = 1e-3
+_BRIGHT_SHARE, _BRIGHT_STOPS = 0.92, 1.5
 _LUMINANCE = (0.2126, 0.7152, 0.0722)
 
 
@@ -64,9 +65,9 @@ def exposed(config: RenderConfig, metered: Exposure | None, fixed_ev100: float |
 def meter(flat: FlatScene, camera: CameraConfig, config: RenderConfig, scene_key: int, poses: Sequence[CameraPose]) -> Exposure:
     """Meter a room from small renderings along a path, one answer for all its frames.
 
-    The exposure value is log2(100 L / K) of the log-average luminance L, in steps of 1/8 EV; the white is that of
-    :func:`renderer.white_balance.metered_white`.  Steps keep both the same on processors whose last bits differ; everything else makes
-    them depend on the scene only.
+    The exposure value is log2(100 L / K) of the log-average luminance L, or what shows 92 % of all that is seen below 1.5 stops above
+    white, whichever is darker, in steps of 1/8 EV; the white is that of :func:`renderer.white_balance.metered_white`.  Steps keep both the
+    same on processors whose last bits differ; everything else makes them depend on the scene only.
 
     Args:
         flat: the scene.
@@ -87,5 +88,7 @@ def meter(flat: FlatScene, camera: CameraConfig, config: RenderConfig, scene_key
             lit.append(radiance.reshape(-1, 3))
             base.append(frame.layers["albedo"].reshape(-1, 3).astype(np.float32))
             logs.append(np.log2(np.maximum(radiance.astype(np.float64) @ _LUMINANCE, _DARKEST)).mean())
-    ev100 = float(np.mean(logs)) + math.log2(100.0 / METER_CONSTANT)
+    luminance = np.concatenate(lit).astype(np.float64) @ _LUMINANCE
+    bright = max(float(np.quantile(luminance, _BRIGHT_SHARE)), _DARKEST)
+    ev100 = max(float(np.mean(logs)) + math.log2(100.0 / METER_CONSTANT), math.log2(bright / white_luminance(_BRIGHT_STOPS)))
     return Exposure(round(ev100 * _STEPS_PER_EV) / _STEPS_PER_EV, metered_white(np.concatenate(lit), np.concatenate(base)))

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from renderer.white_balance import Chromaticity, adaptation
 from scene_description.color_temperature import D65_XY
 
-FILMIC_KNEE = 0.6
+FILMIC_KNEE = 0.4
 """Display-linear value up to which the filmic curve is the identity."""
-FILMIC_WHITE = 32.0
+FILMIC_WHITE = 100.0
 """Multiple of the luminance that saturates the plain curve at which the filmic one does."""
 
 

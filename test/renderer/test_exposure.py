@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from box_room import box, pose, scene
+from box_room import box, pose, quad, scene
 
 from renderer import CameraConfig, RenderConfig
 from renderer.exposure import METER_CONSTANT, exposed, meter
@@ -61,3 +61,12 @@ def test_what_is_not_metered_is_as_configured() -> None:
     auto = exposed(RenderConfig(), metered)
     assert auto.ev100 == RenderConfig().exposure_ev100
     assert D65_XY[0] < auto.white_xy[0] < 0.45  # some of the tint stays
+
+
+def test_a_bright_part_of_the_view_is_not_burnt_out() -> None:
+    """A wall a thousand times as bright as the rest, over more than the share that may be lost, stays within 1.5 stops of white."""
+    shell = box((-2, -2, 0), (2, 2, 2), inside=True, color=(0.0, 0.0, 0.0), emission=(1.0, 1.0, 1.0))
+    wall = quad((1.9, -2, 0), (0, 0, 2), (0, 4, 0), color=(0.0, 0.0, 0.0), emission=(1000.0, 1000.0, 1000.0))
+    aside = pose((0.0, 0.0, 1.0), (1.0, 1.2, 1.0))
+    ev100 = meter(scene(shell, wall), CAMERA, RenderConfig(threads=1), 5, [aside]).ev100
+    assert ev100 == pytest.approx(math.log2(1000.0 / 1.2) - 1.5, abs=1 / 16)
