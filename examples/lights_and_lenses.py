@@ -1,0 +1,73 @@
+"""Draw the pictures of docs/lights.md and docs/cameras.md: one room at several hours, one view through several lenses.  No ROS.
+
+python examples/lights_and_lenses.py docs [SAMPLES]
+"""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+from grammar.request import SceneRequest
+from grammar.synthesize import CameraTimes, SceneSynthesizer
+from renderer import CameraConfig, RenderConfig, Renderer, SensorConfig
+from renderer.exposure import exposed, meter
+from renderer.flatten import flatten
+from renderer.scene_key import scene_key
+from scene_synth_ros.picture_grid import Tile, write_grid
+
+FOLDER, SAMPLES = Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 32
+TIMES = CameraTimes(frames=30, start_ns=0, rate_hz=10.0)
+VIEW = 15
+CAMERA = CameraConfig(width=320, height=240)
+RENDER = RenderConfig(samples_per_pixel=SAMPLES, max_depth=7, clamp=8.0, denoise="auto", auto_exposure=True)
+
+synthesizer = SceneSynthesizer.from_config()
+
+
+def picture(label, scene, camera=CAMERA, render=RENDER, sensor=None, view=VIEW):
+    """Render one view with what the room's own meter says."""
+    flat, key = flatten(scene), scene_key(scene)
+    exposure = exposed(render, meter(flat, camera, render, key, scene.camera_path))
+    with Renderer(flat, camera, render, key, sensor=sensor or SensorConfig()) as renderer:
+        frame = renderer.render(scene.camera_path[view], view, ("color",), exposure=exposure, path=scene.camera_path)
+    print(label, flush=True)
+    return Tile(label, frame.layers["color"])
+
+
+def room(kind="living_room", seed=3, **wishes):
+    """Synthesize a room; wishes are those of `scene_synth sample -p`."""
+    return synthesizer.synthesize(SceneRequest(room_type=kind, **wishes), seed, 0, TIMES)
+
+
+DAY = {"daylight": "clear", "lamps": "unlit", "day_of_year": 120, "latitude_deg": 40.0, "north_yaw_deg": -60.0, "cloud_cover": 0.1}
+write_grid(
+    [
+        picture("clear, 15 h", room(**DAY, solar_hour=15.0)),
+        picture("clear and hazy, 17.5 h", room(**DAY, solar_hour=17.5, turbidity=6.0)),
+        picture("overcast", room(daylight="overcast", lamps="unlit")),
+        picture("dusk, lamps lit", room(daylight="dusk", lamps="lit")),
+        picture("night, lamps lit", room(daylight="night", lamps="lit")),
+        picture("night, spots in the ceiling", room("kitchen", 5, daylight="night", lamps="lit")),
+    ],
+    3,
+    FOLDER / "lights.jpg",
+    quality=80,
+)
+
+noon, night = room(**DAY, solar_hour=15.0), room(daylight="night", lamps="lit")
+hurried = replace(noon, camera_path=tuple(replace(pose, stamp_ns=pose.stamp_ns // 3) for pose in noon.camera_path))
+plain = replace(RENDER, white_balance="none", tone_curve="srgb")
+noisy = SensorConfig(vignetting=1.0, full_well_e=600.0, read_noise_e=6.0, bits=8, black_level=0.05)
+write_grid(
+    [
+        picture("pinhole", noon),
+        picture("f/1.4, 36 mm wide sensor, focus at 1.5 m", noon, replace(CAMERA, f_stop=1.4, sensor_width_mm=36.0, focus_distance_m=1.5)),
+        picture("three times as fast, shutter 1/15 s", hurried, replace(CAMERA, shutter_s=1 / 15)),
+        picture("small full well, read noise, vignetting", night, sensor=noisy),
+        picture("lamplight without white balance, plain sRGB", night, render=plain),
+        picture("the same, balanced, filmic", night),
+    ],
+    3,
+    FOLDER / "lenses.jpg",
+    quality=80,
+)
