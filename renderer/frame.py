@@ -26,12 +26,13 @@ LAYERS: dict[str, Layer] = {
     "instance": Layer("uint16", 0, "object id, 0 for the room's shell", "0"),
     "color_noisy": Layer("uint8", 3, "color before denoising", "background luminance"),
     "albedo": Layer("float32", 3, "linear base colour of what is seen first, 1 for glass and lit lamps, mean of the colour's samples", "0"),
+    "radiance": Layer("float32", 3, "linear colour, RGB luminance in cd/m2, neither exposed nor balanced", "background luminance"),
     "variance": Layer("float32", 3, "variance of the linear colour before denoising, (cd/m2)^2; NaN after one sample", "as elsewhere"),
     "samples": Layer("uint16", 0, "samples per pixel that colour is the mean of", "as elsewhere"),
 }
 """Every layer that a frame can hold, by name; depth and range are NaN, all else 0, where the lens sees nothing."""
 
-COLOR_LAYERS = ("color", "color_noisy", "variance", "samples")
+COLOR_LAYERS = ("color", "color_noisy", "radiance", "variance", "samples")
 """Layers for which light is traced."""
 
 SAMPLED_LAYERS = (*COLOR_LAYERS, "albedo")

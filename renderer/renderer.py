@@ -112,7 +112,7 @@ class Renderer:
         if any(name in SAMPLED_LAYERS for name in layers):
             shown = exposure or self._configured_exposure()
             in_color = any(name in COLOR_LAYERS for name in layers)
-            denoised = "color" in layers and is_asked(self._config.denoise)
+            denoised = ("color" in layers or "radiance" in layers) and is_asked(self._config.denoise)
             film, samples = self._expose_film(view, frame_index, shown.ev100, layers, denoised or "albedo" in layers, cancelled)
             images["albedo"] = np.ascontiguousarray(film.guides[:, :, :3])
             images["samples"] = np.full((view.height, view.width), min(samples, 65_535), np.uint16)
@@ -120,6 +120,7 @@ class Renderer:
                 images["variance"] = variance_of_mean(film.light, film.squares, samples)
             if in_color:
                 radiance = self._denoise(film) if denoised else film.light
+                images["radiance"] = radiance
                 images["color"] = self._develop(radiance, view, frame_index, shown)
                 images["color_noisy"] = self._develop(film.light, view, frame_index, shown) if denoised else images["color"]
         return Frame({name: images[name] for name in LAYERS if name in layers}, radiance, samples)

@@ -47,6 +47,8 @@ def pictures(layers: dict[str, NDArray[Any]]) -> dict[str, NDArray[np.uint8] | N
             made[name] = ids_to_color(image, label_palette())
         elif name == "instance":
             made[name] = ids_to_color(image, instance_palette(int(image.max()) + 1))
+        elif name == "radiance":
+            made[name] = encode_srgb(image * np.float32(0.18 / max(float(image.mean()), 1e-9)), "filmic")
         elif name == "variance":
             made[name] = noise_to_grey(image)
         else:

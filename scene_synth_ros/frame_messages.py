@@ -50,6 +50,7 @@ class StreamConfig:
     range: Annotated[bool, Limits(description="Publish range, the distance along each ray", fixed=_STREAMS_FIXED)] = False
     color_noisy: Annotated[bool, Limits(description="Publish colour before denoising", fixed=_STREAMS_FIXED)] = False
     albedo: Annotated[bool, Limits(description="Publish the base colour of what is seen", fixed=_STREAMS_FIXED)] = False
+    radiance: Annotated[bool, Limits(description="Publish linear colour in cd/m2", fixed=_STREAMS_FIXED)] = False
     variance: Annotated[bool, Limits(description="Publish the variance of the colour before denoising", fixed=_STREAMS_FIXED)] = False
     samples: Annotated[bool, Limits(description="Publish how many samples colour is made of", fixed=_STREAMS_FIXED)] = False
     normals: Annotated[bool, Limits(description="Publish surface normals", fixed=_STREAMS_FIXED)] = True
@@ -87,6 +88,9 @@ class Palettes(NamedTuple):
     instance: NDArray[np.uint8]
 
 
+_GREY = 0.18
+"""Of white, what the mean of linear colour becomes in its picture."""
+
 STREAMS: dict[str, Stream] = {
     "color": Stream("rgb8", None),
     "depth": Stream("32FC1", None),
@@ -96,6 +100,7 @@ STREAMS: dict[str, Stream] = {
     "instance": Stream("16UC1", lambda image, palettes: ids_to_color(image, palettes.instance)),
     "color_noisy": Stream("rgb8", None),
     "albedo": Stream("32FC3", lambda image, _: encode_srgb(image)),
+    "radiance": Stream("32FC3", lambda image, _: encode_srgb(image * np.float32(_GREY / max(float(image.mean()), 1e-9)), "filmic")),
     "variance": Stream("32FC3", lambda image, _: np.repeat(noise_to_grey(image)[..., None], 3, axis=2)),
     "samples": Stream("16UC1", None),
 }

@@ -25,9 +25,6 @@ from scene_synth_ros.tum_trajectory import MAX_TEXT_LENGTH, trajectory_from_tum,
 
 __all__ = ["PRESETS", "add_arguments", "preset_settings", "run"]
 
-ON_REQUEST = ("color_noisy", "albedo", "variance", "samples")
-"""Layers that are written only if asked for."""
-
 _BAR = 30
 
 
@@ -40,6 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_settings(parser)
     parser.add_argument("--noisy", action="store_true", help="write the colour before denoising too")
     parser.add_argument("--albedo", action="store_true", help="write the base colour of what is seen too")
+    parser.add_argument("--radiance", action="store_true", help="write the linear colour in cd/m2 into the NPZ too; EXR has it anyway")
     parser.add_argument("--variance", action="store_true", help="write the variance and the number of samples of the colour too")
     parser.add_argument("--exr", choices=("auto", "yes", "no"), default="auto", help="write EXR too; auto: where OpenEXR is installed")
     parser.add_argument("--catalog", type=Path, metavar="DIR", help="folder of the user's models and environment maps")
@@ -63,7 +61,13 @@ def run(arguments: argparse.Namespace) -> int:
     flat, key = flatten(scene, arguments.catalog), scene_key(scene)
     metered = meter(flat, settings.camera, settings.render, key, scene.camera_path) if needs_meter(settings.render) else None
     exposure = exposed(settings.render, metered, sensor_ev100(settings.camera, settings.sensor))
-    asked = {"color_noisy": arguments.noisy, "albedo": arguments.albedo, "variance": arguments.variance, "samples": arguments.variance}
+    asked = {
+        "color_noisy": arguments.noisy,
+        "albedo": arguments.albedo,
+        "radiance": arguments.radiance,
+        "variance": arguments.variance,
+        "samples": arguments.variance,
+    }
     layers = [name for name in LAYERS if asked.get(name, True)]
     arguments.out.mkdir(parents=True)
     path = mounted_path(settings.camera, scene.camera_path)

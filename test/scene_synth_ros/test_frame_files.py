@@ -47,6 +47,7 @@ def test_exr_holds_radiance_and_layers_as_they_are(tmp_path: Path, frame) -> Non
     channels = OpenEXR.File(str(tmp_path / "f.exr"), separate_channels=True).channels()
     for i, name in enumerate("RGB"):
         np.testing.assert_array_equal(channels[name].pixels, frame.radiance[..., i])
+    np.testing.assert_array_equal(frame.layers["radiance"], frame.radiance)
     np.testing.assert_array_equal(channels["depth.Z"].pixels, frame.layers["depth"])
     np.testing.assert_array_equal(channels["normals.Y"].pixels, frame.layers["normals"][..., 1])
     np.testing.assert_array_equal(channels["instance.id"].pixels, frame.layers["instance"])
