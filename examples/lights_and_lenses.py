@@ -61,7 +61,7 @@ noisy = SensorConfig(vignetting=1.0, full_well_e=600.0, read_noise_e=6.0, bits=8
 write_grid(
     [
         picture("pinhole", noon),
-        picture("f/1.4, 36 mm wide sensor, focus at 1.5 m", noon, replace(CAMERA, f_stop=1.4, sensor_width_mm=36.0, focus_distance_m=1.5)),
+        picture("f/0.95, sensor 36 mm wide, focus at 1 m", noon, replace(CAMERA, f_stop=0.95, sensor_width_mm=36.0, focus_distance_m=1.0)),
         picture("three times as fast, shutter 1/15 s", hurried, replace(CAMERA, shutter_s=1 / 15)),
         picture("small full well, read noise, vignetting", night, sensor=noisy),
         picture("lamplight without white balance, plain sRGB", night, render=plain),
