@@ -54,13 +54,14 @@ def run(arguments: argparse.Namespace) -> int:
     exr = arguments.exr == "yes" or (arguments.exr == "auto" and is_installed())
     if exr and not is_installed():
         raise RenderError("--exr yes: expected the library OpenEXR, got none installed; install scene_synth_ros[exr]")
+    fixed_ev100 = sensor_ev100(settings.camera, settings.sensor)
     scene = _read_scene(arguments)
     poses = scene.camera_path[: arguments.frames]
     if not poses:
         raise ValueError(f"--frames: expected at least 1, got {arguments.frames}")
     flat, key = flatten(scene, arguments.catalog), scene_key(scene)
     metered = meter(flat, settings.camera, settings.render, key, scene.camera_path) if needs_meter(settings.render) else None
-    exposure = exposed(settings.render, metered, sensor_ev100(settings.camera, settings.sensor))
+    exposure = exposed(settings.render, metered, fixed_ev100)
     asked = {
         "color_noisy": arguments.noisy,
         "albedo": arguments.albedo,
