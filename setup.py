@@ -64,7 +64,7 @@ setup(
             "types-PyYAML",
             "scipy-stubs",
         ],
-        "bench": ["rosbags>=0.10", "shapely>=2.0"],
+        "bench": ["rosbags>=0.10", "shapely>=2.0", "flip-evaluator>=1.7"],
         "bench-reference": ["mitsuba>=3.9"],
     },
     entry_points={

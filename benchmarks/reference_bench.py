@@ -112,7 +112,7 @@ def block_sigmas(a: Images, b: Images) -> tuple[Images, Images]:
         variances.append(blocks.var(axis=0, ddof=1) / n)
     both = np.maximum(variances[0] + variances[1], 1e-300)
     freedom = (n - 1) * both**2 / np.maximum(variances[0] ** 2 + variances[1] ** 2, 1e-300)
-    return (means[0] - means[1]) / np.sqrt(both), freedom
+    return (means[0] - means[1]) / np.sqrt(both), np.maximum(freedom, 1.0)
 
 
 def relative_error(images: Images, reference: Images) -> float:

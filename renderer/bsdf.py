@@ -68,6 +68,7 @@ from renderer.records import (
     WO_Y,
     WO_Z,
     Surfaces,
+    lane_count,
 )
 
 _ZERO, _ONE, _TWO, _HALF, _TINY = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(0.5), np.float32(1e-30)
@@ -88,7 +89,7 @@ def evaluate(lanes: NDArray[np.float32], kinds: int, surfaces: Surfaces) -> None
                 if lanes[BY_GLASS + k] > _ZERO:
                     _add_glass(lanes, k)
         return
-    for k in range(LANES):
+    for k in range(lane_count(lanes)):
         z = lanes[WAY_Z + k]
         flat = (z if z > _ZERO else _ZERO) * _INVERSE_PI
         lanes[OUT_R + k], lanes[OUT_G + k], lanes[OUT_B + k] = flat * lanes[MATT_R + k], flat * lanes[MATT_G + k], flat * lanes[MATT_B + k]
@@ -214,10 +215,11 @@ def _refract(lanes: NDArray[np.float32], k: int) -> None:
 @kernel
 def draw_directions(lanes: NDArray[np.float32], kinds: int) -> None:
     """Fill WAY with directions drawn from the lobes by DRAW_LOBE and DRAW_WAY; z = 0 where the draw fails."""
-    for k in range(LANES):
-        lanes[WAY_X + k], lanes[WAY_Y + k], lanes[WAY_Z + k] = draw_cosine(lanes[DRAW_WAY_U + k], lanes[DRAW_WAY_V + k])
     if kinds & ANY_GLOSS:
         _draw_reflected(lanes)
+    else:
+        for k in range(lane_count(lanes)):
+            lanes[WAY_X + k], lanes[WAY_Y + k], lanes[WAY_Z + k] = draw_cosine(lanes[DRAW_WAY_U + k], lanes[DRAW_WAY_V + k])
     if kinds & ANY_GLASS:
         for k in range(LANES):
             lobe = lanes[DRAW_LOBE + k] - lanes[BY_MATT + k] - lanes[BY_GLOSS + k]
@@ -227,9 +229,9 @@ def draw_directions(lanes: NDArray[np.float32], kinds: int) -> None:
 
 @kernel
 def _draw_reflected(lanes: NDArray[np.float32]) -> None:
-    """Replace directions where the draw falls on microfacets."""
+    """Fill WAY with directions that stay on the viewer's side."""
     for k in range(LANES):
-        matt_x, matt_y, matt_z = lanes[WAY_X + k], lanes[WAY_Y + k], lanes[WAY_Z + k]
+        matt_x, matt_y, matt_z = draw_cosine(lanes[DRAW_WAY_U + k], lanes[DRAW_WAY_V + k])
         lobe = lanes[DRAW_LOBE + k] - lanes[BY_MATT + k]
         base_alpha, coat_alpha = lanes[ALPHA + k], lanes[COAT_ALPHA + k]
         alpha = coat_alpha if lobe >= lanes[BY_GLOSS + k] + lanes[BY_GLASS + k] else base_alpha

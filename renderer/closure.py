@@ -65,6 +65,7 @@ from renderer.records import (
     WHOLE,
     WO_Z,
     Surfaces,
+    lane_count,
 )
 
 ANY_GLOSS, ANY_COAT, ANY_GLASS = 1, 2, 4
@@ -125,6 +126,9 @@ def _multiple(color: np.float32, mean: np.float32) -> np.float32:
 @kernel
 def make_closures(lanes: NDArray[np.float32], surfaces: Surfaces) -> int:
     """Fill GLOSSY to BY_COAT for all lanes that reflect, from their looks and WO_Z; return the packet's kinds."""
+    if not _mark_glossy(lanes):
+        _take_matt(lanes)
+        return 0
     kinds = _look_up_albedos(lanes, surfaces)
     _mix_layers(lanes)
     if kinds & ANY_GLASS:
@@ -136,18 +140,38 @@ def make_closures(lanes: NDArray[np.float32], surfaces: Surfaces) -> int:
 
 
 @kernel
-def _look_up_albedos(lanes: NDArray[np.float32], surfaces: Surfaces) -> int:
-    """Fill GLOSSY to COAT_FIFTH and return the packet's kinds; matt lanes, of an index of 1, need no tables."""
-    table, kinds = surfaces.reflected, 0
+def _mark_glossy(lanes: NDArray[np.float32]) -> bool:
+    """Fill GLOSSY; return whether any lane is.  Those with an index of 1 and no layers are matt, after Lambert."""
+    found = _ZERO
+    for k in range(lane_count(lanes)):
+        layers = lanes[METALLIC + k] + lanes[TRANSMISSION + k] + lanes[THIN + k] + lanes[COAT + k] + lanes[SHEEN + k]
+        glossy = (lanes[REFLECTS + k] > _ZERO) & ((lanes[IOR + k] > _ONE) | (layers > _ZERO))
+        lanes[GLOSSY + k] = _ONE if glossy else _ZERO
     for k in range(LANES):
-        for field in range(GLOSSY, COAT_FIFTH + LANES, LANES):
+        found += lanes[GLOSSY + k]
+    return bool(found > _ZERO)
+
+
+@kernel
+def _take_matt(lanes: NDArray[np.float32]) -> None:
+    """Fill what a packet needs whose lanes are all matt."""
+    for k in range(lane_count(lanes)):
+        r, g, b = lanes[BASE_R + k], lanes[BASE_G + k], lanes[BASE_B + k]
+        lanes[MATT_R + k], lanes[MATT_G + k], lanes[MATT_B + k] = r, g, b
+        lanes[BY_MATT + k] = _ONE if r + g + b > _ZERO else _ZERO
+
+
+@kernel
+def _look_up_albedos(lanes: NDArray[np.float32], surfaces: Surfaces) -> int:
+    """Fill WHOLE to COAT_FIFTH and return the packet's kinds; matt lanes need no tables."""
+    table, kinds = surfaces.reflected, ANY_GLOSS
+    for k in range(LANES):
+        for field in range(WHOLE, COAT_FIFTH + LANES, LANES):
             lanes[field + k] = _ZERO
         lanes[WHOLE + k] = lanes[MEAN + k] = _ONE
-        coat, sheen, clear = lanes[COAT + k], lanes[SHEEN + k], lanes[TRANSMISSION + k] + lanes[THIN + k]
-        if lanes[REFLECTS + k] == _ZERO or (lanes[IOR + k] <= _ONE and lanes[METALLIC + k] + clear + coat + sheen == _ZERO):
+        if lanes[GLOSSY + k] == _ZERO:
             continue
-        kinds |= ANY_GLOSS
-        lanes[GLOSSY + k] = _ONE
+        coat, sheen, clear = lanes[COAT + k], lanes[SHEEN + k], lanes[TRANSMISSION + k] + lanes[THIN + k]
         row, cosine = max(lanes[ROUGHNESS + k], _MIN_ROUGHNESS), lanes[WO_Z + k]
         lanes[WHOLE + k], lanes[FIFTH + k] = look_up(table, row, cosine)
         lanes[MEAN + k], lanes[MEAN_FIFTH + k] = _mean_albedo(table, row)

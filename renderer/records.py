@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from renderer.embree import LANES, Packet, aligned_floats, make_packet
 from renderer.flat_scene import Sky
+from renderer.kernel import kernel
 from renderer.textures.look_up import Textures
 
 WAVE_EDGE = 16
@@ -134,6 +135,14 @@ WAVE = WAVE_EDGE * WAVE_EDGE
     SPREAD,  # growth of the footprint's width per metre
 ) = range(0, 106 * LANES, LANES)
 LANES_SIZE = 106 * LANES
+
+
+@kernel
+def lane_count(lanes: NDArray[np.float32]) -> int:
+    """Return LANES in a way that LLVM cannot foresee: short loops of a known length it unrolls, before it would vectorise them."""
+    return len(lanes) * LANES // LANES_SIZE
+
+
 
 (
     AT_ORG_X,  # the next ray

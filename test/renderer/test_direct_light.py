@@ -45,9 +45,8 @@ def draw(surfaces, lights, scratch, numbers):
 
 def stated_density(lights, normal, ways):
     """Density per steradian of drawing each unit direction (n, 3) from the origin, by intersecting every emitter."""
-    shares = np.array(
-        [importance(load_bounds(lights.groups, g), *np.zeros(3, np.float32), *normal) for g in range(len(lights.groups.area))]
-    )
+    groups, origin = lights.groups, np.zeros(3, np.float32)
+    shares = np.array([importance(load_bounds(groups, g), *origin, *normal) for g in range(len(groups.area))])
     shares = shares / shares.sum()
     density = np.zeros(len(ways))
     for e in range(len(lights.part)):

@@ -6,8 +6,11 @@ from box_room import box, pose, quad, scene
 from white_surfaces import WHITE
 
 from renderer import CameraConfig, RenderConfig, Renderer
+from renderer.cameras import pose_camera
 from renderer.flat_scene import Sky
+from renderer.integrator import trace_paths
 from renderer.microfacet import fresnel_pane
+from renderer.records import WAVE_EDGE, Film, Transport, Work, make_scratch
 
 FIELDS = {
     "METALLIC": "metallic", "ROUGHNESS": "roughness", "COAT": "clearcoat", "SHEEN": "sheen", "TRANSMISSION": "transmission", "IOR": "ior",
@@ -123,3 +126,20 @@ def test_odd_scenes_give_no_nan():
         radiance(flat, pose(eye, (0.4, 0.4, 0.2)), samples=4, fov=2.0)
     for size in ((1, 1), (1, 37), (17, 1)):
         assert radiance(flat, pose((1, 1, 1), (0.4, 0.4, 0.2)), samples=1, size=size).shape == (size[1], size[0], 3)
+
+
+def test_the_last_tile_of_an_8k_image_is_that_of_a_small_one():
+    """Indices reach the last pixel of 33 million; the film's untouched pages cost no memory."""
+    camera, view = CameraConfig(width=7680, height=4320, horizontal_fov_rad=1.0), pose((0.5, 0.5, 1.0), (1.5, 1.4, 0.9))
+    room = box((0, 0, 0), (2, 2, 2), inside=True, emission=(3, 2, 1), color=(0, 0, 0))
+    film = Film(np.zeros((4320, 7680, 3), np.float32), np.zeros((0, 0, 6), np.float32))
+    tiles = (7680 // WAVE_EDGE) * (4320 // WAVE_EDGE)
+    with Renderer(scene(room), camera, RenderConfig(threads=1), 11) as renderer:
+        posed = pose_camera(camera, view)
+        transport = Transport(np.uint32(1), 3, np.float32(np.inf), np.float32(0.0))
+        scratch = make_scratch(len(renderer._lights.groups.area))
+        work = Work(tiles - 1, tiles, 0, 4)
+        trace_paths(renderer._embree.handle, renderer._surfaces, renderer._lights, posed, transport, work, scratch, film)
+    tile = film.light[-WAVE_EDGE:, -WAVE_EDGE:]
+    np.testing.assert_allclose(tile, np.broadcast_to([12.0, 8.0, 4.0], tile.shape), rtol=1e-5)
+    assert film.light[-WAVE_EDGE:, : -WAVE_EDGE].max() == 0 and film.light[-WAVE_EDGE - 1].max() == 0

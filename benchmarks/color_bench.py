@@ -1,0 +1,126 @@
+"""Colour by preset in a sampled bedroom: time, FLIP against many samples, the same bytes whatever the threads; memory by image size.
+
+python -m benchmarks.color_bench [--size WxH] [--reference-samples N]
+
+FLIP (Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", 2020) is computed by its authors' package ``flip-evaluator``
+on what is displayed, at 67 pixels a degree.  Times are of processor and of clock, on all threads.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import resource
+import subprocess
+import sys
+import time
+
+import flip_evaluator
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.reference_scenes import bedroom
+from benchmarks.table import Row, at_most, render_table
+from renderer import CameraConfig, FlatScene, RenderConfig, Renderer
+from renderer.tone import Exposure, to_display
+from scene_description import CameraPose, from_mapping
+from scene_synth_ros.render_command import PRESETS, preset_settings
+
+EXPOSURE = Exposure(6.0)
+REFERENCE_DEPTH = 8
+_LIMITS = {"stream": (1.0, None), "balanced": (6.0, 0.10), "photo": (60.0, 0.05)}
+"""Preset -> most seconds of clock on two processors, and most FLIP; None is no measure."""
+_MEMORY = (((640, 480), 1024.0), ((3840, 2160), 4096.0), ((7680, 4320), None))
+"""Image size -> most MiB."""
+_HASH_SIZE = (96, 64)
+
+
+def measure(size: tuple[int, int] = (640, 480), reference_samples: int = 4096) -> list[Row]:
+    """Return the table: presets at a size against a reference of so many samples, then memory."""
+    flat, pose = bedroom()
+    rows = []
+    truth = _reference(flat, pose, size, reference_samples)
+    for preset in PRESETS:
+        settings = preset_settings(preset)
+        with Renderer(flat, CameraConfig(width=size[0], height=size[1]), _config(settings), 1) as renderer:
+            renderer.render(pose, 1, ("color",), exposure=EXPOSURE)
+            cpu, wall = time.process_time(), time.perf_counter()
+            frame = renderer.render(pose, 0, ("color",), exposure=EXPOSURE)
+            cpu, wall = time.process_time() - cpu, time.perf_counter() - wall
+        picture = np.asarray(frame.layers["color"], np.uint8)
+        most_s, most_flip = _LIMITS[preset]
+        rows.append(at_most(f"{preset}, {size[0]}x{size[1]}, time", wall, "s", most_s))
+        rows.append(Row(f"{preset}, {size[0]}x{size[1]}, time of processor", cpu, "s"))
+        flip = mean_flip(truth, picture)
+        name = f"{preset}, FLIP against {reference_samples} samples"
+        rows.append(Row(name, flip, "") if most_flip is None else at_most(name, flip, "", most_flip))
+        rows.append(at_most(f"{preset}, different bytes by threads and pieces", float(_kinds_of_bytes(flat, pose, settings) - 1), "", 0.0))
+    for (width, height), limit in _MEMORY:
+        name, used = f"peak memory at {width}x{height}", _peak_mib(width, height)
+        rows.append(Row(name, used, "MiB") if limit is None else at_most(name, used, "MiB", limit))
+    return rows
+
+
+def _config(settings: dict[str, object], **changed: object) -> RenderConfig:
+    return from_mapping(RenderConfig, settings | changed, "preset")
+
+
+def _reference(flat: FlatScene, pose: CameraPose, size: tuple[int, int], samples: int) -> NDArray[np.uint8]:
+    """Return the displayed picture of exact transport with many samples, not denoised."""
+    config = RenderConfig(samples_per_pixel=samples, max_depth=REFERENCE_DEPTH)
+    with Renderer(flat, CameraConfig(width=size[0], height=size[1]), config, 99) as renderer:
+        radiance = renderer.render(pose, 0, ("color",), exposure=EXPOSURE).radiance
+    if radiance is None:
+        raise RuntimeError("render of the layer 'color' gave no radiance")
+    return to_display(radiance, EXPOSURE)
+
+
+def mean_flip(reference: NDArray[np.uint8], picture: NDArray[np.uint8]) -> float:
+    """Return the mean FLIP of two sRGB pictures (h, w, 3), 0 where they are equal and at most 1."""
+    a, b = (np.ascontiguousarray(image, np.float32) / np.float32(255.0) for image in (reference, picture))
+    return float(flip_evaluator.evaluate(a, b, "LDR", applyMagma=False)[1])
+
+
+def _kinds_of_bytes(flat: FlatScene, pose: CameraPose, settings: dict[str, object]) -> int:
+    """Return how many different pictures come from one and two threads and three sizes of pieces, before denoising."""
+    camera = CameraConfig(width=_HASH_SIZE[0], height=_HASH_SIZE[1])
+    found = set()
+    for threads, piece in ((1, 65536), (2, 65536), (2, 256), (1, 5000)):
+        config = _config(settings, threads=threads, denoise="none", samples_per_pixel=min(int(str(settings["samples_per_pixel"])), 8))
+        with Renderer(flat, camera, config, 1, paths_per_piece=piece) as renderer:
+            radiance = renderer.render(pose, 0, ("color",), exposure=EXPOSURE).radiance
+        found.add(hashlib.sha256(b"" if radiance is None else radiance.tobytes()).hexdigest())
+    return len(found)
+
+
+def _peak_mib(width: int, height: int) -> float:
+    """Return the peak of resident memory of a process of its own that renders one sample of every layer."""
+    command = [sys.executable, "-m", "benchmarks.color_bench", "--peak-of", str(width), str(height)]
+    return float(json.loads(subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout.splitlines()[-1]))
+
+
+def _print_peak(width: int, height: int) -> None:
+    flat, pose = bedroom()
+    config = RenderConfig(samples_per_pixel=1, max_depth=2, denoise="none")
+    with Renderer(flat, CameraConfig(width=width, height=height), config, 1) as renderer:
+        renderer.render(pose, 0, ("color", "depth", "range", "normals", "semantic", "instance", "albedo"), exposure=EXPOSURE)
+    print(json.dumps(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0))
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.color_bench")
+    parser.add_argument("--size", default="640x480", metavar="WxH", help="image size of the presets (default: %(default)s)")
+    parser.add_argument("--reference-samples", type=int, default=4096, help="samples of the reference (default: %(default)s)")
+    parser.add_argument("--peak-of", nargs=2, type=int, help=argparse.SUPPRESS)
+    arguments = parser.parse_args()
+    if arguments.peak_of:
+        _print_peak(*arguments.peak_of)
+        return
+    width, _, height = arguments.size.partition("x")
+    print(render_table("Colour", measure((int(width), int(height)), arguments.reference_samples)))
+
+
+if __name__ == "__main__":
+    main()
