@@ -143,7 +143,6 @@ def lane_count(lanes: NDArray[np.float32]) -> int:
     return len(lanes) * LANES // LANES_SIZE
 
 
-
 (
     AT_ORG_X,  # the next ray
     AT_ORG_Y,

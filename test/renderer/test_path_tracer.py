@@ -142,4 +142,4 @@ def test_the_last_tile_of_an_8k_image_is_that_of_a_small_one():
         trace_paths(renderer._embree.handle, renderer._surfaces, renderer._lights, posed, transport, work, scratch, film)
     tile = film.light[-WAVE_EDGE:, -WAVE_EDGE:]
     np.testing.assert_allclose(tile, np.broadcast_to([12.0, 8.0, 4.0], tile.shape), rtol=1e-5)
-    assert film.light[-WAVE_EDGE:, : -WAVE_EDGE].max() == 0 and film.light[-WAVE_EDGE - 1].max() == 0
+    assert film.light[-WAVE_EDGE:, :-WAVE_EDGE].max() == 0 and film.light[-WAVE_EDGE - 1].max() == 0

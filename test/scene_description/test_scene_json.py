@@ -238,7 +238,6 @@ def test_every_key_is_required_or_has_a_default(place: tuple[str | int, ...]) ->
             "glow_cd_m2",
             "luminaires",
             "attempts",
-            "luminaires",
             "overlap",
             "wall_distance",
         }
