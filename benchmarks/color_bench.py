@@ -27,7 +27,7 @@ from renderer.tone import Exposure, to_display
 from scene_description import CameraPose, from_mapping
 from scene_synth_ros.render_command import PRESETS, preset_settings
 
-EXPOSURE = Exposure(6.0)
+EXPOSURE = Exposure(8.0)
 REFERENCE_DEPTH = 8
 _LIMITS = {"stream": (1.0, None), "balanced": (6.0, 0.10), "photo": (60.0, 0.05)}
 """Preset -> most seconds of clock on two processors, and most FLIP; None is no measure."""

@@ -256,16 +256,36 @@ def sky_image(sky: Sky) -> NDArray[np.float32]:
     """Return sky and sun as the panorama (rows, 2 * rows, 3) of ``envmap``, zenith uppermost; texels at the sun's edge hold their mean.
 
     Raises:
-        ValueError: the environment is a map already.
+        ValueError: the environment has bright parts that are drawn by direction, other than the sun.
     """
-    if sky.table.size or sky.hot.size:
-        raise ValueError("sky: expected zenith, horizon, ground and sun, got an environment map; take another sky")
-    height = np.cos(np.pi * np.arange(_SKY_ROWS) / (_SKY_ROWS - 1)).astype(np.float32)
-    rows = np.array([sky_color(sky, _ZERO, _ZERO, z) for z in height], np.float32)
-    image = np.repeat(rows[:, None, :], 2 * _SKY_ROWS, axis=1)
+    if sky.hot.size:
+        raise ValueError("sky: expected a smooth sky and a sun, got bright parts of an environment map; take another sky")
+    if sky.table.size:
+        image = _resampled(sky.table)
+    else:
+        height = np.cos(np.pi * np.arange(_SKY_ROWS) / (_SKY_ROWS - 1)).astype(np.float32)
+        rows = np.array([sky_color(sky, _ZERO, _ZERO, z) for z in height], np.float32)
+        image = np.repeat(rows[:, None, :], 2 * _SKY_ROWS, axis=1)
     if len(sky.sun):
         _add_sun(sky, image)
     return image
+
+
+def _resampled(table: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return our map of the sky, bilinear between the middles of its pixels, at the texels of Mitsuba's panorama.
+
+    Its columns go the other way round from +y, ours from -x; its first and last rows are the poles.
+    """
+    height, width = table.shape[:2]
+    down = np.clip(np.arange(_SKY_ROWS) / (_SKY_ROWS - 1) * height - 0.5, 0.0, height - 1.0)
+    turn = (np.arange(2 * _SKY_ROWS) + 0.5) / (2 * _SKY_ROWS)
+    across = ((0.25 + turn) % 1.0) * width - 0.5
+    i, j = np.floor(down).astype(int), np.floor(across).astype(int)
+    t, s = (down - i)[:, None, None].astype(np.float32), (across - j)[None, :, None].astype(np.float32)
+    upper, lower = table[i], table[np.minimum(i + 1, height - 1)]
+    rows = upper + t * (lower - upper)
+    left, right = rows[:, j % width], rows[:, (j + 1) % width]
+    return np.ascontiguousarray(left + s * (right - left), np.float32)
 
 
 def _add_sun(sky: Sky, image: NDArray[np.float32]) -> None:

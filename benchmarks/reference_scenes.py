@@ -15,6 +15,7 @@ import numpy as np
 from grammar import SceneRequest
 from grammar.synthesize import CameraTimes, SceneSynthesizer
 from renderer import CameraConfig, FlatScene, Mesh, PartTable, Sky, tabulate_materials
+from renderer.flat_scene import NO_SUN
 from renderer.flatten import flatten
 from renderer.shapes import flat_quads, lathe, merged, moved, rotated
 from renderer.textures.apply import AppliedTexture
@@ -23,6 +24,8 @@ from scene_description import CameraPose, Material
 from scene_description.poses import look_at
 
 DARK = Sky(*(np.zeros(3, np.float32) for _ in range(3)))
+WALL_M = 0.5
+"""More than the thickness of a wall."""
 Point = tuple[float, float, float]
 
 
@@ -228,9 +231,9 @@ def lamp_with_shade() -> View:
         Thing(moved(shade, 2.0, 1.8), matt(0.85, 0.75, 0.6)),
         Thing(moved(post, 2.0, 1.8), metal(0.8, 0.6, 0.3, 0.3)),
         Thing(moved(table, 2.0, 1.8), matt(0.35, 0.2, 0.1)),
-        Thing(ball((2.0, 1.8, 1.37), 0.035, 24), BLACK, (30000.0, 25000.0, 17000.0)),
+        Thing(ball((2.0, 1.8, 1.38), 0.06, 24), BLACK, (6000.0, 5000.0, 3400.0)),
     ]
-    return view(things, (0.4, 0.4, 1.5), (2.0, 1.8, 1.0), 60.0, 6.0)
+    return view(things, (0.9, 0.7, 1.62), (2.0, 1.8, 1.12), 55.0, 6.5)
 
 
 def sun_through_a_window() -> View:
@@ -254,13 +257,36 @@ def sun_through_a_window() -> View:
 
 
 def sampled_bedroom() -> View:
-    """A bedroom of the grammar by daylight, its lamps off, without its textures: they are filtered differently everywhere."""
+    """A bedroom of the grammar by the light of the sky, its lamps off.
+
+    It is without its textures, as they are filtered differently everywhere, and without its sun: through panes, Mitsuba finds that by
+    luck only.  What is behind panes is pressed flat: we see the sky there, whatever lies before it.
+    """
     flat, pose = bedroom()
     parts = flat.parts._replace(emission=np.zeros_like(flat.parts.emission))
+    mesh = pressed_to_panes(flat)
     plain = flat._replace(
-        parts=parts, part_texture=np.full_like(flat.part_texture, -1), mesh=flat.mesh._replace(normals=np.zeros_like(flat.mesh.normals))
+        sky=flat.sky._replace(sun=NO_SUN),
+        parts=parts,
+        part_texture=np.full_like(flat.part_texture, -1),
+        mesh=mesh._replace(normals=np.zeros_like(mesh.normals)),
     )
-    return View(plain, pose, 1.2217304763960306, 5.0)
+    return View(plain, pose, 1.2217304763960306, 8.0)
+
+
+def pressed_to_panes(flat: FlatScene) -> Mesh:
+    """Return the mesh with the vertices close behind each pane moved into its plane."""
+    vertices = flat.mesh.vertices.astype(np.float64)
+    for part in np.flatnonzero(flat.parts.portal):
+        a, b, c = flat.mesh.vertices[flat.mesh.faces[flat.face_part == part][0]].astype(np.float64)
+        normal = np.cross(b - a, c - a)
+        normal /= np.linalg.norm(normal)
+        used = flat.mesh.vertices[np.unique(flat.mesh.faces[flat.face_part == part])]
+        aside = np.maximum(used.min(axis=0) - vertices, vertices - used.max(axis=0)).max(axis=1)
+        height = (vertices - a) @ normal
+        behind = (height < 0.0) & (aside < WALL_M)
+        vertices[behind] -= height[behind, None] * normal
+    return flat.mesh._replace(vertices=vertices.astype(np.float32))
 
 
 def bedroom() -> tuple[FlatScene, CameraPose]:
