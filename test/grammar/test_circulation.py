@@ -30,7 +30,7 @@ def entered(grammar, seed):
     floor = empty_floor(tree.room.polygon_m, door_start_m(tree.room, grammar.validity.robot_radius_m), grammar.validity)
     settings = move_settings(grammar.moves)
     for i in np.concatenate([np.flatnonzero((state.active == 0) & (problem.mount != 3)), np.flatnonzero(problem.mount == 3)]):
-        assert enter(rng, problem, state, settings, i, 3)
+        assert enter(rng, problem, state, settings, i, 6)
     return rng, tree, problem, state, floor, settings
 
 
