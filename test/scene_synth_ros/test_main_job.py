@@ -13,6 +13,7 @@ from rosbags.highlevel import AnyReader
 from scene_synth_ros_suite import environment, run_suite
 
 from renderer import CameraConfig, RenderConfig, Renderer
+from renderer.exposure import exposed, meter
 from renderer.flatten import flatten
 from renderer.scene_key import scene_key
 from scene_description import SceneDescription, scene_from_json
@@ -91,9 +92,11 @@ def test_offline_rendering_gives_the_same_bytes_with_one_and_two_threads(recorde
         config = RenderConfig(samples_per_pixel=1, threads=threads)
         offline = {layer: [] for layer in LAYERS}
         for scene in recorded.scenes():
-            with Renderer(flatten(scene), camera, config, scene_key(scene)) as renderer:
+            flat, key = flatten(scene), scene_key(scene)
+            exposure = exposed(config, meter(flat, camera, config, key, scene.camera_path))
+            with Renderer(flat, camera, config, key) as renderer:
                 for index, pose in enumerate(scene.camera_path):
-                    for layer, image in renderer.render(pose, index, set(LAYERS)).layers.items():
+                    for layer, image in renderer.render(pose, index, set(LAYERS), exposure=exposure).layers.items():
                         offline[layer].append(hashlib.sha256(image.tobytes()).hexdigest())
         for layer in LAYERS:
             live = [hashlib.sha256(bytes(message.data)).hexdigest() for _, message in recorded.messages[f"/synth/camera/{layer}/image_raw"]]
