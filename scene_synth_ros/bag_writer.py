@@ -240,6 +240,12 @@ class BagWriter:
             except OSError as error:
                 self._give_up(error)
 
+    def _flush_file(self) -> None:
+        try:
+            self._file.flush()
+        except OSError as error:
+            self._give_up(error)
+
     def flush(self) -> None:
         """Write and sync the chunk in progress.
 
@@ -248,10 +254,7 @@ class BagWriter:
         """
         with self._lock:
             self._refuse_closed()
-            try:
-                self._file.flush()
-            except OSError as error:
-                self._give_up(error)
+            self._flush_file()
 
     def split(self, log_ns: int, without: Collection[str] = ()) -> None:
         """Finish the file in progress and go on in a new one, which begins with the last messages of the latched topics.
@@ -265,10 +268,7 @@ class BagWriter:
         """
         with self._lock:
             self._refuse_closed()
-            try:
-                self._file.flush()
-            except OSError as error:
-                self._give_up(error)
+            self._flush_file()
             try:
                 self._end_file()
             except OSError as error:
@@ -303,10 +303,7 @@ class BagWriter:
         with self._lock:
             if self._closed:
                 return
-            try:
-                self._file.flush()
-            except OSError as error:
-                self._give_up(error)
+            self._flush_file()
             self._closed = True
             self._finish("")
             if self._failure:

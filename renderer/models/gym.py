@@ -52,10 +52,36 @@ def build_treadmill(rng: np.random.Generator, size_m: Size, style: str) -> Parts
         )
     ]
     hood = loft(outline)
-    top = 0.82 * height
-    post_y = half_w - 0.05
+    top, post_y = 0.82 * height, half_w - 0.05
+    posts, grips, x = _uprights(size_m, style, top, post_y)
+    bar = rod((x + 0.1, -post_y, top - 0.03), (x + 0.1, post_y, top - 0.03), 0.018)
+    tray = rounded_box((x - 0.08, -post_y - 0.04, top - 0.03), (x + 0.12, post_y + 0.04, top + 0.03), 0.025, 2)
+    console = rounded_box((-0.03, -0.72 * half_w, 0.0), (0.03, 0.72 * half_w, height - top), 0.022, 2)
+    screen = block((0.02, -0.5 * half_w, 0.3 * (height - top)), (0.033, 0.5 * half_w, 0.86 * (height - top)), 0.002)
+    keys = [disc("x", (0.03, y, 0.15 * (height - top)), 0.012, 0.01, 12) for y in np.linspace(-0.45, 0.45, 7) * half_w]
+    console, screen, buttons = (moved(rotated(mesh, "y", -0.3), x, z=top) for mesh in (console, screen, merged(*keys)))
+    return fitted(
+        {
+            "frame": merged(*frame, *posts),
+            "rails": merged(*rails, *caps),
+            "belt": belt,
+            "hood": hood,
+            "grips": merged(*grips, bar),
+            "console": merged(tray, console),
+            "screen": screen,
+            "buttons": buttons,
+        },
+        size_m,
+    )
+
+
+def _uprights(size_m: Size, style: str, top: float, post_y: float) -> tuple[list[Mesh], list[Mesh], float]:
+    """Return a treadmill's posts and hand rails (short bars of the compact one), and where along x the posts end."""
+    depth, half_d = size_m[0], 0.5 * size_m[0]
+    compact = style == "compact"
     lean = {"straight": 0.16, "curved": 0.1, "compact": 0.04}[style]
-    posts, grips = [], []
+    posts: list[Mesh] = []
+    grips: list[Mesh] = []
     for s in (-1.0, 1.0):
         foot, head = (-half_d + 0.12 + 0.1, s * post_y, 0.06), (-half_d + 0.1 + lean, s * post_y, top)
         if style == "curved":
@@ -79,26 +105,7 @@ def build_treadmill(rng: np.random.Generator, size_m: Size, style: str) -> Parts
                 10,
             )
         )
-    x = -half_d + 0.1 + lean
-    bar = rod((x + 0.1, -post_y, top - 0.03), (x + 0.1, post_y, top - 0.03), 0.018)
-    tray = rounded_box((x - 0.08, -post_y - 0.04, top - 0.03), (x + 0.12, post_y + 0.04, top + 0.03), 0.025, 2)
-    console = rounded_box((-0.03, -0.72 * half_w, 0.0), (0.03, 0.72 * half_w, height - top), 0.022, 2)
-    screen = block((0.02, -0.5 * half_w, 0.3 * (height - top)), (0.033, 0.5 * half_w, 0.86 * (height - top)), 0.002)
-    keys = [disc("x", (0.03, y, 0.15 * (height - top)), 0.012, 0.01, 12) for y in np.linspace(-0.45, 0.45, 7) * half_w]
-    console, screen, buttons = (moved(rotated(mesh, "y", -0.3), x, z=top) for mesh in (console, screen, merged(*keys)))
-    return fitted(
-        {
-            "frame": merged(*frame, *posts),
-            "rails": merged(*rails, *caps),
-            "belt": belt,
-            "hood": hood,
-            "grips": merged(*grips, bar),
-            "console": merged(tray, console),
-            "screen": screen,
-            "buttons": buttons,
-        },
-        size_m,
-    )
+    return posts, grips, -half_d + 0.1 + lean
 
 
 def build_weight_bench(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
