@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from scene_synth_ros.status import NodeStatus
 
@@ -16,6 +16,14 @@ class Endpoint(NamedTuple):
 
     node: str
     gid: str
+
+
+def publishers_of(node: Any, topic: str) -> list[Endpoint]:
+    """Return the publishers of a topic, by its full name, that a node knows now."""
+    return [
+        Endpoint(f"{info.node_namespace.rstrip('/')}/{info.node_name}", bytes(info.endpoint_gid).hex())
+        for info in node.get_publishers_info_by_topic(topic)
+    ]
 
 
 class Connections:

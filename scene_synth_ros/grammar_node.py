@@ -20,6 +20,7 @@ from grammar.synthesize import CameraTimes, SceneSynthesizer
 from scene_description import FieldError, Limits, SceneDescription, scene_to_json
 from scene_description.strict import shorten
 from scene_synth_ros.catalogs import with_catalog
+from scene_synth_ros.connections import publishers_of
 from scene_synth_ros.conversions import occupancy_to_msg, scene_to_markers
 from scene_synth_ros.diagnostics import ERROR, OK, WARN, Diagnostics, Report
 from scene_synth_ros.frame_times import FrameTimes
@@ -193,8 +194,7 @@ class GrammarNode(SuiteNode):
 
     def _look_for_peers(self) -> None:
         """Notice nodes that have died: they publish no status any more."""
-        publishers = self.get_publishers_info_by_topic(self.resolve_topic_name("status"))
-        present = {f"{info.node_namespace.rstrip('/')}/{info.node_name}" for info in publishers}
+        present = {endpoint.node for endpoint in publishers_of(self, self.resolve_topic_name("status"))}
         for name in missing_peers(self._peers, present, self._absences, _PATIENCE):
             del self._peers[name]
             self._complain(f"{name} is gone")

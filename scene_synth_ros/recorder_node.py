@@ -21,7 +21,7 @@ from std_srvs.srv import Trigger
 from scene_description import FieldError, Limits
 from scene_synth_ros.accounting import Accounting
 from scene_synth_ros.bag_writer import BagWriteError, BagWriter
-from scene_synth_ros.connections import Connections, Endpoint
+from scene_synth_ros.connections import Connections, publishers_of
 from scene_synth_ros.diagnostics import ERROR, OK, WARN, Diagnostics, Report
 from scene_synth_ros.image_codec import ImageCompression
 from scene_synth_ros.message_definitions import MessageDefinitionError, message_class
@@ -120,7 +120,7 @@ class RecorderNode(SuiteNode):
         )
         self._recording = Recording(self._make_writer, options, self._complain)
         self._accounting = Accounting()
-        self._connections = Connections(self._publishers_of)
+        self._connections = Connections(lambda topic: publishers_of(self, topic))
         self._known: dict[str, int] = {}
         self._inputs: dict[str, Subscription] = {}
         self._frame_topics: set[str] = set()
@@ -318,12 +318,6 @@ class RecorderNode(SuiteNode):
         self.get_logger().error(reason)
         self._diagnostics.publish()
         self._publish_status()
-
-    def _publishers_of(self, topic: str) -> list[Endpoint]:
-        return [
-            Endpoint(f"{info.node_namespace.rstrip('/')}/{info.node_name}", bytes(info.endpoint_gid).hex())
-            for info in self.get_publishers_info_by_topic(topic)
-        ]
 
     def _publish_status(self) -> None:
         """Publish where the recorder stands, and which renderers may begin because none of their messages would be lost."""

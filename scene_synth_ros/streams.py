@@ -18,6 +18,7 @@ from std_msgs.msg import String
 from renderer.config import CameraConfig
 from renderer.frame import Frame
 from scene_description import CameraPose, SceneDescription
+from scene_synth_ros.connections import publishers_of
 from scene_synth_ros.conversions import clock_to_msg, world_from_link_to_msg
 from scene_synth_ros.frame_messages import STREAMS, FrameMessages, StreamConfig
 from scene_synth_ros.qos import PROFILES, latched_qos, stream_qos
@@ -82,8 +83,7 @@ class StreamPublishers:
     def start(self) -> str:
         """The identity (GID, hexadecimal) of a publisher of this life of the node."""
         own = self._node.get_fully_qualified_name()
-        infos = self._node.get_publishers_info_by_topic(self.frame_topic)
-        return next(bytes(i.endpoint_gid).hex() for i in infos if f"{i.node_namespace.rstrip('/')}/{i.node_name}" == own)
+        return next(endpoint.gid for endpoint in publishers_of(self._node, self.frame_topic) if endpoint.node == own)
 
     def reach(self, recorders: Collection[NodeStatus], start: str) -> bool:
         """Return whether every topic is connected to every recorder that wants it, seen from both sides.
