@@ -67,7 +67,6 @@ from renderer.records import (
     WO_X,
     WO_Y,
     WO_Z,
-    Surfaces,
     lane_count,
 )
 
@@ -76,10 +75,13 @@ _INVERSE_PI = np.float32(1.0 / np.pi)
 
 
 @kernel
-def evaluate(lanes: NDArray[np.float32], kinds: int, surfaces: Surfaces) -> None:
-    """Fill OUT and DENSITY: what light from WAY adds towards the viewer, and the density of :func:`draw_directions` there."""
+def evaluate(lanes: NDArray[np.float32], kinds: int, reflected: NDArray[np.float32]) -> None:
+    """Fill OUT and DENSITY: what light from WAY adds towards the viewer, and the density of :func:`draw_directions` there.
+
+    ``reflected``: albedo table of microfacets (:mod:`renderer.albedo`).
+    """
     if kinds & ANY_GLOSS:
-        _look_up_there(lanes, surfaces)
+        _look_up_there(lanes, reflected)
         _add_matt(lanes)
         _add_gloss(lanes)
         if kinds & ANY_COAT:
@@ -97,12 +99,12 @@ def evaluate(lanes: NDArray[np.float32], kinds: int, surfaces: Surfaces) -> None
 
 
 @kernel
-def _look_up_there(lanes: NDArray[np.float32], surfaces: Surfaces) -> None:
+def _look_up_there(lanes: NDArray[np.float32], reflected: NDArray[np.float32]) -> None:
     for k in range(LANES):
         lanes[THERE_WHOLE + k] = lanes[THERE_FIFTH + k] = _ZERO
         if lanes[GLOSSY + k] * lanes[BY_MATT + k] > _ZERO and lanes[WAY_Z + k] > _ZERO:
             row = np.sqrt(lanes[ALPHA + k])
-            lanes[THERE_WHOLE + k], lanes[THERE_FIFTH + k] = look_up(surfaces.reflected, row, lanes[WAY_Z + k])
+            lanes[THERE_WHOLE + k], lanes[THERE_FIFTH + k] = look_up(reflected, row, lanes[WAY_Z + k])
 
 
 @kernel

@@ -10,16 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.bsdf import evaluate
-from renderer.embree import DIR_X, LANES, ORG_X, TFAR, TNEAR, SceneHandle, occluded16
-from renderer.kernel import inlined, kernel
-from renderer.lights import Lights, clamp_unit, find_emitter, importance, load_bounds, spread_over_triangle
-from renderer.outside import draw_toward, hot_toward, pane_ahead
+from renderer.embree import DIR_X, DIR_Y, DIR_Z, LANES, ORG_X, ORG_Y, ORG_Z, TFAR, TNEAR, SceneHandle, occluded16
+from renderer.kernel import inlined, kernel, tracing
+from renderer.light_points import aim_at_lights, aim_outside
+from renderer.lights import Lights, importance, load_bounds
 from renderer.records import (
     DENSITY,
-    DRAW_LIGHT_U,
-    DRAW_LIGHT_V,
-    DRAW_SUN_U,
-    DRAW_SUN_V,
     FOLLOWS,
     FRAME_UX,
     FRAME_UY,
@@ -41,13 +37,9 @@ from renderer.records import (
     POINT_X,
     POINT_Y,
     POINT_Z,
-    REFLECTS,
     SHADE_X,
     SHADE_Y,
     SHADE_Z,
-    SIDE_X,
-    SIDE_Y,
-    SIDE_Z,
     TOTAL,
     WAVE,
     WAY_X,
@@ -57,15 +49,16 @@ from renderer.records import (
     WEIGHT_G,
     WEIGHT_R,
     Scratch,
+    Shadows,
     Surfaces,
+    choose,
 )
-from renderer.surfaces import emitted_luminance, lift_height, pane_through
 
 _ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-30)
 _NEAR, _GRAZING = np.float32(2.25), np.float32(0.01)
 
 
-@kernel
+@inlined
 def weigh_lights(lights: Lights, scratch: Scratch) -> None:
     """Fill the importance of every group of lights for every lane, their sums, and how many groups each lane is near to."""
     lanes, shares = scratch.lanes, scratch.shares
@@ -87,21 +80,6 @@ def weigh_lights(lights: Lights, scratch: Scratch) -> None:
 
 
 @inlined
-def _draw_group(scratch: Scratch, k: int, group_count: int) -> tuple[int, np.float32]:
-    """Return the group that lane k's random number falls on, and where within its share, in [0, 1)."""
-    left = scratch.lanes[DRAW_LIGHT_U + k] * scratch.lanes[TOTAL + k]
-    last = 0
-    for g in range(group_count):
-        share = scratch.shares[g * LANES + k]
-        if share > _ZERO:
-            last = g
-            if left < share:
-                break
-            left -= share
-    return last, clamp_unit(left / scratch.shares[last * LANES + k])
-
-
-@kernel
 def meet_lights(
     scene: SceneHandle, surfaces: Surfaces, lights: Lights, scratch: Scratch, kinds: int, limit: np.float32, waiting: int
 ) -> int:
@@ -109,101 +87,39 @@ def meet_lights(
 
     ``kinds``: of the packet (:mod:`renderer.closure`).  ``limit``: most that each channel of one light may bring.
     """
-    lanes = scratch.lanes
-    for k in range(LANES):
-        lanes[LIGHT_CHANCE + k] = _ZERO
-        if lanes[REFLECTS + k] > _ZERO and lanes[TOTAL + k] > _ZERO:
-            _aim_at_light(surfaces, lights, scratch, k)
-    waiting = _send_shadows(scene, surfaces, scratch, kinds, limit, waiting)
-    if len(lights.outside.part) > 0:
-        for k in range(LANES):
-            lanes[LIGHT_CHANCE + k] = _ZERO
-            if lanes[REFLECTS + k] > _ZERO and lanes[TOTAL + k] > _ZERO:
-                _aim_outside(surfaces, lights, lanes, k)
-        waiting = _send_shadows(scene, surfaces, scratch, kinds, limit, waiting)
+    lanes, shadows = scratch.lanes, scratch.shadows
+    for outside in range(2 if len(lights.outside.part) > 0 else 1):
+        if outside:
+            aim_outside(surfaces, lights.outside, scratch)
+        else:
+            aim_at_lights(surfaces, lights, scratch)
+        _turn_to_lights(lanes)
+        evaluate(lanes, kinds, surfaces.reflected)
+        _weigh_light(lanes, limit)
+        count = choose(lanes, LIGHT_CHANCE, scratch.going)
+        fits = min(count, LANES - waiting)
+        _line_up(lanes, scratch.going, 0, fits, waiting, scratch.lane_slot, shadows)
+        waiting += fits
+        if waiting == LANES:
+            cast_shadows(scene, shadows, waiting, scratch.light)
+            _line_up(lanes, scratch.going, fits, count, 0, scratch.lane_slot, shadows)
+            waiting = count - fits
     return waiting
-
-
-@inlined
-def _aim_at_light(surfaces: Surfaces, lights: Lights, scratch: Scratch, k: int) -> None:
-    """Fill LIGHT of lane k with a point on a light, drawn by importance; LIGHT_CHANCE stays 0 where it brings none."""
-    lanes, groups = scratch.lanes, lights.groups
-    group, within = _draw_group(scratch, k, len(groups.area))
-    e, within = find_emitter(lights, group, within)
-    s, t = spread_over_triangle(within, lanes[DRAW_LIGHT_V + k])
-    nx, ny, nz = lights.normal[e, 0], lights.normal[e, 1], lights.normal[e, 2]
-    x = lights.corner[e, 0] + s * lights.edge_1[e, 0] + t * lights.edge_2[e, 0]
-    y = lights.corner[e, 1] + s * lights.edge_1[e, 1] + t * lights.edge_2[e, 1]
-    z = lights.corner[e, 2] + s * lights.edge_1[e, 2] + t * lights.edge_2[e, 2]
-    lift = lift_height(x, y, z)
-    dx, dy, dz = x + lift * nx - lanes[POINT_X + k], y + lift * ny - lanes[POINT_Y + k], z + lift * nz - lanes[POINT_Z + k]
-    distance = np.sqrt(dx * dx + dy * dy + dz * dz)
-    scale = _ONE / max(distance, _TINY)
-    at_light = -(dx * nx + dy * ny + dz * nz) * scale
-    if at_light <= _ZERO or not _rises(lanes, k, dx, dy, dz):
-        return
-    share = scratch.shares[group * LANES + k] / lanes[TOTAL + k]
-    lanes[LIGHT_CHANCE + k] = share * distance * distance / (groups.area[group] * at_light)
-    lanes[LIGHT_X + k], lanes[LIGHT_Y + k], lanes[LIGHT_Z + k] = dx, dy, dz
-    r, g, b = emitted_luminance(surfaces, lights.part[e], dx * scale, dy * scale, dz * scale, at_light)
-    lanes[LIGHT_R + k], lanes[LIGHT_G + k], lanes[LIGHT_B + k] = r, g, b
-
-
-@inlined
-def _aim_outside(surfaces: Surfaces, lights: Lights, lanes: NDArray[np.float32], k: int) -> None:
-    """Fill LIGHT of lane k with a direction to the sun, or to a bright part of the environment, as :func:`_aim_at_light` does for lights.
-
-    Where no pane lies that way nothing comes in, and no ray is traced.
-    """
-    outside = lights.outside
-    dx, dy, dz = draw_toward(outside, lanes[DRAW_SUN_U + k], lanes[DRAW_SUN_V + k])
-    if not _rises(lanes, k, dx, dy, dz):
-        return
-    pane, distance = pane_ahead(outside, lanes[POINT_X + k], lanes[POINT_Y + k], lanes[POINT_Z + k], dx, dy, dz)
-    if pane < 0:
-        return
-    r, g, b, chance = hot_toward(outside, dx, dy, dz)
-    row = outside.panes[pane]
-    facing = -(dx * row[9] + dy * row[10] + dz * row[11])
-    through = pane_through(surfaces, outside.part[pane], facing)
-    # Shadow rays end as far before the pane as they begin off their own surface.
-    reach = max(distance - lift_height(row[0], row[1], row[2]) / max(facing, _GRAZING), _TINY)
-    lanes[LIGHT_CHANCE + k] = chance
-    lanes[LIGHT_X + k], lanes[LIGHT_Y + k], lanes[LIGHT_Z + k] = reach * dx, reach * dy, reach * dz
-    lanes[LIGHT_R + k], lanes[LIGHT_G + k], lanes[LIGHT_B + k] = through * r, through * g, through * b
-
-
-@inlined
-def _rises(lanes: NDArray[np.float32], k: int, dx: np.float32, dy: np.float32, dz: np.float32) -> bool:
-    """Return whether a way leaves lane k's surface on the viewer's side, by both of its normals."""
-    shading = dx * lanes[SHADE_X + k] + dy * lanes[SHADE_Y + k] + dz * lanes[SHADE_Z + k]
-    true = dx * lanes[SIDE_X + k] + dy * lanes[SIDE_Y + k] + dz * lanes[SIDE_Z + k]
-    return bool((shading > _ZERO) & (true > _ZERO))
 
 
 @kernel
-def _send_shadows(scene: SceneHandle, surfaces: Surfaces, scratch: Scratch, kinds: int, limit: np.float32, waiting: int) -> int:
-    """Weigh what LIGHT brings to the lanes where its chance is not 0, and let its shadow rays wait; return how many do."""
-    lanes, shadows = scratch.lanes, scratch.shadows
-    _turn_to_lights(lanes)
-    evaluate(lanes, kinds, surfaces)
-    _weigh_light(lanes, limit)
-    real, pending = shadows.packet.real, shadows.pending
-    for k in range(LANES):
-        r, g, b = lanes[LIGHT_R + k], lanes[LIGHT_G + k], lanes[LIGHT_B + k]
-        if not lanes[LIGHT_CHANCE + k] > _ZERO or not r + g + b > _ZERO:
-            continue
-        if waiting == LANES:
-            cast_shadows(scene, scratch, waiting)
-            waiting = 0
-        pending[waiting], pending[LANES + waiting], pending[2 * LANES + waiting] = r, g, b
-        for field in range(0, 3 * LANES, LANES):
-            real[ORG_X + field + waiting] = lanes[POINT_X + field + k]
-            real[DIR_X + field + waiting] = lanes[LIGHT_X + field + k]
-        real[TNEAR + waiting], real[TFAR + waiting] = _ZERO, _ONE
-        shadows.slot[waiting] = scratch.lane_slot[k]
-        waiting += 1
-    return waiting
+def _line_up(
+    lanes: NDArray[np.float32], going: NDArray[np.int32], begin: int, end: int, waiting: int, slots: NDArray[np.int32], shadows: Shadows
+) -> None:
+    """Put the shadow rays of lanes ``going[begin:end]`` behind those that wait."""
+    real, pending, slot = shadows.packet.real, shadows.pending, shadows.slot
+    for j in range(end - begin):
+        k, at = going[begin + j], waiting + j
+        pending[at], pending[LANES + at], pending[2 * LANES + at] = lanes[LIGHT_R + k], lanes[LIGHT_G + k], lanes[LIGHT_B + k]
+        real[ORG_X + at], real[ORG_Y + at], real[ORG_Z + at] = lanes[POINT_X + k], lanes[POINT_Y + k], lanes[POINT_Z + k]
+        real[DIR_X + at], real[DIR_Y + at], real[DIR_Z + at] = lanes[LIGHT_X + k], lanes[LIGHT_Y + k], lanes[LIGHT_Z + k]
+        real[TNEAR + at], real[TFAR + at] = _ZERO, _ONE
+        slot[at] = slots[k]
 
 
 @kernel
@@ -221,7 +137,10 @@ def _turn_to_lights(lanes: NDArray[np.float32]) -> None:
 
 @kernel
 def _weigh_light(lanes: NDArray[np.float32], limit: np.float32) -> None:
-    """Replace luminance by what it brings to the pixel; where a ray follows that can find the same light, both share it."""
+    """Replace luminance by what it brings to the pixel; where a ray follows that can find the same light, both share it.
+
+    Where it brings nothing LIGHT_CHANCE becomes 0.
+    """
     for k in range(LANES):
         gain = _ONE / (lanes[LIGHT_CHANCE + k] + lanes[FOLLOWS + k] * lanes[DENSITY + k])
         r = gain * lanes[LIGHT_R + k] * lanes[OUT_R + k] * lanes[WEIGHT_R + k]
@@ -231,12 +150,12 @@ def _weigh_light(lanes: NDArray[np.float32], limit: np.float32) -> None:
         most = most if most > b else b
         keep = limit / most if most > limit else _ONE
         lanes[LIGHT_R + k], lanes[LIGHT_G + k], lanes[LIGHT_B + k] = r * keep, g * keep, b * keep
+        lanes[LIGHT_CHANCE + k] = lanes[LIGHT_CHANCE + k] if most > _ZERO else _ZERO
 
 
-@kernel
-def cast_shadows(scene: SceneHandle, scratch: Scratch, count: int) -> None:
-    """Trace the first ``count`` shadow rays that wait, and gather the light of those that found nothing in their way."""
-    shadows, light = scratch.shadows, scratch.light
+@tracing
+def cast_shadows(scene: SceneHandle, shadows: Shadows, count: int, light: NDArray[np.float32]) -> None:
+    """Trace the first ``count`` shadow rays that wait, and add the light of those that found nothing in their way to ``light``, by slot."""
     packet = shadows.packet
     for k in range(LANES):
         packet.alive[k] = -1 if k < count else 0

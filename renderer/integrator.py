@@ -38,7 +38,7 @@ from renderer.embree import (
     intersect16,
 )
 from renderer.ground_truth import TILE, aim_tile
-from renderer.kernel import inlined, kernel
+from renderer.kernel import inlined, kernel, tracing
 from renderer.lights import Lights
 from renderer.random_numbers import draw_pairs, mix
 from renderer.records import (
@@ -92,7 +92,7 @@ _DIRECTION_PAIRS, _LENS_PAIR, _TIME_PAIR = 1 << 16, 1 << 17, 3 << 16
 _BLOCKS_ACROSS = WAVE_EDGE // TILE
 
 
-@kernel
+@tracing
 def trace_paths(
     scene: SceneHandle,
     surfaces: Surfaces,
@@ -121,7 +121,7 @@ def trace_paths(
                     _load_packet(here, first, count, scratch)
                     flags = scene.coherent if depth == 0 else scene.incoherent
                     intersect16(rays.alive.ctypes.data, scene.address, rays.real.ctypes.data, flags)
-                    find_surfaces(rays, surfaces, lights, depth == 0, scratch.lanes)
+                    find_surfaces(surfaces, lights, depth == 0, scratch)
                     if depth == 0 and film.guides.shape[0] > 0:
                         _note_guides(column, row, scratch, film)
                     if depth > 0 and transport.caustic_blur > _ZERO:
@@ -139,7 +139,7 @@ def trace_paths(
                     break
                 here, ahead = ahead, here
             if waiting > 0:
-                cast_shadows(scene, scratch, waiting)
+                cast_shadows(scene, scratch.shadows, waiting, scratch.light)
             for slot in range(WAVE):
                 x, y = _slot_pixel(slot)
                 if column + x < camera.width and row + y < camera.height:
@@ -157,7 +157,7 @@ def _slot_pixel(slot: int) -> tuple[int, int]:
     return TILE * (block % _BLOCKS_ACROSS) + (k & 3), TILE * (block // _BLOCKS_ACROSS) + (k >> 2)
 
 
-@kernel
+@inlined
 def _start_wave(camera: PosedCamera, column: int, row: int, sample: np.uint32, scratch: Scratch) -> int:
     """Queue a camera ray through each pixel of a tile that lies in the image; paths start with full weight and no light."""
     rays, lanes, state = scratch.rays, scratch.lanes, scratch.here.state
@@ -195,7 +195,7 @@ def _start_wave(camera: PosedCamera, column: int, row: int, sample: np.uint32, s
     return count
 
 
-@kernel
+@inlined
 def _draw_numbers(depth: int, sample: np.uint32, scratch: Scratch) -> None:
     """Fill DRAW_LIGHT_U to DRAW_WAY_V for the hits at this depth."""
     for pair in range(_PAIRS_PER_HIT):
@@ -224,7 +224,7 @@ def _load_packet(here: Queue, first: int, count: int, scratch: Scratch) -> None:
         scratch.lane_seeds[k] = scratch.seeds[slot]
 
 
-@kernel
+@inlined
 def _note_guides(column: int, row: int, scratch: Scratch, film: Film) -> None:
     """Add base colour, of glass and lamps 1, and shading normal of camera rays' hits to the guides; where they hit nothing, nothing."""
     lanes = scratch.lanes

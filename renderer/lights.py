@@ -17,11 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.flat_scene import FlatScene
-from renderer.kernel import kernel
+from renderer.kernel import inlined, kernel
 from renderer.outside import LUMINANCE, Outside, build_outside, pixel_solid_angles
 from renderer.spot_lights import brightest_seen
 
 _ZERO, _ONE, _HALF, _TINY = np.float32(0.0), np.float32(1.0), np.float32(0.5), np.float32(1e-30)
+_BELOW_ONE = np.float32(0.99999994)
 
 
 class LightGroups(NamedTuple):
@@ -40,19 +41,31 @@ Bounds = tuple[np.float32, ...]
 """A row of ``LightGroups.bounds`` in registers, so that loops over lanes read no table."""
 
 
+(
+    EMITTER_CORNER,  # three coordinates, metres
+    EMITTER_EDGE_1,
+    EMITTER_EDGE_2,
+    EMITTER_NORMAL,  # unit
+    EMITTER_GLOW,  # luminance (r, g, b) of a part that shines alike in all directions, cd/m2
+    EMITTER_AREA,  # of its whole group, m2
+    EMITTER_KEEP,  # share of its step of the group's alias table that is its own
+) = (0, 3, 6, 9, 12, 15, 16)
+EMITTER_SIZE = 17
+EVENLY, BY_SKY, BY_PROFILE = range(3)
+
+
 class Lights(NamedTuple):
     """All emitters of a scene, for kernels.
 
-    cumulative: (e,) float32, share of its group's area up to each triangle; corner, edge_1, edge_2, normal: (e, 3) float32, metres, unit;
-    part: (e,) int32; face_group: (m,) int32, group of each triangle of the scene, -1 where it does not shine.
+    emitters: (e * EMITTER_SIZE,) float32, a row of EMITTER fields for each triangle; other: (e,) int32, the triangle to which the rest of
+    its step of the alias table belongs; varies: (e,) int32, how luminance depends on direction: EVENLY, BY_SKY or BY_PROFILE; part: (e,)
+    int32; face_group: (m,) int32, group of each triangle of the scene, -1 where it does not shine.
     """
 
     groups: LightGroups
-    cumulative: NDArray[np.float32]
-    corner: NDArray[np.float32]
-    edge_1: NDArray[np.float32]
-    edge_2: NDArray[np.float32]
-    normal: NDArray[np.float32]
+    emitters: NDArray[np.float32]
+    other: NDArray[np.int32]
+    varies: NDArray[np.int32]
     part: NDArray[np.int32]
     face_group: NDArray[np.int32]
     outside: Outside
@@ -76,22 +89,53 @@ def build_lights(flat: FlatScene) -> Lights:
     start = np.searchsorted(group, np.arange(len(keys) + 1)).astype(np.int32)
     face_group = np.full(len(flat.face_part), -1, np.int32)
     face_group[lit] = group
-    shares = [np.cumsum(area[lit[a:b]]) / area[lit[a:b]].sum() for a, b in pairwise(start)]
     rows = [_describe_group(corners[lit[a:b]], unit[a:b], area[lit[a:b]], glow[lit[a:b]].max()) for a, b in pairwise(start)]
     table = np.array(rows, np.float32).reshape(-1, 12)
     groups = LightGroups(np.ascontiguousarray(table[:, :11]), np.ascontiguousarray(table[:, 11]), start)
-    corner, edge_1, edge_2 = corners[lit, 0], corners[lit, 1] - corners[lit, 0], corners[lit, 2] - corners[lit, 0]
+    steps = [_alias_table(area[lit[a:b]]) for a, b in pairwise(start)]
+    part = np.ascontiguousarray(flat.face_part[lit], np.int32)
+    emitters = np.zeros((len(lit), EMITTER_SIZE), np.float32)
+    for column, values in (
+        (EMITTER_CORNER, corners[lit, 0]),
+        (EMITTER_EDGE_1, corners[lit, 1] - corners[lit, 0]),
+        (EMITTER_EDGE_2, corners[lit, 2] - corners[lit, 0]),
+        (EMITTER_NORMAL, unit),
+        (EMITTER_GLOW, flat.parts.emission[part]),
+    ):
+        emitters[:, column : column + 3] = values
+    emitters[:, EMITTER_AREA] = groups.area[group]
+    emitters[:, EMITTER_KEEP] = np.concatenate([np.zeros(0), *(keep for keep, _ in steps)])
+    varies = np.full(len(part), EVENLY, np.int32)
+    if len(flat.part_profile):
+        varies[flat.part_profile[part] >= 0] = BY_PROFILE
+    varies[flat.parts.portal[part]] = BY_SKY
     return Lights(
         groups,
-        np.concatenate([np.zeros(0), *shares]).astype(np.float32),
-        corner.astype(np.float32),
-        edge_1.astype(np.float32),
-        edge_2.astype(np.float32),
-        unit.astype(np.float32),
-        np.ascontiguousarray(flat.face_part[lit], np.int32),
+        emitters.reshape(-1),
+        np.concatenate([np.zeros(0, np.int32), *(a + other for a, (_, other) in zip(start, steps, strict=False))]).astype(np.int32),
+        varies,
+        part,
         face_group,
         build_outside(flat),
     )
+
+
+def _alias_table(weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return which share of each of n equal steps is the entry's own (n,), and to which entry the rest belongs (n,).
+
+    So one random number draws entries by weight without a search (Vose, "A Linear Algorithm for Generating Random Numbers with a Given
+    Distribution", 1991).
+    """
+    keep, other = weights * (len(weights) / weights.sum()), np.arange(len(weights))
+    small, large = [list(np.flatnonzero(chosen)) for chosen in (keep < 1.0, keep >= 1.0)]
+    while small and large:
+        low, high = small.pop(), large[-1]
+        other[low] = high
+        keep[high] -= 1.0 - keep[low]
+        if keep[high] < 1.0:
+            small.append(large.pop())
+    keep[small + large] = 1.0
+    return keep, other
 
 
 def _group_keys(part: NDArray[np.int64], middle: NDArray[np.float64], unit: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -172,35 +216,30 @@ def importance(bounds: Bounds, x: np.float32, y: np.float32, z: np.float32, nx: 
     return value
 
 
-@kernel
-def find_emitter(lights: Lights, group: int, u: np.float32) -> tuple[int, np.float32]:
+@inlined
+def find_emitter(lights: Lights, group: np.int32, u: np.float32) -> tuple[np.int32, np.float32]:
     """Return which triangle of a group ``u`` in [0, 1) falls on, and where within its share: in [0, 1), as good as a new random number."""
-    cumulative, first = lights.cumulative, lights.groups.start[group]
-    low, high = first, lights.groups.start[group + 1] - 1
-    while low < high:
-        middle = (low + high) >> 1
-        if u < cumulative[middle]:
-            high = middle
-        else:
-            low = middle + 1
-    before = cumulative[low - 1] if low > first else _ZERO
-    return low, clamp_unit((u - before) / max(cumulative[low] - before, _TINY))
+    first, count = lights.groups.start[group], lights.groups.start[group + 1] - lights.groups.start[group]
+    scaled = u * np.float32(count)
+    step = np.int32(scaled)
+    step = step if step < count else count - np.int32(1)
+    within, e = scaled - np.float32(step), np.int32(first + step)
+    keep = lights.emitters[e * EMITTER_SIZE + EMITTER_KEEP]
+    own = within < keep
+    rest = _ONE - keep
+    within = within / keep if own else (within - keep) / (rest if rest > _TINY else _TINY)
+    return e if own else lights.other[e], clamp_unit(within)
 
 
-@kernel
+@inlined
 def clamp_unit(u: np.float32) -> np.float32:
-    """Return ``u`` within [0, 1), for numbers that rounding has pushed out."""
-    return min(max(u, _ZERO), _BELOW_ONE)
+    """Return ``u`` within [0, 1), for numbers that rounding has pushed out; 0 for what is no number."""
+    u = u if u > _ZERO else _ZERO
+    return u if u < _ONE else _BELOW_ONE
 
 
-_BELOW_ONE = np.float32(0.99999994)
-
-
-@kernel
+@inlined
 def spread_over_triangle(u: np.float32, v: np.float32) -> tuple[np.float32, np.float32]:
     """Return weights of edge_1 and edge_2, even over the triangle (Heitz, "A Low-Distortion Map Between Triangle and Square", 2019)."""
-    if v > u:
-        half = u * _HALF
-        return half, v - half
-    half = v * _HALF
-    return u - half, half
+    half_u, half_v, upper = _HALF * u, _HALF * v, v > u
+    return half_u if upper else u - half_v, v - half_u if upper else half_v

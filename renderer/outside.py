@@ -15,15 +15,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.angles import arcsin, arctan2
 from renderer.flat_scene import FlatScene, Sky
-from renderer.kernel import kernel
-from renderer.microfacet import frame_about
+from renderer.kernel import inlined, kernel
+from renderer.microfacet import frame_about, turn_polar
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 """Weights of linear RGB with Rec. 709 primaries in luminance (ITU-R BT.709)."""
 
 _ZERO, _ONE, _TWO, _HALF, _TINY = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(0.5), np.float32(1e-30)
 _PI, _TURN = np.float32(np.pi), np.float32(2.0 * np.pi)
+_BELOW_ONE = np.float32(0.9999999)
 _LIMB = np.float32(0.6)
 _LIMB_MEAN = np.float32(1.0 - 0.6 / 3.0)
 
@@ -90,7 +92,7 @@ def draw_tables(hot: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[
     )
 
 
-@kernel
+@inlined
 def sky_color(sky: Sky, x: np.float32, y: np.float32, z: np.float32) -> Rgb:
     """Return the smooth luminance of the environment towards a unit direction of the world, cd/m2."""
     table = sky.table
@@ -99,36 +101,48 @@ def sky_color(sky: Sky, x: np.float32, y: np.float32, z: np.float32) -> Rgb:
             return sky.ground[0], sky.ground[1], sky.ground[2]
         low, high = sky.horizon, sky.zenith
         return low[0] + z * (high[0] - low[0]), low[1] + z * (high[1] - low[1]), low[2] + z * (high[2] - low[2])
-    height, width = table.shape[0], table.shape[1]
+    return _blend_table(table, x, y, z)
+
+
+@inlined
+def _blend_table(table: NDArray[np.float32], x: np.float32, y: np.float32, z: np.float32) -> Rgb:
+    """Return what an equirectangular map (h, w, 3) has towards a unit direction, between its pixels."""
+    height, width = np.int32(table.shape[0]), np.int32(table.shape[1])
     across, down = _place(x, y, z, height, width)
-    across, down = across - _HALF, max(down - _HALF, _ZERO)
-    j, i = int(np.floor(across)), min(int(down), height - 1)
-    s, t = across - np.float32(j), down - np.float32(i)
-    below = min(i + 1, height - 1)
+    across, down = across - _HALF, down - _HALF
+    down = down if down > _ZERO else _ZERO
+    column = np.floor(across)
+    j, i = np.int32(column), np.int32(down)
+    i = i if i < height else height - np.int32(1)
+    s, t = across - column, down - np.float32(i)
+    below = i + np.int32(1) if i + 1 < height else i
     left = j + width if j < 0 else j
-    right = 0 if left + 1 >= width else left + 1
+    right = np.int32(0) if left + 1 >= width else left + np.int32(1)
     r = _blend(table[i, left, 0], table[i, right, 0], table[below, left, 0], table[below, right, 0], s, t)
     g = _blend(table[i, left, 1], table[i, right, 1], table[below, left, 1], table[below, right, 1], s, t)
     b = _blend(table[i, left, 2], table[i, right, 2], table[below, left, 2], table[below, right, 2], s, t)
     return r, g, b
 
 
-@kernel
+@inlined
 def _blend(a: np.float32, b: np.float32, c: np.float32, d: np.float32, s: np.float32, t: np.float32) -> np.float32:
     upper: np.float32 = a + s * (b - a)
     lower: np.float32 = c + s * (d - c)
     return upper + t * (lower - upper)
 
 
-@kernel
-def _place(x: np.float32, y: np.float32, z: np.float32, height: int, width: int) -> tuple[np.float32, np.float32]:
+@inlined
+def _place(x: np.float32, y: np.float32, z: np.float32, height: np.int32, width: np.int32) -> tuple[np.float32, np.float32]:
     """Return column and row, in [0, width) and [0, height), of a direction in an equirectangular map; its middle column looks along +x."""
-    across = (_PI - np.arctan2(y, x)) / _TURN * np.float32(width)
-    down = (_HALF - np.arcsin(min(max(z, -_ONE), _ONE)) / _PI) * np.float32(height)
-    return min(max(across, _ZERO), np.float32(width) * np.float32(0.9999999)), min(max(down, _ZERO), np.float32(height))
+    wide, high = np.float32(width), np.float32(height)
+    across = (_PI - arctan2(y, x)) / _TURN * wide
+    down = (_HALF - arcsin(z) / _PI) * high
+    across = across if across > _ZERO else _ZERO
+    down = down if down > _ZERO else _ZERO
+    return across if across < wide else wide * _BELOW_ONE, down if down < high else high
 
 
-@kernel
+@inlined
 def hot_toward(outside: Outside, x: np.float32, y: np.float32, z: np.float32) -> tuple[np.float32, np.float32, np.float32, np.float32]:
     """Return luminance (r, g, b) of what is drawn by direction, and the chance per steradian of drawing this unit direction."""
     sun = outside.sun
@@ -140,13 +154,13 @@ def hot_toward(outside: Outside, x: np.float32, y: np.float32, z: np.float32) ->
             return scale * sun[4], scale * sun[5], scale * sun[6], _ONE / (_TURN * sun[3])
     elif outside.hot.shape[0] > 0:
         height, width = outside.hot.shape[0], outside.hot.shape[1]
-        across, down = _place(x, y, z, height, width)
+        across, down = _place(x, y, z, np.int32(height), np.int32(width))
         j, i = min(int(across), width - 1), min(int(down), height - 1)
         return outside.hot[i, j, 0], outside.hot[i, j, 1], outside.hot[i, j, 2], outside.chance[i, j]
     return _ZERO, _ZERO, _ZERO, _ZERO
 
 
-@kernel
+@inlined
 def _limb(apart: np.float32) -> np.float32:
     """Return the sun's luminance over its mean; ``apart``: squared distance from the middle over the squared radius, in [0, 1]."""
     mu = np.sqrt(max(_ONE - apart, _ZERO))
@@ -154,7 +168,7 @@ def _limb(apart: np.float32) -> np.float32:
     return shade
 
 
-@kernel
+@inlined
 def draw_toward(outside: Outside, u: np.float32, v: np.float32) -> Rgb:
     """Return a unit direction to what is drawn by direction, for two random numbers in [0, 1)."""
     sun = outside.sun
@@ -162,7 +176,8 @@ def draw_toward(outside: Outside, u: np.float32, v: np.float32) -> Rgb:
         versine = u * sun[3]
         aside = np.sqrt(versine * (_TWO - versine))
         ux, uy, uz, vx, vy, vz = frame_about(sun[0], sun[1], sun[2])
-        a, b, c = aside * np.cos(_TURN * v), aside * np.sin(_TURN * v), _ONE - versine
+        cosine, sine = turn_polar(v)
+        a, b, c = aside * cosine, aside * sine, _ONE - versine
         return a * ux + b * vx + c * sun[0], a * uy + b * vy + c * sun[1], a * uz + b * vz + c * sun[2]
     height, width = outside.hot.shape[0], outside.hot.shape[1]
     i, s = _find(outside.rows, v)
@@ -186,26 +201,3 @@ def _find(cumulative: NDArray[np.float32], u: np.float32) -> tuple[int, np.float
             low = middle + 1
     before = cumulative[low - 1] if low > 0 else _ZERO
     return low, min(max((u - before) / max(cumulative[low] - before, _TINY), _ZERO), np.float32(0.99999994))
-
-
-@kernel
-def pane_ahead(
-    outside: Outside, x: np.float32, y: np.float32, z: np.float32, dx: np.float32, dy: np.float32, dz: np.float32
-) -> tuple[int, np.float32]:
-    """Return the nearest pane triangle that a ray meets from inside, and its distance in metres; -1 if there is none."""
-    found, nearest = -1, np.float32(np.inf)
-    for p in range(len(outside.part)):
-        row = outside.panes[p]
-        facing = row[9] * dx + row[10] * dy + row[11] * dz
-        if not facing < _ZERO:
-            continue
-        cx, cy, cz = x - row[0], y - row[1], z - row[2]
-        px, py, pz = dy * row[8] - dz * row[7], dz * row[6] - dx * row[8], dx * row[7] - dy * row[6]
-        scale = _ONE / (row[3] * px + row[4] * py + row[5] * pz)
-        s = (cx * px + cy * py + cz * pz) * scale
-        qx, qy, qz = cy * row[5] - cz * row[4], cz * row[3] - cx * row[5], cx * row[4] - cy * row[3]
-        t = (dx * qx + dy * qy + dz * qz) * scale
-        distance = (row[6] * qx + row[7] * qy + row[8] * qz) * scale
-        if s >= _ZERO and t >= _ZERO and s + t <= _ONE and _ZERO < distance < nearest:
-            found, nearest = p, distance
-    return found, nearest

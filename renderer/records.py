@@ -50,6 +50,7 @@ WAVE = WAVE_EDGE * WAVE_EDGE
     SHEEN,
     THIN,  # 1 for window panes: what enters leaves the scene
     GLASS,  # row of the glass table, or -1
+    MORE,  # 1 where the look is not all in the table of parts
     GLOW_R,  # luminance that the surface sends to the viewer by itself, cd/m2
     GLOW_G,
     GLOW_B,
@@ -112,6 +113,9 @@ WAVE = WAVE_EDGE * WAVE_EDGE
     LIGHT_G,
     LIGHT_B,
     LIGHT_CHANCE,
+    DRAWN_LEFT,  # while a group of lights is drawn: what is left of the random number, the group's importance, 1 once it is found
+    DRAWN_SHARE,
+    DRAWN_FOUND,
     NEXT_X,  # unit direction of the next ray in the world; 1 where there is one
     NEXT_Y,
     NEXT_Z,
@@ -133,8 +137,8 @@ WAVE = WAVE_EDGE * WAVE_EDGE
     FROM_Y,
     FROM_Z,
     SPREAD,  # growth of the footprint's width per metre
-) = range(0, 106 * LANES, LANES)
-LANES_SIZE = 106 * LANES
+) = range(0, 110 * LANES, LANES)
+LANES_SIZE = 110 * LANES
 
 
 @kernel
@@ -166,6 +170,16 @@ CARRIED = 9
 """How many fields, from ``AT_WEIGHT_R`` and ``WEIGHT_R`` on, pass from queue to lanes as they are."""
 
 
+@kernel
+def choose(lanes: NDArray[np.float32], field: int, going: NDArray[np.int32]) -> int:
+    """Write the lanes whose ``field`` is positive into ``going``, in order; return how many there are."""
+    count = 0
+    for k in range(LANES):
+        going[count] = k
+        count += 1 if lanes[field + k] > np.float32(0.0) else 0
+    return count
+
+
 class Queue(NamedTuple):
     """State of the paths of a wave between segments: (STATE_SIZE,) float32 by field, and the pixel slot of each, (WAVE,) int32."""
 
@@ -184,8 +198,9 @@ class Shadows(NamedTuple):
 class Scratch(NamedTuple):
     """Memory of one thread.
 
-    shares: (g * 16,) float32, importance of g light groups; light: (3 * WAVE,) float32, gathered by the wave's pixel slots; seeds: (WAVE,)
-    uint32, by slot; lane_seeds: (16,) uint32.
+    shares: (g * 16,) float32, importance of g light groups; drawn: (16,) int32, the group, then the emitter or pane of each lane; parts:
+    (16,) int32, what the lanes hit, -1 for nothing; going: (16,) int32, lanes that are chosen, without gaps; light: (3 * WAVE,) float32,
+    gathered by the wave's pixel slots; seeds: (WAVE,) uint32, by slot; lane_seeds: (16,) uint32.
     """
 
     rays: Packet
@@ -195,6 +210,9 @@ class Scratch(NamedTuple):
     here: Queue
     ahead: Queue
     shares: NDArray[np.float32]
+    drawn: NDArray[np.int32]
+    parts: NDArray[np.int32]
+    going: NDArray[np.int32]
     light: NDArray[np.float32]
     seeds: NDArray[np.uint32]
     lane_seeds: NDArray[np.uint32]
@@ -247,18 +265,19 @@ class Film(NamedTuple):
     LOOK_GLASS,
     LOOK_PROFILE,  # 1 + row of the profiles, 0 for none
     LOOK_GLOW,  # luminance of its own where the colour is white, cd/m2
-) = (0, 3, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16)
-LOOK_SIZE = 17
+    LOOK_MORE,  # 1 where the look is more than this row: textures, light
+) = (0, 3, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17)
+LOOK_SIZE = 18
 
 
 class Surfaces(NamedTuple):
     """Triangles and parts of a scene, for kernels.
 
-    faces (m, 3) uint32, normals (n, 3) float32, face_part (m,) int32; look: (p, LOOK_SIZE) float32, one row per part; reflected: albedo
-    table of microfacets, glass: rows of albedo tables of glass, both as in ``renderer.albedo``.
+    normals: (m * 9,) float32, of the corners of each triangle; face_part: (m,) int32; look: (p * LOOK_SIZE,) float32, one row per part
+    (flat, because LLVM turns look-ups at constant offsets into vector code); reflected: albedo table of microfacets, glass: rows of albedo
+    tables of glass, both as in ``renderer.albedo``.
     """
 
-    faces: NDArray[np.uint32]
     normals: NDArray[np.float32]
     face_part: NDArray[np.int32]
     look: NDArray[np.float32]
@@ -284,6 +303,9 @@ def make_scratch(group_count: int) -> Scratch:
         make_queue(),
         make_queue(),
         aligned_floats(group_count * LANES),
+        np.zeros(LANES, np.int32),
+        np.zeros(LANES, np.int32),
+        np.zeros(LANES, np.int32),
         aligned_floats(3 * WAVE),
         np.zeros(WAVE, np.uint32),
         np.zeros(LANES, np.uint32),

@@ -76,7 +76,8 @@ class Renderer:
         self._labels = Labels(*map(np.ascontiguousarray, (flat.face_part, parts.label, parts.object_id)))
         self._lights = build_lights(flat)
         self._surfaces = build_surfaces(flat)
-        self._embree = EmbreeScene(flat.mesh, portable=config.portable)
+        self._mesh, self._embree = flat.mesh, EmbreeScene(flat.mesh, portable=config.portable)
+        self._for_light: EmbreeScene | None = None
         self._denoiser: Denoiser | None = None
         self._workers = Workers(thread_count(config.threads))
         self._scratch = [make_scratch(len(self._lights.groups.area)) for _ in range(self._workers.count)]
@@ -180,8 +181,12 @@ class Renderer:
             np.float32(config.caustic_blur),
         )
 
+        if self._for_light is None:
+            self._for_light = EmbreeScene(self._mesh, watertight=False, portable=config.portable)
+        tree = self._for_light.handle
+
         def trace(worker: int, work: Work) -> None:
-            trace_paths(self._embree.handle, self._surfaces, self._lights, view, transport, work, self._scratch[worker], film)
+            trace_paths(tree, self._surfaces, self._lights, view, transport, work, self._scratch[worker], film)
 
         began, done = time.monotonic(), 0
         while count := next_round(config, done, time.monotonic() - began):
@@ -216,6 +221,8 @@ class Renderer:
         if self._denoiser is not None:
             self._denoiser.close()
             self._denoiser = None
+        if self._for_light is not None:
+            self._for_light.close()
         self._embree.close()
 
     def __enter__(self) -> Renderer:

@@ -9,7 +9,7 @@ from renderer.bsdf import draw_directions, evaluate
 from renderer.closure import make_closures
 from renderer.direct_light import meet_lights
 from renderer.embree import DIR_X, DIR_Y, DIR_Z, LANES, SceneHandle
-from renderer.kernel import kernel
+from renderer.kernel import inlined, kernel
 from renderer.lights import Lights
 from renderer.microfacet import frame_about
 from renderer.records import (
@@ -77,6 +77,7 @@ from renderer.records import (
     Scratch,
     Surfaces,
     Transport,
+    choose,
 )
 from renderer.surfaces import lift_height
 
@@ -87,7 +88,7 @@ _LEAST_SURVIVAL = np.float32(0.05)
 _MATT = np.float32(0.6)
 
 
-@kernel
+@inlined
 def scatter(
     scene: SceneHandle,
     surfaces: Surfaces,
@@ -106,14 +107,11 @@ def scatter(
     _choose_who_follows(lanes, depth + 2 < transport.max_depth)
     waiting = meet_lights(scene, surfaces, lights, scratch, kinds, transport.clamp if depth > 0 else _INFINITE, waiting)
     draw_directions(lanes, kinds)
-    evaluate(lanes, kinds, surfaces)
+    evaluate(lanes, kinds, surfaces.reflected)
     _weigh_ways(lanes, _LEAST_SURVIVAL if depth >= _ROULETTE_FROM else _ONE)
-    for k in range(LANES):
-        if lanes[GOES_ON + k] > _ZERO:
-            _enqueue(lanes, k, ahead, queued)
-            ahead.slot[queued] = scratch.lane_slot[k]
-            queued += 1
-    return queued, waiting
+    count = choose(lanes, GOES_ON, scratch.going)
+    _enqueue(lanes, scratch.going, count, scratch.lane_slot, ahead, queued)
+    return queued + count, waiting
 
 
 @kernel
@@ -169,19 +167,22 @@ def _weigh_ways(lanes: NDArray[np.float32], least_survival: np.float32) -> None:
 
 
 @kernel
-def _enqueue(lanes: NDArray[np.float32], k: int, ahead: Queue, at: int) -> None:
-    """Write the next ray of lane k into the queue."""
+def _enqueue(lanes: NDArray[np.float32], going: NDArray[np.int32], count: int, slots: NDArray[np.int32], ahead: Queue, queued: int) -> None:
+    """Write the next rays of the first ``count`` lanes of ``going`` into the queue behind the ``queued``."""
     state = ahead.state
-    px, py, pz = lanes[POINT_X + k], lanes[POINT_Y + k], lanes[POINT_Z + k]
-    up = lanes[WAY_Z + k] > _ZERO
-    down = _ZERO if up else -_TWO * lift_height(px, py, pz)
-    state[AT_ORG_X + at] = px + down * lanes[SIDE_X + k]
-    state[AT_ORG_Y + at] = py + down * lanes[SIDE_Y + k]
-    state[AT_ORG_Z + at] = pz + down * lanes[SIDE_Z + k]
-    state[AT_DIR_X + at], state[AT_DIR_Y + at], state[AT_DIR_Z + at] = lanes[NEXT_X + k], lanes[NEXT_Y + k], lanes[NEXT_Z + k]
-    state[AT_WEIGHT_R + at], state[AT_WEIGHT_G + at], state[AT_WEIGHT_B + at] = lanes[OUT_R + k], lanes[OUT_G + k], lanes[OUT_B + k]
-    state[AT_CHANCE + at] = lanes[DENSITY + k] if up and lanes[TOTAL + k] > _ZERO else _INFINITE
-    state[AT_IMPORTANCE + at] = max(lanes[TOTAL + k], _TINY)
-    state[AT_FROM_X + at], state[AT_FROM_Y + at], state[AT_FROM_Z + at] = lanes[SHADE_X + k], lanes[SHADE_Y + k], lanes[SHADE_Z + k]
-    state[AT_WIDTH + at] = lanes[WIDTH + k]
-    state[AT_SPREAD + at] = lanes[SPREAD + k] + _ONE / (_ONE + np.sqrt(lanes[DENSITY + k]))
+    for j in range(count):
+        k, at = going[j], queued + j
+        px, py, pz = lanes[POINT_X + k], lanes[POINT_Y + k], lanes[POINT_Z + k]
+        up, density, total = lanes[WAY_Z + k] > _ZERO, lanes[DENSITY + k], lanes[TOTAL + k]
+        down = _ZERO if up else -_TWO * lift_height(px, py, pz)
+        state[AT_ORG_X + at] = px + down * lanes[SIDE_X + k]
+        state[AT_ORG_Y + at] = py + down * lanes[SIDE_Y + k]
+        state[AT_ORG_Z + at] = pz + down * lanes[SIDE_Z + k]
+        state[AT_DIR_X + at], state[AT_DIR_Y + at], state[AT_DIR_Z + at] = lanes[NEXT_X + k], lanes[NEXT_Y + k], lanes[NEXT_Z + k]
+        state[AT_WEIGHT_R + at], state[AT_WEIGHT_G + at], state[AT_WEIGHT_B + at] = lanes[OUT_R + k], lanes[OUT_G + k], lanes[OUT_B + k]
+        state[AT_CHANCE + at] = density if up & (total > _ZERO) else _INFINITE
+        state[AT_IMPORTANCE + at] = total if total > _TINY else _TINY
+        state[AT_FROM_X + at], state[AT_FROM_Y + at], state[AT_FROM_Z + at] = lanes[SHADE_X + k], lanes[SHADE_Y + k], lanes[SHADE_Z + k]
+        state[AT_WIDTH + at] = lanes[WIDTH + k]
+        state[AT_SPREAD + at] = lanes[SPREAD + k] + _ONE / (_ONE + np.sqrt(density))
+        ahead.slot[at] = slots[k]

@@ -26,7 +26,7 @@ from renderer.embree import (
     Packet,
 )
 from renderer.flat_scene import FlatScene, Sky
-from renderer.kernel import kernel
+from renderer.kernel import inlined, kernel
 from renderer.lights import Lights, importance, load_bounds
 from renderer.microfacet import fresnel_pane
 from renderer.outside import Rgb, hot_toward, sky_color
@@ -52,6 +52,7 @@ from renderer.records import (
     LOOK_GLOW,
     LOOK_IOR,
     LOOK_METALLIC,
+    LOOK_MORE,
     LOOK_PORTAL,
     LOOK_PROFILE,
     LOOK_ROUGHNESS,
@@ -59,6 +60,7 @@ from renderer.records import (
     LOOK_SIZE,
     LOOK_TRANSMISSION,
     METALLIC,
+    MORE,
     POINT_X,
     POINT_Y,
     POINT_Z,
@@ -75,7 +77,9 @@ from renderer.records import (
     THIN,
     TRANSMISSION,
     WIDTH,
+    Scratch,
     Surfaces,
+    lane_count,
 )
 from renderer.spot_lights import profile_toward
 from renderer.textures.hit import apply_texture
@@ -117,11 +121,12 @@ def build_surfaces(flat: FlatScene) -> Surfaces:
         look[flat.absorbs, LOOK_EMISSION : LOOK_EMISSION + 3] = parts.emission[flat.absorbs]
         look[flat.absorbs, LOOK_ROUGHNESS] = look[flat.absorbs, LOOK_IOR] = 1.0
         textured = np.where(flat.absorbs, -1, textured).astype(np.int32)
+    lit = parts.portal | (parts.emission > 0.0).any(axis=1) | (look[:, LOOK_GLOW] > 0.0)
+    look[:, LOOK_MORE] = lit | (textured >= 0)
     return Surfaces(
-        np.ascontiguousarray(flat.mesh.faces),
-        np.ascontiguousarray(flat.mesh.normals),
+        flat.mesh.normals[flat.mesh.faces].reshape(-1),
         np.ascontiguousarray(flat.face_part),
-        look,
+        look.reshape(-1),
         reflected_table(),
         np.stack([glass_table(float(ior)) for ior in iors]) if len(iors) else np.zeros((0, 2, STEPS, STEPS), np.float32),
         build_textures(
@@ -136,74 +141,89 @@ def build_surfaces(flat: FlatScene) -> Surfaces:
     )
 
 
-@kernel
+@inlined
 def lift_height(x: np.float32, y: np.float32, z: np.float32) -> np.float32:
     """Return how far to stay off a surface at a point, in metres: some ten roundings of its coordinates."""
-    return _LIFT_M + _LIFT_RATIO * max(abs(x), abs(y), abs(z))
+    x, y, z = abs(x), abs(y), abs(z)
+    most = x if x > y else y
+    return _LIFT_M + _LIFT_RATIO * (most if most > z else z)
 
 
-@kernel
-def find_surfaces(packet: Packet, surfaces: Surfaces, lights: Lights, primary: bool, lanes: NDArray[np.float32]) -> None:
+@inlined
+def find_surfaces(surfaces: Surfaces, lights: Lights, primary: bool, scratch: Scratch) -> None:
     """Fill POINT to WIDTH for 16 traced rays, and make their directions unit; lanes without a surface neither reflect nor glow.
 
     Camera rays (``primary``) that leave the scene see the sky; others are dark, as light from outside enters by panes only.
     """
-    real, integer = packet.real, packet.integer
+    packet, lanes, parts = scratch.rays, scratch.lanes, scratch.parts
+    real = packet.real
     _place_points(packet, lanes)
+    _fetch_looks(packet, surfaces, _ONE if primary else _ZERO, lanes, parts)
     for k in range(LANES):
-        lanes[REFLECTS + k] = _ZERO
-        lanes[GLOW_CHANCE + k] = _ZERO
-        lanes[WIDTH + k] += lanes[SPREAD + k] * real[TFAR + k]
-        for channel in range(0, 3 * LANES, LANES):
-            lanes[GLOW_R + channel + k] = _ZERO
-        if packet.alive[k] == 0:
+        if lanes[MORE + k] == _ZERO:
             continue
-        if integer[GEOM_ID + k] == INVALID_ID:
-            if primary:
-                x, y, z = real[DIR_X + k], real[DIR_Y + k], real[DIR_Z + k]
-                r, g, b = sky_color(surfaces.sky, x, y, z)
-                hot_r, hot_g, hot_b, _ = hot_toward(lights.outside, x, y, z)
-                lanes[GLOW_R + k], lanes[GLOW_R + LANES + k], lanes[GLOW_R + 2 * LANES + k] = r + hot_r, g + hot_g, b + hot_b
+        part = parts[k]
+        if part < 0:
+            x, y, z = real[DIR_X + k], real[DIR_Y + k], real[DIR_Z + k]
+            r, g, b = sky_color(surfaces.sky, x, y, z)
+            hot_r, hot_g, hot_b, _ = hot_toward(lights.outside, x, y, z)
+            lanes[GLOW_R + k], lanes[GLOW_R + LANES + k], lanes[GLOW_R + 2 * LANES + k] = r + hot_r, g + hot_g, b + hot_b
             continue
-        face = integer[PRIM_ID + k]
-        part = surfaces.face_part[face]
-        _interpolate_normal(packet, surfaces, face, k, lanes)
-        _fetch_look(surfaces, part, k, lanes)
         texture = surfaces.textures.part[part]
         if texture >= 0:
             apply_texture(surfaces.textures, texture, packet, k, lanes)
-        _glow(surfaces.look[part, LOOK_GLOW], k, lanes)
-        group = lights.face_group[face]
+        _glow(surfaces.look[part * LOOK_SIZE + LOOK_GLOW], k, lanes)
+        group = lights.face_group[packet.integer[PRIM_ID + k]]
         if group >= 0 and lanes[COSINE + k] > _ZERO:
             x, y, z = real[DIR_X + k], real[DIR_Y + k], real[DIR_Z + k]
             r, g, b = emitted_luminance(surfaces, part, x, y, z, lanes[COSINE + k])
             lanes[GLOW_R + k], lanes[GLOW_R + LANES + k], lanes[GLOW_R + 2 * LANES + k] = r, g, b
             if not primary:
                 lanes[GLOW_CHANCE + k] = _light_chance(packet, lights, group, k, lanes)
-            if len(lights.outside.part) > 0 and surfaces.look[part, LOOK_PORTAL] > _ZERO:
+            if len(lights.outside.part) > 0 and surfaces.look[part * LOOK_SIZE + LOOK_PORTAL] > _ZERO:
                 _add_hot(surfaces, lights, part, k, x, y, z, lanes)
     _orient_shading(packet, lanes)
 
 
-@kernel
-def _fetch_look(surfaces: Surfaces, part: int, k: int, lanes: NDArray[np.float32]) -> None:
-    """Write REFLECTS and BASE_R to GLASS of lane k from the table of parts."""
-    look = surfaces.look
-    lanes[REFLECTS + k] = _ONE
-    for channel in range(3):
-        lanes[BASE_R + LANES * channel + k] = look[part, LOOK_BASE + channel]
-    lanes[ROUGHNESS + k] = look[part, LOOK_ROUGHNESS]
-    lanes[METALLIC + k] = look[part, LOOK_METALLIC]
-    lanes[TRANSMISSION + k] = look[part, LOOK_TRANSMISSION]
-    lanes[IOR + k] = look[part, LOOK_IOR]
-    lanes[COAT + k] = look[part, LOOK_COAT]
-    lanes[COAT_ROUGHNESS + k] = look[part, LOOK_COAT_ROUGHNESS]
-    lanes[SHEEN + k] = look[part, LOOK_SHEEN]
-    lanes[THIN + k] = look[part, LOOK_PORTAL]
-    lanes[GLASS + k] = look[part, LOOK_GLASS]
+@inlined
+def _fetch_looks(packet: Packet, surfaces: Surfaces, missed: np.float32, lanes: NDArray[np.float32], parts: NDArray[np.int32]) -> None:
+    """Write parts, REFLECTS, BASE_R to GLASS, WIDTH, SHADE as the mesh has it, and no glow; ``missed``: MORE of rays that hit nothing."""
+    real, integer, look = packet.real, packet.integer, surfaces.look
+    normals = surfaces.normals
+    for k in range(lane_count(lanes)):
+        hit = integer[GEOM_ID + k] != INVALID_ID
+        parts[k] = surfaces.face_part[integer[PRIM_ID + k]] if hit else -1
+        lanes[REFLECTS + k] = _ONE if hit else _ZERO
+        lanes[MORE + k] = missed if packet.alive[k] != 0 else _ZERO
+        lanes[WIDTH + k] += lanes[SPREAD + k] * real[TFAR + k]
+        lanes[GLOW_R + k] = lanes[GLOW_R + LANES + k] = lanes[GLOW_R + 2 * LANES + k] = lanes[GLOW_CHANCE + k] = _ZERO
+    for k in range(lane_count(lanes)):
+        if parts[k] >= 0:
+            row = parts[k] * LOOK_SIZE
+            lanes[BASE_R + k] = look[row + LOOK_BASE]
+            lanes[BASE_R + LANES + k] = look[row + LOOK_BASE + 1]
+            lanes[BASE_R + 2 * LANES + k] = look[row + LOOK_BASE + 2]
+            lanes[ROUGHNESS + k] = look[row + LOOK_ROUGHNESS]
+            lanes[METALLIC + k] = look[row + LOOK_METALLIC]
+            lanes[TRANSMISSION + k] = look[row + LOOK_TRANSMISSION]
+            lanes[IOR + k] = look[row + LOOK_IOR]
+            lanes[COAT + k] = look[row + LOOK_COAT]
+            lanes[COAT_ROUGHNESS + k] = look[row + LOOK_COAT_ROUGHNESS]
+            lanes[SHEEN + k] = look[row + LOOK_SHEEN]
+            lanes[THIN + k] = look[row + LOOK_PORTAL]
+            lanes[GLASS + k] = look[row + LOOK_GLASS]
+            lanes[MORE + k] = look[row + LOOK_MORE]
+    for k in range(lane_count(lanes)):
+        if parts[k] >= 0:
+            at = 9 * np.int64(integer[PRIM_ID + k])
+            v, w = real[BARY_U + k], real[BARY_V + k]
+            u = _ONE - v - w
+            lanes[SHADE_X + k] = u * normals[at] + v * normals[at + 3] + w * normals[at + 6]
+            lanes[SHADE_Y + k] = u * normals[at + 1] + v * normals[at + 4] + w * normals[at + 7]
+            lanes[SHADE_Z + k] = u * normals[at + 2] + v * normals[at + 5] + w * normals[at + 8]
 
 
-@kernel
+@inlined
 def _glow(luminance: np.float32, k: int, lanes: NDArray[np.float32]) -> None:
     """Let the front of lane k send out its colour times a luminance, and leave a dark surface.
 
@@ -215,7 +235,7 @@ def _glow(luminance: np.float32, k: int, lanes: NDArray[np.float32]) -> None:
             lanes[BASE_R + channel + k] *= _UNLIT
 
 
-@kernel
+@inlined
 def _light_chance(packet: Packet, lights: Lights, group: int, k: int, lanes: NDArray[np.float32]) -> np.float32:
     """Return the probability per steradian that drawing lights at the ray's origin gives the point that the ray hit."""
     real, groups = packet.real, lights.groups
@@ -225,7 +245,7 @@ def _light_chance(packet: Packet, lights: Lights, group: int, k: int, lanes: NDA
     return chance
 
 
-@kernel
+@inlined
 def _add_hot(
     surfaces: Surfaces, lights: Lights, part: int, k: int, x: np.float32, y: np.float32, z: np.float32, lanes: NDArray[np.float32]
 ) -> None:
@@ -242,29 +262,29 @@ def _add_hot(
         lanes[GLOW_R + 2 * LANES + k] += scale * b
 
 
-@kernel
+@inlined
 def pane_through(surfaces: Surfaces, part: int, cosine: np.float32) -> np.float32:
     """Return the share of light that a pane lets through at this cosine: what it does not reflect, times its transmission."""
-    look = surfaces.look
-    through: np.float32 = look[part, LOOK_TRANSMISSION] * (_ONE - fresnel_pane(cosine, look[part, LOOK_IOR]))
+    look, row = surfaces.look, part * LOOK_SIZE
+    through: np.float32 = look[row + LOOK_TRANSMISSION] * (_ONE - fresnel_pane(cosine, look[row + LOOK_IOR]))
     return through
 
 
-@kernel
+@inlined
 def emitted_luminance(surfaces: Surfaces, part: int, x: np.float32, y: np.float32, z: np.float32, cosine: np.float32) -> Rgb:
     """Return the smooth luminance (r, g, b) that the front of a part sends back to where a ray comes from, cd/m2.
 
     (x, y, z): the ray's unit direction in the world; ``cosine`` > 0 between the way back and the front.
     """
-    look = surfaces.look
-    if look[part, LOOK_PORTAL] > _ZERO:
+    look, row = surfaces.look, part * LOOK_SIZE
+    if look[row + LOOK_PORTAL] > _ZERO:
         through = pane_through(surfaces, part, cosine)
         r, g, b = sky_color(surfaces.sky, x, y, z)
         return through * r, through * g, through * b
     share = _ONE
-    if look[part, LOOK_PROFILE] > _ZERO:
-        share = profile_toward(surfaces.profiles, int(look[part, LOOK_PROFILE]) - 1, -x, -y, -z)
-    return share * look[part, LOOK_EMISSION], share * look[part, LOOK_EMISSION + 1], share * look[part, LOOK_EMISSION + 2]
+    if look[row + LOOK_PROFILE] > _ZERO:
+        share = profile_toward(surfaces.profiles, int(look[row + LOOK_PROFILE]) - 1, -x, -y, -z)
+    return share * look[row + LOOK_EMISSION], share * look[row + LOOK_EMISSION + 1], share * look[row + LOOK_EMISSION + 2]
 
 
 @kernel
@@ -288,16 +308,6 @@ def _place_points(packet: Packet, lanes: NDArray[np.float32]) -> None:
         lanes[SIDE_X + k], lanes[SIDE_Y + k], lanes[SIDE_Z + k] = nx, ny, nz
         lanes[SHADE_X + k], lanes[SHADE_Y + k], lanes[SHADE_Z + k] = nx, ny, nz
         lanes[POINT_X + k], lanes[POINT_Y + k], lanes[POINT_Z + k] = x + lift * nx, y + lift * ny, z + lift * nz
-
-
-@kernel
-def _interpolate_normal(packet: Packet, surfaces: Surfaces, face: int, k: int, lanes: NDArray[np.float32]) -> None:
-    """Write the mesh's normal at the hit, not yet of unit length."""
-    a, b, c = surfaces.faces[face, 0], surfaces.faces[face, 1], surfaces.faces[face, 2]
-    v, w = packet.real[BARY_U + k], packet.real[BARY_V + k]
-    u = _ONE - v - w
-    for axis in range(3):
-        lanes[SHADE_X + LANES * axis + k] = u * surfaces.normals[a, axis] + v * surfaces.normals[b, axis] + w * surfaces.normals[c, axis]
 
 
 @kernel

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.flat_scene import FlatScene, Mesh, PartTable, Sky, tabulate_materials
+from renderer.lights import EMITTER_SIZE
 from scene_description import Material
 from scene_description.poses import look_at
 from scene_description.types import CameraPose
@@ -104,3 +105,8 @@ def furnished_room() -> FlatScene:
 
 VIEW = pose((3.4, 0.4, 1.6), (1.3, 3.2, 0.8))
 """A view of :func:`furnished_room` with the window, the bed and the wardrobe in it."""
+
+
+def emitter_column(lights, column):
+    """Return three numbers (e, 3) of each emitter from ``column`` on."""
+    return lights.emitters.reshape(-1, EMITTER_SIZE)[:, column : column + 3]

@@ -14,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.kernel import kernel
+from renderer.embree import aligned_floats
+from renderer.kernel import inlined
 from renderer.textures.apply import OTHER_COLORS, AppliedTexture
 from renderer.textures.packing import CHANNELS
 
@@ -29,6 +30,22 @@ from renderer.textures.packing import CHANNELS
     COLORS,  # nine numbers
 ) = (0, 1, 2, 3, 4, 5, 6, 7)
 ROW_SIZE = COLORS + 3 * OTHER_COLORS
+(
+    FACE_U,  # texture coordinates of the first corner, and from there to the other two
+    FACE_V,
+    FACE_AU,
+    FACE_AV,
+    FACE_BU,
+    FACE_BV,
+    FACE_DENSITY,  # units of the texture coordinates, squared, per m2; 0 where the map is flat
+    FACE_TX,  # unit vectors of the world along which u and v grow
+    FACE_TY,
+    FACE_TZ,
+    FACE_SX,
+    FACE_SY,
+    FACE_SZ,
+) = range(13)
+FACE_SIZE = 16
 (FIRST, WIDTH_LOG, HEIGHT_LOG, LEVELS, PICTURE) = range(5)
 
 _ZERO, _ONE, _HALF = np.float32(0.0), np.float32(1.0), np.float32(0.5)
@@ -44,7 +61,8 @@ class Textures(NamedTuple):
 
     part: (p,) int32, row of each part's texture, -1 for none; texels: (t,) uint64, the eight bytes of each, lowest first; rows:
     (r, ROW_SIZE) float32; layout: (r, 5) int64, where a row's tile begins among the texels, logarithms of its sides, number of levels,
-    whether it is a picture; linear: (256,) float32, luminance of sRGB bytes; vertices, uvs, faces: the scene's mesh.
+    whether it is a picture; linear: (256,) float32, luminance of sRGB bytes; faces: (m * FACE_SIZE,) float32, a row of FACE fields for each
+    triangle of the scene, each in a cache line.
     """
 
     part: NDArray[np.int32]
@@ -52,9 +70,7 @@ class Textures(NamedTuple):
     rows: NDArray[np.float32]
     layout: NDArray[np.int64]
     linear: NDArray[np.float32]
-    vertices: NDArray[np.float32]
-    uvs: NDArray[np.float32]
-    faces: NDArray[np.uint32]
+    faces: NDArray[np.float32]
 
 
 class Looked(NamedTuple):
@@ -97,10 +113,29 @@ def build_textures(
     texels = np.concatenate(chunks) if chunks else np.zeros(1, np.uint64)
     byte = np.arange(256) / 255.0
     linear = np.where(byte <= 0.04045, byte / 12.92, ((byte + 0.055) / 1.055) ** 2.4).astype(np.float32)
-    return Textures(*map(np.ascontiguousarray, (part, texels, rows, layout, linear, vertices, uvs, faces)))
+    return Textures(np.ascontiguousarray(part), texels, rows, layout, linear, _face_rows(vertices, uvs, faces))
 
 
-@kernel
+def _face_rows(vertices: NDArray[np.float32], uvs: NDArray[np.float32], faces: NDArray[np.uint32]) -> NDArray[np.float32]:
+    """Return ``faces`` of ``Textures``, on a 64-byte boundary."""
+    rows = aligned_floats(len(faces) * FACE_SIZE)
+    table = rows.reshape(-1, FACE_SIZE)
+    corner = vertices[faces].astype(np.float64)
+    a, b = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+    place = uvs[faces].astype(np.float64)
+    (au, av), (bu, bv) = (place[:, 1] - place[:, 0]).T, (place[:, 2] - place[:, 0]).T
+    flat = au * bv - av * bu
+    table[:, FACE_U : FACE_V + 1] = place[:, 0]
+    table[:, FACE_AU], table[:, FACE_AV], table[:, FACE_BU], table[:, FACE_BV] = au, av, bu, bv
+    area = np.linalg.norm(np.cross(a, b), axis=1)
+    table[:, FACE_DENSITY] = np.abs(flat) / np.maximum(area, 1e-20)
+    sign = np.where(flat < 0.0, -1.0, 1.0)[:, None]
+    for column, way in ((FACE_TX, a * bv[:, None] - b * av[:, None]), (FACE_SX, b * au[:, None] - a * bu[:, None])):
+        table[:, column : column + 3] = sign * way / np.maximum(np.linalg.norm(way, axis=1, keepdims=True), 1e-30)
+    return rows
+
+
+@inlined
 def look_up(
     textures: Textures,
     row: int,

@@ -38,7 +38,7 @@ def scatter(lane, table, wo, numbers):
     for i in range(len(numbers)):
         lane[records.DRAW_LOBE], lane[records.DRAW_WAY_U], lane[records.DRAW_WAY_V] = numbers[i, 0], numbers[i, 1], numbers[i, 2]
         draw_directions(lane, kinds)
-        evaluate(lane, kinds, table)
+        evaluate(lane, kinds, table.reflected)
         if lane[records.WAY_Z] != 0.0 and lane[records.DENSITY] > 0.0:
             rows[i] = found(lane)
     return rows
@@ -52,7 +52,7 @@ def look_at(lane, table, wo, ways):
     rows = np.zeros((len(ways), 4), np.float32)
     for i in range(len(ways)):
         lane[records.WAY_X], lane[records.WAY_Y], lane[records.WAY_Z] = ways[i, 0], ways[i, 1], ways[i, 2]
-        evaluate(lane, kinds, table)
+        evaluate(lane, kinds, table.reflected)
         rows[i] = found(lane)[3:]
     return rows
 

@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
-from box_room import box, quad, scene
+from box_room import box, emitter_column, quad, scene
 from numba import njit
 
 from renderer import records
-from renderer.direct_light import _aim_at_light, weigh_lights
+from renderer.direct_light import weigh_lights
 from renderer.flat_scene import Sky
-from renderer.lights import build_lights, importance, load_bounds
+from renderer.light_points import aim_at_lights
+from renderer.lights import EMITTER_CORNER, EMITTER_EDGE_1, EMITTER_EDGE_2, EMITTER_NORMAL, build_lights, importance, load_bounds
 from renderer.records import make_scratch
 from renderer.surfaces import build_surfaces
 
@@ -36,8 +37,7 @@ def draw(surfaces, lights, scratch, numbers):
     lanes = scratch.lanes
     for i in range(len(numbers)):
         lanes[records.DRAW_LIGHT_U], lanes[records.DRAW_LIGHT_V] = numbers[i, 0], numbers[i, 1]
-        lanes[records.LIGHT_CHANCE] = 0.0
-        _aim_at_light(surfaces, lights, scratch, 0)
+        aim_at_lights(surfaces, lights, scratch)
         rows[i, 0], rows[i, 1], rows[i, 2] = lanes[records.LIGHT_X], lanes[records.LIGHT_Y], lanes[records.LIGHT_Z]
         rows[i, 3] = lanes[records.LIGHT_CHANCE]
     return rows
@@ -48,10 +48,12 @@ def stated_density(lights, normal, ways):
     groups, origin = lights.groups, np.zeros(3, np.float32)
     shares = np.array([importance(load_bounds(groups, g), *origin, *normal) for g in range(len(groups.area))])
     shares = shares / shares.sum()
+    columns = (EMITTER_EDGE_1, EMITTER_EDGE_2, EMITTER_CORNER, EMITTER_NORMAL)
+    tables = [emitter_column(lights, column).astype(np.float64) for column in columns]
     density = np.zeros(len(ways))
     for e in range(len(lights.part)):
         group = np.searchsorted(lights.groups.start, e, side="right") - 1
-        a, b, corner, n = (table[e].astype(np.float64) for table in (lights.edge_1, lights.edge_2, lights.corner, lights.normal))
+        a, b, corner, n = (table[e] for table in tables)
         facing = ways @ n
         distance = (corner @ n) / np.where(facing < 0, facing, -1.0)
         points = ways * distance[:, None] - corner
@@ -68,6 +70,7 @@ def test_draws_of_lights_follow_their_density(normal):
     lights, surfaces = build_lights(flat), build_surfaces(flat)
     normal = np.array(normal, np.float32)
     scratch = make_scratch(len(lights.groups.area))
+    scratch.lanes[records.REFLECTS] = 1.0
     for axis in range(3):
         scratch.lanes[records.SHADE_X + records.LANES * axis] = scratch.lanes[records.SIDE_X + records.LANES * axis] = normal[axis]
     count, heights, turns, fine = 40000, 24, 36, 14

@@ -11,7 +11,7 @@ import trimesh
 from renderer.errors import MeshFileError
 from renderer.flatten import FlattenError, flatten
 from renderer.mesh_files import MAX_FILE_BYTES, find_mesh_file, load_mesh_file
-from renderer.records import LOOK_BASE, LOOK_EMISSION, LOOK_IOR
+from renderer.records import LOOK_BASE, LOOK_EMISSION, LOOK_IOR, LOOK_SIZE
 from renderer.surfaces import build_surfaces
 from scene_description import (
     CameraPose,
@@ -151,7 +151,7 @@ def test_emission_carries_the_flux() -> None:
     assert np.flatnonzero(flat.parts.emission.any(axis=1)).tolist() == [shade]
     # What shines reflects nothing, or more than the flux would leave it.
     assert np.flatnonzero(flat.absorbs).tolist() == [shade]
-    look = build_surfaces(flat).look[shade]
+    look = build_surfaces(flat).look.reshape(-1, LOOK_SIZE)[shade]
     assert not look[LOOK_BASE : LOOK_BASE + 3].any() and look[LOOK_IOR] == 1.0
     assert np.array_equal(look[LOOK_EMISSION : LOOK_EMISSION + 3], flat.parts.emission[shade])
     off = replace(scene, lights=(replace(scene.lights[0], on=False),))

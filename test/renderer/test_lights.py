@@ -2,10 +2,20 @@
 
 import numpy as np
 import pytest
-from box_room import DARK, box, furnished_room, quad, scene
+from box_room import DARK, box, emitter_column, furnished_room, quad, scene
 
 from renderer.flat_scene import Sky
-from renderer.lights import build_lights, find_emitter, importance, load_bounds, spread_over_triangle
+from renderer.lights import (
+    EMITTER_CORNER,
+    EMITTER_EDGE_1,
+    EMITTER_EDGE_2,
+    EMITTER_NORMAL,
+    build_lights,
+    find_emitter,
+    importance,
+    load_bounds,
+    spread_over_triangle,
+)
 from renderer.outside import sky_color
 
 
@@ -27,6 +37,7 @@ def test_no_light_is_cut_off():
     flat = scene(*(box(low, low + rng.uniform(0.05, 1, 3), emission=(1, 1, 1)) for low in rng.uniform(-2, 2, (6, 3))))
     flat.mesh.vertices[:] += rng.normal(0, 0.05, flat.mesh.vertices.shape).astype(np.float32)
     lights = build_lights(flat)
+    corner, edge_1, edge_2, normals = (emitter_column(lights, c) for c in (EMITTER_CORNER, EMITTER_EDGE_1, EMITTER_EDGE_2, EMITTER_NORMAL))
     seen, chance_without_light = 0, 0
     for _ in range(4000):
         point, normal = rng.uniform(-3, 3, 3).astype(np.float32), rng.normal(size=3)
@@ -36,8 +47,8 @@ def test_no_light_is_cut_off():
         a, b = np.sort(rng.random((2, 50, 1)), axis=0)
         lit = False
         for e in members:
-            way = lights.corner[e] + a * lights.edge_1[e] + (1 - b) * lights.edge_2[e] - point
-            lit |= bool(((way @ normal > 0) & (way @ lights.normal[e] < 0)).any())
+            way = corner[e] + a * edge_1[e] + (1 - b) * edge_2[e] - point
+            lit |= bool(((way @ normal > 0) & (way @ normals[e] < 0)).any())
         value = importance(load_bounds(lights.groups, group), *point, *normal)
         assert np.isfinite(value) and value >= 0
         assert value > 0 or not lit
@@ -50,6 +61,7 @@ def test_no_light_is_cut_off():
 def test_draws_are_even_over_a_group():
     flat = scene(box((0, 0, 0), (1, 2, 3), emission=(1, 1, 1)), quad((0, 0, 5), (2, 0, 0), (0, 1, 0), emission=(3, 3, 3)))
     lights = build_lights(flat)
+    corner, edge_1, edge_2 = (emitter_column(lights, c) for c in (EMITTER_CORNER, EMITTER_EDGE_1, EMITTER_EDGE_2))
     n = 100
     for group, area in enumerate(lights.groups.area):
         points = []
@@ -58,7 +70,7 @@ def test_draws_are_even_over_a_group():
             assert lights.groups.start[group] <= e < lights.groups.start[group + 1]
             s, t = spread_over_triangle(within, v)
             assert s >= 0 and t >= 0 and s + t <= 1 + 1e-6
-            points.append(lights.corner[e] + s * lights.edge_1[e] + t * lights.edge_2[e])
+            points.append(corner[e] + s * edge_1[e] + t * edge_2[e])
         points = np.array(points)
         low, size = points.min(axis=0), np.ptp(points, axis=0)
         u, v = np.flatnonzero(size > 0.01)

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from box_room import DARK, box, pose, quad, scene
 
-from renderer import CameraConfig, RenderConfig, Renderer
+from renderer import CameraConfig, RenderConfig, Renderer, records
+from renderer.light_points import meet_panes
 from renderer.lights import build_lights
-from renderer.outside import draw_toward, hot_toward, pane_ahead
+from renderer.outside import draw_toward, hot_toward
 
 RADIUS_RAD = math.radians(0.533 / 2)
 VERSINE = 1.0 - math.cos(RADIUS_RAD)
@@ -141,6 +142,17 @@ def test_draws_follow_their_chances(sky):
     assert flux == pytest.approx(expected, rel=0.02)
 
 
+def pane_ahead(outside, origin, way):
+    """Return the pane that lane 5 meets and how far it is, with its neighbours looking elsewhere."""
+    lanes, drawn = np.full(records.LANES_SIZE, np.nan, np.float32), np.zeros(records.LANES, np.int32)
+    for axis in range(3):
+        lanes[records.POINT_X + records.LANES * axis + 5] = origin[axis]
+        lanes[records.LIGHT_X + records.LANES * axis + 5] = way[axis]
+    meet_panes(outside, lanes, drawn)
+    assert (np.delete(drawn, 5) == -1).all()
+    return drawn[5], lanes[records.DRAWN_LEFT + 5]
+
+
 def test_rays_find_the_pane_from_inside_only():
     outside = build_lights(scene(FLOOR, PANE, sky=sun(SUN))).outside
     rng = np.random.default_rng(1)
@@ -148,12 +160,12 @@ def test_rays_find_the_pane_from_inside_only():
         origin, target = rng.uniform((-2, -2, 0), (2, 1.9, 3)), rng.uniform((-2, 2, 0), (2, 2, 3))
         way = target - origin
         length = np.linalg.norm(way)
-        pane, distance = pane_ahead(outside, *origin.astype(np.float32), *(way / length).astype(np.float32))
+        pane, distance = pane_ahead(outside, origin, way / length)
         within = -1 < target[0] < 1 and 0.5 < target[2] < 2.5
         assert (pane >= 0) == within
         if within:
             assert distance == pytest.approx(length, rel=1e-4)
-        assert pane_ahead(outside, *(target + way).astype(np.float32), *(-way / length).astype(np.float32))[0] == -1
+        assert pane_ahead(outside, target + way, -way / length)[0] == -1
 
 
 def test_a_map_lights_as_its_pixels_do():

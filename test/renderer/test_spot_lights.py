@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from box_room import box, pose, quad, scene
+from box_room import box, emitter_column, pose, quad, scene
 from sample_scene import sample_scene
 
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.flat_scene import Mesh
 from renderer.flatten import flatten
-from renderer.lights import build_lights
+from renderer.lights import EMITTER_NORMAL, build_lights
 from renderer.shapes import signed_volume, surface_area
 from renderer.spot_lights import (
     STEPS,
@@ -101,7 +101,7 @@ def test_faces_that_look_away_from_the_beam_are_no_lights():
     lights = build_lights(lit_scene(SPOT))
     assert 0 < len(lights.part) < 320
     assert len(build_lights(lit_scene(BULB)).part) == 320
-    assert lights.normal[:, 2].max() < math.sin(SPOT.field_rad) + 0.05
+    assert emitter_column(lights, EMITTER_NORMAL)[:, 2].max() < math.sin(SPOT.field_rad) + 0.05
 
 
 def test_integrals_of_known_profiles():
