@@ -80,9 +80,9 @@ def compare(name: str, other: Mitsuba, passes: int, samples: int, threads: int, 
 
 def _timed(renderer: Renderer, view: View, turn: int) -> Rendered:
     cpu, wall = time.process_time(), time.perf_counter()
-    image = renderer.render(view.pose, turn, ("color",)).radiance
+    image = renderer.render(view.pose, turn, ("radiance",)).radiance
     if image is None:
-        raise RuntimeError("render of the layer 'color' gave no radiance")
+        raise RuntimeError("render of the layer 'radiance' gave no radiance")
     return Rendered(image, time.process_time() - cpu, time.perf_counter() - wall)
 
 

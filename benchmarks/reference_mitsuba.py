@@ -22,9 +22,12 @@ from numpy.typing import NDArray
 
 from benchmarks.reference_scenes import View
 from renderer import FlatScene, Sky
+from renderer import outside as outside_kernels
 from renderer.albedo import MIN_ALPHA
-from renderer.outside import sky_color
+from renderer.kernel import from_python
 from scene_description.poses import world_from_optical
+
+sky_color = from_python(outside_kernels.sky_color)
 
 VARIANT = "llvm_ad_rgb"
 ROULETTE_FROM = 5

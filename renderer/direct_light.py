@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from renderer.bsdf import evaluate
 from renderer.embree import DIR_X, DIR_Y, DIR_Z, LANES, ORG_X, ORG_Y, ORG_Z, TFAR, TNEAR, SceneHandle, occluded16
-from renderer.kernel import inlined, kernel, tracing
-from renderer.light_points import aim_at_lights, aim_outside
+from renderer.kernel import inlined, kernel
 from renderer.lights import Lights, importance, load_bounds
 from renderer.records import (
     DENSITY,
@@ -80,31 +79,23 @@ def weigh_lights(lights: Lights, scratch: Scratch) -> None:
 
 
 @inlined
-def meet_lights(
-    scene: SceneHandle, surfaces: Surfaces, lights: Lights, scratch: Scratch, kinds: int, limit: np.float32, waiting: int
-) -> int:
-    """Draw light for all lanes and put rays to it behind the ``waiting`` ones; return how many wait then.
+def send_shadows(scene: SceneHandle, surfaces: Surfaces, kinds: int, limit: np.float32, waiting: int, scratch: Scratch) -> int:
+    """Put rays to the lights that the lanes have drawn behind the ``waiting`` ones; return how many wait then.
 
     ``kinds``: of the packet (:mod:`renderer.closure`).  ``limit``: most that each channel of one light may bring.
     """
     lanes, shadows = scratch.lanes, scratch.shadows
-    for outside in range(2 if len(lights.outside.part) > 0 else 1):
-        if outside:
-            aim_outside(surfaces, lights.outside, scratch)
-        else:
-            aim_at_lights(surfaces, lights, scratch)
-        _turn_to_lights(lanes)
-        evaluate(lanes, kinds, surfaces.reflected)
-        _weigh_light(lanes, limit)
-        count = choose(lanes, LIGHT_CHANCE, scratch.going)
-        fits = min(count, LANES - waiting)
-        _line_up(lanes, scratch.going, 0, fits, waiting, scratch.lane_slot, shadows)
-        waiting += fits
-        if waiting == LANES:
-            cast_shadows(scene, shadows, waiting, scratch.light)
-            _line_up(lanes, scratch.going, fits, count, 0, scratch.lane_slot, shadows)
-            waiting = count - fits
-    return waiting
+    _turn_to_lights(lanes)
+    evaluate(lanes, kinds, surfaces.reflected)
+    _weigh_light(lanes, limit)
+    count = choose(lanes, LIGHT_CHANCE, scratch.going)
+    fits = min(count, LANES - waiting)
+    _line_up(lanes, scratch.going, 0, fits, waiting, scratch.lane_slot, shadows)
+    if waiting + fits < LANES:
+        return waiting + fits
+    cast_shadows(scene, shadows, LANES, scratch.light)
+    _line_up(lanes, scratch.going, fits, count, 0, scratch.lane_slot, shadows)
+    return count - fits
 
 
 @kernel
@@ -153,7 +144,7 @@ def _weigh_light(lanes: NDArray[np.float32], limit: np.float32) -> None:
         lanes[LIGHT_CHANCE + k] = lanes[LIGHT_CHANCE + k] if most > _ZERO else _ZERO
 
 
-@tracing
+@kernel
 def cast_shadows(scene: SceneHandle, shadows: Shadows, count: int, light: NDArray[np.float32]) -> None:
     """Trace the first ``count`` shadow rays that wait, and add the light of those that found nothing in their way to ``light``, by slot."""
     packet = shadows.packet

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from renderer.errors import MeshFileError
 from renderer.exr_files import read_exr_color
 from renderer.flat_scene import NO_MAP
-from renderer.kernel import kernel
+from renderer.kernel import entry
 from renderer.mesh_files import find_mesh_file
 from renderer.outside import LUMINANCE, pixel_solid_angles
 from scene_description.types import EnvironmentMap
@@ -141,7 +141,7 @@ def _read_header(data: bytes, name: str) -> tuple[int, int, float, int]:
     raise MeshFileError(f"{name}: expected a header that ends in '-Y height +X width', got none")
 
 
-@kernel
+@entry
 def _decode(data: NDArray[np.uint8], start: int, codes: NDArray[np.uint8]) -> bool:
     """Fill pixels (height, width, 4) from run-length coded or plain lines; return whether the data held them all."""
     at, end = start, len(data)

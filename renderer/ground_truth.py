@@ -32,7 +32,7 @@ from renderer.embree import (
     SceneHandle,
     intersect16,
 )
-from renderer.kernel import kernel, tracing
+from renderer.kernel import entry, kernel
 from renderer.shutter import move_rays, unturn_rays
 
 TILE = 4
@@ -150,7 +150,7 @@ def _face_camera(camera: PosedCamera, packet: Packet) -> None:
         real[NG_Z + k] = (r02 * x + r12 * y + r22 * z) * scale
 
 
-@tracing
+@entry
 def trace_geometry(
     scene: SceneHandle,
     labels: Labels,

@@ -18,7 +18,7 @@ from __future__ import annotations
 import numpy as np
 
 from renderer.cameras import PosedCamera
-from renderer.direct_light import cast_shadows, weigh_lights
+from renderer.direct_light import cast_shadows, send_shadows, weigh_lights
 from renderer.embree import (
     DIR_X,
     DIR_Y,
@@ -38,7 +38,8 @@ from renderer.embree import (
     intersect16,
 )
 from renderer.ground_truth import TILE, aim_tile
-from renderer.kernel import inlined, kernel, tracing
+from renderer.kernel import entry, inlined, kernel
+from renderer.light_points import aim_at_lights, aim_outside
 from renderer.lights import Lights
 from renderer.random_numbers import draw_pairs, mix
 from renderer.records import (
@@ -80,7 +81,7 @@ from renderer.records import (
     Transport,
     Work,
 )
-from renderer.scattering import scatter
+from renderer.scattering import begin_scattering, go_on
 from renderer.shutter import move_rays
 from renderer.surfaces import find_surfaces
 from renderer.thin_lens import open_lens
@@ -88,11 +89,12 @@ from renderer.thin_lens import open_lens
 _ZERO, _ONE, _HALF, _TINY = np.float32(0.0), np.float32(1.0), np.float32(0.5), np.float32(1e-30)
 _INFINITE = np.float32(np.inf)
 _PAIRS_PER_HIT = 3
+_ROULETTE_FROM = 2
 _DIRECTION_PAIRS, _LENS_PAIR, _TIME_PAIR = 1 << 16, 1 << 17, 3 << 16
 _BLOCKS_ACROSS = WAVE_EDGE // TILE
 
 
-@tracing
+@entry
 def trace_paths(
     scene: SceneHandle,
     surfaces: Surfaces,
@@ -104,7 +106,7 @@ def trace_paths(
     film: Film,
 ) -> None:
     """Add a piece's samples to ``film``."""
-    rays = scratch.rays
+    rays, sources = scratch.rays, 2 if len(lights.outside.part) > 0 else 1
     tiles_across = (camera.width + WAVE_EDGE - 1) // WAVE_EDGE
     for tile in range(work.first_tile, work.end_tile):
         column, row = WAVE_EDGE * (tile % tiles_across), WAVE_EDGE * (tile // tiles_across)
@@ -127,13 +129,18 @@ def trace_paths(
                     if depth > 0 and transport.caustic_blur > _ZERO:
                         _roughen(transport.caustic_blur, scratch)
                     _gather_glow(scratch, transport.clamp if depth > 0 else _INFINITE)
-                    if depth + 1 < transport.max_depth:
-                        weigh_lights(lights, scratch)
-                        _draw_numbers(depth, np.uint32(sample), scratch)
-                        if len(lights.outside.part) > 0:
-                            number = np.uint32(_DIRECTION_PAIRS + depth)
-                            draw_pairs(scratch.lane_seeds, np.uint32(sample), number, scratch.lanes[DRAW_SUN_U:])
-                        queued, waiting = scatter(scene, surfaces, lights, transport, depth, queued, waiting, ahead, scratch)
+                    if depth + 1 == transport.max_depth:
+                        continue
+                    weigh_lights(lights, scratch)
+                    kinds = begin_scattering(surfaces, depth + 2 < transport.max_depth, scratch)
+                    _draw_numbers(depth, np.uint32(sample), kinds > 0 or depth >= _ROULETTE_FROM, sources == 2, scratch)
+                    for source in range(sources):
+                        if source == 0:
+                            aim_at_lights(surfaces, lights, scratch)
+                        else:
+                            aim_outside(surfaces, lights.outside, scratch)
+                        waiting = send_shadows(scene, surfaces, kinds, transport.clamp if depth > 0 else _INFINITE, waiting, scratch)
+                    queued = go_on(surfaces, kinds, depth >= _ROULETTE_FROM, queued, ahead, scratch)
                 count = queued
                 if count == 0:
                     break
@@ -196,11 +203,13 @@ def _start_wave(camera: PosedCamera, column: int, row: int, sample: np.uint32, s
 
 
 @inlined
-def _draw_numbers(depth: int, sample: np.uint32, scratch: Scratch) -> None:
-    """Fill DRAW_LIGHT_U to DRAW_WAY_V for the hits at this depth."""
-    for pair in range(_PAIRS_PER_HIT):
+def _draw_numbers(depth: int, sample: np.uint32, choices: bool, outside: bool, scratch: Scratch) -> None:
+    """Fill DRAW_LIGHT and DRAW_WAY for the hits at this depth, with ``choices`` DRAW_LOBE and DRAW_END, and what is drawn ``outside``."""
+    for pair in range(0, _PAIRS_PER_HIT, 1 if choices else 2):
         number = np.uint32(1 + _PAIRS_PER_HIT * depth + pair)
         draw_pairs(scratch.lane_seeds, sample, number, scratch.lanes[DRAW_LIGHT_U + 2 * LANES * pair :])
+    if outside:
+        draw_pairs(scratch.lane_seeds, sample, np.uint32(_DIRECTION_PAIRS + depth), scratch.lanes[DRAW_SUN_U:])
 
 
 @inlined

@@ -12,7 +12,7 @@ from numba.core.compiler import CompilerBase, DefaultPassBuilder
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
-_SETTINGS: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "_nrt": False}
+_SETTINGS: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
 
 
 class _Apart(CompilerBase):  # type: ignore[misc]
@@ -23,16 +23,30 @@ class _Apart(CompilerBase):  # type: ignore[misc]
         return [DefaultPassBuilder.define_nopython_pipeline(self.state)]
 
 
-def kernel(function: Function) -> Function:
-    """Compile a function that runs inside a render; to its callers it keeps its type."""
-    return cast(Function, njit(pipeline_class=_Apart, **_SETTINGS)(function))
+_INNER: dict[str, Any] = {**_SETTINGS, "no_cpython_wrapper": True, "pipeline_class": _Apart}
+"""Of kernels that only kernels call: a wrapper that unpacks records of 40 arrays takes longer to compile than most kernels."""
 
 
-def tracing(function: Function) -> Function:
-    """Compile a function that calls Embree, which writes the memory that two of its arrays share."""
+def entry(function: Function) -> Function:
+    """Compile a function that Python calls; to its callers it keeps its type.  Its arrays may share memory, as those of packets do."""
     return cast(Function, njit(**_SETTINGS)(function))
 
 
+def kernel(function: Function) -> Function:
+    """Compile a function that kernels call, with arrays that are apart."""
+    return cast(Function, njit(**_INNER)(function))
+
+
 def inlined(function: Function) -> Function:
-    """Compile a small function into its callers: passing records of many fields by value would cost more than the work."""
-    return cast(Function, njit(pipeline_class=_Apart, forceinline=True, **_SETTINGS)(function))
+    """Compile a function into its callers: passing records of many arrays by value would cost more than the work."""
+    return cast(Function, njit(forceinline=True, **_INNER)(function))
+
+
+def from_python(function: Function) -> Function:
+    """Return a function by which Python calls a kernel that is made for kernels, as tests do; calling such a kernel itself would crash."""
+
+    @njit
+    def call(*arguments):  # type: ignore[no-untyped-def]
+        return function(*arguments)
+
+    return cast(Function, call)

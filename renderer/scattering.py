@@ -1,4 +1,4 @@
-"""How the paths of a packet go on: shadow rays to lights, and the next rays, drawn from the surfaces' scattering models."""
+"""How the paths of a packet go on: the next rays, drawn from the surfaces' scattering models."""
 
 from __future__ import annotations
 
@@ -7,10 +7,8 @@ from numpy.typing import NDArray
 
 from renderer.bsdf import draw_directions, evaluate
 from renderer.closure import make_closures
-from renderer.direct_light import meet_lights
-from renderer.embree import DIR_X, DIR_Y, DIR_Z, LANES, SceneHandle
+from renderer.embree import DIR_X, DIR_Y, DIR_Z, LANES
 from renderer.kernel import inlined, kernel
-from renderer.lights import Lights
 from renderer.microfacet import frame_about
 from renderer.records import (
     AT_CHANCE,
@@ -76,42 +74,35 @@ from renderer.records import (
     Queue,
     Scratch,
     Surfaces,
-    Transport,
     choose,
 )
 from renderer.surfaces import lift_height
 
 _ZERO, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(1e-30)
 _INFINITE = np.float32(np.inf)
-_ROULETTE_FROM = 2
 _LEAST_SURVIVAL = np.float32(0.05)
 _MATT = np.float32(0.6)
 
 
 @inlined
-def scatter(
-    scene: SceneHandle,
-    surfaces: Surfaces,
-    lights: Lights,
-    transport: Transport,
-    depth: int,
-    queued: int,
-    waiting: int,
-    ahead: Queue,
-    scratch: Scratch,
-) -> tuple[int, int]:
-    """Scatter the paths of a packet; return how many rays are queued, and how many shadow rays wait."""
+def begin_scattering(surfaces: Surfaces, all_follow: bool, scratch: Scratch) -> int:
+    """Fill frames, closures and FOLLOWS of a packet; return its kinds (:mod:`renderer.closure`)."""
     lanes = scratch.lanes
     _turn_to_viewer(scratch.rays.real, lanes)
-    kinds = make_closures(lanes, surfaces)
-    _choose_who_follows(lanes, depth + 2 < transport.max_depth)
-    waiting = meet_lights(scene, surfaces, lights, scratch, kinds, transport.clamp if depth > 0 else _INFINITE, waiting)
+    _choose_who_follows(lanes, all_follow)
+    return make_closures(lanes, surfaces)
+
+
+@inlined
+def go_on(surfaces: Surfaces, kinds: int, roulette: bool, queued: int, ahead: Queue, scratch: Scratch) -> int:
+    """Draw the next rays of a packet and put them behind the ``queued`` ones; return how many are queued then."""
+    lanes = scratch.lanes
     draw_directions(lanes, kinds)
     evaluate(lanes, kinds, surfaces.reflected)
-    _weigh_ways(lanes, _LEAST_SURVIVAL if depth >= _ROULETTE_FROM else _ONE)
+    _weigh_ways(lanes, _LEAST_SURVIVAL if roulette else _ONE)
     count = choose(lanes, GOES_ON, scratch.going)
     _enqueue(lanes, scratch.going, count, scratch.lane_slot, ahead, queued)
-    return queued + count, waiting
+    return queued + count
 
 
 @kernel

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from renderer.cameras import PosedCamera
 from renderer.config import SensorConfig
-from renderer.kernel import kernel
+from renderer.kernel import entry, kernel
 from renderer.random_numbers import mix
 
 _TO_UNIT = 2.0**-32
@@ -74,7 +74,7 @@ def vignetting(camera: PosedCamera, falloff: float, amount: float) -> NDArray[np
     return np.asarray(share, np.float32)
 
 
-@kernel
+@entry
 def _read_out(
     radiance: NDArray[np.float32],
     electrons_per_unit: float,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from renderer.cameras import PosedCamera
 from renderer.embree import DIR_X, DIR_Y, DIR_Z, GEOM_ID, INVALID_ID, LANES, ORG_X, ORG_Y, ORG_Z, TFAR, Packet, SceneHandle, intersect16
 from renderer.ground_truth import CENTRE, TILE, aim_tile
-from renderer.kernel import kernel, tracing
+from renderer.kernel import entry, kernel
 from renderer.microfacet import frame_about
 
 FAR_M = 1e4
@@ -63,7 +63,7 @@ def focus_on_centre(scene: SceneHandle, camera: PosedCamera, packet: Packet) -> 
     return min(max(distance, NEAREST_M), FAR_M)
 
 
-@tracing
+@entry
 def _centre_distance(scene: SceneHandle, camera: PosedCamera, packet: Packet, centre: NDArray[np.float32]) -> np.float32:
     column, row = camera.width // 2 // TILE * TILE, camera.height // 2 // TILE * TILE
     aim_tile(camera, column, row, centre, packet)

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.kernel import kernel
+from renderer.kernel import entry
 
 Field = NDArray[np.floating[Any]]
 Shape = tuple[int, int]
@@ -101,7 +101,7 @@ def cells(rng: np.random.Generator, shape: Shape, across: int, down: int, jitter
     return Cells(number, nearest, second)
 
 
-@kernel
+@entry
 def _find_cells(points: NDArray[np.float32], number: NDArray[np.int32], nearest: NDArray[np.float32], second: NDArray[np.float32]) -> None:
     """Fill the fields of :class:`Cells`; ``points`` (2, down, across): place of each point in its square, x and y."""
     height, width = number.shape
@@ -141,7 +141,7 @@ def smooth_step(low: float | Field, high: float | Field, value: Field) -> Field:
     return cubic
 
 
-@kernel
+@entry
 def _fill_ramp(low: np.float32, high: np.float32, value: NDArray[np.float32], ramp: NDArray[np.float32]) -> None:
     scale = np.float32(1.0) / (high - low)
     for k in range(len(value)):

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.kernel import kernel
+from renderer.kernel import entry
 from renderer.textures.noise import Field, coordinates, noise, smooth_step
 from renderer.textures.pattern import Generator, Pattern, Request
 
@@ -36,7 +36,7 @@ class _Stamp:
         _put(self.weights, first[0], first[1], color, np.ascontiguousarray(cover, np.float32))
 
 
-@kernel
+@entry
 def _put(weights: NDArray[np.float32], first_row: int, first_column: int, color: int, cover: NDArray[np.float32]) -> None:
     _, height, width = weights.shape
     for i in range(cover.shape[0]):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.kernel import kernel
+from renderer.kernel import entry
 from renderer.textures.noise import Field
 
 CHANNELS = 8
@@ -25,7 +25,7 @@ def fill_slopes(fields: NDArray[np.float32], height: Field, units: tuple[float, 
     _fill_slopes(np.ascontiguousarray(height, np.float32), steps[0], steps[1], fields)
 
 
-@kernel
+@entry
 def _fill_slopes(height: NDArray[np.float32], per_u: np.float32, per_v: np.float32, fields: NDArray[np.float32]) -> None:
     rows, columns = height.shape
     for row in range(rows):
@@ -38,7 +38,7 @@ def _fill_slopes(height: NDArray[np.float32], per_u: np.float32, per_v: np.float
             fields[SLOPE_V, row, column] = (height[over, column] - height[under, column]) * per_v
 
 
-@kernel
+@entry
 def scale_slopes(fields: NDArray[np.float32]) -> np.float32:
     """Divide the slopes of a tile's fields (8, h, w) by the steepest, which is returned, and write their squares."""
     steepest = np.float32(1e-6)
@@ -53,7 +53,7 @@ def scale_slopes(fields: NDArray[np.float32]) -> np.float32:
     return steepest
 
 
-@kernel
+@entry
 def pack_texels(fields: NDArray[np.float32], picture: bool, srgb: NDArray[np.uint8], packed: NDArray[np.uint8]) -> None:
     """Write the fields (8, h, w) of one level as texels (h, w, 8); see ``tile`` for what their bytes mean."""
     zero, half, most, level, reach = np.float32(0.0), np.float32(0.5), np.float32(255.0), np.float32(128.5), np.float32(127.0)
@@ -72,7 +72,7 @@ def pack_texels(fields: NDArray[np.float32], picture: bool, srgb: NDArray[np.uin
             packed[row, column, SQUARE] = np.uint8(min(rest * most + half, most))
 
 
-@kernel
+@entry
 def halve_fields(fields: NDArray[np.float32], halved: NDArray[np.float32]) -> None:
     """Write the means of 2 x 2 texels, or of two where a side is one texel already, (8, h, w) each."""
     down, across = fields.shape[1] // halved.shape[1], fields.shape[2] // halved.shape[2]

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.kernel import kernel
+from renderer.kernel import entry
 from renderer.textures.noise import Field, coordinates, noise, smooth_step
 from renderer.textures.pattern import Color, Generator, Pattern, Picture, Request
 
@@ -66,7 +66,7 @@ class Canvas:
         return smooth_step(0.5 * self.soft, -0.5 * self.soft, (self.y - line))
 
 
-@kernel
+@entry
 def _paint(cover: NDArray[np.float32], ink: NDArray[np.float32], rgb: NDArray[np.float32]) -> None:
     for row in range(cover.shape[0]):
         for column in range(cover.shape[1]):
@@ -76,7 +76,7 @@ def _paint(cover: NDArray[np.float32], ink: NDArray[np.float32], rgb: NDArray[np
                     rgb[row, column, k] += share * (ink[k] - rgb[row, column, k])
 
 
-@kernel
+@entry
 def _cover_disc(x: NDArray[np.float32], y: NDArray[np.float32], disc: NDArray[np.float32], cover: NDArray[np.float32]) -> None:
     """Fill the cover of an ellipse; ``disc``: centre x, y; cosine, sine of its turn; reciprocal radii; half width of its soft rim."""
     one, zero = np.float32(1.0), np.float32(0.0)
@@ -93,7 +93,7 @@ def _cover_disc(x: NDArray[np.float32], y: NDArray[np.float32], disc: NDArray[np
                 cover[row, column] = t * t * (np.float32(3.0) - np.float32(2.0) * t)
 
 
-@kernel
+@entry
 def _fill_box(
     x: NDArray[np.float32], y: NDArray[np.float32], box: NDArray[np.float32], ink: NDArray[np.float32], rgb: NDArray[np.float32]
 ) -> None:

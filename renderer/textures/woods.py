@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.kernel import kernel
+from renderer.kernel import entry
 from renderer.textures.noise import Field, Shape, coordinates, noise, per_cell, smooth_step
 from renderer.textures.pattern import Generator, Pattern, Request
 
@@ -89,7 +89,7 @@ def floor_boards(rng: np.random.Generator, boards: Boards, along_texels: float, 
     return Pattern((fields[0], fields[1], fields[2]), fields[3], fields[4], fields[5])
 
 
-@kernel
+@entry
 def _lay_boards(
     number: NDArray[np.int32],
     along: NDArray[np.float32],

@@ -6,13 +6,19 @@ from box_room import quad, scene
 from numba import njit
 from white_surfaces import WHITE
 
-from renderer import records
+from renderer import microfacet, records
 from renderer.albedo import fresnel as fresnel_numpy
 from renderer.bsdf import draw_directions, evaluate
 from renderer.closure import make_closures
-from renderer.microfacet import draw_cosine, draw_visible_normal, fresnel, fresnel_pane, turn_polar
+from renderer.kernel import from_python
 from renderer.records import LANES_SIZE, Surfaces
 from renderer.surfaces import build_surfaces
+
+draw_cosine = from_python(microfacet.draw_cosine)
+draw_visible_normal = from_python(microfacet.draw_visible_normal)
+fresnel = from_python(microfacet.fresnel)
+fresnel_pane = from_python(microfacet.fresnel_pane)
+turn_polar = from_python(microfacet.turn_polar)
 
 MATT = {"BASE_R": 1.0, "BASE_G": 1.0, "BASE_B": 1.0, "ROUGHNESS": 0.5, "IOR": 1.5, "COAT_ROUGHNESS": 0.1, "COSINE": 1.0, "REFLECTS": 1.0}
 COSINES = (0.02, 0.1, 0.3, 0.6, 0.9, 1.0)

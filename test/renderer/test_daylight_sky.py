@@ -6,11 +6,15 @@ import numpy as np
 import pytest
 from sample_scene import sample_scene
 
+from renderer import outside as outside_kernels
 from renderer.daylight_sky import COLUMNS, ROWS, clear_sky_rgb, daylight_map, map_directions, overcast_sky_rgb, zenith_yxy
 from renderer.flatten import build_sky
-from renderer.outside import LUMINANCE, pixel_solid_angles, sky_color
+from renderer.kernel import from_python
+from renderer.outside import LUMINANCE, pixel_solid_angles
 from renderer.sun import ANGULAR_RADIUS_RAD, SOLID_ANGLE_SR, air_mass, matching_functions, sun_illuminance_lx
 from scene_description import Daylight
+
+sky_color = from_python(outside_kernels.sky_color)
 
 
 def daylight(elevation_deg: float, **changes: float) -> Daylight:

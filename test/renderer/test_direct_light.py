@@ -5,13 +5,18 @@ import pytest
 from box_room import box, emitter_column, quad, scene
 from numba import njit
 
+from renderer import lights as light_kernels
 from renderer import records
 from renderer.direct_light import weigh_lights
 from renderer.flat_scene import Sky
+from renderer.kernel import from_python
 from renderer.light_points import aim_at_lights
-from renderer.lights import EMITTER_CORNER, EMITTER_EDGE_1, EMITTER_EDGE_2, EMITTER_NORMAL, build_lights, importance, load_bounds
+from renderer.lights import EMITTER_CORNER, EMITTER_EDGE_1, EMITTER_EDGE_2, EMITTER_NORMAL, build_lights
 from renderer.records import make_scratch
 from renderer.surfaces import build_surfaces
+
+importance = from_python(light_kernels.importance)
+load_bounds = from_python(light_kernels.load_bounds)
 
 DAY = Sky(*(np.full(3, level, np.float32) for level in (3000, 2000, 500)))
 

@@ -7,12 +7,15 @@ import numpy as np
 import pytest
 from sample_scene import sample_scene
 
+from renderer import outside as outside_kernels
 from renderer.environment_map import clean_map, load_environment_map, read_rgbe, split_map
 from renderer.errors import MeshFileError
 from renderer.exr_files import is_installed, write_exr
 from renderer.flatten import FlattenError, build_sky
-from renderer.outside import sky_color
+from renderer.kernel import from_python
 from scene_description import Environment, EnvironmentMap
+
+sky_color = from_python(outside_kernels.sky_color)
 
 NEEDS_EXR = pytest.mark.skipif(not is_installed(), reason="the extra exr is not installed")
 

@@ -6,12 +6,15 @@ import numpy as np
 import pytest
 from box_room import pose
 
+from renderer import ground_truth as ground_truth
 from renderer.cameras import bearing_table, bearings, pose_camera, project, unproject
 from renderer.config import CameraConfig
 from renderer.embree import DIR_X, DIR_Y, DIR_Z, LANES, make_packet
 from renderer.errors import RenderError
-from renderer.ground_truth import aim_tile
+from renderer.kernel import from_python
 from scene_description.strict import FieldError
+
+aim_tile = from_python(ground_truth.aim_tile)
 
 ORIGIN = pose((0.0, 0.0, 0.0), (1.0, 0.0, 0.0))
 LENS_CAMERAS = {

@@ -4,19 +4,18 @@ import numpy as np
 import pytest
 from box_room import DARK, box, emitter_column, furnished_room, quad, scene
 
+from renderer import lights as light_kernels
+from renderer import outside as outside_kernels
 from renderer.flat_scene import Sky
-from renderer.lights import (
-    EMITTER_CORNER,
-    EMITTER_EDGE_1,
-    EMITTER_EDGE_2,
-    EMITTER_NORMAL,
-    build_lights,
-    find_emitter,
-    importance,
-    load_bounds,
-    spread_over_triangle,
-)
-from renderer.outside import sky_color
+from renderer.kernel import from_python
+from renderer.lights import EMITTER_CORNER, EMITTER_EDGE_1, EMITTER_EDGE_2, EMITTER_NORMAL, build_lights
+
+sky_color = from_python(outside_kernels.sky_color)
+
+find_emitter = from_python(light_kernels.find_emitter)
+importance = from_python(light_kernels.importance)
+load_bounds = from_python(light_kernels.load_bounds)
+spread_over_triangle = from_python(light_kernels.spread_over_triangle)
 
 
 def test_groups_are_the_flat_sides_of_each_lamp():

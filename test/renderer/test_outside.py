@@ -7,9 +7,15 @@ import pytest
 from box_room import DARK, box, pose, quad, scene
 
 from renderer import CameraConfig, RenderConfig, Renderer, records
-from renderer.light_points import meet_panes
+from renderer import light_points as light_points
+from renderer import outside as outside_kernels
+from renderer.kernel import from_python
 from renderer.lights import build_lights
-from renderer.outside import draw_toward, hot_toward
+
+draw_toward = from_python(outside_kernels.draw_toward)
+hot_toward = from_python(outside_kernels.hot_toward)
+
+meet_panes = from_python(light_points.meet_panes)
 
 RADIUS_RAD = math.radians(0.533 / 2)
 VERSINE = 1.0 - math.cos(RADIUS_RAD)

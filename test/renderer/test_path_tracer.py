@@ -6,11 +6,14 @@ from box_room import box, pose, quad, scene
 from white_surfaces import WHITE
 
 from renderer import CameraConfig, RenderConfig, Renderer
+from renderer import microfacet as microfacet
 from renderer.cameras import pose_camera
 from renderer.flat_scene import Sky
 from renderer.integrator import trace_paths
-from renderer.microfacet import fresnel_pane
+from renderer.kernel import from_python
 from renderer.records import WAVE_EDGE, Film, Transport, Work, make_scratch
+
+fresnel_pane = from_python(microfacet.fresnel_pane)
 
 FIELDS = {
     "METALLIC": "metallic", "ROUGHNESS": "roughness", "COAT": "clearcoat", "SHEEN": "sheen", "TRANSMISSION": "transmission", "IOR": "ior",

@@ -3,7 +3,14 @@
 import numpy as np
 from scipy.stats import qmc
 
-from renderer.random_numbers import draw_pairs, make_frame_key, mix, pascal, reverse_bits
+from renderer import random_numbers as number_kernels
+from renderer.kernel import from_python
+from renderer.random_numbers import make_frame_key
+
+draw_pairs = from_python(number_kernels.draw_pairs)
+mix = from_python(number_kernels.mix)
+pascal = from_python(number_kernels.pascal)
+reverse_bits = from_python(number_kernels.reverse_bits)
 
 
 def draw(seed: int, pair: int, count: int) -> np.ndarray:

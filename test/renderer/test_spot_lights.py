@@ -8,9 +8,10 @@ import pytest
 from box_room import box, emitter_column, pose, quad, scene
 from sample_scene import sample_scene
 
-from renderer import CameraConfig, RenderConfig, Renderer
+from renderer import CameraConfig, RenderConfig, Renderer, spot_lights
 from renderer.flat_scene import Mesh
 from renderer.flatten import flatten
+from renderer.kernel import from_python
 from renderer.lights import EMITTER_NORMAL, build_lights
 from renderer.shapes import signed_volume, surface_area
 from renderer.spot_lights import (
@@ -20,9 +21,10 @@ from renderer.spot_lights import (
     luminaire_mesh,
     profile_integral,
     profile_row,
-    profile_toward,
 )
 from scene_description import FieldError, Luminaire, scene_from_json, scene_to_json
+
+profile_toward = from_python(spot_lights.profile_toward)
 
 HEIGHT = 2.0
 BULB = Luminaire(

@@ -3,12 +3,16 @@
 import numpy as np
 import pytest
 
+from renderer.kernel import from_python
 from renderer.shapes import block
+from renderer.textures import look_up as look_up_module
 from renderer.textures.apply import AppliedTexture, applied_texture, mapped_once
-from renderer.textures.look_up import Looked, Textures, build_textures, look_up
+from renderer.textures.look_up import Looked, Textures, build_textures
 from renderer.textures.pattern import Pattern, Picture
 from renderer.textures.tile import ImageMaps, forget_tiles, generated_tile, image_tile, pattern_tile, picture_tile
 from scene_description import Material, Texture
+
+look_up = from_python(look_up_module.look_up)
 
 BASE = (0.4, 0.2, 0.1)
 
