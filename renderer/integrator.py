@@ -37,8 +37,9 @@ from renderer.embree import (
     SceneHandle,
     intersect16,
 )
-from renderer.ground_truth import TILE, aim_tile
-from renderer.kernel import entry, inlined, kernel
+from renderer.ground_truth import aim_tile
+from renderer.guides import note_albedo, note_guides
+from renderer.kernel import entry, inlined
 from renderer.light_points import aim_at_lights, aim_outside
 from renderer.lights import Lights
 from renderer.random_numbers import draw_pairs, mix
@@ -54,7 +55,6 @@ from renderer.records import (
     AT_SPREAD,
     AT_WEIGHT_R,
     AT_WIDTH,
-    BASE_R,
     CARRIED,
     CHANCE,
     COAT_ROUGHNESS,
@@ -62,9 +62,7 @@ from renderer.records import (
     DRAW_SUN_U,
     GLOW_CHANCE,
     GLOW_R,
-    REFLECTS,
     ROUGHNESS,
-    SHADE_X,
     SPREAD,
     THIN,
     TRANSMISSION,
@@ -80,6 +78,7 @@ from renderer.records import (
     Surfaces,
     Transport,
     Work,
+    slot_pixel,
 )
 from renderer.scattering import begin_scattering, go_on
 from renderer.shutter import move_rays
@@ -91,7 +90,6 @@ _INFINITE = np.float32(np.inf)
 _PAIRS_PER_HIT = 3
 _ROULETTE_FROM = 2
 _DIRECTION_PAIRS, _LENS_PAIR, _TIME_PAIR = 1 << 16, 1 << 17, 3 << 16
-_BLOCKS_ACROSS = WAVE_EDGE // TILE
 
 
 @entry
@@ -111,7 +109,7 @@ def trace_paths(
     for tile in range(work.first_tile, work.end_tile):
         column, row = WAVE_EDGE * (tile % tiles_across), WAVE_EDGE * (tile // tiles_across)
         for slot in range(WAVE):
-            x, y = _slot_pixel(slot)
+            x, y = slot_pixel(slot)
             pixel = np.uint32((row + y) * camera.width + column + x)
             scratch.seeds[slot] = mix(np.uint32(mix(pixel) ^ transport.frame_key))
         for sample in range(work.first_sample, work.end_sample):
@@ -124,8 +122,10 @@ def trace_paths(
                     flags = scene.coherent if depth == 0 else scene.incoherent
                     intersect16(rays.alive.ctypes.data, scene.address, rays.real.ctypes.data, flags)
                     find_surfaces(surfaces, lights, depth == 0, scratch)
-                    if depth == 0 and film.guides.shape[0] > 0:
-                        _note_guides(column, row, scratch, film)
+                    if depth == 0 and film.albedo.shape[0] > 0:
+                        note_albedo(column, row, scratch, film.albedo)
+                    if film.guides.shape[0] > 0:
+                        note_guides(column, row, depth, scratch, film.guides)
                     if depth > 0 and transport.caustic_blur > _ZERO:
                         _roughen(transport.caustic_blur, scratch)
                     _gather_glow(scratch, transport.clamp if depth > 0 else _INFINITE)
@@ -148,20 +148,13 @@ def trace_paths(
             if waiting > 0:
                 cast_shadows(scene, scratch.shadows, waiting, scratch.light)
             for slot in range(WAVE):
-                x, y = _slot_pixel(slot)
+                x, y = slot_pixel(slot)
                 if column + x < camera.width and row + y < camera.height:
                     for channel in range(3):
                         value = scratch.light[channel * WAVE + slot]
                         film.light[row + y, column + x, channel] += value
                         if film.squares.shape[0] > 0:
                             film.squares[row + y, column + x, channel] += value * value
-
-
-@kernel
-def _slot_pixel(slot: int) -> tuple[int, int]:
-    """Return column and row in its tile of a wave's slot: 4 x 4 blocks of 4 x 4 pixels, as camera packets go."""
-    block, k = slot // LANES, slot % LANES
-    return TILE * (block % _BLOCKS_ACROSS) + (k & 3), TILE * (block // _BLOCKS_ACROSS) + (k >> 2)
 
 
 @inlined
@@ -172,8 +165,10 @@ def _start_wave(camera: PosedCamera, column: int, row: int, sample: np.uint32, s
     count = 0
     for slot in range(3 * WAVE):
         scratch.light[slot] = _ZERO
+    for slot in range(WAVE):
+        scratch.guided[slot] = 0
     for block in range(0, WAVE, LANES):
-        x, y = _slot_pixel(block)
+        x, y = slot_pixel(block)
         for k in range(LANES):
             scratch.lane_seeds[k] = scratch.seeds[block + k]
         draw_pairs(scratch.lane_seeds, sample, np.uint32(0), lanes[DRAW_LIGHT_U:])
@@ -231,21 +226,6 @@ def _load_packet(here: Queue, first: int, count: int, scratch: Scratch) -> None:
         slot = here.slot[i]
         scratch.lane_slot[k] = slot
         scratch.lane_seeds[k] = scratch.seeds[slot]
-
-
-@inlined
-def _note_guides(column: int, row: int, scratch: Scratch, film: Film) -> None:
-    """Add base colour, of glass and lamps 1, and shading normal of camera rays' hits to the guides; where they hit nothing, nothing."""
-    lanes = scratch.lanes
-    for k in range(LANES):
-        if scratch.rays.alive[k] == 0 or lanes[REFLECTS + k] == _ZERO:
-            continue
-        x, y = _slot_pixel(scratch.lane_slot[k])
-        clear = _ONE if lanes[GLOW_R + k] > _ZERO else max(lanes[THIN + k], lanes[TRANSMISSION + k])
-        for channel in range(3):
-            base = lanes[BASE_R + LANES * channel + k]
-            film.guides[row + y, column + x, channel] += base + clear * (_ONE - base)
-            film.guides[row + y, column + x, 3 + channel] += lanes[SHADE_X + LANES * channel + k]
 
 
 @inlined

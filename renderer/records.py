@@ -25,6 +25,8 @@ from renderer.textures.look_up import Textures
 WAVE_EDGE = 16
 """Edge of the pixel tile of one wave."""
 WAVE = WAVE_EDGE * WAVE_EDGE
+_BLOCK_EDGE = 4
+_BLOCKS_ACROSS = WAVE_EDGE // _BLOCK_EDGE
 
 (
     POINT_X,  # the hit, lifted off its surface towards the viewer, metres: where reflected rays start
@@ -171,6 +173,13 @@ CARRIED = 9
 
 
 @kernel
+def slot_pixel(slot: int) -> tuple[int, int]:
+    """Return column and row in its tile of a wave's slot: 4 x 4 blocks of 4 x 4 pixels, as camera packets go."""
+    block, k = slot // LANES, slot % LANES
+    return _BLOCK_EDGE * (block % _BLOCKS_ACROSS) + (k & 3), _BLOCK_EDGE * (block // _BLOCKS_ACROSS) + (k >> 2)
+
+
+@kernel
 def choose(lanes: NDArray[np.float32], field: int, going: NDArray[np.int32]) -> int:
     """Write the lanes whose ``field`` is positive into ``going``, in order; return how many there are."""
     count = 0
@@ -200,7 +209,8 @@ class Scratch(NamedTuple):
 
     shares: (g * 16,) float32, importance of g light groups; drawn: (16,) int32, the group, then the emitter or pane of each lane; parts:
     (16,) int32, what the lanes hit, -1 for nothing; going: (16,) int32, lanes that are chosen, without gaps; light: (3 * WAVE,) float32,
-    gathered by the wave's pixel slots; seeds: (WAVE,) uint32, by slot; lane_seeds: (16,) uint32.
+    gathered by the wave's pixel slots; guided: (WAVE,) int32, by slot, 1 where guides are noted; seeds: (WAVE,) uint32, by slot;
+    lane_seeds: (16,) uint32.
     """
 
     rays: Packet
@@ -214,6 +224,7 @@ class Scratch(NamedTuple):
     parts: NDArray[np.int32]
     going: NDArray[np.int32]
     light: NDArray[np.float32]
+    guided: NDArray[np.int32]
     seeds: NDArray[np.uint32]
     lane_seeds: NDArray[np.uint32]
 
@@ -241,12 +252,14 @@ class Transport(NamedTuple):
 
 
 class Film(NamedTuple):
-    """Sums over samples: light (height, width, 3) float32, cd/m2; guides (height, width, 6) float32, albedo and world normal of first hits.
+    """Sums over samples, float32: light (height, width, 3), cd/m2; squares (height, width, 3), of each sample's light.
 
-    squares: (height, width, 3) float32, of each sample's light.  Without guides or squares their height is 0.
+    albedo: (height, width, 3), of first hits.  guides: (height, width, 6), albedo and world normal of the first hits that are neither
+    mirrors nor clear glass, for denoising.  What is not asked for has a height of 0.
     """
 
     light: NDArray[np.float32]
+    albedo: NDArray[np.float32]
     guides: NDArray[np.float32]
     squares: NDArray[np.float32]
 
@@ -307,6 +320,7 @@ def make_scratch(group_count: int) -> Scratch:
         np.zeros(LANES, np.int32),
         np.zeros(LANES, np.int32),
         aligned_floats(3 * WAVE),
+        np.zeros(WAVE, np.int32),
         np.zeros(WAVE, np.uint32),
         np.zeros(LANES, np.uint32),
     )

@@ -114,8 +114,8 @@ class Renderer:
             shown = exposure or self._configured_exposure()
             in_color = any(name in COLOR_LAYERS for name in layers)
             denoised = ("color" in layers or "radiance" in layers) and is_asked(self._config.denoise)
-            film, samples = self._expose_film(view, frame_index, shown.ev100, layers, denoised or "albedo" in layers, cancelled)
-            images["albedo"] = np.ascontiguousarray(film.guides[:, :, :3])
+            film, samples = self._expose_film(view, frame_index, shown.ev100, layers, denoised, cancelled)
+            images["albedo"] = film.albedo
             images["samples"] = np.full((view.height, view.width), min(samples, 65_535), np.uint16)
             if len(film.squares):
                 images["variance"] = variance_of_mean(film.light, film.squares, samples)
@@ -171,6 +171,7 @@ class Renderer:
         in_color = any(name in COLOR_LAYERS for name in layers)
         film = Film(
             np.zeros((*size, 3), np.float32),
+            np.zeros((*size, 3) if "albedo" in layers else (0, 0, 3), np.float32),
             np.zeros((*size, 6) if guided else (0, 0, 6), np.float32),
             np.zeros((*size, 3) if "variance" in layers else (0, 0, 3), np.float32),
         )
