@@ -20,6 +20,7 @@ TABLES = {
     "ground_truth": "Ground truth against bare Embree packets",
     "layout": "Rooms",
     "geometry": "Geometry",
+    "color": "Colour",
     "stream": "Messages",
     "bag": "Bags",
     "start": "Start",

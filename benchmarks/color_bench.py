@@ -1,4 +1,4 @@
-"""Colour by preset in a sampled bedroom: time, FLIP against many samples, the same bytes whatever the threads; memory by image size.
+"""Colour by preset in a sampled bedroom: time, FLIP against many samples, bytes by threads; memory by image size; what threads bring.
 
 python -m benchmarks.color_bench [--size WxH] [--reference-samples N]
 
@@ -15,15 +15,34 @@ import resource
 import subprocess
 import sys
 import time
+from collections.abc import Callable
+from dataclasses import replace
 
 import flip_evaluator
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from benchmarks.reference_scenes import bedroom
-from benchmarks.table import Row, at_most, render_table
+from benchmarks.table import Row, at_least, at_most, render_table
 from renderer import CameraConfig, FlatScene, RenderConfig, Renderer
+from renderer.embree import (
+    DIR_X,
+    GEOM_ID,
+    INVALID_ID,
+    LANES,
+    ORG_X,
+    PACKET_SIZE,
+    TFAR,
+    TNEAR,
+    EmbreeScene,
+    Packet,
+    SceneHandle,
+    intersect16,
+    make_packet,
+)
 from renderer.tone import Exposure, to_display
+from renderer.workers import Workers
 from scene_description import CameraPose, from_mapping
 from scene_synth_ros.render_command import PRESETS, preset_settings
 
@@ -34,10 +53,11 @@ _LIMITS = {"stream": (1.0, None), "balanced": (6.0, 0.10), "photo": (60.0, 0.05)
 _MEMORY = (((640, 480), 1024.0), ((3840, 2160), 4096.0), ((7680, 4320), None))
 """Image size -> most MiB."""
 _HASH_SIZE = (96, 64)
+_ROUNDS, _PACKETS = 7, 40_000
 
 
-def measure(size: tuple[int, int] = (640, 480), reference_samples: int = 4096) -> list[Row]:
-    """Return the table: presets at a size against a reference of so many samples, then memory."""
+def measure(size: tuple[int, int] = (640, 480), reference_samples: int = 512) -> list[Row]:
+    """Return the table: presets at a size against a reference of so many samples, then memory, then what a second thread brings."""
     flat, pose = bedroom()
     rows = []
     truth = _reference(flat, pose, size, reference_samples)
@@ -59,7 +79,60 @@ def measure(size: tuple[int, int] = (640, 480), reference_samples: int = 4096) -
     for (width, height), limit in _MEMORY:
         name, used = f"peak memory at {width}x{height}", _peak_mib(width, height)
         rows.append(Row(name, used, "MiB") if limit is None else at_most(name, used, "MiB", limit))
-    return rows
+    return rows + _scaling(flat, pose)
+
+
+def _scaling(flat: FlatScene, pose: CameraPose) -> list[Row]:
+    """Return how much faster two threads are than one, for colour and for bare rays in all directions, turn by turn."""
+    generator = np.random.default_rng(1)
+    packets = np.zeros((_PACKETS, PACKET_SIZE), np.float32)
+    ways = generator.normal(size=(_PACKETS, 3, LANES))
+    low, high = flat.mesh.vertices.min(axis=0), flat.mesh.vertices.max(axis=0)
+    origins = generator.uniform(0.7 * low + 0.3 * high, 0.3 * low + 0.7 * high, (_PACKETS, LANES, 3)).transpose(0, 2, 1)
+    packets[:, ORG_X : ORG_X + 3 * LANES] = origins.reshape(_PACKETS, -1)
+    packets[:, DIR_X : DIR_X + 3 * LANES] = (ways / np.linalg.norm(ways, axis=1, keepdims=True)).reshape(_PACKETS, -1)
+    rounds = []
+    with EmbreeScene(flat.mesh, watertight=False) as scene:
+        camera, config = CameraConfig(width=320, height=240), RenderConfig(samples_per_pixel=2, denoise="none")
+        with Renderer(flat, camera, replace(config, threads=1), 1) as one, Renderer(flat, camera, replace(config, threads=2), 1) as two:
+            workers = [Workers(1), Workers(2)]
+
+            def bare(threads: int) -> None:
+                def cast(worker: int, first: int) -> None:
+                    cast_scattered(scene.handle, packets, made[worker], first, threads)
+
+                workers[threads - 1].run(cast, range(threads))
+
+            made = [make_packet(), make_packet()]
+            for _ in range(_ROUNDS):
+                color = [_seconds(lambda r=r: r.render(pose, 0, ("radiance",))) for r in (one, two)]  # type: ignore[misc]
+                rays = [_seconds(lambda t=t: bare(t)) for t in (1, 2)]  # type: ignore[misc]
+                rounds.append((color[0] / color[1], rays[0] / rays[1]))
+            for group in workers:
+                group.close()
+    ours, theirs = (float(value) for value in np.median(rounds[1:], axis=0))
+    return [
+        Row("two threads over one, bare rays in all directions", theirs, ""),
+        Row("two threads over one, colour", ours, ""),
+        at_least("scaling of colour over that of bare rays", ours / theirs, "", 1.0),
+    ]
+
+
+@njit(nogil=True)
+def cast_scattered(scene: SceneHandle, packets: NDArray[np.float32], packet: Packet, first: int, step: int) -> None:
+    """Cast every ``step``-th of the packets, and look at nothing."""
+    for i in range(first, len(packets), step):
+        packet.real[:] = packets[i]
+        for k in range(LANES):
+            packet.real[TNEAR + k], packet.real[TFAR + k] = np.float32(0.0), np.float32(np.inf)
+            packet.integer[GEOM_ID + k], packet.alive[k] = INVALID_ID, -1
+        intersect16(packet.alive.ctypes.data, scene.address, packet.real.ctypes.data, scene.incoherent)
+
+
+def _seconds(act: Callable[[], object]) -> float:
+    began = time.perf_counter()
+    act()
+    return time.perf_counter() - began
 
 
 def _config(settings: dict[str, object], **changed: object) -> RenderConfig:
@@ -112,7 +185,7 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.color_bench")
     parser.add_argument("--size", default="640x480", metavar="WxH", help="image size of the presets (default: %(default)s)")
-    parser.add_argument("--reference-samples", type=int, default=4096, help="samples of the reference (default: %(default)s)")
+    parser.add_argument("--reference-samples", type=int, default=512, help="samples of the reference (default: %(default)s)")
     parser.add_argument("--peak-of", nargs=2, type=int, help=argparse.SUPPRESS)
     arguments = parser.parse_args()
     if arguments.peak_of:

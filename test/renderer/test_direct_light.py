@@ -13,7 +13,9 @@ from renderer.kernel import from_python
 from renderer.light_points import aim_at_lights
 from renderer.lights import EMITTER_CORNER, EMITTER_EDGE_1, EMITTER_EDGE_2, EMITTER_NORMAL, build_lights
 from renderer.records import make_scratch
+from renderer.spot_lights import intensity_profile, luminaire_emission, luminaire_mesh, profile_row
 from renderer.surfaces import build_surfaces
+from scene_description import Luminaire
 
 importance = from_python(light_kernels.importance)
 load_bounds = from_python(light_kernels.load_bounds)
@@ -68,10 +70,27 @@ def stated_density(lights, normal, ways):
     return np.where(ways @ normal > 0, density, 0.0)
 
 
-@pytest.mark.parametrize("normal", [(0.0, 0.0, 1.0), (0.6, 0.48, 0.64), (-0.8, 0.6, 0.0)])
-def test_draws_of_lights_follow_their_density(normal):
+def a_near_ball(kind, **shape):
+    """A bulb or a spot of 12 cm so near that it fills a good part of the sky."""
+    ball = Luminaire(
+        kind=kind, position_m=(0.2, 0.1, 0.25), flux_lm=500.0, color_temperature_k=3000.0, color=(1, 1, 1), radius_m=0.12, **shape
+    )
+    mesh, profile = luminaire_mesh(ball), intensity_profile(ball)
+    piece = box((0, 0, 0), (1, 1, 1))._replace(
+        vertices=mesh.vertices, faces=mesh.faces.astype(np.int64), emission=tuple(luminaire_emission(ball, mesh, profile))
+    )
+    lit = scene(piece)
+    return lit._replace(absorbs=np.array([True]), part_profile=np.zeros(1, np.int32), profiles=profile_row(ball, profile)[None])
+
+
+UP = (0.0, 0.0, 1.0)
+LIT = [(lights_all_around(), normal) for normal in (UP, (0.6, 0.48, 0.64), (-0.8, 0.6, 0.0))]
+LIT += [(a_near_ball("point"), UP), (a_near_ball("spot", beam_rad=0.9, field_rad=1.4), UP)]
+
+
+@pytest.mark.parametrize(("flat", "normal"), LIT, ids=["all around, up", "tilted", "level", "point", "spot"])
+def test_draws_of_lights_follow_their_density(flat, normal):
     """Chi-square over cells of the sphere, equal in height and angle; and the stated chance of each draw is that density."""
-    flat = lights_all_around()
     lights, surfaces = build_lights(flat), build_surfaces(flat)
     normal = np.array(normal, np.float32)
     scratch = make_scratch(len(lights.groups.area))
@@ -83,9 +102,10 @@ def test_draws_of_lights_follow_their_density(normal):
     drawn = rows[rows[:, 3] > 0]
     ways = drawn[:, :3] / np.linalg.norm(drawn[:, :3], axis=1, keepdims=True)
     stated = stated_density(lights, normal.astype(np.float64), ways)
-    inside = stated > 0  # a draw on the very edge of a triangle may be off it by a rounding
-    assert inside.mean() > 0.998
-    np.testing.assert_allclose(drawn[inside, 3], stated[inside], rtol=2e-3)
+    # Draws are lifted off their triangles by some 20 um: those on the very edge may be seen beside it, and at grazing angles chances shift.
+    few = len(lights.part) < 50
+    exact = np.abs(drawn[:, 3] - stated) < (2e-3 if few else 2e-2) * stated
+    assert exact.mean() > (0.998 if few else 0.97)
     counts = np.histogram2d(ways[:, 2], np.arctan2(ways[:, 1], ways[:, 0]), bins=[heights, turns], range=[[-1, 1], [-np.pi, np.pi]])[0]
     z = -1 + 2 * (np.arange(heights * fine) + 0.5) / (heights * fine)
     turn = -np.pi + 2 * np.pi * (np.arange(turns * fine) + 0.5) / (turns * fine)
