@@ -47,7 +47,6 @@ _ERRORS = ("none", "unknown error", "invalid argument", "invalid operation", "ou
 _pointer = ctypes.c_void_p
 _SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "rtcNewDevice": (_pointer, (ctypes.c_char_p,)),
-    "rtcReleaseDevice": (None, (_pointer,)),
     "rtcGetDeviceError": (ctypes.c_int, (_pointer,)),
     "rtcNewScene": (_pointer, (_pointer,)),
     "rtcSetSceneFlags": (None, (_pointer, ctypes.c_int)),
@@ -143,6 +142,18 @@ def load_library() -> ctypes.CDLL:
     return library
 
 
+@functools.cache
+def _open_device(settings: str) -> int:
+    """Return the process's one device with these settings.
+
+    With two devices of one thread each, a worker of the library's task scheduler spins for as long as both are open.
+    """
+    device: int | None = load_library().rtcNewDevice(settings.encode())
+    if not device:
+        raise RenderError(f"Embree: no device with '{settings}': {_ERRORS[load_library().rtcGetDeviceError(None)]}")
+    return device
+
+
 class EmbreeScene:
     """One triangle mesh, ready for rays; a context manager that releases Embree's memory.
 
@@ -163,10 +174,7 @@ class EmbreeScene:
         self._buffers = _embree_buffers(mesh)
         self._arguments = (_IntersectArguments(_COHERENT, _FEATURE_TRIANGLE), _IntersectArguments(0, _FEATURE_TRIANGLE))
         self._scene: int | None = None
-        settings = "threads=1" + (",isa=avx2" if portable else "")
-        self._device: int | None = self._library.rtcNewDevice(settings.encode())
-        if not self._device:
-            raise RenderError(f"Embree: no device with '{settings}': {_ERRORS[self._library.rtcGetDeviceError(None)]}")
+        self._device = _open_device("threads=1" + (",isa=avx2" if portable else ""))
         try:
             self._build(len(mesh.vertices), len(mesh.faces), watertight)
         except RenderError:
@@ -197,9 +205,7 @@ class EmbreeScene:
         """Release Embree's memory; harmless when repeated."""
         if self._scene:
             self._library.rtcReleaseScene(self._scene)
-        if self._device:
-            self._library.rtcReleaseDevice(self._device)
-        self._scene = self._device = None
+        self._scene = None
 
     def __enter__(self) -> EmbreeScene:
         """Return the scene itself."""

@@ -2,6 +2,9 @@
 
 import ctypes
 import gc
+import os
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -34,6 +37,8 @@ from renderer.embree import (
 )
 from renderer.errors import RenderError
 from renderer.flat_scene import Mesh
+
+PATHS = {"PYTHONPATH": os.pathsep.join(sys.path)}
 
 
 def triangle_soup(count: int = 500) -> Mesh:
@@ -212,3 +217,21 @@ def test_a_missing_library_is_said_so(monkeypatch):
     monkeypatch.setattr(ctypes.util, "find_library", lambda name: None)
     with pytest.raises(RenderError, match="run 'pip install embreex'"):
         embree.load_library.__wrapped__()
+
+
+SPINNING = """
+import time
+from box_room import furnished_room
+from renderer.embree import EmbreeScene
+mesh = furnished_room().mesh
+with EmbreeScene(mesh), EmbreeScene(mesh, watertight=False), EmbreeScene(mesh):
+    began = time.process_time()
+    time.sleep(0.5)
+    print(time.process_time() - began)
+"""
+
+
+def test_open_scenes_leave_the_processor_alone():
+    """Two devices of one thread each once kept a worker of the task scheduler spinning; in a process that has opened no other device."""
+    process = subprocess.run([sys.executable, "-c", SPINNING], capture_output=True, text=True, check=True, env=os.environ | PATHS)
+    assert float(process.stdout) < 0.1
