@@ -29,7 +29,7 @@ from scene_synth_ros.parameters import Parameters
 from scene_synth_ros.process import Worker, run_node
 from scene_synth_ros.qos import latched_qos
 from scene_synth_ros.status import NodeStatus, status_from_json, status_to_json
-from scene_synth_ros.suite_node import SuiteNode
+from scene_synth_ros.suite_node import STEADY, SuiteNode
 
 _PATIENCE = 3
 _PEERS_FIXED = "the run's peers are counted once"
@@ -306,7 +306,7 @@ class GrammarNode(SuiteNode):
 
     def _complain(self, text: str) -> None:
         self._complaint = text
-        self.get_logger().warning(text, throttle_duration_sec=1.0)
+        self.get_logger().warning(text, throttle_duration_sec=1.0, throttle_time_source_type=STEADY)
 
     def _report(self) -> Report:
         run: RunConfig = self._settings[""]

@@ -35,7 +35,7 @@ from scene_synth_ros.run_info import JPEG_QUALITY, PARAMETERS_NAME, RECORD_NAME,
 from scene_synth_ros.split_policy import SplitPolicy
 from scene_synth_ros.stamps import NANOSECONDS
 from scene_synth_ros.status import NodeStatus, status_from_json, status_to_json
-from scene_synth_ros.suite_node import SuiteNode
+from scene_synth_ros.suite_node import STEADY, SuiteNode
 
 _BAG_FIXED = "a bag is opened once"
 QUEUE_DEPTH = 200
@@ -338,7 +338,7 @@ class RecorderNode(SuiteNode):
 
     def _complain(self, text: str) -> None:
         self._complaint = text
-        self.get_logger().error(text, throttle_duration_sec=1.0)
+        self.get_logger().error(text, throttle_duration_sec=1.0, throttle_time_source_type=STEADY)
 
     def _report(self) -> Report:
         values = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -34,7 +34,7 @@ from scene_synth_ros.qos import latched_qos, stream_qos
 from scene_synth_ros.room_show import Pace, RoomShow
 from scene_synth_ros.status import NodeStatus, status_from_json, status_to_json
 from scene_synth_ros.streams import StreamPublishers
-from scene_synth_ros.suite_node import SuiteNode
+from scene_synth_ros.suite_node import STEADY, SuiteNode
 from scene_synth_ros.throughput import Throughput
 
 MAX_SCENES_WAITING = 16
@@ -85,9 +85,8 @@ class RendererNode(SuiteNode):
 
     def __init__(self, **options: Any) -> None:
         super().__init__("renderer_node", **options)
-        groups = {"": RendererNodeConfig, "camera": CameraConfig, "render": RenderConfig, "streams": StreamConfig, "drive": DriveConfig}
-        groups["sensor"] = SensorConfig
-        self._settings = Parameters(self, groups, self._on_change, lambda values: _check_exposure(values["camera"], values["sensor"]))
+        groups = {"camera": CameraConfig, "render": RenderConfig, "streams": StreamConfig, "drive": DriveConfig, "sensor": SensorConfig}
+        self._settings = Parameters(self, {"": RendererNodeConfig, **groups}, self._on_change, _check_exposure)
         config: RendererNodeConfig = self._settings[""]
         if config.share_index >= config.share_count:
             got = f"expected less than share_count = {config.share_count}, got {config.share_index}"
@@ -306,7 +305,8 @@ class RendererNode(SuiteNode):
         self._throughput.take(time.monotonic(), frame.samples * settings.camera.width * settings.camera.height)
         if not self._on_path:
             self._publish_status()
-        self.get_logger().info(f"room {self._scene.index}: {self._frames} frames since the start", throttle_duration_sec=2.0)
+        line = f"room {self._scene.index}: {self._frames} frames since the start"
+        self.get_logger().info(line, throttle_duration_sec=2.0, throttle_time_source_type=STEADY)
 
     def skip(self) -> None:
         """Count a frame that is left out because it would be late."""
@@ -359,7 +359,7 @@ class RendererNode(SuiteNode):
 
     def _complain(self, text: str) -> None:
         self._complaint, self._complained_at = text, time.monotonic()
-        self.get_logger().error(text, throttle_duration_sec=1.0)
+        self.get_logger().error(text, throttle_duration_sec=1.0, throttle_time_source_type=STEADY)
 
     def _report(self) -> Report:
         rates = self._throughput.rates(time.monotonic())
@@ -386,9 +386,9 @@ class RendererNode(SuiteNode):
         return OK, "rendering", values
 
 
-def _check_exposure(camera: CameraConfig, sensor: SensorConfig) -> None:
+def _check_exposure(values: Mapping[str, Any]) -> None:
     """Refuse settings that contradict each other."""
-    sensor_ev100(camera, sensor)
+    sensor_ev100(values["camera"], values["sensor"])
 
 
 def main(args: list[str] | None = None) -> None:

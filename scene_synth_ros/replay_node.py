@@ -29,6 +29,7 @@ from scene_synth_ros.player import Player
 from scene_synth_ros.process import end_process, run_node
 from scene_synth_ros.replay_qos import replay_qos
 from scene_synth_ros.stamps import NANOSECONDS
+from scene_synth_ros.suite_node import STEADY
 
 CLOCK_TOPIC = "/clock"
 ACK_TIMEOUT_S = 5.0
@@ -116,7 +117,7 @@ class ReplayNode(Node):  # type: ignore[misc]
         self.create_subscription(Float64, "~/seek", self._seek, 10)
         if config.clock_hz:
             self._clock = self.create_publisher(Clock, CLOCK_TOPIC, 10)
-            self.create_timer(1.0 / config.clock_hz, self._publish_clock)
+            self.create_timer(1.0 / config.clock_hz, self._publish_clock, clock=STEADY)
         self._stopped = threading.Event()
         self._thread = threading.Thread(target=self._run, name="replay", daemon=True)
         self._thread.start()

@@ -14,11 +14,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from rclpy.clock import Clock, ClockType
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.timer import Timer
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 REFUSALS = (OSError, ValueError, RuntimeError)
 """What making a node's parts raises for bad input: one line."""
+STEADY = Clock(clock_type=ClockType.STEADY_TIME)
+"""Goes on evenly whatever becomes of wall clock and ``/clock``; timers, timeouts and throttled lines go by it."""
 
 
 class SuiteNode(LifecycleNode):  # type: ignore[misc]
@@ -37,6 +41,14 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
         self._before: set[Any] = set()
         service = self._service_change_state
         service.callback = self._guarded(service.callback)
+
+    def create_timer(self, timer_period_sec: float, callback: Callable[[], None], *, clock: Clock = STEADY, **options: Any) -> Timer:
+        """Make a timer that goes by the steady clock unless another is given.
+
+        rclpy's own default is the node's clock: a wall clock that is set back an hour would silence the node for that hour, and with
+        ``use_sim_time`` a node that the next frame waits for would itself wait for the next frame.
+        """
+        return super().create_timer(timer_period_sec, callback, clock=clock, **options)
 
     def open(self) -> None:
         """Make everything beyond parameters (*configure*).

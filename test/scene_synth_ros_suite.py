@@ -87,9 +87,9 @@ class Peer:
 
 
 @contextmanager
-def node_process(name: str, settings: Mapping[str, object]) -> Iterator[Context]:
+def node_process(name: str, settings: Mapping[str, object], surroundings: Mapping[str, str] | None = None) -> Iterator[Context]:
     """Run a node in a process and a DDS domain of its own; yield a context in that domain.  The node must outlive the block."""
-    env = environment()
+    env = environment() | dict(surroundings or {})
     words = [sys.executable, "-m", f"scene_synth_ros.{name}", "--ros-args", "-r", "__ns:=/synth"]
     words += [word for key, value in settings.items() for word in ("-p", f"{key}:={value}")]
     process = subprocess.Popen(words, env=env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
