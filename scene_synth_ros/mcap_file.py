@@ -11,7 +11,7 @@ import errno
 import os
 import struct
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from io import RawIOBase
 from typing import NamedTuple
@@ -47,6 +47,7 @@ _MEDIA_TYPES = {"json": "application/json", "yaml": "application/yaml", "txt": "
 _MESSAGE_PREFIX = struct.Struct("<BQHIQQ")
 _MESSAGE_FIXED_SIZE = 22
 _COUNT = struct.Struct("<HI")
+_PLACE = struct.Struct("<QQQIH")
 _FOOTER_PREFIX = struct.Struct("<BQQQ")
 _FOOTER_FIXED_SIZE = 20
 
@@ -68,16 +69,60 @@ class _OpenChunk:
 
 
 class _WrittenChunk(NamedTuple):
-    """What the summary needs of a chunk on disk, packed because a long bag has many."""
+    """Where a chunk on disk begins, its log time range, and how long its parts of :class:`_WrittenChunks` are."""
 
     offset: int
-    index_record: bytes
-    counts: bytes
     start_ns: int
     end_ns: int
+    index_size: int
+    counts_size: int
 
-    def channel_counts(self) -> Iterator[tuple[int, int]]:
-        return _COUNT.iter_unpack(self.counts)
+
+class _WrittenChunks:
+    """What the summary needs of the chunks on disk, packed because a long bag has many: some 200 bytes each."""
+
+    def __init__(self) -> None:
+        self._index_records, self._counts, self._places = bytearray(), bytearray(), bytearray()
+
+    def __len__(self) -> int:
+        return len(self._places) // _PLACE.size
+
+    @property
+    def index_records(self) -> bytes:
+        """All chunk index records, one after the other."""
+        return bytes(self._index_records)
+
+    @property
+    def index_size(self) -> int:
+        """Bytes of the chunk index records."""
+        return len(self._index_records)
+
+    def time_range_ns(self) -> tuple[int, int] | None:
+        """Return first and last log time; None without chunks."""
+        places = [_WrittenChunk(*fields) for fields in _PLACE.iter_unpack(self._places)]
+        return (min(place.start_ns for place in places), max(place.end_ns for place in places)) if places else None
+
+    def add(self, offset: int, start_ns: int, end_ns: int, index_record: bytes, counts: Mapping[int, int]) -> None:
+        """Take the next chunk; ``counts`` are its messages by channel."""
+        packed = b"".join(_COUNT.pack(channel_id, count) for channel_id, count in counts.items())
+        self._index_records += index_record
+        self._counts += packed
+        self._places += _PLACE.pack(offset, start_ns, end_ns, len(index_record), len(packed))
+
+    def drop_last(self) -> tuple[int, dict[int, int]]:
+        """Forget the last chunk; return its offset and messages by channel.
+
+        Raises:
+            LookupError: there is none.
+        """
+        if not self._places:
+            raise LookupError("no chunk is left")
+        place = _WrittenChunk(*_PLACE.unpack_from(self._places, len(self._places) - _PLACE.size))
+        counts = dict(_COUNT.iter_unpack(self._counts[len(self._counts) - place.counts_size :]))
+        del self._counts[len(self._counts) - place.counts_size :]
+        del self._index_records[len(self._index_records) - place.index_size :]
+        del self._places[len(self._places) - _PLACE.size :]
+        return place.offset, counts
 
 
 COMPRESSORS: Mapping[str, Callable[[int], Callable[[bytes], bytes]]] = {
@@ -112,7 +157,7 @@ class McapFile:
         self._end = 0
         self._schemas: list[Schema] = []
         self._channels: list[Channel] = []
-        self._chunks: list[_WrittenChunk] = []
+        self._chunks = _WrittenChunks()
         self._metadata_indexes: list[MetadataIndex] = []
         self._definitions: list[bytes] = []
         self._counts: dict[int, int] = {}
@@ -128,7 +173,7 @@ class McapFile:
     def tail_size(self) -> int:
         """About how many bytes ``finish`` will take, metadata records excepted."""
         definitions = sum(len(schema.data) for schema in self._schemas) + 1024 * (len(self._schemas) + len(self._channels))
-        return definitions + 4096 + sum(len(chunk.index_record) for chunk in self._chunks)
+        return definitions + 4096 + self._chunks.index_size
 
     @property
     def waiting_messages(self) -> int:
@@ -141,9 +186,7 @@ class McapFile:
 
     def time_range_ns(self) -> tuple[int, int] | None:
         """Return first and last log time in written chunks; None without messages."""
-        if not self._chunks:
-            return None
-        return min(chunk.start_ns for chunk in self._chunks), max(chunk.end_ns for chunk in self._chunks)
+        return self._chunks.time_range_ns()
 
     def add_schema(self, name: str, encoding: str, data: bytes) -> int:
         """Add a schema; return its id."""
@@ -181,7 +224,8 @@ class McapFile:
         if not chunk.message_count:
             return
         self._open = _OpenChunk()
-        written, encoded = self._encode_chunk(chunk)
+        index_record, encoded = self._encode_chunk(chunk)
+        offset, counts = self._end, {channel_id: len(entries) for channel_id, entries in chunk.index.items()}
         try:
             self._append(encoded)
         except OSError:
@@ -189,12 +233,12 @@ class McapFile:
                 self._open.put(definition)
             raise
         self._definitions = []
-        self._chunks.append(written)
-        for channel_id, count in written.channel_counts():
+        self._chunks.add(offset, chunk.start_ns, chunk.end_ns, index_record, counts)
+        for channel_id, count in counts.items():
             self._counts[channel_id] += count
 
-    def _encode_chunk(self, chunk: _OpenChunk) -> tuple[_WrittenChunk, bytes]:
-        """Return the summary of a chunk and its bytes, message indexes included, for the end of the file."""
+    def _encode_chunk(self, chunk: _OpenChunk) -> tuple[bytes, bytes]:
+        """Return the index record of a chunk and its bytes, message indexes included, for the end of the file."""
         records = b"".join(chunk.parts)
         compressed, compression = self._compress(records), self._compression
         builder = RecordBuilder()
@@ -222,8 +266,7 @@ class McapFile:
             message_start_time=chunk.start_ns,
             uncompressed_size=len(records),
         )
-        counts = b"".join(_COUNT.pack(channel_id, len(entries)) for channel_id, entries in chunk.index.items())
-        return _WrittenChunk(self._end, _encode(index), counts, chunk.start_ns, chunk.end_ns), bytes(builder.end())  # type: ignore[no-untyped-call]
+        return _encode(index), bytes(builder.end())  # type: ignore[no-untyped-call]
 
     def add_metadata(self, name: str, data: Mapping[str, str]) -> None:
         """Write the chunk in progress, then a metadata record."""
@@ -239,12 +282,12 @@ class McapFile:
         Raises:
             LookupError: no chunk is left.
         """
-        dropped = self._chunks.pop()
-        for channel_id, count in dropped.channel_counts():
+        offset, counts = self._chunks.drop_last()
+        for channel_id, count in counts.items():
             self._counts[channel_id] -= count
-        self._cut(dropped.offset)
+        self._cut(offset)
         self._metadata_indexes = [entry for entry in self._metadata_indexes if entry.offset < self._end]
-        return sum(count for _, count in dropped.channel_counts())
+        return sum(counts.values())
 
     def finish(
         self, metadata: Callable[[], Mapping[str, Mapping[str, str]]], attachments: Callable[[], Mapping[str, bytes]] = dict
@@ -292,7 +335,7 @@ class McapFile:
             (Opcode.SCHEMA, [_encode(schema) for schema in self._schemas]),
             (Opcode.CHANNEL, [_encode(channel) for channel in self._channels]),
             (Opcode.STATISTICS, [_encode(self._statistics(len(metadata_indexes), len(attached)))]),
-            (Opcode.CHUNK_INDEX, [chunk.index_record for chunk in self._chunks]),
+            (Opcode.CHUNK_INDEX, [self._chunks.index_records] if len(self._chunks) else []),
             (Opcode.ATTACHMENT_INDEX, [_encode(index) for index in attached]),
             (Opcode.METADATA_INDEX, [_encode(index) for index in metadata_indexes]),
         )

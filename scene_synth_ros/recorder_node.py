@@ -23,6 +23,7 @@ from scene_synth_ros.accounting import Accounting
 from scene_synth_ros.bag_writer import BagWriteError, BagWriter
 from scene_synth_ros.connections import Connections, publishers_of
 from scene_synth_ros.diagnostics import ERROR, OK, WARN, Diagnostics, Report
+from scene_synth_ros.free_memory import give_back_memory
 from scene_synth_ros.image_codec import ImageCompression
 from scene_synth_ros.message_definitions import MessageDefinitionError, message_class
 from scene_synth_ros.parameter_collector import ParameterCollector
@@ -305,6 +306,7 @@ class RecorderNode(SuiteNode):
             self._missing_since = 0.0
             if done != self._done_scene:
                 self._recording.flush()
+                give_back_memory()
                 self._done_scene = done
         elif not self._missing_since:
             self._missing_since = now

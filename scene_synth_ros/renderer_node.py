@@ -26,6 +26,7 @@ from scene_synth_ros.camera_requests import MAX_WAITING, CameraRequests
 from scene_synth_ros.diagnostics import ERROR, OK, WARN, Diagnostics, Report
 from scene_synth_ros.frame_messages import StreamConfig
 from scene_synth_ros.frame_settings import FrameSettings, settings_to_json
+from scene_synth_ros.free_memory import give_back_memory
 from scene_synth_ros.hand_drive import DriveConfig
 from scene_synth_ros.parameters import ParameterError, Parameters
 from scene_synth_ros.peers import Peers
@@ -105,13 +106,11 @@ class RendererNode(SuiteNode):
         self._wake = threading.Condition()
         self._waiting: deque[str] = deque(maxlen=MAX_SCENES_WAITING)
         self._closed = self._on_path = False
-        self._requests = CameraRequests(streams.world_frame, self._settings["drive"])
+        self._requests, self._throughput = CameraRequests(streams.world_frame, self._settings["drive"]), Throughput()
         self._peers = Peers(self.get_fully_qualified_name(), self._streams.frame_topic, config.share_count)
         self._scene: SceneDescription | None = None
-        self._frames = self._skipped = self._refused = 0
-        self._throughput, self._skipped_before = Throughput(), 0
-        self._done_scene, self._refused_scene = -1, -1
-        self._first_room, self._room_began = True, 0.0
+        self._frames = self._skipped = self._skipped_before = self._refused = 0
+        self._done_scene, self._refused_scene, self._first_room, self._room_began = -1, -1, True, 0.0
         self._metered: Exposure | None = None
         self._warm, self._fault, self._complaint, self._complained_at = False, "", "", 0.0
         self._status = self.create_publisher(String, "status", latched_qos(10))
@@ -206,6 +205,7 @@ class RendererNode(SuiteNode):
             self._warm = True
             while (text := self._next_scene()) is not None:
                 self._take_scene(text)
+                give_back_memory()
         except Exception as error:  # whatever it is, the run must hear of it rather than wait for ever
             self._fault = f"{type(error).__name__}: {error}"
             self.get_logger().fatal(f"rendering ended: {self._fault}")

@@ -15,7 +15,6 @@ either.  So rooms share tiles.
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -25,9 +24,10 @@ from renderer.textures.generators import GENERATORS
 from renderer.textures.noise import Field
 from renderer.textures.packing import CHANNELS, SLOPE_U, SLOPE_V, SRGB_BYTES, fill_slopes, halve_fields, pack_texels, scale_slopes
 from renderer.textures.pattern import Color, Pattern, Picture, Request
+from renderer.textures.tile_cache import TileCache
 
-CACHED_TILES = 160
-"""How many tiles stay in memory for the next rooms; they have at most 2.8 MB each."""
+CACHED_BYTES = 48 * 2**20
+"""How much memory the tiles that are kept for the next rooms may take; one has at most 2.8 MB, a room some twenty."""
 
 
 class TextureTile(NamedTuple):
@@ -59,6 +59,9 @@ class ImageMaps(NamedTuple):
     normal: NDArray[np.uint8] | None = None
 
 
+_KEPT: TileCache[TextureTile] = TileCache(CACHED_BYTES)
+
+
 def generated_tile(generator: str, seed: int, aspect: float, colors: tuple[Color, ...]) -> TextureTile:
     """Return a tile of a generator; equal requests give the same tile again.
 
@@ -69,15 +72,15 @@ def generated_tile(generator: str, seed: int, aspect: float, colors: tuple[Color
     """
     known = GENERATORS[generator]
     variant = seed % known.variants if known.variants else seed
-    return _drawn(generator, variant, round(aspect, 1) if known.once else 1.0, colors if known.inked else ())
+    key = (generator, variant, round(aspect, 1) if known.once else 1.0, colors if known.inked else ())
+    return _KEPT.get(key, lambda: _drawn(*key))
 
 
 def forget_tiles() -> None:
     """Give back the memory of the tiles that were kept for the next rooms; what is drawn again is the same."""
-    _drawn.cache_clear()
+    _KEPT.clear()
 
 
-@lru_cache(maxsize=CACHED_TILES)
 def _drawn(generator: str, variant: int, aspect: float, colors: tuple[Color, ...]) -> TextureTile:
     known = GENERATORS[generator]
     request = Request(known.shape, max(aspect, 0.1), colors)
