@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -21,6 +21,7 @@ from rclpy.parameter import Parameter
 from sample_scene import sample_scene
 from scene_synth_ros_suite import SMALL, Peer, command, environment, node_pids, node_process, stop, wait_until
 from std_msgs.msg import String
+from wall_clock import WallClock
 
 from scene_description import scene_to_json
 from scene_synth_ros.bag_inspect import inspect_bag
@@ -36,9 +37,9 @@ STREAM = "/synth/camera/depth/image_raw"
 class Run:
     """A recorded run of many small frames in processes of its own."""
 
-    def __init__(self, bag: Path, *words: object) -> None:
+    def __init__(self, bag: Path, *words: object, surroundings: Mapping[str, str] | None = None) -> None:
         self.bag = bag
-        self.env = environment()
+        self.env = environment() | dict(surroundings or {})
         self.marker = self.env["SCENE_SYNTH_TEST"] = f"{os.getpid()}-{bag}"
         overrides = [word for override in SMALL for word in ("-p", override)]
         line = command("run", "--record", bag, *overrides, *words)
@@ -60,10 +61,16 @@ class Run:
         assert "Traceback" not in errors + output
         return self.process.returncode, output + errors
 
+    def wait_for_growth(self, what: str) -> float:
+        """Wait until more is in the bag, or the run has ended; return how long that took (s)."""
+        before, began = self.size(), time.monotonic()
+        wait_until(lambda: self.size() > before or self.process.poll() is not None, 180, what)
+        return time.monotonic() - began
+
 
 @contextmanager
-def run(bag: Path, *words: object) -> Iterator[Run]:
-    started = Run(bag, *words)
+def run(bag: Path, *words: object, surroundings: Mapping[str, str] | None = None) -> Iterator[Run]:
+    started = Run(bag, *words, surroundings=surroundings)
     try:
         yield started
     finally:
@@ -71,52 +78,57 @@ def run(bag: Path, *words: object) -> Iterator[Run]:
 
 
 def test_renderers_killed_at_random_moments_lose_and_repeat_no_frame(tmp_path: Path) -> None:
-    draw, rooms, frames = random.Random(1), 6, 50
+    draw, rooms, frames = random.Random(1), 3 * KILLS, 50
     times = []
     with run(tmp_path / "bag", "--rooms", rooms, "--frames", frames, "--respawn", KILLS + 1) as suite:
         suite.wait_for_frames()
         kills = 0
         while kills < KILLS and suite.process.poll() is None:
             time.sleep(draw.uniform(0.0, 3.0))
-            before, began = suite.size(), time.monotonic()
             try:
                 os.kill(suite.pid("renderer_node"), signal.SIGKILL)
             except (KeyError, ProcessLookupError):
                 continue
             kills += 1
-            wait_until(lambda before=before: suite.size() > before or suite.process.poll() is not None, 180, "frames after a kill")
-            times.append(time.monotonic() - began)
-        code, output = suite.finish()
+            times.append(suite.wait_for_growth("frames after a kill"))
+        code, output = suite.finish(1800.0)
     assert code == 0, output
+    assert kills == KILLS, f"the run was too short: it ended after {kills} kills"
     report = inspect_bag(tmp_path / "bag")
     assert not report.faults, report.faults
     counts = {topic.count for topic in report.topics if "/camera/" in topic.name}
     assert counts == {rooms * frames}
-    print(f"renderer killed {kills} times: {rooms * frames} frames, each once; frames again after {max(times):.1f} s at most")
+    print(f"renderer killed {kills} times: {rooms * frames} frames, each once; frames again after {spread(times)}")
 
 
 @pytest.mark.parametrize("node", ["recorder_node", "grammar_node"])
 def test_other_nodes_killed_at_random_moments_leave_a_bag_that_can_be_read(tmp_path: Path, node: str) -> None:
-    draw, whole, lost_chunks = random.Random(2), 0, 0
-    rounds = max(1, KILLS // 4)
-    for number in range(rounds):
+    draw, whole, repaired, times = random.Random(2), 0, 0, []
+    for number in range(KILLS):
         bag = tmp_path / f"bag{number}"
         with run(bag, "--rooms", 50, "--frames", 40) as suite:
             suite.wait_for_frames()
             time.sleep(draw.uniform(0.0, 2.0))
+            began = time.monotonic()
             os.kill(suite.pid(node), signal.SIGKILL)
             code, output = suite.finish(60)
+            times.append(time.monotonic() - began)
         assert code == 1 and f"{node} was ended by SIGKILL" in output
         assert not node_pids(suite.marker)
         if node == "recorder_node":
             report = repair_bag(bag, tmp_path / f"new{number}")
             faults = inspect_bag(report.bag).faults
             assert all("frames of its camera are missing" in fault for fault in faults), faults
-            lost_chunks += 1
+            repaired += 1
         else:
             assert not inspect_bag(bag).faults
             whole += 1
-    print(f"{node} killed {rounds} times: {whole} bags whole, {lost_chunks} repaired with the last chunk lost")
+    print(f"{node} killed {KILLS} times: {whole} bags whole, {repaired} repaired; the run ended with one line after {spread(times)}")
+
+
+def spread(times: list[float]) -> str:
+    """Return median and largest of some times (s)."""
+    return f"{sorted(times)[len(times) // 2]:.1f} s (median), {max(times):.1f} s (longest)"
 
 
 @pytest.mark.parametrize("node", ["grammar_node", "renderer_node", "recorder_node"])
@@ -127,14 +139,47 @@ def test_a_node_that_is_stopped_for_five_seconds_goes_on(tmp_path: Path, node: s
         os.kill(pid, signal.SIGSTOP)
         time.sleep(5.0)
         os.kill(pid, signal.SIGCONT)
-        began, before = time.monotonic(), suite.size()
-        wait_until(lambda: suite.size() > before or suite.process.poll() is not None, 180, "frames after the stop")
-        recovered = time.monotonic() - began
+        recovered = suite.wait_for_growth("frames after the stop")
         code, output = suite.finish()
     assert code == 0, output
     report = inspect_bag(tmp_path / "bag")
     assert not report.faults and next(topic.count for topic in report.topics if topic.name == STREAM) == 120
     print(f"{node} stopped for 5 s: nothing lost, frames again after {recovered:.1f} s")
+
+
+def test_a_wall_clock_that_jumps_costs_no_frame(tmp_path: Path) -> None:
+    clock, draw, rooms, frames, times = WallClock(tmp_path), random.Random(4), 60, 50, []
+    with run(tmp_path / "bag", "--rooms", rooms, "--frames", frames, surroundings=clock.environment) as suite:
+        suite.wait_for_frames()
+        for jump_s in (-3600, 3600, -1, 86400, -86400, 10):
+            time.sleep(draw.uniform(0.0, 2.0))
+            assert suite.process.poll() is None, "the run is meant to outlast the jumps"
+            clock.shift(jump_s)
+            times.append(suite.wait_for_growth("frames after the jump"))
+        code, output = suite.finish()
+    assert code == 0, output
+    report = inspect_bag(tmp_path / "bag")
+    assert not report.faults, report.faults
+    assert {topic.count for topic in report.topics if "/camera/" in topic.name} == {rooms * frames}
+    print(f"wall clock set {len(times)} times by up to a day: nothing lost, frames again after {spread(times)}")
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="mounting a small disk needs root")
+def test_a_disk_that_fills_up_ends_the_run_with_a_whole_bag(tmp_path: Path) -> None:
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mount = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=24m", "tmpfs", str(disk)], capture_output=True, text=True, check=False)
+    if mount.returncode:
+        pytest.skip(f"a small disk cannot be mounted here: {mount.stderr.strip()}")
+    try:
+        with run(disk / "bag", "--rooms", 50, "--frames", 40) as suite:
+            code, output = suite.finish()
+        assert code == 1 and "the bag is whole with" in output and "No space left on device" in output, output
+        report = inspect_bag(disk / "bag")
+        assert all("frames of its camera are missing" in fault for fault in report.faults), report.faults
+        print(f"disk of 24 MB full: {report.size / 1e6:.1f} MB of whole bag, {sum(topic.count for topic in report.topics)} messages")
+    finally:
+        subprocess.run(["umount", str(disk)], check=True)
 
 
 DEAF = """
