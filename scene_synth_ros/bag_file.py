@@ -8,7 +8,8 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
-from scene_synth_ros.bag_manifest import MANIFEST_NAME, ManifestBuilder
+from scene_synth_ros.background_manifest import BackgroundManifest
+from scene_synth_ros.bag_manifest import MANIFEST_NAME
 from scene_synth_ros.bag_metadata import NO_TIME_NS, BagMetadata, FileInfo, TopicInfo, metadata_record
 from scene_synth_ros.disk_reserve import DiskReserve
 from scene_synth_ros.mcap_file import McapFile
@@ -48,12 +49,13 @@ class BagFile:
         self._topics: dict[str, TopicInfo] = {}
         self._channel_ids: dict[str, int] = {}
         self._schema_ids: dict[str, int] = {}
-        self._manifest: ManifestBuilder | None = ManifestBuilder()
+        self._manifest: BackgroundManifest | None = BackgroundManifest()
         with contextlib.ExitStack() as undo:
+            undo.callback(self.forget_manifest)
             self._reserve = DiskReserve(folder_fd, f".{name}.reserve", _MIN_RESERVE)
             undo.callback(self._reserve.release)
             self._file = open(self.active_name, "xb", buffering=0, opener=self._open_in_folder)
-            undo.callback(self.discard)
+            undo.callback(self._remove)
             self._mcap = McapFile(self._file, chunk_size=form.chunk_size, compression=form.compression, level=form.compression_level)
             undo.pop_all()
 
@@ -72,7 +74,10 @@ class BagFile:
 
     def discard(self) -> None:
         """Remove the unfinished file."""
-        self._reserve.release()
+        self.close()
+        self._remove()
+
+    def _remove(self) -> None:
         self._file.close()
         with contextlib.suppress(OSError):
             os.unlink(self.active_name, dir_fd=self._folder_fd)
@@ -101,6 +106,7 @@ class BagFile:
     def flush(self) -> None:
         """Write and sync the chunk in progress."""
         self._mcap.write_chunk()
+        self._mcap.sync()
         self._after_chunk()
 
     def counts(self) -> dict[str, int]:
@@ -123,6 +129,8 @@ class BagFile:
 
     def forget_manifest(self) -> None:
         """Leave the manifest out: what was taken is not what is in the file."""
+        if self._manifest is not None:
+            self._manifest.close()
         self._manifest = None
 
     def release_reserve(self) -> None:
@@ -161,7 +169,10 @@ class BagFile:
 
     def close(self) -> None:
         """Close the file, finished or not."""
+        self.forget_manifest()
         self._reserve.release()
+        if not self._file.closed:
+            self._mcap.close()
         self._file.close()
 
     def refuse_removed(self) -> None:

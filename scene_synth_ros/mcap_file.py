@@ -1,20 +1,18 @@
 """An MCAP file that grows chunk by chunk and whose index never speaks of bytes that are not on disk.
 
 The records are those of the ``mcap`` library; its ``Writer`` is not used because a write that fails leaves its statistics and its chunk
-in a state from which the file cannot be finished.  Here a chunk is counted and indexed only once it is written and synced, and a chunk
-that could not be written is cut off again.  Format: https://mcap.dev/spec.
+in a state from which the file cannot be finished.  Here a chunk is counted and indexed only once it is written, is synced while the next is
+collected, and is cut off again if either fails.  Format: https://mcap.dev/spec.
 """
 
 from __future__ import annotations
 
-import errno
-import os
+import contextlib
 import struct
 import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from io import RawIOBase
-from typing import NamedTuple
 
 import lz4.frame
 import zstandard
@@ -39,6 +37,9 @@ from mcap.records import (
 )
 from mcap.writer import LIBRARY_IDENTIFIER, MCAP0_MAGIC
 
+from scene_synth_ros.synced_file import SyncedFile
+from scene_synth_ros.written_chunks import WrittenChunks
+
 MAX_TIME_NS = 2**63 - 1
 MAX_LEVEL = 22
 _LZ4_MAX_LEVEL = 12
@@ -46,8 +47,6 @@ _LZ4_MAX_LEVEL = 12
 _MEDIA_TYPES = {"json": "application/json", "yaml": "application/yaml", "txt": "text/plain"}
 _MESSAGE_PREFIX = struct.Struct("<BQHIQQ")
 _MESSAGE_FIXED_SIZE = 22
-_COUNT = struct.Struct("<HI")
-_PLACE = struct.Struct("<QQQIH")
 _FOOTER_PREFIX = struct.Struct("<BQQQ")
 _FOOTER_FIXED_SIZE = 20
 
@@ -66,63 +65,6 @@ class _OpenChunk:
     def put(self, data: bytes) -> None:
         self.parts.append(data)
         self.size += len(data)
-
-
-class _WrittenChunk(NamedTuple):
-    """Where a chunk on disk begins, its log time range, and how long its parts of :class:`_WrittenChunks` are."""
-
-    offset: int
-    start_ns: int
-    end_ns: int
-    index_size: int
-    counts_size: int
-
-
-class _WrittenChunks:
-    """What the summary needs of the chunks on disk, packed because a long bag has many: some 200 bytes each."""
-
-    def __init__(self) -> None:
-        self._index_records, self._counts, self._places = bytearray(), bytearray(), bytearray()
-
-    def __len__(self) -> int:
-        return len(self._places) // _PLACE.size
-
-    @property
-    def index_records(self) -> bytes:
-        """All chunk index records, one after the other."""
-        return bytes(self._index_records)
-
-    @property
-    def index_size(self) -> int:
-        """Bytes of the chunk index records."""
-        return len(self._index_records)
-
-    def time_range_ns(self) -> tuple[int, int] | None:
-        """Return first and last log time; None without chunks."""
-        places = [_WrittenChunk(*fields) for fields in _PLACE.iter_unpack(self._places)]
-        return (min(place.start_ns for place in places), max(place.end_ns for place in places)) if places else None
-
-    def add(self, offset: int, start_ns: int, end_ns: int, index_record: bytes, counts: Mapping[int, int]) -> None:
-        """Take the next chunk; ``counts`` are its messages by channel."""
-        packed = b"".join(_COUNT.pack(channel_id, count) for channel_id, count in counts.items())
-        self._index_records += index_record
-        self._counts += packed
-        self._places += _PLACE.pack(offset, start_ns, end_ns, len(index_record), len(packed))
-
-    def drop_last(self) -> tuple[int, dict[int, int]]:
-        """Forget the last chunk; return its offset and messages by channel.
-
-        Raises:
-            LookupError: there is none.
-        """
-        if not self._places:
-            raise LookupError("no chunk is left")
-        place = _WrittenChunk(*_PLACE.unpack_from(self._places, len(self._places) - _PLACE.size))
-        counts = dict(_COUNT.iter_unpack(self._counts[len(self._counts) - place.counts_size :]))
-        del self._counts[len(self._counts) - place.counts_size :]
-        del self._index_records[len(self._index_records) - place.index_size :]
-        del self._places[len(self._places) - _PLACE.size :]
-        return place.offset, counts
 
 
 COMPRESSORS: Mapping[str, Callable[[int], Callable[[bytes], bytes]]] = {
@@ -150,16 +92,16 @@ class McapFile:
     """
 
     def __init__(self, file: RawIOBase, *, chunk_size: int, compression: str = "zstd", level: int = 1, profile: str = "ros2") -> None:
-        self._file = file
+        self._file = SyncedFile(file)
         self._chunk_size = chunk_size
         self._compression = "" if compression == "none" else compression
         self._compress = COMPRESSORS[compression](level)
-        self._end = 0
         self._schemas: list[Schema] = []
         self._channels: list[Channel] = []
-        self._chunks = _WrittenChunks()
+        self._chunks = WrittenChunks()
         self._metadata_indexes: list[MetadataIndex] = []
         self._definitions: list[bytes] = []
+        self._unsynced: list[bytes] = []
         self._counts: dict[int, int] = {}
         self._open = _OpenChunk()
         self._append(MCAP0_MAGIC + _encode(Header(profile, f"scene_synth_ros {LIBRARY_IDENTIFIER}")))
@@ -167,7 +109,7 @@ class McapFile:
     @property
     def size(self) -> int:
         """Bytes on disk."""
-        return self._end
+        return self._file.size
 
     @property
     def tail_size(self) -> int:
@@ -215,24 +157,24 @@ class McapFile:
             self.write_chunk()
 
     def write_chunk(self) -> None:
-        """Write and sync the chunk in progress with its message index; one without messages stays in memory.
+        """Write the chunk in progress with its message index and begin to sync it; one without messages stays in memory.
 
         Raises:
-            OSError: the chunk was not written and its messages are dropped.
+            OSError: the chunk was not written, or the one before could not be synced; their messages are dropped.
         """
         chunk = self._open
         if not chunk.message_count:
             return
         self._open = _OpenChunk()
         index_record, encoded = self._encode_chunk(chunk)
-        offset, counts = self._end, {channel_id: len(entries) for channel_id, entries in chunk.index.items()}
+        offset, counts = self._file.size, {channel_id: len(entries) for channel_id, entries in chunk.index.items()}
         try:
             self._append(encoded)
         except OSError:
             for definition in self._definitions:
                 self._open.put(definition)
             raise
-        self._definitions = []
+        self._unsynced, self._definitions = self._definitions, []
         self._chunks.add(offset, chunk.start_ns, chunk.end_ns, index_record, counts)
         for channel_id, count in counts.items():
             self._counts[channel_id] += count
@@ -253,11 +195,11 @@ class McapFile:
         length = builder.count
         offsets = {}
         for channel_id, entries in chunk.index.items():
-            offsets[channel_id] = self._end + builder.count
+            offsets[channel_id] = self._file.size + builder.count
             MessageIndex(channel_id=channel_id, records=entries).write(builder)
         index = ChunkIndex(
             chunk_length=length,
-            chunk_start_offset=self._end,
+            chunk_start_offset=self._file.size,
             compression=compression,
             compressed_size=len(compressed),
             message_end_time=chunk.end_ns,
@@ -271,7 +213,7 @@ class McapFile:
     def add_metadata(self, name: str, data: Mapping[str, str]) -> None:
         """Write the chunk in progress, then a metadata record."""
         self.write_chunk()
-        start = self._end
+        start = self._file.size
         record = _encode(Metadata(name=name, metadata=dict(data)))
         self._append(record)
         self._metadata_indexes.append(MetadataIndex(offset=start, length=len(record), name=name))
@@ -282,12 +224,19 @@ class McapFile:
         Raises:
             LookupError: no chunk is left.
         """
+        with contextlib.suppress(OSError):
+            self.sync()
+        offset, count = self._forget_last_chunk()
+        self._file.cut(offset)
+        self._metadata_indexes = [entry for entry in self._metadata_indexes if entry.offset < self._file.size]
+        return count
+
+    def _forget_last_chunk(self) -> tuple[int, int]:
+        """Count and index the last chunk no more; return its offset and how many messages it had."""
         offset, counts = self._chunks.drop_last()
         for channel_id, count in counts.items():
             self._counts[channel_id] -= count
-        self._cut(offset)
-        self._metadata_indexes = [entry for entry in self._metadata_indexes if entry.offset < self._end]
-        return sum(counts.values())
+        return offset, sum(counts.values())
 
     def finish(
         self, metadata: Callable[[], Mapping[str, Mapping[str, str]]], attachments: Callable[[], Mapping[str, bytes]] = dict
@@ -302,7 +251,7 @@ class McapFile:
             OSError: the file ends after its last whole chunk; ``finish`` may be called again.
         """
         self.write_chunk()
-        start = self._end
+        start = self._file.size
         indexes = list(self._metadata_indexes)
         tail, attached = bytearray(), []
         time_ns = (self.time_range_ns() or (0, 0))[1]
@@ -328,6 +277,7 @@ class McapFile:
         tail += _encode(DataEnd(0))
         tail += self._summary(start + len(tail), indexes, attached)
         self._append(bytes(tail + MCAP0_MAGIC))
+        self.sync()
 
     def _summary(self, start: int, metadata_indexes: list[MetadataIndex], attached: list[AttachmentIndex]) -> bytes:
         """Return the summary section and footer for a file whose data section ends at ``start``."""
@@ -371,24 +321,34 @@ class McapFile:
         self._open.put(record)
 
     def _append(self, data: bytes) -> None:
-        """Write and sync at the end of the file, or leave the file as it was."""
-        try:
-            view = memoryview(data)
-            while view:
-                written = self._file.write(view)
-                if not written:
-                    raise OSError(errno.EIO, "nothing was written")
-                view = view[written:]
-            os.fdatasync(self._file.fileno())
-        except OSError:
-            self._cut(self._end)
-            raise
-        self._end += len(data)
+        """Write at the end of the file while nothing before waits for the disk, or leave the file as it was.
 
-    def _cut(self, size: int) -> None:
-        self._end = size
-        self._file.truncate(size)
-        self._file.seek(size)
+        Raises:
+            OSError: this could not be written, or what was written before it could not be synced and is cut off.
+        """
+        self.sync()
+        self._file.append(data)
+
+    def sync(self) -> None:
+        """Wait until everything written is on disk.
+
+        Raises:
+            OSError: what was written last is cut off.
+        """
+        try:
+            self._file.sync()
+        except OSError:
+            while self._chunks.last_offset >= self._file.size:
+                self._forget_last_chunk()
+            self._metadata_indexes = [entry for entry in self._metadata_indexes if entry.offset < self._file.size]
+            self._definitions = [*self._unsynced, *self._definitions]
+            raise
+        finally:
+            self._unsynced = []
+
+    def close(self) -> None:
+        """Wait for the disk; the file stays open.  Harmless when repeated."""
+        self._file.close()
 
 
 def _encode(record: McapRecord) -> bytes:
