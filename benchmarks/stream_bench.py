@@ -1,69 +1,169 @@
-"""Messages: processor time of converting and publishing five layers, and whether 300 frames at 30 Hz reach another process."""
+"""Messages: what converting, publishing and recording five layers costs, when they arrive in another process, and whether all do."""
 
 from __future__ import annotations
 
+import json
 import os
+import signal
 import subprocess
 import sys
+import tempfile
 import time
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import rclpy
 from rclpy.node import Node
+from std_msgs.msg import String
 
+from benchmarks.bench_room import VIEW, furnished_room
 from benchmarks.stream_subscriber import STREAMED
-from benchmarks.table import Row, at_most
-from renderer.config import CameraConfig
-from renderer.frame import LAYERS, Frame
+from benchmarks.table import Row, at_least, at_most
+from renderer import CameraConfig, RenderConfig, Renderer
+from renderer.frame import Frame
 from scene_description import CameraPose
 from scene_description.labels import instance_palette, label_palette
+from scene_synth_ros.bag_inspect import inspect_bag
 from scene_synth_ros.conversions import semantic_labels
 from scene_synth_ros.frame_messages import Palettes, StreamConfig
+from scene_synth_ros.qos import latched_qos
+from scene_synth_ros.status import NodeStatus, status_from_json, status_to_json
 from scene_synth_ros.streams import StreamPublishers
 from scene_synth_ros.supervisor import node_environment
 
-FRAMES = 300
+FRAMES, RECORDED_FRAMES = 300, 150
 RATE_HZ = 30.0
+SAMPLES = 4
+FRAMES_AHEAD = 8
+"""As a renderer's default: so many frames may wait for the recorder."""
 DISCOVERY_S = 1.0
 """A publisher may know a subscriber before the subscriber knows it; what it sends then is not waited for."""
 
 
 def measure() -> list[Row]:
-    """Publish to a subscriber in another process and return what it cost and what was lost."""
+    """Publish to a subscriber, then to a recorder, each in another process; return what it cost, how long it took and what was lost."""
     os.environ.update(node_environment(os.environ), ROS_DOMAIN_ID=str(1 + os.getpid() % 100))
     rclpy.init()
     node = Node("stream_bench", namespace="/bench")
     streams = StreamPublishers(node, StreamConfig(color_companions=False, lazy=False), CameraConfig())
     streams.messages.begin_palettes(Palettes(label_palette(), instance_palette(256)), {"semantic": semantic_labels(), "instance": {}})
     frame = make_frame()
-    subscriber = subprocess.Popen([sys.executable, "-m", "benchmarks.stream_subscriber", str(FRAMES)], stdout=subprocess.PIPE, text=True)
-    while any(streams.subscribers(layer) == 0 for layer in streams.messages.layers):
-        time.sleep(0.05)
-    time.sleep(DISCOVERY_S)
-    began, spent = time.perf_counter(), 0.0
-    for index in range(FRAMES):
-        time.sleep(max(0.0, began + index / RATE_HZ - time.perf_counter()))
-        before = time.process_time()
-        pose = CameraPose(stamp_ns=1 + index * 33_333_333, position_m=(0.0, 0.0, 1.0), orientation=(0.0, 0.0, 0.0, 1.0))
-        streams.publish(frame, pose, "{}")
-        spent += time.process_time() - before
-    output, _ = subscriber.communicate(timeout=60)
-    received = int(output.strip())
+    recorded = _recorded(node, streams, frame)  # before any frame is latched that the recorder would wait to see whole
+    rows = [*_subscribed(streams, frame), *recorded]
     node.destroy_node()
     rclpy.shutdown()
-    return [
-        at_most("convert and publish 5 layers, 640x480, processor time a frame", 1000.0 * spent / FRAMES, "ms", 15.0),
-        at_most(f"images lost of {FRAMES * len(STREAMED)} at 30 Hz to another process", FRAMES * len(STREAMED) - received, "", 0.0),
-    ]
+    return rows
 
 
 def make_frame() -> Frame:
-    """Return a frame whose layers hold noise, which does not compress."""
-    rng = np.random.default_rng(0)
-    camera = CameraConfig()
-    layers = {}
-    for name in STREAMED:
-        layer = LAYERS[name]
-        shape = (camera.height, camera.width, layer.channels) if layer.channels else (camera.height, camera.width)
-        layers[name] = (rng.random(shape) * 100).astype(layer.dtype)
-    return Frame(layers, None)
+    """Return a frame of the furnished room with the noise that colour of few samples has."""
+    config = RenderConfig(samples_per_pixel=SAMPLES, auto_exposure=False)
+    with Renderer(furnished_room(), CameraConfig(), config, scene_key=1) as renderer:
+        return renderer.render(VIEW, 0, STREAMED)
+
+
+def _subscribed(streams: StreamPublishers, frame: Frame) -> list[Row]:
+    command = [sys.executable, "-m", "benchmarks.stream_subscriber", str(FRAMES)]
+    subscriber = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    _wait_for_subscribers(streams)
+    sent_ns, spent_s = _publish(streams, frame, FRAMES)
+    output, _ = subscriber.communicate(timeout=60)
+    arrivals = json.loads(output)
+    complete_ns: dict[int, int] = {}
+    for stamp, at_ns in arrivals:
+        complete_ns[stamp] = max(at_ns, complete_ns.get(stamp, 0))
+    late_ms = np.array([(complete_ns[stamp] - at_ns) / 1e6 for stamp, at_ns in sent_ns.items() if stamp in complete_ns])
+    return [
+        at_most("convert and publish 5 layers, 640x480, processor time a frame", 1000.0 * spent_s / FRAMES, "ms", 15.0),
+        at_most(f"images lost of {FRAMES * len(STREAMED)} at 30 Hz to another process", FRAMES * len(STREAMED) - len(arrivals), "", 0.0),
+        Row("last ray to the last of 5 callbacks, median", float(np.median(late_ms)), "ms"),
+        Row("  99 of 100 frames within", float(np.percentile(late_ms, 99)), "ms"),
+    ]
+
+
+def _recorded(node: Node, streams: StreamPublishers, frame: Frame) -> list[Row]:
+    """Publish to the recorder, which like a renderer's is never more than some frames behind."""
+    with tempfile.TemporaryDirectory() as folder:
+        bag = Path(folder) / "bag"
+        command = [sys.executable, "-m", "scene_synth_ros.recorder_node", "--ros-args", "-r", "__ns:=/bench", "-p", f"bag:={bag}"]
+        recorder = subprocess.Popen([*command, "--log-level", "warn"])
+        link = _RecorderLink(node, streams)
+        link.connect()
+        before_s = _processor_seconds(recorder.pid)
+        _publish(streams, frame, RECORDED_FRAMES, link.wait_for)
+        link.wait_for(RECORDED_FRAMES + FRAMES_AHEAD)
+        spent_s = _processor_seconds(recorder.pid) - before_s
+        recorder.send_signal(signal.SIGINT)
+        recorder.wait(60)
+        counts = {topic.name: topic.count for topic in inspect_bag(bag).topics}
+    recorded = min(counts[f"/bench/camera/{layer}/image_raw"] for layer in STREAMED)
+    return [
+        Row("recorder, zstd, 5 layers at 30 Hz, processor time a frame", 1000.0 * spent_s / RECORDED_FRAMES, "ms"),
+        at_least(f"frames in the bag of {RECORDED_FRAMES}", recorded, "", RECORDED_FRAMES),
+    ]
+
+
+class _RecorderLink:
+    """Says what was published, as a renderer does, and hears what the recorder has taken."""
+
+    def __init__(self, node: Node, streams: StreamPublishers) -> None:
+        self._node, self._streams = node, streams
+        self._recorders: list[NodeStatus] = []
+        self._status = node.create_publisher(String, "status", latched_qos(10))
+        node.create_subscription(String, "status", self._hear, latched_qos(100))
+
+    def connect(self) -> None:
+        """Wait until every topic is connected, seen from both sides."""
+        counts, start = dict(self._streams.counts), self._streams.start
+        state = NodeStatus(node="/bench/stream_bench", role="renderer", state="ready", counts=counts, start=start)
+        self._status.publish(String(data=status_to_json(state)))
+        self._spin_while(lambda: not (self._recorders and self._streams.reach(self._recorders, start)))
+
+    def _hear(self, message: String) -> None:
+        status = status_from_json(message.data)
+        if status.role == "recorder":
+            self._recorders = [status]
+
+    def wait_for(self, index: int) -> None:
+        """Wait until the frame of this index may be published because so few wait before it, a minute at most."""
+        self._spin_while(lambda: self._taken() <= index - FRAMES_AHEAD - 1)
+
+    def _taken(self) -> int:
+        counts = self._recorders[0].counts
+        return min(counts.get(f"/bench/camera/{layer}/image_raw", 0) for layer in STREAMED)
+
+    def _spin_while(self, condition: Callable[[], bool]) -> None:
+        deadline = time.monotonic() + 60.0
+        while condition():
+            if time.monotonic() > deadline:
+                raise TimeoutError("the recorder has not moved for a minute")
+            rclpy.spin_once(self._node, timeout_sec=0.1)
+
+
+def _wait_for_subscribers(streams: StreamPublishers) -> None:
+    while any(streams.subscribers(layer) == 0 for layer in streams.messages.layers):
+        time.sleep(0.05)
+    time.sleep(DISCOVERY_S)
+
+
+def _publish(
+    streams: StreamPublishers, frame: Frame, count: int, wait_for: Callable[[int], None] = lambda _: None
+) -> tuple[dict[int, int], float]:
+    """Publish so many frames at the rate; return when each was begun (steady clock, ns) by stamp, and the processor time (s) of all."""
+    sent_ns, spent_s = {}, 0.0
+    began, first_ns = time.perf_counter(), time.monotonic_ns()
+    for index in range(count):
+        wait_for(index)
+        time.sleep(max(0.0, began + index / RATE_HZ - time.perf_counter()))
+        pose = CameraPose(stamp_ns=first_ns + index * 33_333_333, position_m=(0.0, 0.0, 1.0), orientation=(0.0, 0.0, 0.0, 1.0))
+        before, sent_ns[pose.stamp_ns] = time.process_time(), time.monotonic_ns()
+        streams.publish(frame, pose, json.dumps({"stamp_ns": pose.stamp_ns}))
+        spent_s += time.process_time() - before
+    return sent_ns, spent_s
+
+
+def _processor_seconds(pid: int) -> float:
+    """Return the processor time that a process has used so far."""
+    fields = (Path("/proc") / str(pid) / "stat").read_text(encoding="ascii").rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")

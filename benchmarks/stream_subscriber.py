@@ -1,7 +1,8 @@
-"""The other process of the stream benchmark: subscribes as the recorder does, counts the images that arrive and prints the number."""
+"""The other process of the stream benchmark: subscribes as the recorder does, and prints as JSON when which image has arrived."""
 
 from __future__ import annotations
 
+import json
 import sys
 import time
 
@@ -11,28 +12,30 @@ from sensor_msgs.msg import Image
 
 from scene_synth_ros.qos import stream_qos
 from scene_synth_ros.recorder_node import QUEUE_DEPTH
+from scene_synth_ros.stamps import stamp_ns
 
 STREAMED = ("color", "depth", "normals", "semantic", "instance")
 """The layers that a renderer publishes by default."""
 
 
 def main() -> None:
-    """Count until everything is there or nothing has come for five seconds."""
+    """Listen until everything is there or nothing has come for five seconds; print [stamp, steady clock] of each image (ns)."""
     expected = int(sys.argv[1]) * len(STREAMED)
-    received, last = 0, time.monotonic() + 10.0
+    arrivals: list[tuple[int | None, int]] = []
+    last = time.monotonic() + 10.0
 
-    def count(_: bytes) -> None:
-        nonlocal received, last
-        received += 1
+    def take(data: bytes) -> None:
+        nonlocal last
+        arrivals.append((stamp_ns("sensor_msgs/msg/Image", data), time.monotonic_ns()))
         last = time.monotonic()
 
     rclpy.init()
     node = Node("stream_subscriber", namespace="/bench")
     for layer in STREAMED:
-        node.create_subscription(Image, f"camera/{layer}/image_raw", count, stream_qos(QUEUE_DEPTH), raw=True)
-    while received < expected and time.monotonic() - last < 5.0:
+        node.create_subscription(Image, f"camera/{layer}/image_raw", take, stream_qos(QUEUE_DEPTH), raw=True)
+    while len(arrivals) < expected and time.monotonic() - last < 5.0:
         rclpy.spin_once(node, timeout_sec=0.2)
-    print(received)
+    print(json.dumps(arrivals))
 
 
 if __name__ == "__main__":
