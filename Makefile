@@ -9,6 +9,7 @@ BIN := $(VENV)/bin
 SEED ?= 1
 ROOMS ?= 4
 FRAMES ?= 8
+WORKERS ?= 2
 
 # With a sourced system ROS 2 the virtual environment sees its rclpy; without one it gets the wheels.
 SYSTEM_ROS := $(shell $(PYTHON) -c 'import rclpy' 2>/dev/null && echo yes)
@@ -43,7 +44,7 @@ run: setup fresh-kernels
 		--record runs/$$(date +%Y%m%d-%H%M%S) --contact-sheet contact_sheet.png
 
 test: setup fresh-kernels
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadgroup
 
 # hours at full size; SOAK_FRAMES, SOAK_SIZE=160x120, SOAK_KILLS, SOAK_SCENES and SOAK_PARAMETERS make it smaller
 soak: setup fresh-kernels
