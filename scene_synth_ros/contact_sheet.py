@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import io
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,13 +13,14 @@ from numpy.typing import NDArray
 from PIL import Image as Picture
 from PIL import ImageDraw, ImageFont
 from rclpy.serialization import deserialize_message
-from sensor_msgs.msg import Image
+from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import String
 
 from renderer.false_color import depth_to_color, ids_to_color, normals_to_color
 from scene_description.labels import instance_palette, label_palette
 from scene_synth_ros.bag_reader import BagMessage, BagReader
 from scene_synth_ros.conversions import msg_to_image
+from scene_synth_ros.image_codec import COMPRESSED_TYPE, IMAGE_TYPE, CodecError, depth_from_codes, split_depth
 from scene_synth_ros.picture_grid import FORMATS, INK, PAPER
 from scene_synth_ros.stamps import stamp_ns
 
@@ -54,6 +56,12 @@ LAYERS = {
 }
 """Layer -> picture for people; the columns of the sheet."""
 
+FORMS: tuple[tuple[str, Callable[[str], tuple[str, ...]]], ...] = (
+    (IMAGE_TYPE, lambda layer: (f"/{layer}/image_raw",)),
+    (COMPRESSED_TYPE, lambda layer: (f"/{layer}/image_raw/compressed", f"/{layer}/image_raw/compressedDepth")),
+)
+"""Type of a layer's topic -> ends of its name, the first that is found is drawn."""
+
 
 def write_contact_sheet(bag: Path, path: Path) -> int:
     """Draw the sheet of a bag, as JPEG or PNG by the file's name, and return the number of rooms on it.
@@ -81,9 +89,30 @@ def write_contact_sheet(bag: Path, path: Path) -> int:
 
 def _layer_topics(types: dict[str, str]) -> dict[str, str]:
     """Return layer -> topic of the first camera."""
-    images = sorted(name for name, kind in types.items() if kind == "sensor_msgs/msg/Image" and name.endswith("/image_raw"))
-    found = {layer: next((name for name in images if name.endswith(f"/{layer}/image_raw")), None) for layer in LAYERS}
+    found = {
+        layer: next((name for kind, ends in FORMS for name in sorted(types) if types[name] == kind and name.endswith(ends(layer))), None)
+        for layer in LAYERS
+    }
     return {layer: topic for layer, topic in found.items() if topic is not None}
+
+
+def _pixels(message: BagMessage) -> NDArray[np.generic]:
+    """Return the image of a message, compressed or not.
+
+    Raises:
+        CodecError: it is neither PNG nor JPEG.
+    """
+    if message.type_name == IMAGE_TYPE:
+        return msg_to_image(deserialize_message(message.data, Image))
+    data, a, b = bytes(deserialize_message(message.data, CompressedImage).data), 0.0, 0.0
+    if message.topic.endswith("/compressedDepth"):
+        a, b, data = split_depth(data)
+    try:
+        with Picture.open(io.BytesIO(data), formats=("PNG", "JPEG")) as picture:
+            pixels = np.asarray(picture)
+    except (OSError, ValueError, Picture.DecompressionBombError) as error:
+        raise CodecError(f"{message.topic}: expected PNG or JPEG ({' '.join(str(error).split())[:100]})") from None
+    return depth_from_codes(pixels, a, b)
 
 
 def _read_room(message: BagMessage) -> SheetRoom:
@@ -103,7 +132,7 @@ def _tiles(reader: BagReader, topics: dict[str, str], stamps: set[int]) -> Itera
         stamp = stamp_ns(message.type_name, message.data)
         if stamp in stamps:
             layer = layers[message.topic]
-            picture = Picture.fromarray(LAYERS[layer](msg_to_image(deserialize_message(message.data, Image))))
+            picture = Picture.fromarray(LAYERS[layer](_pixels(message)))
             height = max(1, round(TILE_WIDTH * picture.height / picture.width))
             resample = Picture.Resampling.LANCZOS if layer == "color" else Picture.Resampling.NEAREST
             yield stamp, layer, picture.resize((TILE_WIDTH, height), resample)

@@ -116,3 +116,23 @@ def _depth(pixels: NDArray[np.generic], encoding: str, topic: str) -> bytes:
     with np.errstate(divide="ignore", invalid="ignore"):
         inverse = np.where((depth > 0.0) & (depth < DEPTH_MAX_M), a / depth + b, 0.0)
     return _HEAD.pack(0, a, b) + encode_image(np.rint(np.clip(inverse, 0, _CODED)).astype(np.uint16), "png")
+
+
+def split_depth(data: bytes) -> tuple[float, float, bytes]:
+    """Return A, B and the PNG of a ``compressedDepth``.
+
+    Raises:
+        CodecError: it is too short.
+    """
+    if len(data) <= _HEAD.size:
+        raise CodecError(f"compressedDepth: expected more than {_HEAD.size} bytes, got {len(data)}")
+    _, a, b = _HEAD.unpack_from(data)
+    return a, b, data[_HEAD.size :]
+
+
+def depth_from_codes(codes: NDArray[np.uint16], a: float, b: float) -> NDArray[np.generic]:
+    """Return depth: float32 metres of inverse depth, +inf where none is stored; millimetres (A is 0) as they are."""
+    if not a:
+        return codes
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(codes > 0, a / (codes - np.float64(b)), np.inf).astype(np.float32)

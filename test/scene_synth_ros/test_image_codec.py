@@ -10,7 +10,15 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CompressedImage
 
 from scene_synth_ros.conversions import image_to_msg
-from scene_synth_ros.image_codec import CodecError, ImageCompression, compress, compressed_topic, image_form
+from scene_synth_ros.image_codec import (
+    CodecError,
+    ImageCompression,
+    compress,
+    compressed_topic,
+    depth_from_codes,
+    image_form,
+    split_depth,
+)
 
 SETTINGS = ImageCompression(color="jpeg", ids="png", depth="png")
 
@@ -68,3 +76,17 @@ def test_depth_in_millimetres_is_lossless() -> None:
 def test_what_has_no_such_form_is_refused() -> None:
     with pytest.raises(CodecError, match="expected one of rgb8, mono8, 16UC1 for png, got '32FC3'"):
         packed(np.zeros((2, 2, 3), np.float32), "32FC3", "/s/camera/color/image_raw")
+
+
+def test_depth_comes_back_within_its_step() -> None:
+    depth = np.array([[0.5, 3.2, 10.0, 59.0], [np.inf, np.nan, 0.0, 1.0]], np.float32)
+    a, b, png = split_depth(bytes(packed(depth, "32FC1", "/s/camera/depth/image_raw").data))
+    back = depth_from_codes(np.asarray(Picture.open(io.BytesIO(png))), a, b)
+    known = np.isfinite(depth) & (depth > 0.0)
+    assert (np.abs(back[known] - depth[known]) <= depth[known] ** 2 / a).all()
+    assert np.isposinf(back[~known]).all()
+
+
+def test_a_compressed_depth_that_is_cut_off_is_refused() -> None:
+    with pytest.raises(CodecError, match="expected more than 12 bytes, got 5"):
+        split_depth(b"short")
