@@ -6,6 +6,7 @@ stamp is there and all earlier groups have left; within a group the topics have 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Sequence
 from typing import NamedTuple
 
@@ -65,6 +66,11 @@ class FrameSorter:
     def waiting_stamps(self) -> int:
         """How many stamps are waiting."""
         return len(self._groups)
+
+    @property
+    def first_ns(self) -> float:
+        """Earliest stamp that is waiting; infinite if there is none."""
+        return min(self._groups, default=math.inf)
 
     def configure(self, topic_order: Sequence[str], expected: Collection[str] | None) -> list[OrderedMessage]:
         """Change order and expectation for stamps yet to come; return everything that waits, so that no group mixes the two."""

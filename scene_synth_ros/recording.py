@@ -98,6 +98,8 @@ class Recording:
         self._sorter = FrameSorter([], expected=None)
         self._seen = SeenFrames()
         self._newest_ns: int | None = None
+        self._begun: set[str] = set()
+        self._whole_from_ns = 0
         self._early: list[tuple[str, bytes]] = []
         self._cameras: dict[str, str] = {}
         self._ring = SnapshotRing(self._options.snapshot_s, self._options.snapshot_bytes)
@@ -199,6 +201,9 @@ class Recording:
                 self.taken[topic] += 1
                 return False
             self._newest_ns = stamp
+            if topic not in self._begun and topic not in self._ring.latched:
+                self._begun.add(topic)
+                self._whole_from_ns = max(self._whole_from_ns, stamp)
         elif foreign and stamp is not None and (self._newest_ns is None or abs(stamp - self._newest_ns) > MAX_STRAY_NS):
             stamp = None
         elif stamp is not None and topic in self._ring.latched and not foreign:
@@ -208,6 +213,8 @@ class Recording:
             if topic.endswith("/scene"):
                 self._seen.begin_room(stamp)
         self._enqueue(self._sorter.add(topic, stamp, data + bytes(-len(data) % 4)))
+        if self._sorter.first_ns < self._whole_from_ns:  # latched parts of frames from before the recorder was connected
+            self._enqueue(self._sorter.flush(self._whole_from_ns - 1))
         return True
 
     def add_pose(self, topic: str, pose: TimedPose, camera: str) -> None:

@@ -1,8 +1,19 @@
 """The parts of the recorder that need no node: splitting, snapshots, repeats, turns."""
 
+import json
+from pathlib import Path
+
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import PoseStamped
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile
+from rclpy.serialization import serialize_message
+from std_msgs.msg import Header, String
+
+from scene_synth_ros.bag_writer import BagWriter
 from scene_synth_ros.lock_step import finished_by_all, missing_peers
 from scene_synth_ros.message_digest import message_digest
 from scene_synth_ros.peers import Peers
+from scene_synth_ros.recording import Recording
 from scene_synth_ros.seen_frames import SeenFrames
 from scene_synth_ros.snapshot_ring import KeptMessage, SnapshotRing
 from scene_synth_ros.split_policy import SplitPolicy
@@ -105,3 +116,32 @@ def test_a_digest_tells_messages_apart_and_knows_equals() -> None:
     assert message_digest(Image(encoding="rgb8", data=b"abc")) == message_digest(one)
     assert message_digest(CameraInfo(d=[0.0, 1.0])) != message_digest(CameraInfo(d=[1.0, 0.0]))
     assert message_digest(String(data="a")) != message_digest(String(data="b"))
+
+
+def test_frames_of_which_only_latched_parts_can_come_hold_nothing_up(tmp_path: Path) -> None:
+    recording = Recording(BagWriter)
+    latched = QoSProfile(depth=10, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+    recording.add_topic("/settings", "std_msgs/msg/String", [latched])
+    for topic in ("/pose", "/late"):
+        recording.add_topic(topic, "geometry_msgs/msg/PoseStamped", [QoSProfile(depth=10)])
+    recording.expect({"/settings", "/pose", "/late"})
+    recording.begin(tmp_path / "bag")
+
+    def settings(stamp: int) -> None:
+        recording.add("/settings", bytes(serialize_message(String(data=json.dumps({"stamp_ns": stamp})))))
+
+    def pose(topic: str, stamp: int) -> None:
+        recording.add(topic, bytes(serialize_message(PoseStamped(header=Header(stamp=Time(sec=0, nanosec=stamp))))))
+
+    for stamp in (1, 2, 3):
+        settings(stamp)
+    for stamp in (4, 5):  # /late is connected from stamp 5 on
+        pose("/pose", stamp)
+        settings(stamp)
+    assert recording.waiting_bytes
+    pose("/late", 5)
+    assert not recording.waiting_bytes
+    settings(2)
+    assert not recording.waiting_bytes
+    recording.close()
+    assert recording.written == {"/settings": 5, "/pose": 2, "/late": 1}
