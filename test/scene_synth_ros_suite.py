@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 import random
 import signal
 import subprocess
 import sys
+import tempfile
 import time
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import IO
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -25,9 +29,24 @@ SMALL += ["renderer_node.render.auto_exposure:=false"]
 """Overrides that make frames cheap."""
 
 
+_claims: deque[IO[str]] = deque(maxlen=8)
+"""Locks of the domains that this process has used last; the oldest is let go for a new one."""
+
+
+def claim_domain() -> int:
+    """Return a DDS domain that no other test run of this machine uses; it is kept until some later ones have been claimed."""
+    while True:
+        domain = random.SystemRandom().randint(1, 100)
+        with suppress(OSError):  # held by another run, or left by another user
+            claim = (Path(tempfile.gettempdir()) / f"scene_synth_test_domain_{domain}.lock").open("w", encoding="ascii")
+            fcntl.flock(claim, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            _claims.append(claim)
+            return domain
+
+
 def environment() -> dict[str, str]:
     """Return the environment of one test run, with a DDS domain of its own."""
-    return {**os.environ, "ROS_DOMAIN_ID": str(random.SystemRandom().randint(1, 100)), "PYTHONPATH": str(Path(__file__).parents[2])}
+    return {**os.environ, "ROS_DOMAIN_ID": str(claim_domain()), "PYTHONPATH": str(Path(__file__).parents[2])}
 
 
 def command(*words: object) -> list[str]:

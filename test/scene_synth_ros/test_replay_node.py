@@ -2,13 +2,13 @@
 
 import hashlib
 import os
-import random
 import signal
 import subprocess
 import sys
 
 import pytest
 from bag_samples import START_NS, write_bag
+from scene_synth_ros_suite import claim_domain
 
 LISTENER = """
 import hashlib, sys, time
@@ -77,7 +77,7 @@ for result in call(SetParameters, "/replay_node/set_parameters", request).result
 
 @pytest.fixture(scope="module")
 def environment():
-    return {**os.environ, "ROS_DOMAIN_ID": str(random.SystemRandom().randint(1, 100))}
+    return {**os.environ, "ROS_DOMAIN_ID": str(claim_domain())}
 
 
 def start(environment, *words):
