@@ -1,5 +1,5 @@
 # make run    the main job: the node suite records a bag of several rooms, checks it and draws a contact sheet
-# make test   all tests          make lint   ruff and mypy
+# make test   all tests, WORKERS=2 in two processes     make lint   ruff and mypy
 # make bench  speed tables       make setup  only the environment
 # make gallery  contact sheets of every model and material and of a room of each type, in docs/gallery
 # make soak   long runs and injected faults
@@ -9,7 +9,7 @@ BIN := $(VENV)/bin
 SEED ?= 1
 ROOMS ?= 4
 FRAMES ?= 8
-WORKERS ?= 2
+WORKERS ?=
 
 # With a sourced system ROS 2 the virtual environment sees its rclpy; without one it gets the wheels.
 SYSTEM_ROS := $(shell $(PYTHON) -c 'import rclpy' 2>/dev/null && echo yes)
@@ -44,7 +44,7 @@ run: setup fresh-kernels
 		--record runs/$$(date +%Y%m%d-%H%M%S) --contact-sheet contact_sheet.png
 
 test: setup fresh-kernels
-	$(BIN)/python -m pytest -n $(WORKERS) --dist loadgroup
+	$(BIN)/python -m pytest $(if $(WORKERS),-n $(WORKERS) --dist loadgroup)
 
 # hours at full size; SOAK_FRAMES, SOAK_SIZE=160x120, SOAK_KILLS, SOAK_SCENES and SOAK_PARAMETERS make it smaller
 soak: setup fresh-kernels
