@@ -1,6 +1,7 @@
 """What the player hands out and when, on a clock that only moves while the player waits."""
 
 import threading
+from types import SimpleNamespace
 
 import pytest
 from bag_samples import LATCHED, PERIOD_NS, START_NS, TOPICS, frame_messages, text, write_bag
@@ -25,7 +26,7 @@ class Clock:
                 clock.now_ns += round(timeout * 1e9)
                 return False
 
-        monkeypatch.setattr(player_module.threading, "Condition", Waiting)
+        monkeypatch.setattr(player_module, "threading", SimpleNamespace(**{**vars(threading), "Condition": Waiting}))
 
 
 @pytest.fixture
