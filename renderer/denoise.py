@@ -1,6 +1,7 @@
 """Denoising by Intel Open Image Denoise (Apache-2.0), through its binding ``pyoidn`` (MIT); the extra ``denoise`` installs both.
 
-The network takes the mean radiance with albedo and normal of the first hits as guides (Open Image Denoise, documentation of the filter RT).
+The network takes the mean radiance with albedo and normal of the first hits, or of what mirrors and clear glass show, as guides (Open
+Image Denoise, documentation of the filter RT).
 """
 
 from __future__ import annotations
