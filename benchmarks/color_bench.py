@@ -146,7 +146,7 @@ def _reference(flat: FlatScene, pose: CameraPose, size: tuple[int, int], samples
         radiance = renderer.render(pose, 0, ("color",), exposure=EXPOSURE).radiance
     if radiance is None:
         raise RuntimeError("render of the layer 'color' gave no radiance")
-    return to_display(radiance, EXPOSURE)
+    return to_display(radiance, EXPOSURE, config.tone_curve)
 
 
 def mean_flip(reference: NDArray[np.uint8], picture: NDArray[np.uint8]) -> float:
