@@ -71,9 +71,9 @@ from renderer.records import (
 ANY_GLOSS, ANY_COAT, ANY_GLASS = 1, 2, 4
 """Bits of a packet's *kinds*: what at least one of its lanes has."""
 
-_ZERO, _ONE, _HALF, _TINY = np.float32(0.0), np.float32(1.0), np.float32(0.5), np.float32(1e-30)
+_ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-30)
 _RED, _GREEN, _BLUE = np.float32(0.2126), np.float32(0.7152), np.float32(0.0722)
-_MIN_ALPHA, _MIN_ROUGHNESS = np.float32(MIN_ALPHA), np.float32(np.sqrt(MIN_ALPHA))
+_MIN_ROUGHNESS = np.float32(np.sqrt(MIN_ALPHA))
 _MIN_ETA = np.float32(1.0005)
 _STEEP = np.float32(50.0)
 _SCHLICK_MEAN = np.float32(1.0 / 21.0)

@@ -54,7 +54,7 @@ from renderer.records import (
 )
 
 _ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-30)
-_NEAR, _GRAZING = np.float32(2.25), np.float32(0.01)
+_NEAR = np.float32(2.25)
 
 
 @inlined

@@ -19,14 +19,14 @@ from numpy.typing import NDArray
 
 from renderer.embree import LANES, Packet, aligned_floats, make_packet
 from renderer.flat_scene import Sky
+from renderer.ground_truth import TILE
 from renderer.kernel import kernel
 from renderer.textures.look_up import Textures
 
 WAVE_EDGE = 16
 """Edge of the pixel tile of one wave."""
 WAVE = WAVE_EDGE * WAVE_EDGE
-_BLOCK_EDGE = 4
-_BLOCKS_ACROSS = WAVE_EDGE // _BLOCK_EDGE
+_BLOCKS_ACROSS = WAVE_EDGE // TILE
 
 (
     POINT_X,  # the hit, lifted off its surface towards the viewer, metres: where reflected rays start
@@ -176,7 +176,7 @@ CARRIED = 9
 def slot_pixel(slot: int) -> tuple[int, int]:
     """Return column and row in its tile of a wave's slot: 4 x 4 blocks of 4 x 4 pixels, as camera packets go."""
     block, k = slot // LANES, slot % LANES
-    return _BLOCK_EDGE * (block % _BLOCKS_ACROSS) + (k & 3), _BLOCK_EDGE * (block // _BLOCKS_ACROSS) + (k >> 2)
+    return TILE * (block % _BLOCKS_ACROSS) + (k & 3), TILE * (block // _BLOCKS_ACROSS) + (k >> 2)
 
 
 @kernel

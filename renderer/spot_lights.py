@@ -20,7 +20,7 @@ STEPS = 181
 """Samples of a profile, from the axis to its opposite: one a degree."""
 
 _LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
-_ZERO, _ONE = np.float32(0.0), np.float32(1.0)
+_ONE = np.float32(1.0)
 _PER_RADIAN = np.float32((STEPS - 1) / math.pi)
 
 
