@@ -16,6 +16,7 @@ import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
+from scene_synth_ros.dead_ports import away_from_dead_ports
 from scene_synth_ros.process import end_process
 from scene_synth_ros.suite_node import REFUSALS, SuiteNode
 
@@ -63,9 +64,10 @@ def run(names: dict[str, str], namespace: str) -> int:
     executor = SingleThreadedExecutor()
     code = 0
     try:
-        for name, parameters in names.items():
-            nodes.append(make_node(name, parameters, namespace))
-            executor.add_node(nodes[-1])
+        with away_from_dead_ports():
+            for name, parameters in names.items():
+                nodes.append(make_node(name, parameters, namespace))
+                executor.add_node(nodes[-1])
         while not caught and any(node.exit_code is None for node in nodes) and not any(node.exit_code for node in nodes):
             executor.spin_once(timeout_sec=0.1)
     except ExternalShutdownException:

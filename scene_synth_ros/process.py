@@ -6,23 +6,29 @@ import os
 import signal
 import sys
 import threading
+import time
 import traceback
 from collections.abc import Callable
 from concurrent.futures import Future
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from scene_synth_ros.dead_ports import away_from_dead_ports
+
 T = TypeVar("T")
+SETTLE_S, QUIET_S = 1.0, 0.1
+"""How long a node that a signal ends goes on taking messages at most, and what it takes for the end of them."""
 
 
 def run_node(make: Callable[[], Node], args: list[str] | None = None) -> None:
     """Spin a node until it sets its ``exit_code`` or a signal comes, then end the process.
 
     The node has ``exit_code``, None while it runs, and ``close()``, which frees what it holds and is called once, after spinning has ended.
+    If it has ``arrivals``, a count of messages, it gets those that are on their way to it when the signal comes.
 
     SIGINT and SIGTERM are the ordinary end of a node: code 0 after ``close``.  An OSError, ValueError or RuntimeError while the node is
     made (a refused parameter, a folder that exists) ends it with code 2 and one line on stderr.
@@ -41,6 +47,8 @@ def run_node(make: Callable[[], Node], args: list[str] | None = None) -> None:
     try:
         while not caught and node.exit_code is None:
             executor.spin_once(timeout_sec=0.1)
+        if node.exit_code is None and hasattr(node, "arrivals"):
+            _take_what_comes(executor, node)
     except ExternalShutdownException:
         caught.append(signal.SIGTERM)
     except Exception:  # a fault of the program: say all of it, and still close what the node holds
@@ -57,9 +65,19 @@ def run_node(make: Callable[[], Node], args: list[str] | None = None) -> None:
 def _make(make: Callable[[], Node]) -> tuple[Node | None, str]:
     """Return the node, or None and why it cannot be; the half-made node is freed, and with it its shared memory."""
     try:
-        return make(), ""
+        with away_from_dead_ports():
+            return make(), ""
     except (OSError, ValueError, RuntimeError) as error:
         return None, str(error)
+
+
+def _take_what_comes(executor: SingleThreadedExecutor, node: Any) -> None:
+    """Spin on until nothing more arrives, so that what DDS holds for the node is not lost."""
+    end, before = time.monotonic() + SETTLE_S, -1
+    while time.monotonic() < end and node.arrivals != before:
+        before, quiet = node.arrivals, time.monotonic() + QUIET_S
+        while time.monotonic() < quiet:
+            executor.spin_once(timeout_sec=0.01)
 
 
 def end_process(code: int) -> None:

@@ -156,6 +156,11 @@ class RecorderNode(SuiteNode):
         self._state = "starting"
         self._recording.end().result(ANSWER_TIMEOUT_S)
 
+    @property
+    def arrivals(self) -> int:
+        """How many messages have come to be recorded."""
+        return 0 if self._closed else self._accounting.received.total()
+
     def close(self) -> None:
         """Write what has arrived and close the bag; safe to call more than once."""
         if self._closed:

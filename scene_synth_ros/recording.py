@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import queue
 import threading
+import time
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable
 from concurrent.futures import Future
@@ -29,6 +30,8 @@ TF_TYPE = "tf2_msgs/msg/TFMessage"
 WALL_STAMPED = ("diagnostic_msgs/msg/DiagnosticArray", "rcl_interfaces/msg/Log")
 """Types whose header holds wall time; in a bag of simulated time they are logged at the time of the frame before them."""
 
+MAX_EARLY = 1000
+"""How many messages without stamps wait for the first frame."""
 MAX_STRAY_NS = 60 * NANOSECONDS
 """Messages of others whose stamp is further from the newest frame are of another clock and are logged as those above."""
 
@@ -100,7 +103,7 @@ class Recording:
         self._newest_ns: int | None = None
         self._begun: set[str] = set()
         self._whole_from_ns = 0
-        self._early: list[tuple[str, bytes]] = []
+        self._early: list[tuple[str, bytes, int]] = []
         self._cameras: dict[str, str] = {}
         self._ring = SnapshotRing(self._options.snapshot_s, self._options.snapshot_bytes)
         self._last_ns = -1
@@ -253,6 +256,8 @@ class Recording:
     def close(self) -> None:
         """Write the complete frames that wait and close the bag; a frame of which only a part has come, as at an interruption, is left out.
 
+        Messages without stamps are logged at the time of the first frame; where none has come, by the wall clock when they arrived.
+
         Raises:
             BagWriteError: the bag could not be completed.
         """
@@ -261,6 +266,8 @@ class Recording:
             self._enqueue(self._sorter.flush(max(complete, default=-1)))
         else:
             self._enqueue(self._sorter.flush())
+        for topic, data, arrival_ns in self._early:  # nothing had a stamp
+            self._jobs.put(_Job(topic, data, arrival_ns, False, False, frozenset()))
         self._jobs.put(None)
         self._thread.join()
         if self._writer is not None:
@@ -311,16 +318,23 @@ class Recording:
             frames.setdefault(message.log_ns, set()).add(message.topic)
         for message in batch:
             if message.stamp_ns is None and message.log_ns == 0:
-                self._early = [*self._early[-999:], (message.topic, message.data)]
+                self._hold_early(message.topic, message.data)
                 continue
             first = message.stamp_ns is not None and message.log_ns > self._last_ns
             together = frozenset(frames[message.log_ns]) if first else frozenset()
             room = first and any(topic.endswith("/scene") for topic in together)
             self._last_ns = max(self._last_ns, message.log_ns)
-            for topic, data in self._early:
+            for topic, data, _ in self._early:
                 self._jobs.put(_Job(topic, data, message.log_ns, False, False, frozenset()))
             self._early = []
             self._jobs.put(_Job(message.topic, message.data, message.log_ns, first, room, together))
+
+    def _hold_early(self, topic: str, data: bytes) -> None:
+        """Keep a message that has no stamp until there is a first frame whose time it can have."""
+        if len(self._early) == MAX_EARLY:
+            self._complain(f"no frame has come yet; of the messages without stamps only the newest {MAX_EARLY} are kept")
+            self._early.pop(0)
+        self._early.append((topic, data, time.time_ns()))
 
     def _write_all(self) -> None:
         while (job := self._jobs.get()) is not None:

@@ -11,10 +11,10 @@ import sys
 import tempfile
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -67,6 +67,28 @@ def run_suite(bag: Path, *words: object, env: dict[str, str] | None = None, time
     )
 
 
+class Child(subprocess.Popen[str]):
+    """A process whose output goes into files: nobody reads while it runs, and a pipe that is full would stop it.
+
+    Args:
+        words: the command line.
+        options: as of ``subprocess.Popen``.
+    """
+
+    def __init__(self, words: Sequence[str], **options: Any) -> None:
+        self._files = [tempfile.TemporaryFile("w+", encoding="utf-8") for _ in range(2)]
+        super().__init__(words, stdout=self._files[0], stderr=self._files[1], text=True, **options)
+
+    def said(self) -> tuple[str, str]:
+        """Return what it has written on stdout and stderr so far."""
+        return tuple(os.pread(file.fileno(), os.fstat(file.fileno()).st_size, 0).decode() for file in self._files)
+
+    def communicate(self, input: str | None = None, timeout: float | None = None) -> tuple[str, str]:
+        """Wait for the end; return what was written on stdout and stderr."""
+        self.wait(timeout)
+        return self.said()
+
+
 class Peer:
     """A node of the test's own that talks with a node process."""
 
@@ -111,27 +133,28 @@ def node_process(name: str, settings: Mapping[str, object], surroundings: Mappin
     env = environment() | dict(surroundings or {})
     words = [sys.executable, "-m", f"scene_synth_ros.{name}", "--ros-args", "-r", "__ns:=/synth"]
     words += [word for key, value in settings.items() for word in ("-p", f"{key}:={value}")]
-    process = subprocess.Popen(words, env=env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    process = Child(words, env=env)
     context = Context()
     try:
         rclpy.init(context=context, domain_id=int(env["ROS_DOMAIN_ID"]))
         yield context
-        assert process.poll() is None, f"{name} must have survived everything: {process.communicate()[0]}"
+        assert process.poll() is None, f"{name} must have survived everything: {process.said()}"
     finally:
         stop(process)
         rclpy.try_shutdown(context=context)
 
 
-def wait_until(condition: Callable[[], object], timeout_s: float, what: str) -> None:
+def wait_until(condition: Callable[[], object], timeout_s: float, what: str, child: Child | None = None) -> None:
     """Wait until a condition holds.
 
     Raises:
-        TimeoutError: it does not in time.
+        TimeoutError: it does not in time; with what the child has said.
     """
     deadline = time.monotonic() + timeout_s
     while not condition():
         if time.monotonic() > deadline:
-            raise TimeoutError(f"waited {timeout_s} s for {what}")
+            said = "\n".join(text[-3000:] for text in child.said()) if child else ""
+            raise TimeoutError(f"waited {timeout_s} s for {what}\n{said}")
         time.sleep(0.05)
 
 

@@ -7,7 +7,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from scene_synth_ros_suite import SMALL, command, environment, node_pids, run_suite, stop, wait_until
+from scene_synth_ros_suite import SMALL, Child, command, environment, node_pids, run_suite, stop, wait_until
 
 from scene_synth_ros.bag_inspect import inspect_bag
 from scene_synth_ros.bag_reader import BagReader
@@ -45,27 +45,27 @@ def test_an_existing_folder_is_left_alone(tmp_path: Path) -> None:
     assert [path.name for path in (tmp_path / "bag").iterdir()] == ["precious"]
 
 
-def start_long_run(bag: Path) -> tuple[subprocess.Popen[str], str]:
+def start_long_run(bag: Path) -> tuple[Child, str]:
     """Start a run of many small frames; return it and a marker of its processes."""
     env = environment()
     marker = f"SCENE_SYNTH_TEST={os.getpid()}-{bag}"
     env["SCENE_SYNTH_TEST"] = marker.partition("=")[2]
     overrides = [word for override in SMALL for word in ("-p", override)]
     words = command("run", "--record", bag, "--rooms", 50, "--frames", 40, *overrides)
-    return subprocess.Popen(words, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True), marker
+    return Child(words, env=env, start_new_session=True), marker
 
 
-def wait_for_frames(bag: Path) -> None:
+def wait_for_frames(bag: Path, child: Child) -> None:
     """Wait until the bag's file has grown beyond its first chunk, so that frames are on disk."""
     files = lambda: [path for path in bag.glob("*.mcap.active") if path.stat().st_size > 100_000]  # noqa: E731
-    wait_until(files, 300, "frames in the bag")
+    wait_until(files, 300, "frames in the bag", child)
 
 
 def test_ctrl_c_ends_everything_and_leaves_a_whole_bag(tmp_path: Path) -> None:
     bag = tmp_path / "bag"
     process, marker = start_long_run(bag)
     try:
-        wait_for_frames(bag)
+        wait_for_frames(bag, process)
         assert set(node_pids(marker)) >= {"grammar_node", "renderer_node", "recorder_node"}
         os.killpg(process.pid, signal.SIGINT)
         output, errors = process.communicate(timeout=60)
@@ -83,7 +83,7 @@ def test_a_killed_renderer_ends_the_run_and_keeps_the_bag(tmp_path: Path) -> Non
     bag = tmp_path / "bag"
     process, marker = start_long_run(bag)
     try:
-        wait_for_frames(bag)
+        wait_for_frames(bag, process)
         os.kill(node_pids(marker)["renderer_node"], signal.SIGKILL)
         output, errors = process.communicate(timeout=60)
         assert process.returncode == 1
@@ -142,7 +142,7 @@ def test_killing_the_run_itself_leaves_no_process(tmp_path: Path) -> None:
     bag = tmp_path / "bag"
     process, marker = start_long_run(bag)
     try:
-        wait_for_frames(bag)
+        wait_for_frames(bag, process)
         process.kill()
         wait_until(lambda: not node_pids(marker), 60, "the nodes to end")
         assert not inspect_bag(bag).faults

@@ -3,12 +3,11 @@
 import hashlib
 import os
 import signal
-import subprocess
 import sys
 
 import pytest
 from bag_samples import START_NS, write_bag
-from scene_synth_ros_suite import claim_domain
+from scene_synth_ros_suite import Child, claim_domain
 
 LISTENER = """
 import hashlib, sys, time
@@ -81,7 +80,7 @@ def environment():
 
 
 def start(environment, *words):
-    return subprocess.Popen([sys.executable, *words], env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    return Child([sys.executable, *words], env=environment)
 
 
 def replay(environment, bag, *settings):

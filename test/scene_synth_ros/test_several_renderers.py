@@ -2,11 +2,10 @@
 
 import os
 import signal
-import subprocess
 from pathlib import Path
 
 import pytest
-from scene_synth_ros_suite import SMALL, command, environment, node_pids, run_suite, stop, wait_until
+from scene_synth_ros_suite import SMALL, Child, command, environment, node_pids, run_suite, stop, wait_until
 
 from scene_description.share import config_path
 from scene_synth_ros.bag_inspect import inspect_bag
@@ -67,11 +66,11 @@ def test_a_renderer_that_is_killed_is_started_again_and_its_room_is_whole(tmp_pa
     env["SCENE_SYNTH_TEST"] = marker
     overrides = [word for override in SMALL for word in ("-p", override)]
     words = command("run", "--record", bag, "--rooms", 3, "--frames", 40, "--respawn", 3, *overrides)
-    process = subprocess.Popen(words, env=env, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    process = Child(words, env=env, start_new_session=True)
     try:
         files = lambda size: [path for path in bag.glob("*.mcap.active") if path.stat().st_size > size]  # noqa: E731
         for size in (100_000, 2_000_000):
-            wait_until(lambda size=size: files(size), 180, "frames in the bag")
+            wait_until(lambda size=size: files(size), 180, "frames in the bag", process)
             os.kill(node_pids(marker)["renderer_node"], signal.SIGKILL)
         output, errors = process.communicate(timeout=900)
         assert process.returncode == 0, errors + output

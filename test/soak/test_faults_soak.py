@@ -19,7 +19,7 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParametersAtomically
 from rclpy.parameter import Parameter
 from sample_scene import sample_scene
-from scene_synth_ros_suite import SMALL, Peer, command, environment, node_pids, node_process, stop, wait_until
+from scene_synth_ros_suite import SMALL, Child, Peer, command, environment, node_pids, node_process, stop, wait_until
 from std_msgs.msg import String
 from wall_clock import WallClock
 
@@ -43,9 +43,7 @@ class Run:
         self.marker = self.env["SCENE_SYNTH_TEST"] = f"{os.getpid()}-{bag}"
         overrides = [word for override in SMALL for word in ("-p", override)]
         line = command("run", "--record", bag, *overrides, *words)
-        self.process = subprocess.Popen(
-            line, env=self.env, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
-        )
+        self.process = Child(line, env=self.env, start_new_session=True)
 
     def pid(self, node: str) -> int:
         return node_pids(self.marker)[node]
@@ -54,7 +52,7 @@ class Run:
         return sum(path.stat().st_size for path in self.bag.glob("*.mcap*"))
 
     def wait_for_frames(self, size: int = 100_000) -> None:
-        wait_until(lambda: self.size() > size or self.process.poll() is not None, 180, f"{size} bytes in the bag")
+        wait_until(lambda: self.size() > size or self.process.poll() is not None, 180, f"{size} bytes in the bag", self.process)
 
     def finish(self, timeout_s: float = 600.0) -> tuple[int, str]:
         output, errors = self.process.communicate(timeout=timeout_s)
@@ -64,7 +62,7 @@ class Run:
     def wait_for_growth(self, what: str) -> float:
         """Wait until more is in the bag, or the run has ended; return how long that took (s)."""
         before, began = self.size(), time.monotonic()
-        wait_until(lambda: self.size() > before or self.process.poll() is not None, 180, what)
+        wait_until(lambda: self.size() > before or self.process.poll() is not None, 180, what, self.process)
         return time.monotonic() - began
 
 

@@ -10,7 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import pytest
-from scene_synth_ros_suite import environment, wait_until
+from scene_synth_ros_suite import Child, environment, wait_until
 
 from scene_description.share import config_path
 from scene_synth_ros.bag_inspect import inspect_bag
@@ -57,12 +57,12 @@ class Hosts:
 
     def __init__(self) -> None:
         self._env = environment() | {"FASTRTPS_DEFAULT_PROFILES_FILE": str(config_path("fastdds_large_images.xml"))}
-        self.nodes: dict[str, subprocess.Popen[str]] = {}
+        self.nodes: dict[str, Child] = {}
 
     def start(self, host: str, node: str, settings: dict[str, object]) -> None:
         words = ["ip", "netns", "exec", host, sys.executable, "-m", f"scene_synth_ros.{node}", "--ros-args", "-r", "__ns:=/synth"]
         words += [word for key, value in settings.items() for word in ("-p", f"{key}:={str(value).lower()}")]
-        self.nodes[node] = subprocess.Popen(words, env=self._env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        self.nodes[node] = Child(words, env=self._env)
 
     def run(self, bag: Path) -> None:
         peers = {"expected_recorders": 1, "exit_when_done": True}
@@ -76,8 +76,8 @@ class Hosts:
         deadline = time.monotonic() + timeout_s
         said = ""
         for name, process in self.nodes.items():
-            output, _ = process.communicate(timeout=max(1.0, deadline - time.monotonic()))
-            said += f"--- {name}\n{output}"
+            output, errors = process.communicate(timeout=max(1.0, deadline - time.monotonic()))
+            said += f"--- {name}\n{output}{errors}"
         return {name: process.returncode for name, process in self.nodes.items()}, said
 
     def stop(self) -> None:
