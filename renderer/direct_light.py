@@ -94,6 +94,7 @@ def send_shadows(scene: SceneHandle, surfaces: Surfaces, kinds: int, limit: np.f
     if waiting + fits < LANES:
         return waiting + fits
     cast_shadows(scene, shadows, LANES, scratch.light)
+    scratch.traced[0] += LANES
     _line_up(lanes, scratch.going, fits, count, 0, scratch.lane_slot, shadows)
     return count - fits
 

@@ -116,6 +116,7 @@ def trace_paths(
             count = _start_wave(camera, column, row, np.uint32(sample), scratch)
             here, ahead, waiting = scratch.here, scratch.ahead, 0
             for depth in range(transport.max_depth):
+                scratch.traced[0] += count
                 queued = 0
                 for first in range(0, count, LANES):
                     _load_packet(here, first, count, scratch)
@@ -147,6 +148,7 @@ def trace_paths(
                 here, ahead = ahead, here
             if waiting > 0:
                 cast_shadows(scene, scratch.shadows, waiting, scratch.light)
+                scratch.traced[0] += waiting
             for slot in range(WAVE):
                 x, y = slot_pixel(slot)
                 if column + x < camera.width and row + y < camera.height:

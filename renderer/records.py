@@ -210,7 +210,7 @@ class Scratch(NamedTuple):
     shares: (g * 16,) float32, importance of g light groups; drawn: (16,) int32, the group, then the emitter or pane of each lane; parts:
     (16,) int32, what the lanes hit, -1 for nothing; going: (16,) int32, lanes that are chosen, without gaps; light: (3 * WAVE,) float32,
     gathered by the wave's pixel slots; guided: (WAVE,) int32, by slot, 1 where guides are noted; seeds: (WAVE,) uint32, by slot;
-    lane_seeds: (16,) uint32.
+    lane_seeds: (16,) uint32; traced: (1,) int64, rays that this thread has traced for colour, shadow rays among them.
     """
 
     rays: Packet
@@ -227,6 +227,7 @@ class Scratch(NamedTuple):
     guided: NDArray[np.int32]
     seeds: NDArray[np.uint32]
     lane_seeds: NDArray[np.uint32]
+    traced: NDArray[np.int64]
 
 
 class Work(NamedTuple):
@@ -323,4 +324,5 @@ def make_scratch(group_count: int) -> Scratch:
         np.zeros(WAVE, np.int32),
         np.zeros(WAVE, np.uint32),
         np.zeros(LANES, np.uint32),
+        np.zeros(1, np.int64),
     )

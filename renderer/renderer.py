@@ -107,9 +107,10 @@ class Renderer:
             raise RenderError(f"render: expected layers among {', '.join(LAYERS)} and frame >= 0, got {', '.join(unknown)}; {frame_index}")
         view = self._view(pose, path)
         images: dict[str, NDArray[np.generic]] = {}
-        radiance, samples = None, 0
+        radiance, samples, rays = None, 0, 0
         if any(name in GEOMETRIC_LAYERS for name in layers):
             images.update(self._trace_geometry(view)._asdict())
+            rays = view.width * view.height
         if any(name in SAMPLED_LAYERS for name in layers):
             shown = exposure or self._configured_exposure()
             in_color = any(name in COLOR_LAYERS for name in layers)
@@ -124,7 +125,8 @@ class Renderer:
                 images["radiance"] = radiance
                 images["color"] = self._develop(radiance, view, frame_index, shown)
                 images["color_noisy"] = self._develop(film.light, view, frame_index, shown) if denoised else images["color"]
-        return Frame({name: images[name] for name in LAYERS if name in layers}, radiance, samples)
+            rays += sum(int(scratch.traced[0]) for scratch in self._scratch)
+        return Frame({name: images[name] for name in LAYERS if name in layers}, radiance, samples, rays)
 
     def _frame_key(self, frame_index: int) -> np.uint32:
         """Return the key of a frame's random numbers; cameras of a rig have noise of their own."""
@@ -189,6 +191,8 @@ class Renderer:
         def trace(worker: int, work: Work) -> None:
             trace_paths(tree, self._surfaces, self._lights, view, transport, work, self._scratch[worker], film)
 
+        for scratch in self._scratch:
+            scratch.traced[0] = 0
         began, done = time.monotonic(), 0
         while count := next_round(config, done, time.monotonic() - began):
             before = film.light.copy() if config.noise_target else film.light

@@ -16,6 +16,7 @@ from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
 from grammar import SceneRequest
+from grammar.metrics import SamplingCost
 from grammar.synthesize import CameraTimes, SceneSynthesizer
 from scene_description import FieldError, Limits, SceneDescription, scene_to_json
 from scene_description.strict import shorten
@@ -73,10 +74,14 @@ class RunConfig:
 
 
 class Prepared(NamedTuple):
-    """A room that is ready to go out: its description, JSON, how long it took (s), and the settings' generation that it was made for."""
+    """A room that is ready to go out.
+
+    Its description, JSON, what its layout cost, how long it took (s), and the settings' generation that it was made for.
+    """
 
     scene: SceneDescription
     text: str
+    cost: SamplingCost
     seconds: float
     generation: int
 
@@ -113,7 +118,7 @@ class GrammarNode(SuiteNode):
         self._absences: dict[str, int] = {}
         self._pending: Future[Prepared] | None = None
         self._fault, self._complaint, self._waiting = "", "", ""
-        self._room_seconds, self._room_layouts = 0.0, 0
+        self._room_seconds, self._room_cost = 0.0, SamplingCost(attempts=0, proposals=0, chain_s=0.0)
         self._finished, self._single, self._state, self._told = False, False, "ready", -1
         self._paused_at: float | None = None
         self._worker = Worker("synthesis")
@@ -266,7 +271,7 @@ class GrammarNode(SuiteNode):
 
     def _send(self, prepared: Prepared, run: RunConfig) -> None:
         scene = prepared.scene
-        self._room_seconds, self._room_layouts = prepared.seconds, scene.validity.attempts
+        self._room_seconds, self._room_cost = prepared.seconds, prepared.cost
         stamp_ns = scene.camera_path[0].stamp_ns
         grid = self._synthesizer.floor_map(scene)
         self._map.publish(occupancy_to_msg(grid.cells, grid.resolution_m, grid.origin_m, stamp_ns, run.world_frame))
@@ -311,6 +316,7 @@ class GrammarNode(SuiteNode):
     def _report(self) -> Report:
         run: RunConfig = self._settings[""]
         scene: SceneRequest = self._settings["scene"]
+        cost = self._room_cost
         values = {
             "seed": run.seed,
             "room_type": scene.room_type,
@@ -318,7 +324,9 @@ class GrammarNode(SuiteNode):
             "rate_hz": run.rate_hz,
             "lock_step": run.lock_step,
             "seconds_per_room": f"{self._room_seconds:.3f}",
-            "layouts_per_room": self._room_layouts,
+            "layouts_per_room": cost.attempts,
+            "proposals_per_room": cost.proposals,
+            "proposals_per_second": f"{cost.proposals / cost.chain_s:.3g}" if cost.chain_s else "0",
             "waiting_for": "resume" if self._paused_at is not None else self._waiting,
             "peers": ", ".join(f"{peer.node} {peer.state} {peer.done_scene}" for peer in self._peers.values()),
             "last_complaint": self._complaint,
@@ -351,8 +359,8 @@ class Job(NamedTuple):
             rate_hz=self.times.rate_hz,
             first_index=self.frame - self.times.first_frame,
         )
-        scene = self.synthesizer.synthesize(self.request, self.run.seed, self.index, times)
-        return Prepared(scene, scene_to_json(scene), time.perf_counter() - began, self.generation)
+        scene, cost = self.synthesizer.synthesize_with_cost(self.request, self.run.seed, self.index, times)
+        return Prepared(scene, scene_to_json(scene), cost, time.perf_counter() - began, self.generation)
 
 
 def main(args: list[str] | None = None) -> None:

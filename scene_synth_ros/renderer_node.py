@@ -302,7 +302,7 @@ class RendererNode(SuiteNode):
         )
         self._streams.publish(frame, pose, settings_to_json(settings))
         self._frames += 1
-        self._throughput.take(time.monotonic(), frame.samples * settings.camera.width * settings.camera.height)
+        self._throughput.take(time.monotonic(), frame.samples * settings.camera.width * settings.camera.height, frame.rays)
         if not self._on_path:
             self._publish_status()
         line = f"room {self._scene.index}: {self._frames} frames since the start"
@@ -372,6 +372,7 @@ class RendererNode(SuiteNode):
             "last_room": self._done_scene,
             "frames_per_second": f"{rates.frames:.2f}",
             "samples_per_second": f"{rates.samples:.3g}",
+            "rays_per_second": f"{rates.rays:.3g}",
             "layers": ", ".join(sorted(self._streams.wanted_layers())),
             "exposure_ev100": self.exposure().ev100,
             "white_xy": "{:.3f} {:.3f}".format(*self.exposure().white_xy),

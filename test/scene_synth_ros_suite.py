@@ -46,7 +46,7 @@ def claim_domain() -> int:
 
 def environment() -> dict[str, str]:
     """Return the environment of one test run, with a DDS domain of its own."""
-    return {**os.environ, "ROS_DOMAIN_ID": str(claim_domain()), "PYTHONPATH": str(Path(__file__).parents[2])}
+    return {**os.environ, "ROS_DOMAIN_ID": str(claim_domain()), "PYTHONPATH": str(Path(__file__).parents[1])}
 
 
 def command(*words: object) -> list[str]:
@@ -142,6 +142,7 @@ def node_process(name: str, settings: Mapping[str, object], surroundings: Mappin
     finally:
         stop(process)
         rclpy.try_shutdown(context=context)
+        sys.stderr.write("\n".join(process.said()))  # shown when the test fails
 
 
 def wait_until(condition: Callable[[], object], timeout_s: float, what: str, child: Child | None = None) -> None:

@@ -85,6 +85,23 @@ def test_albedo_is_the_base_colour_and_one_for_glass_and_lamps():
     assert alone.radiance is None and np.array_equal(alone.layers["albedo"], albedo)
 
 
+@pytest.mark.parametrize("threads", [1, 2])
+def test_rays_are_counted(threads):
+    wall = quad((0, -9, -9), (0, 18, 0), (0, 0, 18), color=(0.5, 0.5, 0.5))
+    lamp = quad((5, -1, -1), (0, 0, 2), (0, 2, 0), color=(0.0, 0.0, 0.0), emission=(5, 5, 5))
+    view, pixels = pose((2.0, 0.0, 0.0), (0.0, 0.0, 0.0)), 75 * 101
+
+    def count(parts, layers, max_depth):
+        config = RenderConfig(samples_per_pixel=3, threads=threads, max_depth=max_depth)
+        return render(scene(*parts), layers, config=config, view=view).rays
+
+    assert count([wall], ("depth", "semantic"), 3) == pixels
+    assert count([wall], ("color",), 1) == 3 * pixels
+    assert count([wall], ("color", "depth"), 1) == 3 * pixels + pixels
+    assert count([wall], ("color",), 3) == 2 * 3 * pixels, "each wall point sends one ray on, which finds nothing"
+    assert count([wall, lamp], ("color",), 3) == 3 * 3 * pixels, "and one to the lamp"
+
+
 def test_undenoised_colour_is_the_noisy_one():
     layers = render(furnished_room(), ("color", "color_noisy")).layers
     assert np.array_equal(layers["color"], layers["color_noisy"])
