@@ -7,7 +7,8 @@ stamp is there and all earlier groups have left; within a group the topics have 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 
@@ -54,6 +55,7 @@ class FrameSorter:
     ) -> None:
         self._rank = {topic: rank for rank, topic in enumerate(topic_order)}
         self._expected = None if expected is None else frozenset(expected)
+        self._alike: Mapping[str, str] = {}
         self._max_stamps, self._max_bytes = max_stamps, max_bytes
         self._groups: dict[int, _Group] = {}
         self._announced: dict[int, frozenset[str]] = {}
@@ -72,11 +74,17 @@ class FrameSorter:
         """Earliest stamp that is waiting; infinite if there is none."""
         return min(self._groups, default=math.inf)
 
-    def configure(self, topic_order: Sequence[str], expected: Collection[str] | None) -> list[OrderedMessage]:
-        """Change order and expectation for stamps yet to come; return everything that waits, so that no group mixes the two."""
+    def configure(
+        self, topic_order: Sequence[str], expected: Collection[str] | None, alike: Mapping[str, str] = MappingProxyType({})
+    ) -> list[OrderedMessage]:
+        """Change order and expectation for stamps yet to come; return everything that waits, so that no group mixes the two.
+
+        ``alike``: topic -> the topic that stands for it; of those with the same one, a stamp needs one only.
+        """
         released = self.flush()
         self._rank = {topic: rank for rank, topic in enumerate(topic_order)}
-        self._expected = None if expected is None else frozenset(expected)
+        self._expected = None if expected is None else frozenset(alike.get(topic, topic) for topic in expected)
+        self._alike = dict(alike)
         return released
 
     def expect(self, stamp_ns: int, topics: Collection[str]) -> list[OrderedMessage]:
@@ -86,7 +94,7 @@ class FrameSorter:
         self._announced[stamp_ns] = frozenset(topics)
         group = self._groups.get(stamp_ns)
         if group is not None:
-            group.missing = set(topics) - {topic for topic, _ in group.messages}
+            group.missing = set(topics) - {self._alike.get(topic, topic) for topic, _ in group.messages}
         return list(self._release_complete())
 
     def add(self, topic: str, stamp_ns: int | None, data: bytes) -> list[OrderedMessage]:
@@ -104,7 +112,7 @@ class FrameSorter:
         group.size += len(data)
         self.waiting_bytes += len(data)
         if group.missing is not None:
-            group.missing.discard(topic)
+            group.missing.discard(self._alike.get(topic, topic))
         released = list(self._release_complete())
         while len(self._groups) > self._max_stamps or self.waiting_bytes > self._max_bytes:
             self.forced += 1

@@ -25,7 +25,7 @@ from scene_synth_ros.connections import publishers_of
 from scene_synth_ros.conversions import occupancy_to_msg, scene_to_markers
 from scene_synth_ros.diagnostics import ERROR, OK, WARN, Diagnostics, Report
 from scene_synth_ros.frame_times import FrameTimes
-from scene_synth_ros.lock_step import Expectation, complaints, finished_by_all, missing_peers, waiting_for
+from scene_synth_ros.lock_step import Expectation, complaints, finished_by_all, last_done, missing_peers, waiting_for
 from scene_synth_ros.parameters import Parameters
 from scene_synth_ros.process import Worker, run_node
 from scene_synth_ros.qos import latched_qos
@@ -93,7 +93,8 @@ class GrammarNode(SuiteNode):
     (OccupancyGrid of the free floor), ``status`` (std_msgs/String); ``/diagnostics``.
     Subscribes: ``status`` of renderers and recorders.
     Services (std_srvs/Trigger): ``~/next_room`` (in lock-step once the peers have finished theirs), ``~/pause`` and ``~/resume`` (no rooms
-    go out in between), ``~/reset`` (the rooms of the run begin again with the first; simulated time goes on).
+    go out in between), ``~/reset`` (the run begins again with its first room, in lock-step when the present one is finished; simulated time
+    goes on).
     Parameters: the fields of ``RunConfig``, and of ``SceneRequest`` under ``scene.``; those that change live take effect with the next
     room that is synthesised: the one prepared ahead is made again.
     """
@@ -115,6 +116,8 @@ class GrammarNode(SuiteNode):
         self._next_index, self._next_frame = run.first_index, run.first_index * run.frames_per_room
         self._last_sent, self._last_sent_at, self._send_at = -1, time.monotonic(), 0.0
         self._peers: dict[str, NodeStatus] = {}
+        self._peers_before: dict[str, int] = {}
+        self._reset_asked = False
         self._absences: dict[str, int] = {}
         self._pending: Future[Prepared] | None = None
         self._fault, self._complaint, self._waiting = "", "", ""
@@ -174,13 +177,23 @@ class GrammarNode(SuiteNode):
 
     def _reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         run: RunConfig = self._settings[""]
+        self._reset_asked = True
+        waiting = self._waiting_for(run, self._last_sent)
+        response.success, response.message = (
+            True,
+            f"the run begins again with room {run.first_index} of seed {run.seed}" + (f", after {waiting}" if waiting else ""),
+        )
+        return response
+
+    def _begin_again(self, run: RunConfig) -> None:
+        """Go back to the first room; what peers say of rooms before counts no more."""
+        self._reset_asked = False
         self._next_index, self._last_sent, self._told = run.first_index, -1, -1
+        self._peers_before = {name: last_done(peer) for name, peer in self._peers.items() if last_done(peer) >= run.first_index}
         self._peers = {name: replace(peer, done_scene=-1, refused_scene=-1) for name, peer in self._peers.items()}
         self._generation += 1
         self._finished, self._fault, self._send_at = False, "", 0.0
         self._publish_status("ready")
-        response.success, response.message = True, f"the run begins again with room {run.first_index} of seed {run.seed}"
-        return response
 
     def _halt(self) -> None:
         if self._paused_at is None:
@@ -202,6 +215,7 @@ class GrammarNode(SuiteNode):
         present = {endpoint.node for endpoint in publishers_of(self, self.resolve_topic_name("status"))}
         for name in missing_peers(self._peers, present, self._absences, _PATIENCE):
             del self._peers[name]
+            self._peers_before.pop(name, None)
             self._complain(f"{name} is gone")
 
     def _on_change(self, prefixes: set[str]) -> None:
@@ -221,7 +235,10 @@ class GrammarNode(SuiteNode):
             self._complain(f"ignored a status that does not fit: {error}")
             return
         if status.role != "grammar":
-            self._peers[status.node] = status
+            if last_done(status) < self._peers_before.get(status.node, -1):
+                del self._peers_before[status.node]
+            before = status.node in self._peers_before
+            self._peers[status.node] = replace(status, done_scene=-1, refused_scene=-1) if before else status
             finished = finished_by_all(self._peers)
             if finished != self._told:
                 self._told = finished
@@ -234,11 +251,10 @@ class GrammarNode(SuiteNode):
                 self._fail(line)
                 return
             self._complain(line)
+        if self._reset_asked and not self._waiting_for(run, self._last_sent):
+            self._begin_again(run)
         last = run.first_index + run.rooms - 1 if run.rooms else None
-        expected = Expectation(renderers=run.expected_renderers, recorders=run.expected_recorders)
-        must_be_done = self._last_sent - (run.rooms_ahead - 1 if last is None or self._next_index <= last else 0)
-        must_be_done = must_be_done if must_be_done >= run.first_index else -1
-        self._waiting = waiting_for(self._peers, expected, must_be_done) if run.lock_step else ""
+        self._waiting = self._waiting_for(run, self._last_sent - (run.rooms_ahead - 1 if last is None or self._next_index <= last else 0))
         if last is not None and self._next_index > last:
             if not self._waiting and not self._finished:
                 self._finish(run)
@@ -246,9 +262,21 @@ class GrammarNode(SuiteNode):
         if self._pending is None and not self._fault and self._worker is not None:
             self._pending = self._worker.submit(self._make_job(run))
         held = not self.active or (self._paused_at is not None and not self._single)
-        if held or self._waiting or time.monotonic() < self._send_at or self._pending is None or not self._pending.done():
+        if (
+            held
+            or self._waiting
+            or self._reset_asked
+            or time.monotonic() < self._send_at
+            or self._pending is None
+            or not self._pending.done()
+        ):
             return
         self._take_prepared(run)
+
+    def _waiting_for(self, run: RunConfig, must_be_done: int) -> str:
+        """Return what the next room must wait for if all peers must have finished a room (none, if it is not of this run)."""
+        expected = Expectation(renderers=run.expected_renderers, recorders=run.expected_recorders)
+        return waiting_for(self._peers, expected, must_be_done if must_be_done >= run.first_index else -1) if run.lock_step else ""
 
     def _make_job(self, run: RunConfig) -> Job:
         return Job(self._synthesizer, self._settings["scene"], run, self._next_index, self._times, self._next_frame, self._generation)

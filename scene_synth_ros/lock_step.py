@@ -20,6 +20,11 @@ class Expectation:
     recorders: int
 
 
+def last_done(peer: NodeStatus) -> int:
+    """Return the index of the last room that a peer has finished or refused, -1 if there is none."""
+    return max(peer.done_scene, peer.refused_scene)
+
+
 def waiting_for(peers: Mapping[str, NodeStatus], expected: Expectation, last_sent: int) -> str:
     """Return what the next room must wait for, in words; empty if it may go out.
 
@@ -32,7 +37,7 @@ def waiting_for(peers: Mapping[str, NodeStatus], expected: Expectation, last_sen
         present = [peer for peer in peers.values() if peer.role == role and peer.state == "ready"]
         if len(present) < count:
             return f"{count - len(present)} of {count} {role}s to be ready"
-        late = sorted(peer.node for peer in present if max(peer.done_scene, peer.refused_scene) < last_sent)
+        late = sorted(peer.node for peer in present if last_done(peer) < last_sent)
         if late:
             return f"{', '.join(late)} to finish room {last_sent}"
     return ""
@@ -40,7 +45,7 @@ def waiting_for(peers: Mapping[str, NodeStatus], expected: Expectation, last_sen
 
 def finished_by_all(peers: Mapping[str, NodeStatus]) -> int:
     """Return the index of the last room that every renderer and recorder has finished or refused, -1 if there is none."""
-    return min((max(peer.done_scene, peer.refused_scene) for peer in peers.values()), default=-1)
+    return min((last_done(peer) for peer in peers.values()), default=-1)
 
 
 def missing_peers(peers: Mapping[str, NodeStatus], present: Collection[str], absences: dict[str, int], patience: int) -> list[str]:

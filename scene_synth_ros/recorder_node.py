@@ -33,6 +33,7 @@ from scene_synth_ros.qos import latched_qos
 from scene_synth_ros.recorder_qos import complete_qos, matching_qos
 from scene_synth_ros.recording import Recording, RecordingOptions, TimedPose
 from scene_synth_ros.run_info import JPEG_QUALITY, PARAMETERS_NAME, RECORD_NAME, parameters_file, run_record
+from scene_synth_ros.shared_frames import stand_ins
 from scene_synth_ros.split_policy import SplitPolicy
 from scene_synth_ros.stamps import NANOSECONDS
 from scene_synth_ros.status import NodeStatus, status_from_json, status_to_json
@@ -124,7 +125,7 @@ class RecorderNode(SuiteNode):
         self._connections = Connections(lambda topic: publishers_of(self, topic))
         self._known: dict[str, int] = {}
         self._inputs: dict[str, Subscription] = {}
-        self._frame_topics: set[str] = set()
+        self._frame_topics: dict[str, frozenset[str]] = {}
         self._dds_lost: Counter[str] = Counter()
         self._state, self._done_scene, self._missing_since = "starting", -1, 0.0
         self._complaint, self._closed, self._finish_asked = "", False, 0
@@ -284,7 +285,7 @@ class RecorderNode(SuiteNode):
         if status.role == "renderer":
             self._accounting.take_status(status)
             self._connections.take_status(status)
-            self._frame_topics |= {topic for topic in status.counts if not topic.startswith("/tf")}
+            self._frame_topics[status.node] = frozenset(topic for topic in status.counts if not topic.startswith("/tf"))
         elif status.role == "grammar" and status.state in ("finished", "failed") and self._settings[""].exit_when_done:
             self._finish_asked = 1 if status.state == "finished" else 2
 
@@ -293,8 +294,9 @@ class RecorderNode(SuiteNode):
             return
         if self._recording.fault and self._state != "failed":
             self._fail(self._recording.fault)
-        recorded = {topic for topic in self._frame_topics if self._known.get(topic, -1) >= 0}
-        self._recording.expect(recorded | ({"/tf"} if any(topic.endswith("/pose") for topic in recorded) else set()))
+        recorded = {topic for topics in self._frame_topics.values() for topic in topics if self._known.get(topic, -1) >= 0}
+        transforms = {"/tf"} if any(topic.endswith("/pose") for topic in recorded) else set()
+        self._recording.expect(recorded | transforms, stand_ins(self._frame_topics))
         self._check_rooms()
         self._publish_status()
         if self._state == "failed" or self._finish_asked:

@@ -6,7 +6,7 @@ import queue
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -98,6 +98,7 @@ class Recording:
         self._types: dict[str, tuple[str, list[QoSProfile], bool]] = {}
         self._forms: dict[str, str] = {}
         self._expected: set[str] = set()
+        self._alike: Mapping[str, str] = {}
         self._sorter = FrameSorter([], expected=None)
         self._seen = SeenFrames()
         self._newest_ns: int | None = None
@@ -186,11 +187,11 @@ class Recording:
         if self._writer is not None:
             self._add_channel(self._writer, topic)
 
-    def expect(self, topics: Collection[str]) -> None:
-        """Say which topics make a frame complete; frames leave as soon as all of them are there."""
-        if set(topics) != self._expected:
-            self._expected = set(topics)
-            self._enqueue(self._sorter.configure(sorted(self._types, key=_rank), self._expected or None))
+    def expect(self, topics: Collection[str], alike: Mapping[str, str]) -> None:
+        """Say which topics make a frame complete, and which of them stand for each other; frames leave as soon as all are there."""
+        if set(topics) != self._expected or alike != self._alike:
+            self._expected, self._alike = set(topics), alike
+            self._enqueue(self._sorter.configure(sorted(self._types, key=_rank), self._expected or None, alike))
 
     def add(self, topic: str, data: bytes) -> bool:
         """Take a message as it arrives; return False if it is one that was recorded before.

@@ -225,7 +225,8 @@ class RendererNode(SuiteNode):
         if config.share_count > 1 and (scene.index % config.share_count != config.share_index or scene.index <= self._peers.finished_scene):
             self._finish_room(scene.index)
             return
-        if self._done_scene >= scene.index:  # the run begins again
+        if max(self._done_scene, self._refused_scene) >= scene.index:  # the run begins again
+            self._refused_scene = -1
             self._finish_room(scene.index - 1)
         self._render_config: RenderConfig = self._settings["render"]
         try:

@@ -23,6 +23,7 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from std_srvs.srv import Trigger
 
 SMALL = ["renderer_node.camera.width:=96", "renderer_node.camera.height:=72", "renderer_node.render.samples_per_pixel:=1"]
 SMALL += ["renderer_node.render.auto_exposure:=false"]
@@ -117,13 +118,23 @@ class Peer:
         while time.monotonic() < deadline:
             self._executor.spin_once(timeout_sec=0.05)
 
+    def call(self, kind: type, name: str, request: Any) -> Any:
+        """Call a service and return its answer."""
+        client = self.node.create_client(kind, name)
+        self.spin_until(client.service_is_ready, 20, name)
+        future = client.call_async(request)
+        self.spin_until(future.done, 40, f"the answer of {name}")
+        return future.result()
+
+    def trigger(self, name: str) -> tuple[bool, str]:
+        """Call a std_srvs/Trigger; return whether it was done and what it says."""
+        answer = self.call(Trigger, name, Trigger.Request())
+        return answer.success, answer.message
+
     def set_parameter(self, node: str, name: str, value: object) -> tuple[bool, str]:
         """Set a parameter of another node; return whether it was taken and, if not, why."""
-        client = self.node.create_client(SetParameters, f"{node}/set_parameters")
-        self.spin_until(client.service_is_ready, 10, "the parameter service")
-        future = client.call_async(SetParameters.Request(parameters=[Parameter(name, value=value).to_parameter_msg()]))
-        self.spin_until(future.done, 10, "the answer")
-        (result,) = future.result().results
+        request = SetParameters.Request(parameters=[Parameter(name, value=value).to_parameter_msg()])
+        (result,) = self.call(SetParameters, f"{node}/set_parameters", request).results
         return result.successful, result.reason
 
 

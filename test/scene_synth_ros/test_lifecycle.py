@@ -11,7 +11,6 @@ from rclpy.context import Context
 from rclpy.serialization import deserialize_message
 from scene_synth_ros_suite import Peer, node_process
 from std_msgs.msg import String
-from std_srvs.srv import Trigger
 
 from scene_description import SceneDescription, scene_from_json
 from scene_synth_ros.bag_inspect import inspect_bag
@@ -27,22 +26,11 @@ class Manager(Peer):
         self.scenes: list[SceneDescription] = []
         self.node.create_subscription(String, "scene", lambda message: self.scenes.append(scene_from_json(message.data)), latched_qos(10))
 
-    def call(self, kind: type, name: str, request: object) -> object:
-        client = self.node.create_client(kind, name)
-        self.spin_until(client.service_is_ready, 20, name)
-        future = client.call_async(request)
-        self.spin_until(future.done, 40, f"the answer of {name}")
-        return future.result()
-
     def change(self, node: str, transition: int) -> bool:
         return self.call(ChangeState, f"{node}/change_state", ChangeState.Request(transition=Transition(id=transition))).success
 
     def state(self, node: str) -> str:
         return self.call(GetState, f"{node}/get_state", GetState.Request()).current_state.label
-
-    def trigger(self, name: str) -> tuple[bool, str]:
-        answer = self.call(Trigger, name, Trigger.Request())
-        return answer.success, answer.message
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@
 import pytest
 
 from scene_description import FieldError
-from scene_synth_ros.lock_step import Expectation, complaints, waiting_for
+from scene_synth_ros.lock_step import Expectation, complaints, last_done, waiting_for
 from scene_synth_ros.status import MAX_TEXT_LENGTH, NodeStatus, status_from_json, status_to_json
 
 
@@ -33,6 +33,11 @@ EXPECTED = Expectation(renderers=1, recorders=1)
 )
 def test_a_room_waits_for_every_peer(known: dict[str, NodeStatus], last_sent: int, words: str) -> None:
     assert waiting_for(known, EXPECTED, last_sent) == words
+
+
+def test_a_refused_room_is_done_too() -> None:
+    assert last_done(NodeStatus(node="/r", role="renderer", state="ready")) == -1
+    assert last_done(NodeStatus(node="/r", role="renderer", state="ready", done_scene=3, refused_scene=4)) == 4
 
 
 def test_failures_and_refusals_are_told() -> None:

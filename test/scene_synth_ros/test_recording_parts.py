@@ -124,7 +124,7 @@ def test_frames_of_which_only_latched_parts_can_come_hold_nothing_up(tmp_path: P
     recording.add_topic("/settings", "std_msgs/msg/String", [latched])
     for topic in ("/pose", "/late"):
         recording.add_topic(topic, "geometry_msgs/msg/PoseStamped", [QoSProfile(depth=10)])
-    recording.expect({"/settings", "/pose", "/late"})
+    recording.expect({"/settings", "/pose", "/late"}, {})
     recording.begin(tmp_path / "bag")
 
     def settings(stamp: int) -> None:

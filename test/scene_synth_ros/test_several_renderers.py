@@ -1,16 +1,23 @@
 """Several renderers of one run, nodes in one process, a renderer that dies: the bag has every frame once, with the same pixels."""
 
+import json
 import os
 import signal
 from pathlib import Path
 
 import pytest
-from scene_synth_ros_suite import SMALL, Child, command, environment, node_pids, run_suite, stop, wait_until
+import rclpy
+from rclpy.context import Context
+from rclpy.serialization import deserialize_message
+from scene_synth_ros_suite import SMALL, Child, Peer, command, environment, node_pids, run_suite, stop, wait_until
+from std_msgs.msg import String
 
+from scene_description import scene_from_json
 from scene_description.share import config_path
 from scene_synth_ros.bag_inspect import inspect_bag
 from scene_synth_ros.bag_reader import BagReader
 from scene_synth_ros.bag_verify import verify_bag
+from scene_synth_ros.qos import latched_qos
 
 ROOMS, FRAMES = 4, 3
 WORDS = ["--rooms", ROOMS, "--frames", FRAMES, "--seed", 9]
@@ -57,6 +64,34 @@ def test_colour_and_truth_of_two_renderers_have_the_same_stamps(tmp_path: Path, 
     assert [at for at, _ in found[IMAGES[0]]] == [at for at, _ in single[IMAGES[0]]]
     assert not inspect_bag(tmp_path / "bag").faults
     assert verify_bag(tmp_path / "bag").good
+
+
+@pytest.mark.parametrize("renderers", [1, 2])
+def test_a_reset_waits_for_the_room_at_work_and_begins_again_without_loss(tmp_path: Path, renderers: int) -> None:
+    bag, env = tmp_path / "bag", environment()
+    overrides = [word for override in SMALL for word in ("-p", override)]
+    words = ["--rooms", 3, "--frames", 20, "--renderers", renderers, *overrides]
+    process = Child(command("run", "--record", bag, *words), env=env)
+    context = Context()
+    try:
+        rclpy.init(context=context, domain_id=int(env["ROS_DOMAIN_ID"]))
+        peer, seen = Peer(context), []
+        peer.node.create_subscription(String, "scene", lambda message: seen.append(json.loads(message.data)["index"]), latched_qos(10))
+        peer.spin_until(lambda: 1 in seen, 180, "the second room")
+        assert peer.trigger("grammar_node/reset")[0]
+        output, errors = process.communicate(timeout=300)
+        assert process.returncode == 0, errors + output
+    finally:
+        stop(process)
+        rclpy.try_shutdown(context=context)
+    report = inspect_bag(bag)
+    assert not report.faults, report.faults
+    with BagReader(bag) as reader:
+        rooms = [scene_from_json(deserialize_message(message.data, String).data) for message in reader.messages(["/synth/scene"])]
+    indices = [room.index for room in rooms]
+    assert indices in ([0, 1, 0, 1, 2], [0, 1, 2, 0, 1, 2])
+    assert [room.objects for room in rooms[-3:-1]] == [room.objects for room in rooms[:2]]
+    assert {topic.count for topic in report.topics if topic.name in IMAGES} == {20 * len(rooms)}
 
 
 def test_a_renderer_that_is_killed_is_started_again_and_its_room_is_whole(tmp_path: Path) -> None:
