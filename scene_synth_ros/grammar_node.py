@@ -256,7 +256,7 @@ class GrammarNode(SuiteNode):
         last = run.first_index + run.rooms - 1 if run.rooms else None
         self._waiting = self._waiting_for(run, self._last_sent - (run.rooms_ahead - 1 if last is None or self._next_index <= last else 0))
         if last is not None and self._next_index > last:
-            if not self._waiting and not self._finished:
+            if not self._waiting and not self._finished and (run.lock_step or self._last_room_is_over()):
                 self._finish(run)
             return
         if self._pending is None and not self._fault and self._worker is not None:
@@ -277,6 +277,11 @@ class GrammarNode(SuiteNode):
         """Return what the next room must wait for if all peers must have finished a room (none, if it is not of this run)."""
         expected = Expectation(renderers=run.expected_renderers, recorders=run.expected_recorders)
         return waiting_for(self._peers, expected, must_be_done if must_be_done >= run.first_index else -1) if run.lock_step else ""
+
+    def _last_room_is_over(self) -> bool:
+        """Return whether a run that follows the wall clock is over: its last room's time is up, and whoever is there has finished it."""
+        there = [peer for peer in self._peers.values() if peer.state == "ready"]
+        return time.monotonic() >= self._send_at and all(last_done(peer) >= self._last_sent for peer in there)
 
     def _make_job(self, run: RunConfig) -> Job:
         return Job(self._synthesizer, self._settings["scene"], run, self._next_index, self._times, self._next_frame, self._generation)

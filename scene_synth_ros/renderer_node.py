@@ -248,6 +248,7 @@ class RendererNode(SuiteNode):
         self._streams.begin_room(scene)
         self._requests.begin_room()
         self._metered = self._meter(scene, flat)
+        give_back_memory()
         RoomShow(scene, renderer, self._settings["camera"], self, self._requests, self._pace).run()
 
     def _meter(self, scene: SceneDescription, flat: FlatScene) -> Exposure | None:
