@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import ctypes
 
-_M_MMAP_THRESHOLD, _M_ARENA_MAX = -3, -8
-_LARGE_BYTES, _ARENAS = 1 << 20, 2
+_M_ARENA_MAX, _ARENAS = -8, 2
 
 
-def keep_memory_even() -> None:
-    """Let this process take no more memory late than early, as far as the C heap goes (mallopt of glibc); elsewhere, nothing.
+def use_few_heaps() -> None:
+    """Let the threads of this process share two heaps (mallopt of glibc); elsewhere, nothing.
 
-    By itself the heap learns to keep large blocks that were freed once, and gives every thread a part of its own: what a process of a few
-    threads and many images takes then depends on chance.  With this, blocks of a mebibyte and more go back when they are freed.
+    By itself each thread gets a heap of its own, and what one has freed is of no use to the others: images pass through many threads, and
+    memory would grow by chance.
     """
     tune = getattr(ctypes.CDLL(None), "mallopt", None)
     if tune is not None:
-        tune(_M_MMAP_THRESHOLD, _LARGE_BYTES)
         tune(_M_ARENA_MAX, _ARENAS)
 
 

@@ -17,7 +17,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
 from scene_synth_ros.dead_ports import away_from_dead_ports
-from scene_synth_ros.free_memory import keep_memory_even
+from scene_synth_ros.free_memory import use_few_heaps
 from scene_synth_ros.process import end_process
 from scene_synth_ros.suite_node import REFUSALS, SuiteNode
 
@@ -98,7 +98,7 @@ def main(args: list[str] | None = None) -> None:
     parser.add_argument("--log-level", default="info", help="(default: %(default)s)")
     parser.add_argument("nodes", nargs="+", metavar="NODE=PARAMETERS.yaml", help="nodes in the order in which they are made")
     parsed = parser.parse_args(args)
-    keep_memory_even()
+    use_few_heaps()
     rclpy.init(args=["--ros-args", "--log-level", parsed.log_level], signal_handler_options=SignalHandlerOptions.NO)
     names = dict(word.split("=", 1) for word in parsed.nodes if "=" in word)
     code = run(names, parsed.namespace)

@@ -18,7 +18,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from scene_synth_ros.dead_ports import away_from_dead_ports
-from scene_synth_ros.free_memory import keep_memory_even
+from scene_synth_ros.free_memory import use_few_heaps
 
 T = TypeVar("T")
 SETTLE_S, QUIET_S = 1.0, 0.1
@@ -35,7 +35,7 @@ def run_node(make: Callable[[], Node], args: list[str] | None = None) -> None:
     made (a refused parameter, a folder that exists) ends it with code 2 and one line on stderr.
     """
     caught: list[int] = []
-    keep_memory_even()
+    use_few_heaps()
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda got, _frame: caught.append(got))

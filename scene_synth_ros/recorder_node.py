@@ -145,6 +145,7 @@ class RecorderNode(SuiteNode):
         self._look_for_topics()
         self.create_timer(0.1, self._look_for_topics)
         self.create_timer(0.02, self._tick)
+        self.create_timer(1.0, give_back_memory)
 
     def resume(self) -> None:
         """Open a bag, unless that is left to the service."""
@@ -313,7 +314,6 @@ class RecorderNode(SuiteNode):
             self._missing_since = 0.0
             if done != self._done_scene:
                 self._recording.flush()
-                give_back_memory()
                 self._done_scene = done
         elif not self._missing_since:
             self._missing_since = now
