@@ -66,7 +66,7 @@ def _record(path: Path, frames: Frames) -> None:
     recording = Recording(BagWriter)
     for topic in frames[0][1]:
         recording.add_topic(topic, TYPE, [QoSProfile(depth=10)])
-    recording.expect(frames[0][1])
+    recording.expect(frames[0][1], {})
     recording.begin(path)
     for _, messages in frames:
         for topic, data in messages.items():
