@@ -7,7 +7,7 @@ import time
 from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Annotated, Any
 
 from nav_msgs.msg import OccupancyGrid
 from rclpy.duration import Duration
@@ -18,7 +18,7 @@ from visualization_msgs.msg import MarkerArray
 from grammar import SceneRequest
 from grammar.metrics import SamplingCost
 from grammar.synthesize import CameraTimes, SceneSynthesizer
-from scene_description import FieldError, Limits, SceneDescription, scene_to_json
+from scene_description import FieldError, Limits
 from scene_description.strict import shorten
 from scene_synth_ros.catalogs import with_catalog
 from scene_synth_ros.connections import publishers_of
@@ -29,6 +29,7 @@ from scene_synth_ros.lock_step import Expectation, complaints, finished_by_all, 
 from scene_synth_ros.parameters import Parameters
 from scene_synth_ros.process import Worker, run_node
 from scene_synth_ros.qos import latched_qos
+from scene_synth_ros.room_job import Prepared, RoomJob
 from scene_synth_ros.status import NodeStatus, status_from_json, status_to_json
 from scene_synth_ros.suite_node import STEADY, SuiteNode
 
@@ -71,19 +72,6 @@ class RunConfig:
     ] = ""
     autostart: Annotated[bool, Limits(description="Configure and activate at the start", fixed="it is used at the start only")] = True
     exit_when_done: Annotated[bool, Limits(description="End the process after the last room")] = False
-
-
-class Prepared(NamedTuple):
-    """A room that is ready to go out.
-
-    Its description, JSON, what its layout cost, how long it took (s), and the settings' generation that it was made for.
-    """
-
-    scene: SceneDescription
-    text: str
-    cost: SamplingCost
-    seconds: float
-    generation: int
 
 
 class GrammarNode(SuiteNode):
@@ -283,8 +271,14 @@ class GrammarNode(SuiteNode):
         there = [peer for peer in self._peers.values() if peer.state == "ready"]
         return time.monotonic() >= self._send_at and all(last_done(peer) >= self._last_sent for peer in there)
 
-    def _make_job(self, run: RunConfig) -> Job:
-        return Job(self._synthesizer, self._settings["scene"], run, self._next_index, self._times, self._next_frame, self._generation)
+    def _make_job(self, run: RunConfig) -> RoomJob:
+        times = CameraTimes(
+            frames=run.frames_per_room,
+            start_ns=self._times.origin_ns,
+            rate_hz=self._times.rate_hz,
+            first_index=self._next_frame - self._times.first_frame,
+        )
+        return RoomJob(self._synthesizer, self._settings["scene"], run.seed, self._next_index, times, self._generation)
 
     def _take_prepared(self, run: RunConfig) -> None:
         assert self._pending is not None
@@ -370,30 +364,6 @@ class GrammarNode(SuiteNode):
         if self._waiting and waited > run.peer_timeout_s:
             return WARN, f"waiting since {waited:.0f} s for {self._waiting}", values
         return (WARN, self._complaint, values) if self._complaint else (OK, "synthesising rooms", values)
-
-
-class Job(NamedTuple):
-    """Synthesises one room with the settings of the moment when it was queued."""
-
-    synthesizer: SceneSynthesizer
-    request: SceneRequest
-    run: RunConfig
-    index: int
-    times: FrameTimes
-    frame: int
-    generation: int
-
-    def __call__(self) -> Prepared:
-        """Return the room with its JSON."""
-        began = time.perf_counter()
-        times = CameraTimes(
-            frames=self.run.frames_per_room,
-            start_ns=self.times.origin_ns,
-            rate_hz=self.times.rate_hz,
-            first_index=self.frame - self.times.first_frame,
-        )
-        scene, cost = self.synthesizer.synthesize_with_cost(self.request, self.run.seed, self.index, times)
-        return Prepared(scene, scene_to_json(scene), cost, time.perf_counter() - began, self.generation)
 
 
 def main(args: list[str] | None = None) -> None:

@@ -43,7 +43,7 @@ class Parameters:
         node: Node,
         groups: Mapping[str, type],
         on_change: Callable[[set[str]], None] | None = None,
-        check: Callable[[Mapping[str, Any]], None] | None = None,
+        check: Callable[[Mapping[str, Any]], object] | None = None,
     ) -> None:
         self._node = node
         self._on_change = on_change

@@ -11,9 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from geometry_msgs.msg import PoseStamped
 from rclpy.event_handler import SubscriptionEventCallbacks
-from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
@@ -31,13 +29,13 @@ from scene_synth_ros.parameters import ParameterError, Parameters
 from scene_synth_ros.process import run_node
 from scene_synth_ros.qos import latched_qos
 from scene_synth_ros.recorder_qos import complete_qos, matching_qos
-from scene_synth_ros.recording import Recording, RecordingOptions, TimedPose
+from scene_synth_ros.recording import Recording, RecordingOptions
 from scene_synth_ros.run_info import JPEG_QUALITY, PARAMETERS_NAME, RECORD_NAME, parameters_file, run_record
 from scene_synth_ros.shared_frames import stand_ins
 from scene_synth_ros.split_policy import SplitPolicy
-from scene_synth_ros.stamps import NANOSECONDS
 from scene_synth_ros.status import NodeStatus, status_from_json, status_to_json
 from scene_synth_ros.suite_node import STEADY, SuiteNode
+from scene_synth_ros.timed_pose import read_pose
 
 _BAG_FIXED = "a bag is opened once"
 QUEUE_DEPTH = 200
@@ -271,7 +269,7 @@ class RecorderNode(SuiteNode):
         def on_message(data: bytes) -> None:
             self._accounting.received[topic] += 1
             if self._recording.add(topic, data) and camera:
-                self._recording.add_pose(topic, _read_pose(data), camera)
+                self._recording.add_pose(topic, read_pose(data), camera)
 
         return on_message
 
@@ -384,14 +382,6 @@ def _pairs(items: tuple[str, ...]) -> dict[str, str]:
             raise ParameterError(f"recorder_node: parameter custom_data: expected KEY=VALUE, got '{item}'")
         pairs[key] = value
     return pairs
-
-
-def _read_pose(data: bytes) -> TimedPose:
-    message = deserialize_message(data, PoseStamped)
-    stamp, position, q = message.header.stamp, message.pose.position, message.pose.orientation
-    return TimedPose(
-        stamp.sec * NANOSECONDS + stamp.nanosec, message.header.frame_id, (position.x, position.y, position.z), (q.x, q.y, q.z, q.w)
-    )
 
 
 def main(args: list[str] | None = None) -> None:

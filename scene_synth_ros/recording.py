@@ -24,6 +24,7 @@ from scene_synth_ros.seen_frames import SeenFrames
 from scene_synth_ros.snapshot_ring import KeptMessage, SnapshotRing
 from scene_synth_ros.split_policy import SplitPolicy
 from scene_synth_ros.stamps import NANOSECONDS, stamp_ns
+from scene_synth_ros.timed_pose import TimedPose
 from scene_synth_ros.transforms_cdr import StampedTransform, encode_tf_message
 
 TF_TYPE = "tf2_msgs/msg/TFMessage"
@@ -37,15 +38,6 @@ MAX_STRAY_NS = 60 * NANOSECONDS
 
 LEADING = ("/clock", "/scene", "/scene/map", "/scene/markers", "/tf_static", "/tf")
 """Ends of topics that go before the others of the same stamp."""
-
-
-class TimedPose(NamedTuple):
-    """The optical pose of a camera in a frame of the world, as its topic said it."""
-
-    stamp_ns: int
-    world: str
-    position_m: tuple[float, float, float]
-    quaternion: tuple[float, float, float, float]
 
 
 class _Job(NamedTuple):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -87,7 +87,8 @@ class RendererNode(SuiteNode):
     def __init__(self, **options: Any) -> None:
         super().__init__("renderer_node", **options)
         groups = {"camera": CameraConfig, "render": RenderConfig, "streams": StreamConfig, "drive": DriveConfig, "sensor": SensorConfig}
-        self._settings = Parameters(self, {"": RendererNodeConfig, **groups}, self._on_change, _check_exposure)
+        contradictions = lambda values: sensor_ev100(values["camera"], values["sensor"])  # noqa: E731
+        self._settings = Parameters(self, {"": RendererNodeConfig, **groups}, self._on_change, contradictions)
         config: RendererNodeConfig = self._settings[""]
         if config.share_index >= config.share_count:
             got = f"expected less than share_count = {config.share_count}, got {config.share_index}"
@@ -387,11 +388,6 @@ class RendererNode(SuiteNode):
             slow = f"{rates.frames:.1f} frames/s, fewer than asked for, {late} left out: lower render.samples_per_pixel or the image size"
             return WARN, slow if self._warm else "compiling kernels", values
         return OK, "rendering", values
-
-
-def _check_exposure(values: Mapping[str, Any]) -> None:
-    """Refuse settings that contradict each other."""
-    sensor_ev100(values["camera"], values["sensor"])
 
 
 def main(args: list[str] | None = None) -> None:
