@@ -64,6 +64,9 @@ def test_a_grammar_node_goes_through_its_states(manager: Manager) -> None:
 
 
 def test_services_pause_step_and_reset_the_run(manager: Manager) -> None:
+    for state, transition in (("unconfigured", Transition.TRANSITION_CONFIGURE), ("inactive", Transition.TRANSITION_ACTIVATE)):
+        if manager.state("grammar_node") == state:  # this test may come first, or alone
+            assert manager.change("grammar_node", transition)
     manager.spin_until(lambda: len(manager.scenes) >= 2, 60, "two rooms")
     assert manager.trigger("grammar_node/pause")[0]
     manager.spin_for(1.0)
