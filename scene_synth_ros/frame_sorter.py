@@ -83,18 +83,18 @@ class FrameSorter:
         """
         released = self.flush()
         self._rank = {topic: rank for rank, topic in enumerate(topic_order)}
-        self._expected = None if expected is None else frozenset(alike.get(topic, topic) for topic in expected)
         self._alike = dict(alike)
+        self._expected = None if expected is None else frozenset(map(self._stand_in, expected))
         return released
 
     def expect(self, stamp_ns: int, topics: Collection[str]) -> list[OrderedMessage]:
         """Say which topics make ``stamp_ns`` complete, instead of the usual ones; return what may leave now."""
         if self._released_ns is not None and stamp_ns <= self._released_ns:
             return []
-        self._announced[stamp_ns] = frozenset(topics)
+        self._announced[stamp_ns] = names = frozenset(map(self._stand_in, topics))
         group = self._groups.get(stamp_ns)
         if group is not None:
-            group.missing = set(topics) - {self._alike.get(topic, topic) for topic, _ in group.messages}
+            group.missing = set(names) - {self._stand_in(topic) for topic, _ in group.messages}
         return list(self._release_complete())
 
     def add(self, topic: str, stamp_ns: int | None, data: bytes) -> list[OrderedMessage]:
@@ -112,7 +112,7 @@ class FrameSorter:
         group.size += len(data)
         self.waiting_bytes += len(data)
         if group.missing is not None:
-            group.missing.discard(self._alike.get(topic, topic))
+            group.missing.discard(self._stand_in(topic))
         released = list(self._release_complete())
         while len(self._groups) > self._max_stamps or self.waiting_bytes > self._max_bytes:
             self.forced += 1
@@ -129,6 +129,9 @@ class FrameSorter:
     def missing(self) -> dict[int, frozenset[str]]:
         """Return, for every waiting stamp, the topics that it still waits for."""
         return {stamp: frozenset(self._groups[stamp].missing or ()) for stamp in sorted(self._groups)}
+
+    def _stand_in(self, topic: str) -> str:
+        return self._alike.get(topic, topic)
 
     def _release_complete(self) -> Iterator[OrderedMessage]:
         while self._groups:

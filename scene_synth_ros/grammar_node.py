@@ -223,10 +223,12 @@ class GrammarNode(SuiteNode):
             self._complain(f"ignored a status that does not fit: {error}")
             return
         if status.role != "grammar":
-            if last_done(status) < self._peers_before.get(status.node, -1):
-                del self._peers_before[status.node]
-            before = status.node in self._peers_before
-            self._peers[status.node] = replace(status, done_scene=-1, refused_scene=-1) if before else status
+            before = self._peers_before.get(status.node)
+            if before is not None and last_done(status) >= before:
+                status = replace(status, done_scene=-1, refused_scene=-1)
+            else:
+                self._peers_before.pop(status.node, None)
+            self._peers[status.node] = status
             finished = finished_by_all(self._peers)
             if finished != self._told:
                 self._told = finished
@@ -249,15 +251,8 @@ class GrammarNode(SuiteNode):
             return
         if self._pending is None and not self._fault and self._worker is not None:
             self._pending = self._worker.submit(self._make_job(run))
-        held = not self.active or (self._paused_at is not None and not self._single)
-        if (
-            held
-            or self._waiting
-            or self._reset_asked
-            or time.monotonic() < self._send_at
-            or self._pending is None
-            or not self._pending.done()
-        ):
+        held = self._reset_asked or not self.active or (self._paused_at is not None and not self._single)
+        if held or self._waiting or time.monotonic() < self._send_at or self._pending is None or not self._pending.done():
             return
         self._take_prepared(run)
 

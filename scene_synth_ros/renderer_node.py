@@ -87,8 +87,9 @@ class RendererNode(SuiteNode):
     def __init__(self, **options: Any) -> None:
         super().__init__("renderer_node", **options)
         groups = {"camera": CameraConfig, "render": RenderConfig, "streams": StreamConfig, "drive": DriveConfig, "sensor": SensorConfig}
-        contradictions = lambda values: sensor_ev100(values["camera"], values["sensor"])  # noqa: E731
-        self._settings = Parameters(self, {"": RendererNodeConfig, **groups}, self._on_change, contradictions)
+        self._settings = Parameters(
+            self, {"": RendererNodeConfig, **groups}, self._on_change, lambda values: sensor_ev100(values["camera"], values["sensor"])
+        )
         config: RendererNodeConfig = self._settings[""]
         if config.share_index >= config.share_count:
             got = f"expected less than share_count = {config.share_count}, got {config.share_index}"

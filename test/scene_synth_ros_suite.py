@@ -55,11 +55,15 @@ def command(*words: object) -> list[str]:
     return [sys.executable, "-m", "scene_synth_ros", *map(str, words)]
 
 
+def record_command(bag: Path, *words: object) -> list[str]:
+    """Return the command line of a run that records small frames."""
+    return command("run", "--record", bag, *(word for override in SMALL for word in ("-p", override)), *words)
+
+
 def run_suite(bag: Path, *words: object, env: dict[str, str] | None = None, timeout_s: float = 600.0) -> subprocess.CompletedProcess[str]:
     """Record a bag with small frames and wait for the end."""
-    overrides = [word for override in SMALL for word in ("-p", override)]
     return subprocess.run(
-        command("run", "--record", bag, *overrides, *words),
+        record_command(bag, *words),
         env=env or environment(),
         capture_output=True,
         text=True,

@@ -7,7 +7,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from scene_synth_ros_suite import SMALL, Child, command, environment, node_pids, run_suite, stop, wait_until
+from scene_synth_ros_suite import Child, command, environment, node_pids, record_command, run_suite, stop, wait_until
 
 from scene_synth_ros.bag_inspect import inspect_bag
 from scene_synth_ros.bag_reader import BagReader
@@ -50,9 +50,7 @@ def start_long_run(bag: Path) -> tuple[Child, str]:
     env = environment()
     marker = f"SCENE_SYNTH_TEST={os.getpid()}-{bag}"
     env["SCENE_SYNTH_TEST"] = marker.partition("=")[2]
-    overrides = [word for override in SMALL for word in ("-p", override)]
-    words = command("run", "--record", bag, "--rooms", 50, "--frames", 40, *overrides)
-    return Child(words, env=env, start_new_session=True), marker
+    return Child(record_command(bag, "--rooms", 50, "--frames", 40), env=env, start_new_session=True), marker
 
 
 def wait_for_frames(bag: Path, child: Child) -> None:

@@ -9,7 +9,7 @@ import pytest
 import rclpy
 from rclpy.context import Context
 from rclpy.serialization import deserialize_message
-from scene_synth_ros_suite import SMALL, Child, Peer, command, environment, node_pids, run_suite, stop, wait_until
+from scene_synth_ros_suite import Child, Peer, environment, node_pids, record_command, run_suite, stop, wait_until
 from std_msgs.msg import String
 
 from scene_description import scene_from_json
@@ -69,9 +69,7 @@ def test_colour_and_truth_of_two_renderers_have_the_same_stamps(tmp_path: Path, 
 @pytest.mark.parametrize("renderers", [1, 2])
 def test_a_reset_waits_for_the_room_at_work_and_begins_again_without_loss(tmp_path: Path, renderers: int) -> None:
     bag, env = tmp_path / "bag", environment()
-    overrides = [word for override in SMALL for word in ("-p", override)]
-    words = ["--rooms", 3, "--frames", 20, "--renderers", renderers, *overrides]
-    process = Child(command("run", "--record", bag, *words), env=env)
+    process = Child(record_command(bag, "--rooms", 3, "--frames", 20, "--renderers", renderers), env=env)
     context = Context()
     try:
         rclpy.init(context=context, domain_id=int(env["ROS_DOMAIN_ID"]))
@@ -99,9 +97,7 @@ def test_a_renderer_that_is_killed_is_started_again_and_its_room_is_whole(tmp_pa
     env = environment()
     marker = f"{os.getpid()}-{bag}"
     env["SCENE_SYNTH_TEST"] = marker
-    overrides = [word for override in SMALL for word in ("-p", override)]
-    words = command("run", "--record", bag, "--rooms", 3, "--frames", 40, "--respawn", 3, *overrides)
-    process = Child(words, env=env, start_new_session=True)
+    process = Child(record_command(bag, "--rooms", 3, "--frames", 40, "--respawn", 3), env=env, start_new_session=True)
     try:
         files = lambda size: [path for path in bag.glob("*.mcap.active") if path.stat().st_size > size]  # noqa: E731
         for size in (100_000, 2_000_000):

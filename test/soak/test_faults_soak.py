@@ -19,7 +19,7 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rcl_interfaces.srv import DescribeParameters, ListParameters, SetParametersAtomically
 from rclpy.parameter import Parameter
 from sample_scene import sample_scene
-from scene_synth_ros_suite import SMALL, Child, Peer, command, environment, node_pids, node_process, stop, wait_until
+from scene_synth_ros_suite import Child, Peer, environment, node_pids, node_process, record_command, stop, wait_until
 from std_msgs.msg import String
 from wall_clock import WallClock
 
@@ -41,9 +41,7 @@ class Run:
         self.bag = bag
         self.env = environment() | dict(surroundings or {})
         self.marker = self.env["SCENE_SYNTH_TEST"] = f"{os.getpid()}-{bag}"
-        overrides = [word for override in SMALL for word in ("-p", override)]
-        line = command("run", "--record", bag, *overrides, *words)
-        self.process = Child(line, env=self.env, start_new_session=True)
+        self.process = Child(record_command(bag, *words), env=self.env, start_new_session=True)
 
     def pid(self, node: str) -> int:
         return node_pids(self.marker)[node]
