@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from scene_synth_ros.bag_metadata import METADATA_NAME, NO_TIME_NS, BagMetadata, TopicInfo
 from scene_synth_ros.bag_reader import BagReader, BagSummary
-from scene_synth_ros.stamps import NANOSECONDS, announced_stamps_ns, stamp_ns
+from scene_synth_ros.stamps import NANOSECONDS, announced_room, stamp_ns
 
 MAX_GAP_PERIODS = 1.5
 
@@ -132,7 +132,7 @@ def _read_all(reader: BagReader) -> tuple[dict[str, _Tally], dict[int, list[int]
         if stamp is not None:
             tally.stamps.append(stamp)
         if _is_scene(message.topic, message.type_name):
-            rooms[min(message.log_ns, NO_TIME_NS) if stamp is None else stamp] = announced_stamps_ns(message.data)
+            rooms[min(message.log_ns, NO_TIME_NS) if stamp is None else stamp] = announced_room(message.data).stamps_ns
         if message.log_ns < last_ns:
             faults += 1
             first_fault = first_fault or f"{message.topic} at {message.log_ns} ns after {last_ns} ns"

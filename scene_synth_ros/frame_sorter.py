@@ -11,6 +11,14 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
 
+LEADING = ("/clock", "/scene", "/scene/map", "/scene/markers", "/tf_static", "/tf")
+"""Ends of topics that go before the others of the same stamp."""
+
+
+def topic_rank(topic: str) -> tuple[int, str]:
+    """Return what sorts topics into the order in which they leave at equal stamps: those that lead, then all others by name."""
+    return next((rank for rank, end in enumerate(LEADING) if topic.endswith(end)), len(LEADING)), topic
+
 
 class OrderedMessage(NamedTuple):
     """A message whose turn has come.
@@ -40,7 +48,7 @@ class FrameSorter:
 
     Args:
         topic_order: topics in the order in which they leave at equal stamps; topics not named come after them, by name.
-        expected: topics that every stamp must have to be complete; None lets no group leave before ``expect`` was called for its stamp.
+        expected: topics that every stamp must have to be complete; None lets groups leave only when they are flushed or too much waits.
         max_stamps: how many stamps may wait.
         max_bytes: how many bytes may wait, all stamps together.
 
@@ -58,7 +66,6 @@ class FrameSorter:
         self._alike: Mapping[str, str] = {}
         self._max_stamps, self._max_bytes = max_stamps, max_bytes
         self._groups: dict[int, _Group] = {}
-        self._announced: dict[int, frozenset[str]] = {}
         self._released_ns: int | None = None
         self.late = 0
         self.forced = 0
@@ -87,16 +94,6 @@ class FrameSorter:
         self._expected = None if expected is None else frozenset(map(self._stand_in, expected))
         return released
 
-    def expect(self, stamp_ns: int, topics: Collection[str]) -> list[OrderedMessage]:
-        """Say which topics make ``stamp_ns`` complete, instead of the usual ones; return what may leave now."""
-        if self._released_ns is not None and stamp_ns <= self._released_ns:
-            return []
-        self._announced[stamp_ns] = names = frozenset(map(self._stand_in, topics))
-        group = self._groups.get(stamp_ns)
-        if group is not None:
-            group.missing = set(names) - {self._stand_in(topic) for topic, _ in group.messages}
-        return list(self._release_complete())
-
     def add(self, topic: str, stamp_ns: int | None, data: bytes) -> list[OrderedMessage]:
         """Take a message; return what may leave now, in order.  A message without a stamp leaves at once."""
         if stamp_ns is None:
@@ -106,8 +103,7 @@ class FrameSorter:
             return [OrderedMessage(topic, stamp_ns, self._released_ns, data)]
         group = self._groups.get(stamp_ns)
         if group is None:
-            expected = self._announced.get(stamp_ns, self._expected)
-            group = self._groups[stamp_ns] = _Group(None if expected is None else set(expected))
+            group = self._groups[stamp_ns] = _Group(None if self._expected is None else set(self._expected))
         group.messages.append((topic, data))
         group.size += len(data)
         self.waiting_bytes += len(data)
@@ -144,6 +140,5 @@ class FrameSorter:
         group = self._groups.pop(stamp_ns)
         self.waiting_bytes -= group.size
         self._released_ns = stamp_ns
-        self._announced = {stamp: topics for stamp, topics in self._announced.items() if stamp > stamp_ns}
         ordered = sorted(group.messages, key=lambda message: (self._rank.get(message[0], len(self._rank)), message[0]))
         return [OrderedMessage(topic, stamp_ns, stamp_ns, data) for topic, data in ordered]

@@ -311,7 +311,7 @@ class RecorderNode(SuiteNode):
         if not missing:
             self._missing_since = 0.0
             if done != self._done_scene:
-                self._recording.flush()
+                self._recording.flush(done)
                 self._done_scene = done
         elif not self._missing_since:
             self._missing_since = now
@@ -357,6 +357,7 @@ class RecorderNode(SuiteNode):
             "last_room": self._done_scene,
             "bags": self._bags,
             "repeats_left_out": self._recording.repeats,
+            "late": self._recording.late,
             "lost": dict(self._accounting.lost),
             "dds_lost": dict(self._dds_lost),
         }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import queue
 import threading
 import time
-from collections import Counter
+from collections import Counter, deque
 from collections.abc import Callable, Collection, Iterable, Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass, field
@@ -16,14 +16,14 @@ from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 
 from scene_description.poses import LINK_FROM_OPTICAL, conjugate_quaternion, multiply_quaternions
 from scene_synth_ros.bag_writer import BagWriteError, BagWriter
-from scene_synth_ros.frame_sorter import FrameSorter, OrderedMessage
+from scene_synth_ros.frame_sorter import FrameSorter, OrderedMessage, topic_rank
 from scene_synth_ros.image_codec import COMPRESSED_TYPE, CodecError, ImageCompression, compress, compressed_topic, image_form
 from scene_synth_ros.message_definitions import message_definition
 from scene_synth_ros.qos import latched_qos, stream_qos
-from scene_synth_ros.seen_frames import SeenFrames
+from scene_synth_ros.seen_frames import ROOMS_KEPT, SeenFrames
 from scene_synth_ros.snapshot_ring import KeptMessage, SnapshotRing
 from scene_synth_ros.split_policy import SplitPolicy
-from scene_synth_ros.stamps import NANOSECONDS, stamp_ns
+from scene_synth_ros.stamps import NANOSECONDS, AnnouncedRoom, announced_room, stamp_ns
 from scene_synth_ros.timed_pose import TimedPose
 from scene_synth_ros.transforms_cdr import StampedTransform, encode_tf_message
 
@@ -35,9 +35,6 @@ MAX_EARLY = 1000
 """How many messages without stamps wait for the first frame."""
 MAX_STRAY_NS = 60 * NANOSECONDS
 """Messages of others whose stamp is further from the newest frame are of another clock and are logged as those above."""
-
-LEADING = ("/clock", "/scene", "/scene/map", "/scene/markers", "/tf_static", "/tf")
-"""Ends of topics that go before the others of the same stamp."""
 
 
 class _Job(NamedTuple):
@@ -93,6 +90,7 @@ class Recording:
         self._alike: Mapping[str, str] = {}
         self._sorter = FrameSorter([], expected=None)
         self._seen = SeenFrames()
+        self._rooms: deque[AnnouncedRoom] = deque(maxlen=ROOMS_KEPT)
         self._newest_ns: int | None = None
         self._begun: set[str] = set()
         self._whole_from_ns = 0
@@ -116,6 +114,11 @@ class Recording:
     def repeats(self) -> int:
         """Messages of frames that were recorded already, left out."""
         return self._seen.repeats
+
+    @property
+    def late(self) -> int:
+        """Messages that came after their frame had been written, logged later than their stamp."""
+        return self._sorter.late
 
     @property
     def writing(self) -> bool:
@@ -183,7 +186,7 @@ class Recording:
         """Say which topics make a frame complete, and which of them stand for each other; frames leave as soon as all are there."""
         if set(topics) != self._expected or alike != self._alike:
             self._expected, self._alike = set(topics), alike
-            self._enqueue(self._sorter.configure(sorted(self._types, key=_rank), self._expected or None, alike))
+            self._enqueue(self._sorter.configure(sorted(self._types, key=topic_rank), self._expected or None, alike))
 
     def add(self, topic: str, data: bytes) -> bool:
         """Take a message as it arrives; return False if it is one that was recorded before.
@@ -208,6 +211,7 @@ class Recording:
                 return False
             if topic.endswith("/scene"):
                 self._seen.begin_room(stamp)
+                self._rooms.append(announced_room(data))
         self._enqueue(self._sorter.add(topic, stamp, data + bytes(-len(data) % 4)))
         if self._sorter.first_ns < self._whole_from_ns:  # latched parts of frames from before the recorder was connected
             self._enqueue(self._sorter.flush(self._whole_from_ns - 1))
@@ -230,9 +234,14 @@ class Recording:
         transform = StampedTransform(pose.stamp_ns, pose.world, link, pose.position_m, rotation)
         self._enqueue(self._sorter.add("/tf", pose.stamp_ns, encode_tf_message([transform])))
 
-    def flush(self) -> None:
-        """Hand everything that waits to the writer and wait until it is written."""
-        self._enqueue(self._sorter.flush())
+    def flush(self, room: int | None = None) -> None:
+        """Hand everything that waits, or what waits of a room and of those before it, to the writer and wait until it is written.
+
+        Frames of later rooms, of which some messages may still be on their way, are left to be completed; if the room's scene description
+        was not recorded, nothing tells them apart and all leave.
+        """
+        end_ns = next((max(known.stamps_ns, default=-1) for known in reversed(self._rooms) if known.index == room), None)
+        self._enqueue(self._sorter.flush(end_ns))
         if not self.fault:
             self._jobs.join()
 
@@ -390,7 +399,3 @@ class Recording:
                 writer.write(topic, data, kept.log_ns, kept.log_ns)
         seconds = (messages[-1].log_ns - messages[0].log_ns) / NANOSECONDS
         return f"{folder}: {len(messages)} messages, {seconds:.3f} s"
-
-
-def _rank(topic: str) -> tuple[int, str]:
-    return next((rank for rank, end in enumerate(LEADING) if topic.endswith(end)), len(LEADING)), topic

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Callable, Mapping
-from typing import Any, TypeGuard
+from typing import Any, NamedTuple, TypeGuard
 
 from scene_synth_ros.message_definitions import TF_MESSAGE
 
@@ -68,11 +68,20 @@ def _json_time(cdr: CdrBytes, endianness: str) -> int | None:
     return next(iter(_path_stamps(data)), None)
 
 
-def announced_stamps_ns(cdr: CdrBytes) -> list[int]:
-    """Return the stamps of the camera path of a scene description in a serialised ``std_msgs/msg/String``; empty if it is none."""
+class AnnouncedRoom(NamedTuple):
+    """What a scene description says of the frames to come: number of the room (None if it has none), stamps of its camera path."""
+
+    index: int | None
+    stamps_ns: list[int]
+
+
+def announced_room(cdr: CdrBytes) -> AnnouncedRoom:
+    """Read the scene description in a serialised ``std_msgs/msg/String``; without stamps if it is none."""
     if len(cdr) < _ENCAPSULATION_SIZE or cdr[0] != 0 or cdr[1] not in _ENDIANNESS:
-        return []
-    return _path_stamps(_json_object(cdr, _ENDIANNESS[cdr[1]]))
+        return AnnouncedRoom(None, [])
+    data = _json_object(cdr, _ENDIANNESS[cdr[1]])
+    index = data.get("index")
+    return AnnouncedRoom(index if _is_integer(index) else None, _path_stamps(data))
 
 
 def _path_stamps(data: Mapping[str, Any]) -> list[int]:

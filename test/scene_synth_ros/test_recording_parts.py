@@ -9,6 +9,7 @@ from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Header, String
 
+from scene_synth_ros.bag_reader import BagReader
 from scene_synth_ros.bag_writer import BagWriter
 from scene_synth_ros.lock_step import finished_by_all, missing_peers
 from scene_synth_ros.message_digest import message_digest
@@ -116,6 +117,43 @@ def test_a_digest_tells_messages_apart_and_knows_equals() -> None:
     assert message_digest(Image(encoding="rgb8", data=b"abc")) == message_digest(one)
     assert message_digest(CameraInfo(d=[0.0, 1.0])) != message_digest(CameraInfo(d=[1.0, 0.0]))
     assert message_digest(String(data="a")) != message_digest(String(data="b"))
+
+
+def test_a_finished_room_leaves_and_the_next_one_is_left_to_be_completed(tmp_path: Path) -> None:
+    recording = Recording(BagWriter)
+    latched = QoSProfile(depth=10, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+    recording.add_topic("/synth/scene", "std_msgs/msg/String", [latched])
+    for topic in ("/a", "/b"):
+        recording.add_topic(topic, "geometry_msgs/msg/PoseStamped", [QoSProfile(depth=10)])
+    recording.expect({"/a", "/b"}, {})
+    recording.begin(tmp_path / "bag")
+
+    def scene(index: int, *stamps: int) -> None:
+        text = json.dumps({"index": index, "camera_path": [{"stamp_ns": stamp} for stamp in stamps]})
+        recording.add("/synth/scene", bytes(serialize_message(String(data=text))))
+
+    def pose(topic: str, stamp: int) -> None:
+        recording.add(topic, bytes(serialize_message(PoseStamped(header=Header(stamp=Time(sec=0, nanosec=stamp))))))
+
+    scene(0, 100, 200)
+    scene(1, 300, 400)
+    for topic, stamp in (("/a", 100), ("/b", 100), ("/a", 200), ("/a", 300)):  # half of 200 is lost, half of 300 is on its way
+        pose(topic, stamp)
+    recording.flush(0)
+    assert recording.written == {"/synth/scene": 1, "/a": 2, "/b": 1}
+    pose("/b", 300)
+    pose("/a", 400)
+    recording.flush(1)
+    assert recording.written == {"/synth/scene": 2, "/a": 4, "/b": 2}
+    pose("/b", 400)
+    pose("/a", 500)
+    recording.flush(7)  # of which nothing is known
+    assert recording.late == 1
+    recording.close()
+    with BagReader(tmp_path / "bag") as reader:
+        order = [(message.topic, message.log_ns) for message in reader.messages(file_order=True)]
+    rooms = [[("/synth/scene", 100), ("/a", 100), ("/b", 100), ("/a", 200)], [("/synth/scene", 300), ("/a", 300), ("/b", 300), ("/a", 400)]]
+    assert order == [*rooms[0], *rooms[1], ("/b", 400), ("/a", 500)]
 
 
 def test_frames_of_which_only_latched_parts_can_come_hold_nothing_up(tmp_path: Path) -> None:
