@@ -7,7 +7,7 @@ stamp is there and all earlier groups have left; within a group the topics have 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -47,7 +47,6 @@ class FrameSorter:
     """Holds messages until their group is complete, within bounds; no clocks, no threads.
 
     Args:
-        topic_order: topics in the order in which they leave at equal stamps; topics not named come after them, by name.
         expected: topics that every stamp must have to be complete; None lets groups leave only when they are flushed or too much waits.
         max_stamps: how many stamps may wait.
         max_bytes: how many bytes may wait, all stamps together.
@@ -58,10 +57,7 @@ class FrameSorter:
         waiting_bytes: size of what is waiting.
     """
 
-    def __init__(
-        self, topic_order: Sequence[str], *, expected: Collection[str] | None, max_stamps: int = 64, max_bytes: int = 256 * 2**20
-    ) -> None:
-        self._rank = {topic: rank for rank, topic in enumerate(topic_order)}
+    def __init__(self, expected: Collection[str] | None, *, max_stamps: int = 64, max_bytes: int = 256 * 2**20) -> None:
         self._expected = None if expected is None else frozenset(expected)
         self._alike: Mapping[str, str] = {}
         self._max_stamps, self._max_bytes = max_stamps, max_bytes
@@ -81,15 +77,12 @@ class FrameSorter:
         """Earliest stamp that is waiting; infinite if there is none."""
         return min(self._groups, default=math.inf)
 
-    def configure(
-        self, topic_order: Sequence[str], expected: Collection[str] | None, alike: Mapping[str, str] = MappingProxyType({})
-    ) -> list[OrderedMessage]:
-        """Change order and expectation for stamps yet to come; return everything that waits, so that no group mixes the two.
+    def configure(self, expected: Collection[str] | None, alike: Mapping[str, str] = MappingProxyType({})) -> list[OrderedMessage]:
+        """Change the expectation for stamps yet to come; return everything that waits, so that no group mixes the two.
 
         ``alike``: topic -> the topic that stands for it; of those with the same one, a stamp needs one only.
         """
         released = self.flush()
-        self._rank = {topic: rank for rank, topic in enumerate(topic_order)}
         self._alike = dict(alike)
         self._expected = None if expected is None else frozenset(map(self._stand_in, expected))
         return released
@@ -140,5 +133,5 @@ class FrameSorter:
         group = self._groups.pop(stamp_ns)
         self.waiting_bytes -= group.size
         self._released_ns = stamp_ns
-        ordered = sorted(group.messages, key=lambda message: (self._rank.get(message[0], len(self._rank)), message[0]))
+        ordered = sorted(group.messages, key=lambda message: topic_rank(message[0]))
         return [OrderedMessage(topic, stamp_ns, stamp_ns, data) for topic, data in ordered]

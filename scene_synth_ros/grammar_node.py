@@ -215,6 +215,7 @@ class GrammarNode(SuiteNode):
                 self._times = self._times.at_rate(rate, self._next_frame)
         self._generation += 1
         self._fault = ""
+        self._publish_status(self._state)
 
     def _on_status(self, message: String) -> None:
         try:
@@ -328,7 +329,8 @@ class GrammarNode(SuiteNode):
 
     def _publish_status(self, state: str, reason: str = "") -> None:
         self._state = state
-        status = NodeStatus(node=self.get_fully_qualified_name(), role="grammar", state=state, done_scene=self._told, reason=reason[:1000])
+        name, lock_step = self.get_fully_qualified_name(), self._settings[""].lock_step
+        status = NodeStatus(node=name, role="grammar", state=state, done_scene=self._told, reason=reason[:1000], lock_step=lock_step)
         self._status.publish(String(data=status_to_json(status)))
 
     def _complain(self, text: str) -> None:

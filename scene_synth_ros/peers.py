@@ -26,6 +26,7 @@ class Peers:
         self._offsets: dict[str, int] = {}
         self.finished_scene = -1
         """Last room that the grammar node knows to be finished by all."""
+        self._lock_step = False
 
     def take(self, status: NodeStatus, published: int) -> None:
         """Take a status; ``published`` is how many frames this renderer has published."""
@@ -36,7 +37,12 @@ class Peers:
         elif status.role == "renderer" and status.node != self._name:
             self._renderers[status.node] = status
         elif status.role == "grammar":
-            self.finished_scene = status.done_scene
+            self.finished_scene, self._lock_step = status.done_scene, status.lock_step
+
+    @property
+    def rooms_wait(self) -> bool:
+        """Whether a room waits until the one before is finished, as in lock-step and where rooms are shared; else it interrupts that."""
+        return self._lock_step or self._share_count > 1
 
     @property
     def recorders(self) -> Collection[NodeStatus]:

@@ -16,7 +16,7 @@ from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 
 from scene_description.poses import LINK_FROM_OPTICAL, conjugate_quaternion, multiply_quaternions
 from scene_synth_ros.bag_writer import BagWriteError, BagWriter
-from scene_synth_ros.frame_sorter import FrameSorter, OrderedMessage, topic_rank
+from scene_synth_ros.frame_sorter import FrameSorter, OrderedMessage
 from scene_synth_ros.image_codec import COMPRESSED_TYPE, CodecError, ImageCompression, compress, compressed_topic, image_form
 from scene_synth_ros.message_definitions import message_definition
 from scene_synth_ros.qos import latched_qos, stream_qos
@@ -88,7 +88,7 @@ class Recording:
         self._forms: dict[str, str] = {}
         self._expected: set[str] = set()
         self._alike: Mapping[str, str] = {}
-        self._sorter = FrameSorter([], expected=None)
+        self._sorter = FrameSorter(None)
         self._seen = SeenFrames()
         self._rooms: deque[AnnouncedRoom] = deque(maxlen=ROOMS_KEPT)
         self._newest_ns: int | None = None
@@ -186,7 +186,7 @@ class Recording:
         """Say which topics make a frame complete, and which of them stand for each other; frames leave as soon as all are there."""
         if set(topics) != self._expected or alike != self._alike:
             self._expected, self._alike = set(topics), alike
-            self._enqueue(self._sorter.configure(sorted(self._types, key=topic_rank), self._expected or None, alike))
+            self._enqueue(self._sorter.configure(self._expected or None, alike))
 
     def add(self, topic: str, data: bytes) -> bool:
         """Take a message as it arrives; return False if it is one that was recorded before.

@@ -166,8 +166,6 @@ class RendererNode(SuiteNode):
 
     def _on_scene(self, message: String) -> None:
         with self._wake:
-            if self._settings[""].share_count == 1:
-                self._waiting.clear()
             self._waiting.append(message.data)
             self._wake.notify_all()
 
@@ -215,6 +213,8 @@ class RendererNode(SuiteNode):
     def _next_scene(self) -> str | None:
         with self._wake:
             self._wake.wait_for(lambda: self._closed or self._waiting)
+            while len(self._waiting) > 1 and not self._peers.rooms_wait:
+                self._waiting.popleft()
             return None if self._closed else self._waiting.popleft()
 
     def _take_scene(self, text: str) -> None:
@@ -263,8 +263,8 @@ class RendererNode(SuiteNode):
         return Pace(realtime=config.realtime, frames_held=config.frames_held if config.share_count > 1 else 1)
 
     def interrupted(self) -> bool:
-        """Return whether the room must be left: for the end, or for the next room, which a shared room on its path lets wait."""
-        return self._closed or (bool(self._waiting) and not (self._on_path and self._settings[""].share_count > 1))
+        """Return whether the room must be left: for the end, or for the next room, unless that waits until the path is done."""
+        return self._closed or (bool(self._waiting) and not (self._on_path and self._peers.rooms_wait))
 
     def paused(self) -> bool:
         """Return whether frames must wait: for *activate*, or for recorders that would lose them."""

@@ -26,7 +26,7 @@ class NodeStatus:
     renderer could not render, with the ``reason``.  ``counts`` are the messages by topic, since its start, that a renderer has published
     or a recorder has taken; -1 marks a topic that a recorder leaves out on purpose.  ``start`` names one life of a renderer: the identity
     (GID, hexadecimal) of its first publisher, a new one whenever it starts; ``connected`` are the starts whose every topic reaches a
-    recorder, or is left out by it.
+    recorder, or is left out by it.  ``lock_step``: the grammar node waits for its peers, so no room may be left out.
     """
 
     node: Annotated[str, Limits(min_length=1, max_length=300)]
@@ -38,6 +38,7 @@ class NodeStatus:
     counts: Annotated[Mapping[str, int], Limits(max_length=500)] = field(default_factory=dict)
     start: Annotated[str, Limits(max_length=64)] = ""
     connected: Annotated[tuple[Annotated[str, Limits(max_length=64)], ...], Limits(max_length=500)] = ()
+    lock_step: bool = False
 
 
 def status_to_json(status: NodeStatus) -> str:

@@ -1,6 +1,7 @@
 """The parts of the recorder that need no node: splitting, snapshots, repeats, turns."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 from builtin_interfaces.msg import Time
@@ -96,6 +97,14 @@ def test_shared_rooms_come_in_turn() -> None:
     peers.take(status("recorder", done=1), 0)
     assert peers.is_turn(2, False)
     assert Peers("/synth/renderer_node", TOPIC, 1).is_turn(9, False)
+
+
+def test_rooms_wait_for_each_other_in_lock_step_and_where_they_are_shared() -> None:
+    alone = Peers("/synth/renderer_node", TOPIC, 1)
+    assert Peers("/synth/renderer_node", TOPIC, 2).rooms_wait and not alone.rooms_wait
+    for lock_step in (True, False):
+        alone.take(replace(status("grammar"), lock_step=lock_step), 0)
+        assert alone.rooms_wait == lock_step
 
 
 def test_a_recorder_that_is_behind_holds_frames_back() -> None:

@@ -41,8 +41,8 @@ def single(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[tuple[int
     return frames(bag)
 
 
-@pytest.mark.parametrize("words", [["--renderers", 2], ["--one-process", "--renderers", 2]])
-def test_shared_rooms_and_one_process_give_the_same_bag(
+@pytest.mark.parametrize("words", [["--renderers", 2], ["--one-process", "--renderers", 2], ["-p", "grammar_node.rooms_ahead:=3"]])
+def test_shared_rooms_one_process_and_rooms_ahead_give_the_same_bag(
     tmp_path: Path, single: dict[str, list[tuple[int, bytes]]], words: list[object]
 ) -> None:
     process = run_suite(tmp_path / "bag", *WORDS, *words, timeout_s=900)

@@ -23,8 +23,8 @@ def test_renderers_of_several_cameras_or_layers_stand_for_themselves() -> None:
 
 
 def test_a_frame_leaves_with_one_of_what_stands_for_each_other() -> None:
-    sorter = FrameSorter([], expected=None)
-    sorter.configure(["/a", "/b/settings", "/c/settings"], {"/a", "/b/settings", "/c/settings"}, {"/c/settings": "/b/settings"})
+    sorter = FrameSorter(None)
+    sorter.configure({"/a", "/b/settings", "/c/settings"}, {"/c/settings": "/b/settings"})
     assert not sorter.add("/c/settings", 1, b"")
     assert [message.topic for message in sorter.add("/a", 1, b"")] == ["/a", "/c/settings"]
     assert not sorter.add("/a", 2, b"")
