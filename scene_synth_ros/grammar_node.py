@@ -61,7 +61,13 @@ class RunConfig:
     expected_renderers: Annotated[int, Limits(ge=0, le=100, description="Renderers that a lock-step run waits for", fixed=_PEERS_FIXED)] = 1
     expected_recorders: Annotated[int, Limits(ge=0, le=100, description="Recorders that a lock-step run waits for", fixed=_PEERS_FIXED)] = 0
     rooms_ahead: Annotated[
-        int, Limits(ge=1, le=16, description="Rooms of a lock-step run that may be unfinished at once; renderers that share need as many")
+        int,
+        Limits(
+            ge=1,
+            le=16,
+            description="Rooms of a lock-step run that may be unfinished at once; renderers that share need as many",
+            fixed="queues of scenes are as deep",
+        ),
     ] = 1
     peer_timeout_s: Annotated[float, Limits(ge=1.0, le=1e6, unit="s", description="Wait for peers before a warning")] = 30.0
     world_frame: Annotated[str, Limits(min_length=1, max_length=100, description="Frame of the scene", fixed="frames of a run stay")] = (
@@ -114,8 +120,8 @@ class GrammarNode(SuiteNode):
         self._paused_at: float | None = None
         self._worker = Worker("synthesis")
         self._scene = self.create_publisher(String, "scene", latched_qos(run.rooms_ahead))
-        self._markers = self.create_publisher(MarkerArray, "scene/markers", latched_qos())
-        self._map = self.create_publisher(OccupancyGrid, "scene/map", latched_qos())
+        self._markers = self.create_publisher(MarkerArray, "scene/markers", latched_qos(run.rooms_ahead))
+        self._map = self.create_publisher(OccupancyGrid, "scene/map", latched_qos(run.rooms_ahead))
         self._status = self.create_publisher(String, "status", latched_qos(10))
         self.create_subscription(String, "status", self._on_status, latched_qos(100))
         for name, answer in (("next_room", self._next_room), ("pause", self._pause), ("resume", self._resume), ("reset", self._reset)):
