@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.kernel import entry
 from renderer.white_balance import Chromaticity, adaptation
 from scene_description.color_temperature import D65_XY
 
@@ -15,6 +16,9 @@ FILMIC_KNEE = 0.4
 """Display-linear value up to which the filmic curve is the identity."""
 FILMIC_WHITE = 100.0
 """Multiple of the luminance that saturates the plain curve at which the filmic one does."""
+
+_CELL_BITS = 15
+_FIRST_WORD, _LAST_WORD = (int(np.float32(value).view(np.int32)) for value in (2.0**-14, 2.0**7))
 
 
 class Exposure(NamedTuple):
@@ -37,7 +41,10 @@ def encode_srgb(linear: NDArray[np.float32], curve: str = "srgb") -> NDArray[np.
 
     By table: each code begins where curve and transfer function, inverted, pass half a code; no power is computed per pixel.
     """
-    return np.searchsorted(_THRESHOLDS[curve], linear, side="right").astype(np.uint8)
+    values = np.ascontiguousarray(linear, np.float32)
+    codes = np.empty(values.shape, np.uint8)
+    _look_up_codes(values.reshape(-1), values.reshape(-1).view(np.int32), _FIRST_CODES[curve], _THRESHOLDS[curve], codes.reshape(-1))
+    return codes
 
 
 def to_display(radiance: NDArray[np.float32], exposure: Exposure, curve: str = "srgb") -> NDArray[np.uint8]:
@@ -46,9 +53,36 @@ def to_display(radiance: NDArray[np.float32], exposure: Exposure, curve: str = "
     if tuple(exposure.white_xy) == D65_XY:
         return encode_srgb(radiance * scale, curve)
     matrix = (adaptation(exposure.white_xy) * scale).astype(np.float32)
-    # Spelled out: a matrix product may sum in another order on another processor.
-    r, g, b = radiance[..., 0], radiance[..., 1], radiance[..., 2]
-    return encode_srgb(np.stack([row[0] * r + row[1] * g + row[2] * b for row in matrix], axis=-1), curve)
+    balanced = np.empty(radiance.shape, np.float32)
+    _balance(np.ascontiguousarray(radiance).reshape(-1, 3), matrix, balanced.reshape(-1, 3))
+    return encode_srgb(balanced, curve)
+
+
+@entry
+def _look_up_codes(
+    values: NDArray[np.float32],
+    words: NDArray[np.int32],
+    first_codes: NDArray[np.uint8],
+    thresholds: NDArray[np.float32],
+    codes: NDArray[np.uint8],
+) -> None:
+    """Write how many thresholds each value reaches; ``words``: the values' bits, which order as they do from 0 on.
+
+    A value's cell, its exponent and leading bits, tells the code up to one.
+    """
+    for i in range(len(values)):
+        word = max(_FIRST_WORD, min(_LAST_WORD, words[i]))
+        code = np.int32(first_codes[(word - _FIRST_WORD) >> _CELL_BITS])
+        codes[i] = code + (1 if code < 255 and values[i] >= thresholds[code] else 0)
+
+
+@entry
+def _balance(radiance: NDArray[np.float32], matrix: NDArray[np.float32], balanced: NDArray[np.float32]) -> None:
+    """Multiply each colour by the matrix, in an order that is the same on every processor."""
+    for i in range(len(radiance)):
+        r, g, b = radiance[i, 0], radiance[i, 1], radiance[i, 2]
+        for c in range(3):
+            balanced[i, c] = matrix[c, 0] * r + matrix[c, 1] * g + matrix[c, 2] * b
 
 
 def filmic(linear: NDArray[np.floating]) -> NDArray[np.float64]:
@@ -81,6 +115,13 @@ def _unfilm(shown: NDArray[np.float64]) -> NDArray[np.float64]:
 _SHOULDER = _fit_shoulder()
 _HALF_CODES = _decode_srgb((np.arange(255) + 0.5) / 255.0)
 _THRESHOLDS = {"srgb": _HALF_CODES.astype(np.float32), "filmic": _unfilm(_HALF_CODES).astype(np.float32)}
+_FIRST_CODES = {
+    name: np.searchsorted(
+        thresholds, np.arange(_FIRST_WORD, _LAST_WORD + 1, 1 << _CELL_BITS, dtype=np.int32).view(np.float32), side="right"
+    ).astype(np.uint8)
+    for name, thresholds in _THRESHOLDS.items()
+}
+"""Codes of the lowest values of cells; a cell, 1/256 octave, has one threshold at most."""
 
 TONE_CURVES = tuple(_THRESHOLDS)
 """Names of the curves."""

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from renderer.tone import FILMIC_KNEE, FILMIC_WHITE, Exposure, encode_srgb, filmic, to_display, white_luminance
+from renderer.tone import FILMIC_KNEE, FILMIC_WHITE, TONE_CURVES, Exposure, encode_srgb, filmic, to_display, white_luminance
+from renderer.white_balance import adaptation
 
 
 def test_srgb_is_the_standards_curve_rounded():
@@ -49,6 +50,28 @@ def test_codes_follow_the_filmic_curve():
     exact = 255 * np.where(shown <= 0.0031308, 12.92 * shown, 1.055 * shown ** (1 / 2.4) - 0.055)
     between = np.abs(exact - np.floor(exact) - 0.5) > 1e-2
     assert np.array_equal(encode_srgb(linear, "filmic")[between], np.rint(exact[between]))
+
+
+@pytest.mark.parametrize("curve", TONE_CURVES)
+def test_codes_count_the_thresholds_that_values_reach(curve):
+    steps = np.diff(encode_srgb(np.geomspace(1e-5, 200.0, 4_000_000).astype(np.float32), curve).astype(int))
+    assert (steps >= 0).all() and np.count_nonzero(steps) == steps.sum() == 255, "each code once, in order"
+    rng = np.random.default_rng(3)
+    values = np.stack([rng.integers(0, 0x7F800000, 300_000, np.int32).view(np.float32), rng.uniform(-1.0, 2.0, 300_000).astype(np.float32)])
+    values = values.T[:, ::-1]
+    shown = values if curve == "srgb" else filmic(np.clip(values, 0.0, 2 * FILMIC_WHITE))
+    shown = np.clip(shown.astype(np.float64), 0.0, 1.0)
+    exact = 255 * np.where(shown <= 0.0031308, 12.92 * shown, 1.055 * shown ** (1 / 2.4) - 0.055)
+    between = np.abs(exact - np.floor(exact) - 0.5) > 1e-3
+    assert np.array_equal(encode_srgb(values, curve)[between], np.rint(exact[between]))
+
+
+def test_balance_is_the_matrix_of_the_white():
+    radiance = np.random.default_rng(5).uniform(0.0, 100.0, (7, 5, 3)).astype(np.float32)
+    exposure = Exposure(5.0, (0.40, 0.38))
+    balanced = radiance.astype(np.float64) @ adaptation(exposure.white_xy).T / white_luminance(exposure.ev100)
+    difference = to_display(radiance, exposure).astype(int) - encode_srgb(balanced.astype(np.float32))
+    assert np.abs(difference).max() <= 1 and (difference != 0).mean() < 0.01
 
 
 def test_skies_of_a_few_times_white_stay_apart():
