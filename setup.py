@@ -36,7 +36,7 @@ setup(
     zip_safe=False,
     install_requires=[
         "numpy>=1.26",
-        "numba>=0.60",
+        "numba>=0.62",
         "scipy>=1.11",
         "embreex>=4.4",
         "trimesh>=4.4",

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.bsdf import evaluate
-from renderer.embree import DIR_X, DIR_Y, DIR_Z, LANES, ORG_X, ORG_Y, ORG_Z, TFAR, TNEAR, SceneHandle, occluded16
+from renderer.embree import DIR_X, LANES, ORG_X, TFAR, TNEAR, SceneHandle, occluded16
 from renderer.kernel import inlined, kernel
 from renderer.lights import Lights, importance, load_bounds
+from renderer.packing import pack, pack_slots
 from renderer.records import (
     DENSITY,
     FOLLOWS,
@@ -39,6 +40,11 @@ from renderer.records import (
     SHADE_X,
     SHADE_Y,
     SHADE_Z,
+    STAGED,
+    STAGED_LIGHT,
+    STAGED_ORG,
+    STAGED_SIZE,
+    STAGED_WAY,
     TOTAL,
     WAVE,
     WAY_X,
@@ -50,7 +56,7 @@ from renderer.records import (
     Scratch,
     Shadows,
     Surfaces,
-    choose,
+    count_chosen,
 )
 
 _ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-30)
@@ -88,30 +94,36 @@ def send_shadows(scene: SceneHandle, surfaces: Surfaces, kinds: int, limit: np.f
     _turn_to_lights(lanes)
     evaluate(lanes, kinds, surfaces.reflected)
     _weigh_light(lanes, limit)
-    count = choose(lanes, LIGHT_CHANCE, scratch.going)
-    fits = min(count, LANES - waiting)
-    _line_up(lanes, scratch.going, 0, fits, waiting, scratch.lane_slot, shadows)
-    if waiting + fits < LANES:
-        return waiting + fits
+    _line_up(lanes, scratch.lane_slot, shadows, waiting)
+    waiting += count_chosen(lanes, LIGHT_CHANCE)
+    if waiting < LANES:
+        return waiting
     cast_shadows(scene, shadows, LANES, scratch.light)
     scratch.traced[0] += LANES
-    _line_up(lanes, scratch.going, fits, count, 0, scratch.lane_slot, shadows)
-    return count - fits
+    _move_up(shadows)
+    return waiting - LANES
 
 
 @kernel
-def _line_up(
-    lanes: NDArray[np.float32], going: NDArray[np.int32], begin: int, end: int, waiting: int, slots: NDArray[np.int32], shadows: Shadows
-) -> None:
-    """Put the shadow rays of lanes ``going[begin:end]`` behind those that wait."""
-    real, pending, slot = shadows.packet.real, shadows.pending, shadows.slot
-    for j in range(end - begin):
-        k, at = going[begin + j], waiting + j
-        pending[at], pending[LANES + at], pending[2 * LANES + at] = lanes[LIGHT_R + k], lanes[LIGHT_G + k], lanes[LIGHT_B + k]
-        real[ORG_X + at], real[ORG_Y + at], real[ORG_Z + at] = lanes[POINT_X + k], lanes[POINT_Y + k], lanes[POINT_Z + k]
-        real[DIR_X + at], real[DIR_Y + at], real[DIR_Z + at] = lanes[LIGHT_X + k], lanes[LIGHT_Y + k], lanes[LIGHT_Z + k]
-        real[TNEAR + at], real[TFAR + at] = _ZERO, _ONE
-        slot[at] = slots[k]
+def _line_up(lanes: NDArray[np.float32], slots: NDArray[np.int32], shadows: Shadows, waiting: int) -> None:
+    """Put the shadow rays of the lanes that have light behind those that wait."""
+    staged = shadows.staged
+    for axis in range(3):
+        pack(lanes, POINT_X + LANES * axis, lanes, LIGHT_CHANCE, staged, STAGED_ORG + STAGED * axis + waiting)
+        pack(lanes, LIGHT_X + LANES * axis, lanes, LIGHT_CHANCE, staged, STAGED_WAY + STAGED * axis + waiting)
+        pack(lanes, LIGHT_R + LANES * axis, lanes, LIGHT_CHANCE, staged, STAGED_LIGHT + STAGED * axis + waiting)
+    pack_slots(slots, lanes, LIGHT_CHANCE, shadows.slot, waiting)
+
+
+@kernel
+def _move_up(shadows: Shadows) -> None:
+    """Let the waiting rays behind the first 16 take their places."""
+    staged = shadows.staged
+    for field in range(0, STAGED_SIZE, STAGED):
+        for k in range(LANES):
+            staged[field + k] = staged[field + LANES + k]
+    for k in range(LANES):
+        shadows.slot[k] = shadows.slot[LANES + k]
 
 
 @kernel
@@ -148,12 +160,17 @@ def _weigh_light(lanes: NDArray[np.float32], limit: np.float32) -> None:
 @kernel
 def cast_shadows(scene: SceneHandle, shadows: Shadows, count: int, light: NDArray[np.float32]) -> None:
     """Trace the first ``count`` shadow rays that wait, and add the light of those that found nothing in their way to ``light``, by slot."""
-    packet = shadows.packet
+    packet, staged = shadows.packet, shadows.staged
+    real = packet.real
     for k in range(LANES):
+        for axis in range(3):
+            real[ORG_X + LANES * axis + k] = staged[STAGED_ORG + STAGED * axis + k]
+            real[DIR_X + LANES * axis + k] = staged[STAGED_WAY + STAGED * axis + k]
+        real[TNEAR + k], real[TFAR + k] = _ZERO, _ONE
         packet.alive[k] = -1 if k < count else 0
-    occluded16(packet.alive.ctypes.data, scene.address, packet.real.ctypes.data, scene.incoherent)
+    occluded16(packet.alive.ctypes.data, scene.address, real.ctypes.data, scene.incoherent)
     for k in range(count):
-        if packet.real[TFAR + k] > _ZERO:
+        if real[TFAR + k] > _ZERO:
             slot = shadows.slot[k]
             for channel in range(3):
-                light[channel * WAVE + slot] += shadows.pending[channel * LANES + k]
+                light[channel * WAVE + slot] += staged[STAGED_LIGHT + channel * STAGED + k]

@@ -42,6 +42,7 @@ from renderer.guides import note_albedo, note_guides
 from renderer.kernel import entry, inlined
 from renderer.light_points import aim_at_lights, aim_outside
 from renderer.lights import Lights
+from renderer.packing import pack, pack_slots
 from renderer.random_numbers import draw_pairs, mix
 from renderer.records import (
     AT_CHANCE,
@@ -53,6 +54,8 @@ from renderer.records import (
     AT_ORG_Y,
     AT_ORG_Z,
     AT_SPREAD,
+    AT_WEIGHT_B,
+    AT_WEIGHT_G,
     AT_WEIGHT_R,
     AT_WIDTH,
     CARRIED,
@@ -62,7 +65,9 @@ from renderer.records import (
     DRAW_SUN_U,
     GLOW_CHANCE,
     GLOW_R,
+    GOES_ON,
     ROUGHNESS,
+    ROW,
     SPREAD,
     THIN,
     TRANSMISSION,
@@ -78,6 +83,7 @@ from renderer.records import (
     Surfaces,
     Transport,
     Work,
+    count_chosen,
     slot_pixel,
 )
 from renderer.scattering import begin_scattering, go_on
@@ -184,18 +190,17 @@ def _start_wave(camera: PosedCamera, column: int, row: int, sample: np.uint32, s
             draw_pairs(scratch.lane_seeds, sample, np.uint32(_TIME_PAIR), lanes[DRAW_LIGHT_U:])
             move_rays(camera, row + y, lanes[DRAW_LIGHT_U:], rays)
         for k in range(LANES):
-            if rays.alive[k] == 0 or column + x + (k & 3) >= camera.width or row + y + (k >> 2) >= camera.height:
-                continue
-            for field in range(3):
-                state[AT_ORG_X + WAVE * field + count] = rays.real[ORG_X + LANES * field + k]
-                state[AT_DIR_X + WAVE * field + count] = rays.real[DIR_X + LANES * field + k]
-                state[AT_WEIGHT_R + WAVE * field + count] = _ONE
-            state[AT_WIDTH + count] = _ZERO
-            state[AT_SPREAD + count] = spread
-            state[AT_CHANCE + count] = _INFINITE
-            state[AT_IMPORTANCE + count] = _ONE
-            scratch.here.slot[count] = block + k
-            count += 1
+            inside = (rays.alive[k] != 0) & (column + x + (k & 3) < camera.width) & (row + y + (k >> 2) < camera.height)
+            lanes[GOES_ON + k] = _ONE if inside else _ZERO
+            scratch.lane_slot[k] = block + k
+            state[AT_WEIGHT_R + count + k] = state[AT_WEIGHT_G + count + k] = state[AT_WEIGHT_B + count + k] = _ONE
+            state[AT_WIDTH + count + k], state[AT_SPREAD + count + k] = _ZERO, spread
+            state[AT_CHANCE + count + k], state[AT_IMPORTANCE + count + k] = _INFINITE, _ONE
+        for axis in range(3):
+            pack(rays.real, ORG_X + LANES * axis, lanes, GOES_ON, state, AT_ORG_X + ROW * axis + count)
+            pack(rays.real, DIR_X + LANES * axis, lanes, GOES_ON, state, AT_DIR_X + ROW * axis + count)
+        pack_slots(scratch.lane_slot, lanes, GOES_ON, scratch.here.slot, count)
+        count += count_chosen(lanes, GOES_ON)
     return count
 
 
@@ -224,7 +229,7 @@ def _load_packet(here: Queue, first: int, count: int, scratch: Scratch) -> None:
         rays.alive[k] = -1 if i < count else 0
         lanes[WIDTH + k] = state[AT_WIDTH + i]
         for field in range(CARRIED):
-            lanes[WEIGHT_R + LANES * field + k] = state[AT_WEIGHT_R + WAVE * field + i]
+            lanes[WEIGHT_R + LANES * field + k] = state[AT_WEIGHT_R + ROW * field + i]
         slot = here.slot[i]
         scratch.lane_slot[k] = slot
         scratch.lane_seeds[k] = scratch.seeds[slot]

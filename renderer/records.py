@@ -26,6 +26,10 @@ from renderer.textures.look_up import Textures
 WAVE_EDGE = 16
 """Edge of the pixel tile of one wave."""
 WAVE = WAVE_EDGE * WAVE_EDGE
+ROW = WAVE + LANES
+"""From one field of a queue to the next: paths are appended 16 at a time, of which the last may be none."""
+STAGED = 2 * LANES
+"""From one field of waiting shadow rays to the next: fewer than 16, and up to 16 that come."""
 _BLOCKS_ACROSS = WAVE_EDGE // TILE
 
 (
@@ -166,8 +170,8 @@ def lane_count(lanes: NDArray[np.float32]) -> int:
     AT_FROM_Y,
     AT_FROM_Z,
     AT_SPREAD,
-) = range(0, 16 * WAVE, WAVE)
-STATE_SIZE = 16 * WAVE
+) = range(0, 16 * ROW, ROW)
+STATE_SIZE = 16 * ROW
 CARRIED = 9
 """How many fields, from ``AT_WEIGHT_R`` and ``WEIGHT_R`` on, pass from queue to lanes as they are."""
 
@@ -180,27 +184,33 @@ def slot_pixel(slot: int) -> tuple[int, int]:
 
 
 @kernel
-def choose(lanes: NDArray[np.float32], field: int, going: NDArray[np.int32]) -> int:
-    """Write the lanes whose ``field`` is positive into ``going``, in order; return how many there are."""
+def count_chosen(lanes: NDArray[np.float32], field: int) -> int:
+    """Return how many lanes have a positive ``field``."""
     count = 0
     for k in range(LANES):
-        going[count] = k
         count += 1 if lanes[field + k] > np.float32(0.0) else 0
     return count
 
 
+STAGED_ORG, STAGED_WAY, STAGED_LIGHT = range(0, 9 * STAGED, 3 * STAGED)
+STAGED_SIZE = 9 * STAGED
+
+
 class Queue(NamedTuple):
-    """State of the paths of a wave between segments: (STATE_SIZE,) float32 by field, and the pixel slot of each, (WAVE,) int32."""
+    """State of the paths of a wave between segments: (STATE_SIZE,) float32 by field, and the pixel slot of each, (ROW,) int32."""
 
     state: NDArray[np.float32]
     slot: NDArray[np.int32]
 
 
 class Shadows(NamedTuple):
-    """Shadow rays that wait until 16 are together: the packet, the light (3 * 16,) float32 that each brings, and its slot (16,) int32."""
+    """Shadow rays that wait until 16 are together, and the packet in which they are traced.
+
+    staged: (STAGED_SIZE,) float32 by field: origin, way to the light, and what it brings; slot: (STAGED,) int32.
+    """
 
     packet: Packet
-    pending: NDArray[np.float32]
+    staged: NDArray[np.float32]
     slot: NDArray[np.int32]
 
 
@@ -208,9 +218,9 @@ class Scratch(NamedTuple):
     """Memory of one thread.
 
     shares: (g * 16,) float32, importance of g light groups; drawn: (16,) int32, the group, then the emitter or pane of each lane; parts:
-    (16,) int32, what the lanes hit, -1 for nothing; going: (16,) int32, lanes that are chosen, without gaps; light: (3 * WAVE,) float32,
-    gathered by the wave's pixel slots; guided: (WAVE,) int32, by slot, 1 where guides are noted; seeds: (WAVE,) uint32, by slot;
-    lane_seeds: (16,) uint32; traced: (1,) int64, rays that this thread has traced for colour, shadow rays among them.
+    (16,) int32, what the lanes hit, -1 for nothing; light: (3 * WAVE,) float32, gathered by the wave's pixel slots; guided: (WAVE,)
+    int32, by slot, 1 where guides are noted; seeds: (WAVE,) uint32, by slot; lane_seeds: (16,) uint32; traced: (1,) int64, rays that this
+    thread has traced for colour, shadow rays among them.
     """
 
     rays: Packet
@@ -222,7 +232,6 @@ class Scratch(NamedTuple):
     shares: NDArray[np.float32]
     drawn: NDArray[np.int32]
     parts: NDArray[np.int32]
-    going: NDArray[np.int32]
     light: NDArray[np.float32]
     guided: NDArray[np.int32]
     seeds: NDArray[np.uint32]
@@ -304,7 +313,7 @@ class Surfaces(NamedTuple):
 
 def make_queue() -> Queue:
     """Return an empty queue."""
-    return Queue(aligned_floats(STATE_SIZE), np.zeros(WAVE, np.int32))
+    return Queue(aligned_floats(STATE_SIZE), np.zeros(ROW, np.int32))
 
 
 def make_scratch(group_count: int) -> Scratch:
@@ -313,11 +322,10 @@ def make_scratch(group_count: int) -> Scratch:
         make_packet(),
         aligned_floats(LANES_SIZE),
         np.zeros(LANES, np.int32),
-        Shadows(make_packet(), aligned_floats(3 * LANES), np.zeros(LANES, np.int32)),
+        Shadows(make_packet(), aligned_floats(STAGED_SIZE), np.zeros(STAGED, np.int32)),
         make_queue(),
         make_queue(),
         aligned_floats(group_count * LANES),
-        np.zeros(LANES, np.int32),
         np.zeros(LANES, np.int32),
         np.zeros(LANES, np.int32),
         aligned_floats(3 * WAVE),

@@ -10,21 +10,14 @@ from renderer.closure import make_closures
 from renderer.embree import DIR_X, DIR_Y, DIR_Z, LANES
 from renderer.kernel import inlined, kernel
 from renderer.microfacet import frame_about
+from renderer.packing import pack, pack_slots
 from renderer.records import (
     AT_CHANCE,
     AT_DIR_X,
-    AT_DIR_Y,
-    AT_DIR_Z,
     AT_FROM_X,
-    AT_FROM_Y,
-    AT_FROM_Z,
     AT_IMPORTANCE,
     AT_ORG_X,
-    AT_ORG_Y,
-    AT_ORG_Z,
     AT_SPREAD,
-    AT_WEIGHT_B,
-    AT_WEIGHT_G,
     AT_WEIGHT_R,
     AT_WIDTH,
     COAT,
@@ -51,6 +44,7 @@ from renderer.records import (
     POINT_Z,
     REFLECTS,
     ROUGHNESS,
+    ROW,
     SHADE_X,
     SHADE_Y,
     SHADE_Z,
@@ -74,7 +68,7 @@ from renderer.records import (
     Queue,
     Scratch,
     Surfaces,
-    choose,
+    count_chosen,
 )
 from renderer.surfaces import lift_height
 
@@ -100,9 +94,9 @@ def go_on(surfaces: Surfaces, kinds: int, roulette: bool, queued: int, ahead: Qu
     draw_directions(lanes, kinds)
     evaluate(lanes, kinds, surfaces.reflected)
     _weigh_ways(lanes, _LEAST_SURVIVAL if roulette else _ONE)
-    count = choose(lanes, GOES_ON, scratch.going)
-    _enqueue(lanes, scratch.going, count, scratch.lane_slot, ahead, queued)
-    return queued + count
+    _finish_ways(lanes)
+    _enqueue(lanes, scratch.lane_slot, ahead, queued)
+    return queued + count_chosen(lanes, GOES_ON)
 
 
 @kernel
@@ -158,22 +152,31 @@ def _weigh_ways(lanes: NDArray[np.float32], least_survival: np.float32) -> None:
 
 
 @kernel
-def _enqueue(lanes: NDArray[np.float32], going: NDArray[np.int32], count: int, slots: NDArray[np.int32], ahead: Queue, queued: int) -> None:
-    """Write the next rays of the first ``count`` lanes of ``going`` into the queue behind the ``queued``."""
-    state = ahead.state
-    for j in range(count):
-        k, at = going[j], queued + j
+def _finish_ways(lanes: NDArray[np.float32]) -> None:
+    """Turn POINT, DENSITY, TOTAL and SPREAD into what the queue keeps: ray origins, CHANCE, IMPORTANCE, and SPREAD behind the hit."""
+    for k in range(LANES):
         px, py, pz = lanes[POINT_X + k], lanes[POINT_Y + k], lanes[POINT_Z + k]
         up, density, total = lanes[WAY_Z + k] > _ZERO, lanes[DENSITY + k], lanes[TOTAL + k]
         down = _ZERO if up else -_TWO * lift_height(px, py, pz)
-        state[AT_ORG_X + at] = px + down * lanes[SIDE_X + k]
-        state[AT_ORG_Y + at] = py + down * lanes[SIDE_Y + k]
-        state[AT_ORG_Z + at] = pz + down * lanes[SIDE_Z + k]
-        state[AT_DIR_X + at], state[AT_DIR_Y + at], state[AT_DIR_Z + at] = lanes[NEXT_X + k], lanes[NEXT_Y + k], lanes[NEXT_Z + k]
-        state[AT_WEIGHT_R + at], state[AT_WEIGHT_G + at], state[AT_WEIGHT_B + at] = lanes[OUT_R + k], lanes[OUT_G + k], lanes[OUT_B + k]
-        state[AT_CHANCE + at] = density if up & (total > _ZERO) else _INFINITE
-        state[AT_IMPORTANCE + at] = total if total > _TINY else _TINY
-        state[AT_FROM_X + at], state[AT_FROM_Y + at], state[AT_FROM_Z + at] = lanes[SHADE_X + k], lanes[SHADE_Y + k], lanes[SHADE_Z + k]
-        state[AT_WIDTH + at] = lanes[WIDTH + k]
-        state[AT_SPREAD + at] = lanes[SPREAD + k] + _ONE / (_ONE + np.sqrt(density))
-        ahead.slot[at] = slots[k]
+        lanes[POINT_X + k] = px + down * lanes[SIDE_X + k]
+        lanes[POINT_Y + k] = py + down * lanes[SIDE_Y + k]
+        lanes[POINT_Z + k] = pz + down * lanes[SIDE_Z + k]
+        lanes[DENSITY + k] = density if up & (total > _ZERO) else _INFINITE
+        lanes[TOTAL + k] = total if total > _TINY else _TINY
+        lanes[SPREAD + k] += _ONE / (_ONE + np.sqrt(density))
+
+
+@kernel
+def _enqueue(lanes: NDArray[np.float32], slots: NDArray[np.int32], ahead: Queue, queued: int) -> None:
+    """Write the next rays of the lanes that go on into the queue behind the ``queued``."""
+    state = ahead.state
+    for axis in range(3):
+        pack(lanes, POINT_X + LANES * axis, lanes, GOES_ON, state, AT_ORG_X + ROW * axis + queued)
+        pack(lanes, NEXT_X + LANES * axis, lanes, GOES_ON, state, AT_DIR_X + ROW * axis + queued)
+        pack(lanes, OUT_R + LANES * axis, lanes, GOES_ON, state, AT_WEIGHT_R + ROW * axis + queued)
+        pack(lanes, SHADE_X + LANES * axis, lanes, GOES_ON, state, AT_FROM_X + ROW * axis + queued)
+    pack(lanes, DENSITY, lanes, GOES_ON, state, AT_CHANCE + queued)
+    pack(lanes, TOTAL, lanes, GOES_ON, state, AT_IMPORTANCE + queued)
+    pack(lanes, WIDTH, lanes, GOES_ON, state, AT_WIDTH + queued)
+    pack(lanes, SPREAD, lanes, GOES_ON, state, AT_SPREAD + queued)
+    pack_slots(slots, lanes, GOES_ON, ahead.slot, queued)
