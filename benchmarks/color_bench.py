@@ -141,7 +141,7 @@ def _config(settings: dict[str, object], **changed: object) -> RenderConfig:
 
 def _reference(flat: FlatScene, pose: CameraPose, size: tuple[int, int], samples: int) -> NDArray[np.uint8]:
     """Return the displayed picture of exact transport with many samples, not denoised."""
-    config = RenderConfig(samples_per_pixel=samples, max_depth=REFERENCE_DEPTH)
+    config = RenderConfig(samples_per_pixel=samples, max_depth=REFERENCE_DEPTH, blur_textures=False)
     with Renderer(flat, CameraConfig(width=size[0], height=size[1]), config, 99) as renderer:
         radiance = renderer.render(pose, 0, ("color",), exposure=EXPOSURE).radiance
     if radiance is None:

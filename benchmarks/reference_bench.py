@@ -58,7 +58,7 @@ def compare(name: str, other: Mitsuba, passes: int, samples: int, threads: int, 
     """Render a scene ``passes`` times with ``samples`` a pixel by both, turn by turn, and compare; the first pass of each warms up."""
     view = SCENES[name]()
     other.load(view, *SIZE, DEPTH)
-    config = RenderConfig(samples_per_pixel=samples, max_depth=DEPTH, threads=threads)
+    config = RenderConfig(samples_per_pixel=samples, max_depth=DEPTH, threads=threads, blur_textures=False)
     ours, theirs = [], []
     with Renderer(view.flat, view.camera(*SIZE), config, 1) as renderer:
         for turn in range(passes + 1):

@@ -151,6 +151,9 @@ class RenderConfig:
     caustic_blur: Annotated[
         float, Limits(ge=0.0, le=1.0, description="Least roughness of gloss that scattered light meets; 0 is exact, more has less noise")
     ] = 0.0
+    blur_textures: Annotated[
+        bool, Limits(description="Scattered light sees textures filtered by how far it has spread; off: as sharply as the camera does")
+    ] = True
     noise_target: Annotated[
         float, Limits(ge=0.0, le=1.0, description="Relative noise of the colour at which sampling ends early; 0 takes all samples")
     ] = 0.0

@@ -128,7 +128,7 @@ def trace_paths(
                     _load_packet(here, first, count, scratch)
                     flags = scene.coherent if depth == 0 else scene.incoherent
                     intersect16(rays.alive.ctypes.data, scene.address, rays.real.ctypes.data, flags)
-                    find_surfaces(surfaces, lights, depth == 0, scratch)
+                    find_surfaces(surfaces, lights, depth == 0, transport.widest, scratch)
                     if depth == 0 and film.albedo.shape[0] > 0:
                         note_albedo(column, row, scratch, film.albedo)
                     if film.guides.shape[0] > 0:

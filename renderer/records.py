@@ -252,13 +252,15 @@ class Transport(NamedTuple):
     """How paths are traced.
 
     frame_key: of the frame's random numbers; max_depth: most segments of a path; clamp: most luminance of an indirect contribution, cd/m2;
-    caustic_blur: least roughness of what fully scattered rays hit, 0 leaves surfaces as they are.
+    caustic_blur: least roughness of what fully scattered rays hit, 0 leaves surfaces as they are; widest: most that the footprint of a ray,
+    by which textures are filtered, grows per metre.
     """
 
     frame_key: np.uint32
     max_depth: int
     clamp: np.float32
     caustic_blur: np.float32
+    widest: np.float32
 
 
 class Film(NamedTuple):

@@ -183,6 +183,7 @@ class Renderer:
             config.max_depth if in_color else 1,
             np.float32(config.clamp * white or np.inf),
             np.float32(config.caustic_blur),
+            np.float32(np.inf) if config.blur_textures else np.float32(1.0) / view.focal_px,
         )
 
         if self._for_light is None:

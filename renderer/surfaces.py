@@ -150,15 +150,16 @@ def lift_height(x: np.float32, y: np.float32, z: np.float32) -> np.float32:
 
 
 @inlined
-def find_surfaces(surfaces: Surfaces, lights: Lights, primary: bool, scratch: Scratch) -> None:
+def find_surfaces(surfaces: Surfaces, lights: Lights, primary: bool, widest: np.float32, scratch: Scratch) -> None:
     """Fill POINT to WIDTH for 16 traced rays, and make their directions unit; lanes without a surface neither reflect nor glow.
 
     Camera rays (``primary``) that leave the scene see the sky; others are dark, as light from outside enters by panes only.
+    ``widest``: most that footprints grow per metre.
     """
     packet, lanes, parts = scratch.rays, scratch.lanes, scratch.parts
     real = packet.real
     _place_points(packet, lanes)
-    _fetch_looks(packet, surfaces, _ONE if primary else _ZERO, lanes, parts)
+    _fetch_looks(packet, surfaces, _ONE if primary else _ZERO, widest, lanes, parts)
     for k in range(LANES):
         if lanes[MORE + k] == _ZERO:
             continue
@@ -186,7 +187,9 @@ def find_surfaces(surfaces: Surfaces, lights: Lights, primary: bool, scratch: Sc
 
 
 @inlined
-def _fetch_looks(packet: Packet, surfaces: Surfaces, missed: np.float32, lanes: NDArray[np.float32], parts: NDArray[np.int32]) -> None:
+def _fetch_looks(
+    packet: Packet, surfaces: Surfaces, missed: np.float32, widest: np.float32, lanes: NDArray[np.float32], parts: NDArray[np.int32]
+) -> None:
     """Write parts, REFLECTS, BASE_R to GLASS, WIDTH, SHADE as the mesh has it, and no glow; ``missed``: MORE of rays that hit nothing."""
     real, integer, look = packet.real, packet.integer, surfaces.look
     normals = surfaces.normals
@@ -195,7 +198,8 @@ def _fetch_looks(packet: Packet, surfaces: Surfaces, missed: np.float32, lanes: 
         parts[k] = surfaces.face_part[integer[PRIM_ID + k]] if hit else -1
         lanes[REFLECTS + k] = _ONE if hit else _ZERO
         lanes[MORE + k] = missed if packet.alive[k] != 0 else _ZERO
-        lanes[WIDTH + k] += lanes[SPREAD + k] * real[TFAR + k]
+        growth = lanes[SPREAD + k] if lanes[SPREAD + k] < widest else widest
+        lanes[WIDTH + k] += growth * real[TFAR + k]
         lanes[GLOW_R + k] = lanes[GLOW_R + LANES + k] = lanes[GLOW_R + 2 * LANES + k] = lanes[GLOW_CHANCE + k] = _ZERO
     for k in range(lane_count(lanes)):
         if parts[k] >= 0:

@@ -5,6 +5,7 @@ import pytest
 from box_room import box, pose, quad, scene
 from white_surfaces import WHITE
 
+from benchmarks.reference_scenes import SCENES
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer import microfacet as microfacet
 from renderer.cameras import pose_camera
@@ -119,6 +120,17 @@ def test_blurring_caustics_leaves_direct_light_alone():
     np.testing.assert_allclose(blurred.mean(), exact.mean(), rtol=0.03)
 
 
+def test_blurred_textures_leave_what_the_camera_sees_alone_and_keep_their_energy():
+    seen = SCENES["textured room"]()
+    views = {"size": (40, 30), "fov": seen.horizontal_fov_rad, "samples": 128}
+    np.testing.assert_array_equal(
+        radiance(seen.flat, seen.pose, depth=2, **views), radiance(seen.flat, seen.pose, depth=2, blur_textures=False, **views)
+    )
+    blurred, sharp = radiance(seen.flat, seen.pose, **views), radiance(seen.flat, seen.pose, blur_textures=False, **views)
+    assert not np.array_equal(blurred, sharp)
+    np.testing.assert_allclose(blurred.mean(), sharp.mean(), rtol=0.005)
+
+
 def test_odd_scenes_give_no_nan():
     sliver = quad((0, 0, 0.5), (1, 0, 0), (2, 0, 0), emission=(5, 5, 5))
     black = box((0.2, 0.2, 0), (0.6, 0.6, 0.4), color=(0, 0, 0), ior=1.0)
@@ -139,7 +151,7 @@ def test_the_last_tile_of_an_8k_image_is_that_of_a_small_one():
     tiles = (7680 // WAVE_EDGE) * (4320 // WAVE_EDGE)
     with Renderer(scene(room), camera, RenderConfig(threads=1), 11) as renderer:
         posed = pose_camera(camera, view)
-        transport = Transport(np.uint32(1), 3, np.float32(np.inf), np.float32(0.0))
+        transport = Transport(np.uint32(1), 3, np.float32(np.inf), np.float32(0.0), np.float32(np.inf))
         scratch = make_scratch(len(renderer._lights.groups.area))
         work = Work(tiles - 1, tiles, 0, 4)
         trace_paths(renderer._embree.handle, renderer._surfaces, renderer._lights, posed, transport, work, scratch, film)
@@ -157,7 +169,7 @@ def test_guides_look_into_mirrors():
     with Renderer(
         scene(wall, mirror, quad((0, 1.5, 5), (1, 0, 0), (0, 1, 0), emission=(9, 9, 9))), camera, RenderConfig(threads=1), 1
     ) as renderer:
-        transport = Transport(np.uint32(1), 3, np.float32(np.inf), np.float32(0.0))
+        transport = Transport(np.uint32(1), 3, np.float32(np.inf), np.float32(0.0), np.float32(np.inf))
         scratch = make_scratch(len(renderer._lights.groups.area))
         tree, posed = renderer._embree.handle, pose_camera(camera, view)
         trace_paths(tree, renderer._surfaces, renderer._lights, posed, transport, Work(0, 1, 0, 64), scratch, film)
