@@ -1,31 +1,25 @@
-"""Reads the user's own mesh files (GLB, glTF, OBJ, PLY, STL) into named parts with materials; the only file that imports trimesh.
+"""Reads the user's own mesh files (GLB, glTF, OBJ, PLY, STL) into named parts with materials.
 
-glTF goes through our own reader (``gltf_container`` says why), the others through trimesh after a look at their size.
+glTF goes through our own reader (``gltf_container`` says why), the others through trimesh.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import lru_cache, partial
 from pathlib import Path, PurePosixPath
-from typing import Any
 
 import numpy as np
-import trimesh
 
 from renderer.errors import MeshFileError
 from renderer.file_parts import MeshFile, Raw, assemble
 from renderer.gltf_container import Fetch, read_container
-from renderer.gltf_materials import FileMaterial, read_images, read_materials
-from renderer.gltf_meshes import MAX_FACES, MAX_VERTICES, Piece, read_pieces
+from renderer.gltf_materials import read_images, read_materials
+from renderer.gltf_meshes import read_pieces
 from renderer.models.model import Parts, Size, fitted
-from renderer.mtl import read_mtl
-from renderer.ply_header import check_ply
 from scene_description import FileReading
 
 MAX_FILE_BYTES = 64_000_000
-MAX_TEXT_BYTES = 20_000_000
-"""Of OBJ files and text forms of PLY and STL, which take some ten times their size in memory."""
 FORMATS = ("glb", "gltf", "obj", "ply", "stl")
 
 
@@ -132,97 +126,11 @@ def _read_gltf(data: bytes, kind: str, fetch: Fetch) -> Raw:
 
 
 def _read_other(data: bytes, kind: str, fetch: Fetch) -> Raw:
-    """Read OBJ, PLY or STL by trimesh, which gets no files beside the OBJ's material library, and of that no images."""
-    if kind == "ply":
-        check_ply(data)
-    text = kind == "obj" or b"ascii" in data[:200] or (kind == "stl" and data[:6].lower() == b"solid ")
-    if text and len(data) > MAX_TEXT_BYTES:
-        raise MeshFileError(f"expected at most {MAX_TEXT_BYTES} bytes of text, got {len(data)}; save it as binary")
-    if kind == "obj":
-        _check_obj(data)
-    library = _Library(fetch)
-    options: dict[str, Any] = {"resolver": library, "split_objects": True} if kind == "obj" else {}
-    loaded = trimesh.load_scene(trimesh.util.wrap_as_stream(data), file_type=kind, process=False, **options)
-    if library.fault is not None:
-        raise library.fault
-    pieces = []
-    for node in sorted(loaded.graph.nodes_geometry):
-        geometry = loaded.geometry[loaded.graph[node][1]]
-        if not isinstance(geometry, trimesh.Trimesh) or len(geometry.faces) == 0:
-            continue
-        if len(geometry.faces) > MAX_FACES or len(geometry.vertices) > MAX_VERTICES:
-            raise MeshFileError(f"expected at most {MAX_FACES} triangles, got more")
-        pieces.append(_piece(str(node), geometry, library.names))
-    if sum(len(piece.faces) for piece in pieces) > MAX_FACES:
-        raise MeshFileError(f"expected at most {MAX_FACES} triangles, got more")
-    return Raw(tuple(pieces), library.materials, library.images)
+    from renderer.trimesh_files import read_by_trimesh  # trimesh takes longer to import than the rest, and few files need it
 
-
-def _check_obj(data: bytes) -> None:
-    """Count an OBJ's statements before they are parsed."""
-    for word, most in (
-        (b"f", MAX_FACES),
-        (b"v ", MAX_VERTICES),
-        (b"vt", MAX_VERTICES),
-        (b"vn", MAX_VERTICES),
-        (b"o", 512),
-        (b"usemtl", 512),
-    ):
-        count = data.count(b"\n" + word)
-        if count > most:
-            raise MeshFileError(f"expected at most {most} lines with '{word.decode().strip()}', got {count}")
+    return read_by_trimesh(data, kind, fetch)
 
 
 _READERS: dict[str, Callable[[bytes, str, Fetch], Raw]] = {
     "glb": _read_gltf, "gltf": _read_gltf, "obj": _read_other, "ply": _read_other, "stl": _read_other,
 }  # fmt: skip
-
-
-class _Library(trimesh.resolvers.Resolver):  # type: ignore[misc]
-    """Hands trimesh the material names of an OBJ's library and nothing else; keeps what it says of them."""
-
-    def __init__(self, fetch: Fetch) -> None:
-        self._fetch = fetch
-        self.materials: tuple[FileMaterial, ...] = ()
-        self.images: dict[int, bytes] = {}
-        self.names: dict[str, int] = {}
-        self.fault: MeshFileError | None = None
-
-    def get(self, key: str) -> bytes:
-        try:
-            self.materials, self.images = read_mtl(self._fetch(key), self._fetch)
-        except MeshFileError as error:  # trimesh goes on without materials whatever is raised here
-            self.fault = error
-            raise
-        self.names = {material.name: i for i, material in enumerate(self.materials)}
-        return "".join(f"newmtl {name}\nKd 1 1 1\n" for name in self.names).encode()
-
-    def write(self, name: str, data: bytes) -> None:
-        raise MeshFileError(f"expected to be read only, got a request to write '{name[:80]}'")
-
-    def keys(self) -> list[str]:
-        return []
-
-    def namespaced(self, namespace: str) -> _Library:
-        return self
-
-
-def _piece(node: str, geometry: Any, names: Mapping[str, int]) -> Piece:
-    visual = geometry.visual
-    material = getattr(getattr(visual, "material", None), "name", None)
-    uvs = getattr(visual, "uv", None)
-    color = (1.0, 1.0, 1.0)
-    if visual.kind == "vertex" and names == {}:
-        encoded = np.asarray(visual.vertex_colors, np.float64)[:, :3].mean(axis=0) / 255.0
-        red, green, blue = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
-        color = (float(red), float(green), float(blue))
-    usable = uvs is not None and np.shape(uvs) == (len(geometry.vertices), 2)
-    return Piece(
-        node=node,
-        vertices=np.asarray(geometry.vertices, np.float64),
-        normals=np.asarray(geometry.vertex_normals, np.float64),
-        faces=np.asarray(geometry.faces, np.int64),
-        material=names.get(str(material)),
-        uvs={0: np.asarray(uvs, np.float64) * (1.0, -1.0) + (0.0, 1.0)} if usable else {},
-        color=color,
-    )

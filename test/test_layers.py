@@ -14,7 +14,7 @@ ALLOWED = {
 }
 ONLY_IN = {
     "yaml": {"grammar/grammar_file.py"},
-    "trimesh": {"renderer/mesh_files.py"},
+    "trimesh": {"renderer/trimesh_files.py"},
     "llvmlite": {"renderer/embree.py"},
     "PIL": {"renderer/image_io.py"},
     "pyoidn": {"renderer/denoise.py"},
