@@ -15,7 +15,7 @@ ALLOWED = {
 ONLY_IN = {
     "yaml": {"grammar/grammar_file.py"},
     "trimesh": {"renderer/trimesh_files.py"},
-    "llvmlite": {"renderer/embree.py"},
+    "llvmlite": {"renderer/embree.py", "renderer/packing.py"},
     "PIL": {"renderer/image_io.py"},
     "pyoidn": {"renderer/denoise.py"},
     "OpenEXR": {"renderer/exr_files.py"},
