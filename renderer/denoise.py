@@ -52,6 +52,8 @@ class Denoiser:
         self._device.set_int("numThreads", threads)
         self._device.set_bool("setAffinity", False)
         self._device.commit()
+        self._network: Any = None
+        self._images: dict[str, NDArray[np.float32]] = {}
         self._check()
 
     def clean(self, radiance: NDArray[np.float32], albedo: NDArray[np.float32], normals: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -65,23 +67,36 @@ class Denoiser:
         Raises:
             RenderError: the library failed.
         """
-        oidn, result = self._oidn, np.zeros_like(radiance)
-        images = {"color": radiance, "albedo": albedo, "normal": normals, "output": result}
-        images = {name: np.ascontiguousarray(image, np.float32) for name, image in images.items()}
-        with oidn.Filter(self._device, oidn.OIDN_FILTER_TYPE_RT) as network:
-            for name, image in images.items():
-                network.set_image(name, image, oidn.OIDN_FORMAT_FLOAT3)
-            network.set_bool("hdr", True)
-            network.commit()
-            network.execute()
+        if self._network is None or self._images["color"].shape != radiance.shape:
+            self._prepare(radiance.shape)
+        for name, image in (("color", radiance), ("albedo", albedo), ("normal", normals)):
+            self._images[name][:] = image
+        self._network.execute()
         self._check()
-        return images["output"]
+        return self._images["output"].copy()
+
+    def _prepare(self, shape: tuple[int, ...]) -> None:
+        """Set the network up for images of a size, which takes as long as an image does."""
+        self._release()
+        self._images = {name: np.zeros(shape, np.float32) for name in ("color", "albedo", "normal", "output")}
+        self._network = self._oidn.Filter(self._device, self._oidn.OIDN_FILTER_TYPE_RT)
+        for name, image in self._images.items():
+            self._network.set_image(name, image, self._oidn.OIDN_FORMAT_FLOAT3)
+        self._network.set_bool("hdr", True)
+        self._network.commit()
+        self._check()
 
     def close(self) -> None:
         """Release the library's device; harmless when repeated."""
+        self._release()
         if self._device is not None:
             self._device.release()
             self._device = None
+
+    def _release(self) -> None:
+        if self._network is not None:
+            self._network.release()
+            self._network = None
 
     def _check(self) -> None:
         message = self._device.get_error()

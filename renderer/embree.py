@@ -64,6 +64,9 @@ _SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
 }
 
 
+_RAY_CALLS = ("rtcIntersect16", "rtcOccluded16", "rtcIntersect1", "rtcOccluded1")
+
+
 class _IntersectArguments(ctypes.Structure):
     """RTCIntersectArguments."""
 
@@ -131,12 +134,13 @@ def load_library() -> ctypes.CDLL:
     """
     path = _library_path()
     try:
-        # embreex's own extension modules bring libtbb, which the library alone may not find.
-        library = ctypes.CDLL(path, mode=ctypes.RTLD_GLOBAL)
-        llvmlite.binding.load_library_permanently(path)
+        # Not for all to see: other libraries, as the denoiser's, would take Embree's libtbb for theirs, and be held to its one thread.
+        library = ctypes.CDLL(path, mode=ctypes.RTLD_LOCAL)
         for name, (result, arguments) in _SIGNATURES.items():
             function = getattr(library, name)
             function.restype, function.argtypes = result, arguments
+        for name in _RAY_CALLS:
+            llvmlite.binding.add_symbol(name, ctypes.cast(getattr(library, name), ctypes.c_void_p).value)
     except (OSError, RuntimeError, AttributeError) as error:
         raise RenderError(f"Embree: cannot use {path}: {error}") from error
     return library

@@ -40,6 +40,22 @@ def test_denoised_colour_is_nearer_to_many_samples_and_the_noisy_one_is_kept():
     assert errors[0] < 0.5 * errors[1]
 
 
+def test_images_of_any_size_follow_each_other():
+    pytest.importorskip("pyoidn")
+    rng = np.random.default_rng(4)
+    images = [rng.random((3, *size, 3), np.float32) for size in ((40, 60), (40, 60), (33, 20), (40, 60))]
+    alone = []
+    for image in images:
+        fresh = denoise.Denoiser(2)
+        alone.append(fresh.clean(*image))
+        fresh.close()
+    cleaner = denoise.Denoiser(2)
+    together = [cleaner.clean(*image) for image in images]
+    cleaner.close()
+    assert all(np.array_equal(one, other) for one, other in zip(alone, together, strict=True))
+    assert not np.array_equal(together[0], together[1])
+
+
 def test_threads_change_no_byte():
     pytest.importorskip("pyoidn")
     assert render("oidn", threads=1).radiance.tobytes() == render("oidn", threads=2).radiance.tobytes()

@@ -212,6 +212,12 @@ def test_faults_of_the_device_become_one_line(monkeypatch):
         EmbreeScene(triangle_soup())
 
 
+def test_its_task_scheduler_is_not_forced_on_other_libraries():
+    """The library brings a libtbb; were it loaded for all to see, the denoiser would take it for its own, and its one thread with it."""
+    seen = "from renderer.embree import load_library; import ctypes; load_library(); print(hasattr(ctypes.CDLL(None), 'rtcNewDevice'))"
+    assert subprocess.run([sys.executable, "-c", seen], stdout=subprocess.PIPE, text=True, check=True).stdout == "False\n"
+
+
 def test_a_missing_library_is_said_so(monkeypatch):
     monkeypatch.setattr(embree.importlib.util, "find_spec", lambda name: None)
     monkeypatch.setattr(ctypes.util, "find_library", lambda name: None)
