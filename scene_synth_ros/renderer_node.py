@@ -113,6 +113,7 @@ class RendererNode(SuiteNode):
         self._scene: SceneDescription | None = None
         self._frames = self._skipped = self._skipped_before = self._refused = 0
         self._done_scene, self._refused_scene, self._first_room, self._room_began = -1, -1, True, 0.0
+        self._flat: FlatScene | None = None
         self._metered: Exposure | None = None
         self._warm, self._fault, self._complaint, self._complained_at = False, "", "", 0.0
         self._status = self.create_publisher(String, "status", latched_qos(10))
@@ -249,14 +250,18 @@ class RendererNode(SuiteNode):
         self._scene, self._on_path, self._room_began = scene, True, time.perf_counter()
         self._streams.begin_room(scene)
         self._requests.begin_room()
-        self._metered = self._meter(scene, flat)
+        self._flat, self._metered = flat, None
         give_back_memory()
         RoomShow(scene, renderer, self._settings["camera"], self, self._requests, self._pace).run()
 
-    def _meter(self, scene: SceneDescription, flat: FlatScene) -> Exposure | None:
+    def _meter(self) -> Exposure | None:
+        """Meter the room, once its colour is wanted: never while who wants it may not be connected yet."""
+        assert self._scene is not None and self._flat is not None
         if not needs_meter(self._render_config) or "color" not in self._streams.wanted_layers():
             return None
-        return meter(flat, self._settings["camera"], self._render_config, scene_key(scene), scene.camera_path)
+        metered = meter(self._flat, self._settings["camera"], self._render_config, scene_key(self._scene), self._scene.camera_path)
+        give_back_memory()
+        return metered
 
     def _pace(self) -> Pace:
         config: RendererNodeConfig = self._settings[""]
@@ -282,6 +287,7 @@ class RendererNode(SuiteNode):
 
     def exposure(self) -> Exposure:
         """Return the exposure of the next frame."""
+        self._metered = self._metered or self._meter()
         fixed = sensor_ev100(self._settings["camera"], self._settings["sensor"])
         return exposed(self._settings["render"], self._metered, fixed)
 
