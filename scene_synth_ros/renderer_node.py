@@ -286,8 +286,11 @@ class RendererNode(SuiteNode):
         return self._streams.wanted_layers()
 
     def exposure(self) -> Exposure:
-        """Return the exposure of the next frame."""
+        """Return the exposure of the next frame; the room is metered for the first one."""
         self._metered = self._metered or self._meter()
+        return self._known_exposure()
+
+    def _known_exposure(self) -> Exposure:
         fixed = sensor_ev100(self._settings["camera"], self._settings["sensor"])
         return exposed(self._settings["render"], self._metered, fixed)
 
@@ -384,8 +387,8 @@ class RendererNode(SuiteNode):
             "samples_per_second": f"{rates.samples:.3g}",
             "rays_per_second": f"{rates.rays:.3g}",
             "layers": ", ".join(sorted(self._streams.wanted_layers())),
-            "exposure_ev100": self.exposure().ev100,
-            "white_xy": "{:.3f} {:.3f}".format(*self.exposure().white_xy),
+            "exposure_ev100": self._known_exposure().ev100,
+            "white_xy": "{:.3f} {:.3f}".format(*self._known_exposure().white_xy),
             "driven": self._requests.driven,
             "last_complaint": self._complaint,
         }
