@@ -240,7 +240,8 @@ class Recording:
         Frames of later rooms, of which some messages may still be on their way, are left to be completed; if the room's scene description
         was not recorded, nothing tells them apart and all leave.
         """
-        end_ns = next((max(known.stamps_ns, default=-1) for known in reversed(self._rooms) if known.index == room), None)
+        rooms = () if room is None else reversed(self._rooms)
+        end_ns = next((max(known.stamps_ns, default=-1) for known in rooms if known.index == room), None)
         self._enqueue(self._sorter.flush(end_ns))
         if not self.fault:
             self._jobs.join()

@@ -24,6 +24,10 @@ from scene_synth_ros.status import NodeStatus
 TOPIC = "/synth/renderer_node/settings"
 
 
+def add_pose(recording: Recording, topic: str, stamp: int) -> None:
+    recording.add(topic, bytes(serialize_message(PoseStamped(header=Header(stamp=Time(sec=0, nanosec=stamp))))))
+
+
 def status(role: str, name: str = "", *, done: int = -1, count: int = 0, state: str = "ready", refused: int = -1) -> NodeStatus:
     return NodeStatus(node=f"/synth/{name or role}", role=role, state=state, done_scene=done, refused_scene=refused, counts={TOPIC: count})
 
@@ -141,21 +145,18 @@ def test_a_finished_room_leaves_and_the_next_one_is_left_to_be_completed(tmp_pat
         text = json.dumps({"index": index, "camera_path": [{"stamp_ns": stamp} for stamp in stamps]})
         recording.add("/synth/scene", bytes(serialize_message(String(data=text))))
 
-    def pose(topic: str, stamp: int) -> None:
-        recording.add(topic, bytes(serialize_message(PoseStamped(header=Header(stamp=Time(sec=0, nanosec=stamp))))))
-
     scene(0, 100, 200)
     scene(1, 300, 400)
     for topic, stamp in (("/a", 100), ("/b", 100), ("/a", 200), ("/a", 300)):  # half of 200 is lost, half of 300 is on its way
-        pose(topic, stamp)
+        add_pose(recording, topic, stamp)
     recording.flush(0)
     assert recording.written == {"/synth/scene": 1, "/a": 2, "/b": 1}
-    pose("/b", 300)
-    pose("/a", 400)
+    add_pose(recording, "/b", 300)
+    add_pose(recording, "/a", 400)
     recording.flush(1)
     assert recording.written == {"/synth/scene": 2, "/a": 4, "/b": 2}
-    pose("/b", 400)
-    pose("/a", 500)
+    add_pose(recording, "/b", 400)
+    add_pose(recording, "/a", 500)
     recording.flush(7)  # of which nothing is known
     assert recording.late == 1
     recording.close()
@@ -177,16 +178,13 @@ def test_frames_of_which_only_latched_parts_can_come_hold_nothing_up(tmp_path: P
     def settings(stamp: int) -> None:
         recording.add("/settings", bytes(serialize_message(String(data=json.dumps({"stamp_ns": stamp})))))
 
-    def pose(topic: str, stamp: int) -> None:
-        recording.add(topic, bytes(serialize_message(PoseStamped(header=Header(stamp=Time(sec=0, nanosec=stamp))))))
-
     for stamp in (1, 2, 3):
         settings(stamp)
     for stamp in (4, 5):  # /late is connected from stamp 5 on
-        pose("/pose", stamp)
+        add_pose(recording, "/pose", stamp)
         settings(stamp)
     assert recording.waiting_bytes
-    pose("/late", 5)
+    add_pose(recording, "/late", 5)
     assert not recording.waiting_bytes
     settings(2)
     assert not recording.waiting_bytes
