@@ -377,6 +377,7 @@ class RendererNode(SuiteNode):
     def _report(self) -> Report:
         rates = self._throughput.rates(time.monotonic())
         late, self._skipped_before = self._skipped - self._skipped_before, self._skipped
+        shown = self._known_exposure()
         values = {
             "state": self._state,
             "frames_rendered": self._frames,
@@ -387,8 +388,8 @@ class RendererNode(SuiteNode):
             "samples_per_second": f"{rates.samples:.3g}",
             "rays_per_second": f"{rates.rays:.3g}",
             "layers": ", ".join(sorted(self._streams.wanted_layers())),
-            "exposure_ev100": self._known_exposure().ev100,
-            "white_xy": "{:.3f} {:.3f}".format(*self._known_exposure().white_xy),
+            "exposure_ev100": shown.ev100,
+            "white_xy": "{:.3f} {:.3f}".format(*shown.white_xy),
             "driven": self._requests.driven,
             "last_complaint": self._complaint,
         }
