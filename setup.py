@@ -70,11 +70,11 @@ setup(
     },
     entry_points={
         "console_scripts": [
-            "scene_synth = scene_synth_ros.command_line:main",
-            "grammar_node = scene_synth_ros.grammar_node:main",
-            "renderer_node = scene_synth_ros.renderer_node:main",
-            "recorder_node = scene_synth_ros.recorder_node:main",
-            "replay_node = scene_synth_ros.replay_node:main",
+            "scene_synth = scene_synth_ros.cli.command_line:main",
+            "grammar_node = scene_synth_ros.generate.grammar_node:main",
+            "renderer_node = scene_synth_ros.render.renderer_node:main",
+            "recorder_node = scene_synth_ros.record.recorder_node:main",
+            "replay_node = scene_synth_ros.replay.replay_node:main",
         ],
     },
 )

@@ -15,11 +15,11 @@ from rclpy.serialization import serialize_message
 
 from benchmarks.stream_bench import make_frame
 from benchmarks.table import Row, at_least
-from scene_synth_ros.bag_writer import DEFAULT_CHUNK_SIZE, BagWriter
-from scene_synth_ros.conversions import image_to_msg
-from scene_synth_ros.frame_messages import STREAMS
-from scene_synth_ros.message_definitions import message_definition
-from scene_synth_ros.recording import Recording
+from scene_synth_ros.bags.bag_writer import DEFAULT_CHUNK_SIZE, BagWriter
+from scene_synth_ros.messages.conversions import image_to_msg
+from scene_synth_ros.messages.frame_messages import STREAMS
+from scene_synth_ros.messages.message_definitions import message_definition
+from scene_synth_ros.record.recording import Recording
 
 FRAMES, ROUNDS = 40, 5
 TYPE = "sensor_msgs/msg/Image"

@@ -7,10 +7,10 @@ import math
 import numpy as np
 
 from renderer import FlatScene, Mesh, PartTable, Sky, tabulate_materials
+from renderer.geometry.coordinates import box_mapped
+from renderer.geometry.shapes import merged, moved, rotated
 from renderer.models import build_model
-from renderer.room_shell import build_opening, build_shell
-from renderer.shapes import merged, moved, rotated
-from renderer.textures.coordinates import box_mapped
+from renderer.scene.room_shell import build_opening, build_shell
 from scene_description import CameraPose, Material, ModelReference, Opening, Part, Room
 from scene_description.labels import LABEL_ID
 from scene_description.poses import look_at

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from benchmarks.reference_scenes import bedroom
 from benchmarks.table import Row, at_least, at_most, render_table
 from renderer import CameraConfig, FlatScene, RenderConfig, Renderer
-from renderer.embree import (
+from renderer.core.embree import (
     DIR_X,
     GEOM_ID,
     INVALID_ID,
@@ -41,10 +41,10 @@ from renderer.embree import (
     intersect16,
     make_packet,
 )
-from renderer.tone import Exposure, to_display
-from renderer.workers import Workers
+from renderer.core.workers import Workers
+from renderer.film.tone import Exposure, to_display
 from scene_description import CameraPose, from_mapping
-from scene_synth_ros.render_command import PRESETS, preset_settings
+from scene_synth_ros.cli.render_command import PRESETS, preset_settings
 
 EXPOSURE = Exposure(8.0)
 REFERENCE_DEPTH = 8
@@ -92,7 +92,7 @@ def _scaling(flat: FlatScene, pose: CameraPose) -> list[Row]:
     packets[:, ORG_X : ORG_X + 3 * LANES] = origins.reshape(_PACKETS, -1)
     packets[:, DIR_X : DIR_X + 3 * LANES] = (ways / np.linalg.norm(ways, axis=1, keepdims=True)).reshape(_PACKETS, -1)
     rounds = []
-    with EmbreeScene(flat.mesh, watertight=False) as scene:
+    with EmbreeScene(flat.mesh.vertices, flat.mesh.faces, watertight=False) as scene:
         camera, config = CameraConfig(width=320, height=240), RenderConfig(samples_per_pixel=2, denoise="none")
         with Renderer(flat, camera, replace(config, threads=1), 1) as one, Renderer(flat, camera, replace(config, threads=2), 1) as two:
             workers = [Workers(1), Workers(2)]

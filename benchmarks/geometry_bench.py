@@ -11,9 +11,9 @@ import numpy as np
 from benchmarks.table import Row, at_most
 from grammar import SceneRequest
 from grammar.synthesize import CameraTimes, SceneSynthesizer
-from renderer.flat_scene import FlatScene
-from renderer.flatten import flatten
-from renderer.surfaces import build_surfaces
+from renderer.path.surfaces import build_surfaces
+from renderer.scene.flat_scene import FlatScene
+from renderer.scene.flatten import flatten
 from renderer.textures.tile import forget_tiles
 from scene_description import SceneDescription, SceneObject
 

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from benchmarks.bench_room import VIEW, furnished_room
 from benchmarks.table import Row, at_least
 from renderer import GEOMETRIC_LAYERS, CameraConfig, FlatScene, RenderConfig, Renderer
-from renderer.cameras import PosedCamera, pose_camera, unproject
-from renderer.embree import LANES, EmbreeScene, Packet, SceneHandle, intersect16, make_packet
-from renderer.ground_truth import TILE, aim_tile
-from renderer.workers import Workers
+from renderer.camera.camera_rays import TILE, aim_tile
+from renderer.camera.cameras import PosedCamera, pose_camera, unproject
+from renderer.core.embree import LANES, EmbreeScene, Packet, SceneHandle, intersect16, make_packet
+from renderer.core.workers import Workers
 
 CAMERA = CameraConfig(width=640, height=480)
 ROUNDS, FRAMES_PER_ROUND, COLOR_FRAMES, SAMPLES = 9, 5, 3, 16
@@ -58,7 +58,7 @@ def cast_bare(scene: SceneHandle, camera: PosedCamera, packet: Packet, first: in
 def _geometry(flat: FlatScene, threads: int) -> tuple[float, float, float]:
     """Return seconds a frame of bare packets and of the renderer, and the median ratio of neighbouring rounds."""
     view, packets, workers = pose_camera(CAMERA, VIEW), [make_packet() for _ in range(threads)], Workers(threads)
-    with EmbreeScene(flat.mesh) as scene, Renderer(flat, CAMERA, RenderConfig(threads=threads), 0) as renderer:
+    with EmbreeScene(flat.mesh.vertices, flat.mesh.faces) as scene, Renderer(flat, CAMERA, RenderConfig(threads=threads), 0) as renderer:
 
         def bare() -> None:
             workers.run(lambda worker, first: cast_bare(scene.handle, view, packets[worker], first, threads), range(threads))

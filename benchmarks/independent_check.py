@@ -15,8 +15,8 @@ from shapely import LineString, Point, Polygon, union_all
 from shapely.affinity import rotate, translate
 from shapely.geometry.base import BaseGeometry
 
-from grammar.categories import Categories
-from grammar.rules import Grammar
+from grammar.spec.categories import Categories
+from grammar.spec.rules import Grammar
 
 RASTER_M = 0.05
 """Side of the generator's cells: a passage may be this much narrower to the raster than it is."""

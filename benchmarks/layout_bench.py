@@ -10,20 +10,20 @@ import numpy as np
 from benchmarks.independent_check import faults
 from benchmarks.table import Row, at_least, at_most
 from grammar import Grammar, SceneRequest
-from grammar.assemble import assemble
-from grammar.categories import Categories
-from grammar.circulation import empty_floor
-from grammar.derive import derive
-from grammar.drawing import Drawing, Shape, dot, line, to_svg, words
-from grammar.floor_raster import NO_FLOOR
-from grammar.layout import FIXED, copy_state
-from grammar.mcmc import Goal, run_chain
-from grammar.moves import move_settings
-from grammar.request import RequestError
-from grammar.rules import MOVES
-from grammar.schedule import run_stages
+from grammar.checks.validity import door_start_m
+from grammar.derivation.derive import derive
+from grammar.drawing.shapes import Drawing, Shape, dot, line, to_svg, words
+from grammar.layout.assemble import assemble
+from grammar.layout.circulation import empty_floor
+from grammar.layout.floor_raster import NO_FLOOR
+from grammar.layout.mcmc import Goal, run_chain
+from grammar.layout.moves import move_settings
+from grammar.layout.problem import FIXED, copy_state
+from grammar.layout.schedule import run_stages
+from grammar.spec.categories import Categories
+from grammar.spec.request import RequestError
+from grammar.spec.rules import MOVES
 from grammar.synthesize import CameraTimes, SceneSynthesizer
-from grammar.validity import door_start_m
 from scene_description import to_mapping
 
 ROOMS = 60

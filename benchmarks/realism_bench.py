@@ -26,13 +26,13 @@ import numpy as np
 from benchmarks.realism_figures import UNITS, Figures, compare
 from benchmarks.table import Row, at_most, render_table
 from grammar import Categories, Grammar, RequestError, SceneRequest, read_categories, read_room_type, sample_room
-from grammar.grammar_file import learned_types
 from grammar.learning import LearnOptions, ObservedRoom, learn, read_category_map, read_layouts, split_houses
 from grammar.learning.assign import assign
 from grammar.learning.learn import Part
 from grammar.learning.truncation import category_kl, frequencies
 from grammar.learning.write_layouts import layout_from_objects
-from grammar.rules import HARD_TERMS, MOVES, TERMS, Weights
+from grammar.spec.grammar_file import learned_types
+from grammar.spec.rules import HARD_TERMS, MOVES, TERMS, Weights
 from scene_description.share import config_path
 
 SHARE = 0.2

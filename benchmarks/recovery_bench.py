@@ -20,7 +20,7 @@ from benchmarks.table import Row, render_table
 from grammar import Categories, Grammar, SceneRequest, read_categories, read_room_type, sample_room
 from grammar.learning import ContrastiveOptions, LearnOptions, ObservedRoom, learn
 from grammar.learning.write_layouts import layout_from_objects
-from grammar.rules import AroundMode, Branch, Mode, Node, Normal, ObjectRule, PlaceMode, SizeMode, WallMode
+from grammar.spec.rules import AroundMode, Branch, Mode, Node, Normal, ObjectRule, PlaceMode, SizeMode, WallMode
 from scene_description.share import config_path
 
 ROOMS = 2000

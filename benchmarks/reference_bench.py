@@ -21,8 +21,8 @@ from benchmarks.reference_mitsuba import Mitsuba, Rendered
 from benchmarks.reference_scenes import SCENES, View
 from benchmarks.table import Row, at_most, render_table
 from renderer import RenderConfig, Renderer
-from renderer.image_io import write_png
-from renderer.tone import Exposure, to_display
+from renderer.files.image_io import write_png
+from renderer.film.tone import Exposure, to_display
 
 SIZE = (240, 180)
 BLOCK = 12

@@ -1,6 +1,6 @@
 """Our opaque model written a second time, as a plugin of Mitsuba's: coat and sheen over metal or a glossy, matt base.
 
-After the papers that :mod:`renderer.bsdf` names, in Mitsuba's own distributions; of ours it takes only the tables of albedos, which the
+After the papers that :mod:`renderer.bsdf.bsdf` names, in Mitsuba's own distributions; of ours only the tables of albedos, which the
 furnace tests hold.  Directions are drawn from the matt, the glossy and the coat's lobe in proportion to what they reflect.
 """
 
@@ -12,7 +12,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from renderer.albedo import MIN_ALPHA, STEPS, reflected_table
+from renderer.bsdf.albedo import MIN_ALPHA, STEPS, reflected_table
 
 COAT_F0 = 0.04
 

@@ -22,9 +22,9 @@ from numpy.typing import NDArray
 
 from benchmarks.reference_scenes import View
 from renderer import FlatScene, Sky
-from renderer import outside as outside_kernels
-from renderer.albedo import MIN_ALPHA
-from renderer.kernel import from_python
+from renderer.bsdf.albedo import MIN_ALPHA
+from renderer.core.kernel import from_python
+from renderer.path import outside as outside_kernels
 from scene_description.poses import world_from_optical
 
 sky_color = from_python(outside_kernels.sky_color)

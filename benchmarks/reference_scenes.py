@@ -15,9 +15,9 @@ import numpy as np
 from grammar import SceneRequest
 from grammar.synthesize import CameraTimes, SceneSynthesizer
 from renderer import CameraConfig, FlatScene, Mesh, PartTable, Sky, tabulate_materials
-from renderer.flat_scene import NO_SUN
-from renderer.flatten import flatten
-from renderer.shapes import flat_quads, lathe, merged, moved, rotated
+from renderer.geometry.shapes import flat_quads, lathe, merged, moved, rotated
+from renderer.scene.flat_scene import NO_SUN
+from renderer.scene.flatten import flatten
 from renderer.textures.apply import AppliedTexture
 from renderer.textures.tile import ImageMaps, image_tile
 from scene_description import CameraPose, Material

@@ -13,7 +13,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import Image
 
 from benchmarks.table import Row, at_most
-from scene_synth_ros.qos import stream_qos
+from scene_synth_ros.suite.qos import stream_qos
 
 TIMEOUT_S = 120.0
 

@@ -21,16 +21,16 @@ from benchmarks.bench_room import VIEW, furnished_room
 from benchmarks.stream_subscriber import STREAMED
 from benchmarks.table import Row, at_least, at_most
 from renderer import CameraConfig, RenderConfig, Renderer
-from renderer.frame import Frame
+from renderer.film.frame import Frame
 from scene_description import CameraPose
 from scene_description.labels import instance_palette, label_palette
-from scene_synth_ros.bag_inspect import inspect_bag
-from scene_synth_ros.conversions import semantic_labels
-from scene_synth_ros.frame_messages import Palettes, StreamConfig
-from scene_synth_ros.qos import latched_qos
-from scene_synth_ros.status import NodeStatus, status_from_json, status_to_json
-from scene_synth_ros.streams import StreamPublishers
-from scene_synth_ros.supervisor import node_environment
+from scene_synth_ros.bags.bag_inspect import inspect_bag
+from scene_synth_ros.cli.supervisor import node_environment
+from scene_synth_ros.messages.conversions import semantic_labels
+from scene_synth_ros.messages.frame_messages import Palettes, StreamConfig
+from scene_synth_ros.render.streams import StreamPublishers
+from scene_synth_ros.suite.qos import latched_qos
+from scene_synth_ros.suite.status import NodeStatus, status_from_json, status_to_json
 
 FRAMES, RECORDED_FRAMES = 300, 150
 RATE_HZ = 30.0
@@ -86,7 +86,7 @@ def _recorded(node: Node, streams: StreamPublishers, frame: Frame) -> list[Row]:
     """Publish to the recorder, which like a renderer's is never more than some frames behind."""
     with tempfile.TemporaryDirectory() as folder:
         bag = Path(folder) / "bag"
-        command = [sys.executable, "-m", "scene_synth_ros.recorder_node", "--ros-args", "-r", "__ns:=/bench", "-p", f"bag:={bag}"]
+        command = [sys.executable, "-m", "scene_synth_ros.record.recorder_node", "--ros-args", "-r", "__ns:=/bench", "-p", f"bag:={bag}"]
         recorder = subprocess.Popen([*command, "--log-level", "warn"])
         link = _RecorderLink(node, streams)
         link.connect()

@@ -10,9 +10,9 @@ import rclpy
 from rclpy.node import Node
 from sensor_msgs.msg import Image
 
-from scene_synth_ros.qos import stream_qos
-from scene_synth_ros.recorder_node import QUEUE_DEPTH
-from scene_synth_ros.stamps import stamp_ns
+from scene_synth_ros.messages.stamps import stamp_ns
+from scene_synth_ros.record.recorder_node import QUEUE_DEPTH
+from scene_synth_ros.suite.qos import stream_qos
 
 STREAMED = ("color", "depth", "normals", "semantic", "instance")
 """The layers that a renderer publishes by default."""

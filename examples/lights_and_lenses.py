@@ -7,13 +7,13 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from grammar.request import SceneRequest
+from grammar.spec.request import SceneRequest
 from grammar.synthesize import CameraTimes, SceneSynthesizer
 from renderer import CameraConfig, RenderConfig, Renderer, SensorConfig
 from renderer.exposure import exposed, meter
-from renderer.flatten import flatten
-from renderer.scene_key import scene_key
-from scene_synth_ros.picture_grid import Tile, write_grid
+from renderer.scene.flatten import flatten
+from renderer.scene.scene_key import scene_key
+from scene_synth_ros.cli.picture_grid import Tile, write_grid
 
 FOLDER, SAMPLES = Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 32
 TIMES = CameraTimes(frames=30, start_ns=0, rate_hz=10.0)

@@ -7,10 +7,10 @@ import sys
 from pathlib import Path
 
 from renderer import CameraConfig, RenderConfig, Renderer
-from renderer.false_color import ids_to_color
-from renderer.flatten import flatten
-from renderer.image_io import write_png
-from renderer.scene_key import scene_key
+from renderer.files.image_io import write_png
+from renderer.film.false_color import ids_to_color
+from renderer.scene.flatten import flatten
+from renderer.scene.scene_key import scene_key
 from scene_description import scene_from_json
 from scene_description.labels import label_palette
 

@@ -7,12 +7,12 @@ Imports scene_description, numpy, scipy, numba and (in one file) yaml; knows not
     >>> room = sample_room(grammar, categories, SceneRequest(), np.random.default_rng(7))
 """
 
-from grammar.categories import Categories, Category, read_categories
-from grammar.grammar_file import read_grammar, read_room_type, room_types
-from grammar.request import RequestError, SceneRequest
-from grammar.rules import Grammar, GrammarError
+from grammar.geometry.solids import object_solids
 from grammar.sample_room import SampledRoom, sample_room
-from grammar.solids import object_solids
+from grammar.spec.categories import Categories, Category, read_categories
+from grammar.spec.grammar_file import read_grammar, read_room_type, room_types
+from grammar.spec.request import RequestError, SceneRequest
+from grammar.spec.rules import Grammar, GrammarError
 
 __all__ = [
     "Categories",

@@ -12,11 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
-from grammar.appearance import Appearance, CategoryLook, Closet, PartRule, StyleRule, core_of
-from grammar.categories import Categories, Category, Solid, Surface
-from grammar.densities import draw_size
-from grammar.grammar_file import read_yaml
-from grammar.rules import Grammar, GrammarError, ObjectRule, SizeMode
+from grammar.appearance.appearance import Appearance, CategoryLook, Closet, PartRule, StyleRule, core_of
+from grammar.derivation.densities import draw_size
+from grammar.spec.categories import Categories, Category, Solid, Surface
+from grammar.spec.grammar_file import read_yaml
+from grammar.spec.rules import Grammar, GrammarError, ObjectRule, SizeMode
 from scene_description import FieldError, ModelReference, Part, SceneObject, from_mapping
 from scene_description.catalog import Catalog, CatalogEntry, CatalogList, CatalogModel
 from scene_description.scene_json import check_file_path

@@ -7,18 +7,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammar.assemble import assemble
-from grammar.categories import Categories
-from grammar.circulation import empty_floor
-from grammar.derive import derive
-from grammar.drawing import Drawing, Shape, line, words
-from grammar.floor_raster import NO_FLOOR
-from grammar.layout import BOUNDS, FIXED, Floats, Ints
-from grammar.moves import move_settings
-from grammar.request import SceneRequest
-from grammar.rules import MOVES, TERMS, Grammar
-from grammar.schedule import run_stages
-from grammar.validity import door_start_m
+from grammar.checks.validity import door_start_m
+from grammar.derivation.derive import derive
+from grammar.drawing.shapes import Drawing, Shape, line, words
+from grammar.geometry.arrays import Floats, Ints
+from grammar.layout.assemble import assemble
+from grammar.layout.circulation import empty_floor
+from grammar.layout.floor_raster import NO_FLOOR
+from grammar.layout.moves import move_settings
+from grammar.layout.problem import BOUNDS, FIXED
+from grammar.layout.schedule import run_stages
+from grammar.spec.categories import Categories
+from grammar.spec.request import SceneRequest
+from grammar.spec.rules import MOVES, TERMS, Grammar
 
 _WIDTH, _LEFT, _TOP = 860.0, 60.0, 60.0
 _COLORS = (

@@ -14,20 +14,21 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from grammar.assemble import assemble
-from grammar.categories import Categories
-from grammar.circulation import empty_floor
-from grammar.derive import derive
-from grammar.floor_raster import NO_FLOOR, Floor
-from grammar.layout import Floats, Problem, State
-from grammar.metrics import SamplingCost
-from grammar.moves import move_settings
-from grammar.overrides import overridden
-from grammar.parse_tree import ParseTree, Thing
-from grammar.request import RequestError, SceneRequest
-from grammar.rules import TERMS, Grammar
-from grammar.schedule import run_stages, run_together
-from grammar.validity import check_room, door_start_m
+from grammar.checks.metrics import SamplingCost
+from grammar.checks.validity import check_room, door_start_m
+from grammar.derivation.derive import derive
+from grammar.derivation.overrides import overridden
+from grammar.derivation.parse_tree import ParseTree, Thing
+from grammar.geometry.arrays import Floats
+from grammar.layout.assemble import assemble
+from grammar.layout.circulation import empty_floor
+from grammar.layout.floor_raster import NO_FLOOR, Floor
+from grammar.layout.moves import move_settings
+from grammar.layout.problem import Problem, State
+from grammar.layout.schedule import run_stages, run_together
+from grammar.spec.categories import Categories
+from grammar.spec.request import RequestError, SceneRequest
+from grammar.spec.rules import TERMS, Grammar
 from scene_description import ModelReference, ParseGraph, Room, SceneObject, Support, ValidityReport
 
 _MAX_SEED = 2**63 - 1

@@ -15,22 +15,22 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammar.appearance import Appearance, Closet, dress_from, load_appearance
-from grammar.camera_path import CameraPathConfig, read_camera_path_config, sample_camera_path
+from grammar.appearance.appearance import Appearance, Closet, dress_from, load_appearance
+from grammar.appearance.daylight import LEAST_TURBIDITY, DaylightWish
+from grammar.appearance.downlights import sample_downlights
+from grammar.appearance.lighting import LightingConfig, read_lighting_config, sample_lighting
+from grammar.appearance.looks import apply_looks, restricted
+from grammar.camera.camera_path import CameraPathConfig, read_camera_path_config, sample_camera_path
 from grammar.catalog import choose_after, choose_before, dress_files, entry_faults
-from grammar.categories import Categories, read_categories
-from grammar.daylight import LEAST_TURBIDITY, DaylightWish
-from grammar.derive import make_plan
-from grammar.downlights import sample_downlights
-from grammar.free_space import occupancy_grid, rasterize
-from grammar.grammar_file import learned_types, read_grammar, read_room_type, room_types
-from grammar.lighting import LightingConfig, read_lighting_config, sample_lighting
-from grammar.looks import apply_looks, restricted
-from grammar.metrics import SamplingCost
-from grammar.request import RequestError, SceneRequest
-from grammar.rules import Grammar, GrammarError
+from grammar.checks.metrics import SamplingCost
+from grammar.derivation.derive import make_plan
+from grammar.geometry.free_space import occupancy_grid, rasterize
+from grammar.geometry.solids import object_solids
 from grammar.sample_room import sample_room_with_cost
-from grammar.solids import object_solids
+from grammar.spec.categories import Categories, read_categories
+from grammar.spec.grammar_file import learned_types, read_grammar, read_room_type, room_types
+from grammar.spec.request import RequestError, SceneRequest
+from grammar.spec.rules import Grammar, GrammarError
 from scene_description import SCHEMA, EnvironmentMap, SceneDescription
 from scene_description.catalog import Catalog
 from scene_description.share import config_path

@@ -12,7 +12,7 @@ from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
 
 from launch import LaunchDescription
-from scene_synth_ros.run_profile import load_profile, with_inheritance
+from scene_synth_ros.cli.run_profile import load_profile, with_inheritance
 
 
 def nodes(context):

@@ -1,13 +1,15 @@
 """What a camera sees: rays through Embree from numba kernels, ground truth from one hit record, physically based colour.
 
-Knows scenes only as :class:`~renderer.flat_scene.FlatScene`: one world-space mesh and small tables.
+Knows scenes only as :class:`~renderer.scene.flat_scene.FlatScene`: one world-space mesh and small tables.
 """
 
-from renderer.config import CameraConfig, RenderConfig, SensorConfig
-from renderer.errors import RenderCancelled, RenderError
-from renderer.flat_scene import FlatScene, MaterialTable, Mesh, PartTable, Sky, tabulate_materials
-from renderer.frame import GEOMETRIC_LAYERS, LAYERS, Frame
+from renderer.camera.config import CameraConfig, SensorConfig
+from renderer.core.errors import RenderCancelled, RenderError
+from renderer.film.frame import GEOMETRIC_LAYERS, LAYERS, Frame
+from renderer.geometry.mesh import Mesh
+from renderer.path.config import RenderConfig
 from renderer.renderer import Renderer, warm_up
+from renderer.scene.flat_scene import FlatScene, MaterialTable, PartTable, Sky, tabulate_materials
 
 __all__ = [
     "GEOMETRIC_LAYERS",

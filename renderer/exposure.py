@@ -8,12 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from renderer.config import CameraConfig, RenderConfig, SensorConfig
-from renderer.errors import RenderError
-from renderer.flat_scene import FlatScene
+from renderer.camera.config import CameraConfig, SensorConfig
+from renderer.core.errors import RenderError
+from renderer.film.tone import Exposure, white_luminance
+from renderer.film.white_balance import AUTO_DEGREE, Chromaticity, metered_white, partly_adapted, white_of_kelvin
+from renderer.path.config import RenderConfig
 from renderer.renderer import Renderer
-from renderer.tone import Exposure, white_luminance
-from renderer.white_balance import AUTO_DEGREE, Chromaticity, metered_white, partly_adapted, white_of_kelvin
+from renderer.scene.flat_scene import FlatScene
 from scene_description import CameraPose
 from scene_description.color_temperature import D65_XY
 
@@ -66,8 +67,8 @@ def meter(flat: FlatScene, camera: CameraConfig, config: RenderConfig, scene_key
     """Meter a room from small renderings along a path, one answer for all its frames.
 
     The exposure value is log2(100 L / K) of the log-average luminance L, or what shows 92 % of all that is seen below 1.5 stops above
-    white, whichever is darker, in steps of 1/8 EV; the white is that of :func:`renderer.white_balance.metered_white`.  Steps keep both the
-    same on processors whose last bits differ; everything else makes them depend on the scene only.
+    white, whichever is darker, in steps of 1/8 EV; the white is that of :func:`renderer.film.white_balance.metered_white`.  Steps keep both
+    the same on processors whose last bits differ; everything else makes them depend on the scene only.
 
     Args:
         flat: the scene.

@@ -8,12 +8,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.config import CameraConfig, RenderConfig
-from renderer.flat_scene import FlatScene, Mesh, PartTable, Sky, tabulate_materials
+from renderer.camera.config import CameraConfig
+from renderer.film.tone import Exposure, to_display
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, lathe, merged, moved, rotated
+from renderer.path.config import RenderConfig
 from renderer.renderer import Renderer
-from renderer.shapes import block, lathe, merged, moved, rotated
+from renderer.scene.flat_scene import FlatScene, PartTable, Sky, tabulate_materials
 from renderer.textures.apply import AppliedTexture, applied_texture
-from renderer.tone import Exposure, to_display
 from scene_description import Material
 from scene_description.poses import look_at
 from scene_description.types import CameraPose

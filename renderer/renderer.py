@@ -12,28 +12,31 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.cameras import PosedCamera, pose_camera
-from renderer.config import CameraConfig, RenderConfig, SensorConfig
-from renderer.denoise import Denoiser, is_asked
-from renderer.embree import EmbreeScene
-from renderer.errors import RenderError
-from renderer.flat_scene import FlatScene, Mesh, PartTable, Sky, tabulate_materials
-from renderer.frame import COLOR_LAYERS, GEOMETRIC_LAYERS, LAYERS, SAMPLED_LAYERS, Frame
-from renderer.ground_truth import CENTRE, MIDDLE, GeometricImages, Labels, empty_images, trace_geometry
-from renderer.integrator import trace_paths
-from renderer.lights import build_lights
-from renderer.random_numbers import make_frame_key
-from renderer.records import WAVE, WAVE_EDGE, Film, Transport, Work, make_scratch
-from renderer.rig import is_in_the_middle
-from renderer.scene_check import check_scene
-from renderer.sensor import expose, vignetting
-from renderer.shutter import motion_during
-from renderer.stopping import is_clean, next_round, variance_of_mean
-from renderer.surfaces import build_surfaces
-from renderer.thin_lens import focus_on_centre
-from renderer.tone import Exposure, to_display, white_luminance
-from renderer.white_balance import white_of_kelvin
-from renderer.workers import Workers, thread_count
+from renderer.camera.camera_rays import CENTRE, MIDDLE
+from renderer.camera.cameras import PosedCamera, pose_camera
+from renderer.camera.config import CameraConfig, SensorConfig
+from renderer.camera.rig import is_in_the_middle
+from renderer.camera.sensor import expose, vignetting
+from renderer.camera.shutter import motion_during
+from renderer.camera.thin_lens import focus_on_centre
+from renderer.core.embree import EmbreeScene
+from renderer.core.errors import RenderError
+from renderer.core.random_numbers import make_frame_key
+from renderer.core.workers import Workers, thread_count
+from renderer.film.denoise import Denoiser, is_asked
+from renderer.film.frame import COLOR_LAYERS, GEOMETRIC_LAYERS, LAYERS, SAMPLED_LAYERS, Frame
+from renderer.film.tone import Exposure, to_display, white_luminance
+from renderer.film.white_balance import white_of_kelvin
+from renderer.geometry.mesh import Mesh
+from renderer.path.config import RenderConfig
+from renderer.path.ground_truth import GeometricImages, Labels, empty_images, trace_geometry
+from renderer.path.integrator import trace_paths
+from renderer.path.lights import build_lights
+from renderer.path.records import WAVE, WAVE_EDGE, Film, Transport, Work, make_scratch
+from renderer.path.stopping import is_clean, next_round, variance_of_mean
+from renderer.path.surfaces import build_surfaces
+from renderer.scene.flat_scene import FlatScene, PartTable, Sky, tabulate_materials
+from renderer.scene.scene_check import check_scene
 from scene_description import Material
 from scene_description.poses import look_at
 from scene_description.types import CameraPose
@@ -76,7 +79,7 @@ class Renderer:
         self._labels = Labels(*map(np.ascontiguousarray, (flat.face_part, parts.label, parts.object_id)))
         self._lights = build_lights(flat)
         self._surfaces = build_surfaces(flat)
-        self._mesh, self._embree = flat.mesh, EmbreeScene(flat.mesh, portable=config.portable)
+        self._mesh, self._embree = flat.mesh, EmbreeScene(flat.mesh.vertices, flat.mesh.faces, portable=config.portable)
         self._for_light: EmbreeScene | None = None
         self._denoiser: Denoiser | None = None
         self._workers = Workers(thread_count(config.threads))
@@ -187,7 +190,7 @@ class Renderer:
         )
 
         if self._for_light is None:
-            self._for_light = EmbreeScene(self._mesh, watertight=False, portable=config.portable)
+            self._for_light = EmbreeScene(self._mesh.vertices, self._mesh.faces, watertight=False, portable=config.portable)
         tree = self._for_light.handle
 
         def trace(worker: int, work: Work) -> None:

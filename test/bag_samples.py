@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
-from scene_synth_ros.bag_writer import BagWriter
-from scene_synth_ros.qos_metadata import OfferedQos
-from scene_synth_ros.transforms_cdr import StampedTransform, encode_tf_message
+from scene_synth_ros.bags.bag_writer import BagWriter
+from scene_synth_ros.bags.qos_metadata import OfferedQos
+from scene_synth_ros.messages.transforms_cdr import StampedTransform, encode_tf_message
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 T = STORE.types

@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.flat_scene import FlatScene, Mesh, PartTable, Sky, tabulate_materials
-from renderer.lights import EMITTER_SIZE
+from renderer.geometry.mesh import Mesh
+from renderer.path.lights import EMITTER_SIZE
+from renderer.scene.flat_scene import FlatScene, PartTable, Sky, tabulate_materials
 from scene_description import Material
 from scene_description.poses import look_at
 from scene_description.types import CameraPose

@@ -25,6 +25,8 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
 
+from scene_synth_ros.cli.node_modules import NODES
+
 SMALL = ["renderer_node.camera.width:=96", "renderer_node.camera.height:=72", "renderer_node.render.samples_per_pixel:=1"]
 SMALL += ["renderer_node.render.auto_exposure:=false"]
 """Overrides that make frames cheap."""
@@ -146,7 +148,7 @@ class Peer:
 def node_process(name: str, settings: Mapping[str, object], surroundings: Mapping[str, str] | None = None) -> Iterator[Context]:
     """Run a node in a process and a DDS domain of its own; yield a context in that domain.  The node must outlive the block."""
     env = environment() | dict(surroundings or {})
-    words = [sys.executable, "-m", f"scene_synth_ros.{name}", "--ros-args", "-r", "__ns:=/synth"]
+    words = [sys.executable, "-m", NODES[name].module, "--ros-args", "-r", "__ns:=/synth"]
     words += [word for key, value in settings.items() for word in ("-p", f"{key}:={value}")]
     process = Child(words, env=env)
     context = Context()
@@ -183,7 +185,7 @@ def node_pids(marker: str) -> dict[str, int]:
             surroundings = (process / "environ").read_bytes().decode(errors="replace")
         except OSError:
             continue
-        name = next((word.removeprefix("scene_synth_ros.") for word in words if word.startswith("scene_synth_ros.")), "")
+        name = next((word.rsplit(".", 1)[-1] for word in words if word.startswith("scene_synth_ros.")), "")
         if name and marker in surroundings:
             found[name] = int(process.name)
     return found

@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 import yaml
 
-from grammar.assemble import assemble
-from grammar.categories import Categories, read_categories
-from grammar.check import check_grammar
-from grammar.derive import derive
-from grammar.layout import Problem, State
-from grammar.mcmc import enter
-from grammar.moves import MoveSettings, move_settings
-from grammar.request import SceneRequest
-from grammar.rules import MOVES, TERMS, Grammar
+from grammar.derivation.derive import derive
+from grammar.layout.assemble import assemble
+from grammar.layout.mcmc import enter
+from grammar.layout.moves import MoveSettings, move_settings
+from grammar.layout.problem import Problem, State
+from grammar.spec.categories import Categories, read_categories
+from grammar.spec.check import check_grammar
+from grammar.spec.request import SceneRequest
+from grammar.spec.rules import MOVES, TERMS, Grammar
 from scene_description import from_mapping
 from scene_description.share import config_path
 

@@ -1,4 +1,4 @@
-"""Imports point one way: scene_description <- grammar, renderer <- scene_synth_ros; some libraries have one door each."""
+"""Imports point one way, between packages and between the folders in them; some libraries have one door each."""
 
 import ast
 import sys
@@ -13,13 +13,52 @@ ALLOWED = {
     "renderer": {"renderer", "scene_description", "numpy", "numba", "llvmlite", "trimesh", "PIL", "pyoidn", "OpenEXR"},
 }
 ONLY_IN = {
-    "yaml": {"grammar/grammar_file.py"},
-    "trimesh": {"renderer/trimesh_files.py"},
-    "llvmlite": {"renderer/embree.py", "renderer/packing.py"},
-    "PIL": {"renderer/image_io.py"},
-    "pyoidn": {"renderer/denoise.py"},
-    "OpenEXR": {"renderer/exr_files.py"},
+    "yaml": {"grammar/spec/grammar_file.py"},
+    "trimesh": {"renderer/files/trimesh_files.py"},
+    "llvmlite": {"renderer/core/embree.py", "renderer/core/packing.py"},
+    "PIL": {"renderer/files/image_io.py"},
+    "pyoidn": {"renderer/film/denoise.py"},
+    "OpenEXR": {"renderer/files/exr_files.py"},
 }
+FOLDERS = {
+    "grammar": {
+        "spec": set(),
+        "drawing": set(),
+        "geometry": {"spec"},
+        "appearance": {"spec"},
+        "derivation": {"geometry", "spec"},
+        "camera": {"geometry", "spec"},
+        "layout": {"derivation", "geometry", "spec"},
+        "checks": {"derivation", "geometry", "layout", "spec"},
+    },
+    "renderer": {
+        "core": set(),
+        "geometry": set(),
+        "models": {"geometry"},
+        "textures": {"core", "geometry"},
+        "bsdf": {"core"},
+        "camera": {"core"},
+        "film": {"core"},
+        "files": {"core", "geometry", "models", "textures"},
+        "scene": {"core", "files", "geometry", "models", "textures"},
+        "path": {"bsdf", "camera", "core", "scene", "textures"},
+        "export": {"camera", "files", "geometry", "scene", "textures"},
+    },
+    "scene_synth_ros": {
+        "mcap": set(),
+        "messages": set(),
+        "suite": {"messages"},
+        "bags": {"mcap", "messages"},
+        "generate": {"messages", "suite"},
+        "render": {"messages", "suite"},
+        "record": {"bags", "messages", "suite"},
+        "replay": {"bags", "messages", "suite"},
+        "cli": {"bags", "generate", "mcap", "messages", "render", "record", "replay", "suite"},
+    },
+}
+"""Package -> folder -> folders of the package that it may import.  Modules beside the folders are the package's entry points."""
+ABOVE_ENTRY_POINTS = {"grammar/learning"}
+"""Folders that build on their package's entry points."""
 
 
 def imported_roots(path: Path) -> set[str]:
@@ -42,3 +81,41 @@ def test_imports_point_one_way(package: str) -> None:
         assert roots <= ALLOWED[package], f"{name} imports {sorted(roots - ALLOWED[package])}"
         for library, doors in ONLY_IN.items():
             assert library not in roots or name in doors, f"{name} imports {library}, which only {sorted(doors)} may"
+
+
+def imported_modules(path: Path, package: str) -> set[str]:
+    """Return the parts after the package's name of what a file imports from its own package, modules and names alike."""
+    found = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == package:
+            found |= {f"{node.module}.{alias.name}".split(".", 1)[1] for alias in node.names}
+        elif isinstance(node, ast.Import):
+            found |= {alias.name.split(".", 1)[1] for alias in node.names if alias.name.startswith(f"{package}.")}
+    return found
+
+
+@pytest.mark.parametrize(("package", "folder"), [(package, folder) for package, folders in FOLDERS.items() for folder in folders])
+def test_folders_import_what_lies_below_them(package: str, folder: str) -> None:
+    files = sorted((ROOT / package / folder).rglob("*.py"))
+    assert files
+    allowed = FOLDERS[package][folder] | {folder}
+    for path in files:
+        used = {module.split(".")[0] for module in imported_modules(path, package)}
+        assert used <= allowed, f"{path.relative_to(ROOT)} imports {sorted(used - allowed)} of {package}"
+
+
+@pytest.mark.parametrize("package", FOLDERS)
+def test_arrows_between_folders_make_no_circle(package: str) -> None:
+    left = dict(FOLDERS[package])
+    while left:
+        done = [folder for folder, below in left.items() if not below & left.keys()]
+        assert done, f"{package}: a circle among {sorted(left)}"
+        for folder in done:
+            del left[folder]
+
+
+@pytest.mark.parametrize("package", FOLDERS)
+def test_every_folder_is_in_the_table(package: str) -> None:
+    folders = {path.parent.name for path in (ROOT / package).glob("*/__init__.py")}
+    above = {name.split("/")[1] for name in ABOVE_ENTRY_POINTS if name.startswith(f"{package}/")}
+    assert folders == FOLDERS[package].keys() | above

@@ -4,9 +4,9 @@ import pytest
 
 from grammar import SceneRequest
 from grammar.synthesize import CameraTimes, SceneSynthesizer
-from renderer.flatten import flatten
 from renderer.models import MODELS
 from renderer.models.openings import OPENING_MODELS
+from renderer.scene.flatten import flatten
 from scene_description import scene_from_json, scene_to_json
 
 MAX_TRIANGLES = 150_000

@@ -11,7 +11,7 @@ import numpy as np
 
 from grammar.learning.geometry import box_gap, stands_on
 from grammar.learning.observed import ObservedObject, ObservedRoom
-from grammar.rules import NONE, AroundMode, Grammar, ObjectRule
+from grammar.spec.rules import NONE, AroundMode, Grammar, ObjectRule
 
 _SPREAD = 2.0
 _NO_TARGET = math.log(1e-3)

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammar.rules import Branch, Grammar, Node
+from grammar.spec.rules import Branch, Grammar, Node
 
 Floats = NDArray[np.float64]
 Bag = tuple[int, ...]

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from grammar.grammar_file import read_yaml
-from grammar.rules import GrammarError, Symbol
+from grammar.spec.grammar_file import read_yaml
+from grammar.spec.rules import GrammarError, Symbol
 from scene_description import FieldError, Limits, from_mapping
 
 Names = Mapping[str, Annotated[str, Limits(max_length=60)]]

@@ -13,14 +13,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from grammar.categories import Categories
-from grammar.energies import full_energy
-from grammar.layout import AROUND, BOUNDS, CANDIDATE, CENTRE, MODE_END, REACH, WALL_MODE, ZONE, Floats, Problem, State, copy_state
+from grammar.geometry.arrays import Floats
+from grammar.layout.energies import full_energy
+from grammar.layout.mcmc import Goal, run_chain
+from grammar.layout.moves import MoveSettings, move_settings
+from grammar.layout.problem import AROUND, BOUNDS, CANDIDATE, CENTRE, MODE_END, REACH, WALL_MODE, ZONE, Problem, State, copy_state
 from grammar.learning.assign import AssignedRoom
 from grammar.learning.observed_layout import observed_layout
-from grammar.mcmc import Goal, run_chain
-from grammar.moves import MoveSettings, move_settings
-from grammar.rules import HARD_TERMS, MOVES, TERMS, Grammar, MoveRule, Weights
+from grammar.spec.categories import Categories
+from grammar.spec.rules import HARD_TERMS, MOVES, TERMS, Grammar, MoveRule, Weights
 
 _LEAST_LOSS = 1e-6
 _LEAST_ROOMS = 3

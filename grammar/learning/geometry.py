@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from grammar.geometry.walls import WALL_YAW, wall_rows
 from grammar.learning.observed import ObservedObject
-from grammar.walls import WALL_YAW, wall_rows
 from scene_description.types import Point2
 
 _TOP_TOLERANCE_M = 0.1

@@ -11,7 +11,6 @@ from typing import Literal
 
 import numpy as np
 
-from grammar.categories import Categories
 from grammar.learning.assign import AssignedRoom, assign
 from grammar.learning.branching import learn_branching
 from grammar.learning.contrastive import ContrastiveOptions, CurveRow, learn_weights
@@ -20,7 +19,8 @@ from grammar.learning.openings import learn_openings
 from grammar.learning.relations import learn_object
 from grammar.learning.sizes import learn_room
 from grammar.learning.truncation import RoomSampler, SampledCounts, TruncationOptions, TruncationRow, correct_truncation, count_room
-from grammar.rules import Budget, Grammar, GrammarError
+from grammar.spec.categories import Categories
+from grammar.spec.rules import Budget, Grammar, GrammarError
 
 Part = Literal["sizes", "relations", "openings", "room", "weights"]
 PARTS: tuple[Part, ...] = ("sizes", "relations", "openings", "room", "weights")

@@ -17,7 +17,7 @@ import numpy as np
 
 from grammar.learning.geometry import InFrame, half_extents, wrapped
 from grammar.learning.mixtures import gap_mixture, place_mixture
-from grammar.rules import AroundMode, Mode, PlaceMode, WallMode
+from grammar.spec.rules import AroundMode, Mode, PlaceMode, WallMode
 
 _LEAST_SHARE = 0.025
 _SEEN_TWICE = 1.5

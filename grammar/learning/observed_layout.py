@@ -8,16 +8,16 @@ from dataclasses import replace
 
 import numpy as np
 
-from grammar.assemble import assemble
-from grammar.boxes import row_penetration
-from grammar.categories import Categories
-from grammar.energies import place_object
-from grammar.layout import BOX, CANDIDATE, HALF_DEPTH, HALF_WIDTH, OBJECT, WALL, ZONE, Problem, State
+from grammar.derivation.parse_tree import ParseTree, Thing
+from grammar.geometry.boxes import row_penetration
+from grammar.geometry.walls import WALL_YAW, wall_lengths
+from grammar.layout.assemble import assemble
+from grammar.layout.energies import place_object
+from grammar.layout.problem import BOX, CANDIDATE, HALF_DEPTH, HALF_WIDTH, OBJECT, WALL, ZONE, Problem, State
 from grammar.learning.assign import AssignedRoom
 from grammar.learning.geometry import at_walls
-from grammar.parse_tree import ParseTree, Thing
-from grammar.rules import Grammar
-from grammar.walls import WALL_YAW, wall_lengths
+from grammar.spec.categories import Categories
+from grammar.spec.rules import Grammar
 from scene_description.types import Room
 
 _OVERLAP_M = 0.03

@@ -8,9 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from grammar.geometry.walls import wall_rows
 from grammar.learning.observed import ObservedOpening, ObservedRoom
-from grammar.rules import Normal, OpeningRule
-from grammar.walls import wall_rows
+from grammar.spec.rules import Normal, OpeningRule
 
 _NEAR_CORNER_M = 0.5
 _LEAST_NEAR = 5

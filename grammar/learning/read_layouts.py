@@ -16,11 +16,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from grammar.geometry.walls import wall_rows
 from grammar.learning.category_map import CategoryMap
 from grammar.learning.geometry import at_walls
 from grammar.learning.observed import ObservedObject, ObservedOpening, ObservedRoom
-from grammar.rules import GrammarError
-from grammar.walls import wall_rows
+from grammar.spec.rules import GrammarError
 from scene_description.types import Point2
 
 LAYOUT_SCHEMA = "scene_synth.layout/1"

@@ -10,13 +10,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from grammar.categories import Categories
+from grammar.geometry.solids import surface_top
 from grammar.learning.assign import AssignedObject, AssignedRoom
 from grammar.learning.geometry import AtWall, fitting_wall, in_frame, nearest_wall, wrapped
 from grammar.learning.modes import GroupPose, Scale, TopPose, around_modes, place_modes, quarter_of, wall_modes
 from grammar.learning.sizes import learn_normal, learn_size
-from grammar.rules import NONE, AroundMode, Grammar, Normal, ObjectRule, Weights
-from grammar.solids import surface_top
+from grammar.spec.categories import Categories
+from grammar.spec.rules import NONE, AroundMode, Grammar, Normal, ObjectRule, Weights
 
 _AT_WALL_M = 1.0
 _USED_FROM_M = 0.4

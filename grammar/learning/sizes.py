@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from grammar.learning.observed import ObservedRoom
 from grammar.learning.read_layouts import polygon_area
-from grammar.rules import Normal, ObjectRule, RoomRule, SizeMode
+from grammar.spec.rules import Normal, ObjectRule, RoomRule, SizeMode
 
 Size = tuple[float, float, float]
 Kernel = tuple[float, NDArray[np.float64], NDArray[np.float64]]

@@ -22,11 +22,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammar.categories import Categories
 from grammar.learning.branching import certain_objects
-from grammar.request import RequestError, SceneRequest
-from grammar.rules import Grammar, Node
 from grammar.sample_room import sample_room
+from grammar.spec.categories import Categories
+from grammar.spec.request import RequestError, SceneRequest
+from grammar.spec.rules import Grammar, Node
 from scene_description import ParseNode
 
 Floats = NDArray[np.float64]

@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from grammar.rules import Grammar
+from grammar.spec.rules import Grammar
 
 _BLOCKS = {"room": 1, "openings": 2, "nodes": 1, "objects": 2, "weights": 1, "moves": 1, "schedule": 1, "budget": 1, "validity": 1}
 """Sections and down to which level each of their keys gets a line of its own."""

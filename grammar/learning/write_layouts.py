@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 
+from grammar.geometry.walls import wall_rows
 from grammar.learning.observed import ObservedObject, ObservedOpening, ObservedRoom
 from grammar.learning.read_layouts import LAYOUT_SCHEMA
-from grammar.walls import wall_rows
 from scene_description import SceneDescription
 from scene_description.types import Room, SceneObject
 

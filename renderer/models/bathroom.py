@@ -7,11 +7,11 @@ import math
 
 import numpy as np
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rounded_box, sweep
 from renderer.models.cabinets import Front, bar_handle, fronts, knob
 from renderer.models.lofts import arc, bent, disc, egg, loft, lying, oval, ring
 from renderer.models.model import Model, Parts, Size, fitted
-from renderer.shapes import block, blocks, lathe, merged, moved, rod, rounded_box, sweep
 
 
 def build_toilet(rng: np.random.Generator, size_m: Size, style: str) -> Parts:

@@ -8,12 +8,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
 from renderer.models.cabinets import Front, carcass, fronts, knob
 from renderer.models.lofts import bent, disc, loft, lying, oval, ring
 from renderer.models.model import Model, Parts, Size, fitted
 from renderer.models.soft import wrinkles
-from renderer.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
 
 
 def build_bathroom_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Parts:

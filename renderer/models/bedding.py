@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import blocks, merged, moved, rotated, rounded_box
 from renderer.models.model import Parts
 from renderer.models.soft import Drape, cloth, drape, layer, pillow
 from renderer.models.upholstery import piping, rounded_loop
-from renderer.shapes import blocks, merged, moved, rotated, rounded_box
 
 DUVET_M = 0.03
 

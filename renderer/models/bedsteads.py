@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rounded_box, sheet, sweep
 from renderer.models.bedding import BedPlan
 from renderer.models.carving import relief_board, turned_post
 from renderer.models.model import Parts, Size
 from renderer.models.soft import cushion
 from renderer.models.upholstery import piping, tufted
-from renderer.shapes import block, blocks, lathe, merged, moved, rod, rounded_box, sheet, sweep
 
 Build = Callable[[np.random.Generator, Size, BedPlan], Parts]
 

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, lathe, merged, moved
 from renderer.models.upholstery import lined
-from renderer.shapes import block, lathe, merged, moved
 
 
 def relief_board(

@@ -6,10 +6,10 @@ import itertools
 
 import numpy as np
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rotated, sheet
 from renderer.models.cabinets import PANEL_M, Front, carcass, fronts, pulls, splayed_legs, square_legs
 from renderer.models.model import Model, Parts, Size, fitted
-from renderer.shapes import block, blocks, lathe, merged, moved, rotated, sheet
 
 
 def build_tv_stand(rng: np.random.Generator, size_m: Size, style: str) -> Parts:

@@ -7,10 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
 from renderer.models.model import Model, Parts, Size, fitted
 from renderer.models.soft import cushion
-from renderer.shapes import block, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
 
 
 def build_desk_chair(rng: np.random.Generator, size_m: Size, style: str) -> Parts:

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import blocks, grid_faces, lathe, merged, moved, rod, rotated, sheet, smooth_normals
 from renderer.models.model import Model, Parts, Size, fitted
 from renderer.models.upholstery import repeated
-from renderer.shapes import blocks, grid_faces, lathe, merged, moved, rod, rotated, sheet, smooth_normals
 
 
 def build_curtain(rng: np.random.Generator, size_m: Size, style: str) -> Parts:

@@ -6,10 +6,10 @@ import itertools
 
 import numpy as np
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, blocks, merged, rod
 from renderer.models.cabinets import Front, bar_handle, fronts, pulls
 from renderer.models.model import Model, Parts, Size, fitted
-from renderer.shapes import block, blocks, merged, rod
 
 
 def build_desk(rng: np.random.Generator, size_m: Size, style: str) -> Parts:

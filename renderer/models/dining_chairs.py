@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, lathe, merged, rod, rounded_box, sheet, sweep
 from renderer.models.model import Model, Parts, Size, fitted
 from renderer.models.soft import cushion
-from renderer.shapes import block, lathe, merged, rod, rounded_box, sheet, sweep
 
 
 def build_dining_chair(rng: np.random.Generator, size_m: Size, style: str) -> Parts:

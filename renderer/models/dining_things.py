@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import lathe, merged, moved, rotated, sweep
 from renderer.models.living_things import bowl_body
 from renderer.models.model import Model, Parts, Size, fitted
-from renderer.shapes import lathe, merged, moved, rotated, sweep
 
 
 def build_plate(rng: np.random.Generator, size_m: Size, style: str) -> Parts:

@@ -8,9 +8,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, flat_quads, merged, moved, rod, rotated, rounded_box
 from renderer.models.model import Model, Parts, Size, fitted
-from renderer.shapes import block, flat_quads, merged, moved, rod, rotated, rounded_box
 
 
 def build_laptop(rng: np.random.Generator, size_m: Size, style: str) -> Parts:

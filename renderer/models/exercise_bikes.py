@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, merged, mirrored, moved, rod, rotated, rounded_box, sheet, sweep
 from renderer.models.lofts import bent, disc, ring
 from renderer.models.model import Model, Parts, Size, fitted
 from renderer.models.soft import cushion
-from renderer.shapes import block, merged, mirrored, moved, rod, rotated, rounded_box, sheet, sweep
 
 
 def build_exercise_bike(rng: np.random.Generator, size_m: Size, style: str) -> Parts:

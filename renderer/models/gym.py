@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sweep
 from renderer.models.lamps import globe
 from renderer.models.lofts import bent, disc, loft, lying, oval, ring
 from renderer.models.model import Model, Parts, Size, fitted
 from renderer.models.soft import cushion
-from renderer.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sweep
 
 
 def build_treadmill(rng: np.random.Generator, size_m: Size, style: str) -> Parts:

@@ -7,10 +7,10 @@ import math
 
 import numpy as np
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, slab, sweep
 from renderer.models.model import Model, Parts, Size, fitted
 from renderer.models.soft import wrinkles
-from renderer.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, slab, sweep
 
 
 def _crook(reach: float, rise: float, bar: float) -> Mesh:

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sweep
 from renderer.models.cabinets import PANEL_M, Front, bar_handle, fronts, knob
 from renderer.models.model import Model, Parts, Size, fitted
 from renderer.models.tables import soft_body
-from renderer.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sweep
 
 WORKTOP_M = 0.04
 PLINTH_M = 0.1

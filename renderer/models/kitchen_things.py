@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, slab, sweep
 from renderer.models.cabinets import bar_handle
 from renderer.models.kitchen import turned_knob
 from renderer.models.model import Model, Parts, Size, fitted
 from renderer.models.tables import soft_body
-from renderer.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, slab, sweep
 
 
 def build_microwave(rng: np.random.Generator, size_m: Size, style: str) -> Parts:

@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import lathe, merged, moved, rod, rotated, sweep
 from renderer.models.model import Model, Parts, Size, fitted
-from renderer.shapes import lathe, merged, moved, rod, rotated, sweep
 
 PLEATS = 30
 

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, flat_quads, lathe, merged, moved, rod, rotated, rounded_box, slab, sweep
 from renderer.models.model import Model, Parts, Size, fitted
 from renderer.models.wall_things import molding
-from renderer.shapes import block, flat_quads, lathe, merged, moved, rod, rotated, rounded_box, slab, sweep
 
 
 def upright(outline: ArrayLike, x0: float, x1: float) -> Mesh:

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import CREASE_COSINE, lathe, make_mesh, merged, moved, rotated, sweep
 from renderer.models.model import Parts
-from renderer.shapes import CREASE_COSINE, lathe, make_mesh, merged, moved, rotated, sweep
 
 Array = NDArray[np.float64]
 Point = Sequence[float]

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from renderer.flat_scene import Mesh
-from renderer.shapes import stretched
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import stretched
 
 Size = tuple[float, float, float]
 Parts = dict[str, Mesh]

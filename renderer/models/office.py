@@ -8,12 +8,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, blocks, lathe, make_mesh, merged, moved, rod, rotated, rounded_box, sweep
 from renderer.models.cabinets import Front, fronts
 from renderer.models.lamps import bulb, globe
 from renderer.models.lofts import arc, bent, chain, disc, loft, oval, ring
 from renderer.models.model import Model, Parts, Size, fitted
-from renderer.shapes import block, blocks, lathe, make_mesh, merged, moved, rod, rotated, rounded_box, sweep
 
 Array = NDArray[np.float64]
 

@@ -13,9 +13,9 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, blocks, make_mesh, merged, mirrored, moved, rod, sweep
 from renderer.models.model import Parts
-from renderer.shapes import block, blocks, make_mesh, merged, mirrored, moved, rod, sweep
 
 EMBED_M = 0.004
 """How far frames reach into the wall, so that no crack stays open."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, blocks, lathe, merged, slab, stretched
 from renderer.models.model import Model, Parts, Size, fitted
-from renderer.shapes import block, blocks, lathe, merged, slab, stretched
 
 
 def build_rug(rng: np.random.Generator, size_m: Size, style: str) -> Parts:

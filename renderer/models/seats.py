@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
 from renderer.models.model import Model, Parts, Size, fitted
 from renderer.models.soft import cushion
 from renderer.models.upholstery import tufted
-from renderer.shapes import lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
 
 
 def build_armchair(rng: np.random.Generator, size_m: Size, style: str) -> Parts:

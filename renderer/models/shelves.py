@@ -7,10 +7,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated
 from renderer.models.electronics import keycaps
 from renderer.models.model import Model, Parts, Size, fitted
-from renderer.shapes import block, blocks, lathe, merged, moved, rod, rotated
 
 BOOK_COLORS = 8
 Corner = tuple[float, float, float]

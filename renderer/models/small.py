@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sweep
 from renderer.models.model import Model, Parts, Size, fitted
-from renderer.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sweep
 
 SEGMENTS = ("abcdef", "bc", "abged", "abgcd", "fgbc", "afgcd", "afgedc", "abc", "abcdefg", "abcdfg")
 """Lit segments of the digits 0 to 9 of a seven-segment display (a top, then clockwise, g middle)."""

@@ -9,11 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, lathe, merged, mirrored, moved, rod, rotated, rounded_box, sweep
 from renderer.models.model import Model, Parts, Size, fitted
 from renderer.models.soft import cushion, pillow
 from renderer.models.upholstery import piping, rounded_loop, tufted
-from renderer.shapes import block, lathe, merged, mirrored, moved, rod, rotated, rounded_box, sweep
 
 SEAT_WIDTH_M = 0.7
 GAP_M = 0.004

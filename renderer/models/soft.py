@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import make_mesh, merged, rounded_template, rounded_uvs, sheet, smooth_normals
 from renderer.models.upholstery import lined, piping, rounded_loop
-from renderer.shapes import make_mesh, merged, rounded_template, rounded_uvs, sheet, smooth_normals
 
 Array = NDArray[np.float64]
 

@@ -9,11 +9,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rounded_box, sweep
 from renderer.models.exercise_bikes import saddle
 from renderer.models.lofts import bent, chain, disc, loft, oval, ring, turned
 from renderer.models.model import Model, Parts, Size, fitted
-from renderer.shapes import block, blocks, lathe, merged, moved, rod, rounded_box, sweep
 
 Array = NDArray[np.float64]
 Corner = tuple[float, float, float]

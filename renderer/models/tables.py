@@ -8,11 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, stretched
 from renderer.models.cabinets import Front, fronts, pulls, square_legs
 from renderer.models.model import Model, Parts, Size, fitted
 from renderer.models.soft import cushion
-from renderer.shapes import block, blocks, lathe, merged, moved, rod, stretched
 
 TOP_M = 0.04
 

@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from renderer.flat_scene import Mesh
-from renderer.shapes import grid_faces, lathe, make_mesh, merged, rotated, smooth_normals
-from renderer.textures.shape_coordinates import grid_way
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shape_coordinates import grid_way
+from renderer.geometry.shapes import grid_faces, lathe, make_mesh, merged, rotated, smooth_normals
 
 Array = NDArray[np.float64]
 

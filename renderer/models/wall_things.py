@@ -7,10 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, blocks, flat_quads, lathe, merged, rod, rotated, sheet, slab, stretched
 from renderer.models.model import Model, Parts, Size, fitted
 from renderer.models.upholstery import repeated
-from renderer.shapes import block, blocks, flat_quads, lathe, merged, rod, rotated, sheet, slab, stretched
 
 Array = NDArray[np.float64]
 ART_COLORS = 5

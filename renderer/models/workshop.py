@@ -7,11 +7,11 @@ import math
 
 import numpy as np
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, sweep
 from renderer.models.cabinets import Front, fronts
 from renderer.models.lofts import bent, disc, loft, oval, ring
 from renderer.models.model import Model, Parts, Size, fitted
-from renderer.shapes import block, blocks, lathe, merged, moved, rod, sweep
 
 
 def build_workbench(rng: np.random.Generator, size_m: Size, style: str) -> Parts:

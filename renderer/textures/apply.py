@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from renderer.flat_scene import Mesh
+from renderer.geometry.mesh import Mesh
 from renderer.textures.generators import GENERATORS
 from renderer.textures.pattern import Color
 from renderer.textures.tile import TextureTile, generated_tile

@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.embree import aligned_floats
-from renderer.kernel import inlined
+from renderer.core.embree import aligned_floats
+from renderer.core.kernel import inlined
 from renderer.textures.apply import OTHER_COLORS, AppliedTexture
 from renderer.textures.packing import CHANNELS
 

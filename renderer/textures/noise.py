@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.kernel import entry
+from renderer.core.kernel import entry
 
 Field = NDArray[np.floating[Any]]
 Shape = tuple[int, int]

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.kernel import entry
+from renderer.core.kernel import entry
 from renderer.textures.noise import Field, coordinates, noise, smooth_step
 from renderer.textures.pattern import Generator, Pattern, Request
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.kernel import entry
+from renderer.core.kernel import entry
 from renderer.textures.noise import Field
 
 CHANNELS = 8

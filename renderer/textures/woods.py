@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.kernel import entry
+from renderer.core.kernel import entry
 from renderer.textures.noise import Field, Shape, coordinates, noise, per_cell, smooth_step
 from renderer.textures.pattern import Generator, Pattern, Request
 

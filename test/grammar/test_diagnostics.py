@@ -12,9 +12,9 @@ from small_grammar import CATEGORIES
 
 from grammar import SceneRequest, read_room_type
 from grammar.diagnostics import acceptance, chain_plot, record_chain, to_csv
-from grammar.drawing import to_svg
-from grammar.rules import MOVES, TERMS, Convergence
-from grammar.schedule import has_converged
+from grammar.drawing.shapes import to_svg
+from grammar.layout.schedule import has_converged
+from grammar.spec.rules import MOVES, TERMS, Convergence
 
 
 @pytest.fixture(scope="module")

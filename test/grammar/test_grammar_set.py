@@ -5,7 +5,7 @@ import pytest
 from small_grammar import CATEGORIES
 
 from grammar import GrammarError, SceneRequest, read_room_type, sample_room
-from grammar.grammar_file import learned_types, room_types
+from grammar.spec.grammar_file import learned_types, room_types
 from grammar.synthesize import SceneSynthesizer
 
 

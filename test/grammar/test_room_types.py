@@ -13,7 +13,7 @@ import pytest
 from small_grammar import CATEGORIES
 
 from grammar import Grammar, SampledRoom, SceneRequest, read_grammar, read_room_type, room_types, sample_room
-from grammar.derive import derive
+from grammar.derivation.derive import derive
 from scene_description import SceneObject
 from scene_description.share import config_path
 

@@ -7,8 +7,8 @@ from box_room import box, pose, quad, scene
 
 from renderer import CameraConfig, RenderConfig
 from renderer.exposure import METER_CONSTANT, exposed, meter
-from renderer.tone import Exposure
-from renderer.white_balance import white_of_kelvin
+from renderer.film.tone import Exposure
+from renderer.film.white_balance import white_of_kelvin
 from scene_description.color_temperature import D65_XY, color_of_temperature
 
 VIEW = pose((0.0, 0.0, 1.0), (1.0, 0.2, 1.0))

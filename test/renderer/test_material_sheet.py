@@ -3,7 +3,7 @@
 import numpy as np
 
 from renderer.material_sheet import material_sheet, render_material, stage
-from renderer.scene_check import check_scene
+from renderer.scene.scene_check import check_scene
 from scene_description import Material, Texture
 
 

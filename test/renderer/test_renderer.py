@@ -8,9 +8,9 @@ import pytest
 from box_room import VIEW, box, furnished_room, pose, quad, scene
 
 from renderer import GEOMETRIC_LAYERS, LAYERS, CameraConfig, RenderCancelled, RenderConfig, Renderer, RenderError, warm_up
-from renderer.ground_truth import trace_geometry
-from renderer.integrator import trace_paths
-from renderer.tone import Exposure, to_display
+from renderer.film.tone import Exposure, to_display
+from renderer.path.ground_truth import trace_geometry
+from renderer.path.integrator import trace_paths
 
 SMALL = CameraConfig(width=101, height=75)
 QUICK = RenderConfig(samples_per_pixel=4, threads=2)

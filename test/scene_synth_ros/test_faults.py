@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 from scene_synth_ros_suite import Child, command, environment, node_pids, record_command, run_suite, stop, wait_until
 
-from scene_synth_ros.bag_inspect import inspect_bag
-from scene_synth_ros.bag_reader import BagReader
+from scene_synth_ros.bags.bag_inspect import inspect_bag
+from scene_synth_ros.bags.bag_reader import BagReader
 
 
 def run_briefly(*words: object) -> subprocess.CompletedProcess[str]:

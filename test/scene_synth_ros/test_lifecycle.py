@@ -13,9 +13,9 @@ from scene_synth_ros_suite import Peer, node_process
 from std_msgs.msg import String
 
 from scene_description import SceneDescription, scene_from_json
-from scene_synth_ros.bag_inspect import inspect_bag
-from scene_synth_ros.bag_reader import BagReader
-from scene_synth_ros.qos import latched_qos
+from scene_synth_ros.bags.bag_inspect import inspect_bag
+from scene_synth_ros.bags.bag_reader import BagReader
+from scene_synth_ros.suite.qos import latched_qos
 
 
 class Manager(Peer):

@@ -14,8 +14,8 @@ from scene_synth_ros_suite import environment, run_suite
 
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.exposure import exposed, meter
-from renderer.flatten import flatten
-from renderer.scene_key import scene_key
+from renderer.scene.flatten import flatten
+from renderer.scene.scene_key import scene_key
 from scene_description import SceneDescription, scene_from_json
 from scene_description.poses import rotation_from_quaternion
 

@@ -14,10 +14,10 @@ from std_msgs.msg import String
 
 from scene_description import scene_from_json
 from scene_description.share import config_path
-from scene_synth_ros.bag_inspect import inspect_bag
-from scene_synth_ros.bag_reader import BagReader
-from scene_synth_ros.bag_verify import verify_bag
-from scene_synth_ros.qos import latched_qos
+from scene_synth_ros.bags.bag_inspect import inspect_bag
+from scene_synth_ros.bags.bag_reader import BagReader
+from scene_synth_ros.bags.bag_verify import verify_bag
+from scene_synth_ros.suite.qos import latched_qos
 
 ROOMS, FRAMES = 4, 3
 WORDS = ["--rooms", ROOMS, "--frames", FRAMES, "--seed", 9]

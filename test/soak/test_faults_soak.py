@@ -24,9 +24,9 @@ from std_msgs.msg import String
 from wall_clock import WallClock
 
 from scene_description import scene_to_json
-from scene_synth_ros.bag_inspect import inspect_bag
-from scene_synth_ros.bag_repair import repair_bag
-from scene_synth_ros.qos import latched_qos
+from scene_synth_ros.bags.bag_inspect import inspect_bag
+from scene_synth_ros.bags.bag_repair import repair_bag
+from scene_synth_ros.suite.qos import latched_qos
 
 pytestmark = pytest.mark.soak
 

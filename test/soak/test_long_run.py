@@ -12,8 +12,8 @@ from scene_synth_ros_suite import Peer, node_pids
 from std_msgs.msg import String
 from test_faults_soak import Run
 
-from scene_synth_ros.bag_inspect import inspect_bag
-from scene_synth_ros.qos import latched_qos
+from scene_synth_ros.bags.bag_inspect import inspect_bag
+from scene_synth_ros.suite.qos import latched_qos
 
 pytestmark = pytest.mark.soak
 

@@ -13,8 +13,9 @@ import pytest
 from scene_synth_ros_suite import Child, environment, wait_until
 
 from scene_description.share import config_path
-from scene_synth_ros.bag_inspect import inspect_bag
-from scene_synth_ros.bag_verify import verify_bag
+from scene_synth_ros.bags.bag_inspect import inspect_bag
+from scene_synth_ros.bags.bag_verify import verify_bag
+from scene_synth_ros.cli.node_modules import NODES
 
 ROOMS, FRAMES = 4, 60
 CUT_S = 10.0
@@ -60,7 +61,7 @@ class Hosts:
         self.nodes: dict[str, Child] = {}
 
     def start(self, host: str, node: str, settings: dict[str, object]) -> None:
-        words = ["ip", "netns", "exec", host, sys.executable, "-m", f"scene_synth_ros.{node}", "--ros-args", "-r", "__ns:=/synth"]
+        words = ["ip", "netns", "exec", host, sys.executable, "-m", NODES[node].module, "--ros-args", "-r", "__ns:=/synth"]
         words += [word for key, value in settings.items() for word in ("-p", f"{key}:={str(value).lower()}")]
         self.nodes[node] = Child(words, env=self._env)
 

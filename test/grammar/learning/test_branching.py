@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from small_grammar import item, small_grammar
 
+from grammar.derivation.structure import draw_structure
 from grammar.learning.branching import learn_branching
-from grammar.structure import draw_structure
 
 OBJECTS = (
     "objects:\n"

@@ -8,7 +8,7 @@ from small_grammar import CATEGORIES, item, mapping, small_grammar
 
 from benchmarks.recovery_bench import measure
 from grammar import Grammar, SceneRequest, read_grammar, sample_room
-from grammar.densities import draw_size
+from grammar.derivation.densities import draw_size
 from grammar.learning import (
     ContrastiveOptions,
     LearnOptions,
@@ -25,7 +25,7 @@ from grammar.learning.contrastive import learn_weights
 from grammar.learning.learn import PARTS
 from grammar.learning.observed import ObservedObject
 from grammar.learning.write_layouts import layout_from_objects
-from grammar.rules import TERMS, GrammarError
+from grammar.spec.rules import TERMS, GrammarError
 from scene_description import from_mapping
 
 TRUTH = """

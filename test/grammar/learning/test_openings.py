@@ -7,11 +7,11 @@ import pytest
 from small_grammar import CATEGORIES, closet, item, small_grammar
 
 from grammar import SceneRequest
-from grammar.derive import derive
+from grammar.derivation.derive import derive
 from grammar.learning import ObservedRoom
 from grammar.learning.openings import learn_openings
 from grammar.learning.write_layouts import layout_from_objects
-from grammar.rules import Normal
+from grammar.spec.rules import Normal
 
 BASE = small_grammar(closet("stool") + item("stool", "pouf", (0.4, 0.4, 0.4)))
 

@@ -11,7 +11,7 @@ from grammar.learning.geometry import fitting_wall, nearest_wall
 from grammar.learning.observed import ObservedObject, ObservedRoom
 from grammar.learning.read_layouts import house_of, polygon_area
 from grammar.learning.write_layouts import layout_line
-from grammar.rules import GrammarError
+from grammar.spec.rules import GrammarError
 from scene_description.share import config_path
 
 NAMES = read_category_map(config_path("learning/category_map.yaml"))

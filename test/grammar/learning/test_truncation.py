@@ -8,9 +8,9 @@ import pytest
 from small_grammar import CATEGORIES, item, small_grammar
 
 from grammar import Grammar
+from grammar.derivation.structure import draw_structure
 from grammar.learning.learn import room_sampler
 from grammar.learning.truncation import SampledCounts, TruncationOptions, correct_truncation
-from grammar.structure import draw_structure
 
 NODES = """
 nodes:

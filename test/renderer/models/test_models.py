@@ -4,11 +4,24 @@ import numpy as np
 import pytest
 from model_sizes import SIZES, random_cases, sizes_of
 
-from grammar.appearance import load_appearance
-from renderer.flat_scene import Mesh
+from grammar.appearance.appearance import load_appearance
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import (
+    block,
+    blocks,
+    lathe,
+    merged,
+    mirrored,
+    rod,
+    rotated,
+    rounded_box,
+    sheet,
+    signed_volume,
+    slab,
+    surface_area,
+)
 from renderer.models import MODELS, build_model
 from renderer.models.soft import pillow
-from renderer.shapes import block, blocks, lathe, merged, mirrored, rod, rotated, rounded_box, sheet, signed_volume, slab, surface_area
 from scene_description.share import config_path
 
 SMALL = {"table_lamp", "alarm_clock", "book_stack", "laptop", "monitor", "keyboard", "mug", "vase", "picture", "wall_mirror", "waste_bin"}

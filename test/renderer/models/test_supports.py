@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from model_sizes import SIZES, random_cases
 
-from grammar.categories import read_categories
-from grammar.solids import local_solids, surface_top
-from renderer.flat_scene import Mesh
+from grammar.geometry.solids import local_solids, surface_top
+from grammar.spec.categories import read_categories
+from renderer.geometry.mesh import Mesh
+from renderer.geometry.shapes import merged
 from renderer.models import MODELS, build_model
-from renderer.shapes import merged
 from scene_description.share import config_path
 
 CATEGORIES = {name: category for name, category in read_categories(config_path("categories.yaml")).items() if name in MODELS}

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from renderer.kernel import from_python
-from renderer.shapes import block
+from renderer.core.kernel import from_python
+from renderer.geometry.shapes import block
 from renderer.textures import look_up as look_up_module
 from renderer.textures.apply import AppliedTexture, applied_texture, mapped_once
 from renderer.textures.look_up import Looked, Textures, build_textures

@@ -1,0 +1,1 @@
+"""Materials, colours, lamps and daylight of a room."""

@@ -1,0 +1,192 @@
+"""Which lamps shine, and what the sky outside looks like.  Light is photometric."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+
+from grammar.appearance.daylight import NO_WISH, DaylightWish, Moment, MomentConfig, draw_moment, fitting_conditions, make_daylight
+from grammar.appearance.downlights import DownlightConfig
+from grammar.spec.grammar_file import read_yaml
+from grammar.spec.rules import GrammarError
+from scene_description import Environment, FieldError, Light, Limits, SceneObject, from_mapping
+from scene_description.color_temperature import color_of_temperature, luminance_rgb
+
+Flux = Annotated[float, Limits(ge=1.0, le=1e6, unit="lm")]
+Kelvin = Annotated[float, Limits(ge=1700.0, le=20000.0, unit="K")]
+SkyLuminance = Annotated[float, Limits(ge=1e-6, le=1e5, unit="cd/m2")]
+Ratio = Annotated[float, Limits(ge=0.0, le=10.0)]
+Probability = Annotated[float, Limits(ge=0.0, le=1.0)]
+Elevation = Annotated[float, Limits(ge=-90.0, le=90.0, unit="deg")]
+
+_NO_RANGES = ("probability", "dark", "cloud_cover")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lamp:
+    """One lamp category: the part that shines, ranges of flux and colour temperature, probability to be on by day and in the dark."""
+
+    part: str
+    flux_lm: tuple[Flux, Flux]
+    color_temperature_k: tuple[Kelvin, Kelvin]
+    on_by_day: Probability
+    on_in_dark: Probability
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Condition:
+    """One condition outside: whether lamps are needed, ranges of luminance and colour temperature of zenith, horizon and ground.
+
+    ``elevation_deg`` bounds the sun's elevation.  Where ``cloud_cover`` has a range, sun and sky follow from the moment in place of these
+    luminances.
+    """
+
+    probability: Probability
+    dark: bool
+    zenith_cd_m2: tuple[SkyLuminance, SkyLuminance]
+    horizon_ratio: tuple[Ratio, Ratio]
+    ground_ratio: tuple[Ratio, Ratio]
+    zenith_k: tuple[Kelvin, Kelvin]
+    horizon_k: tuple[Kelvin, Kelvin]
+    ground_k: tuple[Kelvin, Kelvin]
+    elevation_deg: tuple[Elevation, Elevation] = (-90.0, 90.0)
+    cloud_cover: tuple[Probability, Probability] | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LightingConfig:
+    """Lamps by category and daylight by condition; ``config/lighting.yaml`` explains each number."""
+
+    lamps: Annotated[Mapping[str, Lamp], Limits(max_length=256)]
+    daylight: Annotated[Mapping[str, Condition], Limits(min_length=1, max_length=64)]
+    moment: MomentConfig | None = None
+    downlights: Annotated[Mapping[str, DownlightConfig], Limits(max_length=256)] = field(default_factory=dict)
+
+
+def read_lighting_config(path: Path) -> LightingConfig:
+    """Read and check the settings of lighting, for example ``config_path("lighting.yaml")``.
+
+    Raises:
+        GrammarError: the file does not parse or a field does not fit; one line with file and field.
+    """
+    try:
+        config = from_mapping(LightingConfig, read_yaml(path))
+        for name, lamp in config.lamps.items():
+            _check_order(f"lamps.{name}", {"flux_lm": lamp.flux_lm, "color_temperature_k": lamp.color_temperature_k})
+        for name, sky in config.daylight.items():
+            _check_order(f"daylight.{name}", {f.name: getattr(sky, f.name) for f in fields(sky) if f.name not in _NO_RANGES})
+            if sky.cloud_cover is not None:
+                _check_order(f"daylight.{name}", {"cloud_cover": sky.cloud_cover})
+                if config.moment is None:
+                    raise FieldError(f"daylight.{name}.cloud_cover", "a section 'moment' for its sun", "none")
+        for name, spots in config.downlights.items():
+            ranges = ("spacing_m", "flux_lm", "color_temperature_k", "beam_deg")
+            _check_order(f"downlights.{name}", {key: getattr(spots, key) for key in ranges})
+        if config.moment is not None:
+            _check_order("moment", {f.name: getattr(config.moment, f.name) for f in fields(config.moment) if f.name != "ground_color"})
+        total = math.fsum(sky.probability for sky in config.daylight.values())
+        if abs(total - 1.0) > 1e-6:
+            raise FieldError("daylight", "probabilities that sum to 1", f"{total:.6g}")
+        if all(sky.dark for sky in config.daylight.values() if sky.probability > 0.0):
+            raise FieldError("daylight", "at least one condition that is not dark, for rooms without lamps", "none")
+    except FieldError as error:
+        raise GrammarError(f"{path}: {error}") from None
+    return config
+
+
+def sample_lighting(
+    rng: np.random.Generator,
+    config: LightingConfig,
+    objects: Sequence[SceneObject],
+    *,
+    windows: bool = True,
+    wish: DaylightWish = NO_WISH,
+) -> tuple[tuple[Light, ...], Environment]:
+    """Sample the state of all lamps of a room and the daylight outside.
+
+    At night, and in a room without windows, at least one lamp is on: the one with the greatest flux if chance left all of them off.
+    A room without lamps is never dark.
+
+    Args:
+        rng: the only source of randomness.
+        config: ranges and probabilities.
+        objects: the room's objects; those of a lamp category are lamps.
+        windows: whether daylight gets in at all.
+        wish: what is asked of the daylight.
+
+    Returns:
+        One light for each lamp, lit or not, in the order of the objects; the environment.
+
+    Raises:
+        GrammarError: a lamp lacks the part that should shine, or the daylight asked for does not come about.
+    """
+    lamps = [thing for thing in objects if thing.category in config.lamps]
+    sky, moment = _sample_condition(rng, config, bool(lamps), wish)
+    dark = sky.dark or not windows
+    lights = [_sample_light(rng, config.lamps[lamp.category], lamp, dark) for lamp in lamps]
+    if dark and lights and not any(light.on for light in lights):
+        brightest = max(range(len(lights)), key=lambda i: lights[i].flux_lm)
+        lights[brightest] = replace(lights[brightest], on=True)
+    return tuple(lights), _sample_environment(rng, config, sky, moment, wish)
+
+
+def _sample_condition(rng: np.random.Generator, config: LightingConfig, lamps: bool, wish: DaylightWish) -> tuple[Condition, Moment | None]:
+    """Return the condition outside, and the moment if that came first."""
+    skies = {name: sky for name, sky in config.daylight.items() if lamps or not sky.dark}
+    moment = None
+    if wish.condition is not None:
+        if wish.condition not in config.daylight:
+            raise GrammarError(f"daylight: expected one of {', '.join(config.daylight)}, got '{wish.condition}'")
+        return config.daylight[wish.condition], None
+    if wish.solar_hour is not None and config.moment is not None:
+        moment = draw_moment(rng, config.moment, wish, (-90.0, 90.0))
+        fitting = fitting_conditions(moment, {name: sky.elevation_deg for name, sky in config.daylight.items()})
+        skies = {name: config.daylight[name] for name in fitting}
+    odds = np.array([sky.probability for sky in skies.values()])
+    if not odds.sum() > 0.0:
+        raise GrammarError(f"daylight: expected a condition that fits solar_hour {wish.solar_hour}, got none; widen elevation_deg")
+    return list(skies.values())[int(rng.choice(len(odds), p=odds / odds.sum()))], moment
+
+
+def _sample_light(rng: np.random.Generator, lamp: Lamp, thing: SceneObject, dark: bool) -> Light:
+    if lamp.part not in {part.name for part in thing.parts}:
+        names = ", ".join(part.name for part in thing.parts) or "none"
+        raise GrammarError(f"lamps.{thing.category}.part: expected a part of object {thing.id} ({names}), got '{lamp.part}'")
+    flux_lm = _log_uniform(rng, lamp.flux_lm)
+    temperature_k = float(rng.uniform(*lamp.color_temperature_k))
+    on = bool(rng.random() < (lamp.on_in_dark if dark else lamp.on_by_day))
+    color = color_of_temperature(temperature_k)
+    return Light(object=thing.id, part=lamp.part, flux_lm=flux_lm, color_temperature_k=temperature_k, color=color, on=on)
+
+
+def _sample_environment(
+    rng: np.random.Generator, config: LightingConfig, sky: Condition, moment: Moment | None, wish: DaylightWish
+) -> Environment:
+    zenith_cd_m2 = _log_uniform(rng, sky.zenith_cd_m2)
+    horizon_cd_m2 = zenith_cd_m2 * float(rng.uniform(*sky.horizon_ratio))
+    ground_cd_m2 = zenith_cd_m2 * float(rng.uniform(*sky.ground_ratio))
+    plain = Environment(
+        zenith=luminance_rgb(float(rng.uniform(*sky.zenith_k)), zenith_cd_m2),
+        horizon=luminance_rgb(float(rng.uniform(*sky.horizon_k)), horizon_cd_m2),
+        ground=luminance_rgb(float(rng.uniform(*sky.ground_k)), ground_cd_m2),
+    )
+    if sky.cloud_cover is None or config.moment is None:
+        return plain
+    moment = moment or draw_moment(rng, config.moment, wish, sky.elevation_deg)
+    cover = float(rng.uniform(*sky.cloud_cover)) if wish.cloud_cover is None else wish.cloud_cover
+    return replace(plain, daylight=make_daylight(moment, cover, config.moment.ground_color))
+
+
+def _log_uniform(rng: np.random.Generator, bounds: tuple[float, float]) -> float:
+    return float(np.exp(rng.uniform(math.log(bounds[0]), math.log(bounds[1]))))
+
+
+def _check_order(path: str, ranges: Mapping[str, tuple[float, float]]) -> None:
+    for name, (low, high) in ranges.items():
+        if low > high:
+            raise FieldError(f"{path}.{name}", "low <= high", f"[{low}, {high}]")

@@ -1,0 +1,175 @@
+"""What a camera would see from a point of the room in every horizontal direction, judged coarsely by casting rays at walls and boxes.
+
+A ring is a bundle of rays, ``RING_COLUMNS`` azimuths times the given elevations.  A view is as many neighbouring columns as the field of
+view spans.  Its value grows with how far it sees and how many different things it shows, and falls with what stands right before the lens.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from grammar.geometry.boxes import Boxes
+from grammar.geometry.kernels import INNER, LEAN
+
+RING_COLUMNS = 72
+
+
+class ViewWeights(NamedTuple):
+    """How a view is judged: distances in metres that count as too near and as far, and the weights of the three terms."""
+
+    near_m: float
+    far_m: float
+    depth: float
+    things: float
+    near: float
+
+
+def column_azimuth_rad() -> NDArray[np.float64]:
+    """Return (RING_COLUMNS,) the azimuth of each column's centre, radians counter-clockwise from +x."""
+    return np.arange(RING_COLUMNS, dtype=np.float64) * (2.0 * math.pi / RING_COLUMNS)
+
+
+def cast_ring(
+    polygon: NDArray[np.float64], height_m: float, boxes: Boxes, position_m: NDArray[np.float64], elevations_rad: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Cast the rays of a ring from a point inside a room.
+
+    Args:
+        polygon: (n, 2) float64 floor outline, world, metres.
+        height_m: height of the ceiling.
+        boxes: (b, 8) float64 solids, rows as grammar.geometry.boxes defines them.
+        position_m: (3,) float64 world.
+        elevations_rad: (e,) float64, up is positive.
+
+    Returns:
+        distance_m: (RING_COLUMNS, e) float64, along the ray.
+        hit: (RING_COLUMNS, e) int64, row of the box that was hit, -1 for walls, floor and ceiling.
+    """
+    distance_m = np.empty((RING_COLUMNS, len(elevations_rad)))
+    hit = np.full((RING_COLUMNS, len(elevations_rad)), -1, np.int64)
+    _cast_ring(polygon, height_m, boxes, position_m, elevations_rad, distance_m, hit)
+    return distance_m, hit
+
+
+@njit(**LEAN)
+def _cast_ring(polygon, height_m, boxes, position_m, elevations_rad, distance_m, hit):  # type: ignore[no-untyped-def]
+    for column in range(RING_COLUMNS):
+        azimuth = column * (2.0 * math.pi / RING_COLUMNS)
+        dx, dy = math.cos(azimuth), math.sin(azimuth)
+        wall = _wall_distance(polygon, position_m[0], position_m[1], dx, dy)
+        for row in range(len(elevations_rad)):
+            slope = math.tan(elevations_rad[row])
+            nearest = wall
+            if slope < 0.0:
+                nearest = min(nearest, -position_m[2] / slope)
+            elif slope > 0.0:
+                nearest = min(nearest, (height_m - position_m[2]) / slope)
+            for b in range(len(boxes)):
+                t = _box_distance(boxes[b], position_m, dx, dy, slope)
+                if t < nearest:
+                    nearest = t
+                    hit[column, row] = b
+            distance_m[column, row] = nearest * math.sqrt(1.0 + slope * slope)
+
+
+def view_values(
+    distance_m: NDArray[np.float64], hit: NDArray[np.int64], box_count: int, columns_wide: int, weights: ViewWeights
+) -> NDArray[np.float64]:
+    """Return (RING_COLUMNS,) float64, the value of the view that is centred on each column of a ring.
+
+    value = depth * mean(min(d, far) / far) + things * (1 - 0.8^k) - near * share of rays shorter than near, with k the number of different
+    boxes in view.
+    """
+    values = np.empty(len(distance_m))
+    _value_views(distance_m, hit, np.full(box_count, -1, np.int64), columns_wide, weights, values)
+    return values
+
+
+@njit(**LEAN)
+def _value_views(distance_m, hit, seen_from, columns_wide, weights, values):  # type: ignore[no-untyped-def]
+    columns, rows = distance_m.shape
+    for centre in range(columns):
+        depth, near, things = 0.0, 0, 0
+        for offset in range(columns_wide):
+            column = (centre + offset - columns_wide // 2) % columns
+            for row in range(rows):
+                d = distance_m[column, row]
+                depth += min(d, weights.far_m) / weights.far_m
+                near += d < weights.near_m
+                b = hit[column, row]
+                if b >= 0 and seen_from[b] != centre:
+                    seen_from[b] = centre
+                    things += 1
+        rays = columns_wide * rows
+        values[centre] = weights.depth * depth / rays + weights.things * (1.0 - 0.8**things) - weights.near * near / rays
+
+
+def best_turns(values: NDArray[np.float64], most_columns: int, turn_cost: float) -> NDArray[np.int64]:
+    """Return (m,) int64, the column to look at from each of m stations, by dynamic programming (Viterbi).
+
+    Args:
+        values: (m, RING_COLUMNS) float64.
+        most_columns: greatest turn between neighbouring stations.
+        turn_cost: price of a turn by one column, growing with its square.
+    """
+    total, came_from = values.copy(), np.zeros(values.shape, np.int64)
+    _add_turns(total, most_columns, turn_cost, came_from)
+    path = np.empty(len(values), np.int64)
+    path[-1] = np.argmax(total[-1])
+    for station in range(len(values) - 1, 0, -1):
+        path[station - 1] = came_from[station, path[station]]
+    return path
+
+
+@njit(**LEAN)
+def _add_turns(total, most_columns, turn_cost, came_from):  # type: ignore[no-untyped-def]
+    """Add to each station's values (m, columns) the best total of a way there; note the column before."""
+    stations, columns = total.shape
+    for station in range(1, stations):
+        for column in range(columns):
+            best = -np.inf
+            for turn in range(-most_columns, most_columns + 1):
+                before = (column - turn) % columns
+                value = total[station - 1, before] - turn_cost * turn * turn
+                if value > best:
+                    best = value
+                    came_from[station, column] = before
+            total[station, column] += best
+
+
+@njit(**INNER)
+def _wall_distance(polygon, x, y, dx, dy):  # type: ignore[no-untyped-def]
+    nearest = np.inf
+    n = len(polygon)
+    for i in range(n):
+        ex, ey = polygon[(i + 1) % n, 0] - polygon[i, 0], polygon[(i + 1) % n, 1] - polygon[i, 1]
+        cross = dx * ey - dy * ex
+        if abs(cross) > 1e-12:
+            ax, ay = polygon[i, 0] - x, polygon[i, 1] - y
+            t, s = (ax * ey - ay * ex) / cross, (ax * dy - ay * dx) / cross
+            if t > 0.0 and 0.0 <= s <= 1.0:
+                nearest = min(nearest, t)
+    return nearest
+
+
+@njit(**INNER)
+def _box_distance(box, position, dx, dy, dz):  # type: ignore[no-untyped-def]
+    """Slab test of a ray with an upright box: the ray parameter of the entry, inf for a miss or an origin inside."""
+    px, py = position[0] - box[0], position[1] - box[1]
+    u, v = px * box[6] + py * box[7], py * box[6] - px * box[7]
+    du, dv = dx * box[6] + dy * box[7], dy * box[6] - dx * box[7]
+    w = position[2] - 0.5 * (box[2] + box[3])
+    low, high = 0.0, np.inf
+    for start, step, half in ((u, du, box[4]), (v, dv, box[5]), (w, dz, 0.5 * (box[3] - box[2]))):
+        if abs(step) < 1e-12:
+            if abs(start) > half:
+                return np.inf
+        else:
+            a, b = (-half - start) / step, (half - start) / step
+            low, high = max(low, min(a, b)), min(high, max(a, b))
+    return low if 0.0 < low <= high else np.inf

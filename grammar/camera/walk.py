@@ -1,0 +1,189 @@
+"""Walks over the free floor: where a carried camera may be, shortest paths between viewpoints, smoothing that touches nothing.
+
+A point is allowed when the disc of the carrier's body clears everything from the floor up to the lens, and the lens everything around its
+own height.  Distances to walls and boxes are exact; as they change by at most a metre per metre, points that keep half the gap between
+neighbours in reserve prove the line between them.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy import ndimage, sparse
+from scipy.sparse import csgraph
+
+from grammar.geometry.boxes import Boxes, point_distance
+from grammar.geometry.free_space import FreeSpace, distance_to_outline, rasterize, standable
+from grammar.geometry.kernels import LEAN
+
+_RELAXATION = ((1.0, 1.0), (1.0, 0.7), (0.8, 0.5), (0.6, 0.3), (0.0, 1.0), (0.0, 0.6), (0.0, 0.3))
+"""Shares of body radius and lens clearance that are tried in turn; without a body the lens may hover over furniture."""
+_LEAST_AREA_M2 = 0.2
+_RESERVE_CELLS = 0.75
+_PASSAGE_M = 0.15
+
+
+class Ground(NamedTuple):
+    """Where a camera may be.
+
+    cells_m: (n, 2) float64, centres of a connected set of cells, world, metres; costs: (n, n) sparse, cost of a step between neighbours;
+    polygon: (v, 2) outline and boxes: (b, 8) solids that count; keep_m: (b,) distance to keep from each; wall_keep_m: and from the walls;
+    reserve_m: distance that the cells keep beyond that.
+    """
+
+    cells_m: NDArray[np.float64]
+    costs: sparse.csr_matrix
+    polygon: NDArray[np.float64]
+    boxes: Boxes
+    keep_m: NDArray[np.float64]
+    wall_keep_m: float
+    reserve_m: float
+
+
+class Routes(NamedTuple):
+    """Shortest paths from ``viewpoints`` (k,), rows of ``Ground.cells_m``; ``before`` (k, n): the cell before each one on its path."""
+
+    viewpoints: NDArray[np.int64]
+    before: NDArray[np.int32]
+
+
+class Walk(NamedTuple):
+    """A polyline: ``at_m`` (n,) the walker's progress at each of ``points_m`` (n, 2); never faster than a metre of way per metre of it."""
+
+    at_m: NDArray[np.float64]
+    points_m: NDArray[np.float64]
+
+
+def choose_ground(
+    polygon: NDArray[np.float64], boxes: Boxes, lens_m: float, sway_m: float, body_radius_m: float, clearance_m: float, resolution_m: float
+) -> Ground:
+    """Return the largest connected ground for a lens at height ``lens_m`` (give or take ``sway_m``).
+
+    Distances shrink step by step until some ground is left; at worst it is the one cell that has most room.
+    """
+    feet = boxes[boxes[:, 2] < lens_m + sway_m]
+    band = _around_lens(boxes, lens_m, sway_m + clearance_m)
+    reserve_m = _RESERVE_CELLS * resolution_m
+    lens_raster = rasterize(polygon, band, resolution_m, math.inf)
+    feet_raster = rasterize(polygon, feet, resolution_m, math.inf)
+    for body_share, lens_share in _RELAXATION:
+        body_keep, lens_keep = body_share * body_radius_m, lens_share * clearance_m
+        allowed = standable(lens_raster, lens_keep + reserve_m)
+        solids, keep = band, np.full(len(band), lens_keep)
+        if body_share > 0.0:
+            allowed &= standable(feet_raster, body_keep + reserve_m)
+            solids, keep = np.concatenate([band, feet]), np.concatenate([keep, np.full(len(feet), body_keep)])
+        cells = _largest_component(allowed)
+        if np.count_nonzero(cells) * resolution_m**2 >= _LEAST_AREA_M2:
+            return _ground(lens_raster, cells, polygon, solids, keep, max(lens_keep, body_keep), reserve_m)
+    roomiest = np.zeros_like(lens_raster.inside)
+    roomiest.flat[np.argmax(lens_raster.clearance_m)] = True
+    return _ground(lens_raster, roomiest, polygon, band, np.zeros(len(band)), 0.0, reserve_m)
+
+
+def find_routes(ground: Ground, viewpoints: NDArray[np.int64]) -> Routes:
+    """Return the shortest paths between viewpoints (Dijkstra), at a cost that prefers the middle of passages."""
+    _, before = csgraph.dijkstra(ground.costs, indices=viewpoints, return_predecessors=True)
+    return Routes(viewpoints, before)
+
+
+def sample_walk(rng: np.random.Generator, ground: Ground, routes: Routes, length_m: float, smoothing_m: float) -> Walk:
+    """Return a smooth walk of at least ``length_m`` over randomly chosen viewpoints; with a single viewpoint it stands there.
+
+    Smoothing is a Gaussian of about ``smoothing_m`` along the way; at a turning point the walker slows down and comes back.
+    """
+    here = int(rng.integers(len(routes.viewpoints)))
+    cells, way_m = [int(routes.viewpoints[here])], 0.0
+    while way_m < length_m and len(routes.viewpoints) > 1:
+        there = (here + 1 + int(rng.integers(len(routes.viewpoints) - 1))) % len(routes.viewpoints)
+        leg = _leg(routes, here, there)
+        way_m += float(np.linalg.norm(np.diff(ground.cells_m[leg], axis=0), axis=1).sum())
+        cells += leg[1:]
+        here = there
+    points = ground.cells_m[cells]  # a copy
+    nominal = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    spacing = float(nominal.mean()) if len(nominal) else 1.0
+    rounds = round(2.0 * (smoothing_m / spacing) ** 2)
+    _smooth(points, ground.polygon, ground.boxes, ground.keep_m, ground.wall_keep_m, ground.reserve_m, rounds)
+    steps = np.maximum(np.linalg.norm(np.diff(points, axis=0), axis=1), nominal)
+    return Walk(np.concatenate([[0.0], np.cumsum(steps)]), points)
+
+
+def position_at(walk: Walk, along_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the (n, 2) positions at the progress ``along_m`` (n,)."""
+    return np.column_stack([np.interp(along_m, walk.at_m, walk.points_m[:, axis]) for axis in (0, 1)])
+
+
+def _around_lens(boxes: Boxes, lens_m: float, half_height_m: float) -> Boxes:
+    return boxes[(boxes[:, 2] < lens_m + half_height_m) & (boxes[:, 3] > lens_m - half_height_m)]
+
+
+def _largest_component(allowed: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    components, count = ndimage.label(allowed)
+    if count == 0:
+        return allowed
+    return np.asarray(components == 1 + np.argmax(np.bincount(components.ravel())[1:]))
+
+
+def _ground(
+    raster: FreeSpace,
+    cells: NDArray[np.bool_],
+    polygon: NDArray[np.float64],
+    boxes: Boxes,
+    keep_m: NDArray[np.float64],
+    wall_keep_m: float,
+    reserve_m: float,
+) -> Ground:
+    row, column = np.nonzero(cells)
+    centres = np.column_stack([column, row]) * raster.resolution_m + 0.5 * raster.resolution_m + np.array(raster.origin_m)
+    number = np.full(cells.shape, -1)
+    number[row, column] = np.arange(len(row))
+    price = 1.0 + _PASSAGE_M / np.maximum(raster.clearance_m[row, column], 0.01)
+    starts, ends, costs = [], [], []
+    padded = np.pad(number, 1, constant_values=-1)
+    for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
+        neighbour = padded[row + 1 + down, column + 1 + right]
+        a = np.flatnonzero(neighbour >= 0)
+        b = neighbour[a]
+        starts.append(a)
+        ends.append(b)
+        costs.append(0.5 * (price[a] + price[b]) * math.hypot(down, right) * raster.resolution_m)
+    entries = (np.concatenate(costs), (np.concatenate(starts), np.concatenate(ends)))
+    graph = sparse.coo_matrix(entries, shape=(len(row), len(row)))
+    return Ground(centres, (graph + graph.T).tocsr(), polygon, boxes, keep_m, wall_keep_m, reserve_m)
+
+
+def _leg(routes: Routes, here: int, there: int) -> list[int]:
+    """Return the cells from one viewpoint to another, both included."""
+    leg = [int(routes.viewpoints[there])]
+    while leg[-1] != routes.viewpoints[here]:
+        leg.append(int(routes.before[here, leg[-1]]))
+    return leg[::-1]
+
+
+@njit(**LEAN)
+def slack_at(polygon, boxes, keep_m, wall_keep_m, x_m, y_m):  # type: ignore[no-untyped-def]
+    """Return by how many metres a point keeps more than the required distance from walls and boxes; negative if it does not."""
+    is_inside, distance = distance_to_outline(polygon, x_m, y_m)
+    slack = (distance if is_inside else -distance) - wall_keep_m
+    for b in range(len(boxes)):
+        slack = min(slack, point_distance(boxes[b], x_m, y_m) - keep_m[b])
+    return slack
+
+
+@njit(**LEAN)
+def _smooth(points, polygon, boxes, keep_m, wall_keep_m, reserve_m, rounds):  # type: ignore[no-untyped-def]
+    """Draw each point half-way to the middle of its neighbours, ``rounds`` times, unless that costs the reserve or stretches a gap."""
+    widest = (2.0 * reserve_m) ** 2
+    for _ in range(rounds):
+        for i in range(1, len(points) - 1):
+            x = 0.5 * points[i, 0] + 0.25 * (points[i - 1, 0] + points[i + 1, 0])
+            y = 0.5 * points[i, 1] + 0.25 * (points[i - 1, 1] + points[i + 1, 1])
+            before = (x - points[i - 1, 0]) ** 2 + (y - points[i - 1, 1]) ** 2
+            after = (x - points[i + 1, 0]) ** 2 + (y - points[i + 1, 1]) ** 2
+            if before <= widest and after <= widest and slack_at(polygon, boxes, keep_m, wall_keep_m, x, y) >= reserve_m:
+                points[i, 0], points[i, 1] = x, y

@@ -1,0 +1,1 @@
+"""Whether a room is valid, exactly, and figures about it."""

@@ -1,0 +1,270 @@
+"""Exact checks of a furnished room; a room that fails one is not let through.
+
+- collision: no two objects' solids share more than the threshold, along the least direction of separation (a box that stands on another
+only touches it)
+- out_of_bounds: every solid lies inside the floor polygon, above the floor and under the ceiling
+- floating: gap to floor, wall, ceiling or the top that carries the object; overhang: how far its footprint sticks out of that top
+- door_clear, window_clear: depth of solids in the zones before doors and windows; wall_clear: the same before pictures and mirrors, and
+  for what hangs over an opening
+- walkable_share: share of the free floor that a robot reaches from the door; reachable: number of seats, beds and stores that it does not
+- side_clear: free share of a strip along the freest side by which a seat, bed or store is used, the least over these
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammar.geometry.boxes import Boxes, deepest_penetrations, footprint_corners, segment_inside_length
+from grammar.geometry.free_space import rasterize, reachable, walkable_share
+from grammar.geometry.solids import object_solids, surface_top
+from grammar.geometry.walls import outside_distance, wall_rows
+from grammar.geometry.zones import FACE, opening_frame, opening_zones, placed_zones, side_rectangle, thing_zones
+from grammar.spec.categories import Categories
+from grammar.spec.rules import Grammar, ObjectRule, Thresholds
+from scene_description import Opening, Room, SceneObject, ValidityCheck, ValidityReport
+
+Ints = NDArray[np.int64]
+
+_STRIP_POINTS = 12
+
+
+def check_room(
+    grammar: Grammar, categories: Categories, room: Room, objects: Sequence[SceneObject], rules: Mapping[int, ObjectRule], attempts: int
+) -> ValidityReport:
+    """Check a furnished room.
+
+    Args:
+        grammar: thresholds and the zones of openings.
+        categories: solids and tops of the objects' categories.
+        room: shell and openings.
+        objects: what stands in it.
+        rules: object id -> the rule that it came from (access and view).
+        attempts: how many layouts were tried, for the report.
+    """
+    limits = grammar.validity
+    boxes, owner = object_solids(categories, objects)
+    checks = (
+        _check_collision(limits, boxes, owner),
+        _check_bounds(limits, room, objects, boxes, owner),
+        *_check_support(limits, categories, room, objects),
+        *_check_openings(grammar, room, objects, boxes, owner),
+        _check_wall_space(grammar, room, objects, rules, boxes, owner),
+        *_check_floor(limits, room, objects, rules, boxes),
+        _check_sides(limits, room, objects, rules, boxes, owner),
+    )
+    return ValidityReport(valid=all(check.passed for check in checks), attempts=attempts, checks=checks)
+
+
+def _at_most(name: str, limit: float, values: Mapping[int, float]) -> ValidityCheck:
+    """Return a check that holds the greatest value per object id to a limit."""
+    worst = max(values.values(), default=0.0)
+    at_fault = tuple(sorted(key for key, value in values.items() if not value <= limit))
+    return ValidityCheck(name=name, value=worst, limit=limit, passed=not at_fault, objects=at_fault)
+
+
+def _worst_by_owner(depth: NDArray[np.float64], owner: Ints) -> dict[int, float]:
+    worst: dict[int, float] = {}
+    for value, key in zip(depth.tolist(), owner.tolist(), strict=True):
+        worst[key] = max(worst.get(key, 0.0), value)
+    return worst
+
+
+def _check_collision(limits: Thresholds, boxes: Boxes, owner: Ints) -> ValidityCheck:
+    return _at_most("collision", limits.penetration_m, _worst_by_owner(deepest_penetrations(boxes, owner, boxes, owner), owner))
+
+
+def _check_bounds(limits: Thresholds, room: Room, objects: Sequence[SceneObject], boxes: Boxes, owner: Ints) -> ValidityCheck:
+    whole = [
+        (
+            *thing.position_m,
+            thing.position_m[2] + thing.size_m[2],
+            0.5 * thing.size_m[0],
+            0.5 * thing.size_m[1],
+            math.cos(thing.yaw_rad),
+            math.sin(thing.yaw_rad),
+        )
+        for thing in objects
+    ]
+    rows = np.concatenate([boxes, np.array(whole, np.float64).reshape(-1, 8)])
+    owners = np.concatenate([owner, np.array([thing.id for thing in objects], np.int64)])
+    wall = wall_rows(room.polygon_m)
+    depth = np.array([_outside(wall, room.height_m, row, limits.outside_m) for row in rows])
+    return _at_most("out_of_bounds", limits.outside_m, _worst_by_owner(depth, owners))
+
+
+def _outside(wall: NDArray[np.float64], ceiling_m: float, box: Boxes, tolerance_m: float) -> float:
+    """Return how far a box lies outside the room; if only a wall cuts through it between its corners, the wall's length in it."""
+    worst = max(-box[2], box[3] - ceiling_m, 0.0)
+    for x, y in footprint_corners(box):
+        worst = max(worst, outside_distance(wall, x, y))
+    if worst <= tolerance_m:
+        inner = box.copy()
+        inner[4:6] = np.maximum(box[4:6] - tolerance_m, 0.0)
+        for ax, ay, tx, ty, length in wall[:, :5]:
+            worst = max(worst, segment_inside_length(inner, ax, ay, ax + tx * length, ay + ty * length))
+    return float(worst)
+
+
+def _check_support(
+    limits: Thresholds, categories: Categories, room: Room, objects: Sequence[SceneObject]
+) -> tuple[ValidityCheck, ValidityCheck]:
+    by_id = {thing.id: thing for thing in objects}
+    gaps, overhangs = {}, {}
+    for thing in objects:
+        if thing.support.kind == "object":
+            below = by_id.get(thing.support.id or 0)
+            gaps[thing.id], overhangs[thing.id] = _gap_to_top(categories, thing, below) if below else (thing.position_m[2], 0.0)
+        else:
+            gaps[thing.id] = _gap_to_room(room, thing)
+    return _at_most("floating", limits.gap_m, gaps), _at_most("overhang", limits.outside_m, overhangs)
+
+
+def _gap_to_top(categories: Categories, thing: SceneObject, below: SceneObject) -> tuple[float, float]:
+    """Return the vertical gap to the nearest top of the supporter and how far the footprint sticks out of it."""
+    turn = thing.yaw_rad - below.yaw_rad
+    c, s = math.cos(below.yaw_rad), math.sin(below.yaw_rad)
+    dx, dy = thing.position_m[0] - below.position_m[0], thing.position_m[1] - below.position_m[1]
+    half_d, half_w = 0.5 * thing.size_m[0], 0.5 * thing.size_m[1]
+    reach_d = abs(dx * c + dy * s) + half_d * abs(math.cos(turn)) + half_w * abs(math.sin(turn))
+    reach_w = abs(dy * c - dx * s) + half_d * abs(math.sin(turn)) + half_w * abs(math.cos(turn))
+    found = []
+    for surface in categories[below.category].surfaces:
+        height, top_d, top_w = surface_top(surface, below.size_m)
+        found.append((abs(thing.position_m[2] - below.position_m[2] - height), max(reach_d - top_d, reach_w - top_w, 0.0)))
+    return min(found, default=(math.hypot(*thing.size_m), 0.0))
+
+
+def _gap_to_room(room: Room, thing: SceneObject) -> float:
+    x, y, z = thing.position_m
+    if thing.support.kind == "floor":
+        return abs(z)
+    if thing.support.kind == "ceiling":
+        return abs(room.height_m - z - thing.size_m[2])
+    wall = thing.support.wall or 0
+    (ax, ay), (bx, by) = room.polygon_m[wall], room.polygon_m[(wall + 1) % len(room.polygon_m)]
+    length = math.hypot(bx - ax, by - ay)
+    back = 0.5 * thing.size_m[0]
+    back_x, back_y = x - back * math.cos(thing.yaw_rad), y - back * math.sin(thing.yaw_rad)
+    turn = math.sin(thing.yaw_rad - math.atan2(bx - ax, ay - by))
+    across = ((back_x - ax) * (ay - by) + (back_y - ay) * (bx - ax)) / length
+    return abs(across) + 0.5 * thing.size_m[1] * abs(turn)
+
+
+def _zone_check(name: str, limit: float, zones: Boxes, boxes: Boxes, owner: Ints, zone_owner: Ints) -> ValidityCheck:
+    return _at_most(name, limit, _worst_by_owner(deepest_penetrations(boxes, owner, zones, zone_owner), owner))
+
+
+def _opening_boxes(grammar: Grammar, room: Room, kind: str, faces: bool) -> Boxes:
+    rows = []
+    for opening in room.openings:
+        if kind in (opening.category, "any"):
+            x, y, yaw = opening_frame(room, opening)
+            zones = [z for z in opening_zones(opening, grammar.openings[opening.category]) if (z.kind == FACE) == faces]
+            rows.append(placed_zones(zones, x, y, opening.sill_m, yaw))
+    return np.concatenate(rows) if rows else np.zeros((0, 8))
+
+
+def _check_openings(
+    grammar: Grammar, room: Room, objects: Sequence[SceneObject], boxes: Boxes, owner: Ints
+) -> tuple[ValidityCheck, ValidityCheck]:
+    standing = _of(objects, owner, "floor")
+    limit = grammar.validity.penetration_m
+    doors, windows = _opening_boxes(grammar, room, "door", False), _opening_boxes(grammar, room, "window", False)
+    return (
+        _zone_check("door_clear", limit, doors, boxes, owner, np.zeros(len(doors), np.int64)),
+        _zone_check("window_clear", limit, windows, boxes[standing], owner[standing], np.zeros(len(windows), np.int64)),
+    )
+
+
+def _check_wall_space(
+    grammar: Grammar, room: Room, objects: Sequence[SceneObject], rules: Mapping[int, ObjectRule], boxes: Boxes, owner: Ints
+) -> ValidityCheck:
+    standing, hanging = _of(objects, owner, "floor"), _of(objects, owner, "wall")
+    views = [np.zeros((0, 8))]
+    for thing in objects:
+        if thing.support.kind == "wall":
+            rule = rules[thing.id]
+            views.append(placed_zones(thing_zones(rule, thing.size_m), *thing.position_m, thing.yaw_rad))
+    faces, before = _opening_boxes(grammar, room, "any", True), np.concatenate(views)
+    covered = deepest_penetrations(boxes[hanging], owner[hanging], faces, np.zeros(len(faces), np.int64))
+    hidden = deepest_penetrations(boxes[standing], owner[standing], before, np.zeros(len(before), np.int64))
+    depth, owners = np.concatenate([covered, hidden]), np.concatenate([owner[hanging], owner[standing]])
+    return _at_most("wall_clear", grammar.validity.penetration_m, _worst_by_owner(depth, owners))
+
+
+def _of(objects: Sequence[SceneObject], owner: Ints, kind: str) -> NDArray[np.bool_]:
+    return np.isin(owner, [thing.id for thing in objects if thing.support.kind == kind])
+
+
+def door_start_m(room: Room, radius_m: float) -> tuple[float, float]:
+    """Return the point ``radius_m`` before the middle of the first door, where a robot enters.
+
+    Raises:
+        ValueError: the room has no door.
+    """
+    door: Opening | None = next((opening for opening in room.openings if opening.category == "door"), None)
+    if door is None:
+        raise ValueError("room: expected a door to enter by, got none; add one to room.openings")
+    x, y, yaw = opening_frame(room, door)
+    return x + radius_m * math.cos(yaw), y + radius_m * math.sin(yaw)
+
+
+def _check_floor(
+    limits: Thresholds, room: Room, objects: Sequence[SceneObject], rules: Mapping[int, ObjectRule], boxes: Boxes
+) -> tuple[ValidityCheck, ValidityCheck]:
+    free = rasterize(room.polygon_m, boxes, limits.grid_resolution_m, limits.robot_height_m)
+    start = door_start_m(room, limits.robot_radius_m)
+    share = walkable_share(free, limits.robot_radius_m, start)
+    reached = np.argwhere(reachable(free, limits.robot_radius_m, start))
+    points = np.array(free.origin_m) + (reached[:, ::-1] + 0.5) * free.resolution_m
+    missed = {
+        thing.id: float(not any(_touches(thing, side, limits.reach_depth_m, points) for side in rules[thing.id].reach_any))
+        for thing in objects
+        if rules[thing.id].reach_any
+    }
+    unreached = tuple(sorted(key for key, value in missed.items() if value))
+    walkable = ValidityCheck(name="walkable_share", value=share, limit=limits.walkable_share, passed=bool(share >= limits.walkable_share))
+    reach = ValidityCheck(name="reachable", value=float(len(unreached)), limit=0.0, passed=not unreached, objects=unreached)
+    return walkable, reach
+
+
+def _touches(thing: SceneObject, side: str, depth_m: float, points: NDArray[np.float64]) -> bool:
+    """Return whether one of the points (n, 2) lies in the strip along a side of an object."""
+    x, y, half_d, half_w = side_rectangle(side, depth_m, thing.size_m)
+    c, s = math.cos(thing.yaw_rad), math.sin(thing.yaw_rad)
+    dx, dy = points[:, 0] - thing.position_m[0], points[:, 1] - thing.position_m[1]
+    return bool(np.any((np.abs(dx * c + dy * s - x) <= half_d) & (np.abs(dy * c - dx * s - y) <= half_w)))
+
+
+def _check_sides(
+    limits: Thresholds, room: Room, objects: Sequence[SceneObject], rules: Mapping[int, ObjectRule], boxes: Boxes, owner: Ints
+) -> ValidityCheck:
+    low = boxes[:, 2] < limits.robot_height_m
+    wall, share = wall_rows(room.polygon_m), {}
+    for thing in objects:
+        if rules[thing.id].reach_any:
+            others = boxes[low & (owner != thing.id)]
+            share[thing.id] = max(_free_share(limits, wall, thing, side, others) for side in rules[thing.id].reach_any)
+    blocked = tuple(sorted(key for key, value in share.items() if value < limits.side_share))
+    return ValidityCheck(
+        name="side_clear", value=min(share.values(), default=1.0), limit=limits.side_share, passed=not blocked, objects=blocked
+    )
+
+
+def _free_share(limits: Thresholds, wall: NDArray[np.float64], thing: SceneObject, side: str, others: Boxes) -> float:
+    """Return the share of a strip along a side of an object that lies inside the room and in none of ``others``."""
+    x, y, half_d, half_w = side_rectangle(side, limits.side_depth_m, thing.size_m)
+    steps = (np.arange(_STRIP_POINTS) + 0.5) / (0.5 * _STRIP_POINTS) - 1.0
+    u, v = np.meshgrid(x + np.sign(x) * limits.side_gap_m + half_d * steps, y + np.sign(y) * limits.side_gap_m + half_w * steps)
+    c, s = math.cos(thing.yaw_rad), math.sin(thing.yaw_rad)
+    px, py = (thing.position_m[0] + u * c - v * s).ravel(), (thing.position_m[1] + u * s + v * c).ravel()
+    dx, dy = px[:, None] - others[:, 0], py[:, None] - others[:, 1]
+    taken = (np.abs(dx * others[:, 6] + dy * others[:, 7]) < others[:, 4]) & (np.abs(dy * others[:, 6] - dx * others[:, 7]) < others[:, 5])
+    free = [
+        not hit and outside_distance(wall, a, b) == 0.0 for hit, a, b in zip(taken.any(1).tolist(), px.tolist(), py.tolist(), strict=True)
+    ]
+    return float(np.mean(free))

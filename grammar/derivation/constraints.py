@@ -1,0 +1,222 @@
+"""What a request says about the contents of a room, folded into the grammar where that can be done exactly.
+
+Categories that must not appear are conditioned away: an Or branch counts with its probability times that of a branch without them, a Set
+multiplicity k with that probability to the power of k, which is the grammar given their absence.  Clutter tilts the multiplicities of what
+stands on things, ``p_k t^k`` with t so that the mean number is scaled as asked.  Least and greatest numbers by category are left to bounded
+drawing.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
+from functools import cache
+from typing import NamedTuple
+
+from grammar.derivation.fixed import read_fixed
+from grammar.derivation.overrides import overridden
+from grammar.spec.check import OPENINGS
+from grammar.spec.request import RequestError, SceneRequest
+from grammar.spec.rules import Branch, Grammar, Node, OpeningRule
+
+_COUNT = re.compile(r"([a-z][a-z0-9_]*):(\d{1,4}):(\d{1,4})")
+_LARGEST_TILT = 1e6
+_MANY = 10_000
+
+
+class Bound(NamedTuple):
+    """Least and greatest number of objects of one category or symbol, the constraint that says so, and the symbols that count."""
+
+    least: int
+    most: int
+    name: str
+    symbols: frozenset[str]
+
+
+def category_bounds(grammar: Grammar, request: SceneRequest) -> dict[str, Bound]:
+    """Return the bounds by category (or symbol of the grammar) that a request sets.
+
+    Args:
+        grammar: as the request's own numbers make it, see :func:`grammar.derivation.overrides.overridden`.
+        request: the constraints.
+
+    Raises:
+        RequestError: a constraint does not parse, names a category that the grammar does not have, or contradicts another one.
+    """
+    symbols_of = _symbols_by_name(grammar)
+    bounds: dict[str, Bound] = {}
+    for category, least, most, name in _asked(request, symbols_of):
+        if category not in symbols_of and category not in OPENINGS and least > 0:
+            known = ", ".join(sorted({rule.category for rule in grammar.objects.values()}))
+            raise RequestError(f"{name}: expected a category of the {grammar.room_type} grammar ({known}), got '{category}'")
+        before = bounds.get(category, Bound(0, _MANY, name, frozenset()))
+        bound = Bound(max(before.least, least), min(before.most, most), name, frozenset(symbols_of.get(category, ())))
+        if bound.least > bound.most:
+            also = f" together with {before.name}" if before.name != name else ""
+            raise RequestError(f"{name}: expected a least number up to the greatest one, got {bound.least} and {bound.most}{also}")
+        bounds[category] = bound
+    for category, bound in bounds.items():
+        if category in OPENINGS:
+            drawn = [k for k, p in enumerate(grammar.openings[category].multiplicity) if p > 0.0]
+            least, most = min(drawn), max(drawn)
+        else:
+            least, most = number_range(grammar, lambda symbol, wanted=bound.symbols: int(symbol in wanted))  # type: ignore[misc]
+        if bound.least > most or bound.most < least:
+            raise RequestError(
+                f"{bound.name}: expected a range that meets the {least} to {most} of the {grammar.room_type} grammar, "
+                f"got {bound.least} to {bound.most}"
+            )
+    return bounds
+
+
+def _symbols_by_name(grammar: Grammar) -> dict[str, set[str]]:
+    found: dict[str, set[str]] = {}
+    for symbol, rule in grammar.objects.items():
+        for name in (symbol, rule.category):
+            found.setdefault(name, set()).add(symbol)
+    return found
+
+
+def _asked(request: SceneRequest, known: Collection[str]) -> list[tuple[str, int, int, str]]:
+    """Return name, least and greatest number, and the constraint's text, for all that a request says about numbers by category."""
+    asked = [(category, 1, _MANY, f"must_have: {category}") for category in request.must_have]
+    asked += [(category, 0, 0, f"must_not: {category}") for category in request.must_not]
+    for text in request.counts:
+        match = _COUNT.fullmatch(text)
+        if match is None:
+            raise RequestError(f"counts: expected texts 'category:least:most', got '{text}'")
+        asked.append((match[1], int(match[2]), int(match[3]), f"counts: {text}"))
+    for name, number in Counter(item.name for item in read_fixed(request) if item.name in known).items():
+        asked.append((name, number, _MANY, f"fixed: {number} of {name}"))
+    return asked
+
+
+def number_range(grammar: Grammar, weight: Callable[[str], int]) -> tuple[int, int]:
+    """Return the least and the greatest sum of ``weight`` over the objects of a structure that has positive probability."""
+
+    @cache
+    def bounds(symbol: str) -> tuple[int, int]:
+        node = grammar.nodes.get(symbol)
+        if node is None:
+            return weight(symbol), weight(symbol)
+        inner = [bounds(branch.symbol) for branch in node.branches]
+        if node.kind == "or":
+            taken = [item for item, branch in zip(inner, node.branches, strict=True) if branch.probability]
+            return min(low for low, _ in taken), max(high for _, high in taken)
+        least, most = 0, 0
+        for (low, high), branch in zip(inner, node.branches, strict=True):
+            copies = [k for k, p in enumerate(branch.multiplicity) if p > 0.0] if branch.multiplicity else [1]
+            least, most = least + low * min(copies), most + high * max(copies)
+        return least, most
+
+    return bounds(grammar.root)
+
+
+def count_range(grammar: Grammar) -> tuple[int, int]:
+    """Return the least and the greatest number of objects that the grammar gives with positive probability."""
+    return number_range(grammar, lambda _: 1)
+
+
+def constrained(grammar: Grammar, request: SceneRequest) -> Grammar:
+    """Return the grammar with a request's own numbers and clutter, without what must not appear, with as many windows as it asks for.
+
+    Raises:
+        RequestError: no structure is without what must not appear.
+    """
+    grammar = overridden(grammar, request)
+    bounds = category_bounds(grammar, request)
+    nodes: Mapping[str, Node] = grammar.nodes
+    if request.clutter != 1.0:
+        nodes = {symbol: _cluttered(grammar, node, request.clutter) for symbol, node in nodes.items()}
+    barred = {symbol for bound in bounds.values() if bound.most == 0 for symbol in bound.symbols}
+    sizeless = {symbol for symbol, rule in grammar.objects.items() if not rule.sizes}
+    if barred or sizeless:
+        free = _probability_without(grammar, nodes, barred | sizeless)
+        if free[grammar.root] <= 0.0:
+            field, names = ("must_not", barred) if barred else ("sizes", sizeless)
+            raise RequestError(
+                f"{field}: {', '.join(sorted(names))}: expected a {grammar.room_type} that can do without, got a grammar in which none can"
+            )
+        nodes = {symbol: _without(node, free) for symbol, node in nodes.items() if free[symbol] > 0.0}
+    openings = {kind: _bounded(rule, bounds.get(kind)) for kind, rule in grammar.openings.items()}
+    return replace(grammar, nodes=nodes, openings=openings)
+
+
+def _bounded(rule: OpeningRule, bound: Bound | None) -> OpeningRule:
+    """Return an opening's rule given that there are as many as a bound allows."""
+    if bound is None:
+        return rule
+    odds = [p if bound.least <= k <= bound.most else 0.0 for k, p in enumerate(rule.multiplicity)]
+    return replace(rule, multiplicity=_normal(odds))
+
+
+def _probability_without(grammar: Grammar, nodes: Mapping[str, Node], barred: set[str]) -> dict[str, float]:
+    """Return for every symbol the probability that nothing below it is barred."""
+    found = {symbol: float(symbol not in barred) for symbol in grammar.objects}
+
+    def visit(symbol: str) -> float:
+        if symbol not in found:
+            node, product = nodes[symbol], 1.0
+            if node.kind == "or":
+                product = sum((branch.probability or 0.0) * visit(branch.symbol) for branch in node.branches)
+            else:
+                for branch in node.branches:
+                    inner = visit(branch.symbol)
+                    product *= inner if branch.multiplicity is None else sum(p * inner**k for k, p in enumerate(branch.multiplicity))
+            found[symbol] = product
+        return found[symbol]
+
+    for symbol in nodes:
+        visit(symbol)
+    return found
+
+
+def _without(node: Node, free: Mapping[str, float]) -> Node:
+    """Return a node whose choices are those given that nothing barred comes below it."""
+    if node.kind == "or":
+        odds = _normal([(branch.probability or 0.0) * free[branch.symbol] for branch in node.branches])
+        taken = [replace(branch, probability=p) for branch, p in zip(node.branches, odds, strict=True) if free[branch.symbol] > 0.0]
+        return replace(node, branches=tuple(taken))
+    branches = []
+    for branch in node.branches:
+        if branch.multiplicity is not None:
+            odds = _normal([p * free[branch.symbol] ** k for k, p in enumerate(branch.multiplicity)])
+            if free[branch.symbol] <= 0.0:
+                continue
+            branch = replace(branch, multiplicity=odds)
+        branches.append(branch)
+    return replace(node, branches=tuple(branches))
+
+
+def _cluttered(grammar: Grammar, node: Node, clutter: float) -> Node:
+    def tilted(branch: Branch) -> Branch:
+        rule = grammar.objects.get(branch.symbol)
+        if branch.multiplicity is None or rule is None or rule.mount != "object":
+            return branch
+        return replace(branch, multiplicity=tilt(branch.multiplicity, clutter))
+
+    return replace(node, branches=tuple(tilted(branch) for branch in node.branches))
+
+
+def tilt(odds: Sequence[float], scale: float) -> tuple[float, ...]:
+    """Return the odds ``p_k t^k`` whose mean is ``scale`` times that of ``odds``, as far as the numbers that ``odds`` allows let it."""
+    taken = [k for k, p in enumerate(odds) if p > 0.0]
+    wanted = scale * sum(k * p for k, p in enumerate(odds))
+    if len(taken) == 1:
+        return tuple(odds)
+    if wanted <= taken[0] or wanted >= taken[-1]:
+        end = taken[0] if wanted <= taken[0] else taken[-1]
+        return tuple(float(k == end) for k in range(len(odds)))
+    low, high = 1.0 / _LARGEST_TILT, _LARGEST_TILT
+    for _ in range(100):
+        middle = (low * high) ** 0.5
+        mean = sum(k * p for k, p in enumerate(_normal([p * middle**k for k, p in enumerate(odds)])))
+        low, high = (middle, high) if mean < wanted else (low, middle)
+    return _normal([p * low**k for k, p in enumerate(odds)])
+
+
+def _normal(odds: Sequence[float]) -> tuple[float, ...]:
+    total = sum(odds)
+    return tuple(p / total for p in odds) if total > 0.0 else tuple(odds)

@@ -1,0 +1,118 @@
+"""Doors and windows, drawn on the walls of a room.
+
+A wall is taken with a probability that grows with its length; along it an opening lies either near one end or anywhere.  Openings that
+come too close to each other or to the ceiling are drawn again by the caller.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from grammar.derivation.densities import cut_normal_log_density, draw_cut_normal, draw_index, draw_normal
+from grammar.geometry.walls import wall_lengths
+from grammar.spec.rules import OpeningRule
+from scene_description import ModelReference, Opening
+from scene_description.types import Point2
+
+_MAX_SEED = 2**63 - 1
+
+
+class Attribute(NamedTuple):
+    """A drawn attribute: name, value as text, log-probability or log-density."""
+
+    name: str
+    value: str
+    log_probability: float
+
+
+class DrawnOpening(NamedTuple):
+    """An opening and how it was drawn."""
+
+    opening: Opening
+    attributes: tuple[Attribute, ...]
+
+
+def draw_opening(
+    kind: Literal["door", "window"],
+    rule: OpeningRule,
+    identifier: int,
+    label: int,
+    polygon_m: Sequence[Point2],
+    height_m: float,
+    others: Sequence[Opening],
+    rng: np.random.Generator,
+) -> DrawnOpening | None:
+    """Draw one opening, or None where it does not fit.
+
+    Args:
+        kind: door or window.
+        rule: its distributions.
+        identifier: object id that it gets.
+        label: class id that it gets.
+        polygon_m: floor outline, counter-clockwise, world.
+        height_m: height of the ceiling.
+        others: openings that it must keep clear of.
+        rng: source of randomness.
+    """
+    (width, width_log), (tall, tall_log), (sill, sill_log) = (draw_normal(rng, n) for n in (rule.width_m, rule.height_m, rule.sill_m))
+    lengths = wall_lengths(polygon_m)
+    barred = {other.wall for other in others if other.category == "door"} if rule.wall_without_door else set()
+    room = [0.0 if i in barred or length < width + 2.0 * rule.end_gap_m else length for i, length in enumerate(lengths)]
+    if sum(room) <= 0.0 or sill + tall > height_m - rule.casing_m:
+        return None
+    shares = [length / sum(room) for length in room]
+    wall = draw_index(rng, shares)
+    slack = lengths[wall] - width
+    offset = _draw_offset(rng, rule, slack)
+    swings_in = bool(rng.random() < rule.swing_in)
+    if not rule.end_gap_m <= offset <= slack - rule.end_gap_m or any(
+        other.wall == wall
+        and offset < other.offset_m + other.width_m + 2.0 * rule.casing_m
+        and other.offset_m < offset + width + 2.0 * rule.casing_m
+        for other in others
+    ):
+        return None
+    opening = Opening(
+        id=identifier,
+        category=kind,
+        label=label,
+        wall=wall,
+        offset_m=offset,
+        sill_m=sill,
+        width_m=width,
+        height_m=tall,
+        hinge="start" if 2.0 * offset < slack else "end",
+        swing="in" if swings_in else "out",
+        model=ModelReference(generator=kind, seed=int(rng.integers(_MAX_SEED))),
+        parts=(),
+    )
+    attributes = [
+        Attribute("size", f"{width:.3f} x {tall:.3f} m, sill {sill:.3f} m", width_log + tall_log + sill_log),
+        Attribute("wall", str(wall), math.log(shares[wall])),
+        Attribute("offset", f"{offset:.3f} m", _offset_log_density(offset, rule, slack)),
+    ]
+    if kind == "door":
+        attributes.append(Attribute("swing", opening.swing, math.log(rule.swing_in if swings_in else 1.0 - rule.swing_in)))
+    return DrawnOpening(opening, tuple(attributes))
+
+
+def _draw_offset(rng: np.random.Generator, rule: OpeningRule, slack: float) -> float:
+    corner, u = rule.corner_gap_m, rng.random()
+    if u < rule.near_corner:
+        gap = draw_cut_normal(rng, corner.mean, corner.sd, corner.low, corner.high)
+        return gap if u < 0.5 * rule.near_corner else slack - gap
+    return rule.end_gap_m + (slack - 2.0 * rule.end_gap_m) * rng.random()
+
+
+def _offset_log_density(offset: float, rule: OpeningRule, slack: float) -> float:
+    corner = rule.corner_gap_m
+    ends = (cut_normal_log_density(end, corner.mean, corner.sd, corner.low, corner.high) for end in (offset, slack - offset))
+    density = 0.5 * rule.near_corner * sum(math.exp(log) for log in ends)
+    free = slack - 2.0 * rule.end_gap_m
+    if free > 0.0 and rule.end_gap_m <= offset <= slack - rule.end_gap_m:
+        density += (1.0 - rule.near_corner) / free
+    return math.log(max(density, 1e-300))

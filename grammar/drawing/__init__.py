@@ -1,0 +1,1 @@
+"""Top views and other drawings, as shapes and SVG."""

@@ -1,0 +1,1 @@
+"""Boxes, walls, zones and free floor."""

@@ -1,0 +1,66 @@
+"""From objects to the boxes that they occupy, by the compounds of the category table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from grammar.geometry.boxes import Boxes, place_boxes
+from grammar.spec.categories import Categories, Category, Solid, Surface
+from scene_description import SceneObject
+
+Size = tuple[float, float, float]
+
+_WHOLE = (Solid(),)
+
+
+def local_solids(category: Category, size_m: Size) -> Boxes:
+    """Return the (n, 6) boxes of an object in its own frame: x, y, z_low, z_high, half_depth, half_width, metres.
+
+    A box that the object's size leaves without extent is dropped.
+    """
+    size = np.array(size_m)
+    rows = []
+    for solid in _WHOLE if category.solids is None else category.solids:
+        low = np.array(solid.low_fraction) * size + solid.low_m
+        high = np.array(solid.high_fraction) * size + solid.high_m
+        low, high = np.clip(low, 0.0, size), np.clip(high, 0.0, size)
+        if np.all(high > low):
+            centre, half = 0.5 * (low + high) - 0.5 * size, 0.5 * (high - low)
+            rows.append((centre[0], centre[1], low[2], high[2], half[0], half[1]))
+    return np.array(rows, np.float64).reshape(-1, 6)
+
+
+def surface_top(surface: Surface, size_m: Size) -> tuple[float, float, float]:
+    """Return height, half depth and half width (metres) of a carrying top of an object of this size."""
+    depth, width, height = size_m
+    return (
+        surface.height_fraction * height + surface.height_m,
+        max(0.5 * depth - surface.inset_m, 0.0),
+        max(0.5 * width - surface.inset_m, 0.0),
+    )
+
+
+def object_solids(categories: Categories, objects: Sequence[SceneObject]) -> tuple[Boxes, NDArray[np.int64]]:
+    """Return the boxes of all objects and whose they are.
+
+    Args:
+        categories: the table of categories; it must hold the category of every object.
+        objects: placed objects.
+
+    Returns:
+        boxes: (n, 8) float64, rows as :mod:`grammar.geometry.boxes` defines them.
+        owner_id: (n,) int64, the id of the object that each box belongs to.
+    """
+    boxes, owners = [], []
+    for thing in objects:
+        local = local_solids(categories[thing.category], thing.size_m)
+        placed = np.empty((len(local), 8))
+        place_boxes(local, 0, len(local), *thing.position_m, thing.yaw_rad, placed)
+        boxes.append(placed)
+        owners.append(np.full(len(local), thing.id, np.int64))
+    if not boxes:
+        return np.zeros((0, 8)), np.zeros(0, np.int64)
+    return np.concatenate(boxes), np.concatenate(owners)

@@ -1,0 +1,103 @@
+"""The walls of a room as arrays, and how far things stick out through them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+from grammar.geometry.kernels import LEAN
+from scene_description.types import Point2
+
+Floats = NDArray[np.float64]
+
+WALL_YAW, REFLEX = 7, 8
+"""Columns of :func:`wall_rows` after start, direction, length and normal."""
+
+_STRAIGHT = 1e-9
+_GRAZE_M = 1e-4
+
+
+def wall_lengths(polygon_m: Sequence[Point2]) -> list[float]:
+    """Return the length in metres of every wall, wall i from vertex i to i + 1."""
+    return [math.dist(point, polygon_m[(i + 1) % len(polygon_m)]) for i, point in enumerate(polygon_m)]
+
+
+def wall_rows(polygon_m: ArrayLike) -> Floats:
+    """Return the walls of a counter-clockwise floor outline.
+
+    Returns:
+        wall: (w, 9) start x, y, unit direction x, y, length, unit normal into the room x, y, yaw of that normal, 1 where the start is a
+        vertex that sticks into the room; world, metres, radians.
+    """
+    start = np.array(polygon_m, np.float64)
+    step = np.roll(start, -1, 0) - start
+    length = np.hypot(step[:, 0], step[:, 1])
+    tangent = step / length[:, None]
+    normal = np.column_stack([-tangent[:, 1], tangent[:, 0]])
+    before = np.roll(tangent, 1, 0)
+    reflex = before[:, 0] * tangent[:, 1] - before[:, 1] * tangent[:, 0] < -_STRAIGHT
+    return np.column_stack([start, tangent, length, normal, np.arctan2(normal[:, 1], normal[:, 0]), reflex])
+
+
+@njit(**LEAN)
+def outside_distance(wall: Floats, x: float, y: float) -> float:
+    """Return how far a point lies outside the room whose walls are the rows of ``wall`` (see Problem), 0 inside."""
+    outside = False
+    for w in range(len(wall)):
+        outside |= (x - wall[w, 0]) * wall[w, 5] + (y - wall[w, 1]) * wall[w, 6] < 0.0
+    if not outside:
+        return 0.0
+    inside, nearest = False, np.inf
+    for w in range(len(wall)):
+        ax, ay, tx, ty, length = wall[w, 0], wall[w, 1], wall[w, 2], wall[w, 3], wall[w, 4]
+        if (ay > y) != (ay + ty * length > y) and x < ax + (y - ay) * tx / ty:
+            inside = not inside
+        along = min(max((x - ax) * tx + (y - ay) * ty, 0.0), length)
+        nearest = min(nearest, math.hypot(x - ax - tx * along, y - ay - ty * along))
+    return 0.0 if inside else nearest
+
+
+@njit(**LEAN)
+def _crossing_length(x, y, c, s, half_d, half_w, ax, ay, bx, by):  # type: ignore[no-untyped-def]
+    """Return the length within a rectangle of the segment from a to b that ends outside of it at both ends, else 0."""
+    au, av = (ax - x) * c + (ay - y) * s, (ay - y) * c - (ax - x) * s
+    bu, bv = (bx - x) * c + (by - y) * s, (by - y) * c - (bx - x) * s
+    if (abs(au) < half_d and abs(av) < half_w) or (abs(bu) < half_d and abs(bv) < half_w):
+        return 0.0
+    low, high = 0.0, 1.0
+    for axis in range(2):
+        start, end, half = (au, bu, half_d) if axis == 0 else (av, bv, half_w)
+        step = end - start
+        if abs(step) < 1e-12:
+            if abs(start) >= half:
+                return 0.0
+        else:
+            first, second = (-half - start) / step, (half - start) / step
+            low, high = max(low, min(first, second)), min(high, max(first, second))
+    return max(high - low, 0.0) * math.sqrt((bu - au) ** 2 + (bv - av) ** 2)
+
+
+@njit(**LEAN)
+def rectangle_outside(wall: Floats, x: float, y: float, c: float, s: float, half_d: float, half_w: float) -> float:
+    """Return how far a rectangle sticks out of the room: its corners outside, inward vertices inside it, walls that run through it."""
+    worst, bent = 0.0, False
+    for k in range(4):
+        u = half_d if k < 2 else -half_d
+        v = half_w if k % 2 == 0 else -half_w
+        worst = max(worst, outside_distance(wall, x + u * c - v * s, y + u * s + v * c))
+    for w in range(len(wall)):
+        if wall[w, 8] > 0.0:
+            bent = True
+            dx, dy = wall[w, 0] - x, wall[w, 1] - y
+            worst = max(worst, min(half_d - abs(dx * c + dy * s), half_w - abs(dy * c - dx * s)))
+    if bent:
+        inner_d, inner_w = half_d - _GRAZE_M, half_w - _GRAZE_M
+        for w in range(len(wall)):
+            ax, ay, length = wall[w, 0], wall[w, 1], wall[w, 4]
+            bx, by = ax + wall[w, 2] * length, ay + wall[w, 3] * length
+            worst = max(worst, _crossing_length(x, y, c, s, inner_d, inner_w, ax, ay, bx, by))
+    return worst

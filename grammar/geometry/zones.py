@@ -1,0 +1,87 @@
+"""Space that must stay free: before doors, windows and pictures, and where people use furniture."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from grammar.geometry.boxes import Boxes
+from grammar.spec.rules import ObjectRule, OpeningRule
+from scene_description import Opening, Room
+
+# Everything that hangs touches its wall and everything that blocks access stands on the floor, so these two bound no distance.
+_FACE_DEPTH_M = 0.05
+_ACCESS_HEIGHT_M = 1.8
+
+ACCESS, VIEW, SWING, FACE = range(4)
+"""Kinds of zones.  ACCESS: space that people need (soft); VIEW: kept free of what stands on the floor; SWING: kept free of everything;
+FACE: kept free of what hangs on walls.
+"""
+
+Size = tuple[float, float, float]
+
+
+class Zone(NamedTuple):
+    """A box in the frame of its object or opening, metres: x, y of its centre, heights, half extents, kind (see layout), free depth."""
+
+    x: float
+    y: float
+    z_low: float
+    z_high: float
+    half_depth: float
+    half_width: float
+    kind: int
+    depth: float
+
+
+def opening_zones(opening: Opening, rule: OpeningRule) -> list[Zone]:
+    """Return what must stay free before an opening; the frame has its origin at the middle of the lower edge, x into the room."""
+    depth = opening.width_m if opening.category == "door" and opening.swing == "in" else rule.clear_depth_m
+    kind = SWING if opening.category == "door" else VIEW
+    half_width, casing = 0.5 * opening.width_m, rule.casing_m
+    clear = Zone(0.5 * depth, 0.0, rule.clear_above_sill_m, opening.height_m, 0.5 * depth, half_width, kind, depth)
+    half = 0.5 * _FACE_DEPTH_M
+    return [clear, Zone(half, 0.0, 0.0, opening.height_m + casing, half, half_width + casing, FACE, _FACE_DEPTH_M)]
+
+
+def thing_zones(rule: ObjectRule, size_m: Size) -> list[Zone]:
+    """Return the accessible space of an object and what must stay free before it."""
+    zones = []
+    for access in rule.access:
+        x, y, u, v = side_rectangle(access.side, access.depth_m, size_m)
+        zones.append(Zone(x, y, 0.0, _ACCESS_HEIGHT_M, u, v, ACCESS, access.depth_m))
+    if rule.view_depth_m > 0.0:
+        x, y, u, v = side_rectangle("front", rule.view_depth_m, size_m)
+        zones.append(Zone(x, y, 0.0, size_m[2], u, v, VIEW, rule.view_depth_m))
+    return zones
+
+
+def side_rectangle(side: str, depth_m: float, size_m: Size) -> tuple[float, float, float, float]:
+    """Return x, y, half depth and half width (object's frame) of the strip ``depth_m`` deep along one side of an object (or "under" it)."""
+    half_d, half_w, half = 0.5 * size_m[0], 0.5 * size_m[1], 0.5 * depth_m
+    return {
+        "front": (half_d + half, 0.0, half, half_w),
+        "back": (-half_d - half, 0.0, half, half_w),
+        "left": (0.0, half_w + half, half_d, half),
+        "right": (0.0, -half_w - half, half_d, half),
+        "under": (0.0, 0.0, half_d, half_w),
+    }[side]
+
+
+def opening_frame(room: Room, opening: Opening) -> tuple[float, float, float]:
+    """Return x, y of the middle of an opening on its wall and the yaw of the direction into the room."""
+    (ax, ay), (bx, by) = room.polygon_m[opening.wall], room.polygon_m[(opening.wall + 1) % len(room.polygon_m)]
+    length = math.hypot(bx - ax, by - ay)
+    along = (opening.offset_m + 0.5 * opening.width_m) / length
+    return ax + along * (bx - ax), ay + along * (by - ay), math.atan2(bx - ax, ay - by)
+
+
+def placed_zones(zones: list[Zone], x_m: float, y_m: float, z_m: float, yaw_rad: float) -> Boxes:
+    """Return the (n, 8) world boxes of zones whose object or opening has the given pose."""
+    c, s = math.cos(yaw_rad), math.sin(yaw_rad)
+    rows = [
+        (x_m + z.x * c - z.y * s, y_m + z.x * s + z.y * c, z_m + z.z_low, z_m + z.z_high, z.half_depth, z.half_width, c, s) for z in zones
+    ]
+    return np.array(rows, np.float64).reshape(-1, 8)

@@ -1,0 +1,216 @@
+"""Whether a robot gets about, as losses of the layout chain: the raster that the exact check uses, kept up to date object by object.
+
+circulation: how far the share of the standable floor that is connected to the door falls below the wanted share (R_walkable of PhyScene,
+Yang et al., CVPR 2024); reach: number of seats, beds and stores that the walker cannot get to.  Cells are those of
+:func:`grammar.geometry.free_space.rasterize`; :mod:`grammar.layout.floor_raster` keeps them.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from grammar.geometry.arrays import Ints
+from grammar.geometry.free_space import rasterize, standable
+from grammar.geometry.kernels import INNER, LEAN
+from grammar.layout.floor_raster import (
+    DONE,
+    FREE,
+    HEIGHT,
+    ORIGIN_X,
+    ORIGIN_Y,
+    REACHED_CELL,
+    RESOLUTION,
+    ROWS,
+    SHARE,
+    SIDE,
+    STRIDE,
+    Floor,
+    move_box,
+    settle,
+    start_over,
+    update,
+)
+from grammar.layout.problem import ACTIVE, BLOCKS, BOTTOM, BOX, BOX_END, REACH, ZONE, Problem, State
+from grammar.spec.rules import Thresholds
+from scene_description.types import Point2
+
+_TOUCH_M = 1e-9
+_MOST_CHANGES = 256
+
+
+class Traffic(NamedTuple):
+    """What a problem means to a walker.
+
+    solid: (m,) 1 for the boxes that take floor, of those that lie within each other only the outer one; witness: (n,) for each object a
+    cell by which the walker last got to it, -1 without one.
+    """
+
+    solid: Ints
+    witness: Ints
+
+
+def traffic_of(problem: Problem, floor: Floor) -> Traffic:
+    """Return the boxes of a problem that a walker of the floor's height meets, none without a floor, and no cells yet."""
+    link, box = problem.link, problem.box
+    if not len(floor.covered):
+        return Traffic(np.zeros(len(box), np.int64), np.full(len(link), -1, np.int64))
+    owner = np.repeat(np.arange(len(link)), link[:, BOX_END] - link[:, BOX])
+    is_solid = np.arange(len(box)) < link[owner, ZONE]
+    solid = is_solid & (link[owner, BLOCKS] > 0) & (problem.object[owner, BOTTOM] + box[:, 2] < floor.number[HEIGHT])
+    within = (owner[:, None] == owner) & solid[:, None] & solid
+    for axis in (0, 1):
+        within &= np.abs(box[:, None, axis] - box[:, axis]) + box[:, None, 4 + axis] <= box[:, 4 + axis]
+    twins = within & within.T  # of boxes that are alike the first one stays
+    inner = (within & ~twins).any(1) | np.tril(twins, -1).any(1)
+    return Traffic((solid & ~inner).astype(np.int64), np.full(len(link), -1, np.int64))
+
+
+def empty_floor(polygon_m: tuple[Point2, ...], start_m: tuple[float, float], limits: Thresholds) -> Floor:
+    """Return the raster of an unfurnished room.
+
+    Args:
+        polygon_m: floor outline, counter-clockwise, world.
+        start_m: where the robot enters.
+        limits: its radius and height, the resolution and the share of the floor that it shall reach.
+    """
+    free = rasterize(polygon_m, np.zeros((0, 8)), limits.grid_resolution_m, limits.robot_height_m)
+    covered = np.pad(~standable(free, limits.robot_radius_m), 1, constant_values=True).astype(np.int16)
+    rows, stride = covered.shape
+    x = free.origin_m[0] + (np.arange(stride) - 0.5) * free.resolution_m - start_m[0]
+    y = free.origin_m[1] + (np.arange(rows) - 0.5) * free.resolution_m - start_m[1]
+    squared = ((y * y)[:, None] + x * x).ravel()
+    within = limits.robot_radius_m + math.sqrt(2.0) * free.resolution_m
+    nearest = np.argsort(squared, kind="stable")
+    number = (*free.origin_m, free.resolution_m, limits.robot_radius_m - _TOUCH_M, limits.walkable_share, limits.robot_height_m)
+    tally = np.zeros(9, np.int64)
+    tally[STRIDE], tally[ROWS], tally[FREE] = stride, rows - 2, np.count_nonzero(covered == 0)
+    return Floor(
+        covered=covered.ravel(),
+        mark=np.zeros((2, covered.size), np.uint8),
+        stack=np.zeros(2 * covered.size, np.int32),
+        entry=nearest[squared[nearest] < within * within].astype(np.int32),
+        change=np.zeros(_MOST_CHANGES, np.int32),
+        log=np.zeros((2 * _MOST_CHANGES, 2), np.int32),
+        tally=tally,
+        number=np.array(number),
+    )
+
+
+def circulation_losses(problem: Problem, state: State, floor: Floor) -> tuple[float, float]:
+    """Return the losses circulation and reach of a layout; ``floor`` is an unfurnished room's and is left as it was."""
+    circulation, missed = _measure_furnished(problem, state, floor, traffic_of(problem, floor))
+    return circulation, float(missed)
+
+
+@njit(**INNER)
+def furnish(problem, state, floor, traffic, present):  # type: ignore[no-untyped-def]
+    """Put all active objects on the raster of an unfurnished room (``present`` 1), or take them off it again (0)."""
+    for i in range(len(problem.link)):
+        if state.hold[i, ACTIVE]:
+            for k in range(problem.link[i, BOX], problem.link[i, ZONE]):
+                if traffic.solid[k]:
+                    move_box(state.placed, state.placed, k, 1 - present, present, floor)
+    start_over(floor)
+
+
+@njit(**INNER)
+def _exchange(problem, old, new, i, floor, traffic):  # type: ignore[no-untyped-def]
+    """Move object ``i`` on the raster; its boxes are rows of ``old`` and ``new``."""
+    for k in range(problem.link[i, BOX], problem.link[i, ZONE]):
+        if traffic.solid[k]:
+            move_box(old, new, k, np.int64(1), np.int64(1), floor)
+
+
+@njit(**INNER)
+def _within(box, x, y):  # type: ignore[no-untyped-def]
+    dx, dy = x - box[0], y - box[1]
+    return abs(dx * box[6] + dy * box[7]) <= box[4] and abs(dy * box[6] - dx * box[7]) <= box[5]
+
+
+@njit(**INNER)
+def _still_met(placed, first, last, cell, floor, mark):  # type: ignore[no-untyped-def]
+    """Return whether a cell is reached and its centre lies in one of the strips."""
+    if cell < 0 or mark[cell] != REACHED_CELL:
+        return False
+    number, side = floor.number, floor.number[RESOLUTION]
+    row = cell // floor.tally[STRIDE]
+    x = number[ORIGIN_X] + (cell - row * floor.tally[STRIDE] - 0.5) * side
+    y = number[ORIGIN_Y] + (row - 0.5) * side
+    for k in range(first, last):
+        if _within(placed[k], x, y):
+            return True
+    return False
+
+
+@njit(**INNER)
+def _meet(box, floor, mark):  # type: ignore[no-untyped-def]
+    """Return a reached cell whose centre lies in a strip, or -1."""
+    number, stride = floor.number, floor.tally[STRIDE]
+    side, c, s = number[RESOLUTION], abs(box[6]), abs(box[7])
+    reach_x, reach_y = box[4] * c + box[5] * s, box[4] * s + box[5] * c
+    x, y = box[0] - number[ORIGIN_X], box[1] - number[ORIGIN_Y]
+    first_row, last_row = max(int((y - reach_y) / side), 0), min(int((y + reach_y) / side) + 1, floor.tally[ROWS])
+    first_column, last_column = max(int((x - reach_x) / side), 0), min(int((x + reach_x) / side) + 1, stride - 2)
+    for row in range(first_row, last_row):
+        base = (row + 1) * stride + 1
+        for column in range(first_column, last_column):
+            if mark[base + column] == REACHED_CELL:
+                if _within(box, number[ORIGIN_X] + (column + 0.5) * side, number[ORIGIN_Y] + (row + 0.5) * side):
+                    return base + column
+    return -1
+
+
+@njit(**INNER)
+def measure(problem, state, floor, mark, traffic):  # type: ignore[no-untyped-def]
+    """Return the losses circulation and reach of what stands on the raster, whose marks are up to date."""
+    tally, witness, missed = floor.tally, traffic.witness, 0
+    share = tally[DONE] / tally[FREE] if tally[FREE] > 0 else 0.0
+    for i in range(len(problem.link)):
+        first, last = problem.link[i, REACH], problem.link[i, BOX_END]
+        if last > first and state.hold[i, ACTIVE]:
+            if not _still_met(state.placed, first, last, witness[i], floor, mark):
+                witness[i] = -1
+                for k in range(first, last):
+                    if witness[i] < 0:
+                        witness[i] = _meet(state.placed[k], floor, mark)
+                missed += int(witness[i] < 0)
+    return max(floor.number[SHARE] - share, 0.0), missed
+
+
+@njit(**INNER)
+def changes_floor(problem, members, count):  # type: ignore[no-untyped-def]
+    """Return whether one of the objects takes floor or must be reached."""
+    for m in range(count):
+        i = members[m]
+        if problem.link[i, BLOCKS] or problem.link[i, BOX_END] > problem.link[i, REACH]:
+            return True
+    return False
+
+
+@njit(**INNER)
+def walk(problem, state, old, members, count, floor, traffic):  # type: ignore[no-untyped-def]
+    """Return circulation and reach once the members, whose boxes were ``old``, have moved; :func:`walk_on` has to follow."""
+    for m in range(count):
+        _exchange(problem, old, state.placed, members[m], floor, traffic)
+    return measure(problem, state, floor, floor.mark[update(floor)], traffic)
+
+
+@njit(**INNER)
+def walk_on(problem, state, old, members, count, floor, traffic, stays):  # type: ignore[no-untyped-def]
+    """Leave the raster as the members' move made it, or take it back."""
+    if not stays:
+        for m in range(count):
+            _exchange(problem, state.placed, old, members[m], floor, traffic)
+    settle(floor, stays)
+
+
+@njit(**LEAN)
+def _measure_furnished(problem, state, floor, traffic):  # type: ignore[no-untyped-def]
+    furnish(problem, state, floor, traffic, np.int64(1))
+    losses = measure(problem, state, floor, floor.mark[floor.tally[SIDE]], traffic)
+    furnish(problem, state, floor, traffic, np.int64(0))
+    return losses

@@ -1,0 +1,1 @@
+"""What may be asked for: grammars and categories as files, their checks, requests."""

@@ -1,0 +1,77 @@
+"""What every object category is: semantic class, collision boxes, tops that carry other things."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from grammar.spec.grammar_file import read_yaml
+from grammar.spec.rules import GrammarError
+from scene_description import FieldError, Limits, from_mapping
+from scene_description.labels import LABEL_ID
+
+Offset = Annotated[float, Limits(ge=-10.0, le=10.0, unit="m")]
+Fraction = Annotated[float, Limits(ge=0.0, le=1.0)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Solid:
+    """One box of a compound in its object's frame: depth from back 0 to front 1, width from right 0 to left 1, height from bottom 0.
+
+    Each bound is its fraction of the object's size plus metres.
+    """
+
+    low_fraction: tuple[Fraction, Fraction, Fraction] = (0.0, 0.0, 0.0)
+    high_fraction: tuple[Fraction, Fraction, Fraction] = (1.0, 1.0, 1.0)
+    low_m: tuple[Offset, Offset, Offset] = (0.0, 0.0, 0.0)
+    high_m: tuple[Offset, Offset, Offset] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Surface:
+    """A horizontal top that carries things: its height as fraction of the object's height plus metres, and its inset from the edges."""
+
+    height_fraction: Fraction = 1.0
+    height_m: Offset = 0.0
+    inset_m: Annotated[float, Limits(ge=0.0, le=1.0, unit="m")] = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Category:
+    """One category.  ``solids`` None stands for one box of the object's whole size; ``underlay`` lies under what stands on the floor."""
+
+    label: str
+    solids: Annotated[tuple[Solid, ...], Limits(max_length=32)] | None = None
+    surfaces: Annotated[tuple[Surface, ...], Limits(max_length=32)] = ()
+    underlay: bool = False
+
+    @property
+    def label_id(self) -> int:
+        """Class id of NYU40."""
+        return LABEL_ID[self.label]
+
+
+Categories = Mapping[str, Category]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _CategoryFile:
+    categories: Mapping[str, Category]
+
+
+def read_categories(path: Path) -> Categories:
+    """Read and check the table of categories, for example ``config_path("categories.yaml")``.
+
+    Raises:
+        GrammarError: the file does not parse or a field does not fit; one line with file and field.
+    """
+    try:
+        categories = from_mapping(_CategoryFile, read_yaml(path)).categories
+        for name, category in categories.items():
+            if category.label not in LABEL_ID:
+                raise FieldError(f"categories.{name}.label", "the name of an NYU40 class", repr(category.label))
+    except FieldError as error:
+        raise GrammarError(f"{path}: {error}") from None
+    return categories

@@ -1,0 +1,140 @@
+"""Grammar files: YAML -> :class:`grammar.spec.rules.Grammar`, strict.  The only file that imports a YAML reader.
+
+A file may name another one in ``extends``; its own keys then win over those, mapping by mapping, lists and numbers whole.  So what all room
+types share is written once.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from grammar.spec.check import check_grammar
+from grammar.spec.request import GRAMMAR_SETS, GrammarSet
+from grammar.spec.rules import Grammar, GrammarError
+from scene_description import FieldError, from_mapping
+from scene_description.share import config_path
+
+_MAX_FILE_BYTES = 64_000_000
+
+
+class _StrictLoader(yaml.SafeLoader):
+    """YAML 1.1 without keys that appear twice."""
+
+
+def _mapping_without_duplicates(loader: _StrictLoader, node: yaml.MappingNode) -> dict[Any, Any]:
+    loader.flatten_mapping(node)
+    seen: set[Any] = set()
+    for key_node, _ in node.value:
+        key = loader.construct_object(key_node)  # type: ignore[no-untyped-call]
+        if isinstance(key, (list, dict)) or key in seen:
+            raise yaml.constructor.ConstructorError(None, None, f"key {key!r} twice", key_node.start_mark)
+        seen.add(key)
+    return dict(loader.construct_mapping(node, deep=True))
+
+
+_StrictLoader.add_constructor("tag:yaml.org,2002:map", _mapping_without_duplicates)
+
+
+def read_yaml(path: Path) -> Any:
+    """Return the content of a YAML file.
+
+    Raises:
+        GrammarError: the file cannot be read or does not parse; one line with file, line and column.
+    """
+    try:
+        if path.stat().st_size > _MAX_FILE_BYTES:
+            raise GrammarError(f"{path}: expected a file of at most {_MAX_FILE_BYTES} bytes, got {path.stat().st_size}")
+        return yaml.load(path.read_text(encoding="utf-8"), Loader=_StrictLoader)
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        place = f" line {mark.line + 1}, column {mark.column + 1}:" if mark else ""
+        raise GrammarError(f"{path}:{place} expected YAML, got {getattr(error, 'problem', None) or 'text that does not parse'}") from None
+    except (OSError, UnicodeDecodeError, RecursionError) as error:
+        raise GrammarError(f"{path}: expected a readable YAML file, got {type(error).__name__} ({error})") from None
+
+
+def parse_yaml(text: str, where: str) -> Any:
+    """Return the content of a YAML text, for example of a parameter.
+
+    Raises:
+        GrammarError: it does not parse; one line that begins with ``where``.
+    """
+    try:
+        return yaml.load(text, Loader=_StrictLoader)
+    except (yaml.YAMLError, RecursionError, ValueError) as error:
+        reason = getattr(error, "problem", None) or "text that does not parse"
+        raise GrammarError(f"{where}: expected YAML, got {reason}") from None
+
+
+def read_grammar(path: Path, categories: Collection[str]) -> Grammar:
+    """Read and check the grammar of one room type.
+
+    Args:
+        path: the YAML file.
+        categories: names of the known object categories.
+
+    Raises:
+        GrammarError: one line with the file and the path of the field that does not fit.
+    """
+    data = _read_extended(path, ())
+    try:
+        grammar = from_mapping(Grammar, data)
+        check_grammar(grammar, categories)
+    except FieldError as error:
+        raise GrammarError(f"{path}: {error}") from None
+    return grammar
+
+
+def room_types() -> tuple[str, ...]:
+    """Return the names of the room types whose grammars come with the program."""
+    folder = config_path("grammars")
+    return tuple(sorted(file.stem for file in folder.glob("*.yaml") if file.stem != "base"))
+
+
+def learned_types() -> tuple[str, ...]:
+    """Return the names of the room types that have a grammar learned from real rooms beside the one written by hand."""
+    return tuple(sorted(file.stem for file in config_path("learned").glob("*.yaml")))
+
+
+def read_room_type(room_type: str, categories: Collection[str], grammar_set: GrammarSet = "by_hand") -> Grammar:
+    """Read the grammar of a room type that comes with the program.
+
+    ``grammar_set``: "learned" takes the one learned from real rooms where there is one, "by_hand" the one written by hand.
+
+    Raises:
+        GrammarError: there is none of that name, or its file does not fit.
+    """
+    known = room_types()
+    if room_type not in known or not re.fullmatch(r"[a-z0-9_]+", room_type):
+        raise GrammarError(f"room type: expected one of {', '.join(known)}, got {room_type!r}")
+    if grammar_set not in GRAMMAR_SETS:
+        raise GrammarError(f"grammar set: expected one of {', '.join(GRAMMAR_SETS)}, got {grammar_set!r}")
+    folder = "learned" if grammar_set == "learned" and room_type in learned_types() else "grammars"
+    return read_grammar(config_path(f"{folder}/{room_type}.yaml"), categories)
+
+
+def _read_extended(path: Path, above: tuple[Path, ...]) -> Mapping[str, Any]:
+    if path in above:
+        raise GrammarError(f"{path}: extends: expected files without a cycle, got {' -> '.join(p.name for p in (*above, path))}")
+    data = read_yaml(path)
+    if not isinstance(data, Mapping):
+        raise GrammarError(f"{path}: document: expected a mapping, got {type(data).__name__}")
+    if "extends" not in data:
+        return data
+    name = data["extends"]
+    if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z0-9_.-]+", name):
+        raise GrammarError(f"{path}: extends: expected the name of a file in the same folder, got {name!r}")
+    base = _read_extended(path.with_name(name), (*above, path))
+    merged: Mapping[str, Any] = _merge(base, {key: value for key, value in data.items() if key != "extends"})
+    return merged
+
+
+def _merge(base: Any, top: Any) -> Any:
+    if not isinstance(base, Mapping) or not isinstance(top, Mapping):
+        return top
+    return {**base, **{key: _merge(base.get(key), value) for key, value in top.items()}}

@@ -1,0 +1,1 @@
+"""How surfaces scatter light: microfacets, their albedos, and the layered model."""

@@ -1,0 +1,119 @@
+"""How much light microfacet surfaces reflect in all: tables by angle and roughness, which make layers conserve energy.
+
+Single scattering on rough microfacets loses light; what is missing is given back by a further lobe (Kulla and Conty, "Revisiting Physically
+Based Shading at Imageworks", SIGGRAPH courses 2017) or, for glass, by scaling (Turquin, "Practical multiple scattering compensation for
+microfacet models", 2019).  Both need the *directional albedo*: the share of light from one direction that a lobe reflects.
+
+Tables are indexed by the square roots of the cosine and of alpha, each in ``STEPS`` steps over [0, 1].
+"""
+
+from __future__ import annotations
+
+import functools
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+STEPS = 32
+MIN_ALPHA = 1e-3
+"""Floor of the microfacet distribution's alpha: a blur of less than half a pixel at ordinary sizes, and no infinite densities."""
+_TURNS, _TILTS = 24, 64
+_MIN_COSINE = 1e-4
+_TURN = 0.5 * (np.arange(_TURNS) + 0.5) / _TURNS
+"""Half a turn, as views lie in the plane y = 0."""
+_TILT = (np.arange(_TILTS) + 0.5) / _TILTS
+_WEIGHTS = np.repeat(3.0 * _TILT**2 / _TILTS, _TURNS) / _TURNS
+_WEIGHTS /= _WEIGHTS.sum()
+"""Nodes lie closer where microfacets tilt most: the tails of GGX matter."""
+_CELLS = (np.arange(STEPS) / (STEPS - 1)) ** 2
+
+
+class Albedos(NamedTuple):
+    """Tables for kernels: ``reflected`` as :func:`reflected_table` has it; ``glass`` rows of :func:`glass_table`."""
+
+    reflected: NDArray[np.float32]
+    glass: NDArray[np.float32]
+
+
+def _half_vectors(cosine: NDArray[np.float64], alpha: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return view directions (..., 3) and visible microfacet normals (..., q, 3), nodes of ``_WEIGHTS`` (Heitz 2018)."""
+    u, v = (item.ravel() for item in np.meshgrid(_TURN, 1.0 - _TILT**3))
+    view = np.stack([np.sqrt(1.0 - cosine**2), np.zeros_like(cosine), cosine], axis=-1)
+    a = alpha[..., None, None]
+    stretched = view[..., None, :] * np.concatenate([a, a, np.ones_like(a)], axis=-1)
+    stretched /= np.linalg.norm(stretched, axis=-1, keepdims=True)
+    height = (1.0 - v) * (1.0 + stretched[..., 2]) - stretched[..., 2]
+    radius = np.sqrt(np.maximum(1.0 - height**2, 0.0))
+    cap = np.stack([radius * np.cos(2 * np.pi * u), radius * np.sin(2 * np.pi * u), height], axis=-1) + stretched
+    half = cap * np.concatenate([a, a, np.ones_like(a)], axis=-1)
+    return view[..., None, :], half / np.linalg.norm(half, axis=-1, keepdims=True)
+
+
+def _mask(cosine: NDArray[np.float64], alpha: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return Smith's Lambda for GGX."""
+    square = np.maximum(cosine**2, 1e-12)
+    return 0.5 * (np.sqrt(1.0 + alpha**2 * (1.0 - square) / square) - 1.0)
+
+
+def fresnel(cosine: NDArray[np.float64], eta: float) -> NDArray[np.float64]:
+    """Return the reflectance of a dielectric boundary for unpolarised light; ``eta``: index beyond it over index before it."""
+    square = eta * eta - 1.0 + cosine**2
+    g = np.sqrt(np.maximum(square, 0.0))
+    parallel = (cosine * (g + cosine) - 1.0) / (cosine * (g - cosine) + 1.0)
+    return np.where(square <= 0.0, 1.0, 0.5 * ((g - cosine) / (g + cosine)) ** 2 * (1.0 + parallel**2))
+
+
+@functools.cache
+def reflected_table() -> NDArray[np.float32]:
+    """Return (STEPS alphas, STEPS cosines + 1, 3): albedo at reflectance 1, its part by Schlick's fifth power, and that of sheen.
+
+    The last column holds the means over the cosine-weighted hemisphere.
+    """
+    alpha = np.maximum(_CELLS, MIN_ALPHA)[:, None] * np.ones(STEPS)
+    cosine = np.maximum(_CELLS, _MIN_COSINE) * np.ones((STEPS, 1))
+    table = np.zeros((STEPS, STEPS + 1, 3))
+    for row in range(STEPS):
+        view, half = _half_vectors(cosine[row], alpha[row])
+        across = (view * half).sum(-1)
+        out = 2.0 * across * half[..., 2] - view[..., 2]
+        a = alpha[row][:, None]
+        shadow = np.where(out > 0.0, (1.0 + _mask(view[..., 2], a)) / (1.0 + _mask(view[..., 2], a) + _mask(out, a)), 0.0)
+        table[row, :-1, 0] = shadow @ _WEIGHTS
+        table[row, :-1, 1] = (shadow * (1.0 - across) ** 5) @ _WEIGHTS
+    table[:, :-1, 2] = _sheen_albedo(cosine[0])
+    fine = np.linspace(0.0, 1.0, 4097)[:-1] + 0.5 / 4096
+    for row in range(STEPS):
+        for kind in range(3):
+            table[row, -1, kind] = (2.0 * fine * np.interp(np.sqrt(fine), np.sqrt(_CELLS), table[row, :-1, kind])).mean()
+    return np.ascontiguousarray(table, np.float32)
+
+
+def _sheen_albedo(cosine: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the albedo of the lobe (1 - cos)^5 of the angle between view and half vector (Burley, SIGGRAPH courses 2012)."""
+    middles = (np.arange(128) + 0.5) / 128
+    u, v = (item.ravel() for item in np.meshgrid(middles, middles))
+    out = np.stack([np.sqrt(u) * np.cos(np.pi * v), np.sqrt(u) * np.sin(np.pi * v), np.sqrt(1.0 - u)], axis=-1)
+    view = np.stack([np.sqrt(1.0 - cosine**2), np.zeros_like(cosine), cosine], axis=-1)[:, None, :]
+    across = np.sqrt(np.clip(0.5 * (1.0 + (view * out).sum(-1)), 0.0, 1.0))
+    return np.asarray(np.pi * ((1.0 - across) ** 5).mean(-1))
+
+
+@functools.lru_cache(maxsize=64)
+def glass_table(ior: float) -> NDArray[np.float32]:
+    """Return (2, STEPS alphas, STEPS cosines): albedo of rough glass, reflection and refraction together, from outside and from inside."""
+    table = np.zeros((2, STEPS, STEPS))
+    cosine = np.maximum(_CELLS, _MIN_COSINE)
+    for side, eta in enumerate((ior, 1.0 / ior)):
+        for row, a in enumerate(np.maximum(_CELLS, MIN_ALPHA)):
+            view, half = _half_vectors(cosine, np.full(STEPS, a))
+            across = (view * half).sum(-1)
+            share = fresnel(across, eta)
+            before = _mask(view[..., 2], a)
+            out = 2.0 * across * half[..., 2] - view[..., 2]
+            reflected = np.where(out > 0.0, (1.0 + before) / (1.0 + before + _mask(out, a)), 0.0)
+            beyond = np.sqrt(np.maximum(1.0 - (1.0 - across**2) / eta**2, 0.0))
+            through = half[..., 2] * (across / eta - beyond) - view[..., 2] / eta
+            refracted = np.where(through < 0.0, 1.0 / (1.0 + _mask(through, a)), 0.0)
+            table[side, row] = (share * reflected + (1.0 - share) * refracted) @ _WEIGHTS
+    return np.ascontiguousarray(table, np.float32)

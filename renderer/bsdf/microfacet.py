@@ -1,0 +1,77 @@
+"""Pieces of scattering models in a local frame with the shading normal along z: Fresnel terms, the GGX distribution, directions."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from renderer.core.kernel import inlined
+from renderer.core.sampling import Vector, turn_polar
+
+_ZERO, _ONE, _TWO, _HALF, _TINY = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(0.5), np.float32(1e-30)
+_THREE, _FOUR, _QUARTER_PI, _PI = np.float32(3.0), np.float32(4.0), np.float32(0.25 * np.pi), np.float32(np.pi)
+
+
+@inlined
+def fresnel(cosine: np.float32, eta: np.float32) -> np.float32:
+    """Return the reflectance of a dielectric boundary for unpolarised light.
+
+    ``cosine`` >= 0 lies between ray and normal; ``eta``: index of refraction beyond the boundary over that before it.
+    """
+    square = eta * eta - _ONE + cosine * cosine
+    g = np.sqrt(square if square > _ZERO else _ZERO)
+    across = (g - cosine) / (g + cosine + _TINY)
+    along = (cosine * (g + cosine) - _ONE) / (cosine * (g - cosine) + _ONE)
+    reflectance = _HALF * across * across * (_ONE + along * along)
+    return reflectance if square > _ZERO else _ONE
+
+
+@inlined
+def fresnel_pane(cosine: np.float32, ior: np.float32) -> np.float32:
+    """Return the reflectance of a clear pane, all reflections inside it summed: 2 F / (1 + F)."""
+    once = fresnel(cosine, ior)
+    return _TWO * once / (_ONE + once)
+
+
+@inlined
+def fifth_power(cosine: np.float32) -> np.float32:
+    """Return (1 - cosine)^5, by which reflectance rises to grazing angles (Schlick 1994)."""
+    base = _ONE - cosine
+    base = base if base > _ZERO else _ZERO
+    square = base * base
+    return square * square * base
+
+
+@inlined
+def distribution(x: np.float32, y: np.float32, z: np.float32, alpha: np.float32) -> np.float32:
+    """Return GGX's density of microfacet normals (x, y, z) (Walter et al. 2007)."""
+    square = alpha * alpha
+    t = (x * x + y * y) / square + z * z
+    return _ONE / (_PI * square * t * t)
+
+
+@inlined
+def masking_term(cosine: np.float32, alpha: np.float32) -> np.float32:
+    """Return sqrt(alpha^2 + (1 - alpha^2) cosine^2), of which Smith's masking is made: G1 = 2 cosine / (cosine + term)."""
+    square = alpha * alpha
+    term: np.float32 = np.sqrt(square + (_ONE - square) * cosine * cosine)
+    return term
+
+
+@inlined
+def draw_visible_normal(x: np.float32, y: np.float32, z: np.float32, alpha: np.float32, u: np.float32, v: np.float32) -> Vector:
+    """Return a microfacet normal that a view direction (x, y, z), z > 0, sees: density G1 D max(0, view . normal) / z.
+
+    The density is that of Heitz, "Sampling the GGX Distribution of Visible Normals" (JCGT 7(4), 2018); the map from the unit square that of
+    Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps" (2023).
+    """
+    sx, sy = alpha * x, alpha * y
+    scale = _ONE / np.sqrt(sx * sx + sy * sy + z * z)
+    sx, sy, sz = sx * scale, sy * scale, z * scale
+    cosine, sine = turn_polar(u)
+    height = (_ONE - v) * (_ONE + sz) - sz
+    radius = _ONE - height * height
+    radius = np.sqrt(radius if radius > _ZERO else _ZERO)
+    hx, hy, hz = alpha * (radius * cosine + sx), alpha * (radius * sine + sy), height + sz
+    hz = hz if hz > _TINY else _TINY
+    scale = _ONE / np.sqrt(hx * hx + hy * hy + hz * hz)
+    return hx * scale, hy * scale, hz * scale

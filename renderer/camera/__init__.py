@@ -1,0 +1,1 @@
+"""Cameras: lenses, shutter, rig, primary rays, sensor."""

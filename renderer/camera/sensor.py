@@ -1,0 +1,125 @@
+"""What a sensor makes of light: vignetting, shot noise, read noise, black level and whole numbers.
+
+A pixel that saturates, ``headroom_ev`` above the white of the frame's exposure, holds ``full_well_e`` electrons; light brings them by
+Poisson's law, reading adds Gaussian noise, and the converter has ``bits``, of which a share lies below zero light so that dark noise is not
+cut off.  So variance is mean + read noise^2 + quantisation step^2 / 12, in electrons: the photon transfer curve (J. Janesick, "Photon
+Transfer", SPIE 2007).
+
+Every number of noise depends on (scene, frame, pixel, channel) only.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.camera.cameras import PosedCamera
+from renderer.camera.config import SensorConfig
+from renderer.core.kernel import entry, kernel
+from renderer.core.random_numbers import mix
+
+_TO_UNIT = 2.0**-32
+_SHOT, _SECOND, _READ = np.uint32(0x51ED270B), np.uint32(0xB5297A4D), np.uint32(0x68E31DA4)
+_GAUSSIAN_FROM = 60.0
+
+
+def expose(radiance: NDArray[np.float32], white: float, sensor: SensorConfig, frame_key: np.uint32) -> NDArray[np.float32]:
+    """Return what a sensor reads of luminance (height, width, 3) in cd/m2, in the same unit; the same radiance if it is ideal.
+
+    Args:
+        radiance: linear colour.
+        white: luminance that saturates, cd/m2.
+        sensor: its settings.
+        frame_key: of the frame's random numbers.
+    """
+    if sensor.full_well_e == 0.0:
+        return radiance
+    levels = 2.0**sensor.bits - 1.0 if sensor.bits else 0.0
+    black = round(sensor.black_level * levels)
+    step_e = sensor.full_well_e / (levels - black) if levels else 0.0
+    electrons = np.empty_like(radiance)
+    _read_out(
+        np.ascontiguousarray(radiance),
+        sensor.full_well_e / white,
+        sensor.full_well_e,
+        sensor.read_noise_e,
+        step_e,
+        float(black),
+        levels,
+        np.uint32(frame_key),
+        electrons,
+    )
+    return electrons * np.float32(white / sensor.full_well_e)
+
+
+def vignetting(camera: PosedCamera, falloff: float, amount: float) -> NDArray[np.float32] | None:
+    """Return the share of light (height, width) that reaches each pixel, 1 on the axis; None if that is all of it everywhere.
+
+    Args:
+        camera: whose rays tell the angle to the axis.
+        falloff: 0 none, 1 the cosine's fourth power of a simple lens, between them a power.
+        amount: further loss in the corners, growing with the squared distance from the middle.
+    """
+    if falloff == 0.0 and amount == 0.0:
+        return None
+    v, u = np.mgrid[: camera.height, : camera.width] + 0.5
+    x, y = u - 0.5 * camera.width, v - 0.5 * camera.height
+    if len(camera.bearings):
+        ways = camera.bearings[1:-1, 1:-1].astype(np.float64)
+        cosine = np.nan_to_num(ways[..., 2] / np.linalg.norm(ways, axis=-1))
+    else:
+        cosine = 1.0 / np.sqrt(1.0 + (x**2 + y**2) / float(camera.focal_px) ** 2)
+    corner = 0.25 * (camera.width**2 + camera.height**2)
+    share = np.maximum(cosine, 0.0) ** (4.0 * falloff) * (1.0 - amount * (x**2 + y**2) / corner)
+    return np.asarray(share, np.float32)
+
+
+@entry
+def _read_out(
+    radiance: NDArray[np.float32],
+    electrons_per_unit: float,
+    full_well_e: float,
+    read_noise_e: float,
+    step_e: float,
+    black: float,
+    levels: float,
+    key: np.uint32,
+    result: NDArray[np.float32],
+) -> None:
+    """Fill ``result`` with the electrons that are read, less the black level."""
+    height, width = radiance.shape[0], radiance.shape[1]
+    for i in range(height):
+        for j in range(width):
+            for channel in range(3):
+                seed = mix(np.uint32(mix(np.uint32((i * width + j) * 3 + channel)) ^ key))
+                mean = max(float(radiance[i, j, channel]) * electrons_per_unit, 0.0)
+                value = float(_poisson(mean, seed)) + read_noise_e * _normal(mix(np.uint32(seed ^ _READ)), mix(np.uint32(seed + _READ)))
+                if step_e > 0.0:
+                    code = np.floor(value / step_e + black + 0.5)
+                    value = (min(max(code, 0.0), levels) - black) * step_e
+                result[i, j, channel] = min(value, full_well_e)
+
+
+@kernel
+def _poisson(mean: float, seed: np.uint32) -> float:
+    """Return a Poisson number: by inversion, and for large means from a normal one corrected for its skew (Cornish and Fisher 1938)."""
+    if mean > _GAUSSIAN_FROM:
+        z = _normal(mix(np.uint32(seed ^ _SHOT)), mix(np.uint32(seed + _SECOND)))
+        large: float = np.floor(mean + z * np.sqrt(mean) + (z * z - 1.0) / 6.0 + 0.5)
+        return max(large, 0.0)
+    u = (float(mix(np.uint32(seed ^ _SHOT))) + 0.5) * _TO_UNIT
+    count, term = 0.0, np.exp(-mean)
+    total = term
+    while u > total and count < 1000.0:
+        count += 1.0
+        term *= mean / count
+        total += term
+    return count
+
+
+@kernel
+def _normal(first: np.uint32, second: np.uint32) -> float:
+    """Return a standard normal number from two hashes (Box and Muller 1958)."""
+    u, v = (float(first) + 0.5) * _TO_UNIT, float(second) * _TO_UNIT
+    normal: float = np.sqrt(-2.0 * np.log(u)) * np.cos(2.0 * np.pi * v)
+    return normal

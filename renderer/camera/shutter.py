@@ -1,0 +1,115 @@
+"""The camera's motion while a frame is exposed: motion blur, and the skew of a rolling shutter.
+
+Row v is exposed about the time stamp + v row_time, for shutter seconds, half of it before; so the stamp of a frame is the middle of the
+first row's exposure, and with a global shutter (row_time 0) that of the whole frame.  Between the poses of the path, and beyond its ends,
+positions go straight on and rotations evenly about one axis (slerp; K. Shoemake, "Animating Rotation with Quaternion Curves", 1985).
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.camera.cameras import PosedCamera
+from renderer.camera.config import CameraConfig
+from renderer.core.embree import DIR_X, DIR_Y, DIR_Z, LANES, NG_X, NG_Y, NG_Z, ORG_X, ORG_Y, ORG_Z, Packet
+from renderer.core.kernel import kernel
+from scene_description.poses import conjugate_quaternion, multiply_quaternions, rotation_from_quaternion
+from scene_description.types import CameraPose
+
+KNOTS = 65
+_SECOND_NS = 1_000_000_000
+
+_ONE, _HALF = np.float32(1.0), np.float32(0.5)
+
+
+class Motion(NamedTuple):
+    """``motion``, ``row_step`` and ``shutter_step`` of ``PosedCamera``."""
+
+    knots: NDArray[np.float32]
+    row_step: np.float32
+    shutter_step: np.float32
+
+
+def motion_during(camera: CameraConfig, pose: CameraPose, path: Sequence[CameraPose]) -> Motion | None:
+    """Return how the camera moves while it takes the frame of a pose; None where it stands still.
+
+    It does where shutter and row time are 0, the path is a single pose, or the pose is none of the path's.
+    """
+    rows_s = (camera.height - 1) * camera.row_time_s
+    span_s = rows_s + camera.shutter_s
+    index = bisect_left(path, pose.stamp_ns, key=lambda item: item.stamp_ns)
+    if span_s <= 0.0 or len(path) < 2 or index == len(path) or path[index] != pose:
+        return None
+    times_s = np.linspace(-0.5 * camera.shutter_s, rows_s + 0.5 * camera.shutter_s, KNOTS)
+    knots = np.zeros((KNOTS, 12), np.float32)
+    home = rotation_from_quaternion(pose.orientation)
+    for row, time_s in zip(knots, times_s, strict=True):
+        there = pose_at(path, pose.stamp_ns + time_s * _SECOND_NS)
+        row[:9] = (rotation_from_quaternion(there.orientation) @ home.T).ravel()
+        row[9:] = there.position_m
+    per_knot = span_s / (KNOTS - 1)
+    return Motion(knots, np.float32(camera.row_time_s / per_knot), np.float32(camera.shutter_s / per_knot))
+
+
+def pose_at(path: Sequence[CameraPose], stamp_ns: float) -> CameraPose:
+    """Return where a camera that follows a path (two poses or more) is at a time, also a little before and after it."""
+    after = min(max(bisect_left(path, stamp_ns, key=lambda item: item.stamp_ns), 1), len(path) - 1)
+    a, b = path[after - 1], path[after]
+    share = (stamp_ns - a.stamp_ns) / (b.stamp_ns - a.stamp_ns)
+    x, y, z = (p + share * (q - p) for p, q in zip(a.position_m, b.position_m, strict=True))
+    turn = multiply_quaternions(b.orientation, conjugate_quaternion(a.orientation))
+    turn = turn if turn[3] >= 0.0 else (-turn[0], -turn[1], -turn[2], -turn[3])
+    half, sine = math.atan2(math.hypot(*turn[:3]), turn[3]), math.hypot(*turn[:3])
+    scale = math.sin(share * half) / sine if sine > 1e-12 else share
+    part = (turn[0] * scale, turn[1] * scale, turn[2] * scale, math.cos(share * half))
+    return CameraPose(stamp_ns=max(round(stamp_ns), 0), position_m=(x, y, z), orientation=multiply_quaternions(part, a.orientation))
+
+
+@kernel
+def move_rays(camera: PosedCamera, row: int, draws: NDArray[np.float32], packet: Packet) -> None:
+    """Move the rays of a tile that begins at ``row`` to where the camera is when they are exposed.
+
+    ``draws``: (16,) float32 or more, in [0, 1), when within the shutter's time; 0.5 is its middle.
+    """
+    real, knots, home = packet.real, camera.motion, camera.position
+    for k in range(LANES):
+        place = _HALF * camera.shutter_step + np.float32(row + (k >> 2)) * camera.row_step + (draws[k] - _HALF) * camera.shutter_step
+        i, s = _knot(place, len(knots))
+        x, y, z = real[ORG_X + k] - home[0], real[ORG_Y + k] - home[1], real[ORG_Z + k] - home[2]
+        dx, dy, dz = real[DIR_X + k], real[DIR_Y + k], real[DIR_Z + k]
+        for axis in range(3):
+            a, b, c = _mixed(knots, i, s, 3 * axis), _mixed(knots, i, s, 3 * axis + 1), _mixed(knots, i, s, 3 * axis + 2)
+            real[ORG_X + LANES * axis + k] = _mixed(knots, i, s, 9 + axis) + a * x + b * y + c * z
+            real[DIR_X + LANES * axis + k] = a * dx + b * dy + c * dz
+
+
+@kernel
+def unturn_rays(camera: PosedCamera, row: int, packet: Packet) -> None:
+    """Turn directions and normals of a tile's rays, moved to the middle of their rows' exposure, back to the frame's own pose."""
+    real, knots = packet.real, camera.motion
+    for k in range(LANES):
+        i, s = _knot(_HALF * camera.shutter_step + np.float32(row + (k >> 2)) * camera.row_step, len(knots))
+        dx, dy, dz = real[DIR_X + k], real[DIR_Y + k], real[DIR_Z + k]
+        nx, ny, nz = real[NG_X + k], real[NG_Y + k], real[NG_Z + k]
+        for axis in range(3):
+            a, b, c = _mixed(knots, i, s, axis), _mixed(knots, i, s, axis + 3), _mixed(knots, i, s, axis + 6)
+            real[DIR_X + LANES * axis + k] = a * dx + b * dy + c * dz
+            real[NG_X + LANES * axis + k] = a * nx + b * ny + c * nz
+
+
+@kernel
+def _knot(place: np.float32, count: int) -> tuple[int, np.float32]:
+    i = min(max(int(place), 0), count - 2)
+    return i, place - np.float32(i)
+
+
+@kernel
+def _mixed(knots: NDArray[np.float32], i: int, s: np.float32, column: int) -> np.float32:
+    mixed: np.float32 = (_ONE - s) * knots[i, column] + s * knots[i + 1, column]
+    return mixed

@@ -1,0 +1,58 @@
+"""Local frames, and warping of uniform random numbers to directions."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from renderer.core.kernel import inlined
+
+_ZERO, _ONE, _TWO, _HALF, _TINY = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(0.5), np.float32(1e-30)
+_THREE, _FOUR, _QUARTER_PI, _PI = np.float32(3.0), np.float32(4.0), np.float32(0.25 * np.pi), np.float32(np.pi)
+_SIN_3, _SIN_5, _SIN_7 = np.float32(-1.0 / 6.0), np.float32(1.0 / 120.0), np.float32(-1.0 / 5040.0)
+_COS_4, _COS_6, _COS_8 = np.float32(1.0 / 24.0), np.float32(-1.0 / 720.0), np.float32(1.0 / 40320.0)
+
+Vector = tuple[np.float32, np.float32, np.float32]
+
+
+@inlined
+def turn_polar(u: np.float32) -> tuple[np.float32, np.float32]:
+    """Return cosine and sine of the angle 2 pi u, by polynomials over an eighth of a turn; u in [0, 1)."""
+    eighths = _FOUR * u
+    quarter = np.floor(eighths + _HALF)
+    angle = (eighths - quarter) * (_TWO * _QUARTER_PI)
+    q = angle * angle
+    cosine = _ONE + q * (-_HALF + q * (_COS_4 + q * (_COS_6 + q * _COS_8)))
+    sine = angle * (_ONE + q * (_SIN_3 + q * (_SIN_5 + q * _SIN_7)))
+    first, second, third = quarter == _ONE, quarter == _TWO, quarter == _THREE
+    a = sine if first | third else cosine
+    b = cosine if first | third else sine
+    return -a if first | second else a, -b if second | third else b
+
+
+@inlined
+def draw_cosine(u: np.float32, v: np.float32) -> Vector:
+    """Return a direction of the upper hemisphere with density cosine / pi (concentric map of Shirley and Chiu, 1997)."""
+    a, b = _TWO * u - _ONE, _TWO * v - _ONE
+    steep = abs(b) > abs(a)
+    radius, other = b if steep else a, a if steep else b
+    angle = _QUARTER_PI * other / (radius if radius != _ZERO else _ONE)
+    q = angle * angle
+    cosine = _ONE + q * (-_HALF + q * (_COS_4 + q * (_COS_6 + q * _COS_8)))
+    sine = angle * (_ONE + q * (_SIN_3 + q * (_SIN_5 + q * _SIN_7)))
+    x, y = radius * (sine if steep else cosine), radius * (cosine if steep else sine)
+    z = _ONE - x * x - y * y
+    return x, y, np.sqrt(z if z > _ZERO else _ZERO)
+
+
+@inlined
+def frame_about(
+    nx: np.float32, ny: np.float32, nz: np.float32
+) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
+    """Return two unit vectors that make a right-handed basis with a unit vector.
+
+    After Duff et al., "Building an Orthonormal Basis, Revisited", JCGT 6(1), 2017.
+    """
+    sign = _ONE if nz >= _ZERO else -_ONE
+    p = -_ONE / (sign + nz)
+    r = nx * ny * p
+    return _ONE + sign * nx * nx * p, sign * r, -sign * nx, r, sign + ny * ny * p, -ny

@@ -1,0 +1,59 @@
+"""Threads that share the pieces of an image; kernels release the GIL, so they run side by side."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections import deque
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor, wait
+from typing import TypeVar
+
+from renderer.core.errors import RenderCancelled
+
+Piece = TypeVar("Piece")
+_POLL_S = 0.05
+
+
+def thread_count(asked: int) -> int:
+    """Return the number of threads to use: ``asked``, or one for each processor that this process may use when 0."""
+    return asked or len(os.sched_getaffinity(0))
+
+
+class Workers:
+    """A fixed set of threads, numbered from 0, each with its own scratch memory elsewhere."""
+
+    def __init__(self, count: int) -> None:
+        self.count = count
+        self._pool = ThreadPoolExecutor(count, "renderer")
+
+    def run(self, work: Callable[[int, Piece], None], pieces: Iterable[Piece], cancelled: Callable[[], bool] | None = None) -> None:
+        """Call ``work(worker, piece)`` for every piece, in any order; ``cancelled`` is asked in the calling thread every 50 ms.
+
+        Raises:
+            RenderCancelled: ``cancelled`` returned True; pieces under way are finished first, the others are dropped.
+        """
+        queue, stop = deque(pieces), threading.Event()
+
+        def drain(worker: int) -> None:
+            while not stop.is_set():
+                try:
+                    piece = queue.popleft()
+                except IndexError:
+                    return
+                work(worker, piece)
+
+        jobs = [self._pool.submit(drain, worker) for worker in range(self.count)]
+        try:
+            while wait(jobs, timeout=None if cancelled is None else _POLL_S).not_done:
+                if cancelled is not None and cancelled():
+                    raise RenderCancelled("render: cancelled by its caller")
+        finally:
+            stop.set()
+            wait(jobs)
+        for job in jobs:
+            job.result()
+
+    def close(self) -> None:
+        """End the threads; harmless when repeated."""
+        self._pool.shutdown()

@@ -1,0 +1,1 @@
+"""The user's own files: models, images, and what is wrong with them."""

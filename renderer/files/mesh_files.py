@@ -1,0 +1,136 @@
+"""Reads the user's own mesh files (GLB, glTF, OBJ, PLY, STL) into named parts with materials.
+
+glTF goes through our own reader (``gltf_container`` says why), the others through trimesh.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache, partial
+from pathlib import Path, PurePosixPath
+
+import numpy as np
+
+from renderer.core.errors import MeshFileError
+from renderer.files.file_parts import MeshFile, Raw, assemble
+from renderer.files.gltf_container import Fetch, read_container
+from renderer.files.gltf_materials import read_images, read_materials
+from renderer.files.gltf_meshes import read_pieces
+from renderer.models.model import Parts, Size, fitted
+from scene_description import FileReading
+
+MAX_FILE_BYTES = 64_000_000
+FORMATS = ("glb", "gltf", "obj", "ply", "stl")
+
+
+def find_mesh_file(catalog_dir: Path, relative: str) -> Path:
+    """Return the real path of a catalogue's file.
+
+    Raises:
+        MeshFileError: the path leaves the catalogue (also through symbolic links) or names no file.
+    """
+    root = catalog_dir.resolve()
+    if PurePosixPath(relative).is_absolute():
+        raise MeshFileError(f"model file '{relative}': expected a path inside the catalogue, got an absolute one")
+    path = (root / relative).resolve()
+    if not path.is_relative_to(root):
+        raise MeshFileError(f"model file '{relative}': expected a path inside the catalogue, got one that leads out of {root}")
+    if not path.is_file():
+        raise MeshFileError(f"model file '{relative}': expected a file in {root}, found none")
+    return path
+
+
+def load_mesh_file(path: Path, root: Path, size_m: Size, reading: FileReading | None = None) -> Parts:
+    """Return the file's parts by name, stretched together to the box ``size_m`` of an object.
+
+    Texture coordinates are those of the file where the part's material has images (1 is one image), else they are missing.
+    Files that it refers to (buffers, images, material libraries) are read from below ``root`` only.
+
+    Raises:
+        MeshFileError: unknown format, too large, broken, empty, or with numbers that are not finite.
+    """
+    parts = read_mesh_file(path, root, reading or FileReading()).parts
+    whole = fitted({name: part.mesh for name, part in parts.items()}, size_m)
+    return {name: mesh._replace(uvs=parts[name].mesh.uvs) for name, mesh in whole.items()}
+
+
+def read_mesh_file(path: Path, root: Path, reading: FileReading) -> MeshFile:
+    """Read a model file; see :func:`load_mesh_file`.
+
+    Raises:
+        MeshFileError: as there; one line with the file's name.
+    """
+    kind = path.suffix.lower().lstrip(".")
+    name = path.name
+    if kind not in FORMATS:
+        raise MeshFileError(f"model file '{name}': expected one of {', '.join(FORMATS)}, got '{kind}'")
+    state = path.stat()
+    if state.st_size > MAX_FILE_BYTES:
+        raise MeshFileError(f"model file '{name}': expected at most {MAX_FILE_BYTES} bytes, got {state.st_size}")
+    try:
+        read = _read_once if kind in ("glb", "ply", "stl") else _read_once.__wrapped__  # others refer to files that may change
+        raw = read(path, root.resolve(), kind, state.st_mtime_ns, state.st_size)
+        return assemble(raw, reading, kind in ("glb", "gltf"))
+    except MeshFileError as error:
+        text = str(error)
+        raise MeshFileError(text if text.startswith("model file ") else f"model file '{name}': {text}") from None
+
+
+@lru_cache(maxsize=16)
+def _read_once(path: Path, root: Path, kind: str, mtime_ns: int, size: int) -> Raw:
+    """Read a file; time and size are there to tell versions apart."""
+    fetch = partial(_fetch, path.parent, root)
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(size + 1)
+        raw = _READERS[kind](data, kind, fetch)
+    except MeshFileError:
+        raise
+    except Exception as error:  # readers raise what they like on broken data
+        reason = " ".join(str(error).split())[:160] or type(error).__name__
+        raise MeshFileError(f"expected a readable {kind} file, got an error ({reason})") from error
+    for piece in raw.pieces:
+        if not all(np.isfinite(rows).all() for rows in (piece.vertices, piece.normals, *piece.uvs.values())):
+            raise MeshFileError(f"expected finite numbers, got others in '{piece.node}'")
+    return raw
+
+
+def _fetch(folder: Path, root: Path, key: str) -> bytes:
+    """Return the bytes of a file that a model refers to, from below the root only."""
+    shown = repr(key[:80])
+    try:
+        path = (folder / key.strip().replace("\\", "/")).resolve()
+        inside = path.is_relative_to(root)
+    except (OSError, ValueError, RuntimeError):
+        inside = False
+    if not inside:
+        raise MeshFileError(f"refers to {shown}: expected a path inside the catalogue")
+    if not path.is_file() or path.stat().st_size > MAX_FILE_BYTES:
+        raise MeshFileError(f"refers to {shown}: expected a file of at most {MAX_FILE_BYTES} bytes")
+    return path.read_bytes()
+
+
+def _read_gltf(data: bytes, kind: str, fetch: Fetch) -> Raw:
+    container = read_container(data, kind == "glb", fetch)
+    pieces = read_pieces(container)
+    materials = read_materials(container)
+    used = {piece.material for piece in pieces}
+    uses = [
+        use
+        for i, item in enumerate(materials)
+        if i in used
+        for use in (item.base_image, item.metallic_roughness_image, item.normal_image)
+        if use is not None
+    ]
+    return Raw(pieces, materials, read_images(container, {use.image for use in uses}))
+
+
+def _read_other(data: bytes, kind: str, fetch: Fetch) -> Raw:
+    from renderer.files.trimesh_files import read_by_trimesh  # trimesh takes longer to import than the rest, and few files need it
+
+    return read_by_trimesh(data, kind, fetch)
+
+
+_READERS: dict[str, Callable[[bytes, str, Fetch], Raw]] = {
+    "glb": _read_gltf, "gltf": _read_gltf, "obj": _read_other, "ply": _read_other, "stl": _read_other,
+}  # fmt: skip

@@ -1,0 +1,1 @@
+"""What becomes of linear colour: denoising, white balance, tone curve; the layers of a frame."""

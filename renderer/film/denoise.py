@@ -1,0 +1,104 @@
+"""Denoising by Intel Open Image Denoise (Apache-2.0), through its binding ``pyoidn`` (MIT); the extra ``denoise`` installs both.
+
+The network takes the mean radiance with albedo and normal of the first hits, or of what mirrors and clear glass show, as guides (Open
+Image Denoise, documentation of the filter RT).
+"""
+
+from __future__ import annotations
+
+import importlib.util
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.core.errors import RenderError
+
+_HINT = "install scene_synth_ros[denoise], or set render.denoise to none or auto"
+
+
+@cache
+def is_installed() -> bool:
+    """Return whether the denoiser can be used."""
+    return importlib.util.find_spec("pyoidn") is not None
+
+
+def is_asked(choice: str) -> bool:
+    """Return whether ``render.denoise`` asks for denoising here.
+
+    Raises:
+        RenderError: it does, but the denoiser is not installed.
+    """
+    if choice == "oidn" and not is_installed():
+        raise RenderError(f"render.denoise: expected pyoidn for 'oidn', got none installed; {_HINT}")
+    return choice == "oidn" or (choice == "auto" and is_installed())
+
+
+class Denoiser:
+    """Open Image Denoise on this many threads; free to be made anew, but loading it takes some 0.1 s.
+
+    Raises:
+        RenderError: the library cannot be loaded or set up.
+    """
+
+    def __init__(self, threads: int) -> None:
+        try:
+            import pyoidn
+        except (ImportError, OSError) as error:
+            raise RenderError(f"render.denoise: expected pyoidn to load, got {error}; {_HINT}") from error
+        self._oidn: Any = pyoidn
+        self._device = pyoidn.Device(pyoidn.OIDN_DEVICE_TYPE_CPU)
+        self._device.set_int("numThreads", threads)
+        self._device.set_bool("setAffinity", False)
+        self._device.commit()
+        self._network: Any = None
+        self._images: dict[str, NDArray[np.float32]] = {}
+        self._check()
+
+    def clean(self, radiance: NDArray[np.float32], albedo: NDArray[np.float32], normals: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Return denoised radiance.
+
+        Args:
+            radiance: (height, width, 3), at least 0, any unit.
+            albedo: (height, width, 3), in [0, 1].
+            normals: (height, width, 3), in [-1, 1].
+
+        Raises:
+            RenderError: the library failed.
+        """
+        if self._network is None or self._images["color"].shape != radiance.shape:
+            self._prepare(radiance.shape)
+        for name, image in (("color", radiance), ("albedo", albedo), ("normal", normals)):
+            self._images[name][:] = image
+        self._network.execute()
+        self._check()
+        return self._images["output"].copy()
+
+    def _prepare(self, shape: tuple[int, ...]) -> None:
+        """Set the network up for images of a size, which takes as long as an image does."""
+        self._release()
+        self._images = {name: np.zeros(shape, np.float32) for name in ("color", "albedo", "normal", "output")}
+        self._network = self._oidn.Filter(self._device, self._oidn.OIDN_FILTER_TYPE_RT)
+        for name, image in self._images.items():
+            self._network.set_image(name, image, self._oidn.OIDN_FORMAT_FLOAT3)
+        self._network.set_bool("hdr", True)
+        self._network.commit()
+        self._check()
+
+    def close(self) -> None:
+        """Release the library's device; harmless when repeated."""
+        self._release()
+        if self._device is not None:
+            self._device.release()
+            self._device = None
+
+    def _release(self) -> None:
+        if self._network is not None:
+            self._network.release()
+            self._network = None
+
+    def _check(self) -> None:
+        message = self._device.get_error()
+        if message is not None:
+            raise RenderError(f"render.denoise: Open Image Denoise failed: {message}; {_HINT}")

@@ -1,0 +1,127 @@
+"""From linear luminance to display colour: exposure, white balance, tone curve, sRGB, 8 bits."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.core.kernel import entry
+from renderer.film.white_balance import Chromaticity, adaptation
+from scene_description.color_temperature import D65_XY
+
+FILMIC_KNEE = 0.4
+"""Display-linear value up to which the filmic curve is the identity."""
+FILMIC_WHITE = 100.0
+"""Multiple of the luminance that saturates the plain curve at which the filmic one does."""
+
+_CELL_BITS = 15
+_FIRST_WORD, _LAST_WORD = (int(np.float32(value).view(np.int32)) for value in (2.0**-14, 2.0**7))
+
+
+class Exposure(NamedTuple):
+    """How luminance is shown: exposure value at ISO 100, and the chromaticity (CIE x, y) of the light that shall look white."""
+
+    ev100: float
+    white_xy: Chromaticity = D65_XY
+
+
+def white_luminance(exposure_ev100: float) -> float:
+    """Return the luminance in cd/m2 that saturates a sensor at an exposure value: 1.2 * 2^EV100 (ISO 12232, saturation-based speed)."""
+    return 1.2 * float(2.0**exposure_ev100)
+
+
+def encode_srgb(linear: NDArray[np.float32], curve: str = "srgb") -> NDArray[np.uint8]:
+    """Return 8-bit sRGB (IEC 61966-2-1) of linear values; 0 is black, 1 the plain curve's white.
+
+    ``curve``: ``srgb`` clips beyond 1; ``filmic`` is the same up to ``FILMIC_KNEE`` and rolls off from there in the logarithm, so that
+    what is brighter keeps its shape up to ``FILMIC_WHITE``.
+
+    By table: each code begins where curve and transfer function, inverted, pass half a code; no power is computed per pixel.
+    """
+    values = np.ascontiguousarray(linear, np.float32)
+    codes = np.empty(values.shape, np.uint8)
+    _look_up_codes(values.reshape(-1), values.reshape(-1).view(np.int32), _FIRST_CODES[curve], _THRESHOLDS[curve], codes.reshape(-1))
+    return codes
+
+
+def to_display(radiance: NDArray[np.float32], exposure: Exposure, curve: str = "srgb") -> NDArray[np.uint8]:
+    """Return what a camera shows of luminance (height, width, 3) in cd/m2: sRGB, uint8."""
+    scale = np.float32(1.0 / white_luminance(exposure.ev100))
+    if tuple(exposure.white_xy) == D65_XY:
+        return encode_srgb(radiance * scale, curve)
+    matrix = (adaptation(exposure.white_xy) * scale).astype(np.float32)
+    balanced = np.empty(radiance.shape, np.float32)
+    _balance(np.ascontiguousarray(radiance).reshape(-1, 3), matrix, balanced.reshape(-1, 3))
+    return encode_srgb(balanced, curve)
+
+
+@entry
+def _look_up_codes(
+    values: NDArray[np.float32],
+    words: NDArray[np.int32],
+    first_codes: NDArray[np.uint8],
+    thresholds: NDArray[np.float32],
+    codes: NDArray[np.uint8],
+) -> None:
+    """Write how many thresholds each value reaches; ``words``: the values' bits, which order as they do from 0 on.
+
+    A value's cell, its exponent and leading bits, tells the code up to one.
+    """
+    for i in range(len(values)):
+        word = max(_FIRST_WORD, min(_LAST_WORD, words[i]))
+        code = np.int32(first_codes[(word - _FIRST_WORD) >> _CELL_BITS])
+        codes[i] = code + (1 if code < 255 and values[i] >= thresholds[code] else 0)
+
+
+@entry
+def _balance(radiance: NDArray[np.float32], matrix: NDArray[np.float32], balanced: NDArray[np.float32]) -> None:
+    """Multiply each colour by the matrix, in an order that is the same on every processor."""
+    for i in range(len(radiance)):
+        r, g, b = radiance[i, 0], radiance[i, 1], radiance[i, 2]
+        for c in range(3):
+            balanced[i, c] = matrix[c, 0] * r + matrix[c, 1] * g + matrix[c, 2] * b
+
+
+def filmic(linear: NDArray[np.floating]) -> NDArray[np.float64]:
+    """Return the filmic curve: x up to the knee k, then k + c ln(1 + (x - k) / c), so that it is smooth and 1 at ``FILMIC_WHITE``."""
+    over = np.maximum(np.asarray(linear, np.float64) - FILMIC_KNEE, 0.0)
+    return np.asarray(np.minimum(linear, FILMIC_KNEE) + _SHOULDER * np.log1p(over / _SHOULDER))
+
+
+def _fit_shoulder() -> float:
+    """Return c with c ln(1 + (white - k) / c) = 1 - k, by bisection; the left side grows with c."""
+    low, high = 1e-6, 1.0 - FILMIC_KNEE
+    for _ in range(200):
+        middle = 0.5 * (low + high)
+        if middle * math.log1p((FILMIC_WHITE - FILMIC_KNEE) / middle) < 1.0 - FILMIC_KNEE:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+def _decode_srgb(code: NDArray[np.floating]) -> NDArray[np.float64]:
+    return np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
+
+
+def _unfilm(shown: NDArray[np.float64]) -> NDArray[np.float64]:
+    over = np.maximum(shown - FILMIC_KNEE, 0.0)
+    return np.minimum(shown, FILMIC_KNEE) + _SHOULDER * np.expm1(over / _SHOULDER)
+
+
+_SHOULDER = _fit_shoulder()
+_HALF_CODES = _decode_srgb((np.arange(255) + 0.5) / 255.0)
+_THRESHOLDS = {"srgb": _HALF_CODES.astype(np.float32), "filmic": _unfilm(_HALF_CODES).astype(np.float32)}
+_FIRST_CODES = {
+    name: np.searchsorted(
+        thresholds, np.arange(_FIRST_WORD, _LAST_WORD + 1, 1 << _CELL_BITS, dtype=np.int32).view(np.float32), side="right"
+    ).astype(np.uint8)
+    for name, thresholds in _THRESHOLDS.items()
+}
+"""Codes of the lowest values of cells; a cell, 1/256 octave, has one threshold at most."""
+
+TONE_CURVES = tuple(_THRESHOLDS)
+"""Names of the curves."""

@@ -1,0 +1,1 @@
+"""Triangle meshes: basic shapes and texture coordinates."""

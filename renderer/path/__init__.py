@@ -1,0 +1,1 @@
+"""The path tracer, its stages and its lights; ground truth from the same primary rays."""

@@ -1,0 +1,57 @@
+"""How colour is computed: settings of the path tracer and of what is made of its light."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from scene_description.strict import Limits
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RenderConfig:
+    """How colour is computed."""
+
+    samples_per_pixel: Annotated[int, Limits(ge=1, le=65536, description="Colour samples per pixel")] = 16
+    max_depth: Annotated[int, Limits(ge=1, le=64, description="Most segments of a light path; 1 shows lights only, 2 direct light")] = 6
+    clamp: Annotated[
+        float,
+        Limits(
+            ge=0.0, le=1e6, description="Most that one indirect light sample may bring, in units of the exposure's white; 0 is no limit"
+        ),
+    ] = 0.0
+    caustic_blur: Annotated[
+        float, Limits(ge=0.0, le=1.0, description="Least roughness of gloss that scattered light meets; 0 is exact, more has less noise")
+    ] = 0.0
+    blur_textures: Annotated[
+        bool, Limits(description="Scattered light sees textures filtered by how far it has spread; off: as sharply as the camera does")
+    ] = True
+    noise_target: Annotated[
+        float, Limits(ge=0.0, le=1.0, description="Relative noise of the colour at which sampling ends early; 0 takes all samples")
+    ] = 0.0
+    time_budget_s: Annotated[
+        float, Limits(ge=0.0, le=86400.0, unit="s", description="Time after which sampling ends early; 0 is no limit and repeatable")
+    ] = 0.0
+    denoise: Annotated[
+        Literal["none", "auto", "oidn"],
+        Limits(description="Denoiser of the colour: none, Open Image Denoise, or auto: that where pyoidn is installed"),
+    ] = "none"
+    exposure_ev100: Annotated[float, Limits(ge=-6.0, le=21.0, unit="EV", description="Exposure value at ISO 100, if not metered")] = 6.0
+    auto_exposure: Annotated[bool, Limits(description="Meter the exposure of each room")] = False
+    exposure_compensation_ev: Annotated[
+        float, Limits(ge=-10.0, le=10.0, unit="EV", description="Brightens a metered exposure; positive is brighter")
+    ] = 0.9
+    white_balance: Annotated[
+        Literal["none", "auto", "kelvin"],
+        Limits(description="Which light looks white: that of the display (none), the room's as metered (auto), or that of white_balance_k"),
+    ] = "auto"
+    white_balance_k: Annotated[
+        float, Limits(ge=1700.0, le=25000.0, unit="K", description="Colour temperature that looks white with white_balance kelvin")
+    ] = 5500.0
+    tone_curve: Annotated[
+        Literal["filmic", "srgb"], Limits(description="Display curve: filmic keeps what is brighter than white apart, srgb clips it")
+    ] = "filmic"
+    threads: Annotated[int, Limits(ge=0, le=1024, description="Threads of the kernels; 0 takes all", fixed="kernels are set up once")] = 0
+    portable: Annotated[
+        bool, Limits(description="Pin Embree to AVX2, so that different processors agree", fixed="the ray tracing device is made once")
+    ] = False

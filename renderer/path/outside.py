@@ -1,0 +1,196 @@
+"""What lies outside the window panes: luminance by direction, and its brightest parts as lights of their own.
+
+The environment is split in two.  What is smooth, the sky, is drawn by points on the panes (:mod:`renderer.path.lights`).  What is small and
+bright, the sun's disc or bright pixels of an environment map, is drawn by direction, and a point is lit so only where that direction leads
+through a pane.  Both are weighed against the surfaces' own draws, so that mirrors show them too.
+
+The sun is drawn evenly over its disc; its limb is darker by I / I0 = 1 - u (1 - mu), mu the cosine at the sun's surface, u = 0.6 for
+visible light (Cox, Allen's Astrophysical Quantities, 4th edition, 2000, section 14.7, tabulates u by wavelength).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.core.angles import arcsin, arctan2
+from renderer.core.color import LUMINANCE
+from renderer.core.kernel import inlined, kernel
+from renderer.core.sampling import frame_about, turn_polar
+from renderer.scene.equirectangular import pixel_solid_angles
+from renderer.scene.flat_scene import FlatScene, Sky
+
+_ZERO, _ONE, _TWO, _HALF, _TINY = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(0.5), np.float32(1e-30)
+_PI, _TURN = np.float32(np.pi), np.float32(2.0 * np.pi)
+_BELOW_ONE = np.float32(0.9999999)
+_LIMB = np.float32(0.6)
+_LIMB_MEAN = np.float32(1.0 - 0.6 / 3.0)
+
+Rgb = tuple[np.float32, np.float32, np.float32]
+
+
+class Outside(NamedTuple):
+    """Panes, and what is drawn by direction through them, for kernels.
+
+    panes: (p, 12) float32, corner, two edges and unit normal (into the room) of each pane triangle; part: (p,) int32.  hot: (h, w, 3)
+    float32, luminance above the smooth part of an environment map, cd/m2; chance: (h, w) float32, probability per steradian of drawing
+    each pixel; rows: (h,) and columns: (h, w) float32, cumulative probabilities of rows, and of pixels within their rows.  All of them
+    are empty where there is nothing to draw.
+    """
+
+    panes: NDArray[np.float32]
+    part: NDArray[np.int32]
+    sun: NDArray[np.float32]
+    hot: NDArray[np.float32]
+    chance: NDArray[np.float32]
+    rows: NDArray[np.float32]
+    columns: NDArray[np.float32]
+
+
+def build_outside(flat: FlatScene) -> Outside:
+    """Collect panes, and the tables by which bright parts of the environment are drawn."""
+    sky = flat.sky
+    pane = np.flatnonzero(flat.parts.portal[flat.face_part]) if len(sky.sun) or sky.hot.size else np.zeros(0, np.int64)
+    a, b, c = (flat.mesh.vertices.astype(np.float64)[flat.mesh.faces[pane, i]] for i in range(3))
+    normal = np.cross(b - a, c - a)
+    size = np.linalg.norm(normal, axis=1, keepdims=True)
+    flat_enough = size[:, 0] > 1e-10
+    rows = np.concatenate([a, b - a, c - a, normal / np.maximum(size, 1e-30)], axis=1)[flat_enough]
+    tables = draw_tables(sky.hot) if sky.hot.size else (np.zeros((0, 0), np.float32), np.zeros(0, np.float32), np.zeros((0, 0), np.float32))
+    return Outside(
+        np.ascontiguousarray(rows, np.float32),
+        np.ascontiguousarray(flat.face_part[pane][flat_enough], np.int32),
+        np.ascontiguousarray(sky.sun, np.float32),
+        np.ascontiguousarray(sky.hot, np.float32),
+        *tables,
+    )
+
+
+def draw_tables(hot: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+    """Return chance (h, w), rows (h,) and columns (h, w) of ``Outside`` for luminance (h, w, 3): by flux, pixel by pixel."""
+    height, width = hot.shape[:2]
+    angle = pixel_solid_angles(height, width)
+    flux = (hot.astype(np.float64) @ LUMINANCE) * angle[:, None]
+    share = flux / flux.sum()
+    by_row = share.sum(axis=1)
+    rows = np.cumsum(by_row)
+    columns = np.cumsum(share, axis=1) / np.maximum(by_row, 1e-300)[:, None]
+    chance = share / angle[:, None]
+    return (
+        np.ascontiguousarray(chance, np.float32),
+        np.ascontiguousarray(rows / rows[-1], np.float32),
+        np.ascontiguousarray(columns, np.float32),
+    )
+
+
+@inlined
+def sky_color(sky: Sky, x: np.float32, y: np.float32, z: np.float32) -> Rgb:
+    """Return the smooth luminance of the environment towards a unit direction of the world, cd/m2."""
+    table = sky.table
+    if table.shape[0] == 0:
+        if z < _ZERO:
+            return sky.ground[0], sky.ground[1], sky.ground[2]
+        low, high = sky.horizon, sky.zenith
+        return low[0] + z * (high[0] - low[0]), low[1] + z * (high[1] - low[1]), low[2] + z * (high[2] - low[2])
+    return _blend_table(table, x, y, z)
+
+
+@inlined
+def _blend_table(table: NDArray[np.float32], x: np.float32, y: np.float32, z: np.float32) -> Rgb:
+    """Return what an equirectangular map (h, w, 3) has towards a unit direction, between its pixels."""
+    height, width = np.int32(table.shape[0]), np.int32(table.shape[1])
+    across, down = _place(x, y, z, height, width)
+    across, down = across - _HALF, down - _HALF
+    down = down if down > _ZERO else _ZERO
+    column = np.floor(across)
+    j, i = np.int32(column), np.int32(down)
+    i = i if i < height else height - np.int32(1)
+    s, t = across - column, down - np.float32(i)
+    below = i + np.int32(1) if i + 1 < height else i
+    left = j + width if j < 0 else j
+    right = np.int32(0) if left + 1 >= width else left + np.int32(1)
+    r = _blend(table[i, left, 0], table[i, right, 0], table[below, left, 0], table[below, right, 0], s, t)
+    g = _blend(table[i, left, 1], table[i, right, 1], table[below, left, 1], table[below, right, 1], s, t)
+    b = _blend(table[i, left, 2], table[i, right, 2], table[below, left, 2], table[below, right, 2], s, t)
+    return r, g, b
+
+
+@inlined
+def _blend(a: np.float32, b: np.float32, c: np.float32, d: np.float32, s: np.float32, t: np.float32) -> np.float32:
+    upper: np.float32 = a + s * (b - a)
+    lower: np.float32 = c + s * (d - c)
+    return upper + t * (lower - upper)
+
+
+@inlined
+def _place(x: np.float32, y: np.float32, z: np.float32, height: np.int32, width: np.int32) -> tuple[np.float32, np.float32]:
+    """Return column and row, in [0, width) and [0, height), of a direction in an equirectangular map; its middle column looks along +x."""
+    wide, high = np.float32(width), np.float32(height)
+    across = (_PI - arctan2(y, x)) / _TURN * wide
+    down = (_HALF - arcsin(z) / _PI) * high
+    across = across if across > _ZERO else _ZERO
+    down = down if down > _ZERO else _ZERO
+    return across if across < wide else wide * _BELOW_ONE, down if down < high else high
+
+
+@inlined
+def hot_toward(outside: Outside, x: np.float32, y: np.float32, z: np.float32) -> tuple[np.float32, np.float32, np.float32, np.float32]:
+    """Return luminance (r, g, b) of what is drawn by direction, and the chance per steradian of drawing this unit direction."""
+    sun = outside.sun
+    if len(sun) > 0:
+        dx, dy, dz = x - sun[0], y - sun[1], z - sun[2]
+        apart = _HALF * (dx * dx + dy * dy + dz * dz) / sun[3]
+        if apart < _ONE:
+            scale = _limb(apart)
+            return scale * sun[4], scale * sun[5], scale * sun[6], _ONE / (_TURN * sun[3])
+    elif outside.hot.shape[0] > 0:
+        height, width = outside.hot.shape[0], outside.hot.shape[1]
+        across, down = _place(x, y, z, np.int32(height), np.int32(width))
+        j, i = min(int(across), width - 1), min(int(down), height - 1)
+        return outside.hot[i, j, 0], outside.hot[i, j, 1], outside.hot[i, j, 2], outside.chance[i, j]
+    return _ZERO, _ZERO, _ZERO, _ZERO
+
+
+@inlined
+def _limb(apart: np.float32) -> np.float32:
+    """Return the sun's luminance over its mean; ``apart``: squared distance from the middle over the squared radius, in [0, 1]."""
+    mu = np.sqrt(max(_ONE - apart, _ZERO))
+    shade: np.float32 = (_ONE - _LIMB * (_ONE - mu)) / _LIMB_MEAN
+    return shade
+
+
+@inlined
+def draw_toward(outside: Outside, u: np.float32, v: np.float32) -> Rgb:
+    """Return a unit direction to what is drawn by direction, for two random numbers in [0, 1)."""
+    sun = outside.sun
+    if len(sun) > 0:
+        versine = u * sun[3]
+        aside = np.sqrt(versine * (_TWO - versine))
+        ux, uy, uz, vx, vy, vz = frame_about(sun[0], sun[1], sun[2])
+        cosine, sine = turn_polar(v)
+        a, b, c = aside * cosine, aside * sine, _ONE - versine
+        return a * ux + b * vx + c * sun[0], a * uy + b * vy + c * sun[1], a * uz + b * vz + c * sun[2]
+    height, width = outside.hot.shape[0], outside.hot.shape[1]
+    i, s = _find(outside.rows, v)
+    j, t = _find(outside.columns[i], u)
+    top, bottom = np.sin(_PI * (_HALF - np.float32(i) / np.float32(height))), np.sin(_PI * (_HALF - np.float32(i + 1) / np.float32(height)))
+    z = top + s * (bottom - top)
+    yaw = _PI - _TURN * (np.float32(j) + t) / np.float32(width)
+    level = np.sqrt(max(_ONE - z * z, _ZERO))
+    return level * np.cos(yaw), level * np.sin(yaw), z
+
+
+@kernel
+def _find(cumulative: NDArray[np.float32], u: np.float32) -> tuple[int, np.float32]:
+    """Return the first entry beyond ``u`` and where within its step ``u`` is, in [0, 1)."""
+    low, high = 0, len(cumulative) - 1
+    while low < high:
+        middle = (low + high) >> 1
+        if u < cumulative[middle]:
+            high = middle
+        else:
+            low = middle + 1
+    before = cumulative[low - 1] if low > 0 else _ZERO
+    return low, min(max((u - before) / max(cumulative[low] - before, _TINY), _ZERO), np.float32(0.99999994))

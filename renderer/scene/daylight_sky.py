@@ -1,0 +1,101 @@
+"""The daylit sky as an equirectangular map: clear, overcast or between.
+
+Clear: A. J. Preetham, P. Shirley and B. Smits, "A Practical Analytic Model for Daylight" (SIGGRAPH 1999), appendix A.2: luminance and
+chromaticity of each direction by the five-parameter formula of Perez, coefficients linear in turbidity.  Overcast: the CIE standard
+overcast sky, of luminance (1 + 2 sin elevation) / 3 of the zenith's, with the horizontal illuminance 300 lx + 21000 lx sin(sun's elevation)
+of Krochmann and Seidl ("Quantitative data on daylight for illuminating engineering", Lighting Research and Technology 6, 1974).  Between
+them luminances mix by cloud cover, and the sun keeps its uncovered share.  The clear sky is scaled so that at turbidity 2.5 its horizontal
+illuminance is the 800 lx + 15500 lx sqrt(sin(sun's elevation)) of the IES (Recommended Practice for the Calculation of Daylight
+Availability, 1984): the formulas alone are too bright, at low sun by twice and more.  Below the horizon lies level, matt ground, lit by
+both.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.core.color import LUMINANCE
+from renderer.scene.equirectangular import map_directions, pixel_solid_angles
+from renderer.scene.sun import SOLID_ANGLE_SR, VERSINE, sun_illuminance_lx
+from scene_description.color_temperature import luminance_rgb, xyz_from_rgb
+from scene_description.types import Daylight
+
+Array = NDArray[np.float64]
+
+ROWS, COLUMNS = 96, 384
+LOWEST_SUN_RAD = math.radians(1.0)
+"""Below this elevation the formulas, made for the day, are taken at it."""
+
+PLAIN_TURBIDITY = 2.5
+
+_OVERCAST_K = 6500.0
+
+# Preetham et al. 1999: rows A to E of (slope, constant) against turbidity, for Y, x and y.
+_PEREZ = np.array(
+    [
+        [[0.1787, -1.4630], [-0.3554, 0.4275], [-0.0227, 5.3251], [0.1206, -2.5771], [-0.0670, 0.3703]],
+        [[-0.0193, -0.2592], [-0.0665, 0.0008], [-0.0004, 0.2125], [-0.0641, -0.8989], [-0.0033, 0.0452]],
+        [[-0.0167, -0.2608], [-0.0950, 0.0092], [-0.0079, 0.2102], [-0.0441, -1.6537], [-0.0109, 0.0529]],
+    ]
+)
+# Chromaticity of the zenith: rows by power of turbidity from 2 down, columns by power of the sun's zenith angle from 3 down.
+_ZENITH_X = np.array([[0.00166, -0.00375, 0.00209, 0.0], [-0.02903, 0.06377, -0.03202, 0.00394], [0.11693, -0.21196, 0.06052, 0.25886]])
+_ZENITH_Y = np.array([[0.00275, -0.00610, 0.00317, 0.0], [-0.04214, 0.08970, -0.04153, 0.00516], [0.15346, -0.26756, 0.06670, 0.26688]])
+
+
+def zenith_yxy(sun_elevation_rad: float, turbidity: float) -> tuple[float, float, float]:
+    """Return luminance in cd/m2 and chromaticity x, y of the zenith of a clear sky."""
+    angle = 0.5 * math.pi - max(sun_elevation_rad, LOWEST_SUN_RAD)
+    chi = (4.0 / 9.0 - turbidity / 120.0) * (math.pi - 2.0 * angle)
+    luminance = (4.0453 * turbidity - 4.9710) * math.tan(chi) - 0.2155 * turbidity + 2.4192
+    powers, clear = np.array([angle**3, angle**2, angle, 1.0]), np.array([turbidity**2, turbidity, 1.0])
+    return 1000.0 * max(luminance, 0.0), float(clear @ _ZENITH_X @ powers), float(clear @ _ZENITH_Y @ powers)
+
+
+def clear_sky_rgb(directions: Array, sun_direction: Array, turbidity: float) -> Array:
+    """Return luminance RGB (n, 3) in cd/m2 of a clear sky towards unit directions (n, 3) with z >= 0."""
+    elevation = max(math.asin(float(np.clip(sun_direction[2], -1.0, 1.0))), LOWEST_SUN_RAD)
+    cosine = np.maximum(directions[:, 2], 0.01)
+    toward = np.clip(directions @ sun_direction, -1.0, 1.0)
+    from_sun = np.arccos(toward)
+    values = []
+    for row, zenith in zip(_PEREZ, zenith_yxy(elevation, turbidity), strict=True):
+        a, b, c, d, e = row @ np.array([turbidity, 1.0])
+        here = (1.0 + a * np.exp(b / cosine)) * (1.0 + c * np.exp(d * from_sun) + e * toward**2)
+        angle = 0.5 * math.pi - elevation
+        above = (1.0 + a * math.exp(b)) * (1.0 + c * math.exp(d * angle) + e * math.cos(angle) ** 2)
+        values.append(zenith * here / above)
+    luminance, x, y = values
+    luminance, y = np.maximum(luminance, 0.0), np.maximum(y, 0.05)
+    xyz = np.stack([x / y * luminance, luminance, (1.0 - x - y) / y * luminance], axis=-1)
+    return np.asarray(np.maximum(xyz @ np.linalg.inv(xyz_from_rgb()).T, 0.0))
+
+
+def overcast_sky_rgb(directions: Array, sun_elevation_rad: float) -> Array:
+    """Return luminance RGB (n, 3) in cd/m2 of the CIE overcast sky; its horizontal illuminance is 7 pi / 9 of the zenith's luminance."""
+    illuminance = 300.0 + 21_000.0 * math.sin(max(sun_elevation_rad, 0.0))
+    zenith = np.array(luminance_rgb(_OVERCAST_K, illuminance * 9.0 / (7.0 * math.pi)))
+    return np.asarray((1.0 + 2.0 * np.maximum(directions[:, 2:], 0.0)) / 3.0 * zenith)
+
+
+def daylight_map(daylight: Daylight) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return ``table`` and ``sun`` of ``renderer.scene.flat_scene.Sky`` for a state of the daylight."""
+    toward_sun = np.array(daylight.sun_direction) / np.linalg.norm(daylight.sun_direction)
+    elevation = math.asin(float(toward_sun[2]))
+    directions = map_directions(ROWS, COLUMNS).reshape(-1, 3)
+    cover, half = daylight.cloud_cover, ROWS // 2 * COLUMNS
+    upper = directions[:half]
+    onto_level = (np.repeat(pixel_solid_angles(ROWS, COLUMNS)[: ROWS // 2], COLUMNS) * upper[:, 2])[:, None]
+    plain = float((clear_sky_rgb(upper, toward_sun, PLAIN_TURBIDITY) * onto_level).sum(axis=0) @ LUMINANCE)
+    scale = (800.0 + 15_500.0 * math.sqrt(math.sin(max(elevation, LOWEST_SUN_RAD)))) / plain
+    clear = scale * clear_sky_rgb(upper, toward_sun, daylight.turbidity)
+    sky = (1.0 - cover) * clear + cover * overcast_sky_rgb(upper, elevation)
+    beam = (1.0 - cover) * sun_illuminance_lx(elevation, daylight.turbidity, daylight.sun_distance_au)
+    on_ground = (sky * onto_level).sum(axis=0) + beam * max(math.sin(elevation), 0.0)
+    ground = np.array(daylight.ground_color) * on_ground / math.pi
+    table = np.concatenate([sky, np.broadcast_to(ground, (len(directions) - half, 3))]).reshape(ROWS, COLUMNS, 3)
+    sun = np.array([*toward_sun, VERSINE, *(beam / SOLID_ANGLE_SR)]) if beam.any() else np.zeros(0)
+    return np.ascontiguousarray(table, np.float32), np.ascontiguousarray(sun, np.float32)

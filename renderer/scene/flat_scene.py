@@ -1,0 +1,112 @@
+"""The flat form of a scene that kernels take: one world-space triangle mesh and small look-up tables.
+
+Hit triangle -> part -> (object, class, material); everything after the hit is table look-up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.geometry.mesh import Mesh
+from scene_description import Material
+
+if TYPE_CHECKING:
+    from renderer.textures.apply import AppliedTexture
+
+
+class PartTable(NamedTuple):
+    """What each part is; all arrays have one entry per part.
+
+    object_id: (p,) uint16, 0 for the room's shell; label: (p,) uint8, NYU40 class; material: (p,) int32, row of the material table;
+    emission: (p, 3) float32, RGB luminance in cd/m2 that leaves the surface diffusely, 0 for what does not shine;
+    portal: (p,) bool, True for window panes: they show the environment behind them, times ``transmission`` of their material.
+    """
+
+    object_id: NDArray[np.uint16]
+    label: NDArray[np.uint8]
+    material: NDArray[np.int32]
+    emission: NDArray[np.float32]
+    portal: NDArray[np.bool_]
+
+
+class MaterialTable(NamedTuple):
+    """Material parameters, one row per material, float32: base_color (k, 3), linear; the others (k,), as in ``Material``."""
+
+    base_color: NDArray[np.float32]
+    roughness: NDArray[np.float32]
+    metallic: NDArray[np.float32]
+    transmission: NDArray[np.float32]
+    ior: NDArray[np.float32]
+    clearcoat: NDArray[np.float32]
+    clearcoat_roughness: NDArray[np.float32]
+    sheen: NDArray[np.float32]
+    glow_cd_m2: NDArray[np.float32]
+
+
+def tabulate_materials(materials: Sequence[Material]) -> MaterialTable:
+    """Return one row per material."""
+    return MaterialTable(*(np.array([getattr(material, name) for material in materials], np.float32) for name in MaterialTable._fields))
+
+
+NO_MAP = np.zeros((0, 0, 3), np.float32)
+"""``table`` and ``hot`` of a sky without them."""
+
+NO_SUN = np.zeros(0, np.float32)
+"""``sun`` of a sky without one."""
+
+
+class Sky(NamedTuple):
+    """Environment luminance: zenith, horizon and ground, each (3,) float32, cd/m2.
+
+    Where ``table`` is not empty it replaces these three: (h, w, 3) float32, an equirectangular map of the whole sphere, zenith in the first
+    row, +x in the middle column, columns clockwise as seen from above.  sun: (7,) float32, unit direction to it, 1 - cos of its angular
+    radius, mean luminance RGB; or ``NO_SUN``.  hot: (h, w, 3) float32, a map of what is added to ``table`` and drawn by direction.
+    """
+
+    zenith: NDArray[np.float32]
+    horizon: NDArray[np.float32]
+    ground: NDArray[np.float32]
+    table: NDArray[np.float32] = NO_MAP
+    sun: NDArray[np.float32] = NO_SUN
+    hot: NDArray[np.float32] = NO_MAP
+
+
+UNTEXTURED = np.zeros(0, np.int32)
+"""``part_texture`` of a scene without any texture."""
+
+
+NO_PROFILE = np.zeros(0, np.int32)
+"""``part_profile`` of a scene whose lights all shine evenly."""
+
+NO_PROFILES = np.zeros((0, 0), np.float32)
+"""``profiles`` of such a scene."""
+
+ALL_REFLECT = np.zeros(0, np.bool_)
+"""``absorbs`` of a scene whose parts all reflect."""
+
+
+class FlatScene(NamedTuple):
+    """A whole scene for the kernels.
+
+    mesh: world-space triangles; face_part: (m,) int32, row of ``parts`` for each triangle; part_names: (p,) names, for people and layers
+    by part: ``<object id>/<part name>``.  part_texture: (p,) int32, index of each part's texture among ``textures``, -1 for none; empty
+    where no part has any.  absorbs: (p,) bool, parts that reflect nothing, whatever their material; empty where none does.
+    part_profile: (p,) int32, row of ``profiles`` by which each part's luminance depends on direction, -1 for none; empty where none does.
+    profiles: as ``renderer.scene.spot_lights.profile_row`` has them.
+    """
+
+    mesh: Mesh
+    face_part: NDArray[np.int32]
+    parts: PartTable
+    part_names: tuple[str, ...]
+    materials: MaterialTable
+    sky: Sky
+    part_texture: NDArray[np.int32] = UNTEXTURED
+    textures: tuple[AppliedTexture, ...] = ()
+    absorbs: NDArray[np.bool_] = ALL_REFLECT
+    part_profile: NDArray[np.int32] = NO_PROFILE
+    profiles: NDArray[np.float32] = NO_PROFILES

@@ -1,0 +1,1 @@
+"""Bags as folders that rosbag2 opens: writing, reading, checking, repairing."""

@@ -1,0 +1,187 @@
+"""One MCAP file of a bag while it is written; it is called ``<name>.active`` until it is whole."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from scene_synth_ros.bags.background_manifest import BackgroundManifest
+from scene_synth_ros.bags.bag_manifest import MANIFEST_NAME
+from scene_synth_ros.bags.bag_metadata import NO_TIME_NS, BagMetadata, FileInfo, TopicInfo, metadata_record
+from scene_synth_ros.bags.disk_reserve import DiskReserve
+from scene_synth_ros.bags.qos_metadata import qos_text
+from scene_synth_ros.mcap.file import McapFile
+from scene_synth_ros.messages.message_definitions import MessageDefinition
+
+ACTIVE_SUFFIX = ".active"
+
+_MIN_RESERVE = 2**20
+_NO_SPACE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FileFormat:
+    """How the files of a bag are written; the fields are the arguments of :class:`~scene_synth_ros.bags.bag_writer.BagWriter`."""
+
+    metadata_version: int
+    compression: str
+    compression_level: int
+    chunk_size: int
+
+
+class BagFile:
+    """Writes one file of a bag.  Every chunk is synced to disk; a chunk that cannot be written is cut off again.
+
+    Args:
+        folder_fd: descriptor of the bag's folder; must stay open.
+        name: final name of the file; neither it nor its active name may exist.
+        form: compression and so on.
+
+    Raises:
+        OSError: from every method that writes; the file then ends after its last whole chunk and can be finished.
+    """
+
+    def __init__(self, folder_fd: int, name: str, form: FileFormat) -> None:
+        self.name, self._folder_fd, self._form = name, folder_fd, form
+        self._topics: dict[str, TopicInfo] = {}
+        self._channel_ids: dict[str, int] = {}
+        self._schema_ids: dict[str, int] = {}
+        self._manifest: BackgroundManifest | None = BackgroundManifest()
+        with contextlib.ExitStack() as undo:
+            undo.callback(self.forget_manifest)
+            self._reserve = DiskReserve(folder_fd, f".{name}.reserve", _MIN_RESERVE)
+            undo.callback(self._reserve.release)
+            self._file = open(self.active_name, "xb", buffering=0, opener=self._open_in_folder)
+            undo.callback(self._remove)
+            self._mcap = McapFile(self._file, chunk_size=form.chunk_size, compression=form.compression, level=form.compression_level)
+            undo.pop_all()
+
+    def _open_in_folder(self, name: str, flags: int) -> int:
+        return os.open(name, flags, 0o644, dir_fd=self._folder_fd)
+
+    @property
+    def active_name(self) -> str:
+        """Name of the file while it is unfinished."""
+        return self.name + ACTIVE_SUFFIX
+
+    @property
+    def size(self) -> int:
+        """Bytes on disk."""
+        return self._mcap.size
+
+    def discard(self) -> None:
+        """Remove the unfinished file."""
+        self.close()
+        self._remove()
+
+    def _remove(self) -> None:
+        self._file.close()
+        with contextlib.suppress(OSError):
+            os.unlink(self.active_name, dir_fd=self._folder_fd)
+
+    def add_topic(self, topic: TopicInfo, definition: MessageDefinition) -> None:
+        """Add a channel, and the schema of its type where it is new."""
+        if topic.type_name not in self._schema_ids:
+            self._schema_ids[topic.type_name] = self._mcap.add_schema(topic.type_name, "ros2msg", definition.text.encode())
+        qos = qos_text(topic.qos, self._form.metadata_version)
+        metadata = {"offered_qos_profiles": qos, "topic_type_hash": topic.type_hash}
+        self._channel_ids[topic.name] = self._mcap.add_channel(topic.name, self._schema_ids[topic.type_name], metadata)
+        self._topics[topic.name] = topic
+
+    def add_record(self, name: str, data: Mapping[str, str]) -> None:
+        """Write the chunk in progress, then a metadata record."""
+        self._mcap.add_metadata(name, data)
+
+    def write(self, topic: str, log_ns: int, publish_ns: int, data: bytes) -> None:
+        """Add a message to the chunk in progress, which is written when it is full."""
+        if self._manifest is not None:
+            self._manifest.add(topic, log_ns, data)
+        self._mcap.add_message(self._channel_ids[topic], log_ns, publish_ns, data)
+        if not self._mcap.waiting_messages:
+            self._after_chunk()
+
+    def flush(self) -> None:
+        """Write and sync the chunk in progress."""
+        self._mcap.write_chunk()
+        self._mcap.sync()
+        self._after_chunk()
+
+    def counts(self) -> dict[str, int]:
+        """Return topic -> messages on disk."""
+        counts = self._mcap.counts()
+        return {topic: counts[channel_id] for topic, channel_id in self._channel_ids.items()}
+
+    def info(self) -> FileInfo:
+        """Return what ``metadata.yaml`` says of the file."""
+        start_ns, end_ns = self._mcap.time_range_ns() or (NO_TIME_NS, NO_TIME_NS)
+        return FileInfo(name=self.name, start_ns=start_ns, duration_ns=end_ns - start_ns, message_count=sum(self.counts().values()))
+
+    def metadata_record(self, custom_data: Mapping[str, str]) -> str:
+        """Return the text of the metadata record ``rosbag2`` of this file alone."""
+        counts = self.counts()
+        topics = tuple(replace(topic, message_count=counts[topic.name]) for topic in self._topics.values())
+        return metadata_record(
+            BagMetadata(version=self._form.metadata_version, topics=topics, files=(self.info(),), custom_data=dict(custom_data))
+        )
+
+    def forget_manifest(self) -> None:
+        """Leave the manifest out: what was taken is not what is in the file."""
+        if self._manifest is not None:
+            self._manifest.close()
+        self._manifest = None
+
+    def release_reserve(self) -> None:
+        """Free the space that was kept for the ending."""
+        self._reserve.release()
+
+    def drop_last_chunk(self, error: OSError) -> bool:
+        """Make room for the ending after a write was refused; return whether it is worth another try."""
+        if error.errno not in _NO_SPACE or not self._mcap.time_range_ns():
+            return False
+        self.forget_manifest()
+        self._mcap.drop_last_chunk()
+        return True
+
+    def finish(self, records: Mapping[str, Mapping[str, str]], attachments: Mapping[str, bytes], custom_data: Mapping[str, str]) -> None:
+        """Write the ending; after an error it may be called again.
+
+        Args:
+            records: metadata records beside ``rosbag2``.
+            attachments: files beside the manifest.
+            custom_data: of the metadata.
+        """
+        self.refuse_removed()
+
+        def all_records() -> dict[str, Mapping[str, str]]:
+            return {**records, "rosbag2": {"serialized_metadata": self.metadata_record(custom_data)}}
+
+        def all_attachments() -> dict[str, bytes]:
+            return {**attachments, **({MANIFEST_NAME: self._manifest.to_json()} if self._manifest is not None else {})}
+
+        self._mcap.finish(all_records, all_attachments)
+
+    def give_name(self) -> None:
+        """Give the finished file its name."""
+        os.rename(self.active_name, self.name, src_dir_fd=self._folder_fd, dst_dir_fd=self._folder_fd)
+
+    def close(self) -> None:
+        """Close the file, finished or not."""
+        self.forget_manifest()
+        self._reserve.release()
+        if not self._file.closed:
+            self._mcap.close()
+        self._file.close()
+
+    def refuse_removed(self) -> None:
+        """Raise FileNotFoundError if somebody has removed the file."""
+        if os.fstat(self._file.fileno()).st_nlink == 0:
+            raise FileNotFoundError(None, "the file was removed while it was written")
+
+    def _after_chunk(self) -> None:
+        self.refuse_removed()
+        needed = 2 * (self._mcap.tail_size + 4096 * len(self._topics))
+        if needed > self._reserve.size:
+            self._reserve.grow(2 * needed)

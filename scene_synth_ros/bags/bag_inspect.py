@@ -1,0 +1,284 @@
+"""Inspects a bag: what it holds, and everything that is wrong with it.
+
+A camera is what stands before ``/<layer>/image_raw`` or ``/pose`` in topic names.  All its images, camera infos and poses must have
+exactly the same stamps.  A room begins with a message of the topic ``scene``; within it frames must be evenly spaced, and every frame
+that its camera path announces must be there.  Only the last room may be cut short, as happens when a run is stopped.
+"""
+
+from __future__ import annotations
+
+from array import array
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_synth_ros.bags.bag_metadata import METADATA_NAME, NO_TIME_NS, BagMetadata, TopicInfo
+from scene_synth_ros.bags.bag_reader import BagReader, BagSummary
+from scene_synth_ros.messages.stamps import NANOSECONDS, announced_room, stamp_ns
+
+MAX_GAP_PERIODS = 1.5
+
+_POSE_TYPE = "geometry_msgs/msg/PoseStamped"
+_FRAME_TYPES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/CameraInfo", _POSE_TYPE)
+_TRANSPORTS = ("/compressed", "/compressedDepth")
+_LABELLED_LAYERS = ("semantic", "instance")
+
+Stamps = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TopicReport:
+    """What a bag holds of a topic.
+
+    ``count`` is as found by reading; ``period_ns`` is the median distance of stamps, 0 with less than two; ``gaps`` counts distances of
+    more than 1.5 periods within a room; ``size`` is the bytes of all messages.
+    """
+
+    name: str
+    type_name: str
+    count: int
+    size: int
+    period_ns: int
+    gaps: int
+
+    @property
+    def rate_hz(self) -> float:
+        """Messages per second of stamps; 0 if unknown."""
+        return NANOSECONDS / self.period_ns if self.period_ns else 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InspectReport:
+    """What a bag holds; ``faults`` and ``notes`` are lines for people, no faults mean that all is well."""
+
+    path: Path
+    files: int
+    size: int
+    start_ns: int | None
+    end_ns: int | None
+    rooms: int
+    topics: tuple[TopicReport, ...]
+    custom_data: Mapping[str, str]
+    faults: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def message_count(self) -> int:
+        """How many messages were found."""
+        return sum(topic.count for topic in self.topics)
+
+
+class _Tally:
+    """What is noted of a topic while the bag is read."""
+
+    __slots__ = ("count", "size", "stamps")
+
+    def __init__(self) -> None:
+        self.count = 0
+        self.size = 0
+        self.stamps = array("q")
+
+
+def inspect_bag(path: str | Path) -> InspectReport:
+    """Read a bag from end to end and report on it.
+
+    Raises:
+        BagReadError: there is no bag at ``path``.
+    """
+    with BagReader(path) as reader:
+        tallies, rooms, backwards = _read_all(reader)
+        summary = reader.summary
+        stamps = {name: np.frombuffer(tally.stamps, np.int64) for name, tally in tallies.items()}
+        room_starts = np.array(sorted(rooms), np.int64)
+        topics = tuple(_topic_report(topic, tallies[topic.name], stamps[topic.name], room_starts) for topic in summary.topics)
+        faults = [*reader.faults, *_count_faults(summary, topics)]
+        if backwards:
+            faults.append(backwards)
+        announced = [np.array(rooms[start], np.int64) for start in sorted(rooms)]
+        faults += _camera_faults(topics, stamps, announced[:-1])
+        faults += [f"{topic.name}: {topic.gaps} gaps of more than {MAX_GAP_PERIODS} periods" for topic in topics if topic.gaps]
+        faults += _meaning_faults(topics)
+    return InspectReport(
+        path=summary.path,
+        files=len(summary.files),
+        size=summary.size,
+        start_ns=summary.start_ns,
+        end_ns=summary.end_ns,
+        rooms=len(room_starts),
+        topics=topics,
+        custom_data=dict(summary.custom_data),
+        faults=tuple(faults),
+        notes=tuple(_last_room_notes(topics, stamps, announced[-1:])),
+    )
+
+
+def _read_all(reader: BagReader) -> tuple[dict[str, _Tally], dict[int, list[int]], str]:
+    """Read every message.
+
+    Returns:
+        The tallies by topic; start of every room -> stamps that its camera path announces; a line on log times that decrease, or none.
+    """
+    rooms: dict[int, list[int]] = {}
+    tallies = {topic.name: _Tally() for topic in reader.summary.topics}
+    last_ns, first_fault, faults = 0, "", 0
+    for message in reader.messages(file_order=True):
+        tally = tallies[message.topic]
+        tally.count += 1
+        tally.size += len(message.data)
+        stamp = stamp_ns(message.type_name, message.data)
+        if stamp is not None:
+            tally.stamps.append(stamp)
+        if _is_scene(message.topic, message.type_name):
+            rooms[min(message.log_ns, NO_TIME_NS) if stamp is None else stamp] = announced_room(message.data).stamps_ns
+        if message.log_ns < last_ns:
+            faults += 1
+            first_fault = first_fault or f"{message.topic} at {message.log_ns} ns after {last_ns} ns"
+        last_ns = message.log_ns
+    return tallies, rooms, f"log time decreases {faults} times, first {first_fault}" if faults else ""
+
+
+def _is_scene(name: str, type_name: str) -> bool:
+    return name.rsplit("/", 1)[-1] == "scene" and type_name == "std_msgs/msg/String"
+
+
+def _topic_report(topic: TopicInfo, tally: _Tally, stamps: Stamps, room_starts: Stamps) -> TopicReport:
+    spacing = np.diff(stamps)
+    period_ns = int(np.median(spacing)) if spacing.size else 0
+    gaps = 0
+    if topic.type_name in _FRAME_TYPES and period_ns > 0:
+        rooms = np.searchsorted(room_starts, stamps, side="right")
+        gaps = int(np.count_nonzero((spacing > MAX_GAP_PERIODS * period_ns) & (np.diff(rooms) == 0)))
+    return TopicReport(
+        name=topic.name, type_name=topic.type_name, count=tally.count, size=tally.size, period_ns=max(period_ns, 0), gaps=gaps
+    )
+
+
+def _count_faults(summary: BagSummary, topics: Sequence[TopicReport]) -> list[str]:
+    """Compare what was found with the statistics of the files and with metadata.yaml."""
+    faults = []
+    if not any(topic.count for topic in topics):
+        faults.append("the bag holds no messages")
+    for said, found in zip(summary.topics, topics, strict=True):
+        if said.message_count != found.count:
+            faults.append(f"{said.name}: the index says {said.message_count} messages, {found.count} were found")
+    if summary.metadata is not None:
+        faults += _metadata_faults(summary.metadata, summary, topics)
+    return faults
+
+
+def _metadata_faults(metadata: BagMetadata, summary: BagSummary, topics: Sequence[TopicReport]) -> list[str]:
+    faults = []
+    said = {topic.name: topic for topic in metadata.topics}
+    found = {topic.name: topic for topic in topics}
+    for name in said.keys() - found.keys():
+        faults.append(f"{METADATA_NAME}: topic {name} with {said[name].message_count} messages is not in the bag")
+    for name in found.keys() - said.keys():
+        faults.append(f"{METADATA_NAME}: topic {name} with {found[name].count} messages is not mentioned")
+    for name in said.keys() & found.keys():
+        if said[name].message_count != found[name].count:
+            faults.append(f"{METADATA_NAME}: {name}: {said[name].message_count} messages, {found[name].count} were found")
+        if said[name].type_name != found[name].type_name:
+            faults.append(f"{METADATA_NAME}: {name}: type {said[name].type_name}, {found[name].type_name} was found")
+    if summary.start_ns is not None and summary.end_ns is not None and not faults:
+        times = (metadata.start_ns, metadata.start_ns + metadata.duration_ns)
+        if times != (summary.start_ns, summary.end_ns):
+            faults.append(f"{METADATA_NAME}: times {times[0]} to {times[1]} ns, {summary.start_ns} to {summary.end_ns} ns were found")
+    return sorted(faults)
+
+
+def _camera_faults(topics: Iterable[TopicReport], stamps: Mapping[str, Stamps], announced: Sequence[Stamps]) -> list[str]:
+    """Return what is wrong with the stamps of each camera's streams, given the stamps that rooms announce."""
+    faults = []
+    for streams in _cameras(topics).values():
+        united = np.unique(np.concatenate([*(stamps[name] for name in streams), *announced]))
+        for name in streams:
+            own, repeats = np.unique(stamps[name], return_counts=True)
+            lost = np.setdiff1d(united, own)
+            if lost.size:
+                faults.append(f"{name}: {lost.size} of {united.size} frames of its camera are missing, first at {_seconds(int(lost[0]))}")
+            if (repeats > 1).any():
+                faults.append(f"{name}: {int((repeats > 1).sum())} stamps come more than once, first {_seconds(int(own[repeats > 1][0]))}")
+            elif stamps[name].size and (np.diff(stamps[name]) < 0).any():
+                faults.append(f"{name}: stamps decrease")
+    return faults
+
+
+def _last_room_notes(topics: Iterable[TopicReport], stamps: Mapping[str, Stamps], announced: Sequence[Stamps]) -> list[str]:
+    """Return a line for every camera whose last room was cut short."""
+    notes = []
+    for camera, streams in _cameras(topics).items():
+        for path in announced:
+            found = np.isin(path, np.concatenate([stamps[name] for name in streams])).sum()
+            if found < path.size:
+                notes.append(f"{camera}: the last room has {found} of its {path.size} frames")
+    return notes
+
+
+def _cameras(topics: Iterable[TopicReport]) -> dict[str, list[str]]:
+    """Return camera -> topics whose stamps must agree; cameras without an image are left out."""
+    cameras: dict[str, list[str]] = {}
+    for topic in topics:
+        if topic.type_name in _FRAME_TYPES and topic.type_name != _POSE_TYPE:
+            cameras.setdefault(_published_name(topic).rsplit("/", 2)[0], []).append(topic.name)
+    for topic in topics:
+        camera, _, last = topic.name.rpartition("/")
+        if topic.type_name == _POSE_TYPE and last == "pose" and camera in cameras:
+            cameras[camera].append(topic.name)
+    return cameras
+
+
+def _meaning_faults(topics: Iterable[TopicReport]) -> list[str]:
+    """Return what ids lack to be understood: a scene, and the labels of every labelled layer."""
+    with_messages = {topic.name for topic in topics if topic.count}
+    labelled = [_published_name(topic).rsplit("/", 1)[0] for topic in topics if _layer_of(topic) in _LABELLED_LAYERS]
+    faults = [f"{layer}/labels: the layer has no labels" for layer in labelled if f"{layer}/labels" not in with_messages]
+    if labelled and not any(_is_scene(topic.name, topic.type_name) and topic.count for topic in topics):
+        faults.append("scene: the bag holds no scene description")
+    return faults
+
+
+def _layer_of(topic: TopicReport) -> str:
+    parts = _published_name(topic).rsplit("/", 2)
+    return parts[1] if topic.type_name in _FRAME_TYPES[:2] and parts[-1] == "image_raw" and len(parts) == 3 else ""
+
+
+def _published_name(topic: TopicReport) -> str:
+    """Return the topic of an image without what its compressed form appends."""
+    name = topic.name
+    for ending in _TRANSPORTS if topic.type_name == _FRAME_TYPES[1] else ():
+        name = name.removesuffix(ending)
+    return name
+
+
+def _seconds(time_ns: int) -> str:
+    return f"{time_ns // NANOSECONDS}.{time_ns % NANOSECONDS:09d} s"
+
+
+def render_report(report: InspectReport) -> str:
+    """Return the report as text for a terminal."""
+    duration_s = (report.end_ns - report.start_ns) / NANOSECONDS if report.start_ns is not None and report.end_ns is not None else 0.0
+    files = f"{report.files} file{'s' if report.files != 1 else ''}"
+    lines = [
+        f"{report.path}: {files}, {report.size / 1e6:.1f} MB, {report.message_count} messages, {report.rooms} rooms, {duration_s:.3f} s",
+        *(f"  {key}: {value}" for key, value in sorted(report.custom_data.items())),
+    ]
+    rows = [("topic", "type", "messages", "Hz", "gaps", "MB")]
+    for topic in sorted(report.topics, key=lambda topic: topic.name):
+        rate = f"{topic.rate_hz:.3g}" if topic.period_ns else "-"
+        rows.append((topic.name, topic.type_name, str(topic.count), rate, str(topic.gaps), f"{topic.size / 1e6:.2f}"))
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    for row in rows:
+        left = [cell.ljust(width) for cell, width in zip(row[:2], widths[:2], strict=True)]
+        right = [cell.rjust(width) for cell, width in zip(row[2:], widths[2:], strict=True)]
+        lines.append("  " + "  ".join(left + right))
+    lines += [f"note: {note}" for note in report.notes]
+    lines += [f"fault: {fault}" for fault in report.faults] or ["no faults"]
+    return "\n".join(_printable(line) for line in lines)
+
+
+def _printable(line: str) -> str:
+    """Return a line without control characters, which a damaged or hostile bag could send to the terminal."""
+    return "".join(character if character.isprintable() else "?" for character in line)[:1000]

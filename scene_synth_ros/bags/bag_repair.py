@@ -1,0 +1,122 @@
+"""Makes a whole bag of what can be read of a cut or damaged one."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from scene_synth_ros.bags.bag_manifest import MANIFEST_NAME
+from scene_synth_ros.bags.bag_metadata import WRITABLE_VERSIONS
+from scene_synth_ros.bags.bag_reader import BagMessage, BagReader, BagReadError
+from scene_synth_ros.bags.bag_writer import BagWriter
+from scene_synth_ros.mcap.file import MAX_TIME_NS
+
+REPAIR_RECORD = "scene_synth.repair"
+PARTIAL_SUFFIX = ".repairing"
+_OWN_RECORDS = ("rosbag2",)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RepairReport:
+    """What a repair has done: the new bag, messages saved by topic, what was wrong with the old one."""
+
+    bag: Path
+    saved: dict[str, int]
+    faults: tuple[str, ...]
+
+    @property
+    def message_count(self) -> int:
+        """How many messages were saved."""
+        return sum(self.saved.values())
+
+
+def repaired_name(bag: Path) -> Path:
+    """Return where the repaired bag of ``bag`` goes by default: ``<bag>_repaired`` beside it."""
+    name = bag.name
+    for suffix in (".active", ".mcap"):
+        name = name.removesuffix(suffix)
+    return bag.with_name(f"{name}_repaired")
+
+
+def repair_bag(bag: Path, out: Path, *, compression: str = "zstd", progress: Callable[[int], None] = lambda _: None) -> RepairReport:
+    """Write everything that can be read of a bag, file by file, into a new bag; the old one is only read.
+
+    Args:
+        bag: folder of the bag, or one of its files, whole or cut.
+        out: folder of the new bag; must not exist.  It has another name until it is whole.
+        compression: of the new bag's chunks.
+        progress: called now and then with the number of messages saved so far.
+
+    Raises:
+        BagReadError: there is nothing to read.
+        BagWriteError: the new bag cannot be written; nothing of it is left.
+        FileExistsError: ``out`` exists.
+    """
+    bag = Path(os.path.abspath(bag))
+    if out.exists():
+        raise FileExistsError(f"{out}: exists already; choose another folder or remove it")
+    partial = out.parent / (out.name + PARTIAL_SUFFIX) / out.name
+    if partial.parent.exists():
+        shutil.rmtree(partial.parent)
+    try:
+        with BagReader(bag) as reader:
+            if not reader.summary.topics:
+                faults = f"; {reader.summary.faults[0]}" if reader.summary.faults else ""
+                raise BagReadError(f"{bag}: no whole chunk is left, there is nothing to save{faults}")
+            saved = _copy(reader, partial, compression, progress)
+            faults = tuple(reader.faults)
+        partial.rename(out)
+    finally:
+        shutil.rmtree(partial.parent, ignore_errors=True)
+    return RepairReport(bag=out, saved=saved, faults=faults)
+
+
+def replace_bag(bag: Path, repaired: Path) -> None:
+    """Put a repaired bag in the place of the old one, folder or single file."""
+    old = bag.with_name(f".{bag.name}.old")
+    bag.rename(old)
+    if old.is_dir():
+        repaired.rename(bag)
+        shutil.rmtree(old)
+    else:
+        (file,) = repaired.glob("*.mcap")
+        file.rename(bag.with_name(bag.name.removesuffix(".active")))
+        shutil.rmtree(repaired)
+        old.unlink()
+
+
+def _copy(reader: BagReader, out: Path, compression: str, progress: Callable[[int], None]) -> dict[str, int]:
+    summary = reader.summary
+    version = summary.metadata.version if summary.metadata is not None and summary.metadata.version in WRITABLE_VERSIONS else 9
+    saved: Counter[str] = Counter({topic.name: 0 for topic in summary.topics})
+    with BagWriter(out, metadata_version=version, compression=compression, custom_data=summary.custom_data) as writer:
+        for topic in summary.topics:
+            if topic.serialization_format == "cdr" and topic.type_name:
+                writer.add_topic(topic.name, topic.type_name, topic.qos, summary.definitions[topic.type_name])
+        for name, record in summary.records.items():
+            if name not in _OWN_RECORDS:
+                writer.set_record(name, record)
+        for name, data in summary.attachments.items():
+            if name != MANIFEST_NAME:
+                writer.set_attachment(name, data)
+        for index, (_, messages) in enumerate(reader.messages_by_file()):
+            for position, message in enumerate(messages):
+                if index and not position:
+                    writer.split(min(message.log_ns, MAX_TIME_NS - 1), {topic.name for topic in summary.topics})
+                _write(writer, message, saved)
+                if not sum(saved.values()) % 1000:
+                    progress(sum(saved.values()))
+        writer.set_record(REPAIR_RECORD, {"faults": "; ".join(reader.faults)[:5000]})
+    return dict(saved)
+
+
+def _write(writer: BagWriter, message: BagMessage, saved: Counter[str]) -> None:
+    """Write one message; those that no bag can hold (damaged times, topics without a type) are left out."""
+    if message.topic not in writer.counts or not (message.log_ns < MAX_TIME_NS and message.publish_ns < MAX_TIME_NS):
+        return
+    writer.write(message.topic, message.data, message.log_ns, message.publish_ns)
+    saved[message.topic] += 1

@@ -1,0 +1,266 @@
+"""Renders the frames of a bag again, from the bag alone, and compares every message with what was recorded.
+
+A frame is made again from its settings (``<renderer>/settings``), the scene that they name and the pose of its stamp.  Messages are
+compared by :mod:`scene_synth_ros.messages.message_digest`.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections import OrderedDict
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import CompressedImage, Image
+from std_msgs.msg import String
+
+from renderer import Renderer, RenderError
+from renderer.camera.rig import mounted_path
+from renderer.scene.flatten import FlattenError, flatten
+from renderer.scene.scene_key import scene_key
+from scene_description import CameraPose, FieldError, SceneDescription, scene_from_json
+from scene_synth_ros.bags.bag_manifest import ManifestBuilder, ManifestError, read_manifest
+from scene_synth_ros.bags.bag_reader import BagMessage, BagReader, BagReadError
+from scene_synth_ros.bags.run_info import JPEG_QUALITY, RECORD_NAME
+from scene_synth_ros.messages.conversions import msg_to_image
+from scene_synth_ros.messages.frame_messages import FrameMessages
+from scene_synth_ros.messages.frame_settings import FrameSettings, settings_from_json
+from scene_synth_ros.messages.image_codec import compress_image
+from scene_synth_ros.messages.message_digest import message_digest
+from scene_synth_ros.messages.stamps import NANOSECONDS, stamp_ns
+
+_STRING = "std_msgs/msg/String"
+_CACHED_STAMPS = 4
+
+
+class VerifyError(ValueError):
+    """A bag that cannot be rendered again; one line."""
+
+
+class Difference(NamedTuple):
+    """A message that is not what rendering gives: where, and what is different."""
+
+    topic: str
+    stamp_ns: int
+    room: str
+    frame: int
+    detail: str
+
+
+@dataclass(slots=True, kw_only=True)
+class VerifyReport:
+    """What a comparison has found; ``damaged`` are lines on files that are not what their manifests say."""
+
+    frames: int = 0
+    compared: int = 0
+    different: int = 0
+    first: Difference | None = None
+    damaged: list[str] = field(default_factory=list)
+    manifests: int = 0
+
+    @property
+    def good(self) -> bool:
+        """Whether everything is as it was recorded and as it is rendered."""
+        return self.compared > 0 and not self.different and not self.damaged
+
+
+class _Expected(NamedTuple):
+    """What rendering gives for one stamp: topic -> message, and whose frame it is."""
+
+    messages: dict[str, object]
+    room: str
+    frame: int
+
+
+class _Frames:
+    """Settings, poses and scenes of a bag, and the frames made of them; at most a few are held."""
+
+    def __init__(self, reader: BagReader, catalog_dir: Path | None) -> None:
+        self._catalog_dir = catalog_dir
+        self._settings: dict[int, list[FrameSettings]] = {}
+        self._poses: dict[tuple[str, int], CameraPose] = {}
+        self._scenes: dict[str, bytes] = {}
+        self._parsed: SceneDescription | None = None
+        quality = reader.summary.records.get(RECORD_NAME, {}).get(JPEG_QUALITY, "")
+        self.jpeg_quality = int(quality) if quality.isdecimal() and 1 <= int(quality) <= 100 else 90
+        self._renderers: OrderedDict[tuple[str, str], tuple[ExitStack, Renderer]] = OrderedDict()
+        self._frames: OrderedDict[int, _Expected] = OrderedDict()
+        types = {topic.name: topic.type_name for topic in reader.summary.topics}
+        kinds = ((_STRING, "scene"), (_STRING, "settings"), ("geometry_msgs/msg/PoseStamped", "pose"))
+        chosen = [name for name, kind in types.items() if (kind, name.rsplit("/", 1)[-1]) in kinds]
+        self.namespace = next((name.rsplit("/", 1)[0] for name in chosen if name.endswith("/scene")), "")
+        for message in reader.messages(chosen, file_order=True):
+            self._take(message)
+
+    def _take(self, message: BagMessage) -> None:
+        kind = message.topic.rsplit("/", 1)[-1]
+        if kind == "pose":
+            pose = deserialize_message(message.data, PoseStamped)
+            stamp = pose.header.stamp.sec * NANOSECONDS + pose.header.stamp.nanosec
+            p, q = pose.pose.position, pose.pose.orientation
+            self._poses[message.topic, stamp] = CameraPose(stamp_ns=stamp, position_m=(p.x, p.y, p.z), orientation=(q.x, q.y, q.z, q.w))
+            return
+        text = deserialize_message(message.data, String).data
+        if kind == "scene":
+            scene = scene_from_json(text)
+            self._scenes[scene.id] = zlib.compress(text.encode(), 1)
+        else:
+            settings = settings_from_json(text)
+            known = self._settings.setdefault(settings.stamp_ns, [])
+            if settings not in known:
+                known.append(settings)
+
+    @property
+    def count(self) -> int:
+        """How many frames have settings."""
+        return len(self._settings)
+
+    def expected(self, stamp: int) -> _Expected | None:
+        """Return what a frame is when it is rendered again; None for stamps of no frame."""
+        if stamp not in self._settings:
+            return None
+        if stamp not in self._frames:
+            self._frames[stamp] = self._render(stamp)
+            while len(self._frames) > _CACHED_STAMPS:
+                self._frames.popitem(last=False)
+        return self._frames[stamp]
+
+    def _render(self, stamp: int) -> _Expected:
+        messages: dict[str, object] = {}
+        for settings in self._settings[stamp]:
+            scene = self._scene(settings.scene)
+            pose = self._poses.get((f"{self.namespace}/{settings.streams.camera}/pose", stamp))
+            if pose is None:
+                raise VerifyError(f"frame at {stamp} ns: its pose is not in the bag")
+            maker = FrameMessages(settings.streams, settings.camera)
+            maker.begin_room(scene)
+            path = mounted_path(settings.camera, scene.camera_path)
+            frame = self._renderer(settings, scene).render(pose, settings.frame, maker.layers, exposure=settings.exposure, path=path)
+            for topic, message in maker.of_frame(frame, pose, lambda _: True):
+                messages[f"{self.namespace}/{topic}"] = message
+        first = self._settings[stamp][0]
+        return _Expected(messages, first.scene, first.frame)
+
+    def _scene(self, scene_id: str) -> SceneDescription:
+        if self._parsed is None or self._parsed.id != scene_id:
+            if scene_id not in self._scenes:
+                raise VerifyError(f"scene {scene_id}: it is not in the bag")
+            self._parsed = scene_from_json(zlib.decompress(self._scenes[scene_id]).decode())
+        return self._parsed
+
+    def _renderer(self, settings: FrameSettings, scene: SceneDescription) -> Renderer:
+        key = (settings.scene, repr((settings.camera, settings.render, settings.sensor)))
+        if key not in self._renderers:
+            while len(self._renderers) >= 2:
+                self._renderers.popitem(last=False)[1][0].close()
+            stack = ExitStack()
+            flat = flatten(scene, self._catalog_dir)
+            renderer = stack.enter_context(Renderer(flat, settings.camera, settings.render, scene_key(scene), sensor=settings.sensor))
+            self._renderers[key] = (stack, renderer)
+        return self._renderers[key][1]
+
+    def close(self) -> None:
+        """Release the renderers."""
+        for stack, _ in self._renderers.values():
+            stack.close()
+
+
+def verify_bag(bag: Path, catalog_dir: Path | None = None, progress: Callable[[int, int], None] = lambda *_: None) -> VerifyReport:
+    """Compare a bag with its manifests and with what its frames are when they are rendered again.
+
+    Args:
+        bag: folder of the bag, or one of its files.
+        catalog_dir: folder of the user's models, where the run had one.
+        progress: called with frames done and frames in all.
+
+    Raises:
+        BagReadError: the bag cannot be read.
+        VerifyError: it lacks what rendering needs, or its scenes cannot be rendered.
+    """
+    report = VerifyReport()
+    with BagReader(bag) as reader:
+        report.damaged += _manifest_faults(reader, report)
+        try:
+            frames = _Frames(reader, catalog_dir)
+            if not frames.count:
+                raise VerifyError(f"{bag}: no frame has settings beside it; expected a topic <renderer>/settings, as recorders write it")
+            try:
+                for message in reader.messages(file_order=True):
+                    _compare(message, frames, report, progress)
+            finally:
+                frames.close()
+        except (FieldError, FlattenError, RenderError) as error:
+            raise VerifyError(f"{bag}: {error}") from None
+        report.damaged += [fault for fault in reader.faults if fault not in report.damaged]
+    return report
+
+
+def _manifest_faults(reader: BagReader, report: VerifyReport) -> Iterator[str]:
+    """Yield a line for every topic of every file that is not what the file's manifest says."""
+    manifests = dict(reader.manifests())
+    for path, messages in reader.messages_by_file():
+        if path not in manifests:
+            continue
+        found = ManifestBuilder()
+        for message in messages:
+            found.add(message.topic, message.log_ns, message.data)
+        try:
+            said = read_manifest(manifests[path])
+        except ManifestError as error:
+            yield f"{path.name}: {error}"
+            continue
+        report.manifests += 1
+        digests = found.digests()
+        for topic in sorted({*said, *digests}):
+            if said.get(topic) != digests.get(topic):
+                yield f"{path.name}: {topic[:200]} is not what was recorded"
+
+
+def _compare(message: BagMessage, frames: _Frames, report: VerifyReport, progress: Callable[[int, int], None]) -> None:
+    stamp = stamp_ns(message.type_name, message.data)
+    base = message.topic.removesuffix("/compressed").removesuffix("/compressedDepth")
+    if stamp is None or (base == message.topic and message.topic.endswith("/settings")):
+        return
+    expected = frames.expected(stamp)
+    if expected is None or base not in expected.messages:
+        return
+    if base.endswith("/pose"):
+        report.frames += 1
+        progress(report.frames, frames.count)
+    report.compared += 1
+    made = expected.messages[base]
+    if base != message.topic:
+        made = _compressed_like(message, made, frames.jpeg_quality)
+    recorded = deserialize_message(message.data, type(made))
+    if message_digest(recorded) != message_digest(made):
+        report.different += 1
+        if report.first is None:
+            report.first = Difference(message.topic, stamp, expected.room, expected.frame, _detail(recorded, made))
+
+
+def _compressed_like(message: BagMessage, image: object, jpeg_quality: int) -> CompressedImage:
+    """Return an image compressed in the form of a recorded one."""
+    assert isinstance(image, Image)
+    recorded = deserialize_message(message.data, CompressedImage)
+    form = "jpeg" if " jpeg " in recorded.format else "png"
+    return compress_image(image, msg_to_image(image), message.topic, form, jpeg_quality)
+
+
+def _detail(recorded: Any, made: Any) -> str:
+    """Say in words what is different."""
+    if isinstance(made, Image) and (recorded.width, recorded.height, recorded.encoding) == (made.width, made.height, made.encoding):
+        a, b = msg_to_image(recorded), msg_to_image(made)
+        pixels = (a != b) & ~((a != a) & (b != b))
+        differing = np.count_nonzero(pixels.any(-1) if pixels.ndim == 3 else pixels)
+        return f"{differing} of {made.width * made.height} pixels"
+    names = [name for name in made.get_fields_and_field_types() if getattr(recorded, name) != getattr(made, name)]
+    return f"field {', '.join(names)}"
+
+
+__all__ = ["BagReadError", "Difference", "VerifyError", "VerifyReport", "verify_bag"]

@@ -1,0 +1,60 @@
+"""The command ``scene_synth``: one row of a table a subcommand."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import signal
+import sys
+from collections.abc import Sequence
+from typing import NamedTuple
+
+
+class Command(NamedTuple):
+    """A subcommand: its help line, and the module that has ``add_arguments(parser)`` and ``run(arguments) -> exit status``."""
+
+    help: str
+    module: str
+
+
+COMMANDS = {
+    "run": Command("run the node suite: grammar, renderer and, with --record, recorder", "run_command"),
+    "inspect": Command("print what a bag holds and every fault of it", "inspect_command"),
+    "verify": Command("render a bag's frames again and compare every message", "verify_command"),
+    "repair": Command("make a whole bag of what is left of a cut or damaged one", "repair_command"),
+    "replay": Command("publish a bag again", "replay_command"),
+    "sample": Command("sample rooms and write their scene descriptions and top views", "sample_command"),
+    "learn": Command("learn a grammar's numbers from furnished rooms", "learn_command"),
+    "gallery": Command("draw contact sheets of the models and of a room of each type", "gallery_command"),
+    "catalog": Command("check the models of a user's catalogue", "catalog_command"),
+    "export": Command("write a scene description as a GLB file, without ROS", "export_command"),
+    "render": Command("render a scene description to image files, without ROS", "render_command"),
+}
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Run a subcommand; bad input ends in one line on stderr and status 2."""
+    handler = signal.getsignal(signal.SIGINT)
+    if handler is signal.default_int_handler:  # while modules load, Ctrl-C just ends the program
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    arguments = sys.argv[1:] if argv is None else list(argv)
+    parser = argparse.ArgumentParser(prog="scene_synth", description="Synthetic indoor camera streams for ROS 2.")
+    subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    chosen = next((word for word in arguments if not word.startswith("-")), None)
+    module = None
+    for name, command in COMMANDS.items():
+        subparser = subparsers.add_parser(name, help=command.help, description=command.help[0].upper() + command.help[1:] + ".")
+        if name == chosen:  # the modules of other commands stay unloaded
+            module = importlib.import_module(f"scene_synth_ros.cli.{command.module}")
+            module.add_arguments(subparser)
+    parsed = parser.parse_args(arguments)
+    signal.signal(signal.SIGINT, handler)
+    try:
+        assert module is not None
+        code = module.run(parsed)
+    except (ValueError, OSError, RuntimeError) as error:
+        sys.stderr.write(f"scene_synth {parsed.command}: {error}\n")
+        code = 2
+    except KeyboardInterrupt:
+        code = 130
+    sys.exit(code)

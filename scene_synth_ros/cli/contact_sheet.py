@@ -1,0 +1,158 @@
+"""Draws some frames of each room of a bag, every layer coloured for people, as one picture."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image as Picture
+from PIL import ImageDraw, ImageFont
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import CompressedImage, Image
+from std_msgs.msg import String
+
+from renderer.film.false_color import depth_to_color, ids_to_color, normals_to_color
+from scene_description.labels import instance_palette, label_palette
+from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
+from scene_synth_ros.cli.picture_grid import FORMATS, INK, PAPER
+from scene_synth_ros.messages.conversions import msg_to_image
+from scene_synth_ros.messages.image_codec import COMPRESSED_TYPE, IMAGE_TYPE, CodecError, depth_from_codes, split_depth
+from scene_synth_ros.messages.stamps import stamp_ns
+
+TILE_WIDTH = 256
+FRAMES_PER_ROOM = 2
+GAP, TITLE_HEIGHT = 4, 22
+FAR_M = 6.0
+
+
+class SheetRoom(NamedTuple):
+    """A room of the bag: its title, and the stamps of its frames."""
+
+    title: str
+    stamps: tuple[int, ...]
+
+
+def _color(image: NDArray[np.generic]) -> NDArray[np.uint8]:
+    return image.astype(np.uint8)
+
+
+def _depth(image: NDArray[np.generic]) -> NDArray[np.uint8]:
+    metres = image.astype(np.float32) / 1000.0 if image.dtype == np.uint16 else image.astype(np.float32)
+    return depth_to_color(metres, FAR_M)
+
+
+LAYERS = {
+    "color": _color,
+    "depth": _depth,
+    "range": _depth,
+    "normals": lambda image: normals_to_color(image.astype(np.float32)),
+    "semantic": lambda image: ids_to_color(image, label_palette()),
+    "instance": lambda image: ids_to_color(image, instance_palette(int(image.max()) + 1)),
+}
+"""Layer -> picture for people; the columns of the sheet."""
+
+FORMS: tuple[tuple[str, Callable[[str], tuple[str, ...]]], ...] = (
+    (IMAGE_TYPE, lambda layer: (f"/{layer}/image_raw",)),
+    (COMPRESSED_TYPE, lambda layer: (f"/{layer}/image_raw/compressed", f"/{layer}/image_raw/compressedDepth")),
+)
+"""Type of a layer's topic -> ends of its name, the first that is found is drawn."""
+
+
+def write_contact_sheet(bag: Path, path: Path) -> int:
+    """Draw the sheet of a bag, as JPEG or PNG by the file's name, and return the number of rooms on it.
+
+    Raises:
+        BagReadError: the bag cannot be read.
+        ValueError: it holds no room or no image.
+    """
+    with BagReader(bag) as reader:
+        types = {topic.name: topic.type_name for topic in reader.summary.topics}
+        topics = _layer_topics(types)
+        scenes = next((name for name in types if name.endswith("/scene") and types[name] == "std_msgs/msg/String"), None)
+        if scenes is None or not topics:
+            raise ValueError(f"{bag}: no contact sheet; expected a scene topic and images, got {', '.join(sorted(types)) or 'nothing'}")
+        rooms = [_read_room(message) for message in reader.messages([scenes])]
+        chosen = {stamp for room in rooms for stamp in _spread(room.stamps, FRAMES_PER_ROOM)}
+        tiles = {(stamp, layer): tile for stamp, layer, tile in _tiles(reader, topics, chosen)}
+    if not tiles:
+        raise ValueError(f"{bag}: no contact sheet; it holds no image of its {len(rooms)} rooms")
+    partial = path.with_name(f".{path.name}.partial")
+    _draw(rooms, list(topics), tiles).save(partial, format=FORMATS.get(path.suffix.lower(), "PNG"), quality=85, optimize=True)
+    partial.replace(path)
+    return len(rooms)
+
+
+def _layer_topics(types: dict[str, str]) -> dict[str, str]:
+    """Return layer -> topic of the first camera."""
+    found = {
+        layer: next((name for kind, ends in FORMS for name in sorted(types) if types[name] == kind and name.endswith(ends(layer))), None)
+        for layer in LAYERS
+    }
+    return {layer: topic for layer, topic in found.items() if topic is not None}
+
+
+def _pixels(message: BagMessage) -> NDArray[np.generic]:
+    """Return the image of a message, compressed or not.
+
+    Raises:
+        CodecError: it is neither PNG nor JPEG.
+    """
+    if message.type_name == IMAGE_TYPE:
+        return msg_to_image(deserialize_message(message.data, Image))
+    data, a, b = bytes(deserialize_message(message.data, CompressedImage).data), 0.0, 0.0
+    if message.topic.endswith("/compressedDepth"):
+        a, b, data = split_depth(data)
+    try:
+        with Picture.open(io.BytesIO(data), formats=("PNG", "JPEG")) as picture:
+            pixels = np.asarray(picture)
+    except (OSError, ValueError, Picture.DecompressionBombError) as error:
+        raise CodecError(f"{message.topic}: expected PNG or JPEG ({' '.join(str(error).split())[:100]})") from None
+    return depth_from_codes(pixels, a, b)
+
+
+def _read_room(message: BagMessage) -> SheetRoom:
+    scene = json.loads(deserialize_message(message.data, String).data)
+    title = f"room {scene['index']}: {scene['category']}, {len(scene['objects'])} objects, seed {scene['seed']}"
+    return SheetRoom(title, tuple(pose["stamp_ns"] for pose in scene["camera_path"]))
+
+
+def _spread(stamps: tuple[int, ...], count: int) -> list[int]:
+    """Return ``count`` stamps, evenly spread and away from both ends."""
+    return [stamps[int((i + 0.5) * len(stamps) / count)] for i in range(min(count, len(stamps)))]
+
+
+def _tiles(reader: BagReader, topics: dict[str, str], stamps: set[int]) -> Iterator[tuple[int, str, Picture.Image]]:
+    layers = {topic: layer for layer, topic in topics.items()}
+    for message in reader.messages(set(layers)):
+        stamp = stamp_ns(message.type_name, message.data)
+        if stamp in stamps:
+            layer = layers[message.topic]
+            picture = Picture.fromarray(LAYERS[layer](_pixels(message)))
+            height = max(1, round(TILE_WIDTH * picture.height / picture.width))
+            resample = Picture.Resampling.LANCZOS if layer == "color" else Picture.Resampling.NEAREST
+            yield stamp, layer, picture.resize((TILE_WIDTH, height), resample)
+
+
+def _draw(rooms: list[SheetRoom], layers: list[str], tiles: dict[tuple[int, str], Picture.Image]) -> Picture.Image:
+    tile_height = next(iter(tiles.values())).height
+    rows = [(room, _spread(room.stamps, FRAMES_PER_ROOM)) for room in rooms]
+    height = TITLE_HEIGHT + sum(TITLE_HEIGHT + len(stamps) * (tile_height + GAP) for _, stamps in rows) + GAP
+    sheet = Picture.new("RGB", (GAP + len(layers) * (TILE_WIDTH + GAP), height), PAPER)
+    draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(14)
+    for column, layer in enumerate(layers):
+        draw.text((GAP + column * (TILE_WIDTH + GAP), 3), layer, INK, font)
+    y = TITLE_HEIGHT
+    for room, stamps in rows:
+        draw.text((GAP, y + 3), room.title, INK, font)
+        y += TITLE_HEIGHT
+        for stamp in stamps:
+            for column, layer in enumerate(layers):
+                if (stamp, layer) in tiles:
+                    sheet.paste(tiles[stamp, layer], (GAP + column * (TILE_WIDTH + GAP), y))
+            y += tile_height + GAP
+    return sheet

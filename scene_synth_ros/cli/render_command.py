@@ -1,0 +1,113 @@
+"""``scene_synth render``: the frames of a scene description as files, by the same core as the renderer node."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from renderer import Renderer, RenderError
+from renderer.camera.rig import mounted_path
+from renderer.exposure import exposed, meter, needs_meter, sensor_ev100
+from renderer.files.exr_files import is_installed
+from renderer.film.frame import LAYERS
+from renderer.scene.flatten import flatten
+from renderer.scene.scene_key import scene_key
+from scene_description import CameraPose, EnvironmentMap, SceneDescription, scene_from_json
+from scene_synth_ros.cli.frame_files import write_frame
+from scene_synth_ros.cli.render_settings import PRESETS, preset_settings, read_settings
+from scene_synth_ros.cli.render_settings import add_arguments as add_settings
+from scene_synth_ros.cli.tum_trajectory import MAX_TEXT_LENGTH, trajectory_from_tum, trajectory_to_tum
+
+__all__ = ["PRESETS", "add_arguments", "preset_settings", "run"]
+
+_BAR = 30
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's options."""
+    parser.add_argument("scene", type=Path, help="scene description, JSON")
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="new folder for the images")
+    parser.add_argument("--frames", type=int, help="render only the first N poses of the camera path")
+    parser.add_argument("--trajectory", type=Path, metavar="FILE", help="camera path in TUM's form, in place of the scene's")
+    add_settings(parser)
+    parser.add_argument("--noisy", action="store_true", help="write the colour before denoising too")
+    parser.add_argument("--albedo", action="store_true", help="write the base colour of what is seen too")
+    parser.add_argument("--radiance", action="store_true", help="write the linear colour in cd/m2 into the NPZ too; EXR has it anyway")
+    parser.add_argument("--variance", action="store_true", help="write the variance and the number of samples of the colour too")
+    parser.add_argument("--exr", choices=("auto", "yes", "no"), default="auto", help="write EXR too; auto: where OpenEXR is installed")
+    parser.add_argument("--catalog", type=Path, metavar="DIR", help="folder of the user's models and environment maps")
+    parser.add_argument("--environment", metavar="FILE", help="environment map .hdr or .exr below --catalog, in place of the scene's sky")
+    parser.add_argument("--environment-yaw", type=float, default=0.0, metavar="DEG", help="turn of the map about z (default: %(default)s)")
+    parser.add_argument(
+        "--environment-scale", type=float, default=179.0, metavar="CD_M2", help="luminance of value 1 (default: %(default)s)"
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Render; every frame becomes an NPZ with all layers, a PNG of each, and an EXR; ``trajectory.txt`` holds the camera's poses."""
+    settings = read_settings(arguments)
+    exr = arguments.exr == "yes" or (arguments.exr == "auto" and is_installed())
+    if exr and not is_installed():
+        raise RenderError("--exr yes: expected the library OpenEXR, got none installed; install scene_synth_ros[exr]")
+    fixed_ev100 = sensor_ev100(settings.camera, settings.sensor)
+    scene = _read_scene(arguments)
+    poses = scene.camera_path[: arguments.frames]
+    if not poses:
+        raise ValueError(f"--frames: expected at least 1, got {arguments.frames}")
+    flat, key = flatten(scene, arguments.catalog), scene_key(scene)
+    metered = meter(flat, settings.camera, settings.render, key, scene.camera_path) if needs_meter(settings.render) else None
+    exposure = exposed(settings.render, metered, fixed_ev100)
+    asked = {
+        "color_noisy": arguments.noisy,
+        "albedo": arguments.albedo,
+        "radiance": arguments.radiance,
+        "variance": arguments.variance,
+        "samples": arguments.variance,
+    }
+    layers = [name for name in LAYERS if asked.get(name, True)]
+    arguments.out.mkdir(parents=True)
+    path = mounted_path(settings.camera, scene.camera_path)
+    (arguments.out / "trajectory.txt").write_text(trajectory_to_tum(path[: len(poses)]), encoding="utf-8")
+    _report(0, len(poses), 0.0)
+    with Renderer(flat, settings.camera, settings.render, key, sensor=settings.sensor) as renderer:
+        began = time.monotonic()
+        for index, pose in enumerate(path[: len(poses)]):
+            frame = renderer.render(pose, index, layers, exposure=exposure, path=path)
+            write_frame(arguments.out / f"frame_{index:04d}", frame, exr=exr)
+            _report(index + 1, len(poses), time.monotonic() - began)
+    sys.stderr.write("\n")
+    return 0
+
+
+def _read_scene(arguments: argparse.Namespace) -> SceneDescription:
+    """Return the scene, with the path and the environment that the options ask for."""
+    scene = scene_from_json(arguments.scene.read_text(encoding="utf-8"))
+    if arguments.trajectory is not None:
+        scene = replace(scene, camera_path=_read_trajectory(arguments.trajectory))
+    if arguments.environment is not None:
+        picture = EnvironmentMap(
+            file=arguments.environment,
+            yaw_rad=math.radians(arguments.environment_yaw),
+            luminance_scale=arguments.environment_scale,
+        )
+        scene = replace(scene, environment=replace(scene.environment, map=picture))
+    return scene
+
+
+def _read_trajectory(path: Path) -> Sequence[CameraPose]:
+    if path.stat().st_size > MAX_TEXT_LENGTH:
+        raise ValueError(f"{path}: expected at most {MAX_TEXT_LENGTH} bytes, got {path.stat().st_size}")
+    return trajectory_from_tum(path.read_text(encoding="utf-8"), str(path))
+
+
+def _report(done: int, count: int, seconds: float) -> None:
+    """Draw the progress bar, with the time that is left."""
+    full = _BAR * done // count
+    left = f"{seconds / done * (count - done):.0f} s left" if done else ""
+    sys.stderr.write(f"\r[{'#' * full}{'.' * (_BAR - full)}] frame {done}/{count} {left:12s}")
+    sys.stderr.flush()

@@ -1,0 +1,183 @@
+"""``scene_synth run``: the node suite as separate processes, and what is said of the bag afterwards."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from grammar import read_categories, read_grammar
+from scene_description.share import config_path
+from scene_synth_ros.bags.bag_inspect import InspectReport, inspect_bag, render_report
+from scene_synth_ros.bags.bag_reader import BagReadError
+from scene_synth_ros.cli.contact_sheet import write_contact_sheet
+from scene_synth_ros.cli.node_modules import NODES, ONE_PROCESS_MODULE
+from scene_synth_ros.cli.run_profile import (
+    NodeParameters,
+    ProfileError,
+    apply_overrides,
+    load_profile,
+    with_inheritance,
+    write_node_file,
+)
+from scene_synth_ros.cli.supervisor import ONE_PROCESS, Interrupts, NodeProcess, Outcome, run_nodes
+
+MAX_RENDERERS, MAX_ROOMS_AHEAD = 64, 16
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's options."""
+    parser.add_argument(
+        "--params", type=Path, help="run profile, a ROS parameter file (default: config/runs/main.yaml, or live.yaml without --record)"
+    )
+    parser.add_argument(
+        "--overlay",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="parameter file laid over the profile, for example config/cameras/kinect_v1.yaml; may be repeated, later ones win",
+    )
+    parser.add_argument(
+        "-p", dest="overrides", action="append", default=[], metavar="NODE.NAME:=VALUE", help="one parameter; may be repeated"
+    )
+    parser.add_argument("--rooms", type=int, help="number of rooms (grammar_node.rooms)")
+    parser.add_argument("--frames", type=int, help="frames of each room (grammar_node.frames_per_room)")
+    parser.add_argument("--seed", type=int, help="seed of the run (grammar_node.seed)")
+    parser.add_argument(
+        "--grammar", type=Path, metavar="FILE", help="grammar file of the rooms (grammar_node.grammar_file, scene.room_type)"
+    )
+    parser.add_argument("--renderers", type=int, default=1, metavar="N", help="renderers that share the rooms by index (default: 1)")
+    parser.add_argument("--respawn", type=int, default=0, metavar="N", help="start a renderer that a signal has killed again, N times")
+    parser.add_argument("--one-process", action="store_true", help="all nodes in one process")
+    parser.add_argument("--record", type=Path, metavar="DIR", help="record a bag into this new folder")
+    parser.add_argument("--contact-sheet", type=Path, metavar="FILE", help="draw some frames of each room of the bag, as PNG or JPEG")
+    parser.add_argument("--namespace", default="/synth", help="namespace of nodes and topics (default: %(default)s)")
+    parser.add_argument("--log-level", default="info", choices=["debug", "info", "warn", "error"], help="(default: %(default)s)")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Run the suite; return the exit status."""
+    parameters = _parameters(arguments)
+    _check_outputs(arguments)
+    began = time.monotonic()
+    with tempfile.TemporaryDirectory(prefix="scene_synth_") as folder, Interrupts() as interrupts:
+        nodes = _processes(arguments, parameters, Path(folder))
+        outcome = run_nodes(nodes, arguments.namespace, interrupts, arguments.log_level)
+    seconds = time.monotonic() - began
+    if outcome.code:
+        _say(f"run: {outcome.reason}")
+    return _conclude(arguments, outcome, seconds) if arguments.record else outcome.code
+
+
+def _processes(arguments: argparse.Namespace, parameters: NodeParameters, folder: Path) -> list[NodeProcess]:
+    """Write the parameter files of the nodes and return the processes to run."""
+    renderers = [name for name in parameters if name.startswith("renderer_node")]
+    names = [*(["recorder_node"] if arguments.record else []), *renderers, "grammar_node"]
+    for name in names:
+        write_node_file(folder / f"{name}.yaml", parameters[name])
+    if arguments.one_process:
+        words = ("--namespace", arguments.namespace, "--log-level", arguments.log_level)
+        files = (f"{name}={folder / name}.yaml" for name in names)
+        return [NodeProcess(name=ONE_PROCESS, module=ONE_PROCESS_MODULE, parameters=folder, words=(*words, *files))]
+    return [
+        NodeProcess(
+            name=name,
+            parameters=folder / f"{name}.yaml",
+            module=NODES["renderer_node" if name in renderers else name].module,
+            respawns=arguments.respawn if name in renderers else 0,
+        )
+        for name in names
+    ]
+
+
+def _share_rooms(parameters: NodeParameters, count: int) -> None:
+    """Add renderers that share the rooms of the run by index."""
+    for number in range(2, count + 1):
+        parameters[f"renderer_node_{number}"] = {"share_index": number - 1}
+    parameters["renderer_node"] |= {"share_count": count, "share_index": 0}
+    parameters["grammar_node"].setdefault("rooms_ahead", min(count, MAX_ROOMS_AHEAD))
+
+
+def _parameters(arguments: argparse.Namespace) -> NodeParameters:
+    profile = arguments.params or config_path("runs/main.yaml" if arguments.record else "runs/live.yaml")
+    parameters = load_profile(profile)
+    for overlay in arguments.overlay:
+        for node, values in load_profile(overlay).items():
+            parameters.setdefault(node, {}).update(values)
+    grammar = parameters["grammar_node"]
+    for option, name in (("rooms", "rooms"), ("frames", "frames_per_room"), ("seed", "seed")):
+        if getattr(arguments, option) is not None:
+            grammar[name] = getattr(arguments, option)
+    if arguments.grammar is not None:
+        own = read_grammar(arguments.grammar, read_categories(config_path("categories.yaml")))
+        grammar |= {"grammar_file": str(arguments.grammar.resolve()), "scene.room_type": own.room_type}
+    if not 1 <= arguments.renderers <= MAX_RENDERERS:
+        raise ProfileError(f"--renderers {arguments.renderers}: expected 1 to {MAX_RENDERERS}")
+    if arguments.renderers > 1:
+        _share_rooms(parameters, arguments.renderers)
+    parameters = with_inheritance(apply_overrides(parameters, arguments.overrides))
+    grammar = parameters["grammar_node"]
+    renderers = [values for name, values in parameters.items() if name.startswith("renderer_node")]
+    grammar.setdefault("expected_renderers", len(renderers))
+    finite = bool(parameters["grammar_node"].get("rooms", 0))
+    for node in parameters.values():
+        node.setdefault("exit_when_done", finite)
+    if arguments.record:
+        parameters["grammar_node"].setdefault("expected_recorders", 1)
+        for values in renderers:
+            values.setdefault("expected_recorders", 1)
+        parameters["recorder_node"]["bag"] = str(arguments.record)
+        parameters["recorder_node"].setdefault("custom_data", _notes(parameters))
+    return parameters
+
+
+def _notes(parameters: NodeParameters) -> list[str]:
+    """Return what is kept with the bag: the parameters that made it."""
+    made_by: dict[str, Any] = {node: values for node, values in parameters.items() if node != "recorder_node"}
+    return [f"scene_synth.parameters={json.dumps(made_by, sort_keys=True)}"]
+
+
+def _check_outputs(arguments: argparse.Namespace) -> None:
+    if arguments.record and arguments.record.exists():
+        raise ProfileError(f"--record {arguments.record}: exists already; choose another folder or remove it")
+    if arguments.contact_sheet and not arguments.record:
+        raise ProfileError("--contact-sheet: expected together with --record, which makes the bag that it is drawn from")
+    if arguments.contact_sheet and not arguments.contact_sheet.parent.is_dir():
+        raise ProfileError(f"--contact-sheet {arguments.contact_sheet}: the folder does not exist")
+    if not arguments.namespace.startswith("/"):
+        raise ProfileError(f"--namespace {arguments.namespace}: expected a name that begins with /")
+    if arguments.record:
+        try:
+            arguments.record.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise ProfileError(f"--record {arguments.record}: its folder cannot be made ({error.strerror})") from None
+
+
+def _conclude(arguments: argparse.Namespace, outcome: Outcome, seconds: float) -> int:
+    """Check the bag, print the summary, draw the contact sheet; return the exit status."""
+    if not arguments.record.exists():
+        return outcome.code or 1
+    try:
+        report = inspect_bag(arguments.record)
+    except BagReadError as error:
+        _say(f"run: {error}")
+        return outcome.code or 1
+    _say(_summary(report, arguments, seconds))
+    if arguments.contact_sheet and not outcome.code:
+        rooms = write_contact_sheet(arguments.record, arguments.contact_sheet)
+        _say(f"contact sheet: {arguments.contact_sheet} ({rooms} rooms)")
+    return outcome.code or (1 if report.faults else 0)
+
+
+def _summary(report: InspectReport, arguments: argparse.Namespace, seconds: float) -> str:
+    return f"{render_report(report)}\nrun took {seconds:.1f} s; bag: {arguments.record}"
+
+
+def _say(text: str) -> None:
+    sys.stdout.write(text + "\n")
+    sys.stdout.flush()

@@ -1,0 +1,1 @@
+"""The MCAP format: records, chunks, files."""

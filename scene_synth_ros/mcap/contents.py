@@ -1,0 +1,290 @@
+"""The contents of one MCAP file: by its index where it has a sound one, by reading through it where it is unfinished or damaged."""
+
+from __future__ import annotations
+
+import os
+import struct
+import zlib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import NamedTuple
+
+from mcap.opcode import Opcode
+from mcap.records import Attachment, AttachmentIndex, Channel, ChunkIndex, Footer, Header, Metadata, Schema, Statistics
+
+from scene_synth_ros.mcap.records import (
+    PREFIX_SIZE,
+    ChunkContent,
+    RawMessage,
+    RecordError,
+    decode,
+    open_chunk,
+    read_record,
+    read_records,
+    take_record,
+)
+
+MAX_ATTACHMENT_SIZE = 64 * 2**20
+MAGIC = b"\x89MCAP0\r\n"
+
+_FOOTER_SIZE = PREFIX_SIZE + 20
+_CHUNK_TIMES = struct.Struct("<QQ")
+
+
+class McapReadError(ValueError):
+    """A file that cannot be opened as MCAP; one line."""
+
+
+class ChannelInfo(NamedTuple):
+    """A channel with name and text of its schema."""
+
+    topic: str
+    type_name: str
+    encoding: str
+    metadata: dict[str, str]
+    schema_text: str = ""
+
+
+class McapContents:
+    """One open MCAP file; memory is bounded by its largest chunk.
+
+    Args:
+        path: the file.
+        report: called with one line for everything that is wrong; reading goes on with what is sound.
+
+    Attributes:
+        channels: by id; those without a known schema have an empty type name.
+        counts: messages by channel id, of the statistics or, without an index, as found.
+        time_range_ns: first and last log time; None without messages.
+        finished: whether the file ends as it should.
+        metadata: metadata records by name, the last of each.
+        attachments: attached files of at most ``MAX_ATTACHMENT_SIZE`` bytes by name.
+
+    Raises:
+        McapReadError: the file cannot be read or is no MCAP file.
+    """
+
+    def __init__(self, path: Path, report: Callable[[str], None]) -> None:
+        self.path = path
+        self.channels: dict[int, ChannelInfo] = {}
+        self.counts: dict[int, int] = {}
+        self.time_range_ns: tuple[int, int] | None = None
+        self.finished = False
+        self.metadata: dict[str, dict[str, str]] = {}
+        self.attachments: dict[str, bytes] = {}
+        self._report = report
+        self._schemas: dict[int, Schema] = {}
+        self._chunks: list[ChunkIndex] | None = None
+        try:
+            self._file = path.open("rb")
+            self._size = os.fstat(self._file.fileno()).st_size
+            self._open()
+        except OSError as error:
+            raise McapReadError(f"{path}: {error.strerror or error}") from None
+
+    def __enter__(self) -> McapContents:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    @property
+    def size(self) -> int:
+        """Bytes of the file when it was opened."""
+        return self._size
+
+    def _open(self) -> None:
+        magic = self._file.read(len(MAGIC))
+        if magic != MAGIC:
+            self._file.close()
+            raise McapReadError(f"{self.path}: " + ("the file is empty" if not magic else "no MCAP file, its first bytes are not MCAP's"))
+        try:
+            header = read_record(self._file, len(MAGIC), self._size)
+            if header.opcode != Opcode.HEADER:
+                raise RecordError("it does not begin with a header record")
+            decode(Header, header.body)
+        except RecordError as error:
+            self._file.close()
+            raise McapReadError(f"{self.path}: no MCAP file: {error}") from None
+        self._data_start = len(MAGIC) + PREFIX_SIZE + len(header.body)
+        try:
+            indexed = self._read_summary()
+        except RecordError as error:
+            self._report(f"{self.path.name}: {error}; read without its index")
+            indexed = False
+        if not indexed:
+            self._scan()
+
+    def _read_summary(self) -> bool:
+        """Read the summary section; return False if there is none with chunk indexes and statistics."""
+        end = self._size - len(MAGIC)
+        footer_start = end - _FOOTER_SIZE
+        self._file.seek(max(end, 0))
+        if footer_start < self._data_start or self._file.read() != MAGIC:
+            raise RecordError("unfinished or truncated, it has no footer")
+        record = read_record(self._file, footer_start, end)
+        if record.opcode != Opcode.FOOTER:
+            raise RecordError("damaged, its last record is no footer")
+        footer = decode(Footer, record.body)
+        self.finished = True
+        if footer.summary_start == 0:
+            return False
+        if not self._data_start <= footer.summary_start <= footer_start:
+            raise RecordError(f"index damaged, it is said to begin at byte {footer.summary_start}")
+        if footer.summary_crc:
+            self._verify_summary(footer, end)
+        return self._take_summary(footer.summary_start, footer_start)
+
+    def _verify_summary(self, footer: Footer, end: int) -> None:
+        crc, left = 0, end - 4 - footer.summary_start
+        self._file.seek(footer.summary_start)
+        while left > 0 and (block := self._file.read(min(left, 2**20))):
+            crc = zlib.crc32(block, crc)
+            left -= len(block)
+        if crc != footer.summary_crc:
+            raise RecordError("index damaged, its checksum does not match")
+
+    def _take_summary(self, start: int, end: int) -> bool:
+        content, chunks, statistics = ChunkContent([], []), [], None
+        for record in read_records(self._file, start, end):
+            if record.opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
+                take_record(content, record.opcode, record.body)
+            elif record.opcode == Opcode.CHUNK_INDEX:
+                chunks.append(decode(ChunkIndex, record.body))
+            elif record.opcode == Opcode.STATISTICS:
+                statistics = decode(Statistics, record.body)
+            elif record.opcode == Opcode.METADATA_INDEX:
+                self._take_indexed_metadata(record.body)
+            elif record.opcode == Opcode.ATTACHMENT_INDEX:
+                self._take_indexed_attachment(decode(AttachmentIndex, record.body))
+        if statistics is None or len(chunks) != statistics.chunk_count or (statistics.message_count and not chunks):
+            return False
+        self._define(content)
+        self._chunks = chunks
+        self.counts = dict.fromkeys(self.channels, 0)
+        for channel_id, count in statistics.channel_message_counts.items():
+            self.counts[channel_id] = count
+        if statistics.message_count:
+            self.time_range_ns = (statistics.message_start_time, statistics.message_end_time)
+        return True
+
+    def _take_indexed_metadata(self, body: bytes) -> None:
+        (offset,) = struct.unpack_from("<Q", body) if len(body) >= 8 else (self._size,)
+        record = read_record(self._file, offset, self._size)
+        if record.opcode != Opcode.METADATA:
+            raise RecordError(f"index damaged, no metadata record at byte {offset}")
+        self._take_metadata(record.body)
+
+    def _take_metadata(self, body: bytes) -> None:
+        metadata = decode(Metadata, body)
+        self.metadata[metadata.name] = metadata.metadata
+
+    def _take_indexed_attachment(self, index: AttachmentIndex) -> None:
+        record = read_record(self._file, index.offset, self._size)
+        if record.opcode != Opcode.ATTACHMENT:
+            raise RecordError(f"index damaged, no attachment at byte {index.offset}")
+        self._take_attachment(record.body)
+
+    def _take_attachment(self, body: bytes) -> None:
+        if len(body) <= MAX_ATTACHMENT_SIZE:
+            attachment = decode(Attachment, body)
+            self.attachments[attachment.name] = attachment.data
+
+    def _define(self, content: ChunkContent) -> None:
+        """Take over schemas and channels; the first definition of an id holds."""
+        for definition in content.definitions:
+            if isinstance(definition, Schema):
+                self._schemas.setdefault(definition.id, definition)
+            elif definition.id not in self.channels:
+                self.channels[definition.id] = self._channel_info(definition)
+
+    def _channel_info(self, channel: Channel) -> ChannelInfo:
+        schema = self._schemas.get(channel.schema_id)
+        if schema is None:
+            self._report(f"{self.path.name}: topic {channel.topic[:100]} has no schema")
+        name, text = (schema.name, schema.data.decode(errors="replace")) if schema else ("", "")
+        return ChannelInfo(channel.topic, name, channel.message_encoding, channel.metadata, text)
+
+    def _scan(self) -> None:
+        """Find out by reading through the file what its index does not say."""
+        self.channels, self._schemas = {}, {}
+        counts: dict[int, int] = {}
+        times: list[int] = []
+        for content in self._read_through(report=self._report):
+            for message in content.messages:
+                counts[message.channel_id] = counts.get(message.channel_id, 0) + 1
+            if content.messages:
+                ends = [message.log_ns for message in content.messages] + times
+                times = [min(ends), max(ends)]
+        self.counts = {**dict.fromkeys(self.channels, 0), **counts}
+        self.time_range_ns = (times[0], times[1]) if times else None
+
+    def messages(self, start_ns: int = 0, *, file_order: bool = False) -> Iterator[RawMessage]:
+        """Yield the messages with log times from ``start_ns``.
+
+        They come in the order of their chunks' first log times and, within a chunk, of their log times; or as they stand in the file.
+        Damaged chunks are reported and passed over, and so are messages of unknown channels.
+        """
+        chunks = self._read_through(start_ns) if self._chunks is None else self._read_indexed(start_ns, file_order)
+        unknown = 0
+        for content in chunks:
+            messages = content.messages if file_order else sorted(content.messages, key=lambda message: message.log_ns)
+            for message in messages:
+                if message.channel_id not in self.channels:
+                    unknown += 1
+                elif message.log_ns >= start_ns:
+                    yield message
+        if unknown:
+            self._report(f"{self.path.name}: {unknown} messages of channels that are not defined")
+
+    def _read_indexed(self, start_ns: int, file_order: bool) -> Iterator[ChunkContent]:
+        def order(index: ChunkIndex) -> tuple[int, int]:
+            return (0 if file_order else index.message_start_time, index.chunk_start_offset)
+
+        for index in sorted(self._chunks or [], key=order):
+            if index.message_end_time < start_ns:
+                continue
+            offset = index.chunk_start_offset
+            try:
+                record = read_record(self._file, offset, self._size)
+                if record.opcode != Opcode.CHUNK or PREFIX_SIZE + len(record.body) != index.chunk_length:
+                    raise RecordError("the index says that a chunk begins here")
+                yield open_chunk(record.body)
+            except RecordError as error:
+                self._report(f"{self.path.name}: at byte {offset}: {error}")
+
+    def _read_through(self, start_ns: int = 0, report: Callable[[str], None] = lambda _: None) -> Iterator[ChunkContent]:
+        """Yield what the file holds, chunk by chunk, up to its end or to the last whole record."""
+        try:
+            for record in read_records(self._file, self._data_start, self._size):
+                if record.opcode == Opcode.DATA_END:
+                    return
+                if record.opcode == Opcode.METADATA:
+                    self._take_metadata(record.body)
+                elif record.opcode == Opcode.ATTACHMENT:
+                    self._take_attachment(record.body)
+                elif record.opcode != Opcode.CHUNK:
+                    content = ChunkContent([], [])
+                    take_record(content, record.opcode, record.body)
+                    self._define(content)
+                    yield content
+                elif len(record.body) < _CHUNK_TIMES.size or _CHUNK_TIMES.unpack_from(record.body)[1] >= start_ns:
+                    yield from self._open_found(record.offset, record.body, report)
+        except RecordError as error:
+            report(f"{self.path.name}: {error}; nothing after that is read")
+        except OSError as error:
+            report(f"{self.path.name}: {error.strerror or error}; nothing after that is read")
+
+    def _open_found(self, offset: int, body: bytes, report: Callable[[str], None]) -> Iterator[ChunkContent]:
+        try:
+            content = open_chunk(body)
+        except RecordError as error:
+            report(f"{self.path.name}: at byte {offset}: {error}")
+            return
+        self._define(content)
+        yield content

@@ -1,0 +1,1 @@
+"""Between our nouns and messages, and messages and bytes."""

@@ -1,0 +1,214 @@
+"""Core values to messages.  No node here; stamps and frames are passed in, pixels are copied in one piece."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Point, Pose, PoseStamped, Quaternion, Transform, TransformStamped, Vector3
+from nav_msgs.msg import OccupancyGrid
+from numpy.typing import NDArray
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import ColorRGBA, Header, String
+from visualization_msgs.msg import Marker, MarkerArray
+
+from renderer.camera.cameras import intrinsics
+from renderer.camera.config import CameraConfig
+from renderer.camera.lenses import LENSES
+from renderer.camera.rig import stereo_shift_m
+from scene_description import NYU40, CameraPose, SceneDescription
+from scene_description.labels import instance_palette
+from scene_description.poses import (
+    LINK_FROM_OPTICAL,
+    conjugate_quaternion,
+    multiply_quaternions,
+    quaternion_from_yaw,
+)
+from scene_synth_ros.messages.stamps import NANOSECONDS
+
+ENCODING_CHANNELS: dict[str, tuple[type[np.generic], int]] = {
+    "rgb8": (np.uint8, 3),
+    "mono8": (np.uint8, 1),
+    "16UC1": (np.uint16, 1),
+    "32FC1": (np.float32, 1),
+    "32FC3": (np.float32, 3),
+}
+"""Image encoding -> dtype and channels, the names of sensor_msgs/image_encodings.hpp."""
+
+
+def time_to_msg(stamp_ns: int) -> Time:
+    """Return integer nanoseconds as a message."""
+    return Time(sec=stamp_ns // NANOSECONDS, nanosec=stamp_ns % NANOSECONDS)
+
+
+def clock_to_msg(stamp_ns: int) -> Clock:
+    """Return the simulated time as ``/clock`` wants it."""
+    return Clock(clock=time_to_msg(stamp_ns))
+
+
+def header(stamp_ns: int, frame_id: str) -> Header:
+    """Return a header."""
+    return Header(stamp=time_to_msg(stamp_ns), frame_id=frame_id)
+
+
+def image_to_msg(image: NDArray[np.generic], encoding: str, stamp_ns: int, frame_id: str) -> Image:
+    """Return an image as a message.
+
+    Args:
+        image: (height, width) or (height, width, 3), C-contiguous, of the encoding's dtype.
+        encoding: a key of ``ENCODING_CHANNELS``.
+        stamp_ns: simulated time of the frame.
+        frame_id: the optical frame.
+
+    Raises:
+        ValueError: dtype, channels or memory layout do not fit the encoding.
+    """
+    dtype, channels = ENCODING_CHANNELS[encoding]
+    shape_channels = image.shape[2] if image.ndim == 3 else 1
+    if image.dtype != dtype or shape_channels != channels or not image.flags.c_contiguous:
+        raise ValueError(f"image for {encoding}: expected contiguous {np.dtype(dtype)} x {channels}, got {image.dtype} x {shape_channels}")
+    message = Image(header=header(stamp_ns, frame_id), height=image.shape[0], width=image.shape[1], encoding=encoding, is_bigendian=0)
+    message.step = image.shape[1] * channels * np.dtype(dtype).itemsize
+    message.data.frombytes(memoryview(image).cast("B"))
+    return message
+
+
+def msg_to_image(message: Image) -> NDArray[np.generic]:
+    """Return the pixels of a message as a read-only view, (height, width) or (height, width, channels)."""
+    dtype, channels = ENCODING_CHANNELS[message.encoding]
+    shape = (message.height, message.width) if channels == 1 else (message.height, message.width, channels)
+    view = np.frombuffer(message.data, dtype).reshape(shape)
+    view.flags.writeable = False
+    return view
+
+
+def depth_to_millimetres(depth_m: NDArray[np.float32]) -> NDArray[np.uint16]:
+    """Return depth as 16UC1: whole millimetres, 0 where there is no hit or where it lies beyond 65.535 m (REP 118)."""
+    with np.errstate(invalid="ignore"):
+        millimetres = np.where(np.isfinite(depth_m), np.rint(depth_m * 1000.0), 0.0)
+    return np.where(millimetres > 65535.0, 0.0, millimetres).astype(np.uint16)
+
+
+def camera_info_to_msg(camera: CameraConfig, stamp_ns: int, frame_id: str) -> CameraInfo:
+    """Return the camera info of a lens, pixel centres at integers, as image_geometry has them.
+
+    A camera that sits right of or below its rig's middle tells so in P, as the second camera of a stereo pair does.
+    A panorama has no matrix in CameraInfo: K and P are zero, as for every uncalibrated camera, and the model's name says what it is.
+    """
+    lens, (fx, fy, cx, cy) = LENSES[camera.model], intrinsics(camera)
+    message = CameraInfo(header=header(stamp_ns, frame_id), width=camera.width, height=camera.height, distortion_model=lens.ros_name)
+    length = 5 if lens.ros_name == "plumb_bob" else lens.coefficients
+    message.d = [*camera.distortion, *(0.0,) * (length - len(camera.distortion))]
+    if camera.model == "equirectangular":
+        return message
+    message.k = [fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0]
+    message.r = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]
+    right_m, down_m = stereo_shift_m(camera)
+    message.p = [fx, 0.0, cx, -fx * right_m + 0.0, 0.0, fy, cy, -fy * down_m + 0.0, 0.0, 0.0, 1.0, 0.0]
+    return message
+
+
+def pose_to_msg(pose: CameraPose, frame_id: str) -> PoseStamped:
+    """Return the pose of the optical frame in the world frame ``frame_id``."""
+    return PoseStamped(header=header(pose.stamp_ns, frame_id), pose=_pose(pose.position_m, pose.orientation))
+
+
+def world_from_link_to_msg(pose: CameraPose, world: str, link: str) -> TransformStamped:
+    """Return the transform world -> camera link (x forward, y left, z up) of an optical pose."""
+    rotation = multiply_quaternions(pose.orientation, conjugate_quaternion(LINK_FROM_OPTICAL))
+    x, y, z = pose.position_m
+    qx, qy, qz, qw = rotation
+    transform = Transform(translation=Vector3(x=x, y=y, z=z), rotation=Quaternion(x=qx, y=qy, z=qz, w=qw))
+    return TransformStamped(header=header(pose.stamp_ns, world), child_frame_id=link, transform=transform)
+
+
+def labels_to_msg(labels: Mapping[int, Mapping[str, object]], stamp_ns: int) -> String:
+    """Return an id table as JSON: ``{"stamp": {"sec", "nanosec"}, "labels": {"<id>": {...}}}``."""
+    stamp = {"sec": stamp_ns // NANOSECONDS, "nanosec": stamp_ns % NANOSECONDS}
+    return String(data=json.dumps({"stamp": stamp, "labels": {str(key): value for key, value in labels.items()}}))
+
+
+def semantic_labels() -> dict[int, dict[str, object]]:
+    """Return class id -> name and display colour of the NYU40 classes."""
+    return {label.id: {"name": label.name, "class": label.id, "color": list(label.color)} for label in NYU40}
+
+
+def instance_labels(scene: SceneDescription) -> dict[int, dict[str, object]]:
+    """Return object id -> category, class and display colour of a scene; id 0 is the room's shell."""
+    things = [*scene.room.openings, *scene.objects]
+    palette = instance_palette(max((thing.id for thing in things), default=0) + 1)
+    table: dict[int, dict[str, object]] = {0: {"name": "room", "class": 0, "color": [0, 0, 0]}}
+    for thing in things:
+        color = [int(value) for value in palette[thing.id]]
+        table[thing.id] = {"name": thing.category, "class": thing.label, "class_name": NYU40[thing.label].name, "color": color}
+    return table
+
+
+def occupancy_to_msg(
+    cells: NDArray[np.int8], resolution_m: float, origin_m: tuple[float, float], stamp_ns: int, frame_id: str
+) -> OccupancyGrid:
+    """Return a grid (row 0 at the lowest y; 0 free, 100 occupied, -1 unknown) as a message."""
+    message = OccupancyGrid(header=header(stamp_ns, frame_id))
+    message.info.map_load_time = time_to_msg(stamp_ns)
+    message.info.resolution = resolution_m
+    message.info.height, message.info.width = cells.shape
+    message.info.origin.position = Point(x=origin_m[0], y=origin_m[1], z=0.0)
+    message.data.frombytes(memoryview(np.ascontiguousarray(cells)).cast("B"))
+    return message
+
+
+def scene_to_markers(scene: SceneDescription, stamp_ns: int, frame_id: str) -> MarkerArray:
+    """Return boxes and names of the objects, the openings and the floor outline, for RViz and Foxglove.
+
+    The first marker deletes those of the room before.
+    """
+    markers = [Marker(header=header(stamp_ns, frame_id), action=Marker.DELETEALL)]
+    for thing in scene.objects:
+        x, y, z = thing.position_m
+        pose = _pose((x, y, z + 0.5 * thing.size_m[2]), quaternion_from_yaw(thing.yaw_rad))
+        markers.append(_box_marker(scene, stamp_ns, frame_id, thing.id, thing.label, pose, thing.size_m))
+        markers.append(_text_marker(stamp_ns, frame_id, thing.id, thing.category, (x, y, z + thing.size_m[2] + 0.08)))
+    for opening in scene.room.openings:
+        a, b = (scene.room.polygon_m[(opening.wall + i) % len(scene.room.polygon_m)] for i in (0, 1))
+        yaw = math.atan2(b[1] - a[1], b[0] - a[0])
+        along = opening.offset_m + 0.5 * opening.width_m
+        center = (a[0] + along * math.cos(yaw), a[1] + along * math.sin(yaw), opening.sill_m + 0.5 * opening.height_m)
+        size = (opening.width_m, 0.05, opening.height_m)
+        markers.append(_box_marker(scene, stamp_ns, frame_id, opening.id, opening.label, _pose(center, quaternion_from_yaw(yaw)), size))
+        markers.append(_text_marker(stamp_ns, frame_id, opening.id, opening.category, center))
+    outline = Marker(header=header(stamp_ns, frame_id), ns="room", id=0, type=Marker.LINE_STRIP, action=Marker.ADD)
+    outline.scale.x = 0.03
+    outline.color = ColorRGBA(r=0.2, g=0.2, b=0.2, a=1.0)
+    outline.pose.orientation.w = 1.0
+    outline.points = [Point(x=x, y=y, z=0.0) for x, y in (*scene.room.polygon_m, scene.room.polygon_m[0])]
+    markers.append(outline)
+    return MarkerArray(markers=markers)
+
+
+def _pose(position_m: Sequence[float], orientation: Sequence[float]) -> Pose:
+    x, y, z = map(float, position_m)
+    qx, qy, qz, qw = map(float, orientation)
+    return Pose(position=Point(x=x, y=y, z=z), orientation=Quaternion(x=qx, y=qy, z=qz, w=qw))
+
+
+def _box_marker(
+    scene: SceneDescription, stamp_ns: int, frame_id: str, marker_id: int, label: int, pose: Pose, size_m: Sequence[float]
+) -> Marker:
+    marker = Marker(header=header(stamp_ns, frame_id), ns="objects", id=marker_id, type=Marker.CUBE, action=Marker.ADD, pose=pose)
+    marker.scale = Vector3(x=float(size_m[0]), y=float(size_m[1]), z=float(size_m[2]))
+    red, green, blue = (channel / 255.0 for channel in NYU40[label].color)
+    marker.color = ColorRGBA(r=red, g=green, b=blue, a=0.55)
+    return marker
+
+
+def _text_marker(stamp_ns: int, frame_id: str, marker_id: int, text: str, position_m: Sequence[float]) -> Marker:
+    marker = Marker(header=header(stamp_ns, frame_id), ns="names", id=marker_id, type=Marker.TEXT_VIEW_FACING, action=Marker.ADD)
+    marker.pose = _pose(position_m, (0.0, 0.0, 0.0, 1.0))
+    marker.scale.z = 0.12
+    marker.color = ColorRGBA(r=1.0, g=1.0, b=1.0, a=1.0)
+    marker.text = text.replace("_", " ")
+    return marker

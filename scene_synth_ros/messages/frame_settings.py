@@ -1,0 +1,59 @@
+"""What a frame was rendered with, as JSON beside every frame: enough to make its pixels again from the scene and the pose."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Annotated
+
+from renderer.camera.config import CameraConfig, SensorConfig
+from renderer.film.tone import Exposure
+from renderer.path.config import RenderConfig
+from renderer.renderer import IDEAL
+from scene_description import Limits
+from scene_description.color_temperature import D65_XY
+from scene_description.strict import FieldError, from_mapping, shorten, to_mapping
+from scene_synth_ros.messages.frame_messages import StreamConfig
+
+MAX_TEXT_LENGTH = 20_000
+Coordinate = Annotated[float, Limits(ge=0.01, le=1.0)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrameSettings:
+    """Settings of a frame: stamp, id of the scene, index that keys the noise, exposure and white used, and the configurations."""
+
+    stamp_ns: Annotated[int, Limits(ge=0, le=2**62, unit="ns")]
+    scene: Annotated[str, Limits(min_length=1, max_length=120)]
+    frame: Annotated[int, Limits(ge=0, le=2**63 - 1)]
+    exposure_ev100: Annotated[float, Limits(ge=-1000.0, le=1000.0, unit="EV")]
+    camera: CameraConfig
+    render: RenderConfig
+    streams: StreamConfig
+    sensor: SensorConfig = IDEAL
+    white_xy: tuple[Coordinate, Coordinate] = D65_XY
+
+    @property
+    def exposure(self) -> Exposure:
+        """Return exposure value and white together."""
+        return Exposure(self.exposure_ev100, self.white_xy)
+
+
+def settings_to_json(settings: FrameSettings) -> str:
+    """Return the JSON text."""
+    return json.dumps(to_mapping(settings), separators=(",", ":"))
+
+
+def settings_from_json(text: str) -> FrameSettings:
+    """Read settings.
+
+    Raises:
+        FieldError: the text is no JSON of settings; one line with the field's path.
+    """
+    if len(text) > MAX_TEXT_LENGTH:
+        raise FieldError("settings", f"at most {MAX_TEXT_LENGTH} characters", f"{len(text)}")
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError):
+        raise FieldError("settings", "JSON", shorten(text)) from None
+    return from_mapping(FrameSettings, data, "settings")

@@ -1,0 +1,138 @@
+"""Images as sensor_msgs/CompressedImage, in the forms that image_transport's plugins ``compressed`` and ``compressedDepth`` read.
+
+``compressedDepth`` puts twelve bytes before the PNG: format (int32, 0 for inverse depth) and two float32 parameters A and B.  Depth in
+metres is stored as ``A / depth + B`` in 16 bits, which loses some of it: a step of depth d is d^2 / A.  Depth in whole millimetres (16UC1)
+is stored as it is.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.serialization import deserialize_message, serialize_message
+from sensor_msgs.msg import CompressedImage, Image
+
+from renderer.files.image_io import encode_image
+from scene_description import Limits
+from scene_synth_ros.messages.conversions import ENCODING_CHANNELS, msg_to_image
+
+COMPRESSED_TYPE = "sensor_msgs/msg/CompressedImage"
+IMAGE_TYPE = "sensor_msgs/msg/Image"
+
+DEPTH_MAX_M = 60.0
+DEPTH_QUANTIZATION = 100.0
+"""As image_transport's plugin has it: A = q (q + 1); 1 mm of resolution at 3.2 m."""
+
+_PLAIN = ("rgb8", "mono8", "16UC1")
+_CODED = 2**16 - 1
+_FIXED = "a bag has one form of each image"
+_HEAD = struct.Struct("<iff")
+
+
+class CodecError(ValueError):
+    """An image that cannot be compressed as asked; one line."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ImageCompression:
+    """How images are kept in bags."""
+
+    color: Annotated[Literal["none", "png", "jpeg"], Limits(description="Colour and pictures for people", fixed=_FIXED)] = "none"
+    ids: Annotated[Literal["none", "png"], Limits(description="Class and object ids (lossless)", fixed=_FIXED)] = "none"
+    depth: Annotated[
+        Literal["none", "png"], Limits(description="Depth: 16UC1 lossless, 32FC1 as inverse depth in 16 bits (lossy)", fixed=_FIXED)
+    ] = "none"
+    jpeg_quality: Annotated[int, Limits(ge=1, le=100, description="Quality of JPEG", fixed=_FIXED)] = 90
+
+
+KINDS = {"color": "color", "semantic": "ids", "instance": "ids", "depth": "depth"}
+"""Layer -> which setting holds for its raw image."""
+
+
+def image_form(topic: str, type_name: str, compression: ImageCompression) -> str:
+    """Return how a topic is kept: ``png``, ``jpeg`` or ``none``."""
+    parts = topic.rsplit("/", 2)
+    if type_name != IMAGE_TYPE or len(parts) < 3 or parts[2] not in ("image_raw", "image_color"):
+        return "none"
+    kind = "color" if parts[2] == "image_color" else KINDS.get(parts[1], "")
+    return str(getattr(compression, kind)) if kind else "none"
+
+
+def compressed_topic(topic: str) -> str:
+    """Return the topic of a compressed image."""
+    return f"{topic}/{'compressedDepth' if topic.rsplit('/', 2)[1] == 'depth' and topic.endswith('/image_raw') else 'compressed'}"
+
+
+def compress(cdr: bytes, topic: str, form: str, quality: int) -> bytes:
+    """Return the serialised CompressedImage of a serialised Image.
+
+    Args:
+        cdr: sensor_msgs/Image.
+        topic: where it was published; says whether it is depth.
+        form: ``png`` or ``jpeg``.
+        quality: of JPEG.
+
+    Raises:
+        CodecError: the image's encoding has no such form.
+    """
+    image = deserialize_message(cdr, Image)
+    if image.encoding not in ENCODING_CHANNELS:
+        raise CodecError(f"{topic}: expected an encoding of {', '.join(ENCODING_CHANNELS)}, got '{image.encoding[:40]}'")
+    return bytes(serialize_message(compress_image(image, msg_to_image(image), compressed_topic(topic), form, quality)))
+
+
+def compress_image(image: Image, pixels: NDArray[np.generic], topic: str, form: str, quality: int) -> CompressedImage:
+    """Return the compressed form of an image for a compressed topic.
+
+    Raises:
+        CodecError: the image's encoding has no such form.
+    """
+    message = CompressedImage(header=image.header)
+    if topic.endswith("compressedDepth"):
+        message.format = f"{image.encoding}; compressedDepth png"
+        data = _depth(pixels, image.encoding, topic)
+    elif image.encoding in _PLAIN and not (form == "jpeg" and image.encoding == "16UC1"):
+        ordered = "bgr8" if image.encoding == "rgb8" else image.encoding  # what OpenCV, which wrote the plugin's files, calls them
+        message.format = f"{image.encoding}; {form} compressed {ordered}"
+        data = encode_image(pixels, form, quality=quality)  # type: ignore[arg-type]
+    else:
+        raise CodecError(f"{topic}: expected one of {', '.join(_PLAIN)} for {form}, got '{image.encoding[:40]}'")
+    message.data.frombytes(data)
+    return message
+
+
+def _depth(pixels: NDArray[np.generic], encoding: str, topic: str) -> bytes:
+    if encoding == "16UC1":
+        return _HEAD.pack(0, 0.0, 0.0) + encode_image(pixels.astype(np.uint16), "png")
+    if encoding != "32FC1":
+        raise CodecError(f"{topic}: expected 16UC1 or 32FC1, got '{encoding[:40]}'")
+    a = DEPTH_QUANTIZATION * (DEPTH_QUANTIZATION + 1.0)
+    b = 1.0 - a / DEPTH_MAX_M
+    depth = pixels.astype(np.float64)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        inverse = np.where((depth > 0.0) & (depth < DEPTH_MAX_M), a / depth + b, 0.0)
+    return _HEAD.pack(0, a, b) + encode_image(np.rint(np.clip(inverse, 0, _CODED)).astype(np.uint16), "png")
+
+
+def split_depth(data: bytes) -> tuple[float, float, bytes]:
+    """Return A, B and the PNG of a ``compressedDepth``.
+
+    Raises:
+        CodecError: it is too short.
+    """
+    if len(data) <= _HEAD.size:
+        raise CodecError(f"compressedDepth: expected more than {_HEAD.size} bytes, got {len(data)}")
+    _, a, b = _HEAD.unpack_from(data)
+    return a, b, data[_HEAD.size :]
+
+
+def depth_from_codes(codes: NDArray[np.uint16], a: float, b: float) -> NDArray[np.generic]:
+    """Return depth: float32 metres of inverse depth, +inf where none is stored; millimetres (A is 0) as they are."""
+    if not a:
+        return codes
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(codes > 0, a / (codes - np.float64(b)), np.inf).astype(np.float32)

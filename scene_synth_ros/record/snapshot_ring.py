@@ -1,0 +1,54 @@
+"""The last seconds of a run, kept in memory."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Collection, Iterator
+from typing import NamedTuple
+
+from scene_synth_ros.messages.stamps import NANOSECONDS
+
+
+class KeptMessage(NamedTuple):
+    """A message as it would go into a bag."""
+
+    topic: str
+    log_ns: int
+    data: bytes
+
+
+class SnapshotRing:
+    """Keeps the messages of the last ``seconds`` of log time, at most ``max_bytes`` of them, and what latched topics said before.
+
+    Args:
+        seconds: how far back; 0 keeps nothing.
+        max_bytes: bound of memory; the oldest frames go first.
+    """
+
+    def __init__(self, seconds: float, max_bytes: int) -> None:
+        self._span_ns, self._max_bytes = round(seconds * NANOSECONDS), max_bytes
+        self._messages: deque[KeptMessage] = deque()
+        self._before: dict[str, KeptMessage] = {}
+        self.latched: Collection[str] = ()
+        self.size = 0
+
+    def add(self, message: KeptMessage) -> None:
+        """Take a message; log times do not decrease."""
+        if not self._span_ns:
+            return
+        self._messages.append(message)
+        self.size += len(message.data)
+        while self.size > self._max_bytes or self._messages[0].log_ns < message.log_ns - self._span_ns:
+            oldest = self._messages.popleft()
+            self.size -= len(oldest.data)
+            if oldest.topic in self.latched:
+                self._before[oldest.topic] = oldest
+            if not self._messages:
+                return
+
+    def content(self) -> Iterator[KeptMessage]:
+        """Yield the latched state at the beginning, then what is kept."""
+        if self._messages:
+            start_ns = self._messages[0].log_ns
+            yield from (message._replace(log_ns=start_ns) for message in self._before.values())
+            yield from self._messages

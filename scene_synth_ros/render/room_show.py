@@ -1,0 +1,191 @@
+"""Shows one room: its camera path, then what is asked for, until the next room comes.  Runs in the rendering thread."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+from renderer import CameraConfig, Renderer
+from renderer.camera.rig import mounted, mounted_path
+from renderer.film.frame import Frame
+from renderer.film.tone import Exposure
+from scene_description import CameraPose, SceneDescription
+from scene_synth_ros.messages.stamps import NANOSECONDS
+from scene_synth_ros.render.camera_requests import CameraRequests
+from scene_synth_ros.render.frame_index import frame_index
+
+_IDLE_S = 0.2
+
+
+class Stage(Protocol):
+    """What the renderer node is for a room."""
+
+    def interrupted(self) -> bool:
+        """Return whether the room must be left."""
+
+    def paused(self) -> bool:
+        """Return whether frames must wait."""
+
+    def wait(self, seconds: float) -> None:
+        """Wait for so long, or until something has changed."""
+
+    def wanted_layers(self) -> Collection[str]:
+        """Return the layers that somebody wants."""
+
+    def exposure(self) -> Exposure:
+        """Return the exposure of the next frame."""
+
+    def is_turn(self) -> bool:
+        """Return whether the room's frames may be published now."""
+
+    def publish(self, frame: Frame, pose: CameraPose, index: int, exposure: Exposure) -> None:
+        """Publish a frame; may wait."""
+
+    def skip(self) -> None:
+        """Hear that a frame is left out because it would be late."""
+
+    def path_done(self, published: int) -> None:
+        """Hear that the camera path has ended."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pace:
+    """How frames follow each other: by the wall clock or as fast as can be; how many may wait for their turn."""
+
+    realtime: bool
+    frames_held: int
+
+
+class RoomShow:
+    """One room with its renderer.
+
+    Args:
+        scene: the room.
+        renderer: of the room.
+        camera: which sits in a rig that follows the room's path.
+        stage: the node.
+        requests: poses asked for, and the driven camera.
+        pace: read anew for every frame.
+    """
+
+    def __init__(
+        self,
+        scene: SceneDescription,
+        renderer: Renderer,
+        camera: CameraConfig,
+        stage: Stage,
+        requests: CameraRequests,
+        pace: Callable[[], Pace],
+    ) -> None:
+        self._camera, self._path = camera, mounted_path(camera, scene.camera_path)
+        self._scene, self._renderer, self._stage, self._requests, self._pace = scene, renderer, stage, requests, pace
+        self._held: deque[tuple[Frame, CameraPose, int, Exposure]] = deque()
+        self._last_ns = -1
+        self._published = 0
+
+    def run(self) -> None:
+        """Render the path, say that it is done, then serve requests until the room must be left."""
+        if self._show_path():
+            self._idle()
+
+    def _show_path(self) -> bool:
+        """Render the camera path; return False if the room must be left."""
+        path = self._scene.camera_path
+        began, start_ns = time.perf_counter(), path[0].stamp_ns
+        for index, pose in enumerate(path):
+            began += self._wait_while_paused()
+            self._serve_requests()
+            if self._stage.interrupted():
+                return False
+            if self._is_too_late(index, began):
+                self._stage.skip()
+                continue
+            spacing_s = (pose.stamp_ns - path[index - 1].stamp_ns) / NANOSECONDS if index else 0.0
+            shown = self._requests.driven_pose(pose, spacing_s) if self._pace().realtime else pose
+            frame = self._render(shown)
+            if self._pace().realtime:
+                self._sleep_until(began + (pose.stamp_ns - start_ns) / NANOSECONDS)
+            self._hold(*frame)
+        while self._held and not self._stage.interrupted():
+            if self._stage.is_turn():
+                self._release()
+            else:
+                self._stage.wait(_IDLE_S)
+        if self._held or self._stage.interrupted():
+            return False
+        self._stage.path_done(self._published)
+        return True
+
+    def _idle(self) -> None:
+        """Serve what is asked for, and go on driving at the path's rate."""
+        path = self._scene.camera_path
+        spacing_ns = path[-1].stamp_ns - path[-2].stamp_ns if len(path) > 1 else NANOSECONDS // 10
+        due = time.perf_counter()
+        while not self._stage.interrupted():
+            self._wait_while_paused()
+            self._serve_requests()
+            if not (self._pace().realtime and self._requests.driven):
+                self._stage.wait(_IDLE_S)
+                due = time.perf_counter()
+                continue
+            due = max(due + spacing_ns / NANOSECONDS, time.perf_counter())
+            pose = replace(path[-1], stamp_ns=self._last_ns + spacing_ns)
+            frame = self._render(self._requests.driven_pose(pose, spacing_ns / NANOSECONDS))
+            self._sleep_until(due)
+            if not self._stage.interrupted():
+                self._publish(*frame)
+
+    def _serve_requests(self) -> None:
+        """Render the poses that wait, each once, if the room may be published."""
+        while self._requests.waiting and self._stage.is_turn() and not self._stage.interrupted():
+            self._release()
+            pose = self._requests.next_pose()
+            if pose is not None:
+                stamp_ns = pose.stamp_ns or max(self._last_ns, self._scene.camera_path[0].stamp_ns) + 1
+                self._publish(*self._render(replace(pose, stamp_ns=stamp_ns)))
+
+    def _render(self, pose: CameraPose) -> tuple[Frame, CameraPose, int, Exposure]:
+        exposure = self._stage.exposure()
+        index = frame_index(self._scene, pose)
+        layers = self._stage.wanted_layers()
+        placed = mounted(self._camera, pose)
+        frame = self._renderer.render(placed, index, layers, exposure=exposure, path=self._path, cancelled=self._stage.interrupted)
+        return frame, placed, index, exposure
+
+    def _hold(self, frame: Frame, pose: CameraPose, index: int, exposure: Exposure) -> None:
+        """Publish a frame when the room's turn has come; until then keep as many as may wait."""
+        self._held.append((frame._replace(radiance=None), pose, index, exposure))
+        while not self._stage.is_turn() and not self._stage.interrupted() and len(self._held) >= self._pace().frames_held:
+            self._stage.wait(_IDLE_S)
+        if self._stage.is_turn():
+            self._release()
+
+    def _release(self) -> None:
+        while self._held and not self._stage.interrupted():
+            self._publish(*self._held.popleft())
+
+    def _publish(self, frame: Frame, pose: CameraPose, index: int, exposure: Exposure) -> None:
+        self._stage.publish(frame, pose, index, exposure)
+        self._last_ns = max(self._last_ns, pose.stamp_ns)
+        self._published += 1
+
+    def _wait_while_paused(self) -> float:
+        """Wait; return for how long (s)."""
+        began = time.perf_counter()
+        while self._stage.paused() and not self._stage.interrupted():
+            self._stage.wait(_IDLE_S)
+        return time.perf_counter() - began
+
+    def _sleep_until(self, moment_s: float) -> None:
+        while (left := moment_s - time.perf_counter()) > 0.0 and not self._stage.interrupted():
+            time.sleep(min(left, _IDLE_S))
+
+    def _is_too_late(self, index: int, began: float) -> bool:
+        """Return whether, in real time, the frame after this one is already due; the last frame of a room is never skipped."""
+        path = self._scene.camera_path
+        if not self._pace().realtime or index + 1 == len(path):
+            return False
+        return time.perf_counter() - began > (path[index + 1].stamp_ns - path[0].stamp_ns) / NANOSECONDS

@@ -1,0 +1,144 @@
+"""The renderer's topics: publishers of one camera."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Collection
+
+from geometry_msgs.msg import PoseStamped
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
+from rclpy.qos_overriding_options import QoSOverridingOptions
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import String
+
+from renderer.camera.config import CameraConfig
+from renderer.film.frame import Frame
+from scene_description import CameraPose, SceneDescription
+from scene_synth_ros.messages.conversions import clock_to_msg, world_from_link_to_msg
+from scene_synth_ros.messages.frame_messages import STREAMS, FrameMessages, StreamConfig
+from scene_synth_ros.suite.connections import publishers_of
+from scene_synth_ros.suite.qos import PROFILES, latched_qos, stream_qos
+from scene_synth_ros.suite.status import NodeStatus
+
+try:
+    from tf2_msgs.msg import TFMessage
+except ImportError:  # not among the PyPI wheels; transforms are then in the bags and in <camera>/pose only
+    TFMessage = None
+
+SETTINGS = "~/settings"
+
+
+class StreamPublishers:
+    """Publishers of one camera: makes them, says which layers are wanted, publishes a frame with one stamp.
+
+    Topics below ``<camera>/``: ``<layer>/image_raw`` and ``<layer>/camera_info`` for every enabled layer, ``<layer>/image_color`` where
+    viewers cannot show the raw form, ``semantic/labels`` and ``instance/labels`` (JSON, latched), ``pose``; ``~/settings`` (JSON, latched:
+    what the frame was rendered with); ``/clock``, ``/tf``, ``/tf_static``.
+    """
+
+    def __init__(self, node: Node, config: StreamConfig, camera: CameraConfig) -> None:
+        self._config = config
+        self._node = node
+        self.messages = FrameMessages(config, camera)
+        """What is published of a frame."""
+        self.counts: dict[str, int] = {}
+        """Messages published so far, by topic."""
+        self._publishers: dict[str, Publisher] = {}
+        self._images: dict[str, list[str]] = {}
+        self._clock = self._add(Clock, "/clock", stream_qos()) if config.publish_clock else ""
+        self._qos = PROFILES[config.qos]
+        if config.publish_pose:
+            self._add(PoseStamped, f"{config.camera}/pose", self._qos)
+        self._add(String, SETTINGS, latched_qos(self._qos.depth))
+        for layer in self.messages.layers:
+            self._add_stream(layer)
+        self._tf = self._tf_static = ""
+        if TFMessage is not None and config.publish_tf:
+            self._tf = self._add(TFMessage, "/tf", stream_qos(100))
+            self._tf_static = self._add(TFMessage, "/tf_static", latched_qos())
+
+    @property
+    def frame_topic(self) -> str:
+        """A topic that has one message for every frame, whatever is subscribed to."""
+        return str(self._publishers[SETTINGS].topic_name)
+
+    @property
+    def depth(self) -> int:
+        """How many frames the publishers keep for subscribers that have not taken them yet."""
+        return int(self._qos.depth)
+
+    def wanted_layers(self) -> set[str]:
+        """Return the layers that must be rendered now: all enabled ones, or those with a subscriber if lazy."""
+        return {layer for layer in self._images if not self._config.lazy or self.subscribers(layer)}
+
+    def subscribers(self, layer: str) -> int:
+        """Return how many subscriptions a layer's images have, raw and coloured."""
+        return sum(self._publishers[topic].get_subscription_count() for topic in self._images[layer])
+
+    @property
+    def start(self) -> str:
+        """The identity (GID, hexadecimal) of a publisher of this life of the node."""
+        own = self._node.get_fully_qualified_name()
+        return next(endpoint.gid for endpoint in publishers_of(self._node, self.frame_topic) if endpoint.node == own)
+
+    def reach(self, recorders: Collection[NodeStatus], start: str) -> bool:
+        """Return whether every topic is connected to every recorder that wants it, seen from both sides.
+
+        Args:
+            recorders: what the recorders say.
+            start: of this life of the node.
+        """
+        return all(start in recorder.connected for recorder in recorders) and all(
+            publisher.get_subscription_count() >= sum(recorder.counts.get(publisher.topic_name, 0) >= 0 for recorder in recorders)
+            for publisher in self._publishers.values()
+        )
+
+    def begin_room(self, scene: SceneDescription) -> None:
+        """Take the palettes and label tables of a room."""
+        self.messages.begin_room(scene)
+
+    def publish(self, frame: Frame, pose: CameraPose, settings: str) -> None:
+        """Publish clock, transforms, settings, pose and every layer of a frame, all with the pose's stamp."""
+        if self._clock:
+            self._send(self._clock, clock_to_msg(pose.stamp_ns))
+        if self._tf:
+            self._send(
+                self._tf, TFMessage(transforms=[world_from_link_to_msg(pose, self._config.world_frame, f"{self._config.camera}_link")])
+            )
+        self._send(SETTINGS, String(data=settings))
+        for topic, message in self.messages.of_frame(frame, pose, self._is_wanted):
+            self._send(topic, message)
+
+    def wait_until_delivered(self, seconds: float) -> None:
+        """Wait, for so long at most, until reliable subscribers have what was published."""
+        deadline = time.monotonic() + seconds
+        for publisher in self._publishers.values():
+            publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
+
+    def _is_wanted(self, topic: str) -> bool:
+        return not self._config.lazy or self._publishers[topic].get_subscription_count() > 0
+
+    def _add_stream(self, layer: str) -> None:
+        base = f"{self._config.camera}/{layer}"
+        self._images[layer] = [self._add(Image, f"{base}/image_raw", self._qos)]
+        if STREAMS[layer].companion is not None and self._config.color_companions:
+            self._images[layer].append(self._add(Image, f"{base}/image_color", self._qos))
+        self._add(CameraInfo, f"{base}/camera_info", self._qos)
+        if layer in ("semantic", "instance"):
+            self._add(String, f"{base}/labels", latched_qos(self._qos.depth))
+
+    def _add(self, message_type: type, topic: str, qos: QoSProfile) -> str:
+        overrides = QoSOverridingOptions.with_default_policies()
+        publisher = self._node.create_publisher(message_type, topic, qos, qos_overriding_options=overrides)
+        self._publishers[topic] = publisher
+        self.counts[publisher.topic_name] = 0
+        return topic
+
+    def _send(self, topic: str, message: object) -> None:
+        publisher = self._publishers[topic]
+        publisher.publish(message)
+        self.counts[publisher.topic_name] += 1

@@ -1,0 +1,183 @@
+"""Plays a bag: hands out its messages when their time has come.  No ROS; the caller publishes."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Collection, Iterator
+
+from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
+from scene_synth_ros.messages.stamps import NANOSECONDS
+from scene_synth_ros.replay.timeline import Timeline
+
+MAX_LATCHED = 1000
+
+
+class Player:
+    """Plays an open bag in the thread that calls ``run``; everything else may be called from other threads.
+
+    Messages are paced by their log times.  Those that come late (a slow machine, a high rate) are handed out at once, none is left out.
+    Latched topics have their state at the start handed out first.
+
+    Args:
+        reader: the bag; it must hold messages.
+        publish: called with every message.
+        topics: play only these.
+        start_offset_ns: skip this much log time at the beginning.
+        rate: log time per real time, > 0.
+        loop: begin again at the end.
+        paused: wait for ``resume`` before the first message.
+    """
+
+    def __init__(
+        self,
+        reader: BagReader,
+        publish: Callable[[BagMessage], None],
+        *,
+        topics: Collection[str],
+        start_offset_ns: int = 0,
+        rate: float = 1.0,
+        loop: bool = False,
+        paused: bool = False,
+    ) -> None:
+        self._reader = reader
+        self._publish = publish
+        self._topics = frozenset(topics)
+        self._begin_ns = reader.summary.start_ns or 0
+        self._start_ns = self._begin_ns + start_offset_ns
+        self._timeline = Timeline(rate, paused=paused)
+        self._timeline.begin(self._start_ns, time.monotonic_ns())
+        self._loop = loop
+        self._stopped = False
+        self._seek_ns: int | None = None
+        self._steps = 0
+        self._change = threading.Condition()
+        self.published = 0
+
+    @property
+    def paused(self) -> bool:
+        """Whether playing is paused."""
+        return self._timeline.paused
+
+    def position_s(self) -> float:
+        """Return the log time from the beginning of the bag, in seconds."""
+        with self._change:
+            return (self._timeline.position_ns(time.monotonic_ns()) - self._begin_ns) / NANOSECONDS
+
+    def log_time_ns(self) -> int:
+        """Return the log time that has been reached, within the bag."""
+        end_ns = self._reader.summary.end_ns or self._begin_ns
+        with self._change:
+            return min(max(self._timeline.position_ns(time.monotonic_ns()), self._begin_ns), end_ns)
+
+    def pause(self) -> None:
+        """Stop handing out messages."""
+        with self._change:
+            self._timeline.pause(time.monotonic_ns())
+            self._change.notify_all()
+
+    def resume(self) -> None:
+        """Go on where ``pause`` stopped."""
+        with self._change:
+            self._timeline.resume(time.monotonic_ns())
+            self._change.notify_all()
+
+    def step(self) -> None:
+        """While paused, hand out the messages of the next log time."""
+        with self._change:
+            self._steps += 1
+            self._change.notify_all()
+
+    def seek(self, position_s: float) -> float:
+        """Go on at a log time, in seconds from the beginning of the bag; return the position within the bag that was taken."""
+        end_ns = self._reader.summary.end_ns or self._begin_ns
+        with self._change:
+            self._seek_ns = min(max(self._begin_ns + round(position_s * NANOSECONDS), self._begin_ns), end_ns)
+            self._timeline.begin(self._seek_ns, time.monotonic_ns())
+            self._change.notify_all()
+            return (self._seek_ns - self._begin_ns) / NANOSECONDS
+
+    def set_rate(self, rate: float) -> None:
+        """Change the rate, > 0, from now on."""
+        with self._change:
+            self._timeline.set_rate(rate, time.monotonic_ns())
+            self._change.notify_all()
+
+    def set_loop(self, loop: bool) -> None:
+        """Decide whether the next end of the bag is followed by its beginning."""
+        self._loop = loop
+
+    def stop(self) -> None:
+        """Make ``run`` return soon."""
+        with self._change:
+            self._stopped = True
+            self._change.notify_all()
+
+    def run(self) -> None:
+        """Play until the end, or until ``stop`` is called; a paused player stays at the end."""
+        start_ns = self._start_ns
+        while not self._stopped:
+            before = self.published
+            self._play_from(start_ns)
+            with self._change:
+                while self._timeline.paused and self._seek_ns is None and not self._stopped and not self._loop:
+                    self._steps = 0
+                    self._change.wait()
+                start_ns, sought, self._seek_ns = self._start_ns if self._seek_ns is None else self._seek_ns, self._seek_ns, None
+            if sought is None and (not self._loop or self.published == before):
+                return
+
+    def _play_from(self, start_ns: int) -> None:
+        """Hand out what is latched at a log time, then everything from there on, until the end or a seek."""
+        for message in self._latched_state(start_ns):
+            self._hand_out(message)
+        with self._change:
+            self._timeline.begin(start_ns, time.monotonic_ns())
+        handed_ns: int | None = None
+        for message in self._reader.messages(self._topics, start_ns):
+            if message.log_ns != handed_ns and not self._wait_for(message.log_ns):
+                return
+            handed_ns = message.log_ns
+            if self._stopped or self._seek_ns is not None:
+                return
+            self._hand_out(message)
+
+    def _hand_out(self, message: BagMessage) -> None:
+        self._publish(message)
+        self.published += 1
+
+    def _latched_state(self, start_ns: int) -> Iterator[BagMessage]:
+        """Yield the messages of latched topics that a subscriber at a log time would still be given."""
+        depths = {
+            topic.name: min(max((qos.depth for qos in topic.qos), default=1) or 1, MAX_LATCHED)
+            for topic in self._reader.summary.topics
+            if topic.name in self._topics and topic.qos and all(qos.durability == "transient_local" for qos in topic.qos)
+        }
+        if start_ns <= self._begin_ns or not depths:
+            return
+        kept: dict[str, deque[BagMessage]] = {name: deque(maxlen=depth) for name, depth in depths.items()}
+        for message in self._reader.messages(depths):
+            if self._stopped or message.log_ns >= start_ns:
+                break
+            kept[message.topic].append(message)
+        yield from sorted((message for queue in kept.values() for message in queue), key=lambda message: message.log_ns)
+
+    def _wait_for(self, log_ns: int) -> bool:
+        """Wait until ``log_ns`` is due or a step is asked for; return False if playing has been stopped or goes on elsewhere."""
+        with self._change:
+            while not self._stopped and self._seek_ns is None:
+                due_ns = self._timeline.due_ns(log_ns)
+                if due_ns is None:
+                    if self._steps:
+                        self._steps -= 1
+                        self._timeline.begin(log_ns, time.monotonic_ns())
+                        return True
+                    self._change.wait()
+                    continue
+                self._steps = 0
+                left_ns = due_ns - time.monotonic_ns()
+                if left_ns <= 0:
+                    return True
+                self._change.wait(left_ns / NANOSECONDS)
+        return False

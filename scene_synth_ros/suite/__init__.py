@@ -1,0 +1,1 @@
+"""What the nodes have in common: life cycle, status, QoS, parameters, diagnostics."""

@@ -1,0 +1,66 @@
+"""Which renderers a recorder is connected to: a renderer that starts again must wait anew, or its first messages are lost."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, NamedTuple
+
+from scene_synth_ros.suite.status import NodeStatus
+
+PARTICIPANT_DIGITS = 24
+"""Hexadecimal digits of a GID that name its process: the GUID prefix of DDS, 12 bytes."""
+
+
+class Endpoint(NamedTuple):
+    """A publisher of a topic: the fully qualified name of its node, and its GID (hexadecimal)."""
+
+    node: str
+    gid: str
+
+
+def publishers_of(node: Any, topic: str) -> list[Endpoint]:
+    """Return the publishers of a topic, by its full name, that a node knows now."""
+    return [
+        Endpoint(f"{info.node_namespace.rstrip('/')}/{info.node_name}", bytes(info.endpoint_gid).hex())
+        for info in node.get_publishers_info_by_topic(topic)
+    ]
+
+
+class Connections:
+    """Starts of renderers all of whose topics have reached the recorder; no clocks, no threads.
+
+    A reader is matched a moment after its writer is known, so a start counts as connected when it is found whole at two looks in a row.
+
+    Args:
+        publishers_of: returns the publishers of a topic that are known now.
+    """
+
+    def __init__(self, publishers_of: Callable[[str], Iterable[Endpoint]]) -> None:
+        self._publishers_of = publishers_of
+        self._renderers: dict[str, NodeStatus] = {}
+        self._found: set[str] = set()
+        self._connected: set[str] = set()
+
+    def take_status(self, status: NodeStatus) -> None:
+        """Take the newest status of a renderer."""
+        self._renderers[status.node] = status
+
+    def look(self, known: Mapping[str, int]) -> tuple[str, ...]:
+        """Look once more; return the starts that are connected.
+
+        Args:
+            known: the topics that the recorder has considered; values below 0 mark those that it leaves out.
+        """
+        starts = {status.start: status for status in self._renderers.values() if status.start}
+        found = {start for start, status in starts.items() if start in self._connected or self._is_whole(status, known)}
+        self._connected = found & self._found
+        self._found = found
+        return tuple(sorted(self._connected))
+
+    def _is_whole(self, status: NodeStatus, known: Mapping[str, int]) -> bool:
+        process = status.start[:PARTICIPANT_DIGITS]
+        return all(
+            known.get(topic, 0) < 0
+            or (topic in known and any(it.node == status.node and it.gid.startswith(process) for it in self._publishers_of(topic)))
+            for topic in status.counts
+        )

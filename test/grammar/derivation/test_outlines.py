@@ -1,0 +1,123 @@
+"""Floor outlines: drawn shapes, users' polygons, and whole rooms in them, checked by another geometry library."""
+
+import math
+from collections import Counter
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+from scipy import stats
+from shapely import LineString, Polygon
+from shapely.affinity import rotate, translate
+from small_grammar import CATEGORIES
+
+from grammar import RequestError, SceneRequest, object_solids, read_room_type, sample_room
+from grammar.derivation.derive import derive
+from grammar.derivation.outlines import area_m2, check_outline, draw_outline
+from grammar.geometry.walls import rectangle_outside, wall_rows
+from grammar.spec.rules import RoomShapes
+
+VERTICES = {"rectangle": 4, "l_shape": 6, "t_shape": 8, "u_shape": 8}
+U_ROOM = (0.0, 0.0, 6.0, 0.0, 6.0, 5.0, 4.0, 5.0, 4.0, 2.4, 2.2, 2.4, 2.2, 5.0, 0.0, 5.0)
+
+
+@pytest.fixture(scope="module")
+def grammar():
+    return read_room_type("bedroom", CATEGORIES)
+
+
+def shaped(grammar, **odds):
+    return replace(grammar, room=replace(grammar.room, shapes=RoomShapes(rectangle=odds.pop("rectangle", 0.0), **odds)))
+
+
+def rectangle(x, y, half_d, half_w, yaw):
+    shape = Polygon([(half_d, half_w), (-half_d, half_w), (-half_d, -half_w), (half_d, -half_w)])
+    return translate(rotate(shape, yaw, origin=(0, 0), use_radians=True), x, y)
+
+
+def test_shapes_come_by_their_odds_and_fill_the_rectangle():
+    shapes = RoomShapes(rectangle=0.4, l_shape=0.3, t_shape=0.2, u_shape=0.1, narrowest_m=0.5)
+    rng, seen = np.random.default_rng(0), Counter()
+    for _ in range(2000):
+        points, attribute = draw_outline(rng, shapes, 6.0, 5.0)
+        polygon, name = Polygon(points), attribute.value.split(",")[0]
+        seen[name] += 1
+        assert polygon.is_valid and polygon.exterior.is_ccw and len(points) == VERTICES[name]
+        assert polygon.bounds == pytest.approx((-3.0, -2.5, 3.0, 2.5))
+        assert area_m2(points) == pytest.approx(polygon.area)
+        reflex = {"rectangle": 0, "l_shape": 1, "t_shape": 2, "u_shape": 2}[name]
+        assert wall_rows(points)[:, 8].sum() == reflex
+    assert stats.chisquare([seen[name] for name in VERTICES], [800, 600, 400, 200]).pvalue > 1e-4
+
+
+def test_an_arm_that_is_too_narrow_is_refused():
+    assert draw_outline(np.random.default_rng(0), RoomShapes(rectangle=0.0, u_shape=1.0, narrowest_m=3.0), 6.0, 5.0) is None
+
+
+def test_a_rectangle_across_a_notch_is_outside_by_the_wall_in_it():
+    wall = wall_rows(np.reshape(U_ROOM, (-1, 2)))
+    # a plank over the notch with its ends in both arms: the notch's walls x = 2.2 and x = 4 cross all of its 0.5 m
+    assert rectangle_outside(wall, 3.1, 4.0, 1.0, 0.0, 1.5, 0.25) == pytest.approx(0.5, abs=1e-3)
+    assert rectangle_outside(wall, 3.0, 1.0, 1.0, 0.0, 2.5, 0.9) == 0.0
+    # flush with two walls and a reflex corner
+    assert rectangle_outside(wall, 5.0, 3.7, 1.0, 0.0, 1.0, 1.3) == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("shape", ["l_shape", "t_shape", "u_shape", "given"])
+def test_rooms_with_corners_that_stick_in_are_valid_by_brute_force(grammar, shape):
+    request = SceneRequest(max_objects=22, room_polygon_m=U_ROOM if shape == "given" else ())
+    shape_grammar = grammar if shape == "given" else shaped(grammar, **{shape: 1.0})
+    door_walls = set()
+    for seed in range(6):
+        room = sample_room(shape_grammar, CATEGORIES, request, np.random.default_rng(seed))
+        floor = Polygon(room.room.polygon_m)
+        assert len(room.room.polygon_m) == VERTICES.get(shape, 8) and floor.is_valid and floor.exterior.is_ccw
+        boxes, owner = object_solids(CATEGORIES, room.objects)
+        placed = [
+            (key, rectangle(b[0], b[1], b[4], b[5], math.atan2(b[7], b[6])), b[2], b[3])
+            for key, b in zip(owner.tolist(), boxes, strict=True)
+        ]
+        for (a, first, low_a, high_a), (b, second, low_b, high_b) in combinations(placed, 2):
+            if a != b and min(high_a, high_b) - max(low_a, low_b) > 0.001:
+                assert first.buffer(-0.0005, join_style="mitre").intersection(second.buffer(-0.0005, join_style="mitre")).area < 1e-9
+        for _, body, low, high in placed:
+            assert floor.buffer(0.0011, join_style="mitre").contains(body)
+            assert low >= -1e-9 and high <= room.room.height_m + 0.001
+        for opening in room.room.openings:
+            start, end = (np.array(room.room.polygon_m[(opening.wall + k) % len(room.room.polygon_m)]) for k in (0, 1))
+            along = (end - start) / np.linalg.norm(end - start)
+            span = LineString([start + along * opening.offset_m, start + along * (opening.offset_m + opening.width_m)])
+            assert floor.exterior.buffer(1e-9).contains(span)
+            door_walls.add(opening.wall)
+    assert len(door_walls) > 3
+
+
+@pytest.mark.parametrize(
+    ("numbers", "expected"),
+    [
+        ((0, 0, 4, 0, 4), "x and y of at least 3 vertices, got 5 numbers"),
+        ((0, 0, 4, 4, 4, 0, 0, 4), "an outline that does not meet itself, got walls 0 and 2"),
+        ((0, 0, 4, 0, 4, 4, 4, 2, 4, 6, 0, 6), "an outline that does not meet itself, got walls"),
+        ((0, 0, 1, 0, 1, 1, 0, 1), "a floor of at least 2 m2, got 1 m2"),
+        ((0, 0, 4, 0, 4, 0.01, 4, 4, 0, 4), "walls of at least 0.1 m, got one of 0.01 m"),
+        ((0, 0, 4000, 0, 4000, 4000), "sides of at most 60 m, got 4000 m"),
+        ((0, 0, float("nan"), 0, 4, 4), "finite numbers, got nan"),
+    ],
+)
+def test_outlines_that_no_room_can_have_are_refused(numbers, expected):
+    with pytest.raises(RequestError, match=f"^room_polygon_m: expected {expected}"):
+        check_outline(numbers)
+
+
+def test_an_outline_may_run_either_way():
+    points = check_outline((0, 0, 0, 3, 4, 3, 4, 0))
+    assert area_m2(points) == 12.0
+
+
+def test_an_outline_that_is_too_small_for_the_furniture_ends_in_a_named_error(grammar):
+    small = replace(grammar, budget=replace(grammar.budget, derivations=200))
+    with pytest.raises(RequestError, match=r"failed at: furniture on at most 0\.42 of the floor"):
+        derive(small, CATEGORIES, SceneRequest(room_polygon_m=(0, 0, 2, 0, 2, 2, 0, 2)), np.random.default_rng(0))
+    with pytest.raises(RequestError, match="room_polygon_m: expected no room_width_m"):
+        derive(grammar, CATEGORIES, SceneRequest(room_polygon_m=U_ROOM, room_width_m=4.0), np.random.default_rng(0))

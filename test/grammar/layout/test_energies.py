@@ -1,0 +1,212 @@
+"""Energy terms against values computed by hand, and incremental against full energy."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from small_grammar import CATEGORIES, closet, entered, item, small_grammar
+
+from grammar.derivation.derive import derive
+from grammar.geometry.walls import REFLEX, WALL_YAW, outside_distance, rectangle_outside, wall_rows
+from grammar.layout.assemble import assemble
+from grammar.layout.energies import full_energy, place_object
+from grammar.layout.mcmc import Goal, enter, run_chain
+from grammar.layout.moves import move_settings
+from grammar.layout.problem import copy_state
+from grammar.spec.grammar_file import read_room_type
+from grammar.spec.request import SceneRequest
+from grammar.spec.rules import TERMS
+
+TEXT = (
+    closet("table", "stool", "mug")
+    + item("table", "desk", (0.8, 1.6, 0.7), ", wall: [{distance_m: 0.1}], access: [{side: front, depth_m: 0.5}]")
+    + item("stool", "wardrobe", (0.4, 0.4, 0.5), ", cores: {table: 1}, around: [{side: front, gap_m: 0.2, orientation_rad: 3.0}]")
+    + item("mug", "mug", (0.1, 0.1, 0.1), ", mount: object, supporters: {table: 1}, placements: [{depth_fraction: 0, width_fraction: 0}]")
+)
+
+
+@pytest.fixture
+def placed():
+    """A table whose back is 0.3 m from the wall x = -2 and turned by 0.1, a stool before it, a mug on it."""
+    grammar = small_grammar(TEXT)
+    problem, state = assemble(grammar, CATEGORIES, derive(grammar, CATEGORIES, SceneRequest(room_type="closet"), np.random.default_rng(0)))
+    first = len(state.active) - 3
+    state.slot[first + 2] = 0
+    state.z[first + 2] = 0.7
+    return problem, state, first
+
+
+def put(problem, state, i, x, y, yaw):
+    state.pose[i] = x, y, yaw
+    state.active[i] = True
+    place_object(problem, state, i)
+
+
+def energies(problem, state):
+    return dict(zip(TERMS, full_energy(problem, state), strict=True))
+
+
+def test_wall_group_and_support_losses_are_differences_to_their_means(placed):
+    problem, state, table = placed
+    turn = 0.1
+    reach = 0.4 * math.cos(turn) + 0.8 * math.sin(turn)
+    put(problem, state, table, -2 + 0.3 + reach, 0.0, turn)
+    losses = energies(problem, state)
+    assert losses["wall_distance"] == pytest.approx(0.3 - 0.1)
+    assert losses["wall_orientation"] == pytest.approx(0.1)
+
+    x, y = state.pose[table, :2]
+    c, s = math.cos(turn), math.sin(turn)
+    # the mode means: 0.4 + 0.2 + half the stool's extent, turned by 3 rad, before the table
+    ahead = 0.6 + 0.2 * (abs(math.cos(3.0)) + math.sin(3.0))
+    put(problem, state, table + 1, x + ahead * c - 0.07 * s, y + ahead * s + 0.07 * c, turn + 3.0 - 0.25)
+    losses = energies(problem, state)
+    assert losses["group_distance"] == pytest.approx(0.07)
+    assert losses["group_orientation"] == pytest.approx(0.25)
+    assert losses["occlusion"] == 0.0
+
+    put(problem, state, table + 2, x + 0.1 * c, y + 0.1 * s, turn - 0.2)
+    losses = energies(problem, state)
+    assert losses["support_position"] == pytest.approx(0.2)
+    assert losses["support_orientation"] == pytest.approx(0.2)
+    assert losses["support_address"] == pytest.approx(0.0)
+    assert losses["overhang"] == losses["overlap"] == losses["out_of_room"] == 0.0
+
+
+def test_hard_losses_are_depths(placed):
+    problem, state, table = placed
+    put(problem, state, table, -2 + 0.4 - 0.05, 0.0, 0.0)
+    assert energies(problem, state)["out_of_room"] == pytest.approx(0.05)
+    put(problem, state, table, 0.0, 0.0, 0.0)
+    # a block of 0.4 m that begins 0.03 m inside the top's front edge, and overlaps nothing else of the table
+    put(problem, state, table + 1, 0.4 + 0.2 - 0.03, 0.0, 0.0)
+    assert energies(problem, state)["overlap"] == 0.0  # it is lower than the top and fits between the legs
+    put(problem, state, table + 1, 0.4 + 0.2 - 0.03, 0.8, 0.0)
+    assert energies(problem, state)["overlap"] == pytest.approx(0.03)
+    # the top ends 0.01 m inside the edge, at 0.79; the mug's half is 0.05
+    put(problem, state, table + 2, 0.0, 0.78, 0.0)
+    assert energies(problem, state)["overhang"] == pytest.approx(0.04)
+
+
+def test_walls_take_accessible_space_as_furniture_does(placed):
+    problem, state, table = placed
+    put(problem, state, table, 2.0 - 0.4 - 0.3, 0.0, 0.0)
+    assert energies(problem, state)["occlusion"] == pytest.approx((0.5 - 0.3) / 0.5)
+
+
+def test_distance_outside_of_a_room_with_a_corner_that_sticks_in():
+    polygon = np.array([(0, 0), (4, 0), (4, 2), (2, 2), (2, 4), (0, 4)], float)
+    wall = wall_rows(polygon)
+    assert wall[:, WALL_YAW] == pytest.approx([math.pi / 2, math.pi, -math.pi / 2, math.pi, -math.pi / 2, 0.0])
+    for point, expected in (((1, 3), 0.0), ((3, 1), 0.0), ((3, 3), 1.0), ((2.2, 3), 0.2), ((-0.5, -0.5), math.sqrt(0.5)), ((5, 1), 1.0)):
+        assert outside_distance(wall, *map(float, point)) == pytest.approx(expected)
+    assert wall[wall[:, REFLEX] > 0, :2].tolist() == [[2.0, 2.0]]
+    # a diagonal plank across the corner: its own corners are inside, the room's is 0.1 inside of it
+    c = s = math.sqrt(0.5)
+    assert rectangle_outside(wall, 2.0 - 0.2 * c, 2.0 - 0.2 * s, c, s, 0.3, 1.0) == pytest.approx(0.1)
+
+
+def test_incremental_energy_is_the_full_energy():
+    grammar = read_room_type("bedroom", CATEGORIES)
+    for seed in (0, 1):
+        rng = np.random.default_rng(seed)
+        request = SceneRequest(min_objects=18, max_objects=30)
+        problem, state = assemble(grammar, CATEGORIES, derive(grammar, CATEGORIES, request, rng))
+        settings = move_settings(grammar.moves)
+        for i in np.concatenate([np.flatnonzero((state.active == 0) & (problem.mount != 3)), np.flatnonzero(problem.mount == 3)]):
+            assert enter(rng, problem, state, settings, i, 3)
+        movable = np.flatnonzero(problem.mount != 4)
+        counts = np.zeros((6, 2), np.int64)
+        # a low beta accepts moves of every kind, overlaps included
+        goal = Goal(0.02, 0.02, 0.0, False)
+        _, energy = run_chain(rng, problem, state, settings, goal, movable, 50_000, copy_state(state), counts)
+        assert counts[:, 1].min() >= 20
+        scale = np.maximum(1.0, full_energy(problem, state))
+        assert np.abs(energy - full_energy(problem, state)) / scale == pytest.approx(0.0, abs=1e-9)
+
+
+HUNG = (
+    closet("desk", "picture", "shelf", "vase")
+    + item("desk", "desk", (0.7, 1.4, 0.75), ", wall: [{distance_m: 0.02}]")
+    + "".join(
+        item(symbol, category, size, f", mount: wall, centre_height_m: {{mean: {z}, sd: 0.1, low: {z}, high: {z}}}, cores: {{desk: 1}}, "
+             f"around: [{{side: centre, align: -1, along_m: 0.0}}]")
+        for symbol, category, size, z in (("picture", "picture", (0.02, 0.5, 0.4), 2.0), ("shelf", "wall_shelf", (0.2, 0.8, 0.04), 1.4))
+    )
+    + item("vase", "vase", (0.1, 0.1, 0.2), ", mount: object, supporters: {shelf: 1}, placements: [{depth_fraction: 0}]")
+)  # fmt: skip
+
+
+def test_what_hangs_over_a_thing_that_stands_follows_it_from_wall_to_wall():
+    grammar = small_grammar(HUNG)
+    rng = np.random.default_rng(3)
+    problem, state, settings = entered(grammar, rng)
+    desk, shelf = (int(np.argmin(np.abs(problem.object[:, 1] - 0.5 * width))) for width in (1.4, 0.8))
+    vase = int(np.flatnonzero(problem.mount == 3)[0])
+    movable, walls = np.flatnonzero(problem.mount != 4), set()
+    for _ in range(200):
+        counts = np.zeros((6, 2), np.int64)
+        _, energy = run_chain(rng, problem, state, settings, Goal(0.01, 0.01, 0.0, False), movable, 500, copy_state(state), counts)
+        wall = problem.wall[state.on_wall[shelf]]
+        walls.add(int(state.on_wall[shelf]))
+        assert (state.pose[shelf, :2] - wall[:2]) @ wall[5:7] == pytest.approx(0.1)
+        nearest = np.abs((state.pose[desk, :2] - problem.wall[:, :2])[:, None] @ problem.wall[:, 5:7, None])[:, 0, 0]
+        turned = nearest + 10.0 * (1.0 - np.cos(state.pose[desk, 2] - problem.wall[:, 7]))
+        assert state.on_wall[shelf] == np.argmin(turned)
+        x, y, _ = state.pose[vase] - state.pose[shelf]
+        c, s = math.cos(state.pose[shelf, 2]), math.sin(state.pose[shelf, 2])
+        assert abs(x * c + y * s) < 0.1 and abs(y * c - x * s) < 0.4
+        assert state.z[vase] == pytest.approx(state.z[shelf] + 0.04)
+        scale = np.maximum(1.0, full_energy(problem, state))
+        assert np.abs(energy - full_energy(problem, state)) / scale == pytest.approx(0.0, abs=1e-9)
+    assert walls == {0, 1, 2, 3}
+
+
+def test_carried_things_keep_their_place(placed):
+    problem, state, table = placed
+    put(problem, state, table, 0.0, 0.0, 0.3)
+    put(problem, state, table + 2, 0.1, 0.05, 0.9)
+    put(problem, state, table + 1, 1.0, 0.5, 0.0)
+    grammar = small_grammar(TEXT, moves={"translate": 0.5, "rotate": 0.5})
+    c, s = math.cos(0.3), math.sin(0.3)
+    before = (0.1 * c + 0.05 * s, 0.05 * c - 0.1 * s, 0.6)
+    counts, rng = np.zeros((6, 2), np.int64), np.random.default_rng(1)
+    run_chain(
+        rng,
+        problem,
+        state,
+        move_settings(grammar.moves),
+        Goal(1e-3, 1e-3, 0.0, False),
+        np.array([table]),
+        200,
+        copy_state(state),
+        counts,
+    )
+    assert counts[:, 1].sum() > 50
+    x, y, yaw = state.pose[table + 2] - state.pose[table]
+    c, s = math.cos(state.pose[table, 2]), math.sin(state.pose[table, 2])
+    assert (x * c + y * s, y * c - x * s) == pytest.approx(before[:2])
+    assert math.cos(yaw - before[2]) == pytest.approx(1.0)
+
+
+def test_moving_a_core_away_costs_what_its_group_loses_however_far():
+    """The chain must feel a far group's loss: with the core alone moving, the distance follows the gamma density around its followers."""
+    text = closet("table", "seat") + item("table", "desk", (0.3, 0.3, 0.7))
+    text += item("seat", "desk_chair", (0.3, 0.3, 0.8), ", cores: {table: 1}, around: [{side: front, gap_m: 1.0}]")
+    grammar = small_grammar(text, weights={"group_distance": 10.0}, moves={"translate": 1.0})
+    rng = np.random.default_rng(8)
+    problem, start = assemble(grammar, CATEGORIES, derive(grammar, CATEGORIES, SceneRequest(room_type="closet"), rng))
+    settings = move_settings(replace(grammar.moves, carry=0.0))
+    table = len(start.active) - 2
+    state = copy_state(start)
+    put(problem, state, table, -0.3, 0.0, 0.0)
+    put(problem, state, table + 1, 1.0, 0.0, 0.0)
+    seen = []
+    for _ in range(1500):
+        goal = Goal(1.0, 1.0, 1e9, False)
+        run_chain(rng, problem, state, settings, goal, np.array([table]), 40, copy_state(state), np.zeros((6, 2), np.int64))
+        seen.append(energies(problem, state)["group_distance"])
+    # r is gamma distributed with shape 2 and scale 1 / 10: mean 0.2, standard error of 1500 draws 0.004 and, as they hang together, more
+    assert np.mean(seen) == pytest.approx(0.2, abs=0.03)
+    assert np.quantile(seen, 0.99) < 1.0

@@ -1,0 +1,125 @@
+"""Modes of relations: their probabilities and spreads in the energy, the proposals and the chain."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+from scipy import stats
+from small_grammar import closet, entered, item, small_grammar
+
+from grammar.layout.energies import RELATION_ODDS, full_energy, place_object
+from grammar.layout.mcmc import Goal, run_chain
+from grammar.layout.problem import COST, copy_state
+from scene_description import FieldError
+
+ODDS = np.array([0.6, 0.3, 0.1])
+TOP = ", supporters: {table: 1}, mount: object, placements: "
+RELATIONS = {
+    "wall": (
+        closet("thing"),
+        "dresser",
+        ", wall: [{distance_m: 0.15, probability: 0.6}, {distance_m: 0.2, orientation_rad: 1.5, probability: 0.3, spread: 2,"
+        " orientation_spread: 3}, {distance_m: 0.9, orientation_rad: 3.0, probability: 0.1, spread: 0.5}]",
+        {"wall_distance": 60.0, "wall_orientation": 20.0},
+    ),
+    "group": (
+        closet("table", "thing") + item("table", "desk", (1.0, 1.2, 0.7)),
+        "desk_chair",
+        ", cores: {table: 1}, around: [{side: left, gap_m: 0.1, probability: 0.6, spread: 1.5}, {side: front, gap_m: 0.1,"
+        " orientation_rad: 2.0, probability: 0.3, orientation_spread: 2}, {side: left, gap_m: 0.8, probability: 0.1, spread: 0.7}]",
+        {"group_distance": 60.0, "group_orientation": 20.0},
+    ),
+    "support": (
+        closet("table", "thing") + item("table", "desk", (1.4, 1.6, 0.7)),
+        "mug",
+        f"{TOP}[{{depth_fraction: 0.5, width_fraction: 0.5, probability: 0.6}}, {{depth_fraction: -0.4, width_fraction: 0.4,"
+        " orientation_rad: 2.0, probability: 0.3, spread: 2}, {depth_fraction: 0.1, width_fraction: -0.7, probability: 0.1, spread: 0.6}]",
+        {"support_position": 60.0, "support_orientation": 20.0},
+    ),
+}
+
+
+def problem_of(relation, beta, weights=(), moves=None):
+    head, category, more, own = RELATIONS[relation]
+    grammar = small_grammar(head + item("thing", category, (0.3, 0.3, 0.3), more), {**own, "relation_odds": 1.0, **dict(weights)}, moves)
+    problem, state, settings = entered(grammar, np.random.default_rng(1), beta)
+    if relation != "wall":
+        table = len(problem.link) - 2
+        state.pose[table] = 0.1, -0.2, 0.4
+        place_object(problem, state, table)
+    return problem, state, settings
+
+
+def step(rng, problem, state, settings, beta, proposals, counts):
+    movable = np.array([len(problem.link) - 1])
+    return run_chain(rng, problem, state, settings, Goal(beta, beta, 1e9, False), movable, proposals, copy_state(state), counts)
+
+
+@pytest.mark.parametrize("relation", RELATIONS)
+@pytest.mark.parametrize(
+    ("moves", "beta"),
+    [({"relocate": 1.0}, 1.0), ({"relocate": 0.4, "translate": 0.3, "rotate": 0.2, "slide": 0.1}, 3.0)],
+    ids=["relocate", "all, three times as tidy"],
+)
+def test_long_chains_take_modes_by_their_probabilities_at_any_tidiness(relation, moves, beta):
+    problem, state, settings = problem_of(relation, beta, moves=moves)
+    rng, counts, seen = np.random.default_rng(2), np.zeros((6, 2), np.int64), np.zeros(3)
+    rows = np.concatenate([problem.modes(len(problem.link) - 1, kind) for kind in range(8, 11)])
+    for _ in range(3000):
+        losses = np.asarray(step(rng, problem, state, settings, beta, 60, counts).energy)
+        seen[np.argmin(np.abs(rows[:, COST] - losses[RELATION_ODDS]))] += 1
+    assert stats.chisquare(seen, ODDS * seen.sum()).pvalue > 1e-3, seen / seen.sum()
+
+
+@pytest.mark.parametrize("relation", RELATIONS)
+def test_modes_without_a_probability_are_equally_likely_and_cost_nothing(relation):
+    head, category, more, own = RELATIONS[relation]
+    more = re.sub(r", +(probability|spread|orientation_spread): [0-9.]+", "", more)
+    problem, _, _ = entered(small_grammar(head + item("thing", category, (0.3, 0.3, 0.3), more), own), np.random.default_rng(1))
+    rows = np.concatenate([problem.modes(len(problem.link) - 1, kind) for kind in range(8, 11)])
+    assert rows[:, 3:] == pytest.approx(np.tile([0.0, 1.0 / 3.0, 1.0, 1.0], (3, 1)))
+
+
+def test_cost_is_the_log_ratio_of_densities_at_the_modes_middles():
+    problem, state, _ = problem_of("wall", 2.0)
+    thing = len(problem.link) - 1
+    rows = problem.modes(thing, 8)
+    density = ODDS / np.array([1.0, 2.0 * 3.0, 0.5])
+    assert rows[:, COST] == pytest.approx(np.log(density.max() / density) / 2.0)
+    # in the middle of the wall x = -2, turned as the second mode, 0.05 m and 0.03 rad from its place
+    c, s = math.cos(1.53), math.sin(1.53)
+    state.pose[thing] = -2.0 + 0.25 + 0.15 * (abs(c) + abs(s)), 0.0, 1.53
+    place_object(problem, state, thing)
+    energy = full_energy(problem, state)
+    assert energy[4] == pytest.approx(0.05 / 2.0)
+    assert energy[5] == pytest.approx(0.03 / 3.0)
+    assert energy[RELATION_ODDS] == pytest.approx(rows[1, COST])
+
+
+@pytest.mark.parametrize("relation", RELATIONS)
+def test_incremental_energy_follows_the_full_energy_with_odds(relation):
+    problem, state, settings = problem_of(relation, 1.0, {"overlap": 5.0, "overhang": 5.0, "out_of_room": 5.0})
+    rng, counts = np.random.default_rng(3), np.zeros((6, 2), np.int64)
+    movable, goal = np.flatnonzero(problem.mount != 4), Goal(1.0, 1.0, 1e9, False)
+    for _ in range(20):
+        run = run_chain(rng, problem, state, settings, goal, movable, 500, copy_state(state), counts)
+        assert np.abs(run.energy - full_energy(problem, state)).max() < 1e-9
+    assert counts[:, 1].sum() > 500
+
+
+@pytest.mark.parametrize(
+    ("modes", "message"),
+    [
+        ("{distance_m: 0.1, probability: 0.5}, {distance_m: 0.3}", "objects.thing.wall: expected a probability in all modes or in none"),
+        (
+            "{distance_m: 0.1, probability: 0.5}, {distance_m: 0.3, probability: 0.4}",
+            "objects.thing.wall: expected probabilities that sum to 1",
+        ),
+        ("{distance_m: 0.1, probability: 1}, {distance_m: 0.3, probability: 0}", "objects.thing.wall: expected modes with positive"),
+        ("{distance_m: 0.1, spread: 0}", r"objects.thing.wall\[0\].spread"),
+    ],
+)
+def test_odds_that_do_not_fit_are_refused(modes, message):
+    with pytest.raises(FieldError, match=message):
+        small_grammar(closet("thing") + item("thing", "dresser", (0.3, 0.3, 0.3), f", wall: [{modes}]"))

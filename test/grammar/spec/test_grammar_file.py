@@ -1,0 +1,179 @@
+"""Grammar files: what is read, and what is refused with which words."""
+
+import copy
+
+import pytest
+import yaml
+from small_grammar import CATEGORIES, mapping
+
+from grammar.spec.categories import read_categories
+from grammar.spec.grammar_file import read_grammar, read_room_type, room_types
+from grammar.spec.rules import GrammarError
+from scene_description.share import config_path
+
+TEXT = """
+nodes:
+  closet: {kind: and, branches: [{symbol: rest}, {symbol: shelf}]}
+  rest: {kind: or, branches: [{symbol: bed, probability: 0.25}, {symbol: bins, probability: 0.75}]}
+  bins: {kind: set, branches: [{symbol: bin, multiplicity: [0.1, 0.9]}]}
+objects:
+  bed: {category: bed, sizes: [{mean_m: [2, 1, 1], sd_m: [0.1, 0.1, 0.1]}], low_m: [1.8, 0.8, 0.9], high_m: [2.2, 1.2, 1.1]}
+  bin: {category: waste_bin, sizes: [{mean_m: [0.3, 0.3, 0.4], sd_m: [0.1, 0.1, 0.1]}], low_m: [0.2, 0.2, 0.3], high_m: [0.4, 0.4, 0.5]}
+  shelf: {category: bookshelf, sizes: [{mean_m: [0.3, 1, 2], sd_m: [0.1, 0.1, 0.1]}], low_m: [0.2, 0.8, 1.5], high_m: [0.4, 1.2, 2.2]}
+"""
+
+
+def set_at(data, path, value):
+    data = copy.deepcopy(data)
+    place = data
+    *above, last = path
+    for key in above:
+        place = place[key]
+    if value is None:
+        del place[last]
+    else:
+        place[last] = value
+    return data
+
+
+def read(tmp_path, data):
+    path = tmp_path / "closet.yaml"
+    path.write_text(data if isinstance(data, str) else yaml.safe_dump(data), encoding="utf-8")
+    return read_grammar(path, CATEGORIES)
+
+
+def test_a_good_file_is_read(tmp_path):
+    grammar = read(tmp_path, mapping(TEXT))
+    assert grammar.nodes["rest"].branches[1].probability == 0.75
+    assert grammar.objects["bed"].sizes[0].mean_m == (2.0, 1.0, 1.0)
+
+
+def test_every_shipped_grammar_is_read():
+    assert "bedroom" in room_types()
+    for name in room_types():
+        assert read_room_type(name, CATEGORIES).room_type == name
+
+
+def test_an_extending_file_wins_over_its_base(tmp_path):
+    (tmp_path / "base.yaml").write_text(yaml.safe_dump(mapping(TEXT)), encoding="utf-8")
+    grammar = read(tmp_path, "extends: base.yaml\nroom_type: cell\nschedule: {beta: 7.0}\n")
+    assert (grammar.room_type, grammar.schedule.beta) == ("cell", 7.0)
+    assert grammar.root == "closet"
+
+
+BAD = {
+    "unknown_key": (["room", "colour"], 3, r"room\.colour: expected one of .*, got an unknown key"),
+    "missing": (["room", "width_m"], None, r"room\.width_m: expected a value, got nothing"),
+    "wrong_type": (["schedule", "beta"], "high", r"schedule\.beta: expected a number in .*, got 'high'"),
+    "or_sum": (
+        ["nodes", "rest", "branches", 0, "probability"],
+        0.3,
+        r"nodes\.rest\.branches: expected probabilities that sum to 1, got a sum of 1\.05",
+    ),
+    "set_sum": (
+        ["nodes", "bins", "branches", 0, "multiplicity"],
+        [0.5, 0.4],
+        r"nodes\.bins\.branches\[0\]\.multiplicity: expected prob.* sum of 0\.9",
+    ),
+    "missing_node": (
+        ["nodes", "rest", "branches", 1, "symbol"],
+        "boxes",
+        r"nodes\.rest\.branches\[1\]\.symbol: expected the symbol .*, got 'boxes'",
+    ),
+    "cycle": (
+        ["nodes", "bins", "branches", 0, "symbol"],
+        "rest",
+        r"nodes\.rest: expected a graph without cycles, got rest -> bins -> rest",
+    ),
+    "orphan": (
+        ["nodes", "extra"],
+        {"kind": "and", "branches": [{"symbol": "bed"}]},
+        r"nodes\.extra: expected nodes that 'closet' leads to",
+    ),
+    "category": (["objects", "bed", "category"], "sofa_bed", r"objects\.bed\.category: expected one of .*, got 'sofa_bed'"),
+    "negative_size": (
+        ["objects", "bed", "sizes", 0, "mean_m"],
+        [-2, 1, 1],
+        r"objects\.bed\.sizes\[0\]\.mean_m\[0\]: expected a number in .* m, got -2",
+    ),
+    "low_above_high": (
+        ["objects", "bed", "low_m"],
+        [3, 0.8, 0.9],
+        r"objects\.bed\.low_m: expected a lower bound below the upper bound 2\.2, got 3",
+    ),
+    "core_nowhere": (["objects", "bed", "cores"], {"throne": 1.0}, r"objects\.bed\.cores: expected symbols of objects, .*, got 'throne'"),
+    "self_core": (["objects", "bed", "cores"], {"bed": 1.0}, r"objects\.bed\.around: expected a value with cores, got nothing"),
+    "no_tops": (["objects", "bed", "mount"], "object", r"objects\.bed\.supporters: expected a value with mount 'object', got nothing"),
+    "within_nowhere": (["objects", "bed", "within"], "attic", r"objects\.bed\.within: expected the symbol of a node, got 'attic'"),
+    "one_each_alone": (["objects", "bed", "one_each"], "place", r"objects\.bed\.one_each: expected no value without cores"),
+    "same_as_nobody": (["objects", "bed", "same_place_as"], "bin", r"objects\.bed\.same_place_as: expected an object with one_each"),
+    "tied_nowhere": (
+        ["objects", "bed", "tied"],
+        [{"axis": "width", "to": "throne", "of": "width"}],
+        r"objects\.bed\.tied\[0\]\.to: expected the symbol of an object, door or window, got 'throne'",
+    ),
+    "tied_in_a_circle": (
+        ["objects", "bed", "tied"],
+        [{"axis": "width", "to": "bed", "of": "width"}],
+        r"objects\.bed: expected addresses without cycles, got bed -> bed",
+    ),
+    "moves": (["moves", "swap"], 0.5, r"moves: expected probabilities that sum to 1"),
+    "probability_in_and": (
+        ["nodes", "closet", "branches", 0, "probability"],
+        0.5,
+        r"probability: expected no value in a node of kind 'and', got 0\.5",
+    ),
+    "root": (["root"], "attic", r"root: expected the symbol of a node, got 'attic'"),
+    "no_door": (["openings", "door", "multiplicity"], [0.5, 0.5], r"openings\.door\.multiplicity: expected at least one door"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_a_bad_file_is_refused_with_file_and_field_in_one_line(tmp_path, name):
+    path, value, words = BAD[name]
+    with pytest.raises(GrammarError, match=words) as caught:
+        read(tmp_path, set_at(mapping(TEXT), path, value))
+    assert str(caught.value).startswith(str(tmp_path / "closet.yaml"))
+    assert "\n" not in str(caught.value)
+
+
+def test_addresses_that_point_in_a_circle_are_refused(tmp_path):
+    data = mapping(TEXT)
+    for name, core in (("bed", "bin"), ("bin", "bed")):
+        data["objects"][name] |= {"cores": {core: 1.0}, "around": [{"side": "left"}]}
+    with pytest.raises(GrammarError, match=r"objects\.bed: expected addresses without cycles, got bed -> bin -> bed"):
+        read(tmp_path, data)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("nodes: [1, 2", r"closet\.yaml: line 1, column 13: expected YAML, got"),
+        ("root: a\nroot: b\n", r"key 'root' twice"),
+        ("- 1\n", r"document: expected a mapping, got list"),
+        ("extends: ../closet.yaml\n", r"extends: expected the name of a file in the same folder"),
+        ("extends: closet.yaml\n", r"extends: expected files without a cycle"),
+        ("extends: nowhere.yaml\n", r"nowhere\.yaml: expected a readable YAML file, got FileNotFoundError"),
+    ],
+)
+def test_text_that_is_no_grammar_is_refused(tmp_path, text, words):
+    with pytest.raises(GrammarError, match=words):
+        read(tmp_path, text)
+
+
+def test_unknown_room_types_are_refused_by_name():
+    with pytest.raises(GrammarError, match=r"room type: expected one of .*bedroom.*, got '\.\./bedroom'"):
+        read_room_type("../bedroom", CATEGORIES)
+
+
+def test_categories_with_unknown_labels_are_refused(tmp_path):
+    path = tmp_path / "categories.yaml"
+    path.write_text("categories: {bed: {label: hammock}}", encoding="utf-8")
+    with pytest.raises(GrammarError, match=r"categories\.bed\.label: expected the name of an NYU40 class, got 'hammock'"):
+        read_categories(path)
+
+
+def test_the_category_table_covers_the_bedroom():
+    grammar = read_room_type("bedroom", CATEGORIES)
+    assert {rule.category for rule in grammar.objects.values()} <= set(CATEGORIES)
+    assert config_path("categories.yaml").is_file()

@@ -1,0 +1,172 @@
+"""The scattering model against what must hold: conserved energy, reciprocity, densities that match draws, Fresnel's and Snell's laws."""
+
+import numpy as np
+import pytest
+from box_room import quad, scene
+from numba import njit
+from white_surfaces import WHITE
+
+from renderer.bsdf import microfacet
+from renderer.bsdf.albedo import Albedos
+from renderer.bsdf.albedo import fresnel as fresnel_numpy
+from renderer.bsdf.bsdf import draw_directions, evaluate
+from renderer.bsdf.closure import make_closures
+from renderer.core import lanes as fields
+from renderer.core import sampling
+from renderer.core.kernel import from_python
+from renderer.path.surfaces import build_surfaces
+
+draw_cosine = from_python(sampling.draw_cosine)
+draw_visible_normal = from_python(microfacet.draw_visible_normal)
+fresnel = from_python(microfacet.fresnel)
+fresnel_pane = from_python(microfacet.fresnel_pane)
+turn_polar = from_python(sampling.turn_polar)
+
+MATT = {"BASE_R": 1.0, "BASE_G": 1.0, "BASE_B": 1.0, "ROUGHNESS": 0.5, "IOR": 1.5, "COAT_ROUGHNESS": 0.1, "COSINE": 1.0, "REFLECTS": 1.0}
+COSINES = (0.02, 0.1, 0.3, 0.6, 0.9, 1.0)
+
+
+def albedos() -> Albedos:
+    return build_surfaces(scene(quad((0, 0, 0), (1, 0, 0), (0, 1, 0), transmission=1.0, ior=1.5))).albedos
+
+
+def lanes(**look: float) -> np.ndarray:
+    memory = np.zeros(fields.LANES_SIZE, np.float32)
+    for name, value in (MATT | look).items():
+        memory[getattr(fields, name)] = value
+    return memory
+
+
+@njit
+def scatter(lane, table, wo, numbers):
+    """Rows (direction, rgb, density) of draws; zeros where a draw fails."""
+    lane[fields.WO_X], lane[fields.WO_Y], lane[fields.WO_Z] = wo[0], wo[1], wo[2]
+    kinds = make_closures(lane, table)
+    rows = np.zeros((len(numbers), 7), np.float32)
+    for i in range(len(numbers)):
+        lane[fields.DRAW_LOBE], lane[fields.DRAW_WAY_U], lane[fields.DRAW_WAY_V] = numbers[i, 0], numbers[i, 1], numbers[i, 2]
+        draw_directions(lane, kinds)
+        evaluate(lane, kinds, table.reflected)
+        if lane[fields.WAY_Z] != 0.0 and lane[fields.DENSITY] > 0.0:
+            rows[i] = found(lane)
+    return rows
+
+
+@njit
+def look_at(lane, table, wo, ways):
+    """Rows (rgb, density) of given directions."""
+    lane[fields.WO_X], lane[fields.WO_Y], lane[fields.WO_Z] = wo[0], wo[1], wo[2]
+    kinds = make_closures(lane, table)
+    rows = np.zeros((len(ways), 4), np.float32)
+    for i in range(len(ways)):
+        lane[fields.WAY_X], lane[fields.WAY_Y], lane[fields.WAY_Z] = ways[i, 0], ways[i, 1], ways[i, 2]
+        evaluate(lane, kinds, table.reflected)
+        rows[i] = found(lane)[3:]
+    return rows
+
+
+@njit
+def found(lane):
+    x, y, z = lane[fields.WAY_X], lane[fields.WAY_Y], lane[fields.WAY_Z]
+    return np.array([x, y, z, lane[fields.OUT_R], lane[fields.OUT_G], lane[fields.OUT_B], lane[fields.DENSITY]], np.float32)
+
+
+def viewer(cosine: float) -> np.ndarray:
+    return np.array([np.sqrt(1.0 - cosine**2), 0.0, cosine], np.float32)
+
+
+def numbers(count: int, seed: int = 1) -> np.ndarray:
+    return np.random.default_rng(seed).random((count, 3), dtype=np.float32)
+
+
+def albedo(look, cosine, count=2**16):
+    rows = scatter(lanes(**look), albedos(), viewer(cosine), numbers(count))
+    density = np.where(rows[:, 6:] > 0, rows[:, 6:], 1)
+    return (rows[:, 3:6].astype(np.float64) / density).mean(axis=0)
+
+
+@pytest.mark.parametrize("name", WHITE)
+def test_white_surfaces_return_all_light(name):
+    for cosine in COSINES:
+        np.testing.assert_allclose(albedo(WHITE[name], cosine), 1.0, atol=5e-3)
+
+
+@pytest.mark.parametrize("name", WHITE)
+@pytest.mark.parametrize("color", [0.0, 0.3, 0.8])
+def test_no_surface_gains_light(name, color):
+    look = WHITE[name] | {"BASE_R": color, "BASE_G": color, "BASE_B": color}
+    for cosine in COSINES:
+        assert (albedo(look, cosine, 2**13) < 1.01).all()
+
+
+@pytest.mark.parametrize("name", ["lambert", "gloss", "lacquer", "steel", "rough metal", "half metal", "milky glass"])
+def test_reflection_is_reciprocal(name):
+    """Layers that scale what is under them by the viewer's side alone, coat, sheen and rough glass, are not; the rest is."""
+    look = WHITE[name] | {"BASE_G": 0.3, "BASE_B": 0.6} | ({"ROUGHNESS": 0.0} if name == "milky glass" else {})
+    rng = np.random.default_rng(3)
+    for _ in range(60):
+        a, b = (way / np.linalg.norm(way) for way in rng.normal(size=(2, 3)).astype(np.float32))
+        a[2], b[2] = abs(a[2]), abs(b[2])
+        forth = look_at(lanes(**look), albedos(), a, b[None])[0, :3] / b[2]
+        back = look_at(lanes(**look), albedos(), b, a[None])[0, :3] / a[2]
+        np.testing.assert_allclose(forth, back, rtol=2e-3, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["lambert", "gloss", "steel", "rough metal", "coated", "cloth", "frosted", "inside frosted"])
+@pytest.mark.parametrize("cosine", [0.25, 0.9])
+def test_draws_follow_their_density(name, cosine):
+    """Chi-square over cells of the sphere, equal in height and angle; the density is integrated over each cell."""
+    count, heights, turns, fine = 40000, 20, 16, 24
+    look = WHITE[name] | {"COAT_ROUGHNESS": 0.5}
+    rows = scatter(lanes(**look), albedos(), viewer(cosine), numbers(count, 7))
+    drawn = rows[rows[:, 6] > 0]
+    angle = np.arctan2(drawn[:, 1], drawn[:, 0]) % (2 * np.pi)
+    counts = np.histogram2d(drawn[:, 2], angle, bins=[heights, turns], range=[[-1, 1], [0, 2 * np.pi]])[0]
+    z = -1 + 2 * (np.arange(heights * fine) + 0.5) / (heights * fine)
+    turn = 2 * np.pi * (np.arange(turns * fine) + 0.5) / (turns * fine)
+    zz, tt = np.meshgrid(z, turn, indexing="ij")
+    flat = np.sqrt(1 - zz**2)
+    ways = np.stack([flat * np.cos(tt), flat * np.sin(tt), zz], axis=-1).reshape(-1, 3).astype(np.float32)
+    density = look_at(lanes(**look), albedos(), viewer(cosine), ways)[:, 3].astype(np.float64)
+    cells = density.reshape(heights, fine, turns, fine).mean(axis=(1, 3)) * (4 * np.pi / (heights * turns)) * count
+    big = cells > 8
+    chi = ((counts[big] - cells[big]) ** 2 / cells[big]).sum()
+    assert chi < big.sum() + 5 * np.sqrt(2 * big.sum())
+    assert abs(counts[~big].sum() - cells[~big].sum()) < 5 * np.sqrt(cells[~big].sum() + 5)
+
+
+def test_fresnel_at_normal_incidence_and_total_reflection():
+    one = np.float32(1)
+    for ior in (1.2, 1.5, 2.4):
+        assert fresnel(one, np.float32(ior)) == pytest.approx(((ior - 1) / (ior + 1)) ** 2, rel=1e-4)
+    critical = np.sqrt(1 - 1 / 1.5**2)
+    assert fresnel(np.float32(critical - 0.01), np.float32(1 / 1.5)) == 1.0
+    assert fresnel(np.float32(critical + 0.01), np.float32(1 / 1.5)) < 1.0
+    for cosine in (0.01, 0.3, 0.9):
+        assert fresnel(np.float32(cosine), np.float32(1.5)) == pytest.approx(float(fresnel_numpy(np.array(cosine), 1.5)), rel=1e-4)
+        once = fresnel(np.float32(cosine), np.float32(1.5))
+        assert fresnel_pane(np.float32(cosine), np.float32(1.5)) == pytest.approx(2 * once / (1 + once), rel=1e-5)
+
+
+def test_smooth_metal_mirrors_and_smooth_glass_bends_by_snell():
+    wo = viewer(0.6)
+    rows = scatter(lanes(METALLIC=1.0, ROUGHNESS=0.0), albedos(), wo, numbers(500))
+    rows = rows[rows[:, 6] > 0]
+    assert np.percentile(np.abs(rows[:, :3] - [-wo[0], 0, wo[2]]).max(axis=1), 90) < 0.01
+    rows = scatter(lanes(TRANSMISSION=1.0, ROUGHNESS=0.0), albedos(), wo, numbers(4000))
+    below = rows[rows[:, 2] < 0]
+    sine = 0.8 / 1.5
+    np.testing.assert_allclose(np.median(below[:, :3], axis=0), [-sine, 0, -np.sqrt(1 - sine**2)], atol=2e-3)
+    assert len(below) / 4000 == pytest.approx(1 - float(fresnel(np.float32(0.6), np.float32(1.5))), abs=0.02)
+
+
+def test_black_and_empty_surfaces_do_not_scatter():
+    rows = scatter(lanes(BASE_R=0, BASE_G=0, BASE_B=0, IOR=1.0), albedos(), viewer(0.5), numbers(100))
+    assert np.isfinite(rows).all() and (rows[:, 3:6] == 0).all()
+
+
+def test_directions_are_unit():
+    for u, v, _ in numbers(300):
+        for way in (draw_cosine(u, v), draw_visible_normal(*viewer(0.3), np.float32(0.4), u, v)):
+            assert np.linalg.norm(way) == pytest.approx(1.0, abs=1e-5)
+        np.testing.assert_allclose(turn_polar(u), (np.cos(2 * np.pi * u), np.sin(2 * np.pi * u)), atol=2e-6)

@@ -1,0 +1,61 @@
+"""Threads: every piece once, errors reach the caller, cancelling drops what has not begun."""
+
+import threading
+
+import pytest
+
+from renderer.core.errors import RenderCancelled
+from renderer.core.workers import Workers, thread_count
+
+
+@pytest.fixture
+def workers():
+    workers = Workers(3)
+    yield workers
+    workers.close()
+    workers.close()
+
+
+def test_every_piece_is_done_once(workers):
+    done, numbers = [], set()
+
+    def work(worker, piece):
+        numbers.add(worker)
+        done.append(piece)
+
+    workers.run(work, range(1000))
+    assert sorted(done) == list(range(1000))
+    assert numbers <= {0, 1, 2}
+
+
+def test_errors_reach_the_caller(workers):
+    def work(worker, piece):
+        if piece == 5:
+            raise ZeroDivisionError("piece 5")
+
+    with pytest.raises(ZeroDivisionError, match="piece 5"):
+        workers.run(work, range(10))
+    workers.run(lambda worker, piece: None, range(10))
+
+
+def test_cancelling_finishes_what_has_begun_and_drops_the_rest(workers):
+    begun, go = [], threading.Event()
+
+    def work(worker, piece):
+        begun.append(piece)
+        go.wait(10)
+
+    def cancelled():
+        if len(begun) < 3:
+            return False
+        threading.Timer(0.05, go.set).start()
+        return True
+
+    with pytest.raises(RenderCancelled):
+        workers.run(work, range(100), cancelled)
+    assert sorted(begun) == [0, 1, 2]
+
+
+def test_threads_are_as_asked_or_all():
+    assert thread_count(7) == 7
+    assert thread_count(0) >= 1

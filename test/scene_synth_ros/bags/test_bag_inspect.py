@@ -1,0 +1,130 @@
+"""Reports on bags with one known fault each."""
+
+import numpy as np
+import pytest
+from bag_samples import PERIOD_NS, START_NS, TOPICS, camera_info, frame_messages, image, text, write_bag
+
+from scene_synth_ros.bags.bag_inspect import inspect_bag, render_report
+from scene_synth_ros.bags.bag_writer import BagWriter
+
+COLOR = "/synth/camera/color/image_raw"
+DEPTH = "/synth/camera/depth/image_raw"
+
+
+def scene(first, frames, stamp_ns=None):
+    path = [{"stamp_ns": START_NS + (first + i) * PERIOD_NS} for i in range(frames)]
+    return ("/synth/scene", path[0]["stamp_ns"] if stamp_ns is None else stamp_ns, text({"camera_path": path}))
+
+
+def frames(*indices, without=()):
+    messages = []
+    for index in indices:
+        stamp_ns = START_NS + index * PERIOD_NS
+        messages += [
+            (COLOR, stamp_ns, image(stamp_ns, "rgb8", np.zeros((2, 2, 3), np.uint8))),
+            (COLOR.replace("image_raw", "camera_info"), stamp_ns, camera_info(stamp_ns)),
+            (DEPTH, stamp_ns, image(stamp_ns, "32FC1", np.zeros((2, 2), np.float32))),
+            (DEPTH.replace("image_raw", "camera_info"), stamp_ns, camera_info(stamp_ns)),
+        ]
+    return [message for message in messages if (message[0], (message[1] - START_NS) // PERIOD_NS) not in without]
+
+
+def report_on(folder, messages, topics=TOPICS, **options):
+    with BagWriter(folder, **options) as writer:
+        for topic, (type_name, qos) in topics.items():
+            writer.add_topic(topic, type_name, [qos])
+        for topic, log_ns, data in messages:
+            writer.write(topic, data, log_ns, log_ns)
+    return inspect_bag(folder)
+
+
+def test_a_sound_bag_has_no_faults(tmp_path):
+    messages = [scene(0, 4), *frames(0, 1, 2, 3), scene(4, 4), *frames(4, 5, 6, 7)]
+    report = report_on(tmp_path / "bag", messages, custom_data={"seed": "7"})
+    assert report.faults == report.notes == ()
+    assert (report.rooms, report.message_count, report.files) == (2, 34, 1)
+    color = next(topic for topic in report.topics if topic.name == COLOR)
+    assert (color.count, color.rate_hz, color.gaps, color.period_ns) == (8, 10.0, 0, PERIOD_NS)
+    lines = render_report(report).split("\n")
+    assert lines[0].endswith("34 messages, 2 rooms, 0.700 s") and "  seed: 7" in lines and lines[-1] == "no faults"
+    (row,) = (line.split() for line in lines if COLOR in line)
+    assert row[:5] == [COLOR, "sensor_msgs/msg/Image", "8", "10", "0"]
+
+
+def test_a_gap_within_a_room_is_a_fault_between_rooms_it_is_not(tmp_path):
+    inside = report_on(tmp_path / "a", [scene(0, 3), *frames(0, 1, 2, 4, 5)])
+    assert next(fault for fault in inside.faults if "gaps" in fault) == f"{COLOR}: 1 gaps of more than 1.5 periods"
+    assert len(inside.faults) == 4
+    between = report_on(tmp_path / "b", [scene(0, 3), *frames(0, 1, 2), scene(6, 3), *frames(6, 7, 8)])
+    assert between.faults == ()
+
+
+def test_a_layer_that_lacks_a_frame(tmp_path):
+    report = report_on(tmp_path / "bag", [scene(0, 3), *frames(0, 1, 2, without={(DEPTH, 1)})])
+    assert f"{DEPTH}: 1 of 3 frames of its camera are missing, first at {START_NS // 10**9}.100000000 s" in report.faults
+
+
+def test_frames_that_a_scene_announces(tmp_path):
+    lost = report_on(tmp_path / "a", [scene(0, 4), *frames(0, 1, 2), scene(4, 2), *frames(4, 5)])
+    assert next(fault for fault in lost.faults if "1 of 6 frames of its camera are missing" in fault).startswith(COLOR)
+    stopped = report_on(tmp_path / "b", [scene(0, 2), *frames(0, 1), scene(2, 4), *frames(2, 3)])
+    assert stopped.faults == ()
+    assert stopped.notes == ("/synth/camera: the last room has 2 of its 4 frames",)
+    assert "note: /synth/camera: the last room has 2 of its 4 frames" in render_report(stopped)
+
+
+def test_repeated_stamps_and_decreasing_times(tmp_path):
+    repeated = report_on(tmp_path / "a", [scene(0, 2), *frames(0, 1), *frames(1)])
+    assert f"{COLOR}: 1 stamps come more than once, first {START_NS // 10**9}.100000000 s" in repeated.faults
+    backwards = report_on(tmp_path / "b", [scene(0, 3), *frames(0, 2, 1)], chunk_size=100)
+    first = f"{COLOR} at {START_NS + PERIOD_NS} ns after {START_NS + 2 * PERIOD_NS} ns"
+    assert f"log time decreases 1 times, first {first}" in backwards.faults
+    assert f"{COLOR}: stamps decrease" in backwards.faults
+
+
+def test_ids_need_labels_and_a_scene(tmp_path):
+    stamp = START_NS
+    topics = {**TOPICS, "/synth/camera/semantic/image_raw": TOPICS[COLOR]}
+    ids = ("/synth/camera/semantic/image_raw", stamp, image(stamp, "mono8", np.zeros((2, 2), np.uint8)))
+    bare = report_on(tmp_path / "a", [*frames(0), ids], topics)
+    assert bare.faults == ("/synth/camera/semantic/labels: the layer has no labels", "scene: the bag holds no scene description")
+    labels = ("/synth/camera/semantic/labels", stamp, text({"0": {"name": "void"}}))
+    assert report_on(tmp_path / "b", [scene(0, 1), labels, *frames(0), ids], topics).faults == ()
+
+
+def test_an_empty_bag_is_a_fault(tmp_path):
+    assert report_on(tmp_path / "bag", []).faults == ("the bag holds no messages",)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fault"),
+    [
+        ("message_count: 1\n", "message_count: 2\n", "metadata.yaml: /synth/scene: 2 messages, 1 were found"),
+        ("name: /synth/scene\n", "name: /scene\n", "metadata.yaml: topic /scene with 1 messages is not in the bag"),
+        ("type: std_msgs/msg/String\n", "type: std_msgs/msg/Char\n", "type std_msgs/msg/Char, std_msgs/msg/String was found"),
+        ("nanoseconds: 200000000\n", "nanoseconds: 100000000\n", "metadata.yaml: times "),
+        ("bag_0.mcap\n", "other.mcap\n", "metadata.yaml: file other.mcap is missing"),
+    ],
+)
+def test_metadata_that_disagrees(tmp_path, old, new, fault):
+    write_bag(tmp_path / "bag", frames=3)
+    path = tmp_path / "bag" / "metadata.yaml"
+    path.write_text(path.read_text().replace(old, new))
+    assert any(fault in line for line in inspect_bag(tmp_path / "bag").faults)
+
+
+def test_statistics_that_disagree_with_the_chunks(tmp_path):
+    write_bag(tmp_path / "bag", frames=3, compression="none", chunk_size=10**6)
+    path = tmp_path / "bag" / "bag_0.mcap"
+    data = path.read_bytes()
+    place = data.rindex(frame_messages(2)[0][2][:60])
+    path.write_bytes(data[:place] + b"\x55" + data[place + 1 :])
+    faults = inspect_bag(tmp_path / "bag").faults
+    assert any("chunk: its checksum does not match" in fault for fault in faults)
+    assert f"{COLOR}: the index says 3 messages, 0 were found" in faults
+    assert "the bag holds no messages" in faults
+
+
+def test_control_characters_do_not_reach_the_terminal(tmp_path):
+    report = report_on(tmp_path / "bag", [scene(0, 1), *frames(0)], custom_data={"note": "\x1b[31mred"})
+    assert "note: ?[31mred" in render_report(report)

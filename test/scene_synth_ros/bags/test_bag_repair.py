@@ -1,0 +1,154 @@
+"""Bags cut at any byte and damaged at any place are read and repaired without a traceback, and lose no more than they must."""
+
+import hashlib
+import random
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from bag_samples import TOPICS, frame_messages, write_bag
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scene_synth_ros_suite import command, environment
+
+from scene_synth_ros.bags.bag_inspect import inspect_bag
+from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
+from scene_synth_ros.bags.bag_repair import PARTIAL_SUFFIX, repair_bag, replace_bag
+from scene_synth_ros.bags.bag_writer import BagWriter
+
+FRAMES, CHUNK = 40, 6000
+CUTS = 50
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("whole") / "bag"
+    write_bag(folder, frames=FRAMES, chunk_size=CHUNK)
+    return folder
+
+
+def content(bag: Path) -> list[tuple[str, int, bytes]]:
+    with BagReader(bag) as reader:
+        return [(message.topic, message.log_ns, message.data) for message in reader.messages(file_order=True)]
+
+
+def cut_bag(whole: Path, folder: Path, size: int, *, active: bool) -> Path:
+    """Return a copy of a bag as a killed recorder (``active``) or a broken copy leaves it."""
+    folder.mkdir()
+    name = "bag_0.mcap.active" if active else "bag_0.mcap"
+    (folder / name).write_bytes((whole / "bag_0.mcap").read_bytes()[:size])
+    if not active:
+        shutil.copy(whole / "metadata.yaml", folder)
+    return folder
+
+
+@pytest.mark.parametrize("active", [True, False])
+def test_a_bag_cut_at_any_byte_loses_at_most_the_chunk_that_was_cut(whole: Path, tmp_path: Path, active: bool) -> None:
+    data = (whole / "bag_0.mcap").read_bytes()
+    expected = content(whole)
+    draw = random.Random(20 + active)
+    for number in range(CUTS):
+        size = draw.randrange(1, len(data))
+        folder = cut_bag(whole, tmp_path / f"cut{number}", size, active=active)
+        before = hashlib.sha256((next(folder.glob("*.mcap*"))).read_bytes()).digest()
+        try:
+            report = repair_bag(folder, tmp_path / f"new{number}")
+        except BagReadError as error:
+            assert size < 2 * CHUNK, f"cut at {size}: {error}"
+            assert "\n" not in str(error)
+            continue
+        found = content(report.bag)
+        assert found == expected[: len(found)]
+        uncompressed = sum(len(message[2]) for message in expected[len(found) :])
+        share_left = 1.0 - size / len(data)
+        assert uncompressed <= share_left * sum(len(message[2]) for message in expected) + 2.5 * CHUNK, f"cut at {size}"
+        inspected = inspect_bag(report.bag)
+        assert not [fault for fault in inspected.faults if "index" in fault or "metadata" in fault or "unfinished" in fault]
+        assert inspected.message_count == report.message_count == len(found)
+        assert hashlib.sha256((next(folder.glob("*.mcap*"))).read_bytes()).digest() == before
+        inspect_bag(folder)
+
+
+def test_a_repaired_bag_in_place_has_the_name_of_the_old_one(whole: Path, tmp_path: Path) -> None:
+    size = (whole / "bag_0.mcap").stat().st_size * 3 // 4
+    folder = cut_bag(whole, tmp_path / "bag", size, active=True)
+    replace_bag(folder, repair_bag(folder, tmp_path / "fresh").bag)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["bag"]
+    assert sorted(path.name for path in folder.iterdir()) == ["fresh_0.mcap", "metadata.yaml"]
+    found = content(folder)
+    assert found == content(whole)[: len(found)] and len(found) > 100
+    single = tmp_path / "single.mcap"
+    single.write_bytes((whole / "bag_0.mcap").read_bytes()[:size])
+    replace_bag(single, repair_bag(single, tmp_path / "again").bag)
+    assert content(single) == found
+    with BagReader(single) as reader:
+        assert reader.summary.finished
+
+
+def test_every_file_of_a_split_bag_is_saved(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "bag", chunk_size=CHUNK) as writer:
+        for topic, (type_name, qos) in TOPICS.items():
+            writer.add_topic(topic, type_name, [qos])
+        for index in range(FRAMES):
+            for position, (topic, stamp, data) in enumerate(frame_messages(index)):
+                if index and index % 10 == 0 and not position:
+                    writer.split(stamp)
+                writer.write(topic, data, stamp, stamp)
+    last = tmp_path / "bag" / "bag_3.mcap"
+    expected = content(tmp_path / "bag")
+    last.write_bytes(last.read_bytes()[: last.stat().st_size // 2])
+    report = repair_bag(tmp_path / "bag", tmp_path / "new")
+    assert sorted(path.name for path in report.bag.iterdir()) == ["metadata.yaml", *(f"new_{n}.mcap" for n in range(4))]
+    found = content(report.bag)
+    assert found == expected[: len(found)] and len(found) > 0.75 * len(expected)
+    assert any("bag_3.mcap" in fault for fault in report.faults)
+
+
+@settings(max_examples=80, deadline=None)
+@given(data=st.data())
+def test_no_damage_makes_a_traceback(whole: Path, tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
+    original = (whole / "bag_0.mcap").read_bytes()
+    damaged = bytearray(original)
+    for _ in range(data.draw(st.integers(1, 4))):
+        place = data.draw(st.integers(0, len(damaged) - 1))
+        kind = data.draw(st.sampled_from(["flip", "zero", "cut", "insert"]))
+        if kind == "flip":
+            damaged[place] ^= data.draw(st.integers(1, 255))
+        elif kind == "zero":
+            damaged[place : place + 64] = bytes(len(damaged[place : place + 64]))
+        elif kind == "cut":
+            del damaged[max(place, 1) :]
+        else:
+            damaged[place:place] = data.draw(st.binary(min_size=1, max_size=40))
+    folder = tmp_path_factory.mktemp("damaged")
+    (folder / "bag_0.mcap").write_bytes(damaged)
+    try:
+        inspect_bag(folder)
+        report = repair_bag(folder, folder.with_name(f"{folder.name}_new"))
+    except BagReadError as error:
+        assert "\n" not in str(error)
+        return
+    known = set(content(whole))
+    assert [message for message in content(report.bag) if message not in known] == []
+    shutil.rmtree(report.bag)
+
+
+def test_the_command_says_what_it_saved_and_refuses_what_is_no_bag(whole: Path, tmp_path: Path) -> None:
+    folder = cut_bag(whole, tmp_path / "cut", (whole / "bag_0.mcap").stat().st_size // 2, active=True)
+
+    def run(*words: object) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(command(*words), env=environment(), capture_output=True, text=True, timeout=60, check=False)
+
+    done = run("repair", folder)
+    assert done.returncode == 0, done.stderr
+    assert f"{tmp_path}/cut_repaired: whole, with the " in done.stdout
+    faults = [line for line in run("inspect", tmp_path / "cut_repaired").stdout.splitlines() if line.startswith("fault: ")]
+    assert all("1 of 25 frames of its camera are missing" in fault for fault in faults), "only the frame that was cut may lack a part"
+    again = run("repair", folder)
+    assert again.returncode == 2 and "exists already; choose another folder" in again.stderr
+    (tmp_path / "junk.mcap").write_bytes(b"junk" * 1000)
+    junk = run("repair", tmp_path / "junk.mcap")
+    assert junk.returncode == 2 and "no MCAP file" in junk.stderr
+    assert "Traceback" not in done.stderr + again.stderr + junk.stderr
+    assert not list(tmp_path.glob(f"*{PARTIAL_SUFFIX}"))

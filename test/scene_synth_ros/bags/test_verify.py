@@ -1,0 +1,143 @@
+"""A bag is rendered again from itself: the same bytes, and the first change of a pixel is named."""
+
+import json
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from rclpy.serialization import deserialize_message, serialize_message
+from scene_synth_ros_suite import command, environment, run_suite
+from sensor_msgs.msg import CompressedImage, Image
+
+from scene_synth_ros.bags.bag_inspect import inspect_bag
+from scene_synth_ros.bags.bag_reader import BagReader
+from scene_synth_ros.bags.bag_verify import VerifyError, verify_bag
+from scene_synth_ros.bags.bag_writer import BagWriter
+from scene_synth_ros.cli.run_profile import load_profile
+
+ROOMS, FRAMES = 2, 3
+COLOR = "/synth/camera/color/image_raw"
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("verify") / "bag"
+    words = ["--rooms", ROOMS, "--frames", FRAMES, "--seed", 5]
+    for override in ("recorder_node.images.ids:=png", "recorder_node.split.rooms:=1", "recorder_node.compression:=lz4"):
+        words += ["-p", override]
+    words += ["-p", "renderer_node.render.auto_exposure:=true"]
+    process = run_suite(folder, *words, timeout_s=900)
+    assert process.returncode == 0, process.stderr + process.stdout
+    return folder
+
+
+def altered(bag: Path, out: Path, topic: str, number: int) -> Path:
+    """Return a copy of a bag in which one pixel of the ``number``-th image of a topic is another."""
+    seen = 0
+    with BagReader(bag) as reader, BagWriter(out) as writer:
+        for info in reader.summary.topics:
+            writer.add_topic(info.name, info.type_name, info.qos)
+        for message in reader.messages(file_order=True):
+            data = message.data
+            if message.topic == topic:
+                if seen == number:
+                    image = deserialize_message(data, Image)
+                    image.data[100] ^= 1
+                    data = bytes(serialize_message(image))
+                    data += bytes(-len(data) % 4)
+                seen += 1
+            writer.write(message.topic, data, message.log_ns, message.publish_ns)
+    return out
+
+
+def test_every_message_of_every_frame_is_the_same_again(bag: Path) -> None:
+    report = verify_bag(bag)
+    assert report.good, report
+    assert report.frames == ROOMS * FRAMES
+    # pose; five layers of image and camera info; two label tables; three pictures for people
+    assert report.compared == ROOMS * FRAMES * (1 + 5 * 2 + 2 + 3)
+    assert report.manifests == ROOMS
+
+
+def test_a_changed_pixel_is_found_and_named(bag: Path, tmp_path: Path) -> None:
+    report = verify_bag(altered(bag, tmp_path / "bag", COLOR, 4))
+    assert report.different == 1 and report.first is not None
+    assert report.first.topic == COLOR
+    assert report.first.stamp_ns == 10**9 + 4 * 10**8
+    assert (report.first.room, report.first.frame) == ("bedroom-5-1", 1)
+    assert report.first.detail == "1 of 6912 pixels"
+
+
+def test_a_file_that_is_not_what_its_manifest_says_is_told(bag: Path, tmp_path: Path) -> None:
+    with BagReader(bag / "bag_0.mcap") as reader, BagWriter(tmp_path / "bag") as writer:
+        for info in reader.summary.topics:
+            writer.add_topic(info.name, info.type_name, info.qos)
+        for message in reader.messages(file_order=True):
+            if not message.topic.startswith("/diagnostics"):
+                writer.write(message.topic, message.data, message.log_ns, message.publish_ns)
+        writer._file._manifest = None  # the copy keeps the manifest of the original
+        writer.set_attachment("manifest.json", dict((path.name, data) for path, data in reader.manifests())["bag_0.mcap"])
+    report = verify_bag(tmp_path / "bag")
+    assert report.damaged == ["bag_0.mcap: /diagnostics is not what was recorded"]
+    assert not report.different and not report.good
+
+
+def test_the_bag_says_what_made_it_and_its_parameters_make_it_again(bag: Path, tmp_path: Path) -> None:
+    with BagReader(bag) as reader:
+        record, attached = reader.summary.records["scene_synth"], reader.summary.attachments["parameters.yaml"]
+    assert record["seed"] == "5" and record["room_type"] == "bedroom"
+    assert {"version.numpy", "version.embreex", "version.scene_synth_ros", "version.processor"} <= set(record)
+    nodes = yaml.safe_load(attached)
+    assert nodes["/synth/grammar_node"]["ros__parameters"]["frames_per_room"] == FRAMES
+    assert nodes["/synth/renderer_node"]["ros__parameters"]["camera.width"] == 96
+    (tmp_path / "parameters.yaml").write_bytes(attached)
+    assert load_profile(tmp_path / "parameters.yaml")["grammar_node"]["seed"] == 5
+    again = tmp_path / "again"
+    process = subprocess.run(
+        command("run", "--record", again, "--params", tmp_path / "parameters.yaml"),
+        env=environment(),
+        capture_output=True,
+        text=True,
+        timeout=900,
+        check=False,
+    )
+    assert process.returncode == 0, process.stderr
+    with BagReader(bag) as first, BagReader(again) as second:
+        images = [[message.data for message in reader.messages([COLOR])] for reader in (first, second)]
+    assert len(images[0]) == ROOMS * FRAMES and images[0] == images[1]
+
+
+def test_compressed_ids_hold_the_same_pixels_and_inspect_knows_them(bag: Path) -> None:
+    import io
+
+    from PIL import Image as Picture
+
+    report = inspect_bag(bag)
+    assert not report.faults, report.faults
+    assert report.files == ROOMS
+    with BagReader(bag) as reader:
+        topics = {topic.name: topic.type_name for topic in reader.summary.topics}
+        images = [
+            deserialize_message(message.data, CompressedImage)
+            for message in reader.messages(["/synth/camera/instance/image_raw/compressed"])
+        ]
+        labels = [json.loads(m.data[8:].rstrip(b"\0"))["labels"] for m in reader.messages(["/synth/camera/instance/labels"])]
+    assert topics["/synth/camera/instance/image_raw/compressed"] == "sensor_msgs/msg/CompressedImage"
+    assert "/synth/camera/instance/image_raw" not in topics
+    assert {image.format for image in images} == {"16UC1; png compressed 16UC1"}
+    for image, table in zip(images, labels[:FRAMES], strict=False):
+        assert set(map(str, np.unique(np.asarray(Picture.open(io.BytesIO(image.data)))))) <= set(table)
+
+
+def test_what_cannot_be_verified_says_why(tmp_path: Path) -> None:
+    from bag_samples import write_bag
+
+    write_bag(tmp_path / "bag")
+    with pytest.raises((VerifyError, ValueError), match=r"scene|settings"):
+        verify_bag(tmp_path / "bag")
+    process = subprocess.run(
+        command("verify", tmp_path / "bag"), env=environment(), capture_output=True, text=True, timeout=60, check=False
+    )
+    assert process.returncode == 2 and "Traceback" not in process.stderr and process.stderr.count("\n") == 1

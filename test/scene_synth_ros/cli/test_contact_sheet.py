@@ -1,0 +1,57 @@
+"""A contact sheet shows the same room whether its images were kept raw or compressed."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image as Picture
+from rclpy.serialization import serialize_message
+from std_msgs.msg import String
+
+from scene_synth_ros.bags.bag_writer import BagWriter
+from scene_synth_ros.cli.contact_sheet import write_contact_sheet
+from scene_synth_ros.messages.conversions import image_to_msg
+from scene_synth_ros.messages.image_codec import COMPRESSED_TYPE, IMAGE_TYPE, CodecError, compress, compressed_topic
+
+STAMP_NS = 5
+SCENE = {"index": 0, "category": "bedroom", "objects": [], "seed": 1, "camera_path": [{"stamp_ns": STAMP_NS}]}
+RNG = np.random.default_rng(0)
+IMAGES = {
+    "color": ("rgb8", RNG.integers(0, 256, (96, 128, 3), np.uint8)),
+    "depth": ("32FC1", RNG.uniform(0.5, 5.0, (96, 128)).astype(np.float32)),
+    "semantic": ("mono8", RNG.integers(0, 40, (96, 128), np.uint8)),
+    "instance": ("16UC1", RNG.integers(0, 300, (96, 128), np.uint16)),
+}
+
+
+def write_bag(folder: Path, form: str) -> Path:
+    with BagWriter(folder) as writer:
+        writer.add_topic("/s/scene", "std_msgs/msg/String")
+        writer.write("/s/scene", bytes(serialize_message(String(data=json.dumps(SCENE)))), STAMP_NS, STAMP_NS)
+        for layer, (encoding, pixels) in IMAGES.items():
+            topic = f"/s/camera/{layer}/image_raw"
+            data = bytes(serialize_message(image_to_msg(pixels, encoding, STAMP_NS, "eye")))
+            if form != "none":
+                topic, data = compressed_topic(topic), compress(data, topic, form, 90)
+            writer.add_topic(topic, IMAGE_TYPE if form == "none" else COMPRESSED_TYPE)
+            writer.write(topic, data, STAMP_NS, STAMP_NS)
+    return folder
+
+
+def test_compressed_layers_look_like_raw_ones(tmp_path: Path) -> None:
+    sheets = []
+    for form in ("none", "png"):
+        assert write_contact_sheet(write_bag(tmp_path / form, form), tmp_path / f"{form}.png") == 1
+        sheets.append(np.asarray(Picture.open(tmp_path / f"{form}.png")).astype(np.int64))
+    assert sheets[0].shape == sheets[1].shape
+    assert sheets[0].std() > 40, "the sheet shows the noise that the layers are made of"
+    difference = np.abs(sheets[0] - sheets[1])
+    assert difference.max() <= 2, "depth is kept with a step that colours hardly show; the others are kept whole"
+
+
+def test_what_is_no_picture_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("scene_synth_ros.messages.image_codec.encode_image", lambda *_, **__: b"no picture at all")
+    with pytest.raises(CodecError, match="expected PNG or JPEG"):
+        write_contact_sheet(write_bag(tmp_path / "bag", "png"), tmp_path / "sheet.png")
+    assert not (tmp_path / "sheet.png").exists()

@@ -1,0 +1,93 @@
+"""Run profiles and overrides."""
+
+import argparse
+from pathlib import Path
+
+import pytest
+import yaml
+
+from scene_description.share import config_path
+from scene_synth_ros.cli import run_command
+from scene_synth_ros.cli.run_profile import ProfileError, apply_overrides, load_profile, write_node_file
+
+GOOD = """
+/**: {ros__parameters: {exit_when_done: true}}
+/**/grammar_node: {ros__parameters: {rooms: 3, scene: {room_type: bedroom}}}
+renderer_node: {ros__parameters: {camera.width: 320}}
+"""
+
+
+def write(tmp_path: Path, text: str) -> Path:
+    path = tmp_path / "run.yaml"
+    path.write_text(text)
+    return path
+
+
+def test_nodes_wildcards_and_nesting(tmp_path: Path) -> None:
+    parameters = load_profile(write(tmp_path, GOOD))
+    assert parameters["grammar_node"] == {"exit_when_done": True, "rooms": 3, "scene.room_type": "bedroom"}
+    assert parameters["renderer_node"] == {"exit_when_done": True, "camera.width": 320}
+    assert parameters["recorder_node"] == {"exit_when_done": True}
+
+
+def test_overrides_win_and_are_read_as_yaml(tmp_path: Path) -> None:
+    base = load_profile(write(tmp_path, GOOD))
+    parameters = apply_overrides(
+        base, ["grammar_node.rooms:=5", "renderer_node.render.exposure_ev100:=7.5", "recorder_node.exclude:=['/a', '/b']"]
+    )
+    assert parameters["grammar_node"]["rooms"] == 5
+    assert parameters["renderer_node"]["render.exposure_ev100"] == 7.5
+    assert parameters["recorder_node"]["exclude"] == ["/a", "/b"]
+    assert base["grammar_node"]["rooms"] == 3
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("a: [1", "expected YAML"),
+        ("- 1", "expected node names with ros__parameters below, got list"),
+        ("gramar_node: {ros__parameters: {}}", "unknown node 'gramar_node'; known: grammar_node"),
+        ("grammar_node: {rooms: 3}", "grammar_node: expected one key ros__parameters"),
+        ("grammar_node: {ros__parameters: {rooms: }}", "rooms: expected a value, got nothing"),
+    ],
+)
+def test_bad_profiles_are_refused_in_one_line(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(ProfileError, match=message) as caught:
+        load_profile(write(tmp_path, text))
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_profile_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ProfileError, match=r"nowhere\.yaml: cannot be read \(No such file"):
+        load_profile(tmp_path / "nowhere.yaml")
+
+
+@pytest.mark.parametrize(
+    "override", ["rooms:=3", "grammar_node.rooms=3", "grammar_node.:=3", "king_node.rooms:=3", "grammar_node.rooms:=["]
+)
+def test_bad_overrides_are_refused(override: str) -> None:
+    with pytest.raises(ProfileError, match="-p "):
+        apply_overrides({"grammar_node": {}}, [override])
+
+
+def test_node_files_are_what_ros_reads(tmp_path: Path) -> None:
+    write_node_file(tmp_path / "node.yaml", {"camera.width": 320})
+    assert yaml.safe_load((tmp_path / "node.yaml").read_text()) == {"/**": {"ros__parameters": {"camera.width": 320}}}
+
+
+@pytest.mark.parametrize("name", ["main.yaml", "live.yaml"])
+def test_shipped_profiles_load(name: str) -> None:
+    assert load_profile(config_path(f"runs/{name}"))["grammar_node"]
+
+
+def test_a_grammar_file_comes_with_its_room_type_and_is_checked_first(tmp_path: Path) -> None:
+    parser = argparse.ArgumentParser()
+    run_command.add_arguments(parser)
+    file = config_path("grammars/kitchen.yaml")
+    node = run_command._parameters(parser.parse_args(["--grammar", str(file)]))["grammar_node"]
+    assert node["grammar_file"] == str(file.resolve()) and node["scene.room_type"] == "kitchen"
+    assert "grammar_file" not in run_command._parameters(parser.parse_args([]))["grammar_node"]
+    bad = tmp_path / "bad.yaml"
+    bad.write_text("room_type: 7\n")
+    with pytest.raises(ValueError, match=r"bad\.yaml: .*expected"):
+        run_command._parameters(parser.parse_args(["--grammar", str(bad)]))

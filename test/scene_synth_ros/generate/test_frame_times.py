@@ -1,0 +1,15 @@
+"""Simulated time of frames."""
+
+from scene_synth_ros.generate.frame_times import FrameTimes
+
+
+def test_stamps_are_exact_nanoseconds_without_drift() -> None:
+    times = FrameTimes(1_000_000_000, 30.0)
+    assert [times.stamp_ns(frame) for frame in (0, 1, 2, 3)] == [1_000_000_000, 1_033_333_333, 1_066_666_667, 1_100_000_000]
+    assert times.stamp_ns(30 * 3600 * 24) == 1_000_000_000 + 24 * 3600 * 1_000_000_000
+
+
+def test_a_new_rate_goes_on_where_the_old_one_was() -> None:
+    times = FrameTimes(0, 10.0).at_rate(20.0, 5)
+    assert times.stamp_ns(5) == 500_000_000
+    assert times.stamp_ns(6) == 550_000_000

@@ -1,0 +1,74 @@
+"""Which room may go out next."""
+
+import pytest
+
+from scene_description import FieldError
+from scene_synth_ros.generate.lock_step import Expectation, complaints, last_done, waiting_for
+from scene_synth_ros.suite.status import MAX_TEXT_LENGTH, NodeStatus, status_from_json, status_to_json
+
+
+def peer(name: str, role: str, state: str = "ready", done: int = -1) -> NodeStatus:
+    return NodeStatus(node=name, role=role, state=state, done_scene=done)
+
+
+def peers(*statuses: NodeStatus) -> dict[str, NodeStatus]:
+    return {status.node: status for status in statuses}
+
+
+EXPECTED = Expectation(renderers=1, recorders=1)
+
+
+@pytest.mark.parametrize(
+    ("known", "last_sent", "words"),
+    [
+        (peers(), -1, "1 of 1 renderers to be ready"),
+        (peers(peer("/r", "renderer", "starting")), -1, "1 of 1 renderers to be ready"),
+        (peers(peer("/r", "renderer")), -1, "1 of 1 recorders to be ready"),
+        (peers(peer("/r", "renderer"), peer("/b", "recorder")), -1, ""),
+        (peers(peer("/r", "renderer"), peer("/b", "recorder")), 0, "/r to finish room 0"),
+        (peers(peer("/r", "renderer", done=0), peer("/b", "recorder")), 0, "/b to finish room 0"),
+        (peers(peer("/r", "renderer", done=0), peer("/b", "recorder", done=0)), 0, ""),
+        (peers(peer("/r", "renderer", done=3), peer("/s", "renderer", done=2), peer("/b", "recorder", done=3)), 3, "/s to finish room 3"),
+    ],
+)
+def test_a_room_waits_for_every_peer(known: dict[str, NodeStatus], last_sent: int, words: str) -> None:
+    assert waiting_for(known, EXPECTED, last_sent) == words
+
+
+def test_a_refused_room_is_done_too() -> None:
+    assert last_done(NodeStatus(node="/r", role="renderer", state="ready")) == -1
+    assert last_done(NodeStatus(node="/r", role="renderer", state="ready", done_scene=3, refused_scene=4)) == 4
+
+
+def test_failures_and_refusals_are_told() -> None:
+    failed = NodeStatus(node="/b", role="recorder", state="failed", reason="disk full")
+    refused = NodeStatus(node="/r", role="renderer", state="ready", refused_scene=4, reason="no such model")
+    assert complaints(peers(refused, failed), 4) == ["/b failed: disk full", "/r refused room 4: no such model"]
+    assert complaints(peers(refused), 5) == []
+    assert complaints(peers(peer("/r", "renderer")), -1) == []
+
+
+def test_a_refused_room_is_not_waited_for() -> None:
+    refused = NodeStatus(node="/r", role="renderer", state="ready", done_scene=3, refused_scene=4)
+    assert waiting_for(peers(refused), Expectation(renderers=1, recorders=0), 4) == ""
+
+
+def test_status_round_trip() -> None:
+    status = NodeStatus(node="/synth/r", role="renderer", state="ready", done_scene=7, counts={"/a": 3, "/b": -1})
+    assert status_from_json(status_to_json(status)) == status
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("{", "status: expected JSON"),
+        ("[" * 60_000, "status: expected JSON"),
+        ("7", "status: expected a mapping"),
+        ('{"node": "/r", "role": "king", "state": "ready"}', "status.role: expected one of 'grammar', 'renderer', 'recorder', got 'king'"),
+        ('{"node": "/r", "role": "renderer", "state": "ready", "counts": {"/a": "x"}}', "status.counts./a: expected an integer"),
+        (" " * (MAX_TEXT_LENGTH + 1), "status: expected at most"),
+    ],
+)
+def test_a_status_that_does_not_fit_is_refused(text: str, message: str) -> None:
+    with pytest.raises(FieldError, match=message):
+        status_from_json(text)

@@ -1,0 +1,120 @@
+"""Order of release: independent of arrival, bounded, never backwards."""
+
+import itertools
+import random
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from scene_synth_ros.record.frame_sorter import FrameSorter
+
+ORDER = ["/clock", "/scene", "/color", "/depth"]
+FRAME = {"/clock", "/color", "/depth"}
+
+
+def names(messages):
+    return [(message.topic, message.stamp_ns) for message in messages]
+
+
+def test_a_group_leaves_when_it_is_complete_in_topic_order():
+    sorter = FrameSorter(FRAME)
+    assert sorter.add("/depth", 10, b"d") == []
+    assert sorter.add("/clock", 10, b"t") == []
+    assert sorter.missing() == {10: frozenset({"/color"})}
+    assert [tuple(message) for message in sorter.add("/color", 10, b"c")] == [
+        ("/clock", 10, 10, b"t"),
+        ("/color", 10, 10, b"c"),
+        ("/depth", 10, 10, b"d"),
+    ]
+    assert sorter.waiting_stamps == sorter.waiting_bytes == 0
+
+
+def test_a_complete_group_waits_for_an_earlier_one():
+    sorter = FrameSorter({"/color", "/depth"})
+    sorter.add("/color", 1, b"")
+    sorter.add("/color", 2, b"")
+    assert sorter.add("/depth", 2, b"") == []
+    assert names(sorter.add("/depth", 1, b"")) == [("/color", 1), ("/depth", 1), ("/color", 2), ("/depth", 2)]
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.randoms(use_true_random=False))
+def test_same_output_for_every_arrival_that_keeps_topics_in_order(source: random.Random):
+    stamps = [100, 200, 300, 400]
+    queues = {topic: [(topic, stamp, f"{topic}{stamp}".encode()) for stamp in stamps] for topic in FRAME}
+    sorter = FrameSorter(FRAME)
+    released = [*sorter.add("/scene", 300, b"room 1"), *sorter.add("/scene", 100, b"room 0")]
+    while any(queues.values()):
+        topic = source.choice([name for name, queue in queues.items() if queue])
+        released += sorter.add(*queues[topic].pop(0))
+    expected = [(topic, stamp) for stamp in stamps for topic in ORDER if topic in FRAME or stamp in (100, 300)]
+    assert names(released) == expected
+    assert sorter.late == sorter.forced == 0
+
+
+def test_without_an_expectation_everything_waits_for_a_flush():
+    sorter = FrameSorter(None)
+    assert sorter.add("/color", 5, b"c") == []
+    assert names(sorter.flush()) == [("/color", 5)]
+
+
+def test_clock_scene_and_transforms_lead_others_follow_by_name_and_repeats_keep_their_order():
+    sorter = FrameSorter({"/b"})
+    for topic, data in (("/z", b"1"), ("/a", b"2"), ("/tf", b"3"), ("/z", b"4"), ("/synth/scene", b"5"), ("/clock", b"6")):
+        sorter.add(topic, 1, data)
+    released = [(message.topic, message.data) for message in sorter.add("/b", 1, b"7")]
+    leading = [("/clock", b"6"), ("/synth/scene", b"5"), ("/tf", b"3")]
+    assert released == [*leading, ("/a", b"2"), ("/b", b"7"), ("/z", b"1"), ("/z", b"4")]
+
+
+def test_flush_releases_incomplete_groups_up_to_a_stamp():
+    sorter = FrameSorter(FRAME)
+    for stamp in (3, 1, 2):
+        sorter.add("/color", stamp, b"")
+    assert names(sorter.flush(2)) == [("/color", 1), ("/color", 2)]
+    assert names(sorter.flush()) == [("/color", 3)]
+    assert sorter.forced == 0
+
+
+def test_windows_force_the_oldest_group_out():
+    sorter = FrameSorter(FRAME, max_stamps=2)
+    sorter.add("/color", 1, b"")
+    sorter.add("/color", 2, b"")
+    assert names(sorter.add("/color", 3, b"")) == [("/color", 1)]
+    assert (sorter.forced, sorter.waiting_stamps) == (1, 2)
+    sorter = FrameSorter(FRAME, max_bytes=10)
+    sorter.add("/color", 1, bytes(6))
+    assert names(sorter.add("/color", 2, bytes(5))) == [("/color", 1)]
+    assert (sorter.forced, sorter.waiting_bytes) == (1, 5)
+
+
+def test_late_messages_leave_at_once_and_log_time_never_decreases():
+    sorter = FrameSorter({"/color"})
+    sorter.add("/color", 10, b"")
+    (late,) = sorter.add("/depth", 4, b"late")
+    assert (late.stamp_ns, late.log_ns, sorter.late) == (4, 10, 1)
+    (timeless,) = sorter.add("/diagnostics", None, b"")
+    assert (timeless.stamp_ns, timeless.log_ns, sorter.late) == (None, 10, 1)
+
+
+def test_configure_empties_the_sorter_and_keeps_the_clock():
+    sorter = FrameSorter(FRAME)
+    sorter.add("/color", 10, b"")
+    assert names(sorter.configure({"/color", "/depth"})) == [("/color", 10)]
+    assert sorter.add("/color", 9, b"")[0].log_ns == 10
+    sorter.add("/color", 11, b"")
+    assert names(sorter.add("/depth", 11, b"")) == [("/color", 11), ("/depth", 11)]
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.lists(st.tuples(st.sampled_from(["/a", "/b", "/c"]), st.integers(0, 12)), max_size=60), st.integers(1, 4))
+def test_nothing_is_lost_and_log_times_never_decrease(arrivals, max_stamps):
+    sorter = FrameSorter({"/a", "/b"}, max_stamps=max_stamps)
+    released = []
+    for number, (topic, stamp) in enumerate(arrivals):
+        released += sorter.add(topic, stamp, str(number).encode())
+        assert sorter.waiting_stamps <= max_stamps
+    released += sorter.flush()
+    assert sorted(int(message.data) for message in released) == list(range(len(arrivals)))
+    assert all(first.log_ns <= second.log_ns for first, second in itertools.pairwise(released))
+    assert sum(message.stamp_ns != message.log_ns for message in released) <= sorter.late

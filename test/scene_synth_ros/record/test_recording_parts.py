@@ -1,0 +1,192 @@
+"""The parts of the recorder that need no node: splitting, snapshots, repeats, turns."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import PoseStamped
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile
+from rclpy.serialization import serialize_message
+from std_msgs.msg import Header, String
+
+from scene_synth_ros.bags.bag_reader import BagReader
+from scene_synth_ros.bags.bag_writer import BagWriter
+from scene_synth_ros.generate.lock_step import finished_by_all, missing_peers
+from scene_synth_ros.messages.message_digest import message_digest
+from scene_synth_ros.record.recording import Recording
+from scene_synth_ros.record.seen_frames import SeenFrames
+from scene_synth_ros.record.snapshot_ring import KeptMessage, SnapshotRing
+from scene_synth_ros.record.split_policy import SplitPolicy
+from scene_synth_ros.render.peers import Peers
+from scene_synth_ros.suite.status import NodeStatus
+
+TOPIC = "/synth/renderer_node/settings"
+
+
+def add_pose(recording: Recording, topic: str, stamp: int) -> None:
+    recording.add(topic, bytes(serialize_message(PoseStamped(header=Header(stamp=Time(sec=0, nanosec=stamp))))))
+
+
+def status(role: str, name: str = "", *, done: int = -1, count: int = 0, state: str = "ready", refused: int = -1) -> NodeStatus:
+    return NodeStatus(node=f"/synth/{name or role}", role=role, state=state, done_scene=done, refused_scene=refused, counts={TOPIC: count})
+
+
+def test_a_file_ends_by_size_duration_or_rooms_and_never_before_its_first_frame() -> None:
+    assert not SplitPolicy(size_mb=1.0).is_due(10**9, None, 5, 0, True)
+    assert SplitPolicy(size_mb=1.0).is_due(10**6, 0, 5, 0, False) and not SplitPolicy(size_mb=1.0).is_due(10**6 - 1, 0, 5, 0, False)
+    assert SplitPolicy(duration_s=2.0).is_due(0, 10**9, 3 * 10**9, 0, False)
+    assert not SplitPolicy(duration_s=2.0).is_due(0, 10**9, 3 * 10**9 - 1, 0, False)
+    assert SplitPolicy(rooms=2).is_due(0, 0, 5, 2, True)
+    assert not SplitPolicy(rooms=2).is_due(0, 0, 5, 2, False) and not SplitPolicy(rooms=2).is_due(0, 0, 5, 1, True)
+    assert not SplitPolicy().is_due(10**12, 0, 10**18, 10**6, True)
+
+
+def test_a_snapshot_has_the_last_seconds_and_the_latched_state_before() -> None:
+    ring = SnapshotRing(2.0, 10**6)
+    ring.latched = {"/scene"}
+    ring.add(KeptMessage("/scene", 0, b"old"))
+    ring.add(KeptMessage("/scene", 1, b"room"))
+    for second in range(6):
+        ring.add(KeptMessage("/image", second * 10**9, b"x" * 10))
+    content = list(ring.content())
+    assert content[0] == KeptMessage("/scene", 3 * 10**9, b"room")
+    assert [message.log_ns for message in content[1:]] == [3 * 10**9, 4 * 10**9, 5 * 10**9]
+
+
+def test_a_snapshot_is_bounded_by_memory() -> None:
+    ring = SnapshotRing(100.0, 50)
+    for second in range(20):
+        ring.add(KeptMessage("/image", second * 10**9, b"x" * 10))
+        assert ring.size <= 50
+    assert [message.log_ns // 10**9 for message in ring.content()] == [15, 16, 17, 18, 19]
+    ring.add(KeptMessage("/image", 10**11, b"x" * 51))
+    assert ring.size == 0 and not list(ring.content())
+
+
+def test_repeats_are_told_from_firsts_and_old_rooms_are_forgotten() -> None:
+    seen = SeenFrames()
+    for room in range(40):
+        seen.begin_room(room * 100)
+        for frame in range(5):
+            for topic in ("/a", "/b"):
+                assert seen.is_new(topic, room * 100 + frame)
+    assert not seen.is_new("/b", 3904) and seen.is_new("/c", 3904)
+    assert seen.repeats == 1
+    assert len(seen._seen) <= 18 * 5
+
+
+def test_all_have_finished_what_the_last_has() -> None:
+    assert finished_by_all({}) == -1
+    assert finished_by_all({"a": status("renderer", done=4), "b": status("recorder", done=2)}) == 2
+    assert finished_by_all({"a": status("renderer", done=1, refused=3), "b": status("recorder", done=5)}) == 3
+
+
+def test_a_peer_is_missed_only_after_it_was_seen_and_stays_away() -> None:
+    peers, absences = {"/a": status("renderer"), "/b": status("recorder")}, {}
+    for present in ({"/a"}, {"/a"}, set(), {"/a"}, set(), set()):
+        assert missing_peers(peers, present, absences, 3) == []
+    assert missing_peers(peers, set(), absences, 3) == ["/a"]
+    assert missing_peers({"/b": peers["/b"]}, set(), absences, 3) == []
+
+
+def test_shared_rooms_come_in_turn() -> None:
+    peers = Peers("/synth/renderer_node", TOPIC, 2)
+    assert not peers.is_turn(0, True), "the other one is not known yet"
+    peers.take(status("renderer", "renderer_node_2", done=-1), 0)
+    assert peers.is_turn(0, True) and not peers.is_turn(1, False)
+    peers.take(status("renderer", "renderer_node_2", done=1), 0)
+    peers.take(status("recorder", done=0), 0)
+    assert peers.is_turn(1, False) and not peers.is_turn(2, False), "the recorder has not finished room 1"
+    peers.take(status("recorder", done=1), 0)
+    assert peers.is_turn(2, False)
+    assert Peers("/synth/renderer_node", TOPIC, 1).is_turn(9, False)
+
+
+def test_rooms_wait_for_each_other_in_lock_step_and_where_they_are_shared() -> None:
+    alone = Peers("/synth/renderer_node", TOPIC, 1)
+    assert Peers("/synth/renderer_node", TOPIC, 2).rooms_wait and not alone.rooms_wait
+    for lock_step in (True, False):
+        alone.take(replace(status("grammar"), lock_step=lock_step), 0)
+        assert alone.rooms_wait == lock_step
+
+
+def test_a_recorder_that_is_behind_holds_frames_back() -> None:
+    peers = Peers("/synth/renderer_node", TOPIC, 1)
+    peers.take(status("recorder", count=100), 0)
+    assert peers.has_room(7, 8) and not peers.has_room(8, 8)
+    peers.take(status("recorder", count=103), 0)
+    assert peers.has_room(10, 8) and not peers.has_room(11, 8)
+    peers.take(status("recorder", count=-1), 0)
+    assert peers.has_room(1000, 8), "it leaves these frames out"
+
+
+def test_a_digest_tells_messages_apart_and_knows_equals() -> None:
+    from sensor_msgs.msg import CameraInfo, Image
+    from std_msgs.msg import String
+
+    one, two = Image(encoding="rgb8", data=b"abc"), Image(encoding="rgb8", data=b"abd")
+    assert message_digest(one) != message_digest(two)
+    assert message_digest(Image(encoding="rgb8", data=b"abc")) == message_digest(one)
+    assert message_digest(CameraInfo(d=[0.0, 1.0])) != message_digest(CameraInfo(d=[1.0, 0.0]))
+    assert message_digest(String(data="a")) != message_digest(String(data="b"))
+
+
+def test_a_finished_room_leaves_and_the_next_one_is_left_to_be_completed(tmp_path: Path) -> None:
+    recording = Recording(BagWriter)
+    latched = QoSProfile(depth=10, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+    recording.add_topic("/synth/scene", "std_msgs/msg/String", [latched])
+    for topic in ("/a", "/b"):
+        recording.add_topic(topic, "geometry_msgs/msg/PoseStamped", [QoSProfile(depth=10)])
+    recording.expect({"/a", "/b"}, {})
+    recording.begin(tmp_path / "bag")
+
+    def scene(index: int, *stamps: int) -> None:
+        text = json.dumps({"index": index, "camera_path": [{"stamp_ns": stamp} for stamp in stamps]})
+        recording.add("/synth/scene", bytes(serialize_message(String(data=text))))
+
+    scene(0, 100, 200)
+    scene(1, 300, 400)
+    for topic, stamp in (("/a", 100), ("/b", 100), ("/a", 200), ("/a", 300)):  # half of 200 is lost, half of 300 is on its way
+        add_pose(recording, topic, stamp)
+    recording.flush(0)
+    assert recording.written == {"/synth/scene": 1, "/a": 2, "/b": 1}
+    add_pose(recording, "/b", 300)
+    add_pose(recording, "/a", 400)
+    recording.flush(1)
+    assert recording.written == {"/synth/scene": 2, "/a": 4, "/b": 2}
+    add_pose(recording, "/b", 400)
+    add_pose(recording, "/a", 500)
+    recording.flush(7)  # of which nothing is known
+    assert recording.late == 1
+    recording.close()
+    with BagReader(tmp_path / "bag") as reader:
+        order = [(message.topic, message.log_ns) for message in reader.messages(file_order=True)]
+    rooms = [[("/synth/scene", 100), ("/a", 100), ("/b", 100), ("/a", 200)], [("/synth/scene", 300), ("/a", 300), ("/b", 300), ("/a", 400)]]
+    assert order == [*rooms[0], *rooms[1], ("/b", 400), ("/a", 500)]
+
+
+def test_frames_of_which_only_latched_parts_can_come_hold_nothing_up(tmp_path: Path) -> None:
+    recording = Recording(BagWriter)
+    latched = QoSProfile(depth=10, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+    recording.add_topic("/settings", "std_msgs/msg/String", [latched])
+    for topic in ("/pose", "/late"):
+        recording.add_topic(topic, "geometry_msgs/msg/PoseStamped", [QoSProfile(depth=10)])
+    recording.expect({"/settings", "/pose", "/late"}, {})
+    recording.begin(tmp_path / "bag")
+
+    def settings(stamp: int) -> None:
+        recording.add("/settings", bytes(serialize_message(String(data=json.dumps({"stamp_ns": stamp})))))
+
+    for stamp in (1, 2, 3):
+        settings(stamp)
+    for stamp in (4, 5):  # /late is connected from stamp 5 on
+        add_pose(recording, "/pose", stamp)
+        settings(stamp)
+    assert recording.waiting_bytes
+    add_pose(recording, "/late", 5)
+    assert not recording.waiting_bytes
+    settings(2)
+    assert not recording.waiting_bytes
+    recording.close()
+    assert recording.written == {"/settings": 5, "/pose": 2, "/late": 1}
