@@ -3,6 +3,7 @@
 Imports numpy only.  Metres, radians, right-handed, z up, floor at z = 0 (REP 103); yaw 0 means that an object's front looks along +x.
 """
 
+from scene_description.errors import SceneSynthError
 from scene_description.labels import NYU40, Label
 from scene_description.scene_json import SCHEMA, scene_from_json, scene_to_json
 from scene_description.strict import FieldError, Limits, from_mapping, to_mapping
@@ -53,6 +54,7 @@ __all__ = [
     "Room",
     "SceneDescription",
     "SceneObject",
+    "SceneSynthError",
     "Support",
     "Texture",
     "ValidityCheck",

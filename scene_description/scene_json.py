@@ -39,8 +39,6 @@ def scene_from_json(text: str | bytes) -> SceneDescription:
         data = json.loads(text, parse_constant=_refuse_constant, object_pairs_hook=_unique_keys)
     except RecursionError:
         raise FieldError("", "JSON of a scene", "nesting beyond the parser's depth") from None
-    except FieldError:
-        raise
     except ValueError as error:
         raise FieldError("", "JSON", f"text that does not parse ({error})") from None
     if not isinstance(data, dict):

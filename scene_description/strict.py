@@ -24,10 +24,12 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
+from scene_description.errors import SceneSynthError
+
 T = TypeVar("T")
 
 
-class FieldError(ValueError):
+class FieldError(SceneSynthError):
     """A field that does not fit; the text is one line: path, expected, got."""
 
     def __init__(self, path: str, expected: str, got: str) -> None:

@@ -24,6 +24,7 @@ from grammar.geometry.solids import object_solids, surface_top
 from grammar.geometry.walls import outside_distance, wall_rows
 from grammar.geometry.zones import FACE, opening_frame, opening_zones, placed_zones, side_rectangle, thing_zones
 from grammar.spec.categories import Categories
+from grammar.spec.request import RequestError
 from grammar.spec.rules import Grammar, ObjectRule, Thresholds
 from scene_description import Opening, Room, SceneObject, ValidityCheck, ValidityReport
 
@@ -204,11 +205,11 @@ def door_start_m(room: Room, radius_m: float) -> tuple[float, float]:
     """Return the point ``radius_m`` before the middle of the first door, where a robot enters.
 
     Raises:
-        ValueError: the room has no door.
+        RequestError: the room has no door.
     """
     door: Opening | None = next((opening for opening in room.openings if opening.category == "door"), None)
     if door is None:
-        raise ValueError("room: expected a door to enter by, got none; add one to room.openings")
+        raise RequestError("room: expected a door to enter by, got none; add one to room.openings")
     x, y, yaw = opening_frame(room, door)
     return x + radius_m * math.cos(yaw), y + radius_m * math.sin(yaw)
 

@@ -19,6 +19,7 @@ from scipy import ndimage
 
 from grammar.geometry.boxes import point_distance, row_penetration
 from grammar.geometry.kernels import LEAN
+from grammar.spec.rules import GrammarError
 
 MAX_CELLS = 16_000_000
 _TOUCH_M = 1e-9
@@ -53,13 +54,15 @@ def rasterize(polygon_m: ArrayLike, boxes: NDArray[np.float64], resolution_m: fl
         clearance_height_m: height of what must pass; solids that begin above it do not count.
 
     Raises:
-        ValueError: the raster would have more than ``MAX_CELLS`` cells.
+        GrammarError: the raster would have more than ``MAX_CELLS`` cells.
     """
     polygon = np.ascontiguousarray(polygon_m, np.float64)
     low = np.floor(polygon.min(0) / resolution_m + _TOUCH_M)
     width, height = (int(n) for n in np.ceil(polygon.max(0) / resolution_m - _TOUCH_M) - low)
     if width * height > MAX_CELLS:
-        raise ValueError(f"free space: expected at most {MAX_CELLS} cells, got {width} x {height}; raise resolution_m from {resolution_m}")
+        raise GrammarError(
+            f"free space: expected at most {MAX_CELLS} cells, got {width} x {height}; raise resolution_m from {resolution_m}"
+        )
     origin = (float(low[0] * resolution_m), float(low[1] * resolution_m))
     solid = np.ascontiguousarray(boxes[boxes[:, 2] < clearance_height_m], np.float64)
     inside, occupied, clearance = np.zeros((height, width), bool), np.zeros((height, width), bool), np.zeros((height, width))

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal, get_args
 
-from scene_description import Limits
+from scene_description import Limits, SceneSynthError
 
 GrammarSet = Literal["learned", "by_hand"]
 GRAMMAR_SETS: tuple[GrammarSet, ...] = get_args(GrammarSet)
 
 
-class RequestError(ValueError):
+class RequestError(SceneSynthError):
     """A room that cannot be had: the line names the constraint that cannot be met and what to change."""
 
 

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
 from typing import Annotated, Literal
 
-from scene_description import FieldError, Limits
+from scene_description import FieldError, Limits, SceneSynthError
 
 NONE = "none"
 """Target of an address that points to nothing: the object stands for itself."""
@@ -36,7 +36,7 @@ Side = Literal["front", "back", "left", "right"]
 Looseness = Annotated[float, Limits(ge=0.01, le=1000.0)]
 
 
-class GrammarError(ValueError):
+class GrammarError(SceneSynthError):
     """A grammar, or a table beside it, that cannot be used; one line with file, field, expected and got."""
 
 

@@ -164,8 +164,6 @@ def _parse(text: bytes) -> Mapping[str, Any]:
     try:
         tree = json.loads(text, parse_constant=lambda name: fail("JSON", "finite numbers", name))
     except (ValueError, RecursionError) as error:
-        if isinstance(error, MeshFileError):
-            raise
         fail("JSON", "text that parses", "nesting beyond the parser's depth" if isinstance(error, RecursionError) else "text that does not")
     if not isinstance(tree, Mapping):
         fail("JSON", "a mapping", tree)

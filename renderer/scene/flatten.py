@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.core.errors import MeshFileError
+from renderer.core.errors import FlattenError, MeshFileError
 from renderer.files.file_textures import file_texture
 from renderer.files.mesh_files import find_mesh_file, load_mesh_file
 from renderer.geometry.coordinates import box_mapped
@@ -30,17 +30,23 @@ from renderer.scene.room_shell import build_opening, build_shell
 from renderer.scene.spot_lights import intensity_profile, luminaire_emission, luminaire_mesh, profile_row
 from renderer.textures.apply import AppliedTexture, applied_texture
 from renderer.textures.generators import GENERATORS
-from scene_description import Environment, Light, Luminaire, Material, ModelReference, Opening, Part, SceneDescription, SceneObject
+from scene_description import (
+    Environment,
+    Light,
+    Luminaire,
+    Material,
+    ModelReference,
+    Opening,
+    Part,
+    SceneDescription,
+    SceneObject,
+)
 from scene_description.labels import LABEL_ID
 
 SURFACE_LABELS = {"floor": 2, "wall": 1, "ceiling": 22, "skirting": 1}
 MAX_SCENE_FACES = 20_000_000
 LUMINANCE_WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 """Rec. 709 luminance of linear RGB."""
-
-
-class FlattenError(ValueError):
-    """A scene that cannot be built; the text is one line: which object, what was expected, what was found."""
 
 
 class _Materials(NamedTuple):
@@ -166,7 +172,7 @@ def _shell_rows(scene: SceneDescription, materials: _Materials) -> list[_Row]:
     surfaces = {part.name: part.material for part in scene.room.surfaces}
     try:
         shell = build_shell(scene.room)
-    except ValueError as error:
+    except FlattenError as error:
         raise FlattenError(f"room: {error}") from error
     rows = []
     for name, mesh in shell.items():

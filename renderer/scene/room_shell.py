@@ -13,6 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.core.errors import FlattenError
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import flat_quads, make_mesh, merged
 from renderer.models.model import Parts
@@ -80,7 +81,7 @@ def triangulate(polygon: Array) -> NDArray[np.int64]:
     """Return the (n - 2, 3) counter-clockwise triangles of a simple counter-clockwise outline (n, 2), by ear clipping.
 
     Raises:
-        ValueError: the outline is not simple.
+        FlattenError: the outline is not simple.
     """
     left = list(range(len(polygon)))
     triangles: list[tuple[int, int, int]] = []
@@ -89,7 +90,7 @@ def triangulate(polygon: Array) -> NDArray[np.int64]:
         if ear is None:
             ear = next((k for k in range(len(left)) if _is_ear(polygon, left, k, -1e-12)), None)
         if ear is None:
-            raise ValueError(f"outline of {len(polygon)} points: expected a simple polygon, got one without an ear; check room.polygon_m")
+            raise FlattenError(f"outline of {len(polygon)} points: expected a simple polygon, got one without an ear; check room.polygon_m")
         triangles.append((left[ear - 1], left[ear], left[(ear + 1) % len(left)]))
         del left[ear]
     return np.array([*triangles, tuple(left)], np.int64)

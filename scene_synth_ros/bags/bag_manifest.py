@@ -12,6 +12,8 @@ import struct
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from scene_description import SceneSynthError
+
 MANIFEST_NAME = "manifest.json"
 SCHEMA = "scene_synth/manifest/1"
 
@@ -19,7 +21,7 @@ _MESSAGE = struct.Struct("<QQ")
 _MAX_TOPICS = 10_000
 
 
-class ManifestError(ValueError):
+class ManifestError(SceneSynthError):
     """A manifest that cannot be read; one line."""
 
 

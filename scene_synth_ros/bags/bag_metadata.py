@@ -9,6 +9,7 @@ from typing import Any
 
 import yaml
 
+from scene_description import SceneSynthError
 from scene_description.strict import shorten
 from scene_synth_ros.bags.bag_yaml import BagYamlError, load_yaml
 from scene_synth_ros.bags.qos_metadata import NAMED_QOS_VERSION, OfferedQos, QosMetadataError, qos_items, qos_text, read_qos
@@ -21,7 +22,7 @@ _WRAPPER = "rosbag2_bagfile_information"
 _MAX_FILE_SIZE = 16 * 2**20
 
 
-class BagMetadataError(ValueError):
+class BagMetadataError(SceneSynthError):
     """A ``metadata.yaml`` that cannot be read; one line."""
 
 

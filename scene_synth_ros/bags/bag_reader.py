@@ -9,17 +9,18 @@ from pathlib import Path
 from types import TracebackType
 from typing import NamedTuple
 
+from scene_description import SceneSynthError
 from scene_synth_ros.bags.bag_manifest import MANIFEST_NAME
 from scene_synth_ros.bags.bag_metadata import METADATA_NAME, BagMetadata, BagMetadataError, TopicInfo, read_metadata
 from scene_synth_ros.bags.bag_writer import ACTIVE_SUFFIX
-from scene_synth_ros.bags.qos_metadata import read_qos
+from scene_synth_ros.bags.qos_metadata import QosMetadataError, read_qos
 from scene_synth_ros.mcap.contents import ChannelInfo, McapContents, McapReadError
 from scene_synth_ros.messages.message_definitions import MessageDefinition
 
 MAX_FAULTS = 200
 
 
-class BagReadError(ValueError):
+class BagReadError(SceneSynthError):
     """A bag that cannot be read at all; one line."""
 
 
@@ -220,7 +221,7 @@ class BagReader:
             return
         try:
             qos = read_qos(channel.metadata.get("offered_qos_profiles", ""))
-        except ValueError as error:
+        except QosMetadataError as error:
             self._report(f"topic {channel.topic[:100]}: {error}")
             qos = ()
         topics[channel.topic] = TopicInfo(

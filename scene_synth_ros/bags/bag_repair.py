@@ -12,7 +12,7 @@ from pathlib import Path
 from scene_synth_ros.bags.bag_manifest import MANIFEST_NAME
 from scene_synth_ros.bags.bag_metadata import WRITABLE_VERSIONS
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader, BagReadError
-from scene_synth_ros.bags.bag_writer import BagWriter
+from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
 from scene_synth_ros.mcap.file import MAX_TIME_NS
 
 REPAIR_RECORD = "scene_synth.repair"
@@ -58,7 +58,7 @@ def repair_bag(bag: Path, out: Path, *, compression: str = "zstd", progress: Cal
     """
     bag = Path(os.path.abspath(bag))
     if out.exists():
-        raise FileExistsError(f"{out}: exists already; choose another folder or remove it")
+        raise BagWriteError(f"{out}: exists already; choose another folder or remove it")
     partial = out.parent / (out.name + PARTIAL_SUFFIX) / out.name
     if partial.parent.exists():
         shutil.rmtree(partial.parent)

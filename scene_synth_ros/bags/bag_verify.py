@@ -24,7 +24,7 @@ from renderer import Renderer, RenderError
 from renderer.camera.rig import mounted_path
 from renderer.scene.flatten import FlattenError, flatten
 from renderer.scene.scene_key import scene_key
-from scene_description import CameraPose, FieldError, SceneDescription, scene_from_json
+from scene_description import CameraPose, FieldError, SceneDescription, SceneSynthError, scene_from_json
 from scene_synth_ros.bags.bag_manifest import ManifestBuilder, ManifestError, read_manifest
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader, BagReadError
 from scene_synth_ros.bags.run_info import JPEG_QUALITY, RECORD_NAME
@@ -39,7 +39,7 @@ _STRING = "std_msgs/msg/String"
 _CACHED_STAMPS = 4
 
 
-class VerifyError(ValueError):
+class VerifyError(SceneSynthError):
     """A bag that cannot be rendered again; one line."""
 
 

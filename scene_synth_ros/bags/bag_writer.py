@@ -15,6 +15,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import NamedTuple
 
+from scene_description import SceneSynthError
 from scene_synth_ros.bags.bag_file import ACTIVE_SUFFIX, BagFile, FileFormat
 from scene_synth_ros.bags.bag_metadata import METADATA_NAME, WRITABLE_VERSIONS, BagMetadata, FileInfo, TopicInfo, metadata_file
 from scene_synth_ros.bags.qos_metadata import OfferedQos, RosQosProfile, offered_qos
@@ -27,7 +28,7 @@ DEFAULT_CHUNK_SIZE = 4 * 2**20
 _MAX_KEPT = 100
 
 
-class BagWriteError(RuntimeError):
+class BagWriteError(SceneSynthError):
     """A bag that cannot be begun, written or finished; one line: where, why, and what is safe."""
 
 

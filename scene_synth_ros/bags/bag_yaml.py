@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import yaml
 
+from scene_description import SceneSynthError
 
-class BagYamlError(ValueError):
+
+class BagYamlError(SceneSynthError):
     """A text that is no YAML of plain values; one line."""
 
 

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 import yaml
 
+from scene_description import SceneSynthError
 from scene_description.strict import shorten
 from scene_synth_ros.bags.bag_yaml import BagYamlError, load_yaml
 
@@ -21,7 +22,7 @@ _DURABILITY = ("system_default", "transient_local", "volatile", "unknown", "best
 _LIVELINESS = ("system_default", "automatic", "manual_by_node", "manual_by_topic", "unknown", "best_available")
 
 
-class QosMetadataError(ValueError):
+class QosMetadataError(SceneSynthError):
     """A stored QoS profile that cannot be read; one line."""
 
 

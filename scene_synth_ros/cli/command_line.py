@@ -9,6 +9,8 @@ import sys
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from scene_description import SceneSynthError
+
 
 class Command(NamedTuple):
     """A subcommand: its help line, and the module that has ``add_arguments(parser)`` and ``run(arguments) -> exit status``."""
@@ -52,7 +54,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     try:
         assert module is not None
         code = module.run(parsed)
-    except (ValueError, OSError, RuntimeError) as error:
+    except (SceneSynthError, OSError) as error:
         sys.stderr.write(f"scene_synth {parsed.command}: {error}\n")
         code = 2
     except KeyboardInterrupt:

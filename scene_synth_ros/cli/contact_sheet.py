@@ -20,6 +20,7 @@ from renderer.film.false_color import depth_to_color, ids_to_color, normals_to_c
 from scene_description.labels import instance_palette, label_palette
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
 from scene_synth_ros.cli.picture_grid import FORMATS, INK, PAPER
+from scene_synth_ros.cli.usage import UsageError
 from scene_synth_ros.messages.conversions import msg_to_image
 from scene_synth_ros.messages.image_codec import COMPRESSED_TYPE, IMAGE_TYPE, CodecError, depth_from_codes, split_depth
 from scene_synth_ros.messages.stamps import stamp_ns
@@ -68,19 +69,19 @@ def write_contact_sheet(bag: Path, path: Path) -> int:
 
     Raises:
         BagReadError: the bag cannot be read.
-        ValueError: it holds no room or no image.
+        UsageError: it holds no room or no image.
     """
     with BagReader(bag) as reader:
         types = {topic.name: topic.type_name for topic in reader.summary.topics}
         topics = _layer_topics(types)
         scenes = next((name for name in types if name.endswith("/scene") and types[name] == "std_msgs/msg/String"), None)
         if scenes is None or not topics:
-            raise ValueError(f"{bag}: no contact sheet; expected a scene topic and images, got {', '.join(sorted(types)) or 'nothing'}")
+            raise UsageError(f"{bag}: no contact sheet; expected a scene topic and images, got {', '.join(sorted(types)) or 'nothing'}")
         rooms = [_read_room(message) for message in reader.messages([scenes])]
         chosen = {stamp for room in rooms for stamp in _spread(room.stamps, FRAMES_PER_ROOM)}
         tiles = {(stamp, layer): tile for stamp, layer, tile in _tiles(reader, topics, chosen)}
     if not tiles:
-        raise ValueError(f"{bag}: no contact sheet; it holds no image of its {len(rooms)} rooms")
+        raise UsageError(f"{bag}: no contact sheet; it holds no image of its {len(rooms)} rooms")
     partial = path.with_name(f".{path.name}.partial")
     _draw(rooms, list(topics), tiles).save(partial, format=FORMATS.get(path.suffix.lower(), "PNG"), quality=85, optimize=True)
     partial.replace(path)

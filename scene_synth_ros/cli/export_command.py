@@ -12,6 +12,7 @@ from renderer.export.scene_glb import scene_to_glb
 from renderer.export.sdf import scene_to_sdf
 from renderer.scene.flatten import flatten
 from scene_description import scene_from_json
+from scene_synth_ros.cli.usage import UsageError
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,11 +28,11 @@ def run(arguments: argparse.Namespace) -> int:
     out: Path = arguments.out
     kind = out.suffix.lower()
     if kind not in (".glb", ".sdf"):
-        raise ValueError(f"{out}: expected a file name that ends in .glb or .sdf")
+        raise UsageError(f"{out}: expected a file name that ends in .glb or .sdf")
     meshes = out.with_name(f"{out.stem}_meshes")
     for path in (out, meshes) if kind == ".sdf" else (out,):
         if path.exists() and not arguments.force:
-            raise FileExistsError(f"{path}: exists already; choose another name or say --force")
+            raise UsageError(f"{path}: exists already; choose another name or say --force")
     scene = scene_from_json(arguments.scene.read_text(encoding="utf-8"))
     flat = flatten(scene, arguments.catalog)
     if kind == ".sdf":

@@ -32,6 +32,7 @@ from grammar.learning import (
 from grammar.learning.learn import PARTS
 from grammar.spec.rules import TERMS, Grammar
 from scene_description.share import config_path
+from scene_synth_ros.cli.usage import UsageError
 
 _SHOWN_LINES = 8
 
@@ -146,9 +147,9 @@ def _check(arguments: argparse.Namespace) -> None:
     ):
         value = getattr(arguments, name)
         if not (math.isfinite(value) and low <= value <= high):
-            raise ValueError(f"--{name.replace('_', '-')}: expected a number in [{low:g}, {high:g}], got {value:g}")
+            raise UsageError(f"--{name.replace('_', '-')}: expected a number in [{low:g}, {high:g}], got {value:g}")
     if arguments.out.exists():
-        raise ValueError(f"--out: expected a new file, got {arguments.out}, which exists")
+        raise UsageError(f"--out: expected a new file, got {arguments.out}, which exists")
 
 
 def _header(arguments: argparse.Namespace, files: Sequence[LayoutFile], learned: LearnedGrammar, held: int) -> list[str]:

@@ -17,6 +17,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
 from scene_synth_ros.cli.node_modules import NODES
+from scene_synth_ros.cli.usage import UsageError
 from scene_synth_ros.suite.process import end_process
 from scene_synth_ros.suite.stale_shared_memory import away_from_dead_ports
 from scene_synth_ros.suite.suite_node import REFUSALS, SuiteNode
@@ -35,11 +36,11 @@ def make_node(name: str, parameters: str, namespace: str) -> SuiteNode:
         namespace: of its topics.
 
     Raises:
-        OSError, ValueError, RuntimeError: its parameters do not fit; one line.
+        OSError, SceneSynthError: its parameters do not fit; one line.
     """
     known = NODES.get("renderer_node" if name.startswith("renderer_node") else name)
     if known is None:
-        raise ValueError(f"one_process: unknown node '{name}'; known: {', '.join(NODES)}")
+        raise UsageError(f"one_process: unknown node '{name}'; known: {', '.join(NODES)}")
     kind = getattr(importlib.import_module(known.module), known.node_class)
     words = ["--ros-args", "-r", f"__node:={name}", "-r", f"__ns:={namespace}", "--params-file", parameters]
     node: SuiteNode = kind(cli_args=words, use_global_arguments=False)

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from scene_synth_ros.cli.usage import UsageError
+
 INK, PAPER = (30, 30, 34), (250, 250, 248)
 FORMATS = {".jpg": "JPEG", ".jpeg": "JPEG", ".png": "PNG"}
 _GAP, _LABEL_HEIGHT = 3, 15
@@ -26,11 +28,11 @@ def write_grid(tiles: Sequence[Tile], columns: int, path: Path, quality: int = 8
     """Write the tiles row by row as JPEG or PNG by the file's name; all have the size of the first.
 
     Raises:
-        ValueError: there is no tile.
+        UsageError: there is no tile.
         OSError: the file cannot be written.
     """
     if not tiles:
-        raise ValueError(f"{path}: expected at least one picture, got none")
+        raise UsageError(f"{path}: expected at least one picture, got none")
     height, width = tiles[0].picture.shape[:2]
     rows = -(-len(tiles) // columns)
     step_x, step_y = width + _GAP, height + _LABEL_HEIGHT + _GAP

@@ -22,6 +22,7 @@ from scene_synth_ros.cli.frame_files import write_frame
 from scene_synth_ros.cli.render_settings import PRESETS, preset_settings, read_settings
 from scene_synth_ros.cli.render_settings import add_arguments as add_settings
 from scene_synth_ros.cli.tum_trajectory import MAX_TEXT_LENGTH, trajectory_from_tum, trajectory_to_tum
+from scene_synth_ros.cli.usage import UsageError
 
 __all__ = ["PRESETS", "add_arguments", "preset_settings", "run"]
 
@@ -58,7 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
     scene = _read_scene(arguments)
     poses = scene.camera_path[: arguments.frames]
     if not poses:
-        raise ValueError(f"--frames: expected at least 1, got {arguments.frames}")
+        raise UsageError(f"--frames: expected at least 1, got {arguments.frames}")
     flat, key = flatten(scene, arguments.catalog), scene_key(scene)
     metered = meter(flat, settings.camera, settings.render, key, scene.camera_path) if needs_meter(settings.render) else None
     exposure = exposed(settings.render, metered, fixed_ev100)
@@ -101,7 +102,7 @@ def _read_scene(arguments: argparse.Namespace) -> SceneDescription:
 
 def _read_trajectory(path: Path) -> Sequence[CameraPose]:
     if path.stat().st_size > MAX_TEXT_LENGTH:
-        raise ValueError(f"{path}: expected at most {MAX_TEXT_LENGTH} bytes, got {path.stat().st_size}")
+        raise UsageError(f"{path}: expected at most {MAX_TEXT_LENGTH} bytes, got {path.stat().st_size}")
     return trajectory_from_tum(path.read_text(encoding="utf-8"), str(path))
 
 

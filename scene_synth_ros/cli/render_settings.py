@@ -12,6 +12,7 @@ from renderer.film.tone import TONE_CURVES
 from scene_description import from_mapping
 from scene_description.share import config_path
 from scene_synth_ros.cli.run_profile import ProfileError, apply_overrides, load_profile
+from scene_synth_ros.cli.usage import UsageError
 
 PRESETS = ("stream", "balanced", "photo")
 """Named settings of the renderer, ``config/presets/<name>.yaml``; also overlays of run profiles."""
@@ -50,7 +51,7 @@ def read_settings(arguments: argparse.Namespace) -> Settings:
     """Return the settings that the options ask for.
 
     Raises:
-        ValueError: an option does not fit; one line.
+        UsageError: an option does not fit; one line.
     """
     values: dict[str, Any] = {f"render.{name}": value for name, value in preset_settings(arguments.preset, arguments.spp).items()}
     values |= {"render.auto_exposure": True, "render.threads": arguments.threads}
@@ -60,7 +61,7 @@ def read_settings(arguments: argparse.Namespace) -> Settings:
     if arguments.size is not None:
         width, _, height = arguments.size.partition("x")
         if not (width.isdigit() and height.isdigit()):
-            raise ValueError(f"--size: expected WIDTHxHEIGHT, got {arguments.size}")
+            raise UsageError(f"--size: expected WIDTHxHEIGHT, got {arguments.size}")
         values |= {"camera.width": int(width), "camera.height": int(height)}
     own = apply_overrides({NODE: {}}, [f"{NODE}.{text}" for text in arguments.parameters])[NODE]
     values |= _of_groups(own, "-p", strict=True)
@@ -82,14 +83,14 @@ def white_settings(text: str) -> dict[str, Any]:
     """Return the fields of ``RenderConfig`` for ``--white-balance``: a name or a colour temperature.
 
     Raises:
-        ValueError: it is neither.
+        UsageError: it is neither.
     """
     if text in ("auto", "none"):
         return {"white_balance": text}
     try:
         return {"white_balance": "kelvin", "white_balance_k": float(text)}
     except ValueError:
-        raise ValueError(f"--white-balance: expected auto, none or a colour temperature in kelvin, got '{text}'") from None
+        raise UsageError(f"--white-balance: expected auto, none or a colour temperature in kelvin, got '{text}'") from None
 
 
 def _shortcuts(arguments: argparse.Namespace) -> dict[str, Any]:

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from scene_synth_ros.bags.bag_repair import RepairReport, repair_bag, repaired_name, replace_bag
+from scene_synth_ros.cli.usage import UsageError
 from scene_synth_ros.mcap.file import COMPRESSIONS
 
 _MAX_FAULTS = 10
@@ -23,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Repair; return 0 if a bag could be made."""
     if arguments.in_place and arguments.out:
-        raise ValueError("--in-place and --out: expected one of them")
+        raise UsageError("--in-place and --out: expected one of them")
     out = arguments.out or repaired_name(arguments.bag)
     report = repair_bag(arguments.bag, out, compression=arguments.compression, progress=_progress)
     if arguments.in_place:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 
+from scene_synth_ros.cli.usage import UsageError
 from scene_synth_ros.replay import replay_node
 
 REMAP = re.compile(r"[A-Za-z0-9_/~{}]+:=[A-Za-z0-9_/~{}]+")
@@ -34,7 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
     }
     for remap in arguments.remap:
         if not REMAP.fullmatch(remap):
-            raise ValueError(f"--remap {remap}: expected FROM:=TO, for example /synth/camera/color/image_raw:=/camera/image_raw")
+            raise UsageError(f"--remap {remap}: expected FROM:=TO, for example /synth/camera/color/image_raw:=/camera/image_raw")
     if arguments.topics:
         options["topics"] = "[" + ", ".join(f"'{topic}'" for topic in arguments.topics) + "]"
     ros_arguments = [word for name, value in options.items() for word in ("-p", f"{name}:={value}")]

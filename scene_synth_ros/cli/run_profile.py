@@ -9,6 +9,8 @@ from typing import Any
 
 import yaml
 
+from scene_description import SceneSynthError
+
 NODES = ("grammar_node", "renderer_node", "recorder_node")
 ALL_NODES = "/**"
 EXTRA_RENDERER = re.compile(r"renderer_node_[A-Za-z0-9_]{1,60}")
@@ -18,7 +20,7 @@ NodeParameters = dict[str, dict[str, Any]]
 """Node name -> parameter name with dots -> value."""
 
 
-class ProfileError(ValueError):
+class ProfileError(SceneSynthError):
     """A run profile or an override that does not fit; one line."""
 
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from grammar import GrammarError
 from grammar.catalog import entry_faults, read_catalog
 from grammar.synthesize import SceneSynthesizer
 from renderer.core.errors import MeshFileError
@@ -29,19 +30,19 @@ def with_catalog(synthesizer: SceneSynthesizer, folder: str) -> SceneSynthesizer
     """Return a synthesizer that also takes the models of a folder; of no folder (empty), the same one.
 
     Raises:
-        ValueError: the folder is missing, or one of its models cannot be used; one line.
+        GrammarError: the folder is missing, or one of its models cannot be used; one line.
     """
     if not folder:
         return synthesizer
     root = Path(folder)
     if not root.is_dir():
-        raise ValueError(f"catalog_dir: expected a folder, got '{folder}'")
+        raise GrammarError(f"catalog_dir: expected a folder, got '{folder}'")
     listed = read_catalog(root)
     models = []
     for entry in listed.models:
         faults = entry_faults(entry, synthesizer.appearance)
         if faults:
-            raise ValueError(f"{root}: {entry.file}: {faults[0]}")
+            raise GrammarError(f"{root}: {entry.file}: {faults[0]}")
         models.append(measure_model(root, entry))
     return synthesizer.with_catalog(Catalog(models=tuple(models), procedural=listed.procedural))
 

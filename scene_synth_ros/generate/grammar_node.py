@@ -18,7 +18,7 @@ from visualization_msgs.msg import MarkerArray
 from grammar import SceneRequest
 from grammar.checks.metrics import SamplingCost
 from grammar.synthesize import CameraTimes, SceneSynthesizer
-from scene_description import FieldError, Limits
+from scene_description import FieldError, Limits, SceneSynthError
 from scene_description.strict import shorten
 from scene_synth_ros.generate.catalogs import with_catalog
 from scene_synth_ros.generate.frame_times import FrameTimes
@@ -287,7 +287,7 @@ class GrammarNode(SuiteNode):
         pending, self._pending = self._pending, None
         try:
             prepared = pending.result()
-        except ValueError as error:
+        except SceneSynthError as error:
             self._fault = f"room {self._next_index} could not be synthesised: {error}"
             if run.exit_when_done:
                 self._fail(self._fault)

@@ -38,7 +38,7 @@ class RoomJob(NamedTuple):
         """Return the room with its JSON.
 
         Raises:
-            ValueError: it cannot be synthesised; one line.
+            SceneSynthError: it cannot be synthesised; one line.
         """
         began = time.perf_counter()
         scene, cost = self.synthesizer.synthesize_with_cost(self.request, self.seed, self.index, self.times)

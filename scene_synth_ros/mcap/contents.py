@@ -13,6 +13,7 @@ from typing import NamedTuple
 from mcap.opcode import Opcode
 from mcap.records import Attachment, AttachmentIndex, Channel, ChunkIndex, Footer, Header, Metadata, Schema, Statistics
 
+from scene_description import SceneSynthError
 from scene_synth_ros.mcap.records import (
     PREFIX_SIZE,
     ChunkContent,
@@ -32,7 +33,7 @@ _FOOTER_SIZE = PREFIX_SIZE + 20
 _CHUNK_TIMES = struct.Struct("<QQ")
 
 
-class McapReadError(ValueError):
+class McapReadError(SceneSynthError):
     """A file that cannot be opened as MCAP; one line."""
 
 

@@ -18,6 +18,8 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, McapRecord, Schema
 
+from scene_description import SceneSynthError
+
 MAX_RECORD_SIZE = 2**30
 PREFIX_SIZE = 9
 
@@ -28,7 +30,7 @@ _UNKNOWN_CONTENT_SIZE = 2**64 - 1
 R = TypeVar("R", bound=McapRecord)
 
 
-class RecordError(ValueError):
+class RecordError(SceneSynthError):
     """Bytes that are no MCAP records; one line."""
 
 

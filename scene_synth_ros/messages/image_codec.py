@@ -17,7 +17,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CompressedImage, Image
 
 from renderer.files.image_io import encode_image
-from scene_description import Limits
+from scene_description import Limits, SceneSynthError
 from scene_synth_ros.messages.conversions import ENCODING_CHANNELS, msg_to_image
 
 COMPRESSED_TYPE = "sensor_msgs/msg/CompressedImage"
@@ -33,7 +33,7 @@ _FIXED = "a bag has one form of each image"
 _HEAD = struct.Struct("<iff")
 
 
-class CodecError(ValueError):
+class CodecError(SceneSynthError):
     """An image that cannot be compressed as asked; one line."""
 
 

@@ -16,6 +16,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from scene_description import SceneSynthError
+
 TF_MESSAGE = "tf2_msgs/msg/TFMessage"
 
 _DELIMITER = "\n" + "=" * 80 + "\nMSG: "
@@ -26,7 +28,7 @@ _EMBEDDED_TEXTS = {TF_MESSAGE: "geometry_msgs/TransformStamped[] transforms\n"}
 _EMBEDDED_HASHES = {TF_MESSAGE: "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087"}
 
 
-class MessageDefinitionError(ValueError):
+class MessageDefinitionError(SceneSynthError):
     """A message type whose definition cannot be found; one line that names the type."""
 
 

@@ -19,6 +19,7 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
+from scene_description import SceneSynthError
 from scene_description.strict import Limits
 from scene_synth_ros.bags.bag_metadata import TopicInfo
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader, BagReadError
@@ -223,7 +224,7 @@ class ReplayNode(Node):  # type: ignore[misc]
         self._clock.publish(clock_to_msg(self._player.log_time_ns()))
 
 
-class UnplayableError(ValueError):
+class UnplayableError(SceneSynthError):
     """A topic that cannot be published here; one line."""
 
 

@@ -15,12 +15,13 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
+from scene_description import SceneSynthError
 from scene_description.strict import FieldError, Limits, field_types, read_value, split_annotation
 
 ROS_OWN = ("use_sim_time", "qos_overrides.", "start_type_description_service")
 
 
-class ParameterError(ValueError):
+class ParameterError(SceneSynthError):
     """A parameter that a node refuses at its start; one line: which, expected, got."""
 
 
@@ -31,11 +32,11 @@ class Parameters:
         node: created with ``automatically_declare_parameters_from_overrides=True``.
         groups: prefix -> dataclass type.
         on_change: called with the prefixes whose values changed, after ROS has taken them.
-        check: called with prefix -> values before a change is taken; a ValueError refuses it with its text.
+        check: called with prefix -> values before a change is taken; a SceneSynthError refuses it with its text.
 
     Raises:
         ParameterError: an override is unknown, of the wrong type or out of range.
-        ValueError: ``check`` refuses the values at the start.
+        SceneSynthError: ``check`` refuses the values at the start.
     """
 
     def __init__(
@@ -97,7 +98,7 @@ class Parameters:
             candidate = self._changed(parameters)
             if self._check_values is not None:
                 self._check_values(candidate)
-        except ValueError as error:
+        except SceneSynthError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 

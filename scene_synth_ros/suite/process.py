@@ -18,6 +18,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from scene_synth_ros.suite.stale_shared_memory import away_from_dead_ports
+from scene_synth_ros.suite.suite_node import REFUSALS
 from scene_synth_ros.suite.trim_heap import use_few_heaps
 
 T = TypeVar("T")
@@ -31,8 +32,8 @@ def run_node(make: Callable[[], Node], args: list[str] | None = None) -> None:
     The node has ``exit_code``, None while it runs, and ``close()``, which frees what it holds and is called once, after spinning has ended.
     If it has ``arrivals``, a count of messages, it gets those that are on their way to it when the signal comes.
 
-    SIGINT and SIGTERM are the ordinary end of a node: code 0 after ``close``.  An OSError, ValueError or RuntimeError while the node is
-    made (a refused parameter, a folder that exists) ends it with code 2 and one line on stderr.
+    SIGINT and SIGTERM are the ordinary end of a node: code 0 after ``close``.  One of ``REFUSALS`` while the node is made (a refused
+    parameter, a folder that exists) ends it with code 2 and one line on stderr.
     """
     caught: list[int] = []
     use_few_heaps()
@@ -69,8 +70,8 @@ def _make(make: Callable[[], Node]) -> tuple[Node | None, str]:
     try:
         with away_from_dead_ports():
             return make(), ""
-    except (OSError, ValueError, RuntimeError) as error:
-        return None, str(error)
+    except REFUSALS as error:
+        return None, " ".join(str(error).split())
 
 
 def _take_what_comes(executor: SingleThreadedExecutor, node: Any) -> None:

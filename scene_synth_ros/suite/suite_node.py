@@ -15,12 +15,25 @@ from collections.abc import Callable
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
+from rclpy.exceptions import NameValidationException, ParameterException
+from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.timer import Timer
 
+from scene_description import SceneSynthError
+
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
-REFUSALS = (OSError, ValueError, RuntimeError)
-"""What making a node's parts raises for bad input: one line."""
+REFUSALS = (
+    OSError,
+    SceneSynthError,
+    ParameterException,
+    NameValidationException,
+    rclpy_implementation.RCLError,
+    rclpy_implementation.RCUtilsError,
+    rclpy_implementation.RMWError,
+    rclpy_implementation.UnknownROSArgsError,
+)
+"""What making a node's parts raises for bad input: one line.  The last six are rclpy's, for words that are no ROS arguments or names."""
 STEADY = Clock(clock_type=ClockType.STEADY_TIME)
 """Goes on evenly whatever becomes of wall clock and ``/clock``; timers, timeouts and throttled lines go by it."""
 
@@ -54,7 +67,7 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
         """Make everything beyond parameters (*configure*).
 
         Raises:
-            OSError, ValueError, RuntimeError: it cannot be made; one line.
+            OSError, SceneSynthError: it cannot be made; one line.
         """
 
     def close(self) -> None:
@@ -64,7 +77,7 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
         """Begin or go on to work (*activate*).
 
         Raises:
-            OSError, ValueError, RuntimeError: it cannot; one line.
+            OSError, SceneSynthError: it cannot; one line.
         """
 
     def pause(self) -> None:
@@ -74,7 +87,7 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
         """Configure and activate, if the node shall start by itself.
 
         Raises:
-            OSError, ValueError, RuntimeError: as :meth:`open` and :meth:`resume`.
+            OSError, SceneSynthError: as :meth:`open` and :meth:`resume`.
         """
         for trigger in (self.trigger_configure, self.trigger_activate) if autostart else ():
             trigger()

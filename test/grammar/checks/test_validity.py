@@ -8,7 +8,7 @@ from small_grammar import CATEGORIES
 
 from grammar.checks.validity import check_room, door_start_m
 from grammar.spec.grammar_file import read_room_type
-from scene_description import ModelReference, Opening, Room, SceneObject, Support
+from scene_description import ModelReference, Opening, Room, SceneObject, SceneSynthError, Support
 
 GRAMMAR = read_room_type("bedroom", CATEGORIES)
 HALF = math.pi / 2
@@ -205,5 +205,5 @@ def test_a_barrier_cuts_off_floor_and_furniture():
 
 def test_a_robot_enters_before_the_middle_of_the_door():
     assert door_start_m(ROOM, 0.2) == pytest.approx((-2.0 + 0.1 + 0.45, -1.8))
-    with pytest.raises(ValueError, match="expected a door to enter by"):
+    with pytest.raises(SceneSynthError, match="expected a door to enter by"):
         door_start_m(replace(ROOM, openings=ROOM.openings[1:]), 0.2)

@@ -11,6 +11,7 @@ from shapely.affinity import rotate
 from shapely.geometry import Point, Polygon, box
 
 from grammar.geometry.free_space import FreeSpace, cell_of, centre_of, occupancy_grid, rasterize, reachable, standable, walkable_share
+from scene_description import SceneSynthError
 
 ROOM = ((0.0, 0.0), (5.0, 0.0), (5.0, 4.0), (0.0, 4.0))
 L_ROOM = ((-1.0, -2.0), (3.0, -2.0), (3.0, 0.0), (1.0, 0.0), (1.0, 2.0), (-1.0, 2.0))
@@ -129,5 +130,5 @@ def test_occupancy_grid_has_the_values_and_rows_of_nav_msgs() -> None:
 
 
 def test_refuses_rasters_that_would_not_fit_into_memory() -> None:
-    with pytest.raises(ValueError, match=r"at most 16000000 cells, got 20000 x 20000; raise resolution_m from 0\.1$"):
+    with pytest.raises(SceneSynthError, match=r"at most 16000000 cells, got 20000 x 20000; raise resolution_m from 0\.1$"):
         rasterize(((-1000, -1000), (1000, -1000), (1000, 1000), (-1000, 1000)), NO_BOXES, 0.1, 1.5)

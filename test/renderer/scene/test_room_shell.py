@@ -11,7 +11,7 @@ from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import merged
 from renderer.models.openings import OPENING_MODELS
 from renderer.scene.room_shell import build_opening, build_shell, triangulate, wall_frame
-from scene_description import ModelReference, Opening, Part, Room
+from scene_description import ModelReference, Opening, Part, Room, SceneSynthError
 
 RECTANGLE = ((0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0))
 L_SHAPE = ((0.0, 0.0), (5.0, 0.0), (5.0, 2.0), (2.5, 2.0), (2.5, 4.0), (0.0, 4.0))
@@ -65,7 +65,7 @@ def test_triangulation_takes_collinear_points_and_refuses_what_is_not_simple() -
     points = np.array([(0, 0), (1, 0), (2, 0), (2, 1), (1, 1), (0, 1)], float)
     triangles = triangulate(points)
     assert len(triangles) == 4
-    with pytest.raises(ValueError, match="simple polygon"):
+    with pytest.raises(SceneSynthError, match="simple polygon"):
         triangulate(np.array([(0, 0), (0, 2), (2, 2), (2, 0)], float))
 
 

@@ -11,9 +11,10 @@ from rclpy.serialization import deserialize_message, serialize_message
 from scene_synth_ros_suite import command, environment, run_suite
 from sensor_msgs.msg import CompressedImage, Image
 
+from scene_description import SceneSynthError
 from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_reader import BagReader
-from scene_synth_ros.bags.bag_verify import VerifyError, verify_bag
+from scene_synth_ros.bags.bag_verify import verify_bag
 from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.cli.run_profile import load_profile
 
@@ -135,7 +136,7 @@ def test_what_cannot_be_verified_says_why(tmp_path: Path) -> None:
     from bag_samples import write_bag
 
     write_bag(tmp_path / "bag")
-    with pytest.raises((VerifyError, ValueError), match=r"scene|settings"):
+    with pytest.raises(SceneSynthError, match=r"scene|settings"):
         verify_bag(tmp_path / "bag")
     process = subprocess.run(
         command("verify", tmp_path / "bag"), env=environment(), capture_output=True, text=True, timeout=60, check=False

@@ -13,6 +13,7 @@ from PIL import Image
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.files.exr_files import is_installed
 from renderer.film.frame import LAYERS
+from scene_description import SceneSynthError
 from scene_synth_ros.cli import render_settings
 from scene_synth_ros.cli.frame_files import exr_channels, write_frame
 
@@ -80,6 +81,6 @@ def test_overlays_then_options_then_single_values_win() -> None:
     ],
 )
 def test_what_does_not_fit_is_refused_in_one_line(words: tuple[str, ...], message: str) -> None:
-    with pytest.raises(ValueError, match=message.replace(".", r"\.")) as refused:
+    with pytest.raises(SceneSynthError, match=message.replace(".", r"\.")) as refused:
         settings(*words)
     assert "\n" not in str(refused.value)

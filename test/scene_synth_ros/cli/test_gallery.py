@@ -11,7 +11,7 @@ from PIL import Image
 from grammar.synthesize import SceneSynthesizer
 from renderer import RenderConfig, Renderer
 from renderer.scene.flatten import flatten
-from scene_description import scene_from_json, scene_to_json
+from scene_description import SceneSynthError, scene_from_json, scene_to_json
 from scene_synth_ros.cli.gallery import MODEL_ID, studio_scene, typical_examples
 from scene_synth_ros.cli.gallery_command import MODEL_CAMERA, _most_telling, _shown
 from scene_synth_ros.cli.picture_grid import Tile, write_grid
@@ -48,7 +48,7 @@ def test_a_grid_holds_its_pictures_row_by_row(tmp_path: Path) -> None:
     places = [tuple(np.argwhere((sheet == color).all(axis=2)).min(axis=0)) for color in colors]
     assert places[0][0] == places[1][0] < places[2][0]
     assert places[0][1] == places[2][1] < places[1][1]
-    with pytest.raises(ValueError, match="at least one picture"):
+    with pytest.raises(SceneSynthError, match="at least one picture"):
         write_grid([], 2, tmp_path / "none.png")
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from scene_description import SceneSynthError
 from scene_description.share import config_path
 from scene_synth_ros.cli import run_command
 from scene_synth_ros.cli.run_profile import ProfileError, apply_overrides, load_profile, write_node_file
@@ -89,5 +90,5 @@ def test_a_grammar_file_comes_with_its_room_type_and_is_checked_first(tmp_path: 
     assert "grammar_file" not in run_command._parameters(parser.parse_args([]))["grammar_node"]
     bad = tmp_path / "bad.yaml"
     bad.write_text("room_type: 7\n")
-    with pytest.raises(ValueError, match=r"bad\.yaml: .*expected"):
+    with pytest.raises(SceneSynthError, match=r"bad\.yaml: .*expected"):
         run_command._parameters(parser.parse_args(["--grammar", str(bad)]))
