@@ -1,18 +1,40 @@
 """How kernels are compiled: cached on disk, free of the GIL, IEEE arithmetic throughout.
 
+A kernel takes the kernels that it calls, and constants, from other files into its machine code, so its cache is renewed when one of these
+changes: no process can run a stale kernel.
+
 Divisions by zero give infinities as in numpy: Python's exception would put a branch into every loop over lanes and keep LLVM from
 vectorising it.
 """
 
+import inspect
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
 from numba import njit
+from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
+
+from scene_description.sources import source_stamp
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
-_SETTINGS: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
+_SETTINGS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
+
+
+class KernelCache(FunctionCache):  # type: ignore[misc]
+    """Numba's cache of one function on disk, good for the sources of the function's file and of all that this imports from here."""
+
+    def __init__(self, function: Callable[..., object]) -> None:
+        super().__init__(function)
+        stamp = source_stamp(inspect.getfile(function))
+        self._cache_file = IndexDataCacheFile(self._cache_path, self._impl.filename_base, stamp)
+
+
+def _compiled(function: Function, **settings: Any) -> Function:
+    dispatcher = njit(**settings)(function)
+    dispatcher._cache = KernelCache(function)
+    return cast(Function, dispatcher)
 
 
 class _Apart(CompilerBase):  # type: ignore[misc]
@@ -29,17 +51,17 @@ _INNER: dict[str, Any] = {**_SETTINGS, "no_cpython_wrapper": True, "pipeline_cla
 
 def entry(function: Function) -> Function:
     """Compile a function that Python calls; to its callers it keeps its type.  Its arrays may share memory, as those of packets do."""
-    return cast(Function, njit(**_SETTINGS)(function))
+    return _compiled(function, **_SETTINGS)
 
 
 def kernel(function: Function) -> Function:
     """Compile a function that kernels call, with arrays that are apart."""
-    return cast(Function, njit(**_INNER)(function))
+    return _compiled(function, **_INNER)
 
 
 def inlined(function: Function) -> Function:
     """Compile a function into its callers: passing records of many arrays by value would cost more than the work."""
-    return cast(Function, njit(forceinline=True, **_INNER)(function))
+    return _compiled(function, forceinline=True, **_INNER)
 
 
 def from_python(function: Function) -> Function:
