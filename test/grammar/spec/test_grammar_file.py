@@ -148,7 +148,8 @@ def test_addresses_that_point_in_a_circle_are_refused(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("nodes: [1, 2", r"closet\.yaml: line 1, column 13: expected YAML, got"),
+        ("nodes: [1, 2}", r"closet\.yaml: line 1, column 13: expected YAML, got"),
+        ("nodes: " + 200_000 * "[", r"closet\.yaml: line 1, column 107: expected YAML, got nesting deeper than 100"),
         ("root: a\nroot: b\n", r"key 'root' twice"),
         ("- 1\n", r"document: expected a mapping, got list"),
         ("extends: ../closet.yaml\n", r"extends: expected the name of a file in the same folder"),
