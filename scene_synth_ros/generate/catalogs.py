@@ -30,7 +30,8 @@ def with_catalog(synthesizer: SceneSynthesizer, folder: str) -> SceneSynthesizer
     """Return a synthesizer that also takes the models of a folder; of no folder (empty), the same one.
 
     Raises:
-        GrammarError: the folder is missing, or one of its models cannot be used; one line.
+        GrammarError: the folder is missing, or an entry of its list cannot be used; one line.
+        MeshFileError: a model cannot be used; one line.
     """
     if not folder:
         return synthesizer
