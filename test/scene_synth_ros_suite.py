@@ -33,6 +33,7 @@ SMALL += ["renderer_node.render.auto_exposure:=false"]
 
 
 _claims: deque[IO[str]] = deque(maxlen=8)
+_PEERS: dict[Context, list[Peer]] = {}
 """Locks of the domains that this process has used last; the oldest is let go for a new one."""
 
 
@@ -96,8 +97,24 @@ class Child(subprocess.Popen[str]):
         return self.said()
 
 
+@contextmanager
+def dds_context(domain_id: int) -> Iterator[Context]:
+    """Yield a context in a DDS domain; at the end its peers are destroyed.
+
+    A participant that is only forgotten lives on with its threads, which takes processor time from every test that comes after.
+    """
+    context = Context()
+    rclpy.init(context=context, domain_id=domain_id)
+    try:
+        yield context
+    finally:
+        for peer in _PEERS.pop(context, []):
+            peer.destroy()
+        rclpy.try_shutdown(context=context)
+
+
 class Peer:
-    """A node of the test's own that talks with a node process."""
+    """A node of the test's own that talks with a node process; destroyed with its :func:`dds_context`."""
 
     def __init__(self, context: Context) -> None:
         self.node = Node("test_peer", namespace="/synth", context=context)
@@ -106,6 +123,12 @@ class Peer:
         self.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self.node)
+        _PEERS.setdefault(context, []).append(self)
+
+    def destroy(self) -> None:
+        """Leave the domain."""
+        self._executor.shutdown()
+        self.node.destroy_node()
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         self.errors += [status.message for status in message.status if status.level == DiagnosticStatus.ERROR]
@@ -151,14 +174,12 @@ def node_process(name: str, settings: Mapping[str, object], surroundings: Mappin
     words = [sys.executable, "-m", NODES[name].module, "--ros-args", "-r", "__ns:=/synth"]
     words += [word for key, value in settings.items() for word in ("-p", f"{key}:={value}")]
     process = Child(words, env=env)
-    context = Context()
     try:
-        rclpy.init(context=context, domain_id=int(env["ROS_DOMAIN_ID"]))
-        yield context
-        assert process.poll() is None, f"{name} must have survived everything: {process.said()}"
+        with dds_context(int(env["ROS_DOMAIN_ID"])) as context:
+            yield context
+            assert process.poll() is None, f"{name} must have survived everything: {process.said()}"
     finally:
         stop(process)
-        rclpy.try_shutdown(context=context)
         sys.stderr.write("\n".join(process.said()))  # shown when the test fails
 
 

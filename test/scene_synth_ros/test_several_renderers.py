@@ -6,10 +6,8 @@ import signal
 from pathlib import Path
 
 import pytest
-import rclpy
-from rclpy.context import Context
 from rclpy.serialization import deserialize_message
-from scene_synth_ros_suite import Child, Peer, environment, node_pids, record_command, run_suite, stop, wait_until
+from scene_synth_ros_suite import Child, Peer, dds_context, environment, node_pids, record_command, run_suite, stop, wait_until
 from std_msgs.msg import String
 
 from scene_description import scene_from_json
@@ -70,18 +68,16 @@ def test_colour_and_truth_of_two_renderers_have_the_same_stamps(tmp_path: Path, 
 def test_a_reset_waits_for_the_room_at_work_and_begins_again_without_loss(tmp_path: Path, renderers: int) -> None:
     bag, env = tmp_path / "bag", environment()
     process = Child(record_command(bag, "--rooms", 3, "--frames", 20, "--renderers", renderers), env=env)
-    context = Context()
     try:
-        rclpy.init(context=context, domain_id=int(env["ROS_DOMAIN_ID"]))
-        peer, seen = Peer(context), []
-        peer.node.create_subscription(String, "scene", lambda message: seen.append(json.loads(message.data)["index"]), latched_qos(10))
-        peer.spin_until(lambda: 1 in seen, 180, "the second room")
-        assert peer.trigger("grammar_node/reset")[0]
-        output, errors = process.communicate(timeout=300)
-        assert process.returncode == 0, errors + output
+        with dds_context(int(env["ROS_DOMAIN_ID"])) as context:
+            peer, seen = Peer(context), []
+            peer.node.create_subscription(String, "scene", lambda message: seen.append(json.loads(message.data)["index"]), latched_qos(10))
+            peer.spin_until(lambda: 1 in seen, 180, "the second room")
+            assert peer.trigger("grammar_node/reset")[0]
+            output, errors = process.communicate(timeout=300)
+            assert process.returncode == 0, errors + output
     finally:
         stop(process)
-        rclpy.try_shutdown(context=context)
     report = inspect_bag(bag)
     assert not report.faults, report.faults
     with BagReader(bag) as reader:

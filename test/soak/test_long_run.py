@@ -6,9 +6,7 @@ import time
 from pathlib import Path
 
 import pytest
-import rclpy
-from rclpy.context import Context
-from scene_synth_ros_suite import Peer, node_pids
+from scene_synth_ros_suite import Peer, dds_context, node_pids
 from std_msgs.msg import String
 from test_faults_soak import Run
 
@@ -38,8 +36,6 @@ def test_a_long_run_loses_nothing_and_grows_nowhere(tmp_path: Path) -> None:
     words = [word for override in overrides for word in ("-p", override)]
     rooms = FRAMES // FRAMES_PER_ROOM // 2
     suite = Run(tmp_path / "bag", "--rooms", rooms, "--frames", FRAMES_PER_ROOM, *words)
-    context = Context()
-    rclpy.init(context=context, domain_id=int(suite.env["ROS_DOMAIN_ID"]))
     frames = [0]
 
     def hear(message: String) -> None:
@@ -47,21 +43,21 @@ def test_a_long_run_loses_nothing_and_grows_nowhere(tmp_path: Path) -> None:
         if status["role"] == "recorder":
             frames[0] = max(frames[0], status["counts"].get("/synth/camera/pose", 0))
 
-    peer = Peer(context)
-    peer.node.create_subscription(String, "status", hear, latched_qos(100))
     samples: dict[str, list[tuple[int, tuple[int, int, int]]]] = {node: [] for node in NODES}
     began, again = time.monotonic(), False
-    while suite.process.poll() is None:
-        peer.spin_for(0.5)
-        if not again and frames[0] > (rooms - 1) * FRAMES_PER_ROOM:
-            again, _ = peer.trigger("grammar_node/reset")
-        for node, pid in node_pids(suite.marker).items():
-            try:
-                samples[node].append((frames[0], vitals(pid)))
-            except OSError:
-                continue
+    with dds_context(int(suite.env["ROS_DOMAIN_ID"])) as context:
+        peer = Peer(context)
+        peer.node.create_subscription(String, "status", hear, latched_qos(100))
+        while suite.process.poll() is None:
+            peer.spin_for(0.5)
+            if not again and frames[0] > (rooms - 1) * FRAMES_PER_ROOM:
+                again, _ = peer.trigger("grammar_node/reset")
+            for node, pid in node_pids(suite.marker).items():
+                try:
+                    samples[node].append((frames[0], vitals(pid)))
+                except OSError:
+                    continue
     code, output = suite.finish()
-    rclpy.try_shutdown(context=context)
     assert code == 0, output
     report = inspect_bag(tmp_path / "bag")
     assert not report.faults, report.faults

@@ -9,13 +9,12 @@ from glb_files import pack_glb, triangle_tree
 
 from grammar.catalog import choose_after, choose_before
 from grammar.spec.request import RequestError, SceneRequest
-from grammar.spec.rules import GrammarError
 from grammar.synthesize import CameraTimes, SceneSynthesizer
 from renderer.files.catalog_check import look_at_top, open_edges
 from renderer.files.file_parts import MeshFile
 from renderer.files.mesh_files import read_mesh_file
 from renderer.scene.flatten import flatten
-from scene_description import FileReading, SceneDescription, scene_from_json, scene_to_json
+from scene_description import FileReading, SceneDescription, SceneSynthError, scene_from_json, scene_to_json
 from scene_synth_ros.cli.command_line import main
 from scene_synth_ros.generate.catalogs import check_catalog, with_catalog
 
@@ -163,7 +162,7 @@ def test_looks_reach_the_parts_of_files(tmp_path: Path) -> None:
 )
 def test_what_cannot_be_used_is_refused_in_one_line(tmp_path: Path, text: str, reason: str) -> None:
     folder = make_catalog(tmp_path, text)
-    with pytest.raises(GrammarError, match=reason) as caught:
+    with pytest.raises(SceneSynthError, match=reason) as caught:
         with_catalog(PLAIN, str(folder))
     assert "\n" not in str(caught.value)
 

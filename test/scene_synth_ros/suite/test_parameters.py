@@ -9,6 +9,7 @@ import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from scene_synth_ros_suite import claim_domain
 
 from scene_description import Limits
 from scene_synth_ros.suite.parameters import ParameterError, Parameters
@@ -25,14 +26,21 @@ class Lens:
 @pytest.fixture
 def context() -> Iterator[Context]:
     context = Context()
-    rclpy.init(context=context)
+    rclpy.init(context=context, domain_id=claim_domain())
     yield context
+    for node in MADE:
+        node.destroy_node()
+    MADE.clear()
     rclpy.try_shutdown(context=context)
+
+
+MADE: list[Node] = []
 
 
 def make_node(context: Context, **overrides: object) -> Node:
     values = [Parameter(name.replace("__", "."), value=value) for name, value in overrides.items()]
-    return Node("lens_node", context=context, parameter_overrides=values, automatically_declare_parameters_from_overrides=True)
+    MADE.append(Node("lens_node", context=context, parameter_overrides=values, automatically_declare_parameters_from_overrides=True))
+    return MADE[-1]
 
 
 def test_defaults_overrides_and_whole_numbers_for_real_ones(context: Context) -> None:

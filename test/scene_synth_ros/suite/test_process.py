@@ -5,9 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
-import rclpy
-from rclpy.context import Context
-from scene_synth_ros_suite import Child, Peer, environment, stop
+from scene_synth_ros_suite import Child, Peer, dds_context, environment, stop
 from std_msgs.msg import String
 
 from scene_synth_ros.bags.bag_reader import BagReader
@@ -21,22 +19,20 @@ def test_a_recorder_that_lags_behind_takes_what_was_sent_before_the_signal(tmp_p
     env = environment()
     words = ["-m", "scene_synth_ros.record.recorder_node", "--ros-args", "-r", "__ns:=/synth", "-p", f"bag:={tmp_path / 'bag'}"]
     recorder = Child([sys.executable, *words], env=env)
-    context = Context()
     try:
-        rclpy.init(context=context, domain_id=int(env["ROS_DOMAIN_ID"]))
-        peer = Peer(context)
-        publisher = peer.node.create_publisher(String, TOPIC, stream_qos(COUNT))
-        peer.spin_until(lambda: publisher.get_subscription_count() == 1, 30, "the recorder's subscription")
-        peer.spin_for(0.5)
-        recorder.send_signal(signal.SIGSTOP)
-        for index in range(COUNT):
-            publisher.publish(String(data=f"{index} " + 1000 * "x"))
-        recorder.send_signal(number)
-        recorder.send_signal(signal.SIGCONT)
-        _, errors = recorder.communicate(timeout=20)
-        assert recorder.returncode == 0 and "Traceback" not in errors, errors
+        with dds_context(int(env["ROS_DOMAIN_ID"])) as context:
+            peer = Peer(context)
+            publisher = peer.node.create_publisher(String, TOPIC, stream_qos(COUNT))
+            peer.spin_until(lambda: publisher.get_subscription_count() == 1, 30, "the recorder's subscription")
+            peer.spin_for(0.5)
+            recorder.send_signal(signal.SIGSTOP)
+            for index in range(COUNT):
+                publisher.publish(String(data=f"{index} " + 1000 * "x"))
+            recorder.send_signal(number)
+            recorder.send_signal(signal.SIGCONT)
+            _, errors = recorder.communicate(timeout=20)
+            assert recorder.returncode == 0 and "Traceback" not in errors, errors
     finally:
         stop(recorder)
-        rclpy.try_shutdown(context=context)
     with BagReader(tmp_path / "bag") as reader:
         assert sum(1 for _ in reader.messages([TOPIC])) == COUNT
