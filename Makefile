@@ -1,7 +1,8 @@
 # make run    the main job: the node suite records a bag of several rooms, checks it and draws a contact sheet
-# make test   all tests, WORKERS=2 in two processes     make lint   ruff and mypy
+# make test   all tests, in two processes; WORKERS=N in N, WORKERS= in one     make lint   ruff and mypy
 # make bench  speed tables       make setup  only the environment
 # make gallery  contact sheets of every model and material and of a room of each type, in docs/gallery
+# make docs   the pages and pictures in docs that are made from the code
 # make soak   long runs and injected faults
 PYTHON ?= python3
 VENV := .venv
@@ -9,7 +10,7 @@ BIN := $(VENV)/bin
 SEED ?= 1
 ROOMS ?= 4
 FRAMES ?= 8
-WORKERS ?=
+WORKERS ?= 2
 
 # With a sourced system ROS 2 the virtual environment sees its rclpy; without one it gets the wheels.
 SYSTEM_ROS := $(shell $(PYTHON) -c 'import rclpy' 2>/dev/null && echo yes)
@@ -21,7 +22,7 @@ VENV_FLAGS :=
 EXTRAS := ros,test,bench,denoise,exr
 endif
 
-.PHONY: setup run test soak lint bench gallery clean fresh-kernels
+.PHONY: setup run test soak lint bench docs gallery clean
 
 setup: $(VENV)/.ready
 
@@ -34,30 +35,28 @@ $(VENV)/.ready: setup.py
 	@PYTHONWARNINGS=ignore $(BIN)/pip install --quiet --disable-pip-version-check --editable ".[$(EXTRAS)]"
 	@touch $@
 
-# numba's cache knows the file of a kernel, not the files of what it calls: kernels older than the newest source are compiled again.
-fresh-kernels:
-	@newest=$$(find grammar renderer -name '*.py' -printf '%T@ %p\n' | sort -n | tail -n 1 | cut -d ' ' -f 2-); \
-		find grammar renderer -name '*.nb[ic]' ! -newer "$$newest" -delete
-
-run: setup fresh-kernels
+run: setup
 	@$(BIN)/python -m scene_synth_ros run --params config/runs/main.yaml --seed $(SEED) --rooms $(ROOMS) --frames $(FRAMES) \
 		--record runs/$$(date +%Y%m%d-%H%M%S) --contact-sheet contact_sheet.png
 
-test: setup fresh-kernels
+test: setup
 	$(BIN)/python -m pytest $(if $(WORKERS),-n $(WORKERS) --dist loadgroup)
 
 # hours at full size; SOAK_FRAMES, SOAK_SIZE=160x120, SOAK_KILLS, SOAK_SCENES and SOAK_PARAMETERS make it smaller
-soak: setup fresh-kernels
+soak: setup
 	$(BIN)/python -m pytest -m soak -s test/soak
 
 lint: setup
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 
-bench: setup fresh-kernels
+bench: setup
 	$(BIN)/python -m benchmarks --json bench.json
 
-gallery: setup fresh-kernels
+docs: setup
+	@$(BIN)/python docs/architecture_map.py
+
+gallery: setup
 	$(BIN)/python -m scene_synth_ros gallery --out docs/gallery
 
 clean:

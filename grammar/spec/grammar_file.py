@@ -47,7 +47,7 @@ def _load(text: str) -> Any:
     for event in yaml.parse(text, Loader=_StrictLoader):
         depth += isinstance(event, yaml.CollectionStartEvent) - isinstance(event, yaml.CollectionEndEvent)
         if depth > _DEEPEST:
-            raise yaml.composer.ComposerError(None, None, f"nesting deeper than {_DEEPEST}", event.start_mark)
+            raise yaml.composer.ComposerError(None, None, f"nesting deeper than {_DEEPEST}", event.start_mark)  # type: ignore[arg-type]
     return yaml.load(text, Loader=_StrictLoader)
 
 
