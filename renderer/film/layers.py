@@ -207,7 +207,7 @@ GEOMETRIC_LAYERS = tuple(name for name, row in LAYERS.items() if row.group == "g
 COLOR_LAYERS = tuple(name for name, row in LAYERS.items() if row.group == "color")
 """Layers for which light is traced."""
 
-SAMPLED_LAYERS = tuple(name for name, row in LAYERS.items() if row.group != "geometric")
+SAMPLED_LAYERS = tuple(name for name, row in LAYERS.items() if row.group in ("sampled", "color"))
 """Layers that are means of samples: they carry noise, and the blur of whatever the lens or the shutter blurs."""
 
 
