@@ -60,7 +60,7 @@ GOOD = {"depth": np.ones((3, 4), np.float32), "color": np.zeros((3, 4, 3), np.ui
 @pytest.mark.parametrize(
     ("layers", "message"),
     [
-        ({"wobble": np.full((3, 4), 70_000.5)}, "layers: expected some of color, depth, .*samples, got wobble"),
+        ({"wobble": np.full((3, 4), 70_000.5)}, "layers: expected some of color, depth, .*, got wobble"),
         ({"depth": np.ones((3, 4), np.float64)}, r"layer depth: expected float32 \(height, width\), got float64 \(3, 4\)"),
         ({"color": np.zeros((3, 4), np.uint8)}, r"layer color: expected uint8 \(height, width, 3\), got uint8 \(3, 4\)"),
         ({"samples": np.ones((3, 4), np.int64)}, r"layer samples: expected uint16 \(height, width\), got int64 \(3, 4\)"),
