@@ -15,9 +15,9 @@ from rclpy.serialization import serialize_message
 
 from benchmarks.stream_bench import make_frame
 from benchmarks.table import Row, at_least
+from renderer import LAYERS
 from scene_synth_ros.bags.bag_writer import DEFAULT_CHUNK_SIZE, BagWriter
-from scene_synth_ros.messages.conversions import image_to_msg
-from scene_synth_ros.messages.frame_messages import STREAMS
+from scene_synth_ros.messages.conversions import image_to_msg, layer_encoding
 from scene_synth_ros.messages.message_definitions import message_definition
 from scene_synth_ros.record.recording import Recording
 
@@ -34,7 +34,10 @@ def measure() -> list[Row]:
     frames: Frames = [
         (
             stamp,
-            {f"/{name}": bytes(serialize_message(image_to_msg(image, STREAMS[name].encoding, stamp, "eye"))) for name, image in items},
+            {
+                f"/{name}": bytes(serialize_message(image_to_msg(image, layer_encoding(LAYERS[name]), stamp, "eye")))
+                for name, image in items
+            },
         )
         for stamp in stamps
         for items in [frame.layers.items()]

@@ -23,11 +23,10 @@ from benchmarks.table import Row, at_least, at_most
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.film.frame import Frame
 from scene_description import CameraPose
-from scene_description.labels import instance_palette, label_palette
+from scene_description.labels import semantic_labels
 from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.cli.supervisor import node_environment
-from scene_synth_ros.messages.conversions import semantic_labels
-from scene_synth_ros.messages.frame_messages import Palettes, StreamConfig
+from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.render.streams import StreamPublishers
 from scene_synth_ros.suite.qos import latched_qos
 from scene_synth_ros.suite.status import NodeStatus, status_from_json, status_to_json
@@ -47,7 +46,7 @@ def measure() -> list[Row]:
     rclpy.init()
     node = Node("stream_bench", namespace="/bench")
     streams = StreamPublishers(node, StreamConfig(color_companions=False, lazy=False), CameraConfig())
-    streams.messages.begin_palettes(Palettes(label_palette(), instance_palette(256)), {"semantic": semantic_labels(), "instance": {}})
+    streams.messages.begin_labels({"semantic": semantic_labels(), "instance": {}})
     frame = make_frame()
     recorded = _recorded(node, streams, frame)  # before any frame is latched that the recorder would wait to see whole
     rows = [*_subscribed(streams, frame), *recorded]

@@ -5,7 +5,8 @@ Knows scenes only as :class:`~renderer.scene.flat_scene.FlatScene`: one world-sp
 
 from renderer.camera.config import CameraConfig, SensorConfig
 from renderer.core.errors import RenderCancelled, RenderError
-from renderer.film.frame import GEOMETRIC_LAYERS, LAYERS, Frame
+from renderer.film.frame import Frame
+from renderer.film.layers import GEOMETRIC_LAYERS, LAYERS
 from renderer.geometry.mesh import Mesh
 from renderer.path.config import RenderConfig
 from renderer.renderer import Renderer, warm_up

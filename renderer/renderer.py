@@ -24,12 +24,13 @@ from renderer.core.errors import RenderError
 from renderer.core.random_numbers import make_frame_key
 from renderer.core.workers import Workers, thread_count
 from renderer.film.denoise import Denoiser, is_asked
-from renderer.film.frame import COLOR_LAYERS, GEOMETRIC_LAYERS, LAYERS, SAMPLED_LAYERS, Frame
+from renderer.film.frame import Frame
+from renderer.film.layers import COLOR_LAYERS, GEOMETRIC_LAYERS, LAYERS, SAMPLED_LAYERS, check_names
 from renderer.film.tone import Exposure, to_display, white_luminance
 from renderer.film.white_balance import white_of_kelvin
 from renderer.geometry.mesh import Mesh
 from renderer.path.config import RenderConfig
-from renderer.path.ground_truth import GeometricImages, Labels, empty_images, trace_geometry
+from renderer.path.ground_truth import GeometricImages, Labels, trace_geometry
 from renderer.path.integrator import trace_paths
 from renderer.path.lights import build_lights
 from renderer.path.records import WAVE, WAVE_EDGE, Film, Transport, Work, make_scratch
@@ -105,9 +106,9 @@ class Renderer:
             RenderError: unknown layers, a faulty pose, a negative frame index, or a denoiser that is asked for but not installed.
             RenderCancelled: ``cancelled`` returned True.
         """
-        unknown = sorted(set(layers) - set(LAYERS))
-        if unknown or frame_index < 0:
-            raise RenderError(f"render: expected layers among {', '.join(LAYERS)} and frame >= 0, got {', '.join(unknown)}; {frame_index}")
+        check_names(layers)
+        if frame_index < 0:
+            raise RenderError(f"render: expected a frame index >= 0, got {frame_index}")
         view = self._view(pose, path)
         images: dict[str, NDArray[np.generic]] = {}
         radiance, samples, rays = None, 0, 0
@@ -119,7 +120,7 @@ class Renderer:
             in_color = any(name in COLOR_LAYERS for name in layers)
             denoised = ("color" in layers or "radiance" in layers) and is_asked(self._config.denoise)
             film, samples = self._expose_film(view, frame_index, shown.ev100, layers, denoised, cancelled)
-            images["albedo"] = film.albedo
+            images |= {name: image for name, image in film._asdict().items() if name in layers}
             images["samples"] = np.full((view.height, view.width), min(samples, 65_535), np.uint16)
             if len(film.squares):
                 images["variance"] = variance_of_mean(film.light, film.squares, samples)
@@ -161,7 +162,9 @@ class Renderer:
         return Exposure(config.exposure_ev100)
 
     def _trace_geometry(self, view: PosedCamera) -> GeometricImages:
-        images, step = empty_images(view.height, view.width), self._workers.count
+        rows = (LAYERS[name] for name in GEOMETRIC_LAYERS)
+        images = GeometricImages(**{row.name: np.empty(row.shape(view.height, view.width), row.dtype) for row in rows})
+        step = self._workers.count
 
         def trace(worker: int, first: int) -> None:
             trace_geometry(self._embree.handle, self._labels, view, self._scratch[worker].rays, CENTRE, MIDDLE, images, first, step)

@@ -12,6 +12,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_description.types import Opening, SceneDescription, SceneObject
+
+LabelTable = dict[int, dict[str, object]]
+"""Id -> its name, class, display colour: what ids of an image mean, for people and programs."""
+
 
 class Label(NamedTuple):
     """One semantic class: id in 0..40, the standard's name, display colour (8 bit RGB)."""
@@ -55,3 +60,19 @@ def instance_palette(count: int) -> NDArray[np.uint8]:
     colors: NDArray[np.uint8] = np.round(rgb * 255.0).astype(np.uint8)
     colors[:1] = 0
     return colors
+
+
+def semantic_labels() -> LabelTable:
+    """Return class id -> name and display colour of the NYU40 classes."""
+    return {label.id: {"name": label.name, "class": label.id, "color": list(label.color)} for label in NYU40}
+
+
+def instance_labels(scene: SceneDescription) -> LabelTable:
+    """Return object id -> category, class and display colour of a scene; id 0 is the room's shell."""
+    things: list[Opening | SceneObject] = [*scene.room.openings, *scene.objects]
+    palette = instance_palette(max((thing.id for thing in things), default=0) + 1)
+    table: LabelTable = {0: {"name": "room", "class": 0, "color": [0, 0, 0]}}
+    for thing in things:
+        color = [int(value) for value in palette[thing.id]]
+        table[thing.id] = {"name": thing.category, "class": thing.label, "class_name": NYU40[thing.label].name, "color": color}
+    return table

@@ -36,7 +36,7 @@ _ZERO, _ONE, _HALF, _TINY, _NAN = np.float32(0.0), np.float32(1.0), np.float32(0
 
 
 class GeometricImages(NamedTuple):
-    """The images that :func:`trace_geometry` fills; see ``renderer.film.frame.LAYERS``."""
+    """The images that :func:`trace_geometry` fills: a field for each geometric layer of ``renderer.film.layers.ROWS``."""
 
     depth: NDArray[np.float32]
     range: NDArray[np.float32]
@@ -51,17 +51,6 @@ class Labels(NamedTuple):
     face_part: NDArray[np.int32]
     label: NDArray[np.uint8]
     object_id: NDArray[np.uint16]
-
-
-def empty_images(height: int, width: int) -> GeometricImages:
-    """Return uninitialised images; every pixel is written by :func:`trace_geometry`."""
-    return GeometricImages(
-        np.empty((height, width), np.float32),
-        np.empty((height, width), np.float32),
-        np.empty((height, width, 3), np.float32),
-        np.empty((height, width), np.uint8),
-        np.empty((height, width), np.uint16),
-    )
 
 
 @kernel

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer import LAYERS
 from scene_synth_ros.bags.bag_metadata import METADATA_NAME, NO_TIME_NS, BagMetadata, TopicInfo
 from scene_synth_ros.bags.bag_reader import BagReader, BagSummary
 from scene_synth_ros.messages.stamps import NANOSECONDS, announced_room, stamp_ns
@@ -24,7 +25,7 @@ MAX_GAP_PERIODS = 1.5
 _POSE_TYPE = "geometry_msgs/msg/PoseStamped"
 _FRAME_TYPES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/CameraInfo", _POSE_TYPE)
 _TRANSPORTS = ("/compressed", "/compressedDepth")
-_LABELLED_LAYERS = ("semantic", "instance")
+_LABELLED_LAYERS = {name for name, row in LAYERS.items() if row.labels is not None}
 
 Stamps = NDArray[np.int64]
 

@@ -31,6 +31,7 @@ COMMANDS = {
     "catalog": Command("check the models of a user's catalogue", "catalog_command"),
     "export": Command("write a scene description as a GLB file, without ROS", "export_command"),
     "render": Command("render a scene description to image files, without ROS", "render_command"),
+    "layers": Command("print the table of layers", "layers_command"),
 }
 
 

@@ -16,8 +16,8 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import String
 
-from renderer.film.false_color import depth_to_color, ids_to_color, normals_to_color
-from scene_description.labels import instance_palette, label_palette
+from renderer import LAYERS
+from renderer.film.layers import Layer
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
 from scene_synth_ros.cli.picture_grid import FORMATS, INK, PAPER
 from scene_synth_ros.cli.usage import UsageError
@@ -28,7 +28,6 @@ from scene_synth_ros.messages.stamps import stamp_ns
 TILE_WIDTH = 256
 FRAMES_PER_ROOM = 2
 GAP, TITLE_HEIGHT = 4, 22
-FAR_M = 6.0
 
 
 class SheetRoom(NamedTuple):
@@ -37,25 +36,6 @@ class SheetRoom(NamedTuple):
     title: str
     stamps: tuple[int, ...]
 
-
-def _color(image: NDArray[np.generic]) -> NDArray[np.uint8]:
-    return image.astype(np.uint8)
-
-
-def _depth(image: NDArray[np.generic]) -> NDArray[np.uint8]:
-    metres = image.astype(np.float32) / 1000.0 if image.dtype == np.uint16 else image.astype(np.float32)
-    return depth_to_color(metres, FAR_M)
-
-
-LAYERS = {
-    "color": _color,
-    "depth": _depth,
-    "range": _depth,
-    "normals": lambda image: normals_to_color(image.astype(np.float32)),
-    "semantic": lambda image: ids_to_color(image, label_palette()),
-    "instance": lambda image: ids_to_color(image, instance_palette(int(image.max()) + 1)),
-}
-"""Layer -> picture for people; the columns of the sheet."""
 
 FORMS: tuple[tuple[str, Callable[[str], tuple[str, ...]]], ...] = (
     (IMAGE_TYPE, lambda layer: (f"/{layer}/image_raw",)),
@@ -116,6 +96,13 @@ def _pixels(message: BagMessage) -> NDArray[np.generic]:
     return depth_from_codes(pixels, a, b)
 
 
+def _picture(layer: Layer, pixels: NDArray[np.generic]) -> NDArray[np.uint8]:
+    """Return the picture of a layer, uint8, of pixels as they come out of a bag: distances may be whole millimetres."""
+    if layer.dtype == "float32" and pixels.dtype == np.uint16:
+        pixels = pixels.astype(np.float32) / np.float32(1000.0)
+    return np.minimum(layer.picture.of(pixels.astype(layer.dtype, copy=False)), 255).astype(np.uint8)
+
+
 def _read_room(message: BagMessage) -> SheetRoom:
     scene = json.loads(deserialize_message(message.data, String).data)
     title = f"room {scene['index']}: {scene['category']}, {len(scene['objects'])} objects, seed {scene['seed']}"
@@ -133,9 +120,10 @@ def _tiles(reader: BagReader, topics: dict[str, str], stamps: set[int]) -> Itera
         stamp = stamp_ns(message.type_name, message.data)
         if stamp in stamps:
             layer = layers[message.topic]
-            picture = Picture.fromarray(LAYERS[layer](_pixels(message)))
+            picture = Picture.fromarray(_picture(LAYERS[layer], _pixels(message)))
             height = max(1, round(TILE_WIDTH * picture.height / picture.width))
-            resample = Picture.Resampling.LANCZOS if layer == "color" else Picture.Resampling.NEAREST
+            one_ray = LAYERS[layer].group == "geometric"  # its pixels mean nothing when they are mixed
+            resample = Picture.Resampling.NEAREST if one_ray else Picture.Resampling.LANCZOS
             yield stamp, layer, picture.resize((TILE_WIDTH, height), resample)
 
 

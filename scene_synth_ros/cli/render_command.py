@@ -10,11 +10,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from renderer import Renderer, RenderError
+from renderer import LAYERS, Renderer, RenderError
 from renderer.camera.rig import mounted_path
 from renderer.exposure import exposed, meter, needs_meter, sensor_ev100
 from renderer.files.exr_files import is_installed
-from renderer.film.frame import LAYERS
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from scene_description import CameraPose, EnvironmentMap, SceneDescription, scene_from_json
@@ -36,11 +35,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--frames", type=int, help="render only the first N poses of the camera path")
     parser.add_argument("--trajectory", type=Path, metavar="FILE", help="camera path in TUM's form, in place of the scene's")
     add_settings(parser)
-    parser.add_argument("--noisy", action="store_true", help="write the colour before denoising too")
-    parser.add_argument("--albedo", action="store_true", help="write the base colour of what is seen too")
-    parser.add_argument("--radiance", action="store_true", help="write the linear colour in cd/m2 into the NPZ too; EXR has it anyway")
-    parser.add_argument("--variance", action="store_true", help="write the variance and the number of samples of the colour too")
-    parser.add_argument("--exr", choices=("auto", "yes", "no"), default="auto", help="write EXR too; auto: where OpenEXR is installed")
+    for option, summaries in _layer_options().items():
+        parser.add_argument(f"--{option}", action="store_true", help=f"write {' and '.join(summaries)} too")
+    parser.add_argument(
+        "--exr", choices=("auto", "yes", "no"), default="auto", help="write EXR too, with linear colour; auto: where OpenEXR is installed"
+    )
     parser.add_argument("--catalog", type=Path, metavar="DIR", help="folder of the user's models and environment maps")
     parser.add_argument("--environment", metavar="FILE", help="environment map .hdr or .exr below --catalog, in place of the scene's sky")
     parser.add_argument("--environment-yaw", type=float, default=0.0, metavar="DEG", help="turn of the map about z (default: %(default)s)")
@@ -63,14 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
     flat, key = flatten(scene, arguments.catalog), scene_key(scene)
     metered = meter(flat, settings.camera, settings.render, key, scene.camera_path) if needs_meter(settings.render) else None
     exposure = exposed(settings.render, metered, fixed_ev100)
-    asked = {
-        "color_noisy": arguments.noisy,
-        "albedo": arguments.albedo,
-        "radiance": arguments.radiance,
-        "variance": arguments.variance,
-        "samples": arguments.variance,
-    }
-    layers = [name for name in LAYERS if asked.get(name, True)]
+    layers = [name for name, row in LAYERS.items() if not row.option or vars(arguments)[row.option]]
     arguments.out.mkdir(parents=True)
     path = mounted_path(settings.camera, scene.camera_path)
     (arguments.out / "trajectory.txt").write_text(trajectory_to_tum(path[: len(poses)]), encoding="utf-8")
@@ -83,6 +75,15 @@ def run(arguments: argparse.Namespace) -> int:
             _report(index + 1, len(poses), time.monotonic() - began)
     sys.stderr.write("\n")
     return 0
+
+
+def _layer_options() -> dict[str, list[str]]:
+    """Return option -> what the layers are that it asks for."""
+    options: dict[str, list[str]] = {}
+    for row in LAYERS.values():
+        if row.option:
+            options.setdefault(row.option, []).append(row.summary)
+    return options
 
 
 def _read_scene(arguments: argparse.Namespace) -> SceneDescription:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from builtin_interfaces.msg import Time
@@ -20,8 +20,9 @@ from renderer.camera.cameras import intrinsics
 from renderer.camera.config import CameraConfig
 from renderer.camera.lenses import LENSES
 from renderer.camera.rig import stereo_shift_m
+from renderer.film.layers import Layer
 from scene_description import NYU40, CameraPose, SceneDescription
-from scene_description.labels import instance_palette
+from scene_description.labels import LabelTable
 from scene_description.poses import (
     LINK_FROM_OPTICAL,
     conjugate_quaternion,
@@ -35,9 +36,11 @@ ENCODING_CHANNELS: dict[str, tuple[type[np.generic], int]] = {
     "mono8": (np.uint8, 1),
     "16UC1": (np.uint16, 1),
     "32FC1": (np.float32, 1),
+    "32FC2": (np.float32, 2),
     "32FC3": (np.float32, 3),
 }
 """Image encoding -> dtype and channels, the names of sensor_msgs/image_encodings.hpp."""
+_ENCODINGS = {(np.dtype(dtype).name, channels): encoding for encoding, (dtype, channels) in ENCODING_CHANNELS.items()}
 
 
 def time_to_msg(stamp_ns: int) -> Time:
@@ -55,11 +58,16 @@ def header(stamp_ns: int, frame_id: str) -> Header:
     return Header(stamp=time_to_msg(stamp_ns), frame_id=frame_id)
 
 
+def layer_encoding(layer: Layer) -> str:
+    """Return the encoding that a layer's dtype and channels ask for."""
+    return _ENCODINGS[layer.dtype, layer.channels]
+
+
 def image_to_msg(image: NDArray[np.generic], encoding: str, stamp_ns: int, frame_id: str) -> Image:
     """Return an image as a message.
 
     Args:
-        image: (height, width) or (height, width, 3), C-contiguous, of the encoding's dtype.
+        image: (height, width) or (height, width, channels), C-contiguous, of the encoding's dtype.
         encoding: a key of ``ENCODING_CHANNELS``.
         stamp_ns: simulated time of the frame.
         frame_id: the optical frame.
@@ -126,26 +134,10 @@ def world_from_link_to_msg(pose: CameraPose, world: str, link: str) -> Transform
     return TransformStamped(header=header(pose.stamp_ns, world), child_frame_id=link, transform=transform)
 
 
-def labels_to_msg(labels: Mapping[int, Mapping[str, object]], stamp_ns: int) -> String:
+def labels_to_msg(labels: LabelTable, stamp_ns: int) -> String:
     """Return an id table as JSON: ``{"stamp": {"sec", "nanosec"}, "labels": {"<id>": {...}}}``."""
     stamp = {"sec": stamp_ns // NANOSECONDS, "nanosec": stamp_ns % NANOSECONDS}
     return String(data=json.dumps({"stamp": stamp, "labels": {str(key): value for key, value in labels.items()}}))
-
-
-def semantic_labels() -> dict[int, dict[str, object]]:
-    """Return class id -> name and display colour of the NYU40 classes."""
-    return {label.id: {"name": label.name, "class": label.id, "color": list(label.color)} for label in NYU40}
-
-
-def instance_labels(scene: SceneDescription) -> dict[int, dict[str, object]]:
-    """Return object id -> category, class and display colour of a scene; id 0 is the room's shell."""
-    things = [*scene.room.openings, *scene.objects]
-    palette = instance_palette(max((thing.id for thing in things), default=0) + 1)
-    table: dict[int, dict[str, object]] = {0: {"name": "room", "class": 0, "color": [0, 0, 0]}}
-    for thing in things:
-        color = [int(value) for value in palette[thing.id]]
-        table[thing.id] = {"name": thing.category, "class": thing.label, "class_name": NYU40[thing.label].name, "color": color}
-    return table
 
 
 def occupancy_to_msg(

@@ -17,6 +17,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CompressedImage, Image
 
 from renderer.files.image_io import encode_image
+from renderer.film.layers import LAYERS
 from scene_description import Limits, SceneSynthError
 from scene_synth_ros.messages.conversions import ENCODING_CHANNELS, msg_to_image
 
@@ -49,22 +50,24 @@ class ImageCompression:
     jpeg_quality: Annotated[int, Limits(ge=1, le=100, description="Quality of JPEG", fixed=_FIXED)] = 90
 
 
-KINDS = {"color": "color", "semantic": "ids", "instance": "ids", "depth": "depth"}
-"""Layer -> which setting holds for its raw image."""
-
-
 def image_form(topic: str, type_name: str, compression: ImageCompression) -> str:
     """Return how a topic is kept: ``png``, ``jpeg`` or ``none``."""
     parts = topic.rsplit("/", 2)
     if type_name != IMAGE_TYPE or len(parts) < 3 or parts[2] not in ("image_raw", "image_color"):
         return "none"
-    kind = "color" if parts[2] == "image_color" else KINDS.get(parts[1], "")
+    kind = "color" if parts[2] == "image_color" else _setting(parts[1])
     return str(getattr(compression, kind)) if kind else "none"
 
 
 def compressed_topic(topic: str) -> str:
     """Return the topic of a compressed image."""
-    return f"{topic}/{'compressedDepth' if topic.rsplit('/', 2)[1] == 'depth' and topic.endswith('/image_raw') else 'compressed'}"
+    as_depth = topic.endswith("/image_raw") and _setting(topic.rsplit("/", 2)[1]) == "depth"
+    return f"{topic}/{'compressedDepth' if as_depth else 'compressed'}"
+
+
+def _setting(layer: str) -> str:
+    """Return which field of :class:`ImageCompression` holds for a layer's raw image, or nothing."""
+    return LAYERS[layer].compression if layer in LAYERS else ""
 
 
 def compress(cdr: bytes, topic: str, form: str, quality: int) -> bytes:

@@ -17,9 +17,10 @@ from std_msgs.msg import String
 
 from renderer.camera.config import CameraConfig
 from renderer.film.frame import Frame
+from renderer.film.layers import LAYERS
 from scene_description import CameraPose, SceneDescription
 from scene_synth_ros.messages.conversions import clock_to_msg, world_from_link_to_msg
-from scene_synth_ros.messages.frame_messages import STREAMS, FrameMessages, StreamConfig
+from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig, has_companion
 from scene_synth_ros.suite.connections import publishers_of
 from scene_synth_ros.suite.qos import PROFILES, latched_qos, stream_qos
 from scene_synth_ros.suite.status import NodeStatus
@@ -36,7 +37,7 @@ class StreamPublishers:
     """Publishers of one camera: makes them, says which layers are wanted, publishes a frame with one stamp.
 
     Topics below ``<camera>/``: ``<layer>/image_raw`` and ``<layer>/camera_info`` for every enabled layer, ``<layer>/image_color`` where
-    viewers cannot show the raw form, ``semantic/labels`` and ``instance/labels`` (JSON, latched), ``pose``; ``~/settings`` (JSON, latched:
+    viewers cannot show the raw form, ``<layer>/labels`` of those that hold ids (JSON, latched), ``pose``; ``~/settings`` (JSON, latched:
     what the frame was rendered with); ``/clock``, ``/tf``, ``/tf_static``.
     """
 
@@ -98,7 +99,7 @@ class StreamPublishers:
         )
 
     def begin_room(self, scene: SceneDescription) -> None:
-        """Take the palettes and label tables of a room."""
+        """Take the label tables of a room."""
         self.messages.begin_room(scene)
 
     def publish(self, frame: Frame, pose: CameraPose, settings: str) -> None:
@@ -125,10 +126,10 @@ class StreamPublishers:
     def _add_stream(self, layer: str) -> None:
         base = f"{self._config.camera}/{layer}"
         self._images[layer] = [self._add(Image, f"{base}/image_raw", self._qos)]
-        if STREAMS[layer].companion is not None and self._config.color_companions:
+        if has_companion(LAYERS[layer]) and self._config.color_companions:
             self._images[layer].append(self._add(Image, f"{base}/image_color", self._qos))
         self._add(CameraInfo, f"{base}/camera_info", self._qos)
-        if layer in ("semantic", "instance"):
+        if LAYERS[layer].labels is not None:
             self._add(String, f"{base}/labels", latched_qos(self._qos.depth))
 
     def _add(self, message_type: type, topic: str, qos: QoSProfile) -> str:

@@ -68,7 +68,15 @@ def test_only_what_is_asked_for():
     assert list(frame.layers) == ["color"] and frame.radiance.dtype == np.float32
     for name, image in render(furnished_room()).layers.items():
         assert image.dtype == np.dtype(LAYERS[name].dtype) and image.flags.c_contiguous
-        assert image.shape == (75, 101) + ((LAYERS[name].channels,) if LAYERS[name].channels else ())
+        assert image.shape == (75, 101) + ((LAYERS[name].channels,) if LAYERS[name].channels > 1 else ())
+
+
+def test_where_rays_hit_nothing_every_layer_has_the_value_that_the_table_says():
+    wall = quad((0, -9, 0), (0, 18, 0), (0, 0, 9), color=(0.5, 0.5, 0.5))
+    layers = render(scene(wall), view=pose((2.0, 0.0, 0.0), (0.0, 0.0, 0.0))).layers
+    for name, row in LAYERS.items():
+        assert row.no_hit is None or (layers[name][45:] == row.no_hit).all(), name
+    assert (layers["depth"][:30] == 2.0).all(), "the wall is seen above"
 
 
 def test_albedo_is_the_base_colour_and_one_for_glass_and_lamps():
@@ -213,7 +221,7 @@ def test_wrong_shapes_are_refused():
 
 
 def test_unknown_layers_and_keys_are_refused():
-    with pytest.raises(RenderError, match=r"expected layers among color, depth, .* got flow"):
+    with pytest.raises(RenderError, match=r"layers: expected some of color, depth, .* got flow"):
         render(furnished_room(), ("depth", "flow"))
     with pytest.raises(RenderError, match="scene_key >= 0"):
         render(furnished_room(), key=-1)

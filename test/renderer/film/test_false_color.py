@@ -1,9 +1,10 @@
 """Layers as pictures for people."""
 
 import numpy as np
+from sample_scene import sample_scene
 
-from renderer.film.false_color import depth_to_color, ids_to_color, normals_to_color
-from scene_description.labels import label_palette
+from renderer.film.false_color import classes_to_color, depth_to_color, exposed_to_color, noise_to_grey, normals_to_color, objects_to_color
+from scene_description.labels import instance_labels, instance_palette
 
 
 def test_normals_for_people() -> None:
@@ -12,7 +13,26 @@ def test_normals_for_people() -> None:
 
 
 def test_ids_for_people_are_the_standard_colours() -> None:
-    assert ids_to_color(np.array([[4, 0]], np.uint8), label_palette()).tolist() == [[[255, 187, 120], [0, 0, 0]]]
+    assert classes_to_color(np.array([[4, 0]], np.uint8)).tolist() == [[[255, 187, 120], [0, 0, 0]]]
+
+
+def test_every_object_id_has_a_colour_and_no_object_is_black() -> None:
+    ids = np.array([[0, 1, 65_535]], np.uint16)
+    assert objects_to_color(ids).tolist() == [[[0, 0, 0], *instance_palette(65_536)[[1, 65_535]].tolist()]]
+    assert instance_labels(sample_scene())[3]["color"] == objects_to_color(np.array([[3]], np.uint16))[0, 0].tolist()
+
+
+def test_the_mean_of_linear_colour_is_shown_as_middle_grey() -> None:
+    assert (exposed_to_color(np.full((2, 3, 3), 731.0, np.float32)) == 118).all(), "0.18 in sRGB"
+    assert (exposed_to_color(np.zeros((2, 3, 3), np.float32)) == 0).all()
+
+
+def test_noise_is_shown_as_deviation_and_one_sample_as_black() -> None:
+    variance = np.zeros((1, 200, 3), np.float32)
+    variance[0, 100:] = 4.0
+    variance[0, 50:100] = 1.0
+    assert noise_to_grey(variance)[0, [0, 60, 150]].tolist() == [0, 128, 255]
+    assert (noise_to_grey(np.full((2, 2, 3), np.nan, np.float32)) == 0).all()
 
 
 def test_depth_for_people_runs_from_near_to_far_and_is_black_without_a_hit() -> None:

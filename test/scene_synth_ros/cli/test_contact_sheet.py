@@ -9,9 +9,10 @@ from PIL import Image as Picture
 from rclpy.serialization import serialize_message
 from std_msgs.msg import String
 
+from renderer import LAYERS
 from scene_synth_ros.bags.bag_writer import BagWriter
-from scene_synth_ros.cli.contact_sheet import write_contact_sheet
-from scene_synth_ros.messages.conversions import image_to_msg
+from scene_synth_ros.cli.contact_sheet import GAP, TILE_WIDTH, write_contact_sheet
+from scene_synth_ros.messages.conversions import image_to_msg, layer_encoding
 from scene_synth_ros.messages.image_codec import COMPRESSED_TYPE, IMAGE_TYPE, CodecError, compress, compressed_topic
 
 STAMP_NS = 5
@@ -25,11 +26,11 @@ IMAGES = {
 }
 
 
-def write_bag(folder: Path, form: str) -> Path:
+def write_bag(folder: Path, form: str, images: dict[str, tuple[str, np.ndarray]] = IMAGES) -> Path:
     with BagWriter(folder) as writer:
         writer.add_topic("/s/scene", "std_msgs/msg/String")
         writer.write("/s/scene", bytes(serialize_message(String(data=json.dumps(SCENE)))), STAMP_NS, STAMP_NS)
-        for layer, (encoding, pixels) in IMAGES.items():
+        for layer, (encoding, pixels) in images.items():
             topic = f"/s/camera/{layer}/image_raw"
             data = bytes(serialize_message(image_to_msg(pixels, encoding, STAMP_NS, "eye")))
             if form != "none":
@@ -48,6 +49,21 @@ def test_compressed_layers_look_like_raw_ones(tmp_path: Path) -> None:
     assert sheets[0].std() > 40, "the sheet shows the noise that the layers are made of"
     difference = np.abs(sheets[0] - sheets[1])
     assert difference.max() <= 2, "depth is kept with a step that colours hardly show; the others are kept whole"
+
+
+def test_every_layer_of_the_table_has_a_column(tmp_path: Path) -> None:
+    images = {name: (layer_encoding(row), np.ones(row.shape(96, 128), row.dtype)) for name, row in LAYERS.items()}
+    write_contact_sheet(write_bag(tmp_path / "bag", "none", images), tmp_path / "sheet.png")
+    assert Picture.open(tmp_path / "sheet.png").width == GAP + len(LAYERS) * (TILE_WIDTH + GAP)
+
+
+def test_depth_in_millimetres_looks_like_depth_in_metres(tmp_path: Path) -> None:
+    metres = np.linspace(0.5, 5.0, 96 * 128, dtype=np.float32).reshape(96, 128).round(3)
+    sheets = []
+    for encoding, pixels in (("32FC1", metres), ("16UC1", np.rint(metres * 1000.0).astype(np.uint16))):
+        write_contact_sheet(write_bag(tmp_path / encoding, "none", {"depth": (encoding, pixels)}), tmp_path / "sheet.png")
+        sheets.append(np.asarray(Picture.open(tmp_path / "sheet.png")).astype(np.int64))
+    assert np.abs(sheets[0] - sheets[1]).max() <= 1 and sheets[0].std() > 40
 
 
 def test_what_is_no_picture_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,9 +10,8 @@ import pytest
 from box_room import VIEW, furnished_room
 from PIL import Image
 
-from renderer import CameraConfig, RenderConfig, Renderer
+from renderer import LAYERS, CameraConfig, Frame, RenderConfig, Renderer
 from renderer.files.exr_files import is_installed
-from renderer.film.frame import LAYERS
 from scene_description import SceneSynthError
 from scene_synth_ros.cli import render_settings
 from scene_synth_ros.cli.frame_files import exr_channels, write_frame
@@ -53,6 +52,27 @@ def test_exr_holds_radiance_and_layers_as_they_are(tmp_path: Path, frame) -> Non
     np.testing.assert_array_equal(channels["normals.Y"].pixels, frame.layers["normals"][..., 1])
     np.testing.assert_array_equal(channels["instance.id"].pixels, frame.layers["instance"])
     assert channels["semantic.id"].pixels.dtype == np.uint32 and set(channels) == set(exr_channels(frame))
+
+
+GOOD = {"depth": np.ones((3, 4), np.float32), "color": np.zeros((3, 4, 3), np.uint8)}
+
+
+@pytest.mark.parametrize(
+    ("layers", "message"),
+    [
+        ({"wobble": np.full((3, 4), 70_000.5)}, "layers: expected some of color, depth, .*, got wobble"),
+        ({"depth": np.ones((3, 4), np.float64)}, r"layer depth: expected float32 \(height, width\), got float64 \(3, 4\)"),
+        ({"color": np.zeros((3, 4), np.uint8)}, r"layer color: expected uint8 \(height, width, 3\), got uint8 \(3, 4\)"),
+        ({"samples": np.ones((3, 4), np.int64)}, r"layer samples: expected uint16 \(height, width\), got int64 \(3, 4\)"),
+        ({"depth": np.ones((4, 4), np.float32)}, r"layers: expected one size, got \(3, 4\) and \(4, 4\)"),
+    ],
+)
+@pytest.mark.parametrize("exr", [False, pytest.param(True, marks=NEEDS_EXR)])
+def test_layers_that_fit_no_row_are_refused_and_nothing_is_written(tmp_path: Path, layers, message: str, exr: bool) -> None:
+    with pytest.raises(SceneSynthError, match=message) as refused:
+        write_frame(tmp_path / "f", Frame(GOOD | layers, None), exr=exr)
+    assert "\n" not in str(refused.value)
+    assert not list(tmp_path.iterdir())
 
 
 def settings(*words: str) -> render_settings.Settings:

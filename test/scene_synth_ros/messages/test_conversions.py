@@ -10,6 +10,7 @@ from sensor_msgs.msg import Image
 
 from renderer.camera.config import CameraConfig
 from scene_description import CameraPose
+from scene_description.labels import semantic_labels
 from scene_description.poses import look_at, rotation_from_quaternion
 from scene_synth_ros.messages import conversions as c
 
@@ -19,6 +20,7 @@ IMAGES = {
     "mono8": np.arange(35, dtype=np.uint8).reshape(5, 7),
     "16UC1": np.arange(35, dtype=np.uint16).reshape(5, 7) * 1000,
     "32FC1": np.linspace(0.0, 9.0, 35, dtype=np.float32).reshape(5, 7),
+    "32FC2": np.linspace(-1.0, 1.0, 70, dtype=np.float32).reshape(5, 7, 2),
     "32FC3": np.linspace(-1.0, 1.0, 105, dtype=np.float32).reshape(5, 7, 3),
 }
 
@@ -77,7 +79,7 @@ def test_link_looks_along_its_x_axis_where_the_optical_frame_looks_along_z() -> 
 
 
 def test_labels_carry_the_stamp_and_the_standard() -> None:
-    data = json.loads(c.labels_to_msg(c.semantic_labels(), STAMP_NS).data)
+    data = json.loads(c.labels_to_msg(semantic_labels(), STAMP_NS).data)
     assert data["stamp"] == {"sec": 12, "nanosec": 300_000_456}
     assert data["labels"]["4"] == {"name": "bed", "class": 4, "color": [255, 187, 120]}
     assert len(data["labels"]) == 41

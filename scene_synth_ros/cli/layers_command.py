@@ -1,0 +1,94 @@
+"""``scene_synth layers``: the table of layers, which ``docs/layers.md`` is made from."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Iterable, Sequence
+
+from renderer.film.layers import LAYERS, Layer
+from scene_synth_ros.messages.conversions import layer_encoding
+from scene_synth_ros.messages.frame_messages import has_companion
+
+PAGE = """# Layers
+
+Made by `scene_synth layers --markdown > docs/layers.md` from the table in `renderer/film/layers.py`.
+
+## What the pixels hold
+
+{pixels}
+
+- *Hit record*: of the ray through the middle of the pixel, the same for all these layers; they agree at every pixel and carry no noise.
+- *Samples*: the mean of the pixel's samples, with their noise and with the blur of lens and shutter. *Light*: the same, of traced paths.
+- *No hit*: the value where the ray leaves the scene; a dash means that such a pixel is like any other. Where the lens sees nothing,
+  distances are NaN and all else is 0.
+
+## Where they are found
+
+{places}
+
+- Topics are `<camera>/<layer>/image_raw` and `<camera>/<layer>/camera_info`, all with the frame's stamp. Where viewers cannot show the raw
+  image there is a picture beside it on `<camera>/<layer>/image_color` (rgb8), unless `streams.color_companions` is false. What ids mean is
+  told on `<camera>/<layer>/labels` (JSON).
+- `streams.<layer>` says whether a layer is published. A panorama publishes range where depth is asked for. With `streams.depth_encoding`
+  16UC1 depth is published in whole millimetres, 0 where there is none.
+- `scene_synth render` writes `frame_<n>.npz` with each layer under its name as it is, `frame_<n>_<layer>.png` with the picture, and
+  `frame_<n>.exr` with the channels named here; `R`, `G`, `B` are there even without `--radiance`.
+- *Bags*: which of the recorder's settings compresses the raw image; pictures follow `images.color`.
+"""
+
+_GROUPS = {"geometric": "hit record", "sampled": "samples", "color": "light"}
+_NONE = "–"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's options."""
+    parser.add_argument("--markdown", action="store_true", help="print the page docs/layers.md")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Print each layer's name, encoding and meaning, or the whole page."""
+    if arguments.markdown:
+        sys.stdout.write(layers_page())
+    else:
+        sys.stdout.writelines(f"{row.name:12} {layer_encoding(row):6} {row.meaning}\n" for row in LAYERS.values())
+    return 0
+
+
+def layers_page() -> str:
+    """Return ``docs/layers.md``."""
+    pixels = _table(("layer", "pixel", "type", "unit", "no hit", "from"), map(_pixels, LAYERS.values()))
+    places = _table(
+        ("layer", "encoding", "`streams.<layer>`", "topics beside", "picture", "EXR", "`scene_synth render`", "bags"),
+        map(_places, LAYERS.values()),
+    )
+    return PAGE.format(pixels=pixels, places=places)
+
+
+def _pixels(row: Layer) -> tuple[str, ...]:
+    size = f" x {row.channels}" if row.channels > 1 else ""
+    no_hit = _NONE if row.no_hit is None else f"{row.no_hit:+g}" if row.no_hit else "0"
+    return f"`{row.name}`", row.meaning, f"{row.dtype}{size}", row.unit or _NONE, no_hit, _GROUPS[row.group]
+
+
+def _places(row: Layer) -> tuple[str, ...]:
+    beside = [topic for topic, there in (("image_color", has_companion(row)), ("labels", row.labels is not None)) if there]
+    return (
+        f"`{row.name}`",
+        layer_encoding(row),
+        str(row.published).lower(),
+        _code(beside),
+        row.picture.words,
+        _code(row.exr),
+        f"`--{row.option}`" if row.option else "always",
+        f"`images.{row.compression}`" if row.compression else _NONE,
+    )
+
+
+def _code(words: Sequence[str]) -> str:
+    return ", ".join(f"`{word}`" for word in words) or _NONE
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)

@@ -1,0 +1,78 @@
+"""Frames as messages: topics, encodings and parameters of every row of the layer table."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from sample_scene import sample_scene
+from sensor_msgs.msg import Image
+
+from renderer import LAYERS, CameraConfig, Frame
+from renderer.film.layers import ROWS
+from scene_description import CameraPose
+from scene_description.strict import field_types, split_annotation
+from scene_synth_ros.messages.conversions import layer_encoding
+from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig, has_companion
+
+CAMERA = CameraConfig(width=9, height=6)
+POSE = CameraPose(stamp_ns=7, position_m=(0.0, 0.0, 1.0), orientation=(0.0, 0.0, 0.0, 1.0))
+FRAME = Frame({name: np.ones(row.shape(6, 9), row.dtype) for name, row in LAYERS.items()}, None)
+
+
+def messages(config: StreamConfig, frame: Frame = FRAME, wanted=lambda _: True) -> dict[str, object]:
+    maker = FrameMessages(config, CAMERA)
+    maker.begin_room(sample_scene())
+    return dict(maker.of_frame(frame._replace(layers={name: frame.layers[name] for name in maker.layers}), POSE, wanted))
+
+
+def test_a_parameter_for_each_layer_stands_between_the_names_and_the_rest() -> None:
+    fields = [field.name for field in dataclasses.fields(StreamConfig)]
+    assert fields[: 3 + len(ROWS)] == ["camera", "world_frame", *(row.name for row in ROWS), "color_companions"]
+    plain = StreamConfig()
+    assert plain.color and plain.depth and plain.normals and plain.semantic and plain.instance
+    assert not (plain.range or plain.color_noisy or plain.albedo or plain.radiance or plain.variance or plain.samples)
+    annotation, limits = split_annotation(field_types(StreamConfig)["normals"])
+    assert (annotation, limits.description, limits.fixed) == (bool, "Publish surface normals", "publishers are made at the start")
+    assert StreamConfig(albedo=True) != StreamConfig() == dataclasses.replace(StreamConfig(albedo=True), albedo=False)
+
+
+ENCODINGS = {
+    "color": "rgb8", "depth": "32FC1", "range": "32FC1", "normals": "32FC3", "semantic": "mono8", "instance": "16UC1",
+    "color_noisy": "rgb8", "albedo": "32FC3", "radiance": "32FC3", "variance": "32FC3", "samples": "16UC1",
+}  # fmt: skip
+
+
+def test_encodings_come_from_dtype_and_channels() -> None:
+    assert {name: layer_encoding(LAYERS[name]) for name in ENCODINGS} == ENCODINGS
+    made = messages(StreamConfig(**dict.fromkeys(LAYERS, True)))
+    for name, row in LAYERS.items():
+        assert made[f"camera/{name}/image_raw"].encoding == layer_encoding(row)
+        assert made[f"camera/{name}/camera_info"].header == made[f"camera/{name}/image_raw"].header
+
+
+def test_ids_and_what_viewers_cannot_show_have_a_picture_beside_them() -> None:
+    pictured = {name for name in ENCODINGS if has_companion(LAYERS[name])}
+    assert pictured == {"normals", "semantic", "instance", "albedo", "radiance", "variance"}
+    made = messages(StreamConfig(**dict.fromkeys(LAYERS, True)))
+    pictures = {topic.split("/")[1]: message for topic, message in made.items() if topic.endswith("/image_color")}
+    assert set(pictures) & set(ENCODINGS) == pictured
+    assert all((m.encoding, m.width, m.height, len(m.data)) == ("rgb8", 9, 6, 162) for m in pictures.values())
+    assert {"camera/semantic/labels", "camera/instance/labels"} <= set(made) and "camera/depth/labels" not in made
+    for config, wanted in ((StreamConfig(color_companions=False), lambda _: True), (StreamConfig(), lambda _: False)):
+        assert not [topic for topic in messages(config, wanted=wanted) if topic.endswith("/image_color")]
+
+
+def test_depth_in_millimetres_is_a_matter_of_one_parameter() -> None:
+    made = messages(StreamConfig(depth_encoding="16UC1", range=True))
+    assert (made["camera/depth/image_raw"].encoding, made["camera/range/image_raw"].encoding) == ("16UC1", "32FC1")
+
+
+@pytest.mark.parametrize(("config", "layers"), [({}, ("color", "range", "normals", "semantic", "instance")), ({"depth": False}, None)])
+def test_a_panorama_publishes_range_in_place_of_depth(config, layers) -> None:
+    maker = FrameMessages(StreamConfig(**config), CameraConfig(model="equirectangular", width=16, height=8))
+    assert maker.layers == (layers or ("color", "normals", "semantic", "instance"))
+
+
+def test_messages_are_images_of_the_frame() -> None:
+    image = messages(StreamConfig())["camera/instance/image_raw"]
+    assert isinstance(image, Image) and np.frombuffer(image.data, np.uint16).tolist() == [1] * 54
