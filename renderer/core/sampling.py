@@ -15,7 +15,7 @@ Vector = tuple[np.float32, np.float32, np.float32]
 
 
 @inlined
-def turn_polar(u: np.float32) -> tuple[np.float32, np.float32]:
+def cos_sin_two_pi(u: np.float32) -> tuple[np.float32, np.float32]:
     """Return cosine and sine of the angle 2 pi u, by polynomials over an eighth of a turn; u in [0, 1)."""
     eighths = _FOUR * u
     quarter = np.floor(eighths + _HALF)
@@ -30,7 +30,7 @@ def turn_polar(u: np.float32) -> tuple[np.float32, np.float32]:
 
 
 @inlined
-def draw_cosine(u: np.float32, v: np.float32) -> Vector:
+def sample_cosine_hemisphere(u: np.float32, v: np.float32) -> Vector:
     """Return a direction of the upper hemisphere with density cosine / pi (concentric map of Shirley and Chiu, 1997)."""
     a, b = _TWO * u - _ONE, _TWO * v - _ONE
     steep = abs(b) > abs(a)
@@ -45,7 +45,7 @@ def draw_cosine(u: np.float32, v: np.float32) -> Vector:
 
 
 @inlined
-def frame_about(
+def coordinate_system(
     nx: np.float32, ny: np.float32, nz: np.float32
 ) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
     """Return two unit vectors that make a right-handed basis with a unit vector.
