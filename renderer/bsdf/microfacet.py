@@ -8,7 +8,7 @@ from renderer.core.kernel import inlined
 from renderer.core.sampling import Vector, cos_sin_two_pi
 
 _ZERO, _ONE, _TWO, _HALF, _TINY = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(0.5), np.float32(1e-30)
-_THREE, _FOUR, _QUARTER_PI, _PI = np.float32(3.0), np.float32(4.0), np.float32(0.25 * np.pi), np.float32(np.pi)
+_PI = np.float32(np.pi)
 
 
 @inlined

@@ -79,7 +79,7 @@ ETA = _field()  # index of refraction beyond the surface over that on the viewer
 PR_DIFFUSE, PR_SPECULAR = _field(), _field()  # probabilities of sampling the lobes
 PR_GLASS, PR_COAT = _field(), _field()
 
-# Random numbers in [0, 1).  Written by generate_ray_samples; read by sample_lights and spawn_rays.
+# Random numbers in [0, 1).  Written by generate_ray_samples; read by sample_lights and spawn_rays.  generate_camera_rays uses U_LIGHT.
 U_LIGHT_0, U_LIGHT_1 = _field(), _field()
 U_LOBE, U_ROULETTE = _field(), _field()
 U_BSDF_0, U_BSDF_1 = _field(), _field()

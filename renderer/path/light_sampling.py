@@ -90,6 +90,7 @@ def _choose_groups(importances: NDArray[np.float32], group_count: int, lanes: ND
         lanes[ln.U_REMAPPED + k] = lanes[ln.U_LIGHT_0 + k] * lanes[ln.IMPORTANCE + k]
         lanes[ln.GROUP_IMPORTANCE + k] = lanes[ln.GROUP_FOUND + k] = _ZERO
         sampled[k] = 0
+    # Walk along the importances of all groups together until the random number falls on one.
     for group in range(group_count):
         row = importances[group * LANES : (group + 1) * LANES]
         number = np.int32(group)
@@ -107,11 +108,13 @@ def _choose_groups(importances: NDArray[np.float32], group_count: int, lanes: ND
 def _sample_points(lights: Lights, lanes: NDArray[np.float32], sampled: NDArray[np.int32]) -> None:
     """Replace groups in ``sampled`` by triangles, and sample points on them; LI as if they shone alike in all directions."""
     table = lights.emitters
+    # Choose a triangle of the group by area.
     for k in range(lane_count(lanes)):
         share = lanes[ln.GROUP_IMPORTANCE + k]
         e, within = choose_emitter(lights, sampled[k], clamp_unit(lanes[ln.U_REMAPPED + k] / (share if share > _ZERO else _ONE)))
         sampled[k] = e
         lanes[ln.U_REMAPPED + k] = within
+    # Sample a point on it; turn the density per area into one per steradian.
     for k in range(lane_count(lanes)):
         e = lt.EMITTER_SIZE * sampled[k]
         s, t = sample_triangle(lanes[ln.U_REMAPPED + k], lanes[ln.U_LIGHT_1 + k])
@@ -140,10 +143,12 @@ def sample_infinite_light(surfaces: Surfaces, infinite: InfiniteLight, scratch: 
     Where no portal lies that way nothing comes in, and LIGHT_PDF is 0.
     """
     lanes, sampled = scratch.lanes, scratch.sampled
+    # Sample a direction and find the portal that it leads through.
     for k in range(lane_count(lanes)):
         dx, dy, dz = sample_infinite(infinite, lanes[ln.U_INFINITE_0 + k], lanes[ln.U_INFINITE_1 + k])
         lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k] = dx, dy, dz
     intersect_portals(infinite, lanes, sampled)
+    # Let the portal take its share of the light.
     portals = infinite.portals
     for k in range(lane_count(lanes)):
         dx, dy, dz = lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k]
@@ -163,7 +168,10 @@ def sample_infinite_light(surfaces: Surfaces, infinite: InfiniteLight, scratch: 
 
 @kernel
 def intersect_portals(infinite: InfiniteLight, lanes: NDArray[np.float32], sampled: NDArray[np.int32]) -> None:
-    """Write into ``sampled`` the nearest portal triangle that a ray from P along TO_LIGHT meets from inside, or -1; PORTAL_T: how far."""
+    """Write into ``sampled`` the nearest portal triangle that a ray from P along TO_LIGHT meets from inside, or -1; PORTAL_T: how far.
+
+    After Moeller and Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection" (1997).
+    """
     for k in range(lane_count(lanes)):
         lanes[ln.PORTAL_T + k] = _INFINITE
         sampled[k] = -1

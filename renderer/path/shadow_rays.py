@@ -19,9 +19,9 @@ STRIDE = 2 * LANES
 """From one field to the next: fewer than 16 rays wait, and up to 16 more come."""
 
 _WAITING = Layout(STRIDE)
-_ORG_X, _ORG_Y, _ORG_Z = _WAITING.vector()  # metres, world
-_TO_LIGHT_X, _TO_LIGHT_Y, _TO_LIGHT_Z = _WAITING.vector()  # from there to the point on the light
-_LI_R, _LI_G, _LI_B = _WAITING.vector()  # what it adds to the pixel, cd/m2
+_ORG = _WAITING.field(3)  # metres, world
+_TO_LIGHT = _WAITING.field(3)  # from there to the point on the light
+_LI = _WAITING.field(3)  # r, g, b that it adds to the pixel, cd/m2
 _SIZE = _WAITING.size
 
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
@@ -48,9 +48,9 @@ def push_shadow_rays(lanes: NDArray[np.float32], slots: NDArray[np.int32], shado
     """Put the shadow rays of the lanes whose LIGHT_PDF is positive behind the ``count`` that wait."""
     waiting = shadow_rays.waiting
     for axis in range(3):
-        pack(lanes, ln.P_X + LANES * axis, lanes, ln.LIGHT_PDF, waiting, _ORG_X + STRIDE * axis + count)
-        pack(lanes, ln.TO_LIGHT_X + LANES * axis, lanes, ln.LIGHT_PDF, waiting, _TO_LIGHT_X + STRIDE * axis + count)
-        pack(lanes, ln.LI_R + LANES * axis, lanes, ln.LIGHT_PDF, waiting, _LI_R + STRIDE * axis + count)
+        pack(lanes, ln.P_X + LANES * axis, lanes, ln.LIGHT_PDF, waiting, _ORG + STRIDE * axis + count)
+        pack(lanes, ln.TO_LIGHT_X + LANES * axis, lanes, ln.LIGHT_PDF, waiting, _TO_LIGHT + STRIDE * axis + count)
+        pack(lanes, ln.LI_R + LANES * axis, lanes, ln.LIGHT_PDF, waiting, _LI + STRIDE * axis + count)
     pack_slots(slots, lanes, ln.LIGHT_PDF, shadow_rays.slot, count)
 
 
@@ -73,8 +73,8 @@ def trace_shadow_rays(scene: SceneHandle, shadow_rays: ShadowRays, count: int, l
     # Fill the packet; a ray ends at its light, where t = 1.
     for k in range(LANES):
         for axis in range(3):
-            real[ray.ORG_X + LANES * axis + k] = waiting[_ORG_X + STRIDE * axis + k]
-            real[ray.DIR_X + LANES * axis + k] = waiting[_TO_LIGHT_X + STRIDE * axis + k]
+            real[ray.ORG_X + LANES * axis + k] = waiting[_ORG + STRIDE * axis + k]
+            real[ray.DIR_X + LANES * axis + k] = waiting[_TO_LIGHT + STRIDE * axis + k]
         real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, _ONE
         packet.alive[k] = -1 if k < count else 0
     occluded16(packet.alive.ctypes.data, scene.address, real.ctypes.data, scene.incoherent)
@@ -83,4 +83,4 @@ def trace_shadow_rays(scene: SceneHandle, shadow_rays: ShadowRays, count: int, l
         if real[ray.TFAR + k] > _ZERO:
             slot = shadow_rays.slot[k]
             for channel in range(3):
-                light[channel * WAVE + slot] += waiting[_LI_R + channel * STRIDE + k]
+                light[channel * WAVE + slot] += waiting[_LI + channel * STRIDE + k]

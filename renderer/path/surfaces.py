@@ -108,15 +108,18 @@ def _place_hits(packet: Packet, lanes: NDArray[np.float32]) -> None:
     """Make directions unit, face the geometric normals to the viewer and lift the hit points off their surfaces."""
     real, integer = packet.real, packet.integer
     for k in range(LANES):
+        # The unit direction, and the distance in metres.
         dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
         length = np.sqrt(dx * dx + dy * dy + dz * dz)
         dx, dy, dz = dx / length, dy / length, dz / length
         t = _ZERO if integer[ray.GEOM_ID + k] == INVALID_ID else real[ray.TFAR + k] * length
+        # The unit normal, on the viewer's side.
         nx, ny, nz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
         scale = _ONE / max(np.sqrt(nx * nx + ny * ny + nz * nz), _TINY)
         cosine = -(nx * dx + ny * dy + nz * dz) * scale
         scale = -scale if cosine < _ZERO else scale
         nx, ny, nz = nx * scale, ny * scale, nz * scale
+        # The point, lifted along it.
         x, y, z = real[ray.ORG_X + k] + t * dx, real[ray.ORG_Y + k] + t * dy, real[ray.ORG_Z + k] + t * dz
         lift = lift_height(x, y, z)
         real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k], real[ray.TFAR + k] = dx, dy, dz, t
@@ -130,18 +133,20 @@ def _place_hits(packet: Packet, lanes: NDArray[np.float32]) -> None:
 def _orient_shading_normals(packet: Packet, lanes: NDArray[np.float32]) -> None:
     """Make shading normals unit and turn them to the viewer; where they are unusable, take the geometric one.
 
-    A normal that looks away from the viewer, as happens where smooth surfaces turn away, is bent until it just does not.
+    A normal that faces away from the viewer, as happens at the outlines of smooth surfaces, is bent until it just does not.
     """
     real = packet.real
     for k in range(LANES):
         x, y, z = lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k]
         nx, ny, nz = lanes[ln.NG_X + k], lanes[ln.NG_Y + k], lanes[ln.NG_Z + k]
+        # To the side of the geometric normal, or replaced by it.
         side = x * nx + y * ny + z * nz
         length = np.sqrt(x * x + y * y + z * z)
         scale = _ONE / max(length, _TINY)
         scale = -scale if side < _ZERO else scale
         usable = abs(side) > _USABLE * length
         x, y, z = x * scale if usable else nx, y * scale if usable else ny, z * scale if usable else nz
+        # Away from the ray as far as needed to see the viewer.
         dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
         bend = _GRAZING + (x * dx + y * dy + z * dz)
         bend = bend if bend > _ZERO else _ZERO

@@ -40,7 +40,7 @@ def lights_all_around():
 
 @njit
 def draw(surfaces, lights, scratch, numbers):
-    """Rows (x, y, z, chance) of draws in lane 0."""
+    """Rows (x, y, z, light_pdf) of samples in lane 0."""
     rows = np.zeros((len(numbers), 4), np.float32)
     weigh_lights(lights, scratch)
     lanes = scratch.lanes
@@ -74,7 +74,7 @@ def stated_density(lights, normal, ways):
 
 @pytest.mark.parametrize("normal", [(0.0, 0.0, 1.0), (0.6, 0.48, 0.64), (-0.8, 0.6, 0.0)])
 def test_draws_of_lights_follow_their_density(normal):
-    """Chi-square over cells of the sphere, equal in height and angle; and the stated chance of each draw is that density."""
+    """Chi-square over cells of the sphere, equal in height and angle; and the light_pdf of each sample is that density."""
     flat = lights_all_around()
     lights, surfaces = build_lights(flat), build_surfaces(flat)
     normal = np.array(normal, np.float32)
@@ -108,7 +108,7 @@ def test_draws_of_lights_follow_their_density(normal):
 
 
 @pytest.mark.parametrize("kind", ["point", "spot"])
-def test_chances_of_a_near_ball_integrate_to_its_solid_angle(kind):
+def test_light_pdfs_of_a_near_ball_integrate_to_its_solid_angle(kind):
     """The mean of 1 / density over draws is the solid angle of what shines, that of direction / density the integral of directions.
 
     Both are known of a cone: 2 pi (1 - cos a) and pi sin^2 a; the ball of 320 triangles fills 1.5 % less.

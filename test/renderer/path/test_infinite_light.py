@@ -1,4 +1,4 @@
-"""The sun and bright maps through panes: irradiance, shadows' edges, mirrors, draws against densities."""
+"""The sun and bright maps through panes: irradiance, shadows' edges, mirrors, samples against their pdf."""
 
 import math
 
@@ -129,7 +129,7 @@ def test_drawing_the_sun_and_finding_it_agree(roughness):
 
 
 @pytest.mark.parametrize("sky", [sun((0.3, 0.2, 0.8)), bright_map()])
-def test_draws_follow_their_chances(sky):
+def test_samples_follow_their_pdf(sky):
     """Draws, binned, against the integral of the stated density; and their weights integrate luminance."""
     infinite = build_lights(scene(FLOOR, PANE, sky=sky)).infinite
     n = 128

@@ -32,7 +32,7 @@ def test_groups_are_the_flat_sides_of_each_lamp():
 
 
 def test_no_light_is_cut_off():
-    """Wherever a triangle's front and a surface see each other, the group has a chance; and chances are mere bounds times power."""
+    """Wherever a triangle's front and a surface see each other, the group has an importance; it is a mere bound times power."""
     rng = np.random.default_rng(8)
     flat = scene(*(box(low, low + rng.uniform(0.05, 1, 3), emission=(1, 1, 1)) for low in rng.uniform(-2, 2, (6, 3))))
     flat.mesh.vertices[:] += rng.normal(0, 0.05, flat.mesh.vertices.shape).astype(np.float32)
@@ -40,7 +40,7 @@ def test_no_light_is_cut_off():
     corner, edge_1, edge_2, normals = (
         emitter_column(lights, c) for c in (lt.EMITTER_CORNER, lt.EMITTER_EDGE_1, lt.EMITTER_EDGE_2, lt.EMITTER_NORMAL)
     )
-    seen, chance_without_light = 0, 0
+    seen, important_without_light = 0, 0
     for _ in range(4000):
         point, normal = rng.uniform(-3, 3, 3).astype(np.float32), rng.normal(size=3)
         normal = (normal / np.linalg.norm(normal)).astype(np.float32)
@@ -55,9 +55,9 @@ def test_no_light_is_cut_off():
         assert np.isfinite(value) and value >= 0
         assert value > 0 or not lit
         seen += lit
-        chance_without_light += value > 0 and not lit
+        important_without_light += value > 0 and not lit
     assert seen > 500
-    assert chance_without_light < 600  # the bounds are useful too
+    assert important_without_light < 600  # the bounds are useful too
 
 
 def test_draws_are_even_over_a_group():

@@ -161,8 +161,8 @@ def test_the_last_tile_of_an_8k_image_is_that_of_a_small_one():
     assert film.light[-WAVE_EDGE:, :-WAVE_EDGE].max() == 0 and film.light[-WAVE_EDGE - 1].max() == 0
 
 
-def test_guides_look_into_mirrors():
-    """The denoiser's guides show what a mirror shows, tinted by it; the layer of albedo shows the mirror itself."""
+def test_aovs_look_into_mirrors():
+    """The denoiser's AOVs show what a mirror shows, tinted by it; the layer of albedo shows the mirror itself."""
     wall = quad((-2, 3, -2), (4, 0, 0), (0, 0, 4), color=(0.2, 0.5, 0.8), ior=1.0)
     mirror = quad((-2, -1, -2), (0, 0, 4), (4, 0, 0), color=(0.5, 0.5, 0.5), metallic=1.0, roughness=0.02)
     camera, view = CameraConfig(width=16, height=16, horizontal_fov_rad=0.2), pose((0.0, 1.0, 0.0), (0.0, -1.0, 0.0))
