@@ -8,20 +8,20 @@ what is known of them lies in the *lanes* (:mod:`renderer.core.lanes`).  Paths t
                               ^                                                                     |
                               +----------------------------- spawn_rays <---------------------------+
 
-Words and signs are those of Pharr, Jakob and Humphreys, "Physically Based Rendering" (4th edition, 2023):
+Words are those of Pharr, Jakob and Humphreys, "Physically Based Rendering" (4th edition, 2023), where they have one:
 
     p               the point that a ray hits                   beta        throughput: product of f_cos / pdf along the path
     ng, ns          geometric and shading normal there          u           uniform random number in [0, 1)
-    wo, wi          unit directions to the viewer, to the light pdf         probability density, of directions per steradian
+    wo, wi          unit directions to the viewer and light     pdf         probability density, of directions per steradian
     wm              microfacet normal: half-way of wo and wi    light_pdf   the same for sampling a light
     f_cos           BSDF times |cosine| between wi and ns       mis weight  share of a sample, by the balance heuristic
     le              luminance that a surface emits, cd/m2       roulette    Russian roulette: random end of dim paths
     li              luminance that arrives, cd/m2               aov         arbitrary output variable: what is not colour
-    alpha           roughness of GGX, roughness squared         portal      window pane, through which the outside shines
+    alpha           width of GGX: roughness squared             portal      window pane, through which the outside shines
     eta             relative index of refraction                infinite    of a light infinitely far away: sun, bright environment
     diffuse, specular, multiscatter, coat, sheen, glass         lobes of the BSDF (:mod:`renderer.bsdf.layers`)
     importance      bound of the light that a group of emitters can bring to a point (:mod:`renderer.path.lights`)
-    ray cone        width and spread of a ray, by which textures are filtered
+    ray cone        width and spread of a ray, by which textures are filtered (Akenine-Moeller et al., JCGT 10(1), 2021)
 
 At every hit one point on a light and one direction from the BSDF are sampled; light that either finds is weighed by the balance heuristic.
 At the last hit a ray is spawned only near lights and on glossy surfaces; elsewhere the sampled light counts in full, as sampling lights
