@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks.table import Row, at_most
 from grammar import SceneRequest
 from grammar.synthesize import CameraTimes, SceneSynthesizer
-from renderer.path.surfaces import build_surfaces
+from renderer.path.surface_tables import build_surfaces
 from renderer.scene.flat_scene import FlatScene
 from renderer.scene.flatten import flatten
 from renderer.textures.tile import forget_tiles

@@ -21,6 +21,7 @@ from benchmarks.reference_mitsuba import Mitsuba, Rendered
 from benchmarks.reference_scenes import SCENES, View
 from benchmarks.table import Row, at_most, render_table
 from renderer import RenderConfig, Renderer
+from renderer.core.color import LUMINANCE
 from renderer.files.image_io import write_png
 from renderer.film.tone import Exposure, to_display
 
@@ -30,7 +31,6 @@ DEPTH = 6
 SIGMAS = 3.0
 _FLOOR = 0.01
 """Relative errors are of the luminance, plus this share of the picture's mean."""
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 
 Images = NDArray[np.float64]
 
@@ -88,7 +88,7 @@ def _timed(renderer: Renderer, view: View, turn: int) -> Rendered:
 
 def mean_difference(a: Images, b: Images) -> tuple[float, float]:
     """Return the ratio of the mean luminances of passes (n, h, w, 3), and how many standard errors it is from 1."""
-    first, second = (images.mean(axis=(1, 2)) @ _LUMINANCE for images in (a, b))
+    first, second = (images.mean(axis=(1, 2)) @ LUMINANCE for images in (a, b))
     error = np.sqrt(first.var(ddof=1) / len(first) + second.var(ddof=1) / len(second))
     return float(first.mean() / second.mean()), float((first.mean() - second.mean()) / error)
 
@@ -107,7 +107,7 @@ def block_sigmas(a: Images, b: Images) -> tuple[Images, Images]:
     n, h, w, _ = a.shape
     means, variances = [], []
     for images in (a, b):
-        blocks = (images @ _LUMINANCE).reshape(n, h // BLOCK, BLOCK, w // BLOCK, BLOCK).mean(axis=(2, 4))
+        blocks = (images @ LUMINANCE).reshape(n, h // BLOCK, BLOCK, w // BLOCK, BLOCK).mean(axis=(2, 4))
         means.append(blocks.mean(axis=0))
         variances.append(blocks.var(axis=0, ddof=1) / n)
     both = np.maximum(variances[0] + variances[1], 1e-300)
@@ -117,7 +117,7 @@ def block_sigmas(a: Images, b: Images) -> tuple[Images, Images]:
 
 def relative_error(images: Images, reference: Images) -> float:
     """Return the mean over the pixels of a pass's variance over the squared luminance."""
-    light, true = images @ _LUMINANCE, reference @ _LUMINANCE
+    light, true = images @ LUMINANCE, reference @ LUMINANCE
     return float((light.var(axis=0, ddof=1) / (true**2 + (_FLOOR * true.mean()) ** 2 + _FLOOR * true.mean() * true)).mean())
 
 

@@ -1,7 +1,7 @@
-"""Our opaque model written a second time, as a plugin of Mitsuba's: coat and sheen over metal or a glossy, matt base.
+"""Our opaque BSDF written a second time, as a plugin of Mitsuba's: coat and sheen over metal or a specular and diffuse base.
 
 After the papers that :mod:`renderer.bsdf.bsdf` names, in Mitsuba's own distributions; of ours only the tables of albedos, which the
-furnace tests hold.  Directions are drawn from the matt, the glossy and the coat's lobe in proportion to what they reflect.
+furnace tests hold.  Directions are sampled from the diffuse, the specular and the coat's lobe in proportion to what they reflect.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ def _schlick(f0: Any, f90: Any, cosine: Any) -> Any:
 
 
 class _Albedo:
-    """Albedo of microfacets of one roughness by the viewer's cosine: at reflectance 1, and its part by Schlick's fifth power."""
+    """Albedo of microfacets of one roughness by the viewer's cosine: at reflectance 1, and its part by Schlick's weight."""
 
     def __init__(self, roughness: float) -> None:
         table = reflected_table().astype(np.float64)
         y = max(roughness, np.sqrt(MIN_ALPHA)) * (STEPS - 1)
         low = min(int(y), STEPS - 2)
         row = (low + 1 - y) * table[low] + (y - low) * table[low + 1]
-        self.whole, self.fifth, self.sheen = (mi.Float(row[:STEPS, kind].astype(np.float32)) for kind in range(3))
-        self.mean, self.mean_fifth = float(row[STEPS, 0]), float(row[STEPS, 1])
+        self.e, self.e_schlick, self.sheen = (mi.Float(row[:STEPS, kind].astype(np.float32)) for kind in range(3))
+        self.mean, self.mean_schlick = float(row[STEPS, 0]), float(row[STEPS, 1])
 
     def at(self, column: Any, cosine: Any) -> Any:
         x = dr.sqrt(dr.clip(cosine, 0.0, 1.0)) * (STEPS - 1)
@@ -51,7 +51,7 @@ class Layered(mi.BSDF):  # type: ignore[misc]
         f90 = min(50.0 * f0, 1.0)
         self.albedo, self.coat_albedo = _Albedo(roughness), _Albedo(coat_roughness)
         mean = self.albedo.mean
-        enters = 1.0 - (f0 * (mean - self.albedo.mean_fifth) + f90 * self.albedo.mean_fifth)
+        enters = 1.0 - (f0 * (mean - self.albedo.mean_schlick) + f90 * self.albedo.mean_schlick)
         average = base + (1.0 - base) / 21.0
         again = average**2 * mean / (1.0 - average * (1.0 - mean))
         numbers = {
@@ -73,46 +73,46 @@ class Layered(mi.BSDF):  # type: ignore[misc]
         self.m_components, self.m_flags = [reflection], reflection
 
     def _lobes(self, cosine: Any) -> tuple[Any, ...]:
-        """Return what coat and sheen leave, the albedos of coat and microfacets, and the chances of matt, gloss and coat."""
-        whole, fifth = self.albedo.at(self.albedo.whole, cosine), self.albedo.at(self.albedo.fifth, cosine)
-        coat_whole, coat_fifth = (self.coat_albedo.at(table, cosine) for table in (self.coat_albedo.whole, self.coat_albedo.fifth))
-        coat = self.coat * (COAT_F0 * (coat_whole - coat_fifth) + coat_fifth)
+        """Return what coat and sheen leave, albedos of coat and microfacets, probabilities of the diffuse, specular and coat lobes."""
+        e, e_schlick = self.albedo.at(self.albedo.e, cosine), self.albedo.at(self.albedo.e_schlick, cosine)
+        e_coat, e_coat_schlick = (self.coat_albedo.at(table, cosine) for table in (self.coat_albedo.e, self.coat_albedo.e_schlick))
+        coat = self.coat * (COAT_F0 * (e_coat - e_coat_schlick) + e_coat_schlick)
         sheen = self.albedo.at(self.albedo.sheen, cosine)
         under = (1.0 - coat) * (1.0 - self.sheen_weight * sheen)
-        dielectric = self.f0 * (whole - fifth) + self.f90 * fifth
-        matt = under * (self.opaque * mi.luminance(self.base) * (1.0 - dielectric) + self.metal * mi.luminance(self.again) * (1.0 - whole))
-        matt += self.sheen_weight * (1.0 - coat) * sheen
-        metal = mi.luminance(self.base) * (whole - fifth) + fifth
-        gloss = under * (self.opaque * dielectric + self.metal * metal)
-        scale = dr.rcp(dr.maximum(matt + gloss + coat, 1e-30))
-        return under, coat, whole, dielectric, matt * scale, gloss * scale, coat * scale
+        dielectric = self.f0 * (e - e_schlick) + self.f90 * e_schlick
+        diffuse = under * (self.opaque * mi.luminance(self.base) * (1.0 - dielectric) + self.metal * mi.luminance(self.again) * (1.0 - e))
+        diffuse += self.sheen_weight * (1.0 - coat) * sheen
+        metal = mi.luminance(self.base) * (e - e_schlick) + e_schlick
+        specular = under * (self.opaque * dielectric + self.metal * metal)
+        scale = dr.rcp(dr.maximum(diffuse + specular + coat, 1e-30))
+        return under, coat, e, dielectric, diffuse * scale, specular * scale, coat * scale
 
     def eval_pdf(self, context: Any, si: Any, wo: Any, active: Any = True) -> tuple[Any, Any]:
-        """Return the scattering function times the light's cosine, and the density of :meth:`sample`."""
+        """Return the scattering function times the light's cosine, and the pdf of :meth:`sample`."""
         above = si.wi.z * wo.z > 0.0
         wi, wo = dr.mulsign(si.wi, si.wi.z), dr.mulsign(wo, wo.z)
         active = active & above & (wi.z > 0.0)
         half = dr.normalize(wi + wo)
         across = dr.dot(wi, half)
-        under, coat_albedo, whole, dielectric, by_matt, by_gloss, by_coat = self._lobes(wi.z)
-        there, there_fifth = self.albedo.at(self.albedo.whole, wo.z), self.albedo.at(self.albedo.fifth, wo.z)
-        enters = 1.0 - (self.f0 * (there - there_fifth) + self.f90 * there_fifth)
+        under, coat_albedo, e, dielectric, pr_diffuse, pr_specular, pr_coat = self._lobes(wi.z)
+        e_other, e_other_schlick = self.albedo.at(self.albedo.e, wo.z), self.albedo.at(self.albedo.e_schlick, wo.z)
+        enters = 1.0 - (self.f0 * (e_other - e_other_schlick) + self.f90 * e_other_schlick)
         flat = wo.z * dr.inv_pi
         value = self.base * (under * self.opaque * (1.0 - dielectric) * enters / self.enters * flat)
-        value += self.again * (under * self.metal * (1.0 - whole) * (1.0 - there) / self.lost * flat)
+        value += self.again * (under * self.metal * (1.0 - e) * (1.0 - e_other) / self.lost * flat)
         value += self.sheen_weight * (1.0 - coat_albedo) * dr.power(1.0 - across, 5) * wo.z
-        density = by_matt * flat
-        facets, chance = self._facets(self.alpha, wi, wo, half)
+        pdf = pr_diffuse * flat
+        facets, lobe_pdf = self._facets(self.alpha, wi, wo, half)
         fresnel = self.opaque * _schlick(self.f0, self.f90, across) + self.metal * _schlick(self.base, mi.Color3f(1.0), across)
         value += under * fresnel * facets
-        density += by_gloss * chance
-        facets, chance = self._facets(self.coat_alpha, wi, wo, half)
+        pdf += pr_specular * lobe_pdf
+        facets, lobe_pdf = self._facets(self.coat_alpha, wi, wo, half)
         value += self.coat * _schlick(COAT_F0, 1.0, across) * facets
-        density += by_coat * chance
-        return dr.select(active, value, 0.0), dr.select(active, density, 0.0)
+        pdf += pr_coat * lobe_pdf
+        return dr.select(active, value, 0.0), dr.select(active, pdf, 0.0)
 
     def _facets(self, alpha: Any, wi: Any, wo: Any, half: Any) -> tuple[Any, Any]:
-        """Return GGX with Smith's masking of both directions together, without Fresnel's term, and the density of drawing it."""
+        """Return GGX with Smith's masking of both directions together, without Fresnel's term, and the pdf of sampling it."""
         distribution = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, alpha, True)
         first, second = distribution.smith_g1(wi, half), distribution.smith_g1(wo, half)
         both = first * second / dr.maximum(first + second - first * second, 1e-30)
@@ -122,12 +122,12 @@ class Layered(mi.BSDF):  # type: ignore[misc]
         )
 
     def sample(self, context: Any, si: Any, lobe: Any, point: Any, active: Any = True) -> tuple[Any, Any]:
-        """Draw a direction from the lobes."""
+        """Sample a direction from the lobes."""
         wi = dr.mulsign(si.wi, si.wi.z)
-        by_matt, by_gloss = self._lobes(wi.z)[4:6]
-        alpha = dr.select(lobe < by_matt + by_gloss, self.alpha, self.coat_alpha)
+        pr_diffuse, pr_specular = self._lobes(wi.z)[4:6]
+        alpha = dr.select(lobe < pr_diffuse + pr_specular, self.alpha, self.coat_alpha)
         normal, _ = mi.MicrofacetDistribution(mi.MicrofacetType.GGX, alpha, True).sample(wi, point)
-        wo = dr.select(lobe < by_matt, mi.warp.square_to_cosine_hemisphere(point), mi.reflect(wi, normal))
+        wo = dr.select(lobe < pr_diffuse, mi.warp.square_to_cosine_hemisphere(point), mi.reflect(wi, normal))
         active = active & (wo.z > 0.0) & (wi.z > 0.0)
         record = dr.zeros(mi.BSDFSample3f)
         record.wo = dr.mulsign(wo, si.wi.z)
@@ -147,7 +147,7 @@ class Layered(mi.BSDF):  # type: ignore[misc]
         return self.eval_pdf(context, si, wo, active)[1]
 
     def traverse(self, callback: Any) -> None:
-        """Show nothing: there is nothing to differentiate."""
+        """Show nothing: e_other is nothing to differentiate."""
 
     def to_string(self) -> str:
         """Return the plugin's name."""

@@ -23,11 +23,12 @@ from numpy.typing import NDArray
 from benchmarks.reference_scenes import View
 from renderer import FlatScene, Sky
 from renderer.bsdf.albedo import MIN_ALPHA
+from renderer.core.color import linear_from_srgb
 from renderer.core.kernel import from_python
-from renderer.path import outside as outside_kernels
+from renderer.path import infinite_light
 from scene_description.poses import world_from_optical
 
-sky_color = from_python(outside_kernels.sky_color)
+sky_le = from_python(infinite_light.sky_le)
 
 VARIANT = "llvm_ad_rgb"
 ROULETTE_FROM = 5
@@ -250,8 +251,7 @@ def _bitmap(texels: NDArray[np.uint8]) -> dict[str, Any]:
     """Return a repeating texture of sRGB texels whose first row lies at v = 0, as luminance."""
     import mitsuba as mi
 
-    byte = texels.astype(np.float64) / 255.0
-    linear = np.where(byte <= 0.04045, byte / 12.92, ((byte + 0.055) / 1.055) ** 2.4).astype(np.float32)
+    linear = linear_from_srgb(texels.astype(np.float64) / 255.0).astype(np.float32)
     return {"type": "bitmap", "bitmap": mi.Bitmap(np.ascontiguousarray(linear)), "raw": True, "wrap_mode": "repeat"}
 
 
@@ -259,15 +259,15 @@ def sky_image(sky: Sky) -> NDArray[np.float32]:
     """Return sky and sun as the panorama (rows, 2 * rows, 3) of ``envmap``, zenith uppermost; texels at the sun's edge hold their mean.
 
     Raises:
-        ValueError: the environment has bright parts that are drawn by direction, other than the sun.
+        ValueError: the environment has bright parts that are sampled by direction, other than the sun.
     """
-    if sky.hot.size:
+    if sky.bright.size:
         raise ValueError("sky: expected a smooth sky and a sun, got bright parts of an environment map; take another sky")
     if sky.table.size:
         image = _resampled(sky.table)
     else:
         height = np.cos(np.pi * np.arange(_SKY_ROWS) / (_SKY_ROWS - 1)).astype(np.float32)
-        rows = np.array([sky_color(sky, _ZERO, _ZERO, z) for z in height], np.float32)
+        rows = np.array([sky_le(sky, _ZERO, _ZERO, z) for z in height], np.float32)
         image = np.repeat(rows[:, None, :], 2 * _SKY_ROWS, axis=1)
     if len(sky.sun):
         _add_sun(sky, image)

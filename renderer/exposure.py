@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from renderer.camera.config import CameraConfig, SensorConfig
+from renderer.core.color import LUMINANCE
 from renderer.core.errors import RenderError
 from renderer.film.tone import Exposure, white_luminance
 from renderer.film.white_balance import AUTO_DEGREE, Chromaticity, metered_white, partly_adapted, white_of_kelvin
@@ -24,7 +25,6 @@ METER_CONSTANT = 12.5
 _WIDTH, _SAMPLES, _VIEWS, _STEPS_PER_EV = 64, 16, 3, 8
 _DARKEST = 1e-3
 _BRIGHT_SHARE, _BRIGHT_STOPS = 0.92, 1.5
-_LUMINANCE = (0.2126, 0.7152, 0.0722)
 
 
 def fixed_white(config: RenderConfig) -> Chromaticity | None:
@@ -88,8 +88,8 @@ def meter(flat: FlatScene, camera: CameraConfig, config: RenderConfig, scene_key
             assert radiance is not None
             lit.append(radiance.reshape(-1, 3))
             base.append(frame.layers["albedo"].reshape(-1, 3).astype(np.float32))
-            logs.append(np.log2(np.maximum(radiance.astype(np.float64) @ _LUMINANCE, _DARKEST)).mean())
-    luminance = np.concatenate(lit).astype(np.float64) @ _LUMINANCE
+            logs.append(np.log2(np.maximum(radiance.astype(np.float64) @ LUMINANCE, _DARKEST)).mean())
+    luminance = np.concatenate(lit).astype(np.float64) @ LUMINANCE
     bright = max(float(np.quantile(luminance, _BRIGHT_SHARE)), _DARKEST)
     ev100 = max(float(np.mean(logs)) + math.log2(100.0 / METER_CONSTANT), math.log2(bright / white_luminance(_BRIGHT_STOPS)))
     return Exposure(round(ev100 * _STEPS_PER_EV) / _STEPS_PER_EV, metered_white(np.concatenate(lit), np.concatenate(base)))

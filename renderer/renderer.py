@@ -33,9 +33,10 @@ from renderer.path.config import RenderConfig
 from renderer.path.ground_truth import GeometricImages, Labels, trace_geometry
 from renderer.path.integrator import trace_paths
 from renderer.path.lights import build_lights
-from renderer.path.records import WAVE, WAVE_EDGE, Film, Transport, Work, make_scratch
+from renderer.path.queues import WAVE, WAVE_EDGE
+from renderer.path.records import Film, Transport, Work, make_scratch
 from renderer.path.stopping import is_clean, next_round, variance_of_mean
-from renderer.path.surfaces import build_surfaces
+from renderer.path.surface_tables import build_surfaces
 from renderer.scene.flat_scene import FlatScene, PartTable, Sky, tabulate_materials
 from renderer.scene.scene_check import check_scene
 from scene_description import Material
@@ -216,7 +217,7 @@ class Renderer:
     def _denoise(self, film: Film) -> NDArray[np.float32]:
         if self._denoiser is None:
             self._denoiser = Denoiser(self._workers.count)
-        albedo, normals = np.minimum(film.guides[:, :, :3], np.float32(1.0)), film.guides[:, :, 3:]
+        albedo, normals = np.minimum(film.aov[:, :, :3], np.float32(1.0)), film.aov[:, :, 3:]
         return self._denoiser.clean(film.light, albedo, normals)
 
     def _color_pieces(self, view: PosedCamera, begin: int, end: int) -> Iterator[list[Work]]:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.geometry.mesh import Mesh
-from renderer.path.lights import EMITTER_SIZE
+from renderer.path import lights as lt
 from renderer.scene.flat_scene import FlatScene, PartTable, Sky, tabulate_materials
 from scene_description import Material
 from scene_description.poses import look_at
@@ -110,4 +110,4 @@ VIEW = pose((3.4, 0.4, 1.6), (1.3, 3.2, 0.8))
 
 def emitter_column(lights, column):
     """Return three numbers (e, 3) of each emitter from ``column`` on."""
-    return lights.emitters.reshape(-1, EMITTER_SIZE)[:, column : column + 3]
+    return lights.emitters.reshape(-1, lt.EMITTER_SIZE)[:, column : column + 3]

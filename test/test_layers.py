@@ -33,8 +33,8 @@ FOLDERS = {
     },
     "renderer": {
         "core": set(),
-        "geometry": set(),
-        "models": {"geometry"},
+        "geometry": {"core"},
+        "models": {"core", "geometry"},
         "textures": {"core", "geometry"},
         "bsdf": {"core"},
         "camera": {"core"},
@@ -42,7 +42,7 @@ FOLDERS = {
         "files": {"core", "geometry", "models", "textures"},
         "scene": {"core", "files", "geometry", "models", "textures"},
         "path": {"bsdf", "camera", "core", "scene", "textures"},
-        "export": {"camera", "files", "geometry", "scene", "textures"},
+        "export": {"camera", "core", "files", "geometry", "scene", "textures"},
     },
     "scene_synth_ros": {
         "mcap": set(),

@@ -14,7 +14,7 @@ WHITE: dict[str, dict[str, float]] = {
     "glass": {"TRANSMISSION": 1.0, "ROUGHNESS": 0.0},
     "frosted": {"TRANSMISSION": 1.0, "ROUGHNESS": 0.4},
     "rough glass": {"TRANSMISSION": 1.0, "ROUGHNESS": 0.8},
-    "inside glass": {"TRANSMISSION": 1.0, "ROUGHNESS": 0.0, "COSINE": -1.0},
-    "inside frosted": {"TRANSMISSION": 1.0, "ROUGHNESS": 0.4, "COSINE": -1.0},
+    "inside glass": {"TRANSMISSION": 1.0, "ROUGHNESS": 0.0, "COS_FRONT": -1.0},
+    "inside frosted": {"TRANSMISSION": 1.0, "ROUGHNESS": 0.4, "COS_FRONT": -1.0},
     "milky glass": {"TRANSMISSION": 0.5},
 }

@@ -56,7 +56,7 @@ def _mask(cosine: NDArray[np.float64], alpha: NDArray[np.float64]) -> NDArray[np
     return 0.5 * (np.sqrt(1.0 + alpha**2 * (1.0 - square) / square) - 1.0)
 
 
-def fresnel(cosine: NDArray[np.float64], eta: float) -> NDArray[np.float64]:
+def fresnel_dielectric(cosine: NDArray[np.float64], eta: float) -> NDArray[np.float64]:
     """Return the reflectance of a dielectric boundary for unpolarised light; ``eta``: index beyond it over index before it."""
     square = eta * eta - 1.0 + cosine**2
     g = np.sqrt(np.maximum(square, 0.0))
@@ -75,12 +75,12 @@ def reflected_table() -> NDArray[np.float32]:
     table = np.zeros((STEPS, STEPS + 1, 3))
     for row in range(STEPS):
         view, half = _half_vectors(cosine[row], alpha[row])
-        across = (view * half).sum(-1)
-        out = 2.0 * across * half[..., 2] - view[..., 2]
+        wo_dot_wm = (view * half).sum(-1)
+        out = 2.0 * wo_dot_wm * half[..., 2] - view[..., 2]
         a = alpha[row][:, None]
         shadow = np.where(out > 0.0, (1.0 + _mask(view[..., 2], a)) / (1.0 + _mask(view[..., 2], a) + _mask(out, a)), 0.0)
         table[row, :-1, 0] = shadow @ _WEIGHTS
-        table[row, :-1, 1] = (shadow * (1.0 - across) ** 5) @ _WEIGHTS
+        table[row, :-1, 1] = (shadow * (1.0 - wo_dot_wm) ** 5) @ _WEIGHTS
     table[:, :-1, 2] = _sheen_albedo(cosine[0])
     fine = np.linspace(0.0, 1.0, 4097)[:-1] + 0.5 / 4096
     for row in range(STEPS):
@@ -95,8 +95,8 @@ def _sheen_albedo(cosine: NDArray[np.float64]) -> NDArray[np.float64]:
     u, v = (item.ravel() for item in np.meshgrid(middles, middles))
     out = np.stack([np.sqrt(u) * np.cos(np.pi * v), np.sqrt(u) * np.sin(np.pi * v), np.sqrt(1.0 - u)], axis=-1)
     view = np.stack([np.sqrt(1.0 - cosine**2), np.zeros_like(cosine), cosine], axis=-1)[:, None, :]
-    across = np.sqrt(np.clip(0.5 * (1.0 + (view * out).sum(-1)), 0.0, 1.0))
-    return np.asarray(np.pi * ((1.0 - across) ** 5).mean(-1))
+    wo_dot_wm = np.sqrt(np.clip(0.5 * (1.0 + (view * out).sum(-1)), 0.0, 1.0))
+    return np.asarray(np.pi * ((1.0 - wo_dot_wm) ** 5).mean(-1))
 
 
 @functools.lru_cache(maxsize=64)
@@ -107,13 +107,13 @@ def glass_table(ior: float) -> NDArray[np.float32]:
     for side, eta in enumerate((ior, 1.0 / ior)):
         for row, a in enumerate(np.maximum(_CELLS, MIN_ALPHA)):
             view, half = _half_vectors(cosine, np.full(STEPS, a))
-            across = (view * half).sum(-1)
-            share = fresnel(across, eta)
+            wo_dot_wm = (view * half).sum(-1)
+            share = fresnel_dielectric(wo_dot_wm, eta)
             before = _mask(view[..., 2], a)
-            out = 2.0 * across * half[..., 2] - view[..., 2]
+            out = 2.0 * wo_dot_wm * half[..., 2] - view[..., 2]
             reflected = np.where(out > 0.0, (1.0 + before) / (1.0 + before + _mask(out, a)), 0.0)
-            beyond = np.sqrt(np.maximum(1.0 - (1.0 - across**2) / eta**2, 0.0))
-            through = half[..., 2] * (across / eta - beyond) - view[..., 2] / eta
+            beyond = np.sqrt(np.maximum(1.0 - (1.0 - wo_dot_wm**2) / eta**2, 0.0))
+            through = half[..., 2] * (wo_dot_wm / eta - beyond) - view[..., 2] / eta
             refracted = np.where(through < 0.0, 1.0 / (1.0 + _mask(through, a)), 0.0)
             table[side, row] = (share * reflected + (1.0 - share) * refracted) @ _WEIGHTS
     return np.ascontiguousarray(table, np.float32)

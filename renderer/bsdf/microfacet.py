@@ -1,18 +1,18 @@
-"""Pieces of scattering models in a local frame with the shading normal along z: Fresnel terms, the GGX distribution, directions."""
+"""Pieces of BSDFs in a local frame with the shading normal along z: Fresnel terms, the GGX distribution, its microfacet normals."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from renderer.core.kernel import inlined
-from renderer.core.sampling import Vector, turn_polar
+from renderer.core.sampling import Vector, cos_sin_two_pi
 
 _ZERO, _ONE, _TWO, _HALF, _TINY = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(0.5), np.float32(1e-30)
-_THREE, _FOUR, _QUARTER_PI, _PI = np.float32(3.0), np.float32(4.0), np.float32(0.25 * np.pi), np.float32(np.pi)
+_PI = np.float32(np.pi)
 
 
 @inlined
-def fresnel(cosine: np.float32, eta: np.float32) -> np.float32:
+def fresnel_dielectric(cosine: np.float32, eta: np.float32) -> np.float32:
     """Return the reflectance of a dielectric boundary for unpolarised light.
 
     ``cosine`` >= 0 lies between ray and normal; ``eta``: index of refraction beyond the boundary over that before it.
@@ -26,15 +26,15 @@ def fresnel(cosine: np.float32, eta: np.float32) -> np.float32:
 
 
 @inlined
-def fresnel_pane(cosine: np.float32, ior: np.float32) -> np.float32:
+def fresnel_thin_dielectric(cosine: np.float32, ior: np.float32) -> np.float32:
     """Return the reflectance of a clear pane, all reflections inside it summed: 2 F / (1 + F)."""
-    once = fresnel(cosine, ior)
+    once = fresnel_dielectric(cosine, ior)
     return _TWO * once / (_ONE + once)
 
 
 @inlined
-def fifth_power(cosine: np.float32) -> np.float32:
-    """Return (1 - cosine)^5, by which reflectance rises to grazing angles (Schlick 1994)."""
+def schlick_weight(cosine: np.float32) -> np.float32:
+    """Return (1 - cosine)^5, by which reflectance rises to grazing angles: the weight of F90 - F0 (Schlick 1994)."""
     base = _ONE - cosine
     base = base if base > _ZERO else _ZERO
     square = base * base
@@ -42,24 +42,24 @@ def fifth_power(cosine: np.float32) -> np.float32:
 
 
 @inlined
-def distribution(x: np.float32, y: np.float32, z: np.float32, alpha: np.float32) -> np.float32:
-    """Return GGX's density of microfacet normals (x, y, z) (Walter et al. 2007)."""
+def ggx_d(x: np.float32, y: np.float32, z: np.float32, alpha: np.float32) -> np.float32:
+    """Return D, GGX's density of microfacet normals (x, y, z) (Walter et al. 2007)."""
     square = alpha * alpha
     t = (x * x + y * y) / square + z * z
     return _ONE / (_PI * square * t * t)
 
 
 @inlined
-def masking_term(cosine: np.float32, alpha: np.float32) -> np.float32:
-    """Return sqrt(alpha^2 + (1 - alpha^2) cosine^2), of which Smith's masking is made: G1 = 2 cosine / (cosine + term)."""
+def ggx_g1_root(cosine: np.float32, alpha: np.float32) -> np.float32:
+    """Return sqrt(alpha^2 + (1 - alpha^2) cosine^2), of which Smith's masking G1 = 2 cosine / (cosine + root) is made."""
     square = alpha * alpha
-    term: np.float32 = np.sqrt(square + (_ONE - square) * cosine * cosine)
-    return term
+    root: np.float32 = np.sqrt(square + (_ONE - square) * cosine * cosine)
+    return root
 
 
 @inlined
-def draw_visible_normal(x: np.float32, y: np.float32, z: np.float32, alpha: np.float32, u: np.float32, v: np.float32) -> Vector:
-    """Return a microfacet normal that a view direction (x, y, z), z > 0, sees: density G1 D max(0, view . normal) / z.
+def sample_ggx_wm(x: np.float32, y: np.float32, z: np.float32, alpha: np.float32, u: np.float32, v: np.float32) -> Vector:
+    """Return a microfacet normal wm that is visible from wo = (x, y, z), z > 0: density G1 D max(0, wo . wm) / z.
 
     The density is that of Heitz, "Sampling the GGX Distribution of Visible Normals" (JCGT 7(4), 2018); the map from the unit square that of
     Dupuy and Benyoub, "Sampling Visible GGX Normals with Spherical Caps" (2023).
@@ -67,11 +67,11 @@ def draw_visible_normal(x: np.float32, y: np.float32, z: np.float32, alpha: np.f
     sx, sy = alpha * x, alpha * y
     scale = _ONE / np.sqrt(sx * sx + sy * sy + z * z)
     sx, sy, sz = sx * scale, sy * scale, z * scale
-    cosine, sine = turn_polar(u)
+    cosine, sine = cos_sin_two_pi(u)
     height = (_ONE - v) * (_ONE + sz) - sz
     radius = _ONE - height * height
     radius = np.sqrt(radius if radius > _ZERO else _ZERO)
-    hx, hy, hz = alpha * (radius * cosine + sx), alpha * (radius * sine + sy), height + sz
-    hz = hz if hz > _TINY else _TINY
-    scale = _ONE / np.sqrt(hx * hx + hy * hy + hz * hz)
-    return hx * scale, hy * scale, hz * scale
+    wm_x, wm_y, wm_z = alpha * (radius * cosine + sx), alpha * (radius * sine + sy), height + sz
+    wm_z = wm_z if wm_z > _TINY else _TINY
+    scale = _ONE / np.sqrt(wm_x * wm_x + wm_y * wm_y + wm_z * wm_z)
+    return wm_x * scale, wm_y * scale, wm_z * scale

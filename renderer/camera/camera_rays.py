@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.camera.cameras import PosedCamera
-from renderer.core.embree import DIR_X, DIR_Y, DIR_Z, GEOM_ID, INVALID_ID, LANES, NG_X, NG_Y, NG_Z, ORG_X, ORG_Y, ORG_Z, TFAR, TNEAR, Packet
+from renderer.core import embree as ray
+from renderer.core.embree import INVALID_ID, LANES, Packet
 from renderer.core.kernel import kernel
 
 _ZERO, _ONE, _HALF = np.float32(0.0), np.float32(1.0), np.float32(0.5)
@@ -43,18 +44,18 @@ def aim_tile(camera: PosedCamera, column: int, row: int, jitter: NDArray[np.floa
     for k in range(LANES):
         x = (left + np.float32(k & 3) + jitter[k]) * scale
         y = (top + np.float32(k >> 2) + jitter[LANES + k]) * scale
-        real[ORG_X + k] = x0
-        real[ORG_Y + k] = y0
-        real[ORG_Z + k] = z0
-        real[TNEAR + k] = _ZERO
-        real[DIR_X + k] = r00 * x + r01 * y + r02
-        real[DIR_Y + k] = r10 * x + r11 * y + r12
-        real[DIR_Z + k] = r20 * x + r21 * y + r22
-        real[TFAR + k] = np.inf
-        real[NG_X + k] = _ZERO
-        real[NG_Y + k] = _ZERO
-        real[NG_Z + k] = _ZERO
-        integer[GEOM_ID + k] = INVALID_ID
+        real[ray.ORG_X + k] = x0
+        real[ray.ORG_Y + k] = y0
+        real[ray.ORG_Z + k] = z0
+        real[ray.TNEAR + k] = _ZERO
+        real[ray.DIR_X + k] = r00 * x + r01 * y + r02
+        real[ray.DIR_Y + k] = r10 * x + r11 * y + r12
+        real[ray.DIR_Z + k] = r20 * x + r21 * y + r22
+        real[ray.TFAR + k] = np.inf
+        real[ray.NG_X + k] = _ZERO
+        real[ray.NG_Y + k] = _ZERO
+        real[ray.NG_Z + k] = _ZERO
+        integer[ray.GEOM_ID + k] = INVALID_ID
         alive[k] = -1
     if len(camera.bearings):
         _bend_tile(camera, column, row, jitter, packet)
@@ -76,7 +77,7 @@ def _bend_tile(camera: PosedCamera, column: int, row: int, jitter: NDArray[np.fl
         packet.alive[k] = -1 if seen else 0
         x, y, z = (x, y, z) if seen else (_ZERO, _ZERO, _ONE)
         for axis in range(3):
-            real[DIR_X + LANES * axis + k] = r[axis, 0] * x + r[axis, 1] * y + r[axis, 2] * z
+            real[ray.DIR_X + LANES * axis + k] = r[axis, 0] * x + r[axis, 1] * y + r[axis, 2] * z
 
 
 @kernel

@@ -18,9 +18,8 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from renderer.core.arrays import Array
 
 _STEPS = 60
 _CLOSE = 1e-10

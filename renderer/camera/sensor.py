@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.config import SensorConfig
 from renderer.core.kernel import entry, kernel
-from renderer.core.random_numbers import mix
+from renderer.core.random_numbers import mix_bits
 
 _TO_UNIT = 2.0**-32
 _SHOT, _SECOND, _READ = np.uint32(0x51ED270B), np.uint32(0xB5297A4D), np.uint32(0x68E31DA4)
@@ -91,9 +91,11 @@ def _read_out(
     for i in range(height):
         for j in range(width):
             for channel in range(3):
-                seed = mix(np.uint32(mix(np.uint32((i * width + j) * 3 + channel)) ^ key))
+                seed = mix_bits(np.uint32(mix_bits(np.uint32((i * width + j) * 3 + channel)) ^ key))
                 mean = max(float(radiance[i, j, channel]) * electrons_per_unit, 0.0)
-                value = float(_poisson(mean, seed)) + read_noise_e * _normal(mix(np.uint32(seed ^ _READ)), mix(np.uint32(seed + _READ)))
+                value = float(_poisson(mean, seed)) + read_noise_e * _normal(
+                    mix_bits(np.uint32(seed ^ _READ)), mix_bits(np.uint32(seed + _READ))
+                )
                 if step_e > 0.0:
                     code = np.floor(value / step_e + black + 0.5)
                     value = (min(max(code, 0.0), levels) - black) * step_e
@@ -104,10 +106,10 @@ def _read_out(
 def _poisson(mean: float, seed: np.uint32) -> float:
     """Return a Poisson number: by inversion, and for large means from a normal one corrected for its skew (Cornish and Fisher 1938)."""
     if mean > _GAUSSIAN_FROM:
-        z = _normal(mix(np.uint32(seed ^ _SHOT)), mix(np.uint32(seed + _SECOND)))
+        z = _normal(mix_bits(np.uint32(seed ^ _SHOT)), mix_bits(np.uint32(seed + _SECOND)))
         large: float = np.floor(mean + z * np.sqrt(mean) + (z * z - 1.0) / 6.0 + 0.5)
         return max(large, 0.0)
-    u = (float(mix(np.uint32(seed ^ _SHOT))) + 0.5) * _TO_UNIT
+    u = (float(mix_bits(np.uint32(seed ^ _SHOT))) + 0.5) * _TO_UNIT
     count, term = 0.0, np.exp(-mean)
     total = term
     while u > total and count < 1000.0:

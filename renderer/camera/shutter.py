@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.config import CameraConfig
-from renderer.core.embree import DIR_X, DIR_Y, DIR_Z, LANES, NG_X, NG_Y, NG_Z, ORG_X, ORG_Y, ORG_Z, Packet
+from renderer.core import embree as ray
+from renderer.core.embree import LANES, Packet
 from renderer.core.kernel import kernel
 from scene_description.poses import conjugate_quaternion, multiply_quaternions, rotation_from_quaternion
 from scene_description.types import CameraPose
@@ -72,21 +73,21 @@ def pose_at(path: Sequence[CameraPose], stamp_ns: float) -> CameraPose:
 
 
 @kernel
-def move_rays(camera: PosedCamera, row: int, draws: NDArray[np.float32], packet: Packet) -> None:
+def move_rays(camera: PosedCamera, row: int, u: NDArray[np.float32], packet: Packet) -> None:
     """Move the rays of a tile that begins at ``row`` to where the camera is when they are exposed.
 
-    ``draws``: (16,) float32 or more, in [0, 1), when within the shutter's time; 0.5 is its middle.
+    ``u``: (16,) float32 or more, in [0, 1), when within the shutter's time; 0.5 is its middle.
     """
     real, knots, home = packet.real, camera.motion, camera.position
     for k in range(LANES):
-        place = _HALF * camera.shutter_step + np.float32(row + (k >> 2)) * camera.row_step + (draws[k] - _HALF) * camera.shutter_step
+        place = _HALF * camera.shutter_step + np.float32(row + (k >> 2)) * camera.row_step + (u[k] - _HALF) * camera.shutter_step
         i, s = _knot(place, len(knots))
-        x, y, z = real[ORG_X + k] - home[0], real[ORG_Y + k] - home[1], real[ORG_Z + k] - home[2]
-        dx, dy, dz = real[DIR_X + k], real[DIR_Y + k], real[DIR_Z + k]
+        x, y, z = real[ray.ORG_X + k] - home[0], real[ray.ORG_Y + k] - home[1], real[ray.ORG_Z + k] - home[2]
+        dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
         for axis in range(3):
             a, b, c = _mixed(knots, i, s, 3 * axis), _mixed(knots, i, s, 3 * axis + 1), _mixed(knots, i, s, 3 * axis + 2)
-            real[ORG_X + LANES * axis + k] = _mixed(knots, i, s, 9 + axis) + a * x + b * y + c * z
-            real[DIR_X + LANES * axis + k] = a * dx + b * dy + c * dz
+            real[ray.ORG_X + LANES * axis + k] = _mixed(knots, i, s, 9 + axis) + a * x + b * y + c * z
+            real[ray.DIR_X + LANES * axis + k] = a * dx + b * dy + c * dz
 
 
 @kernel
@@ -95,12 +96,12 @@ def unturn_rays(camera: PosedCamera, row: int, packet: Packet) -> None:
     real, knots = packet.real, camera.motion
     for k in range(LANES):
         i, s = _knot(_HALF * camera.shutter_step + np.float32(row + (k >> 2)) * camera.row_step, len(knots))
-        dx, dy, dz = real[DIR_X + k], real[DIR_Y + k], real[DIR_Z + k]
-        nx, ny, nz = real[NG_X + k], real[NG_Y + k], real[NG_Z + k]
+        dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
+        nx, ny, nz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
         for axis in range(3):
             a, b, c = _mixed(knots, i, s, axis), _mixed(knots, i, s, axis + 3), _mixed(knots, i, s, axis + 6)
-            real[DIR_X + LANES * axis + k] = a * dx + b * dy + c * dz
-            real[NG_X + LANES * axis + k] = a * nx + b * ny + c * nz
+            real[ray.DIR_X + LANES * axis + k] = a * dx + b * dy + c * dz
+            real[ray.NG_X + LANES * axis + k] = a * nx + b * ny + c * nz
 
 
 @kernel

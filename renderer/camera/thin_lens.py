@@ -11,23 +11,10 @@ from numpy.typing import NDArray
 
 from renderer.camera.camera_rays import CENTRE, TILE, aim_tile
 from renderer.camera.cameras import PosedCamera
-from renderer.core.embree import (
-    DIR_X,
-    DIR_Y,
-    DIR_Z,
-    GEOM_ID,
-    INVALID_ID,
-    LANES,
-    ORG_X,
-    ORG_Y,
-    ORG_Z,
-    TFAR,
-    Packet,
-    SceneHandle,
-    intersect16,
-)
+from renderer.core import embree as ray
+from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16
 from renderer.core.kernel import entry, kernel
-from renderer.core.sampling import frame_about
+from renderer.core.sampling import coordinate_system
 
 FAR_M = 1e4
 NEAREST_M = 0.05
@@ -37,29 +24,29 @@ _ZERO, _ONE, _TWO, _QUARTER_PI = np.float32(0.0), np.float32(1.0), np.float32(2.
 
 
 @kernel
-def open_lens(camera: PosedCamera, draws: NDArray[np.float32], packet: Packet) -> None:
+def sample_lens(camera: PosedCamera, u: NDArray[np.float32], packet: Packet) -> None:
     """Move 16 rays from the middle of the lens to points all over it, still through the same points in focus.
 
-    Lenses that see less than a hemisphere are in focus on a plane, others on a sphere.  ``draws``: (32,) float32 in [0, 1), two per ray.
+    Lenses that see less than a hemisphere are in focus on a plane, others on a sphere.  ``u``: (32,) float32 in [0, 1), two per ray.
     """
     real, r = packet.real, camera.rotation
     for k in range(LANES):
-        a, b = _disc(draws[k], draws[LANES + k])
+        a, b = _sample_disk(u[k], u[LANES + k])
         a, b = a * camera.lens_radius_m, b * camera.lens_radius_m
         ux, uy, uz, vx, vy, vz = r[0, 0], r[1, 0], r[2, 0], r[0, 1], r[1, 1], r[2, 1]
         if camera.sees_aside:
-            ux, uy, uz, vx, vy, vz = frame_about(real[DIR_X + k], real[DIR_Y + k], real[DIR_Z + k])
+            ux, uy, uz, vx, vy, vz = coordinate_system(real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k])
         x, y, z = a * ux + b * vx, a * uy + b * vy, a * uz + b * vz
-        real[ORG_X + k] += x
-        real[ORG_Y + k] += y
-        real[ORG_Z + k] += z
-        real[DIR_X + k] -= x / camera.focus_m
-        real[DIR_Y + k] -= y / camera.focus_m
-        real[DIR_Z + k] -= z / camera.focus_m
+        real[ray.ORG_X + k] += x
+        real[ray.ORG_Y + k] += y
+        real[ray.ORG_Z + k] += z
+        real[ray.DIR_X + k] -= x / camera.focus_m
+        real[ray.DIR_Y + k] -= y / camera.focus_m
+        real[ray.DIR_Z + k] -= z / camera.focus_m
 
 
 @kernel
-def _disc(u: np.float32, v: np.float32) -> tuple[np.float32, np.float32]:
+def _sample_disk(u: np.float32, v: np.float32) -> tuple[np.float32, np.float32]:
     """Return a point of the unit disc (Shirley and Chiu, "A Low Distortion Map Between Disk and Square", 1997)."""
     a, b = _TWO * u - _ONE, _TWO * v - _ONE
     if a == _ZERO and b == _ZERO:
@@ -83,6 +70,6 @@ def _centre_distance(scene: SceneHandle, camera: PosedCamera, packet: Packet, ce
     aim_tile(camera, column, row, centre, packet)
     intersect16(packet.alive.ctypes.data, scene.address, packet.real.ctypes.data, scene.coherent)
     k = (camera.height // 2 - row) * TILE + camera.width // 2 - column
-    hit = packet.alive[k] != 0 and packet.integer[GEOM_ID + k] != INVALID_ID
-    distance: np.float32 = packet.real[TFAR + k]
+    hit = packet.alive[k] != 0 and packet.integer[ray.GEOM_ID + k] != INVALID_ID
+    distance: np.float32 = packet.real[ray.TFAR + k]
     return distance if hit else np.float32(np.inf)

@@ -1,4 +1,9 @@
-"""The lanes of a wave's packet: what is known of 16 paths while they are shaded, field by field."""
+"""The lanes of a packet: what is known of 16 paths while they are shaded, field by field.
+
+Stages of the path tracer hand their results on in these fields; each group below says which stage writes it and which ones read it.  The
+stages are the functions that the loop in :mod:`renderer.path.integrator` calls.  Use: ``from renderer.core import lanes as ln``, then
+``lanes[ln.NG_X + k]`` in lane k.  Directions of the local frame have the shading normal along z.
+"""
 
 from __future__ import annotations
 
@@ -7,122 +12,98 @@ from numpy.typing import NDArray
 
 from renderer.core.embree import LANES
 from renderer.core.kernel import kernel
+from renderer.core.layout import Layout
 
-(
-    POINT_X,  # the hit, lifted off its surface towards the viewer, metres: where reflected rays start
-    POINT_Y,
-    POINT_Z,
-    SIDE_X,  # unit geometric normal towards the viewer
-    SIDE_Y,
-    SIDE_Z,
-    SHADE_X,  # unit shading normal, on the viewer's side too
-    SHADE_Y,
-    SHADE_Z,
-    COSINE,  # between the way back and the triangle's front; negative on its back
-    REFLECTS,  # 1 where the path may go on, else 0
-    BASE_R,  # the look of the surface, as in ``Material``
-    BASE_G,
-    BASE_B,
-    ROUGHNESS,
-    METALLIC,
-    TRANSMISSION,
-    IOR,
-    COAT,
-    COAT_ROUGHNESS,
-    SHEEN,
-    THIN,  # 1 for window panes: what enters leaves the scene
-    GLASS,  # row of the glass table, or -1
-    MORE,  # 1 where the look is not all in the table of parts
-    GLOW_R,  # luminance that the surface sends to the viewer by itself, cd/m2
-    GLOW_G,
-    GLOW_B,
-    GLOW_CHANCE,  # probability per steradian that drawing lights at the ray's origin finds this point
-    WIDTH,  # of the ray's footprint at the hit, metres
-    TOTAL,  # importance of all lights together at the hit
-    NEAR,  # how many groups of lights the hit is near to
-    FRAME_UX,  # with SHADE as the third axis, the local frame: unit vectors in the world
-    FRAME_UY,
-    FRAME_UZ,
-    FRAME_VX,
-    FRAME_VY,
-    FRAME_VZ,
-    WO_X,  # towards the viewer, in the local frame; WO_Z > 0
-    WO_Y,
-    WO_Z,
-    GLOSSY,  # 1 where light is reflected by more than Lambert's law, else 0
-    WHOLE,  # albedo of the base's microfacets at reflectance 1 towards the viewer, and its part by Schlick's fifth power
-    FIFTH,
-    MEAN,  # the hemisphere's means of these two
-    MEAN_FIFTH,
-    SHEEN_ALBEDO,
-    COAT_WHOLE,
-    COAT_FIFTH,
-    ALPHA,  # of the microfacets
-    COAT_ALPHA,
-    MATT_R,  # diffuse base times the share that enters, without the factor of the other direction
-    MATT_G,
-    MATT_B,
-    MATT_F0,  # specular reflectance of the base's boundary at normal and grazing incidence
-    MATT_F90,
-    SHIFT_R,  # the same as MATT for multiple scattering in metal
-    SHIFT_G,
-    SHIFT_B,
-    GLOSS_R,  # specular reflectance at normal and grazing incidence, weighted by share
-    GLOSS_G,
-    GLOSS_B,
-    GRAZING,
-    SHINE,  # weight of sheen
-    CLEAR,  # weight of glass or pane
-    ETA,  # index of refraction beyond the surface over that on the viewer's side
-    BY_MATT,  # probabilities of drawing from the lobes
-    BY_GLOSS,
-    BY_GLASS,
-    BY_COAT,
-    WAY_X,  # towards the light, in the local frame
-    WAY_Y,
-    WAY_Z,
-    THERE_WHOLE,  # as WHOLE and FIFTH, towards the light
-    THERE_FIFTH,
-    OUT_R,  # scattering function times the cosine at the light, and the density of drawing WAY per steradian
-    OUT_G,
-    OUT_B,
-    DENSITY,
-    FOLLOWS,  # 1 where the path goes on to the next hit
-    LIGHT_X,  # to the point on a light that was drawn, metres, world; its luminance, cd/m2; chance per steradian of drawing it
-    LIGHT_Y,
-    LIGHT_Z,
-    LIGHT_R,
-    LIGHT_G,
-    LIGHT_B,
-    LIGHT_CHANCE,
-    DRAWN_LEFT,  # while a group of lights is drawn: what is left of the random number, the group's importance, 1 once it is found
-    DRAWN_SHARE,
-    DRAWN_FOUND,
-    NEXT_X,  # unit direction of the next ray in the world; 1 where there is one
-    NEXT_Y,
-    NEXT_Z,
-    GOES_ON,
-    DRAW_LIGHT_U,  # random numbers of this hit
-    DRAW_LIGHT_V,
-    DRAW_LOBE,
-    DRAW_END,
-    DRAW_WAY_U,
-    DRAW_WAY_V,
-    DRAW_SUN_U,  # filled where something is drawn by direction
-    DRAW_SUN_V,
-    WEIGHT_R,  # throughput of the path up to the hit
-    WEIGHT_G,
-    WEIGHT_B,
-    CHANCE,  # probability per steradian with which the ray was sampled; infinite where lights could not have been drawn instead
-    IMPORTANCE,  # of all lights together at the ray's origin
-    FROM_X,  # shading normal at the ray's origin
-    FROM_Y,
-    FROM_Z,
-    SPREAD,  # growth of the footprint's width per metre
-) = range(0, 110 * LANES, LANES)
+_LANES = Layout(LANES)
+_field, _vector = _LANES.field, _LANES.vector
 
+# The path so far.  Written by spawn_rays of the hit before, through the queue; read by all stages up to spawn_rays.
+BETA_R, BETA_G, BETA_B = _vector()  # throughput: product of all f_cos / pdf so far
+RAY_PDF = _field()  # density per steradian with which the ray was sampled; infinite where lights could not have been sampled instead
+PREV_IMPORTANCE = _field()  # IMPORTANCE at the ray's origin
+PREV_NS_X, PREV_NS_Y, PREV_NS_Z = _vector()  # shading normal at the ray's origin
+SPREAD = _field()  # growth of the ray cone's width per metre; spawn_rays adds what the scattering spreads
+CARRIED = _LANES.size // LANES
+"""How many fields, the first ones, pass from queue to lanes as they are."""
+WIDTH = _field()  # of the ray cone, metres: at the origin, from evaluate_surfaces on at the hit
 
-LANES_SIZE = 110 * LANES
+# The hit.  Written by evaluate_surfaces; read by all later stages.
+P_X, P_Y, P_Z = _vector()  # the point, lifted off its surface towards the viewer, metres; spawn_rays makes it the next ray's origin
+NG_X, NG_Y, NG_Z = _vector()  # unit geometric normal on the viewer's side
+NS_X, NS_Y, NS_Z = _vector()  # unit shading normal, on the viewer's side too
+COS_FRONT = _field()  # cosine between wo and the front of the triangle; negative on its back
+HIT = _field()  # 1 where the ray hit a surface, else 0
+
+# The material there, as in ``Material``.  Written by evaluate_surfaces, changed by regularize; read by update_aovs and build_bsdfs.
+BASE_R, BASE_G, BASE_B = _vector()
+ROUGHNESS = _field()
+METALLIC = _field()
+TRANSMISSION = _field()
+IOR = _field()
+COAT = _field()
+COAT_ROUGHNESS = _field()
+SHEEN = _field()
+THIN = _field()  # 1 for window panes: what enters leaves the scene
+GLASS = _field()  # row of the albedo tables of glass, or -1
+SPECIAL = _field()  # 1 where more than the row of the part must be looked up: textures, emission
+
+# Emission.  Written by evaluate_surfaces; read by update_aovs and add_emission.
+LE_R, LE_G, LE_B = _vector()  # luminance that the surface itself sends along wo, cd/m2
+LE_PDF = _field()  # density per steradian with which sampling lights at the ray's origin finds this point
+
+# Lights at the hit.  Written by weigh_lights; read by build_bsdfs, sample_lights and spawn_rays.
+IMPORTANCE = _field()  # of all groups of lights together
+NEAR = _field()  # how many groups are near
+
+# The shading frame, with NS as third axis, and wo.  Written by build_bsdfs; read by sample_lights and spawn_rays.
+TANGENT_X, TANGENT_Y, TANGENT_Z = _vector()  # unit vectors of the world
+BITANGENT_X, BITANGENT_Y, BITANGENT_Z = _vector()
+WO_X, WO_Y, WO_Z = _vector()  # unit, towards the viewer, in the local frame; WO_Z > 0
+CONTINUES = _field()  # 1 where the path may go on, so that the BSDF is sampled beside lights
+
+# The BSDF.  Written by build_bsdfs; read by its evaluation and sampling in sample_lights and spawn_rays.
+GLOSSY = _field()  # 1 where light is reflected by more than Lambert's law, else 0
+E_WO, E_WO_SCHLICK = _field(), _field()  # directional albedo of the microfacets at reflectance 1, and its part by Schlick's weight
+E_MEAN, E_MEAN_SCHLICK = _field(), _field()  # the hemisphere's means of these two
+E_SHEEN = _field()  # directional albedo of sheen
+E_COAT, E_COAT_SCHLICK = _field(), _field()  # as E_WO, of the coat
+ALPHA, COAT_ALPHA = _field(), _field()  # of the GGX distributions
+DIFFUSE_R, DIFFUSE_G, DIFFUSE_B = _vector()  # diffuse base times the share that enters from wo; the factor of wi is missing
+BASE_F0, BASE_F90 = _field(), _field()  # reflectance of the diffuse base's boundary at normal and grazing incidence
+MULTISCATTER_R, MULTISCATTER_G, MULTISCATTER_B = _vector()  # as DIFFUSE, for multiple scattering between the microfacets of metal
+SPECULAR_R, SPECULAR_G, SPECULAR_B = _vector()  # specular reflectance at normal incidence, weighted by the layers' shares
+SPECULAR_F90 = _field()  # the same at grazing incidence
+SHEEN_WEIGHT = _field()
+GLASS_WEIGHT = _field()  # of glass or pane
+ETA = _field()  # index of refraction beyond the surface over that on the viewer's side
+PR_DIFFUSE, PR_SPECULAR = _field(), _field()  # probabilities of sampling the lobes
+PR_GLASS, PR_COAT = _field(), _field()
+
+# Random numbers in [0, 1).  Written by generate_ray_samples; read by sample_lights and spawn_rays.  generate_camera_rays uses U_LIGHT.
+U_LIGHT_0, U_LIGHT_1 = _field(), _field()
+U_LOBE, U_ROULETTE = _field(), _field()
+U_BSDF_0, U_BSDF_1 = _field(), _field()
+U_INFINITE_0, U_INFINITE_1 = _field(), _field()  # filled where there is an infinite light
+
+# A sampled light.  Written and read by sample_lights.
+TO_LIGHT_X, TO_LIGHT_Y, TO_LIGHT_Z = _vector()  # from P to the point on the light, metres, world
+LI_R, LI_G, LI_B = _vector()  # luminance that arrives from there, cd/m2; then what it adds to the pixel
+LIGHT_PDF = _field()  # density per steradian of sampling that direction; 0 where no light arrives
+U_REMAPPED = _field()  # what is left of the random number once it has chosen a group, then an emitter
+GROUP_IMPORTANCE, GROUP_FOUND = _field(), _field()  # of the chosen group; 1 once the choice has fallen
+PORTAL_T = _field()  # distance to the portal in the direction of an infinite light, metres
+
+# BSDF times cosine, and its sampling density.  Written by both sample_lights (wi to the light) and spawn_rays (wi sampled).
+WI_X, WI_Y, WI_Z = _vector()  # unit, towards the light, in the local frame
+E_WI, E_WI_SCHLICK = _field(), _field()  # as E_WO, for wi
+F_COS_R, F_COS_G, F_COS_B = _vector()  # BSDF times the cosine at the light; in spawn_rays then the next beta
+PDF = _field()  # density per steradian of sampling wi from the BSDF
+
+# The next ray.  Written by spawn_rays, which puts it into the queue.
+NEXT_X, NEXT_Y, NEXT_Z = _vector()  # unit direction, world
+SPAWNED = _field()  # 1 where there is a next ray; generate_camera_rays: where a pixel has one
+
+LANES_SIZE = _LANES.size
 
 
 @kernel

@@ -1,4 +1,4 @@
-"""Lanes that go on, moved side by side: field by field a vector instruction where the processor has it, else number by number."""
+"""Chosen lanes, moved side by side: field by field with a vector instruction where the processor has it, else number by number."""
 
 from __future__ import annotations
 

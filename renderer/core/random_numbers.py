@@ -24,7 +24,7 @@ def make_frame_key(scene_key: int, frame_index: int, apart: tuple[int, ...] = ()
 
 
 @kernel
-def mix(value: np.uint32) -> np.uint32:
+def mix_bits(value: np.uint32) -> np.uint32:
     """Return a well-mixed 32-bit hash (multiply and shift, constants from C. Wellons' hash prospector)."""
     x = np.uint32(value)
     x = np.uint32(x ^ (x >> np.uint32(16)))
@@ -46,7 +46,7 @@ def reverse_bits(value: np.uint32) -> np.uint32:
 
 
 @kernel
-def permute_low_to_high(value: np.uint32, seed: np.uint32) -> np.uint32:
+def owen_scramble_reversed(value: np.uint32, seed: np.uint32) -> np.uint32:
     """Return a permutation of 32-bit numbers in which each bit depends on lower bits only: Owen scrambling of reversed numbers."""
     x = np.uint32(value)
     x = np.uint32(x ^ np.uint32(x * np.uint32(0x3D20ADEA)))
@@ -57,7 +57,7 @@ def permute_low_to_high(value: np.uint32, seed: np.uint32) -> np.uint32:
 
 
 @kernel
-def pascal(value: np.uint32) -> np.uint32:
+def sobol_second_reversed(value: np.uint32) -> np.uint32:
     """Return Pascal's triangle mod 2 times the bits: the reversed second Sobol coordinate of index ``value``.
 
     The matrix is the fifth Kronecker power of [[1, 1], [0, 1]], hence five butterfly steps.
@@ -71,16 +71,16 @@ def pascal(value: np.uint32) -> np.uint32:
 
 
 @kernel
-def draw_pairs(seeds: NDArray[np.uint32], index: np.uint32, pair: np.uint32, points: NDArray[np.float32]) -> None:
+def sample_2d(seeds: NDArray[np.uint32], index: np.uint32, pair: np.uint32, points: NDArray[np.float32]) -> None:
     """Write sample ``index`` of dimension pair ``pair`` of 16 pixels: points[k] and points[16 + k] in [0, 1).
 
     ``seeds``: (16,) uint32, one hash per pixel; ``points``: (32,) float32.
     """
     reversed_index = reverse_bits(index)
     for k in range(LANES):
-        seed = mix(np.uint32(seeds[k] + np.uint32(pair * _GOLDEN)))
-        shuffled = reverse_bits(permute_low_to_high(reversed_index, seed))
-        x = reverse_bits(permute_low_to_high(shuffled, mix(np.uint32(seed + np.uint32(1)))))
-        y = reverse_bits(permute_low_to_high(pascal(shuffled), mix(np.uint32(seed + np.uint32(2)))))
+        seed = mix_bits(np.uint32(seeds[k] + np.uint32(pair * _GOLDEN)))
+        shuffled = reverse_bits(owen_scramble_reversed(reversed_index, seed))
+        x = reverse_bits(owen_scramble_reversed(shuffled, mix_bits(np.uint32(seed + np.uint32(1)))))
+        y = reverse_bits(owen_scramble_reversed(sobol_second_reversed(shuffled), mix_bits(np.uint32(seed + np.uint32(2)))))
         points[k] = np.float32(x >> _BYTE) * _TO_UNIT
         points[LANES + k] = np.float32(y >> _BYTE) * _TO_UNIT

@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.camera.config import CameraConfig
+from renderer.core.color import LUMINANCE
 from renderer.export.glb_writer import GlbWriter
 from renderer.export.materials import MaterialExport
 from renderer.export.textures import image_coordinates
 from renderer.geometry.mesh import Mesh
 from renderer.scene.flat_scene import FlatScene
-from renderer.scene.flatten import LUMINANCE_WEIGHTS
 from renderer.textures.apply import AppliedTexture
 from scene_description import CameraPose, Light, SceneDescription, SceneObject
 from scene_description.labels import NYU40
@@ -131,7 +131,7 @@ def part_primitive(writer: GlbWriter, mesh: Mesh, material: int, texture: Applie
 def _add_lamp(writer: GlbWriter, owner: int, name: str, light: Light, mesh: Mesh) -> None:
     """Add a point light with the lamp's flux in the middle of the surface that shines; I = flux / (4 pi) candela in its luminance."""
     color = np.asarray(light.color, np.float64) / max(light.color)
-    candela = light.flux_lm / (4.0 * math.pi) / float(color @ LUMINANCE_WEIGHTS)
+    candela = light.flux_lm / (4.0 * math.pi) / float(color @ LUMINANCE)
     index = writer.add_light({"name": name, "type": "point", "color": color.tolist(), "intensity": candela})
     corners = mesh.vertices[mesh.faces].astype(np.float64)
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)

@@ -13,12 +13,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from renderer.core.color import LUMINANCE
 from renderer.export.glb_writer import GlbWriter
 from renderer.export.materials import MaterialExport
 from renderer.export.scene_glb import GENERATOR, Y_UP, part_primitive, split_parts, to_local
 from renderer.geometry.mesh import Mesh
 from renderer.scene.flat_scene import FlatScene
-from renderer.scene.flatten import LUMINANCE_WEIGHTS
 from scene_description import Light, SceneDescription
 
 VERSION = "1.9"
@@ -116,7 +116,7 @@ def _add_model(world: ET.Element, model: _Model, uri: str) -> None:
 def _add_light(world: ET.Element, name: str, light: Light, mesh: Mesh) -> None:
     """Add a point light in the middle of the surface that shines, as bright as its flux against a bright lamp's."""
     color = np.asarray(light.color, np.float64)
-    color = color / float(color @ LUMINANCE_WEIGHTS)
+    color = color / float(color @ LUMINANCE)
     color /= max(1.0, float(color.max()))
     place = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)).astype(np.float64)
     item = ET.SubElement(world, "light", name=f"{name}_light", type="point")

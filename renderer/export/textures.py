@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.core.color import srgb_from_linear
 from renderer.textures.apply import AppliedTexture
 from scene_description import Material
 
@@ -65,4 +66,4 @@ def _bytes(values: NDArray[np.float64]) -> NDArray[np.uint8]:
 
 
 def _encoded(linear: NDArray[np.float64]) -> NDArray[np.uint8]:
-    return _bytes(np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 0.0) ** (1.0 / 2.4) - 0.055))
+    return _bytes(srgb_from_linear(linear))

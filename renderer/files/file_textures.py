@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.core.color import linear_from_srgb, srgb_from_linear
 from renderer.core.errors import MeshFileError
 from renderer.files.gltf_materials import ImageUse
 from renderer.files.image_io import decode_image
@@ -65,9 +66,6 @@ def _tinted(image: NDArray[np.uint8], factor: Color) -> NDArray[np.uint8]:
     """Return an sRGB image times a linear colour."""
     if factor == (1.0, 1.0, 1.0):
         return image
-    encoded = np.arange(256) / 255.0
-    linear = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
-    tinted = linear[:, None] * np.asarray(factor)
-    table = np.where(tinted <= 0.0031308, 12.92 * tinted, 1.055 * tinted ** (1.0 / 2.4) - 0.055)
-    levels = np.round(table * 255.0).astype(np.uint8)
+    tinted = linear_from_srgb(np.arange(256) / 255.0)[:, None] * np.asarray(factor)
+    levels = np.round(srgb_from_linear(tinted) * 255.0).astype(np.uint8)
     return np.stack([levels[image[..., k], k] for k in range(3)], axis=-1)

@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.core.arrays import Array
 from renderer.files.gltf_container import Container, fail, listed, mapped, pointed, view_bytes, whole
 
-Array = NDArray[np.float64]
 MAX_FACES = 500_000
 MAX_VERTICES = 1_500_000
 MAX_PIECES = 4_096

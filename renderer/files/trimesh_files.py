@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import trimesh
 
+from renderer.core.color import linear_from_srgb
 from renderer.core.errors import MeshFileError
 from renderer.files.file_parts import Raw
 from renderer.files.gltf_container import Fetch
@@ -102,7 +103,7 @@ def _piece(node: str, geometry: Any, names: Mapping[str, int]) -> Piece:
     color = (1.0, 1.0, 1.0)
     if visual.kind == "vertex" and names == {}:
         encoded = np.asarray(visual.vertex_colors, np.float64)[:, :3].mean(axis=0) / 255.0
-        red, green, blue = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+        red, green, blue = linear_from_srgb(encoded)
         color = (float(red), float(green), float(blue))
     usable = uvs is not None and np.shape(uvs) == (len(geometry.vertices), 2)
     return Piece(

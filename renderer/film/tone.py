@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.core.color import linear_from_srgb
 from renderer.core.kernel import entry
 from renderer.film.white_balance import Chromaticity, adaptation
 from scene_description.color_temperature import D65_XY
@@ -103,17 +104,13 @@ def _fit_shoulder() -> float:
     return 0.5 * (low + high)
 
 
-def _decode_srgb(code: NDArray[np.floating]) -> NDArray[np.float64]:
-    return np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
-
-
 def _unfilm(shown: NDArray[np.float64]) -> NDArray[np.float64]:
     over = np.maximum(shown - FILMIC_KNEE, 0.0)
     return np.minimum(shown, FILMIC_KNEE) + _SHOULDER * np.expm1(over / _SHOULDER)
 
 
 _SHOULDER = _fit_shoulder()
-_HALF_CODES = _decode_srgb((np.arange(255) + 0.5) / 255.0)
+_HALF_CODES = linear_from_srgb((np.arange(255) + 0.5) / 255.0)
 _THRESHOLDS = {"srgb": _HALF_CODES.astype(np.float32), "filmic": _unfilm(_HALF_CODES).astype(np.float32)}
 _FIRST_CODES = {
     name: np.searchsorted(

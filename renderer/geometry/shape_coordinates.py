@@ -7,7 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from renderer.core.arrays import Array
+
 SCATTER = np.array([[3.71, 5.23, 2.89], [4.57, 1.93, 6.11]])
 """How far the pattern of a block is shifted (u, v) per metre that the block lies along x, y and z, so that boards differ."""
 

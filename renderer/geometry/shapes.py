@@ -15,10 +15,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from renderer.core.arrays import Array
 from renderer.geometry.mesh import UNMAPPED, Mesh
 from renderer.geometry.shape_coordinates import SCATTER, block_uvs, grid_way, lathe_uvs, quad_uvs
 
-Array = NDArray[np.float64]
 BEVEL_M = 0.003
 CREASE_COSINE = math.cos(math.radians(38.0))
 

@@ -7,13 +7,13 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from renderer.core.arrays import Array
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import CREASE_COSINE, lathe, make_mesh, merged, moved, rotated, sweep
 from renderer.models.model import Parts
 
-Array = NDArray[np.float64]
 Point = Sequence[float]
 
 

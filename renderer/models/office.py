@@ -6,16 +6,14 @@ import itertools
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from renderer.core.arrays import Array
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, make_mesh, merged, moved, rod, rotated, rounded_box, sweep
 from renderer.models.cabinets import Front, fronts
 from renderer.models.lamps import bulb, globe
 from renderer.models.lofts import arc, bent, chain, disc, loft, oval, ring
 from renderer.models.model import Model, Parts, Size, fitted
-
-Array = NDArray[np.float64]
 
 
 def build_filing_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Parts:

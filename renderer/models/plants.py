@@ -5,13 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from renderer.core.arrays import Array
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import lathe, make_mesh, merged, moved, rounded_box, sheet, smooth_normals, sweep
 from renderer.models.model import Model, Parts, Size, fitted
-
-Array = NDArray[np.float64]
 
 
 def leaves(roots: Array, directions: Array, lengths: Array, widths: Array, droop: Array, fold: float = 0.25, steps: int = 6) -> Mesh:

@@ -7,13 +7,11 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from renderer.core.arrays import Array
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import make_mesh, merged, rounded_template, rounded_uvs, sheet, smooth_normals
 from renderer.models.upholstery import lined, piping, rounded_loop
-
-Array = NDArray[np.float64]
 
 
 class Drape(NamedTuple):

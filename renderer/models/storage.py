@@ -7,7 +7,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rounded_box, sweep
@@ -15,7 +14,6 @@ from renderer.models.exercise_bikes import saddle
 from renderer.models.lofts import bent, chain, disc, loft, oval, ring, turned
 from renderer.models.model import Model, Parts, Size, fitted
 
-Array = NDArray[np.float64]
 Corner = tuple[float, float, float]
 
 

@@ -7,11 +7,10 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from renderer.core.arrays import Array
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shape_coordinates import grid_way
 from renderer.geometry.shapes import grid_faces, lathe, make_mesh, merged, rotated, smooth_normals
-
-Array = NDArray[np.float64]
 
 
 def piping(loop: ArrayLike, radius_m: float, segments: int = 5) -> Mesh:

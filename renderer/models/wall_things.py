@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from renderer.core.arrays import Array
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, flat_quads, lathe, merged, rod, rotated, sheet, slab, stretched
 from renderer.models.model import Model, Parts, Size, fitted
 from renderer.models.upholstery import repeated
 
-Array = NDArray[np.float64]
 ART_COLORS = 5
 
 

@@ -1,11 +1,11 @@
-"""What shines: emissive triangles and window panes, and how a point to light from is drawn among them.
+"""Lights: emissive triangles and window panes, and how a point is sampled among them.
 
-Light leaves the front of a surface only.  A pane (portal) shows the environment behind it, so its luminance depends on direction.
+Light leaves the front of a surface only.  A portal, a window pane, shows the environment behind it, so its luminance depends on direction.
 
 Triangles are gathered in *groups*: those of one part that look along the same world axis, outer and inner sides apart.  From a point, a
-group is drawn with probability proportional to a bound of the light that it can bring there: power over squared distance, times bounds of
+group is chosen with probability proportional to a bound of the light that it can bring there: power over squared distance, times bounds of
 the cosines at both ends (as importance in light trees, Conty Estevez and Kulla, "Importance Sampling of Many Lights", 2018), then a point
-on the group evenly.  A group without chance cannot light the point, so nothing is lost.
+on the group evenly.  A group of importance 0 cannot light the point, so nothing is lost.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from renderer.core.color import LUMINANCE
 from renderer.core.kernel import inlined, kernel
-from renderer.path.outside import Outside, build_outside
+from renderer.core.layout import Layout
+from renderer.path.infinite_light import InfiniteLight, build_infinite_light
 from renderer.scene.equirectangular import pixel_solid_angles
 from renderer.scene.flat_scene import FlatScene
 from renderer.scene.spot_lights import brightest_seen
@@ -43,16 +44,15 @@ Bounds = tuple[np.float32, ...]
 """A row of ``LightGroups.bounds`` in registers, so that loops over lanes read no table."""
 
 
-(
-    EMITTER_CORNER,  # three coordinates, metres
-    EMITTER_EDGE_1,
-    EMITTER_EDGE_2,
-    EMITTER_NORMAL,  # unit
-    EMITTER_GLOW,  # luminance (r, g, b) of a part that shines alike in all directions, cd/m2
-    EMITTER_AREA,  # of its whole group, m2
-    EMITTER_KEEP,  # share of its step of the group's alias table that is its own
-) = (0, 3, 6, 9, 12, 15, 16)
-EMITTER_SIZE = 17
+_ROW = Layout()
+EMITTER_CORNER = _ROW.field(3)  # metres
+EMITTER_EDGE_1 = _ROW.field(3)
+EMITTER_EDGE_2 = _ROW.field(3)
+EMITTER_NORMAL = _ROW.field(3)  # unit
+EMITTER_LE = _ROW.field(3)  # luminance (r, g, b) of a part that shines alike in all directions, cd/m2
+EMITTER_AREA = _ROW.field()  # of its whole group, m2
+EMITTER_KEEP = _ROW.field()  # share of its step of the group's alias table that is its own
+EMITTER_SIZE = _ROW.size
 EVENLY, BY_SKY, BY_PROFILE = range(3)
 
 
@@ -70,7 +70,7 @@ class Lights(NamedTuple):
     varies: NDArray[np.int32]
     part: NDArray[np.int32]
     face_group: NDArray[np.int32]
-    outside: Outside
+    infinite: InfiniteLight
 
 
 def build_lights(flat: FlatScene) -> Lights:
@@ -78,12 +78,12 @@ def build_lights(flat: FlatScene) -> Lights:
     corners = flat.mesh.vertices.astype(np.float64)[flat.mesh.faces]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     area = 0.5 * np.linalg.norm(cross, axis=1)
-    glow = _part_luminance(flat, cross)[flat.face_part]
+    luminance = _part_luminance(flat, cross)[flat.face_part]
     if len(flat.part_profile):
         row = flat.part_profile[flat.face_part]
         shaped = np.flatnonzero((row >= 0) & (area > 1e-10))
-        glow[shaped] *= brightest_seen(flat.profiles[row[shaped]], cross[shaped] / (2.0 * area[shaped, None]))
-    lit = np.flatnonzero((area > 1e-10) & (glow > 0.0))
+        luminance[shaped] *= brightest_seen(flat.profiles[row[shaped]], cross[shaped] / (2.0 * area[shaped, None]))
+    lit = np.flatnonzero((area > 1e-10) & (luminance > 0.0))
     unit = cross[lit] / (2.0 * area[lit, None])
     keys, group = np.unique(_group_keys(flat.face_part[lit].astype(np.int64), corners[lit].mean(axis=1), unit), return_inverse=True)
     order = np.argsort(group, kind="stable")
@@ -91,7 +91,7 @@ def build_lights(flat: FlatScene) -> Lights:
     start = np.searchsorted(group, np.arange(len(keys) + 1)).astype(np.int32)
     face_group = np.full(len(flat.face_part), -1, np.int32)
     face_group[lit] = group
-    rows = [_describe_group(corners[lit[a:b]], unit[a:b], area[lit[a:b]], glow[lit[a:b]].max()) for a, b in pairwise(start)]
+    rows = [_describe_group(corners[lit[a:b]], unit[a:b], area[lit[a:b]], luminance[lit[a:b]].max()) for a, b in pairwise(start)]
     table = np.array(rows, np.float32).reshape(-1, 12)
     groups = LightGroups(np.ascontiguousarray(table[:, :11]), np.ascontiguousarray(table[:, 11]), start)
     steps = [_alias_table(area[lit[a:b]]) for a, b in pairwise(start)]
@@ -102,7 +102,7 @@ def build_lights(flat: FlatScene) -> Lights:
         (EMITTER_EDGE_1, corners[lit, 1] - corners[lit, 0]),
         (EMITTER_EDGE_2, corners[lit, 2] - corners[lit, 0]),
         (EMITTER_NORMAL, unit),
-        (EMITTER_GLOW, flat.parts.emission[part]),
+        (EMITTER_LE, flat.parts.emission[part]),
     ):
         emitters[:, column : column + 3] = values
     emitters[:, EMITTER_AREA] = groups.area[group]
@@ -118,14 +118,14 @@ def build_lights(flat: FlatScene) -> Lights:
         varies,
         part,
         face_group,
-        build_outside(flat),
+        build_infinite_light(flat),
     )
 
 
 def _alias_table(weights: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return which share of each of n equal steps is the entry's own (n,), and to which entry the rest belongs (n,).
 
-    So one random number draws entries by weight without a search (Vose, "A Linear Algorithm for Generating Random Numbers with a Given
+    So one random number samples entries by weight without a search (Vose, "A Linear Algorithm for Generating Random Numbers with a Given
     Distribution", 1991).
     """
     keep, other = weights * (len(weights) / weights.sum()), np.arange(len(weights))
@@ -150,7 +150,9 @@ def _group_keys(part: NDArray[np.int64], middle: NDArray[np.float64], unit: NDAr
     return np.asarray(part * 12 + major * 4 + negative * 2 + inward)
 
 
-def _describe_group(corners: NDArray[np.float64], unit: NDArray[np.float64], area: NDArray[np.float64], glow: float) -> NDArray[np.float64]:
+def _describe_group(
+    corners: NDArray[np.float64], unit: NDArray[np.float64], area: NDArray[np.float64], luminance: float
+) -> NDArray[np.float64]:
     """Return the row of ``bounds``, and the area, of triangles (e, 3, 3) with normals (e, 3), bounds rounded up."""
     center = 0.5 * (corners.min(axis=(0, 1)) + corners.max(axis=(0, 1)))
     radius = np.linalg.norm(corners - center, axis=2).max() * (1.0 + 1e-5)
@@ -158,7 +160,7 @@ def _describe_group(corners: NDArray[np.float64], unit: NDArray[np.float64], are
     axis /= np.linalg.norm(axis)
     angle = np.arccos(np.clip(unit @ axis, -1.0, 1.0)).max() + 1e-4
     slack = ((center - corners[:, 0]) * unit).sum(axis=1).max() + 1e-5 * (1.0 + np.abs(corners).max())
-    return np.array([*center, radius, *axis, np.cos(angle), np.sin(angle), slack, glow * area.sum(), area.sum()])
+    return np.array([*center, radius, *axis, np.cos(angle), np.sin(angle), slack, luminance * area.sum(), area.sum()])
 
 
 def _part_luminance(flat: FlatScene, cross: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -167,17 +169,17 @@ def _part_luminance(flat: FlatScene, cross: NDArray[np.float64]) -> NDArray[np.f
     up = np.zeros((len(parts.label), 3))
     np.add.at(up, flat.face_part, cross)
     tilt = up[:, 2] / np.maximum(np.linalg.norm(up, axis=1), 1e-30)
-    sky_share = 0.5 * (1.0 - tilt)  # of what a plane sees through a pane whose front looks the other way
+    sky_share = 0.5 * (1.0 - tilt)  # of what a plane sees through a portal whose front looks the other way
     sky, ground = _mean_luminance(flat)
-    # Never zero where any direction is lit: a pane's chance must not vanish while it shines.
+    # Never zero where any direction is lit: a portal's importance must not vanish while it shines.
     through = flat.materials.transmission[parts.material] * np.maximum(sky_share * sky + (1.0 - sky_share) * ground, 0.01 * (sky + ground))
     return np.asarray(np.where(parts.portal, through, parts.emission.astype(np.float64) @ LUMINANCE))
 
 
 def _mean_luminance(flat: FlatScene) -> tuple[float, float]:
-    """Return the mean luminance of the smooth environment above and below the horizon, cd/m2; positive where the sun can shine in."""
+    """Return the mean luminance of the smooth environment above and below the horizon, cd/m2; positive if there is an infinite light."""
     sky = flat.sky
-    least = 1.0 if len(sky.sun) or sky.hot.size else 0.0
+    least = 1.0 if len(sky.sun) or sky.bright.size else 0.0
     if not sky.table.size:
         return float(0.5 * (sky.zenith + sky.horizon) @ LUMINANCE) + least, float(sky.ground @ LUMINANCE)
     angle = pixel_solid_angles(*sky.table.shape[:2])
@@ -203,23 +205,23 @@ def importance(bounds: Bounds, x: np.float32, y: np.float32, z: np.float32, nx: 
     squared = cx * cx + cy * cy + cz * cz
     distance = np.sqrt(squared)
     inverse = _ONE / (distance if distance > radius else radius)
-    at_surface = (cx * nx + cy * ny + cz * nz + radius) * inverse
+    cos_surface = (cx * nx + cy * ny + cz * nz + radius) * inverse
     along = -(cx * axis_x + cy * axis_y + cz * axis_z)
     aside = squared - along * along
     tilted = along * cosine + np.sqrt(aside if aside > _ZERO else _ZERO) * sine
     nearest = distance if along > distance * cosine else tilted
-    at_light = (nearest + slack) * inverse
+    cos_light = (nearest + slack) * inverse
     # Spelled out, because min() and max() keep LLVM from vectorising the loop over lanes.
-    at_surface = at_surface if at_surface > _ZERO else _ZERO
-    at_surface = at_surface if at_surface < _ONE else _ONE
-    at_light = at_light if at_light > _ZERO else _ZERO
-    at_light = at_light if at_light < _ONE else _ONE
-    value: np.float32 = power * at_surface * at_light * inverse * inverse
+    cos_surface = cos_surface if cos_surface > _ZERO else _ZERO
+    cos_surface = cos_surface if cos_surface < _ONE else _ONE
+    cos_light = cos_light if cos_light > _ZERO else _ZERO
+    cos_light = cos_light if cos_light < _ONE else _ONE
+    value: np.float32 = power * cos_surface * cos_light * inverse * inverse
     return value
 
 
 @inlined
-def find_emitter(lights: Lights, group: np.int32, u: np.float32) -> tuple[np.int32, np.float32]:
+def choose_emitter(lights: Lights, group: np.int32, u: np.float32) -> tuple[np.int32, np.float32]:
     """Return which triangle of a group ``u`` in [0, 1) falls on, and where within its share: in [0, 1), as good as a new random number."""
     first, count = lights.groups.start[group], lights.groups.start[group + 1] - lights.groups.start[group]
     scaled = u * np.float32(count)
@@ -241,7 +243,7 @@ def clamp_unit(u: np.float32) -> np.float32:
 
 
 @inlined
-def spread_over_triangle(u: np.float32, v: np.float32) -> tuple[np.float32, np.float32]:
+def sample_triangle(u: np.float32, v: np.float32) -> tuple[np.float32, np.float32]:
     """Return weights of edge_1 and edge_2, even over the triangle (Heitz, "A Low-Distortion Map Between Triangle and Square", 2019)."""
     half_u, half_v, upper = _HALF * u, _HALF * v, v > u
     return half_u if upper else u - half_v, v - half_u if upper else half_v

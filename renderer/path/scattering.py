@@ -1,184 +1,152 @@
-"""How the paths of a packet go on: the next rays, drawn from the surfaces' scattering models."""
+"""Scattering: the BSDFs of a packet's hits, and the next rays, sampled from them."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.bsdf.bsdf import draw_directions, evaluate
-from renderer.bsdf.closure import make_closures
-from renderer.core.embree import DIR_X, DIR_Y, DIR_Z, LANES
+from renderer.bsdf.bsdf import evaluate_bsdf, sample_bsdf
+from renderer.bsdf.layers import build_lobes
+from renderer.core import embree as ray
+from renderer.core import lanes as ln
+from renderer.core.embree import LANES
 from renderer.core.kernel import inlined, kernel
-from renderer.core.lanes import (
-    COAT,
-    DENSITY,
-    DRAW_END,
-    FOLLOWS,
-    FRAME_UX,
-    FRAME_UY,
-    FRAME_UZ,
-    FRAME_VX,
-    FRAME_VY,
-    FRAME_VZ,
-    GOES_ON,
-    METALLIC,
-    NEAR,
-    NEXT_X,
-    NEXT_Y,
-    NEXT_Z,
-    OUT_B,
-    OUT_G,
-    OUT_R,
-    POINT_X,
-    POINT_Y,
-    POINT_Z,
-    REFLECTS,
-    ROUGHNESS,
-    SHADE_X,
-    SHADE_Y,
-    SHADE_Z,
-    SIDE_X,
-    SIDE_Y,
-    SIDE_Z,
-    SPREAD,
-    THIN,
-    TOTAL,
-    TRANSMISSION,
-    WAY_X,
-    WAY_Y,
-    WAY_Z,
-    WEIGHT_B,
-    WEIGHT_G,
-    WEIGHT_R,
-    WIDTH,
-    WO_X,
-    WO_Y,
-    WO_Z,
-    count_chosen,
-)
+from renderer.core.lanes import count_chosen
 from renderer.core.packing import pack, pack_slots
-from renderer.core.sampling import frame_about
-from renderer.path.records import (
-    AT_CHANCE,
-    AT_DIR_X,
-    AT_FROM_X,
-    AT_IMPORTANCE,
-    AT_ORG_X,
-    AT_SPREAD,
-    AT_WEIGHT_R,
-    AT_WIDTH,
-    ROW,
-    Queue,
-    Scratch,
-    Surfaces,
-)
+from renderer.core.sampling import coordinate_system
+from renderer.path import queues as qu
+from renderer.path.queues import ROW, Queue
+from renderer.path.records import Scratch
+from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import lift_height
 
 _ZERO, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(1e-30)
 _INFINITE = np.float32(np.inf)
 _LEAST_SURVIVAL = np.float32(0.05)
-_MATT = np.float32(0.6)
+_ROUGH = np.float32(0.6)
 
 
 @inlined
-def begin_scattering(surfaces: Surfaces, all_follow: bool, scratch: Scratch) -> int:
-    """Fill frames, closures and FOLLOWS of a packet; return its kinds (:mod:`renderer.bsdf.closure`)."""
+def regularize(blur: np.float32, scratch: Scratch) -> None:
+    """Give hits at least the roughness that the scattering of their rays allows; glass stays clear, no shadow ray passes it anyway.
+
+    ``blur``: least roughness of what fully scattered rays hit; 0 leaves all as it is.
+    """
+    if blur <= _ZERO:
+        return
     lanes = scratch.lanes
-    _turn_to_viewer(scratch.rays.real, lanes)
-    _choose_who_follows(lanes, all_follow)
-    return make_closures(lanes, surfaces.albedos)
+    for k in range(LANES):
+        if lanes[ln.TRANSMISSION + k] == _ZERO or lanes[ln.THIN + k] > _ZERO:
+            least = blur * min(lanes[ln.SPREAD + k], _ONE)
+            lanes[ln.ROUGHNESS + k] = max(lanes[ln.ROUGHNESS + k], least)
+            lanes[ln.COAT_ROUGHNESS + k] = max(lanes[ln.COAT_ROUGHNESS + k], least)
 
 
 @inlined
-def go_on(surfaces: Surfaces, kinds: int, roulette: bool, queued: int, ahead: Queue, scratch: Scratch) -> int:
-    """Draw the next rays of a packet and put them behind the ``queued`` ones; return how many are queued then."""
+def build_bsdfs(surfaces: Surfaces, all_continue: bool, scratch: Scratch) -> int:
+    """Fill shading frames, WO, CONTINUES and BSDFs of a packet; return its kinds (:mod:`renderer.bsdf.layers`)."""
     lanes = scratch.lanes
-    draw_directions(lanes, kinds)
-    evaluate(lanes, kinds, surfaces.albedos.reflected)
-    _weigh_ways(lanes, _LEAST_SURVIVAL if roulette else _ONE)
-    _finish_ways(lanes)
-    _enqueue(lanes, scratch.lane_slot, ahead, queued)
-    return queued + count_chosen(lanes, GOES_ON)
+    _build_frames(scratch.rays.real, lanes)
+    _choose_continuing(lanes, all_continue)
+    return build_lobes(lanes, surfaces.albedos)
+
+
+@inlined
+def spawn_rays(surfaces: Surfaces, kinds: int, roulette: bool, queued: int, ahead: Queue, scratch: Scratch) -> int:
+    """Sample the next rays of a packet and put them behind the ``queued`` ones; return how many are queued then.
+
+    ``roulette``: dim paths end at random, those that survive count for more.
+    """
+    lanes = scratch.lanes
+    sample_bsdf(lanes, kinds)
+    evaluate_bsdf(lanes, kinds, surfaces.albedos.reflected)
+    _update_beta(lanes, _LEAST_SURVIVAL if roulette else _ONE)
+    _update_path_state(lanes)
+    _push_paths(lanes, scratch.lane_slot, ahead, queued)
+    return queued + count_chosen(lanes, ln.SPAWNED)
 
 
 @kernel
-def _turn_to_viewer(real: NDArray[np.float32], lanes: NDArray[np.float32]) -> None:
-    """Fill the local frames, and WO with the ways back."""
+def _build_frames(real: NDArray[np.float32], lanes: NDArray[np.float32]) -> None:
+    """Fill the shading frames, and WO with the directions back."""
     for k in range(LANES):
-        nx, ny, nz = lanes[SHADE_X + k], lanes[SHADE_Y + k], lanes[SHADE_Z + k]
-        ux, uy, uz, vx, vy, vz = frame_about(nx, ny, nz)
-        dx, dy, dz = -real[DIR_X + k], -real[DIR_Y + k], -real[DIR_Z + k]
+        nx, ny, nz = lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k]
+        ux, uy, uz, vx, vy, vz = coordinate_system(nx, ny, nz)
+        dx, dy, dz = -real[ray.DIR_X + k], -real[ray.DIR_Y + k], -real[ray.DIR_Z + k]
         height = dx * nx + dy * ny + dz * nz
-        lanes[WO_X + k] = dx * ux + dy * uy + dz * uz
-        lanes[WO_Y + k] = dx * vx + dy * vy + dz * vz
-        lanes[WO_Z + k] = height if height > _TINY else _TINY
-        lanes[FRAME_UX + k], lanes[FRAME_UY + k], lanes[FRAME_UZ + k] = ux, uy, uz
-        lanes[FRAME_VX + k], lanes[FRAME_VY + k], lanes[FRAME_VZ + k] = vx, vy, vz
+        lanes[ln.WO_X + k] = dx * ux + dy * uy + dz * uz
+        lanes[ln.WO_Y + k] = dx * vx + dy * vy + dz * vz
+        lanes[ln.WO_Z + k] = height if height > _TINY else _TINY
+        lanes[ln.TANGENT_X + k], lanes[ln.TANGENT_Y + k], lanes[ln.TANGENT_Z + k] = ux, uy, uz
+        lanes[ln.BITANGENT_X + k], lanes[ln.BITANGENT_Y + k], lanes[ln.BITANGENT_Z + k] = vx, vy, vz
 
 
 @kernel
-def _choose_who_follows(lanes: NDArray[np.float32], all_follow: bool) -> None:
-    """Fill FOLLOWS; at the last hit only where drawing lights alone would be noisy: near lights and on gloss."""
-    every = _ONE if all_follow else _ZERO
+def _choose_continuing(lanes: NDArray[np.float32], all_continue: bool) -> None:
+    """Fill CONTINUES; at the last hit only where sampling lights alone would be noisy: near lights and on glossy surfaces."""
+    every = _ONE if all_continue else _ZERO
     for k in range(LANES):
-        layered = lanes[THIN + k] + lanes[TRANSMISSION + k] + lanes[COAT + k] > _ZERO
-        metallic = (lanes[METALLIC + k] > _ZERO) & (lanes[ROUGHNESS + k] < _ONE)
-        noisy = layered | metallic | (lanes[ROUGHNESS + k] < _MATT) | (lanes[NEAR + k] > _ZERO)
-        lanes[FOLLOWS + k] = _ONE if noisy else every
+        layered = lanes[ln.THIN + k] + lanes[ln.TRANSMISSION + k] + lanes[ln.COAT + k] > _ZERO
+        metallic = (lanes[ln.METALLIC + k] > _ZERO) & (lanes[ln.ROUGHNESS + k] < _ONE)
+        noisy = layered | metallic | (lanes[ln.ROUGHNESS + k] < _ROUGH) | (lanes[ln.NEAR + k] > _ZERO)
+        lanes[ln.CONTINUES + k] = _ONE if noisy else every
 
 
 @kernel
-def _weigh_ways(lanes: NDArray[np.float32], least_survival: np.float32) -> None:
-    """Fill NEXT and GOES_ON, and OUT with the throughput that goes on along WAY."""
+def _update_beta(lanes: NDArray[np.float32], least_survival: np.float32) -> None:
+    """Fill NEXT and SPAWNED, and turn F_COS into the next beta."""
     for k in range(LANES):
-        x, y, z, density = lanes[WAY_X + k], lanes[WAY_Y + k], lanes[WAY_Z + k], lanes[DENSITY + k]
-        nx, ny, nz = lanes[SHADE_X + k], lanes[SHADE_Y + k], lanes[SHADE_Z + k]
-        dx = x * lanes[FRAME_UX + k] + y * lanes[FRAME_VX + k] + z * nx
-        dy = x * lanes[FRAME_UY + k] + y * lanes[FRAME_VY + k] + z * ny
-        dz = x * lanes[FRAME_UZ + k] + y * lanes[FRAME_VZ + k] + z * nz
-        above = dx * lanes[SIDE_X + k] + dy * lanes[SIDE_Y + k] + dz * lanes[SIDE_Z + k]
-        scale = _ONE / (density if density > _TINY else _TINY)
-        r = lanes[OUT_R + k] * scale * lanes[WEIGHT_R + k]
-        g = lanes[OUT_G + k] * scale * lanes[WEIGHT_G + k]
-        b = lanes[OUT_B + k] * scale * lanes[WEIGHT_B + k]
+        x, y, z, pdf = lanes[ln.WI_X + k], lanes[ln.WI_Y + k], lanes[ln.WI_Z + k], lanes[ln.PDF + k]
+        # The direction in the world, and on which side of the surface it leaves.
+        nx, ny, nz = lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k]
+        dx = x * lanes[ln.TANGENT_X + k] + y * lanes[ln.BITANGENT_X + k] + z * nx
+        dy = x * lanes[ln.TANGENT_Y + k] + y * lanes[ln.BITANGENT_Y + k] + z * ny
+        dz = x * lanes[ln.TANGENT_Z + k] + y * lanes[ln.BITANGENT_Z + k] + z * nz
+        above = dx * lanes[ln.NG_X + k] + dy * lanes[ln.NG_Y + k] + dz * lanes[ln.NG_Z + k]
+        # The throughput: beta f_cos / pdf.
+        scale = _ONE / (pdf if pdf > _TINY else _TINY)
+        r = lanes[ln.F_COS_R + k] * scale * lanes[ln.BETA_R + k]
+        g = lanes[ln.F_COS_G + k] * scale * lanes[ln.BETA_G + k]
+        b = lanes[ln.F_COS_B + k] * scale * lanes[ln.BETA_B + k]
         most = r if r > g else g
         most = most if most > b else b
+        # Russian roulette: the brightest channel of the throughput is the probability to survive.
         survival = most if most > least_survival else least_survival
         survival = survival if survival < _ONE else _ONE
-        lucky = (lanes[FOLLOWS + k] > _ZERO) & (lanes[REFLECTS + k] > _ZERO) & (lanes[DRAW_END + k] < survival)
-        goes_on = lucky & (density > _ZERO) & (above * z > _ZERO) & (most > _ZERO)
+        survives = (lanes[ln.CONTINUES + k] > _ZERO) & (lanes[ln.HIT + k] > _ZERO) & (lanes[ln.U_ROULETTE + k] < survival)
+        spawned = survives & (pdf > _ZERO) & (above * z > _ZERO) & (most > _ZERO)
         scale = _ONE / survival
-        lanes[OUT_R + k], lanes[OUT_G + k], lanes[OUT_B + k] = r * scale, g * scale, b * scale
-        lanes[NEXT_X + k], lanes[NEXT_Y + k], lanes[NEXT_Z + k] = dx, dy, dz
-        lanes[GOES_ON + k] = _ONE if goes_on else _ZERO
+        lanes[ln.F_COS_R + k], lanes[ln.F_COS_G + k], lanes[ln.F_COS_B + k] = r * scale, g * scale, b * scale
+        lanes[ln.NEXT_X + k], lanes[ln.NEXT_Y + k], lanes[ln.NEXT_Z + k] = dx, dy, dz
+        lanes[ln.SPAWNED + k] = _ONE if spawned else _ZERO
 
 
 @kernel
-def _finish_ways(lanes: NDArray[np.float32]) -> None:
-    """Turn POINT, DENSITY, TOTAL and SPREAD into what the queue keeps: ray origins, CHANCE, IMPORTANCE, and SPREAD behind the hit."""
+def _update_path_state(lanes: NDArray[np.float32]) -> None:
+    """Turn P, PDF, IMPORTANCE and SPREAD into what the queue keeps: ray origins, RAY_PDF, PREV_IMPORTANCE, and SPREAD behind the hit."""
     for k in range(LANES):
-        px, py, pz = lanes[POINT_X + k], lanes[POINT_Y + k], lanes[POINT_Z + k]
-        up, density, total = lanes[WAY_Z + k] > _ZERO, lanes[DENSITY + k], lanes[TOTAL + k]
+        px, py, pz = lanes[ln.P_X + k], lanes[ln.P_Y + k], lanes[ln.P_Z + k]
+        up, pdf, total = lanes[ln.WI_Z + k] > _ZERO, lanes[ln.PDF + k], lanes[ln.IMPORTANCE + k]
         down = _ZERO if up else -_TWO * lift_height(px, py, pz)
-        lanes[POINT_X + k] = px + down * lanes[SIDE_X + k]
-        lanes[POINT_Y + k] = py + down * lanes[SIDE_Y + k]
-        lanes[POINT_Z + k] = pz + down * lanes[SIDE_Z + k]
-        lanes[DENSITY + k] = density if up & (total > _ZERO) else _INFINITE
-        lanes[TOTAL + k] = total if total > _TINY else _TINY
-        lanes[SPREAD + k] += _ONE / (_ONE + np.sqrt(density))
+        lanes[ln.P_X + k] = px + down * lanes[ln.NG_X + k]
+        lanes[ln.P_Y + k] = py + down * lanes[ln.NG_Y + k]
+        lanes[ln.P_Z + k] = pz + down * lanes[ln.NG_Z + k]
+        lanes[ln.PDF + k] = pdf if up & (total > _ZERO) else _INFINITE
+        lanes[ln.IMPORTANCE + k] = total if total > _TINY else _TINY
+        lanes[ln.SPREAD + k] += _ONE / (_ONE + np.sqrt(pdf))
 
 
 @kernel
-def _enqueue(lanes: NDArray[np.float32], slots: NDArray[np.int32], ahead: Queue, queued: int) -> None:
-    """Write the next rays of the lanes that go on into the queue behind the ``queued``."""
+def _push_paths(lanes: NDArray[np.float32], slots: NDArray[np.int32], ahead: Queue, queued: int) -> None:
+    """Write the paths of the lanes with a next ray into the queue behind the ``queued``."""
     state = ahead.state
     for axis in range(3):
-        pack(lanes, POINT_X + LANES * axis, lanes, GOES_ON, state, AT_ORG_X + ROW * axis + queued)
-        pack(lanes, NEXT_X + LANES * axis, lanes, GOES_ON, state, AT_DIR_X + ROW * axis + queued)
-        pack(lanes, OUT_R + LANES * axis, lanes, GOES_ON, state, AT_WEIGHT_R + ROW * axis + queued)
-        pack(lanes, SHADE_X + LANES * axis, lanes, GOES_ON, state, AT_FROM_X + ROW * axis + queued)
-    pack(lanes, DENSITY, lanes, GOES_ON, state, AT_CHANCE + queued)
-    pack(lanes, TOTAL, lanes, GOES_ON, state, AT_IMPORTANCE + queued)
-    pack(lanes, WIDTH, lanes, GOES_ON, state, AT_WIDTH + queued)
-    pack(lanes, SPREAD, lanes, GOES_ON, state, AT_SPREAD + queued)
-    pack_slots(slots, lanes, GOES_ON, ahead.slot, queued)
+        pack(lanes, ln.P_X + LANES * axis, lanes, ln.SPAWNED, state, qu.ORG_X + ROW * axis + queued)
+        pack(lanes, ln.NEXT_X + LANES * axis, lanes, ln.SPAWNED, state, qu.DIR_X + ROW * axis + queued)
+        pack(lanes, ln.F_COS_R + LANES * axis, lanes, ln.SPAWNED, state, qu.BETA_R + ROW * axis + queued)
+        pack(lanes, ln.NS_X + LANES * axis, lanes, ln.SPAWNED, state, qu.PREV_NS_X + ROW * axis + queued)
+    pack(lanes, ln.PDF, lanes, ln.SPAWNED, state, qu.RAY_PDF + queued)
+    pack(lanes, ln.IMPORTANCE, lanes, ln.SPAWNED, state, qu.PREV_IMPORTANCE + queued)
+    pack(lanes, ln.WIDTH, lanes, ln.SPAWNED, state, qu.WIDTH + queued)
+    pack(lanes, ln.SPREAD, lanes, ln.SPAWNED, state, qu.SPREAD + queued)
+    pack_slots(slots, lanes, ln.SPAWNED, ahead.slot, queued)

@@ -17,13 +17,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.core.arrays import Array
 from renderer.core.color import LUMINANCE
 from renderer.scene.equirectangular import map_directions, pixel_solid_angles
 from renderer.scene.sun import SOLID_ANGLE_SR, VERSINE, sun_illuminance_lx
 from scene_description.color_temperature import luminance_rgb, xyz_from_rgb
 from scene_description.types import Daylight
-
-Array = NDArray[np.float64]
 
 ROWS, COLUMNS = 96, 384
 LOWEST_SUN_RAD = math.radians(1.0)

@@ -1,8 +1,8 @@
 """Environment maps of the user: equirectangular pictures of all that is around, Radiance ``.hdr`` (RGBE) or ``.exr``.
 
 RGBE after G. Ward, "Real Pixels" (Graphics Gems II, 1991), run-length coded or plain.  The middle column looks along world +x before the
-map is turned, columns go clockwise as seen from above, as in a picture of the horizon seen from inside.  What is brighter than ``HOT``
-times the mean is split off, to be drawn by direction (:mod:`renderer.path.outside`).
+map is turned, columns go clockwise as seen from above, as in a picture of the horizon seen from inside.  What is brighter than ``BRIGHT``
+times the mean is split off, to be sampled by direction (:mod:`renderer.path.infinite_light`).
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ MAX_WIDTH, MAX_HEIGHT = 8192, 4096
 MAX_FILE_BYTES = 600_000_000
 KEPT_WIDTH = 2048
 """Wider maps are averaged down to it."""
-HOT = 4.0
-"""Multiple of the mean luminance beyond which light is drawn by direction."""
+BRIGHT = 4.0
+"""Multiple of the mean luminance beyond which light is sampled by direction."""
 MOST_CD_M2 = 1e10
 """Brighter pixels are clamped; the sun's disc has 2e9."""
 
@@ -39,10 +39,10 @@ _MAX_HEADER_LINES = 1000
 
 
 class MapImages(NamedTuple):
-    """``table`` and ``hot`` of ``renderer.scene.flat_scene.Sky``, float32, cd/m2; ``hot`` is empty where nothing stands out."""
+    """``table`` and ``bright`` of ``renderer.scene.flat_scene.Sky``, float32, cd/m2; ``bright`` is empty where nothing stands out."""
 
     table: NDArray[np.float32]
-    hot: NDArray[np.float32]
+    bright: NDArray[np.float32]
 
 
 def load_environment_map(environment: EnvironmentMap, folder: Path) -> MapImages:
@@ -94,9 +94,9 @@ def split_map(image: NDArray[np.float32]) -> MapImages:
     """Split a map into a smooth part and what stands out of it; both keep the pixels' colours."""
     luminance = image.astype(np.float64) @ LUMINANCE
     mean = float(np.average(luminance.mean(axis=1), weights=pixel_solid_angles(*image.shape[:2])))
-    share = np.maximum(1.0 - HOT * mean / np.maximum(luminance, 1e-300), 0.0)[..., None].astype(np.float32)
-    hot = image * share if share.any() else NO_MAP
-    return MapImages(np.ascontiguousarray(image * (1 - share)), np.ascontiguousarray(hot))
+    share = np.maximum(1.0 - BRIGHT * mean / np.maximum(luminance, 1e-300), 0.0)[..., None].astype(np.float32)
+    bright = image * share if share.any() else NO_MAP
+    return MapImages(np.ascontiguousarray(image * (1 - share)), np.ascontiguousarray(bright))
 
 
 def read_rgbe(path: Path) -> NDArray[np.float32]:

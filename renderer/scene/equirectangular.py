@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from renderer.core.arrays import Array
 
 
 def pixel_solid_angles(height: int, width: int) -> NDArray[np.float64]:

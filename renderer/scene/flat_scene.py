@@ -53,7 +53,7 @@ def tabulate_materials(materials: Sequence[Material]) -> MaterialTable:
 
 
 NO_MAP = np.zeros((0, 0, 3), np.float32)
-"""``table`` and ``hot`` of a sky without them."""
+"""``table`` and ``bright`` of a sky without them."""
 
 NO_SUN = np.zeros(0, np.float32)
 """``sun`` of a sky without one."""
@@ -64,7 +64,7 @@ class Sky(NamedTuple):
 
     Where ``table`` is not empty it replaces these three: (h, w, 3) float32, an equirectangular map of the whole sphere, zenith in the first
     row, +x in the middle column, columns clockwise as seen from above.  sun: (7,) float32, unit direction to it, 1 - cos of its angular
-    radius, mean luminance RGB; or ``NO_SUN``.  hot: (h, w, 3) float32, a map of what is added to ``table`` and drawn by direction.
+    radius, mean luminance RGB; or ``NO_SUN``.  bright: (h, w, 3) float32, a map of what is added to ``table`` and sampled by direction.
     """
 
     zenith: NDArray[np.float32]
@@ -72,7 +72,7 @@ class Sky(NamedTuple):
     ground: NDArray[np.float32]
     table: NDArray[np.float32] = NO_MAP
     sun: NDArray[np.float32] = NO_SUN
-    hot: NDArray[np.float32] = NO_MAP
+    bright: NDArray[np.float32] = NO_MAP
 
 
 UNTEXTURED = np.zeros(0, np.int32)

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.core.color import LUMINANCE
 from renderer.core.errors import FlattenError, MeshFileError
 from renderer.files.file_textures import file_texture
 from renderer.files.mesh_files import find_mesh_file, load_mesh_file
@@ -45,7 +46,6 @@ from scene_description.labels import LABEL_ID
 
 SURFACE_LABELS = {"floor": 2, "wall": 1, "ceiling": 22, "skirting": 1}
 MAX_SCENE_FACES = 20_000_000
-LUMINANCE_WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 """Rec. 709 luminance of linear RGB."""
 
 
@@ -162,7 +162,7 @@ def emitted_luminance(light: Light, area_m2: float) -> NDArray[np.float64]:
     if not light.on or light.flux_lm == 0.0:
         return np.zeros(3)
     color = np.asarray(light.color, np.float64)
-    luminance = float(color @ LUMINANCE_WEIGHTS)
+    luminance = float(color @ LUMINANCE)
     if luminance <= 0.0:
         raise FlattenError(f"light of object {light.object}, part '{light.part}': expected a colour, got black; switch it off instead")
     return color * (light.flux_lm / (math.pi * area_m2) / luminance)

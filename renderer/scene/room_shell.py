@@ -13,6 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.core.arrays import Array
 from renderer.core.errors import FlattenError
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import flat_quads, make_mesh, merged
@@ -20,7 +21,6 @@ from renderer.models.model import Parts
 from renderer.models.openings import OPENING_MODELS, Hole
 from scene_description import Opening, Room
 
-Array = NDArray[np.float64]
 Rectangle = tuple[float, float, float, float]
 
 SLAB_M = 0.1

@@ -57,7 +57,7 @@ def check_scene(flat: FlatScene) -> None:
 
 def _check_sky(sky: Sky) -> None:
     """Check maps and sun."""
-    for name, image in (("table", sky.table), ("hot", sky.hot)):
+    for name, image in (("table", sky.table), ("bright", sky.bright)):
         if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.float32:
             raise RenderError(f"scene sky.{name}: expected float32 (h, w, 3), got {image.dtype} {image.shape}")
         if image.size:

@@ -11,6 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.core.color import LUMINANCE
 from renderer.core.kernel import kernel
 from renderer.geometry.mesh import UNMAPPED, Mesh
 from renderer.geometry.shapes import surface_area
@@ -19,7 +20,6 @@ from scene_description.types import Luminaire
 STEPS = 181
 """Samples of a profile, from the axis to its opposite: one a degree."""
 
-_LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 _ONE = np.float32(1.0)
 _PER_RADIAN = np.float32((STEPS - 1) / math.pi)
 
@@ -76,9 +76,9 @@ def luminaire_mesh(luminaire: Luminaire) -> Mesh:
 def luminaire_emission(luminaire: Luminaire, mesh: Mesh, profile: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the greatest luminance RGB (3,) in cd/m2 of the ball."""
     color = np.asarray(luminaire.color, np.float64)
-    if not luminaire.on or not float(color @ _LUMINANCE) > 0.0:
+    if not luminaire.on or not float(color @ LUMINANCE) > 0.0:
         return np.zeros(3)
-    return np.asarray(color * (luminaire.flux_lm / (0.25 * surface_area(mesh) * profile_integral(profile)) / float(color @ _LUMINANCE)))
+    return np.asarray(color * (luminaire.flux_lm / (0.25 * surface_area(mesh) * profile_integral(profile)) / float(color @ LUMINANCE)))
 
 
 def profile_row(luminaire: Luminaire, profile: NDArray[np.float64]) -> NDArray[np.float32]:

@@ -1,4 +1,4 @@
-"""The look-up of a texture at a hit: filtered by the footprint of the ray, colours mixed, the shading normal tilted.
+"""The look-up of a texture at a hit: filtered by the width of the ray cone, colours mixed, the shading normal tilted.
 
 Four texels, weighted, of one level of the tile; between two levels each sample takes one, in proportion and evenly spread over the surface,
 so that the mean is the trilinear one at half the cost.  Slopes that a smaller level averages away come back as roughness, so that
@@ -14,38 +14,32 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.core.color import linear_from_srgb
 from renderer.core.embree import aligned_floats
 from renderer.core.kernel import inlined
+from renderer.core.layout import Layout
 from renderer.textures.apply import OTHER_COLORS, AppliedTexture
 from renderer.textures.packing import CHANNELS
 
-(
-    PER_U,  # tiles per unit of the texture coordinates
-    PER_V,
-    COS,
-    SIN,
-    SHIFT,
-    CONTRAST,  # 1 as drawn
-    SLOPE,
-    COLORS,  # nine numbers
-) = (0, 1, 2, 3, 4, 5, 6, 7)
-ROW_SIZE = COLORS + 3 * OTHER_COLORS
-(
-    FACE_U,  # texture coordinates of the first corner, and from there to the other two
-    FACE_V,
-    FACE_AU,
-    FACE_AV,
-    FACE_BU,
-    FACE_BV,
-    FACE_DENSITY,  # units of the texture coordinates, squared, per m2; 0 where the map is flat
-    FACE_TX,  # unit vectors of the world along which u and v grow
-    FACE_TY,
-    FACE_TZ,
-    FACE_SX,
-    FACE_SY,
-    FACE_SZ,
-) = range(13)
+_ROW = Layout()
+PER_U, PER_V = _ROW.field(), _ROW.field()  # tiles per unit of the texture coordinates
+COS, SIN = _ROW.field(), _ROW.field()  # of the texture's rotation
+SHIFT = _ROW.field()
+CONTRAST = _ROW.field()  # 1 as drawn
+SLOPE = _ROW.field()
+COLORS = _ROW.field(3 * OTHER_COLORS)
+ROW_SIZE = _ROW.size
+
+_FACE = Layout()
+FACE_U, FACE_V = _FACE.field(), _FACE.field()  # texture coordinates of the first corner
+FACE_AU, FACE_AV = _FACE.field(), _FACE.field()  # from there to the second
+FACE_BU, FACE_BV = _FACE.field(), _FACE.field()  # from there to the third
+FACE_DENSITY = _FACE.field()  # units of the texture coordinates, squared, per m2; 0 where the map is flat
+FACE_TX, FACE_TY, FACE_TZ = _FACE.vector()  # unit vector of the world along which u grows
+FACE_SX, FACE_SY, FACE_SZ = _FACE.vector()  # the same for v
 FACE_SIZE = 16
+"""A cache line: more than the fields take."""
+
 (FIRST, WIDTH_LOG, HEIGHT_LOG, LEVELS, PICTURE) = range(5)
 
 _ZERO, _ONE, _HALF = np.float32(0.0), np.float32(1.0), np.float32(0.5)
@@ -73,7 +67,7 @@ class Textures(NamedTuple):
     faces: NDArray[np.float32]
 
 
-class Looked(NamedTuple):
+class TextureSample(NamedTuple):
     """What a texture says at a hit: colour; roughness and metalness of the surface; slopes along the tile's u and v; spread of slopes."""
 
     red: np.float32
@@ -111,8 +105,7 @@ def build_textures(
         colors = np.asarray(texture.colors, np.float32).ravel()
         rows[k, COLORS : COLORS + len(colors)] = colors
     texels = np.concatenate(chunks) if chunks else np.zeros(1, np.uint64)
-    byte = np.arange(256) / 255.0
-    linear = np.where(byte <= 0.04045, byte / 12.92, ((byte + 0.055) / 1.055) ** 2.4).astype(np.float32)
+    linear = linear_from_srgb(np.arange(256) / 255.0).astype(np.float32)
     return Textures(np.ascontiguousarray(part), texels, rows, layout, linear, _face_rows(vertices, uvs, faces))
 
 
@@ -136,7 +129,7 @@ def _face_rows(vertices: NDArray[np.float32], uvs: NDArray[np.float32], faces: N
 
 
 @inlined
-def look_up(
+def evaluate_texture(
     textures: Textures,
     row: int,
     u: np.float32,
@@ -147,8 +140,8 @@ def look_up(
     blue: np.float32,
     roughness: np.float32,
     metallic: np.float32,
-) -> Looked:
-    """Return a texture at tile coordinates (u, v), at level ``detail`` (0 is full size), over a surface of this look."""
+) -> TextureSample:
+    """Return a texture at tile coordinates (u, v), at level ``detail`` (0 is full size), over a surface of this colour and roughness."""
     layout, rows, texels, linear = textures.layout, textures.rows, textures.texels, textures.linear
     shift, contrast, slope = rows[row, SHIFT], rows[row, CONTRAST], rows[row, SLOPE]
     picture = layout[row, PICTURE] != 0
@@ -203,4 +196,4 @@ def look_up(
         roughness += a4 * _BYTE * _TWO - _ONE
     slope_u, slope_v = (a5 - _LEVEL) * _SLOPE_BYTE * slope, (a6 - _LEVEL) * _SLOPE_BYTE * slope
     spread = min(a7 * _BYTE * slope, _STEEPEST)
-    return Looked(red, green, blue, roughness, metallic, slope_u, slope_v, spread)
+    return TextureSample(red, green, blue, roughness, metallic, slope_u, slope_v, spread)

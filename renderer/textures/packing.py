@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.core.color import srgb_from_linear
 from renderer.core.kernel import entry
 from renderer.textures.noise import Field
 
@@ -13,9 +14,7 @@ SLOPE_U, SLOPE_V, SQUARE = 5, 6, 7
 """Places of a texel's slopes, and of the mean square of the slopes below it, while it is a float."""
 
 _STEPS = 1 << 14
-_LINEAR = np.arange(_STEPS + 1) / _STEPS
-_ENCODED = np.where(_LINEAR <= 0.0031308, 12.92 * _LINEAR, 1.055 * _LINEAR ** (1.0 / 2.4) - 0.055)
-SRGB_BYTES = np.floor(255.0 * _ENCODED + 0.5).astype(np.uint8)
+SRGB_BYTES = np.floor(255.0 * srgb_from_linear(np.arange(_STEPS + 1) / _STEPS) + 0.5).astype(np.uint8)
 """sRGB byte of linear luminance 0, 1/16384, ... 1: where the curve is steepest a step is a fifth of a byte."""
 
 

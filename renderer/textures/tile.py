@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.core.color import linear_from_srgb
 from renderer.textures.generators import GENERATORS
 from renderer.textures.noise import Field
 from renderer.textures.packing import CHANNELS, SLOPE_U, SLOPE_V, SRGB_BYTES, fill_slopes, halve_fields, pack_texels, scale_slopes
@@ -126,7 +127,7 @@ def image_tile(maps: ImageMaps) -> TextureTile:
     for name, image in given.items():
         values = _resampled(image.astype(np.float32) / 255.0, height, width)[::-1]
         if name == "color":
-            full[:3] = np.moveaxis(np.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4), -1, 0)
+            full[:3] = np.moveaxis(linear_from_srgb(values), -1, 0)
         elif name == "metallic":
             full[3] = values
         elif name == "roughness":

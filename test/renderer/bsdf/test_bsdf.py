@@ -8,21 +8,21 @@ from white_surfaces import WHITE
 
 from renderer.bsdf import microfacet
 from renderer.bsdf.albedo import Albedos
-from renderer.bsdf.albedo import fresnel as fresnel_numpy
-from renderer.bsdf.bsdf import draw_directions, evaluate
-from renderer.bsdf.closure import make_closures
-from renderer.core import lanes as fields
+from renderer.bsdf.albedo import fresnel_dielectric as fresnel_numpy
+from renderer.bsdf.bsdf import evaluate_bsdf, sample_bsdf
+from renderer.bsdf.layers import build_lobes
+from renderer.core import lanes as ln
 from renderer.core import sampling
 from renderer.core.kernel import from_python
-from renderer.path.surfaces import build_surfaces
+from renderer.path.surface_tables import build_surfaces
 
-draw_cosine = from_python(sampling.draw_cosine)
-draw_visible_normal = from_python(microfacet.draw_visible_normal)
-fresnel = from_python(microfacet.fresnel)
-fresnel_pane = from_python(microfacet.fresnel_pane)
-turn_polar = from_python(sampling.turn_polar)
+sample_cosine_hemisphere = from_python(sampling.sample_cosine_hemisphere)
+sample_ggx_wm = from_python(microfacet.sample_ggx_wm)
+fresnel_dielectric = from_python(microfacet.fresnel_dielectric)
+fresnel_thin_dielectric = from_python(microfacet.fresnel_thin_dielectric)
+cos_sin_two_pi = from_python(sampling.cos_sin_two_pi)
 
-MATT = {"BASE_R": 1.0, "BASE_G": 1.0, "BASE_B": 1.0, "ROUGHNESS": 0.5, "IOR": 1.5, "COAT_ROUGHNESS": 0.1, "COSINE": 1.0, "REFLECTS": 1.0}
+DIFFUSE = {"BASE_R": 1.0, "BASE_G": 1.0, "BASE_B": 1.0, "ROUGHNESS": 0.5, "IOR": 1.5, "COAT_ROUGHNESS": 0.1, "COS_FRONT": 1.0, "HIT": 1.0}
 COSINES = (0.02, 0.1, 0.3, 0.6, 0.9, 1.0)
 
 
@@ -31,23 +31,23 @@ def albedos() -> Albedos:
 
 
 def lanes(**look: float) -> np.ndarray:
-    memory = np.zeros(fields.LANES_SIZE, np.float32)
-    for name, value in (MATT | look).items():
-        memory[getattr(fields, name)] = value
+    memory = np.zeros(ln.LANES_SIZE, np.float32)
+    for name, value in (DIFFUSE | look).items():
+        memory[getattr(ln, name)] = value
     return memory
 
 
 @njit
 def scatter(lane, table, wo, numbers):
     """Rows (direction, rgb, density) of draws; zeros where a draw fails."""
-    lane[fields.WO_X], lane[fields.WO_Y], lane[fields.WO_Z] = wo[0], wo[1], wo[2]
-    kinds = make_closures(lane, table)
+    lane[ln.WO_X], lane[ln.WO_Y], lane[ln.WO_Z] = wo[0], wo[1], wo[2]
+    kinds = build_lobes(lane, table)
     rows = np.zeros((len(numbers), 7), np.float32)
     for i in range(len(numbers)):
-        lane[fields.DRAW_LOBE], lane[fields.DRAW_WAY_U], lane[fields.DRAW_WAY_V] = numbers[i, 0], numbers[i, 1], numbers[i, 2]
-        draw_directions(lane, kinds)
-        evaluate(lane, kinds, table.reflected)
-        if lane[fields.WAY_Z] != 0.0 and lane[fields.DENSITY] > 0.0:
+        lane[ln.U_LOBE], lane[ln.U_BSDF_0], lane[ln.U_BSDF_1] = numbers[i, 0], numbers[i, 1], numbers[i, 2]
+        sample_bsdf(lane, kinds)
+        evaluate_bsdf(lane, kinds, table.reflected)
+        if lane[ln.WI_Z] != 0.0 and lane[ln.PDF] > 0.0:
             rows[i] = found(lane)
     return rows
 
@@ -55,20 +55,20 @@ def scatter(lane, table, wo, numbers):
 @njit
 def look_at(lane, table, wo, ways):
     """Rows (rgb, density) of given directions."""
-    lane[fields.WO_X], lane[fields.WO_Y], lane[fields.WO_Z] = wo[0], wo[1], wo[2]
-    kinds = make_closures(lane, table)
+    lane[ln.WO_X], lane[ln.WO_Y], lane[ln.WO_Z] = wo[0], wo[1], wo[2]
+    kinds = build_lobes(lane, table)
     rows = np.zeros((len(ways), 4), np.float32)
     for i in range(len(ways)):
-        lane[fields.WAY_X], lane[fields.WAY_Y], lane[fields.WAY_Z] = ways[i, 0], ways[i, 1], ways[i, 2]
-        evaluate(lane, kinds, table.reflected)
+        lane[ln.WI_X], lane[ln.WI_Y], lane[ln.WI_Z] = ways[i, 0], ways[i, 1], ways[i, 2]
+        evaluate_bsdf(lane, kinds, table.reflected)
         rows[i] = found(lane)[3:]
     return rows
 
 
 @njit
 def found(lane):
-    x, y, z = lane[fields.WAY_X], lane[fields.WAY_Y], lane[fields.WAY_Z]
-    return np.array([x, y, z, lane[fields.OUT_R], lane[fields.OUT_G], lane[fields.OUT_B], lane[fields.DENSITY]], np.float32)
+    x, y, z = lane[ln.WI_X], lane[ln.WI_Y], lane[ln.WI_Z]
+    return np.array([x, y, z, lane[ln.F_COS_R], lane[ln.F_COS_G], lane[ln.F_COS_B], lane[ln.PDF]], np.float32)
 
 
 def viewer(cosine: float) -> np.ndarray:
@@ -119,9 +119,9 @@ def test_draws_follow_their_density(name, cosine):
     count, heights, turns, fine = 40000, 20, 16, 24
     look = WHITE[name] | {"COAT_ROUGHNESS": 0.5}
     rows = scatter(lanes(**look), albedos(), viewer(cosine), numbers(count, 7))
-    drawn = rows[rows[:, 6] > 0]
-    angle = np.arctan2(drawn[:, 1], drawn[:, 0]) % (2 * np.pi)
-    counts = np.histogram2d(drawn[:, 2], angle, bins=[heights, turns], range=[[-1, 1], [0, 2 * np.pi]])[0]
+    sampled = rows[rows[:, 6] > 0]
+    angle = np.arctan2(sampled[:, 1], sampled[:, 0]) % (2 * np.pi)
+    counts = np.histogram2d(sampled[:, 2], angle, bins=[heights, turns], range=[[-1, 1], [0, 2 * np.pi]])[0]
     z = -1 + 2 * (np.arange(heights * fine) + 0.5) / (heights * fine)
     turn = 2 * np.pi * (np.arange(turns * fine) + 0.5) / (turns * fine)
     zz, tt = np.meshgrid(z, turn, indexing="ij")
@@ -138,14 +138,16 @@ def test_draws_follow_their_density(name, cosine):
 def test_fresnel_at_normal_incidence_and_total_reflection():
     one = np.float32(1)
     for ior in (1.2, 1.5, 2.4):
-        assert fresnel(one, np.float32(ior)) == pytest.approx(((ior - 1) / (ior + 1)) ** 2, rel=1e-4)
+        assert fresnel_dielectric(one, np.float32(ior)) == pytest.approx(((ior - 1) / (ior + 1)) ** 2, rel=1e-4)
     critical = np.sqrt(1 - 1 / 1.5**2)
-    assert fresnel(np.float32(critical - 0.01), np.float32(1 / 1.5)) == 1.0
-    assert fresnel(np.float32(critical + 0.01), np.float32(1 / 1.5)) < 1.0
+    assert fresnel_dielectric(np.float32(critical - 0.01), np.float32(1 / 1.5)) == 1.0
+    assert fresnel_dielectric(np.float32(critical + 0.01), np.float32(1 / 1.5)) < 1.0
     for cosine in (0.01, 0.3, 0.9):
-        assert fresnel(np.float32(cosine), np.float32(1.5)) == pytest.approx(float(fresnel_numpy(np.array(cosine), 1.5)), rel=1e-4)
-        once = fresnel(np.float32(cosine), np.float32(1.5))
-        assert fresnel_pane(np.float32(cosine), np.float32(1.5)) == pytest.approx(2 * once / (1 + once), rel=1e-5)
+        assert fresnel_dielectric(np.float32(cosine), np.float32(1.5)) == pytest.approx(
+            float(fresnel_numpy(np.array(cosine), 1.5)), rel=1e-4
+        )
+        once = fresnel_dielectric(np.float32(cosine), np.float32(1.5))
+        assert fresnel_thin_dielectric(np.float32(cosine), np.float32(1.5)) == pytest.approx(2 * once / (1 + once), rel=1e-5)
 
 
 def test_smooth_metal_mirrors_and_smooth_glass_bends_by_snell():
@@ -157,7 +159,7 @@ def test_smooth_metal_mirrors_and_smooth_glass_bends_by_snell():
     below = rows[rows[:, 2] < 0]
     sine = 0.8 / 1.5
     np.testing.assert_allclose(np.median(below[:, :3], axis=0), [-sine, 0, -np.sqrt(1 - sine**2)], atol=2e-3)
-    assert len(below) / 4000 == pytest.approx(1 - float(fresnel(np.float32(0.6), np.float32(1.5))), abs=0.02)
+    assert len(below) / 4000 == pytest.approx(1 - float(fresnel_dielectric(np.float32(0.6), np.float32(1.5))), abs=0.02)
 
 
 def test_black_and_empty_surfaces_do_not_scatter():
@@ -167,6 +169,6 @@ def test_black_and_empty_surfaces_do_not_scatter():
 
 def test_directions_are_unit():
     for u, v, _ in numbers(300):
-        for way in (draw_cosine(u, v), draw_visible_normal(*viewer(0.3), np.float32(0.4), u, v)):
+        for way in (sample_cosine_hemisphere(u, v), sample_ggx_wm(*viewer(0.3), np.float32(0.4), u, v)):
             assert np.linalg.norm(way) == pytest.approx(1.0, abs=1e-5)
-        np.testing.assert_allclose(turn_polar(u), (np.cos(2 * np.pi * u), np.sin(2 * np.pi * u)), atol=2e-6)
+        np.testing.assert_allclose(cos_sin_two_pi(u), (np.cos(2 * np.pi * u), np.sin(2 * np.pi * u)), atol=2e-6)

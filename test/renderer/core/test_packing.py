@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from numba import njit
 
+from renderer.core import lanes as ln
 from renderer.core import packing
 from renderer.core.embree import LANES
-from renderer.core.lanes import LANES_SIZE, WEIGHT_R, WIDTH
 
 
 @pytest.mark.parametrize("feature", [packing._VECTOR_FEATURE, "none"])
@@ -20,15 +20,16 @@ def test_chosen_lanes_come_side_by_side_and_nothing_before_or_far_behind_changes
     rng = np.random.default_rng(7)
     for chance in (0.0, 0.2, 0.5, 0.9, 1.0):
         for at in (0, 3, 16, 37):
-            lanes = rng.normal(size=LANES_SIZE).astype(np.float32)
-            lanes[WEIGHT_R : WEIGHT_R + LANES] = np.where(rng.random(LANES) < chance, rng.random(LANES) + 1e-30, -rng.integers(0, 2, LANES))
+            lanes = rng.normal(size=ln.LANES_SIZE).astype(np.float32)
+            positive = rng.random(LANES) < chance
+            lanes[ln.BETA_R : ln.BETA_R + LANES] = np.where(positive, rng.random(LANES) + 1e-30, -rng.integers(0, 2, LANES))
             slots = rng.integers(-(2**31), 2**31, LANES).astype(np.int32)
-            lanes[WIDTH : WIDTH + 3] = np.nan, np.inf, -0.0
-            chosen = lanes[WEIGHT_R : WEIGHT_R + LANES] > 0
-            for source, begin in ((lanes, WIDTH), (slots, 0)):
+            lanes[ln.WIDTH : ln.WIDTH + 3] = np.nan, np.inf, -0.0
+            chosen = lanes[ln.BETA_R : ln.BETA_R + LANES] > 0
+            for source, begin in ((lanes, ln.WIDTH), (slots, 0)):
                 target = rng.integers(0, 100, 64).astype(source.dtype)
                 before = target.copy()
-                compress(source, begin, lanes, WEIGHT_R, target, at)
+                compress(source, begin, lanes, ln.BETA_R, target, at)
                 packed = source[begin : begin + LANES][chosen]
                 assert target[at : at + len(packed)].tobytes() == packed.tobytes()
                 assert np.array_equal(target[:at], before[:at]) and np.array_equal(target[at + LANES :], before[at + LANES :])

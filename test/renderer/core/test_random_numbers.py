@@ -7,18 +7,18 @@ from renderer.core import random_numbers as number_kernels
 from renderer.core.kernel import from_python
 from renderer.core.random_numbers import make_frame_key
 
-draw_pairs = from_python(number_kernels.draw_pairs)
-mix = from_python(number_kernels.mix)
-pascal = from_python(number_kernels.pascal)
+sample_2d = from_python(number_kernels.sample_2d)
+mix_bits = from_python(number_kernels.mix_bits)
+sobol_second_reversed = from_python(number_kernels.sobol_second_reversed)
 reverse_bits = from_python(number_kernels.reverse_bits)
 
 
 def draw(seed: int, pair: int, count: int) -> np.ndarray:
     """(count, 2, 16) points of 16 neighbouring seeds."""
-    seeds = np.array([mix(np.uint32(seed + lane)) for lane in range(16)], np.uint32)
+    seeds = np.array([mix_bits(np.uint32(seed + lane)) for lane in range(16)], np.uint32)
     points = np.zeros((count, 32), np.float32)
     for index in range(count):
-        draw_pairs(seeds, np.uint32(index), np.uint32(pair), points[index])
+        sample_2d(seeds, np.uint32(index), np.uint32(pair), points[index])
     return points.reshape(count, 2, 16)
 
 
@@ -26,7 +26,7 @@ def test_unscrambled_points_are_sobols():
     # scipy walks the sequence in Gray code order.
     expected = qmc.Sobol(2, scramble=False).random(1024)
     index = [np.uint32(i ^ (i >> 1)) for i in range(1024)]
-    ours = [(float(reverse_bits(i)) / 2**32, float(reverse_bits(pascal(i))) / 2**32) for i in index]
+    ours = [(float(reverse_bits(i)) / 2**32, float(reverse_bits(sobol_second_reversed(i))) / 2**32) for i in index]
     np.testing.assert_array_equal(ours, expected)
 
 

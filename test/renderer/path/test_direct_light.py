@@ -5,15 +5,16 @@ import pytest
 from box_room import box, emitter_column, quad, scene
 from numba import njit
 
-from renderer.core import lanes as fields
+from renderer.core import lanes as ln
 from renderer.core.embree import LANES
 from renderer.core.kernel import from_python
 from renderer.path import lights as light_kernels
+from renderer.path import lights as lt
 from renderer.path.direct_light import weigh_lights
-from renderer.path.light_points import aim_at_lights
-from renderer.path.lights import EMITTER_CORNER, EMITTER_EDGE_1, EMITTER_EDGE_2, EMITTER_NORMAL, build_lights
+from renderer.path.light_sampling import sample_emitters
+from renderer.path.lights import build_lights
 from renderer.path.records import make_scratch
-from renderer.path.surfaces import build_surfaces
+from renderer.path.surface_tables import build_surfaces
 from renderer.scene.flat_scene import Sky
 from renderer.scene.spot_lights import intensity_profile, luminaire_emission, luminaire_mesh, profile_row
 from scene_description import Luminaire
@@ -39,24 +40,24 @@ def lights_all_around():
 
 @njit
 def draw(surfaces, lights, scratch, numbers):
-    """Rows (x, y, z, chance) of draws in lane 0."""
+    """Rows (x, y, z, light_pdf) of samples in lane 0."""
     rows = np.zeros((len(numbers), 4), np.float32)
     weigh_lights(lights, scratch)
     lanes = scratch.lanes
     for i in range(len(numbers)):
-        lanes[fields.DRAW_LIGHT_U], lanes[fields.DRAW_LIGHT_V] = numbers[i, 0], numbers[i, 1]
-        aim_at_lights(surfaces, lights, scratch)
-        rows[i, 0], rows[i, 1], rows[i, 2] = lanes[fields.LIGHT_X], lanes[fields.LIGHT_Y], lanes[fields.LIGHT_Z]
-        rows[i, 3] = lanes[fields.LIGHT_CHANCE]
+        lanes[ln.U_LIGHT_0], lanes[ln.U_LIGHT_1] = numbers[i, 0], numbers[i, 1]
+        sample_emitters(surfaces, lights, scratch)
+        rows[i, 0], rows[i, 1], rows[i, 2] = lanes[ln.TO_LIGHT_X], lanes[ln.TO_LIGHT_Y], lanes[ln.TO_LIGHT_Z]
+        rows[i, 3] = lanes[ln.LIGHT_PDF]
     return rows
 
 
 def stated_density(lights, normal, ways):
     """Density per steradian of drawing each unit direction (n, 3) from the origin, by intersecting every emitter."""
     groups, origin = lights.groups, np.zeros(3, np.float32)
-    shares = np.array([importance(load_bounds(groups, g), *origin, *normal) for g in range(len(groups.area))])
-    shares = shares / shares.sum()
-    columns = (EMITTER_EDGE_1, EMITTER_EDGE_2, EMITTER_CORNER, EMITTER_NORMAL)
+    importances = np.array([importance(load_bounds(groups, g), *origin, *normal) for g in range(len(groups.area))])
+    importances = importances / importances.sum()
+    columns = (lt.EMITTER_EDGE_1, lt.EMITTER_EDGE_2, lt.EMITTER_CORNER, lt.EMITTER_NORMAL)
     tables = [emitter_column(lights, column).astype(np.float64) for column in columns]
     density = np.zeros(len(ways))
     for e in range(len(lights.part)):
@@ -67,28 +68,28 @@ def stated_density(lights, normal, ways):
         points = ways * distance[:, None] - corner
         weights = np.linalg.lstsq(np.column_stack([a, b]), points.T, rcond=None)[0]
         hit = (facing < 0) & (distance > 0) & (weights >= 0).all(axis=0) & (weights.sum(axis=0) <= 1)
-        density += np.where(hit, shares[group] * distance**2 / (lights.groups.area[group] * -facing), 0.0)
+        density += np.where(hit, importances[group] * distance**2 / (lights.groups.area[group] * -facing), 0.0)
     return np.where(ways @ normal > 0, density, 0.0)
 
 
 @pytest.mark.parametrize("normal", [(0.0, 0.0, 1.0), (0.6, 0.48, 0.64), (-0.8, 0.6, 0.0)])
 def test_draws_of_lights_follow_their_density(normal):
-    """Chi-square over cells of the sphere, equal in height and angle; and the stated chance of each draw is that density."""
+    """Chi-square over cells of the sphere, equal in height and angle; and the light_pdf of each sample is that density."""
     flat = lights_all_around()
     lights, surfaces = build_lights(flat), build_surfaces(flat)
     normal = np.array(normal, np.float32)
     scratch = make_scratch(len(lights.groups.area))
-    scratch.lanes[fields.REFLECTS] = 1.0
+    scratch.lanes[ln.HIT] = 1.0
     for axis in range(3):
-        scratch.lanes[fields.SHADE_X + LANES * axis] = scratch.lanes[fields.SIDE_X + LANES * axis] = normal[axis]
+        scratch.lanes[ln.NS_X + LANES * axis] = scratch.lanes[ln.NG_X + LANES * axis] = normal[axis]
     count, heights, turns, fine = 40000, 24, 36, 14
     rows = draw(surfaces, lights, scratch, np.random.default_rng(3).random((count, 2), dtype=np.float32)).astype(np.float64)
-    drawn = rows[rows[:, 3] > 0]
-    ways = drawn[:, :3] / np.linalg.norm(drawn[:, :3], axis=1, keepdims=True)
+    sampled = rows[rows[:, 3] > 0]
+    ways = sampled[:, :3] / np.linalg.norm(sampled[:, :3], axis=1, keepdims=True)
     stated = stated_density(lights, normal.astype(np.float64), ways)
     inside = stated > 0  # a draw on the very edge of a triangle may be off it by a rounding
     assert inside.mean() > 0.998
-    np.testing.assert_allclose(drawn[inside, 3], stated[inside], rtol=2e-3)
+    np.testing.assert_allclose(sampled[inside, 3], stated[inside], rtol=2e-3)
     counts = np.histogram2d(ways[:, 2], np.arctan2(ways[:, 1], ways[:, 0]), bins=[heights, turns], range=[[-1, 1], [-np.pi, np.pi]])[0]
     z = -1 + 2 * (np.arange(heights * fine) + 0.5) / (heights * fine)
     turn = -np.pi + 2 * np.pi * (np.arange(turns * fine) + 0.5) / (turns * fine)
@@ -107,7 +108,7 @@ def test_draws_of_lights_follow_their_density(normal):
 
 
 @pytest.mark.parametrize("kind", ["point", "spot"])
-def test_chances_of_a_near_ball_integrate_to_its_solid_angle(kind):
+def test_light_pdfs_of_a_near_ball_integrate_to_its_solid_angle(kind):
     """The mean of 1 / density over draws is the solid angle of what shines, that of direction / density the integral of directions.
 
     Both are known of a cone: 2 pi (1 - cos a) and pi sin^2 a; the ball of 320 triangles fills 1.5 % less.
@@ -122,8 +123,8 @@ def test_chances_of_a_near_ball_integrate_to_its_solid_angle(kind):
     lit = lit._replace(absorbs=np.array([True]), part_profile=np.zeros(1, np.int32), profiles=profile_row(ball, profile)[None])
     lights, surfaces = build_lights(lit), build_surfaces(lit)
     scratch = make_scratch(len(lights.groups.area))
-    scratch.lanes[fields.REFLECTS] = 1.0
-    scratch.lanes[fields.SHADE_Z] = scratch.lanes[fields.SIDE_Z] = 1.0
+    scratch.lanes[ln.HIT] = 1.0
+    scratch.lanes[ln.NS_Z] = scratch.lanes[ln.NG_Z] = 1.0
     rows = draw(surfaces, lights, scratch, np.random.default_rng(5).random((60_000, 2), dtype=np.float32)).astype(np.float64)
     weight = np.divide(1.0, rows[:, 3], where=rows[:, 3] > 0, out=np.zeros(len(rows)))
     ways = rows[:, :3] / np.linalg.norm(rows[:, :3], axis=1, keepdims=True)

@@ -5,17 +5,18 @@ import pytest
 from box_room import DARK, box, emitter_column, furnished_room, quad, scene
 
 from renderer.core.kernel import from_python
+from renderer.path import infinite_light
 from renderer.path import lights as light_kernels
-from renderer.path import outside as outside_kernels
-from renderer.path.lights import EMITTER_CORNER, EMITTER_EDGE_1, EMITTER_EDGE_2, EMITTER_NORMAL, build_lights
+from renderer.path import lights as lt
+from renderer.path.lights import build_lights
 from renderer.scene.flat_scene import Sky
 
-sky_color = from_python(outside_kernels.sky_color)
+sky_le = from_python(infinite_light.sky_le)
 
-find_emitter = from_python(light_kernels.find_emitter)
+choose_emitter = from_python(light_kernels.choose_emitter)
 importance = from_python(light_kernels.importance)
 load_bounds = from_python(light_kernels.load_bounds)
-spread_over_triangle = from_python(light_kernels.spread_over_triangle)
+sample_triangle = from_python(light_kernels.sample_triangle)
 
 
 def test_groups_are_the_flat_sides_of_each_lamp():
@@ -31,13 +32,15 @@ def test_groups_are_the_flat_sides_of_each_lamp():
 
 
 def test_no_light_is_cut_off():
-    """Wherever a triangle's front and a surface see each other, the group has a chance; and chances are mere bounds times power."""
+    """Wherever a triangle's front and a surface see each other, the group has an importance; it is a mere bound times power."""
     rng = np.random.default_rng(8)
     flat = scene(*(box(low, low + rng.uniform(0.05, 1, 3), emission=(1, 1, 1)) for low in rng.uniform(-2, 2, (6, 3))))
     flat.mesh.vertices[:] += rng.normal(0, 0.05, flat.mesh.vertices.shape).astype(np.float32)
     lights = build_lights(flat)
-    corner, edge_1, edge_2, normals = (emitter_column(lights, c) for c in (EMITTER_CORNER, EMITTER_EDGE_1, EMITTER_EDGE_2, EMITTER_NORMAL))
-    seen, chance_without_light = 0, 0
+    corner, edge_1, edge_2, normals = (
+        emitter_column(lights, c) for c in (lt.EMITTER_CORNER, lt.EMITTER_EDGE_1, lt.EMITTER_EDGE_2, lt.EMITTER_NORMAL)
+    )
+    seen, important_without_light = 0, 0
     for _ in range(4000):
         point, normal = rng.uniform(-3, 3, 3).astype(np.float32), rng.normal(size=3)
         normal = (normal / np.linalg.norm(normal)).astype(np.float32)
@@ -52,22 +55,22 @@ def test_no_light_is_cut_off():
         assert np.isfinite(value) and value >= 0
         assert value > 0 or not lit
         seen += lit
-        chance_without_light += value > 0 and not lit
+        important_without_light += value > 0 and not lit
     assert seen > 500
-    assert chance_without_light < 600  # the bounds are useful too
+    assert important_without_light < 600  # the bounds are useful too
 
 
 def test_draws_are_even_over_a_group():
     flat = scene(box((0, 0, 0), (1, 2, 3), emission=(1, 1, 1)), quad((0, 0, 5), (2, 0, 0), (0, 1, 0), emission=(3, 3, 3)))
     lights = build_lights(flat)
-    corner, edge_1, edge_2 = (emitter_column(lights, c) for c in (EMITTER_CORNER, EMITTER_EDGE_1, EMITTER_EDGE_2))
+    corner, edge_1, edge_2 = (emitter_column(lights, c) for c in (lt.EMITTER_CORNER, lt.EMITTER_EDGE_1, lt.EMITTER_EDGE_2))
     n = 100
     for group, area in enumerate(lights.groups.area):
         points = []
         for u, v in (np.stack(np.meshgrid(*2 * [(np.arange(n) + 0.5) / n]), -1).reshape(-1, 2)).astype(np.float32):
-            e, within = find_emitter(lights, group, u)
+            e, within = choose_emitter(lights, group, u)
             assert lights.groups.start[group] <= e < lights.groups.start[group + 1]
-            s, t = spread_over_triangle(within, v)
+            s, t = sample_triangle(within, v)
             assert s >= 0 and t >= 0 and s + t <= 1 + 1e-6
             points.append(corner[e] + s * edge_1[e] + t * edge_2[e])
         points = np.array(points)
@@ -82,7 +85,7 @@ def test_unequal_triangles_are_drawn_by_area():
     flat = scene(quad((0, 0, 0), (1, 0, 0), (0, 1, 0), emission=(1, 1, 1)))
     flat.mesh.vertices[3] = (0, 9, 0)
     lights = build_lights(flat)
-    counts = np.bincount([find_emitter(lights, 0, np.float32(u))[0] for u in (np.arange(1000) + 0.5) / 1000])
+    counts = np.bincount([choose_emitter(lights, 0, np.float32(u))[0] for u in (np.arange(1000) + 0.5) / 1000])
     np.testing.assert_allclose(counts, [1000 * 0.5 / 5.0, 1000 * 4.5 / 5.0], atol=1)
 
 
@@ -96,6 +99,6 @@ def test_what_does_not_shine_is_left_out():
 
 def test_the_sky_is_linear_in_the_sine_of_elevation():
     sky = Sky(*(np.full(3, level, np.float32) for level in (100, 40, 10)))
-    values = [sky_color(sky, np.float32(0), np.float32(1), np.float32(z))[1] for z in (1.0, 0.5, 0.0, -0.01, -1.0)]
+    values = [sky_le(sky, np.float32(0), np.float32(1), np.float32(z))[1] for z in (1.0, 0.5, 0.0, -0.01, -1.0)]
     np.testing.assert_allclose(values, [100, 70, 40, 10, 10])
-    assert sky_color(DARK, np.float32(0), np.float32(1), np.float32(0.3)) == (0, 0, 0)
+    assert sky_le(DARK, np.float32(0), np.float32(1), np.float32(0.3)) == (0, 0, 0)

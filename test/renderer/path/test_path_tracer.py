@@ -11,10 +11,11 @@ from renderer.bsdf import microfacet
 from renderer.camera.cameras import pose_camera
 from renderer.core.kernel import from_python
 from renderer.path.integrator import trace_paths
-from renderer.path.records import WAVE_EDGE, Film, Transport, Work, make_scratch
+from renderer.path.queues import WAVE_EDGE
+from renderer.path.records import Film, Transport, Work, make_scratch
 from renderer.scene.flat_scene import Sky
 
-fresnel_pane = from_python(microfacet.fresnel_pane)
+fresnel_thin_dielectric = from_python(microfacet.fresnel_thin_dielectric)
 
 FIELDS = {
     "METALLIC": "metallic", "ROUGHNESS": "roughness", "COAT": "clearcoat", "SHEEN": "sheen", "TRANSMISSION": "transmission", "IOR": "ior",
@@ -31,7 +32,7 @@ def radiance(flat, view, *, depth=6, samples=64, size=(24, 24), fov=1.0, **setti
     return image.astype(np.float64)
 
 
-@pytest.mark.parametrize("name", [name for name, look in WHITE.items() if "COSINE" not in look])
+@pytest.mark.parametrize("name", [name for name, look in WHITE.items() if "COS_FRONT" not in look])
 def test_a_white_thing_in_a_furnace_is_invisible(name):
     """A box of every material between walls that all shine with 1 and reflect nothing: 1 in every direction."""
     look = {FIELDS[key]: value for key, value in ({"ROUGHNESS": 0.5, "IOR": 1.5} | WHITE[name]).items()}
@@ -72,7 +73,7 @@ def test_a_window_mirrors_the_lamp_and_shows_the_sky_by_fresnel():
     pane = quad((-1, 2, -1), (2, 0, 0), (0, 0, 2), portal=True, transmission=0.9, ior=1.5, roughness=0.0)
     lamp = quad((3, -3, -3), (-6, 0, 0), (0, 0, 6), emission=(5000, 5000, 5000), color=(0, 0, 0))
     image = radiance(scene(pane, lamp, sky=sky), pose((0, 0, 0), (0, 1, 0)), fov=0.1)
-    mirrored = float(fresnel_pane(np.float32(1), np.float32(1.5)))
+    mirrored = float(fresnel_thin_dielectric(np.float32(1), np.float32(1.5)))
     assert image.mean() == pytest.approx(5000 * mirrored + 100 * 0.9 * (1 - mirrored), rel=0.01)
 
 
@@ -160,8 +161,8 @@ def test_the_last_tile_of_an_8k_image_is_that_of_a_small_one():
     assert film.light[-WAVE_EDGE:, :-WAVE_EDGE].max() == 0 and film.light[-WAVE_EDGE - 1].max() == 0
 
 
-def test_guides_look_into_mirrors():
-    """The denoiser's guides show what a mirror shows, tinted by it; the layer of albedo shows the mirror itself."""
+def test_aovs_look_into_mirrors():
+    """The denoiser's AOVs show what a mirror shows, tinted by it; the layer of albedo shows the mirror itself."""
     wall = quad((-2, 3, -2), (4, 0, 0), (0, 0, 4), color=(0.2, 0.5, 0.8), ior=1.0)
     mirror = quad((-2, -1, -2), (0, 0, 4), (4, 0, 0), color=(0.5, 0.5, 0.5), metallic=1.0, roughness=0.02)
     camera, view = CameraConfig(width=16, height=16, horizontal_fov_rad=0.2), pose((0.0, 1.0, 0.0), (0.0, -1.0, 0.0))
@@ -174,6 +175,6 @@ def test_guides_look_into_mirrors():
         tree, posed = renderer._embree.handle, pose_camera(camera, view)
         trace_paths(tree, renderer._surfaces, renderer._lights, posed, transport, Work(0, 1, 0, 64), scratch, film)
     np.testing.assert_allclose(film.albedo.mean(axis=(0, 1)) / 64, 0.5, rtol=1e-3)
-    guides = film.guides.mean(axis=(0, 1)) / 64
-    np.testing.assert_allclose(guides[:3], 0.5 * np.array([0.2, 0.5, 0.8]), rtol=0.03)
-    np.testing.assert_allclose(guides[3:], [0.0, -1.0, 0.0], atol=1e-3)
+    aov = film.aov.mean(axis=(0, 1)) / 64
+    np.testing.assert_allclose(aov[:3], 0.5 * np.array([0.2, 0.5, 0.8]), rtol=0.03)
+    np.testing.assert_allclose(aov[3:], [0.0, -1.0, 0.0], atol=1e-3)

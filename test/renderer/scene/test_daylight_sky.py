@@ -8,14 +8,14 @@ from sample_scene import sample_scene
 
 from renderer.core.color import LUMINANCE
 from renderer.core.kernel import from_python
-from renderer.path import outside as outside_kernels
+from renderer.path import infinite_light
 from renderer.scene.daylight_sky import COLUMNS, ROWS, clear_sky_rgb, daylight_map, overcast_sky_rgb, zenith_yxy
 from renderer.scene.equirectangular import map_directions, pixel_solid_angles
 from renderer.scene.flatten import build_sky
 from renderer.scene.sun import ANGULAR_RADIUS_RAD, SOLID_ANGLE_SR, air_mass, matching_functions, sun_illuminance_lx
 from scene_description import Daylight
 
-sky_color = from_python(outside_kernels.sky_color)
+sky_le = from_python(infinite_light.sky_le)
 
 
 def daylight(elevation_deg: float, **changes: float) -> Daylight:
@@ -98,15 +98,15 @@ def test_maps_are_read_back_where_their_pixels_lie():
     sky = build_sky(sample_scene().environment)._replace(table=table)
     ways = map_directions(12, 24)
     for i, j in ((0, 0), (3, 7), (11, 23), (6, 12)):
-        assert sky_color(sky, *ways[i, j].astype(np.float32)) == pytest.approx(table[i, j], rel=1e-3)
+        assert sky_le(sky, *ways[i, j].astype(np.float32)) == pytest.approx(table[i, j], rel=1e-3)
     yaw = 0.5 * (math.atan2(*ways[5, 23, 1::-1]) + math.atan2(*ways[5, 0, 1::-1]) - 2 * math.pi)  # the seam is no seam
     x, y = math.cos(yaw), math.sin(yaw)
     level = math.hypot(*ways[5, 0, :2])
-    seam = sky_color(sky, np.float32(level * x), np.float32(level * y), np.float32(ways[5, 0, 2]))
+    seam = sky_le(sky, np.float32(level * x), np.float32(level * y), np.float32(ways[5, 0, 2]))
     assert seam == pytest.approx(0.5 * (table[5, 0] + table[5, 23]), rel=1e-3)
 
 
 def test_scenes_without_daylight_keep_their_gradient():
     sky = build_sky(sample_scene().environment)
     assert not sky.table.size and not sky.sun.size
-    assert sky_color(sky, np.float32(0.6), np.float32(0), np.float32(0.8)) == pytest.approx(sky.horizon + 0.8 * (sky.zenith - sky.horizon))
+    assert sky_le(sky, np.float32(0.6), np.float32(0), np.float32(0.8)) == pytest.approx(sky.horizon + 0.8 * (sky.zenith - sky.horizon))

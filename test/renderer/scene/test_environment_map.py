@@ -10,12 +10,12 @@ from sample_scene import sample_scene
 from renderer.core.errors import MeshFileError
 from renderer.core.kernel import from_python
 from renderer.files.exr_files import is_installed, write_exr
-from renderer.path import outside as outside_kernels
+from renderer.path import infinite_light
 from renderer.scene.environment_map import clean_map, load_environment_map, read_rgbe, split_map
 from renderer.scene.flatten import FlattenError, build_sky
 from scene_description import Environment, EnvironmentMap
 
-sky_color = from_python(outside_kernels.sky_color)
+sky_le = from_python(infinite_light.sky_le)
 
 NEEDS_EXR = pytest.mark.skipif(not is_installed(), reason="the extra exr is not installed")
 
@@ -83,17 +83,17 @@ def test_exr_reads_back(tmp_path):
     image = picture()
     write_exr(tmp_path / "a.exr", dict(zip("RGB", np.moveaxis(image, 2, 0), strict=True)))
     images = load_environment_map(EnvironmentMap(file="a.exr", luminance_scale=2.0), tmp_path)
-    total = images.table + (images.hot if images.hot.size else 0)
+    total = images.table + (images.bright if images.bright.size else 0)
     assert total == pytest.approx(2.0 * image, rel=1e-5)
 
 
 def test_the_split_adds_up_and_smooth_maps_have_no_hot_part():
     image = picture()
     image[3, 25] = 9000.0
-    table, hot = split_map(image)
-    assert table + hot == pytest.approx(image, rel=1e-5)
-    assert hot[3, 25].min() > 0.9 * 9000 and table.max() < 5 * 9000 / 512 * 4
-    assert split_map(np.full((8, 16, 3), 3.0, np.float32)).hot.size == 0
+    table, bright = split_map(image)
+    assert table + bright == pytest.approx(image, rel=1e-5)
+    assert bright[3, 25].min() > 0.9 * 9000 and table.max() < 5 * 9000 / 512 * 4
+    assert split_map(np.full((8, 16, 3), 3.0, np.float32)).bright.size == 0
 
 
 def test_turning_by_a_quarter_moves_the_middle_to_the_left(tmp_path):
@@ -104,7 +104,7 @@ def test_turning_by_a_quarter_moves_the_middle_to_the_left(tmp_path):
     for yaw in (0.0, math.pi / 2, math.pi):
         sky = build_sky(Environment(**plain(environment), map=EnvironmentMap(file="a.hdr", yaw_rad=yaw, luminance_scale=100.0)), tmp_path)
         at = yaw - math.pi / 32
-        here = sky_color(sky, np.float32(math.cos(at)), np.float32(math.sin(at)), np.float32(-0.098))
+        here = sky_le(sky, np.float32(math.cos(at)), np.float32(math.sin(at)), np.float32(-0.098))
         assert here[0] > 95.0
 
 

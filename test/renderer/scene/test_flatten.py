@@ -10,8 +10,8 @@ import trimesh
 
 from renderer.core.errors import MeshFileError
 from renderer.files.mesh_files import MAX_FILE_BYTES, find_mesh_file, load_mesh_file
-from renderer.path.records import LOOK_BASE, LOOK_EMISSION, LOOK_IOR, LOOK_SIZE
-from renderer.path.surfaces import build_surfaces
+from renderer.path import surface_tables as st
+from renderer.path.surface_tables import build_surfaces
 from renderer.scene.flatten import FlattenError, flatten
 from scene_description import (
     CameraPose,
@@ -151,9 +151,9 @@ def test_emission_carries_the_flux() -> None:
     assert np.flatnonzero(flat.parts.emission.any(axis=1)).tolist() == [shade]
     # What shines reflects nothing, or more than the flux would leave it.
     assert np.flatnonzero(flat.absorbs).tolist() == [shade]
-    look = build_surfaces(flat).look.reshape(-1, LOOK_SIZE)[shade]
-    assert not look[LOOK_BASE : LOOK_BASE + 3].any() and look[LOOK_IOR] == 1.0
-    assert np.array_equal(look[LOOK_EMISSION : LOOK_EMISSION + 3], flat.parts.emission[shade])
+    look = build_surfaces(flat).materials.reshape(-1, st.ROW_SIZE)[shade]
+    assert not look[st.BASE : st.BASE + 3].any() and look[st.IOR] == 1.0
+    assert np.array_equal(look[st.EMISSION : st.EMISSION + 3], flat.parts.emission[shade])
     off = replace(scene, lights=(replace(scene.lights[0], on=False),))
     assert not flatten(off).parts.emission.any()
 

@@ -5,14 +5,14 @@ import pytest
 
 from renderer.core.kernel import from_python
 from renderer.geometry.shapes import block
-from renderer.textures import look_up as look_up_module
+from renderer.textures import look_up
 from renderer.textures.apply import AppliedTexture, applied_texture, mapped_once
-from renderer.textures.look_up import Looked, Textures, build_textures
+from renderer.textures.look_up import Textures, TextureSample, build_textures
 from renderer.textures.pattern import Pattern, Picture
 from renderer.textures.tile import ImageMaps, forget_tiles, generated_tile, image_tile, pattern_tile, picture_tile
 from scene_description import Material, Texture
 
-look_up = from_python(look_up_module.look_up)
+evaluate_texture = from_python(look_up.evaluate_texture)
 
 BASE = (0.4, 0.2, 0.1)
 
@@ -22,9 +22,9 @@ def tables(*textures: AppliedTexture) -> Textures:
     return build_textures(np.arange(len(textures), dtype=np.int32), textures, mesh.vertices, mesh.uvs, mesh.faces)
 
 
-def looked(textures: Textures, u: float, v: float, detail: float = 0.0, row: int = 0, roughness: float = 0.5) -> Looked:
+def looked(textures: Textures, u: float, v: float, detail: float = 0.0, row: int = 0, roughness: float = 0.5) -> TextureSample:
     numbers = (np.float32(x) for x in (u, v, detail, *BASE, roughness, 1.0))
-    return look_up(textures, row, *numbers)
+    return evaluate_texture(textures, row, *numbers)
 
 
 def checks(count: int = 8) -> np.ndarray:

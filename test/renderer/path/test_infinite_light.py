@@ -1,4 +1,4 @@
-"""The sun and bright maps through panes: irradiance, shadows' edges, mirrors, draws against densities."""
+"""The sun and bright maps through panes: irradiance, shadows' edges, mirrors, samples against their pdf."""
 
 import math
 
@@ -7,17 +7,16 @@ import pytest
 from box_room import DARK, box, pose, quad, scene
 
 from renderer import CameraConfig, RenderConfig, Renderer
-from renderer.core import lanes as fields
+from renderer.core import lanes as ln
 from renderer.core.embree import LANES
 from renderer.core.kernel import from_python
-from renderer.path import light_points
-from renderer.path import outside as outside_kernels
+from renderer.path import infinite_light, light_sampling
 from renderer.path.lights import build_lights
 
-draw_toward = from_python(outside_kernels.draw_toward)
-hot_toward = from_python(outside_kernels.hot_toward)
+sample_infinite = from_python(infinite_light.sample_infinite)
+infinite_le = from_python(infinite_light.infinite_le)
 
-meet_panes = from_python(light_points.meet_panes)
+intersect_portals = from_python(light_sampling.intersect_portals)
 
 RADIUS_RAD = math.radians(0.533 / 2)
 VERSINE = 1.0 - math.cos(RADIUS_RAD)
@@ -31,13 +30,13 @@ def sun(direction, lux=LUX):
     return DARK._replace(sun=np.array([*way, VERSINE, *(lux / SOLID_ANGLE)], np.float32))
 
 
-def hot_map(seed=4, height=16, width=32):
+def bright_map(seed=4, height=16, width=32):
     """A black map with a few bright pixels above the horizon."""
     rng = np.random.default_rng(seed)
-    hot = np.zeros((height, width, 3), np.float32)
+    bright = np.zeros((height, width, 3), np.float32)
     rows, columns = rng.integers(1, height // 2, 5), rng.integers(0, width, 5)
-    hot[rows, columns] = rng.uniform(1e3, 1e5, (5, 3))
-    return DARK._replace(table=np.zeros((height, width, 3), np.float32), hot=hot)
+    bright[rows, columns] = rng.uniform(1e3, 1e5, (5, 3))
+    return DARK._replace(table=np.zeros((height, width, 3), np.float32), bright=bright)
 
 
 def radiance(flat, view, depth=3, samples=64, fov=0.2, size=(16, 12), **settings):
@@ -129,59 +128,59 @@ def test_drawing_the_sun_and_finding_it_agree(roughness):
     assert short > 0 and long == pytest.approx(short, rel=0.02)
 
 
-@pytest.mark.parametrize("sky", [sun((0.3, 0.2, 0.8)), hot_map()])
-def test_draws_follow_their_chances(sky):
+@pytest.mark.parametrize("sky", [sun((0.3, 0.2, 0.8)), bright_map()])
+def test_samples_follow_their_pdf(sky):
     """Draws, binned, against the integral of the stated density; and their weights integrate luminance."""
-    outside = build_lights(scene(FLOOR, PANE, sky=sky)).outside
+    infinite = build_lights(scene(FLOOR, PANE, sky=sky)).infinite
     n = 128
     numbers = ((np.stack(np.meshgrid(*2 * [np.arange(n)]), -1).reshape(-1, 2) + 0.5) / n).astype(np.float32)
     flux = np.zeros(3)
     for u, v in numbers:
-        x, y, z = draw_toward(outside, u, v)
+        x, y, z = sample_infinite(infinite, u, v)
         assert x * x + y * y + z * z == pytest.approx(1.0, abs=1e-5)
-        r, g, b, chance = hot_toward(outside, x, y, z)
-        if chance > 0:  # rounding may put a draw just beyond the rim
-            flux += np.array([r, g, b]) / chance / len(numbers)
+        r, g, b, pdf = infinite_le(infinite, x, y, z)
+        if pdf > 0:  # rounding may put a draw just beyond the rim
+            flux += np.array([r, g, b]) / pdf / len(numbers)
     if len(sky.sun):
         expected = sky.sun[4:] * SOLID_ANGLE
     else:
         edges = np.sin(np.linspace(0.5 * np.pi, -0.5 * np.pi, 17))
-        expected = (sky.hot * ((edges[:-1] - edges[1:]) * 2 * np.pi / 32)[:, None, None]).sum(axis=(0, 1))
+        expected = (sky.bright * ((edges[:-1] - edges[1:]) * 2 * np.pi / 32)[:, None, None]).sum(axis=(0, 1))
     assert flux == pytest.approx(expected, rel=0.02)
 
 
-def pane_ahead(outside, origin, way):
+def pane_ahead(infinite, origin, way):
     """Return the pane that lane 5 meets and how far it is, with its neighbours looking elsewhere."""
-    lanes, drawn = np.full(fields.LANES_SIZE, np.nan, np.float32), np.zeros(LANES, np.int32)
+    lanes, sampled = np.full(ln.LANES_SIZE, np.nan, np.float32), np.zeros(LANES, np.int32)
     for axis in range(3):
-        lanes[fields.POINT_X + LANES * axis + 5] = origin[axis]
-        lanes[fields.LIGHT_X + LANES * axis + 5] = way[axis]
-    meet_panes(outside, lanes, drawn)
-    assert (np.delete(drawn, 5) == -1).all()
-    return drawn[5], lanes[fields.DRAWN_LEFT + 5]
+        lanes[ln.P_X + LANES * axis + 5] = origin[axis]
+        lanes[ln.TO_LIGHT_X + LANES * axis + 5] = way[axis]
+    intersect_portals(infinite, lanes, sampled)
+    assert (np.delete(sampled, 5) == -1).all()
+    return sampled[5], lanes[ln.PORTAL_T + 5]
 
 
 def test_rays_find_the_pane_from_inside_only():
-    outside = build_lights(scene(FLOOR, PANE, sky=sun(SUN))).outside
+    infinite = build_lights(scene(FLOOR, PANE, sky=sun(SUN))).infinite
     rng = np.random.default_rng(1)
     for _ in range(300):
         origin, target = rng.uniform((-2, -2, 0), (2, 1.9, 3)), rng.uniform((-2, 2, 0), (2, 2, 3))
         way = target - origin
         length = np.linalg.norm(way)
-        pane, distance = pane_ahead(outside, origin, way / length)
+        pane, distance = pane_ahead(infinite, origin, way / length)
         within = -1 < target[0] < 1 and 0.5 < target[2] < 2.5
         assert (pane >= 0) == within
         if within:
             assert distance == pytest.approx(length, rel=1e-4)
-        assert pane_ahead(outside, target + way, -way / length)[0] == -1
+        assert pane_ahead(infinite, target + way, -way / length)[0] == -1
 
 
 def test_a_map_lights_as_its_pixels_do():
-    sky = hot_map()
+    sky = bright_map()
     flat = scene(FLOOR, quad((-4, 2, 0.01), (8, 0, 0), (0, 0, 6), portal=True, transmission=1.0), sky=sky)
     spot = np.array([0.0, 1.0, 0.0])
     seen = radiance(flat, pose((0.2, 0.5, 1.0), tuple(spot)), 2, samples=4096, fov=0.01, size=(2, 2)).mean(axis=(0, 1))
-    height, width = sky.hot.shape[:2]
+    height, width = sky.bright.shape[:2]
     fine = 24
     z = np.sin(np.pi * (0.5 - (np.arange(height * fine) + 0.5) / (height * fine)))
     yaw = np.pi - 2 * np.pi * (np.arange(width * fine) + 0.5) / (width * fine)
@@ -190,5 +189,5 @@ def test_a_map_lights_as_its_pixels_do():
     ahead = np.where(y > 0, 1.0 / np.maximum(y, 1e-9), np.inf)
     through = (y > 0) & (np.abs(spot[0] + ahead * x) < 4) & (ahead * z > 0.01) & (ahead * z < 6.01)
     angle = np.pi / (height * fine) * 2 * np.pi / (width * fine) * level
-    irradiance = (np.repeat(np.repeat(sky.hot, fine, 0), fine, 1) * (through * np.maximum(z, 0) * angle)[..., None]).sum(axis=(0, 1))
+    irradiance = (np.repeat(np.repeat(sky.bright, fine, 0), fine, 1) * (through * np.maximum(z, 0) * angle)[..., None]).sum(axis=(0, 1))
     assert seen / (irradiance * (0.8, 0.4, 0.2) / np.pi) == pytest.approx(np.ones(3), rel=0.15)

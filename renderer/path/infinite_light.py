@@ -1,10 +1,10 @@
-"""What lies outside the window panes: luminance by direction, and its brightest parts as lights of their own.
+"""The environment outside the portals (window panes): luminance by direction, and its brightest parts as an infinite light.
 
-The environment is split in two.  What is smooth, the sky, is drawn by points on the panes (:mod:`renderer.path.lights`).  What is small and
-bright, the sun's disc or bright pixels of an environment map, is drawn by direction, and a point is lit so only where that direction leads
-through a pane.  Both are weighed against the surfaces' own draws, so that mirrors show them too.
+The environment is split in two.  What is smooth, the sky, is sampled by points on the portals (:mod:`renderer.path.lights`).  What is small
+and bright, the sun's disc or bright pixels of an environment map, is the *infinite light*: it is sampled by direction, and lights a point
+only where that direction leads through a portal.  Both share their light with BSDF samples by mis weights, so that mirrors show them too.
 
-The sun is drawn evenly over its disc; its limb is darker by I / I0 = 1 - u (1 - mu), mu the cosine at the sun's surface, u = 0.6 for
+The sun is sampled evenly over its disc; its limb is darker by I / I0 = 1 - u (1 - mu), mu the cosine at the sun's surface, u = 0.6 for
 visible light (Cox, Allen's Astrophysical Quantities, 4th edition, 2000, section 14.7, tabulates u by wavelength).
 """
 
@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.core.angles import arcsin, arctan2
-from renderer.core.color import LUMINANCE
+from renderer.core.color import LUMINANCE, Rgb
 from renderer.core.kernel import inlined, kernel
-from renderer.core.sampling import frame_about, turn_polar
+from renderer.core.sampling import coordinate_system, cos_sin_two_pi
 from renderer.scene.equirectangular import pixel_solid_angles
 from renderer.scene.flat_scene import FlatScene, Sky
 
@@ -28,65 +28,67 @@ _BELOW_ONE = np.float32(0.9999999)
 _LIMB = np.float32(0.6)
 _LIMB_MEAN = np.float32(1.0 - 0.6 / 3.0)
 
-Rgb = tuple[np.float32, np.float32, np.float32]
 
+class InfiniteLight(NamedTuple):
+    """Portals, and what is sampled by direction through them, for kernels.
 
-class Outside(NamedTuple):
-    """Panes, and what is drawn by direction through them, for kernels.
-
-    panes: (p, 12) float32, corner, two edges and unit normal (into the room) of each pane triangle; part: (p,) int32.  hot: (h, w, 3)
-    float32, luminance above the smooth part of an environment map, cd/m2; chance: (h, w) float32, probability per steradian of drawing
-    each pixel; rows: (h,) and columns: (h, w) float32, cumulative probabilities of rows, and of pixels within their rows.  All of them
-    are empty where there is nothing to draw.
+    portals: (p, 12) float32, corner, two edges and unit normal (into the room) of each portal triangle; part: (p,) int32.  sun: as in
+    ``Sky``.  bright: (h, w, 3) float32, luminance above the smooth part of an environment map, cd/m2; pdf: (h, w) float32, density per
+    steradian of sampling each pixel; rows: (h,) and columns: (h, w) float32, cumulative probabilities of rows, and of pixels within their
+    rows.  All of them are empty where there is nothing to sample.
     """
 
-    panes: NDArray[np.float32]
+    portals: NDArray[np.float32]
     part: NDArray[np.int32]
     sun: NDArray[np.float32]
-    hot: NDArray[np.float32]
-    chance: NDArray[np.float32]
+    bright: NDArray[np.float32]
+    pdf: NDArray[np.float32]
     rows: NDArray[np.float32]
     columns: NDArray[np.float32]
 
 
-def build_outside(flat: FlatScene) -> Outside:
-    """Collect panes, and the tables by which bright parts of the environment are drawn."""
+def build_infinite_light(flat: FlatScene) -> InfiniteLight:
+    """Collect portals, and the tables by which bright parts of the environment are sampled."""
     sky = flat.sky
-    pane = np.flatnonzero(flat.parts.portal[flat.face_part]) if len(sky.sun) or sky.hot.size else np.zeros(0, np.int64)
-    a, b, c = (flat.mesh.vertices.astype(np.float64)[flat.mesh.faces[pane, i]] for i in range(3))
+    portal = np.flatnonzero(flat.parts.portal[flat.face_part]) if len(sky.sun) or sky.bright.size else np.zeros(0, np.int64)
+    a, b, c = (flat.mesh.vertices.astype(np.float64)[flat.mesh.faces[portal, i]] for i in range(3))
     normal = np.cross(b - a, c - a)
     size = np.linalg.norm(normal, axis=1, keepdims=True)
     flat_enough = size[:, 0] > 1e-10
     rows = np.concatenate([a, b - a, c - a, normal / np.maximum(size, 1e-30)], axis=1)[flat_enough]
-    tables = draw_tables(sky.hot) if sky.hot.size else (np.zeros((0, 0), np.float32), np.zeros(0, np.float32), np.zeros((0, 0), np.float32))
-    return Outside(
+    tables = (
+        sampling_tables(sky.bright)
+        if sky.bright.size
+        else (np.zeros((0, 0), np.float32), np.zeros(0, np.float32), np.zeros((0, 0), np.float32))
+    )
+    return InfiniteLight(
         np.ascontiguousarray(rows, np.float32),
-        np.ascontiguousarray(flat.face_part[pane][flat_enough], np.int32),
+        np.ascontiguousarray(flat.face_part[portal][flat_enough], np.int32),
         np.ascontiguousarray(sky.sun, np.float32),
-        np.ascontiguousarray(sky.hot, np.float32),
+        np.ascontiguousarray(sky.bright, np.float32),
         *tables,
     )
 
 
-def draw_tables(hot: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
-    """Return chance (h, w), rows (h,) and columns (h, w) of ``Outside`` for luminance (h, w, 3): by flux, pixel by pixel."""
-    height, width = hot.shape[:2]
+def sampling_tables(bright: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]:
+    """Return pdf (h, w), rows (h,) and columns (h, w) of ``InfiniteLight`` for luminance (h, w, 3): by flux, pixel by pixel."""
+    height, width = bright.shape[:2]
     angle = pixel_solid_angles(height, width)
-    flux = (hot.astype(np.float64) @ LUMINANCE) * angle[:, None]
+    flux = (bright.astype(np.float64) @ LUMINANCE) * angle[:, None]
     share = flux / flux.sum()
     by_row = share.sum(axis=1)
     rows = np.cumsum(by_row)
     columns = np.cumsum(share, axis=1) / np.maximum(by_row, 1e-300)[:, None]
-    chance = share / angle[:, None]
+    pdf = share / angle[:, None]
     return (
-        np.ascontiguousarray(chance, np.float32),
+        np.ascontiguousarray(pdf, np.float32),
         np.ascontiguousarray(rows / rows[-1], np.float32),
         np.ascontiguousarray(columns, np.float32),
     )
 
 
 @inlined
-def sky_color(sky: Sky, x: np.float32, y: np.float32, z: np.float32) -> Rgb:
+def sky_le(sky: Sky, x: np.float32, y: np.float32, z: np.float32) -> Rgb:
     """Return the smooth luminance of the environment towards a unit direction of the world, cd/m2."""
     table = sky.table
     if table.shape[0] == 0:
@@ -94,14 +96,14 @@ def sky_color(sky: Sky, x: np.float32, y: np.float32, z: np.float32) -> Rgb:
             return sky.ground[0], sky.ground[1], sky.ground[2]
         low, high = sky.horizon, sky.zenith
         return low[0] + z * (high[0] - low[0]), low[1] + z * (high[1] - low[1]), low[2] + z * (high[2] - low[2])
-    return _blend_table(table, x, y, z)
+    return _bilinear_map(table, x, y, z)
 
 
 @inlined
-def _blend_table(table: NDArray[np.float32], x: np.float32, y: np.float32, z: np.float32) -> Rgb:
+def _bilinear_map(table: NDArray[np.float32], x: np.float32, y: np.float32, z: np.float32) -> Rgb:
     """Return what an equirectangular map (h, w, 3) has towards a unit direction, between its pixels."""
     height, width = np.int32(table.shape[0]), np.int32(table.shape[1])
-    across, down = _place(x, y, z, height, width)
+    across, down = _map_position(x, y, z, height, width)
     across, down = across - _HALF, down - _HALF
     down = down if down > _ZERO else _ZERO
     column = np.floor(across)
@@ -125,7 +127,7 @@ def _blend(a: np.float32, b: np.float32, c: np.float32, d: np.float32, s: np.flo
 
 
 @inlined
-def _place(x: np.float32, y: np.float32, z: np.float32, height: np.int32, width: np.int32) -> tuple[np.float32, np.float32]:
+def _map_position(x: np.float32, y: np.float32, z: np.float32, height: np.int32, width: np.int32) -> tuple[np.float32, np.float32]:
     """Return column and row, in [0, width) and [0, height), of a direction in an equirectangular map; its middle column looks along +x."""
     wide, high = np.float32(width), np.float32(height)
     across = (_PI - arctan2(y, x)) / _TURN * wide
@@ -136,20 +138,22 @@ def _place(x: np.float32, y: np.float32, z: np.float32, height: np.int32, width:
 
 
 @inlined
-def hot_toward(outside: Outside, x: np.float32, y: np.float32, z: np.float32) -> tuple[np.float32, np.float32, np.float32, np.float32]:
-    """Return luminance (r, g, b) of what is drawn by direction, and the chance per steradian of drawing this unit direction."""
-    sun = outside.sun
+def infinite_le(
+    infinite: InfiniteLight, x: np.float32, y: np.float32, z: np.float32
+) -> tuple[np.float32, np.float32, np.float32, np.float32]:
+    """Return luminance (r, g, b) of the infinite light in a unit direction, cd/m2, and the density per steradian of sampling it there."""
+    sun = infinite.sun
     if len(sun) > 0:
         dx, dy, dz = x - sun[0], y - sun[1], z - sun[2]
         apart = _HALF * (dx * dx + dy * dy + dz * dz) / sun[3]
         if apart < _ONE:
             scale = _limb(apart)
             return scale * sun[4], scale * sun[5], scale * sun[6], _ONE / (_TURN * sun[3])
-    elif outside.hot.shape[0] > 0:
-        height, width = outside.hot.shape[0], outside.hot.shape[1]
-        across, down = _place(x, y, z, np.int32(height), np.int32(width))
+    elif infinite.bright.shape[0] > 0:
+        height, width = infinite.bright.shape[0], infinite.bright.shape[1]
+        across, down = _map_position(x, y, z, np.int32(height), np.int32(width))
         j, i = min(int(across), width - 1), min(int(down), height - 1)
-        return outside.hot[i, j, 0], outside.hot[i, j, 1], outside.hot[i, j, 2], outside.chance[i, j]
+        return infinite.bright[i, j, 0], infinite.bright[i, j, 1], infinite.bright[i, j, 2], infinite.pdf[i, j]
     return _ZERO, _ZERO, _ZERO, _ZERO
 
 
@@ -162,19 +166,19 @@ def _limb(apart: np.float32) -> np.float32:
 
 
 @inlined
-def draw_toward(outside: Outside, u: np.float32, v: np.float32) -> Rgb:
-    """Return a unit direction to what is drawn by direction, for two random numbers in [0, 1)."""
-    sun = outside.sun
+def sample_infinite(infinite: InfiniteLight, u: np.float32, v: np.float32) -> Rgb:
+    """Return a unit direction to the infinite light, for two random numbers in [0, 1)."""
+    sun = infinite.sun
     if len(sun) > 0:
         versine = u * sun[3]
         aside = np.sqrt(versine * (_TWO - versine))
-        ux, uy, uz, vx, vy, vz = frame_about(sun[0], sun[1], sun[2])
-        cosine, sine = turn_polar(v)
+        ux, uy, uz, vx, vy, vz = coordinate_system(sun[0], sun[1], sun[2])
+        cosine, sine = cos_sin_two_pi(v)
         a, b, c = aside * cosine, aside * sine, _ONE - versine
         return a * ux + b * vx + c * sun[0], a * uy + b * vy + c * sun[1], a * uz + b * vz + c * sun[2]
-    height, width = outside.hot.shape[0], outside.hot.shape[1]
-    i, s = _find(outside.rows, v)
-    j, t = _find(outside.columns[i], u)
+    height, width = infinite.bright.shape[0], infinite.bright.shape[1]
+    i, s = _invert_cdf(infinite.rows, v)
+    j, t = _invert_cdf(infinite.columns[i], u)
     top, bottom = np.sin(_PI * (_HALF - np.float32(i) / np.float32(height))), np.sin(_PI * (_HALF - np.float32(i + 1) / np.float32(height)))
     z = top + s * (bottom - top)
     yaw = _PI - _TURN * (np.float32(j) + t) / np.float32(width)
@@ -183,7 +187,7 @@ def draw_toward(outside: Outside, u: np.float32, v: np.float32) -> Rgb:
 
 
 @kernel
-def _find(cumulative: NDArray[np.float32], u: np.float32) -> tuple[int, np.float32]:
+def _invert_cdf(cumulative: NDArray[np.float32], u: np.float32) -> tuple[int, np.float32]:
     """Return the first entry beyond ``u`` and where within its step ``u`` is, in [0, 1)."""
     low, high = 0, len(cumulative) - 1
     while low < high:

@@ -1,0 +1,86 @@
+"""Shadow rays: they wait until 16 are together, are traced, and bring light to their pixels where nothing blocks them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.core import embree as ray
+from renderer.core import lanes as ln
+from renderer.core.embree import LANES, Packet, SceneHandle, aligned_floats, make_packet, occluded16
+from renderer.core.kernel import kernel
+from renderer.core.layout import Layout
+from renderer.core.packing import pack, pack_slots
+from renderer.path.queues import WAVE
+
+STRIDE = 2 * LANES
+"""From one field to the next: fewer than 16 rays wait, and up to 16 more come."""
+
+_WAITING = Layout(STRIDE)
+_ORG = _WAITING.field(3)  # metres, world
+_TO_LIGHT = _WAITING.field(3)  # from there to the point on the light
+_LI = _WAITING.field(3)  # r, g, b that it adds to the pixel, cd/m2
+_SIZE = _WAITING.size
+
+_ZERO, _ONE = np.float32(0.0), np.float32(1.0)
+
+
+class ShadowRays(NamedTuple):
+    """Shadow rays that wait, and the packet in which they are traced.
+
+    waiting: float32 by field, ray i at ``waiting[FIELD + i]``; slot: (STRIDE,) int32, the pixel slot of each.
+    """
+
+    packet: Packet
+    waiting: NDArray[np.float32]
+    slot: NDArray[np.int32]
+
+
+def make_shadow_rays() -> ShadowRays:
+    """Return room for shadow rays."""
+    return ShadowRays(make_packet(), aligned_floats(_SIZE), np.zeros(STRIDE, np.int32))
+
+
+@kernel
+def push_shadow_rays(lanes: NDArray[np.float32], slots: NDArray[np.int32], shadow_rays: ShadowRays, count: int) -> None:
+    """Put the shadow rays of the lanes whose LIGHT_PDF is positive behind the ``count`` that wait."""
+    waiting = shadow_rays.waiting
+    for axis in range(3):
+        pack(lanes, ln.P_X + LANES * axis, lanes, ln.LIGHT_PDF, waiting, _ORG + STRIDE * axis + count)
+        pack(lanes, ln.TO_LIGHT_X + LANES * axis, lanes, ln.LIGHT_PDF, waiting, _TO_LIGHT + STRIDE * axis + count)
+        pack(lanes, ln.LI_R + LANES * axis, lanes, ln.LIGHT_PDF, waiting, _LI + STRIDE * axis + count)
+    pack_slots(slots, lanes, ln.LIGHT_PDF, shadow_rays.slot, count)
+
+
+@kernel
+def pop_shadow_rays(shadow_rays: ShadowRays) -> None:
+    """Drop the first 16 shadow rays: those behind them move up."""
+    waiting = shadow_rays.waiting
+    for field in range(0, _SIZE, STRIDE):
+        for k in range(LANES):
+            waiting[field + k] = waiting[field + LANES + k]
+    for k in range(LANES):
+        shadow_rays.slot[k] = shadow_rays.slot[LANES + k]
+
+
+@kernel
+def trace_shadow_rays(scene: SceneHandle, shadow_rays: ShadowRays, count: int, light: NDArray[np.float32]) -> None:
+    """Trace the first ``count`` shadow rays, and add the light of those that met nothing to ``light``, by slot."""
+    packet, waiting = shadow_rays.packet, shadow_rays.waiting
+    real = packet.real
+    # Fill the packet; a ray ends at its light, where t = 1.
+    for k in range(LANES):
+        for axis in range(3):
+            real[ray.ORG_X + LANES * axis + k] = waiting[_ORG + STRIDE * axis + k]
+            real[ray.DIR_X + LANES * axis + k] = waiting[_TO_LIGHT + STRIDE * axis + k]
+        real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, _ONE
+        packet.alive[k] = -1 if k < count else 0
+    occluded16(packet.alive.ctypes.data, scene.address, real.ctypes.data, scene.incoherent)
+    # Embree sets the end of a blocked ray to minus infinity.
+    for k in range(count):
+        if real[ray.TFAR + k] > _ZERO:
+            slot = shadow_rays.slot[k]
+            for channel in range(3):
+                light[channel * WAVE + slot] += waiting[_LI + channel * STRIDE + k]

@@ -1,0 +1,99 @@
+"""What the hit of a ray is looked up in: normals of triangles, the material of each part, textures, sky, profiles of lamps."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.bsdf.albedo import STEPS, Albedos, glass_table, reflected_table
+from renderer.core.layout import Layout
+from renderer.scene.flat_scene import FlatScene, Sky
+from renderer.textures.look_up import Textures, build_textures
+
+# A row of ``Surfaces.materials``: what is known of a part before textures.
+_ROW = Layout()
+BASE = _ROW.field(3)  # linear r, g, b
+EMISSION = _ROW.field(3)  # cd/m2
+ROUGHNESS = _ROW.field()
+METALLIC = _ROW.field()
+TRANSMISSION = _ROW.field()
+IOR = _ROW.field()
+COAT = _ROW.field()
+COAT_ROUGHNESS = _ROW.field()
+SHEEN = _ROW.field()
+PORTAL = _ROW.field()  # 1 for window panes
+GLASS = _ROW.field()  # row of the albedo tables of glass, or -1
+PROFILE = _ROW.field()  # 1 + row of the profiles, 0 for none
+GLOW = _ROW.field()  # ``glow_cd_m2`` of the material: luminance of its own where the colour is white
+SPECIAL = _ROW.field()  # 1 where more than this row must be looked up: textures, emission
+ROW_SIZE = _ROW.size
+
+
+class Surfaces(NamedTuple):
+    """Triangles and parts of a scene, for kernels.
+
+    normals: (m * 9,) float32, of the corners of each triangle; face_part: (m,) int32; materials: (p * ROW_SIZE,) float32, one row per part
+    (flat, because LLVM turns look-ups at constant offsets into vector code); profiles: as in ``FlatScene``.
+    """
+
+    normals: NDArray[np.float32]
+    face_part: NDArray[np.int32]
+    materials: NDArray[np.float32]
+    albedos: Albedos
+    textures: Textures
+    sky: Sky
+    profiles: NDArray[np.float32]
+
+
+def build_surfaces(flat: FlatScene) -> Surfaces:
+    """Resolve the materials of a scene's parts."""
+    materials, parts = flat.materials, flat.parts
+    row = parts.material
+    clear = (materials.transmission[row] > 0.0) & ~parts.portal
+    iors, glass = np.unique(materials.ior[row[clear]], return_inverse=True)
+    table = np.zeros((len(row), ROW_SIZE), np.float32)
+    table[:, BASE : BASE + 3] = materials.base_color[row]
+    table[:, EMISSION : EMISSION + 3] = parts.emission
+    for column, values in (
+        (ROUGHNESS, materials.roughness),
+        (METALLIC, materials.metallic),
+        (TRANSMISSION, materials.transmission),
+        (IOR, materials.ior),
+        (COAT, materials.clearcoat),
+        (COAT_ROUGHNESS, materials.clearcoat_roughness),
+        (SHEEN, materials.sheen),
+        (GLOW, materials.glow_cd_m2),
+    ):
+        table[:, column] = values[row]
+    table[:, PORTAL] = parts.portal
+    table[clear, GLASS] = glass
+    if len(flat.part_profile):
+        table[:, PROFILE] = flat.part_profile + 1
+    textured = flat.part_texture if len(flat.part_texture) else np.full(len(row), -1, np.int32)
+    if len(flat.absorbs):
+        table[flat.absorbs, :PROFILE] = 0.0
+        table[flat.absorbs, EMISSION : EMISSION + 3] = parts.emission[flat.absorbs]
+        table[flat.absorbs, ROUGHNESS] = table[flat.absorbs, IOR] = 1.0
+        textured = np.where(flat.absorbs, -1, textured).astype(np.int32)
+    lit = parts.portal | (parts.emission > 0.0).any(axis=1) | (table[:, GLOW] > 0.0)
+    table[:, SPECIAL] = lit | (textured >= 0)
+    return Surfaces(
+        flat.mesh.normals[flat.mesh.faces].reshape(-1),
+        np.ascontiguousarray(flat.face_part),
+        table.reshape(-1),
+        Albedos(
+            reflected_table(),
+            np.stack([glass_table(float(ior)) for ior in iors]) if len(iors) else np.zeros((0, 2, STEPS, STEPS), np.float32),
+        ),
+        build_textures(
+            textured,
+            flat.textures,
+            flat.mesh.vertices,
+            flat.mesh.uvs,
+            flat.mesh.faces,
+        ),
+        Sky(*(np.ascontiguousarray(item, np.float32) for item in flat.sky)),
+        np.ascontiguousarray(flat.profiles, np.float32),
+    )
