@@ -21,7 +21,7 @@ VENV_FLAGS :=
 EXTRAS := ros,test,bench,denoise,exr
 endif
 
-.PHONY: setup run test soak lint bench gallery clean fresh-kernels
+.PHONY: setup interfaces run test soak lint bench gallery clean fresh-kernels
 
 setup: $(VENV)/.ready
 
@@ -43,11 +43,15 @@ run: setup fresh-kernels
 	@$(BIN)/python -m scene_synth_ros run --params config/runs/main.yaml --seed $(SEED) --rooms $(ROOMS) --frames $(FRAMES) \
 		--record runs/$$(date +%Y%m%d-%H%M%S) --contact-sheet contact_sheet.png
 
-test: setup fresh-kernels
+# message packages that the wheels lack, compiled for the tests; needs gcc, g++ and python3-dev
+interfaces: setup
+	@$(BIN)/python test/interfaces/build.py
+
+test: setup interfaces fresh-kernels
 	$(BIN)/python -m pytest $(if $(WORKERS),-n $(WORKERS) --dist loadgroup)
 
 # hours at full size; SOAK_FRAMES, SOAK_SIZE=160x120, SOAK_KILLS, SOAK_SCENES and SOAK_PARAMETERS make it smaller
-soak: setup fresh-kernels
+soak: setup interfaces fresh-kernels
 	$(BIN)/python -m pytest -m soak -s test/soak
 
 lint: setup

@@ -126,6 +126,13 @@ def world_from_link_to_msg(pose: CameraPose, world: str, link: str) -> Transform
     return TransformStamped(header=header(pose.stamp_ns, world), child_frame_id=link, transform=transform)
 
 
+def link_from_optical_to_msg(stamp_ns: int, link: str, optical: str) -> TransformStamped:
+    """Return the transform camera link -> optical frame (x right, y down, z forward), which never changes (REP 103)."""
+    qx, qy, qz, qw = LINK_FROM_OPTICAL
+    transform = Transform(rotation=Quaternion(x=qx, y=qy, z=qz, w=qw))
+    return TransformStamped(header=header(stamp_ns, link), child_frame_id=optical, transform=transform)
+
+
 def labels_to_msg(labels: Mapping[int, Mapping[str, object]], stamp_ns: int) -> String:
     """Return an id table as JSON: ``{"stamp": {"sec", "nanosec"}, "labels": {"<id>": {...}}}``."""
     stamp = {"sec": stamp_ns // NANOSECONDS, "nanosec": stamp_ns % NANOSECONDS}
