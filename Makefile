@@ -51,7 +51,7 @@ test: setup interfaces fresh-kernels
 	$(BIN)/python -m pytest $(if $(WORKERS),-n $(WORKERS) --dist loadgroup)
 
 # hours at full size; SOAK_FRAMES, SOAK_SIZE=160x120, SOAK_KILLS, SOAK_SCENES and SOAK_PARAMETERS make it smaller
-soak: setup interfaces fresh-kernels
+soak: setup fresh-kernels
 	$(BIN)/python -m pytest -m soak -s test/soak
 
 lint: setup
