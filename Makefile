@@ -21,9 +21,14 @@ VENV_FLAGS :=
 EXTRAS := ros,test,bench,denoise,exr
 endif
 
-.PHONY: setup interfaces run test soak lint bench gallery clean fresh-kernels
+.PHONY: setup run test soak lint bench gallery clean fresh-kernels
 
 setup: $(VENV)/.ready
+
+.PHONY: interfaces
+# message packages that the wheels lack, compiled for the tests; needs gcc, g++ and python3-dev
+interfaces: setup
+	@$(BIN)/python test/interfaces/build.py
 
 $(VENV)/.ready: setup.py
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || { echo "scene_synth_ros needs Python 3.10 or newer; got $$($(PYTHON) --version)"; exit 1; }
@@ -42,10 +47,6 @@ fresh-kernels:
 run: setup fresh-kernels
 	@$(BIN)/python -m scene_synth_ros run --params config/runs/main.yaml --seed $(SEED) --rooms $(ROOMS) --frames $(FRAMES) \
 		--record runs/$$(date +%Y%m%d-%H%M%S) --contact-sheet contact_sheet.png
-
-# message packages that the wheels lack, compiled for the tests; needs gcc, g++ and python3-dev
-interfaces: setup
-	@$(BIN)/python test/interfaces/build.py
 
 test: setup interfaces fresh-kernels
 	$(BIN)/python -m pytest $(if $(WORKERS),-n $(WORKERS) --dist loadgroup)
