@@ -26,6 +26,11 @@ endif
 
 setup: $(VENV)/.ready
 
+.PHONY: interfaces
+# message packages that the wheels lack, compiled for the tests; needs gcc, g++ and python3-dev
+interfaces: setup
+	@$(BIN)/python test/interfaces/build.py
+
 $(VENV)/.ready: setup.py
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || { echo "scene_synth_ros needs Python 3.10 or newer; got $$($(PYTHON) --version)"; exit 1; }
 	@$(PYTHON) -c 'import venv, ensurepip' 2>/dev/null || { echo "Python's venv module is missing: apt install python3-venv"; exit 1; }
@@ -39,7 +44,7 @@ run: setup
 	@$(BIN)/python -m scene_synth_ros run --params config/runs/main.yaml --seed $(SEED) --rooms $(ROOMS) --frames $(FRAMES) \
 		--record runs/$$(date +%Y%m%d-%H%M%S) --contact-sheet contact_sheet.png
 
-test: setup
+test: setup interfaces
 	$(BIN)/python -m pytest $(if $(WORKERS),-n $(WORKERS) --dist loadgroup)
 
 # hours at full size; SOAK_FRAMES, SOAK_SIZE=160x120, SOAK_KILLS, SOAK_SCENES and SOAK_PARAMETERS make it smaller

@@ -53,6 +53,17 @@ def environment() -> dict[str, str]:
     return {**os.environ, "ROS_DOMAIN_ID": str(claim_domain()), "PYTHONPATH": str(Path(__file__).parents[1])}
 
 
+def without(package: str, folder: Path) -> dict[str, str]:
+    """Return what the environment of a process needs, so that the process cannot import a package that is installed here.
+
+    Args:
+        package: its name.
+        folder: empty; for what stands in the package's way.
+    """
+    (folder / f"{package}.py").write_text(f"raise ModuleNotFoundError({package!r}, name={package!r})\n")
+    return {"PYTHONPATH": os.pathsep.join([str(folder), str(Path(__file__).parents[1])])}
+
+
 def command(*words: object) -> list[str]:
     """Return a ``scene_synth`` command line."""
     return [sys.executable, "-m", "scene_synth_ros", *map(str, words)]

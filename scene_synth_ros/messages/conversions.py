@@ -125,6 +125,13 @@ def pose_to_msg(pose: CameraPose, frame_id: str) -> PoseStamped:
     return PoseStamped(header=header(pose.stamp_ns, frame_id), pose=_pose(pose.position_m, pose.orientation))
 
 
+def link_from_optical_to_msg(stamp_ns: int, link: str, optical: str) -> TransformStamped:
+    """Return the transform camera link -> optical frame (x right, y down, z forward), which never changes (REP 103)."""
+    qx, qy, qz, qw = LINK_FROM_OPTICAL
+    transform = Transform(rotation=Quaternion(x=qx, y=qy, z=qz, w=qw))
+    return TransformStamped(header=header(stamp_ns, link), child_frame_id=optical, transform=transform)
+
+
 def world_from_link_to_msg(pose: CameraPose, world: str, link: str) -> TransformStamped:
     """Return the transform world -> camera link (x forward, y left, z up) of an optical pose."""
     rotation = multiply_quaternions(pose.orientation, conjugate_quaternion(LINK_FROM_OPTICAL))

@@ -19,7 +19,7 @@ from renderer.camera.config import CameraConfig
 from renderer.film.frame import Frame
 from renderer.film.layers import LAYERS
 from scene_description import CameraPose, SceneDescription
-from scene_synth_ros.messages.conversions import clock_to_msg, world_from_link_to_msg
+from scene_synth_ros.messages.conversions import clock_to_msg, link_from_optical_to_msg, world_from_link_to_msg
 from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig, has_companion
 from scene_synth_ros.suite.connections import publishers_of
 from scene_synth_ros.suite.qos import PROFILES, latched_qos, stream_qos
@@ -58,6 +58,7 @@ class StreamPublishers:
         for layer in self.messages.layers:
             self._add_stream(layer)
         self._tf = self._tf_static = ""
+        self._static_sent = False
         if TFMessage is not None and config.publish_tf:
             self._tf = self._add(TFMessage, "/tf", stream_qos(100))
             self._tf_static = self._add(TFMessage, "/tf_static", latched_qos())
@@ -107,9 +108,7 @@ class StreamPublishers:
         if self._clock:
             self._send(self._clock, clock_to_msg(pose.stamp_ns))
         if self._tf:
-            self._send(
-                self._tf, TFMessage(transforms=[world_from_link_to_msg(pose, self._config.world_frame, f"{self._config.camera}_link")])
-            )
+            self._send_transforms(pose)
         self._send(SETTINGS, String(data=settings))
         for topic, message in self.messages.of_frame(frame, pose, self._is_wanted):
             self._send(topic, message)
@@ -119,6 +118,14 @@ class StreamPublishers:
         deadline = time.monotonic() + seconds
         for publisher in self._publishers.values():
             publisher.wait_for_all_acked(Duration(seconds=max(0.0, deadline - time.monotonic())))
+
+    def _send_transforms(self, pose: CameraPose) -> None:
+        """Publish world -> link and, before the first of them, link -> optical frame, which the middleware keeps for late subscribers."""
+        link, optical = f"{self._config.camera}_link", f"{self._config.camera}_optical_frame"
+        if not self._static_sent:
+            self._send(self._tf_static, TFMessage(transforms=[link_from_optical_to_msg(pose.stamp_ns, link, optical)]))
+            self._static_sent = True
+        self._send(self._tf, TFMessage(transforms=[world_from_link_to_msg(pose, self._config.world_frame, link)]))
 
     def _is_wanted(self, topic: str) -> bool:
         return not self._config.lazy or self._publishers[topic].get_subscription_count() > 0

@@ -81,6 +81,16 @@ def test_unknown_type_is_named(monkeypatch, tmp_path):
     assert "'lost_msgs/Inner' (needed by 'odd_msgs/msg/Outer')" in text and "install the package lost_msgs" in text and "\n" not in text
 
 
+def test_transforms_have_the_same_definition_where_tf2_msgs_is_not_installed(monkeypatch, tmp_path):
+    for package in ("geometry_msgs", "std_msgs", "builtin_interfaces"):
+        (tmp_path / "share" / package).parent.mkdir(exist_ok=True)
+        (tmp_path / "share" / package).symlink_to(Path(sys.prefix, "share", package))
+    installed = message_definition("tf2_msgs/msg/TFMessage")
+    monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
+    monkeypatch.setattr(sys, "prefix", str(tmp_path))
+    assert message_definition("tf2_msgs/msg/TFMessage") == installed
+
+
 def test_own_prefix_comes_before_the_interpreters(monkeypatch, tmp_path):
     monkeypatch.setenv("AMENT_PREFIX_PATH", f":{tmp_path}")
     folder = tmp_path / "share" / "tf2_msgs" / "msg"
