@@ -12,11 +12,12 @@ from pathlib import Path
 
 import numpy as np
 
-from grammar.appearance.appearance import Appearance, CategoryLook, Closet, PartRule, StyleRule, core_of
+from grammar.appearance.appearance import Appearance, CategoryLook, MaterialPool, PartRule, StyleRule, core_of
 from grammar.derivation.densities import draw_size
-from grammar.spec.categories import Categories, Category, Solid, Surface
+from grammar.spec.categories import Categories, Category, Solid, SupportSurface
 from grammar.spec.grammar_file import read_yaml
-from grammar.spec.rules import Grammar, GrammarError, ObjectRule, SizeMode
+from grammar.spec.object_rules import ObjectRule, SizeMode
+from grammar.spec.rules import Grammar, GrammarError
 from scene_description import FieldError, ModelReference, Part, SceneObject, from_mapping
 from scene_description.catalog import Catalog, CatalogEntry, CatalogList, CatalogModel
 from scene_description.scene_json import check_file_path
@@ -95,7 +96,7 @@ def choose_before(
             if rule.category == category:
                 rules[symbol] = _sized(rng, rule, model)
         if model.entry.surfaces is not None:
-            tops = [Surface(height_fraction=s.height_fraction, height_m=s.height_m, inset_m=s.inset_m) for s in model.entry.surfaces]
+            tops = [SupportSurface(height_fraction=s.height_fraction, height_m=s.height_m, inset_m=s.inset_m) for s in model.entry.surfaces]
             table[category] = replace(table[category], surfaces=tuple(tops), solids=_solids(table[category], tops, model.size_m[2]))
     return RoomModels(grammar=replace(grammar, objects=rules), categories=table, chosen=chosen)
 
@@ -129,45 +130,45 @@ def choose_after(
     ), taken
 
 
-def dress_files(
-    rng: np.random.Generator, closet: Closet, appearance: Appearance, taken: Mapping[int, CatalogModel], objects: Sequence[SceneObject]
+def assign_file_materials(
+    rng: np.random.Generator, pool: MaterialPool, appearance: Appearance, taken: Mapping[int, CatalogModel], objects: Sequence[SceneObject]
 ) -> tuple[SceneObject, ...]:
     """Return the objects with the parts of their files: the file's materials, or ours drawn as the entry says."""
-    closet.use(rng)
-    by_id = {thing.id: thing for thing in objects}
+    pool.use(rng)
+    by_id = {item.id: item for item in objects}
     looks: dict[tuple[str, int], tuple[Part, ...]] = {}
     dressed = []
-    for thing in objects:
-        model = taken.get(thing.id)
+    for item in objects:
+        model = taken.get(item.id)
         if model is None:
-            dressed.append(thing)
+            dressed.append(item)
             continue
-        key = (model.entry.file, _sharing(appearance, thing, by_id))
+        key = (model.entry.file, _sharing(appearance, item, by_id))
         if key not in looks:
-            looks[key] = _file_parts(closet, appearance.categories[thing.category], model)
-        dressed.append(replace(thing, parts=looks[key]))
+            looks[key] = _file_parts(pool, appearance.categories[item.category], model)
+        dressed.append(replace(item, parts=looks[key]))
     return tuple(dressed)
 
 
-def _sharing(appearance: Appearance, thing: SceneObject, by_id: Mapping[int, SceneObject]) -> int:
+def _sharing(appearance: Appearance, item: SceneObject, by_id: Mapping[int, SceneObject]) -> int:
     """Return a number that objects of one category which look alike have in common."""
-    own = -1 - thing.id
-    return {"room": 0, "group": core_of(thing, by_id) or own, "none": own}[appearance.categories[thing.category].shared]
+    own = -1 - item.id
+    return {"room": 0, "group": core_of(item, by_id) or own, "none": own}[appearance.categories[item.category].shared]
 
 
-def _file_parts(closet: Closet, look: CategoryLook, model: CatalogModel) -> tuple[Part, ...]:
+def _file_parts(pool: MaterialPool, look: CategoryLook, model: CatalogModel) -> tuple[Part, ...]:
     if model.entry.materials == "file":
-        known = {material.id for material in closet.materials}
+        known = {material.id for material in pool.materials}
         for material in model.parts.values():
             if material.id not in known:
-                closet.materials.append(material)
+                pool.materials.append(material)
                 known.add(material.id)
         return tuple(Part(name=name, material=material.id) for name, material in model.parts.items())
     parts = []
     for name in model.parts:
         families = _families(model.entry, look, name)
         assert families is not None  # entry_faults has looked
-        parts.append(Part(name=name, material=closet.choose(families)))
+        parts.append(Part(name=name, material=pool.choose(families)))
     return tuple(parts)
 
 
@@ -193,7 +194,7 @@ def _choices(catalog: Catalog, category: str, appearance: Appearance) -> list[tu
     return [(None, own), *((model, model.entry.odds) for model in models)]
 
 
-def _solids(category: Category, tops: Sequence[Surface], height_m: float) -> tuple[Solid, ...] | None:
+def _solids(category: Category, tops: Sequence[SupportSurface], height_m: float) -> tuple[Solid, ...] | None:
     """Return what of a model is solid: all below its lowest top, and its rim above that, so that things can stand within it."""
     low = min(tops, key=lambda top: top.height_fraction * height_m + top.height_m, default=None)
     if low is None or low.height_fraction * height_m + low.height_m >= height_m - 1e-9:

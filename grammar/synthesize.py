@@ -15,15 +15,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammar.appearance.appearance import Appearance, Closet, dress_from, load_appearance
-from grammar.appearance.daylight import LEAST_TURBIDITY, DaylightWish
+from grammar.appearance.appearance import Appearance, MaterialPool, load_appearance, sample_appearance_from
+from grammar.appearance.daylight import LEAST_TURBIDITY, DaylightRequest
 from grammar.appearance.downlights import sample_downlights
 from grammar.appearance.lighting import LightingConfig, read_lighting_config, sample_lighting
 from grammar.appearance.looks import apply_looks, restricted
 from grammar.camera.camera_path import CameraPathConfig, read_camera_path_config, sample_camera_path
-from grammar.catalog import choose_after, choose_before, dress_files, entry_faults
+from grammar.catalog import assign_file_materials, choose_after, choose_before, entry_faults
 from grammar.checks.metrics import SamplingCost
-from grammar.derivation.derive import make_plan
+from grammar.derivation.plan import make_plan
 from grammar.geometry.free_space import occupancy_grid, rasterize
 from grammar.geometry.solids import object_solids
 from grammar.sample_room import sample_room_with_cost
@@ -57,9 +57,9 @@ class FloorMap(NamedTuple):
     origin_m: tuple[float, float]
 
 
-def daylight_wish(request: SceneRequest) -> DaylightWish:
+def daylight_request(request: SceneRequest) -> DaylightRequest:
     """Return what a request asks of the daylight."""
-    return DaylightWish(
+    return DaylightRequest(
         condition=request.daylight or None,
         latitude_deg=request.latitude_deg if request.latitude_deg <= 90.0 else None,
         day_of_year=request.day_of_year or None,
@@ -172,16 +172,16 @@ class SceneSynthesizer:
         models = choose_before(rng["catalog"], self.catalog, appearance, self.grammar_of(request), self.categories)
         sampled, cost = sample_room_with_cost(models.grammar, models.categories, request, rng["layout"])
         objects, taken = choose_after(rng["catalog"], self.catalog, appearance, models, sampled.objects)
-        closet = Closet(rng["appearance"], appearance)
-        room, objects = dress_from(closet, rng["appearance"], appearance, sampled.room, objects, request.room_type)
-        objects = dress_files(rng["catalog"], closet, appearance, taken, objects)
-        room, objects = apply_looks(rng["looks"], closet, request, room, objects)
+        pool = MaterialPool(rng["appearance"], appearance)
+        room, objects = sample_appearance_from(pool, rng["appearance"], appearance, sampled.room, objects, request.room_type)
+        objects = assign_file_materials(rng["catalog"], pool, appearance, taken, objects)
+        room, objects = apply_looks(rng["looks"], pool, request, room, objects)
         lights, environment = sample_lighting(
             rng["lighting"],
             self.lighting,
             objects,
             windows=any(opening.category == "window" for opening in room.openings),
-            wish=daylight_wish(request),
+            wish=daylight_request(request),
         )
         spots = sample_downlights(
             rng["downlights"], self.lighting.downlights.get(request.room_type), room, objects, dark=environment.daylight is None
@@ -205,7 +205,7 @@ class SceneSynthesizer:
             category=request.room_type,
             room=room,
             objects=objects,
-            materials=tuple(closet.materials),
+            materials=tuple(pool.materials),
             lights=lights,
             luminaires=spots,
             environment=environment,

@@ -130,7 +130,7 @@ def load_appearance(appearance_path: Path, materials_path: Path) -> Appearance:
     return Appearance(palette=look.palette, surfaces=look.surfaces, categories=look.categories, materials=materials, families=families)
 
 
-def dress(
+def sample_appearance(
     rng: np.random.Generator, appearance: Appearance, room: Room, objects: Sequence[SceneObject], room_type: str = ""
 ) -> tuple[Room, tuple[SceneObject, ...], tuple[Material, ...]]:
     """Return room and objects with models and materials of parts, and the scene's materials.
@@ -141,41 +141,41 @@ def dress(
     Raises:
         GrammarError: a category has no look.
     """
-    closet = Closet(rng, appearance)
-    dressed_room, dressed = dress_from(closet, rng, appearance, room, objects, room_type)
-    return dressed_room, dressed, tuple(closet.materials)
+    pool = MaterialPool(rng, appearance)
+    dressed_room, dressed = sample_appearance_from(pool, rng, appearance, room, objects, room_type)
+    return dressed_room, dressed, tuple(pool.materials)
 
 
-def dress_from(
-    closet: Closet, rng: np.random.Generator, appearance: Appearance, room: Room, objects: Sequence[SceneObject], room_type: str
+def sample_appearance_from(
+    pool: MaterialPool, rng: np.random.Generator, appearance: Appearance, room: Room, objects: Sequence[SceneObject], room_type: str
 ) -> tuple[Room, tuple[SceneObject, ...]]:
     """Do as :func:`dress` with the materials of a closet, which is new, and keeps them."""
-    for category in (*(opening.category for opening in room.openings), *(thing.category for thing in objects)):
+    for category in (*(opening.category for opening in room.openings), *(item.category for item in objects)):
         if category not in appearance.categories:
             raise GrammarError(
                 f"appearance: expected a look for category '{category}', got none; known are {', '.join(sorted(appearance.categories))}"
             )
     surfaces = tuple(
-        Part(name=name, material=closet.choose(rule.by_room.get(room_type, rule.families))) for name, rule in appearance.surfaces.items()
+        Part(name=name, material=pool.choose(rule.by_room.get(room_type, rule.families))) for name, rule in appearance.surfaces.items()
     )
     looks: dict[tuple[str, int], tuple[ModelReference, tuple[Part, ...]]] = {}
-    by_id = {thing.id: thing for thing in objects}
+    by_id = {item.id: item for item in objects}
     openings: list[Opening] = []
     for opening in room.openings:
-        model, parts = _look(rng, appearance, closet, looks, opening.category, opening.id, 0)
+        model, parts = _look(rng, appearance, pool, looks, opening.category, opening.id, 0)
         openings.append(replace(opening, model=model, parts=parts))
     dressed: list[SceneObject] = []
-    for thing in objects:
-        if thing.model.file is not None:
-            dressed.append(thing)
+    for item in objects:
+        if item.model.file is not None:
+            dressed.append(item)
             continue
-        owner = core_of(thing, by_id)
-        model, parts = _look(rng, appearance, closet, looks, thing.category, thing.id, owner)
-        dressed.append(replace(thing, model=model, parts=parts))
+        owner = core_of(item, by_id)
+        model, parts = _look(rng, appearance, pool, looks, item.category, item.id, owner)
+        dressed.append(replace(item, model=model, parts=parts))
     return replace(room, surfaces=surfaces, openings=tuple(openings)), tuple(dressed)
 
 
-class Closet:
+class MaterialPool:
     """The materials of one room while it is dressed: those kept by family, and all that were drawn, in order; the suites' styles."""
 
     def __init__(self, rng: np.random.Generator, appearance: Appearance) -> None:
@@ -233,7 +233,7 @@ class Closet:
 def _look(
     rng: np.random.Generator,
     appearance: Appearance,
-    closet: Closet,
+    pool: MaterialPool,
     looks: dict[tuple[str, int], tuple[ModelReference, tuple[Part, ...]]],
     category: str,
     identifier: int,
@@ -243,46 +243,46 @@ def _look(
     rule = appearance.categories[category]
     key = (category, {"room": -1, "group": core or -1 - identifier, "none": -1 - identifier}[rule.shared])
     if key not in looks:
-        style = _style(rng, closet, rule)
+        style = _style(rng, pool, rule)
         chosen: dict[str, str] = {}
         for name in rule.styles[style].parts:
-            chosen[name] = _part_material(rng, closet, rule, style, name, chosen)
+            chosen[name] = _part_material(rng, pool, rule, style, name, chosen)
         model = ModelReference(generator=rule.generator or category, style=style, seed=int(rng.integers(_MAX_SEED)))
         looks[key] = (model, tuple(Part(name=name, material=material) for name, material in chosen.items()))
     return looks[key]
 
 
-def _style(rng: np.random.Generator, closet: Closet, rule: CategoryLook) -> str:
+def _style(rng: np.random.Generator, pool: MaterialPool, rule: CategoryLook) -> str:
     """Draw a category's style, or take over that of its suite in this room."""
-    taken = None if rule.suite is None else closet.suites.get(rule.suite)
+    taken = None if rule.suite is None else pool.suites.get(rule.suite)
     if taken is not None and taken in rule.styles:
         return taken
     style = _pick(rng, {name: item.odds for name, item in rule.styles.items()})
     if rule.suite is not None:
-        closet.suites.setdefault(rule.suite, style)
+        pool.suites.setdefault(rule.suite, style)
     return style
 
 
-def _part_material(rng: np.random.Generator, closet: Closet, rule: CategoryLook, style: str, name: str, chosen: Mapping[str, str]) -> str:
+def _part_material(rng: np.random.Generator, pool: MaterialPool, rule: CategoryLook, style: str, name: str, chosen: Mapping[str, str]) -> str:
     part = rule.parts[name]
     if style in part.by_style:
-        return closet.choose(part.by_style[style])
+        return pool.choose(part.by_style[style])
     if part.like is not None and part.like in chosen and (not part.families or rng.random() < part.like_odds):
         return chosen[part.like]
-    return closet.choose(part.families)
+    return pool.choose(part.families)
 
 
-def core_of(thing: SceneObject, by_id: Mapping[int, SceneObject]) -> int:
+def core_of(item: SceneObject, by_id: Mapping[int, SceneObject]) -> int:
     """Return the id of the object that a thing belongs to in the end: its group's core, or what it stands on; 0 for none."""
     seen: set[int] = set()
-    current = thing
+    current = item
     while current.id not in seen:
         seen.add(current.id)
         above = current.group if current.group is not None else current.support.id
         if above is None or above not in by_id or above == current.id:
             break
         current = by_id[above]
-    return 0 if current.id == thing.id else current.id
+    return 0 if current.id == item.id else current.id
 
 
 def _pick(rng: np.random.Generator, odds: Mapping[str, float]) -> str:
@@ -300,7 +300,7 @@ def check_appearance(appearance: Appearance) -> None:
     _check(appearance, appearance.families)
 
 
-def can_dress(look: CategoryLook, style: str, families: Mapping[str, tuple[str, ...]]) -> bool:
+def can_draw_materials(look: CategoryLook, style: str, families: Mapping[str, tuple[str, ...]]) -> bool:
     """Return whether every part of a style has a material to draw from."""
     before: list[str] = []
     try:

@@ -41,7 +41,7 @@ class MomentConfig:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DaylightWish:
+class DaylightRequest:
     """What is asked of the daylight; None is drawn."""
 
     condition: str | None = None
@@ -53,7 +53,7 @@ class DaylightWish:
     cloud_cover: float | None = None
 
 
-NO_WISH = DaylightWish()
+NO_DAYLIGHT_REQUEST = DaylightRequest()
 
 
 class Moment(NamedTuple):
@@ -67,7 +67,7 @@ class Moment(NamedTuple):
     sun: SunPosition
 
 
-def draw_moment(rng: np.random.Generator, config: MomentConfig, wish: DaylightWish, elevations_deg: tuple[float, float]) -> Moment:
+def draw_moment(rng: np.random.Generator, config: MomentConfig, wish: DaylightRequest, elevations_deg: tuple[float, float]) -> Moment:
     """Draw moments until the sun's elevation lies within bounds.
 
     Raises:
@@ -107,7 +107,7 @@ def fitting_conditions(moment: Moment, elevations_deg: Mapping[str, tuple[float,
 _NUMBERS = ("latitude_deg", "day_of_year", "solar_hour")
 
 
-def _draw(rng: np.random.Generator, config: MomentConfig, wish: DaylightWish) -> Moment:
+def _draw(rng: np.random.Generator, config: MomentConfig, wish: DaylightRequest) -> Moment:
     drawn = {
         "latitude_deg": float(rng.uniform(*config.latitude_deg)),
         "day_of_year": int(rng.integers(config.day_of_year[0], config.day_of_year[1] + 1)),

@@ -61,7 +61,7 @@ def sample_downlights(
     temperature_k, beam = float(rng.uniform(*config.color_temperature_k)), math.radians(float(rng.uniform(*config.beam_deg)))
     on = bool(rng.random() < (config.on_in_dark if dark else config.on_by_day))
     outline = np.array(room.polygon_m)
-    hanging = [thing.position_m[:2] for thing in objects if thing.support.kind == "ceiling"]
+    hanging = [item.position_m[:2] for item in objects if item.support.kind == "ceiling"]
     places = []
     for x in _even(outline[:, 0], spacing, config.from_wall_m):
         for y in _even(outline[:, 1], spacing, config.from_wall_m):

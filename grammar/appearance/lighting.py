@@ -10,7 +10,15 @@ from typing import Annotated
 
 import numpy as np
 
-from grammar.appearance.daylight import NO_WISH, DaylightWish, Moment, MomentConfig, draw_moment, fitting_conditions, make_daylight
+from grammar.appearance.daylight import (
+    NO_DAYLIGHT_REQUEST,
+    DaylightRequest,
+    Moment,
+    MomentConfig,
+    draw_moment,
+    fitting_conditions,
+    make_daylight,
+)
 from grammar.appearance.downlights import DownlightConfig
 from grammar.spec.grammar_file import read_yaml
 from grammar.spec.rules import GrammarError
@@ -105,7 +113,7 @@ def sample_lighting(
     objects: Sequence[SceneObject],
     *,
     windows: bool = True,
-    wish: DaylightWish = NO_WISH,
+    wish: DaylightRequest = NO_DAYLIGHT_REQUEST,
 ) -> tuple[tuple[Light, ...], Environment]:
     """Sample the state of all lamps of a room and the daylight outside.
 
@@ -125,7 +133,7 @@ def sample_lighting(
     Raises:
         GrammarError: a lamp lacks the part that should shine, or the daylight asked for does not come about.
     """
-    lamps = [thing for thing in objects if thing.category in config.lamps]
+    lamps = [item for item in objects if item.category in config.lamps]
     sky, moment = _sample_condition(rng, config, bool(lamps), wish)
     dark = sky.dark or not windows
     lights = [_sample_light(rng, config.lamps[lamp.category], lamp, dark) for lamp in lamps]
@@ -135,7 +143,7 @@ def sample_lighting(
     return tuple(lights), _sample_environment(rng, config, sky, moment, wish)
 
 
-def _sample_condition(rng: np.random.Generator, config: LightingConfig, lamps: bool, wish: DaylightWish) -> tuple[Condition, Moment | None]:
+def _sample_condition(rng: np.random.Generator, config: LightingConfig, lamps: bool, wish: DaylightRequest) -> tuple[Condition, Moment | None]:
     """Return the condition outside, and the moment if that came first."""
     skies = {name: sky for name, sky in config.daylight.items() if lamps or not sky.dark}
     moment = None
@@ -153,19 +161,19 @@ def _sample_condition(rng: np.random.Generator, config: LightingConfig, lamps: b
     return list(skies.values())[int(rng.choice(len(odds), p=odds / odds.sum()))], moment
 
 
-def _sample_light(rng: np.random.Generator, lamp: Lamp, thing: SceneObject, dark: bool) -> Light:
-    if lamp.part not in {part.name for part in thing.parts}:
-        names = ", ".join(part.name for part in thing.parts) or "none"
-        raise GrammarError(f"lamps.{thing.category}.part: expected a part of object {thing.id} ({names}), got '{lamp.part}'")
+def _sample_light(rng: np.random.Generator, lamp: Lamp, item: SceneObject, dark: bool) -> Light:
+    if lamp.part not in {part.name for part in item.parts}:
+        names = ", ".join(part.name for part in item.parts) or "none"
+        raise GrammarError(f"lamps.{item.category}.part: expected a part of object {item.id} ({names}), got '{lamp.part}'")
     flux_lm = _log_uniform(rng, lamp.flux_lm)
     temperature_k = float(rng.uniform(*lamp.color_temperature_k))
     on = bool(rng.random() < (lamp.on_in_dark if dark else lamp.on_by_day))
     color = color_of_temperature(temperature_k)
-    return Light(object=thing.id, part=lamp.part, flux_lm=flux_lm, color_temperature_k=temperature_k, color=color, on=on)
+    return Light(object=item.id, part=lamp.part, flux_lm=flux_lm, color_temperature_k=temperature_k, color=color, on=on)
 
 
 def _sample_environment(
-    rng: np.random.Generator, config: LightingConfig, sky: Condition, moment: Moment | None, wish: DaylightWish
+    rng: np.random.Generator, config: LightingConfig, sky: Condition, moment: Moment | None, wish: DaylightRequest
 ) -> Environment:
     zenith_cd_m2 = _log_uniform(rng, sky.zenith_cd_m2)
     horizon_cd_m2 = zenith_cd_m2 * float(rng.uniform(*sky.horizon_ratio))

@@ -15,7 +15,16 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from grammar.appearance.appearance import Appearance, CategoryLook, Closet, Families, HueOdds, PartRule, can_dress, check_appearance
+from grammar.appearance.appearance import (
+    Appearance,
+    CategoryLook,
+    Families,
+    HueOdds,
+    MaterialPool,
+    PartRule,
+    can_draw_materials,
+    check_appearance,
+)
 from grammar.appearance.materials import linear_rgb
 from grammar.spec.grammar_file import parse_yaml
 from grammar.spec.request import RequestError, SceneRequest
@@ -126,7 +135,7 @@ def restricted(
 
 
 def apply_looks(
-    rng: np.random.Generator, closet: Closet, request: SceneRequest, room: Room, objects: Sequence[SceneObject]
+    rng: np.random.Generator, pool: MaterialPool, request: SceneRequest, room: Room, objects: Sequence[SceneObject]
 ) -> tuple[Room, tuple[SceneObject, ...]]:
     """Return the room and its objects with the looks of a request; the closet gets the materials that they need.
 
@@ -134,25 +143,25 @@ def apply_looks(
         RequestError: an id is not in the room, or an object has no such part.
     """
     base = int(rng.integers(2**63 - 1))
-    things = tuple(objects)
+    items = tuple(objects)
     for aim in read_looks(request.looks):
         if aim.owner.isdigit():
-            _check_id(aim, room, things)
-        changer = _Changer(closet, aim, np.random.default_rng([base, zlib.crc32(aim.text.encode())]))
+            _check_id(aim, room, items)
+        changer = _Changer(pool, aim, np.random.default_rng([base, zlib.crc32(aim.text.encode())]))
         room = replace(
             room,
             surfaces=changer.changed(ROOM, 0, room.surfaces) if aim.owner in (ROOM, ANY) else room.surfaces,
             openings=tuple(replace(item, parts=changer.changed(item.category, item.id, item.parts)) for item in room.openings),
         )
-        things = tuple(replace(thing, parts=changer.changed(thing.category, thing.id, thing.parts)) for thing in things)
-    return room, things
+        items = tuple(replace(thing, parts=changer.changed(thing.category, thing.id, thing.parts)) for thing in items)
+    return room, items
 
 
 class _Changer:
     """Lays one look over parts; materials that were alike stay alike."""
 
-    def __init__(self, closet: Closet, aim: Aim, rng: np.random.Generator) -> None:
-        self._closet, self._aim, self._rng = closet, aim, rng
+    def __init__(self, pool: MaterialPool, aim: Aim, rng: np.random.Generator) -> None:
+        self._closet, self._aim, self._rng = pool, aim, rng
         self._done: dict[tuple[int, str], str] = {}
         self._values: dict[str, Any] | None = None
         self._drawn: str | None = None
@@ -174,20 +183,20 @@ class _Changer:
         return self._done[key]
 
     def _make(self, before: str) -> str:
-        look, closet = self._aim.look, self._closet
-        closet.use(self._rng)
+        look, pool = self._aim.look, self._closet
+        pool.use(self._rng)
         if look.material is not None or look.family is not None:
             if self._drawn is None:
-                self._drawn = closet.draw_material(look.material) if look.material else closet.choose({str(look.family): 1.0})
+                self._drawn = pool.draw_material(look.material) if look.material else pool.choose({str(look.family): 1.0})
             before = self._drawn
         if self._values is None:
             self._values = _draw_values(look, self._rng)
         if not self._values:
             return before
-        material = next(item for item in closet.materials if item.id == before)
-        number = sum(item.id.startswith("look_") for item in closet.materials) + 1
+        material = next(item for item in pool.materials if item.id == before)
+        number = sum(item.id.startswith("look_") for item in pool.materials) + 1
         changed: Material = replace(material, id=f"look_{number}_{before}"[:120], **self._values)
-        closet.materials.append(changed)
+        pool.materials.append(changed)
         return changed.id
 
 
@@ -282,8 +291,8 @@ def _check(aim: Aim, appearance: Appearance, excluded: Collection[str], more_par
             raise RequestError(f"{where}: expected a {name} that exclude_materials leaves, got '{value}'")
 
 
-def _check_id(aim: Aim, room: Room, things: Sequence[SceneObject]) -> None:
-    parts = {item.id: item.parts for item in room.openings} | {thing.id: thing.parts for thing in things}
+def _check_id(aim: Aim, room: Room, items: Sequence[SceneObject]) -> None:
+    parts = {item.id: item.parts for item in room.openings} | {thing.id: thing.parts for thing in items}
     if int(aim.owner) not in parts:
         raise RequestError(
             f"looks: {aim.text!r}: expected the id of an object of this room (1 to {max(parts, default=0)}), got {aim.owner}"
@@ -321,7 +330,7 @@ def _without_materials(appearance: Appearance, excluded: Collection[str], room_t
     categories = {}
     for name, look in appearance.categories.items():
         cut = replace(look, parts={part: rule_left(rule) for part, rule in look.parts.items()})
-        styles = {style: item for style, item in look.styles.items() if can_dress(cut, style, families)}
+        styles = {style: item for style, item in look.styles.items() if can_draw_materials(cut, style, families)}
         if sum(item.odds for item in styles.values()) > 0.0:
             categories[name] = replace(cut, styles=styles)
     return replace(

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import PchipInterpolator
 
-from grammar.camera.view_ring import RING_COLUMNS, ViewWeights, best_turns, cast_ring, column_azimuth_rad, view_values
+from grammar.camera.view_ring import RING_COLUMNS, ViewWeights, best_columns, cast_ring, column_azimuth_rad, view_values
 from grammar.camera.walk import Ground, Walk, choose_ground, find_routes, position_at, sample_walk
 from grammar.geometry.boxes import Boxes
 from grammar.spec.grammar_file import read_yaml
@@ -224,7 +224,7 @@ def _directions(
     liking = moves * values + config.sweep_weight * np.cos(azimuth[None, :] - sweep_to[:, None])
     column_rad = 2.0 * math.pi / RING_COLUMNS
     key_turn_rad = _YAW_SHARE * config.max_turn_rad * (keys_m[1] - keys_m[0]) / config.max_step_m
-    columns = best_turns(liking, max(int(key_turn_rad / column_rad), 1), 0.002)
+    columns = best_columns(liking, max(int(key_turn_rad / column_rad), 1), 0.002)
     key_yaw = np.unwrap(azimuth[columns])
     lift = rng.normal(0.0, 0.03)
     key_pitch = [_pitch_of_view(config, mount, d, hit, column) + lift for (d, hit), column in zip(rings, columns, strict=True)]

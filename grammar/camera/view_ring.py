@@ -25,7 +25,7 @@ class ViewWeights(NamedTuple):
     near_m: float
     far_m: float
     depth: float
-    things: float
+    items: float
     near: float
 
 
@@ -94,7 +94,7 @@ def view_values(
 def _value_views(distance_m, hit, seen_from, columns_wide, weights, values):  # type: ignore[no-untyped-def]
     columns, rows = distance_m.shape
     for centre in range(columns):
-        depth, near, things = 0.0, 0, 0
+        depth, near, items = 0.0, 0, 0
         for offset in range(columns_wide):
             column = (centre + offset - columns_wide // 2) % columns
             for row in range(rows):
@@ -104,12 +104,12 @@ def _value_views(distance_m, hit, seen_from, columns_wide, weights, values):  # 
                 b = hit[column, row]
                 if b >= 0 and seen_from[b] != centre:
                     seen_from[b] = centre
-                    things += 1
+                    items += 1
         rays = columns_wide * rows
-        values[centre] = weights.depth * depth / rays + weights.things * (1.0 - 0.8**things) - weights.near * near / rays
+        values[centre] = weights.depth * depth / rays + weights.items * (1.0 - 0.8**items) - weights.near * near / rays
 
 
-def best_turns(values: NDArray[np.float64], most_columns: int, turn_cost: float) -> NDArray[np.int64]:
+def best_columns(values: NDArray[np.float64], most_columns: int, turn_cost: float) -> NDArray[np.int64]:
     """Return (m,) int64, the column to look at from each of m stations, by dynamic programming (Viterbi).
 
     Args:

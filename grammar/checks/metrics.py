@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammar.checks.relations import KINDS, Kept, kept_relations
+from grammar.checks.relations import KINDS, Kept, satisfied_relations
 from grammar.checks.validity import door_start_m
 from grammar.geometry.free_space import rasterize, reachable
 from grammar.geometry.solids import object_solids
@@ -81,7 +81,7 @@ def measure_room(grammar: Grammar, categories: Categories, scene: SceneDescripti
         seconds: processor time of the whole synthesis.
     """
     symbol = {node.object: node.symbol for node in scene.parse_graph.nodes if node.kind == "terminal" and node.object is not None}
-    rules = [grammar.objects.get(symbol.get(thing.id, "")) for thing in scene.objects]
+    rules = [grammar.objects.get(symbol.get(item.id, "")) for item in scene.objects]
     mean_iou, share = _pair_iou(scene.objects)
     return RoomMetrics(
         index=scene.index,
@@ -94,7 +94,7 @@ def measure_room(grammar: Grammar, categories: Categories, scene: SceneDescripti
         pairs_with_iou=share,
         reachable_m2=_reachable_area(grammar, categories, scene),
         energy=scene.parse_graph.energy,
-        relations=kept_relations(grammar, categories, scene.room, scene.objects, scene.parse_graph),
+        relations=satisfied_relations(grammar, categories, scene.room, scene.objects, scene.parse_graph),
         seconds=seconds,
         cost=cost,
     )
@@ -103,12 +103,12 @@ def measure_room(grammar: Grammar, categories: Categories, scene: SceneDescripti
 def _pair_iou(objects: Sequence[SceneObject]) -> tuple[float, float]:
     """Return the mean IoU of the axis-aligned boxes of all pairs, and the share of pairs whose boxes share space."""
     low, high = [], []
-    for thing in objects:
-        c, s = abs(np.cos(thing.yaw_rad)), abs(np.sin(thing.yaw_rad))
-        half = np.array([thing.size_m[0] * c + thing.size_m[1] * s, thing.size_m[0] * s + thing.size_m[1] * c, 0.0]) / 2
-        position = np.array(thing.position_m)
+    for item in objects:
+        c, s = abs(np.cos(item.yaw_rad)), abs(np.sin(item.yaw_rad))
+        half = np.array([item.size_m[0] * c + item.size_m[1] * s, item.size_m[0] * s + item.size_m[1] * c, 0.0]) / 2
+        position = np.array(item.position_m)
         low.append(position - half)
-        high.append(position + half + (0.0, 0.0, thing.size_m[2]))
+        high.append(position + half + (0.0, 0.0, item.size_m[2]))
     if len(objects) < 2:
         return 0.0, 0.0
     a, b = np.array(low), np.array(high)
@@ -133,7 +133,7 @@ def summarise(rooms: Rooms, failures: int) -> list[Metric]:
         rooms: at least one.
         failures: rooms asked for that could not be sampled.
     """
-    things = sum(room.objects for room in rooms)
+    items = sum(room.objects for room in rooms)
     needed = sum(room.to_be_reached for room in rooms)
     seconds = np.array([room.seconds for room in rooms])
     attempts = np.array([room.cost.attempts for room in rooms])
@@ -144,12 +144,12 @@ def summarise(rooms: Rooms, failures: int) -> list[Metric]:
 
     return [
         _clean("failures", "rooms asked for that could not be sampled within the budget", failures),
-        _clean("Col_obj", "objects that penetrate another one deeper than the limit / objects", share("collision", things)),
+        _clean("Col_obj", "objects that penetrate another one deeper than the limit / objects", share("collision", items)),
         _clean("Col_scene", "rooms with such an object / rooms", _rooms_at_fault(rooms, "collision")),
         _worst(rooms, "penetration", "deepest penetration of two objects' solids", "collision", "mm", 1000.0),
-        _clean("R_out", "objects that stick out of the room further than the limit / objects", share("out_of_bounds", things)),
+        _clean("R_out", "objects that stick out of the room further than the limit / objects", share("out_of_bounds", items)),
         _worst(rooms, "outside", "furthest that a solid sticks out of walls, floor or ceiling", "out_of_bounds", "mm", 1000.0),
-        _clean("floating", "objects whose gap to their support is above the limit / objects", share("floating", things)),
+        _clean("floating", "objects whose gap to their support is above the limit / objects", share("floating", items)),
         _worst(rooms, "gap", "largest gap between an object and its support", "floating", "mm", 1000.0),
         _worst(rooms, "overhang", "furthest that an object's footprint sticks out of the top that carries it", "overhang", "mm", 1000.0),
         _clean("doors blocked", "rooms where something stands in a door's swing or its free space / rooms",
@@ -168,7 +168,7 @@ def summarise(rooms: Rooms, failures: int) -> list[Metric]:
                all(room.reachable_m2 >= LEAST_CELLS * REACHABLE_CELL_M**2 for room in rooms)),
         _none("pair IoU", "mean IoU of the axis-aligned boxes of all pairs; a chair under a table counts", _mean(rooms, "pair_iou"), ""),
         _none("pairs with IoU", "pairs of objects whose axis-aligned boxes share space / pairs", _mean(rooms, "pairs_with_iou"), ""),
-        _none("objects", "mean number of objects in a room", things / len(rooms), ""),
+        _none("objects", "mean number of objects in a room", items / len(rooms), ""),
         _kept(rooms, "relation satisfaction", "relations whose object stands within the tolerance of a mode / relations declared", KINDS),
         *(_kept(rooms, f"relations, {kind}", f"the same, {words}", (kind,)) for kind, words in _RELATIONS.items()),
         _none("soft energy", "weighted losses of the layout, median over rooms", float(np.median([room.energy for room in rooms])), ""),

@@ -48,11 +48,11 @@ def top_view(scene: SceneDescription) -> Drawing:
     plan = _Plan(scene.room)
     _draw_room(plan, scene.room)
     color = _group_colors(scene)
-    objects = sorted(scene.objects, key=lambda thing: (_LAYERS.index(thing.support.kind), thing.position_m[2] + thing.size_m[2], thing.id))
-    for thing in objects:
-        _draw_object(plan, thing, color.get(thing.id))
+    objects = sorted(scene.objects, key=lambda item: (_LAYERS.index(item.support.kind), item.position_m[2] + item.size_m[2], item.id))
+    for item in objects:
+        _draw_object(plan, item, color.get(item.id))
     _draw_camera_path(plan, scene)
-    labels = label_objects(objects, {thing.id: plan.all(_corners(thing)) for thing in objects})
+    labels = label_objects(objects, {item.id: plan.all(_corners(item)) for item in objects})
     plan.shapes.extend(words(label.point, label.text, label.size, fill="#111111", halo=True) for label in labels)
     verdict = "valid" if scene.validity.valid else "NOT VALID"
     title = f"{scene.category.replace('_', ' ')} {scene.index}, seed {scene.seed}: {len(scene.objects)} objects, {verdict}"
@@ -122,35 +122,35 @@ def _draw_opening(plan: _Plan, room: Room, opening: Opening) -> None:
     plan.shapes.append(line([hinge, arc[-1]], _DOOR, 3.0))
 
 
-def _corners(thing: SceneObject) -> list[Point]:
-    depth, width, _ = thing.size_m
-    return [_in_world(thing, u * 0.5 * depth, v * 0.5 * width) for u, v in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
+def _corners(item: SceneObject) -> list[Point]:
+    depth, width, _ = item.size_m
+    return [_in_world(item, u * 0.5 * depth, v * 0.5 * width) for u, v in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
 
 
-def _draw_object(plan: _Plan, thing: SceneObject, group: str | None) -> None:
-    depth, width, _ = thing.size_m
-    corners, stroke, thickness = plan.all(_corners(thing)), group or _INK, 2.2 if group else 1.0
-    if thing.support.kind == "ceiling":
+def _draw_object(plan: _Plan, item: SceneObject, group: str | None) -> None:
+    depth, width, _ = item.size_m
+    corners, stroke, thickness = plan.all(_corners(item)), group or _INK, 2.2 if group else 1.0
+    if item.support.kind == "ceiling":
         plan.shapes.append(area(corners, "#ffe9a8", opacity=0.25))
         plan.shapes.append(line([*corners, corners[0]], stroke, thickness, (5.0, 4.0)))
         return
-    carried = thing.support.kind == "object"
-    plan.shapes.append(area(corners, fill_of(thing), opacity=0.92, stroke=stroke, width=0.7 * thickness if carried else thickness))
-    if min(depth, width) >= 0.12 or (thing.support.kind == "wall" and width >= 0.3):
+    carried = item.support.kind == "object"
+    plan.shapes.append(area(corners, fill_color(item), opacity=0.92, stroke=stroke, width=0.7 * thickness if carried else thickness))
+    if min(depth, width) >= 0.12 or (item.support.kind == "wall" and width >= 0.3):
         tip, back, half = 0.46 * depth, 0.46 * depth - min(0.1, 0.4 * depth), min(0.08, 0.2 * width)
-        arrow = [_in_world(thing, tip, 0.0), _in_world(thing, back, half), _in_world(thing, back, -half)]
+        arrow = [_in_world(item, tip, 0.0), _in_world(item, back, half), _in_world(item, back, -half)]
         plan.shapes.append(area(plan.all(arrow), _INK, opacity=0.75))
 
 
-def fill_of(thing: SceneObject) -> str:
+def fill_color(item: SceneObject) -> str:
     """Return the colour of an object: that of its class, paler for what stands on something."""
-    pale = 0.5 if thing.support.kind == "object" else 0.0
-    return "#{:02x}{:02x}{:02x}".format(*(round(c + pale * (255 - c)) for c in NYU40[thing.label].color))
+    pale = 0.5 if item.support.kind == "object" else 0.0
+    return "#{:02x}{:02x}{:02x}".format(*(round(c + pale * (255 - c)) for c in NYU40[item.label].color))
 
 
-def _in_world(thing: SceneObject, forward_m: float, left_m: float) -> Point:
-    c, s = math.cos(thing.yaw_rad), math.sin(thing.yaw_rad)
-    return thing.position_m[0] + forward_m * c - left_m * s, thing.position_m[1] + forward_m * s + left_m * c
+def _in_world(item: SceneObject, forward_m: float, left_m: float) -> Point:
+    c, s = math.cos(item.yaw_rad), math.sin(item.yaw_rad)
+    return item.position_m[0] + forward_m * c - left_m * s, item.position_m[1] + forward_m * s + left_m * c
 
 
 def _draw_camera_path(plan: _Plan, scene: SceneDescription) -> None:
@@ -178,13 +178,13 @@ def _draw_scale(plan: _Plan) -> None:
 
 def _roots(scene: SceneDescription) -> dict[int, int]:
     """Return for every object that belongs to a group the id of the object or opening that the group gathers around."""
-    core = {thing.id: thing.group for thing in scene.objects}
+    core = {item.id: item.group for item in scene.objects}
     roots = {}
-    for thing in scene.objects:
-        root = thing.id
+    for item in scene.objects:
+        root = item.id
         while (above := core.get(root)) is not None:
             root = above
-        roots[thing.id] = root
+        roots[item.id] = root
     gathered = {root for key, root in roots.items() if key != root}
     return {key: root for key, root in roots.items() if root in gathered}
 
@@ -198,7 +198,7 @@ def _group_colors(scene: SceneDescription) -> dict[int, str]:
 def _draw_legend(plan: _Plan, scene: SceneDescription, color: dict[int, str], labels: Sequence[Label]) -> float:
     """Draw groups, numbers and signs to the right of the plan; return the height of the last line."""
     x, y = plan.width + 4.0, _TITLE + 10.0
-    name = {thing.id: thing.category.replace("_", " ") for thing in scene.objects} | {
+    name = {item.id: item.category.replace("_", " ") for item in scene.objects} | {
         opening.id: opening.category for opening in scene.room.openings
     }
     roots = _roots(scene)

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammar.learning.geometry import box_gap, stands_on
+from grammar.learning.geometry import box_gap, is_supported_by
 from grammar.learning.observed import ObservedObject, ObservedRoom
-from grammar.spec.rules import NONE, AroundMode, Grammar, ObjectRule
+from grammar.spec.object_rules import NONE, AroundMode, ObjectRule
+from grammar.spec.rules import Grammar
 
 _SPREAD = 2.0
 _NO_TARGET = math.log(1e-3)
@@ -40,7 +41,7 @@ class AssignedRoom:
 
     room: ObservedRoom
     objects: tuple[AssignedObject, ...]
-    strangers: tuple[str, ...]
+    unmatched: tuple[str, ...]
 
 
 def assign(grammar: Grammar, room: ObservedRoom, any_size: bool = False) -> AssignedRoom:
@@ -49,14 +50,14 @@ def assign(grammar: Grammar, room: ObservedRoom, any_size: bool = False) -> Assi
     ``any_size``: no size is out of proportion.
     """
     symbols: list[str | None] = [None] * len(room.objects)
-    on = [thing.on if thing.on is not None else _below(room.objects, i) for i, thing in enumerate(room.objects)]
+    on = [item.on if item.on is not None else _below(room.objects, i) for i, item in enumerate(room.objects)]
     for i in sorted(range(len(room.objects)), key=lambda i: (on[i] is not None, i)):
         below = on[i]
         symbols[i] = _symbol(grammar, room.objects[i], symbols[below] if below is not None else None, any_size)
     _move_surplus(grammar, room.objects, symbols, on, any_size)
     kept = [i for i, symbol in enumerate(symbols) if symbol is not None]
     place = {i: k for k, i in enumerate(kept)}
-    things: list[AssignedObject] = []
+    items: list[AssignedObject] = []
     for i in kept:
         symbol = symbols[i] or ""
         rule = grammar.objects[symbol]
@@ -64,7 +65,7 @@ def assign(grammar: Grammar, room: ObservedRoom, any_size: bool = False) -> Assi
         nearest = min(offered, key=lambda j: (box_gap(room.objects[i], room.objects[j]), j), default=None)
         near = nearest is not None and box_gap(room.objects[i], room.objects[nearest]) <= _GROUP_GAP_M
         below = on[i]
-        things.append(
+        items.append(
             AssignedObject(
                 symbol=symbol,
                 seen=room.objects[i],
@@ -73,8 +74,8 @@ def assign(grammar: Grammar, room: ObservedRoom, any_size: bool = False) -> Assi
                 core_offered=bool(offered),
             )
         )
-    strangers = tuple(room.objects[i].category for i, symbol in enumerate(symbols) if symbol is None)
-    return AssignedRoom(room=room, objects=tuple(things), strangers=strangers)
+    unmatched = tuple(room.objects[i].category for i, symbol in enumerate(symbols) if symbol is None)
+    return AssignedRoom(room=room, objects=tuple(items), unmatched=unmatched)
 
 
 def _move_surplus(
@@ -97,7 +98,7 @@ def _move_surplus(
 
 
 def _below(objects: Sequence[ObservedObject], i: int) -> int | None:
-    found = [j for j in range(len(objects)) if j != i and stands_on(objects[i], objects[j])]
+    found = [j for j in range(len(objects)) if j != i and is_supported_by(objects[i], objects[j])]
     return max(found, key=lambda j: (objects[j].position_m[2] + objects[j].size_m[2], -j), default=None)
 
 

@@ -20,7 +20,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammar.spec.rules import Branch, Grammar, Node
+from grammar.spec.and_or_graph import Branch, Node
+from grammar.spec.rules import Grammar
 
 Floats = NDArray[np.float64]
 Bag = tuple[int, ...]
@@ -102,7 +103,7 @@ def _model(grammar: Grammar, visible: Mapping[str, int], below: Mapping[str, Cou
             if branch.multiplicity is None:
                 continue
             values = list(branch.multiplicity)
-            heads = [thing for thing in certain_objects(grammar, branch.symbol) if thing in most]
+            heads = [item for item in certain_objects(grammar, branch.symbol) if item in most]
             if heads:
                 values.extend(0.0 for _ in range(min(most[heads[0]] + 1, _MOST_COPIES) - len(values)))
                 values = [(1.0 - _UNSEEN_SHARE) * value + _UNSEEN_SHARE / len(values) for value in values]
@@ -130,7 +131,7 @@ def certain_objects(grammar: Grammar, symbol: str) -> tuple[str, ...]:
         return (symbol,)
     if node.kind != "and":
         return ()
-    return tuple(thing for branch in node.branches for thing in certain_objects(grammar, branch.symbol))
+    return tuple(item for branch in node.branches for item in certain_objects(grammar, branch.symbol))
 
 
 def _owners(grammar: Grammar, visible: Iterable[str], below: Mapping[str, Counter[str]]) -> dict[str, tuple[str, ...]]:

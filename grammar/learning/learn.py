@@ -56,7 +56,7 @@ class LearnedGrammar:
     rooms: int
     objects: int
     counts: Mapping[str, float]
-    strangers: Mapping[str, int]
+    unmatched: Mapping[str, int]
     weight_rooms: int
     curve: tuple[CurveRow, ...]
     wanted: Mapping[str, float]
@@ -96,10 +96,10 @@ def learn(
             f"layouts: expected at least {_LEAST_ROOMS} rooms of type '{grammar.room_type}' with objects that the grammar knows, "
             f"got {len(assigned)} of {len(rooms)}; give more files, or check room types and categories in the category map"
         )
-    seen = Counter(grammar.objects[thing.symbol].category for room in assigned for thing in room.objects)
+    seen = Counter(grammar.objects[item.symbol].category for room in assigned for item in room.objects)
     covered = {symbol for symbol, rule in grammar.objects.items() if seen[rule.category] >= options.least}
     counts: dict[str, float] = {}
-    branching = learn_branching(grammar, [[thing.symbol for thing in room.objects] for room in assigned], covered, options.alpha)
+    branching = learn_branching(grammar, [[item.symbol for item in room.objects] for room in assigned], covered, options.alpha)
     counts.update({f"nodes.{name}": count for name, count in branching.counts.items()})
     objects = dict(grammar.objects)
     for symbol in grammar.objects:
@@ -128,7 +128,7 @@ def learn(
         rooms=len(assigned),
         objects=sum(seen.values()),
         counts=counts,
-        strangers=Counter(category for room in assigned for category in room.strangers),
+        unmatched=Counter(category for room in assigned for category in room.unmatched),
         weight_rooms=weights.rooms,
         curve=weights.curve,
         wanted=wanted,
@@ -152,5 +152,5 @@ def _patient(budget: Budget) -> Budget:
 
 def _covered_floor(grammar: Grammar, categories: Categories, room: AssignedRoom) -> float:
     """Return the area in square metres that furniture stands on, counted as derivations count it."""
-    rules = ((thing, grammar.objects[thing.symbol]) for thing in room.objects)
+    rules = ((item, grammar.objects[item.symbol]) for item in room.objects)
     return sum(t.seen.size_m[0] * t.seen.size_m[1] for t, rule in rules if rule.mount == "floor" and not categories[rule.category].underlay)

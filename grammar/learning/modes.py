@@ -15,9 +15,9 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from grammar.learning.geometry import InFrame, half_extents, wrapped
+from grammar.learning.geometry import RelativePose, half_extents, wrapped
 from grammar.learning.mixtures import gap_mixture, place_mixture
-from grammar.spec.rules import AroundMode, Mode, PlaceMode, WallMode
+from grammar.spec.object_rules import AroundMode, Mode, PlaceMode, WallMode
 
 _LEAST_SHARE = 0.025
 _SEEN_TWICE = 1.5
@@ -49,7 +49,7 @@ class Scale(NamedTuple):
 class GroupPose(NamedTuple):
     """One object around its core: pose in the core's frame and both sizes."""
 
-    frame: InFrame
+    frame: RelativePose
     size_m: tuple[float, float, float]
     core_m: tuple[float, float, float]
 
@@ -57,7 +57,7 @@ class GroupPose(NamedTuple):
 class TopPose(NamedTuple):
     """One object on a top: pose in the owner's frame, its size and the top's half extents."""
 
-    frame: InFrame
+    frame: RelativePose
     size_m: tuple[float, float, float]
     half_top_m: tuple[float, float]
 

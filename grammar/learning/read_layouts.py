@@ -18,9 +18,10 @@ from typing import Any
 
 from grammar.geometry.walls import wall_rows
 from grammar.learning.category_map import CategoryMap
-from grammar.learning.geometry import at_walls
+from grammar.learning.geometry import wall_poses
 from grammar.learning.observed import ObservedObject, ObservedOpening, ObservedRoom
 from grammar.spec.rules import GrammarError
+from scene_description.polygons import polygon_area_m2
 from scene_description.types import Point2
 
 LAYOUT_SCHEMA = "scene_synth.layout/1"
@@ -129,11 +130,11 @@ def _read_line(line: bytes, names: CategoryMap, room_type: str) -> tuple[Observe
         kept.append(thing)
         on.append(target)
     placed = [None if target is None else place.get(target) for target in on]
-    things = tuple(
+    items = tuple(
         ObservedObject(category=t.category, size_m=t.size_m, position_m=t.position_m, yaw_rad=t.yaw_rad, on=None if p == i else p)
         for i, (t, p) in enumerate(zip(kept, placed, strict=True))
     )
-    if not things:
+    if not items:
         raise _Unfit("room: no usable object")
     openings = {kind: found for kind in _OPENINGS if (found := _openings(data, kind, polygon, reasons)) is not None}
     room = ObservedRoom(
@@ -142,7 +143,7 @@ def _read_line(line: bytes, names: CategoryMap, room_type: str) -> tuple[Observe
         room_type=room_type,
         polygon_m=polygon,
         height_m=height,
-        objects=things,
+        objects=items,
         openings=openings,
     )
     return room, reasons
@@ -220,7 +221,7 @@ def _turned_wide(thing: ObservedObject, polygon: Sequence[Point2]) -> ObservedOb
     depth, width, height = thing.size_m
     quarters = (math.remainder(thing.yaw_rad + turn, 2.0 * math.pi) for turn in (0.5 * math.pi, -0.5 * math.pi))
     turned = [replace(thing, size_m=(width, depth, height), yaw_rad=yaw) for yaw in quarters]
-    gaps = [min((item.gap_m for item in at_walls(polygon, way) if abs(item.turn_rad) < 0.25 * math.pi), default=math.inf) for way in turned]
+    gaps = [min((item.gap_m for item in wall_poses(polygon, way) if abs(item.turn_rad) < 0.25 * math.pi), default=math.inf) for way in turned]
     return turned[0] if gaps[0] <= gaps[1] else turned[1]
 
 
@@ -260,7 +261,7 @@ def _polygon(value: Any) -> tuple[Point2, ...]:
             raise _Unfit(reason)
         points.append((_number(pair[0], reason, -1e5, 1e5), _number(pair[1], reason, -1e5, 1e5)))
     corners = _corners(points)
-    area = polygon_area(corners) if len(corners) >= 3 else 0.0
+    area = polygon_area_m2(corners) if len(corners) >= 3 else 0.0
     if abs(area) < 0.5 or max(abs(p[0] - corners[0][0]) + abs(p[1] - corners[0][1]) for p in corners) > _ROOM_HIGH_M:
         raise _Unfit(reason)
     return tuple(corners if area > 0.0 else reversed(corners))
@@ -284,13 +285,8 @@ def _cross(a: Point2, b: Point2, c: Point2) -> float:
     return (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
 
 
-def polygon_area(points: Sequence[Point2]) -> float:
-    """Return the area of an outline in square metres, positive if it is counter-clockwise."""
-    return 0.5 * sum(a[0] * b[1] - b[0] * a[1] for a, b in zip(points, (*points[1:], points[0]), strict=True))
-
-
-def _check_inside(thing: ObservedObject, polygon: Sequence[Point2]) -> None:
+def _check_inside(item: ObservedObject, polygon: Sequence[Point2]) -> None:
     for axis in (0, 1):
         values = [point[axis] for point in polygon]
-        if not min(values) - _BEYOND_WALLS_M <= thing.position_m[axis] <= max(values) + _BEYOND_WALLS_M:
+        if not min(values) - _BEYOND_WALLS_M <= item.position_m[axis] <= max(values) + _BEYOND_WALLS_M:
             raise _Unfit("object: outside its room")

@@ -12,11 +12,13 @@ import numpy as np
 
 from grammar.geometry.solids import surface_top
 from grammar.learning.assign import AssignedObject, AssignedRoom
-from grammar.learning.geometry import AtWall, fitting_wall, in_frame, nearest_wall, wrapped
+from grammar.learning.geometry import WallPose, fitting_wall, nearest_wall, relative_pose, wrapped
 from grammar.learning.modes import GroupPose, Scale, TopPose, around_modes, place_modes, quarter_of, wall_modes
 from grammar.learning.sizes import learn_normal, learn_size
 from grammar.spec.categories import Categories
-from grammar.spec.rules import NONE, AroundMode, Grammar, Normal, ObjectRule, Weights
+from grammar.spec.object_rules import NONE, AroundMode, ObjectRule
+from grammar.spec.rules import Grammar, Weights
+from grammar.spec.values import TruncatedNormal
 
 _AT_WALL_M = 1.0
 _USED_FROM_M = 0.4
@@ -43,11 +45,11 @@ def learn_object(
         the new rule, and for each field of it that changed how many observations made it.
     """
     rule = grammar.objects[symbol]
-    seen = [(room, thing) for room in rooms for thing in room.objects if thing.symbol == symbol]
+    seen = [(room, item) for room in rooms for item in room.objects if item.symbol == symbol]
     counts: dict[str, int] = {}
     beta = grammar.schedule.beta
     if len(seen) >= least and "sizes" not in keep:
-        rule, counts["sizes"] = learn_size(rule, [thing.seen.size_m for _, thing in seen], alpha), len(seen)
+        rule, counts["sizes"] = learn_size(rule, [item.seen.size_m for _, item in seen], alpha), len(seen)
     if "relations" in keep:
         return rule, counts
     enough = max(least, _LEAST_POSES)
@@ -79,7 +81,7 @@ def _learn_wall(rule: ObjectRule, weights: Weights, beta: float, seen: Seen, lea
     return replace(rule, wall=wall_modes([(item.gap_m, _usable(rule, item)) for item in found], turned, scale))
 
 
-def _usable(rule: ObjectRule, seen: AtWall) -> float:
+def _usable(rule: ObjectRule, seen: WallPose) -> float:
     """Return the turn against a wall; what is used from its front only and is said to face a wall close by has its back there.
 
     No one could use it otherwise, and sources guess the front of shelves and racks, whose boxes do not tell.
@@ -100,18 +102,18 @@ def _learn_group(rule: ObjectRule, scale: Scale, seen: Seen, alpha: float, least
     """
     cores = dict(rule.cores or {})
     poses = []
-    for room, thing in seen:
-        if thing.core is not None:
-            core = room.objects[thing.core]
-            poses.append((core.symbol, GroupPose(in_frame(thing.seen, core.seen), thing.seen.size_m, core.seen.size_m)))
+    for room, item in seen:
+        if item.core is not None:
+            core = room.objects[item.core]
+            poses.append((core.symbol, GroupPose(relative_pose(item.seen, core.seen), item.seen.size_m, core.seen.size_m)))
     kept = matched or all(mode.side == "centre" for mode in rule.around)
     modes, used = _learn_places(rule, scale, poses, least) if not kept else ((), 0)
     if used:
         counts["around"] = used
         rule = replace(rule, around=modes, one_each=None if rule.one_each == "place" else rule.one_each)
-    offered = [thing for _, thing in seen if thing.core_offered]
+    offered = [item for _, item in seen if item.core_offered]
     if NONE in cores and len(offered) >= least:
-        alone = sum(thing.core is None for thing in offered)
+        alone = sum(item.core is None for item in offered)
         share = (alone + alpha * cores[NONE]) / (len(offered) + alpha)
         others = 1.0 - cores[NONE]
         if others > 0.0:
@@ -146,16 +148,16 @@ def _learn_support(
     supporters = dict(rule.supporters or {})
     carried = Counter[str]()
     poses = []
-    for room, thing in seen:
-        below = room.objects[thing.on] if thing.on is not None else None
+    for room, item in seen:
+        below = room.objects[item.on] if item.on is not None else None
         if below is None or below.symbol not in supporters:
             continue
         carried[below.symbol] += 1
         tops = [surface_top(top, below.seen.size_m) for top in categories[grammar.objects[below.symbol].category].surfaces]
         if tops:
-            z = thing.seen.position_m[2] - below.seen.position_m[2]
+            z = item.seen.position_m[2] - below.seen.position_m[2]
             _, half_d, half_w = min(tops, key=lambda top: abs(top[0] - z))
-            poses.append(TopPose(in_frame(thing.seen, below.seen), thing.seen.size_m, (half_d, half_w)))
+            poses.append(TopPose(relative_pose(item.seen, below.seen), item.seen.size_m, (half_d, half_w)))
     total = sum(carried.values())
     if total >= least:
         counts["supporters"] = total
@@ -169,8 +171,8 @@ def _learn_support(
     return rule
 
 
-def _learn_height(rule: ObjectRule, base: Normal, seen: Seen, counts: dict[str, int]) -> ObjectRule:
-    heights = [thing.seen.position_m[2] + 0.5 * thing.seen.size_m[2] for _, thing in seen]
+def _learn_height(rule: ObjectRule, base: TruncatedNormal, seen: Seen, counts: dict[str, int]) -> ObjectRule:
+    heights = [item.seen.position_m[2] + 0.5 * item.seen.size_m[2] for _, item in seen]
     off_floor = [height for height in heights if base.low - 0.5 <= height <= base.high + 0.5]
     if len(off_floor) < _LEAST_POSES:
         return rule

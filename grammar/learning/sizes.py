@@ -11,8 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammar.learning.observed import ObservedRoom
-from grammar.learning.read_layouts import polygon_area
-from grammar.spec.rules import Normal, ObjectRule, RoomRule, SizeMode
+from grammar.spec.object_rules import ObjectRule, SizeMode
+from grammar.spec.room_rules import RoomRule
+from grammar.spec.values import TruncatedNormal
+from scene_description.polygons import polygon_area_m2
 
 Size = tuple[float, float, float]
 Kernel = tuple[float, NDArray[np.float64], NDArray[np.float64]]
@@ -63,9 +65,9 @@ def _three(values: NDArray[np.float64]) -> Size:
     return float(values[0]), float(values[1]), float(values[2])
 
 
-def learn_normal(base: Normal, seen: Sequence[float]) -> Normal:
+def learn_normal(base: TruncatedNormal, seen: Sequence[float]) -> TruncatedNormal:
     """Return a cut normal distribution with the mean and spread of what was seen; its bounds are widened to hold that."""
-    return Normal(
+    return TruncatedNormal(
         mean=float(np.mean(seen)),
         sd=max(float(np.std(seen)), 0.005),
         low=max(min(base.low, float(np.min(seen))), 0.0),
@@ -73,9 +75,9 @@ def learn_normal(base: Normal, seen: Sequence[float]) -> Normal:
     )
 
 
-def _height(seen: Sequence[float]) -> Normal:
+def _height(seen: Sequence[float]) -> TruncatedNormal:
     low, high = float(np.min(seen)), float(np.max(seen))
-    return Normal(mean=float(np.mean(seen)), sd=max(float(np.std(seen)), 0.005), low=low, high=max(high, low + 0.01))
+    return TruncatedNormal(mean=float(np.mean(seen)), sd=max(float(np.std(seen)), 0.005), low=low, high=max(high, low + 0.01))
 
 
 def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequence[float]) -> RoomRule:
@@ -87,7 +89,7 @@ def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequen
     sides, areas = [], []
     for room in rooms:
         extent = np.ptp(np.array(room.polygon_m), axis=0)
-        area = polygon_area(room.polygon_m)
+        area = polygon_area_m2(room.polygon_m)
         scale = math.sqrt(area / float(extent[0] * extent[1]))
         sides.extend((scale * extent).tolist())
         areas.append(area)

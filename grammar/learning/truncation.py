@@ -24,9 +24,10 @@ from numpy.typing import NDArray
 
 from grammar.learning.branching import certain_objects
 from grammar.sample_room import sample_room
+from grammar.spec.and_or_graph import Node
 from grammar.spec.categories import Categories
 from grammar.spec.request import RequestError, SceneRequest
-from grammar.spec.rules import Grammar, Node
+from grammar.spec.rules import Grammar
 from scene_description import ParseNode
 
 Floats = NDArray[np.float64]
@@ -212,7 +213,7 @@ def count_room(grammar: Grammar, categories: Categories, rng: np.random.Generato
         room = sample_room(grammar, categories, SceneRequest(room_type=grammar.room_type), rng)
     except RequestError:
         return SampledCounts(failed=True, branches=(), categories={})
-    found = Counter(thing.category for thing in room.objects)
+    found = Counter(item.category for item in room.objects)
     return SampledCounts(failed=False, branches=tuple(_taken(grammar, room.parse_graph.nodes)), categories=dict(found))
 
 
@@ -259,8 +260,8 @@ def _pull(grammar: Grammar, key: tuple[str, int], names: Sequence[str]) -> Float
 
     def of(symbol: str) -> Floats:
         row = np.zeros(len(names))
-        for thing in certain_objects(grammar, symbol):
-            if (category := grammar.objects[thing].category) in names:
+        for item in certain_objects(grammar, symbol):
+            if (category := grammar.objects[item].category) in names:
                 row[names.index(category)] += 1.0
         return np.asarray(row / max(row.sum(), 1.0))
 

@@ -18,7 +18,7 @@ def layout_from_scene(scene: SceneDescription) -> ObservedRoom:
 
 def layout_from_objects(identifier: str, room_type: str, room: Room, objects: tuple[SceneObject, ...]) -> ObservedRoom:
     """Return the layout of a room and its objects; every room is a house of its own."""
-    index = {thing.id: i for i, thing in enumerate(objects)}
+    index = {item.id: i for i, item in enumerate(objects)}
     return ObservedRoom(
         id=identifier,
         house=identifier,
@@ -27,13 +27,13 @@ def layout_from_objects(identifier: str, room_type: str, room: Room, objects: tu
         height_m=room.height_m,
         objects=tuple(
             ObservedObject(
-                category=thing.category,
-                size_m=thing.size_m,
-                position_m=thing.position_m,
-                yaw_rad=thing.yaw_rad,
-                on=index.get(thing.support.id) if thing.support.kind == "object" and thing.support.id is not None else None,
+                category=item.category,
+                size_m=item.size_m,
+                position_m=item.position_m,
+                yaw_rad=item.yaw_rad,
+                on=index.get(item.support.id) if item.support.kind == "object" and item.support.id is not None else None,
             )
-            for thing in objects
+            for item in objects
         ),
         openings={
             kind: tuple(
