@@ -1,9 +1,9 @@
-"""Exact checks of a furnished room; a room that fails one is not let through.
+"""Exact checks of a furnished room; a room that fails one is rejected.
 
-- collision: no two objects' solids share more than the threshold, along the least direction of separation (a box that stands on another
-only touches it)
+- collision: no two objects' solids share more than the threshold, along the direction of least separation (a box that stands on another
+  only touches it)
 - out_of_bounds: every solid lies inside the floor polygon, above the floor and under the ceiling
-- floating: gap to floor, wall, ceiling or the top that carries the object; overhang: how far its footprint sticks out of that top
+- floating: gap to the floor, wall, ceiling or support surface of the object; overhang: how far its footprint sticks out of that surface
 - door_clear, window_clear: depth of solids in the zones before doors and windows; wall_clear: the same before pictures and mirrors, and
   for what hangs over an opening
 - walkable_share: share of the free floor that a robot reaches from the door; reachable: number of seats, beds and stores that it does not
@@ -18,6 +18,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from grammar.geometry.arrays import Floats, Ints
 from grammar.geometry.boxes import Boxes, deepest_penetrations, footprint_corners, segment_inside_length
 from grammar.geometry.free_space import rasterize, reachable, walkable_share
 from grammar.geometry.solids import object_solids, surface_top
@@ -27,8 +28,6 @@ from grammar.spec.categories import Categories
 from grammar.spec.object_rules import ObjectRule
 from grammar.spec.rules import Grammar, Thresholds
 from scene_description import Opening, Room, SceneObject, ValidityCheck, ValidityReport
-
-Ints = NDArray[np.int64]
 
 _STRIP_POINTS = 12
 
@@ -40,10 +39,10 @@ def check_room(
 
     Args:
         grammar: thresholds and the zones of openings.
-        categories: solids and tops of the objects' categories.
+        categories: solids and support surfaces of the objects' categories.
         room: shell and openings.
         objects: what stands in it.
-        rules: object id -> the rule that it came from (access and view).
+        rules: object id -> its rule (access and view).
         attempts: how many layouts were tried, for the report.
     """
     limits = grammar.validity
@@ -67,7 +66,7 @@ def _at_most(name: str, limit: float, values: Mapping[int, float]) -> ValidityCh
     return ValidityCheck(name=name, value=worst, limit=limit, passed=not at_fault, objects=at_fault)
 
 
-def _worst_by_owner(depth: NDArray[np.float64], owner: Ints) -> dict[int, float]:
+def _worst_by_owner(depth: Floats, owner: Ints) -> dict[int, float]:
     worst: dict[int, float] = {}
     for value, key in zip(depth.tolist(), owner.tolist(), strict=True):
         worst[key] = max(worst.get(key, 0.0), value)
@@ -97,7 +96,7 @@ def _check_bounds(limits: Thresholds, room: Room, objects: Sequence[SceneObject]
     return _at_most("out_of_bounds", limits.outside_m, _worst_by_owner(depth, owners))
 
 
-def _outside(wall: NDArray[np.float64], ceiling_m: float, box: Boxes, tolerance_m: float) -> float:
+def _outside(wall: Floats, ceiling_m: float, box: Boxes, tolerance_m: float) -> float:
     """Return how far a box lies outside the room; if only a wall cuts through it between its corners, the wall's length in it."""
     worst = max(-box[2], box[3] - ceiling_m, 0.0)
     for x, y in footprint_corners(box):
@@ -118,14 +117,14 @@ def _check_support(
     for item in objects:
         if item.support.kind == "object":
             below = by_id.get(item.support.id or 0)
-            gaps[item.id], overhangs[item.id] = _gap_to_top(categories, item, below) if below else (item.position_m[2], 0.0)
+            gaps[item.id], overhangs[item.id] = _gap_to_surface(categories, item, below) if below else (item.position_m[2], 0.0)
         else:
             gaps[item.id] = _gap_to_room(room, item)
     return _at_most("floating", limits.gap_m, gaps), _at_most("overhang", limits.outside_m, overhangs)
 
 
-def _gap_to_top(categories: Categories, item: SceneObject, below: SceneObject) -> tuple[float, float]:
-    """Return the vertical gap to the nearest top of the supporter and how far the footprint sticks out of it."""
+def _gap_to_surface(categories: Categories, item: SceneObject, below: SceneObject) -> tuple[float, float]:
+    """Return the vertical gap to the nearest support surface of the supporter and how far the footprint sticks out of it."""
     turn = item.yaw_rad - below.yaw_rad
     c, s = math.cos(below.yaw_rad), math.sin(below.yaw_rad)
     dx, dy = item.position_m[0] - below.position_m[0], item.position_m[1] - below.position_m[1]
@@ -140,6 +139,7 @@ def _gap_to_top(categories: Categories, item: SceneObject, below: SceneObject) -
 
 
 def _gap_to_room(room: Room, item: SceneObject) -> float:
+    """Return the gap of an object to the floor, the ceiling or the wall that supports it."""
     x, y, z = item.position_m
     if item.support.kind == "floor":
         return abs(z)
@@ -172,7 +172,7 @@ def _opening_boxes(grammar: Grammar, room: Room, kind: str, faces: bool) -> Boxe
 def _check_openings(
     grammar: Grammar, room: Room, objects: Sequence[SceneObject], boxes: Boxes, owner: Ints
 ) -> tuple[ValidityCheck, ValidityCheck]:
-    standing = _of(objects, owner, "floor")
+    standing = _supported_by(objects, owner, "floor")
     limit = grammar.validity.penetration_m
     doors, windows = _opening_boxes(grammar, room, "door", False), _opening_boxes(grammar, room, "window", False)
     return (
@@ -184,7 +184,7 @@ def _check_openings(
 def _check_wall_space(
     grammar: Grammar, room: Room, objects: Sequence[SceneObject], rules: Mapping[int, ObjectRule], boxes: Boxes, owner: Ints
 ) -> ValidityCheck:
-    standing, hanging = _of(objects, owner, "floor"), _of(objects, owner, "wall")
+    standing, hanging = _supported_by(objects, owner, "floor"), _supported_by(objects, owner, "wall")
     views = [np.zeros((0, 8))]
     for item in objects:
         if item.support.kind == "wall":
@@ -197,7 +197,8 @@ def _check_wall_space(
     return _at_most("wall_clear", grammar.validity.penetration_m, _worst_by_owner(depth, owners))
 
 
-def _of(objects: Sequence[SceneObject], owner: Ints, kind: str) -> NDArray[np.bool_]:
+def _supported_by(objects: Sequence[SceneObject], owner: Ints, kind: str) -> NDArray[np.bool_]:
+    """Return (n,) whether the owner of each box has this kind of support."""
     return np.isin(owner, [item.id for item in objects if item.support.kind == kind])
 
 
@@ -233,7 +234,7 @@ def _check_floor(
     return walkable, reach
 
 
-def _touches(item: SceneObject, side: str, depth_m: float, points: NDArray[np.float64]) -> bool:
+def _touches(item: SceneObject, side: str, depth_m: float, points: Floats) -> bool:
     """Return whether one of the points (n, 2) lies in the strip along a side of an object."""
     x, y, half_d, half_w = side_rectangle(side, depth_m, item.size_m)
     c, s = math.cos(item.yaw_rad), math.sin(item.yaw_rad)
@@ -256,7 +257,7 @@ def _check_sides(
     )
 
 
-def _free_share(limits: Thresholds, wall: NDArray[np.float64], item: SceneObject, side: str, others: Boxes) -> float:
+def _free_share(limits: Thresholds, wall: Floats, item: SceneObject, side: str, others: Boxes) -> float:
     """Return the share of a strip along a side of an object that lies inside the room and in none of ``others``."""
     x, y, half_d, half_w = side_rectangle(side, limits.side_depth_m, item.size_m)
     steps = (np.arange(_STRIP_POINTS) + 0.5) / (0.5 * _STRIP_POINTS) - 1.0

@@ -42,8 +42,8 @@ class Draft:
     """One object while its addresses are drawn.
 
     ``units`` maps the symbols of the nodes above it to the nearest vertex of each.  ``core`` is what its address points to.
-    ``mode`` is the number of the mode around the core that is its own.  ``drawn_axes`` are the axes whose size was drawn from the rule's mixture,
-    ``below`` the nodes of the parse tree below its terminal.
+    ``mode`` is the number of the mode around the core that is its own.  ``drawn_axes`` are the axes whose size was drawn from the rule's
+    mixture.  ``below`` are the nodes of the parse tree below its terminal.
     """
 
     id: int

@@ -1,4 +1,4 @@
-"""Where the names of a top view's objects go, so that none covers another: beside the middle of the object, or a number in its place."""
+"""Places for the names of a top view's objects, so that none covers another; where a name has no place, a number stands for it."""
 
 from __future__ import annotations
 
@@ -34,9 +34,7 @@ def label_objects(objects: Sequence[SceneObject], outline: Mapping[int, Sequence
         outline: object id -> corners in pixels.
     """
     boxes = {item.id: _bounds(outline[item.id]) for item in objects}
-    above = {
-        item.id: [boxes[other.id] for other in objects[k + 1 :] if other.support.kind != "ceiling"] for k, item in enumerate(objects)
-    }
+    above = {item.id: [boxes[other.id] for other in objects[k + 1 :] if other.support.kind != "ceiling"] for k, item in enumerate(objects)}
     taken: list[Box] = []
     labels = []
     for item in sorted(objects, key=lambda item: (-item.size_m[0] * item.size_m[1], item.id)):
@@ -61,7 +59,7 @@ def _overlap(a: Box, b: Box) -> float:
 
 
 def _name(item: SceneObject, box: Box, above: Sequence[Box], taken: Sequence[Box]) -> Label | None:
-    """Return the object's name where it fits into the object's bounds and hides least of what stands higher, if there is such a place."""
+    """Return the object's name at the place within the object's bounds where it hides least of higher objects, or None if none is free."""
     text, best, least = item.category.replace("_", " "), None, 0.0
     width, height = box[2] - box[0], box[3] - box[1]
     for size in _SIZES:
@@ -79,7 +77,7 @@ def _name(item: SceneObject, box: Box, above: Sequence[Box], taken: Sequence[Box
 
 
 def _number(item: SceneObject, box: Box, taken: Sequence[Box]) -> Label:
-    """Return the object's id, at its middle or the place around it that hides least of other labels."""
+    """Return the object's id at its middle, or at the place around it that hides least of other labels."""
     middle, text = (0.5 * (box[0] + box[2]), 0.5 * (box[1] + box[3])), str(item.id)
     steps = [(0.0, 0.0), *((dx, dy) for r in (9.0, 14.0, 20.0) for dx in (0.0, -r, r) for dy in (0.0, -r, r) if dx or dy)]
     points = [(middle[0] + dx, middle[1] + dy) for dx, dy in steps]

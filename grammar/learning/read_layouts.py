@@ -221,7 +221,9 @@ def _turned_wide(thing: ObservedObject, polygon: Sequence[Point2]) -> ObservedOb
     depth, width, height = thing.size_m
     quarters = (math.remainder(thing.yaw_rad + turn, 2.0 * math.pi) for turn in (0.5 * math.pi, -0.5 * math.pi))
     turned = [replace(thing, size_m=(width, depth, height), yaw_rad=yaw) for yaw in quarters]
-    gaps = [min((item.gap_m for item in wall_poses(polygon, way) if abs(item.turn_rad) < 0.25 * math.pi), default=math.inf) for way in turned]
+    gaps = [
+        min((item.gap_m for item in wall_poses(polygon, way) if abs(item.turn_rad) < 0.25 * math.pi), default=math.inf) for way in turned
+    ]
     return turned[0] if gaps[0] <= gaps[1] else turned[1]
 
 

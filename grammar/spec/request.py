@@ -12,7 +12,7 @@ GRAMMAR_SETS: tuple[GrammarSet, ...] = get_args(GrammarSet)
 
 
 class RequestError(ValueError):
-    """A request that no room meets; one line names the constraint that cannot be met and what to change."""
+    """A room that cannot be had: the line names the constraint that cannot be met and what to change."""
 
 
 Texts = tuple[str, ...]

@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammar.appearance.appearance import Appearance, sample_appearance
+from grammar.appearance.appearance import sample_appearance
+from grammar.appearance.appearance_rules import Appearance
 from grammar.spec.rules import Grammar
 from grammar.synthesize import SceneSynthesizer
 from scene_description import (

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grammar.appearance.appearance import Appearance, load_appearance, sample_appearance
+from grammar.appearance.appearance import sample_appearance
+from grammar.appearance.appearance_rules import Appearance, load_appearance
 from grammar.appearance.materials import linear_rgb
 from grammar.spec.rules import GrammarError
 from scene_description import ModelReference, Opening, Part, Room, SceneObject, Support

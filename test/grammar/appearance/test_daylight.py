@@ -1,4 +1,4 @@
-"""Moments: within their ranges and conditions, one wish at a time, the same for the same seed."""
+"""Moments: within their ranges and conditions, one request at a time, the same for the same seed."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ def rng(seed: int) -> np.random.Generator:
     return np.random.default_rng(seed)
 
 
-def daylights(wish: DaylightRequest, count: int = 60):
-    found = [sample_lighting(rng(seed), CONFIG, sample_objects(), wish=wish)[1].daylight for seed in range(count)]
+def daylights(request: DaylightRequest, count: int = 60):
+    found = [sample_lighting(rng(seed), CONFIG, sample_objects(), request=request)[1].daylight for seed in range(count)]
     return [daylight for daylight in found if daylight is not None]
 
 
@@ -65,27 +65,28 @@ def test_one_wish_is_kept_and_the_rest_is_drawn(name: str, value: float, field: 
 
 def test_an_hour_brings_the_condition_that_fits_it() -> None:
     for seed in range(20):
-        _, night = sample_lighting(rng(seed), CONFIG, sample_objects(), wish=DaylightRequest(solar_hour=0.5, latitude_deg=30.0))
+        _, night = sample_lighting(rng(seed), CONFIG, sample_objects(), request=DaylightRequest(solar_hour=0.5, latitude_deg=30.0))
         assert night.daylight is None and max(night.zenith) < 1.0
 
 
 def test_the_impossible_is_refused() -> None:
-    wish = DaylightRequest(condition="clear", solar_hour=23.5, latitude_deg=30.0)
+    request = DaylightRequest(condition="clear", solar_hour=23.5, latitude_deg=30.0)
     with pytest.raises(GrammarError, match="daylight: expected the sun between 4 and 90 degrees"):
-        sample_lighting(rng(0), CONFIG, sample_objects(), wish=wish)
+        sample_lighting(rng(0), CONFIG, sample_objects(), request=request)
     with pytest.raises(GrammarError, match="expected one of overcast, clear, dusk, night, got 'hail'"):
-        sample_lighting(rng(0), CONFIG, sample_objects(), wish=DaylightRequest(condition="hail"))
+        sample_lighting(rng(0), CONFIG, sample_objects(), request=DaylightRequest(condition="hail"))
 
 
 def test_lamps_do_not_change_with_the_moment_asked_for() -> None:
     first, second = (
-        sample_lighting(rng(3), CONFIG, sample_objects(), wish=DaylightRequest(condition="clear", day_of_year=day))[0] for day in (100, 200)
+        sample_lighting(rng(3), CONFIG, sample_objects(), request=DaylightRequest(condition="clear", day_of_year=day))[0]
+        for day in (100, 200)
     )
     assert first == second
 
 
 def test_daylight_survives_json_and_old_scenes_have_none() -> None:
-    _, environment = sample_lighting(rng(1), CONFIG, sample_objects(), wish=DaylightRequest(condition="clear"))
+    _, environment = sample_lighting(rng(1), CONFIG, sample_objects(), request=DaylightRequest(condition="clear"))
     scene = replace(sample_scene(), environment=environment)
     assert scene_from_json(scene_to_json(scene)) == scene
     plain = replace(sample_scene(), environment=replace(environment, daylight=None))

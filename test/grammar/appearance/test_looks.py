@@ -5,9 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from grammar.appearance.appearance import Appearance, MaterialPool, dress_from, load_appearance, sample_appearance
-from grammar.appearance.looks import apply_looks, read_looks, restricted
+from grammar.appearance.appearance import sample_appearance, sample_appearance_from
+from grammar.appearance.appearance_rules import Appearance, load_appearance
+from grammar.appearance.apply_looks import apply_looks
+from grammar.appearance.looks import read_looks
+from grammar.appearance.material_pool import MaterialPool
 from grammar.appearance.materials import linear_rgb
+from grammar.appearance.restrict import restricted
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.synthesize import CameraTimes, SceneSynthesizer
 from scene_description import Material, ModelReference, Opening, Room, SceneDescription, SceneObject, Support
@@ -33,7 +37,7 @@ def make_item(identifier: int, category: str) -> SceneObject:
     )  # fmt: skip
 
 
-THINGS = (
+ITEMS = (
     make_item(2, "bed"),
     make_item(3, "nightstand"),
     make_item(4, "nightstand"),
@@ -51,7 +55,7 @@ class Dressed:
         rng = np.random.default_rng(seed)
         changed = restricted(appearance, request)
         pool = MaterialPool(rng, changed)
-        room, items = dress_from(pool, rng, changed, ROOM, THINGS, "bedroom")
+        room, items = sample_appearance_from(pool, rng, changed, ROOM, ITEMS, "bedroom")
         room, self.items = apply_looks(np.random.default_rng(seed), pool, request, room, items)
         table = {item.id: item for item in pool.materials}
         assert len(table) == len(pool.materials), "ids are unique"
@@ -65,7 +69,7 @@ class Dressed:
 
 def test_without_looks_the_room_is_as_it_was(appearance: Appearance) -> None:
     rng = np.random.default_rng(3)
-    _, items, materials = sample_appearance(rng, appearance, ROOM, THINGS, "bedroom")
+    _, items, materials = sample_appearance(rng, appearance, ROOM, ITEMS, "bedroom")
     table = {item.id: item for item in materials}
     plain = Dressed(appearance)
     assert all(plain.parts[f"{item.id}/{part.name}"] == table[part.material] for item in items for part in item.parts)

@@ -39,7 +39,7 @@ def test_value_of_a_view_is_its_formula() -> None:
     distance = np.full((RING_COLUMNS, 1), 2.0)
     hit = np.full((RING_COLUMNS, 1), -1)
     distance[9:12], hit[9], hit[10], hit[11] = 0.5, 0, 1, 0
-    values = view_values(distance, hit, 2, 3, ViewWeights(near_m=0.8, far_m=4.0, depth=1.0, items=2.0, near=3.0))
+    values = view_values(distance, hit, 2, 3, ViewWeights(near_m=0.8, far_m=4.0, depth=1.0, objects=2.0, near=3.0))
     assert values[30] == pytest.approx(0.5)
     assert values[10] == pytest.approx(0.125 + 2.0 * (1 - 0.8**2) - 3.0)
     assert values[12] == pytest.approx((0.125 + 1.0) / 3 + 2.0 * (1 - 0.8) - 3.0 / 3)
