@@ -143,20 +143,20 @@ def summarise(rooms: Rooms, failures: int) -> list[Metric]:
         return _at_fault(rooms, name) / max(of, 1)
 
     return [
-        _none_wanted("failures", "rooms asked for that could not be sampled within the budget", failures),
-        _none_wanted("Col_obj", "objects that penetrate another one deeper than the limit / objects", share("collision", items)),
-        _none_wanted("Col_scene", "rooms with such an object / rooms", _rooms_at_fault(rooms, "collision")),
-        _greatest(rooms, "penetration", "deepest penetration of two objects' solids", "collision", "mm", 1000.0),
-        _none_wanted("R_out", "objects that stick out of the room further than the limit / objects", share("out_of_bounds", items)),
-        _greatest(rooms, "outside", "furthest that a solid sticks out of walls, floor or ceiling", "out_of_bounds", "mm", 1000.0),
-        _none_wanted("floating", "objects whose gap to their support is above the limit / objects", share("floating", items)),
-        _greatest(rooms, "gap", "largest gap between an object and its support", "floating", "mm", 1000.0),
-        _greatest(rooms, "overhang", "furthest that an object's footprint sticks out of the top that carries it", "overhang", "mm", 1000.0),
-        _none_wanted("doors blocked", "rooms where something stands in a door's swing or its free space / rooms",
+        _zero("failures", "rooms asked for that could not be sampled within the budget", failures),
+        _zero("Col_obj", "objects that penetrate another one deeper than the limit / objects", share("collision", items)),
+        _zero("Col_scene", "rooms with such an object / rooms", _rooms_at_fault(rooms, "collision")),
+        _most(rooms, "penetration", "deepest penetration of two objects' solids", "collision", "mm", 1000.0),
+        _zero("R_out", "objects that stick out of the room further than the limit / objects", share("out_of_bounds", items)),
+        _most(rooms, "outside", "furthest that a solid sticks out of walls, floor or ceiling", "out_of_bounds", "mm", 1000.0),
+        _zero("floating", "objects whose gap to their support is above the limit / objects", share("floating", items)),
+        _most(rooms, "gap", "largest gap between an object and its support", "floating", "mm", 1000.0),
+        _most(rooms, "overhang", "furthest that an object's footprint sticks out of the top that carries it", "overhang", "mm", 1000.0),
+        _zero("doors blocked", "rooms where something stands in a door's swing or its free space / rooms",
                _rooms_at_fault(rooms, "door_clear")),
-        _none_wanted("windows blocked", "rooms where furniture stands before a window above its sill / rooms",
+        _zero("windows blocked", "rooms where furniture stands before a window above its sill / rooms",
                _rooms_at_fault(rooms, "window_clear")),
-        _none_wanted("wall space blocked", "rooms where something hangs over an opening, or a picture is hidden / rooms",
+        _zero("wall space blocked", "rooms where something hangs over an opening, or a picture is hidden / rooms",
                _rooms_at_fault(rooms, "wall_clear")),
         _least(rooms, "R_walkable, least", "floor where the robot can stand that is connected to the door / all such floor", np.min),
         _least(rooms, "R_walkable, mean", "the same, mean over rooms", np.mean),
@@ -166,31 +166,31 @@ def summarise(rooms: Rooms, failures: int) -> list[Metric]:
         Metric("room reachability", f"rooms with at least {LEAST_CELLS} reachable cells of {REACHABLE_CELL_M} m / rooms",
                float(np.mean([room.reachable_m2 >= LEAST_CELLS * REACHABLE_CELL_M**2 for room in rooms])), "", ">= 1",
                all(room.reachable_m2 >= LEAST_CELLS * REACHABLE_CELL_M**2 for room in rooms)),
-        _unlimited("pair IoU", "mean IoU of the axis-aligned boxes of all pairs; a chair under a table counts", _mean(rooms, "pair_iou"), ""),
-        _unlimited("pairs with IoU", "pairs of objects whose axis-aligned boxes share space / pairs", _mean(rooms, "pairs_with_iou"), ""),
-        _unlimited("objects", "mean number of objects in a room", items / len(rooms), ""),
-        _satisfied(rooms, "relation satisfaction", "relations whose object stands within the tolerance of a mode / relations declared", KINDS),
-        *(_satisfied(rooms, f"relations, {kind}", f"the same, {words}", (kind,)) for kind, words in _RELATIONS.items()),
-        _unlimited("soft energy", "weighted losses of the layout, median over rooms", float(np.median([room.energy for room in rooms])), ""),
-        _unlimited("time p50", "processor time of a room, everything included, median", float(np.median(seconds)), "s"),
-        _unlimited("time p99", "the same, 99th percentile", float(np.quantile(seconds, 0.99)), "s"),
-        _unlimited("attempts", "layouts tried for a room, mean", float(attempts.mean()), ""),
-        _unlimited("first try", "rooms whose first layout passed all checks / rooms", float((attempts == 1).mean()), ""),
-        _unlimited("proposals", "proposals of the chain for a room, mean", proposals / len(rooms), ""),
-        _unlimited("proposals/s", "proposals of the chain per second of one core", proposals / max(chain_s, 1e-9), "1/s"),
+        _figure("pair IoU", "mean IoU of the axis-aligned boxes of all pairs; a chair under a table counts", _mean(rooms, "pair_iou"), ""),
+        _figure("pairs with IoU", "pairs of objects whose axis-aligned boxes share space / pairs", _mean(rooms, "pairs_with_iou"), ""),
+        _figure("objects", "mean number of objects in a room", items / len(rooms), ""),
+        _kept(rooms, "relation satisfaction", "relations whose object stands within the tolerance of a mode / relations declared", KINDS),
+        *(_kept(rooms, f"relations, {kind}", f"the same, {words}", (kind,)) for kind, words in _RELATIONS.items()),
+        _figure("soft energy", "weighted losses of the layout, median over rooms", float(np.median([room.energy for room in rooms])), ""),
+        _figure("time p50", "processor time of a room, everything included, median", float(np.median(seconds)), "s"),
+        _figure("time p99", "the same, 99th percentile", float(np.quantile(seconds, 0.99)), "s"),
+        _figure("attempts", "layouts tried for a room, mean", float(attempts.mean()), ""),
+        _figure("first try", "rooms whose first layout passed all checks / rooms", float((attempts == 1).mean()), ""),
+        _figure("proposals", "proposals of the chain for a room, mean", proposals / len(rooms), ""),
+        _figure("proposals/s", "proposals of the chain per second of one core", proposals / max(chain_s, 1e-9), "1/s"),
     ]  # fmt: skip
 
 
-def _none_wanted(name: str, definition: str, value: float) -> Metric:
+def _zero(name: str, definition: str, value: float) -> Metric:
     return Metric(name, definition, float(value), "", "0", value == 0.0)
 
 
-def _satisfied(rooms: Rooms, name: str, definition: str, kinds: Sequence[str]) -> Metric:
+def _kept(rooms: Rooms, name: str, definition: str, kinds: Sequence[str]) -> Metric:
     pairs = [room.relations[kind] for room in rooms for kind in kinds]
-    return _unlimited(name, definition, sum(satisfied for satisfied, _ in pairs) / max(sum(declared for _, declared in pairs), 1), "")
+    return _figure(name, definition, sum(satisfied for satisfied, _ in pairs) / max(sum(declared for _, declared in pairs), 1), "")
 
 
-def _unlimited(name: str, definition: str, value: float, unit: str) -> Metric:
+def _figure(name: str, definition: str, value: float, unit: str) -> Metric:
     return Metric(name, definition, float(value), unit, "", None)
 
 
@@ -207,7 +207,7 @@ def _rooms_at_fault(rooms: Rooms, name: str) -> float:
     return float(np.mean([room.checks[name][2] > 0 for room in rooms if name in room.checks]))
 
 
-def _greatest(rooms: Rooms, name: str, definition: str, check: str, unit: str, scale: float) -> Metric:
+def _most(rooms: Rooms, name: str, definition: str, check: str, unit: str, scale: float) -> Metric:
     rows = [room.checks[check] for room in rooms if check in room.checks]
     limit = max(row[1] for row in rows)
     return Metric(name, definition, scale * max(row[0] for row in rows), unit, f"<= {scale * limit:g}", all(row[2] == 0 for row in rows))

@@ -11,11 +11,11 @@ from grammar.learning.observed import ObservedObject
 from scene_description.types import Point2
 
 _TOP_TOLERANCE_M = 0.1
-_TURN_PRICE_M = 0.25
+_TURN_COST_M = 0.25
 
 
 class WallPose(NamedTuple):
-    """An object at a wall: the gap to its footprint, its yaw against the direction into the room (0: back to the wall), and the wall."""
+    """The pose of an object relative to a wall: gap, yaw against the direction into the room (0: back to the wall), number of the wall."""
 
     gap_m: float
     turn_rad: float
@@ -23,7 +23,7 @@ class WallPose(NamedTuple):
 
 
 class RelativePose(NamedTuple):
-    """An object in the frame of another one: place of its origin and relative yaw."""
+    """The pose of an object in the frame of another one: its origin and its relative yaw."""
 
     x_m: float
     y_m: float
@@ -42,7 +42,7 @@ def half_extents(size_m: Sequence[float], turn_rad: float) -> tuple[float, float
 
 
 def wall_poses(polygon_m: Sequence[Point2], item: ObservedObject) -> list[WallPose]:
-    """Return the object's gap and turn to every wall that its origin lies before."""
+    """Return the pose of an object relative to every wall that its origin lies before."""
     found = []
     for index, wall in enumerate(wall_rows(polygon_m).tolist()):
         dx, dy = item.position_m[0] - wall[0], item.position_m[1] - wall[1]
@@ -53,18 +53,18 @@ def wall_poses(polygon_m: Sequence[Point2], item: ObservedObject) -> list[WallPo
     return found
 
 
-def nearest_wall(polygon_m: Sequence[Point2], thing: ObservedObject) -> WallPose | None:
+def nearest_wall(polygon_m: Sequence[Point2], item: ObservedObject) -> WallPose | None:
     """Return the wall with the least gap."""
-    return min(wall_poses(polygon_m, thing), key=lambda item: item.gap_m, default=None)
+    return min(wall_poses(polygon_m, item), key=lambda pose: pose.gap_m, default=None)
 
 
-def fitting_wall(polygon_m: Sequence[Point2], thing: ObservedObject) -> WallPose | None:
-    """Return the wall that an object most plausibly stands at: near, and rather at its back than at its side or front."""
-    return min(wall_poses(polygon_m, thing), key=lambda item: max(item.gap_m, 0.0) + _TURN_PRICE_M * abs(item.turn_rad), default=None)
+def fitting_wall(polygon_m: Sequence[Point2], item: ObservedObject) -> WallPose | None:
+    """Return the wall that an object most plausibly stands at: one that is near, and at its back rather than its side or front."""
+    return min(wall_poses(polygon_m, item), key=lambda pose: max(pose.gap_m, 0.0) + _TURN_COST_M * abs(pose.turn_rad), default=None)
 
 
 def relative_pose(item: ObservedObject, other: ObservedObject) -> RelativePose:
-    """Return ``thing`` in the frame of ``other``."""
+    """Return ``item`` in the frame of ``other``."""
     dx, dy = item.position_m[0] - other.position_m[0], item.position_m[1] - other.position_m[1]
     c, s = math.cos(other.yaw_rad), math.sin(other.yaw_rad)
     return RelativePose(dx * c + dy * s, dy * c - dx * s, wrapped(item.yaw_rad - other.yaw_rad))
@@ -80,7 +80,7 @@ def box_gap(item: ObservedObject, other: ObservedObject) -> float:
 
 
 def is_supported_by(item: ObservedObject, other: ObservedObject) -> bool:
-    """Return whether an object's underside is at the top of another one that its origin is above."""
+    """Return whether an object stands on another one: its underside is at the other's top, its origin within the other's footprint."""
     if item.position_m[2] < 0.1 or abs(item.position_m[2] - other.position_m[2] - other.size_m[2]) > _TOP_TOLERANCE_M:
         return False
     place = relative_pose(item, other)

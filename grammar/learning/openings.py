@@ -1,4 +1,4 @@
-"""Doors and windows: how many, how large, at which height, and where along their walls, from observed rooms."""
+"""Doors and windows of observed rooms: their numbers, sizes, sills, and places along their walls."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def _multiplicity(base: Sequence[float], numbers: Sequence[int], alpha: float) -
 
 
 def _sized(rule: OpeningRule, seen: Sequence[ObservedOpening]) -> dict[str, TruncatedNormal]:
-    """Return the sides that differ among the openings: one size throughout is that of the only model that a source was built with."""
+    """Return the distributions of the sides that differ among the openings; one size throughout shows a source with a single model."""
     sides = {"width_m": [item.width_m for item in seen], "height_m": [item.height_m for item in seen]}
     if rule.sill_m.high > 0.0:
         sides["sill_m"] = [item.sill_m for item in seen]
@@ -69,7 +69,7 @@ def _sized(rule: OpeningRule, seen: Sequence[ObservedOpening]) -> dict[str, Trun
 
 
 def _placed(rule: OpeningRule, seen: Sequence[tuple[ObservedRoom, ObservedOpening]]) -> dict[str, float | TruncatedNormal]:
-    """Return how many of the openings keep to a corner of the room, beyond those that are there by chance, and how near they are."""
+    """Return the share of openings near a corner of the room, beyond those that are there by chance, and how near they are."""
     gaps = [gap for room, opening in seen if (gap := _end_gap(room, opening)) is not None]
     near = [gap for gap, _ in gaps if gap <= _NEAR_CORNER_M]
     if not gaps:
@@ -84,11 +84,10 @@ def _placed(rule: OpeningRule, seen: Sequence[tuple[ObservedRoom, ObservedOpenin
 
 
 def _end_gap(room: ObservedRoom, opening: ObservedOpening) -> tuple[float, float] | None:
-    """Return the distance of an opening's nearer end from a corner of the room's bounding box, and how far it could lie along that side.
+    """Return the distance of an opening's nearer end from a corner of the room's bounding box, and the length over which it could lie.
 
-    None if it is not in one of the box's sides.
-
-    Outlines have niches at doors and windows, whose corners say nothing about the place in the wall.
+    Return None if the opening is in no side of the box.  The box is taken because outlines have niches at doors and windows, whose corners
+    say nothing about the place in the wall.
     """
     wall = wall_rows(room.polygon_m)[opening.wall]
     axis = 0 if abs(wall[2]) > abs(wall[3]) else 1
@@ -102,7 +101,7 @@ def _end_gap(room: ObservedRoom, opening: ObservedOpening) -> tuple[float, float
 
 
 def _normal(values: Sequence[float], least: float) -> TruncatedNormal:
-    """Return a cut normal distribution without the outer twentieths of what was seen."""
+    """Return a truncated normal of what was observed without its outer twentieths."""
     low, high = (float(value) for value in np.quantile(values, _TAILS))
     inside = [value for value in values if low <= value <= high] or list(values)
     low = max(low, least)

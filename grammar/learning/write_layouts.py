@@ -49,9 +49,9 @@ def layout_from_objects(identifier: str, room_type: str, room: Room, objects: tu
 def layout_line(room: ObservedRoom) -> str:
     """Return a room as one line of JSON, without the line's end."""
     objects = []
-    for thing in room.objects:
-        item = {"category": thing.category, "size_m": thing.size_m, "position_m": thing.position_m, "yaw_rad": thing.yaw_rad}
-        objects.append(item if thing.on is None else item | {"on": thing.on})
+    for item in room.objects:
+        entry = {"category": item.category, "size_m": item.size_m, "position_m": item.position_m, "yaw_rad": item.yaw_rad}
+        objects.append(entry if item.on is None else entry | {"on": item.on})
     document = {
         "schema": LAYOUT_SCHEMA,
         "id": room.id,

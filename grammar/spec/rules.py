@@ -92,8 +92,8 @@ class Convergence:
 class Schedule:
     """How long the chain runs, in proposals for each object that takes part, and at which tidiness.
 
-    The five stages bring in what hangs, what groups gather around, what gathers, what stands alone and what stands on things; then all move
-    ``together``.  ``anneal_from_beta`` below ``beta`` raises the tidiness geometrically over the last stage; equal to it, beta is constant.
+    The five stages bring in objects on walls, core objects, objects associated with cores, unpaired objects and supported objects; then all
+    move ``together`` (Jiang et al., IJCV 2018, section 6).  ``anneal_from_beta`` below ``beta`` raises the tidiness geometrically over the last stage; equal to it, beta is constant.
     ``keep``: the last feasible state of the chain, or the best.
     """
 
@@ -116,7 +116,7 @@ class Schedule:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Budget:
-    """How often to try: derivations for one room, structures, layouts of one structure, rounds of one layout's chain."""
+    """Greatest numbers of derivations for one structure, of structures for one room, of layouts of a structure, of rounds of a chain."""
 
     derivations: Annotated[int, Limits(ge=1, le=1_000_000)]
     structures: Annotated[int, Limits(ge=1, le=10_000)]
@@ -126,7 +126,7 @@ class Budget:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Thresholds:
-    """What the exact checks hold a finished room to."""
+    """Thresholds of the exact checks of a finished room."""
 
     penetration_m: Distance
     outside_m: Distance

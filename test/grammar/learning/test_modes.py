@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from grammar.learning.geometry import RelativePose
-from grammar.learning.modes import GroupPose, Scale, TopPose, around_modes, place_modes, wall_modes
+from grammar.learning.modes import GroupPose, Scale, SupportPose, around_modes, place_modes, wall_modes
 
 BED = (2.0, 1.6, 0.5)
 SCALE = Scale(0.01, 0.005)
@@ -70,7 +70,7 @@ def test_group_opposite_its_core() -> None:
 def test_placements_at_both_ends_by_their_odds() -> None:
     # A top of 0.6 x 1.4 m, a lamp of 0.2 x 0.2 m: fraction 0.5 of the free half depth 0.2 is 0.1, +-1 of the free half width is +-0.6.
     sides = np.array([-1.0] * 6 + [1.0] * 3)
-    seen = [TopPose(RelativePose(0.1, side * 0.6, 0.0), (0.2, 0.2, 0.4), (0.3, 0.7)) for side in sides]
+    seen = [SupportPose(RelativePose(0.1, side * 0.6, 0.0), (0.2, 0.2, 0.4), (0.3, 0.7)) for side in sides]
     right, left = sorted(place_modes(seen, False, SCALE), key=lambda mode: mode.width_fraction or 0.0)
     assert (right.depth_fraction, right.width_fraction, right.orientation_rad) == (pytest.approx(0.5), pytest.approx(-1.0), None)
     assert left.width_fraction == pytest.approx(1.0)
