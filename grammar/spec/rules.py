@@ -93,7 +93,8 @@ class Schedule:
     """How long the chain runs, in proposals for each object that takes part, and at which tidiness.
 
     The five stages bring in objects on walls, core objects, objects associated with cores, unpaired objects and supported objects; then all
-    move ``together`` (Jiang et al., IJCV 2018, section 6).  ``anneal_from_beta`` below ``beta`` raises the tidiness geometrically over the last stage; equal to it, beta is constant.
+    move ``together`` (Jiang et al., IJCV 2018, section 6).  ``anneal_from_beta`` below ``beta`` raises the tidiness geometrically over the
+    last stage; equal to it, beta is constant.
     ``keep``: the last feasible state of the chain, or the best.
     """
 
