@@ -151,7 +151,7 @@ def summarise(rooms: Rooms, failures: int) -> list[Metric]:
         _most(rooms, "outside", "furthest that a solid sticks out of walls, floor or ceiling", "out_of_bounds", "mm", 1000.0),
         _zero("floating", "objects whose gap to their support is above the limit / objects", share("floating", items)),
         _most(rooms, "gap", "largest gap between an object and its support", "floating", "mm", 1000.0),
-        _most(rooms, "overhang", "furthest that an object's footprint sticks out of the top that carries it", "overhang", "mm", 1000.0),
+        _most(rooms, "overhang", "furthest that an object's footprint sticks out of the support surface below", "overhang", "mm", 1000.0),
         _zero("doors blocked", "rooms where something stands in a door's swing or its free space / rooms",
                _rooms_at_fault(rooms, "door_clear")),
         _zero("windows blocked", "rooms where furniture stands before a window above its sill / rooms",

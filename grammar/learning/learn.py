@@ -18,8 +18,9 @@ from grammar.learning.contrastive import ContrastiveOptions, CurveRow, learn_wei
 from grammar.learning.observed import ObservedRoom
 from grammar.learning.openings import learn_openings
 from grammar.learning.relations import learn_object
+from grammar.learning.sampled_counts import RoomSampler, SampledCounts, count_room
 from grammar.learning.sizes import learn_room
-from grammar.learning.truncation import RoomSampler, SampledCounts, TruncationOptions, TruncationRow, correct_truncation, count_room
+from grammar.learning.truncation import TruncationOptions, TruncationRow, correct_truncation
 from grammar.spec.categories import Categories
 from grammar.spec.rules import Budget, Grammar, GrammarError
 

@@ -13,8 +13,7 @@ each category is as frequent as in the data.
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -23,18 +22,13 @@ import numpy as np
 
 from grammar.geometry.arrays import Floats, Ints
 from grammar.learning.branching import certain_objects
-from grammar.sample_room import sample_room
+from grammar.learning.sampled_counts import RoomSampler, SampledCounts
 from grammar.spec.and_or_graph import Node
-from grammar.spec.categories import Categories
-from grammar.spec.request import RequestError, SceneRequest
+from grammar.spec.request import RequestError
 from grammar.spec.rules import Grammar
-from scene_description import ParseNode
 
 Branching = dict[tuple[str, int], Floats]
 """Probabilities of each Or node, (node, -1), and of the multiplicities of each Set branch, (node, branch)."""
-
-RoomSampler = Callable[[Grammar, int, Sequence[int]], list["SampledCounts"]]
-"""Grammar, stream of random numbers, indices of rooms -> what was in each of them."""
 
 _LEAST = 1e-5
 _STEPS = 300
@@ -50,15 +44,6 @@ class TruncationOptions:
 
     iterations: int = 0
     rooms: int = 300
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class SampledCounts:
-    """One sampled room, or none (``failed``): the choices of its derivation, (node, branch, choice), and its objects by category."""
-
-    failed: bool
-    branches: tuple[tuple[str, int, int], ...]
-    categories: Mapping[str, int]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -212,34 +197,11 @@ def _log_normalized(logs: Floats, owner: Ints) -> Floats:
     return np.asarray(logs - np.log(np.bincount(owner, np.exp(logs)))[owner])
 
 
-def count_room(grammar: Grammar, categories: Categories, rng: np.random.Generator) -> SampledCounts:
-    """Sample a room and count what is in it."""
-    try:
-        room = sample_room(grammar, categories, SceneRequest(room_type=grammar.room_type), rng)
-    except RequestError:
-        return SampledCounts(failed=True, branches=(), categories={})
-    found = Counter(item.category for item in room.objects)
-    return SampledCounts(failed=False, branches=tuple(_taken(grammar, room.parse_graph.nodes)), categories=dict(found))
-
-
 def truncation_csv(rows: Sequence[TruncationRow]) -> str:
     """Return the curve as CSV."""
     lines = ["iteration,category_kl,objects,failed"]
     lines.extend(f"{row.iteration},{row.category_kl:.6g},{row.objects:.6g},{row.failed}" for row in rows)
     return "\n".join(lines) + "\n"
-
-
-def _taken(grammar: Grammar, nodes: Sequence[ParseNode]) -> Iterable[tuple[str, int, int]]:
-    """Yield the choices of a derivation: branches of Or nodes, and copies of Set branches, which come in order below their node."""
-    place: Counter[int] = Counter()
-    for vertex in nodes:
-        if vertex.kind == "or" and vertex.symbol in grammar.nodes:
-            names = [branch.symbol for branch in grammar.nodes[vertex.symbol].branches]
-            yield vertex.symbol, -1, names.index(vertex.choice)
-        elif vertex.kind == "set" and vertex.parent is not None and vertex.choice != "":
-            owner = nodes[vertex.parent].symbol
-            yield owner, place[vertex.parent], int(vertex.choice)
-            place[vertex.parent] += 1
 
 
 def _branching_of(grammar: Grammar) -> Branching:
