@@ -18,7 +18,7 @@ from scene_description import Material, ModelReference, Opening, Part, Room, Sce
 
 _MAX_SEED = 2**63 - 1
 
-Look = tuple[ModelReference, tuple[Part, ...]]
+ModelAndParts = tuple[ModelReference, tuple[Part, ...]]
 """Model and parts of an object."""
 
 
@@ -50,7 +50,7 @@ def sample_appearance_from(
     surfaces = tuple(
         Part(name=name, material=pool.choose(rule.by_room.get(room_type, rule.families))) for name, rule in appearance.surfaces.items()
     )
-    looks: dict[tuple[str, int], Look] = {}
+    looks: dict[tuple[str, int], ModelAndParts] = {}
     by_id = {item.id: item for item in objects}
     openings: list[Opening] = []
     for opening in room.openings:
@@ -71,11 +71,11 @@ def _look(
     rng: np.random.Generator,
     appearance: Appearance,
     pool: MaterialPool,
-    looks: dict[tuple[str, int], Look],
+    looks: dict[tuple[str, int], ModelAndParts],
     category: str,
     identifier: int,
     core: int,
-) -> Look:
+) -> ModelAndParts:
     """Return model and parts of one object: those of an object that it shares its look with, if there is one, else new ones."""
     rule = appearance.categories[category]
     key = (category, {"room": -1, "group": core or -1 - identifier, "none": -1 - identifier}[rule.shared])
