@@ -30,7 +30,7 @@ from grammar.spec.object_rules import ObjectRule
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar
 from scene_description import ParseNode, Room
-from scene_description.polygons import polygon_area_m2
+from scene_description.polygons import signed_area_m2
 
 _CONDITIONAL_COST = 10
 """Drawing a structure given its numbers of objects takes the time of so many free ones, but none is rejected for its numbers."""
@@ -141,7 +141,7 @@ def _check_floor(grammar: Grammar, categories: Categories, room: Room, terminals
         for rule, size in zip(terminals.rules, terminals.sizes, strict=True)
         if rule.mount == "floor" and not categories[rule.category].underlay
     )
-    if covered > grammar.room.floor_share_max * polygon_area_m2(room.polygon_m):
+    if covered > grammar.room.floor_share_max * signed_area_m2(room.polygon_m):
         raise RejectedError(f"furniture on at most {grammar.room.floor_share_max:g} of the floor")
 
 

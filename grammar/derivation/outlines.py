@@ -17,7 +17,7 @@ from grammar.derivation.openings import Attribute
 from grammar.geometry.walls import wall_lengths
 from grammar.spec.request import RequestError
 from grammar.spec.room_rules import RoomShapes
-from scene_description.polygons import polygon_area_m2
+from scene_description.polygons import signed_area_m2
 from scene_description.types import Point2
 
 _LEAST_WALL_M = 0.1
@@ -96,7 +96,7 @@ def check_outline(numbers: Sequence[float]) -> tuple[Point2, ...]:
     crossing = _crossing(points)
     if crossing is not None:
         raise RequestError(f"{name}: expected an outline that does not meet itself, got walls {crossing[0]} and {crossing[1]} that do")
-    area = polygon_area_m2(points)
+    area = signed_area_m2(points)
     if abs(area) < _LEAST_AREA_M2:
         raise RequestError(f"{name}: expected a floor of at least {_LEAST_AREA_M2:g} m2, got {abs(area):.3g} m2; ask for a larger one")
     return tuple(points if area > 0.0 else points[::-1])

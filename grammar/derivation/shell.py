@@ -15,7 +15,7 @@ from grammar.spec.categories import Categories
 from grammar.spec.request import SceneRequest
 from grammar.spec.rules import Grammar
 from scene_description import Opening, Room
-from scene_description.polygons import polygon_area_m2
+from scene_description.polygons import signed_area_m2
 from scene_description.types import Point2
 
 _KINDS: tuple[Literal["door", "window"], ...] = ("door", "window")
@@ -53,7 +53,7 @@ def draw_room(
             raise RejectedError(f"no arm of the room narrower than {grammar.room.shapes.narrowest_m:g} m")
         polygon, shape = drawn
         attributes.append(shape)
-        low, high, area = grammar.room.area_low_m2, grammar.room.area_high_m2, polygon_area_m2(polygon)
+        low, high, area = grammar.room.area_low_m2, grammar.room.area_high_m2, signed_area_m2(polygon)
         if not (request.room_width_m > 0.0 and request.room_depth_m > 0.0) and not low <= area <= high:
             raise RejectedError(f"room area within [{low:g}, {high:g}] m2")
     return Room(polygon_m=polygon, height_m=height, wall_thickness_m=grammar.room.wall_thickness_m, openings=(), surfaces=()), attributes

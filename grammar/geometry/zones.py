@@ -47,7 +47,7 @@ def opening_zones(opening: Opening, rule: OpeningRule) -> list[Zone]:
     return [clear, Zone(half, 0.0, 0.0, opening.height_m + casing, half, half_width + casing, FACE, _FACE_DEPTH_M)]
 
 
-def item_zones(rule: ObjectRule, size_m: Size) -> list[Zone]:
+def object_zones(rule: ObjectRule, size_m: Size) -> list[Zone]:
     """Return the accessible space of an object and what must stay free before it."""
     zones = []
     for access in rule.access:

@@ -13,7 +13,7 @@ from grammar.derivation.parse_tree import Item, ParseTree
 from grammar.geometry.arrays import Floats, Ints
 from grammar.geometry.solids import local_solids, surface_top
 from grammar.geometry.walls import WALL_YAW, wall_rows
-from grammar.geometry.zones import Zone, item_zones, opening_zones, side_rectangle
+from grammar.geometry.zones import Zone, object_zones, opening_zones, side_rectangle
 from grammar.layout.energies import place_object
 from grammar.layout.problem import BOTTOM, CANDIDATE, CEILING, CENTRE, CORE, FIXED, FLOOR, LEADS, OBJECT, WALL, Problem, State, empty_state
 from grammar.spec.categories import Categories
@@ -41,7 +41,7 @@ def assemble(grammar: Grammar, categories: Categories, tree: ParseTree, beta: fl
     for thing in things:
         solids = [(*row, 0.0, 0.0) for row in local_solids(categories[thing.rule.category], thing.size_m).tolist()]
         strips = [_strip_row(side, reach_m, thing.size_m) for side in thing.rule.reach_any]
-        zones = [_zone_row(zone) for zone in item_zones(thing.rule, thing.size_m)]
+        zones = [_zone_row(zone) for zone in object_zones(thing.rule, thing.size_m)]
         parts.append(_Parts(solids, zones, strips, _modes(thing, size, slots, tidiness)))
     rows = [(FIXED, -1, 0, 0)] * len(openings)
     parts.extend(_Parts([], [], [], ([], [], [], [])) for _ in tree.corners)

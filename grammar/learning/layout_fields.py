@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from scene_description.polygons import polygon_area_m2
+from scene_description.polygons import signed_area_m2
 from scene_description.types import Point2
 
 _ROOM_HIGH_M = 100.0
@@ -53,7 +53,7 @@ def read_polygon(value: Any) -> tuple[Point2, ...]:
             raise UnfitError(reason)
         points.append((read_number(pair[0], reason, -1e5, 1e5), read_number(pair[1], reason, -1e5, 1e5)))
     corners = _turning_points(points)
-    area = polygon_area_m2(corners) if len(corners) >= 3 else 0.0
+    area = signed_area_m2(corners) if len(corners) >= 3 else 0.0
     if abs(area) < 0.5 or max(abs(p[0] - corners[0][0]) + abs(p[1] - corners[0][1]) for p in corners) > _ROOM_HIGH_M:
         raise UnfitError(reason)
     return tuple(corners if area > 0.0 else reversed(corners))

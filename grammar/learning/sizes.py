@@ -14,7 +14,7 @@ from grammar.learning.observed import ObservedRoom
 from grammar.spec.object_rules import ObjectRule, SizeMode
 from grammar.spec.room_rules import RoomRule
 from grammar.spec.values import TruncatedNormal
-from scene_description.polygons import polygon_area_m2
+from scene_description.polygons import signed_area_m2
 
 Size = tuple[float, float, float]
 Kernel = tuple[float, Floats, Floats]
@@ -90,7 +90,7 @@ def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequen
     sides, areas = [], []
     for room in rooms:
         extent = np.ptp(np.array(room.polygon_m), axis=0)
-        area = polygon_area_m2(room.polygon_m)
+        area = signed_area_m2(room.polygon_m)
         scale = math.sqrt(area / float(extent[0] * extent[1]))
         sides.extend((scale * extent).tolist())
         areas.append(area)
