@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from itertools import combinations, pairwise
 
 import numpy as np
-from shapely import LinearRing, LineString
+from shapely import LineString, Point
 
 from grammar.derivation.densities import draw_index
 from grammar.derivation.openings import Attribute
@@ -23,6 +23,7 @@ from scene_description.types import Point2
 _LEAST_WALL_M = 0.1
 _LEAST_AREA_M2 = 2.0
 _LARGEST_SIDE_M = 60.0
+_TOUCH_M = 1e-6
 _SHAPES = ("rectangle", "l_shape", "t_shape", "u_shape")
 
 
@@ -103,12 +104,15 @@ def check_outline(numbers: Sequence[float]) -> tuple[Point2, ...]:
 
 
 def _crossing(points: Sequence[Point2]) -> tuple[int, int] | None:
-    """Return two walls that meet elsewhere than where one ends and the other begins, or None."""
-    if LinearRing(points).is_simple:
-        return None
+    """Return two walls that meet elsewhere than where one ends and the other begins, or None; less than a micrometre apart they meet."""
     walls = [LineString(ends) for ends in pairwise((*points, points[0]))]
     for (i, first), (j, second) in combinations(enumerate(walls), 2):
-        neighbours = j == i + 1 or (i == 0 and j == len(walls) - 1)
-        if first.intersection(second).length > 0.0 or (not neighbours and first.intersects(second)):
+        if j == i + 1:
+            gap = min(second.distance(Point(points[i])), first.distance(Point(second.coords[1])))
+        elif i == 0 and j == len(walls) - 1:
+            gap = min(second.distance(Point(points[1])), first.distance(Point(points[j])))
+        else:
+            gap = first.distance(second)
+        if gap < _TOUCH_M:
             return i, j
     return None

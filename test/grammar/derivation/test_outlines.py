@@ -100,6 +100,12 @@ def test_rooms_with_corners_that_stick_in_are_valid_by_brute_force(grammar, shap
         ((0, 0, 4, 0, 4), "x and y of at least 3 vertices, got 5 numbers"),
         ((0, 0, 4, 4, 4, 0, 0, 4), "an outline that does not meet itself, got walls 0 and 2"),
         ((0, 0, 4, 0, 4, 4, 4, 2, 4, 6, 0, 6), "an outline that does not meet itself, got walls"),
+        # a wall that folds back on the slanted one before it, and a corner on a slanted wall, both but for rounding
+        (
+            (2.6, 0.5, 3.7, 0.6, 5.5, 2.9, 3.7 + 1.8 * 0.3, 0.6 + 2.3 * 0.3, 1.1, 5.2),
+            "an outline that does not meet itself, got walls 1 and 2",
+        ),
+        ((0, 0, 4.7, 1.3, 5, 5, 4.7 * 0.3, 1.3 * 0.3), "an outline that does not meet itself, got walls"),
         ((0, 0, 1, 0, 1, 1, 0, 1), "a floor of at least 2 m2, got 1 m2"),
         ((0, 0, 4, 0, 4, 0.01, 4, 4, 0, 4), "walls of at least 0.1 m, got one of 0.01 m"),
         ((0, 0, 4000, 0, 4000, 4000), "sides of at most 60 m, got 4000 m"),
