@@ -45,6 +45,7 @@ setup(
         "zstandard>=0.22",
         "PyYAML>=6.0",
         "pillow>=10.1",
+        "shapely>=2.0",
     ],
     extras_require={
         "denoise": ["pyoidn>=2.5"],
@@ -54,7 +55,6 @@ setup(
             "pytest>=8",
             "pytest-xdist>=3.6",
             "hypothesis>=6.100",
-            "shapely>=2.0",
             "rosbags>=0.10",
             "mcap-ros2-support>=0.5",
             "colcon-core",
@@ -65,7 +65,7 @@ setup(
             "types-PyYAML",
             "scipy-stubs",
         ],
-        "bench": ["rosbags>=0.10", "shapely>=2.0", "flip-evaluator>=1.7"],
+        "bench": ["rosbags>=0.10", "flip-evaluator>=1.7"],
         "bench-reference": ["mitsuba>=3.9"],
     },
     entry_points={

@@ -13,7 +13,7 @@ from scipy.stats import wasserstein_distance
 
 from grammar import Grammar
 from grammar.learning import ObservedRoom
-from grammar.learning.geometry import box_gap, fitting_wall, half_extents, in_frame, nearest_wall
+from grammar.learning.geometry import box_gap, fitting_wall, half_extents, nearest_wall, relative_pose
 from grammar.learning.truncation import category_kl, frequencies
 
 Floats = NDArray[np.float64]
@@ -94,7 +94,7 @@ def pair_poses(pairs: Sequence[tuple[str, str]], rooms: Sequence[ObservedRoom]) 
             for thing in room.objects:
                 if thing.category == a and others:
                     core = min(others, key=lambda other: box_gap(thing, other))
-                    place = in_frame(thing, core)
+                    place = relative_pose(thing, core)
                     half_d, half_w = half_extents(thing.size_m, place.turn_rad)
                     ahead, aside = abs(place.x_m) - half_d - 0.5 * core.size_m[0], abs(place.y_m) - half_w - 0.5 * core.size_m[1]
                     along = abs(place.y_m) if ahead >= aside else place.x_m - half_d + 0.5 * core.size_m[0]

@@ -20,7 +20,9 @@ from benchmarks.table import Row, render_table
 from grammar import Categories, Grammar, SceneRequest, read_categories, read_room_type, sample_room
 from grammar.learning import ContrastiveOptions, LearnOptions, ObservedRoom, learn
 from grammar.learning.write_layouts import layout_from_objects
-from grammar.spec.rules import AroundMode, Branch, Mode, Node, Normal, ObjectRule, PlaceMode, SizeMode, WallMode
+from grammar.spec.and_or_graph import Branch, Node
+from grammar.spec.object_rules import AroundMode, Mode, ObjectRule, PlaceMode, SizeMode, WallMode
+from grammar.spec.values import TruncatedNormal
 from scene_description.share import config_path
 
 ROOMS = 2000
@@ -81,8 +83,8 @@ def known_grammar(categories: Categories, numbers: Mapping[str, tuple[float, ...
         ),
     }
     (wide,) = numbers["door"]
-    door = replace(base.openings["door"], width_m=Normal(mean=wide, sd=0.02, low=0.7, high=1.0))
-    side = Normal(mean=4.2, sd=0.2, low=3.8, high=4.8)
+    door = replace(base.openings["door"], width_m=TruncatedNormal(mean=wide, sd=0.02, low=0.7, high=1.0))
+    side = TruncatedNormal(mean=4.2, sd=0.2, low=3.8, high=4.8)
     stages = dict.fromkeys(("walls", "cores", "associates", "unpaired", "supported", "again"), 150)
     return replace(
         base,

@@ -1,6 +1,6 @@
 """Which rooms are likely: a stochastic grammar from YAML, sampled from the root down, laid out by Metropolis-Hastings, checked exactly.
 
-Imports scene_description, numpy, scipy, numba and (in one file) yaml; knows nothing of rendering or ROS.
+Imports scene_description, numpy, scipy, numba, shapely and (in one file) yaml; knows nothing of rendering or ROS.
 
     >>> categories = read_categories(config_path("categories.yaml"))
     >>> grammar = read_room_type("bedroom", categories)

@@ -1,7 +1,7 @@
 """Models of the user's catalogue in rooms: which objects take one, at which size, with which materials.
 
-Models that stretch are chosen like styles, when objects are dressed, and shared as their category's looks are.  A model with a size or tops
-of its own decides the layout, so it is chosen before it: then all objects of its category in the room are this model.
+Models that stretch are chosen like styles, after the layout, and shared as their category's looks are.  A model with a size or support
+surfaces of its own decides the layout, so it is chosen before it: then all objects of its category in the room are this model.
 """
 
 from __future__ import annotations
@@ -12,11 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
-from grammar.appearance.appearance import Appearance, CategoryLook, Closet, PartRule, StyleRule, core_of
+from grammar.appearance.appearance import core_of
+from grammar.appearance.appearance_rules import Appearance, CategoryLook, PartRule, StyleRule
+from grammar.appearance.material_pool import MaterialPool, draw_index_by_odds
 from grammar.derivation.densities import draw_size
-from grammar.spec.categories import Categories, Category, Solid, Surface
+from grammar.spec.categories import Categories, Category, Solid, SupportSurface
 from grammar.spec.grammar_file import read_yaml
-from grammar.spec.rules import Grammar, GrammarError, ObjectRule, SizeMode
+from grammar.spec.object_rules import ObjectRule, SizeMode
+from grammar.spec.rules import Grammar, GrammarError
 from scene_description import FieldError, ModelReference, Part, SceneObject, from_mapping
 from scene_description.catalog import Catalog, CatalogEntry, CatalogList, CatalogModel
 from scene_description.scene_json import check_file_path
@@ -68,7 +71,7 @@ def entry_faults(entry: CatalogEntry, appearance: Appearance, parts: Sequence[st
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RoomModels:
-    """What was chosen before the layout of one room: grammar and categories for it, and category -> model (None: to be dressed)."""
+    """What is chosen before the layout of one room: grammar and categories for it, and category -> model."""
 
     grammar: Grammar
     categories: Categories
@@ -78,7 +81,7 @@ class RoomModels:
 def choose_before(
     rng: np.random.Generator, catalog: Catalog, appearance: Appearance, grammar: Grammar, categories: Categories
 ) -> RoomModels:
-    """Choose for each category of a grammar whether all its objects are one model with a size or tops of its own."""
+    """Choose for each category of a grammar whether all its objects are one model with a size or support surfaces of its own."""
     chosen: dict[str, CatalogModel] = {}
     rules, table = dict(grammar.objects), dict(categories)
     for category in sorted({rule.category for rule in rules.values()}):
@@ -95,79 +98,84 @@ def choose_before(
             if rule.category == category:
                 rules[symbol] = _sized(rng, rule, model)
         if model.entry.surfaces is not None:
-            tops = [Surface(height_fraction=s.height_fraction, height_m=s.height_m, inset_m=s.inset_m) for s in model.entry.surfaces]
-            table[category] = replace(table[category], surfaces=tuple(tops), solids=_solids(table[category], tops, model.size_m[2]))
+            surfaces = [
+                SupportSurface(height_fraction=s.height_fraction, height_m=s.height_m, inset_m=s.inset_m) for s in model.entry.surfaces
+            ]
+            table[category] = replace(table[category], surfaces=tuple(surfaces), solids=_solids(table[category], surfaces, model.size_m[2]))
     return RoomModels(grammar=replace(grammar, objects=rules), categories=table, chosen=chosen)
 
 
 def choose_after(
     rng: np.random.Generator, catalog: Catalog, appearance: Appearance, models: RoomModels, objects: Sequence[SceneObject]
 ) -> tuple[tuple[SceneObject, ...], dict[int, CatalogModel]]:
-    """Return the objects with the files that they take, and their models by object id."""
-    by_id = {thing.id: thing for thing in objects}
+    """Return the objects with references to their files, and their models by object id."""
+    by_id = {item.id: item for item in objects}
     taken: dict[int, CatalogModel] = {}
-    groups: dict[tuple[str, int], Choice] = {}
-    for thing in objects:
-        model: Choice = models.chosen.get(thing.category)
+    shared: dict[tuple[str, int], Choice] = {}
+    for item in objects:
+        model: Choice = models.chosen.get(item.category)
         if model is None:
             choices = [
-                (item, odds) for item, odds in _choices(catalog, thing.category, appearance) if item is None or not _decides_layout(item)
+                (choice, odds)
+                for choice, odds in _choices(catalog, item.category, appearance)
+                if choice is None or not _decides_layout(choice)
             ]
             if len(choices) < 2:
                 continue
-            key = (thing.category, _sharing(appearance, thing, by_id))
-            if key not in groups:
-                groups[key] = _pick(rng, choices)
-            model = groups[key]
+            key = (item.category, _sharing(appearance, item, by_id))
+            if key not in shared:
+                shared[key] = _pick(rng, choices)
+            model = shared[key]
         if model is not None:
-            taken[thing.id] = model
-    return tuple(
-        replace(thing, model=ModelReference(file=taken[thing.id].entry.file, reading=taken[thing.id].entry.reading))
-        if thing.id in taken
-        else thing
-        for thing in objects
-    ), taken
+            taken[item.id] = model
+    return tuple(_with_file(item, taken.get(item.id)) for item in objects), taken
 
 
-def dress_files(
-    rng: np.random.Generator, closet: Closet, appearance: Appearance, taken: Mapping[int, CatalogModel], objects: Sequence[SceneObject]
+def _with_file(item: SceneObject, model: Choice) -> SceneObject:
+    if model is None:
+        return item
+    return replace(item, model=ModelReference(file=model.entry.file, reading=model.entry.reading))
+
+
+def assign_file_materials(
+    rng: np.random.Generator, pool: MaterialPool, appearance: Appearance, taken: Mapping[int, CatalogModel], objects: Sequence[SceneObject]
 ) -> tuple[SceneObject, ...]:
     """Return the objects with the parts of their files: the file's materials, or ours drawn as the entry says."""
-    closet.use(rng)
-    by_id = {thing.id: thing for thing in objects}
+    pool.use(rng)
+    by_id = {item.id: item for item in objects}
     looks: dict[tuple[str, int], tuple[Part, ...]] = {}
-    dressed = []
-    for thing in objects:
-        model = taken.get(thing.id)
+    changed = []
+    for item in objects:
+        model = taken.get(item.id)
         if model is None:
-            dressed.append(thing)
+            changed.append(item)
             continue
-        key = (model.entry.file, _sharing(appearance, thing, by_id))
+        key = (model.entry.file, _sharing(appearance, item, by_id))
         if key not in looks:
-            looks[key] = _file_parts(closet, appearance.categories[thing.category], model)
-        dressed.append(replace(thing, parts=looks[key]))
-    return tuple(dressed)
+            looks[key] = _file_parts(pool, appearance.categories[item.category], model)
+        changed.append(replace(item, parts=looks[key]))
+    return tuple(changed)
 
 
-def _sharing(appearance: Appearance, thing: SceneObject, by_id: Mapping[int, SceneObject]) -> int:
-    """Return a number that objects of one category which look alike have in common."""
-    own = -1 - thing.id
-    return {"room": 0, "group": core_of(thing, by_id) or own, "none": own}[appearance.categories[thing.category].shared]
+def _sharing(appearance: Appearance, item: SceneObject, by_id: Mapping[int, SceneObject]) -> int:
+    """Return a number that is equal for objects of one category which look alike."""
+    own = -1 - item.id
+    return {"room": 0, "group": core_of(item, by_id) or own, "none": own}[appearance.categories[item.category].shared]
 
 
-def _file_parts(closet: Closet, look: CategoryLook, model: CatalogModel) -> tuple[Part, ...]:
+def _file_parts(pool: MaterialPool, look: CategoryLook, model: CatalogModel) -> tuple[Part, ...]:
     if model.entry.materials == "file":
-        known = {material.id for material in closet.materials}
+        known = {material.id for material in pool.materials}
         for material in model.parts.values():
             if material.id not in known:
-                closet.materials.append(material)
+                pool.materials.append(material)
                 known.add(material.id)
         return tuple(Part(name=name, material=material.id) for name, material in model.parts.items())
     parts = []
     for name in model.parts:
         families = _families(model.entry, look, name)
         assert families is not None  # entry_faults has looked
-        parts.append(Part(name=name, material=closet.choose(families)))
+        parts.append(Part(name=name, material=pool.choose(families)))
     return tuple(parts)
 
 
@@ -193,12 +201,12 @@ def _choices(catalog: Catalog, category: str, appearance: Appearance) -> list[tu
     return [(None, own), *((model, model.entry.odds) for model in models)]
 
 
-def _solids(category: Category, tops: Sequence[Surface], height_m: float) -> tuple[Solid, ...] | None:
-    """Return what of a model is solid: all below its lowest top, and its rim above that, so that things can stand within it."""
-    low = min(tops, key=lambda top: top.height_fraction * height_m + top.height_m, default=None)
+def _solids(category: Category, surfaces: Sequence[SupportSurface], height_m: float) -> tuple[Solid, ...] | None:
+    """Return the solids of a model: all below its lowest support surface, and its rim above that, so that objects can stand within it."""
+    low = min(surfaces, key=lambda surface: surface.height_fraction * height_m + surface.height_m, default=None)
     if low is None or low.height_fraction * height_m + low.height_m >= height_m - 1e-9:
         return category.solids
-    rim = min(top.inset_m for top in tops)
+    rim = min(surface.inset_m for surface in surfaces)
     base = Solid(high_fraction=(1.0, 1.0, low.height_fraction), high_m=(0.0, 0.0, low.height_m))
     sides = (
         Solid(high_fraction=(0.0, 1.0, 1.0), high_m=(rim, 0.0, 0.0)),
@@ -214,14 +222,14 @@ def _decides_layout(model: CatalogModel) -> bool:
 
 
 def _pick(rng: np.random.Generator, choices: Sequence[tuple[Choice, float]]) -> Choice:
-    odds = np.array([item for _, item in choices])
-    if not odds.sum() > 0.0:
+    odds = [own for _, own in choices]
+    if not sum(odds) > 0.0:
         return choices[0][0]
-    return choices[int(np.searchsorted(np.cumsum(odds) / odds.sum(), rng.random(), side="right"))][0]
+    return choices[draw_index_by_odds(rng, odds)][0]
 
 
 def _sized(rng: np.random.Generator, rule: ObjectRule, model: CatalogModel) -> ObjectRule:
-    """Return a rule of which all objects have one size: the model's own, or that scaled to the drawn length of its longest side."""
+    """Return a rule with one size for all its objects: the model's own, or that scaled to the drawn length of its longest side."""
     if model.entry.scale == "stretch":
         return rule
     size = model.size_m

@@ -18,7 +18,7 @@ from grammar.checks.metrics import SamplingCost
 from grammar.checks.validity import check_room, door_start_m
 from grammar.derivation.derive import derive
 from grammar.derivation.overrides import overridden
-from grammar.derivation.parse_tree import ParseTree, Thing
+from grammar.derivation.parse_tree import Item, ParseTree
 from grammar.geometry.arrays import Floats
 from grammar.layout.assemble import assemble
 from grammar.layout.circulation import empty_floor
@@ -73,7 +73,7 @@ def sample_room_with_cost(
     failures: Counter[str] = Counter()
     for _ in range(grammar.budget.structures):
         tree = derive(grammar, categories, request, rng)
-        rules = {thing.id: thing.rule for thing in tree.things}
+        rules = {thing.id: thing.rule for thing in tree.items}
         problem, start = assemble(grammar, categories, tree, beta)
         for layout, energy in _layouts(grammar, problem, start, beta, _floor(grammar, tree.room), rng, meter):
             attempts += 1
@@ -146,15 +146,15 @@ def _objects(tree: ParseTree, categories: Categories, problem: Problem, layout: 
             position_m=(float(layout.pose[thing.id - 1, 0]), float(layout.pose[thing.id - 1, 1]), float(layout.z[thing.id - 1])),
             yaw_rad=float(layout.pose[thing.id - 1, 2]),
             support=_support(thing, problem, layout),
-            group=thing.core if thing.core is not None and thing.core <= tree.things[-1].id else None,
+            group=thing.core if thing.core is not None and thing.core <= tree.items[-1].id else None,
             model=ModelReference(generator=thing.rule.category),
             parts=(),
         )
-        for thing in tree.things
+        for thing in tree.items
     )
 
 
-def _support(thing: Thing, problem: Problem, layout: State) -> Support:
+def _support(thing: Item, problem: Problem, layout: State) -> Support:
     mount = thing.rule.mount
     if mount == "object":
         return Support(kind=mount, id=int(problem.slot_owner[layout.slot[thing.id - 1]]) + 1)
@@ -164,7 +164,7 @@ def _support(thing: Thing, problem: Problem, layout: State) -> Support:
 def _parse_graph(grammar: Grammar, tree: ParseTree, layout: State, problem: Problem, energy: Floats) -> ParseGraph:
     """Return the derivation with the supporters that the layout chose; their probabilities are the energy's support_address."""
     nodes = list(tree.nodes)
-    for thing in tree.things:
+    for thing in tree.items:
         if thing.supporter_node is not None:
             supporter = int(problem.slot_owner[layout.slot[thing.id - 1]]) + 1
             nodes[thing.supporter_node] = replace(nodes[thing.supporter_node], choice=str(supporter))

@@ -15,15 +15,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammar.appearance.appearance import Appearance, Closet, dress_from, load_appearance
-from grammar.appearance.daylight import LEAST_TURBIDITY, DaylightWish
+from grammar.appearance.appearance import sample_appearance_from
+from grammar.appearance.appearance_rules import Appearance, load_appearance
+from grammar.appearance.apply_looks import apply_looks
+from grammar.appearance.daylight import LEAST_TURBIDITY, DaylightRequest
 from grammar.appearance.downlights import sample_downlights
 from grammar.appearance.lighting import LightingConfig, read_lighting_config, sample_lighting
-from grammar.appearance.looks import apply_looks, restricted
-from grammar.camera.camera_path import CameraPathConfig, read_camera_path_config, sample_camera_path
-from grammar.catalog import choose_after, choose_before, dress_files, entry_faults
+from grammar.appearance.material_pool import MaterialPool
+from grammar.appearance.restrict import restricted
+from grammar.camera.camera_path import sample_camera_path
+from grammar.camera.path_config import CameraPathConfig, read_camera_path_config
+from grammar.catalog import assign_file_materials, choose_after, choose_before, entry_faults
 from grammar.checks.metrics import SamplingCost
-from grammar.derivation.derive import make_plan
+from grammar.derivation.plan import make_plan
 from grammar.geometry.free_space import occupancy_grid, rasterize
 from grammar.geometry.solids import object_solids
 from grammar.sample_room import sample_room_with_cost
@@ -31,7 +35,7 @@ from grammar.spec.categories import Categories, read_categories
 from grammar.spec.grammar_file import learned_types, read_grammar, read_room_type, room_types
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar, GrammarError
-from scene_description import SCHEMA, EnvironmentMap, SceneDescription
+from scene_description import SCHEMA, Environment, EnvironmentMap, Light, Luminaire, Room, SceneDescription, SceneObject
 from scene_description.catalog import Catalog
 from scene_description.share import config_path
 
@@ -57,9 +61,9 @@ class FloorMap(NamedTuple):
     origin_m: tuple[float, float]
 
 
-def daylight_wish(request: SceneRequest) -> DaylightWish:
-    """Return what a request asks of the daylight."""
-    return DaylightWish(
+def daylight_request(request: SceneRequest) -> DaylightRequest:
+    """Return what a request fixes of the daylight."""
+    return DaylightRequest(
         condition=request.daylight or None,
         latitude_deg=request.latitude_deg if request.latitude_deg <= 90.0 else None,
         day_of_year=request.day_of_year or None,
@@ -131,7 +135,7 @@ class SceneSynthesizer:
         restricted(self.appearance, request, self._categories(request), self._file_parts())
 
     def grammar_of(self, request: SceneRequest) -> Grammar:
-        """Return the grammar that a request's rooms are sampled from: by its room type and its grammar set."""
+        """Return the grammar that a request's rooms are sampled from, by its room type and its grammar set."""
         by_hand = self.grammars[request.room_type]
         return self.learned.get(request.room_type, by_hand) if request.grammar_set == "learned" else by_hand
 
@@ -165,34 +169,21 @@ class SceneSynthesizer:
     def synthesize_with_cost(
         self, request: SceneRequest, seed: int, index: int, times: CameraTimes
     ) -> tuple[SceneDescription, SamplingCost]:
-        """Do as :meth:`synthesize` and tell what the layout cost."""
+        """Do as :meth:`synthesize` and also return the cost of the layout."""
         self.check(request)
         rng = {purpose: np.random.default_rng(np.random.SeedSequence([seed, index, i])) for i, purpose in enumerate(PURPOSES)}
+        # sample the layout, with the models that decide it
         appearance = restricted(self.appearance, request, (), self._file_parts())
         models = choose_before(rng["catalog"], self.catalog, appearance, self.grammar_of(request), self.categories)
         sampled, cost = sample_room_with_cost(models.grammar, models.categories, request, rng["layout"])
+        # sample the appearance
         objects, taken = choose_after(rng["catalog"], self.catalog, appearance, models, sampled.objects)
-        closet = Closet(rng["appearance"], appearance)
-        room, objects = dress_from(closet, rng["appearance"], appearance, sampled.room, objects, request.room_type)
-        objects = dress_files(rng["catalog"], closet, appearance, taken, objects)
-        room, objects = apply_looks(rng["looks"], closet, request, room, objects)
-        lights, environment = sample_lighting(
-            rng["lighting"],
-            self.lighting,
-            objects,
-            windows=any(opening.category == "window" for opening in room.openings),
-            wish=daylight_wish(request),
-        )
-        spots = sample_downlights(
-            rng["downlights"], self.lighting.downlights.get(request.room_type), room, objects, dark=environment.daylight is None
-        )
-        if request.environment_map:
-            yaw_rad = math.radians(request.north_yaw_deg) if request.north_yaw_deg <= 360.0 else 0.0
-            picture = EnvironmentMap(file=request.environment_map, yaw_rad=yaw_rad, luminance_scale=request.environment_scale)
-            environment = replace(environment, map=picture)
-        if request.lamps != "any":
-            lights = tuple(replace(light, on=request.lamps == "lit") for light in lights)
-            spots = tuple(replace(spot, on=request.lamps == "lit") for spot in spots)
+        pool = MaterialPool(rng["appearance"], appearance)
+        room, objects = sample_appearance_from(pool, rng["appearance"], appearance, sampled.room, objects, request.room_type)
+        objects = assign_file_materials(rng["catalog"], pool, appearance, taken, objects)
+        room, objects = apply_looks(rng["looks"], pool, request, room, objects)
+        # sample the light and the camera's path
+        lights, spots, environment = self._light(rng, request, room, objects)
         boxes, _ = object_solids(self.categories, objects)
         path = sample_camera_path(
             rng["camera"], self.camera, room.polygon_m, room.height_m, boxes, times.frames, times.start_ns, times.rate_hz, times.first_index
@@ -205,7 +196,7 @@ class SceneSynthesizer:
             category=request.room_type,
             room=room,
             objects=objects,
-            materials=tuple(closet.materials),
+            materials=tuple(pool.materials),
             lights=lights,
             luminaires=spots,
             environment=environment,
@@ -214,6 +205,29 @@ class SceneSynthesizer:
             validity=sampled.validity,
         )
         return scene, cost
+
+    def _light(
+        self, rng: Mapping[str, np.random.Generator], request: SceneRequest, room: Room, objects: Sequence[SceneObject]
+    ) -> tuple[tuple[Light, ...], tuple[Luminaire, ...], Environment]:
+        """Sample lamps, spots in the ceiling and daylight, as far as the request leaves them open."""
+        lights, environment = sample_lighting(
+            rng["lighting"],
+            self.lighting,
+            objects,
+            windows=any(opening.category == "window" for opening in room.openings),
+            request=daylight_request(request),
+        )
+        spots = sample_downlights(
+            rng["downlights"], self.lighting.downlights.get(request.room_type), room, objects, dark=environment.daylight is None
+        )
+        if request.environment_map:
+            yaw_rad = math.radians(request.north_yaw_deg) if request.north_yaw_deg <= 360.0 else 0.0
+            picture = EnvironmentMap(file=request.environment_map, yaw_rad=yaw_rad, luminance_scale=request.environment_scale)
+            environment = replace(environment, map=picture)
+        if request.lamps != "any":
+            lights = tuple(replace(light, on=request.lamps == "lit") for light in lights)
+            spots = tuple(replace(spot, on=request.lamps == "lit") for spot in spots)
+        return lights, spots, environment
 
     def floor_map(self, scene: SceneDescription) -> FloorMap:
         """Return the free floor of a room, for navigation: what a robot as tall as the grammar's may stand on."""

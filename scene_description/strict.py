@@ -19,7 +19,7 @@ import math
 import re
 import types
 import typing
-from collections.abc import Mapping, Sized
+from collections.abc import Callable, Mapping, Sized
 from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
@@ -56,6 +56,9 @@ class Limits:
 
 
 NO_LIMITS = Limits()
+
+_Read = Callable[[Any, Limits, object, str], Any]
+"""Reads a value: bare type of the annotation, its limits, the value, its path."""
 
 
 def shorten(value: object) -> str:
@@ -111,21 +114,26 @@ def from_mapping(cls: type[T], data: object, path: str = "") -> T:
 
 def read_value(annotation: Any, value: object, path: str) -> Any:
     """Read one value as its annotation asks; see :func:`from_mapping`."""
+    read, bare, limits = _reader(annotation)
+    return read(bare, limits, value, path)
+
+
+@cache
+def _reader(annotation: Any) -> tuple[_Read, Any, Limits]:
+    """Return the function that reads values of an annotation, with the annotation's bare type and limits."""
     bare, limits = split_annotation(annotation)
     origin = get_origin(bare)
     if origin in (Union, types.UnionType):
-        return _read_optional(bare, limits, value, path)
+        return _read_optional, bare, limits
     if origin is Literal:
-        if value not in get_args(bare):
-            raise FieldError(path, "one of " + ", ".join(map(repr, get_args(bare))), shorten(value))
-        return value
+        return _read_literal, bare, limits
     if origin is tuple:
-        return _read_tuple(get_args(bare), limits, value, path)
+        return _read_tuple, bare, limits
     if origin is not None and issubclass(origin, Mapping):
-        return _read_mapping(get_args(bare)[1], limits, value, path)
+        return _read_mapping, bare, limits
     if dataclasses.is_dataclass(bare):
-        return from_mapping(typing.cast(Any, bare), value, path)
-    return _SCALARS[bare](limits, value, path)
+        return _read_dataclass, bare, limits
+    return _SCALARS[bare], bare, limits
 
 
 def to_mapping(value: Any) -> Any:
@@ -153,7 +161,18 @@ def _read_optional(bare: Any, limits: Limits, value: object, path: str) -> Any:
     return read_value(Annotated[inner, limits] if limits is not NO_LIMITS else inner, value, path)
 
 
-def _read_tuple(args: tuple[Any, ...], limits: Limits, value: object, path: str) -> tuple[Any, ...]:
+def _read_literal(bare: Any, limits: Limits, value: object, path: str) -> Any:
+    if value not in get_args(bare):
+        raise FieldError(path, "one of " + ", ".join(map(repr, get_args(bare))), shorten(value))
+    return value
+
+
+def _read_dataclass(bare: Any, limits: Limits, value: object, path: str) -> Any:
+    return from_mapping(bare, value, path)
+
+
+def _read_tuple(bare: Any, limits: Limits, value: object, path: str) -> tuple[Any, ...]:
+    args = get_args(bare)
     if not isinstance(value, (list, tuple)):
         raise FieldError(path, "a list", shorten(value))
     if len(args) == 2 and args[1] is Ellipsis:
@@ -164,7 +183,8 @@ def _read_tuple(args: tuple[Any, ...], limits: Limits, value: object, path: str)
     return tuple(read_value(arg, item, f"{path}[{i}]") for i, (arg, item) in enumerate(zip(args, value, strict=True)))
 
 
-def _read_mapping(item_type: Any, limits: Limits, value: object, path: str) -> dict[str, Any]:
+def _read_mapping(bare: Any, limits: Limits, value: object, path: str) -> dict[str, Any]:
+    item_type = get_args(bare)[1]
     if not isinstance(value, Mapping):
         raise FieldError(path, "a mapping", shorten(value))
     _check_length(limits, len(value), "keys", path)
@@ -191,20 +211,19 @@ def describe_range(limits: Limits, noun: str) -> str:
     return f"{noun} in [{low}, {high}]{unit}"
 
 
-def _read_float(limits: Limits, value: object, path: str) -> float:
-    expected = describe_range(limits, "a number")
+def _read_float(bare: Any, limits: Limits, value: object, path: str) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
-        raise FieldError(path, expected, shorten(value))
+        raise FieldError(path, describe_range(limits, "a number"), shorten(value))
     try:
         number = float(value)
     except OverflowError:
-        raise FieldError(path, expected, "an integer beyond float range") from None
+        raise FieldError(path, describe_range(limits, "a number"), "an integer beyond float range") from None
     if not math.isfinite(number) or not _in_range(limits, number):
-        raise FieldError(path, expected, shorten(value))
+        raise FieldError(path, describe_range(limits, "a number"), shorten(value))
     return number
 
 
-def _read_int(limits: Limits, value: object, path: str) -> int:
+def _read_int(bare: Any, limits: Limits, value: object, path: str) -> int:
     if isinstance(value, bool) or not isinstance(value, int):
         raise FieldError(path, describe_range(limits, "an integer"), shorten(value))
     if not -(2**63) <= value < 2**64 or not _in_range(limits, value):
@@ -216,13 +235,13 @@ def _in_range(limits: Limits, value: float) -> bool:
     return (limits.ge is None or value >= limits.ge) and (limits.le is None or value <= limits.le)
 
 
-def _read_bool(limits: Limits, value: object, path: str) -> bool:
+def _read_bool(bare: Any, limits: Limits, value: object, path: str) -> bool:
     if not isinstance(value, bool):
         raise FieldError(path, "true or false", shorten(value))
     return value
 
 
-def _read_str(limits: Limits, value: object, path: str) -> str:
+def _read_str(bare: Any, limits: Limits, value: object, path: str) -> str:
     if not isinstance(value, str):
         raise FieldError(path, "a string", shorten(value))
     _check_length(limits, len(value), "characters", path)

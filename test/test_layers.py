@@ -9,7 +9,7 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 ALLOWED = {
     "scene_description": {"scene_description", "numpy"},
-    "grammar": {"grammar", "scene_description", "numpy", "scipy", "numba", "yaml"},
+    "grammar": {"grammar", "scene_description", "numpy", "scipy", "numba", "shapely", "yaml"},
     "renderer": {"renderer", "scene_description", "numpy", "numba", "llvmlite", "trimesh", "PIL", "pyoidn", "OpenEXR"},
 }
 ONLY_IN = {

@@ -1,7 +1,7 @@
-"""At which moment a room is seen: day, hour, place and haze, and so where the sun stands.
+"""The moment at which a room is seen: day, hour, latitude and turbidity, from which the sun's position follows.
 
-The condition outside (clear, overcast, dusk, night) comes first and the moment is drawn until the sun's elevation fits it; where the hour
-is given, the moment comes first and the condition is drawn among those that fit.
+The condition outside (clear, overcast, dusk, night) is drawn first, then moments until the sun's elevation fits it.  Where the hour is
+given, the moment is drawn first, then a condition among those that fit.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ TRIALS = 2000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MomentConfig:
-    """Ranges of latitude, day of the year, true solar time, turbidity and the yaw of north, each drawn evenly; the ground's colour."""
+    """Ranges of latitude, day of the year, true solar time, turbidity and the yaw of north, each uniform; the ground's colour."""
 
     latitude_deg: tuple[Latitude, Latitude]
     day_of_year: tuple[Day, Day]
@@ -41,8 +41,8 @@ class MomentConfig:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DaylightWish:
-    """What is asked of the daylight; None is drawn."""
+class DaylightRequest:
+    """What a request fixes of the daylight; what is None is drawn."""
 
     condition: str | None = None
     latitude_deg: float | None = None
@@ -53,11 +53,11 @@ class DaylightWish:
     cloud_cover: float | None = None
 
 
-NO_WISH = DaylightWish()
+NO_DAYLIGHT_REQUEST = DaylightRequest()
 
 
 class Moment(NamedTuple):
-    """Day, true solar time, place and haze, and the sun's position then."""
+    """Latitude, day, true solar time, turbidity and the yaw of north, and the sun's position then."""
 
     latitude_deg: float
     day_of_year: int
@@ -67,7 +67,7 @@ class Moment(NamedTuple):
     sun: SunPosition
 
 
-def draw_moment(rng: np.random.Generator, config: MomentConfig, wish: DaylightWish, elevations_deg: tuple[float, float]) -> Moment:
+def draw_moment(rng: np.random.Generator, config: MomentConfig, request: DaylightRequest, elevations_deg: tuple[float, float]) -> Moment:
     """Draw moments until the sun's elevation lies within bounds.
 
     Raises:
@@ -75,15 +75,15 @@ def draw_moment(rng: np.random.Generator, config: MomentConfig, wish: DaylightWi
     """
     low, high = elevations_deg
     for _ in range(TRIALS):
-        moment = _draw(rng, config, wish)
+        moment = _draw(rng, config, request)
         if low <= math.degrees(moment.sun.elevation_rad) <= high:
             return moment
-    asked = ", ".join(f"{name} {value:g}" for name in _NUMBERS if (value := getattr(wish, name)) is not None) or "any moment"
+    asked = ", ".join(f"{name} {value:g}" for name in _NUMBERS if (value := getattr(request, name)) is not None) or "any moment"
     raise GrammarError(f"daylight: expected the sun between {low:g} and {high:g} degrees at {asked}, got no such moment; ask for less")
 
 
 def make_daylight(moment: Moment, cloud_cover: float, ground_color: tuple[float, float, float]) -> Daylight:
-    """Return sun and sky of a moment for a scene description."""
+    """Return the sun and the sky of a moment for a scene description."""
     north_yaw_rad = math.radians(moment.north_yaw_deg)
     return Daylight(
         sun_direction=direction_of(moment.sun, north_yaw_rad),
@@ -107,7 +107,8 @@ def fitting_conditions(moment: Moment, elevations_deg: Mapping[str, tuple[float,
 _NUMBERS = ("latitude_deg", "day_of_year", "solar_hour")
 
 
-def _draw(rng: np.random.Generator, config: MomentConfig, wish: DaylightWish) -> Moment:
+def _draw(rng: np.random.Generator, config: MomentConfig, request: DaylightRequest) -> Moment:
+    """Draw a moment; every number is drawn, also where the request fixes it, so that the others stay as they are."""
     drawn = {
         "latitude_deg": float(rng.uniform(*config.latitude_deg)),
         "day_of_year": int(rng.integers(config.day_of_year[0], config.day_of_year[1] + 1)),
@@ -115,6 +116,6 @@ def _draw(rng: np.random.Generator, config: MomentConfig, wish: DaylightWish) ->
         "turbidity": float(rng.uniform(*config.turbidity)),
         "north_yaw_deg": float(rng.uniform(*config.north_yaw_deg)),
     }
-    asked = {name: getattr(wish, name) for name in drawn}
-    latitude, day, hour, turbidity, north = (float(drawn[name] if asked[name] is None else asked[name]) for name in drawn)
+    fixed = {name: getattr(request, name) for name in drawn}
+    latitude, day, hour, turbidity, north = (float(drawn[name] if fixed[name] is None else fixed[name]) for name in drawn)
     return Moment(latitude, int(day), hour, turbidity, north, sun_position_at(day, hour, math.radians(latitude)))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
+from shapely import Point, Polygon
 
 from scene_description import Limits, Luminaire, Room, SceneObject
 from scene_description.color_temperature import color_of_temperature
@@ -25,9 +26,9 @@ _CLEAR_OF_LAMPS_M = 0.4
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DownlightConfig:
-    """Spots of one room type: how often it has them, distances, and ranges of flux, colour temperature and half angles of their cones.
+    """Spots of one room type: the probability that it has them, distances, and ranges of flux, colour temperature and cones.
 
-    ``beam_deg`` is full; ``field_over_beam`` times it is where the light ends.
+    ``beam_deg`` is the half angle within which the light is full; it ends at ``field_over_beam`` times that.
     """
 
     probability: Probability
@@ -44,9 +45,9 @@ class DownlightConfig:
 def sample_downlights(
     rng: np.random.Generator, config: DownlightConfig | None, room: Room, objects: Sequence[SceneObject], *, dark: bool
 ) -> tuple[Luminaire, ...]:
-    """Sample the spots in a ceiling; none where the room type has none or chance leaves them out.
+    """Sample the spots in a ceiling; none where the room type has none or the draw leaves them out.
 
-    They stand in rows along x and y, evenly over the room's outline, off its walls and off hanging lamps.
+    They lie on a grid along x and y over the room's outline, off its walls and off hanging lamps.
 
     Args:
         rng: the only source of randomness.
@@ -60,13 +61,16 @@ def sample_downlights(
     spacing, flux_lm = float(rng.uniform(*config.spacing_m)), float(np.exp(rng.uniform(*np.log(config.flux_lm))))
     temperature_k, beam = float(rng.uniform(*config.color_temperature_k)), math.radians(float(rng.uniform(*config.beam_deg)))
     on = bool(rng.random() < (config.on_in_dark if dark else config.on_by_day))
-    outline = np.array(room.polygon_m)
-    hanging = [thing.position_m[:2] for thing in objects if thing.support.kind == "ceiling"]
+    # keep the points of a grid that are off the walls and off hanging lamps
+    floor = Polygon(room.polygon_m)
+    hanging = [item.position_m[:2] for item in objects if item.support.kind == "ceiling"]
+    x_low, y_low, x_high, y_high = floor.bounds
     places = []
-    for x in _even(outline[:, 0], spacing, config.from_wall_m):
-        for y in _even(outline[:, 1], spacing, config.from_wall_m):
-            clear = all(math.dist((x, y), place) > _CLEAR_OF_LAMPS_M for place in hanging)
-            if clear and _depth_inside(outline, np.array([x, y])) >= 0.9 * config.from_wall_m:
+    for x in _grid(x_low, x_high, spacing, config.from_wall_m):
+        for y in _grid(y_low, y_high, spacing, config.from_wall_m):
+            off_lamps = all(math.dist((x, y), place) > _CLEAR_OF_LAMPS_M for place in hanging)
+            point = Point(x, y)
+            if off_lamps and floor.contains(point) and floor.exterior.distance(point) >= 0.9 * config.from_wall_m:
                 places.append((x, y))
     return tuple(
         Luminaire(
@@ -84,21 +88,9 @@ def sample_downlights(
     )
 
 
-def _even(coordinates: np.ndarray, spacing: float, margin: float) -> list[float]:
-    """Return places along an axis, ``margin`` off the ends and about ``spacing`` apart."""
-    low, high = float(coordinates.min()) + margin, float(coordinates.max()) - margin
+def _grid(low: float, high: float, spacing: float, margin: float) -> list[float]:
+    """Return points along an axis, ``margin`` off the ends and about ``spacing`` apart."""
+    low, high = low + margin, high - margin
     if high <= low:
         return [0.5 * (low + high)]
-    return [float(place) for place in np.linspace(low, high, round((high - low) / spacing) + 1)]
-
-
-def _depth_inside(outline: np.ndarray, point: np.ndarray) -> float:
-    """Return the distance from a point to the outline (n, 2), negative outside."""
-    ends = np.roll(outline, -1, axis=0)
-    along, away = ends - outline, point - outline
-    share = np.clip((away * along).sum(axis=1) / (along**2).sum(axis=1), 0.0, 1.0)
-    distance = float(np.linalg.norm(away - share[:, None] * along, axis=1).min())
-    crosses = (outline[:, 1] > point[1]) != (ends[:, 1] > point[1])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        at = outline[:, 0] + (point[1] - outline[:, 1]) * along[:, 0] / along[:, 1]
-    return distance if np.count_nonzero(crosses & (at > point[0])) % 2 else -distance
+    return [float(point) for point in np.linspace(low, high, round((high - low) / spacing) + 1)]

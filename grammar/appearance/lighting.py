@@ -1,4 +1,4 @@
-"""Which lamps shine, and what the sky outside looks like.  Light is photometric."""
+"""The state of a room's lamps and the daylight outside.  Light is photometric."""
 
 from __future__ import annotations
 
@@ -10,7 +10,15 @@ from typing import Annotated
 
 import numpy as np
 
-from grammar.appearance.daylight import NO_WISH, DaylightWish, Moment, MomentConfig, draw_moment, fitting_conditions, make_daylight
+from grammar.appearance.daylight import (
+    NO_DAYLIGHT_REQUEST,
+    DaylightRequest,
+    Moment,
+    MomentConfig,
+    draw_moment,
+    fitting_conditions,
+    make_daylight,
+)
 from grammar.appearance.downlights import DownlightConfig
 from grammar.spec.grammar_file import read_yaml
 from grammar.spec.rules import GrammarError
@@ -29,7 +37,7 @@ _NO_RANGES = ("probability", "dark", "cloud_cover")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lamp:
-    """One lamp category: the part that shines, ranges of flux and colour temperature, probability to be on by day and in the dark."""
+    """One lamp category: the part that shines, ranges of flux and colour temperature, probabilities to be on by day and in the dark."""
 
     part: str
     flux_lm: tuple[Flux, Flux]
@@ -76,27 +84,31 @@ def read_lighting_config(path: Path) -> LightingConfig:
     """
     try:
         config = from_mapping(LightingConfig, read_yaml(path))
-        for name, lamp in config.lamps.items():
-            _check_order(f"lamps.{name}", {"flux_lm": lamp.flux_lm, "color_temperature_k": lamp.color_temperature_k})
-        for name, sky in config.daylight.items():
-            _check_order(f"daylight.{name}", {f.name: getattr(sky, f.name) for f in fields(sky) if f.name not in _NO_RANGES})
-            if sky.cloud_cover is not None:
-                _check_order(f"daylight.{name}", {"cloud_cover": sky.cloud_cover})
-                if config.moment is None:
-                    raise FieldError(f"daylight.{name}.cloud_cover", "a section 'moment' for its sun", "none")
-        for name, spots in config.downlights.items():
-            ranges = ("spacing_m", "flux_lm", "color_temperature_k", "beam_deg")
-            _check_order(f"downlights.{name}", {key: getattr(spots, key) for key in ranges})
-        if config.moment is not None:
-            _check_order("moment", {f.name: getattr(config.moment, f.name) for f in fields(config.moment) if f.name != "ground_color"})
-        total = math.fsum(sky.probability for sky in config.daylight.values())
-        if abs(total - 1.0) > 1e-6:
-            raise FieldError("daylight", "probabilities that sum to 1", f"{total:.6g}")
-        if all(sky.dark for sky in config.daylight.values() if sky.probability > 0.0):
-            raise FieldError("daylight", "at least one condition that is not dark, for rooms without lamps", "none")
+        _check_config(config)
     except FieldError as error:
         raise GrammarError(f"{path}: {error}") from None
     return config
+
+
+def _check_config(config: LightingConfig) -> None:
+    for name, lamp in config.lamps.items():
+        _check_order(f"lamps.{name}", {"flux_lm": lamp.flux_lm, "color_temperature_k": lamp.color_temperature_k})
+    for name, sky in config.daylight.items():
+        _check_order(f"daylight.{name}", {f.name: getattr(sky, f.name) for f in fields(sky) if f.name not in _NO_RANGES})
+        if sky.cloud_cover is not None:
+            _check_order(f"daylight.{name}", {"cloud_cover": sky.cloud_cover})
+            if config.moment is None:
+                raise FieldError(f"daylight.{name}.cloud_cover", "a section 'moment' for its sun", "none")
+    for name, spots in config.downlights.items():
+        ranges = ("spacing_m", "flux_lm", "color_temperature_k", "beam_deg")
+        _check_order(f"downlights.{name}", {key: getattr(spots, key) for key in ranges})
+    if config.moment is not None:
+        _check_order("moment", {f.name: getattr(config.moment, f.name) for f in fields(config.moment) if f.name != "ground_color"})
+    total = math.fsum(sky.probability for sky in config.daylight.values())
+    if abs(total - 1.0) > 1e-6:
+        raise FieldError("daylight", "probabilities that sum to 1", f"{total:.6g}")
+    if all(sky.dark for sky in config.daylight.values() if sky.probability > 0.0):
+        raise FieldError("daylight", "at least one condition that is not dark, for rooms without lamps", "none")
 
 
 def sample_lighting(
@@ -105,7 +117,7 @@ def sample_lighting(
     objects: Sequence[SceneObject],
     *,
     windows: bool = True,
-    wish: DaylightWish = NO_WISH,
+    request: DaylightRequest = NO_DAYLIGHT_REQUEST,
 ) -> tuple[tuple[Light, ...], Environment]:
     """Sample the state of all lamps of a room and the daylight outside.
 
@@ -117,7 +129,7 @@ def sample_lighting(
         config: ranges and probabilities.
         objects: the room's objects; those of a lamp category are lamps.
         windows: whether daylight gets in at all.
-        wish: what is asked of the daylight.
+        request: what is fixed of the daylight.
 
     Returns:
         One light for each lamp, lit or not, in the order of the objects; the environment.
@@ -125,47 +137,49 @@ def sample_lighting(
     Raises:
         GrammarError: a lamp lacks the part that should shine, or the daylight asked for does not come about.
     """
-    lamps = [thing for thing in objects if thing.category in config.lamps]
-    sky, moment = _sample_condition(rng, config, bool(lamps), wish)
+    lamps = [item for item in objects if item.category in config.lamps]
+    sky, moment = _sample_condition(rng, config, bool(lamps), request)
     dark = sky.dark or not windows
     lights = [_sample_light(rng, config.lamps[lamp.category], lamp, dark) for lamp in lamps]
     if dark and lights and not any(light.on for light in lights):
         brightest = max(range(len(lights)), key=lambda i: lights[i].flux_lm)
         lights[brightest] = replace(lights[brightest], on=True)
-    return tuple(lights), _sample_environment(rng, config, sky, moment, wish)
+    return tuple(lights), _sample_environment(rng, config, sky, moment, request)
 
 
-def _sample_condition(rng: np.random.Generator, config: LightingConfig, lamps: bool, wish: DaylightWish) -> tuple[Condition, Moment | None]:
-    """Return the condition outside, and the moment if that came first."""
+def _sample_condition(
+    rng: np.random.Generator, config: LightingConfig, lamps: bool, request: DaylightRequest
+) -> tuple[Condition, Moment | None]:
+    """Return the condition outside, and the moment if that is drawn first."""
     skies = {name: sky for name, sky in config.daylight.items() if lamps or not sky.dark}
     moment = None
-    if wish.condition is not None:
-        if wish.condition not in config.daylight:
-            raise GrammarError(f"daylight: expected one of {', '.join(config.daylight)}, got '{wish.condition}'")
-        return config.daylight[wish.condition], None
-    if wish.solar_hour is not None and config.moment is not None:
-        moment = draw_moment(rng, config.moment, wish, (-90.0, 90.0))
+    if request.condition is not None:
+        if request.condition not in config.daylight:
+            raise GrammarError(f"daylight: expected one of {', '.join(config.daylight)}, got '{request.condition}'")
+        return config.daylight[request.condition], None
+    if request.solar_hour is not None and config.moment is not None:
+        moment = draw_moment(rng, config.moment, request, (-90.0, 90.0))
         fitting = fitting_conditions(moment, {name: sky.elevation_deg for name, sky in config.daylight.items()})
         skies = {name: config.daylight[name] for name in fitting}
     odds = np.array([sky.probability for sky in skies.values()])
     if not odds.sum() > 0.0:
-        raise GrammarError(f"daylight: expected a condition that fits solar_hour {wish.solar_hour}, got none; widen elevation_deg")
+        raise GrammarError(f"daylight: expected a condition that fits solar_hour {request.solar_hour}, got none; widen elevation_deg")
     return list(skies.values())[int(rng.choice(len(odds), p=odds / odds.sum()))], moment
 
 
-def _sample_light(rng: np.random.Generator, lamp: Lamp, thing: SceneObject, dark: bool) -> Light:
-    if lamp.part not in {part.name for part in thing.parts}:
-        names = ", ".join(part.name for part in thing.parts) or "none"
-        raise GrammarError(f"lamps.{thing.category}.part: expected a part of object {thing.id} ({names}), got '{lamp.part}'")
+def _sample_light(rng: np.random.Generator, lamp: Lamp, item: SceneObject, dark: bool) -> Light:
+    if lamp.part not in {part.name for part in item.parts}:
+        names = ", ".join(part.name for part in item.parts) or "none"
+        raise GrammarError(f"lamps.{item.category}.part: expected a part of object {item.id} ({names}), got '{lamp.part}'")
     flux_lm = _log_uniform(rng, lamp.flux_lm)
     temperature_k = float(rng.uniform(*lamp.color_temperature_k))
     on = bool(rng.random() < (lamp.on_in_dark if dark else lamp.on_by_day))
     color = color_of_temperature(temperature_k)
-    return Light(object=thing.id, part=lamp.part, flux_lm=flux_lm, color_temperature_k=temperature_k, color=color, on=on)
+    return Light(object=item.id, part=lamp.part, flux_lm=flux_lm, color_temperature_k=temperature_k, color=color, on=on)
 
 
 def _sample_environment(
-    rng: np.random.Generator, config: LightingConfig, sky: Condition, moment: Moment | None, wish: DaylightWish
+    rng: np.random.Generator, config: LightingConfig, sky: Condition, moment: Moment | None, request: DaylightRequest
 ) -> Environment:
     zenith_cd_m2 = _log_uniform(rng, sky.zenith_cd_m2)
     horizon_cd_m2 = zenith_cd_m2 * float(rng.uniform(*sky.horizon_ratio))
@@ -177,12 +191,13 @@ def _sample_environment(
     )
     if sky.cloud_cover is None or config.moment is None:
         return plain
-    moment = moment or draw_moment(rng, config.moment, wish, sky.elevation_deg)
-    cover = float(rng.uniform(*sky.cloud_cover)) if wish.cloud_cover is None else wish.cloud_cover
+    moment = moment or draw_moment(rng, config.moment, request, sky.elevation_deg)
+    cover = float(rng.uniform(*sky.cloud_cover)) if request.cloud_cover is None else request.cloud_cover
     return replace(plain, daylight=make_daylight(moment, cover, config.moment.ground_color))
 
 
 def _log_uniform(rng: np.random.Generator, bounds: tuple[float, float]) -> float:
+    """Draw a number whose logarithm is uniform."""
     return float(np.exp(rng.uniform(math.log(bounds[0]), math.log(bounds[1]))))
 
 

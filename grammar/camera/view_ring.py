@@ -1,7 +1,7 @@
 """What a camera would see from a point of the room in every horizontal direction, judged coarsely by casting rays at walls and boxes.
 
 A ring is a bundle of rays, ``RING_COLUMNS`` azimuths times the given elevations.  A view is as many neighbouring columns as the field of
-view spans.  Its value grows with how far it sees and how many different things it shows, and falls with what stands right before the lens.
+view spans.  Its value grows with how far it sees and how many different objects it shows, and falls with what stands right before the lens.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from grammar.geometry.arrays import Floats, Ints
 from grammar.geometry.boxes import Boxes
 from grammar.geometry.kernels import INNER, LEAN
 
@@ -20,23 +20,21 @@ RING_COLUMNS = 72
 
 
 class ViewWeights(NamedTuple):
-    """How a view is judged: distances in metres that count as too near and as far, and the weights of the three terms."""
+    """How a view is judged: distances in metres that count as too near and as far, and the weights of its three terms."""
 
     near_m: float
     far_m: float
     depth: float
-    things: float
+    objects: float
     near: float
 
 
-def column_azimuth_rad() -> NDArray[np.float64]:
+def column_azimuth_rad() -> Floats:
     """Return (RING_COLUMNS,) the azimuth of each column's centre, radians counter-clockwise from +x."""
     return np.arange(RING_COLUMNS, dtype=np.float64) * (2.0 * math.pi / RING_COLUMNS)
 
 
-def cast_ring(
-    polygon: NDArray[np.float64], height_m: float, boxes: Boxes, position_m: NDArray[np.float64], elevations_rad: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def cast_ring(polygon: Floats, height_m: float, boxes: Boxes, position_m: Floats, elevations_rad: Floats) -> tuple[Floats, Ints]:
     """Cast the rays of a ring from a point inside a room.
 
     Args:
@@ -58,6 +56,7 @@ def cast_ring(
 
 @njit(**LEAN)
 def _cast_ring(polygon, height_m, boxes, position_m, elevations_rad, distance_m, hit):  # type: ignore[no-untyped-def]
+    """Write distances and hits: of each ray the nearest of wall, floor or ceiling, and boxes."""
     for column in range(RING_COLUMNS):
         azimuth = column * (2.0 * math.pi / RING_COLUMNS)
         dx, dy = math.cos(azimuth), math.sin(azimuth)
@@ -77,12 +76,10 @@ def _cast_ring(polygon, height_m, boxes, position_m, elevations_rad, distance_m,
             distance_m[column, row] = nearest * math.sqrt(1.0 + slope * slope)
 
 
-def view_values(
-    distance_m: NDArray[np.float64], hit: NDArray[np.int64], box_count: int, columns_wide: int, weights: ViewWeights
-) -> NDArray[np.float64]:
+def view_values(distance_m: Floats, hit: Ints, box_count: int, columns_wide: int, weights: ViewWeights) -> Floats:
     """Return (RING_COLUMNS,) float64, the value of the view that is centred on each column of a ring.
 
-    value = depth * mean(min(d, far) / far) + things * (1 - 0.8^k) - near * share of rays shorter than near, with k the number of different
+    value = depth * mean(min(d, far) / far) + objects * (1 - 0.8^k) - near * share of rays shorter than near, with k the number of different
     boxes in view.
     """
     values = np.empty(len(distance_m))
@@ -92,9 +89,10 @@ def view_values(
 
 @njit(**LEAN)
 def _value_views(distance_m, hit, seen_from, columns_wide, weights, values):  # type: ignore[no-untyped-def]
+    """Write the value of each view; ``seen_from`` (b,) remembers for each box the last view that counted it."""
     columns, rows = distance_m.shape
     for centre in range(columns):
-        depth, near, things = 0.0, 0, 0
+        depth, near, objects = 0.0, 0, 0
         for offset in range(columns_wide):
             column = (centre + offset - columns_wide // 2) % columns
             for row in range(rows):
@@ -104,18 +102,18 @@ def _value_views(distance_m, hit, seen_from, columns_wide, weights, values):  # 
                 b = hit[column, row]
                 if b >= 0 and seen_from[b] != centre:
                     seen_from[b] = centre
-                    things += 1
+                    objects += 1
         rays = columns_wide * rows
-        values[centre] = weights.depth * depth / rays + weights.things * (1.0 - 0.8**things) - weights.near * near / rays
+        values[centre] = weights.depth * depth / rays + weights.objects * (1.0 - 0.8**objects) - weights.near * near / rays
 
 
-def best_turns(values: NDArray[np.float64], most_columns: int, turn_cost: float) -> NDArray[np.int64]:
+def best_columns(values: Floats, most_columns: int, turn_cost: float) -> Ints:
     """Return (m,) int64, the column to look at from each of m stations, by dynamic programming (Viterbi).
 
     Args:
         values: (m, RING_COLUMNS) float64.
         most_columns: greatest turn between neighbouring stations.
-        turn_cost: price of a turn by one column, growing with its square.
+        turn_cost: cost of a turn by one column; it grows with the square of the turn.
     """
     total, came_from = values.copy(), np.zeros(values.shape, np.int64)
     _add_turns(total, most_columns, turn_cost, came_from)
@@ -128,7 +126,7 @@ def best_turns(values: NDArray[np.float64], most_columns: int, turn_cost: float)
 
 @njit(**LEAN)
 def _add_turns(total, most_columns, turn_cost, came_from):  # type: ignore[no-untyped-def]
-    """Add to each station's values (m, columns) the best total of a way there; note the column before."""
+    """Add to each station's values (m, columns) the best total of a path to it; note the column before."""
     stations, columns = total.shape
     for station in range(1, stations):
         for column in range(columns):
@@ -144,6 +142,7 @@ def _add_turns(total, most_columns, turn_cost, came_from):  # type: ignore[no-un
 
 @njit(**INNER)
 def _wall_distance(polygon, x, y, dx, dy):  # type: ignore[no-untyped-def]
+    """Return the distance along a horizontal ray of unit direction to the outline, inf for a miss."""
     nearest = np.inf
     n = len(polygon)
     for i in range(n):

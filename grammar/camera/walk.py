@@ -1,8 +1,8 @@
 """Walks over the free floor: where a carried camera may be, shortest paths between viewpoints, smoothing that touches nothing.
 
-A point is allowed when the disc of the carrier's body clears everything from the floor up to the lens, and the lens everything around its
-own height.  Distances to walls and boxes are exact; as they change by at most a metre per metre, points that keep half the gap between
-neighbours in reserve prove the line between them.
+A point is allowed where the disc of the carrier's body clears everything from the floor up to the lens, and the lens clears everything
+around its own height.  Distances to walls and boxes are exact, and they change by at most a metre per metre.  So the whole line between two
+points is allowed if both keep half their distance from each other in reserve.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy import ndimage, sparse
 from scipy.sparse import csgraph
 
+from grammar.geometry.arrays import Floats, Ints
 from grammar.geometry.boxes import Boxes, point_distance
 from grammar.geometry.free_space import FreeSpace, distance_to_outline, rasterize, standable
 from grammar.geometry.kernels import LEAN
@@ -31,15 +32,15 @@ class Ground(NamedTuple):
     """Where a camera may be.
 
     cells_m: (n, 2) float64, centres of a connected set of cells, world, metres; costs: (n, n) sparse, cost of a step between neighbours;
-    polygon: (v, 2) outline and boxes: (b, 8) solids that count; keep_m: (b,) distance to keep from each; wall_keep_m: and from the walls;
-    reserve_m: distance that the cells keep beyond that.
+    polygon: (v, 2) outline; boxes: (b, 8) solids that count; keep_m: (b,) distance to keep from each box; wall_keep_m: distance to keep
+    from the walls; reserve_m: distance that the cells keep beyond these.
     """
 
-    cells_m: NDArray[np.float64]
+    cells_m: Floats
     costs: sparse.csr_matrix
-    polygon: NDArray[np.float64]
+    polygon: Floats
     boxes: Boxes
-    keep_m: NDArray[np.float64]
+    keep_m: Floats
     wall_keep_m: float
     reserve_m: float
 
@@ -47,26 +48,29 @@ class Ground(NamedTuple):
 class Routes(NamedTuple):
     """Shortest paths from ``viewpoints`` (k,), rows of ``Ground.cells_m``; ``before`` (k, n): the cell before each one on its path."""
 
-    viewpoints: NDArray[np.int64]
+    viewpoints: Ints
     before: NDArray[np.int32]
 
 
 class Walk(NamedTuple):
-    """A polyline: ``at_m`` (n,) the walker's progress at each of ``points_m`` (n, 2); never faster than a metre of way per metre of it."""
+    """A polyline through ``points_m`` (n, 2), with the progress ``at_m`` (n,) at each point.
 
-    at_m: NDArray[np.float64]
-    points_m: NDArray[np.float64]
+    A step between points is never longer than the progress between them.
+    """
+
+    at_m: Floats
+    points_m: Floats
 
 
 def choose_ground(
-    polygon: NDArray[np.float64], boxes: Boxes, lens_m: float, sway_m: float, body_radius_m: float, clearance_m: float, resolution_m: float
+    polygon: Floats, boxes: Boxes, lens_m: float, spath_m: float, body_radius_m: float, clearance_m: float, resolution_m: float
 ) -> Ground:
-    """Return the largest connected ground for a lens at height ``lens_m`` (give or take ``sway_m``).
+    """Return the largest connected ground for a lens at height ``lens_m``, which sways by ``spath_m`` up and down.
 
-    Distances shrink step by step until some ground is left; at worst it is the one cell that has most room.
+    The distances to keep shrink step by step until some ground is left; at worst it is the one cell with the greatest clearance.
     """
-    feet = boxes[boxes[:, 2] < lens_m + sway_m]
-    band = _around_lens(boxes, lens_m, sway_m + clearance_m)
+    feet = boxes[boxes[:, 2] < lens_m + spath_m]
+    band = _around_lens(boxes, lens_m, spath_m + clearance_m)
     reserve_m = _RESERVE_CELLS * resolution_m
     lens_raster = rasterize(polygon, band, resolution_m, math.inf)
     feet_raster = rasterize(polygon, feet, resolution_m, math.inf)
@@ -85,7 +89,7 @@ def choose_ground(
     return _ground(lens_raster, roomiest, polygon, band, np.zeros(len(band)), 0.0, reserve_m)
 
 
-def find_routes(ground: Ground, viewpoints: NDArray[np.int64]) -> Routes:
+def find_routes(ground: Ground, viewpoints: Ints) -> Routes:
     """Return the shortest paths between viewpoints (Dijkstra), at a cost that prefers the middle of passages."""
     _, before = csgraph.dijkstra(ground.costs, indices=viewpoints, return_predecessors=True)
     return Routes(viewpoints, before)
@@ -94,16 +98,18 @@ def find_routes(ground: Ground, viewpoints: NDArray[np.int64]) -> Routes:
 def sample_walk(rng: np.random.Generator, ground: Ground, routes: Routes, length_m: float, smoothing_m: float) -> Walk:
     """Return a smooth walk of at least ``length_m`` over randomly chosen viewpoints; with a single viewpoint it stands there.
 
-    Smoothing is a Gaussian of about ``smoothing_m`` along the way; at a turning point the walker slows down and comes back.
+    Smoothing is a Gaussian of about ``smoothing_m`` along the path; at a turning point the camera slows down and comes back.
     """
+    # join shortest paths until the walk is long enough
     here = int(rng.integers(len(routes.viewpoints)))
-    cells, way_m = [int(routes.viewpoints[here])], 0.0
-    while way_m < length_m and len(routes.viewpoints) > 1:
+    cells, path_m = [int(routes.viewpoints[here])], 0.0
+    while path_m < length_m and len(routes.viewpoints) > 1:
         there = (here + 1 + int(rng.integers(len(routes.viewpoints) - 1))) % len(routes.viewpoints)
         leg = _leg(routes, here, there)
-        way_m += float(np.linalg.norm(np.diff(ground.cells_m[leg], axis=0), axis=1).sum())
+        path_m += float(np.linalg.norm(np.diff(ground.cells_m[leg], axis=0), axis=1).sum())
         cells += leg[1:]
         here = there
+    # smooth the points; their progress stays at least the distance between them
     points = ground.cells_m[cells]  # a copy
     nominal = np.linalg.norm(np.diff(points, axis=0), axis=1)
     spacing = float(nominal.mean()) if len(nominal) else 1.0
@@ -113,7 +119,7 @@ def sample_walk(rng: np.random.Generator, ground: Ground, routes: Routes, length
     return Walk(np.concatenate([[0.0], np.cumsum(steps)]), points)
 
 
-def position_at(walk: Walk, along_m: NDArray[np.float64]) -> NDArray[np.float64]:
+def position_at(walk: Walk, along_m: Floats) -> Floats:
     """Return the (n, 2) positions at the progress ``along_m`` (n,)."""
     return np.column_stack([np.interp(along_m, walk.at_m, walk.points_m[:, axis]) for axis in (0, 1)])
 
@@ -132,17 +138,19 @@ def _largest_component(allowed: NDArray[np.bool_]) -> NDArray[np.bool_]:
 def _ground(
     raster: FreeSpace,
     cells: NDArray[np.bool_],
-    polygon: NDArray[np.float64],
+    polygon: Floats,
     boxes: Boxes,
-    keep_m: NDArray[np.float64],
+    keep_m: Floats,
     wall_keep_m: float,
     reserve_m: float,
 ) -> Ground:
+    # number the cells; passages cost more the narrower they are
     row, column = np.nonzero(cells)
     centres = np.column_stack([column, row]) * raster.resolution_m + 0.5 * raster.resolution_m + np.array(raster.origin_m)
     number = np.full(cells.shape, -1)
     number[row, column] = np.arange(len(row))
-    price = 1.0 + _PASSAGE_M / np.maximum(raster.clearance_m[row, column], 0.01)
+    cell_cost = 1.0 + _PASSAGE_M / np.maximum(raster.clearance_m[row, column], 0.01)
+    # join each cell with its neighbours to the right and above
     starts, ends, costs = [], [], []
     padded = np.pad(number, 1, constant_values=-1)
     for down, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
@@ -151,7 +159,7 @@ def _ground(
         b = neighbour[a]
         starts.append(a)
         ends.append(b)
-        costs.append(0.5 * (price[a] + price[b]) * math.hypot(down, right) * raster.resolution_m)
+        costs.append(0.5 * (cell_cost[a] + cell_cost[b]) * math.hypot(down, right) * raster.resolution_m)
     entries = (np.concatenate(costs), (np.concatenate(starts), np.concatenate(ends)))
     graph = sparse.coo_matrix(entries, shape=(len(row), len(row)))
     return Ground(centres, (graph + graph.T).tocsr(), polygon, boxes, keep_m, wall_keep_m, reserve_m)
@@ -177,7 +185,7 @@ def slack_at(polygon, boxes, keep_m, wall_keep_m, x_m, y_m):  # type: ignore[no-
 
 @njit(**LEAN)
 def _smooth(points, polygon, boxes, keep_m, wall_keep_m, reserve_m, rounds):  # type: ignore[no-untyped-def]
-    """Draw each point half-way to the middle of its neighbours, ``rounds`` times, unless that costs the reserve or stretches a gap."""
+    """Move each point half-way to the middle of its neighbours, ``rounds`` times, unless that costs the reserve or stretches a step."""
     widest = (2.0 * reserve_m) ** 2
     for _ in range(rounds):
         for i in range(1, len(points) - 1):

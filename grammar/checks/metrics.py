@@ -1,4 +1,4 @@
-"""Metrics of sampled rooms, named and defined as the field does; of one room, and over many.
+"""Metrics of sampled rooms under the names and definitions of the literature: of one room, and over many.
 
 Sources of the definitions: PhyScene (Yang et al., CVPR 2024: Col_obj, Col_scene, R_out, R_walkable, R_reach), SceneEval (accessibility of
 functional sides, opening clearance, support), ProcTHOR (reachable cells of 0.25 m), DiffuScene (pair IoU), Infinigen and SceneEval
@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammar.checks.relations import KINDS, Kept, kept_relations
+from grammar.checks.relations import KINDS, RelationCounts, satisfied_relations
 from grammar.checks.validity import door_start_m
 from grammar.geometry.free_space import rasterize, reachable
 from grammar.geometry.solids import object_solids
@@ -30,7 +30,7 @@ _RELATIONS = {"wall": "gap and turn against a wall", "group": "pose around the c
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SamplingCost:
-    """What a room cost: layouts tried, proposals of their chains, processor seconds of the chains."""
+    """The cost of a room: layouts tried, proposals of their chains, processor seconds of the chains."""
 
     attempts: int
     proposals: int
@@ -54,7 +54,7 @@ class RoomMetrics:
     pairs_with_iou: float
     reachable_m2: float
     energy: float
-    relations: Kept
+    relations: RelationCounts
     seconds: float
     cost: SamplingCost
 
@@ -81,7 +81,7 @@ def measure_room(grammar: Grammar, categories: Categories, scene: SceneDescripti
         seconds: processor time of the whole synthesis.
     """
     symbol = {node.object: node.symbol for node in scene.parse_graph.nodes if node.kind == "terminal" and node.object is not None}
-    rules = [grammar.objects.get(symbol.get(thing.id, "")) for thing in scene.objects]
+    rules = [grammar.objects.get(symbol.get(item.id, "")) for item in scene.objects]
     mean_iou, share = _pair_iou(scene.objects)
     return RoomMetrics(
         index=scene.index,
@@ -94,7 +94,7 @@ def measure_room(grammar: Grammar, categories: Categories, scene: SceneDescripti
         pairs_with_iou=share,
         reachable_m2=_reachable_area(grammar, categories, scene),
         energy=scene.parse_graph.energy,
-        relations=kept_relations(grammar, categories, scene.room, scene.objects, scene.parse_graph),
+        relations=satisfied_relations(grammar, categories, scene.room, scene.objects, scene.parse_graph),
         seconds=seconds,
         cost=cost,
     )
@@ -103,12 +103,12 @@ def measure_room(grammar: Grammar, categories: Categories, scene: SceneDescripti
 def _pair_iou(objects: Sequence[SceneObject]) -> tuple[float, float]:
     """Return the mean IoU of the axis-aligned boxes of all pairs, and the share of pairs whose boxes share space."""
     low, high = [], []
-    for thing in objects:
-        c, s = abs(np.cos(thing.yaw_rad)), abs(np.sin(thing.yaw_rad))
-        half = np.array([thing.size_m[0] * c + thing.size_m[1] * s, thing.size_m[0] * s + thing.size_m[1] * c, 0.0]) / 2
-        position = np.array(thing.position_m)
+    for item in objects:
+        c, s = abs(np.cos(item.yaw_rad)), abs(np.sin(item.yaw_rad))
+        half = np.array([item.size_m[0] * c + item.size_m[1] * s, item.size_m[0] * s + item.size_m[1] * c, 0.0]) / 2
+        position = np.array(item.position_m)
         low.append(position - half)
-        high.append(position + half + (0.0, 0.0, thing.size_m[2]))
+        high.append(position + half + (0.0, 0.0, item.size_m[2]))
     if len(objects) < 2:
         return 0.0, 0.0
     a, b = np.array(low), np.array(high)
@@ -133,7 +133,7 @@ def summarise(rooms: Rooms, failures: int) -> list[Metric]:
         rooms: at least one.
         failures: rooms asked for that could not be sampled.
     """
-    things = sum(room.objects for room in rooms)
+    items = sum(room.objects for room in rooms)
     needed = sum(room.to_be_reached for room in rooms)
     seconds = np.array([room.seconds for room in rooms])
     attempts = np.array([room.cost.attempts for room in rooms])
@@ -143,20 +143,20 @@ def summarise(rooms: Rooms, failures: int) -> list[Metric]:
         return _at_fault(rooms, name) / max(of, 1)
 
     return [
-        _clean("failures", "rooms asked for that could not be sampled within the budget", failures),
-        _clean("Col_obj", "objects that penetrate another one deeper than the limit / objects", share("collision", things)),
-        _clean("Col_scene", "rooms with such an object / rooms", _rooms_at_fault(rooms, "collision")),
-        _worst(rooms, "penetration", "deepest penetration of two objects' solids", "collision", "mm", 1000.0),
-        _clean("R_out", "objects that stick out of the room further than the limit / objects", share("out_of_bounds", things)),
-        _worst(rooms, "outside", "furthest that a solid sticks out of walls, floor or ceiling", "out_of_bounds", "mm", 1000.0),
-        _clean("floating", "objects whose gap to their support is above the limit / objects", share("floating", things)),
-        _worst(rooms, "gap", "largest gap between an object and its support", "floating", "mm", 1000.0),
-        _worst(rooms, "overhang", "furthest that an object's footprint sticks out of the top that carries it", "overhang", "mm", 1000.0),
-        _clean("doors blocked", "rooms where something stands in a door's swing or its free space / rooms",
+        _zero("failures", "rooms asked for that could not be sampled within the budget", failures),
+        _zero("Col_obj", "objects that penetrate another one deeper than the limit / objects", share("collision", items)),
+        _zero("Col_scene", "rooms with such an object / rooms", _rooms_at_fault(rooms, "collision")),
+        _most(rooms, "penetration", "deepest penetration of two objects' solids", "collision", "mm", 1000.0),
+        _zero("R_out", "objects that stick out of the room further than the limit / objects", share("out_of_bounds", items)),
+        _most(rooms, "outside", "furthest that a solid sticks out of walls, floor or ceiling", "out_of_bounds", "mm", 1000.0),
+        _zero("floating", "objects whose gap to their support is above the limit / objects", share("floating", items)),
+        _most(rooms, "gap", "largest gap between an object and its support", "floating", "mm", 1000.0),
+        _most(rooms, "overhang", "furthest that an object's footprint sticks out of the support surface below", "overhang", "mm", 1000.0),
+        _zero("doors blocked", "rooms where something stands in a door's swing or its free space / rooms",
                _rooms_at_fault(rooms, "door_clear")),
-        _clean("windows blocked", "rooms where furniture stands before a window above its sill / rooms",
+        _zero("windows blocked", "rooms where furniture stands before a window above its sill / rooms",
                _rooms_at_fault(rooms, "window_clear")),
-        _clean("wall space blocked", "rooms where something hangs over an opening, or a picture is hidden / rooms",
+        _zero("wall space blocked", "rooms where something hangs over an opening, or a picture is hidden / rooms",
                _rooms_at_fault(rooms, "wall_clear")),
         _least(rooms, "R_walkable, least", "floor where the robot can stand that is connected to the door / all such floor", np.min),
         _least(rooms, "R_walkable, mean", "the same, mean over rooms", np.mean),
@@ -166,31 +166,31 @@ def summarise(rooms: Rooms, failures: int) -> list[Metric]:
         Metric("room reachability", f"rooms with at least {LEAST_CELLS} reachable cells of {REACHABLE_CELL_M} m / rooms",
                float(np.mean([room.reachable_m2 >= LEAST_CELLS * REACHABLE_CELL_M**2 for room in rooms])), "", ">= 1",
                all(room.reachable_m2 >= LEAST_CELLS * REACHABLE_CELL_M**2 for room in rooms)),
-        _none("pair IoU", "mean IoU of the axis-aligned boxes of all pairs; a chair under a table counts", _mean(rooms, "pair_iou"), ""),
-        _none("pairs with IoU", "pairs of objects whose axis-aligned boxes share space / pairs", _mean(rooms, "pairs_with_iou"), ""),
-        _none("objects", "mean number of objects in a room", things / len(rooms), ""),
+        _figure("pair IoU", "mean IoU of the axis-aligned boxes of all pairs; a chair under a table counts", _mean(rooms, "pair_iou"), ""),
+        _figure("pairs with IoU", "pairs of objects whose axis-aligned boxes share space / pairs", _mean(rooms, "pairs_with_iou"), ""),
+        _figure("objects", "mean number of objects in a room", items / len(rooms), ""),
         _kept(rooms, "relation satisfaction", "relations whose object stands within the tolerance of a mode / relations declared", KINDS),
         *(_kept(rooms, f"relations, {kind}", f"the same, {words}", (kind,)) for kind, words in _RELATIONS.items()),
-        _none("soft energy", "weighted losses of the layout, median over rooms", float(np.median([room.energy for room in rooms])), ""),
-        _none("time p50", "processor time of a room, everything included, median", float(np.median(seconds)), "s"),
-        _none("time p99", "the same, 99th percentile", float(np.quantile(seconds, 0.99)), "s"),
-        _none("attempts", "layouts tried for a room, mean", float(attempts.mean()), ""),
-        _none("first try", "rooms whose first layout passed all checks / rooms", float((attempts == 1).mean()), ""),
-        _none("proposals", "proposals of the chain for a room, mean", proposals / len(rooms), ""),
-        _none("proposals/s", "proposals of the chain per second of one core", proposals / max(chain_s, 1e-9), "1/s"),
+        _figure("soft energy", "weighted losses of the layout, median over rooms", float(np.median([room.energy for room in rooms])), ""),
+        _figure("time p50", "processor time of a room, everything included, median", float(np.median(seconds)), "s"),
+        _figure("time p99", "the same, 99th percentile", float(np.quantile(seconds, 0.99)), "s"),
+        _figure("attempts", "layouts tried for a room, mean", float(attempts.mean()), ""),
+        _figure("first try", "rooms whose first layout passed all checks / rooms", float((attempts == 1).mean()), ""),
+        _figure("proposals", "proposals of the chain for a room, mean", proposals / len(rooms), ""),
+        _figure("proposals/s", "proposals of the chain per second of one core", proposals / max(chain_s, 1e-9), "1/s"),
     ]  # fmt: skip
 
 
-def _clean(name: str, definition: str, value: float) -> Metric:
+def _zero(name: str, definition: str, value: float) -> Metric:
     return Metric(name, definition, float(value), "", "0", value == 0.0)
 
 
 def _kept(rooms: Rooms, name: str, definition: str, kinds: Sequence[str]) -> Metric:
     pairs = [room.relations[kind] for room in rooms for kind in kinds]
-    return _none(name, definition, sum(satisfied for satisfied, _ in pairs) / max(sum(declared for _, declared in pairs), 1), "")
+    return _figure(name, definition, sum(satisfied for satisfied, _ in pairs) / max(sum(declared for _, declared in pairs), 1), "")
 
 
-def _none(name: str, definition: str, value: float, unit: str) -> Metric:
+def _figure(name: str, definition: str, value: float, unit: str) -> Metric:
     return Metric(name, definition, float(value), unit, "", None)
 
 
@@ -207,7 +207,7 @@ def _rooms_at_fault(rooms: Rooms, name: str) -> float:
     return float(np.mean([room.checks[name][2] > 0 for room in rooms if name in room.checks]))
 
 
-def _worst(rooms: Rooms, name: str, definition: str, check: str, unit: str, scale: float) -> Metric:
+def _most(rooms: Rooms, name: str, definition: str, check: str, unit: str, scale: float) -> Metric:
     rows = [room.checks[check] for room in rooms if check in room.checks]
     limit = max(row[1] for row in rows)
     return Metric(name, definition, scale * max(row[0] for row in rows), unit, f"<= {scale * limit:g}", all(row[2] == 0 for row in rows))

@@ -1,9 +1,9 @@
-"""Exact checks of a furnished room; a room that fails one is not let through.
+"""Exact checks of a furnished room; a room that fails one is rejected.
 
-- collision: no two objects' solids share more than the threshold, along the least direction of separation (a box that stands on another
-only touches it)
+- collision: no two objects' solids share more than the threshold, along the direction of least separation (a box that stands on another
+  only touches it)
 - out_of_bounds: every solid lies inside the floor polygon, above the floor and under the ceiling
-- floating: gap to floor, wall, ceiling or the top that carries the object; overhang: how far its footprint sticks out of that top
+- floating: gap to the floor, wall, ceiling or support surface of the object; overhang: how far its footprint sticks out of that surface
 - door_clear, window_clear: depth of solids in the zones before doors and windows; wall_clear: the same before pictures and mirrors, and
   for what hangs over an opening
 - walkable_share: share of the free floor that a robot reaches from the door; reachable: number of seats, beds and stores that it does not
@@ -18,17 +18,17 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from grammar.geometry.arrays import Floats, Ints
 from grammar.geometry.boxes import Boxes, deepest_penetrations, footprint_corners, segment_inside_length
 from grammar.geometry.free_space import rasterize, reachable, walkable_share
 from grammar.geometry.solids import object_solids, surface_top
 from grammar.geometry.walls import outside_distance, wall_rows
-from grammar.geometry.zones import FACE, opening_frame, opening_zones, placed_zones, side_rectangle, thing_zones
+from grammar.geometry.zones import FACE, object_zones, opening_frame, opening_zones, placed_zones, side_rectangle
 from grammar.spec.categories import Categories
+from grammar.spec.object_rules import ObjectRule
 from grammar.spec.request import RequestError
-from grammar.spec.rules import Grammar, ObjectRule, Thresholds
+from grammar.spec.rules import Grammar, Thresholds
 from scene_description import Opening, Room, SceneObject, ValidityCheck, ValidityReport
-
-Ints = NDArray[np.int64]
 
 _STRIP_POINTS = 12
 
@@ -40,10 +40,10 @@ def check_room(
 
     Args:
         grammar: thresholds and the zones of openings.
-        categories: solids and tops of the objects' categories.
+        categories: solids and support surfaces of the objects' categories.
         room: shell and openings.
         objects: what stands in it.
-        rules: object id -> the rule that it came from (access and view).
+        rules: object id -> its rule (access and view).
         attempts: how many layouts were tried, for the report.
     """
     limits = grammar.validity
@@ -67,7 +67,7 @@ def _at_most(name: str, limit: float, values: Mapping[int, float]) -> ValidityCh
     return ValidityCheck(name=name, value=worst, limit=limit, passed=not at_fault, objects=at_fault)
 
 
-def _worst_by_owner(depth: NDArray[np.float64], owner: Ints) -> dict[int, float]:
+def _worst_by_owner(depth: Floats, owner: Ints) -> dict[int, float]:
     worst: dict[int, float] = {}
     for value, key in zip(depth.tolist(), owner.tolist(), strict=True):
         worst[key] = max(worst.get(key, 0.0), value)
@@ -81,23 +81,23 @@ def _check_collision(limits: Thresholds, boxes: Boxes, owner: Ints) -> ValidityC
 def _check_bounds(limits: Thresholds, room: Room, objects: Sequence[SceneObject], boxes: Boxes, owner: Ints) -> ValidityCheck:
     whole = [
         (
-            *thing.position_m,
-            thing.position_m[2] + thing.size_m[2],
-            0.5 * thing.size_m[0],
-            0.5 * thing.size_m[1],
-            math.cos(thing.yaw_rad),
-            math.sin(thing.yaw_rad),
+            *item.position_m,
+            item.position_m[2] + item.size_m[2],
+            0.5 * item.size_m[0],
+            0.5 * item.size_m[1],
+            math.cos(item.yaw_rad),
+            math.sin(item.yaw_rad),
         )
-        for thing in objects
+        for item in objects
     ]
     rows = np.concatenate([boxes, np.array(whole, np.float64).reshape(-1, 8)])
-    owners = np.concatenate([owner, np.array([thing.id for thing in objects], np.int64)])
+    owners = np.concatenate([owner, np.array([item.id for item in objects], np.int64)])
     wall = wall_rows(room.polygon_m)
     depth = np.array([_outside(wall, room.height_m, row, limits.outside_m) for row in rows])
     return _at_most("out_of_bounds", limits.outside_m, _worst_by_owner(depth, owners))
 
 
-def _outside(wall: NDArray[np.float64], ceiling_m: float, box: Boxes, tolerance_m: float) -> float:
+def _outside(wall: Floats, ceiling_m: float, box: Boxes, tolerance_m: float) -> float:
     """Return how far a box lies outside the room; if only a wall cuts through it between its corners, the wall's length in it."""
     worst = max(-box[2], box[3] - ceiling_m, 0.0)
     for x, y in footprint_corners(box):
@@ -113,46 +113,47 @@ def _outside(wall: NDArray[np.float64], ceiling_m: float, box: Boxes, tolerance_
 def _check_support(
     limits: Thresholds, categories: Categories, room: Room, objects: Sequence[SceneObject]
 ) -> tuple[ValidityCheck, ValidityCheck]:
-    by_id = {thing.id: thing for thing in objects}
+    by_id = {item.id: item for item in objects}
     gaps, overhangs = {}, {}
-    for thing in objects:
-        if thing.support.kind == "object":
-            below = by_id.get(thing.support.id or 0)
-            gaps[thing.id], overhangs[thing.id] = _gap_to_top(categories, thing, below) if below else (thing.position_m[2], 0.0)
+    for item in objects:
+        if item.support.kind == "object":
+            below = by_id.get(item.support.id or 0)
+            gaps[item.id], overhangs[item.id] = _gap_to_surface(categories, item, below) if below else (item.position_m[2], 0.0)
         else:
-            gaps[thing.id] = _gap_to_room(room, thing)
+            gaps[item.id] = _gap_to_room(room, item)
     return _at_most("floating", limits.gap_m, gaps), _at_most("overhang", limits.outside_m, overhangs)
 
 
-def _gap_to_top(categories: Categories, thing: SceneObject, below: SceneObject) -> tuple[float, float]:
-    """Return the vertical gap to the nearest top of the supporter and how far the footprint sticks out of it."""
-    turn = thing.yaw_rad - below.yaw_rad
+def _gap_to_surface(categories: Categories, item: SceneObject, below: SceneObject) -> tuple[float, float]:
+    """Return the vertical gap to the nearest support surface of the supporter and how far the footprint sticks out of it."""
+    turn = item.yaw_rad - below.yaw_rad
     c, s = math.cos(below.yaw_rad), math.sin(below.yaw_rad)
-    dx, dy = thing.position_m[0] - below.position_m[0], thing.position_m[1] - below.position_m[1]
-    half_d, half_w = 0.5 * thing.size_m[0], 0.5 * thing.size_m[1]
+    dx, dy = item.position_m[0] - below.position_m[0], item.position_m[1] - below.position_m[1]
+    half_d, half_w = 0.5 * item.size_m[0], 0.5 * item.size_m[1]
     reach_d = abs(dx * c + dy * s) + half_d * abs(math.cos(turn)) + half_w * abs(math.sin(turn))
     reach_w = abs(dy * c - dx * s) + half_d * abs(math.sin(turn)) + half_w * abs(math.cos(turn))
     found = []
     for surface in categories[below.category].surfaces:
         height, top_d, top_w = surface_top(surface, below.size_m)
-        found.append((abs(thing.position_m[2] - below.position_m[2] - height), max(reach_d - top_d, reach_w - top_w, 0.0)))
-    return min(found, default=(math.hypot(*thing.size_m), 0.0))
+        found.append((abs(item.position_m[2] - below.position_m[2] - height), max(reach_d - top_d, reach_w - top_w, 0.0)))
+    return min(found, default=(math.hypot(*item.size_m), 0.0))
 
 
-def _gap_to_room(room: Room, thing: SceneObject) -> float:
-    x, y, z = thing.position_m
-    if thing.support.kind == "floor":
+def _gap_to_room(room: Room, item: SceneObject) -> float:
+    """Return the gap of an object to the floor, the ceiling or the wall that supports it."""
+    x, y, z = item.position_m
+    if item.support.kind == "floor":
         return abs(z)
-    if thing.support.kind == "ceiling":
-        return abs(room.height_m - z - thing.size_m[2])
-    wall = thing.support.wall or 0
+    if item.support.kind == "ceiling":
+        return abs(room.height_m - z - item.size_m[2])
+    wall = item.support.wall or 0
     (ax, ay), (bx, by) = room.polygon_m[wall], room.polygon_m[(wall + 1) % len(room.polygon_m)]
     length = math.hypot(bx - ax, by - ay)
-    back = 0.5 * thing.size_m[0]
-    back_x, back_y = x - back * math.cos(thing.yaw_rad), y - back * math.sin(thing.yaw_rad)
-    turn = math.sin(thing.yaw_rad - math.atan2(bx - ax, ay - by))
+    back = 0.5 * item.size_m[0]
+    back_x, back_y = x - back * math.cos(item.yaw_rad), y - back * math.sin(item.yaw_rad)
+    turn = math.sin(item.yaw_rad - math.atan2(bx - ax, ay - by))
     across = ((back_x - ax) * (ay - by) + (back_y - ay) * (bx - ax)) / length
-    return abs(across) + 0.5 * thing.size_m[1] * abs(turn)
+    return abs(across) + 0.5 * item.size_m[1] * abs(turn)
 
 
 def _zone_check(name: str, limit: float, zones: Boxes, boxes: Boxes, owner: Ints, zone_owner: Ints) -> ValidityCheck:
@@ -172,7 +173,7 @@ def _opening_boxes(grammar: Grammar, room: Room, kind: str, faces: bool) -> Boxe
 def _check_openings(
     grammar: Grammar, room: Room, objects: Sequence[SceneObject], boxes: Boxes, owner: Ints
 ) -> tuple[ValidityCheck, ValidityCheck]:
-    standing = _of(objects, owner, "floor")
+    standing = _supported_by(objects, owner, "floor")
     limit = grammar.validity.penetration_m
     doors, windows = _opening_boxes(grammar, room, "door", False), _opening_boxes(grammar, room, "window", False)
     return (
@@ -184,12 +185,12 @@ def _check_openings(
 def _check_wall_space(
     grammar: Grammar, room: Room, objects: Sequence[SceneObject], rules: Mapping[int, ObjectRule], boxes: Boxes, owner: Ints
 ) -> ValidityCheck:
-    standing, hanging = _of(objects, owner, "floor"), _of(objects, owner, "wall")
+    standing, hanging = _supported_by(objects, owner, "floor"), _supported_by(objects, owner, "wall")
     views = [np.zeros((0, 8))]
-    for thing in objects:
-        if thing.support.kind == "wall":
-            rule = rules[thing.id]
-            views.append(placed_zones(thing_zones(rule, thing.size_m), *thing.position_m, thing.yaw_rad))
+    for item in objects:
+        if item.support.kind == "wall":
+            rule = rules[item.id]
+            views.append(placed_zones(object_zones(rule, item.size_m), *item.position_m, item.yaw_rad))
     faces, before = _opening_boxes(grammar, room, "any", True), np.concatenate(views)
     covered = deepest_penetrations(boxes[hanging], owner[hanging], faces, np.zeros(len(faces), np.int64))
     hidden = deepest_penetrations(boxes[standing], owner[standing], before, np.zeros(len(before), np.int64))
@@ -197,8 +198,9 @@ def _check_wall_space(
     return _at_most("wall_clear", grammar.validity.penetration_m, _worst_by_owner(depth, owners))
 
 
-def _of(objects: Sequence[SceneObject], owner: Ints, kind: str) -> NDArray[np.bool_]:
-    return np.isin(owner, [thing.id for thing in objects if thing.support.kind == kind])
+def _supported_by(objects: Sequence[SceneObject], owner: Ints, kind: str) -> NDArray[np.bool_]:
+    """Return (n,) whether the owner of each box has this kind of support."""
+    return np.isin(owner, [item.id for item in objects if item.support.kind == kind])
 
 
 def door_start_m(room: Room, radius_m: float) -> tuple[float, float]:
@@ -223,9 +225,9 @@ def _check_floor(
     reached = np.argwhere(reachable(free, limits.robot_radius_m, start))
     points = np.array(free.origin_m) + (reached[:, ::-1] + 0.5) * free.resolution_m
     missed = {
-        thing.id: float(not any(_touches(thing, side, limits.reach_depth_m, points) for side in rules[thing.id].reach_any))
-        for thing in objects
-        if rules[thing.id].reach_any
+        item.id: float(not any(_touches(item, side, limits.reach_depth_m, points) for side in rules[item.id].reach_any))
+        for item in objects
+        if rules[item.id].reach_any
     }
     unreached = tuple(sorted(key for key, value in missed.items() if value))
     walkable = ValidityCheck(name="walkable_share", value=share, limit=limits.walkable_share, passed=bool(share >= limits.walkable_share))
@@ -233,11 +235,11 @@ def _check_floor(
     return walkable, reach
 
 
-def _touches(thing: SceneObject, side: str, depth_m: float, points: NDArray[np.float64]) -> bool:
+def _touches(item: SceneObject, side: str, depth_m: float, points: Floats) -> bool:
     """Return whether one of the points (n, 2) lies in the strip along a side of an object."""
-    x, y, half_d, half_w = side_rectangle(side, depth_m, thing.size_m)
-    c, s = math.cos(thing.yaw_rad), math.sin(thing.yaw_rad)
-    dx, dy = points[:, 0] - thing.position_m[0], points[:, 1] - thing.position_m[1]
+    x, y, half_d, half_w = side_rectangle(side, depth_m, item.size_m)
+    c, s = math.cos(item.yaw_rad), math.sin(item.yaw_rad)
+    dx, dy = points[:, 0] - item.position_m[0], points[:, 1] - item.position_m[1]
     return bool(np.any((np.abs(dx * c + dy * s - x) <= half_d) & (np.abs(dy * c - dx * s - y) <= half_w)))
 
 
@@ -246,23 +248,23 @@ def _check_sides(
 ) -> ValidityCheck:
     low = boxes[:, 2] < limits.robot_height_m
     wall, share = wall_rows(room.polygon_m), {}
-    for thing in objects:
-        if rules[thing.id].reach_any:
-            others = boxes[low & (owner != thing.id)]
-            share[thing.id] = max(_free_share(limits, wall, thing, side, others) for side in rules[thing.id].reach_any)
+    for item in objects:
+        if rules[item.id].reach_any:
+            others = boxes[low & (owner != item.id)]
+            share[item.id] = max(_free_share(limits, wall, item, side, others) for side in rules[item.id].reach_any)
     blocked = tuple(sorted(key for key, value in share.items() if value < limits.side_share))
     return ValidityCheck(
         name="side_clear", value=min(share.values(), default=1.0), limit=limits.side_share, passed=not blocked, objects=blocked
     )
 
 
-def _free_share(limits: Thresholds, wall: NDArray[np.float64], thing: SceneObject, side: str, others: Boxes) -> float:
+def _free_share(limits: Thresholds, wall: Floats, item: SceneObject, side: str, others: Boxes) -> float:
     """Return the share of a strip along a side of an object that lies inside the room and in none of ``others``."""
-    x, y, half_d, half_w = side_rectangle(side, limits.side_depth_m, thing.size_m)
+    x, y, half_d, half_w = side_rectangle(side, limits.side_depth_m, item.size_m)
     steps = (np.arange(_STRIP_POINTS) + 0.5) / (0.5 * _STRIP_POINTS) - 1.0
     u, v = np.meshgrid(x + np.sign(x) * limits.side_gap_m + half_d * steps, y + np.sign(y) * limits.side_gap_m + half_w * steps)
-    c, s = math.cos(thing.yaw_rad), math.sin(thing.yaw_rad)
-    px, py = (thing.position_m[0] + u * c - v * s).ravel(), (thing.position_m[1] + u * s + v * c).ravel()
+    c, s = math.cos(item.yaw_rad), math.sin(item.yaw_rad)
+    px, py = (item.position_m[0] + u * c - v * s).ravel(), (item.position_m[1] + u * s + v * c).ravel()
     dx, dy = px[:, None] - others[:, 0], py[:, None] - others[:, 1]
     taken = (np.abs(dx * others[:, 6] + dy * others[:, 7]) < others[:, 4]) & (np.abs(dy * others[:, 6] - dx * others[:, 7]) < others[:, 5])
     free = [

@@ -1,9 +1,9 @@
-"""What a request says about the contents of a room, folded into the grammar where that can be done exactly.
+"""Constraints of a request on the contents of a room, folded into the grammar where that can be done exactly.
 
-Categories that must not appear are conditioned away: an Or branch counts with its probability times that of a branch without them, a Set
-multiplicity k with that probability to the power of k, which is the grammar given their absence.  Clutter tilts the multiplicities of what
-stands on things, ``p_k t^k`` with t so that the mean number is scaled as asked.  Least and greatest numbers by category are left to bounded
-drawing.
+Given that some categories do not appear, the probability of an Or branch is proportional to its own times that of no such object below
+it, and the probability of k copies to its own times the k-th power of that.  Clutter tilts the multiplicities of supported objects,
+``p_k t^k``, with t such that the mean number is scaled as asked.  Bounds on numbers by category stay: structures are drawn until they meet
+them, or by :mod:`grammar.derivation.counting`.
 """
 
 from __future__ import annotations
@@ -17,17 +17,19 @@ from typing import NamedTuple
 
 from grammar.derivation.fixed import read_fixed
 from grammar.derivation.overrides import overridden
+from grammar.spec.and_or_graph import Branch, Node
 from grammar.spec.check import OPENINGS
 from grammar.spec.request import RequestError, SceneRequest
-from grammar.spec.rules import Branch, Grammar, Node, OpeningRule
+from grammar.spec.room_rules import OpeningRule
+from grammar.spec.rules import Grammar
 
 _COUNT = re.compile(r"([a-z][a-z0-9_]*):(\d{1,4}):(\d{1,4})")
 _LARGEST_TILT = 1e6
 _MANY = 10_000
 
 
-class Bound(NamedTuple):
-    """Least and greatest number of objects of one category or symbol, the constraint that says so, and the symbols that count."""
+class CountBound(NamedTuple):
+    """Bounds on the number of objects with certain symbols: it lies in [least, most]; ``name`` is the constraint that says so."""
 
     least: int
     most: int
@@ -35,7 +37,7 @@ class Bound(NamedTuple):
     symbols: frozenset[str]
 
 
-def category_bounds(grammar: Grammar, request: SceneRequest) -> dict[str, Bound]:
+def category_bounds(grammar: Grammar, request: SceneRequest) -> dict[str, CountBound]:
     """Return the bounds by category (or symbol of the grammar) that a request sets.
 
     Args:
@@ -46,17 +48,19 @@ def category_bounds(grammar: Grammar, request: SceneRequest) -> dict[str, Bound]
         RequestError: a constraint does not parse, names a category that the grammar does not have, or contradicts another one.
     """
     symbols_of = _symbols_by_name(grammar)
-    bounds: dict[str, Bound] = {}
+    bounds: dict[str, CountBound] = {}
+    # intersect all that the request says about one name
     for category, least, most, name in _asked(request, symbols_of):
         if category not in symbols_of and category not in OPENINGS and least > 0:
             known = ", ".join(sorted({rule.category for rule in grammar.objects.values()}))
             raise RequestError(f"{name}: expected a category of the {grammar.room_type} grammar ({known}), got '{category}'")
-        before = bounds.get(category, Bound(0, _MANY, name, frozenset()))
-        bound = Bound(max(before.least, least), min(before.most, most), name, frozenset(symbols_of.get(category, ())))
+        before = bounds.get(category, CountBound(0, _MANY, name, frozenset()))
+        bound = CountBound(max(before.least, least), min(before.most, most), name, frozenset(symbols_of.get(category, ())))
         if bound.least > bound.most:
             also = f" together with {before.name}" if before.name != name else ""
             raise RequestError(f"{name}: expected a least number up to the greatest one, got {bound.least} and {bound.most}{also}")
         bounds[category] = bound
+    # compare the bounds with what the grammar can give
     for category, bound in bounds.items():
         if category in OPENINGS:
             drawn = [k for k, p in enumerate(grammar.openings[category].multiplicity) if p > 0.0]
@@ -88,7 +92,7 @@ def _asked(request: SceneRequest, known: Collection[str]) -> list[tuple[str, int
         if match is None:
             raise RequestError(f"counts: expected texts 'category:least:most', got '{text}'")
         asked.append((match[1], int(match[2]), int(match[3]), f"counts: {text}"))
-    for name, number in Counter(item.name for item in read_fixed(request) if item.name in known).items():
+    for name, number in Counter(fixed.name for fixed in read_fixed(request) if fixed.name in known).items():
         asked.append((name, number, _MANY, f"fixed: {number} of {name}"))
     return asked
 
@@ -103,7 +107,7 @@ def number_range(grammar: Grammar, weight: Callable[[str], int]) -> tuple[int, i
             return weight(symbol), weight(symbol)
         inner = [bounds(branch.symbol) for branch in node.branches]
         if node.kind == "or":
-            taken = [item for item, branch in zip(inner, node.branches, strict=True) if branch.probability]
+            taken = [span for span, branch in zip(inner, node.branches, strict=True) if branch.probability]
             return min(low for low, _ in taken), max(high for _, high in taken)
         least, most = 0, 0
         for (low, high), branch in zip(inner, node.branches, strict=True):
@@ -120,22 +124,22 @@ def count_range(grammar: Grammar) -> tuple[int, int]:
 
 
 def constrained(grammar: Grammar, request: SceneRequest) -> Grammar:
-    """Return the grammar with a request's own numbers and clutter, without what must not appear, with as many windows as it asks for.
+    """Return the grammar given a request: its own numbers and clutter, its excluded categories, its bounds on doors and windows.
 
     Raises:
-        RequestError: no structure is without what must not appear.
+        RequestError: every structure holds something that is excluded.
     """
     grammar = overridden(grammar, request)
     bounds = category_bounds(grammar, request)
     nodes: Mapping[str, Node] = grammar.nodes
     if request.clutter != 1.0:
         nodes = {symbol: _cluttered(grammar, node, request.clutter) for symbol, node in nodes.items()}
-    barred = {symbol for bound in bounds.values() if bound.most == 0 for symbol in bound.symbols}
+    excluded = {symbol for bound in bounds.values() if bound.most == 0 for symbol in bound.symbols}
     sizeless = {symbol for symbol, rule in grammar.objects.items() if not rule.sizes}
-    if barred or sizeless:
-        free = _probability_without(grammar, nodes, barred | sizeless)
+    if excluded or sizeless:
+        free = _probability_without(grammar, nodes, excluded | sizeless)
         if free[grammar.root] <= 0.0:
-            field, names = ("must_not", barred) if barred else ("sizes", sizeless)
+            field, names = ("must_not", excluded) if excluded else ("sizes", sizeless)
             raise RequestError(
                 f"{field}: {', '.join(sorted(names))}: expected a {grammar.room_type} that can do without, got a grammar in which none can"
             )
@@ -144,17 +148,17 @@ def constrained(grammar: Grammar, request: SceneRequest) -> Grammar:
     return replace(grammar, nodes=nodes, openings=openings)
 
 
-def _bounded(rule: OpeningRule, bound: Bound | None) -> OpeningRule:
+def _bounded(rule: OpeningRule, bound: CountBound | None) -> OpeningRule:
     """Return an opening's rule given that there are as many as a bound allows."""
     if bound is None:
         return rule
-    odds = [p if bound.least <= k <= bound.most else 0.0 for k, p in enumerate(rule.multiplicity)]
-    return replace(rule, multiplicity=_normal(odds))
+    probabilities = [p if bound.least <= k <= bound.most else 0.0 for k, p in enumerate(rule.multiplicity)]
+    return replace(rule, multiplicity=_normalized(probabilities))
 
 
-def _probability_without(grammar: Grammar, nodes: Mapping[str, Node], barred: set[str]) -> dict[str, float]:
-    """Return for every symbol the probability that nothing below it is barred."""
-    found = {symbol: float(symbol not in barred) for symbol in grammar.objects}
+def _probability_without(grammar: Grammar, nodes: Mapping[str, Node], excluded: set[str]) -> dict[str, float]:
+    """Return for every symbol the probability that it leads to no excluded object."""
+    found = {symbol: float(symbol not in excluded) for symbol in grammar.objects}
 
     def visit(symbol: str) -> float:
         if symbol not in found:
@@ -174,23 +178,27 @@ def _probability_without(grammar: Grammar, nodes: Mapping[str, Node], barred: se
 
 
 def _without(node: Node, free: Mapping[str, float]) -> Node:
-    """Return a node whose choices are those given that nothing barred comes below it."""
+    """Return a node with its probabilities given that it leads to no excluded object; ``free`` are those of the symbols."""
     if node.kind == "or":
-        odds = _normal([(branch.probability or 0.0) * free[branch.symbol] for branch in node.branches])
-        taken = [replace(branch, probability=p) for branch, p in zip(node.branches, odds, strict=True) if free[branch.symbol] > 0.0]
+        probabilities = _normalized([(branch.probability or 0.0) * free[branch.symbol] for branch in node.branches])
+        taken = [
+            replace(branch, probability=p) for branch, p in zip(node.branches, probabilities, strict=True) if free[branch.symbol] > 0.0
+        ]
         return replace(node, branches=tuple(taken))
     branches = []
     for branch in node.branches:
         if branch.multiplicity is not None:
-            odds = _normal([p * free[branch.symbol] ** k for k, p in enumerate(branch.multiplicity)])
+            probabilities = _normalized([p * free[branch.symbol] ** k for k, p in enumerate(branch.multiplicity)])
             if free[branch.symbol] <= 0.0:
                 continue
-            branch = replace(branch, multiplicity=odds)
+            branch = replace(branch, multiplicity=probabilities)
         branches.append(branch)
     return replace(node, branches=tuple(branches))
 
 
 def _cluttered(grammar: Grammar, node: Node, clutter: float) -> Node:
+    """Return a node with the multiplicities of supported objects tilted."""
+
     def tilted(branch: Branch) -> Branch:
         rule = grammar.objects.get(branch.symbol)
         if branch.multiplicity is None or rule is None or rule.mount != "object":
@@ -200,23 +208,27 @@ def _cluttered(grammar: Grammar, node: Node, clutter: float) -> Node:
     return replace(node, branches=tuple(tilted(branch) for branch in node.branches))
 
 
-def tilt(odds: Sequence[float], scale: float) -> tuple[float, ...]:
-    """Return the odds ``p_k t^k`` whose mean is ``scale`` times that of ``odds``, as far as the numbers that ``odds`` allows let it."""
-    taken = [k for k, p in enumerate(odds) if p > 0.0]
-    wanted = scale * sum(k * p for k, p in enumerate(odds))
+def tilt(probabilities: Sequence[float], scale: float) -> tuple[float, ...]:
+    """Return the probabilities proportional to ``p_k t^k`` whose mean is ``scale`` times that of ``probabilities``.
+
+    The mean stays within the numbers that have positive probability.  t is found by bisection of its logarithm.
+    """
+    taken = [k for k, p in enumerate(probabilities) if p > 0.0]
+    wanted = scale * sum(k * p for k, p in enumerate(probabilities))
     if len(taken) == 1:
-        return tuple(odds)
+        return tuple(probabilities)
     if wanted <= taken[0] or wanted >= taken[-1]:
         end = taken[0] if wanted <= taken[0] else taken[-1]
-        return tuple(float(k == end) for k in range(len(odds)))
+        return tuple(float(k == end) for k in range(len(probabilities)))
     low, high = 1.0 / _LARGEST_TILT, _LARGEST_TILT
     for _ in range(100):
         middle = (low * high) ** 0.5
-        mean = sum(k * p for k, p in enumerate(_normal([p * middle**k for k, p in enumerate(odds)])))
+        mean = sum(k * p for k, p in enumerate(_normalized([p * middle**k for k, p in enumerate(probabilities)])))
         low, high = (middle, high) if mean < wanted else (low, middle)
-    return _normal([p * low**k for k, p in enumerate(odds)])
+    return _normalized([p * low**k for k, p in enumerate(probabilities)])
 
 
-def _normal(odds: Sequence[float]) -> tuple[float, ...]:
-    total = sum(odds)
-    return tuple(p / total for p in odds) if total > 0.0 else tuple(odds)
+def _normalized(probabilities: Sequence[float]) -> tuple[float, ...]:
+    """Return numbers scaled to sum to 1; zeros stay as they are."""
+    total = sum(probabilities)
+    return tuple(p / total for p in probabilities) if total > 0.0 else tuple(probabilities)

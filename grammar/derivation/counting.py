@@ -1,59 +1,55 @@
-"""Structures given how many objects they have: exact drawing where throwing structures away would take too long.
+"""Structures given bounds on their numbers of objects: exact sampling where rejection would take too long.
 
-The numbers of objects that a request bounds are a vector of counters, each cut off where more makes no difference.  Every symbol has a
-distribution of that vector, found from the leaves up by convolution; at each choice of a derivation a branch counts with its probability
-times that of meeting all bounds with it, given what was drawn before and what is still to come.
+The numbers of objects that a request bounds are a vector of counts, each clipped where more makes no difference.  Every symbol has a
+distribution of that vector, found from the terminals up by convolution.  At each choice of a derivation the probability of a branch is
+multiplied by that of meeting all bounds with it, given what was drawn before and the distribution of what is still to come.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
+from grammar.derivation.constraints import CountBound
 from grammar.derivation.densities import draw_index
-from grammar.derivation.structure import Choice, Chooser, expand
+from grammar.derivation.structure import Chooser, Vertex, expand
 from grammar.geometry.arrays import Floats, Ints
+from grammar.spec.and_or_graph import Branch, Node
 from grammar.spec.request import RequestError
-from grammar.spec.rules import Branch, Grammar, Node
+from grammar.spec.rules import Grammar
 
 _MOST_STATES = 2000
+"""Entries of one table."""
 
 
-class Counter(NamedTuple):
-    """Number of objects with certain symbols, which must lie in [least, most]; ``name`` is the constraint."""
-
-    name: str
-    symbols: frozenset[str]
-    least: int
-    most: int
-
-
-class Conditional:
+class ConditionalStructures:
     """The structures of a grammar given bounds on numbers of objects.
 
     Args:
         grammar: the grammar.
-        counters: bounds, the most important first; those that would make the tables too large are left out.
-        greatest: the greatest number by counter that the grammar can give.
+        bounds: the most important first; those that would make the tables too large are left out.
+        greatest: the greatest number by bound that the grammar can give.
     """
 
-    def __init__(self, grammar: Grammar, counters: Sequence[Counter], greatest: Sequence[int]) -> None:
+    def __init__(self, grammar: Grammar, bounds: Sequence[CountBound], greatest: Sequence[int]) -> None:
         self._grammar = grammar
-        self.counters: list[Counter] = []
+        self.bounds: list[CountBound] = []
         shape: list[int] = []
-        for counter, most in zip(counters, greatest, strict=True):
-            size = (counter.least if counter.most >= most else counter.most + 1) + 1
+        # keep the bounds whose tables stay small; a count is clipped where more makes no difference
+        for bound, most in zip(bounds, greatest, strict=True):
+            size = (bound.least if bound.most >= most else bound.most + 1) + 1
             if size > 1 and np.prod([*shape, size]) <= _MOST_STATES:
-                self.counters.append(counter)
+                self.bounds.append(bound)
                 shape.append(size)
         self._shape = tuple(shape)
+        # mark the vectors of counts that meet all bounds
         self._accepted = np.ones(self._shape)
-        for axis, counter in enumerate(self.counters):
+        for axis, bound in enumerate(self.bounds):
             numbers = np.arange(self._shape[axis])
-            fits = (numbers >= counter.least) & (numbers <= counter.most)
+            fits = (numbers >= bound.least) & (numbers <= bound.most)
             self._accepted = self._accepted * fits.reshape([-1 if k == axis else 1 for k in range(len(shape))])
+        # caches: distributions by symbol, by copies, by branch; where a shift by some counts puts each entry
         self._tables: dict[str, Floats] = {}
         self._copies: dict[tuple[str, int], Floats] = {}
         self._branches: dict[tuple[str, tuple[float, ...]], Floats] = {}
@@ -66,24 +62,24 @@ class Conditional:
         """Probability that a structure meets the bounds."""
         return float((self._table(self._grammar.root) * self._accepted).sum())
 
-    def draw(self, rng: np.random.Generator) -> list[Choice]:
+    def draw(self, rng: np.random.Generator) -> list[Vertex]:
         """Return the vertices of one structure that meets the bounds, with the log-probabilities of the grammar itself."""
-        chooser = _Chooser(self, rng)
-        vertices: list[Choice] = []
+        chooser = _ConditionalChooser(self, rng)
+        vertices: list[Vertex] = []
         expand(self._grammar, chooser, self._grammar.root, -1, vertices)
         return vertices
 
     def accepted_after(self, drawn: tuple[int, ...], ahead: Floats) -> float:
-        """Return the probability of meeting the bounds with counters ``drawn`` and the distribution of what is still to come."""
+        """Return the probability of meeting the bounds after the counts ``drawn``; ``ahead`` is the distribution of the counts to come."""
         axes = [np.minimum(np.arange(size) + n, size - 1) for n, size in zip(drawn, self._shape, strict=True)]
         return float((ahead * self._accepted[np.ix_(*axes)]).sum())
 
     def vector(self, symbol: str) -> tuple[int, ...]:
-        """Return what an object adds to the counters."""
-        return tuple(int(symbol in counter.symbols) for counter in self.counters)
+        """Return what an object adds to the counts."""
+        return tuple(int(symbol in bound.symbols) for bound in self.bounds)
 
     def sum_of(self, first: Floats, second: Floats) -> Floats:
-        """Return the distribution of the sum of two independent vectors, cut off."""
+        """Return the distribution of the sum of two independent vectors of counts, clipped."""
         few, many = sorted((first, second), key=np.count_nonzero)
         total = np.zeros(self._accepted.size)
         for place in np.flatnonzero(few).tolist():
@@ -95,11 +91,11 @@ class Conditional:
         return total.reshape(self._shape)
 
     def of_symbol(self, symbol: str) -> Floats:
-        """Return the distribution of the counters below a symbol."""
+        """Return the distribution of the counts below a symbol."""
         return self._table(symbol)
 
     def of_copies(self, symbol: str, copies: int) -> Floats:
-        """Return the distribution of the counters of several copies."""
+        """Return the distribution of the counts of several copies."""
         if copies == 0:
             return self._nothing
         if (symbol, copies) not in self._copies:
@@ -107,7 +103,7 @@ class Conditional:
         return self._copies[symbol, copies]
 
     def of_branch(self, branch: Branch) -> Floats:
-        """Return the distribution of the counters that a branch of an And or Set node adds."""
+        """Return the distribution of the counts that a branch of an And or Set node adds."""
         if branch.multiplicity is None:
             return self._table(branch.symbol)
         if (branch.symbol, branch.multiplicity) not in self._branches:
@@ -134,15 +130,15 @@ class Conditional:
         return total
 
 
-class _Chooser(Chooser):
-    """Makes the choices of one derivation so that the bounds are met."""
+class _ConditionalChooser(Chooser):
+    """Makes the choices of one derivation given that the bounds are met."""
 
-    def __init__(self, tables: Conditional, rng: np.random.Generator) -> None:
+    def __init__(self, tables: ConditionalStructures, rng: np.random.Generator) -> None:
         self._tables, self._rng = tables, rng
-        self._drawn = (0,) * len(tables.counters)
+        self._drawn = (0,) * len(tables.bounds)
         self._ahead: list[Floats] = [tables.of_copies("", 0)]
 
-    def leaf(self, symbol: str) -> None:
+    def terminal(self, symbol: str) -> None:
         """Count an object."""
         self._drawn = tuple(a + b for a, b in zip(self._drawn, self._tables.vector(symbol), strict=True))
 
@@ -160,42 +156,45 @@ class _Chooser(Chooser):
         return draw_index(self._rng, [weight / total for weight in weights])
 
     def copies(self, branch: Branch) -> int:
-        """Draw a number of copies in the same way."""
+        """Draw a number of copies by its probability and that of meeting the bounds with it."""
         odds = branch.multiplicity or ()
         tables = {k: self._tables.sum_of(self._tables.of_copies(branch.symbol, k), self._ahead[-1]) for k, p in enumerate(odds) if p > 0.0}
         return self._weighted(odds, tables)
 
     def begin(self, following: Sequence[Branch]) -> None:
-        """Remember what comes after a branch."""
+        """Push the distribution of what comes after a branch."""
         ahead = self._ahead[-1]
         for branch in following:
             ahead = self._tables.sum_of(ahead, self._tables.of_branch(branch))
         self._ahead.append(ahead)
 
     def begin_copy(self, symbol: str, following: int) -> None:
-        """Remember what comes after a copy."""
+        """Push the distribution of what comes after a copy."""
         self._ahead.append(self._tables.sum_of(self._ahead[-1], self._tables.of_copies(symbol, following)))
 
     def end(self) -> None:
-        """Forget the last of these."""
+        """Pop the last distribution."""
         self._ahead.pop()
 
 
-def conditional(grammar: Grammar, counters: Sequence[Counter], greatest: Callable[[Counter], int], rare: float) -> Conditional | None:
-    """Return tables for structures that meet bounds, or None where drawing freely meets them with a probability of at least ``rare``.
+def conditional_structures(
+    grammar: Grammar, bounds: Sequence[CountBound], greatest: Callable[[CountBound], int], rare: float
+) -> ConditionalStructures | None:
+    """Return tables for structures that meet bounds, or None where rejection meets them with a probability of at least ``rare``.
 
     Raises:
-        RequestError: no structure meets all bounds; the line names those that cannot go together.
+        RequestError: no structure meets all bounds; the line names those that exclude each other.
     """
-    if not counters:
+    if not bounds:
         return None
-    tables = Conditional(grammar, counters, [greatest(counter) for counter in counters])
+    tables = ConditionalStructures(grammar, bounds, [greatest(bound) for bound in bounds])
     if tables.probability > 0.0:
         return tables if tables.probability < rare else None
+    # name the bounds without which the others can be met
     at_fault = []
-    for left_out in tables.counters:
-        rest = [counter for counter in tables.counters if counter is not left_out]
-        if not rest or Conditional(grammar, rest, [greatest(counter) for counter in rest]).probability > 0.0:
+    for left_out in tables.bounds:
+        rest = [bound for bound in tables.bounds if bound is not left_out]
+        if not rest or ConditionalStructures(grammar, rest, [greatest(bound) for bound in rest]).probability > 0.0:
             at_fault.append(left_out.name)
-    names = "; ".join(at_fault or [counter.name for counter in tables.counters])
+    names = "; ".join(at_fault or [bound.name for bound in tables.bounds])
     raise RequestError(f"request: expected constraints that some {grammar.room_type} meets, got none with {names}; relax one of them")

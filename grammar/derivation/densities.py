@@ -1,4 +1,4 @@
-"""Cut normal distributions: drawing by inversion, and their log-density."""
+"""Truncated normal distributions and mixtures of them: sampling by inversion of the distribution function, and log-densities."""
 
 from __future__ import annotations
 
@@ -8,20 +8,21 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from grammar.spec.rules import Normal, ObjectRule
+from grammar.spec.object_rules import ObjectRule
+from grammar.spec.values import TruncatedNormal
 
 _LOG_SQRT_2PI = 0.5 * math.log(2.0 * math.pi)
 
 
-def draw_cut_normal(rng: np.random.Generator, mean: float, sd: float, low: float, high: float) -> float:
-    """Draw from the normal distribution (mean, sd) cut to [low, high]; one number is taken from ``rng``."""
+def draw_truncated_normal(rng: np.random.Generator, mean: float, sd: float, low: float, high: float) -> float:
+    """Draw from the normal distribution (mean, sd) truncated to [low, high]; one number is taken from ``rng``."""
     below, above = ndtr((low - mean) / sd), ndtr((high - mean) / sd)
     value = mean + sd * float(ndtri(below + (above - below) * rng.random()))
     return min(max(value, low), high) if math.isfinite(value) else min(max(mean, low), high)
 
 
-def cut_normal_log_density(value: float, mean: float, sd: float, low: float, high: float) -> float:
-    """Return the log-density at ``value``; 0 where low equals high, since nothing is drawn there; -inf outside."""
+def truncated_normal_log_density(value: float, mean: float, sd: float, low: float, high: float) -> float:
+    """Return the log-density of a truncated normal at ``value``; 0 where low equals high, since nothing is drawn there; -inf outside."""
     if low == high:
         return 0.0
     if not low <= value <= high:
@@ -30,10 +31,10 @@ def cut_normal_log_density(value: float, mean: float, sd: float, low: float, hig
     return -0.5 * ((value - mean) / sd) ** 2 - math.log(sd) - _LOG_SQRT_2PI - math.log(max(share, 1e-300))
 
 
-def draw_normal(rng: np.random.Generator, normal: Normal) -> tuple[float, float]:
+def draw_with_log_density(rng: np.random.Generator, normal: TruncatedNormal) -> tuple[float, float]:
     """Return a value drawn from ``normal`` and its log-density."""
-    value = draw_cut_normal(rng, normal.mean, normal.sd, normal.low, normal.high)
-    return value, cut_normal_log_density(value, normal.mean, normal.sd, normal.low, normal.high)
+    value = draw_truncated_normal(rng, normal.mean, normal.sd, normal.low, normal.high)
+    return value, truncated_normal_log_density(value, normal.mean, normal.sd, normal.low, normal.high)
 
 
 def draw_index(rng: np.random.Generator, probabilities: Sequence[float]) -> int:
@@ -51,7 +52,7 @@ def draw_index(rng: np.random.Generator, probabilities: Sequence[float]) -> int:
 def draw_size(rng: np.random.Generator, rule: ObjectRule) -> tuple[tuple[float, float, float], float]:
     """Return (depth, width, height) in metres drawn from the rule's mixture, and the log-density of the whole mixture there."""
     mode = rule.sizes[draw_index(rng, [mode.probability for mode in rule.sizes])]
-    size = tuple(draw_cut_normal(rng, *item) for item in zip(mode.mean_m, mode.sd_m, rule.low_m, rule.high_m, strict=True))
+    size = tuple(draw_truncated_normal(rng, *axis) for axis in zip(mode.mean_m, mode.sd_m, rule.low_m, rule.high_m, strict=True))
     return (size[0], size[1], size[2]), size_log_density(size, rule)
 
 
@@ -61,5 +62,5 @@ def size_log_density(size_m: Sequence[float], rule: ObjectRule, axes: Sequence[i
     for mode in rule.sizes:
         if mode.probability > 0.0:
             all_axes = list(zip(size_m, mode.mean_m, mode.sd_m, rule.low_m, rule.high_m, strict=True))
-            logs.append(math.log(mode.probability) + sum(cut_normal_log_density(*all_axes[k]) for k in axes))
+            logs.append(math.log(mode.probability) + sum(truncated_normal_log_density(*all_axes[k]) for k in axes))
     return float(np.logaddexp.reduce(logs))

@@ -1,7 +1,7 @@
 """Doors and windows, drawn on the walls of a room.
 
-A wall is taken with a probability that grows with its length; along it an opening lies either near one end or anywhere.  Openings that
-come too close to each other or to the ceiling are drawn again by the caller.
+A wall is drawn with a probability proportional to its length; along it an opening lies either near one end or anywhere.  Openings that come
+too close to each other or to the ceiling are rejected, and the caller draws again.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from grammar.derivation.densities import cut_normal_log_density, draw_cut_normal, draw_index, draw_normal
+from grammar.derivation.densities import draw_index, draw_truncated_normal, draw_with_log_density, truncated_normal_log_density
 from grammar.geometry.walls import wall_lengths
-from grammar.spec.rules import OpeningRule
+from grammar.spec.room_rules import OpeningRule
 from scene_description import ModelReference, Opening
 from scene_description.types import Point2
 
@@ -58,17 +58,21 @@ def draw_opening(
         others: openings that it must keep clear of.
         rng: source of randomness.
     """
-    (width, width_log), (tall, tall_log), (sill, sill_log) = (draw_normal(rng, n) for n in (rule.width_m, rule.height_m, rule.sill_m))
+    # draw the size, then a wall that is long enough, then the place along it
+    (width, width_log), (tall, tall_log), (sill, sill_log) = (
+        draw_with_log_density(rng, n) for n in (rule.width_m, rule.height_m, rule.sill_m)
+    )
     lengths = wall_lengths(polygon_m)
-    barred = {other.wall for other in others if other.category == "door"} if rule.wall_without_door else set()
-    room = [0.0 if i in barred or length < width + 2.0 * rule.end_gap_m else length for i, length in enumerate(lengths)]
-    if sum(room) <= 0.0 or sill + tall > height_m - rule.casing_m:
+    excluded = {other.wall for other in others if other.category == "door"} if rule.wall_without_door else set()
+    usable = [0.0 if i in excluded or length < width + 2.0 * rule.end_gap_m else length for i, length in enumerate(lengths)]
+    if sum(usable) <= 0.0 or sill + tall > height_m - rule.casing_m:
         return None
-    shares = [length / sum(room) for length in room]
+    shares = [length / sum(usable) for length in usable]
     wall = draw_index(rng, shares)
     slack = lengths[wall] - width
     offset = _draw_offset(rng, rule, slack)
     swings_in = bool(rng.random() < rule.swing_in)
+    # reject what is too close to an end or to another opening
     if not rule.end_gap_m <= offset <= slack - rule.end_gap_m or any(
         other.wall == wall
         and offset < other.offset_m + other.width_m + 2.0 * rule.casing_m
@@ -101,16 +105,18 @@ def draw_opening(
 
 
 def _draw_offset(rng: np.random.Generator, rule: OpeningRule, slack: float) -> float:
+    """Draw the distance of an opening from the start of its wall; ``slack`` is the wall's length less the opening's width."""
     corner, u = rule.corner_gap_m, rng.random()
     if u < rule.near_corner:
-        gap = draw_cut_normal(rng, corner.mean, corner.sd, corner.low, corner.high)
+        gap = draw_truncated_normal(rng, corner.mean, corner.sd, corner.low, corner.high)
         return gap if u < 0.5 * rule.near_corner else slack - gap
     return rule.end_gap_m + (slack - 2.0 * rule.end_gap_m) * rng.random()
 
 
 def _offset_log_density(offset: float, rule: OpeningRule, slack: float) -> float:
+    """Return the log-density of :func:`_draw_offset`: a mixture of both ends and the uniform distribution."""
     corner = rule.corner_gap_m
-    ends = (cut_normal_log_density(end, corner.mean, corner.sd, corner.low, corner.high) for end in (offset, slack - offset))
+    ends = (truncated_normal_log_density(end, corner.mean, corner.sd, corner.low, corner.high) for end in (offset, slack - offset))
     density = 0.5 * rule.near_corner * sum(math.exp(log) for log in ends)
     free = slack - 2.0 * rule.end_gap_m
     if free > 0.0 and rule.end_gap_m <= offset <= slack - rule.end_gap_m:

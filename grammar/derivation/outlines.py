@@ -1,4 +1,4 @@
-"""Floor outlines: rectangles, L-, T- and U-shapes drawn by the grammar's odds, and outlines that a user gives.
+"""Floor outlines: rectangles, L-, T- and U-shapes drawn by the grammar's probabilities, and outlines that a user gives.
 
 A shape is a rectangle that lost one corner (L), both corners of one side (T) or the middle of one side (U).
 """
@@ -7,24 +7,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import combinations, pairwise
 
 import numpy as np
+from shapely import LineString, Point
 
 from grammar.derivation.densities import draw_index
 from grammar.derivation.openings import Attribute
+from grammar.geometry.walls import wall_lengths
 from grammar.spec.request import RequestError
-from grammar.spec.rules import RoomShapes
+from grammar.spec.room_rules import RoomShapes
+from scene_description.polygons import signed_area_m2
 from scene_description.types import Point2
 
 _LEAST_WALL_M = 0.1
 _LEAST_AREA_M2 = 2.0
 _LARGEST_SIDE_M = 60.0
+_TOUCH_M = 1e-6
 _SHAPES = ("rectangle", "l_shape", "t_shape", "u_shape")
-
-
-def area_m2(polygon_m: Sequence[Point2]) -> float:
-    """Return the area of an outline, positive where it runs counter-clockwise."""
-    return 0.5 * sum(a[0] * b[1] - b[0] * a[1] for a, b in _walls(polygon_m))
 
 
 def draw_outline(
@@ -34,16 +34,17 @@ def draw_outline(
 
     Args:
         rng: source of randomness; a grammar that knows rectangles only takes nothing from it.
-        shapes: odds and proportions.
+        shapes: probabilities and proportions.
         width_m: size along x.
         depth_m: size along y.
     """
-    odds = [getattr(shapes, name) for name in _SHAPES]
-    chosen = 0 if odds[0] == 1.0 else draw_index(rng, odds)
-    log, name = math.log(odds[chosen]), _SHAPES[chosen]
+    probabilities = [getattr(shapes, name) for name in _SHAPES]
+    chosen = 0 if probabilities[0] == 1.0 else draw_index(rng, probabilities)
+    log, name = math.log(probabilities[chosen]), _SHAPES[chosen]
     if name == "rectangle":
         x, y = 0.5 * width_m, 0.5 * depth_m
         return ((-x, -y), (x, -y), (x, y), (-x, y)), Attribute("shape", name, log)
+    # draw which side is notched, and the size of the notch
     turns = int(rng.integers(4))
     along, across = (width_m, depth_m) if turns % 2 == 0 else (depth_m, width_m)
     span = shapes.notch_high - shapes.notch_low
@@ -90,47 +91,28 @@ def check_outline(numbers: Sequence[float]) -> tuple[Point2, ...]:
     sides = [max(point[axis] for point in points) - min(point[axis] for point in points) for axis in (0, 1)]
     if max(sides) > _LARGEST_SIDE_M:
         raise RequestError(f"{name}: expected sides of at most {_LARGEST_SIDE_M:g} m, got {max(sides):g} m; are the numbers metres?")
-    shortest = min(math.dist(a, b) for a, b in _walls(points))
+    shortest = min(wall_lengths(points))
     if shortest < _LEAST_WALL_M:
         raise RequestError(f"{name}: expected walls of at least {_LEAST_WALL_M:g} m, got one of {shortest:g} m; leave out a vertex")
     crossing = _crossing(points)
     if crossing is not None:
         raise RequestError(f"{name}: expected an outline that does not meet itself, got walls {crossing[0]} and {crossing[1]} that do")
-    area = area_m2(points)
+    area = signed_area_m2(points)
     if abs(area) < _LEAST_AREA_M2:
         raise RequestError(f"{name}: expected a floor of at least {_LEAST_AREA_M2:g} m2, got {abs(area):.3g} m2; ask for a larger one")
     return tuple(points if area > 0.0 else points[::-1])
 
 
-def _walls(points: Sequence[Point2]) -> list[tuple[Point2, Point2]]:
-    return [(point, points[(i + 1) % len(points)]) for i, point in enumerate(points)]
-
-
 def _crossing(points: Sequence[Point2]) -> tuple[int, int] | None:
-    """Return two walls that meet elsewhere than where one ends and the other begins, or None."""
-    walls = _walls(points)
-    for i, (a, b) in enumerate(walls):
-        for j in range(i + 1, len(walls)):
-            c, d = walls[j]
-            if j == i + 1 or (i == 0 and j == len(walls) - 1):
-                shared, before, after = (b, a, d) if j == i + 1 else (a, b, c)
-                u, v = (before[0] - shared[0], before[1] - shared[1]), (after[0] - shared[0], after[1] - shared[1])
-                folds = abs(u[0] * v[1] - u[1] * v[0]) < 1e-9 and u[0] * v[0] + u[1] * v[1] > 0.0
-                if folds:
-                    return i, j
-            elif _meet(a, b, c, d):
-                return i, j
+    """Return two walls that meet elsewhere than where one ends and the other begins, or None; less than a micrometre apart they meet."""
+    walls = [LineString(ends) for ends in pairwise((*points, points[0]))]
+    for (i, first), (j, second) in combinations(enumerate(walls), 2):
+        if j == i + 1:
+            gap = min(second.distance(Point(points[i])), first.distance(Point(second.coords[1])))
+        elif i == 0 and j == len(walls) - 1:
+            gap = min(second.distance(Point(points[1])), first.distance(Point(points[j])))
+        else:
+            gap = first.distance(second)
+        if gap < _TOUCH_M:
+            return i, j
     return None
-
-
-def _side(a: Point2, b: Point2, point: Point2) -> float:
-    return (b[0] - a[0]) * (point[1] - a[1]) - (b[1] - a[1]) * (point[0] - a[0])
-
-
-def _meet(a: Point2, b: Point2, c: Point2, d: Point2) -> bool:
-    """Return whether two segments share a point."""
-    sides = _side(a, b, c), _side(a, b, d), _side(c, d, a), _side(c, d, b)
-    if sides[0] * sides[1] < 0.0 and sides[2] * sides[3] < 0.0:
-        return True
-    ends = ((a, b, c, sides[0]), (a, b, d, sides[1]), (c, d, a, sides[2]), (c, d, b, sides[3]))
-    return any(side == 0.0 and all(min(p[k], q[k]) <= r[k] <= max(p[k], q[k]) for k in (0, 1)) for p, q, r, side in ends)

@@ -1,7 +1,7 @@
-"""What a request says about the grammar's own numbers: shape and height of the room, odds of branches, sizes, weights, thresholds.
+"""A request's replacements of the grammar's own numbers: shape and height of the room, probabilities, sizes, weights, thresholds.
 
-Each is folded into the grammar before anything is drawn.  A range of sizes cuts an object's distribution; the mixture's components then
-count with the share of them that the range leaves, which is the distribution of sizes given the range.
+Each is folded into the grammar before anything is drawn.  A range of sizes truncates an object's distribution: the probability of each
+component of the mixture is multiplied by the component's mass within the range, which gives the distribution of sizes given the range.
 """
 
 from __future__ import annotations
@@ -14,9 +14,13 @@ from typing import Any, cast
 
 from scipy.special import ndtr
 
-from grammar.derivation.densities import cut_normal_log_density
+from grammar.derivation.densities import truncated_normal_log_density
+from grammar.spec.and_or_graph import Branch, Node
+from grammar.spec.object_rules import ObjectRule
 from grammar.spec.request import RequestError, SceneRequest
-from grammar.spec.rules import Branch, Grammar, Node, Normal, ObjectRule, RoomRule
+from grammar.spec.room_rules import RoomRule
+from grammar.spec.rules import Grammar
+from grammar.spec.values import TruncatedNormal
 from scene_description import FieldError
 from scene_description.strict import field_types, read_value
 
@@ -29,7 +33,7 @@ _SHAPES = ("rectangle", "l_shape", "t_shape", "u_shape")
 
 
 def overridden(grammar: Grammar, request: SceneRequest) -> Grammar:
-    """Return the grammar with a request's own numbers in place of its own.  Doing it twice changes nothing more.
+    """Return the grammar with a request's numbers in place of its own; applying a request twice is the same as once.
 
     Raises:
         RequestError: a text does not parse, names something that the grammar does not have, or a value that it cannot take.
@@ -43,10 +47,10 @@ def overridden(grammar: Grammar, request: SceneRequest) -> Grammar:
             _check_copies(text, values)
             openings[symbol] = replace(openings[symbol], multiplicity=tuple(values))
         else:
-            nodes[symbol] = _with_odds(grammar.room_type, nodes, text, symbol, branch, values)
+            nodes[symbol] = _with_probabilities(grammar.room_type, nodes, text, symbol, branch, values)
     objects = dict(grammar.objects)
     for text in request.sizes:
-        objects |= _cut_sizes(grammar.room_type, objects, text)
+        objects |= _truncated_sizes(grammar.room_type, objects, text)
     return replace(
         grammar,
         nodes=nodes,
@@ -64,18 +68,19 @@ def named_objects(grammar: Grammar, name: str) -> list[str]:
 
 
 def _room(grammar: Grammar, request: SceneRequest) -> RoomRule:
+    """Return the rule of the room with the shape and the height that a request gives."""
     room = grammar.room
     if request.room_shape != "any":
         if request.room_polygon_m:
             raise RequestError(f"room_shape: expected 'any' beside room_polygon_m, got '{request.room_shape}'; leave out one of them")
-        odds = {name: float(name == request.room_shape) for name in _SHAPES}
-        room = replace(room, shapes=replace(room.shapes, **odds))
+        shapes = {name: float(name == request.room_shape) for name in _SHAPES}
+        room = replace(room, shapes=replace(room.shapes, **shapes))
     if request.room_height_m > 0.0:
         least = 2.0
         if request.room_height_m < least:
             raise RequestError(f"room_height_m: expected at least {least:g} m or 0, got {request.room_height_m:g}")
         tall = request.room_height_m
-        room = replace(room, height_m=Normal(mean=tall, sd=room.height_m.sd, low=tall, high=tall))
+        room = replace(room, height_m=TruncatedNormal(mean=tall, sd=room.height_m.sd, low=tall, high=tall))
     return room
 
 
@@ -98,7 +103,10 @@ def _replaced(section: Any, name: str, texts: Sequence[str]) -> Any:
     return section
 
 
-def _with_odds(room_type: str, nodes: Mapping[str, Node], text: str, symbol: str, branch_symbol: str, values: Sequence[float]) -> Node:
+def _with_probabilities(
+    room_type: str, nodes: Mapping[str, Node], text: str, symbol: str, branch_symbol: str, values: Sequence[float]
+) -> Node:
+    """Return an Or or Set node with the probabilities that a text of ``odds`` gives one of its branches."""
     node = nodes.get(symbol)
     if node is None or node.kind == "and":
         known = ", ".join(name for name, other in nodes.items() if other.kind != "and")
@@ -141,8 +149,8 @@ def _with_branches(node: Node, changed: Mapping[int, Branch]) -> Node:
     return replace(node, branches=tuple(changed.get(i, branch) for i, branch in enumerate(node.branches)))
 
 
-def _cut_sizes(room_type: str, objects: Mapping[str, ObjectRule], text: str) -> dict[str, ObjectRule]:
-    """Return the rules of the objects that a text about sizes names; those that it leaves no size keep none and are left out of rooms."""
+def _truncated_sizes(room_type: str, objects: Mapping[str, ObjectRule], text: str) -> dict[str, ObjectRule]:
+    """Return the rules of the objects that a text about sizes names; a rule that is left without sizes keeps its object out of rooms."""
     name, colon, rest = text.partition(":")
     axes = [part.strip() for part in rest.split("x")]
     if not colon or len(axes) != 3:
@@ -152,15 +160,15 @@ def _cut_sizes(room_type: str, objects: Mapping[str, ObjectRule], text: str) -> 
         known = ", ".join(sorted({rule.category for rule in objects.values()}))
         raise RequestError(f"sizes: {text}: expected a category or object of the {room_type} grammar ({known}), got '{name}'")
     asked = [_range(text, axis) for axis in axes]
-    cut = {symbol: rule for symbol in symbols if (rule := _cut(objects[symbol], asked)) is not None}
-    if not cut:
+    kept = {symbol: rule for symbol in symbols if (rule := _truncated(objects[symbol], asked)) is not None}
+    if not kept:
         spans = [
             f"{axis} {min(objects[s].low_m[i] for s in symbols):g} to {max(objects[s].high_m[i] for s in symbols):g}"
             for i, axis in enumerate(_AXES)
         ]
         raise RequestError(f"sizes: {text}: expected sizes that the {room_type} grammar has for {name} ({', '.join(spans)} m)")
-    barred = {symbol: replace(objects[symbol], sizes=()) for symbol in symbols if symbol not in cut}
-    return cut | barred
+    excluded = {symbol: replace(objects[symbol], sizes=()) for symbol in symbols if symbol not in kept}
+    return kept | excluded
 
 
 def _range(text: str, axis: str) -> Range | None:
@@ -176,30 +184,32 @@ def _range(text: str, axis: str) -> Range | None:
     return low, high
 
 
-def _cut(rule: ObjectRule, asked: Sequence[Range | None]) -> ObjectRule | None:
+def _truncated(rule: ObjectRule, asked: Sequence[Range | None]) -> ObjectRule | None:
     """Return a rule whose sizes lie in the ranges, or None if it has none there."""
     low = tuple(max(a, b[0]) if b else a for a, b in zip(rule.low_m, asked, strict=True))
     high = tuple(min(a, b[1]) if b else a for a, b in zip(rule.high_m, asked, strict=True))
     if any(a > b for a, b in zip(low, high, strict=True)) or not rule.sizes:
         return None
+    # weigh each component by its mass within the ranges
     logs = []
     for mode in rule.sizes:
         log = math.log(mode.probability) if mode.probability > 0.0 else -math.inf
         for axis in zip(mode.mean_m, mode.sd_m, rule.low_m, rule.high_m, low, high, strict=True):
             log += _log_mass(*axis)
         logs.append(log)
+    # normalise; where no component has mass left, keep the proportions
     top = max(logs)
     shares = [math.exp(log - top) if top > -math.inf else mode.probability for log, mode in zip(logs, rule.sizes, strict=True)]
     modes = tuple(replace(mode, probability=share / sum(shares)) for mode, share in zip(rule.sizes, shares, strict=True))
     return replace(rule, sizes=modes, low_m=(low[0], low[1], low[2]), high_m=(high[0], high[1], high[2]))
 
 
-def _log_mass(mean: float, sd: float, low: float, high: float, cut_low: float, cut_high: float) -> float:
-    """Return log of the share of a normal distribution cut to [low, high] that lies within [cut_low, cut_high]; its density at a point."""
-    if (cut_low, cut_high) == (low, high):
+def _log_mass(mean: float, sd: float, low: float, high: float, new_low: float, new_high: float) -> float:
+    """Return the log of the mass in [new_low, new_high] of a normal truncated to [low, high]; its log-density if the range is one point."""
+    if (new_low, new_high) == (low, high):
         return 0.0
-    if cut_low == cut_high:
-        return cut_normal_log_density(cut_low, mean, sd, low, high)
+    if new_low == new_high:
+        return truncated_normal_log_density(new_low, mean, sd, low, high)
     whole = float(ndtr((high - mean) / sd) - ndtr((low - mean) / sd))
-    part = float(ndtr((cut_high - mean) / sd) - ndtr((cut_low - mean) / sd))
+    part = float(ndtr((new_high - mean) / sd) - ndtr((new_low - mean) / sd))
     return math.log(max(part, 1e-300) / max(whole, 1e-300))

@@ -1,21 +1,24 @@
-"""One derivation of a grammar: what is in the room and how large, before anything has its place."""
+"""The parse tree: what is in the room and how large, before anything has a pose.
+
+Prose says *object*; code says ``item``, since ``object`` is a name of Python's own.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-from grammar.derivation.fixed import Pinned
-from grammar.spec.rules import ObjectRule
+from grammar.derivation.pinning import Pinned
+from grammar.spec.object_rules import ObjectRule
 from scene_description import ParseNode, Room
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Thing:
-    """A regular terminal with its size and address terminals.
+class Item:
+    """One object: a regular terminal of the And-Or graph with its size and its address terminals.
 
-    ``id`` is its object id; ``core`` the id of the object or opening that it is grouped with; ``supporters`` the ids of the things that it
-    may
-    stand on and ``supporter_log_probability`` theirs; ``bottom_m`` the height of its underside unless it stands on something.
+    ``id`` is its object id.  ``core`` is the id of the object, opening or corner that it is grouped with.  ``supporters`` are the ids of
+    the objects that it may stand on, with ``supporter_log_probability``.  ``bottom_m`` is the height of its underside unless it stands on
+    an object.
     """
 
     id: int
@@ -29,20 +32,21 @@ class Thing:
     node: int
     """Index of its terminal in the parse tree's nodes."""
     supporter_node: int | None
-    """Index of the address terminal that the layout fills in, for things that stand on things."""
+    """Index of the address terminal that the layout fills in, for objects that stand on objects."""
     pinned: Pinned | None = None
     """Where it stays, if a request says so."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParseTree:
-    """A derivation: the shell of the room with its openings (ids 1, 2, ...), the things (ids after them), the choices in depth-first order.
+    """A derivation: the shell of the room with its openings, the objects, and the choices in depth-first order.
 
-    The openings have no parts yet.  The addresses that point to supporters are still empty: the layout chooses among them.
+    Openings have the ids 1, 2, ... and objects the ids after them.  The openings have no parts yet.  The addresses that point to supporters
+    are still empty: the layout chooses among them.
     """
 
     room: Room
-    things: tuple[Thing, ...]
+    items: tuple[Item, ...]
     nodes: tuple[ParseNode, ...]
     corners: tuple[tuple[float, float, float], ...] = ()
-    """x, y and yaw of the room's corners that things belong to; as core objects they have the ids after those of the things."""
+    """x, y and yaw of the room's corners that are cores of objects; their ids follow those of the objects."""

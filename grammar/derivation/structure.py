@@ -1,4 +1,4 @@
-"""The structure of a derivation: Or choices and Set multiplicities, drawn from the root down."""
+"""The structure of a derivation: branches of Or nodes and multiplicities of Set nodes, drawn from the root down."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ from typing import Literal, NamedTuple, Protocol
 import numpy as np
 
 from grammar.derivation.densities import draw_index
-from grammar.spec.rules import Branch, Grammar, Node
+from grammar.spec.and_or_graph import Branch, Node
+from grammar.spec.rules import Grammar
 
 Kind = Literal["and", "or", "set", "terminal"]
 
 
-class Choice(NamedTuple):
-    """One vertex of the derivation: symbol, kind, index of its parent (-1: the scene), the branch taken and its log-probability."""
+class Vertex(NamedTuple):
+    """One vertex of the derivation: symbol, kind, index of its parent (-1: the scene), the choice made and its log-probability."""
 
     symbol: str
     kind: Kind
@@ -25,10 +26,10 @@ class Choice(NamedTuple):
 
 
 class Chooser(Protocol):
-    """Makes the choices of a derivation, in depth-first order, and is told what comes when."""
+    """Makes the choices of a derivation in depth-first order, and is told when a branch or a copy begins and ends."""
 
-    def leaf(self, symbol: str) -> None:
-        """An object was reached."""
+    def terminal(self, symbol: str) -> None:
+        """Note that a regular terminal was reached."""
 
     def branch(self, node: Node) -> int:
         """Return the branch of an Or node."""
@@ -37,23 +38,23 @@ class Chooser(Protocol):
         """Return the number of copies of a Set node's branch."""
 
     def begin(self, following: Sequence[Branch]) -> None:
-        """A branch of an And or Set node comes; ``following`` come after it."""
+        """Note that a branch of an And or Set node begins; ``following`` come after it."""
 
     def begin_copy(self, symbol: str, following: int) -> None:
-        """A copy of a Set node's branch comes; so many come after it."""
+        """Note that a copy of a Set node's branch begins; ``following`` more copies come after it."""
 
     def end(self) -> None:
-        """What the last beginning announced is done."""
+        """Note that the branch or copy that began last has ended."""
 
 
-class _Free:
-    """Chooses by the grammar's probabilities alone."""
+class _Unconditional:
+    """Draws by the grammar's probabilities alone."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         self._rng = rng
 
-    def leaf(self, symbol: str) -> None:
-        """Objects make no difference."""
+    def terminal(self, symbol: str) -> None:
+        """Do nothing: the probabilities do not depend on what was drawn."""
 
     def branch(self, node: Node) -> int:
         return draw_index(self._rng, [branch.probability or 0.0 for branch in node.branches])
@@ -62,36 +63,36 @@ class _Free:
         return draw_index(self._rng, branch.multiplicity or ())
 
     def begin(self, following: Sequence[Branch]) -> None:
-        """What follows makes no difference."""
+        """Do nothing: the probabilities do not depend on what follows."""
 
     def begin_copy(self, symbol: str, following: int) -> None:
-        """What follows makes no difference."""
+        """Do nothing: the probabilities do not depend on what follows."""
 
     def end(self) -> None:
-        """Nothing was begun."""
+        """Do nothing."""
 
 
-def draw_structure(grammar: Grammar, rng: np.random.Generator) -> list[Choice]:
+def draw_structure(grammar: Grammar, rng: np.random.Generator) -> list[Vertex]:
     """Return the vertices of one structure in depth-first order; its terminals are the objects of the room."""
-    vertices: list[Choice] = []
-    expand(grammar, _Free(rng), grammar.root, -1, vertices)
+    vertices: list[Vertex] = []
+    expand(grammar, _Unconditional(rng), grammar.root, -1, vertices)
     return vertices
 
 
-def expand(grammar: Grammar, chooser: Chooser, symbol: str, parent: int, out: list[Choice]) -> None:
-    """Append the vertices below and with ``symbol`` to ``out``, with the grammar's log-probabilities of the choices made."""
+def expand(grammar: Grammar, chooser: Chooser, symbol: str, parent: int, out: list[Vertex]) -> None:
+    """Append the vertex of ``symbol`` and all below it to ``out``, with the grammar's log-probabilities of the choices made."""
     node = grammar.nodes.get(symbol)
     index = len(out)
     if node is None:
-        chooser.leaf(symbol)
-        out.append(Choice(symbol, "terminal", parent, grammar.objects[symbol].category, 0.0))
+        chooser.terminal(symbol)
+        out.append(Vertex(symbol, "terminal", parent, grammar.objects[symbol].category, 0.0))
         return
     if node.kind == "or":
         branch = node.branches[chooser.branch(node)]
-        out.append(Choice(symbol, "or", parent, branch.symbol, math.log(branch.probability or 1.0)))
+        out.append(Vertex(symbol, "or", parent, branch.symbol, math.log(branch.probability or 1.0)))
         expand(grammar, chooser, branch.symbol, index, out)
         return
-    out.append(Choice(symbol, node.kind, parent, "", 0.0))
+    out.append(Vertex(symbol, node.kind, parent, "", 0.0))
     for place, branch in enumerate(node.branches):
         chooser.begin(node.branches[place + 1 :])
         if branch.multiplicity is None:
@@ -101,11 +102,12 @@ def expand(grammar: Grammar, chooser: Chooser, symbol: str, parent: int, out: li
         chooser.end()
 
 
-def _expand_copies(grammar: Grammar, chooser: Chooser, branch: Branch, parent: int, out: list[Choice]) -> None:
+def _expand_copies(grammar: Grammar, chooser: Chooser, branch: Branch, parent: int, out: list[Vertex]) -> None:
+    """Draw the multiplicity of a Set node's branch and expand each copy."""
     assert branch.multiplicity is not None
     copies = chooser.copies(branch)
     index = len(out)
-    out.append(Choice(branch.symbol, "set", parent, str(copies), math.log(branch.multiplicity[copies])))
+    out.append(Vertex(branch.symbol, "set", parent, str(copies), math.log(branch.multiplicity[copies])))
     for copy in range(copies):
         chooser.begin_copy(branch.symbol, copies - 1 - copy)
         expand(grammar, chooser, branch.symbol, index, out)

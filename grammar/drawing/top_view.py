@@ -1,65 +1,56 @@
 """A labelled drawing of a room from above: walls, doors and their swing, windows, furniture and its front, groups, the camera's path.
 
 North is up: x grows to the right, y upwards.  Objects have the display colours of their NYU40 classes, paler when they stand on something,
-and are dashed when they hang from the ceiling; what stands higher covers what is below it, and what stands on something all that stands on
-the floor.  Objects of one functional group have outlines of one colour.  A name that has no room is a number, the object's id, which the
-legend explains.
+and are dashed when they hang from the ceiling.  What is higher covers what is below it, and supported objects cover all that stand on the
+floor.  Objects of one functional group have outlines of one colour.  Where a name does not fit, the object's id stands in its place, and
+the legend explains it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
-from grammar.drawing.shapes import Drawing, Point, Shape, area, dot, line, to_svg, words
-from grammar.drawing.top_view_labels import Label, label_objects
+from grammar.drawing.shapes import Drawing, Point, area, dot, line, to_svg, words
+from grammar.drawing.top_view_labels import label_objects
+from grammar.drawing.top_view_legend import draw_legend, group_colors
+from grammar.drawing.top_view_plan import (
+    BORDER,
+    DOOR,
+    FONT_SIZE,
+    INK,
+    LEGEND_WIDTH,
+    PATH,
+    PIXELS_PER_METRE,
+    TITLE,
+    Plan,
+    door_swing,
+    offset_outline,
+    wall_point,
+)
 from scene_description import NYU40, Opening, Room, SceneDescription, SceneObject
 from scene_description.poses import rotation_from_quaternion
 
-PIXELS_PER_METRE = 120.0
-_BORDER, _TITLE, _FOOT, _LEGEND = 24.0, 48.0, 24.0, 230.0
-_LINE, _LETTERS = 16.0, 12.0
-_INK, _WALL, _FLOOR, _PATH, _DOOR = "#222222", "#6b6b6b", "#f4f0e8", "#d4145a", "#a0522d"
-_GROUP_COLORS = ("#c0392b", "#1f6fb4", "#2a8f45", "#8e44ad", "#d2791a", "#0f8b8d", "#b5338a", "#6b6f1d")
+_WALL, _FLOOR = "#6b6b6b", "#f4f0e8"
 _LAYERS = ("floor", "wall", "object", "ceiling")
-
-
-class _Plan:
-    """Turns world metres into pixels of the drawing, and gathers shapes."""
-
-    def __init__(self, room: Room) -> None:
-        leaves = [point for opening in room.openings if opening.category == "door" for point in _swept(room, opening)]
-        xs, ys = zip(*_offset_outline(list(room.polygon_m), room.wall_thickness_m), *leaves, strict=True)
-        self.low, self.high = (min(xs), min(ys)), (max(xs), max(ys))
-        self.width = (self.high[0] - self.low[0]) * PIXELS_PER_METRE + 2.0 * _BORDER
-        self.height = (self.high[1] - self.low[1]) * PIXELS_PER_METRE + _BORDER + _TITLE + _FOOT
-        self.shapes: list[Shape] = []
-
-    def at(self, point: Point) -> Point:
-        x, y = (point[0] - self.low[0]) * PIXELS_PER_METRE, (self.high[1] - point[1]) * PIXELS_PER_METRE
-        return _BORDER + x, _TITLE + y
-
-    def all(self, points: Sequence[Point]) -> list[Point]:
-        return [self.at(point) for point in points]
 
 
 def top_view(scene: SceneDescription) -> Drawing:
     """Return the drawing of a room; the same scene gives the same drawing."""
-    plan = _Plan(scene.room)
+    plan = Plan(scene.room)
     _draw_room(plan, scene.room)
-    color = _group_colors(scene)
-    objects = sorted(scene.objects, key=lambda thing: (_LAYERS.index(thing.support.kind), thing.position_m[2] + thing.size_m[2], thing.id))
-    for thing in objects:
-        _draw_object(plan, thing, color.get(thing.id))
+    color = group_colors(scene)
+    objects = sorted(scene.objects, key=lambda item: (_LAYERS.index(item.support.kind), item.position_m[2] + item.size_m[2], item.id))
+    for item in objects:
+        _draw_object(plan, item, color.get(item.id))
     _draw_camera_path(plan, scene)
-    labels = label_objects(objects, {thing.id: plan.all(_corners(thing)) for thing in objects})
+    labels = label_objects(objects, {item.id: plan.points(_corners(item)) for item in objects})
     plan.shapes.extend(words(label.point, label.text, label.size, fill="#111111", halo=True) for label in labels)
     verdict = "valid" if scene.validity.valid else "NOT VALID"
     title = f"{scene.category.replace('_', ' ')} {scene.index}, seed {scene.seed}: {len(scene.objects)} objects, {verdict}"
-    plan.shapes.append(words((0.5 * plan.width, 0.5 * _TITLE), title, 16.0))
+    plan.shapes.append(words((0.5 * plan.width, 0.5 * TITLE), title, 16.0))
     _draw_scale(plan)
-    bottom = _draw_legend(plan, scene, color, labels)
-    return Drawing(width=plan.width + _LEGEND, height=max(plan.height, bottom + 20.0), shapes=tuple(plan.shapes))
+    bottom = draw_legend(plan, scene, color, labels)
+    return Drawing(width=plan.width + LEGEND_WIDTH, height=max(plan.height, bottom + 20.0), shapes=tuple(plan.shapes))
 
 
 def top_view_svg(scene: SceneDescription) -> str:
@@ -67,193 +58,77 @@ def top_view_svg(scene: SceneDescription) -> str:
     return to_svg(top_view(scene))
 
 
-def _draw_room(plan: _Plan, room: Room) -> None:
+def _draw_room(plan: Plan, room: Room) -> None:
     outline = list(room.polygon_m)
-    plan.shapes.append(area(plan.all(_offset_outline(outline, room.wall_thickness_m)), _WALL))
-    plan.shapes.append(area(plan.all(outline), _FLOOR, stroke="#333333"))
+    plan.shapes.append(area(plan.points(offset_outline(outline, room.wall_thickness_m)), _WALL))
+    plan.shapes.append(area(plan.points(outline), _FLOOR, stroke="#333333"))
     for opening in room.openings:
         _draw_opening(plan, room, opening)
 
 
-def _offset_outline(outline: list[Point], distance_m: float) -> list[Point]:
-    """Return the outline moved outwards by the thickness of the walls, corners mitred."""
-    moved = []
-    for i, (x, y) in enumerate(outline):
-        (nx, ny), (mx, my) = (_outward(outline, k) for k in (i - 1, i))
-        stretch = distance_m / max(1.0 + nx * mx + ny * my, 0.2)
-        moved.append((x + (nx + mx) * stretch, y + (ny + my) * stretch))
-    return moved
-
-
-def _outward(outline: list[Point], wall: int) -> Point:
-    (ax, ay), (bx, by) = outline[wall % len(outline)], outline[(wall + 1) % len(outline)]
-    length = max(math.hypot(bx - ax, by - ay), 1e-9)
-    return (by - ay) / length, (ax - bx) / length
-
-
-def _wall_point(room: Room, opening: Opening, along_m: float, outward_m: float) -> Point:
-    """Return the point at a distance along an opening's wall and out of the room."""
-    outline = list(room.polygon_m)
-    (ax, ay), (nx, ny) = outline[opening.wall], _outward(outline, opening.wall)
-    return ax - ny * along_m + nx * outward_m, ay + nx * along_m + ny * outward_m
-
-
-def _swept(room: Room, opening: Opening) -> list[Point]:
-    """Return the hinge of a door and the path of its latch from closed to open."""
-    near, far = opening.offset_m, opening.offset_m + opening.width_m
-    hinge, latch = (near, far) if opening.hinge == "start" else (far, near)
-    side, edge = (-1.0, 0.0) if opening.swing == "in" else (1.0, room.wall_thickness_m)
-    angles = [0.5 * math.pi * k / 12 for k in range(13)]
-    arc = [(hinge + (latch - hinge) * math.cos(a), edge + side * opening.width_m * math.sin(a)) for a in angles]
-    return [_wall_point(room, opening, *point) for point in ((hinge, edge), *arc)]
-
-
-def _draw_opening(plan: _Plan, room: Room, opening: Opening) -> None:
+def _draw_opening(plan: Plan, room: Room, opening: Opening) -> None:
     near, far, t = opening.offset_m, opening.offset_m + opening.width_m, room.wall_thickness_m
-    gap = [_wall_point(room, opening, *point) for point in ((near, 0.0), (far, 0.0), (far, t), (near, t))]
+    gap = [wall_point(room, opening, *point) for point in ((near, 0.0), (far, 0.0), (far, t), (near, t))]
     window = opening.category == "window"
-    plan.shapes.append(area(plan.all(gap), "#bfe0f2" if window else "#ffffff", stroke="#333333"))
+    plan.shapes.append(area(plan.points(gap), "#bfe0f2" if window else "#ffffff", stroke="#333333"))
     if window:
-        glass = [_wall_point(room, opening, along, 0.5 * t) for along in (near, far)]
-        plan.shapes.append(line(plan.all(glass), "#3a7ca5", 2.0))
+        glass = [wall_point(room, opening, along, 0.5 * t) for along in (near, far)]
+        plan.shapes.append(line(plan.points(glass), "#3a7ca5", 2.0))
         return
-    hinge, *arc = plan.all(_swept(room, opening))
-    plan.shapes.append(line(arc, _DOOR, 1.2, (4.0, 3.0)))
-    plan.shapes.append(line([hinge, arc[-1]], _DOOR, 3.0))
+    hinge, *arc = plan.points(door_swing(room, opening))
+    plan.shapes.append(line(arc, DOOR, 1.2, (4.0, 3.0)))
+    plan.shapes.append(line([hinge, arc[-1]], DOOR, 3.0))
 
 
-def _corners(thing: SceneObject) -> list[Point]:
-    depth, width, _ = thing.size_m
-    return [_in_world(thing, u * 0.5 * depth, v * 0.5 * width) for u, v in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
+def _corners(item: SceneObject) -> list[Point]:
+    depth, width, _ = item.size_m
+    return [_in_world(item, u * 0.5 * depth, v * 0.5 * width) for u, v in ((1, 1), (-1, 1), (-1, -1), (1, -1))]
 
 
-def _draw_object(plan: _Plan, thing: SceneObject, group: str | None) -> None:
-    depth, width, _ = thing.size_m
-    corners, stroke, thickness = plan.all(_corners(thing)), group or _INK, 2.2 if group else 1.0
-    if thing.support.kind == "ceiling":
+def _draw_object(plan: Plan, item: SceneObject, group: str | None) -> None:
+    depth, width, _ = item.size_m
+    corners, stroke, thickness = plan.points(_corners(item)), group or INK, 2.2 if group else 1.0
+    if item.support.kind == "ceiling":
         plan.shapes.append(area(corners, "#ffe9a8", opacity=0.25))
         plan.shapes.append(line([*corners, corners[0]], stroke, thickness, (5.0, 4.0)))
         return
-    carried = thing.support.kind == "object"
-    plan.shapes.append(area(corners, fill_of(thing), opacity=0.92, stroke=stroke, width=0.7 * thickness if carried else thickness))
-    if min(depth, width) >= 0.12 or (thing.support.kind == "wall" and width >= 0.3):
+    carried = item.support.kind == "object"
+    plan.shapes.append(area(corners, fill_color(item), opacity=0.92, stroke=stroke, width=0.7 * thickness if carried else thickness))
+    if min(depth, width) >= 0.12 or (item.support.kind == "wall" and width >= 0.3):
         tip, back, half = 0.46 * depth, 0.46 * depth - min(0.1, 0.4 * depth), min(0.08, 0.2 * width)
-        arrow = [_in_world(thing, tip, 0.0), _in_world(thing, back, half), _in_world(thing, back, -half)]
-        plan.shapes.append(area(plan.all(arrow), _INK, opacity=0.75))
+        arrow = [_in_world(item, tip, 0.0), _in_world(item, back, half), _in_world(item, back, -half)]
+        plan.shapes.append(area(plan.points(arrow), INK, opacity=0.75))
 
 
-def fill_of(thing: SceneObject) -> str:
-    """Return the colour of an object: that of its class, paler for what stands on something."""
-    pale = 0.5 if thing.support.kind == "object" else 0.0
-    return "#{:02x}{:02x}{:02x}".format(*(round(c + pale * (255 - c)) for c in NYU40[thing.label].color))
+def fill_color(item: SceneObject) -> str:
+    """Return the colour of an object: that of its class, paler for supported objects."""
+    pale = 0.5 if item.support.kind == "object" else 0.0
+    return "#{:02x}{:02x}{:02x}".format(*(round(c + pale * (255 - c)) for c in NYU40[item.label].color))
 
 
-def _in_world(thing: SceneObject, forward_m: float, left_m: float) -> Point:
-    c, s = math.cos(thing.yaw_rad), math.sin(thing.yaw_rad)
-    return thing.position_m[0] + forward_m * c - left_m * s, thing.position_m[1] + forward_m * s + left_m * c
+def _in_world(item: SceneObject, forward_m: float, left_m: float) -> Point:
+    c, s = math.cos(item.yaw_rad), math.sin(item.yaw_rad)
+    return item.position_m[0] + forward_m * c - left_m * s, item.position_m[1] + forward_m * s + left_m * c
 
 
-def _draw_camera_path(plan: _Plan, scene: SceneDescription) -> None:
+def _draw_camera_path(plan: Plan, scene: SceneDescription) -> None:
     points = [(pose.position_m[0], pose.position_m[1]) for pose in scene.camera_path]
-    plan.shapes.append(line(plan.all(points), _PATH, 2.0))
+    plan.shapes.append(line(plan.points(points), PATH, 2.0))
     for i, pose in enumerate(scene.camera_path):
         forward = rotation_from_quaternion(pose.orientation)[:, 2]
         x, y = points[i]
         ends = i in (0, len(points) - 1)
         reach, width = (0.3, 1.5) if ends else (0.15, 0.8)
-        plan.shapes.append(line(plan.all([(x, y), (x + reach * float(forward[0]), y + reach * float(forward[1]))]), _PATH, width))
-    for fill, point in (("#ffffff", points[-1]), (_PATH, points[0])):
-        plan.shapes.append(dot(plan.at(point), 5.0, fill, _PATH, 2.0))
+        plan.shapes.append(line(plan.points([(x, y), (x + reach * float(forward[0]), y + reach * float(forward[1]))]), PATH, width))
+    for fill, point in (("#ffffff", points[-1]), (PATH, points[0])):
+        plan.shapes.append(dot(plan.point(point), 5.0, fill, PATH, 2.0))
 
 
-def _draw_scale(plan: _Plan) -> None:
+def _draw_scale(plan: Plan) -> None:
     """Draw a bar of one metre with a mark every decimetre."""
-    x, y = _BORDER, plan.height - 20.0
+    x, y = BORDER, plan.height - 20.0
     for k in range(10):
         shade = "#333333" if k % 2 == 0 else "#ffffff"
         left, right = x + 0.1 * k * PIXELS_PER_METRE, x + 0.1 * (k + 1) * PIXELS_PER_METRE
         plan.shapes.append(area([(left, y - 4), (right, y - 4), (right, y + 4), (left, y + 4)], shade, stroke="#333333", width=0.8))
-    plan.shapes.append(words((x + PIXELS_PER_METRE + 10.0, y), "1 m", _LETTERS, anchor="start"))
-
-
-def _roots(scene: SceneDescription) -> dict[int, int]:
-    """Return for every object that belongs to a group the id of the object or opening that the group gathers around."""
-    core = {thing.id: thing.group for thing in scene.objects}
-    roots = {}
-    for thing in scene.objects:
-        root = thing.id
-        while (above := core.get(root)) is not None:
-            root = above
-        roots[thing.id] = root
-    gathered = {root for key, root in roots.items() if key != root}
-    return {key: root for key, root in roots.items() if root in gathered}
-
-
-def _group_colors(scene: SceneDescription) -> dict[int, str]:
-    roots = _roots(scene)
-    order = {root: k for k, root in enumerate(sorted(set(roots.values())))}
-    return {key: _GROUP_COLORS[order[root] % len(_GROUP_COLORS)] for key, root in roots.items()}
-
-
-def _draw_legend(plan: _Plan, scene: SceneDescription, color: dict[int, str], labels: Sequence[Label]) -> float:
-    """Draw groups, numbers and signs to the right of the plan; return the height of the last line."""
-    x, y = plan.width + 4.0, _TITLE + 10.0
-    name = {thing.id: thing.category.replace("_", " ") for thing in scene.objects} | {
-        opening.id: opening.category for opening in scene.room.openings
-    }
-    roots = _roots(scene)
-    rows: list[tuple[str, str]] = []
-    for root in sorted(set(roots.values())):
-        members = [name[key] for key in sorted(roots) if roots[key] == root and key != root]
-        shown = next(color[key] for key in roots if roots[key] == root)
-        lines = _wrapped(f"{name[root]}: {', '.join(members)}", 34)
-        rows.extend((shown if k == 0 else "", text) for k, text in enumerate(lines))
-    if rows:
-        plan.shapes.append(words((x, y), "groups", _LETTERS, fill="#666666", anchor="start"))
-    for shown, text in rows:
-        y += _LINE
-        if shown:
-            plan.shapes.append(area([(x + 1, y - 5), (x + 11, y - 5), (x + 11, y + 5), (x + 1, y + 5)], "#ffffff", stroke=shown, width=2.2))
-        plan.shapes.append(words((x + 18, y), text, _LETTERS, anchor="start"))
-    numbered = [f"{label.text} {name[label.object_id]}" for label in labels if label.numbered]
-    if numbered:
-        y += 1.6 * _LINE
-        plan.shapes.append(words((x, y), "numbers", _LETTERS, fill="#666666", anchor="start"))
-    for text in numbered:
-        y += _LINE
-        plan.shapes.append(words((x, y), text, _LETTERS, anchor="start"))
-    return _draw_signs(plan, x, y + 1.6 * _LINE)
-
-
-def _draw_signs(plan: _Plan, x: float, y: float) -> float:
-    plan.shapes.append(words((x, y), "signs", _LETTERS, fill="#666666", anchor="start"))
-    front = area([(x + 11, y + 16), (x + 2, y + 11), (x + 2, y + 21)], _INK, opacity=0.75)
-    pale = area(_square(x, y + 27), "#dddddd", stroke=_INK, width=0.7)
-    hangs = line([*_square(x, y + 43), (x, y + 43)], _INK, 1.0, (4.0, 3.0))
-    door = line([(x, y + 64), (x + 12, y + 64)], _DOOR, 3.0)
-    path = (line([(x, y + 80), (x + 12, y + 80)], _PATH, 2.0), dot((x, y + 80), 4.0, _PATH))
-    signs = (
-        ((front,), "front"),
-        ((pale,), "paler: stands on something"),
-        ((hangs,), "hangs from the ceiling"),
-        ((door,), "door leaf, open"),
-        (path, "camera's path from its start"),
-    )
-    for shapes, text in signs:
-        y += _LINE
-        plan.shapes.extend(shapes)
-        plan.shapes.append(words((x + 18, y), text, _LETTERS, anchor="start"))
-    return y
-
-
-def _square(x: float, y: float) -> list[Point]:
-    return [(x, y), (x + 12, y), (x + 12, y + 10), (x, y + 10)]
-
-
-def _wrapped(text: str, most: int) -> list[str]:
-    lines = [""]
-    for word in text.split(" "):
-        if lines[-1] and len(lines[-1]) + 1 + len(word) > most:
-            lines.append("")
-        lines[-1] = f"{lines[-1]} {word}".strip()
-    return lines
+    plan.shapes.append(words((x + PIXELS_PER_METRE + 10.0, y), "1 m", FONT_SIZE, anchor="start"))

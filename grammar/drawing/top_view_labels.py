@@ -1,4 +1,4 @@
-"""Where the names of a top view's objects go, so that none covers another: beside the middle of the object, or a number in its place."""
+"""Places for the names of a top view's objects, so that none covers another; where a name has no place, a number stands for it."""
 
 from __future__ import annotations
 
@@ -33,14 +33,12 @@ def label_objects(objects: Sequence[SceneObject], outline: Mapping[int, Sequence
         objects: in the order in which they are painted.
         outline: object id -> corners in pixels.
     """
-    boxes = {thing.id: _bounds(outline[thing.id]) for thing in objects}
-    above = {
-        thing.id: [boxes[other.id] for other in objects[k + 1 :] if other.support.kind != "ceiling"] for k, thing in enumerate(objects)
-    }
+    boxes = {item.id: _bounds(outline[item.id]) for item in objects}
+    above = {item.id: [boxes[other.id] for other in objects[k + 1 :] if other.support.kind != "ceiling"] for k, item in enumerate(objects)}
     taken: list[Box] = []
     labels = []
-    for thing in sorted(objects, key=lambda thing: (-thing.size_m[0] * thing.size_m[1], thing.id)):
-        label = _name(thing, boxes[thing.id], above[thing.id], taken) or _number(thing, boxes[thing.id], taken)
+    for item in sorted(objects, key=lambda item: (-item.size_m[0] * item.size_m[1], item.id)):
+        label = _name(item, boxes[item.id], above[item.id], taken) or _number(item, boxes[item.id], taken)
         taken.append(_text_box(label.text, label.point, label.size))
         labels.append(label)
     return sorted(labels, key=lambda label: label.object_id)
@@ -60,9 +58,9 @@ def _overlap(a: Box, b: Box) -> float:
     return max(min(a[2], b[2]) - max(a[0], b[0]), 0.0) * max(min(a[3], b[3]) - max(a[1], b[1]), 0.0)
 
 
-def _name(thing: SceneObject, box: Box, above: Sequence[Box], taken: Sequence[Box]) -> Label | None:
-    """Return the object's name where it fits into the object's bounds and hides least of what stands higher, if there is such a place."""
-    text, best, least = thing.category.replace("_", " "), None, 0.0
+def _name(item: SceneObject, box: Box, above: Sequence[Box], taken: Sequence[Box]) -> Label | None:
+    """Return the object's name at the place within the object's bounds where it hides least of higher objects, or None if none is free."""
+    text, best, least = item.category.replace("_", " "), None, 0.0
     width, height = box[2] - box[0], box[3] - box[1]
     for size in _SIZES:
         for down in _SHARES:
@@ -74,17 +72,17 @@ def _name(thing: SceneObject, box: Box, above: Sequence[Box], taken: Sequence[Bo
                     continue
                 cost = sum(_overlap(cover, other) for other in above) + 40.0 * (abs(down) + abs(right)) + 30.0 * (_SIZES[0] - size)
                 if best is None or cost < least:
-                    best, least = Label(thing.id, text, point, size, False), cost
+                    best, least = Label(item.id, text, point, size, False), cost
     return best
 
 
-def _number(thing: SceneObject, box: Box, taken: Sequence[Box]) -> Label:
-    """Return the object's id, at its middle or the place around it that hides least of other labels."""
-    middle, text = (0.5 * (box[0] + box[2]), 0.5 * (box[1] + box[3])), str(thing.id)
+def _number(item: SceneObject, box: Box, taken: Sequence[Box]) -> Label:
+    """Return the object's id at its middle, or at the place around it that hides least of other labels."""
+    middle, text = (0.5 * (box[0] + box[2]), 0.5 * (box[1] + box[3])), str(item.id)
     steps = [(0.0, 0.0), *((dx, dy) for r in (9.0, 14.0, 20.0) for dx in (0.0, -r, r) for dy in (0.0, -r, r) if dx or dy)]
     points = [(middle[0] + dx, middle[1] + dy) for dx, dy in steps]
 
     def hidden(point: Point) -> float:
         return sum(_overlap(_text_box(text, point, _NUMBER_SIZE), other) for other in taken)
 
-    return Label(thing.id, text, min(points, key=hidden), _NUMBER_SIZE, True)
+    return Label(item.id, text, min(points, key=hidden), _NUMBER_SIZE, True)

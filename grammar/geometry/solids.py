@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammar.geometry.boxes import Boxes, place_boxes
-from grammar.spec.categories import Categories, Category, Solid, Surface
+from grammar.spec.categories import Categories, Category, Solid, SupportSurface
 from scene_description import SceneObject
 
 Size = tuple[float, float, float]
@@ -33,7 +33,7 @@ def local_solids(category: Category, size_m: Size) -> Boxes:
     return np.array(rows, np.float64).reshape(-1, 6)
 
 
-def surface_top(surface: Surface, size_m: Size) -> tuple[float, float, float]:
+def surface_top(surface: SupportSurface, size_m: Size) -> tuple[float, float, float]:
     """Return height, half depth and half width (metres) of a carrying top of an object of this size."""
     depth, width, height = size_m
     return (

@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from grammar.geometry.boxes import Boxes
-from grammar.spec.rules import ObjectRule, OpeningRule
+from grammar.spec.object_rules import ObjectRule
+from grammar.spec.room_rules import OpeningRule
 from scene_description import Opening, Room
 
 # Everything that hangs touches its wall and everything that blocks access stands on the floor, so these two bound no distance.
@@ -46,7 +47,7 @@ def opening_zones(opening: Opening, rule: OpeningRule) -> list[Zone]:
     return [clear, Zone(half, 0.0, 0.0, opening.height_m + casing, half, half_width + casing, FACE, _FACE_DEPTH_M)]
 
 
-def thing_zones(rule: ObjectRule, size_m: Size) -> list[Zone]:
+def object_zones(rule: ObjectRule, size_m: Size) -> list[Zone]:
     """Return the accessible space of an object and what must stay free before it."""
     zones = []
     for access in rule.access:

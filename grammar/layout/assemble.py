@@ -9,15 +9,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammar.derivation.parse_tree import ParseTree, Thing
+from grammar.derivation.parse_tree import Item, ParseTree
 from grammar.geometry.arrays import Floats, Ints
 from grammar.geometry.solids import local_solids, surface_top
 from grammar.geometry.walls import WALL_YAW, wall_rows
-from grammar.geometry.zones import Zone, opening_zones, side_rectangle, thing_zones
+from grammar.geometry.zones import Zone, object_zones, opening_zones, side_rectangle
 from grammar.layout.energies import place_object
 from grammar.layout.problem import BOTTOM, CANDIDATE, CEILING, CENTRE, CORE, FIXED, FLOOR, LEADS, OBJECT, WALL, Problem, State, empty_state
 from grammar.spec.categories import Categories
-from grammar.spec.rules import AroundMode, Grammar, Mode, Thresholds, WallMode
+from grammar.spec.object_rules import AroundMode, Mode, WallMode
+from grammar.spec.rules import Grammar, Thresholds
 
 Row = tuple[float, ...]
 Modes = tuple[list[Row], list[Row], list[Row], list[Row]]
@@ -31,7 +32,7 @@ def assemble(grammar: Grammar, categories: Categories, tree: ParseTree, beta: fl
     ``beta``: tidiness at which the chain will run, by default the grammar's; it shall not temper the probabilities of modes and addresses.
     """
     tidiness = grammar.schedule.beta if beta is None else beta
-    openings, things, room = tree.room.openings, tree.things, tree.room
+    openings, things, room = tree.room.openings, tree.items, tree.room
     size = {opening.id: (0.0, opening.width_m, opening.height_m) for opening in openings} | {thing.id: thing.size_m for thing in things}
     size |= {len(openings) + len(things) + k + 1: (0.0, 0.0, 0.0) for k in range(len(tree.corners))}
     slots = _slots(categories, things)
@@ -40,7 +41,7 @@ def assemble(grammar: Grammar, categories: Categories, tree: ParseTree, beta: fl
     for thing in things:
         solids = [(*row, 0.0, 0.0) for row in local_solids(categories[thing.rule.category], thing.size_m).tolist()]
         strips = [_strip_row(side, reach_m, thing.size_m) for side in thing.rule.reach_any]
-        zones = [_zone_row(zone) for zone in thing_zones(thing.rule, thing.size_m)]
+        zones = [_zone_row(zone) for zone in object_zones(thing.rule, thing.size_m)]
         parts.append(_Parts(solids, zones, strips, _modes(thing, size, slots, tidiness)))
     rows = [(FIXED, -1, 0, 0)] * len(openings)
     parts.extend(_Parts([], [], [], ([], [], [], [])) for _ in tree.corners)
@@ -92,13 +93,13 @@ def _strip_row(side: str, depth_m: float, size: tuple[float, float, float]) -> R
     return x, y, 0.0, size[2], half_d, half_w, 0.0, depth_m
 
 
-def _blocks(thing: Thing, limits: Thresholds, parts: _Parts) -> bool:
+def _blocks(thing: Item, limits: Thresholds, parts: _Parts) -> bool:
     """Return whether a thing takes floor from a walker; what stands on a thing lies within its footprint."""
     low = min((row[2] for row in parts.solids), default=math.inf)
     return thing.rule.mount != "object" and thing.bottom_m + low < limits.robot_height_m
 
 
-def _modes(thing: Thing, size: Mapping[int, tuple[float, float, float]], slots: Sequence[Row], beta: float) -> Modes:
+def _modes(thing: Item, size: Mapping[int, tuple[float, float, float]], slots: Sequence[Row], beta: float) -> Modes:
     rule = thing.rule
     wall: list[Row] = [(mode.distance_m, _or_nan(mode.orientation_rad), 0.0) for mode in rule.wall]
     around: list[Row] = [around_target(mode, thing.size_m, size[thing.core]) for mode in rule.around] if thing.core else []
@@ -150,14 +151,14 @@ def _with_fixed(problem: Problem, tree: ParseTree) -> State:
         along = opening.offset_m + 0.5 * opening.width_m
         state.pose[i] = ax + tx * along, ay + ty * along, problem.wall[opening.wall, WALL_YAW]
         state.on_wall[i] = opening.wall
-    for thing in tree.things:
+    for thing in tree.items:
         if thing.pinned is not None:
             place, i = thing.pinned, thing.id - 1
             state.where[i] = place.x_m, place.y_m, place.yaw_rad, place.z_m
             state.on_wall[i] = -1 if place.wall is None else place.wall
             state.slot[i] = -1 if place.on is None else _top_below(problem, thing.id - 1, place.on - 1, place.z_m - _z_of(tree, place.on))
     for k, corner in enumerate(tree.corners):
-        state.pose[len(tree.room.openings) + len(tree.things) + k] = corner
+        state.pose[len(tree.room.openings) + len(tree.items) + k] = corner
     for i in np.flatnonzero(problem.pinned).tolist():
         state.active[i] = 1
         place_object(problem, state, i)
@@ -165,7 +166,7 @@ def _with_fixed(problem: Problem, tree: ParseTree) -> State:
 
 
 def _z_of(tree: ParseTree, identifier: int) -> float:
-    return next(thing.bottom_m for thing in tree.things if thing.id == identifier)
+    return next(thing.bottom_m for thing in tree.items if thing.id == identifier)
 
 
 def _top_below(problem: Problem, i: int, owner: int, height_m: float) -> int:
@@ -196,7 +197,7 @@ def around_target(mode: AroundMode, size: tuple[float, float, float], core: tupl
     return x, y, yaw
 
 
-def _slots(categories: Categories, things: Sequence[Thing]) -> list[Row]:
+def _slots(categories: Categories, things: Sequence[Item]) -> list[Row]:
     rows: list[Row] = []
     for thing in things:
         for surface in categories[thing.rule.category].surfaces:
@@ -204,7 +205,7 @@ def _slots(categories: Categories, things: Sequence[Thing]) -> list[Row]:
     return rows
 
 
-def _candidates(thing: Thing, slots: Sequence[Row]) -> list[tuple[int, float]]:
+def _candidates(thing: Item, slots: Sequence[Row]) -> list[tuple[int, float]]:
     """Return the tops that a thing fits on with -log of their probabilities; an object's probability is shared by its tops."""
     found: list[tuple[int, float]] = []
     small, large = sorted((0.5 * thing.size_m[0], 0.5 * thing.size_m[1]))

@@ -1,4 +1,4 @@
-"""Which object of the grammar an observed object is, what it stands on, and which core it belongs to."""
+"""Matching observed objects with objects of the grammar, and finding their supporters and cores."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammar.learning.geometry import box_gap, stands_on
+from grammar.learning.geometry import box_gap, is_supported_by
 from grammar.learning.observed import ObservedObject, ObservedRoom
-from grammar.spec.rules import NONE, AroundMode, Grammar, ObjectRule
+from grammar.spec.object_rules import NONE, AroundMode, ObjectRule
+from grammar.spec.rules import Grammar
 
 _SPREAD = 2.0
 _NO_TARGET = math.log(1e-3)
@@ -23,8 +24,8 @@ _GROUP_GAP_M = 1.0
 class AssignedObject:
     """An observed object as object ``symbol`` of the grammar.
 
-    ``on`` and ``core`` are indices into the room's list; ``core`` is the nearest object that the symbol can belong to, at most a metre
-    off (the threshold of Jiang et al., IJCV 2018, section 3.1); ``core_offered``: there was such an object in the room, however far.
+    ``on`` and ``core`` are indices into the room's list.  ``core`` is the nearest object that the symbol can belong to, at most a metre
+    away (the threshold of Jiang et al., IJCV 2018, section 3.1).  ``core_offered``: the room holds such an object, however far away.
     """
 
     symbol: str
@@ -36,27 +37,27 @@ class AssignedObject:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AssignedRoom:
-    """A room whose objects are all objects of the grammar; the others are only counted."""
+    """A room with its objects that match objects of the grammar, and the categories of the ``unmatched`` ones."""
 
     room: ObservedRoom
     objects: tuple[AssignedObject, ...]
-    strangers: tuple[str, ...]
+    unmatched: tuple[str, ...]
 
 
 def assign(grammar: Grammar, room: ObservedRoom, any_size: bool = False) -> AssignedRoom:
-    """Match the objects of a room with the grammar's: by category, then size, then what they stand on.
+    """Match the objects of a room with the grammar's by category, size and supporter.
 
-    ``any_size``: no size is out of proportion.
+    ``any_size``: accept every size; otherwise objects far outside a rule's bounds do not match it.
     """
     symbols: list[str | None] = [None] * len(room.objects)
-    on = [thing.on if thing.on is not None else _below(room.objects, i) for i, thing in enumerate(room.objects)]
+    on = [item.on if item.on is not None else _below(room.objects, i) for i, item in enumerate(room.objects)]
     for i in sorted(range(len(room.objects)), key=lambda i: (on[i] is not None, i)):
         below = on[i]
         symbols[i] = _symbol(grammar, room.objects[i], symbols[below] if below is not None else None, any_size)
     _move_surplus(grammar, room.objects, symbols, on, any_size)
     kept = [i for i, symbol in enumerate(symbols) if symbol is not None]
     place = {i: k for k, i in enumerate(kept)}
-    things: list[AssignedObject] = []
+    items: list[AssignedObject] = []
     for i in kept:
         symbol = symbols[i] or ""
         rule = grammar.objects[symbol]
@@ -64,7 +65,7 @@ def assign(grammar: Grammar, room: ObservedRoom, any_size: bool = False) -> Assi
         nearest = min(offered, key=lambda j: (box_gap(room.objects[i], room.objects[j]), j), default=None)
         near = nearest is not None and box_gap(room.objects[i], room.objects[nearest]) <= _GROUP_GAP_M
         below = on[i]
-        things.append(
+        items.append(
             AssignedObject(
                 symbol=symbol,
                 seen=room.objects[i],
@@ -73,14 +74,14 @@ def assign(grammar: Grammar, room: ObservedRoom, any_size: bool = False) -> Assi
                 core_offered=bool(offered),
             )
         )
-    strangers = tuple(room.objects[i].category for i, symbol in enumerate(symbols) if symbol is None)
-    return AssignedRoom(room=room, objects=tuple(things), strangers=strangers)
+    unmatched = tuple(room.objects[i].category for i, symbol in enumerate(symbols) if symbol is None)
+    return AssignedRoom(room=room, objects=tuple(items), unmatched=unmatched)
 
 
 def _move_surplus(
     grammar: Grammar, objects: Sequence[ObservedObject], symbols: list[str | None], on: Sequence[int | None], any_size: bool
 ) -> None:
-    """Give what finds no place of its own around a core the next likely symbol, if there is one: of several at a core the furthest."""
+    """Give objects beyond the exclusive places around a core their next likely symbol, if there is one, the furthest objects first."""
     taken: Counter[tuple[int, tuple[AroundMode, ...]]] = Counter()
     nearest: list[tuple[float, int, int, str]] = []
     for i, symbol in enumerate(symbols):
@@ -97,36 +98,37 @@ def _move_surplus(
 
 
 def _below(objects: Sequence[ObservedObject], i: int) -> int | None:
-    found = [j for j in range(len(objects)) if j != i and stands_on(objects[i], objects[j])]
+    """Return the index of the object with the highest top among those that an object stands on."""
+    found = [j for j in range(len(objects)) if j != i and is_supported_by(objects[i], objects[j])]
     return max(found, key=lambda j: (objects[j].position_m[2] + objects[j].size_m[2], -j), default=None)
 
 
-def _symbol(grammar: Grammar, thing: ObservedObject, below: str | None, any_size: bool, but: str | None = None) -> str | None:
-    """Return the most likely symbol of an object ``but`` one.
+def _symbol(grammar: Grammar, item: ObservedObject, below: str | None, any_size: bool, other_than: str | None = None) -> str | None:
+    """Return the most likely symbol of an object, or None if no rule of its category is near its size.
 
-    None: there is none of its category, or its size is out of all proportion.
+    ``below`` is the symbol of its supporter; ``other_than`` a symbol that does not count.
     """
     scores: list[tuple[float, str]] = []
     for symbol, rule in grammar.objects.items():
-        if symbol != but and rule.category == thing.category and (any_size or _plausible(rule, thing.size_m)):
-            score = _wide_log_density(thing.size_m, rule)
+        if symbol != other_than and rule.category == item.category and (any_size or _plausible(rule, item.size_m)):
+            score = _wide_log_density(item.size_m, rule)
             if rule.mount == "object":
                 share = (rule.supporters or {}).get(below or NONE, 0.0)
                 score += math.log(share) if share > 0.0 else _NO_TARGET
             elif below is not None:
                 score += _NO_TARGET
             scores.append((score, symbol))
-    return max(scores, key=lambda item: item[0])[1] if scores else None
+    return max(scores, key=lambda scored: scored[0])[1] if scores else None
 
 
 def _plausible(rule: ObjectRule, size_m: Sequence[float]) -> bool:
-    """Return whether no side is far out of the rule's bounds; thin sides get some absolute room."""
+    """Return whether no side is far outside the rule's bounds; thin sides get an absolute tolerance."""
     axes = zip(size_m, rule.low_m, rule.high_m, strict=True)
     return all(low / _BOUNDS_FACTOR - 0.05 <= side <= high * _BOUNDS_FACTOR + 0.05 for side, low, high in axes)
 
 
 def _wide_log_density(size_m: Sequence[float], rule: ObjectRule) -> float:
-    """Return the log-density of a size under the rule's mixture with wider, uncut components, so that no size is impossible."""
+    """Return the log-density of a size under the rule's mixture with wider components that are not truncated: no size is impossible."""
     logs = [
         math.log(max(mode.probability, 1e-12))
         + sum(-0.5 * ((s - m) / (_SPREAD * d)) ** 2 - math.log(_SPREAD * d) for s, m, d in zip(size_m, mode.mean_m, mode.sd_m, strict=True))

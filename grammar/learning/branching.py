@@ -1,12 +1,12 @@
-"""Branching probabilities of Or and Set nodes, by counting over all derivations that explain each room's objects.
+"""Branching probabilities of Or and Set nodes, by expectation maximisation over all derivations that explain each room's objects.
 
-What is seen of a room is a bag: how many objects of each symbol.  Which derivation made it is hidden (a floor lamp may stand for itself or
-belong to an armchair), so each branch is counted by its expectation over all of them, and the probabilities are re-estimated until they
-settle (expectation maximisation; with a single derivation per room this is plain counting, Jiang et al., IJCV 2018, section 3.1).  The
-expectations come from one pass from the leaves up, in which a table holds for each bag its probability and the counts that it implies.
+What is observed of a room is a bag: the number of objects of each symbol.  Its derivation is hidden (a floor lamp may stand for itself or
+belong to an armchair), so each branch is counted by its expectation over all derivations, and the probabilities are re-estimated until they
+converge.  With a single derivation per room this is plain counting (Jiang et al., IJCV 2018, section 3.1).  The expectations come from one
+pass from the terminals up, in which a table holds for each bag its probability and the counts that it implies.
 
-A Dirichlet prior of ``alpha`` pseudo-counts around the base grammar smooths the counts.  Symbols that the data does not cover are not
-looked at: they explain nothing, so branches that lead only to them keep their probabilities.
+A Dirichlet prior of ``alpha`` pseudo-counts around the base grammar smooths the counts.  Symbols that the data does not cover are ignored:
+branches that lead only to them keep their probabilities.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from grammar.spec.rules import Branch, Grammar, Node
+from grammar.geometry.arrays import Floats
+from grammar.spec.and_or_graph import Branch, Node
+from grammar.spec.rules import Grammar
 
-Floats = NDArray[np.float64]
 Bag = tuple[int, ...]
 Table = dict[Bag, tuple[float, Floats]]
 
 _MISSED = 1e-3
-"""Probability that a covered object which a derivation has was not recorded."""
+"""Probability that an object of a covered symbol which a derivation has was not recorded."""
 
 _EXTRA = 1e-4
-"""Factor for each recorded object that the derivation has not."""
+"""Factor for each recorded object that a derivation lacks."""
 
 _LEAST_PROBABILITY = 1e-250
 """A room that is less likely, which takes dozens of objects beyond all derivations, is not counted."""
@@ -53,7 +53,12 @@ class BranchingResult:
 
 
 class _Model(NamedTuple):
-    """The graph with its parameters: slices of one vector for each Or node, (node, -1), and each Set branch, (node, branch)."""
+    """The graph and where its parameters are.
+
+    nodes: of the grammar; visible: covered symbol -> its index in a bag; place: slice of the vector of parameters for each Or node,
+    (node, -1), and each Set branch, (node, branch); below: symbol -> how often each terminal occurs below it; closes: node -> terminals
+    whose counts are final at it.
+    """
 
     nodes: Mapping[str, Node]
     visible: Mapping[str, int]
@@ -72,13 +77,14 @@ def learn_branching(grammar: Grammar, rooms: Sequence[Iterable[str]], covered: A
         alpha: pseudo-counts of the prior for each Or node and each Set branch.
     """
     below: dict[str, Counter[str]] = {}
-    visible = {symbol: i for i, symbol in enumerate(sorted(covered & _leaves(grammar, grammar.root, below).keys()))}
+    visible = {symbol: i for i, symbol in enumerate(sorted(covered & _terminals_below(grammar, grammar.root, below).keys()))}
     bags: Counter[Bag] = Counter()
     for symbols in rooms:
         counted = Counter(symbols)
         bags[tuple(counted[symbol] for symbol in visible)] += 1
     model, prior = _model(grammar, visible, below, bags)
     parameters, expected = prior, np.zeros_like(prior)
+    # alternate expected counts and probabilities
     for _ in range(_ROUNDS):
         expected = np.zeros_like(prior)
         for bag, times in bags.items():
@@ -90,7 +96,7 @@ def learn_branching(grammar: Grammar, rooms: Sequence[Iterable[str]], covered: A
 
 
 def _model(grammar: Grammar, visible: Mapping[str, int], below: Mapping[str, Counter[str]], bags: Iterable[Bag]) -> tuple[_Model, Floats]:
-    """Return the model and its prior, Set branches with one more multiplicity where a room holds more objects than they give."""
+    """Return the model and its prior; a Set branch gets more multiplicities where a room holds more objects than it gives."""
     most = {symbol: max((bag[i] for bag in bags), default=0) for symbol, i in visible.items()}
     place: dict[tuple[str, int], slice] = {}
     prior: list[float] = []
@@ -102,9 +108,9 @@ def _model(grammar: Grammar, visible: Mapping[str, int], below: Mapping[str, Cou
             if branch.multiplicity is None:
                 continue
             values = list(branch.multiplicity)
-            heads = [thing for thing in certain_objects(grammar, branch.symbol) if thing in most]
-            if heads:
-                values.extend(0.0 for _ in range(min(most[heads[0]] + 1, _MOST_COPIES) - len(values)))
+            certain = [symbol for symbol in certain_objects(grammar, branch.symbol) if symbol in most]
+            if certain:
+                values.extend(0.0 for _ in range(min(most[certain[0]] + 1, _MOST_COPIES) - len(values)))
                 values = [(1.0 - _UNSEEN_SHARE) * value + _UNSEEN_SHARE / len(values) for value in values]
             place[name, i] = slice(len(prior), len(prior) + len(values))
             prior.extend(values)
@@ -112,29 +118,29 @@ def _model(grammar: Grammar, visible: Mapping[str, int], below: Mapping[str, Cou
     return _Model(grammar.nodes, visible, place, below, closes), np.array(prior)
 
 
-def _leaves(grammar: Grammar, symbol: str, below: dict[str, Counter[str]]) -> Counter[str]:
-    """Return in how many places each object stands below a symbol, and note the same for all symbols under it."""
+def _terminals_below(grammar: Grammar, symbol: str, below: dict[str, Counter[str]]) -> Counter[str]:
+    """Return how often each terminal occurs below a symbol, and note the same for all symbols below it."""
     if symbol not in below:
         node = grammar.nodes.get(symbol)
         found: Counter[str] = Counter([symbol]) if node is None else Counter()
         for branch in node.branches if node else ():
-            found.update(_leaves(grammar, branch.symbol, below))
+            found.update(_terminals_below(grammar, branch.symbol, below))
         below[symbol] = found
     return below[symbol]
 
 
 def certain_objects(grammar: Grammar, symbol: str) -> tuple[str, ...]:
-    """Return the objects that a symbol surely leads to: itself, or those of an And node's branches, in order."""
+    """Return the objects that a symbol leads to in every derivation: itself, or those of an And node's branches, in order."""
     node = grammar.nodes.get(symbol)
     if node is None:
         return (symbol,)
     if node.kind != "and":
         return ()
-    return tuple(thing for branch in node.branches for thing in certain_objects(grammar, branch.symbol))
+    return tuple(certain for branch in node.branches for certain in certain_objects(grammar, branch.symbol))
 
 
 def _owners(grammar: Grammar, visible: Iterable[str], below: Mapping[str, Counter[str]]) -> dict[str, tuple[str, ...]]:
-    """Return for each And, Or or Set node that occurs at most once the objects that it closes: all their places are under it."""
+    """Return for each node that occurs at most once the terminals that it closes: all their occurrences are below it."""
     closes: dict[str, list[str]] = {}
     for symbol in visible:
         owner = grammar.root
@@ -155,6 +161,7 @@ def _room_table(model: _Model, root: str, parameters: Floats, bag: Bag) -> tuple
 
 
 def _table(model: _Model, parameters: Floats, bag: Bag, symbol: str, done: dict[str, Table]) -> Table:
+    """Return the table of a symbol; ``done`` are those that are known."""
     if symbol in done:
         return done[symbol]
     node, zero = model.nodes.get(symbol), np.zeros(len(parameters))
@@ -187,7 +194,7 @@ def _table(model: _Model, parameters: Floats, bag: Bag, symbol: str, done: dict[
 
 
 def _add(table: Table, other: Table, factor: float, parameter: int) -> None:
-    """Add a table times a parameter, which it thereby uses once."""
+    """Add a table times a parameter; the counts note that this parameter is used once more."""
     for bag, (p, v) in other.items():
         counts = factor * v
         counts[parameter] += factor * p
@@ -224,7 +231,7 @@ def _product(first: Table, second: Table, bag: Bag) -> Table:
 
 
 def _close(model: _Model, table: Table, bag: Bag, symbols: Sequence[str]) -> Table:
-    """Compare the counts of symbols that can come no more with the room's, and forget them."""
+    """Compare the final counts of symbols with the room's, and sum over them."""
     if not symbols:
         return table
     places = [model.visible[symbol] for symbol in symbols]

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Annotated
 
 from grammar.spec.grammar_file import read_yaml
-from grammar.spec.rules import GrammarError, Symbol
+from grammar.spec.rules import GrammarError
+from grammar.spec.values import Symbol
 from scene_description import FieldError, Limits, from_mapping
 
 Names = Mapping[str, Annotated[str, Limits(max_length=60)]]

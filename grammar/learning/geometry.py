@@ -11,19 +11,19 @@ from grammar.learning.observed import ObservedObject
 from scene_description.types import Point2
 
 _TOP_TOLERANCE_M = 0.1
-_TURN_PRICE_M = 0.25
+_TURN_COST_M = 0.25
 
 
-class AtWall(NamedTuple):
-    """An object at a wall: the gap to its footprint, its yaw against the direction into the room (0: back to the wall), and the wall."""
+class WallPose(NamedTuple):
+    """The pose of an object relative to a wall: gap, yaw against the direction into the room (0: back to the wall), number of the wall."""
 
     gap_m: float
     turn_rad: float
     wall: int
 
 
-class InFrame(NamedTuple):
-    """An object in the frame of another one: place of its origin and relative yaw."""
+class RelativePose(NamedTuple):
+    """The pose of an object in the frame of another one: its origin and its relative yaw."""
 
     x_m: float
     y_m: float
@@ -41,47 +41,47 @@ def half_extents(size_m: Sequence[float], turn_rad: float) -> tuple[float, float
     return 0.5 * (size_m[0] * c + size_m[1] * s), 0.5 * (size_m[0] * s + size_m[1] * c)
 
 
-def at_walls(polygon_m: Sequence[Point2], thing: ObservedObject) -> list[AtWall]:
-    """Return the object's gap and turn to every wall that its origin lies before."""
+def wall_poses(polygon_m: Sequence[Point2], item: ObservedObject) -> list[WallPose]:
+    """Return the pose of an object relative to every wall that its origin lies before."""
     found = []
     for index, wall in enumerate(wall_rows(polygon_m).tolist()):
-        dx, dy = thing.position_m[0] - wall[0], thing.position_m[1] - wall[1]
+        dx, dy = item.position_m[0] - wall[0], item.position_m[1] - wall[1]
         along, across = dx * wall[2] + dy * wall[3], dx * wall[5] + dy * wall[6]
         if 0.0 <= along <= wall[4] and across >= 0.0:
-            turn = wrapped(thing.yaw_rad - wall[WALL_YAW])
-            found.append(AtWall(across - half_extents(thing.size_m, turn)[0], turn, index))
+            turn = wrapped(item.yaw_rad - wall[WALL_YAW])
+            found.append(WallPose(across - half_extents(item.size_m, turn)[0], turn, index))
     return found
 
 
-def nearest_wall(polygon_m: Sequence[Point2], thing: ObservedObject) -> AtWall | None:
+def nearest_wall(polygon_m: Sequence[Point2], item: ObservedObject) -> WallPose | None:
     """Return the wall with the least gap."""
-    return min(at_walls(polygon_m, thing), key=lambda item: item.gap_m, default=None)
+    return min(wall_poses(polygon_m, item), key=lambda pose: pose.gap_m, default=None)
 
 
-def fitting_wall(polygon_m: Sequence[Point2], thing: ObservedObject) -> AtWall | None:
-    """Return the wall that an object most plausibly stands at: near, and rather at its back than at its side or front."""
-    return min(at_walls(polygon_m, thing), key=lambda item: max(item.gap_m, 0.0) + _TURN_PRICE_M * abs(item.turn_rad), default=None)
+def fitting_wall(polygon_m: Sequence[Point2], item: ObservedObject) -> WallPose | None:
+    """Return the wall that an object most plausibly stands at: one that is near, and at its back rather than its side or front."""
+    return min(wall_poses(polygon_m, item), key=lambda pose: max(pose.gap_m, 0.0) + _TURN_COST_M * abs(pose.turn_rad), default=None)
 
 
-def in_frame(thing: ObservedObject, other: ObservedObject) -> InFrame:
-    """Return ``thing`` in the frame of ``other``."""
-    dx, dy = thing.position_m[0] - other.position_m[0], thing.position_m[1] - other.position_m[1]
+def relative_pose(item: ObservedObject, other: ObservedObject) -> RelativePose:
+    """Return ``item`` in the frame of ``other``."""
+    dx, dy = item.position_m[0] - other.position_m[0], item.position_m[1] - other.position_m[1]
     c, s = math.cos(other.yaw_rad), math.sin(other.yaw_rad)
-    return InFrame(dx * c + dy * s, dy * c - dx * s, wrapped(thing.yaw_rad - other.yaw_rad))
+    return RelativePose(dx * c + dy * s, dy * c - dx * s, wrapped(item.yaw_rad - other.yaw_rad))
 
 
-def box_gap(thing: ObservedObject, other: ObservedObject) -> float:
+def box_gap(item: ObservedObject, other: ObservedObject) -> float:
     """Return the distance of two footprints as boxes along the axes of ``other``; 0 where they meet."""
-    place = in_frame(thing, other)
-    half_d, half_w = half_extents(thing.size_m, place.turn_rad)
+    place = relative_pose(item, other)
+    half_d, half_w = half_extents(item.size_m, place.turn_rad)
     gap_d = max(abs(place.x_m) - half_d - 0.5 * other.size_m[0], 0.0)
     gap_w = max(abs(place.y_m) - half_w - 0.5 * other.size_m[1], 0.0)
     return math.hypot(gap_d, gap_w)
 
 
-def stands_on(thing: ObservedObject, other: ObservedObject) -> bool:
-    """Return whether an object's underside is at the top of another one that its origin is above."""
-    if thing.position_m[2] < 0.1 or abs(thing.position_m[2] - other.position_m[2] - other.size_m[2]) > _TOP_TOLERANCE_M:
+def is_supported_by(item: ObservedObject, other: ObservedObject) -> bool:
+    """Return whether an object stands on another one: its underside is at the other's top, its origin within the other's footprint."""
+    if item.position_m[2] < 0.1 or abs(item.position_m[2] - other.position_m[2] - other.size_m[2]) > _TOP_TOLERANCE_M:
         return False
-    place = in_frame(thing, other)
+    place = relative_pose(item, other)
     return abs(place.x_m) <= 0.5 * other.size_m[0] and abs(place.y_m) <= 0.5 * other.size_m[1]

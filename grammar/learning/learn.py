@@ -6,6 +6,7 @@ import hashlib
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -17,8 +18,9 @@ from grammar.learning.contrastive import ContrastiveOptions, CurveRow, learn_wei
 from grammar.learning.observed import ObservedRoom
 from grammar.learning.openings import learn_openings
 from grammar.learning.relations import learn_object
+from grammar.learning.sampled_counts import RoomSampler, SampledCounts, count_room
 from grammar.learning.sizes import learn_room
-from grammar.learning.truncation import RoomSampler, SampledCounts, TruncationOptions, TruncationRow, correct_truncation, count_room
+from grammar.learning.truncation import TruncationOptions, TruncationRow, correct_truncation
 from grammar.spec.categories import Categories
 from grammar.spec.rules import Budget, Grammar, GrammarError
 
@@ -46,17 +48,17 @@ class LearnOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LearnedGrammar:
-    """A learned grammar, and what it rests on.
+    """A learned grammar, and the data behind it.
 
     ``counts``: path of a learned part -> number of observations behind it (for nodes: expected); every other number is the base's.
-    ``strangers``: categories in the rooms that the grammar has no object for (or not of such a size), with their numbers.
+    ``unmatched``: categories in the rooms that match no object of the grammar, or none of nearly that size, with their numbers.
     """
 
     grammar: Grammar
     rooms: int
     objects: int
     counts: Mapping[str, float]
-    strangers: Mapping[str, int]
+    unmatched: Mapping[str, int]
     weight_rooms: int
     curve: tuple[CurveRow, ...]
     wanted: Mapping[str, float]
@@ -65,7 +67,9 @@ class LearnedGrammar:
 
 
 def split_houses(rooms: Sequence[ObservedRoom], share: float, fold: int = 0) -> tuple[tuple[ObservedRoom, ...], tuple[ObservedRoom, ...]]:
-    """Return rooms to learn from and rooms held out: all rooms of ``share`` of the houses, in the order of the hashes of their names.
+    """Return rooms to learn from and rooms held out.
+
+    Held out are all rooms of a ``share`` of the houses, which are taken in the order of the hashes of their names.
 
     Folds 0, 1, ... hold out one such share after the other, for cross-validation.
     """
@@ -85,21 +89,51 @@ def learn(
 ) -> LearnedGrammar:
     """Learn from rooms of one type; equal inputs and an equal state of ``rng`` give an equal grammar.
 
-    ``sampler`` samples the rooms of the last phase, by default one after the other with :func:`room_sampler`.
+    ``sampler`` samples the rooms that correct for truncation, by default one after the other with :func:`room_sampler`.
 
     Raises:
         GrammarError: there are fewer than five rooms with objects that the grammar knows.
     """
+    # match the observed objects with the grammar's
     assigned = [room for room in (assign(grammar, room, "sizes" in options.keep) for room in rooms) if room.objects]
     if len(assigned) < _LEAST_ROOMS:
         raise GrammarError(
             f"layouts: expected at least {_LEAST_ROOMS} rooms of type '{grammar.room_type}' with objects that the grammar knows, "
             f"got {len(assigned)} of {len(rooms)}; give more files, or check room types and categories in the category map"
         )
-    seen = Counter(grammar.objects[thing.symbol].category for room in assigned for thing in room.objects)
+    seen = Counter(grammar.objects[item.symbol].category for room in assigned for item in room.objects)
     covered = {symbol for symbol, rule in grammar.objects.items() if seen[rule.category] >= options.least}
+    # learn structure, sizes and relations
+    related, counts = _learn_rules(grammar, categories, assigned, covered, options)
+    # learn the weights of the energy
+    contrastive = replace(options.contrastive, iterations=0) if "weights" in options.keep else options.contrastive
+    weights = learn_weights(related, categories, assigned, contrastive, rng)
+    counts.update({f"weights.{name}": weights.rooms for name in weights.learned})
+    # correct the structure for rooms that find no valid layout
+    wanted = {name: count / len(assigned) for name, count in sorted(seen.items()) if count >= options.least}
+    seed = int(rng.integers(2**62))
+    final, truncation = correct_truncation(
+        replace(related, weights=weights.weights), wanted, covered, options.truncation, sampler or room_sampler(categories, seed)
+    )
+    return LearnedGrammar(
+        grammar=final,
+        rooms=len(assigned),
+        objects=sum(seen.values()),
+        counts=counts,
+        unmatched=Counter(category for room in assigned for category in room.unmatched),
+        weight_rooms=weights.rooms,
+        curve=weights.curve,
+        wanted=wanted,
+        truncation_curve=truncation,
+    )
+
+
+def _learn_rules(
+    grammar: Grammar, categories: Categories, assigned: Sequence[AssignedRoom], covered: AbstractSet[str], options: LearnOptions
+) -> tuple[Grammar, dict[str, float]]:
+    """Return the grammar with learned branching, objects, openings and room, and for each learned path the observations behind it."""
     counts: dict[str, float] = {}
-    branching = learn_branching(grammar, [[thing.symbol for thing in room.objects] for room in assigned], covered, options.alpha)
+    branching = learn_branching(grammar, [[item.symbol for item in room.objects] for room in assigned], covered, options.alpha)
     counts.update({f"nodes.{name}": count for name, count in branching.counts.items()})
     objects = dict(grammar.objects)
     for symbol in grammar.objects:
@@ -114,26 +148,8 @@ def learn(
         shape = learn_room(grammar.room, [room.room for room in assigned], [_covered_floor(grammar, categories, room) for room in assigned])
         names = ("width_m", "depth_m", "height_m", "area_low_m2", "area_high_m2", "floor_share_max")
         counts.update({f"room.{name}": len(assigned) for name in names})
-    related = replace(grammar, room=shape, openings=openings, nodes=branching.nodes, objects=objects, budget=_patient(grammar.budget))
-    contrastive = replace(options.contrastive, iterations=0) if "weights" in options.keep else options.contrastive
-    weights = learn_weights(related, categories, assigned, contrastive, rng)
-    counts.update({f"weights.{name}": weights.rooms for name in weights.learned})
-    wanted = {name: count / len(assigned) for name, count in sorted(seen.items()) if count >= options.least}
-    seed = int(rng.integers(2**62))
-    final, truncation = correct_truncation(
-        replace(related, weights=weights.weights), wanted, covered, options.truncation, sampler or room_sampler(categories, seed)
-    )
-    return LearnedGrammar(
-        grammar=final,
-        rooms=len(assigned),
-        objects=sum(seen.values()),
-        counts=counts,
-        strangers=Counter(category for room in assigned for category in room.strangers),
-        weight_rooms=weights.rooms,
-        curve=weights.curve,
-        wanted=wanted,
-        truncation_curve=truncation,
-    )
+    budget = _patient(grammar.budget)
+    return replace(grammar, room=shape, openings=openings, nodes=branching.nodes, objects=objects, budget=budget), counts
 
 
 def room_sampler(categories: Categories, seed: int) -> RoomSampler:
@@ -146,11 +162,11 @@ def room_sampler(categories: Categories, seed: int) -> RoomSampler:
 
 
 def _patient(budget: Budget) -> Budget:
-    """Return a budget with more structures: real rooms are smaller and fuller, and the odds are corrected for those given up."""
+    """Return a budget with more structures: real rooms are smaller and fuller, and probabilities are corrected for rejected ones."""
     return replace(budget, structures=max(budget.structures, _STRUCTURES), derivations=max(budget.derivations, _DERIVATIONS))
 
 
 def _covered_floor(grammar: Grammar, categories: Categories, room: AssignedRoom) -> float:
     """Return the area in square metres that furniture stands on, counted as derivations count it."""
-    rules = ((thing, grammar.objects[thing.symbol]) for thing in room.objects)
+    rules = ((item, grammar.objects[item.symbol]) for item in room.objects)
     return sum(t.seen.size_m[0] * t.seen.size_m[1] for t, rule in rules if rule.mount == "floor" and not categories[rule.category].underlay)

@@ -1,8 +1,8 @@
-"""Small mixtures for places and gaps: components that fall off exponentially, as the energy's absolute differences make them.
+"""Small mixtures for places and gaps, of components that fall off exponentially, as the absolute differences in the energy do.
 
-Expectation maximisation with one to three components; as many are kept as the Bayesian information criterion pays for (Schwarz, Annals of
-Statistics 1978).  Places have two dimensions and the density ``exp(-r / b) / (2 pi b^2)`` of the distance r from the middle, gaps have one
-and end at zero, where the wall is.
+They are fitted by expectation maximisation, with the number of components, one to three, that the Bayesian information criterion prefers
+(Schwarz, Annals of Statistics 1978).  Places have two dimensions and the density ``exp(-r / b) / (2 pi b^2)`` at the distance r from the
+middle.  Gaps have one dimension and are truncated at zero, where the wall is.
 """
 
 from __future__ import annotations
@@ -12,13 +12,12 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from grammar.geometry.arrays import Floats
 
 _MOST_COMPONENTS = 3
 _LEAST_OF_ONE = 3.0
-"""Observations that a component stands for, at least, where there is more than one."""
+"""Least number of observations in a component, where there is more than one component."""
 
 _ROUNDS = 40
 _GRID = 17
@@ -33,9 +32,9 @@ class Component(NamedTuple):
 
 
 def gap_mixture(gaps: Sequence[float], least_scale: float) -> list[Component]:
-    """Return components ``exp(-|g - m| / b)`` of gaps from zero up, cut at zero; negative gaps count as zero."""
+    """Return components ``exp(-|g - m| / b)`` of gaps, truncated at zero; negative gaps count as zero."""
     data = np.maximum(np.asarray(gaps, np.float64), 0.0)[:, None]
-    return _best(data, least_scale, _cut_component, _cut_log_density, 3)
+    return _best(data, least_scale, _truncated_component, _truncated_log_density, 3)
 
 
 def place_mixture(places: Sequence[tuple[float, float]], least_scale: float) -> list[Component]:
@@ -53,17 +52,17 @@ def _best(data: Floats, least_scale: float, fit: _Fit, log_density: _LogDensity,
         if count > 1 and len(data) < _LEAST_OF_ONE * count:
             break
         components, log_likelihood = _maximised(data, count, least_scale, fit, log_density)
-        price = (parameters * count - 1) * math.log(len(data)) - 2.0 * log_likelihood
+        criterion = (parameters * count - 1) * math.log(len(data)) - 2.0 * log_likelihood
         enough = count == 1 or min(part.share for part in components) * len(data) >= _LEAST_OF_ONE - 0.5
-        if enough and (best is None or price < best[0] - 1e-9):
-            best = price, components
+        if enough and (best is None or criterion < best[0] - 1e-9):
+            best = criterion, components
     if best is None:
         raise ValueError("data: expected at least one observation, got none")
     return best[1]
 
 
 def _maximised(data: Floats, count: int, least: float, fit: _Fit, log_density: _LogDensity) -> tuple[list[Component], float]:
-    """Run the expectation maximisation from a split along the axis of the greatest spread."""
+    """Run the expectation maximisation from equal shares of the data along the axis of its greatest extent."""
     axis = int(np.argmax(np.ptp(data, axis=0)))
     rank = np.argsort(np.argsort(data[:, axis], kind="stable"), kind="stable")
     weights = (rank * count // len(data))[None] == np.arange(count)[:, None]
@@ -95,8 +94,8 @@ def _round_log_density(data: Floats, middle: Floats, scale: float) -> Floats:
     return np.asarray(-np.linalg.norm(data - middle, axis=1) / scale - math.log(2.0 * math.pi * scale * scale))
 
 
-def _cut_component(data: Floats, weights: Floats, least: float) -> tuple[Floats, float]:
-    """Return the likeliest middle and scale; below two scales from zero the cut matters, and a grid is searched."""
+def _truncated_component(data: Floats, weights: Floats, least: float) -> tuple[Floats, float]:
+    """Return the middle and scale of greatest likelihood; near zero the truncation matters, and a grid is searched."""
     median = _weighted_median(data[:, 0], weights)
     mass = max(float(weights.sum()), 1e-12)
     scale = max(float(weights @ np.abs(data[:, 0] - median)) / mass, least)
@@ -105,12 +104,12 @@ def _cut_component(data: Floats, weights: Floats, least: float) -> tuple[Floats,
     best = (-math.inf, median, scale)
     for middle in np.linspace(0.0, median, _GRID) if median > 0.0 else np.zeros(1):
         for tried in np.maximum(scale * np.geomspace(0.5, 2.0, _GRID), least):
-            score = float(weights @ _cut_log_density(data, np.array([middle]), float(tried)))
+            score = float(weights @ _truncated_log_density(data, np.array([middle]), float(tried)))
             if score > best[0]:
                 best = (score, float(middle), float(tried))
     return np.array([best[1]]), best[2]
 
 
-def _cut_log_density(data: Floats, middle: Floats, scale: float) -> Floats:
+def _truncated_log_density(data: Floats, middle: Floats, scale: float) -> Floats:
     norm = scale * (2.0 - math.exp(-float(middle[0]) / scale))
     return np.asarray(-np.abs(data[:, 0] - middle[0]) / scale - math.log(norm))

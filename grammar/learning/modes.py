@@ -1,9 +1,8 @@
-"""From observed numbers to the modes that a grammar's relations hold, each with its probability and its spreads.
+"""From observed poses to the modes of a grammar's relations, each with its probability and its spreads.
 
-Poses are told apart by quarter turn, by whether they are straight in it (components of the orientation about the quarter turns, as in the
-authors' statistics, where they are von Mises distributions), and around a core by side; within each group the gaps or places are a small
-mixture.  Spreads are those of the data over what the grammar's weight makes, and never less than 1: closer than the weight makes it,
-nothing is drawn.
+Poses are grouped by the nearest quarter turn, by whether they are straight in it, and around a core by side.  (The authors' statistics have
+von Mises components about the quarter turns.)  Within each group the gaps or places are a small mixture.  A spread is the mean deviation of
+the data divided by that which the weight of the energy term gives, and at least 1, since no mode is tighter than the weight makes it.
 """
 
 from __future__ import annotations
@@ -15,14 +14,14 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from grammar.learning.geometry import InFrame, half_extents, wrapped
+from grammar.learning.geometry import RelativePose, half_extents, wrapped
 from grammar.learning.mixtures import gap_mixture, place_mixture
-from grammar.spec.rules import AroundMode, Mode, PlaceMode, WallMode
+from grammar.spec.object_rules import AroundMode, Mode, PlaceMode, WallMode
 
 _LEAST_SHARE = 0.025
 _SEEN_TWICE = 1.5
 _MOST_MODES = {WallMode: 6, AroundMode: 10, PlaceMode: 6}
-"""More cost more time than they tell."""
+"""Greatest number of modes by kind: more cost time and add little."""
 
 _STRAIGHT_RAD = 0.1
 _EXACT_RAD = math.radians(3.0)
@@ -32,34 +31,34 @@ AnyMode = TypeVar("AnyMode", WallMode, AroundMode, PlaceMode)
 
 
 class Scale(NamedTuple):
-    """Mean distances in metres and angles in radians that a relation's weights make: 1 / (tidiness times weight)."""
+    """Mean deviations in metres and radians that a relation's weights give: 1 / (tidiness times weight)."""
 
     distance_m: float
     angle_rad: float
 
     def spread(self, distance_m: float) -> float:
-        """Return a distance scale as a mode's spread."""
+        """Return the spread of a mode with this mean deviation in distance."""
         return min(max(distance_m / self.distance_m, 1.0), _MOST_SPREAD)
 
-    def turned(self, angle_rad: float) -> float:
-        """Return an angle scale as a mode's orientation spread."""
+    def orientation_spread(self, angle_rad: float) -> float:
+        """Return the orientation spread of a mode with this mean deviation in angle."""
         return min(max(angle_rad / self.angle_rad, 1.0), _MOST_SPREAD)
 
 
 class GroupPose(NamedTuple):
     """One object around its core: pose in the core's frame and both sizes."""
 
-    frame: InFrame
+    frame: RelativePose
     size_m: tuple[float, float, float]
     core_m: tuple[float, float, float]
 
 
-class TopPose(NamedTuple):
-    """One object on a top: pose in the owner's frame, its size and the top's half extents."""
+class SupportPose(NamedTuple):
+    """One object on a support surface: pose in the supporter's frame, its size and the surface's half extents."""
 
-    frame: InFrame
+    frame: RelativePose
     size_m: tuple[float, float, float]
-    half_top_m: tuple[float, float]
+    half_surface_m: tuple[float, float]
 
 
 def quarter_of(angle: float) -> int:
@@ -68,7 +67,7 @@ def quarter_of(angle: float) -> int:
 
 
 def turn_group(angle: float, turned: bool) -> tuple[int, bool]:
-    """Return the quarter turn of an angle and whether it is straight; without ``turned`` the direction is of no matter."""
+    """Return the nearest quarter turn of an angle and whether the angle is straight; without ``turned`` all angles are alike."""
     if not turned:
         return 0, True
     quarter = quarter_of(angle)
@@ -76,7 +75,7 @@ def turn_group(angle: float, turned: bool) -> tuple[int, bool]:
 
 
 def typical_angle(angles: Sequence[float], quarter: int) -> tuple[float, float]:
-    """Return the median of angles about a quarter turn, that turn itself when nearly equal, and the mean deviation from it."""
+    """Return the median of angles about a quarter turn (that turn itself if nearly equal) and the mean deviation from it."""
     base = wrapped(0.5 * math.pi * quarter)
     off = np.array([wrapped(angle - base) for angle in angles])
     middle = float(np.median(off))
@@ -85,7 +84,7 @@ def typical_angle(angles: Sequence[float], quarter: int) -> tuple[float, float]:
 
 
 def wall_modes(seen: Sequence[tuple[float, float]], turned: bool, scale: Scale) -> tuple[WallMode, ...]:
-    """Return modes for (gap, turn) pairs; without ``turned`` the direction is of no matter."""
+    """Return modes for (gap, turn) pairs; without ``turned`` all directions are alike."""
     modes: list[WallMode] = []
     for (quarter, _), group in _grouped((turn_group(turn, turned), (gap, turn)) for gap, turn in seen).items():
         angle, off = typical_angle([turn for _, turn in group], quarter)
@@ -94,7 +93,7 @@ def wall_modes(seen: Sequence[tuple[float, float]], turned: bool, scale: Scale) 
                 WallMode(
                     probability=part.share * len(group) / len(seen),
                     spread=scale.spread(part.scale),
-                    orientation_spread=scale.turned(off) if turned else 1.0,
+                    orientation_spread=scale.orientation_spread(off) if turned else 1.0,
                     distance_m=part.middle[0],
                     orientation_rad=angle if turned else None,
                 )
@@ -103,7 +102,7 @@ def wall_modes(seen: Sequence[tuple[float, float]], turned: bool, scale: Scale) 
 
 
 def around_modes(seen: Sequence[GroupPose], turned: bool, scale: Scale) -> tuple[AroundMode, ...]:
-    """Return modes for poses around a core; a pose seen once is no habit."""
+    """Return modes for poses around a core; a pose seen once makes no mode."""
     groups = _grouped(((_side(pose)[0], *turn_group(pose.frame.turn_rad, turned)), pose) for pose in seen)
     modes: list[AroundMode] = []
     for (side, quarter, _), group in groups.items():
@@ -114,7 +113,7 @@ def around_modes(seen: Sequence[GroupPose], turned: bool, scale: Scale) -> tuple
                 AroundMode(
                     probability=part.share * len(group) / len(seen),
                     spread=scale.spread(part.scale),
-                    orientation_spread=scale.turned(off) if turned else 1.0,
+                    orientation_spread=scale.orientation_spread(off) if turned else 1.0,
                     side=side,  # type: ignore[arg-type]
                     gap_m=part.middle[0],
                     align=align,
@@ -125,12 +124,12 @@ def around_modes(seen: Sequence[GroupPose], turned: bool, scale: Scale) -> tuple
     return _kept([mode for mode in modes if _share(mode) * len(seen) >= _SEEN_TWICE] or modes)
 
 
-def place_modes(seen: Sequence[TopPose], turned: bool, scale: Scale) -> tuple[PlaceMode, ...]:
-    """Return modes for poses on tops."""
+def place_modes(seen: Sequence[SupportPose], turned: bool, scale: Scale) -> tuple[PlaceMode, ...]:
+    """Return modes for poses on support surfaces."""
     modes: list[PlaceMode] = []
     for (quarter, _), group in _grouped((turn_group(pose.frame.turn_rad, turned), pose) for pose in seen).items():
         angle, off = typical_angle([pose.frame.turn_rad for pose in group], quarter)
-        free = np.array([_free(pose) for pose in group])
+        free = np.array([_free_half_extents(pose) for pose in group])
         fractions = np.clip(np.array([(pose.frame.x_m, pose.frame.y_m) for pose in group]) / free, -1.0, 1.0)
         for part in place_mixture([(float(a), float(b)) for a, b in fractions], 0.02):
             length = 2.0 * part.scale * float(free.mean())  # the energy counts both edges of each axis
@@ -138,7 +137,7 @@ def place_modes(seen: Sequence[TopPose], turned: bool, scale: Scale) -> tuple[Pl
                 PlaceMode(
                     probability=part.share * len(group) / len(seen),
                     spread=scale.spread(length),
-                    orientation_spread=scale.turned(off) if turned else 1.0,
+                    orientation_spread=scale.orientation_spread(off) if turned else 1.0,
                     depth_fraction=part.middle[0],
                     width_fraction=part.middle[1],
                     orientation_rad=angle if turned else None,
@@ -160,7 +159,7 @@ def _grouped(pairs: Iterable[tuple[_Key, _Item]]) -> Mapping[_Key, list[_Item]]:
 
 
 def _kept(modes: Sequence[AnyMode]) -> tuple[AnyMode, ...]:
-    """Return the modes that are not too rare, at most as many as are worth their time, with probabilities that sum to 1."""
+    """Return the modes that are not too rare, at most as many as their kind allows, with probabilities that sum to 1."""
     if not modes:
         return ()
     most = _MOST_MODES[type(modes[0])]
@@ -189,7 +188,7 @@ def _side(pose: GroupPose) -> tuple[str, float]:
 
 
 def _along(side: str, pose: GroupPose, align: float) -> float:
-    """Return how far along its side an object is from where ``align`` puts it."""
+    """Return the offset of an object along its side of the core from where ``align`` puts it."""
     axis = 0 if side in ("left", "right") else 1
     half = half_extents(pose.size_m, pose.frame.turn_rad)
     value = pose.frame.x_m if axis == 0 else pose.frame.y_m
@@ -207,7 +206,7 @@ def _alignment(side: str, group: Sequence[GroupPose]) -> float:
     return best[1]
 
 
-def _free(pose: TopPose) -> tuple[float, float]:
-    """Return the free way of an object's middle on its top, from the top's middle, along depth and width."""
+def _free_half_extents(pose: SupportPose) -> tuple[float, float]:
+    """Return how far an object's middle can be from the middle of its support surface, along depth and width."""
     half = half_extents(pose.size_m, pose.frame.turn_rad)
-    return max(pose.half_top_m[0] - half[0], 1e-3), max(pose.half_top_m[1] - half[1], 1e-3)
+    return max(pose.half_surface_m[0] - half[0], 1e-3), max(pose.half_surface_m[1] - half[1], 1e-3)

@@ -8,14 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from grammar.derivation.parse_tree import ParseTree, Thing
+from grammar.derivation.parse_tree import Item, ParseTree
 from grammar.geometry.boxes import row_penetration
 from grammar.geometry.walls import WALL_YAW, wall_lengths
 from grammar.layout.assemble import assemble
 from grammar.layout.energies import place_object
 from grammar.layout.problem import BOX, CANDIDATE, HALF_DEPTH, HALF_WIDTH, OBJECT, WALL, ZONE, Problem, State
 from grammar.learning.assign import AssignedRoom
-from grammar.learning.geometry import at_walls
+from grammar.learning.geometry import wall_poses
 from grammar.spec.categories import Categories
 from grammar.spec.rules import Grammar
 from scene_description.types import Room
@@ -39,7 +39,7 @@ def observed_layout(grammar: Grammar, categories: Categories, room: AssignedRoom
             openings=(),
             surfaces=(),
         )
-        tree = ParseTree(room=shell, things=tuple(thing for thing, _ in things), nodes=())
+        tree = ParseTree(room=shell, items=tuple(thing for thing, _ in things), nodes=())
         problem, state = assemble(grammar, categories, tree)
         bad = _settle(problem, state, room, [index for _, index in things])
         if bad is None:
@@ -49,9 +49,9 @@ def observed_layout(grammar: Grammar, categories: Categories, room: AssignedRoom
     return None
 
 
-def _things(grammar: Grammar, room: AssignedRoom) -> list[tuple[Thing, int]]:
+def _things(grammar: Grammar, room: AssignedRoom) -> list[tuple[Item, int]]:
     """Return a thing for each object that can take part, with the object's index; ids count from 1."""
-    things: list[tuple[Thing, int]] = []
+    things: list[tuple[Item, int]] = []
     dropped: set[int] = set()
     longest = max(wall_lengths(room.room.polygon_m))
     for i, seen in enumerate(room.objects):
@@ -62,7 +62,7 @@ def _things(grammar: Grammar, room: AssignedRoom) -> list[tuple[Thing, int]]:
         elif (rule.mount == "wall" and seen.seen.size_m[1] >= longest) or rule.mount == "ceiling":
             dropped.add(i + 1)
         share = (rule.supporters or {}).get(room.objects[seen.on].symbol, 0.0) if supported and seen.on is not None else 0.0
-        thing = Thing(
+        thing = Item(
             id=i + 1,
             symbol=seen.symbol,
             rule=rule,
@@ -78,7 +78,7 @@ def _things(grammar: Grammar, room: AssignedRoom) -> list[tuple[Thing, int]]:
     return _renumbered([item for item in things if item[0].id not in dropped], dropped)
 
 
-def _renumbered(things: Sequence[tuple[Thing, int]], gone: set[int]) -> list[tuple[Thing, int]]:
+def _renumbered(things: Sequence[tuple[Item, int]], gone: set[int]) -> list[tuple[Item, int]]:
     """Return the things with ids from 1 and references that follow; what stands on a thing that is gone goes too."""
     kept = list(things)
     while any(set(thing.supporters) & gone for thing, _ in kept):
@@ -114,7 +114,7 @@ def _settle(problem: Problem, state: State, room: AssignedRoom, indices: Sequenc
             state.slot[k] = slots[int(np.argmin([abs(base + problem.slot[slot, 2] - seen.position_m[2]) for slot in slots]))]
             state.z[k] = problem.slot[state.slot[k], 2] + (base if problem.mount[below] == OBJECT else 0.0)
         elif problem.mount[k] == WALL:
-            walls = [item for item in at_walls(room.room.polygon_m, seen) if abs(item.turn_rad) < 0.1 and abs(item.gap_m) < 0.1]
+            walls = [item for item in wall_poses(room.room.polygon_m, seen) if abs(item.turn_rad) < 0.1 and abs(item.gap_m) < 0.1]
             if not walls:
                 return k
             wall = min(walls, key=lambda item: abs(item.gap_m)).wall

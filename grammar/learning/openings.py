@@ -1,4 +1,4 @@
-"""Doors and windows: how many, how large, at which height, and where along their walls, from observed rooms."""
+"""Doors and windows of observed rooms: their numbers, sizes, sills, and places along their walls."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import numpy as np
 
 from grammar.geometry.walls import wall_rows
 from grammar.learning.observed import ObservedOpening, ObservedRoom
-from grammar.spec.rules import Normal, OpeningRule
+from grammar.spec.room_rules import OpeningRule
+from grammar.spec.values import TruncatedNormal
 
 _NEAR_CORNER_M = 0.5
 _LEAST_NEAR = 5
@@ -59,16 +60,16 @@ def _multiplicity(base: Sequence[float], numbers: Sequence[int], alpha: float) -
     return tuple((counted[k] + alpha * prior[k]) / (len(numbers) + alpha) for k in range(min(most, 16)))
 
 
-def _sized(rule: OpeningRule, seen: Sequence[ObservedOpening]) -> dict[str, Normal]:
-    """Return the sides that differ among the openings: one size throughout is that of the only model that a source was built with."""
+def _sized(rule: OpeningRule, seen: Sequence[ObservedOpening]) -> dict[str, TruncatedNormal]:
+    """Return the distributions of the sides that differ among the openings; one size throughout shows a source with a single model."""
     sides = {"width_m": [item.width_m for item in seen], "height_m": [item.height_m for item in seen]}
     if rule.sill_m.high > 0.0:
         sides["sill_m"] = [item.sill_m for item in seen]
     return {name: _normal(values, 0.0) for name, values in sides.items() if float(np.std(values)) > _ONE_SIZE_M}
 
 
-def _placed(rule: OpeningRule, seen: Sequence[tuple[ObservedRoom, ObservedOpening]]) -> dict[str, float | Normal]:
-    """Return how many of the openings keep to a corner of the room, beyond those that are there by chance, and how near they are."""
+def _placed(rule: OpeningRule, seen: Sequence[tuple[ObservedRoom, ObservedOpening]]) -> dict[str, float | TruncatedNormal]:
+    """Return the share of openings near a corner of the room, beyond those that are there by chance, and how near they are."""
     gaps = [gap for room, opening in seen if (gap := _end_gap(room, opening)) is not None]
     near = [gap for gap, _ in gaps if gap <= _NEAR_CORNER_M]
     if not gaps:
@@ -76,18 +77,17 @@ def _placed(rule: OpeningRule, seen: Sequence[tuple[ObservedRoom, ObservedOpenin
     reach = 2.0 * (_NEAR_CORNER_M - rule.end_gap_m)
     chance = float(np.mean([min(reach / max(slack - 2.0 * rule.end_gap_m, reach), 1.0) for _, slack in gaps]))
     share = (len(near) / len(gaps) - chance) / max(1.0 - chance, 1e-6)
-    found: dict[str, float | Normal] = {"near_corner": min(max(share, 0.0), 1.0)}
+    found: dict[str, float | TruncatedNormal] = {"near_corner": min(max(share, 0.0), 1.0)}
     if len(near) >= _LEAST_NEAR:
         found["corner_gap_m"] = _normal([max(end, rule.end_gap_m) for end in near], rule.end_gap_m)
     return found
 
 
 def _end_gap(room: ObservedRoom, opening: ObservedOpening) -> tuple[float, float] | None:
-    """Return the distance of an opening's nearer end from a corner of the room's bounding box, and how far it could lie along that side.
+    """Return the distance of an opening's nearer end from a corner of the room's bounding box, and the length over which it could lie.
 
-    None if it is not in one of the box's sides.
-
-    Outlines have niches at doors and windows, whose corners say nothing about the place in the wall.
+    Return None if the opening is in no side of the box.  The box is taken because outlines have niches at doors and windows, whose corners
+    say nothing about the place in the wall.
     """
     wall = wall_rows(room.polygon_m)[opening.wall]
     axis = 0 if abs(wall[2]) > abs(wall[3]) else 1
@@ -100,10 +100,10 @@ def _end_gap(room: ObservedRoom, opening: ObservedOpening) -> tuple[float, float
     return max(min(min(ends) - float(low[axis]), float(high[axis]) - max(ends)), 0.0), float(high[axis] - low[axis]) - opening.width_m
 
 
-def _normal(values: Sequence[float], least: float) -> Normal:
-    """Return a cut normal distribution without the outer twentieths of what was seen."""
+def _normal(values: Sequence[float], least: float) -> TruncatedNormal:
+    """Return a truncated normal of what was observed without its outer twentieths."""
     low, high = (float(value) for value in np.quantile(values, _TAILS))
     inside = [value for value in values if low <= value <= high] or list(values)
     low = max(low, least)
     mean = min(max(float(np.mean(inside)), low), 50.0)
-    return Normal(mean=mean, sd=max(float(np.std(inside)), _LEAST_SD_M), low=low, high=max(high, low + 0.01))
+    return TruncatedNormal(mean=mean, sd=max(float(np.std(inside)), _LEAST_SD_M), low=low, high=max(high, low + 0.01))

@@ -1,4 +1,4 @@
-"""Relations of objects to walls, cores and supporters, learned symbol by symbol; only relations that the base grammar has are looked at."""
+"""Relations of objects to walls, cores and supporters, learned symbol by symbol; only relations that the base grammar has are learned."""
 
 from __future__ import annotations
 
@@ -12,11 +12,13 @@ import numpy as np
 
 from grammar.geometry.solids import surface_top
 from grammar.learning.assign import AssignedObject, AssignedRoom
-from grammar.learning.geometry import AtWall, fitting_wall, in_frame, nearest_wall, wrapped
-from grammar.learning.modes import GroupPose, Scale, TopPose, around_modes, place_modes, quarter_of, wall_modes
+from grammar.learning.geometry import WallPose, fitting_wall, nearest_wall, relative_pose, wrapped
+from grammar.learning.modes import GroupPose, Scale, SupportPose, around_modes, place_modes, quarter_of, wall_modes
 from grammar.learning.sizes import learn_normal, learn_size
 from grammar.spec.categories import Categories
-from grammar.spec.rules import NONE, AroundMode, Grammar, Normal, ObjectRule, Weights
+from grammar.spec.object_rules import NONE, AroundMode, ObjectRule
+from grammar.spec.rules import Grammar, Weights
+from grammar.spec.values import TruncatedNormal
 
 _AT_WALL_M = 1.0
 _USED_FROM_M = 0.4
@@ -32,22 +34,22 @@ def learn_object(
 
     Args:
         grammar: the base.
-        categories: tops of the supporters.
+        categories: support surfaces of the supporters.
         symbol: the object.
         rooms: what was observed.
-        alpha: pseudo-counts that hold on to the base in sizes and addresses.
-        least: fewer observations than this leave a size as it is; for relations it is at least five.
+        alpha: pseudo-counts of the base in sizes and addresses.
+        least: with fewer observations a size stays as it is; for relations the bound is at least five.
         keep: "sizes", "relations": parts that stay as they are.
 
     Returns:
         the new rule, and for each field of it that changed how many observations made it.
     """
     rule = grammar.objects[symbol]
-    seen = [(room, thing) for room in rooms for thing in room.objects if thing.symbol == symbol]
+    seen = [(room, item) for room in rooms for item in room.objects if item.symbol == symbol]
     counts: dict[str, int] = {}
     beta = grammar.schedule.beta
     if len(seen) >= least and "sizes" not in keep:
-        rule, counts["sizes"] = learn_size(rule, [thing.seen.size_m for _, thing in seen], alpha), len(seen)
+        rule, counts["sizes"] = learn_size(rule, [item.seen.size_m for _, item in seen], alpha), len(seen)
     if "relations" in keep:
         return rule, counts
     enough = max(least, _LEAST_POSES)
@@ -65,53 +67,53 @@ def learn_object(
 
 
 def _learn_wall(rule: ObjectRule, weights: Weights, beta: float, seen: Seen, least: int, counts: dict[str, int]) -> ObjectRule:
-    """Learn gaps and turns at walls: of those that stand for themselves if they are enough, else of those near a wall in their groups."""
+    """Learn poses at walls, from objects without a core if they are enough, else from all objects near a wall."""
     turned = any(mode.orientation_rad is not None for mode in rule.wall)
     chosen = fitting_wall if turned else nearest_wall
-    found = [item for room, thing in seen if thing.core is None and (item := chosen(room.room.polygon_m, thing.seen)) is not None]
+    found = [pose for room, item in seen if item.core is None and (pose := chosen(room.room.polygon_m, item.seen)) is not None]
     if rule.cores and len(found) < least:
-        grouped = [item for room, thing in seen if (item := chosen(room.room.polygon_m, thing.seen)) is not None]
-        found = [item for item in grouped if item.gap_m <= _AT_WALL_M]
+        grouped = [pose for room, item in seen if (pose := chosen(room.room.polygon_m, item.seen)) is not None]
+        found = [pose for pose in grouped if pose.gap_m <= _AT_WALL_M]
     if len(found) < least:
         return rule
     counts["wall"] = len(found)
     scale = _scale(weights.wall_distance, weights.wall_orientation, beta)
-    return replace(rule, wall=wall_modes([(item.gap_m, _usable(rule, item)) for item in found], turned, scale))
+    return replace(rule, wall=wall_modes([(pose.gap_m, _usable(rule, pose)) for pose in found], turned, scale))
 
 
-def _usable(rule: ObjectRule, seen: AtWall) -> float:
-    """Return the turn against a wall; what is used from its front only and is said to face a wall close by has its back there.
+def _usable(rule: ObjectRule, seen: WallPose) -> float:
+    """Return the turn against a wall; an object that is used from its front only and faces a wall close by is turned round.
 
-    No one could use it otherwise, and sources guess the front of shelves and racks, whose boxes do not tell.
+    No one could use it otherwise.  Sources guess the front of shelves and racks, whose boxes do not show it.
     """
     facing = quarter_of(seen.turn_rad) == 2 and seen.gap_m < _USED_FROM_M
     return wrapped(seen.turn_rad - math.pi) if facing and rule.reach_any == ("front",) else seen.turn_rad
 
 
 def _scale(distance_weight: float, angle_weight: float, beta: float) -> Scale:
-    """Return what the weights of a relation make; a weight of zero makes nothing, so its modes get no spread."""
+    """Return the mean deviations that the weights of a relation give; a weight of zero sets none, so its modes get no spread."""
     return Scale(*(1.0 / (beta * weight) if weight > 0.0 else 1e6 for weight in (distance_weight, angle_weight)))
 
 
 def _learn_group(rule: ObjectRule, scale: Scale, seen: Seen, alpha: float, least: int, matched: bool, counts: dict[str, int]) -> ObjectRule:
-    """Learn the poses around the core, and how often the object stands for itself though there is a core.
+    """Learn the poses around the core, and how often the object has no core though one is offered.
 
-    Poses that were learned are no places for one object each.  Where others match the places by their numbers (``matched``), these stay.
+    Learned modes are not exclusive.  Where other objects follow the modes by their numbers (``matched``), the modes stay as they are.
     """
     cores = dict(rule.cores or {})
     poses = []
-    for room, thing in seen:
-        if thing.core is not None:
-            core = room.objects[thing.core]
-            poses.append((core.symbol, GroupPose(in_frame(thing.seen, core.seen), thing.seen.size_m, core.seen.size_m)))
+    for room, item in seen:
+        if item.core is not None:
+            core = room.objects[item.core]
+            poses.append((core.symbol, GroupPose(relative_pose(item.seen, core.seen), item.seen.size_m, core.seen.size_m)))
     kept = matched or all(mode.side == "centre" for mode in rule.around)
     modes, used = _learn_places(rule, scale, poses, least) if not kept else ((), 0)
     if used:
         counts["around"] = used
         rule = replace(rule, around=modes, one_each=None if rule.one_each == "place" else rule.one_each)
-    offered = [thing for _, thing in seen if thing.core_offered]
+    offered = [item for _, item in seen if item.core_offered]
     if NONE in cores and len(offered) >= least:
-        alone = sum(thing.core is None for thing in offered)
+        alone = sum(item.core is None for item in offered)
         share = (alone + alpha * cores[NONE]) / (len(offered) + alpha)
         others = 1.0 - cores[NONE]
         if others > 0.0:
@@ -122,7 +124,7 @@ def _learn_group(rule: ObjectRule, scale: Scale, seen: Seen, alpha: float, least
 
 
 def _learn_places(rule: ObjectRule, scale: Scale, poses: Sequence[tuple[str, GroupPose]], least: int) -> tuple[tuple[AroundMode, ...], int]:
-    """Return modes around the cores and from how many poses; places that are meant for some cores only are learned from these."""
+    """Return modes around the cores and from how many poses; modes that are meant for some cores only are learned from these."""
     turned = any(mode.orientation_rad is not None for mode in rule.around)
     meant = list(dict.fromkeys(mode.of for mode in rule.around))
     modes: list[AroundMode] = []
@@ -143,19 +145,20 @@ def _learn_places(rule: ObjectRule, scale: Scale, poses: Sequence[tuple[str, Gro
 def _learn_support(
     grammar: Grammar, categories: Categories, rule: ObjectRule, seen: Seen, alpha: float, least: int, counts: dict[str, int]
 ) -> ObjectRule:
+    """Learn the probabilities of the supporters and the poses on their support surfaces."""
     supporters = dict(rule.supporters or {})
     carried = Counter[str]()
     poses = []
-    for room, thing in seen:
-        below = room.objects[thing.on] if thing.on is not None else None
+    for room, item in seen:
+        below = room.objects[item.on] if item.on is not None else None
         if below is None or below.symbol not in supporters:
             continue
         carried[below.symbol] += 1
-        tops = [surface_top(top, below.seen.size_m) for top in categories[grammar.objects[below.symbol].category].surfaces]
-        if tops:
-            z = thing.seen.position_m[2] - below.seen.position_m[2]
-            _, half_d, half_w = min(tops, key=lambda top: abs(top[0] - z))
-            poses.append(TopPose(in_frame(thing.seen, below.seen), thing.seen.size_m, (half_d, half_w)))
+        surfaces = [surface_top(surface, below.seen.size_m) for surface in categories[grammar.objects[below.symbol].category].surfaces]
+        if surfaces:
+            z = item.seen.position_m[2] - below.seen.position_m[2]
+            _, half_d, half_w = min(surfaces, key=lambda surface: abs(surface[0] - z))
+            poses.append(SupportPose(relative_pose(item.seen, below.seen), item.seen.size_m, (half_d, half_w)))
     total = sum(carried.values())
     if total >= least:
         counts["supporters"] = total
@@ -169,8 +172,9 @@ def _learn_support(
     return rule
 
 
-def _learn_height(rule: ObjectRule, base: Normal, seen: Seen, counts: dict[str, int]) -> ObjectRule:
-    heights = [thing.seen.position_m[2] + 0.5 * thing.seen.size_m[2] for _, thing in seen]
+def _learn_height(rule: ObjectRule, base: TruncatedNormal, seen: Seen, counts: dict[str, int]) -> ObjectRule:
+    """Learn the height of the middle of an object that hangs, from those that hang about as high as the base says."""
+    heights = [item.seen.position_m[2] + 0.5 * item.seen.size_m[2] for _, item in seen]
     off_floor = [height for height in heights if base.low - 0.5 <= height <= base.high + 0.5]
     if len(off_floor) < _LEAST_POSES:
         return rule

@@ -1,4 +1,4 @@
-"""Sizes of objects and rooms: kernel estimates and cut normal distributions from what was seen."""
+"""Sizes of objects and rooms: kernel density estimates and truncated normal distributions of what was observed."""
 
 from __future__ import annotations
 
@@ -8,15 +8,17 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammar.geometry.arrays import Floats
 from grammar.learning.observed import ObservedRoom
-from grammar.learning.read_layouts import polygon_area
-from grammar.spec.rules import Normal, ObjectRule, RoomRule, SizeMode
+from grammar.spec.object_rules import ObjectRule, SizeMode
+from grammar.spec.room_rules import RoomRule
+from grammar.spec.values import TruncatedNormal
+from scene_description.polygons import signed_area_m2
 
 Size = tuple[float, float, float]
-Kernel = tuple[float, NDArray[np.float64], NDArray[np.float64]]
-"""Weight, mean and inner variance."""
+Kernel = tuple[float, Floats, Floats]
+"""Weight, mean, and variance of the sizes that were merged into it."""
 
 _MAX_KERNELS = 24
 _LEAST_SD_M = (0.01, 0.01, 0.01)
@@ -24,11 +26,11 @@ _LEAST_RELATIVE_SD = 0.03
 
 
 def learn_size(rule: ObjectRule, seen: Sequence[Size], alpha: float) -> ObjectRule:
-    """Return a rule whose sizes are a kernel estimate over the seen ones.
+    """Return a rule whose sizes are a kernel density estimate over the observed ones.
 
     Kernels are products of normal distributions, their widths by Scott's rule, 1.06 sd n^(-1/5) of each side, at least 1 cm or 3 %.  Equal
-    sizes share a kernel; of more than 24 the closest are merged.  The base's components stay with the weight of ``alpha`` observations.
-    The bounds are widened to hold all that was seen.
+    sizes share a kernel; where there are more than 24, the closest are merged.  The base's components stay with the weight of ``alpha``
+    observations.  The bounds are widened to hold all observed sizes.
     """
     data = np.array(seen, np.float64)
     spread = 1.06 * data.std(0) * len(data) ** -0.2
@@ -48,7 +50,7 @@ def learn_size(rule: ObjectRule, seen: Sequence[Size], alpha: float) -> ObjectRu
 
 
 def _merge_closest(kernels: Sequence[Kernel]) -> list[Kernel]:
-    """Replace the two closest kernels by one of the same moments."""
+    """Replace the two closest kernels by one with the same moments."""
     means = np.array([kernel[1] for kernel in kernels])
     distance = np.linalg.norm(np.log(means[:, None] / means[None]), axis=2)
     distance[np.tril_indices(len(kernels))] = math.inf
@@ -59,13 +61,13 @@ def _merge_closest(kernels: Sequence[Kernel]) -> list[Kernel]:
     return [*(kernel for k, kernel in enumerate(kernels) if k not in (i, j)), (a + b, mean, variance)]
 
 
-def _three(values: NDArray[np.float64]) -> Size:
+def _three(values: Floats) -> Size:
     return float(values[0]), float(values[1]), float(values[2])
 
 
-def learn_normal(base: Normal, seen: Sequence[float]) -> Normal:
-    """Return a cut normal distribution with the mean and spread of what was seen; its bounds are widened to hold that."""
-    return Normal(
+def learn_normal(base: TruncatedNormal, seen: Sequence[float]) -> TruncatedNormal:
+    """Return a truncated normal with the mean and standard deviation of what was observed; its bounds are widened to hold all of it."""
+    return TruncatedNormal(
         mean=float(np.mean(seen)),
         sd=max(float(np.std(seen)), 0.005),
         low=max(min(base.low, float(np.min(seen))), 0.0),
@@ -73,21 +75,22 @@ def learn_normal(base: Normal, seen: Sequence[float]) -> Normal:
     )
 
 
-def _height(seen: Sequence[float]) -> Normal:
+def _height(seen: Sequence[float]) -> TruncatedNormal:
+    """Return the distribution of the height of rooms, within what was observed."""
     low, high = float(np.min(seen)), float(np.max(seen))
-    return Normal(mean=float(np.mean(seen)), sd=max(float(np.std(seen)), 0.005), low=low, high=max(high, low + 0.01))
+    return TruncatedNormal(mean=float(np.mean(seen)), sd=max(float(np.std(seen)), 0.005), low=low, high=max(high, low + 0.01))
 
 
 def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequence[float]) -> RoomRule:
-    """Return the room's size: the rectangles with the proportions of the outlines' bounding boxes and the outlines' areas.
+    """Return the rule of the room's size, from rectangles with the proportions of the outlines' bounding boxes and the outlines' areas.
 
-    Both sides follow one distribution, since a room turned by a quarter is as good.  ``covered_m2`` is the floor that the furniture of each
-    room stands on; the bound on its share rises to that of three quarters of the rooms.
+    Both sides follow one distribution, since a room turned by a quarter is as likely.  ``covered_m2`` is the floor that the furniture of
+    each room covers; the bound on its share rises to the third quartile over the rooms.
     """
     sides, areas = [], []
     for room in rooms:
         extent = np.ptp(np.array(room.polygon_m), axis=0)
-        area = polygon_area(room.polygon_m)
+        area = signed_area_m2(room.polygon_m)
         scale = math.sqrt(area / float(extent[0] * extent[1]))
         sides.extend((scale * extent).tolist())
         areas.append(area)

@@ -18,7 +18,7 @@ def layout_from_scene(scene: SceneDescription) -> ObservedRoom:
 
 def layout_from_objects(identifier: str, room_type: str, room: Room, objects: tuple[SceneObject, ...]) -> ObservedRoom:
     """Return the layout of a room and its objects; every room is a house of its own."""
-    index = {thing.id: i for i, thing in enumerate(objects)}
+    index = {item.id: i for i, item in enumerate(objects)}
     return ObservedRoom(
         id=identifier,
         house=identifier,
@@ -27,13 +27,13 @@ def layout_from_objects(identifier: str, room_type: str, room: Room, objects: tu
         height_m=room.height_m,
         objects=tuple(
             ObservedObject(
-                category=thing.category,
-                size_m=thing.size_m,
-                position_m=thing.position_m,
-                yaw_rad=thing.yaw_rad,
-                on=index.get(thing.support.id) if thing.support.kind == "object" and thing.support.id is not None else None,
+                category=item.category,
+                size_m=item.size_m,
+                position_m=item.position_m,
+                yaw_rad=item.yaw_rad,
+                on=index.get(item.support.id) if item.support.kind == "object" and item.support.id is not None else None,
             )
-            for thing in objects
+            for item in objects
         ),
         openings={
             kind: tuple(
@@ -49,9 +49,9 @@ def layout_from_objects(identifier: str, room_type: str, room: Room, objects: tu
 def layout_line(room: ObservedRoom) -> str:
     """Return a room as one line of JSON, without the line's end."""
     objects = []
-    for thing in room.objects:
-        item = {"category": thing.category, "size_m": thing.size_m, "position_m": thing.position_m, "yaw_rad": thing.yaw_rad}
-        objects.append(item if thing.on is None else item | {"on": thing.on})
+    for item in room.objects:
+        entry = {"category": item.category, "size_m": item.size_m, "position_m": item.position_m, "yaw_rad": item.yaw_rad}
+        objects.append(entry if item.on is None else entry | {"on": item.on})
     document = {
         "schema": LAYOUT_SCHEMA,
         "id": room.id,

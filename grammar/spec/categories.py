@@ -1,4 +1,4 @@
-"""What every object category is: semantic class, collision boxes, tops that carry other things."""
+"""What every object category is: its semantic class, its collision boxes and its support surfaces."""
 
 from __future__ import annotations
 
@@ -18,9 +18,10 @@ Fraction = Annotated[float, Limits(ge=0.0, le=1.0)]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Solid:
-    """One box of a compound in its object's frame: depth from back 0 to front 1, width from right 0 to left 1, height from bottom 0.
+    """One box of a compound, in its object's frame.
 
-    Each bound is its fraction of the object's size plus metres.
+    Each bound is a fraction of the object's size plus metres.  Fractions count depth from the back, width from the right, height from the
+    bottom.
     """
 
     low_fraction: tuple[Fraction, Fraction, Fraction] = (0.0, 0.0, 0.0)
@@ -30,8 +31,8 @@ class Solid:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Surface:
-    """A horizontal top that carries things: its height as fraction of the object's height plus metres, and its inset from the edges."""
+class SupportSurface:
+    """A horizontal surface that supports objects: its height (fraction of the owner's height plus metres) and its inset from the edges."""
 
     height_fraction: Fraction = 1.0
     height_m: Offset = 0.0
@@ -40,11 +41,11 @@ class Surface:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Category:
-    """One category.  ``solids`` None stands for one box of the object's whole size; ``underlay`` lies under what stands on the floor."""
+    """One category.  ``solids`` None stands for one box of the object's whole size.  An ``underlay`` lies under objects on the floor."""
 
     label: str
     solids: Annotated[tuple[Solid, ...], Limits(max_length=32)] | None = None
-    surfaces: Annotated[tuple[Surface, ...], Limits(max_length=32)] = ()
+    surfaces: Annotated[tuple[SupportSurface, ...], Limits(max_length=32)] = ()
     underlay: bool = False
 
     @property

@@ -1,51 +1,67 @@
-"""What makes a grammar file a grammar: probabilities that add up, a graph without cycles, references that lead somewhere."""
+"""Consistency of a grammar: probabilities sum to 1, the And-Or graph and the addresses have no cycles, every symbol is defined."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
-from grammar.spec.rules import CORNER, MOVES, NONE, Branch, Grammar, Mode, Node, ObjectRule, normals, range_error
+from grammar.spec.and_or_graph import Branch, Node
+from grammar.spec.object_rules import CORNER, NONE, Mode, ObjectRule
+from grammar.spec.room_rules import OpeningRule, RoomRule
+from grammar.spec.rules import MOVES, Convergence, Grammar, MoveRule, truncated_normals
+from grammar.spec.values import range_error
 from scene_description import FieldError
 
 _SUM_TOLERANCE = 1e-6
 OPENINGS = ("door", "window")
+"""Kinds of openings."""
 
 
 def check_grammar(grammar: Grammar, categories: Collection[str]) -> None:
     """Check a grammar against itself and the names of the known categories.
 
     Raises:
-        FieldError: with the path of the first thing that does not fit.
+        FieldError: with the path of the first field that does not fit.
     """
-    for path, normal in normals(grammar):
+    for path, normal in truncated_normals(grammar):
         if not normal.low <= normal.high:
             raise range_error(f"{path}.low", normal.low, normal.high)
-    if grammar.room.area_low_m2 >= grammar.room.area_high_m2:
-        raise range_error("room.area_low_m2", grammar.room.area_low_m2, grammar.room.area_high_m2)
-    shapes = grammar.room.shapes
-    _check_sum("room.shapes", [shapes.rectangle, shapes.l_shape, shapes.t_shape, shapes.u_shape])
-    if shapes.notch_low >= shapes.notch_high:
-        raise range_error("room.shapes.notch_low", shapes.notch_low, shapes.notch_high)
-    for kind, opening in grammar.openings.items():
-        if kind not in OPENINGS:
-            raise FieldError(f"openings.{kind}", f"one of {', '.join(OPENINGS)}", "an unknown key")
-        _check_sum(f"openings.{kind}.multiplicity", opening.multiplicity)
-    for kind in OPENINGS:
-        if kind not in grammar.openings:
-            raise FieldError(f"openings.{kind}", "a value", "nothing (the key is missing)")
-    if sum(grammar.openings["door"].multiplicity[1:]) < 1.0 - _SUM_TOLERANCE:
-        raise FieldError("openings.door.multiplicity", "at least one door in every room", f"{grammar.openings['door'].multiplicity}")
+    _check_room(grammar.room)
+    _check_openings(grammar.openings)
     for symbol, node in grammar.nodes.items():
         _check_node(grammar, symbol, node)
-    for symbol, thing in grammar.objects.items():
-        _check_object(grammar, symbol, thing, categories)
+    for symbol, rule in grammar.objects.items():
+        _check_object(grammar, symbol, rule, categories)
     if grammar.root not in grammar.nodes:
         raise FieldError("root", "the symbol of a node", repr(grammar.root))
     _check_cycles(grammar)
-    _check_sum("moves", [getattr(grammar.moves, name) for name in MOVES])
-    moves = grammar.moves
+    _check_chain(grammar.moves, grammar.schedule.convergence)
+
+
+def _check_room(room: RoomRule) -> None:
+    if room.area_low_m2 >= room.area_high_m2:
+        raise range_error("room.area_low_m2", room.area_low_m2, room.area_high_m2)
+    shapes = room.shapes
+    _check_sum("room.shapes", [shapes.rectangle, shapes.l_shape, shapes.t_shape, shapes.u_shape])
+    if shapes.notch_low >= shapes.notch_high:
+        raise range_error("room.shapes.notch_low", shapes.notch_low, shapes.notch_high)
+
+
+def _check_openings(openings: Mapping[str, OpeningRule]) -> None:
+    for kind, rule in openings.items():
+        if kind not in OPENINGS:
+            raise FieldError(f"openings.{kind}", f"one of {', '.join(OPENINGS)}", "an unknown key")
+        _check_sum(f"openings.{kind}.multiplicity", rule.multiplicity)
+    for kind in OPENINGS:
+        if kind not in openings:
+            raise FieldError(f"openings.{kind}", "a value", "nothing (the key is missing)")
+    if sum(openings["door"].multiplicity[1:]) < 1.0 - _SUM_TOLERANCE:
+        raise FieldError("openings.door.multiplicity", "at least one door in every room", f"{openings['door'].multiplicity}")
+
+
+def _check_chain(moves: MoveRule, test: Convergence) -> None:
+    """Check the proposals of the chain and its test of convergence."""
+    _check_sum("moves", [getattr(moves, name) for name in MOVES])
     _check_sum("moves.relocate_*", [moves.relocate_uniform, moves.relocate_wall, moves.relocate_around])
-    test = grammar.schedule.convergence
     if test.lag < test.window:
         raise FieldError(
             "schedule.convergence.lag", f"at least the window, {test.window}, so that the histograms share no samples", str(test.lag)
@@ -82,16 +98,16 @@ def _check_branch(path: str, kind: str, branch: Branch) -> None:
         _check_sum(f"{path}.multiplicity", branch.multiplicity)
 
 
-def _check_object(grammar: Grammar, symbol: str, thing: ObjectRule, categories: Collection[str]) -> None:
+def _check_object(grammar: Grammar, symbol: str, rule: ObjectRule, categories: Collection[str]) -> None:
     path = f"objects.{symbol}"
-    if thing.category not in categories:
-        raise FieldError(f"{path}.category", f"one of {', '.join(sorted(categories))}", repr(thing.category))
-    _check_sum(f"{path}.sizes", [mode.probability for mode in thing.sizes])
-    for low, high in zip(thing.low_m, thing.high_m, strict=True):
+    if rule.category not in categories:
+        raise FieldError(f"{path}.category", f"one of {', '.join(sorted(categories))}", repr(rule.category))
+    _check_sum(f"{path}.sizes", [mode.probability for mode in rule.sizes])
+    for low, high in zip(rule.low_m, rule.high_m, strict=True):
         if low >= high:
             raise range_error(f"{path}.low_m", low, high)
     for name in ("cores", "supporters"):
-        targets = getattr(thing, name)
+        targets = getattr(rule, name)
         for target in targets or ():
             if target not in grammar.objects and not (name == "cores" and target in (*OPENINGS, CORNER, NONE)):
                 also = f", {', '.join(OPENINGS)}, {CORNER} or {NONE}" if name == "cores" else ""
@@ -99,48 +115,48 @@ def _check_object(grammar: Grammar, symbol: str, thing: ObjectRule, categories: 
         if targets:
             _check_sum(f"{path}.{name}", list(targets.values()))
     needs = (
-        ("centre_height_m", thing.centre_height_m is not None, thing.mount == "wall"),
-        ("supporters", bool(thing.supporters), thing.mount == "object"),
-        ("placements", bool(thing.placements), thing.mount == "object"),
-        ("around", bool(thing.around), bool(thing.cores)),
+        ("centre_height_m", rule.centre_height_m is not None, rule.mount == "wall"),
+        ("supporters", bool(rule.supporters), rule.mount == "object"),
+        ("placements", bool(rule.placements), rule.mount == "object"),
+        ("around", bool(rule.around), bool(rule.cores)),
     )
     for name, given, needed in needs:
         if given != needed:
-            reason = f"mount '{thing.mount}'" if name != "around" else ("cores" if needed else "no cores")
+            reason = f"mount '{rule.mount}'" if name != "around" else ("cores" if needed else "no cores")
             raise FieldError(f"{path}.{name}", f"{'a value' if needed else 'no value'} with {reason}", "a value" if given else "nothing")
     for name in ("wall", "around", "placements"):
-        _check_modes(f"{path}.{name}", getattr(thing, name))
-    if thing.wall and thing.mount != "floor":
+        _check_modes(f"{path}.{name}", getattr(rule, name))
+    if rule.wall and rule.mount != "floor":
         raise FieldError(f"{path}.wall", "no value unless mount is 'floor'", "a value")
-    _check_unit(grammar, symbol, thing)
+    _check_dependencies(grammar, symbol, rule)
 
 
-def _check_unit(grammar: Grammar, symbol: str, thing: ObjectRule) -> None:
-    """Check what makes an object's addresses and measures depend on those of others."""
-    path, cores = f"objects.{symbol}", thing.cores or {}
-    if thing.within is not None and thing.within not in grammar.nodes:
-        raise FieldError(f"{path}.within", "the symbol of a node", repr(thing.within))
-    if CORNER in cores and thing.mount != "floor":
-        raise FieldError(f"{path}.cores", f"no '{CORNER}' unless mount is 'floor'", f"mount '{thing.mount}'")
-    for i, mode in enumerate(thing.around):
+def _check_dependencies(grammar: Grammar, symbol: str, rule: ObjectRule) -> None:
+    """Check the fields by which an object's addresses, places and sizes depend on other objects."""
+    path, cores = f"objects.{symbol}", rule.cores or {}
+    if rule.within is not None and rule.within not in grammar.nodes:
+        raise FieldError(f"{path}.within", "the symbol of a node", repr(rule.within))
+    if CORNER in cores and rule.mount != "floor":
+        raise FieldError(f"{path}.cores", f"no '{CORNER}' unless mount is 'floor'", f"mount '{rule.mount}'")
+    for i, mode in enumerate(rule.around):
         for target in mode.of:
             if target not in cores:
                 raise FieldError(f"{path}.around[{i}].of", f"cores of the object ({', '.join(cores)})", repr(target))
     for core in cores:
-        if core != NONE and not any(not mode.of or core in mode.of for mode in thing.around):
+        if core != NONE and not any(not mode.of or core in mode.of for mode in rule.around):
             raise FieldError(f"{path}.around", f"a place that is meant for '{core}'", "none")
-    if thing.one_each and not cores:
-        raise FieldError(f"{path}.one_each", "no value without cores", repr(thing.one_each))
-    if thing.same_place_as is not None:
-        like = grammar.objects.get(thing.same_place_as)
-        if like is None or like.one_each != "place" or len(like.around) != len(thing.placements):
-            count = len(thing.placements)
+    if rule.one_each and not cores:
+        raise FieldError(f"{path}.one_each", "no value without cores", repr(rule.one_each))
+    if rule.same_place_as is not None:
+        like = grammar.objects.get(rule.same_place_as)
+        if like is None or like.one_each != "place" or len(like.around) != len(rule.placements):
+            count = len(rule.placements)
             expected = f"an object with one_each: place and as many places around its core as this one has placements ({count})"
-            raise FieldError(f"{path}.same_place_as", expected, repr(thing.same_place_as))
-    for i, tie in enumerate(thing.tied):
+            raise FieldError(f"{path}.same_place_as", expected, repr(rule.same_place_as))
+    for i, tie in enumerate(rule.tied):
         if tie.to not in grammar.objects and tie.to not in OPENINGS:
             raise FieldError(f"{path}.tied[{i}].to", f"the symbol of an object, {' or '.join(OPENINGS)}", repr(tie.to))
-        if tie.axis == "middle" and thing.mount != "wall":
+        if tie.axis == "middle" and rule.mount != "wall":
             raise FieldError(f"{path}.tied[{i}].axis", "no 'middle' unless mount is 'wall'", "'middle'")
 
 
@@ -156,6 +172,7 @@ def _check_modes(path: str, modes: Sequence[Mode]) -> None:
 
 
 def _check_cycles(grammar: Grammar) -> None:
+    """Check that the nodes make a graph without cycles that the root leads to, and that addresses make none either."""
     done: set[str] = set()
 
     def visit(symbol: str, above: tuple[str, ...]) -> None:
@@ -171,14 +188,15 @@ def _check_cycles(grammar: Grammar) -> None:
         if symbol not in done:
             raise FieldError(f"nodes.{symbol}", f"nodes that '{grammar.root}' leads to", "a node that nothing leads to")
     for symbol in grammar.objects:
-        _check_pointers(grammar, symbol, ())
+        _check_address_cycles(grammar, symbol, ())
 
 
-def _check_pointers(grammar: Grammar, symbol: str, above: tuple[str, ...]) -> None:
+def _check_address_cycles(grammar: Grammar, symbol: str, above: tuple[str, ...]) -> None:
+    """Follow all addresses of an object; ``above`` are the symbols that led to it."""
     if symbol in above:
         raise FieldError(f"objects.{symbol}", "addresses without cycles", " -> ".join((*above[above.index(symbol) :], symbol)))
-    thing = grammar.objects.get(symbol)
-    if thing is not None:
-        others = [tie.to for tie in thing.tied] + ([thing.same_place_as] if thing.same_place_as else [])
-        for target in dict.fromkeys((*(thing.cores or ()), *(thing.supporters or ()), *others)):
-            _check_pointers(grammar, target, (*above, symbol))
+    rule = grammar.objects.get(symbol)
+    if rule is not None:
+        others = [tie.to for tie in rule.tied] + ([rule.same_place_as] if rule.same_place_as else [])
+        for target in dict.fromkeys((*(rule.cores or ()), *(rule.supporters or ()), *others)):
+            _check_address_cycles(grammar, target, (*above, symbol))

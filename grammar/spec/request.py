@@ -68,7 +68,7 @@ class SceneRequest:
             "':on=K' on the K-th of the list, ':middle=Z' the height of what hangs; the room is drawn about x = y = 0",
         ),
     ] = ()
-    clutter: Annotated[float, Limits(ge=0.0, le=10.0, description="scales how many things stand on things; 1: as the grammar says")] = 1.0
+    clutter: Annotated[float, Limits(ge=0.0, le=10.0, description="scales how many objects stand on others; 1: as the grammar says")] = 1.0
     looks: Annotated[
         tuple[Annotated[str, Limits(min_length=1, max_length=500)], ...],
         Limits(

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from renderer.core.arrays import Array
 from renderer.files.gltf_container import Container, fail, listed, mapped, pointed, view_bytes, whole
+from scene_description.poses import rotation_from_quaternion
 
 MAX_FACES = 500_000
 MAX_VERTICES = 1_500_000
@@ -129,13 +130,8 @@ def _local_matrix(node: Mapping[str, Any], path: str) -> Array:
     norm = math.sqrt(x * x + y * y + z * z + w * w)
     if norm < 1e-9:
         fail(f"{path}.rotation", "a quaternion of unit length", "zero")
-    x, y, z, w = x / norm, y / norm, z / norm, w / norm
     matrix = np.eye(4)
-    matrix[:3, :3] = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
+    matrix[:3, :3] = rotation_from_quaternion((x / norm, y / norm, z / norm, w / norm))
     matrix[:3, :3] *= _numbers(node.get("scale", [1, 1, 1]), 3, f"{path}.scale")
     matrix[:3, 3] = _numbers(node.get("translation", [0, 0, 0]), 3, f"{path}.translation")
     return matrix

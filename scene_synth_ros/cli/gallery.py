@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammar.appearance.appearance import Appearance, dress
+from grammar.appearance.appearance import sample_appearance
+from grammar.appearance.appearance_rules import Appearance
 from grammar.spec.rules import Grammar
 from grammar.synthesize import SceneSynthesizer
 from scene_description import (
@@ -88,7 +89,7 @@ def studio_scene(synthesizer: SceneSynthesizer, category: str, example: Example,
         parts=(),
     )
     rng = np.random.default_rng(np.random.SeedSequence([seed, *category.encode(), *style.encode()]))
-    _, (thing,), materials = dress(rng, _only(synthesizer.appearance, category, style), stage, [plain])
+    _, (thing,), materials = sample_appearance(rng, _only(synthesizer.appearance, category, style), stage, [plain])
     return _scene(f"{category}-{style}", thing, materials, stage)
 
 

@@ -179,7 +179,7 @@ def _print_file(file: LayoutFile, every: bool) -> None:
 
 def _print_summary(learned: LearnedGrammar, held: int, out: Path) -> None:
     sys.stdout.write(f"{learned.rooms} rooms with {learned.objects} objects learned from, {held} rooms held out\n")
-    for category, count in sorted(learned.strangers.items()):
+    for category, count in sorted(learned.unmatched.items()):
         sys.stdout.write(f"  not in the grammar, or of no size that it has: {category} ({count})\n")
     if learned.curve:
         first, last = learned.curve[0], learned.curve[-1]

@@ -40,9 +40,9 @@ def test_every_kind_of_fault_is_found(synthesizer):
     request = SceneRequest(room_type="bedroom", grammar_set="by_hand", room_shape="rectangle", min_objects=16)
     scene = to_mapping(synthesizer.synthesize(request, 11, 0, TIMES))
     grammar = synthesizer.grammar_of(request)
-    bed = next(k for k, thing in enumerate(scene["objects"]) if thing["category"] == "bed")
-    wardrobe = max((k for k, thing in enumerate(scene["objects"]) if k != bed and thing["support"]["kind"] == "floor"
-                    and CATEGORIES[thing["category"]].solids is None), key=lambda k: scene["objects"][k]["size_m"][2])  # fmt: skip
+    bed = next(k for k, item in enumerate(scene["objects"]) if item["category"] == "bed")
+    wardrobe = max((k for k, item in enumerate(scene["objects"]) if k != bed and item["support"]["kind"] == "floor"
+                    and CATEGORIES[item["category"]].solids is None), key=lambda k: scene["objects"][k]["size_m"][2])  # fmt: skip
     door = next(opening for opening in scene["room"]["openings"] if opening["category"] == "door")
 
     def spoilt(change):
@@ -62,7 +62,7 @@ def test_every_kind_of_fault_is_found(synthesizer):
     along = (door["offset_m"] + 0.5 * door["width_m"]) / length
     inwards = [ax + along * (bx - ax) - 0.3 * (by - ay) / length, ay + along * (by - ay) + 0.3 * (bx - ax) / length, 0.0]
     assert "door blocked" in spoilt(at(wardrobe, position_m=inwards))
-    carried = next(k for k, thing in enumerate(scene["objects"]) if thing["support"]["kind"] == "object")
+    carried = next(k for k, item in enumerate(scene["objects"]) if item["support"]["kind"] == "object")
     px, py, pz = scene["objects"][carried]["position_m"]
     assert "overhang" in spoilt(at(carried, position_m=[px + 3.0, py, pz]))
     # a wall of a wardrobe right through the room leaves the robot half of it

@@ -69,24 +69,24 @@ def pairs(rooms: dict[str, list[SampledRoom]], wanted: set[tuple[str, str]]) -> 
     """Return the objects with their core objects whose categories are among ``wanted``."""
     found = []
     for room in (room for sampled in rooms.values() for room in sampled):
-        by_id = {thing.id: thing for thing in room.objects}
-        for thing in room.objects:
-            core = by_id.get(thing.group or 0)
-            if core is not None and (thing.category, core.category) in wanted:
-                found.append((thing, core))
+        by_id = {item.id: item for item in room.objects}
+        for item in room.objects:
+            core = by_id.get(item.group or 0)
+            if core is not None and (item.category, core.category) in wanted:
+                found.append((item, core))
     return found
 
 
-def in_frame_of(core: SceneObject, thing: SceneObject) -> tuple[float, float]:
+def in_frame_of(core: SceneObject, item: SceneObject) -> tuple[float, float]:
     c, s = math.cos(core.yaw_rad), math.sin(core.yaw_rad)
-    dx, dy = thing.position_m[0] - core.position_m[0], thing.position_m[1] - core.position_m[1]
+    dx, dy = item.position_m[0] - core.position_m[0], item.position_m[1] - core.position_m[1]
     return dx * c + dy * s, dy * c - dx * s
 
 
-def levels(room: SampledRoom, thing: SceneObject) -> int:
+def levels(room: SampledRoom, item: SceneObject) -> int:
     """Return how many things stand on each other, from the floor or wall up to this one."""
     by_id = {other.id: other for other in room.objects}
-    return 1 + (levels(room, by_id[thing.support.id]) if thing.support.kind == "object" else 0)
+    return 1 + (levels(room, by_id[item.support.id]) if item.support.kind == "object" else 0)
 
 
 def reachable_symbols(grammar: Grammar) -> set[str]:
@@ -119,51 +119,51 @@ def test_no_grammar_holds_objects_that_nothing_leads_to(grammars: dict[str, Gram
 def test_rooms_are_valid_and_have_what_makes_them(rooms: dict[str, list[SampledRoom]], room_type: str) -> None:
     for room in rooms[room_type]:
         assert room.validity.valid and all(check.passed for check in room.validity.checks)
-        counts = Counter(thing.category for thing in room.objects)
+        counts = Counter(item.category for item in room.objects)
         assert ALWAYS[room_type] <= set(counts)
         assert counts["ceiling_lamp"] == 1
 
 
-def degrees_off(thing: SceneObject, core: SceneObject) -> float:
+def degrees_off(item: SceneObject, core: SceneObject) -> float:
     """Return the angle between where a thing looks and the nearest point of its core's long axis."""
-    (x, y), half_d, half_w = in_frame_of(core, thing), 0.5 * core.size_m[0], 0.5 * core.size_m[1]
+    (x, y), half_d, half_w = in_frame_of(core, item), 0.5 * core.size_m[0], 0.5 * core.size_m[1]
     reach_x, reach_y = max(half_d - half_w, 0.0), max(half_w - half_d, 0.0)
     to_axis = math.atan2(np.clip(y, -reach_y, reach_y) - y, np.clip(x, -reach_x, reach_x) - x)
-    turn = thing.yaw_rad - core.yaw_rad - to_axis
+    turn = item.yaw_rad - core.yaw_rad - to_axis
     return math.degrees(abs(math.atan2(math.sin(turn), math.cos(turn))))
 
 
 def test_seats_and_screens_face_what_they_belong_to(rooms: dict[str, list[SampledRoom]]) -> None:
     found = pairs(rooms, FACES)
     assert len(found) >= 12
-    for thing, core in found:
-        assert degrees_off(thing, core) < 45.0, (thing.category, core.category)
+    for item, core in found:
+        assert degrees_off(item, core) < 45.0, (item.category, core.category)
 
 
 def test_what_has_its_place_before_a_thing_on_the_wall_stands_there(rooms: dict[str, list[SampledRoom]]) -> None:
     found = pairs(rooms, BEFORE_ITS_WALL_THING)
     assert len(found) >= 4
-    aside = [abs(in_frame_of(core, thing)[1]) for thing, core in found]
+    aside = [abs(in_frame_of(core, item)[1]) for item, core in found]
     assert np.median(aside) < 0.06
-    for thing, core in found:
-        assert math.cos(thing.yaw_rad - core.yaw_rad) > 0.95, (thing.category, core.category)
-        assert thing.position_m[2] + thing.size_m[2] < core.position_m[2] + core.size_m[2]
+    for item, core in found:
+        assert math.cos(item.yaw_rad - core.yaw_rad) > 0.95, (item.category, core.category)
+        assert item.position_m[2] + item.size_m[2] < core.position_m[2] + core.size_m[2]
 
 
 def test_what_hangs_over_a_unit_is_as_wide_as_it_and_above_it(rooms: dict[str, list[SampledRoom]]) -> None:
     found = pairs(rooms, {("range_hood", "stove"), ("wall_cabinet", "kitchen_counter"), ("wall_cabinet", "dishwasher")})
     assert len(found) >= 3
-    for thing, core in found:
-        assert thing.size_m[1] == pytest.approx(core.size_m[1], abs=1e-9)
-        assert abs(in_frame_of(core, thing)[1]) < 0.1 and math.cos(thing.yaw_rad - core.yaw_rad) > 0.99
-        assert thing.position_m[2] > core.position_m[2] + core.size_m[2] + 0.3
+    for item, core in found:
+        assert item.size_m[1] == pytest.approx(core.size_m[1], abs=1e-9)
+        assert abs(in_frame_of(core, item)[1]) < 0.1 and math.cos(item.yaw_rad - core.yaw_rad) > 0.99
+        assert item.position_m[2] > core.position_m[2] + core.size_m[2] + 0.3
 
 
 def test_curtains_cover_their_window(grammars: dict[str, Grammar]) -> None:
     request = SceneRequest(room_type="study", must_have=("curtain",))
     for seed in range(2):
         room = sample_room(grammars["study"], CATEGORIES, request, np.random.default_rng(seed))
-        curtain = next(thing for thing in room.objects if thing.category == "curtain")
+        curtain = next(item for item in room.objects if item.category == "curtain")
         window = next(opening for opening in room.room.openings if opening.id == curtain.group)
         assert curtain.support.wall == window.wall and curtain.size_m[1] > window.width_m + 0.5
         assert 0.0 < curtain.position_m[2] < 0.1 and curtain.position_m[2] + curtain.size_m[2] > window.sill_m + window.height_m
@@ -176,11 +176,11 @@ def test_every_chair_has_a_place_of_its_own_and_its_plate_before_it(grammars: di
     request = SceneRequest(room_type="dining_room", must_have=("plate",))
     for seed in range(3):
         tree = derive(grammars["dining_room"], CATEGORIES, request, np.random.default_rng(seed))
-        chairs = [thing for thing in tree.things if thing.rule.category == "dining_chair"]
-        plates = [thing for thing in tree.things if thing.rule.category == "plate"]
+        chairs = [item for item in tree.items if item.rule.category == "dining_chair"]
+        plates = [item for item in tree.items if item.rule.category == "plate"]
         assert len(chairs) == len(plates) >= 4
-        assert len({(thing.rule.around, thing.symbol) for thing in chairs}) == len(chairs)
-        assert len({(thing.rule.placements, thing.symbol) for thing in plates}) == len(plates)
+        assert len({(item.rule.around, item.symbol) for item in chairs}) == len(chairs)
+        assert len({(item.rule.placements, item.symbol) for item in plates}) == len(plates)
         for chair, plate in zip(chairs, plates, strict=True):
             (place,), (lies,) = chair.rule.around, plate.rule.placements
             assert {"front": (lies.depth_fraction or 0) > 0.5, "back": (lies.depth_fraction or 0) < -0.5,
@@ -193,20 +193,20 @@ def test_addresses_stay_within_their_unit_and_corners_are_taken_once(grammars: d
     lamps, in_corners = 0, 0
     for seed in range(60):
         tree = derive(grammars["bedroom"], CATEGORIES, SceneRequest(), np.random.default_rng(seed))
-        last = tree.things[-1].id
-        taken = [thing.core for thing in tree.things if thing.core is not None and thing.core > last]
+        last = tree.items[-1].id
+        taken = [item.core for item in tree.items if item.core is not None and item.core > last]
         assert len(set(taken)) == len(taken) == len(tree.corners)
         in_corners += len(taken)
-        by_lamp = [thing.supporters for thing in tree.things if thing.symbol == "table_lamp"]
+        by_lamp = [item.supporters for item in tree.items if item.symbol == "table_lamp"]
         assert all(len(supporters) == 1 for supporters in by_lamp) and len(set(by_lamp)) == len(by_lamp)
         lamps += len(by_lamp) == 2
     assert lamps >= 5 and in_corners >= 10
 
 
 def test_units_of_a_run_stand_side_by_side(rooms: dict[str, list[SampledRoom]]) -> None:
-    found = [(thing, core) for thing, core in pairs(rooms, IN_A_RUN) if math.cos(thing.yaw_rad - core.yaw_rad) > 0.7]
+    found = [(item, core) for item, core in pairs(rooms, IN_A_RUN) if math.cos(item.yaw_rad - core.yaw_rad) > 0.7]
     assert len(found) >= 4
-    gaps = [abs(in_frame_of(core, thing)[1]) - 0.5 * (thing.size_m[1] + core.size_m[1]) for thing, core in found]
+    gaps = [abs(in_frame_of(core, item)[1]) - 0.5 * (item.size_m[1] + core.size_m[1]) for item, core in found]
     assert np.median(gaps) < 0.03
 
 
@@ -216,8 +216,8 @@ def test_tables_are_laid_before_the_chairs(grammars: dict[str, Grammar]) -> None
         room = sample_room(
             grammars["dining_room"], CATEGORIES, SceneRequest(room_type="dining_room", min_objects=24), np.random.default_rng(seed)
         )
-        chairs = [thing for thing in room.objects if thing.category == "dining_chair"]
-        for plate in (thing for thing in room.objects if thing.category == "plate"):
+        chairs = [item for item in room.objects if item.category == "dining_chair"]
+        for plate in (item for item in room.objects if item.category == "plate"):
             nearest = min(chairs, key=lambda chair: math.dist(chair.position_m[:2], plate.position_m[:2]))
             x, y = in_frame_of(nearest, plate)
             assert 0.0 < x < 0.6 and abs(y) < 0.25
@@ -228,7 +228,7 @@ def test_tables_are_laid_before_the_chairs(grammars: dict[str, Grammar]) -> None
 def test_things_stand_on_things_to_three_levels(grammars: dict[str, Grammar]) -> None:
     request = SceneRequest(room_type="storage", min_objects=14)
     stacks = [sample_room(grammars["storage"], CATEGORIES, request, np.random.default_rng(seed)) for seed in range(4)]
-    assert max(levels(room, thing) for room in stacks for thing in room.objects) >= 3
+    assert max(levels(room, item) for room in stacks for item in room.objects) >= 3
 
 
 def test_the_tutorial_adds_a_room_type(tmp_path: Path) -> None:
@@ -240,8 +240,8 @@ def test_the_tutorial_adds_a_room_type(tmp_path: Path) -> None:
     grammar = read_grammar(tmp_path / "waiting_room.yaml", CATEGORIES)
     for seed in range(5):
         room = sample_room(grammar, CATEGORIES, SceneRequest(room_type="waiting_room"), np.random.default_rng(seed))
-        by_id = {thing.id: thing for thing in room.objects}
-        seats = [thing for thing in room.objects if thing.category == "armchair"]
+        by_id = {item.id: item for item in room.objects}
+        seats = [item for item in room.objects if item.category == "armchair"]
         assert room.validity.valid
         assert 2 <= len(seats) <= 3
         for seat in seats:

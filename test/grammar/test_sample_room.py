@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from shapely import LineString, Polygon
 from shapely.affinity import rotate, translate
-from small_grammar import CATEGORIES, closet, item, small_grammar
+from small_grammar import CATEGORIES, closet, small_grammar
+from small_grammar import item as object_text
 
 from grammar import RequestError, SceneRequest, object_solids, read_room_type, sample_room
 from scene_description import to_mapping
@@ -44,7 +45,7 @@ def test_fifty_rooms_are_valid_by_brute_force(rooms, grammar):
     for room in rooms:
         assert room.validity.valid and all(check.passed for check in room.validity.checks)
         floor = Polygon(room.room.polygon_m)
-        standing = {thing.id for thing in room.objects if thing.support.kind == "floor"}
+        standing = {item.id for item in room.objects if item.support.kind == "floor"}
         placed = solids(room)
         for (a, first, low_a, high_a), (b, second, low_b, high_b) in combinations(placed, 2):
             if a != b and min(high_a, high_b) - max(low_a, low_b) > 0.001:
@@ -70,34 +71,34 @@ def test_fifty_rooms_are_valid_by_brute_force(rooms, grammar):
 def test_things_stand_on_what_they_point_to(rooms):
     supported = 0
     for room in rooms:
-        by_id = {thing.id: thing for thing in room.objects}
-        for thing in room.objects:
-            if thing.support.kind == "object":
-                below = by_id[thing.support.id]
-                assert thing.position_m[2] == pytest.approx(below.position_m[2] + below.size_m[2])
+        by_id = {item.id: item for item in room.objects}
+        for item in room.objects:
+            if item.support.kind == "object":
+                below = by_id[item.support.id]
+                assert item.position_m[2] == pytest.approx(below.position_m[2] + below.size_m[2])
                 top = rectangle(*below.position_m[:2], below.size_m[0], below.size_m[1], below.yaw_rad)
-                assert top.buffer(1e-6).contains(rectangle(*thing.position_m[:2], thing.size_m[0], thing.size_m[1], thing.yaw_rad))
+                assert top.buffer(1e-6).contains(rectangle(*item.position_m[:2], item.size_m[0], item.size_m[1], item.yaw_rad))
                 supported += 1
-            elif thing.support.kind == "ceiling":
-                assert thing.position_m[2] + thing.size_m[2] == pytest.approx(room.room.height_m)
+            elif item.support.kind == "ceiling":
+                assert item.position_m[2] + item.size_m[2] == pytest.approx(room.room.height_m)
     assert supported > 100
 
 
 def test_rooms_look_like_bedrooms(rooms):
     beds, chairs, screens, headboard = 0, 0, 0, []
     for room in rooms:
-        by_id = {thing.id: thing for thing in room.objects}
-        for thing in room.objects:
-            if thing.category == "bed":
+        by_id = {item.id: item for item in room.objects}
+        for item in room.objects:
+            if item.category == "bed":
                 beds += 1
-                back = np.array(thing.position_m[:2]) - 0.5 * thing.size_m[0] * np.array([math.cos(thing.yaw_rad), math.sin(thing.yaw_rad)])
+                back = np.array(item.position_m[:2]) - 0.5 * item.size_m[0] * np.array([math.cos(item.yaw_rad), math.sin(item.yaw_rad)])
                 headboard.append(Polygon(room.room.polygon_m).exterior.distance(LineString([back, back + 1e-9])))
-            if thing.category == "desk_chair":
-                desk = by_id[thing.group]
-                assert math.cos(thing.yaw_rad - desk.yaw_rad) < -0.5
+            if item.category == "desk_chair":
+                desk = by_id[item.group]
+                assert math.cos(item.yaw_rad - desk.yaw_rad) < -0.5
                 chairs += 1
-            if thing.category in ("monitor", "laptop") and by_id[thing.support.id].category == "desk":
-                screens += math.cos(thing.yaw_rad - by_id[thing.support.id].yaw_rad) > 0.7
+            if item.category in ("monitor", "laptop") and by_id[item.support.id].category == "desk":
+                screens += math.cos(item.yaw_rad - by_id[item.support.id].yaw_rad) > 0.7
     assert beds >= ROOMS and chairs > 10 and screens > 0.9 * chairs
     assert np.median(headboard) < 0.04
 
@@ -116,7 +117,7 @@ def test_the_parse_graph_adds_up(rooms):
         assert graph.energy == pytest.approx(sum(graph.weights[name] * value for name, value in graph.energies.items()))
         assert all(graph.energies[name] <= 2e-4 for name in ("overlap", "out_of_room", "blocked", "overhang"))
         pointed = {node.object: int(node.choice) for node in graph.nodes if node.symbol == "supporter"}
-        assert pointed == {thing.id: thing.support.id for thing in room.objects if thing.support.kind == "object"}
+        assert pointed == {item.id: item.support.id for item in room.objects if item.support.kind == "object"}
 
 
 def test_a_room_makes_a_scene_description_that_is_accepted(rooms):
@@ -152,9 +153,9 @@ def test_messy_rooms_have_more_energy_than_tidy_ones(grammar):
 
 def test_a_room_that_is_never_valid_ends_in_a_named_error():
     # the wardrobe fits, but as wide as the room it leaves no way past it
-    text = closet("wardrobe", "bed") + item("wardrobe", "wardrobe", (0.6, 3.95, 2.0), ", reach_any: [front]")
+    text = closet("wardrobe", "bed") + object_text("wardrobe", "wardrobe", (0.6, 3.95, 2.0), ", reach_any: [front]")
     text += (
-        item("bed", "bed", (2.9, 0.9, 0.6), ", reach_any: [left, right]")
+        object_text("bed", "bed", (2.9, 0.9, 0.6), ", reach_any: [left, right]")
         + "budget: {derivations: 10, structures: 2, layouts: 2, rounds: 2}\n"
     )
     crowded = small_grammar(text)

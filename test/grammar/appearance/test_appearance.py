@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from grammar.appearance.appearance import Appearance, dress, load_appearance
+from grammar.appearance.appearance import sample_appearance
+from grammar.appearance.appearance_rules import Appearance, load_appearance
 from grammar.appearance.materials import linear_rgb
 from grammar.spec.rules import GrammarError
 from scene_description import ModelReference, Opening, Part, Room, SceneObject, Support
@@ -19,7 +20,7 @@ def appearance() -> Appearance:
     return load_appearance(config_path("appearance.yaml"), config_path("materials.yaml"))
 
 
-def thing(number: int, category: str, group: int | None = None, on: int | None = None) -> SceneObject:
+def make_item(number: int, category: str, group: int | None = None, on: int | None = None) -> SceneObject:
     return SceneObject(
         id=number,
         category=category,
@@ -54,18 +55,18 @@ def make_room() -> Room:
 
 def make_objects() -> tuple[SceneObject, ...]:
     return (
-        thing(1, "bed"),
-        thing(2, "nightstand", group=1),
-        thing(3, "nightstand", group=1),
-        thing(4, "table_lamp", on=2),
-        thing(5, "table_lamp", on=3),
-        thing(6, "dresser"),
-        thing(7, "table_lamp", on=6),
-        thing(8, "picture"),
-        thing(9, "picture"),
-        thing(10, "bookshelf"),
-        thing(11, "armchair"),
-        thing(12, "armchair"),
+        make_item(1, "bed"),
+        make_item(2, "nightstand", group=1),
+        make_item(3, "nightstand", group=1),
+        make_item(4, "table_lamp", on=2),
+        make_item(5, "table_lamp", on=3),
+        make_item(6, "dresser"),
+        make_item(7, "table_lamp", on=6),
+        make_item(8, "picture"),
+        make_item(9, "picture"),
+        make_item(10, "bookshelf"),
+        make_item(11, "armchair"),
+        make_item(12, "armchair"),
     )
 
 
@@ -81,7 +82,7 @@ def test_oklch_known_colours() -> None:
 
 def test_every_part_has_a_material_of_an_allowed_family(appearance: Appearance) -> None:
     for seed in range(40):
-        room, objects, materials = dress(np.random.default_rng(seed), appearance, make_room(), make_objects())
+        room, objects, materials = sample_appearance(np.random.default_rng(seed), appearance, make_room(), make_objects())
         family = {material.id: material.family for material in materials}
         assert len(family) == len(materials)
         assert {part.name for part in room.surfaces} == set(SURFACES)
@@ -98,7 +99,7 @@ def test_every_part_has_a_material_of_an_allowed_family(appearance: Appearance) 
 
 def test_materials_lie_in_their_ranges(appearance: Appearance) -> None:
     for seed in range(20):
-        _, _, materials = dress(np.random.default_rng(seed), appearance, make_room(), make_objects())
+        _, _, materials = sample_appearance(np.random.default_rng(seed), appearance, make_room(), make_objects())
         for material in materials:
             kind = appearance.materials[material.id.rsplit("_", 1)[0]]
             assert kind.family == material.family
@@ -110,7 +111,7 @@ def test_materials_lie_in_their_ranges(appearance: Appearance) -> None:
 def test_what_belongs_together_looks_alike(appearance: Appearance) -> None:
     other_lamp_differs = 0
     for seed in range(20):
-        _, objects, _ = dress(np.random.default_rng(seed), appearance, make_room(), make_objects())
+        _, objects, _ = sample_appearance(np.random.default_rng(seed), appearance, make_room(), make_objects())
         by_id = {item.id: item for item in objects}
         for one, two in ((2, 3), (4, 5), (11, 12)):
             assert by_id[one].model == by_id[two].model and by_id[one].parts == by_id[two].parts
@@ -120,10 +121,10 @@ def test_what_belongs_together_looks_alike(appearance: Appearance) -> None:
 
 
 def test_a_suite_has_one_style_and_one_material_of_fronts_and_worktops(appearance: Appearance) -> None:
-    kitchen = tuple(thing(k, name) for k, name in enumerate(("kitchen_counter", "sink_counter", "wall_cabinet", "dishwasher"), 1))
+    kitchen = tuple(make_item(k, name) for k, name in enumerate(("kitchen_counter", "sink_counter", "wall_cabinet", "dishwasher"), 1))
     styles = set()
     for seed in range(20):
-        _, objects, _ = dress(np.random.default_rng(seed), appearance, make_room(), kitchen)
+        _, objects, _ = sample_appearance(np.random.default_rng(seed), appearance, make_room(), kitchen)
         assert len({item.model.style for item in objects[:3]}) == 1
         styles.add(objects[0].model.style)
         parts = [{part.name: part.material for part in item.parts} for item in objects]
@@ -133,14 +134,14 @@ def test_a_suite_has_one_style_and_one_material_of_fronts_and_worktops(appearanc
 
 def test_a_room_keeps_few_woods_and_one_metal(appearance: Appearance) -> None:
     for seed in range(30):
-        _, _, materials = dress(np.random.default_rng(seed), appearance, make_room(), make_objects())
+        _, _, materials = sample_appearance(np.random.default_rng(seed), appearance, make_room(), make_objects())
         assert sum(material.family == "wood" for material in materials) <= appearance.palette.kept["wood"]
         assert sum(material.family == "metal" for material in materials) <= 1
 
 
 def test_walls_and_ceilings_are_light(appearance: Appearance) -> None:
     for seed in range(40):
-        room, _, materials = dress(np.random.default_rng(seed), appearance, make_room(), ())
+        room, _, materials = sample_appearance(np.random.default_rng(seed), appearance, make_room(), ())
         color = {material.id: material.base_color for material in materials}
         albedo = {part.name: float(np.dot(color[part.material], (0.2126, 0.7152, 0.0722))) for part in room.surfaces}
         assert 0.35 < albedo["wall"] < 0.87 and 0.75 < albedo["ceiling"] < 0.9 and albedo["floor"] < 0.55
@@ -151,7 +152,7 @@ def test_surfaces_depend_on_the_room_type(appearance: Appearance) -> None:
     for room_type, families in (("bathroom", {"floor_tile"}), ("garage", {"floor_concrete"}), ("", usual)):
         seen = set()
         for seed in range(60):
-            room, _, materials = dress(np.random.default_rng(seed), appearance, make_room(), (), room_type)
+            room, _, materials = sample_appearance(np.random.default_rng(seed), appearance, make_room(), (), room_type)
             family = {material.id: material.family for material in materials}
             seen |= {family[part.material] for part in room.surfaces if part.name == "floor"}
         assert seen == families
@@ -160,7 +161,7 @@ def test_surfaces_depend_on_the_room_type(appearance: Appearance) -> None:
 def test_textures_are_drawn_from_their_ranges_and_differ(appearance: Appearance) -> None:
     scales, seeds = [], []
     for seed in range(60):
-        _, _, materials = dress(np.random.default_rng(seed), appearance, make_room(), make_objects(), "bedroom")
+        _, _, materials = sample_appearance(np.random.default_rng(seed), appearance, make_room(), make_objects(), "bedroom")
         for material in materials:
             kind = appearance.materials[material.id.rsplit("_", 1)[0]].texture
             assert (kind is None) == (material.texture is None)
@@ -175,14 +176,14 @@ def test_textures_are_drawn_from_their_ranges_and_differ(appearance: Appearance)
 
 
 def test_same_seed_same_dress(appearance: Appearance) -> None:
-    first, again, other = (dress(np.random.default_rng(seed), appearance, make_room(), make_objects()) for seed in (5, 5, 6))
+    first, again, other = (sample_appearance(np.random.default_rng(seed), appearance, make_room(), make_objects()) for seed in (5, 5, 6))
     assert first == again and first != other
 
 
 def test_styles_follow_their_odds(appearance: Appearance) -> None:
     counts: dict[str, int] = {}
     for seed in range(600):
-        _, objects, _ = dress(np.random.default_rng(seed), appearance, make_room(), (thing(1, "waste_bin"),))
+        _, objects, _ = sample_appearance(np.random.default_rng(seed), appearance, make_room(), (make_item(1, "waste_bin"),))
         counts[objects[0].model.style] = counts.get(objects[0].model.style, 0) + 1
     odds = {name: style.odds for name, style in appearance.categories["waste_bin"].styles.items()}
     for name, share in odds.items():
@@ -191,8 +192,8 @@ def test_styles_follow_their_odds(appearance: Appearance) -> None:
 
 
 def test_model_files_keep_their_model_and_parts(appearance: Appearance) -> None:
-    mine = replace(thing(1, "bed"), model=ModelReference(file="bed.glb"), parts=(Part(name="all", material="x"),))
-    _, objects, _ = dress(np.random.default_rng(1), appearance, make_room(), (mine,))
+    mine = replace(make_item(1, "bed"), model=ModelReference(file="bed.glb"), parts=(Part(name="all", material="x"),))
+    _, objects, _ = sample_appearance(np.random.default_rng(1), appearance, make_room(), (mine,))
     assert objects == (mine,)
 
 
@@ -211,7 +212,7 @@ def test_materials_library(appearance: Appearance) -> None:
 
 def test_unknown_category_is_named(appearance: Appearance) -> None:
     with pytest.raises(GrammarError, match="'throne'"):
-        dress(np.random.default_rng(1), appearance, make_room(), (thing(1, "throne"),))
+        sample_appearance(np.random.default_rng(1), appearance, make_room(), (make_item(1, "throne"),))
 
 
 FAULTS = {

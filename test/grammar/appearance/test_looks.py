@@ -5,9 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from grammar.appearance.appearance import Appearance, Closet, dress, dress_from, load_appearance
-from grammar.appearance.looks import apply_looks, read_looks, restricted
+from grammar.appearance.appearance import sample_appearance, sample_appearance_from
+from grammar.appearance.appearance_rules import Appearance, load_appearance
+from grammar.appearance.apply_looks import apply_looks
+from grammar.appearance.looks import read_looks
+from grammar.appearance.material_pool import MaterialPool
 from grammar.appearance.materials import linear_rgb
+from grammar.appearance.restrict import restricted
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.synthesize import CameraTimes, SceneSynthesizer
 from scene_description import Material, ModelReference, Opening, Room, SceneDescription, SceneObject, Support
@@ -26,14 +30,21 @@ def appearance() -> Appearance:
     return load_appearance(config_path("appearance.yaml"), config_path("materials.yaml"))
 
 
-def thing(identifier: int, category: str) -> SceneObject:
+def make_item(identifier: int, category: str) -> SceneObject:
     return SceneObject(
         id=identifier, category=category, label=40, size_m=(0.5, 0.5, 0.5), position_m=(1.0, 1.0, 0.0), yaw_rad=0.0,
         support=Support(kind="floor"), model=ModelReference(generator=category), parts=(),
     )  # fmt: skip
 
 
-THINGS = (thing(2, "bed"), thing(3, "nightstand"), thing(4, "nightstand"), thing(5, "desk_chair"), thing(6, "vase"), thing(7, "vase"))
+ITEMS = (
+    make_item(2, "bed"),
+    make_item(3, "nightstand"),
+    make_item(4, "nightstand"),
+    make_item(5, "desk_chair"),
+    make_item(6, "vase"),
+    make_item(7, "vase"),
+)
 
 
 class Dressed:
@@ -43,13 +54,13 @@ class Dressed:
         request = SceneRequest(looks=looks, **asked)  # type: ignore[arg-type]
         rng = np.random.default_rng(seed)
         changed = restricted(appearance, request)
-        closet = Closet(rng, changed)
-        room, things = dress_from(closet, rng, changed, ROOM, THINGS, "bedroom")
-        room, self.things = apply_looks(np.random.default_rng(seed), closet, request, room, things)
-        table = {item.id: item for item in closet.materials}
-        assert len(table) == len(closet.materials), "ids are unique"
+        pool = MaterialPool(rng, changed)
+        room, items = sample_appearance_from(pool, rng, changed, ROOM, ITEMS, "bedroom")
+        room, self.items = apply_looks(np.random.default_rng(seed), pool, request, room, items)
+        table = {item.id: item for item in pool.materials}
+        assert len(table) == len(pool.materials), "ids are unique"
         self.parts: dict[str, Material] = {f"room/{part.name}": table[part.material] for part in room.surfaces}
-        for owner in (*room.openings, *self.things):
+        for owner in (*room.openings, *self.items):
             self.parts |= {f"{owner.id}/{part.name}": table[part.material] for part in owner.parts}
 
     def changed_from(self, other: "Dressed") -> set[str]:
@@ -58,10 +69,10 @@ class Dressed:
 
 def test_without_looks_the_room_is_as_it_was(appearance: Appearance) -> None:
     rng = np.random.default_rng(3)
-    _, things, materials = dress(rng, appearance, ROOM, THINGS, "bedroom")
+    _, items, materials = sample_appearance(rng, appearance, ROOM, ITEMS, "bedroom")
     table = {item.id: item for item in materials}
     plain = Dressed(appearance)
-    assert all(plain.parts[f"{item.id}/{part.name}"] == table[part.material] for item in things for part in item.parts)
+    assert all(plain.parts[f"{item.id}/{part.name}"] == table[part.material] for item in items for part in item.parts)
 
 
 @pytest.mark.parametrize(
@@ -114,9 +125,9 @@ def test_later_looks_win_and_do_not_disturb_others(appearance: Appearance) -> No
 
 def test_styles_are_chosen(appearance: Appearance) -> None:
     for seed in range(8):
-        (bed,) = (item for item in Dressed(appearance, "bed: {styles: [panel]}", seed=seed).things if item.category == "bed")
+        (bed,) = (item for item in Dressed(appearance, "bed: {styles: [panel]}", seed=seed).items if item.category == "bed")
         assert bed.model.style == "panel"
-    styles = {Dressed(appearance, "bed: {styles: [panel, platform]}", seed=seed).things[0].model.style for seed in range(20)}
+    styles = {Dressed(appearance, "bed: {styles: [panel, platform]}", seed=seed).items[0].model.style for seed in range(20)}
     assert styles == {"panel", "platform"}
 
 
@@ -133,10 +144,10 @@ def test_the_palette_follows_its_hue(appearance: Appearance) -> None:
     for hue in (30.0, 250.0):
         rng = np.random.default_rng(1)
         changed = restricted(appearance, SceneRequest(palette_hue_deg=hue))
-        closet = Closet(rng, changed)
+        pool = MaterialPool(rng, changed)
         for _ in range(20):
-            closet.draw_material("deep_cover")
-        mean = np.mean([item.base_color for item in closet.materials], axis=0)
+            pool.draw_material("deep_cover")
+        mean = np.mean([item.base_color for item in pool.materials], axis=0)
         expected = np.array(linear_rgb(0.44, 0.05, hue))
         assert np.argmax(mean) == np.argmax(expected) and np.allclose(mean, expected, atol=0.03)
 

@@ -12,7 +12,8 @@ import pytest
 from numpy.typing import NDArray
 from shapely.geometry import Point, Polygon
 
-from grammar.camera.camera_path import CameraPathConfig, read_camera_path_config, sample_camera_path
+from grammar.camera.camera_path import sample_camera_path
+from grammar.camera.path_config import CameraPathConfig, read_camera_path_config
 from grammar.spec.rules import GrammarError
 from scene_description import CameraPose
 from scene_description.poses import rotation_from_quaternion

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from grammar.camera.view_ring import RING_COLUMNS, ViewWeights, best_turns, cast_ring, column_azimuth_rad, view_values
+from grammar.camera.view_ring import RING_COLUMNS, ViewWeights, best_columns, cast_ring, column_azimuth_rad, view_values
 
 ROOM = np.array([(0.0, 0.0), (6.0, 0.0), (6.0, 4.0), (0.0, 4.0)])
 EYE = np.array([2.0, 1.0, 1.5])
@@ -39,7 +39,7 @@ def test_value_of_a_view_is_its_formula() -> None:
     distance = np.full((RING_COLUMNS, 1), 2.0)
     hit = np.full((RING_COLUMNS, 1), -1)
     distance[9:12], hit[9], hit[10], hit[11] = 0.5, 0, 1, 0
-    values = view_values(distance, hit, 2, 3, ViewWeights(near_m=0.8, far_m=4.0, depth=1.0, things=2.0, near=3.0))
+    values = view_values(distance, hit, 2, 3, ViewWeights(near_m=0.8, far_m=4.0, depth=1.0, objects=2.0, near=3.0))
     assert values[30] == pytest.approx(0.5)
     assert values[10] == pytest.approx(0.125 + 2.0 * (1 - 0.8**2) - 3.0)
     assert values[12] == pytest.approx((0.125 + 1.0) / 3 + 2.0 * (1 - 0.8) - 3.0 / 3)
@@ -49,7 +49,7 @@ def test_best_turns_agree_with_enumeration() -> None:
     rng = np.random.default_rng(3)
     values = rng.normal(size=(4, 6))
     for most, cost in ((1, 0.0), (1, 0.3), (2, 0.1)):
-        path = best_turns(values, most, cost)
+        path = best_columns(values, most, cost)
 
         def score(columns: tuple[int, ...], most: int = most, cost: float = cost) -> float:
             turns = [(b - a + 3) % 6 - 3 for a, b in itertools.pairwise(columns)]

@@ -66,10 +66,10 @@ def test_rates_are_over_objects_or_rooms_as_their_definitions_say():
 
 
 def test_pair_iou_is_that_of_axis_aligned_boxes():
-    thing = replace(sample_objects()[0], position_m=(0.0, 0.0, 0.0), size_m=(1.0, 1.0, 1.0), yaw_rad=0.0)
-    beside = replace(thing, position_m=(0.5, 0.0, 0.0))
-    far = replace(thing, position_m=(9.0, 0.0, 0.0))
-    assert _pair_iou([thing, beside, far]) == pytest.approx(((0.5 / 1.5) / 3, 1 / 3))
+    item = replace(sample_objects()[0], position_m=(0.0, 0.0, 0.0), size_m=(1.0, 1.0, 1.0), yaw_rad=0.0)
+    beside = replace(item, position_m=(0.5, 0.0, 0.0))
+    far = replace(item, position_m=(9.0, 0.0, 0.0))
+    assert _pair_iou([item, beside, far]) == pytest.approx(((0.5 / 1.5) / 3, 1 / 3))
     turned = replace(far, position_m=(0.0, 0.0, 0.0), yaw_rad=math.pi / 4)
-    assert _pair_iou([thing, turned]) == pytest.approx((1.0 / 2.0, 1.0))
-    assert _pair_iou([thing]) == (0.0, 0.0)
+    assert _pair_iou([item, turned]) == pytest.approx((1.0 / 2.0, 1.0))
+    assert _pair_iou([item]) == (0.0, 0.0)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from small_grammar import CATEGORIES, small_grammar
 
-from grammar.checks.relations import kept_relations
+from grammar.checks.relations import satisfied_relations
 from grammar.sample_room import SampledRoom, sample_room
 from grammar.spec.request import SceneRequest
 from scene_description import SceneObject
@@ -53,8 +53,8 @@ GRAMMAR = small_grammar(TEXT)
 def exact() -> tuple[SampledRoom, dict[str, SceneObject]]:
     """Return a room of 4 x 4 m and its things exactly where they like to be: the bed's back at the wall at x = -2."""
     room = sample_room(GRAMMAR, CATEGORIES, SceneRequest(room_type="closet", room_shape="rectangle"), np.random.default_rng(1))
-    thing = {item.category: item for item in room.objects}
-    bed, stand, mug, art = (thing[name] for name in ("bed", "nightstand", "mug", "picture"))
+    by_category = {item.category: item for item in room.objects}
+    bed, stand, mug, art = (by_category[name] for name in ("bed", "nightstand", "mug", "picture"))
     back = min(x for x, _ in room.room.polygon_m) + 0.05
     bed = replace(bed, position_m=(back + 0.5 * bed.size_m[0], 0.0, 0.0), yaw_rad=0.0)
     beside = 0.5 * (bed.size_m[1] + stand.size_m[1]) + 0.1
@@ -64,18 +64,18 @@ def exact() -> tuple[SampledRoom, dict[str, SceneObject]]:
     return room, {"bed": bed, "stand": stand, "mug": mug, "art": art}
 
 
-def counted(room: SampledRoom, things: dict[str, SceneObject]) -> dict[str, tuple[int, int]]:
-    return dict(kept_relations(GRAMMAR, CATEGORIES, room.room, sorted(things.values(), key=lambda item: item.id), room.parse_graph))
+def counted(room: SampledRoom, items: dict[str, SceneObject]) -> dict[str, tuple[int, int]]:
+    return dict(satisfied_relations(GRAMMAR, CATEGORIES, room.room, sorted(items.values(), key=lambda item: item.id), room.parse_graph))
 
 
-def moved(thing: SceneObject, x_m: float = 0.0, y_m: float = 0.0, turn_rad: float = 0.0) -> SceneObject:
-    x, y, z = thing.position_m
-    return replace(thing, position_m=(x + x_m, y + y_m, z), yaw_rad=thing.yaw_rad + turn_rad)
+def moved(item: SceneObject, x_m: float = 0.0, y_m: float = 0.0, turn_rad: float = 0.0) -> SceneObject:
+    x, y, z = item.position_m
+    return replace(item, position_m=(x + x_m, y + y_m, z), yaw_rad=item.yaw_rad + turn_rad)
 
 
 def test_everything_in_its_place_keeps_all_relations() -> None:
-    room, things = exact()
-    assert counted(room, things) == {"wall": (1, 1), "group": (2, 2), "support": (1, 1)}
+    room, items = exact()
+    assert counted(room, items) == {"wall": (1, 1), "group": (2, 2), "support": (1, 1)}
 
 
 @pytest.mark.parametrize(
@@ -93,17 +93,17 @@ def test_everything_in_its_place_keeps_all_relations() -> None:
     ],
 )
 def test_out_of_tolerance_is_not_kept(name: str, x_m: float, y_m: float, turn_rad: float, lost: tuple[str, ...]) -> None:
-    room, things = exact()
-    before = counted(room, things)
-    after = counted(room, things | {name: moved(things[name], x_m, y_m, turn_rad)})
+    room, items = exact()
+    before = counted(room, items)
+    after = counted(room, items | {name: moved(items[name], x_m, y_m, turn_rad)})
     assert {kind for kind in before if after[kind][0] < before[kind][0]} == set(lost)
     assert {kind: declared for kind, (_, declared) in after.items()} == {"wall": 1, "group": 2, "support": 1}
 
 
 def test_spread_and_weight_widen_the_tolerance() -> None:
-    room, things = exact()
-    far = things | {"stand": moved(things["stand"], 0.5)}
+    room, items = exact()
+    far = items | {"stand": moved(items["stand"], 0.5)}
     loose = replace(room.parse_graph, weights=dict(room.parse_graph.weights) | {"group_distance": 5.0})  # 3 / 5 m more
     objects = list(far.values())
-    assert kept_relations(GRAMMAR, CATEGORIES, room.room, objects, room.parse_graph)["group"] == (1, 2)
-    assert kept_relations(GRAMMAR, CATEGORIES, room.room, objects, loose)["group"] == (2, 2)
+    assert satisfied_relations(GRAMMAR, CATEGORIES, room.room, objects, room.parse_graph)["group"] == (1, 2)
+    assert satisfied_relations(GRAMMAR, CATEGORIES, room.room, objects, loose)["group"] == (2, 2)

@@ -14,7 +14,7 @@ GRAMMAR = read_room_type("bedroom", CATEGORIES)
 HALF = math.pi / 2
 
 
-def thing(identifier, category, size, position, yaw=0.0, support=None, group=None):
+def make_item(identifier, category, size, position, yaw=0.0, support=None, group=None):
     return SceneObject(
         id=identifier,
         category=category,
@@ -55,12 +55,12 @@ ROOM = Room(
 )
 BED, WARDROBE, STAND, LAMP, PICTURE, CEILING = 3, 4, 5, 6, 7, 8
 GOOD = {
-    BED: thing(BED, "bed", (2.0, 1.6, 1.0), (-1.0, 1.0, 0.0)),
-    WARDROBE: thing(WARDROBE, "wardrobe", (0.6, 1.2, 2.0), (1.3, 1.7, 0.0), -HALF),
-    STAND: thing(STAND, "nightstand", (0.4, 0.5, 0.5), (-1.8, -0.1, 0.0)),
-    LAMP: thing(LAMP, "table_lamp", (0.2, 0.2, 0.4), (-1.8, -0.1, 0.5), 0.7, Support(kind="object", id=STAND)),
-    PICTURE: thing(PICTURE, "picture", (0.02, 0.6, 0.5), (0.5, -1.99, 1.3), HALF, Support(kind="wall", wall=0)),
-    CEILING: thing(CEILING, "ceiling_lamp", (0.4, 0.4, 0.3), (0.0, 0.0, 2.2), 0.0, Support(kind="ceiling")),
+    BED: make_item(BED, "bed", (2.0, 1.6, 1.0), (-1.0, 1.0, 0.0)),
+    WARDROBE: make_item(WARDROBE, "wardrobe", (0.6, 1.2, 2.0), (1.3, 1.7, 0.0), -HALF),
+    STAND: make_item(STAND, "nightstand", (0.4, 0.5, 0.5), (-1.8, -0.1, 0.0)),
+    LAMP: make_item(LAMP, "table_lamp", (0.2, 0.2, 0.4), (-1.8, -0.1, 0.5), 0.7, Support(kind="object", id=STAND)),
+    PICTURE: make_item(PICTURE, "picture", (0.02, 0.6, 0.5), (0.5, -1.99, 1.3), HALF, Support(kind="wall", wall=0)),
+    CEILING: make_item(CEILING, "ceiling_lamp", (0.4, 0.4, 0.3), (0.0, 0.0, 2.2), 0.0, Support(kind="ceiling")),
 }
 RULES = {
     BED: GRAMMAR.objects["double_bed"],
@@ -122,13 +122,13 @@ FAULTS = {
     # the lamp's half side turned by 0.7 rad reaches 0.1 (cos + sin) = 0.1409 to the side, the top ends 0.24 beside its middle
     "over the edge": (moved(LAMP, position_m=(-1.8, -0.25, 0.5)), "overhang", 0.15 + 0.1 * (math.cos(0.7) + math.sin(0.7)) - 0.24, {LAMP}),
     "before the door": (
-        {EXTRA: thing(EXTRA, "waste_bin", (0.3, 0.3, 0.3), (-1.75, -0.96, 0.0))},
+        {EXTRA: make_item(EXTRA, "waste_bin", (0.3, 0.3, 0.3), (-1.75, -0.96, 0.0))},
         "door_clear",
         0.01,
         {EXTRA},
     ),
     "before the window": (
-        {EXTRA: thing(EXTRA, "bookshelf", (0.3, 0.8, 1.8), (1.84, 0.0, 0.0), math.pi)},
+        {EXTRA: make_item(EXTRA, "bookshelf", (0.3, 0.8, 1.8), (1.84, 0.0, 0.0), math.pi)},
         "window_clear",
         0.31,
         {EXTRA},
@@ -140,7 +140,7 @@ FAULTS = {
         {PICTURE},
     ),
     "behind a shelf": (
-        {EXTRA: thing(EXTRA, "bookshelf", (0.3, 0.8, 1.8), (0.5, -1.8, 0.0), HALF)},
+        {EXTRA: make_item(EXTRA, "bookshelf", (0.3, 0.8, 1.8), (0.5, -1.8, 0.0), HALF)},
         "wall_clear",
         0.33,
         {EXTRA},
@@ -161,7 +161,7 @@ def test_a_fault_trips_its_check_and_names_the_objects(name):
 def test_the_freest_functional_side_must_be_free_enough():
     """The wardrobe's front runs from x = 0.7 to 1.9; a bin before it takes nine of twelve points of each row of the strip."""
     limits = replace(GRAMMAR.validity, side_share=0.5)
-    objects = GOOD | {EXTRA: thing(EXTRA, "waste_bin", (0.9, 0.22, 0.3), (1.15, 1.25, 0.0))}
+    objects = GOOD | {EXTRA: make_item(EXTRA, "waste_bin", (0.9, 0.22, 0.3), (1.15, 1.25, 0.0))}
     rules = RULES | {EXTRA: GRAMMAR.objects["waste_bin"], WARDROBE: replace(RULES[WARDROBE], reach_any=("front",))}
     report = check_room(replace(GRAMMAR, validity=limits), CATEGORIES, ROOM, tuple(objects.values()), rules, 1)
     (side,) = (item for item in report.checks if item.name == "side_clear")
@@ -173,11 +173,11 @@ def test_the_freest_functional_side_must_be_free_enough():
 
 
 def test_a_chair_may_be_tucked_under_a_desk_but_not_into_its_legs():
-    desk = {EXTRA: thing(EXTRA, "desk", (0.7, 1.4, 0.75), (-1.0, -0.75, 0.0), -HALF)}
+    desk = {EXTRA: make_item(EXTRA, "desk", (0.7, 1.4, 0.75), (-1.0, -0.75, 0.0), -HALF)}
     rules = {EXTRA: GRAMMAR.objects["desk"], EXTRA + 1: GRAMMAR.objects["desk_chair"]}
     base = {BED: replace(GOOD[BED], position_m=(-1.0, 1.2, 0.0))}
-    tucked = {EXTRA + 1: thing(EXTRA + 1, "desk_chair", (0.5, 0.5, 0.9), (-1.0, -1.0, 0.0), HALF)}
-    aside = {EXTRA + 1: thing(EXTRA + 1, "desk_chair", (0.5, 0.5, 0.9), (-0.5, -1.0, 0.0), HALF)}
+    tucked = {EXTRA + 1: make_item(EXTRA + 1, "desk_chair", (0.5, 0.5, 0.9), (-1.0, -1.0, 0.0), HALF)}
+    aside = {EXTRA + 1: make_item(EXTRA + 1, "desk_chair", (0.5, 0.5, 0.9), (-0.5, -1.0, 0.0), HALF)}
     room = replace(ROOM, openings=(replace(ROOM.openings[0], swing="out"), ROOM.openings[1]))
     stand = {STAND: replace(GOOD[STAND], position_m=(1.8, -1.0, 0.0)), LAMP: replace(GOOD[LAMP], position_m=(1.8, -1.0, 0.5))}
     assert "collision" not in failures(check(base | desk | tucked | stand, room, rules))
@@ -188,13 +188,13 @@ def test_a_wall_that_cuts_between_corners_is_out_of_bounds():
     # a slit of 0.02 m from the right side to the room's middle; no corner of the bed is outside and no vertex inside it
     polygon = ((-2.0, -2.0), (2.0, -2.0), (2.0, -0.01), (-1.99, -0.01), (-1.99, 0.01), (2.0, 0.01), (2.0, 2.0), (-2.0, 2.0))
     room = replace(ROOM, polygon_m=polygon, openings=(ROOM.openings[0],))
-    report = check_room(GRAMMAR, CATEGORIES, room, (thing(BED, "bed", (1.0, 1.0, 1.0), (0.5, 0.0, 0.0)),), RULES, 1)
+    report = check_room(GRAMMAR, CATEGORIES, room, (make_item(BED, "bed", (1.0, 1.0, 1.0), (0.5, 0.0, 0.0)),), RULES, 1)
     assert failures(report)["out_of_bounds"].objects == (BED,)
     assert failures(report)["out_of_bounds"].value == pytest.approx(0.998)
 
 
 def test_a_barrier_cuts_off_floor_and_furniture():
-    barrier = {EXTRA: thing(EXTRA, "dresser", (0.1, 4.0, 0.8), (0.0, -0.9, 0.0), HALF)}
+    barrier = {EXTRA: make_item(EXTRA, "dresser", (0.1, 4.0, 0.8), (0.0, -0.9, 0.0), HALF)}
     objects = {BED: replace(GOOD[BED], position_m=(-1.0, 1.2, 0.0)), WARDROBE: GOOD[WARDROBE]}
     report = check_room(GRAMMAR, CATEGORIES, ROOM, (*objects.values(), *barrier.values()), RULES | {EXTRA: GRAMMAR.objects["dresser"]}, 1)
     failed = failures(report)

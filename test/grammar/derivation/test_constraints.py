@@ -9,9 +9,8 @@ import pytest
 from scipy import stats
 from small_grammar import CATEGORIES, item, small_grammar
 
-from grammar.derivation.constraints import constrained, tilt
-from grammar.derivation.counting import Conditional
-from grammar.derivation.counting import Counter as NumberOf
+from grammar.derivation.constraints import CountBound, constrained, tilt
+from grammar.derivation.counting import ConditionalStructures
 from grammar.derivation.densities import draw_size
 from grammar.derivation.derive import derive
 from grammar.derivation.overrides import overridden
@@ -62,7 +61,7 @@ def test_counts_hold_in_every_room():
     request = SceneRequest(must_have=("television", "armchair"), must_not=("wardrobe", "rug"), counts=("nightstand:2:2", "picture:0:1"))
     for seed in range(15):
         tree = derive(grammar, CATEGORIES, request, np.random.default_rng(seed))
-        count = Counter(thing.rule.category for thing in tree.things)
+        count = Counter(item.rule.category for item in tree.items)
         assert count["television"] >= 1 and count["armchair"] >= 1 and count["wardrobe"] == count["rug"] == 0
         assert count["nightstand"] == 2 and count["picture"] <= 1
 
@@ -120,10 +119,10 @@ def test_clutter_scales_the_mean_number_of_supported_things():
         ({"fixed": ("bed:0:0:0", "bed:2:0:0", "bed:0:3:0")}, r"^fixed: 3 of bed: expected a range that meets the 1 to 2"),
         ({"fixed": ("bed:0:0:0:size=2x1.5x1", "wardrobe:0.5:0:0:size=0.6x1.2x2")}, r"^fixed: bed.* expected objects that do not overlap"),
         ({"fixed": ("bed:9:0:0",)}, r"failed at: fixed: bed:9:0:0: inside the room"),
-        ({"fixed": ("laptop:0:0:0",)}, r"^fixed: laptop:0:0:0: expected ':on=K', since it stands on things"),
+        ({"fixed": ("laptop:0:0:0",)}, r"^fixed: laptop:0:0:0: expected ':on=K', since it stands on objects"),
         (
             {"fixed": ("bed:0:0:0", "laptop:0:0:0:on=1")},
-            r"^fixed: laptop.* expected ':on=K' of a thing with a top, got bed",
+            r"^fixed: laptop.* expected ':on=K' of an object with a support surface, got bed",
         ),
         ({"fixed": ("bed:0:0:0:on=1",)}, r"^fixed: bed:0:0:0:on=1: expected ':on=K' with K from 1 to 0"),
         ({"fixed": ("picture:0:0:0",)}, r"failed at: fixed: picture:0:0:0: on a wall"),
@@ -138,12 +137,12 @@ def test_what_cannot_be_met_ends_in_an_error_that_names_it(fields, expected):
 
 def test_structures_given_their_numbers_have_the_grammars_distribution_given_them():
     grammar = small_grammar(TEXT)
-    counters = [
-        NumberOf("total", frozenset(grammar.objects), 3, 5),
-        NumberOf("bins", frozenset({"bin"}), 2, 10_000),
-        NumberOf("vases", frozenset({"vase"}), 0, 1),
+    bounds = [
+        CountBound(3, 5, "total", frozenset(grammar.objects)),
+        CountBound(2, 10_000, "bins", frozenset({"bin"})),
+        CountBound(0, 1, "vases", frozenset({"vase"})),
     ]
-    tables = Conditional(grammar, counters, [9, 6, 4])
+    tables = ConditionalStructures(grammar, bounds, [9, 6, 4])
     rng = np.random.default_rng(2)
 
     def fits(contents):
@@ -189,7 +188,7 @@ def test_the_grammars_numbers_are_replaced():
     assert (changed.weights.overlap, changed.validity.robot_radius_m, changed.room.shapes.l_shape) == (7.0, 0.3, 1.0)
     for seed in range(8):
         tree = derive(grammar, CATEGORIES, request, np.random.default_rng(seed))
-        number = Counter(thing.rule.category for thing in tree.things)
+        number = Counter(item.rule.category for item in tree.items)
         assert number["wardrobe"] == 1 and sum(opening.category == "window" for opening in tree.room.openings) == 2
         assert tree.room.height_m == 2.8 and len(tree.room.polygon_m) == 6
 
@@ -205,13 +204,13 @@ def test_fixed_objects_stay_and_the_rest_is_laid_out_around_them():
     )  # fmt: skip
     for seed in range(3):
         room = sample_room(grammar, CATEGORIES, request, np.random.default_rng(seed))
-        first = {thing.category: thing for thing in reversed(room.objects)}
+        first = {item.category: item for item in reversed(room.objects)}
         assert room.validity.valid
         assert first["bed"].position_m == (-1.4, 0.2, 0.0) and first["bed"].size_m == (2.1, 1.6, 1.0) and first["bed"].yaw_rad == 0.0
         assert first["treadmill"].position_m == (1.2, 1.4, 0.0)
         assert first["laptop"].position_m == pytest.approx((1.9, -1.5, 0.74)) and first["laptop"].support.id == first["desk"].id
-        hung = [thing for thing in room.objects if thing.category == "picture" and thing.position_m[0] == pytest.approx(0.0, abs=1e-9)]
+        hung = [item for item in room.objects if item.category == "picture" and item.position_m[0] == pytest.approx(0.0, abs=1e-9)]
         assert hung and hung[0].position_m[2] + 0.5 * hung[0].size_m[2] == pytest.approx(1.5)
-        stands = [thing for thing in room.objects if thing.category == "nightstand"]
-        assert stands and all(thing.group == first["bed"].id for thing in stands)
-        assert all(math.dist(thing.position_m[:2], first["bed"].position_m[:2]) < 1.8 for thing in stands)
+        stands = [item for item in room.objects if item.category == "nightstand"]
+        assert stands and all(item.group == first["bed"].id for item in stands)
+        assert all(math.dist(item.position_m[:2], first["bed"].position_m[:2]) < 1.8 for item in stands)

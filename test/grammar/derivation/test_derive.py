@@ -6,10 +6,11 @@ from collections import Counter
 import numpy as np
 import pytest
 from scipy import integrate, stats
-from small_grammar import CATEGORIES, item, small_grammar
+from small_grammar import CATEGORIES, small_grammar
+from small_grammar import item as object_text
 
 from grammar.derivation.constraints import count_range
-from grammar.derivation.densities import cut_normal_log_density, draw_size, size_log_density
+from grammar.derivation.densities import draw_size, size_log_density, truncated_normal_log_density
 from grammar.derivation.derive import derive
 from grammar.derivation.structure import draw_structure
 from grammar.spec.grammar_file import read_room_type
@@ -71,25 +72,25 @@ def test_attribute_densities_are_those_of_the_rules():
     expected = stats.truncnorm((rule.low - rule.mean) / rule.sd, (rule.high - rule.mean) / rule.sd, rule.mean, rule.sd).logpdf(width)
     nodes = {node.symbol: node for node in tree.nodes if node.parent == 1}
     assert nodes["width_m"].log_probability == pytest.approx(expected)
-    for thing in tree.things:
-        (size,) = [node for node in tree.nodes if node.parent == thing.node and node.symbol == "size"]
-        tied = [node for node in tree.nodes if node.parent == thing.node and "_of_" in node.symbol]
-        assert bool(tied) <= bool(thing.rule.tied)
-        if not tied:  # a side that follows another thing is not drawn with the others
-            assert size.log_probability == pytest.approx(size_log_density(thing.size_m, thing.rule))
-        assert all(low <= side <= high for low, side, high in zip(thing.rule.low_m, thing.size_m, thing.rule.high_m, strict=True))
+    for item in tree.items:
+        (size,) = [node for node in tree.nodes if node.parent == item.node and node.symbol == "size"]
+        tied = [node for node in tree.nodes if node.parent == item.node and "_of_" in node.symbol]
+        assert bool(tied) <= bool(item.rule.tied)
+        if not tied:  # a side that follows another item is not drawn with the others
+            assert size.log_probability == pytest.approx(size_log_density(item.size_m, item.rule))
+        assert all(low <= side <= high for low, side, high in zip(item.rule.low_m, item.size_m, item.rule.high_m, strict=True))
 
 
 def test_parents_come_before_their_children_and_ids_are_consecutive():
     grammar = read_room_type("bedroom", CATEGORIES)
     tree = derive(grammar, CATEGORIES, SceneRequest(), np.random.default_rng(5))
     assert all(node.parent is None or node.parent < i for i, node in enumerate(tree.nodes))
-    ids = [opening.id for opening in tree.room.openings] + [thing.id for thing in tree.things]
+    ids = [opening.id for opening in tree.room.openings] + [item.id for item in tree.items]
     assert ids == list(range(1, len(ids) + 1))
 
 
 def test_cut_normals_and_their_mixtures_integrate_to_one():
-    total, _ = integrate.quad(lambda x: math.exp(cut_normal_log_density(x, 1.0, 0.3, 0.8, 2.0)), 0.8, 2.0)
+    total, _ = integrate.quad(lambda x: math.exp(truncated_normal_log_density(x, 1.0, 0.3, 0.8, 2.0)), 0.8, 2.0)
     assert total == pytest.approx(1.0, abs=1e-9)
     rule = small_grammar(TEXT).objects["bin"]
     rng = np.random.default_rng(6)
@@ -107,17 +108,17 @@ def test_addresses_share_a_symbols_weight_among_its_objects():
         "rest: {{}}", "rest: {kind: set, branches: [{symbol: desk, multiplicity: [0, 1]}, {symbol: shelf, multiplicity: [0, 0, 1]}]}"
     )
     both = both.replace("{shelf: 0.9, bed: 0.1}", "{shelf: 0.5, desk: 0.3, bed: 0.2}")
-    both += item("desk", "desk", (0.6, 1.0, 0.7))
+    both += object_text("desk", "desk", (0.6, 1.0, 0.7))
     grammar, seen = small_grammar(both), 0
     for seed in range(20):
         tree = derive(grammar, CATEGORIES, SceneRequest(room_type="closet"), np.random.default_rng(seed))
-        symbol = {thing.id: thing.symbol for thing in tree.things}
-        for thing in tree.things:
-            if thing.symbol == "books":
+        symbol = {item.id: item.symbol for item in tree.items}
+        for item in tree.items:
+            if item.symbol == "books":
                 # the room has two shelves and a desk but no bed: 0.5 and 0.3 are all the weight there is
                 expected = {"shelf": math.log(0.25 / 0.8), "desk": math.log(0.3 / 0.8)}
-                assert [symbol[target] for target in thing.supporters] == ["shelf", "shelf", "desk"]
-                assert thing.supporter_log_probability == pytest.approx([expected[symbol[target]] for target in thing.supporters])
+                assert [symbol[target] for target in item.supporters] == ["shelf", "shelf", "desk"]
+                assert item.supporter_log_probability == pytest.approx([expected[symbol[target]] for target in item.supporters])
                 seen += 1
     assert seen > 3
 
@@ -159,5 +160,5 @@ def test_numbers_of_objects_and_room_sizes_are_kept():
     grammar = read_room_type("bedroom", CATEGORIES)
     request = SceneRequest(min_objects=20, max_objects=22, room_width_m=4.5, room_depth_m=4.0)
     tree = derive(grammar, CATEGORIES, request, np.random.default_rng(1))
-    assert 20 <= len(tree.things) <= 22
+    assert 20 <= len(tree.items) <= 22
     assert tree.room.polygon_m == ((-2.25, -2.0), (2.25, -2.0), (2.25, 2.0), (-2.25, 2.0))

@@ -14,9 +14,10 @@ from small_grammar import CATEGORIES
 
 from grammar import RequestError, SceneRequest, object_solids, read_room_type, sample_room
 from grammar.derivation.derive import derive
-from grammar.derivation.outlines import area_m2, check_outline, draw_outline
+from grammar.derivation.outlines import check_outline, draw_outline
 from grammar.geometry.walls import rectangle_outside, wall_rows
-from grammar.spec.rules import RoomShapes
+from grammar.spec.room_rules import RoomShapes
+from scene_description.polygons import signed_area_m2
 
 VERTICES = {"rectangle": 4, "l_shape": 6, "t_shape": 8, "u_shape": 8}
 U_ROOM = (0.0, 0.0, 6.0, 0.0, 6.0, 5.0, 4.0, 5.0, 4.0, 2.4, 2.2, 2.4, 2.2, 5.0, 0.0, 5.0)
@@ -45,7 +46,7 @@ def test_shapes_come_by_their_odds_and_fill_the_rectangle():
         seen[name] += 1
         assert polygon.is_valid and polygon.exterior.is_ccw and len(points) == VERTICES[name]
         assert polygon.bounds == pytest.approx((-3.0, -2.5, 3.0, 2.5))
-        assert area_m2(points) == pytest.approx(polygon.area)
+        assert signed_area_m2(points) == pytest.approx(polygon.area)
         reflex = {"rectangle": 0, "l_shape": 1, "t_shape": 2, "u_shape": 2}[name]
         assert wall_rows(points)[:, 8].sum() == reflex
     assert stats.chisquare([seen[name] for name in VERTICES], [800, 600, 400, 200]).pvalue > 1e-4
@@ -99,6 +100,12 @@ def test_rooms_with_corners_that_stick_in_are_valid_by_brute_force(grammar, shap
         ((0, 0, 4, 0, 4), "x and y of at least 3 vertices, got 5 numbers"),
         ((0, 0, 4, 4, 4, 0, 0, 4), "an outline that does not meet itself, got walls 0 and 2"),
         ((0, 0, 4, 0, 4, 4, 4, 2, 4, 6, 0, 6), "an outline that does not meet itself, got walls"),
+        # a wall that folds back on the slanted one before it, and a corner on a slanted wall, both but for rounding
+        (
+            (2.6, 0.5, 3.7, 0.6, 5.5, 2.9, 3.7 + 1.8 * 0.3, 0.6 + 2.3 * 0.3, 1.1, 5.2),
+            "an outline that does not meet itself, got walls 1 and 2",
+        ),
+        ((0, 0, 4.7, 1.3, 5, 5, 4.7 * 0.3, 1.3 * 0.3), "an outline that does not meet itself, got walls"),
         ((0, 0, 1, 0, 1, 1, 0, 1), "a floor of at least 2 m2, got 1 m2"),
         ((0, 0, 4, 0, 4, 0.01, 4, 4, 0, 4), "walls of at least 0.1 m, got one of 0.01 m"),
         ((0, 0, 4000, 0, 4000, 4000), "sides of at most 60 m, got 4000 m"),
@@ -112,7 +119,7 @@ def test_outlines_that_no_room_can_have_are_refused(numbers, expected):
 
 def test_an_outline_may_run_either_way():
     points = check_outline((0, 0, 0, 3, 4, 3, 4, 0))
-    assert area_m2(points) == 12.0
+    assert signed_area_m2(points) == 12.0
 
 
 def test_an_outline_that_is_too_small_for_the_furniture_ends_in_a_named_error(grammar):

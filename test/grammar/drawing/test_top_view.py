@@ -1,4 +1,4 @@
-"""Top views: well-formed SVG with every thing where it stands."""
+"""Top views: well-formed SVG with every item where it stands."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from xml.etree import ElementTree
 import pytest
 from sample_scene import sample_objects, sample_room, sample_scene
 
-from grammar.drawing.top_view import PIXELS_PER_METRE, fill_of, top_view, top_view_svg
+from grammar.drawing.top_view import fill_color, top_view, top_view_svg
 from grammar.drawing.top_view_labels import label_objects
+from grammar.drawing.top_view_plan import PIXELS_PER_METRE
 from scene_description import NYU40, SceneDescription
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -84,23 +85,23 @@ def test_every_object_has_its_name_or_a_number_that_the_legend_explains() -> Non
     scene = sample_scene()
     texts = [item.text for item in drawing(scene).iter(f"{SVG}text")]
     assert "bedroom 0, seed 7: 4 objects, valid" in texts and "1 m" in texts and "bed: nightstand" in texts
-    for thing in scene.objects:
-        name = thing.category.replace("_", " ")
-        assert texts.count(name) == 1 or (str(thing.id) in texts and f"{thing.id} {name}" in texts)
+    for item in scene.objects:
+        name = item.category.replace("_", " ")
+        assert texts.count(name) == 1 or (str(item.id) in texts and f"{item.id} {name}" in texts)
 
 
 def test_labels_cover_no_other_label_where_there_is_room() -> None:
-    things = [replace(sample_objects()[0], id=k, position_m=(2.5 * k, 0.0, 0.0), size_m=(2.0, 2.0, 0.5), yaw_rad=0.3 * k) for k in range(4)]
-    things += [
-        replace(thing, id=10 + k, category="mug", size_m=(0.1, 0.1, 0.1), position_m=(2.5 * k, 0.0, 0.5)) for k, thing in enumerate(things)
+    items = [replace(sample_objects()[0], id=k, position_m=(2.5 * k, 0.0, 0.0), size_m=(2.0, 2.0, 0.5), yaw_rad=0.3 * k) for k in range(4)]
+    items += [
+        replace(item, id=10 + k, category="mug", size_m=(0.1, 0.1, 0.1), position_m=(2.5 * k, 0.0, 0.5)) for k, item in enumerate(items)
     ]
     outline = {
-        thing.id: [(120 * (thing.position_m[0] + u * thing.size_m[0]), 120 * (thing.position_m[1] + v * thing.size_m[1]))
+        item.id: [(120 * (item.position_m[0] + u * item.size_m[0]), 120 * (item.position_m[1] + v * item.size_m[1]))
                    for u, v in ((0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5), (0.5, -0.5))]
-        for thing in things
+        for item in items
     }  # fmt: skip
-    labels = label_objects(things, outline)
-    assert [label.object_id for label in labels] == [thing.id for thing in things]
+    labels = label_objects(items, outline)
+    assert [label.object_id for label in labels] == [item.id for item in items]
     assert [label.text for label in labels] == ["bed"] * 4 + ["10", "11", "12", "13"]
     boxes = [
         (x - 0.28 * label.size * len(label.text), y - 0.5 * label.size, x + 0.28 * label.size * len(label.text), y + 0.5 * label.size)
@@ -114,11 +115,11 @@ def test_labels_cover_no_other_label_where_there_is_room() -> None:
 def test_what_stands_on_something_is_paler_and_painted_after_it() -> None:
     scene = sample_scene()
     fills = [item.attrib["fill"] for item in drawing(scene).iter(f"{SVG}polygon")]
-    stand, lamp = (next(thing for thing in scene.objects if thing.category == name) for name in ("nightstand", "table_lamp"))
-    assert fill_of(stand) == color_of(stand.label)
-    pale = [int(fill_of(lamp)[k : k + 2], 16) for k in (1, 3, 5)]
+    stand, lamp = (next(item for item in scene.objects if item.category == name) for name in ("nightstand", "table_lamp"))
+    assert fill_color(stand) == color_of(stand.label)
+    pale = [int(fill_color(lamp)[k : k + 2], 16) for k in (1, 3, 5)]
     assert pale == [pytest.approx(0.5 * (c + 255), abs=0.5) for c in NYU40[lamp.label].color]
-    assert fills.index(fill_of(lamp)) > fills.index(color_of(stand.label))
+    assert fills.index(fill_color(lamp)) > fills.index(color_of(stand.label))
 
 
 def test_the_sheet_holds_a_door_that_opens_outwards() -> None:

@@ -43,7 +43,7 @@ def test_losses_are_those_of_the_check_of_finished_rooms(grammar):
         assert np.array_equal(floor.covered, before)
         # what stands on things may still hang over their edges here
         objects = [thing for thing in _objects(tree, CATEGORIES, problem, state) if thing.support.kind != "object"]
-        report = check_room(grammar, CATEGORIES, tree.room, objects, {thing.id: thing.rule for thing in tree.things}, 1)
+        report = check_room(grammar, CATEGORIES, tree.room, objects, {thing.id: thing.rule for thing in tree.items}, 1)
         value = {check.name: check.value for check in report.checks}
         assert circulation == pytest.approx(max(grammar.validity.walkable_share - value["walkable_share"], 0.0), abs=1e-12)
         assert reach == value["reachable"]

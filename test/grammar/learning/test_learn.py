@@ -154,7 +154,7 @@ def test_what_finds_no_place_of_its_own_is_something_else() -> None:
         id="room", house="house", room_type="closet", polygon_m=((-2.0, -2.0), (2.0, -2.0), (2.0, 2.0), (-2.0, 2.0)), height_m=2.5,
         objects=(bed, *pictures),
     )  # fmt: skip
-    assert [thing.symbol for thing in assign(quick(text), room).objects] == ["bed", "picture", "over_bed"]
+    assert [item.symbol for item in assign(quick(text), room).objects] == ["bed", "picture", "over_bed"]
 
 
 def test_places_that_others_match_by_number_stay(rooms: list[ObservedRoom]) -> None:
@@ -190,7 +190,7 @@ def test_corrections_are_reported_and_repeat(rooms: list[ObservedRoom]) -> None:
 def test_recovers_sizes(rooms: list[ObservedRoom]) -> None:
     learned = learn(quick(WRONG), CATEGORIES, rooms, OPTIONS, np.random.default_rng(0)).grammar
     rng = np.random.default_rng(1)
-    seen = np.array([thing.size_m for room in rooms for thing in room.objects if thing.category == "dresser"])
+    seen = np.array([item.size_m for room in rooms for item in room.objects if item.category == "dresser"])
     drawn = np.array([draw_size(rng, learned.objects["dresser"])[0] for _ in range(4000)])
     # A kernel estimate keeps the mean, moved by alpha / (n + alpha) = 2 / 50 towards the base; its spread is at most a third wider.
     assert drawn.mean(0) == pytest.approx(seen.mean(0), abs=0.02)
@@ -253,7 +253,7 @@ def test_strangers_and_too_few_rooms(rooms: list[ObservedRoom]) -> None:
         id="odd", house="odd", room_type="closet", polygon_m=rooms[0].polygon_m, height_m=2.5,
         objects=(*rooms[0].objects, ObservedObject(category="globe", size_m=(1.0, 1.0, 1.0), position_m=(0.0, 0.0, 0.0), yaw_rad=0.0)),
     )  # fmt: skip
-    assert learn(quick(WRONG), CATEGORIES, [odd, *rooms[1:8]], OPTIONS, np.random.default_rng(0)).strangers == {"globe": 1}
+    assert learn(quick(WRONG), CATEGORIES, [odd, *rooms[1:8]], OPTIONS, np.random.default_rng(0)).unmatched == {"globe": 1}
     with pytest.raises(GrammarError, match=r"expected at least 5 rooms of type 'closet'.*got 4 of 4"):
         learn(quick(WRONG), CATEGORIES, rooms[:4], OPTIONS, np.random.default_rng(0))
 

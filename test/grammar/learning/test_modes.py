@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from grammar.learning.geometry import InFrame
-from grammar.learning.modes import GroupPose, Scale, TopPose, around_modes, place_modes, wall_modes
+from grammar.learning.geometry import RelativePose
+from grammar.learning.modes import GroupPose, Scale, SupportPose, around_modes, place_modes, wall_modes
 
 BED = (2.0, 1.6, 0.5)
 SCALE = Scale(0.01, 0.005)
@@ -43,7 +43,7 @@ def test_turns_that_are_not_straight_make_a_mode_of_their_own() -> None:
 
 def test_group_flush_with_the_back() -> None:
     # Backs flush: the stand's origin is 0.2 m before the bed's back plane at x = -1; its gap to the bed's side at y = 0.8 is 0.05.
-    seen = [GroupPose(InFrame(-1.0 + 0.5 * depth, 0.8 + 0.05 + 0.25, 0.0), (depth, 0.5, 0.5), BED) for depth in (0.3, 0.4, 0.5)]
+    seen = [GroupPose(RelativePose(-1.0 + 0.5 * depth, 0.8 + 0.05 + 0.25, 0.0), (depth, 0.5, 0.5), BED) for depth in (0.3, 0.4, 0.5)]
     (mode,) = around_modes(seen, True, SCALE)
     assert (mode.side, mode.align, mode.orientation_rad) == ("left", -1.0, 0.0)
     assert (mode.gap_m, mode.along_m) == (pytest.approx(0.05), pytest.approx(0.0, abs=1e-9))
@@ -51,15 +51,15 @@ def test_group_flush_with_the_back() -> None:
 
 
 def test_a_pose_around_a_core_that_was_seen_once_is_no_mode() -> None:
-    beside = [GroupPose(InFrame(-0.8, 1.1, 0.0), (0.4, 0.5, 0.5), BED)] * 9
-    before = [GroupPose(InFrame(1.4, 0.0, 0.0), (0.4, 0.5, 0.5), BED)]
+    beside = [GroupPose(RelativePose(-0.8, 1.1, 0.0), (0.4, 0.5, 0.5), BED)] * 9
+    before = [GroupPose(RelativePose(1.4, 0.0, 0.0), (0.4, 0.5, 0.5), BED)]
     assert [mode.side for mode in around_modes(beside + before, True, SCALE)] == ["left"]
     assert [mode.probability for mode in around_modes(beside + before + before, True, SCALE)] == pytest.approx([2 / 11, 9 / 11])
 
 
 def test_group_opposite_its_core() -> None:
     # A chair pushed 0.3 m under the front edge, turned towards the desk; the mean distance from the middle place is 0.2 / 3.
-    seen = [GroupPose(InFrame(0.35 - 0.3 + 0.25, along, math.pi), (0.5, 0.5, 0.9), (0.7, 1.4, 0.75)) for along in (-0.1, 0.0, 0.1)]
+    seen = [GroupPose(RelativePose(0.35 - 0.3 + 0.25, along, math.pi), (0.5, 0.5, 0.9), (0.7, 1.4, 0.75)) for along in (-0.1, 0.0, 0.1)]
     (mode,) = around_modes(seen, True, SCALE)
     assert (mode.side, mode.align) == ("front", 0.0)
     assert (mode.gap_m, mode.along_m) == (pytest.approx(-0.3), pytest.approx(0.0))
@@ -70,7 +70,7 @@ def test_group_opposite_its_core() -> None:
 def test_placements_at_both_ends_by_their_odds() -> None:
     # A top of 0.6 x 1.4 m, a lamp of 0.2 x 0.2 m: fraction 0.5 of the free half depth 0.2 is 0.1, +-1 of the free half width is +-0.6.
     sides = np.array([-1.0] * 6 + [1.0] * 3)
-    seen = [TopPose(InFrame(0.1, side * 0.6, 0.0), (0.2, 0.2, 0.4), (0.3, 0.7)) for side in sides]
+    seen = [SupportPose(RelativePose(0.1, side * 0.6, 0.0), (0.2, 0.2, 0.4), (0.3, 0.7)) for side in sides]
     right, left = sorted(place_modes(seen, False, SCALE), key=lambda mode: mode.width_fraction or 0.0)
     assert (right.depth_fraction, right.width_fraction, right.orientation_rad) == (pytest.approx(0.5), pytest.approx(-1.0), None)
     assert left.width_fraction == pytest.approx(1.0)

@@ -11,19 +11,19 @@ from grammar.derivation.derive import derive
 from grammar.learning import ObservedRoom
 from grammar.learning.openings import learn_openings
 from grammar.learning.write_layouts import layout_from_objects
-from grammar.spec.rules import Normal
+from grammar.spec.values import TruncatedNormal
 
 BASE = small_grammar(closet("stool") + item("stool", "pouf", (0.4, 0.4, 0.4)))
 
 
 def rooms(count: int) -> list[ObservedRoom]:
     truth = {
-        "door": replace(BASE.openings["door"], width_m=Normal(mean=0.8, sd=0.03, low=0.7, high=0.9), near_corner=0.5),
+        "door": replace(BASE.openings["door"], width_m=TruncatedNormal(mean=0.8, sd=0.03, low=0.7, high=0.9), near_corner=0.5),
         "window": replace(
             BASE.openings["window"],
             multiplicity=(0.2, 0.5, 0.3),
-            sill_m=Normal(mean=1.1, sd=0.05, low=1.0, high=1.2),
-            height_m=Normal(mean=1.0, sd=0.05, low=0.9, high=1.1),
+            sill_m=TruncatedNormal(mean=1.1, sd=0.05, low=1.0, high=1.2),
+            height_m=TruncatedNormal(mean=1.0, sd=0.05, low=0.9, high=1.1),
         ),
     }
     grammar = replace(BASE, openings=truth)

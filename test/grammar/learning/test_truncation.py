@@ -10,7 +10,8 @@ from small_grammar import CATEGORIES, item, small_grammar
 from grammar import Grammar
 from grammar.derivation.structure import draw_structure
 from grammar.learning.learn import room_sampler
-from grammar.learning.truncation import SampledCounts, TruncationOptions, correct_truncation
+from grammar.learning.sampled_counts import SampledCounts
+from grammar.learning.truncation import TruncationOptions, correct_truncation
 
 NODES = """
 nodes:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from model_sizes import SIZES, random_cases, sizes_of
 
-from grammar.appearance.appearance import load_appearance
+from grammar.appearance.appearance_rules import load_appearance
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import (
     block,

@@ -1,0 +1,96 @@
+"""Directions of view along a walk: yaw by dynamic programming over rings of views, pitch by what stands in view, both of limited rate."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from grammar.camera.path_config import CameraPathConfig, Mount
+from grammar.camera.view_ring import RING_COLUMNS, best_columns, column_azimuth_rad
+from grammar.camera.views import Ring, Views
+from grammar.camera.walk import Walk, position_at
+from grammar.geometry.arrays import Floats
+
+_KEY_SPACING_M = 0.3
+_YAW_SHARE = 0.75
+"""Share of the greatest turn between frames that yaw may take; pitch takes the rest."""
+
+_PITCH_TO_OBJECTS = 0.7
+"""Weight of the elevation of objects in view against the middle of the mount's range of pitch."""
+
+_TURN_COST = 0.002
+_PITCH_OFFSET_SD_RAD = 0.03
+
+
+def sample_directions(rng: np.random.Generator, views: Views, mount: Mount, walk: Walk, along_m: Floats) -> tuple[Floats, Floats]:
+    """Sample where the camera looks.
+
+    Args:
+        rng: source of randomness.
+        views: what can be seen.
+        mount: bounds of the pitch.
+        walk: where the camera goes.
+        along_m: (n,) progress along the walk at each frame.
+
+    Returns:
+        yaw (unwrapped) and pitch of each frame, (n,) radians each.
+    """
+    config = views.config
+    # judge the views from key stations along the walk
+    keys_m = np.linspace(0.0, float(along_m[-1]), max(math.ceil(float(along_m[-1]) / _KEY_SPACING_M), 1) + 1)
+    rings = [views.ring(station) for station in position_at(walk, keys_m)]
+    values = np.array([views.values(ring) for ring in rings])
+    # choose the columns with the best total value, minus the cost of turns
+    scores = _scores(rng, config, keys_m, values, float(along_m[-1]), moves=len(walk.points_m) > 1)
+    key_turn_rad = _YAW_SHARE * config.max_turn_rad * (keys_m[1] - keys_m[0]) / config.max_step_m
+    columns = best_columns(scores, max(int(key_turn_rad / (2.0 * math.pi / RING_COLUMNS)), 1), _TURN_COST)
+    key_yaw = np.unwrap(column_azimuth_rad()[columns])
+    offset = rng.normal(0.0, _PITCH_OFFSET_SD_RAD)
+    key_pitch = [_pitch_of_view(views, mount, ring, column) + offset for ring, column in zip(rings, columns, strict=True)]
+    # interpolate between the keys and limit the turn from frame to frame
+    step_m = along_m[1] - along_m[0] if len(along_m) > 1 else 0.0
+    turn = config.max_turn_rad * step_m / config.max_step_m
+    yaw = _limit_rate(_interpolate(keys_m, key_yaw, along_m), _YAW_SHARE * turn)
+    pitch = np.clip(_interpolate(keys_m, np.array(key_pitch), along_m), *mount.pitch_rad)
+    return yaw, _limit_rate(pitch, (1.0 - _YAW_SHARE) * turn)
+
+
+def _scores(rng: np.random.Generator, config: CameraPathConfig, keys_m: Floats, values: Floats, length_m: float, *, moves: bool) -> Floats:
+    """Return (k, RING_COLUMNS) what each direction is worth at each key: its view, and its nearness to a steady sweep of the room.
+
+    The sweep passes through the best view of the walk's middle.  A camera that cannot move only sweeps.
+    """
+    azimuth = column_azimuth_rad()
+    middle_m = 0.5 * min(length_m, config.path_length_m)
+    best = azimuth[int(np.argmax(values[np.argmin(np.abs(keys_m - middle_m))]))]
+    sweep_to = best + rng.choice([-1.0, 1.0]) * config.sweep_rad_per_m * (keys_m - middle_m)
+    return np.asarray(moves * values + config.sweep_weight * np.cos(azimuth[None, :] - sweep_to[:, None]))
+
+
+def _pitch_of_view(views: Views, mount: Mount, ring: Ring, column: int) -> float:
+    """Return the mean elevation of the objects in view, drawn towards the middle of the mount's range; that middle if there are none."""
+    wide = views.columns_wide
+    view = (column + np.arange(wide) - wide // 2) % RING_COLUMNS
+    shown = (ring.hit[view] >= 0) & (ring.distance_m[view] >= views.config.near_m)
+    middle = 0.5 * (mount.pitch_rad[0] + mount.pitch_rad[1])
+    if not shown.any():
+        return middle
+    elevation = float(np.broadcast_to(np.array(views.config.elevations_rad), shown.shape)[shown].mean())
+    return _PITCH_TO_OBJECTS * elevation + (1.0 - _PITCH_TO_OBJECTS) * middle
+
+
+def _interpolate(keys: Floats, values: Floats, at: Floats) -> Floats:
+    """Interpolate monotonically between keys (PCHIP)."""
+    if keys[-1] <= keys[0]:
+        return np.full(len(at), values[0])
+    return np.asarray(PchipInterpolator(keys, values)(at))
+
+
+def _limit_rate(angles: Floats, most: float) -> Floats:
+    """Return angles that follow the given ones by at most ``most`` a step."""
+    limited = angles.copy()
+    for k in range(1, len(angles)):
+        limited[k] = limited[k - 1] + min(max(angles[k] - limited[k - 1], -most), most)
+    return limited

@@ -1,0 +1,84 @@
+"""Settings of camera paths."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from grammar.camera.view_ring import ViewWeights
+from grammar.spec.grammar_file import read_yaml
+from grammar.spec.rules import GrammarError
+from scene_description import FieldError, Limits, from_mapping
+
+Metres = Annotated[float, Limits(ge=0.0, le=100.0, unit="m")]
+Weight = Annotated[float, Limits(ge=0.0, le=100.0)]
+Pitch = Annotated[float, Limits(ge=-1.2, le=1.2, unit="rad")]
+Height = Annotated[float, Limits(ge=0.1, le=3.0, unit="m")]
+Trials = Annotated[int, Limits(ge=1, le=1000)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Mount:
+    """A carrier of the camera: its probability, the ranges of the lens's height above the floor and of its pitch, positive upwards."""
+
+    probability: Annotated[float, Limits(ge=0.0, le=1.0)]
+    height_m: tuple[Height, Height]
+    pitch_rad: tuple[Pitch, Pitch]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CameraPathConfig:
+    """How the camera moves and looks; ``config/camera.yaml`` explains each number."""
+
+    mounts: Annotated[Mapping[str, Mount], Limits(min_length=1, max_length=16)]
+    body_radius_m: Annotated[float, Limits(ge=0.05, le=2.0, unit="m")]
+    clearance_m: Annotated[float, Limits(ge=0.02, le=1.0, unit="m")]
+    resolution_m: Annotated[float, Limits(ge=0.01, le=0.5, unit="m")]
+    path_length_m: Metres
+    speed_m_s: Annotated[float, Limits(ge=0.0, le=10.0, unit="m/s")]
+    max_step_m: Annotated[float, Limits(ge=0.001, le=2.0, unit="m")]
+    max_turn_rad: Annotated[float, Limits(ge=0.01, le=1.5, unit="rad")]
+    sway_m: Annotated[float, Limits(ge=0.0, le=0.2, unit="m")]
+    smoothing_m: Annotated[float, Limits(ge=0.0, le=1.0, unit="m")]
+    field_of_view_rad: Annotated[float, Limits(ge=0.1, le=3.0, unit="rad")]
+    elevations_rad: Annotated[tuple[Pitch, ...], Limits(min_length=1, max_length=32)]
+    near_m: Metres
+    far_m: Annotated[float, Limits(ge=0.1, le=100.0, unit="m")]
+    depth_weight: Weight
+    things_weight: Weight
+    near_weight: Weight
+    travel_weight: Weight
+    sweep_weight: Weight
+    sweep_rad_per_m: Annotated[float, Limits(ge=0.0, le=10.0, unit="rad/m")]
+    viewpoints: Annotated[int, Limits(ge=2, le=100)]
+    viewpoint_trials: Trials
+    path_trials: Trials
+
+    @property
+    def view_weights(self) -> ViewWeights:
+        """How views are judged."""
+        return ViewWeights(near_m=self.near_m, far_m=self.far_m, depth=self.depth_weight, objects=self.things_weight, near=self.near_weight)
+
+
+def read_camera_path_config(path: Path) -> CameraPathConfig:
+    """Read and check the settings of camera paths, for example ``config_path("camera.yaml")``.
+
+    Raises:
+        GrammarError: the file does not parse or a field does not fit; one line with file and field.
+    """
+    try:
+        config = from_mapping(CameraPathConfig, read_yaml(path))
+        total = math.fsum(mount.probability for mount in config.mounts.values())
+        if abs(total - 1.0) > 1e-6:
+            raise FieldError("mounts", "probabilities that sum to 1", f"{total:.6g}")
+        for name, mount in config.mounts.items():
+            for field in ("height_m", "pitch_rad"):
+                low, high = getattr(mount, field)
+                if low > high:
+                    raise FieldError(f"mounts.{name}.{field}", "low <= high", f"[{low}, {high}]")
+    except FieldError as error:
+        raise GrammarError(f"{path}: {error}") from None
+    return config

@@ -1,0 +1,82 @@
+"""The shell of a room: its outline and height, its doors and windows, drawn from the grammar or taken from a request."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+import numpy as np
+
+from grammar.derivation.densities import draw_index, draw_with_log_density
+from grammar.derivation.openings import Attribute, DrawnOpening, draw_opening
+from grammar.derivation.outlines import draw_outline
+from grammar.derivation.rejection import RejectedError
+from grammar.spec.categories import Categories
+from grammar.spec.request import SceneRequest
+from grammar.spec.rules import Grammar
+from scene_description import Opening, Room
+from scene_description.polygons import signed_area_m2
+from scene_description.types import Point2
+
+_KINDS: tuple[Literal["door", "window"], ...] = ("door", "window")
+
+
+def draw_room(
+    grammar: Grammar, request: SceneRequest, outline: tuple[Point2, ...], rng: np.random.Generator
+) -> tuple[Room, list[Attribute]]:
+    """Draw a room without openings, and tell how.
+
+    Args:
+        grammar: distributions of sides, height and shape.
+        request: sides that it gives are not drawn.
+        outline: the request's own or ().
+        rng: source of randomness.
+
+    Raises:
+        RejectedError: an arm of the room is too narrow, or the area is out of bounds.
+    """
+    # draw the sides of the bounding rectangle, then the height, then the shape
+    attributes, sides = [], []
+    for name in () if outline else ("width_m", "depth_m"):
+        requested = getattr(request, f"room_{name}")
+        side, log = (requested, 0.0) if requested > 0.0 else draw_with_log_density(rng, getattr(grammar.room, name))
+        sides.append(side)
+        attributes.append(Attribute(name, f"{side:.3f} m{' (requested)' if requested > 0.0 else ''}", log))
+    height, log = draw_with_log_density(rng, grammar.room.height_m)
+    attributes.append(Attribute("height_m", f"{height:.3f} m", log))
+    polygon = outline
+    if outline:
+        attributes.append(Attribute("shape", f"outline with {len(outline)} walls (requested)", 0.0))
+    else:
+        drawn = draw_outline(rng, grammar.room.shapes, sides[0], sides[1])
+        if drawn is None:
+            raise RejectedError(f"no arm of the room narrower than {grammar.room.shapes.narrowest_m:g} m")
+        polygon, shape = drawn
+        attributes.append(shape)
+        low, high, area = grammar.room.area_low_m2, grammar.room.area_high_m2, signed_area_m2(polygon)
+        if not (request.room_width_m > 0.0 and request.room_depth_m > 0.0) and not low <= area <= high:
+            raise RejectedError(f"room area within [{low:g}, {high:g}] m2")
+    return Room(polygon_m=polygon, height_m=height, wall_thickness_m=grammar.room.wall_thickness_m, openings=(), surfaces=()), attributes
+
+
+def draw_openings(
+    grammar: Grammar, categories: Categories, room: Room, rng: np.random.Generator
+) -> tuple[list[DrawnOpening], list[Attribute]]:
+    """Return the openings of a room and how many of each kind were drawn.
+
+    Raises:
+        RejectedError: an opening does not fit.
+    """
+    drawn: list[DrawnOpening] = []
+    counts: list[Attribute] = []
+    for kind in _KINDS:
+        rule = grammar.openings[kind]
+        copies = draw_index(rng, rule.multiplicity)
+        counts.append(Attribute(f"{kind}_count", str(copies), math.log(rule.multiplicity[copies])))
+        for _ in range(copies):
+            others: list[Opening] = [one.opening for one in drawn]
+            opening = draw_opening(kind, rule, len(drawn) + 1, categories[kind].label_id, room.polygon_m, room.height_m, others, rng)
+            if opening is None:
+                raise RejectedError(f"a wall with space for a {kind}")
+            drawn.append(opening)
+    return drawn, counts

@@ -1,0 +1,65 @@
+"""The shell of a room: its size, the shape of its floor, its doors and windows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from grammar.spec.values import Distance, Extent, Probability, TruncatedNormal
+from scene_description import Limits
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoomShapes:
+    """Probabilities of the shapes of a floor, and the proportions of those that are not rectangles.
+
+    A notch takes a share between ``notch_low`` and ``notch_high`` of a side.  No arm of the floor is narrower than ``narrowest_m``.
+    """
+
+    rectangle: Probability = 1.0
+    l_shape: Probability = 0.0
+    t_shape: Probability = 0.0
+    u_shape: Probability = 0.0
+    notch_low: Annotated[float, Limits(ge=0.05, le=0.9)] = 0.25
+    notch_high: Annotated[float, Limits(ge=0.05, le=0.9)] = 0.45
+    narrowest_m: Annotated[float, Limits(ge=0.3, le=20.0, unit="m")] = 1.6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoomRule:
+    """Size of the bounding rectangle of a room, and the shape of the floor within it.
+
+    ``floor_share_max`` bounds the share of the floor that furniture may cover.
+    """
+
+    width_m: TruncatedNormal
+    depth_m: TruncatedNormal
+    height_m: TruncatedNormal
+    wall_thickness_m: Annotated[float, Limits(ge=0.02, le=1.0, unit="m")]
+    area_low_m2: Annotated[float, Limits(ge=1.0, le=10_000.0, unit="m2")]
+    area_high_m2: Annotated[float, Limits(ge=1.0, le=10_000.0, unit="m2")]
+    floor_share_max: Annotated[float, Limits(ge=0.01, le=1.0)]
+    shapes: RoomShapes = RoomShapes()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OpeningRule:
+    """Doors or windows: how many, how large, where in a wall, and what must stay free before them.
+
+    ``near_corner`` is the probability that the opening lies ``corner_gap_m`` from one end of its wall; else its offset is uniform.
+    Furniture keeps out of ``clear_depth_m`` before the opening above ``sill + clear_above_sill_m``.  Nothing hangs within ``casing_m``
+    of its sides and top.
+    """
+
+    multiplicity: Annotated[tuple[Probability, ...], Limits(min_length=1, max_length=16)]
+    width_m: TruncatedNormal
+    height_m: TruncatedNormal
+    sill_m: TruncatedNormal
+    near_corner: Probability
+    corner_gap_m: TruncatedNormal
+    end_gap_m: Distance
+    clear_depth_m: Extent
+    clear_above_sill_m: Distance
+    casing_m: Distance
+    swing_in: Probability = 0.0
+    wall_without_door: bool = False
