@@ -14,6 +14,7 @@ from pathlib import PurePosixPath
 from typing import Final, NoReturn
 
 from scene_description.strict import FieldError, from_mapping, shorten, to_mapping
+from scene_description.polygons import signed_area_m2
 from scene_description.types import MAX_OBJECTS, Material, ModelReference, Opening, Part, SceneDescription
 
 SCHEMA: Final = "scene_synth/1"
@@ -148,7 +149,7 @@ def _check_materials(materials: Iterable[Material]) -> None:
 def _check_polygon(scene: SceneDescription) -> None:
     points = scene.room.polygon_m
     n = len(points)
-    area = 0.5 * sum(points[i][0] * points[(i + 1) % n][1] - points[(i + 1) % n][0] * points[i][1] for i in range(n))
+    area = signed_area_m2(points)
     if area <= 0.01:
         raise FieldError("room.polygon_m", "a counter-clockwise outline with an area", f"signed area {area:.4g} m2")
     for i in range(n):

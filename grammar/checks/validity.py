@@ -22,7 +22,7 @@ from grammar.geometry.boxes import Boxes, deepest_penetrations, footprint_corner
 from grammar.geometry.free_space import rasterize, reachable, walkable_share
 from grammar.geometry.solids import object_solids, surface_top
 from grammar.geometry.walls import outside_distance, wall_rows
-from grammar.geometry.zones import FACE, opening_frame, opening_zones, placed_zones, side_rectangle, thing_zones
+from grammar.geometry.zones import FACE, object_zones, opening_frame, opening_zones, placed_zones, side_rectangle
 from grammar.spec.categories import Categories
 from grammar.spec.rules import Grammar, ObjectRule, Thresholds
 from scene_description import Opening, Room, SceneObject, ValidityCheck, ValidityReport
@@ -188,7 +188,7 @@ def _check_wall_space(
     for thing in objects:
         if thing.support.kind == "wall":
             rule = rules[thing.id]
-            views.append(placed_zones(thing_zones(rule, thing.size_m), *thing.position_m, thing.yaw_rad))
+            views.append(placed_zones(object_zones(rule, thing.size_m), *thing.position_m, thing.yaw_rad))
     faces, before = _opening_boxes(grammar, room, "any", True), np.concatenate(views)
     covered = deepest_penetrations(boxes[hanging], owner[hanging], faces, np.zeros(len(faces), np.int64))
     hidden = deepest_penetrations(boxes[standing], owner[standing], before, np.zeros(len(before), np.int64))

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammar.geometry.boxes import Boxes
+from grammar.geometry.arrays import Boxes
 from grammar.spec.rules import ObjectRule, OpeningRule
 from scene_description import Opening, Room
 
@@ -24,7 +24,7 @@ Size = tuple[float, float, float]
 
 
 class Zone(NamedTuple):
-    """A box in the frame of its object or opening, metres: x, y of its centre, heights, half extents, kind (see layout), free depth."""
+    """A box in the frame of its object or opening, metres: x, y of its middle, heights, half extents, which kind of zone it is, its depth."""
 
     x: float
     y: float
@@ -46,7 +46,7 @@ def opening_zones(opening: Opening, rule: OpeningRule) -> list[Zone]:
     return [clear, Zone(half, 0.0, 0.0, opening.height_m + casing, half, half_width + casing, FACE, _FACE_DEPTH_M)]
 
 
-def thing_zones(rule: ObjectRule, size_m: Size) -> list[Zone]:
+def object_zones(rule: ObjectRule, size_m: Size) -> list[Zone]:
     """Return the accessible space of an object and what must stay free before it."""
     zones = []
     for access in rule.access:

@@ -11,9 +11,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Annotated, Literal
 
+from grammar.spec.energy_terms import Weights
 from scene_description import FieldError, Limits
 
 NONE = "none"
@@ -30,7 +31,6 @@ Spread = Annotated[float, Limits(ge=1e-6, le=50.0, unit="m")]
 Distance = Annotated[float, Limits(ge=0.0, le=50.0, unit="m")]
 Radians = Annotated[float, Limits(ge=-math.pi, le=math.pi, unit="rad")]
 SpreadAngle = Annotated[float, Limits(ge=1e-4, le=0.6, unit="rad")]
-Weight = Annotated[float, Limits(ge=0.0, le=1e6)]
 Count = Annotated[int, Limits(ge=0, le=10_000_000)]
 Side = Literal["front", "back", "left", "right"]
 Looseness = Annotated[float, Limits(ge=0.01, le=1000.0)]
@@ -237,32 +237,6 @@ class OpeningRule:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Weights:
-    """The lambda of every energy term, in the order in which the terms are kept; losses are metres, radians or numbers without unit.
-
-    The first four are zero in every room that is let through.  ``relation_odds`` and ``support_address`` weigh probabilities: 1 takes
-    them as they are.
-    """
-
-    overlap: Weight
-    out_of_room: Weight
-    blocked: Weight
-    overhang: Weight
-    wall_distance: Weight
-    wall_orientation: Weight
-    occlusion: Weight
-    support_position: Weight
-    support_orientation: Weight
-    support_address: Weight
-    group_distance: Weight
-    group_orientation: Weight
-    room_centre: Weight
-    relation_odds: Weight = 1.0
-    circulation: Weight = 0.0
-    reach: Weight = 0.0
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class MoveRule:
     """Which proposals the chain makes how often, and their widths."""
 
@@ -373,14 +347,8 @@ class Grammar:
     validity: Thresholds
 
 
-TERMS: tuple[str, ...] = tuple(field.name for field in fields(Weights))
-"""Names of the energy terms in the order of every energy vector."""
-
-HARD_TERMS = 4
-"""The first terms measure what a valid room must not have."""
-
 MOVES: tuple[str, ...] = ("translate", "rotate", "slide", "swap", "repoint", "relocate")
-"""Names of the proposals in the order of their probabilities."""
+"""Names of the proposals, fields of :class:`MoveRule`, in the order in which they are counted."""
 
 
 def normals(grammar: Grammar) -> Iterator[tuple[str, Normal]]:
