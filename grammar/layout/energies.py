@@ -28,7 +28,7 @@ import numpy as np
 from numba import njit
 
 from grammar.geometry.arrays import Floats
-from grammar.geometry.kernels import INNER, LEAN
+from grammar.geometry.kernels import INLINED, INNER, LEAN
 from grammar.layout import columns as col
 from grammar.layout.frames import surface_owner
 from grammar.layout.losses import (
@@ -63,14 +63,10 @@ def _add_unary(problem, state, i, moved, out):  # type: ignore[no-untyped-def]
         add_room_centre(problem, state, i, out)
 
 
-@njit(**INNER)
-def _add_pair(problem, state, i, j, out):  # type: ignore[no-untyped-def]
-    """Add overlap, occlusion and blocked depth of two objects; return False if circles about their origins say that they cannot meet."""
-    where, link, item = state.where, problem.link, problem.object
-    dx, dy = where[i, col.X] - where[j, col.X], where[i, col.Y] - where[j, col.Y]
-    squared = dx * dx + dy * dy
-    if squared > (item[i, col.OUTER_RADIUS] + item[j, col.OUTER_RADIUS]) ** 2:
-        return False
+@njit(**INLINED)
+def _add_pair(problem, state, i, j, squared, out):  # type: ignore[no-untyped-def]
+    """Add overlap, occlusion and blocked depth of two objects; ``squared``: distance of their origins."""
+    link, item = problem.link, problem.object
     if squared < (item[i, col.INNER_RADIUS] + item[j, col.INNER_RADIUS]) ** 2:
         add_overlap(problem, state, i, j, out)
     core_i, core_j = link[i, col.CORE], link[j, col.CORE]
@@ -80,7 +76,6 @@ def _add_pair(problem, state, i, j, out):  # type: ignore[no-untyped-def]
         reach = item[owner, col.OUTER_RADIUS] + item[other, col.INNER_RADIUS]
         if link[owner, col.STRIPS] > link[owner, col.ZONES] and squared < reach * reach:
             add_zones(problem, state, owner, other, related, out)
-    return True
 
 
 @njit(**INNER)
@@ -99,7 +94,7 @@ def local_energy(problem, state, members, count, moved, limit, out):  # type: ig
     ``moved[i]`` is 0 for what stays and equal for objects that move rigidly together.  All losses grow from zero, so once the sum exceeds
     ``limit`` the rest is left out.
     """
-    link = problem.link
+    where, link, item = state.where, problem.link, problem.object
     for term in range(len(out)):
         out[term] = 0.0
     total = 0.0
@@ -116,10 +111,15 @@ def local_energy(problem, state, members, count, moved, limit, out):  # type: ig
                 continue
             if link[j, col.CORE] == i and moved[j] == 0:
                 add_group(problem, state, j, out)
-            if _add_pair(problem, state, i, j, out):
-                total = weighted(problem, out)
-                if total > limit:
-                    return total
+            # Circles about the origins tell which objects cannot meet.
+            dx, dy = where[i, col.X] - where[j, col.X], where[i, col.Y] - where[j, col.Y]
+            squared = dx * dx + dy * dy
+            if squared > (item[i, col.OUTER_RADIUS] + item[j, col.OUTER_RADIUS]) ** 2:
+                continue
+            _add_pair(problem, state, i, j, squared, out)
+            total = weighted(problem, out)
+            if total > limit:
+                return total
     return weighted(problem, out)
 
 

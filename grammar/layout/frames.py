@@ -9,7 +9,7 @@ from numba import njit
 
 from grammar.geometry import walls
 from grammar.geometry.boxes import place_boxes
-from grammar.geometry.kernels import INNER, LEAN
+from grammar.geometry.kernels import INLINED, INNER, LEAN
 from grammar.layout import columns as col
 
 _METRES_A_TURN = 10.0
@@ -29,13 +29,13 @@ def place_object(problem, state, i):  # type: ignore[no-untyped-def]
     place_boxes(problem.box, link[i, col.SOLIDS], link[i, col.BOX_END], x, y, z, yaw, state.placed)
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def along_wall(wall, w, x, y):  # type: ignore[no-untyped-def]
     """Return how far along wall ``w`` a point lies, in metres from its start."""
     return (x - wall[w, walls.START_X]) * wall[w, walls.ALONG_X] + (y - wall[w, walls.START_Y]) * wall[w, walls.ALONG_Y]
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def point_at_wall(wall, w, along, across):  # type: ignore[no-untyped-def]
     """Return x and y of the point ``along`` metres from the start of wall ``w`` and ``across`` metres into the room."""
     x = wall[w, walls.START_X] + wall[w, walls.ALONG_X] * along + wall[w, walls.NORMAL_X] * across
@@ -62,7 +62,7 @@ def wall_of_core(problem, state, core):  # type: ignore[no-untyped-def]
     return np.int64(best)
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def surface_owner(problem, k):  # type: ignore[no-untyped-def]
     """Return the index of the object that support surface ``k`` belongs to."""
     return int(problem.surface[k, col.SURFACE_OWNER])

@@ -12,7 +12,7 @@ from numba import njit
 
 from grammar.geometry import boxes, walls
 from grammar.geometry.boxes import row_penetration
-from grammar.geometry.kernels import INNER
+from grammar.geometry.kernels import INLINED, INNER
 from grammar.geometry.walls import rectangle_outside
 from grammar.geometry.zones import ACCESS, SWING, VIEW
 from grammar.layout import columns as col
@@ -128,7 +128,7 @@ def add_support(problem, state, i, out):  # type: ignore[no-untyped-def]
             out[SUPPORT_ADDRESS] += mode[m, col.ADDRESS_COST]
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def _heights_meet(placed, a, b):  # type: ignore[no-untyped-def]
     high, low = min(placed[a, boxes.Z_HIGH], placed[b, boxes.Z_HIGH]), max(placed[a, boxes.Z_LOW], placed[b, boxes.Z_LOW])
     return high - low > _TOUCH_M
@@ -170,7 +170,7 @@ def add_zones(problem, state, i, j, related, out):  # type: ignore[no-untyped-de
             out[BLOCKED] += deepest
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def add_out_of_room(problem, state, i, out):  # type: ignore[no-untyped-def]
     """Add how far the footprint of object ``i`` sticks out of the room."""
     x, y, yaw = state.where[i, col.X], state.where[i, col.Y], state.where[i, col.YAW]
@@ -178,7 +178,7 @@ def add_out_of_room(problem, state, i, out):  # type: ignore[no-untyped-def]
     out[OUT_OF_ROOM] += rectangle_outside(problem.wall, x, y, math.cos(yaw), math.sin(yaw), half_d, half_w)
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def add_occlusion_by_walls(problem, state, i, out):  # type: ignore[no-untyped-def]
     """Add what walls take from the access spaces of object ``i``."""
     placed = state.placed
@@ -189,7 +189,7 @@ def add_occlusion_by_walls(problem, state, i, out):  # type: ignore[no-untyped-d
             out[OCCLUSION] += min(outside / problem.box[k, col.ZONE_DEPTH], 1.0)
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def add_room_centre(problem, state, i, out):  # type: ignore[no-untyped-def]
     """Add the distance of object ``i`` to the centroid of the floor."""
     out[ROOM_CENTRE] += math.hypot(state.where[i, col.X] - problem.x_centre, state.where[i, col.Y] - problem.y_centre)

@@ -17,7 +17,7 @@ import numpy as np
 from numba import njit
 
 from grammar.geometry.arrays import Floats, Ints
-from grammar.geometry.kernels import INNER
+from grammar.geometry.kernels import INLINED, INNER
 from grammar.layout import columns as col
 from grammar.layout.circulation import CIRCULATION, REACH, Traffic, changes_floor, commit_or_revert, measure, rasterize_objects, traffic_of, try_move
 from grammar.layout.energies import full_energy, local_energy, weighted
@@ -177,7 +177,7 @@ def _run(rng, chain, state, run, movable, work, kept, counts, trace):  # type: i
     return found
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def _step(rng, chain, state, movable, beta, work):  # type: ignore[no-untyped-def]
     """Propose a move and accept or reject it; the state and the energy of ``work`` are those after it."""
     problem, floor, weight, energy, moved = chain.problem, chain.floor, chain.problem.weight, work.energy, work.moved
@@ -226,7 +226,7 @@ def _step(rng, chain, state, movable, beta, work):  # type: ignore[no-untyped-de
     return _Step(move, accepted, count)
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def _feasible(energy, tolerance):  # type: ignore[no-untyped-def]
     """Return whether no loss that is zero in a feasible layout exceeds the tolerance."""
     worst = 0.0

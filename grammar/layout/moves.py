@@ -20,7 +20,7 @@ import numpy as np
 from numba import njit
 
 from grammar.geometry import walls
-from grammar.geometry.kernels import INNER
+from grammar.geometry.kernels import INLINED, INNER
 from grammar.layout import columns as col
 from grammar.layout.frames import along_wall, in_surface_frame, surface_owner, wall_of_core, wrap
 from grammar.layout.proposal import MoveSettings, copy_pose, hang, move_settings, pick, put_on_surface, start_from, uniform_on_surface
@@ -89,7 +89,7 @@ def propose(rng, problem, state, settings, move, i, movable, proposal):  # type:
     return count, log_q_ratio
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def _diffuse(rng, problem, state, settings, move, i, proposal):  # type: ignore[no-untyped-def]
     """Shift an object by a normal step: any way, along a direction of a wall or of its support, or along the wall that it hangs on."""
     pose, mount = proposal.pose, problem.link[i, col.MOUNT]
@@ -111,7 +111,7 @@ def _diffuse(rng, problem, state, settings, move, i, proposal):  # type: ignore[
         pose[0, col.Y] += step * math.cos(yaw)
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def _rotate(rng, settings, proposal):  # type: ignore[no-untyped-def]
     """Turn an object by quarter turns or by a normal angle."""
     if rng.random() < settings.quarter_turn:

@@ -10,7 +10,7 @@ from numba import njit
 
 from grammar.geometry import walls
 from grammar.geometry.arrays import Floats, Ints
-from grammar.geometry.kernels import INNER
+from grammar.geometry.kernels import INLINED, INNER
 from grammar.layout import columns as col
 from grammar.layout.frames import point_at_wall, surface_owner, wrap
 from grammar.spec.rules import MOVES, MoveRule
@@ -70,7 +70,7 @@ def pick(rng, count):  # type: ignore[no-untyped-def]
     return min(int(rng.random() * count), count - 1)
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def start_from(state, proposal, place, i):  # type: ignore[no-untyped-def]
     """Begin a proposal for object ``i`` with the pose that it has."""
     proposal.tag[place, col.LEADER], proposal.tag[place, col.NEW_SURFACE] = i, state.hold[i, col.SURFACE]
@@ -78,7 +78,7 @@ def start_from(state, proposal, place, i):  # type: ignore[no-untyped-def]
     copy_pose(state, i, proposal, place)
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def copy_pose(state, i, proposal, place):  # type: ignore[no-untyped-def]
     """Propose the pose that object ``i`` has."""
     proposal.pose[place, col.X], proposal.pose[place, col.Y] = state.where[i, col.X], state.where[i, col.Y]

@@ -14,7 +14,7 @@ from numba import njit
 
 from grammar.geometry import walls
 from grammar.geometry.arrays import Ints
-from grammar.geometry.kernels import INNER
+from grammar.geometry.kernels import INLINED, INNER
 from grammar.layout import columns as col
 from grammar.layout.frames import along_wall, place_object, point_at_wall, surface_owner, wall_of_core, wrap
 from grammar.layout.problem import Problem, State, zero_state
@@ -44,7 +44,7 @@ def nothing_moved(problem: Problem) -> Moved:
     return Moved(np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n, np.int64), zero_state(problem))
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def release(count, moved):  # type: ignore[no-untyped-def]
     """Mark the gathered objects as staying."""
     for m in range(count):
@@ -84,7 +84,7 @@ def gather(problem, state, i, leader, carry, count, moved):  # type: ignore[no-u
     return count
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def _copy_object(problem, source, target, i):  # type: ignore[no-untyped-def]
     """Copy what a state holds for object ``i``, but whether it takes part."""
     for k in range(_POSE_COLUMNS):
@@ -95,7 +95,7 @@ def _copy_object(problem, source, target, i):  # type: ignore[no-untyped-def]
             target.placed[b, k] = source.placed[b, k]
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def _lead(problem, state, i, proposal, place):  # type: ignore[no-untyped-def]
     """Write the new pose of a leader."""
     where, hold, pose = state.where, state.hold, proposal.pose
@@ -106,7 +106,7 @@ def _lead(problem, state, i, proposal, place):  # type: ignore[no-untyped-def]
         where[i, col.Z] = where[surface_owner(problem, surface), col.Z] + problem.surface[surface, col.SURFACE_Z]
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def _hang_again(problem, state, i, moved):  # type: ignore[no-untyped-def]
     """Move what hangs above a core that stands to the wall at the core's new back, as far along it from the core as before.
 
@@ -120,7 +120,7 @@ def _hang_again(problem, state, i, moved):  # type: ignore[no-untyped-def]
     where[i, col.YAW], state.hold[i, col.ON_WALL] = wall[new, walls.WALL_YAW], new
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def _follow(state, i, head, moved):  # type: ignore[no-untyped-def]
     """Move object ``i`` rigidly with the object ``head``, which has moved already."""
     where, before = state.where, moved.before.where
