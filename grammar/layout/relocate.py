@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from grammar.geometry import walls
-from grammar.geometry.kernels import INNER
+from grammar.geometry.kernels import INLINED, INNER
 from grammar.layout import columns as col
 from grammar.layout.frames import along_wall, in_surface_frame, placement_target, point_at_wall, surface_owner, wall_of_core, wrap
 from grammar.layout.proposal import hang, pick, put_on_surface, uniform_on_surface
@@ -121,7 +121,7 @@ def relocate(rng, problem, state, settings, i, proposal):  # type: ignore[no-unt
         _draw_around_core(rng, problem, state, settings, i, proposal)
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def _draw_hanging(rng, problem, state, settings, i, is_uniform):  # type: ignore[no-untyped-def]
     """Draw a wall and a place along it for what hangs: anywhere that it may hang, or at a mode around its core."""
     wall, mode, where = problem.wall, problem.mode, state.where
@@ -138,7 +138,7 @@ def _draw_hanging(rng, problem, state, settings, i, is_uniform):  # type: ignore
     return w, along
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def _draw_at_wall(rng, problem, settings, i, proposal):  # type: ignore[no-untyped-def]
     """Draw a pose at one of an object's wall modes, anywhere along the walls."""
     link, mode, wall, pose = problem.link, problem.mode, problem.wall, proposal.pose
@@ -152,7 +152,7 @@ def _draw_at_wall(rng, problem, settings, i, proposal):  # type: ignore[no-untyp
     pose[0, col.YAW] = wrap(wall[w, walls.WALL_YAW] + turn)
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def _draw_around_core(rng, problem, state, settings, i, proposal):  # type: ignore[no-untyped-def]
     """Draw a pose at one of an object's modes around its core."""
     link, mode, where, pose, core = problem.link, problem.mode, state.where, proposal.pose, problem.link[i, col.CORE]
@@ -207,7 +207,7 @@ def relocation_density(problem, state, settings, i, proposal):  # type: ignore[n
     return density
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def _hanging_density(problem, state, settings, i, proposal, uniform, around):  # type: ignore[no-untyped-def]
     """Return the density along the walls of what hangs."""
     wall, mode, where, core = problem.wall, problem.mode, state.where, problem.link[i, col.CORE]
@@ -222,7 +222,7 @@ def _hanging_density(problem, state, settings, i, proposal, uniform, around):  #
     return density
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def _add_core_density(problem, state, settings, i, x, y, yaw, around, density):  # type: ignore[no-untyped-def]
     """Return ``density`` and that of the modes around the core, whose share is ``around``."""
     mode, where, core = problem.mode, state.where, problem.link[i, col.CORE]
