@@ -31,8 +31,8 @@ from grammar.learning.assign import assign
 from grammar.learning.learn import Part
 from grammar.learning.truncation import category_kl, frequencies
 from grammar.learning.write_layouts import layout_from_objects
-from grammar.spec.grammar_file import learned_types
 from grammar.spec.energy_terms import ENERGY_TERMS
+from grammar.spec.grammar_file import learned_types
 from grammar.spec.rules import MOVES
 from scene_description.share import config_path
 

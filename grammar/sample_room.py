@@ -20,16 +20,16 @@ from grammar.derivation.overrides import overridden
 from grammar.derivation.parse_tree import ParseTree, Thing
 from grammar.geometry.arrays import Floats
 from grammar.layout.assemble import assemble
-from grammar.layout.columns import TRIED, YAW, X, Y, Z
 from grammar.layout.circulation import empty_floor
+from grammar.layout.columns import TRIED, YAW, X, Y, Z
 from grammar.layout.floor_raster import NO_FLOOR, Floor
 from grammar.layout.mcmc import Chain
 from grammar.layout.moves import move_settings
 from grammar.layout.problem import Problem, State
 from grammar.layout.schedule import run_stages, run_together
 from grammar.spec.categories import Categories
-from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.energy_terms import FLOOR_TERMS, TERMS
+from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar
 from scene_description import ModelReference, ParseGraph, Room, SceneObject, Support, ValidityReport
 

@@ -13,8 +13,8 @@ from collections.abc import Iterable
 from pathlib import PurePosixPath
 from typing import Final, NoReturn
 
-from scene_description.strict import FieldError, from_mapping, shorten, to_mapping
 from scene_description.polygons import signed_area_m2
+from scene_description.strict import FieldError, from_mapping, shorten, to_mapping
 from scene_description.types import MAX_OBJECTS, Material, ModelReference, Opening, Part, SceneDescription
 
 SCHEMA: Final = "scene_synth/1"

@@ -19,7 +19,7 @@ from scipy.interpolate import PchipInterpolator
 
 from grammar.camera.view_ring import RING_COLUMNS, ViewWeights, best_turns, cast_ring, column_azimuth_rad, view_values
 from grammar.camera.walk import Ground, Walk, choose_ground, find_routes, position_at, sample_walk
-from grammar.geometry.boxes import Boxes
+from grammar.geometry.arrays import Boxes
 from grammar.spec.grammar_file import read_yaml
 from grammar.spec.rules import GrammarError
 from scene_description import CameraPose, FieldError, Limits, from_mapping

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from grammar.geometry.boxes import Boxes
+from grammar.geometry.arrays import Boxes
 from grammar.geometry.kernels import INNER, LEAN
 
 RING_COLUMNS = 72

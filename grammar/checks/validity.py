@@ -16,18 +16,28 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from grammar.geometry.boxes import Boxes, deepest_penetrations, footprint_corners, segment_inside_length
+from grammar.geometry.arrays import Bools, Boxes, Floats, Ints
+from grammar.geometry.boxes import (
+    COS_YAW,
+    HALF_DEPTH,
+    HALF_WIDTH,
+    SIN_YAW,
+    Z_HIGH,
+    Z_LOW,
+    X,
+    Y,
+    deepest_penetrations,
+    footprint_corners,
+    segment_inside_length,
+)
 from grammar.geometry.free_space import rasterize, reachable, walkable_share
 from grammar.geometry.solids import object_solids, surface_top
-from grammar.geometry.walls import outside_distance, wall_rows
+from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, START_X, START_Y, outside_distance, wall_rows
 from grammar.geometry.zones import FACE, object_zones, opening_frame, opening_zones, placed_zones, side_rectangle
 from grammar.spec.categories import Categories
 from grammar.spec.rules import Grammar, ObjectRule, Thresholds
 from scene_description import Opening, Room, SceneObject, ValidityCheck, ValidityReport
-
-Ints = NDArray[np.int64]
 
 _STRIP_POINTS = 12
 
@@ -66,7 +76,7 @@ def _at_most(name: str, limit: float, values: Mapping[int, float]) -> ValidityCh
     return ValidityCheck(name=name, value=worst, limit=limit, passed=not at_fault, objects=at_fault)
 
 
-def _worst_by_owner(depth: NDArray[np.float64], owner: Ints) -> dict[int, float]:
+def _worst_by_owner(depth: Floats, owner: Ints) -> dict[int, float]:
     worst: dict[int, float] = {}
     for value, key in zip(depth.tolist(), owner.tolist(), strict=True):
         worst[key] = max(worst.get(key, 0.0), value)
@@ -96,15 +106,15 @@ def _check_bounds(limits: Thresholds, room: Room, objects: Sequence[SceneObject]
     return _at_most("out_of_bounds", limits.outside_m, _worst_by_owner(depth, owners))
 
 
-def _outside(wall: NDArray[np.float64], ceiling_m: float, box: Boxes, tolerance_m: float) -> float:
+def _outside(wall: Floats, ceiling_m: float, box: Boxes, tolerance_m: float) -> float:
     """Return how far a box lies outside the room; if only a wall cuts through it between its corners, the wall's length in it."""
-    worst = max(-box[2], box[3] - ceiling_m, 0.0)
+    worst = max(-box[Z_LOW], box[Z_HIGH] - ceiling_m, 0.0)
     for x, y in footprint_corners(box):
         worst = max(worst, outside_distance(wall, x, y))
     if worst <= tolerance_m:
         inner = box.copy()
-        inner[4:6] = np.maximum(box[4:6] - tolerance_m, 0.0)
-        for ax, ay, tx, ty, length in wall[:, :5]:
+        inner[[HALF_DEPTH, HALF_WIDTH]] = np.maximum(box[[HALF_DEPTH, HALF_WIDTH]] - tolerance_m, 0.0)
+        for ax, ay, tx, ty, length in wall[:, [START_X, START_Y, ALONG_X, ALONG_Y, LENGTH]]:
             worst = max(worst, segment_inside_length(inner, ax, ay, ax + tx * length, ay + ty * length))
     return float(worst)
 
@@ -196,7 +206,7 @@ def _check_wall_space(
     return _at_most("wall_clear", grammar.validity.penetration_m, _worst_by_owner(depth, owners))
 
 
-def _of(objects: Sequence[SceneObject], owner: Ints, kind: str) -> NDArray[np.bool_]:
+def _of(objects: Sequence[SceneObject], owner: Ints, kind: str) -> Bools:
     return np.isin(owner, [thing.id for thing in objects if thing.support.kind == kind])
 
 
@@ -232,7 +242,7 @@ def _check_floor(
     return walkable, reach
 
 
-def _touches(thing: SceneObject, side: str, depth_m: float, points: NDArray[np.float64]) -> bool:
+def _touches(thing: SceneObject, side: str, depth_m: float, points: Floats) -> bool:
     """Return whether one of the points (n, 2) lies in the strip along a side of an object."""
     x, y, half_d, half_w = side_rectangle(side, depth_m, thing.size_m)
     c, s = math.cos(thing.yaw_rad), math.sin(thing.yaw_rad)
@@ -243,7 +253,7 @@ def _touches(thing: SceneObject, side: str, depth_m: float, points: NDArray[np.f
 def _check_sides(
     limits: Thresholds, room: Room, objects: Sequence[SceneObject], rules: Mapping[int, ObjectRule], boxes: Boxes, owner: Ints
 ) -> ValidityCheck:
-    low = boxes[:, 2] < limits.robot_height_m
+    low = boxes[:, Z_LOW] < limits.robot_height_m
     wall, share = wall_rows(room.polygon_m), {}
     for thing in objects:
         if rules[thing.id].reach_any:
@@ -255,15 +265,15 @@ def _check_sides(
     )
 
 
-def _free_share(limits: Thresholds, wall: NDArray[np.float64], thing: SceneObject, side: str, others: Boxes) -> float:
+def _free_share(limits: Thresholds, wall: Floats, thing: SceneObject, side: str, others: Boxes) -> float:
     """Return the share of a strip along a side of an object that lies inside the room and in none of ``others``."""
     x, y, half_d, half_w = side_rectangle(side, limits.side_depth_m, thing.size_m)
     steps = (np.arange(_STRIP_POINTS) + 0.5) / (0.5 * _STRIP_POINTS) - 1.0
     u, v = np.meshgrid(x + np.sign(x) * limits.side_gap_m + half_d * steps, y + np.sign(y) * limits.side_gap_m + half_w * steps)
     c, s = math.cos(thing.yaw_rad), math.sin(thing.yaw_rad)
     px, py = (thing.position_m[0] + u * c - v * s).ravel(), (thing.position_m[1] + u * s + v * c).ravel()
-    dx, dy = px[:, None] - others[:, 0], py[:, None] - others[:, 1]
-    taken = (np.abs(dx * others[:, 6] + dy * others[:, 7]) < others[:, 4]) & (np.abs(dy * others[:, 6] - dx * others[:, 7]) < others[:, 5])
+    dx, dy, cos, sin = px[:, None] - others[:, X], py[:, None] - others[:, Y], others[:, COS_YAW], others[:, SIN_YAW]
+    taken = (np.abs(dx * cos + dy * sin) < others[:, HALF_DEPTH]) & (np.abs(dy * cos - dx * sin) < others[:, HALF_WIDTH])
     free = [
         not hit and outside_distance(wall, a, b) == 0.0 for hit, a, b in zip(taken.any(1).tolist(), px.tolist(), py.tolist(), strict=True)
     ]

@@ -22,7 +22,7 @@ from grammar.derivation.counting import Counter as NumberOf
 from grammar.derivation.densities import draw_index, draw_normal, draw_size
 from grammar.derivation.fixed import Fixed, Pinned, check_fixed, conflict, matched, own_rule, pin, read_fixed
 from grammar.derivation.openings import Attribute, DrawnOpening, draw_opening
-from grammar.derivation.outlines import area_m2, check_outline, draw_outline
+from grammar.derivation.outlines import check_outline, draw_outline
 from grammar.derivation.overrides import overridden
 from grammar.derivation.parse_tree import ParseTree, Thing
 from grammar.derivation.structure import Choice, draw_structure
@@ -30,6 +30,7 @@ from grammar.spec.categories import Categories
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar, ObjectRule
 from scene_description import Opening, ParseNode, Room
+from scene_description.polygons import signed_area_m2
 from scene_description.strict import shorten
 from scene_description.types import Point2
 
@@ -138,7 +139,7 @@ def _derive_once(plan: Plan, categories: Categories, rng: np.random.Generator) -
     covered = sum(
         s[0] * s[1] for rule, s in zip(rules, sizes, strict=True) if rule.mount == "floor" and not categories[rule.category].underlay
     )
-    if covered > grammar.room.floor_share_max * area_m2(room.polygon_m):
+    if covered > grammar.room.floor_share_max * signed_area_m2(room.polygon_m):
         raise RejectedError(f"furniture on at most {grammar.room.floor_share_max:g} of the floor")
     pinned = _pin(plan, categories, room, places, rules, sizes, rng)
     openings, opening_counts = _draw_openings(grammar, categories, room, rng)
@@ -257,7 +258,7 @@ def _draw_room(
             raise RejectedError(f"no arm of the room narrower than {grammar.room.shapes.narrowest_m:g} m")
         polygon, shape = drawn
         attributes.append(shape)
-        low, high, area = grammar.room.area_low_m2, grammar.room.area_high_m2, area_m2(polygon)
+        low, high, area = grammar.room.area_low_m2, grammar.room.area_high_m2, signed_area_m2(polygon)
         if not (request.room_width_m > 0.0 and request.room_depth_m > 0.0) and not low <= area <= high:
             raise RejectedError(f"room area within [{low:g}, {high:g}] m2")
     return Room(polygon_m=polygon, height_m=height, wall_thickness_m=grammar.room.wall_thickness_m, openings=(), surfaces=()), attributes

@@ -14,7 +14,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammar.geometry.boxes import Boxes, deepest_penetrations, place_boxes
+from grammar.geometry.arrays import Boxes, Ints
+from grammar.geometry.boxes import deepest_penetrations, place_boxes
 from grammar.geometry.solids import local_solids, surface_top
 from grammar.geometry.walls import rectangle_outside, wall_rows
 from grammar.geometry.zones import FACE, SWING, VIEW, opening_frame, opening_zones, placed_zones
@@ -24,7 +25,6 @@ from grammar.spec.rules import Grammar, ObjectRule, SizeMode
 from scene_description import Room
 
 Size = tuple[float, float, float]
-Ints = NDArray[np.int64]
 
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _ITEM = re.compile(rf"([a-z][a-z0-9_]*):({_NUMBER}):({_NUMBER}):({_NUMBER})((?::[a-z]+=[^:]*)*)")

@@ -14,17 +14,13 @@ from grammar.derivation.densities import draw_index
 from grammar.derivation.openings import Attribute
 from grammar.spec.request import RequestError
 from grammar.spec.rules import RoomShapes
+from scene_description.polygons import signed_area_m2
 from scene_description.types import Point2
 
 _LEAST_WALL_M = 0.1
 _LEAST_AREA_M2 = 2.0
 _LARGEST_SIDE_M = 60.0
 _SHAPES = ("rectangle", "l_shape", "t_shape", "u_shape")
-
-
-def area_m2(polygon_m: Sequence[Point2]) -> float:
-    """Return the area of an outline, positive where it runs counter-clockwise."""
-    return 0.5 * sum(a[0] * b[1] - b[0] * a[1] for a, b in _walls(polygon_m))
 
 
 def draw_outline(
@@ -96,7 +92,7 @@ def check_outline(numbers: Sequence[float]) -> tuple[Point2, ...]:
     crossing = _crossing(points)
     if crossing is not None:
         raise RequestError(f"{name}: expected an outline that does not meet itself, got walls {crossing[0]} and {crossing[1]} that do")
-    area = area_m2(points)
+    area = signed_area_m2(points)
     if abs(area) < _LEAST_AREA_M2:
         raise RequestError(f"{name}: expected a floor of at least {_LEAST_AREA_M2:g} m2, got {abs(area):.3g} m2; ask for a larger one")
     return tuple(points if area > 0.0 else points[::-1])

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
 from grammar.geometry.arrays import Bools, Boxes, Floats
-from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, X, Y, Z_LOW, point_distance, row_penetration
+from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, Z_LOW, X, Y, point_distance, row_penetration
 from grammar.geometry.kernels import LEAN
 
 MAX_CELLS = 16_000_000

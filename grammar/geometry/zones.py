@@ -24,7 +24,7 @@ Size = tuple[float, float, float]
 
 
 class Zone(NamedTuple):
-    """A box in the frame of its object or opening, metres: x, y of its middle, heights, half extents, which kind of zone it is, its depth."""
+    """A box in the frame of its object or opening, metres: x, y of its middle, heights, half extents, kind of zone, depth."""
 
     x: float
     y: float

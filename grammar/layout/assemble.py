@@ -128,7 +128,9 @@ def _item_parts(
     rule = item.rule
     at_walls = [ModeRow(mode.distance_m, 0.0, _or_nan(mode.orientation_rad)) for mode in rule.wall]
     around = [ModeRow(*around_target(mode, item.size_m, sizes[item.core])) for mode in rule.around] if item.core else []
-    places = [ModeRow(_or_nan(mode.depth_fraction), _or_nan(mode.width_fraction), _or_nan(mode.orientation_rad)) for mode in rule.placements]
+    places = [
+        ModeRow(_or_nan(mode.depth_fraction), _or_nan(mode.width_fraction), _or_nan(mode.orientation_rad)) for mode in rule.placements
+    ]
     return _Parts(
         solids=[BoxRow(*row) for row in local_solids(categories[rule.category], item.size_m).tolist()],
         zones=[_zone_row(zone) for zone in object_zones(rule, item.size_m)],

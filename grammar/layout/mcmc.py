@@ -19,7 +19,17 @@ from numba import njit
 from grammar.geometry.arrays import Floats, Ints
 from grammar.geometry.kernels import INLINED, INNER
 from grammar.layout import columns as col
-from grammar.layout.circulation import CIRCULATION, REACH, Traffic, changes_floor, commit_or_revert, measure, rasterize_objects, traffic_of, try_move
+from grammar.layout.circulation import (
+    CIRCULATION,
+    REACH,
+    Traffic,
+    changes_floor,
+    commit_or_revert,
+    measure,
+    rasterize_objects,
+    traffic_of,
+    try_move,
+)
 from grammar.layout.energies import full_energy, local_energy, weighted
 from grammar.layout.floor_raster import NO_FLOOR, SIDE, Floor
 from grammar.layout.moves import propose
@@ -96,9 +106,9 @@ class _Work(NamedTuple):
 class _Step(NamedTuple):
     """What one step did: the move that it tried, whether it was accepted, and how many objects moved."""
 
-    move: int
+    move: np.int64
     accepted: bool
-    count: int
+    moved: np.int64
 
 
 def _work(chain: Chain) -> _Work:
@@ -164,7 +174,7 @@ def _run(rng, chain, state, run, movable, work, kept, counts, trace):  # type: i
                     copy_layout(state, kept, np.int64(0), moved)
             elif was_feasible and not feasible:
                 found = True
-                copy_layout(state, kept, step.count, moved)
+                copy_layout(state, kept, step.moved, moved)
         # Trace it.
         if sample < len(trace.energy) and (sample + 1) * proposals <= (n + 1) * len(trace.energy):
             _trace(energy, counts, sample, trace)

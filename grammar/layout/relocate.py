@@ -233,7 +233,9 @@ def _add_core_density(problem, state, settings, i, x, y, yaw, around, density): 
         sd = settings.around_sd_m / mode[k, col.NEAR]
         near = around * mode[k, col.PROBABILITY] * _normal_density(math.sqrt(u * u + v * v), sd) / (sd * math.sqrt(_TWO_PI))
         if near > 0.0:
-            density += near * _yaw_density(yaw - core_yaw, mode[k, col.MODE_YAW], settings.around_orientation_sd_rad / mode[k, col.STRAIGHT])
+            density += near * _yaw_density(
+                yaw - core_yaw, mode[k, col.MODE_YAW], settings.around_orientation_sd_rad / mode[k, col.STRAIGHT]
+            )
     return density
 
 

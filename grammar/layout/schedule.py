@@ -15,7 +15,7 @@ from grammar.layout import columns as col
 from grammar.layout.circulation import CIRCULATION, REACH, circulation_losses
 from grammar.layout.energies import full_energy
 from grammar.layout.enter import enter
-from grammar.layout.floor_raster import NO_FLOOR, Floor
+from grammar.layout.floor_raster import NO_FLOOR
 from grammar.layout.frames import place_object
 from grammar.layout.mcmc import Chain, Run, Trace, empty_counts, empty_trace, run_chain
 from grammar.layout.problem import Problem, State, copy_state
@@ -125,7 +125,7 @@ def has_converged(energies: Floats, test: Convergence) -> bool:
 
 
 def _stages(problem: Problem, schedule: Schedule) -> list[Stage]:
-    """Return the stages that bring the objects in: what hangs, cores, what groups around these, what stands alone, what stands on things."""
+    """Return the stages that bring in what hangs, cores, what groups around these, what stands alone, what stands on objects."""
     n = len(problem.link)
     mount, grouped = np.where(problem.pinned, col.FIXED, problem.mount), problem.core >= 0
     is_core = np.isin(np.arange(n), problem.core)

@@ -18,11 +18,10 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from grammar.geometry.arrays import Floats
 from grammar.spec.rules import Branch, Grammar, Node
 
-Floats = NDArray[np.float64]
 Bag = tuple[int, ...]
 Table = dict[Bag, tuple[float, Floats]]
 

@@ -12,9 +12,8 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from grammar.geometry.arrays import Floats
 
 _MOST_COMPONENTS = 3
 _LEAST_OF_ONE = 3.0

@@ -21,6 +21,7 @@ from grammar.learning.category_map import CategoryMap
 from grammar.learning.geometry import at_walls
 from grammar.learning.observed import ObservedObject, ObservedOpening, ObservedRoom
 from grammar.spec.rules import GrammarError
+from scene_description.polygons import signed_area_m2
 from scene_description.types import Point2
 
 LAYOUT_SCHEMA = "scene_synth.layout/1"
@@ -260,7 +261,7 @@ def _polygon(value: Any) -> tuple[Point2, ...]:
             raise _Unfit(reason)
         points.append((_number(pair[0], reason, -1e5, 1e5), _number(pair[1], reason, -1e5, 1e5)))
     corners = _corners(points)
-    area = polygon_area(corners) if len(corners) >= 3 else 0.0
+    area = signed_area_m2(corners) if len(corners) >= 3 else 0.0
     if abs(area) < 0.5 or max(abs(p[0] - corners[0][0]) + abs(p[1] - corners[0][1]) for p in corners) > _ROOM_HIGH_M:
         raise _Unfit(reason)
     return tuple(corners if area > 0.0 else reversed(corners))
@@ -282,11 +283,6 @@ def _corners(points: Sequence[Point2]) -> list[Point2]:
 
 def _cross(a: Point2, b: Point2, c: Point2) -> float:
     return (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
-
-
-def polygon_area(points: Sequence[Point2]) -> float:
-    """Return the area of an outline in square metres, positive if it is counter-clockwise."""
-    return 0.5 * sum(a[0] * b[1] - b[0] * a[1] for a, b in zip(points, (*points[1:], points[0]), strict=True))
 
 
 def _check_inside(thing: ObservedObject, polygon: Sequence[Point2]) -> None:

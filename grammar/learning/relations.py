@@ -16,7 +16,8 @@ from grammar.learning.geometry import AtWall, fitting_wall, in_frame, nearest_wa
 from grammar.learning.modes import GroupPose, Scale, TopPose, around_modes, place_modes, quarter_of, wall_modes
 from grammar.learning.sizes import learn_normal, learn_size
 from grammar.spec.categories import Categories
-from grammar.spec.rules import NONE, AroundMode, Grammar, Normal, ObjectRule, Weights
+from grammar.spec.energy_terms import Weights
+from grammar.spec.rules import NONE, AroundMode, Grammar, Normal, ObjectRule
 
 _AT_WALL_M = 1.0
 _USED_FROM_M = 0.4

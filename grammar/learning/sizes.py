@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from grammar.learning.observed import ObservedRoom
-from grammar.learning.read_layouts import polygon_area
 from grammar.spec.rules import Normal, ObjectRule, RoomRule, SizeMode
+from scene_description.polygons import signed_area_m2
 
 Size = tuple[float, float, float]
 Kernel = tuple[float, NDArray[np.float64], NDArray[np.float64]]
@@ -87,7 +87,7 @@ def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequen
     sides, areas = [], []
     for room in rooms:
         extent = np.ptp(np.array(room.polygon_m), axis=0)
-        area = polygon_area(room.polygon_m)
+        area = signed_area_m2(room.polygon_m)
         scale = math.sqrt(area / float(extent[0] * extent[1]))
         sides.extend((scale * extent).tolist())
         areas.append(area)

@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from grammar.geometry.arrays import Floats
 from grammar.learning.branching import certain_objects
 from grammar.sample_room import sample_room
 from grammar.spec.categories import Categories
@@ -29,7 +30,6 @@ from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar, Node
 from scene_description import ParseNode
 
-Floats = NDArray[np.float64]
 Odds = dict[tuple[str, int], Floats]
 """Probabilities of each Or node, (node, -1), and of the multiplicities of each Set branch, (node, branch)."""
 

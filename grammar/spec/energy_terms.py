@@ -1,8 +1,8 @@
 """The terms of the layout energy, one row each: name, default weight, kind, unit, what it measures, and what its weight is learned from.
 
 A row is a field of :class:`Weights`.  The order of energy vectors, the configuration, what the chain holds to zero, what learning leaves
-alone, reports and the table in ``docs/grammar.md`` all follow from these rows.  Kernels find a term by its name: ``TERMS.index("overlap")``.
-A new term needs its row here and the kernel that adds its loss (:mod:`grammar.layout.losses`, :mod:`grammar.layout.circulation`).
+alone, reports and the table in ``docs/grammar.md`` all follow from these rows; kernels find a term by its name.  A new term needs its row
+here and the kernel that adds its loss (:mod:`grammar.layout.losses` or :mod:`grammar.layout.circulation`).
 """
 
 from __future__ import annotations

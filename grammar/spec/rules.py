@@ -298,7 +298,7 @@ class Schedule:
     starts: Annotated[int, Limits(ge=1, le=1000)]
     """Poses drawn for an object that comes in; the best one begins."""
     hard_tolerance: Annotated[float, Limits(ge=0.0, le=1.0, unit="m")]
-    """A state is feasible when each of its first four energy terms is at most this, and circulation and reach too if they have weights."""
+    """A state is feasible when each of its hard energy terms is at most this, and circulation and reach too if they have weights."""
     convergence: Convergence = Convergence()
 
 

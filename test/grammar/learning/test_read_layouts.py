@@ -9,9 +9,10 @@ import pytest
 from grammar.learning import read_category_map, read_layouts
 from grammar.learning.geometry import fitting_wall, nearest_wall
 from grammar.learning.observed import ObservedObject, ObservedRoom
-from grammar.learning.read_layouts import house_of, polygon_area
+from grammar.learning.read_layouts import house_of
 from grammar.learning.write_layouts import layout_line
 from grammar.spec.rules import GrammarError
+from scene_description.polygons import signed_area_m2
 from scene_description.share import config_path
 
 NAMES = read_category_map(config_path("learning/category_map.yaml"))
@@ -53,7 +54,7 @@ def test_clockwise_outlines_and_needless_vertices(tmp_path: Path) -> None:
     outline = [[0, 0], [0, 3], [0, 3], [4, 3], [6, 3], [4, 3], [4, 1.5], [4, 0]]
     (room,) = read_layouts(write(tmp_path, line(polygon=outline)), NAMES, "bedroom").rooms
     assert len(room.polygon_m) == 4
-    assert polygon_area(room.polygon_m) == pytest.approx(12.0)
+    assert signed_area_m2(room.polygon_m) == pytest.approx(12.0)
 
 
 def test_bad_lines_and_objects_are_counted_with_their_lines(tmp_path: Path) -> None:
