@@ -14,9 +14,10 @@ from small_grammar import CATEGORIES
 
 from grammar import RequestError, SceneRequest, object_solids, read_room_type, sample_room
 from grammar.derivation.derive import derive
-from grammar.derivation.outlines import area_m2, check_outline, draw_outline
+from grammar.derivation.outlines import check_outline, draw_outline
 from grammar.geometry.walls import rectangle_outside, wall_rows
 from grammar.spec.rules import RoomShapes
+from scene_description.polygons import signed_area_m2
 
 VERTICES = {"rectangle": 4, "l_shape": 6, "t_shape": 8, "u_shape": 8}
 U_ROOM = (0.0, 0.0, 6.0, 0.0, 6.0, 5.0, 4.0, 5.0, 4.0, 2.4, 2.2, 2.4, 2.2, 5.0, 0.0, 5.0)
@@ -45,7 +46,7 @@ def test_shapes_come_by_their_odds_and_fill_the_rectangle():
         seen[name] += 1
         assert polygon.is_valid and polygon.exterior.is_ccw and len(points) == VERTICES[name]
         assert polygon.bounds == pytest.approx((-3.0, -2.5, 3.0, 2.5))
-        assert area_m2(points) == pytest.approx(polygon.area)
+        assert signed_area_m2(points) == pytest.approx(polygon.area)
         reflex = {"rectangle": 0, "l_shape": 1, "t_shape": 2, "u_shape": 2}[name]
         assert wall_rows(points)[:, 8].sum() == reflex
     assert stats.chisquare([seen[name] for name in VERTICES], [800, 600, 400, 200]).pvalue > 1e-4
@@ -112,7 +113,7 @@ def test_outlines_that_no_room_can_have_are_refused(numbers, expected):
 
 def test_an_outline_may_run_either_way():
     points = check_outline((0, 0, 0, 3, 4, 3, 4, 0))
-    assert area_m2(points) == 12.0
+    assert signed_area_m2(points) == 12.0
 
 
 def test_an_outline_that_is_too_small_for_the_furniture_ends_in_a_named_error(grammar):

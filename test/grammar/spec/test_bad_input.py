@@ -11,10 +11,11 @@ from small_grammar import CATEGORIES, mapping
 
 from grammar import GrammarError, RequestError, SceneRequest, read_room_type
 from grammar.derivation.derive import make_plan
-from grammar.derivation.outlines import area_m2, check_outline
+from grammar.derivation.outlines import check_outline
 from grammar.spec.check import check_grammar
 from grammar.spec.rules import Grammar
 from scene_description import FieldError, from_mapping
+from scene_description.polygons import signed_area_m2
 
 TEXT = """
 nodes:
@@ -82,4 +83,4 @@ def test_an_outline_of_any_numbers_is_taken_or_refused_by_name(numbers: list[flo
     except RequestError as error:
         assert str(error).startswith("room_polygon_m: expected ") and "\n" not in str(error)
     else:
-        assert area_m2(points) >= 2.0 and sorted(points) == sorted(zip(numbers[::2], numbers[1::2], strict=True))
+        assert signed_area_m2(points) >= 2.0 and sorted(points) == sorted(zip(numbers[::2], numbers[1::2], strict=True))
