@@ -12,7 +12,7 @@ from grammar.checks.validity import door_start_m
 from grammar.derivation.derive import derive
 from grammar.layout.assemble import assemble
 from grammar.layout.circulation import circulation_losses, empty_floor
-from grammar.layout.columns import AROUND_MODES, FLOOR, MODE_X, MODE_Y, MODE_YAW, OBJECT, WALL
+from grammar.layout.columns import ACCEPTED, AROUND_MODES, FLOOR, MODE_X, MODE_Y, MODE_YAW, OBJECT, TRIED, WALL
 from grammar.layout.energies import full_energy
 from grammar.layout.frames import place_object
 from grammar.layout.mcmc import Chain, Run, run_chain
@@ -283,3 +283,17 @@ def test_the_best_or_the_last_feasible_layout_is_kept():
             assert np.array_equal(kept.pose, state.pose)
     # E is gamma distributed with shape 2: below 0.3 once in 27 independent layouts
     assert kept_energy[True] < min(0.3, kept_energy[False])
+
+
+def test_counts_and_trace_are_those_of_the_run():
+    grammar = small_grammar(PAIR, weights={"group_distance": 5.0})
+    rng = np.random.default_rng(9)
+    problem, state, settings = entered(grammar, rng)
+    movable = np.flatnonzero(problem.mount == FLOOR)
+    info = run_chain(rng, Chain(problem, settings), state, Run(1000, 0.5, 2.0, 1e9, False), movable, 10)
+    assert info.counts[:, TRIED].sum() == 1000
+    assert (info.counts[:, ACCEPTED] <= info.counts[:, TRIED]).all() and info.counts[:, ACCEPTED].sum() > 50
+    assert info.trace.counts[:, :, TRIED].sum(1).tolist() == list(range(100, 1001, 100))
+    assert np.array_equal(info.trace.counts[-1], info.counts)
+    assert np.array_equal(info.trace.energy[-1], info.energy)
+    assert info.energy == pytest.approx(full_energy(problem, state), abs=1e-9)
