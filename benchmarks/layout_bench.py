@@ -10,19 +10,17 @@ import numpy as np
 from benchmarks.independent_check import faults
 from benchmarks.table import Row, at_least, at_most
 from grammar import Grammar, SceneRequest
-from grammar.checks.validity import door_start_m
 from grammar.derivation.derive import derive
 from grammar.drawing.shapes import Drawing, Shape, dot, line, to_svg, words
 from grammar.layout.assemble import assemble
-from grammar.layout.circulation import empty_floor
+from grammar.layout.columns import FIXED
 from grammar.layout.floor_raster import NO_FLOOR
-from grammar.layout.mcmc import Goal, run_chain
+from grammar.layout.mcmc import Chain, Run, run_chain
 from grammar.layout.moves import move_settings
-from grammar.layout.problem import FIXED, copy_state
 from grammar.layout.schedule import run_stages
+from grammar.sample_room import room_floor
 from grammar.spec.categories import Categories
 from grammar.spec.request import RequestError
-from grammar.spec.rules import MOVES
 from grammar.synthesize import CameraTimes, SceneSynthesizer
 from scene_description import to_mapping
 
@@ -87,20 +85,17 @@ def _chain_rows(grammar: Grammar, categories: Categories) -> list[Row]:
 
 
 def _rate(grammar: Grammar, categories: Categories, objects: int, walks: bool) -> float:
-    settings, seconds = move_settings(grammar.moves), 0.0
+    settings, seconds, tolerance = move_settings(grammar.moves), 0.0, grammar.schedule.hard_tolerance
     for seed in range(STRUCTURES):
         rng = np.random.default_rng(seed)
         tree = derive(grammar, categories, SceneRequest(min_objects=objects, max_objects=objects), rng)
         problem, start = assemble(grammar, categories, tree)
-        state = run_stages(rng, problem, start, settings, grammar.schedule, grammar.schedule.beta).state
-        floor = NO_FLOOR
-        if walks:
-            floor = empty_floor(tree.room.polygon_m, door_start_m(tree.room, grammar.validity.robot_radius_m), grammar.validity)
-        movable, goal = np.flatnonzero(problem.mount != FIXED), Goal(1.0, 1.0, grammar.schedule.hard_tolerance, False)
-        counts = np.zeros((len(MOVES), 2), np.int64)
-        run_chain(rng, problem, state, settings, goal, movable, 1, copy_state(state), counts, floor)
+        state = run_stages(rng, Chain(problem, settings), start, grammar.schedule, grammar.schedule.beta).state
+        chain = Chain(problem, settings, room_floor(grammar, tree.room) if walks else NO_FLOOR)
+        movable = np.flatnonzero(problem.mount != FIXED)
+        run_chain(rng, chain, state, Run(1, 1.0, 1.0, tolerance, False), movable)
         began = time.process_time()
-        run_chain(rng, problem, state, settings, goal, movable, PROPOSALS, copy_state(state), counts, floor)
+        run_chain(rng, chain, state, Run(PROPOSALS, 1.0, 1.0, tolerance, False), movable)
         seconds += time.process_time() - began
     return STRUCTURES * PROPOSALS / seconds
 

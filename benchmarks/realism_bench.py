@@ -17,7 +17,7 @@ import time
 from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -31,8 +31,9 @@ from grammar.learning.assign import assign
 from grammar.learning.learn import Part
 from grammar.learning.truncation import category_kl, frequencies
 from grammar.learning.write_layouts import layout_from_objects
+from grammar.spec.energy_terms import ENERGY_TERMS
 from grammar.spec.grammar_file import learned_types
-from grammar.spec.rules import HARD_TERMS, MOVES, TERMS, Weights
+from grammar.spec.rules import MOVES
 from scene_description.share import config_path
 
 SHARE = 0.2
@@ -123,8 +124,7 @@ class _Table:
 
 def by_chance(grammar: Grammar) -> Grammar:
     """Return a grammar whose rooms have the same objects at uniform places that are valid; nobody has to be able to use them."""
-    free = dict.fromkeys(TERMS[HARD_TERMS:], 0.0)
-    weights = replace(grammar.weights, **{field.name: free[field.name] for field in fields(Weights) if field.name in free})
+    weights = replace(grammar.weights, **{name: 0.0 for name, term in ENERGY_TERMS.items() if term.kind != "hard"})
     still = dict.fromkeys(MOVES, 0.0) | {"translate": 0.25, "rotate": 0.15, "repoint": 0.1, "relocate": 0.5}
     moves = replace(grammar.moves, relocate_uniform=1.0, relocate_wall=0.0, relocate_around=0.0, **still)
     objects = {symbol: replace(rule, access=(), reach_any=(), view_depth_m=0.0) for symbol, rule in grammar.objects.items()}

@@ -8,15 +8,13 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import wasserstein_distance
 
 from grammar import Grammar
+from grammar.geometry.arrays import Floats
 from grammar.learning import ObservedRoom
 from grammar.learning.geometry import box_gap, fitting_wall, half_extents, nearest_wall, relative_pose
 from grammar.learning.truncation import category_kl, frequencies
-
-Floats = NDArray[np.float64]
 
 LEAST = 3
 """Fewer objects or pairs have no distance."""

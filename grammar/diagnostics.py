@@ -7,19 +7,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammar.checks.validity import door_start_m
 from grammar.derivation.derive import derive
 from grammar.drawing.shapes import Drawing, Shape, line, words
 from grammar.geometry.arrays import Floats, Ints
 from grammar.layout.assemble import assemble
-from grammar.layout.circulation import empty_floor
-from grammar.layout.floor_raster import NO_FLOOR
+from grammar.layout.columns import ACCEPTED, FIXED, TRIED
+from grammar.layout.mcmc import Chain
 from grammar.layout.moves import move_settings
-from grammar.layout.problem import BOUNDS, FIXED
 from grammar.layout.schedule import run_stages
+from grammar.sample_room import room_floor
 from grammar.spec.categories import Categories
+from grammar.spec.energy_terms import TERMS
 from grammar.spec.request import SceneRequest
-from grammar.spec.rules import MOVES, TERMS, Grammar
+from grammar.spec.rules import MOVES, Grammar
 
 _WIDTH, _LEFT, _TOP = 860.0, 60.0, 60.0
 _COLORS = (
@@ -31,16 +31,16 @@ _COLORS = (
 class ChainRecord(NamedTuple):
     """One chain over one structure, over the stage in which all objects move.
 
-    proposals: (r,) how many had been made; energies: (r, t) unweighted losses then; weights: (t,); tried, taken: (r, 6) proposals and
-    acceptances by move in the sweep, 0 in the first one; counts: (6, 2) the same over all stages; converged: whether the energies'
-    histogram stood still; feasible: whether the chain met a layout to keep.
+    proposals: (r,) how many had been made; energies: (r, t) unweighted losses then; weights: (t,); tried, accepted: (r, m) proposals of
+    each move in the sweep; counts: (m, 2) the same over all stages; converged: whether the energies' histogram stood still; feasible:
+    whether the chain met a layout to keep.
     """
 
     proposals: Ints
     energies: Floats
     weights: Floats
     tried: Ints
-    taken: Ints
+    accepted: Ints
     counts: Ints
     converged: bool
     feasible: bool
@@ -57,22 +57,19 @@ def record_chain(grammar: Grammar, categories: Categories, request: SceneRequest
     tree = derive(grammar, categories, request, rng)
     beta = request.beta if request.beta > 0.0 else grammar.schedule.beta
     problem, start = assemble(grammar, categories, tree, beta)
-    walks = grammar.weights.circulation > 0.0 or grammar.weights.reach > 0.0
-    limits = grammar.validity
-    floor = empty_floor(tree.room.polygon_m, door_start_m(tree.room, limits.robot_radius_m), limits) if walks else NO_FLOOR
+    chain = Chain(problem, move_settings(grammar.moves), room_floor(grammar, tree.room))
     for _ in range(grammar.budget.layouts):
-        result = run_stages(rng, problem, start, move_settings(grammar.moves), grammar.schedule, beta, floor)
-        if len(result.history):
+        result = run_stages(rng, chain, start, grammar.schedule, beta)
+        if len(result.trace.energy):
             break
     each = int(np.count_nonzero(problem.mount != FIXED))
-    moves = result.history[:, BOUNDS:].astype(np.int64).reshape(-1, 2, len(MOVES))
-    made = np.diff(moves, axis=0, prepend=moves[:1])  # of the first sweep only the sum with the stages before is known
+    made = np.diff(result.trace.counts, axis=0, prepend=0)
     return ChainRecord(
-        proposals=each * np.arange(1, len(result.history) + 1, dtype=np.int64),
-        energies=result.history[:, :BOUNDS],
+        proposals=each * np.arange(1, len(made) + 1, dtype=np.int64),
+        energies=result.trace.energy,
         weights=problem.weight.copy(),
-        tried=made[:, 0],
-        taken=made[:, 1],
+        tried=made[:, :, TRIED],
+        accepted=made[:, :, ACCEPTED],
         counts=result.counts,
         converged=result.converged,
         feasible=result.layout is not None,
@@ -81,8 +78,8 @@ def record_chain(grammar: Grammar, categories: Categories, request: SceneRequest
 
 def acceptance(record: ChainRecord) -> dict[str, float]:
     """Return the share of accepted proposals by move; NaN for moves that were never tried."""
-    tried, taken = record.counts[:, 0], record.counts[:, 1]
-    return {name: float(taken[k] / tried[k]) if tried[k] else float("nan") for k, name in enumerate(MOVES)}
+    tried, accepted = record.counts[:, TRIED], record.counts[:, ACCEPTED]
+    return {name: float(accepted[k] / tried[k]) if tried[k] else float("nan") for k, name in enumerate(MOVES)}
 
 
 def to_csv(record: ChainRecord) -> str:
@@ -93,7 +90,7 @@ def to_csv(record: ChainRecord) -> str:
     weighted = record.energies * record.weights
     moves = [f"{name}_{what}" for name in MOVES for what in ("tried", "taken")]
     lines = [",".join(("proposals", "total", *TERMS, *moves))]
-    counts = np.stack([record.tried, record.taken], 2).reshape(-1, 2 * len(MOVES))
+    counts = np.stack([record.tried, record.accepted], 2).reshape(-1, 2 * len(MOVES))
     for proposals, row, made in zip(record.proposals.tolist(), weighted, counts.tolist(), strict=True):
         lines.append(",".join((str(proposals), *(f"{value:.6g}" for value in (row.sum(), *row)), *map(str, made))))
     return "\n".join(lines) + "\n"
@@ -110,7 +107,7 @@ def chain_plot(record: ChainRecord, title: str) -> Drawing:
     legend = [f"{name} (mean {value:.3g})" for name, value in zip(names, mean, strict=True)]
     shapes += _panel(record.proposals, np.log1p(np.maximum(weighted, 0.0)), [(np.log1p(v), f"{v:g}") for v in ticks], legend, _TOP, 380.0)
     shapes.append(words((_LEFT, _TOP - 10.0), "weighted energy terms", 12.0, fill="#666666", anchor="start"))
-    share, tried = acceptance(record), record.counts[:, 0]
+    share, tried = acceptance(record), record.counts[:, TRIED]
     legend = [f"{name} {share[name]:.3f} of {tried[k]}" for k, name in enumerate(MOVES)]
     lower = _TOP + 380.0 + 60.0
     shapes += _panel(record.proposals, _acceptance_curves(record), [(v, f"{v:g}") for v in (0.0, 0.5, 1.0)], legend, lower, 160.0)
@@ -121,13 +118,13 @@ def chain_plot(record: ChainRecord, title: str) -> Drawing:
 
 
 def _acceptance_curves(record: ChainRecord) -> Floats:
-    """Return (r, 6) the share of accepted proposals within a window about each sweep; NaN where a move was not tried."""
+    """Return (r, m) the share of accepted proposals within a window about each sweep; NaN where a move was not tried."""
     half = max(len(record.tried) // 40, 5)
-    summed = [np.concatenate([np.zeros((1, len(MOVES))), np.cumsum(counts, 0)]) for counts in (record.tried, record.taken)]
+    summed = [np.concatenate([np.zeros((1, len(MOVES))), np.cumsum(counts, 0)]) for counts in (record.tried, record.accepted)]
     sweeps = np.arange(len(record.tried))
     low, high = np.maximum(sweeps - half, 0), np.minimum(sweeps + half + 1, len(record.tried))
-    tried, taken = (total[high] - total[low] for total in summed)
-    share: Floats = np.divide(taken, tried, out=np.full(tried.shape, np.nan), where=tried > 0)
+    tried, accepted = (total[high] - total[low] for total in summed)
+    share: Floats = np.divide(accepted, tried, out=np.full(tried.shape, np.nan), where=tried > 0)
     return share
 
 

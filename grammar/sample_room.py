@@ -1,8 +1,7 @@
 """Request -> valid furnished room: parse tree, layout, exact checks, and again until it passes.
 
 A structure gets several layouts before another one is drawn, and a chain several rounds before it starts afresh, so that the checks change
-the
-distribution of structures as little as possible.
+the distribution of structures as little as possible.
 """
 
 from __future__ import annotations
@@ -22,13 +21,16 @@ from grammar.derivation.parse_tree import Item, ParseTree
 from grammar.geometry.arrays import Floats
 from grammar.layout.assemble import assemble
 from grammar.layout.circulation import empty_floor
+from grammar.layout.columns import TRIED, YAW, X, Y, Z
 from grammar.layout.floor_raster import NO_FLOOR, Floor
+from grammar.layout.mcmc import Chain
 from grammar.layout.moves import move_settings
 from grammar.layout.problem import Problem, State
 from grammar.layout.schedule import run_stages, run_together
 from grammar.spec.categories import Categories
+from grammar.spec.energy_terms import FLOOR_TERMS, TERMS
 from grammar.spec.request import RequestError, SceneRequest
-from grammar.spec.rules import TERMS, Grammar
+from grammar.spec.rules import Grammar
 from scene_description import ModelReference, ParseGraph, Room, SceneObject, Support, ValidityReport
 
 _MAX_SEED = 2**63 - 1
@@ -73,9 +75,10 @@ def sample_room_with_cost(
     failures: Counter[str] = Counter()
     for _ in range(grammar.budget.structures):
         tree = derive(grammar, categories, request, rng)
-        rules = {thing.id: thing.rule for thing in tree.items}
+        rules = {item.id: item.rule for item in tree.items}
         problem, start = assemble(grammar, categories, tree, beta)
-        for layout, energy in _layouts(grammar, problem, start, beta, _floor(grammar, tree.room), rng, meter):
+        chain = Chain(problem, move_settings(grammar.moves), room_floor(grammar, tree.room))
+        for layout, energy in _layouts(grammar, chain, start, beta, rng, meter):
             attempts += 1
             if layout is None:
                 failures["layout without overlaps"] += 1
@@ -84,8 +87,8 @@ def sample_room_with_cost(
             report = check_room(grammar, categories, tree.room, objects, rules, attempts)
             if report.valid:
                 objects = tuple(
-                    replace(thing, model=replace(thing.model, seed=int(seed)))
-                    for thing, seed in zip(objects, rng.integers(_MAX_SEED, size=len(objects)), strict=True)
+                    replace(item, model=replace(item.model, seed=int(seed)))
+                    for item, seed in zip(objects, rng.integers(_MAX_SEED, size=len(objects)), strict=True)
                 )
                 graph = _parse_graph(grammar, tree, layout, problem, energy)
                 cost = SamplingCost(attempts=attempts, proposals=meter.proposals, chain_s=meter.seconds)
@@ -111,63 +114,62 @@ class _Meter:
         self.seconds += time.thread_time()
 
 
-def _floor(grammar: Grammar, room: Room) -> Floor:
-    """Return the raster that the chain keeps if circulation or reach has a weight."""
-    if grammar.weights.circulation == 0.0 and grammar.weights.reach == 0.0:
+def room_floor(grammar: Grammar, room: Room) -> Floor:
+    """Return the raster of the unfurnished room, which the chain keeps if a term that is read off it has a weight."""
+    if not any(getattr(grammar.weights, name) for name in FLOOR_TERMS):
         return NO_FLOOR
     return empty_floor(room.polygon_m, door_start_m(room, grammar.validity.robot_radius_m), grammar.validity)
 
 
 def _layouts(
-    grammar: Grammar, problem: Problem, start: State, beta: float, floor: Floor, rng: np.random.Generator, meter: _Meter
+    grammar: Grammar, chain: Chain, start: State, beta: float, rng: np.random.Generator, meter: _Meter
 ) -> Iterator[tuple[State | None, Floats]]:
     """Yield layouts of one structure until the budget is spent: rounds of a chain, then another chain."""
-    schedule, settings = grammar.schedule, move_settings(grammar.moves)
+    schedule = grammar.schedule
     for _ in range(grammar.budget.layouts):
         with meter:
-            result = run_stages(rng, problem, start, settings, schedule, beta, floor)
-        meter.proposals += int(result.counts[:, 0].sum())
+            result = run_stages(rng, chain, start, schedule, beta)
+        meter.proposals += int(result.counts[:, TRIED].sum())
         yield result.layout, result.energy
         for _ in range(grammar.budget.rounds - 1 if result.state.active.all() else 0):
-            counts = np.zeros_like(result.counts)
             with meter:
-                result = run_together(rng, problem, result.state, settings, schedule, beta, counts, schedule.again, floor)
-            meter.proposals += int(counts[:, 0].sum())
+                result = run_together(rng, chain, result.state, schedule, beta, schedule.again, beta)
+            meter.proposals += int(result.counts[:, TRIED].sum())
             yield result.layout, result.energy
 
 
 def _objects(tree: ParseTree, categories: Categories, problem: Problem, layout: State) -> tuple[SceneObject, ...]:
     return tuple(
         SceneObject(
-            id=thing.id,
-            category=thing.rule.category,
-            label=categories[thing.rule.category].label_id,
-            size_m=thing.size_m,
-            position_m=(float(layout.pose[thing.id - 1, 0]), float(layout.pose[thing.id - 1, 1]), float(layout.z[thing.id - 1])),
-            yaw_rad=float(layout.pose[thing.id - 1, 2]),
-            support=_support(thing, problem, layout),
-            group=thing.core if thing.core is not None and thing.core <= tree.items[-1].id else None,
-            model=ModelReference(generator=thing.rule.category),
+            id=item.id,
+            category=item.rule.category,
+            label=categories[item.rule.category].label_id,
+            size_m=item.size_m,
+            position_m=(float(layout.where[item.id - 1, X]), float(layout.where[item.id - 1, Y]), float(layout.where[item.id - 1, Z])),
+            yaw_rad=float(layout.where[item.id - 1, YAW]),
+            support=_support(item, problem, layout),
+            group=item.core if item.core is not None and item.core <= tree.items[-1].id else None,
+            model=ModelReference(generator=item.rule.category),
             parts=(),
         )
-        for thing in tree.items
+        for item in tree.items
     )
 
 
-def _support(thing: Item, problem: Problem, layout: State) -> Support:
-    mount = thing.rule.mount
+def _support(item: Item, problem: Problem, layout: State) -> Support:
+    mount = item.rule.mount
     if mount == "object":
-        return Support(kind=mount, id=int(problem.slot_owner[layout.slot[thing.id - 1]]) + 1)
-    return Support(kind=mount, wall=int(layout.on_wall[thing.id - 1]) if mount == "wall" else None)
+        return Support(kind=mount, id=int(problem.surface_owner[layout.surface[item.id - 1]]) + 1)
+    return Support(kind=mount, wall=int(layout.on_wall[item.id - 1]) if mount == "wall" else None)
 
 
 def _parse_graph(grammar: Grammar, tree: ParseTree, layout: State, problem: Problem, energy: Floats) -> ParseGraph:
     """Return the derivation with the supporters that the layout chose; their probabilities are the energy's support_address."""
     nodes = list(tree.nodes)
-    for thing in tree.items:
-        if thing.supporter_node is not None:
-            supporter = int(problem.slot_owner[layout.slot[thing.id - 1]]) + 1
-            nodes[thing.supporter_node] = replace(nodes[thing.supporter_node], choice=str(supporter))
+    for item in tree.items:
+        if item.supporter_node is not None:
+            supporter = int(problem.surface_owner[layout.surface[item.id - 1]]) + 1
+            nodes[item.supporter_node] = replace(nodes[item.supporter_node], choice=str(supporter))
     weights = {name: float(getattr(grammar.weights, name)) for name in TERMS}
     energies = dict(zip(TERMS, energy.tolist(), strict=True))
     return ParseGraph(

@@ -10,13 +10,14 @@ import yaml
 
 from grammar.derivation.derive import derive
 from grammar.layout.assemble import assemble
-from grammar.layout.mcmc import enter
+from grammar.layout.enter import enter
 from grammar.layout.moves import MoveSettings, move_settings
 from grammar.layout.problem import Problem, State
 from grammar.spec.categories import Categories, read_categories
 from grammar.spec.check import check_grammar
+from grammar.spec.energy_terms import TERMS
 from grammar.spec.request import SceneRequest
-from grammar.spec.rules import MOVES, TERMS, Grammar
+from grammar.spec.rules import MOVES, Grammar
 from scene_description import from_mapping
 from scene_description.share import config_path
 

@@ -16,7 +16,7 @@ from grammar.camera.directions import sample_directions
 from grammar.camera.path_config import CameraPathConfig, Mount
 from grammar.camera.views import Views
 from grammar.camera.walk import Ground, Walk, choose_ground, find_routes, position_at, sample_walk
-from grammar.geometry.boxes import Boxes
+from grammar.geometry.arrays import Boxes
 from scene_description import CameraPose
 from scene_description.poses import look_at
 

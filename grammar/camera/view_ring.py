@@ -12,8 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
-from grammar.geometry.arrays import Floats, Ints
-from grammar.geometry.boxes import Boxes
+from grammar.geometry.arrays import Boxes, Floats, Ints
 from grammar.geometry.kernels import INNER, LEAN
 
 RING_COLUMNS = 72

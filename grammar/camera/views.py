@@ -9,8 +9,7 @@ import numpy as np
 
 from grammar.camera.path_config import CameraPathConfig
 from grammar.camera.view_ring import RING_COLUMNS, cast_ring, view_values
-from grammar.geometry.arrays import Floats, Ints
-from grammar.geometry.boxes import Boxes
+from grammar.geometry.arrays import Boxes, Floats, Ints
 
 
 class Ring(NamedTuple):

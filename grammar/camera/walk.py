@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from scipy import ndimage, sparse
 from scipy.sparse import csgraph
 
-from grammar.geometry.arrays import Floats, Ints
-from grammar.geometry.boxes import Boxes, point_distance
+from grammar.geometry.arrays import Boxes, Floats, Ints
+from grammar.geometry.boxes import point_distance
 from grammar.geometry.free_space import FreeSpace, distance_to_outline, rasterize, standable
 from grammar.geometry.kernels import LEAN
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from grammar.derivation.drafts import corners_of
 from grammar.geometry.solids import surface_top
-from grammar.geometry.walls import WALL_YAW, wall_rows
+from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, WALL_YAW, wall_rows
 from grammar.layout.assemble import around_target
 from grammar.spec.categories import Categories
 from grammar.spec.object_rules import CORNER, Mode, ObjectRule
@@ -97,7 +97,8 @@ def _references(room: Room, objects: Sequence[SceneObject], graph: ParseGraph) -
     wall = wall_rows(room.polygon_m)
     at = {item.id: _Reference(item.position_m[0], item.position_m[1], item.yaw_rad, item.size_m) for item in objects}
     for opening in room.openings:
-        x, y = wall[opening.wall, :2] + wall[opening.wall, 2:4] * (opening.offset_m + 0.5 * opening.width_m)
+        along = opening.offset_m + 0.5 * opening.width_m
+        x, y = wall[opening.wall, [START_X, START_Y]] + wall[opening.wall, [ALONG_X, ALONG_Y]] * along
         at[opening.id] = _Reference(float(x), float(y), float(wall[opening.wall, WALL_YAW]), (0.0, opening.width_m, opening.height_m))
     corners = {
         f"{CORNER} {corner.vertex}": _Reference(corner.x_m, corner.y_m, corner.yaw_rad, (0.0, 0.0, 0.0)) for corner in corners_of(room)

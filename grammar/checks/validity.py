@@ -16,13 +16,24 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from grammar.geometry.arrays import Floats, Ints
-from grammar.geometry.boxes import Boxes, deepest_penetrations, footprint_corners, segment_inside_length
+from grammar.geometry.arrays import Bools, Boxes, Floats, Ints
+from grammar.geometry.boxes import (
+    COS_YAW,
+    HALF_DEPTH,
+    HALF_WIDTH,
+    SIN_YAW,
+    Z_HIGH,
+    Z_LOW,
+    X,
+    Y,
+    deepest_penetrations,
+    footprint_corners,
+    segment_inside_length,
+)
 from grammar.geometry.free_space import rasterize, reachable, walkable_share
 from grammar.geometry.solids import object_solids, surface_top
-from grammar.geometry.walls import outside_distance, wall_rows
+from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, START_X, START_Y, outside_distance, wall_rows
 from grammar.geometry.zones import FACE, object_zones, opening_frame, opening_zones, placed_zones, side_rectangle
 from grammar.spec.categories import Categories
 from grammar.spec.object_rules import ObjectRule
@@ -99,13 +110,13 @@ def _check_bounds(limits: Thresholds, room: Room, objects: Sequence[SceneObject]
 
 def _outside(wall: Floats, ceiling_m: float, box: Boxes, tolerance_m: float) -> float:
     """Return how far a box lies outside the room; if only a wall cuts through it between its corners, the wall's length in it."""
-    worst = max(-box[2], box[3] - ceiling_m, 0.0)
+    worst = max(-box[Z_LOW], box[Z_HIGH] - ceiling_m, 0.0)
     for x, y in footprint_corners(box):
         worst = max(worst, outside_distance(wall, x, y))
     if worst <= tolerance_m:
         inner = box.copy()
-        inner[4:6] = np.maximum(box[4:6] - tolerance_m, 0.0)
-        for ax, ay, tx, ty, length in wall[:, :5]:
+        inner[[HALF_DEPTH, HALF_WIDTH]] = np.maximum(box[[HALF_DEPTH, HALF_WIDTH]] - tolerance_m, 0.0)
+        for ax, ay, tx, ty, length in wall[:, [START_X, START_Y, ALONG_X, ALONG_Y, LENGTH]]:
             worst = max(worst, segment_inside_length(inner, ax, ay, ax + tx * length, ay + ty * length))
     return float(worst)
 
@@ -198,7 +209,7 @@ def _check_wall_space(
     return _at_most("wall_clear", grammar.validity.penetration_m, _worst_by_owner(depth, owners))
 
 
-def _supported_by(objects: Sequence[SceneObject], owner: Ints, kind: str) -> NDArray[np.bool_]:
+def _supported_by(objects: Sequence[SceneObject], owner: Ints, kind: str) -> Bools:
     """Return (n,) whether the owner of each box has this kind of support."""
     return np.isin(owner, [item.id for item in objects if item.support.kind == kind])
 
@@ -246,7 +257,7 @@ def _touches(item: SceneObject, side: str, depth_m: float, points: Floats) -> bo
 def _check_sides(
     limits: Thresholds, room: Room, objects: Sequence[SceneObject], rules: Mapping[int, ObjectRule], boxes: Boxes, owner: Ints
 ) -> ValidityCheck:
-    low = boxes[:, 2] < limits.robot_height_m
+    low = boxes[:, Z_LOW] < limits.robot_height_m
     wall, share = wall_rows(room.polygon_m), {}
     for item in objects:
         if rules[item.id].reach_any:
@@ -265,8 +276,8 @@ def _free_share(limits: Thresholds, wall: Floats, item: SceneObject, side: str, 
     u, v = np.meshgrid(x + np.sign(x) * limits.side_gap_m + half_d * steps, y + np.sign(y) * limits.side_gap_m + half_w * steps)
     c, s = math.cos(item.yaw_rad), math.sin(item.yaw_rad)
     px, py = (item.position_m[0] + u * c - v * s).ravel(), (item.position_m[1] + u * s + v * c).ravel()
-    dx, dy = px[:, None] - others[:, 0], py[:, None] - others[:, 1]
-    taken = (np.abs(dx * others[:, 6] + dy * others[:, 7]) < others[:, 4]) & (np.abs(dy * others[:, 6] - dx * others[:, 7]) < others[:, 5])
+    dx, dy, cos, sin = px[:, None] - others[:, X], py[:, None] - others[:, Y], others[:, COS_YAW], others[:, SIN_YAW]
+    taken = (np.abs(dx * cos + dy * sin) < others[:, HALF_DEPTH]) & (np.abs(dy * cos - dx * sin) < others[:, HALF_WIDTH])
     free = [
         not hit and outside_distance(wall, a, b) == 0.0 for hit, a, b in zip(taken.any(1).tolist(), px.tolist(), py.tolist(), strict=True)
     ]

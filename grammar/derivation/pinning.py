@@ -10,8 +10,8 @@ import numpy as np
 
 from grammar.derivation.fixed import FixedObject, Size
 from grammar.derivation.rejection import RejectedError
-from grammar.geometry.arrays import Floats, Ints
-from grammar.geometry.boxes import Boxes, deepest_penetrations, place_boxes
+from grammar.geometry.arrays import Boxes, Floats, Ints
+from grammar.geometry.boxes import deepest_penetrations, place_boxes
 from grammar.geometry.solids import local_solids, surface_top
 from grammar.geometry.walls import rectangle_outside, wall_rows
 from grammar.geometry.zones import FACE, SWING, VIEW, opening_frame, opening_zones, placed_zones

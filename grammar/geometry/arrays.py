@@ -5,3 +5,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+Boxes = NDArray[np.float64]
+"""Rows of :mod:`grammar.geometry.boxes`."""

@@ -1,8 +1,8 @@
 """Boxes that stand upright: exact tests between them, compiled.
 
-A box is a row of eight float64 in world metres: ``x, y`` (centre of its footprint), ``z_low, z_high``, ``half_depth`` (along the box's own
-x), ``half_width`` (along its y), ``cos_yaw, sin_yaw``.  Many boxes are an (n, 8) array.  The rectangle tests follow the separating axis
-theorem (Gottschalk et al., SIGGRAPH 1996) in two dimensions.
+A box is a row of eight float64 in world metres, in the columns named here: x and y of the middle of its footprint, the heights of its
+underside and top, half its depth (along the box's own x) and half its width (along its y), cosine and sine of its yaw.  Many boxes are an
+(n, 8) array.  The rectangle tests follow the separating axis theorem (Gottschalk et al., SIGGRAPH 1996) in two dimensions.
 """
 
 from __future__ import annotations
@@ -11,19 +11,20 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
+from grammar.geometry.arrays import Boxes, Floats, Ints
 from grammar.geometry.kernels import LEAN
 
-Boxes = NDArray[np.float64]
+X, Y, Z_LOW, Z_HIGH, HALF_DEPTH, HALF_WIDTH, COS_YAW, SIN_YAW = range(8)
+"""Columns of boxes; boxes in an object's own frame have the first six."""
 
 _CORNER_DEPTH, _CORNER_WIDTH = np.array([1.0, -1.0, -1.0, 1.0]), np.array([1.0, 1.0, -1.0, -1.0])
 
 
 def footprint_corners(box: Boxes) -> Boxes:
     """Return the (4, 2) corners of a box's footprint, counter-clockwise, world metres."""
-    u, v = box[4] * _CORNER_DEPTH, box[5] * _CORNER_WIDTH
-    return np.column_stack([box[0] + u * box[6] - v * box[7], box[1] + u * box[7] + v * box[6]])
+    u, v = box[HALF_DEPTH] * _CORNER_DEPTH, box[HALF_WIDTH] * _CORNER_WIDTH
+    return np.column_stack([box[X] + u * box[COS_YAW] - v * box[SIN_YAW], box[Y] + u * box[SIN_YAW] + v * box[COS_YAW]])
 
 
 @njit(**LEAN)
@@ -33,9 +34,9 @@ def row_penetration(first: Boxes, i: int, second: Boxes, j: int) -> float:
     The depth is the least translation along any of the four edge normals that parts the rectangles.  A negative value is a lower bound of
     the distance between them with its sign turned.
     """
-    dx, dy = second[j, 0] - first[i, 0], second[j, 1] - first[i, 1]
-    ad, aw, ac, as_ = first[i, 4], first[i, 5], first[i, 6], first[i, 7]
-    bd, bw, bc, bs = second[j, 4], second[j, 5], second[j, 6], second[j, 7]
+    dx, dy = second[j, X] - first[i, X], second[j, Y] - first[i, Y]
+    ad, aw, ac, as_ = first[i, HALF_DEPTH], first[i, HALF_WIDTH], first[i, COS_YAW], first[i, SIN_YAW]
+    bd, bw, bc, bs = second[j, HALF_DEPTH], second[j, HALF_WIDTH], second[j, COS_YAW], second[j, SIN_YAW]
     cos_ab, sin_ab = abs(ac * bc + as_ * bs), abs(ac * bs - as_ * bc)
     depth = ad + bd * cos_ab + bw * sin_ab - abs(dx * ac + dy * as_)
     depth = min(depth, aw + bd * sin_ab + bw * cos_ab - abs(dy * ac - dx * as_))
@@ -51,7 +52,7 @@ def footprint_penetration(a: Boxes, b: Boxes) -> float:
 @njit(**LEAN)
 def penetration(first: Boxes, i: int, second: Boxes, j: int) -> float:
     """Return the penetration depth of boxes ``first[i]`` and ``second[j]`` in metres; 0 or less when they are apart or touch."""
-    vertical = min(first[i, 3], second[j, 3]) - max(first[i, 2], second[j, 2])
+    vertical = min(first[i, Z_HIGH], second[j, Z_HIGH]) - max(first[i, Z_LOW], second[j, Z_LOW])
     if vertical <= 0.0:
         return float(vertical)
     return float(min(vertical, row_penetration(first, i, second, j)))
@@ -60,21 +61,21 @@ def penetration(first: Boxes, i: int, second: Boxes, j: int) -> float:
 @njit(**LEAN)
 def point_distance(box: Boxes, x_m: float, y_m: float) -> float:
     """Return the distance in metres from a point to a box's footprint, 0 inside."""
-    dx, dy = x_m - box[0], y_m - box[1]
-    u = max(abs(dx * box[6] + dy * box[7]) - box[4], 0.0)
-    v = max(abs(dy * box[6] - dx * box[7]) - box[5], 0.0)
+    dx, dy = x_m - box[X], y_m - box[Y]
+    u = max(abs(dx * box[COS_YAW] + dy * box[SIN_YAW]) - box[HALF_DEPTH], 0.0)
+    v = max(abs(dy * box[COS_YAW] - dx * box[SIN_YAW]) - box[HALF_WIDTH], 0.0)
     return math.sqrt(u * u + v * v)
 
 
 @njit(**LEAN)
 def segment_inside_length(box: Boxes, ax_m: float, ay_m: float, bx_m: float, by_m: float) -> float:
     """Return how many metres of the segment from a to b lie in the open footprint of a box (Liang-Barsky clipping)."""
-    au = (ax_m - box[0]) * box[6] + (ay_m - box[1]) * box[7]
-    av = (ay_m - box[1]) * box[6] - (ax_m - box[0]) * box[7]
-    du = (bx_m - ax_m) * box[6] + (by_m - ay_m) * box[7]
-    dv = (by_m - ay_m) * box[6] - (bx_m - ax_m) * box[7]
+    au = (ax_m - box[X]) * box[COS_YAW] + (ay_m - box[Y]) * box[SIN_YAW]
+    av = (ay_m - box[Y]) * box[COS_YAW] - (ax_m - box[X]) * box[SIN_YAW]
+    du = (bx_m - ax_m) * box[COS_YAW] + (by_m - ay_m) * box[SIN_YAW]
+    dv = (by_m - ay_m) * box[COS_YAW] - (bx_m - ax_m) * box[SIN_YAW]
     low, high = 0.0, 1.0
-    for start, step, half in ((au, du, box[4]), (av, dv, box[5])):
+    for start, step, half in ((au, du, box[HALF_DEPTH]), (av, dv, box[HALF_WIDTH])):
         if abs(step) < 1e-12:
             if abs(start) >= half:
                 return 0.0
@@ -93,17 +94,17 @@ def place_boxes(local: Boxes, first: int, last: int, x_m: float, y_m: float, z_m
     """
     c, s = math.cos(yaw_rad), math.sin(yaw_rad)
     for k in range(first, last):
-        out[k, 0] = x_m + local[k, 0] * c - local[k, 1] * s
-        out[k, 1] = y_m + local[k, 0] * s + local[k, 1] * c
-        out[k, 2] = z_m + local[k, 2]
-        out[k, 3] = z_m + local[k, 3]
-        out[k, 4] = local[k, 4]
-        out[k, 5] = local[k, 5]
-        out[k, 6] = c
-        out[k, 7] = s
+        out[k, X] = x_m + local[k, X] * c - local[k, Y] * s
+        out[k, Y] = y_m + local[k, X] * s + local[k, Y] * c
+        out[k, Z_LOW] = z_m + local[k, Z_LOW]
+        out[k, Z_HIGH] = z_m + local[k, Z_HIGH]
+        out[k, HALF_DEPTH] = local[k, HALF_DEPTH]
+        out[k, HALF_WIDTH] = local[k, HALF_WIDTH]
+        out[k, COS_YAW] = c
+        out[k, SIN_YAW] = s
 
 
-def deepest_penetrations(boxes: Boxes, owner: NDArray[np.int64], others: Boxes, other_owner: NDArray[np.int64]) -> NDArray[np.float64]:
+def deepest_penetrations(boxes: Boxes, owner: Ints, others: Boxes, other_owner: Ints) -> Floats:
     """Return, for each of ``boxes`` (n, 8), its deepest penetration in metres with those of ``others`` that have another owner; 0: none."""
     depth = np.zeros(len(boxes))
     _deepen(boxes, owner, others, other_owner, depth)

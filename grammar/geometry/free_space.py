@@ -17,7 +17,8 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
-from grammar.geometry.boxes import point_distance, row_penetration
+from grammar.geometry.arrays import Bools, Boxes, Floats
+from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, Z_LOW, X, Y, point_distance, row_penetration
 from grammar.geometry.kernels import LEAN
 from grammar.spec.rules import GrammarError
 
@@ -39,12 +40,12 @@ class FreeSpace(NamedTuple):
 
     origin_m: tuple[float, float]
     resolution_m: float
-    inside: NDArray[np.bool_]
-    occupied: NDArray[np.bool_]
-    clearance_m: NDArray[np.float64]
+    inside: Bools
+    occupied: Bools
+    clearance_m: Floats
 
 
-def rasterize(polygon_m: ArrayLike, boxes: NDArray[np.float64], resolution_m: float, clearance_height_m: float) -> FreeSpace:
+def rasterize(polygon_m: ArrayLike, boxes: Boxes, resolution_m: float, clearance_height_m: float) -> FreeSpace:
     """Return the raster of a floor with the solids whose underside is lower than ``clearance_height_m``.
 
     Args:
@@ -64,7 +65,7 @@ def rasterize(polygon_m: ArrayLike, boxes: NDArray[np.float64], resolution_m: fl
             f"free space: expected at most {MAX_CELLS} cells, got {width} x {height}; raise resolution_m from {resolution_m}"
         )
     origin = (float(low[0] * resolution_m), float(low[1] * resolution_m))
-    solid = np.ascontiguousarray(boxes[boxes[:, 2] < clearance_height_m], np.float64)
+    solid = np.ascontiguousarray(boxes[boxes[:, Z_LOW] < clearance_height_m], np.float64)
     inside, occupied, clearance = np.zeros((height, width), bool), np.zeros((height, width), bool), np.zeros((height, width))
     _rasterize(polygon, solid, origin[0], origin[1], resolution_m, np.zeros((1, 8)), inside, occupied, clearance)
     return FreeSpace(origin, resolution_m, inside, occupied, clearance)
@@ -83,12 +84,12 @@ def centre_of(free: FreeSpace, row: int, column: int) -> tuple[float, float]:
     return (free.origin_m[0] + (column + 0.5) * free.resolution_m, free.origin_m[1] + (row + 0.5) * free.resolution_m)
 
 
-def standable(free: FreeSpace, radius_m: float) -> NDArray[np.bool_]:
+def standable(free: FreeSpace, radius_m: float) -> Bools:
     """Return (h, w) bool: the free floor eroded by a disc, that is, the cells where a disc fits with its centre on the cell's centre."""
     return free.inside & (free.clearance_m >= radius_m - _TOUCH_M)
 
 
-def reachable(free: FreeSpace, radius_m: float, start_m: tuple[float, float]) -> NDArray[np.bool_]:
+def reachable(free: FreeSpace, radius_m: float, start_m: tuple[float, float]) -> Bools:
     """Return (h, w) bool: the cells that the centre of a disc can reach from ``start_m`` over cells where it fits (4-neighbourhood).
 
     The walk begins at the nearest such cell within ``radius_m`` and one cell's diagonal of ``start_m``, so that a point on a door's
@@ -117,7 +118,7 @@ def occupancy_grid(free: FreeSpace) -> NDArray[np.int8]:
     return np.where(free.inside, np.where(free.occupied, OCCUPIED, FREE), UNKNOWN).astype(np.int8)
 
 
-def _nearest_cell(free: FreeSpace, wanted: NDArray[np.bool_], point_m: tuple[float, float]) -> tuple[int, int]:
+def _nearest_cell(free: FreeSpace, wanted: Bools, point_m: tuple[float, float]) -> tuple[int, int]:
     x = free.origin_m[0] + (np.arange(wanted.shape[1]) + 0.5) * free.resolution_m - point_m[0]
     y = free.origin_m[1] + (np.arange(wanted.shape[0]) + 0.5) * free.resolution_m - point_m[1]
     squared = np.where(wanted, (y * y)[:, None] + x * x, np.inf)
@@ -128,14 +129,14 @@ def _nearest_cell(free: FreeSpace, wanted: NDArray[np.bool_], point_m: tuple[flo
 @njit(**LEAN)
 def _rasterize(polygon, boxes, x0, y0, side, cell, inside, occupied, clearance):  # type: ignore[no-untyped-def]
     """Fill the (h, w) arrays; ``cell`` (1, 8) is work space for a cell as a box."""
-    cell[0, 4], cell[0, 5], cell[0, 6] = 0.5 * side, 0.5 * side, 1.0
+    cell[0, HALF_DEPTH], cell[0, HALF_WIDTH], cell[0, COS_YAW] = 0.5 * side, 0.5 * side, 1.0
     for row in range(inside.shape[0]):
-        cell[0, 1] = y0 + (row + 0.5) * side
+        cell[0, Y] = y0 + (row + 0.5) * side
         for column in range(inside.shape[1]):
-            cell[0, 0] = x0 + (column + 0.5) * side
-            is_inside, nearest = distance_to_outline(polygon, cell[0, 0], cell[0, 1])
+            cell[0, X] = x0 + (column + 0.5) * side
+            is_inside, nearest = distance_to_outline(polygon, cell[0, X], cell[0, Y])
             for b in range(len(boxes)):
-                distance = point_distance(boxes[b], cell[0, 0], cell[0, 1])
+                distance = point_distance(boxes[b], cell[0, X], cell[0, Y])
                 nearest = min(nearest, distance)
                 if distance <= 0.75 * side and not occupied[row, column]:
                     occupied[row, column] = row_penetration(cell, np.int64(0), boxes, b) >= 0.0
@@ -144,7 +145,7 @@ def _rasterize(polygon, boxes, x0, y0, side, cell, inside, occupied, clearance):
 
 
 @njit(**LEAN)
-def distance_to_outline(polygon: NDArray[np.float64], x_m: float, y_m: float) -> tuple[bool, float]:
+def distance_to_outline(polygon: Floats, x_m: float, y_m: float) -> tuple[bool, float]:
     """Return whether a point lies inside an (n, 2) outline (even-odd rule), and its distance to the outline in metres."""
     is_inside = False
     nearest = np.inf

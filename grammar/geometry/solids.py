@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from grammar.geometry.boxes import Boxes, place_boxes
+from grammar.geometry.arrays import Boxes, Ints
+from grammar.geometry.boxes import place_boxes
 from grammar.spec.categories import Categories, Category, Solid, SupportSurface
 from scene_description import SceneObject
 
@@ -43,7 +43,7 @@ def surface_top(surface: SupportSurface, size_m: Size) -> tuple[float, float, fl
     )
 
 
-def object_solids(categories: Categories, objects: Sequence[SceneObject]) -> tuple[Boxes, NDArray[np.int64]]:
+def object_solids(categories: Categories, objects: Sequence[SceneObject]) -> tuple[Boxes, Ints]:
     """Return the boxes of all objects and whose they are.
 
     Args:
@@ -55,12 +55,12 @@ def object_solids(categories: Categories, objects: Sequence[SceneObject]) -> tup
         owner_id: (n,) int64, the id of the object that each box belongs to.
     """
     boxes, owners = [], []
-    for thing in objects:
-        local = local_solids(categories[thing.category], thing.size_m)
+    for item in objects:
+        local = local_solids(categories[item.category], item.size_m)
         placed = np.empty((len(local), 8))
-        place_boxes(local, 0, len(local), *thing.position_m, thing.yaw_rad, placed)
+        place_boxes(local, 0, len(local), *item.position_m, item.yaw_rad, placed)
         boxes.append(placed)
-        owners.append(np.full(len(local), thing.id, np.int64))
+        owners.append(np.full(len(local), item.id, np.int64))
     if not boxes:
         return np.zeros((0, 8)), np.zeros(0, np.int64)
     return np.concatenate(boxes), np.concatenate(owners)

@@ -7,15 +7,14 @@ from collections.abc import Sequence
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from grammar.geometry.arrays import Floats
 from grammar.geometry.kernels import LEAN
 from scene_description.types import Point2
 
-Floats = NDArray[np.float64]
-
-WALL_YAW, REFLEX = 7, 8
-"""Columns of :func:`wall_rows` after start, direction, length and normal."""
+START_X, START_Y, ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, WALL_YAW, REFLEX = range(9)
+"""Columns of :func:`wall_rows`."""
 
 _STRAIGHT = 1e-9
 _GRAZE_M = 1e-4
@@ -45,15 +44,15 @@ def wall_rows(polygon_m: ArrayLike) -> Floats:
 
 @njit(**LEAN)
 def outside_distance(wall: Floats, x: float, y: float) -> float:
-    """Return how far a point lies outside the room whose walls are the rows of ``wall`` (see Problem), 0 inside."""
+    """Return how far a point lies outside the room whose walls are rows of :func:`wall_rows`, in metres; 0 inside."""
     outside = False
     for w in range(len(wall)):
-        outside |= (x - wall[w, 0]) * wall[w, 5] + (y - wall[w, 1]) * wall[w, 6] < 0.0
+        outside |= (x - wall[w, START_X]) * wall[w, NORMAL_X] + (y - wall[w, START_Y]) * wall[w, NORMAL_Y] < 0.0
     if not outside:
         return 0.0
     inside, nearest = False, np.inf
     for w in range(len(wall)):
-        ax, ay, tx, ty, length = wall[w, 0], wall[w, 1], wall[w, 2], wall[w, 3], wall[w, 4]
+        ax, ay, tx, ty, length = wall[w, START_X], wall[w, START_Y], wall[w, ALONG_X], wall[w, ALONG_Y], wall[w, LENGTH]
         if (ay > y) != (ay + ty * length > y) and x < ax + (y - ay) * tx / ty:
             inside = not inside
         along = min(max((x - ax) * tx + (y - ay) * ty, 0.0), length)
@@ -90,14 +89,14 @@ def rectangle_outside(wall: Floats, x: float, y: float, c: float, s: float, half
         v = half_w if k % 2 == 0 else -half_w
         worst = max(worst, outside_distance(wall, x + u * c - v * s, y + u * s + v * c))
     for w in range(len(wall)):
-        if wall[w, 8] > 0.0:
+        if wall[w, REFLEX] > 0.0:
             bent = True
-            dx, dy = wall[w, 0] - x, wall[w, 1] - y
+            dx, dy = wall[w, START_X] - x, wall[w, START_Y] - y
             worst = max(worst, min(half_d - abs(dx * c + dy * s), half_w - abs(dy * c - dx * s)))
     if bent:
         inner_d, inner_w = half_d - _GRAZE_M, half_w - _GRAZE_M
         for w in range(len(wall)):
-            ax, ay, length = wall[w, 0], wall[w, 1], wall[w, 4]
-            bx, by = ax + wall[w, 2] * length, ay + wall[w, 3] * length
+            ax, ay, length = wall[w, START_X], wall[w, START_Y], wall[w, LENGTH]
+            bx, by = ax + wall[w, ALONG_X] * length, ay + wall[w, ALONG_Y] * length
             worst = max(worst, _crossing_length(x, y, c, s, inner_d, inner_w, ax, ay, bx, by))
     return worst

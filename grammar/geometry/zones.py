@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammar.geometry.boxes import Boxes
+from grammar.geometry.arrays import Boxes
 from grammar.spec.object_rules import ObjectRule
 from grammar.spec.room_rules import OpeningRule
 from scene_description import Opening, Room
@@ -25,7 +25,7 @@ Size = tuple[float, float, float]
 
 
 class Zone(NamedTuple):
-    """A box in the frame of its object or opening, metres: x, y of its centre, heights, half extents, kind (see layout), free depth."""
+    """A box in the frame of its object or opening, metres: x, y of its middle, heights, half extents, kind of zone, depth."""
 
     x: float
     y: float

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import astuple
 from typing import NamedTuple
 
 import numpy as np
@@ -12,120 +11,201 @@ import numpy as np
 from grammar.derivation.parse_tree import Item, ParseTree
 from grammar.geometry.arrays import Floats, Ints
 from grammar.geometry.solids import local_solids, surface_top
-from grammar.geometry.walls import WALL_YAW, wall_rows
+from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, WALL_YAW, wall_rows
 from grammar.geometry.zones import Zone, object_zones, opening_zones, side_rectangle
-from grammar.layout.energies import place_object
-from grammar.layout.problem import BOTTOM, CANDIDATE, CEILING, CENTRE, CORE, FIXED, FLOOR, LEADS, OBJECT, WALL, Problem, State, empty_state
+from grammar.layout import columns as col
+from grammar.layout.frames import place_object
+from grammar.layout.problem import Problem, State, zero_state
 from grammar.spec.categories import Categories
-from grammar.spec.object_rules import AroundMode, Mode, WallMode
+from grammar.spec.energy_terms import weight_vector
+from grammar.spec.object_rules import AroundMode, Mode
 from grammar.spec.rules import Grammar, Thresholds
+from scene_description.polygons import centroid_m
 
-Row = tuple[float, ...]
-Modes = tuple[list[Row], list[Row], list[Row], list[Row]]
+Size = tuple[float, float, float]
 
-_MOUNT = {"floor": FLOOR, "wall": WALL, "ceiling": CEILING, "object": OBJECT}
+_MOUNT = {"floor": col.FLOOR, "wall": col.WALL, "ceiling": col.CEILING, "object": col.OBJECT}
+
+
+class BoxRow(NamedTuple):
+    """A row of ``Problem.box``."""
+
+    x: float
+    y: float
+    z_low: float
+    z_high: float
+    half_depth: float
+    half_width: float
+    zone_kind: float = 0.0
+    zone_depth: float = 0.0
+
+
+class ModeRow(NamedTuple):
+    """A row of ``Problem.mode``; the names of the first three columns are those of modes around a core object."""
+
+    x: float
+    y: float
+    yaw: float
+    odds_cost: float = 0.0
+    probability: float = 0.0
+    near: float = 0.0
+    straight: float = 0.0
+
+
+class SurfaceRow(NamedTuple):
+    """A row of ``Problem.surface``."""
+
+    x: float
+    y: float
+    z: float
+    half_depth: float
+    half_width: float
+    owner: int
 
 
 def assemble(grammar: Grammar, categories: Categories, tree: ParseTree, beta: float | None = None) -> tuple[Problem, State]:
     """Return the layout problem of a parse tree and a state in which only what stays put is placed: openings, corners, fixed objects.
 
-    ``beta``: tidiness at which the chain will run, by default the grammar's; it shall not temper the probabilities of modes and addresses.
+    ``beta``: inverse temperature at which the chain will run, by default the grammar's; it shall not temper the probabilities of modes and
+    addresses.
     """
-    tidiness = grammar.schedule.beta if beta is None else beta
-    openings, things, room = tree.room.openings, tree.items, tree.room
-    size = {opening.id: (0.0, opening.width_m, opening.height_m) for opening in openings} | {thing.id: thing.size_m for thing in things}
-    size |= {len(openings) + len(things) + k + 1: (0.0, 0.0, 0.0) for k in range(len(tree.corners))}
-    slots = _slots(categories, things)
-    limits, reach_m = grammar.validity, grammar.validity.reach_depth_m
-    parts = [_Parts([], [_zone_row(z) for z in opening_zones(o, grammar.openings[o.category])], [], ([], [], [], [])) for o in openings]
-    for thing in things:
-        solids = [(*row, 0.0, 0.0) for row in local_solids(categories[thing.rule.category], thing.size_m).tolist()]
-        strips = [_strip_row(side, reach_m, thing.size_m) for side in thing.rule.reach_any]
-        zones = [_zone_row(zone) for zone in object_zones(thing.rule, thing.size_m)]
-        parts.append(_Parts(solids, zones, strips, _modes(thing, size, slots, tidiness)))
-    rows = [(FIXED, -1, 0, 0)] * len(openings)
-    parts.extend(_Parts([], [], [], ([], [], [], [])) for _ in tree.corners)
-    for thing, part in zip(things, parts[len(openings) : len(openings) + len(things)], strict=True):
-        core = -1 if thing.core is None else thing.core - 1
-        rows.append((_MOUNT[thing.rule.mount], core, 0, int(_blocks(thing, limits, part))))
-    rows.extend((FIXED, -1, 0, 0) for _ in tree.corners)
-    stays = [1 for _ in openings] + [int(thing.pinned is not None) for thing in things] + [1 for _ in tree.corners]
-    link = np.array(rows, np.int64).reshape(-1, 4)
-    owners = {int(row[5]) for row in slots}
-    link[:, LEADS] = [int(i in owners or i in link[:, CORE]) for i in range(len(link))]
-    box_first, mode_first = _firsts([p.boxes for p in parts]), _firsts([p.modes for p in parts])
-    wall, polygon = wall_rows(room.polygon_m), np.array(room.polygon_m)
+    openings, items, corners = tree.room.openings, tree.items, tree.corners
+    sizes = _sizes(tree)
+    surfaces = _surfaces(categories, items)
+    parts = [
+        *(_opening_parts([_zone_row(zone) for zone in opening_zones(o, grammar.openings[o.category])]) for o in openings),
+        *(_item_parts(grammar, categories, item, sizes, surfaces, grammar.schedule.beta if beta is None else beta) for item in items),
+        *(_opening_parts([]) for _ in corners),
+    ]
+    polygon = np.array(tree.room.polygon_m)
+    (x_low, y_low), (x_high, y_high), (x_centre, y_centre) = polygon.min(0), polygon.max(0), centroid_m(tree.room.polygon_m)
     problem = Problem(
-        object=np.array([_object_row(size[i + 1], p) for i, p in enumerate(parts)]),
-        link=np.column_stack([link, box_first, mode_first, np.array(stays, np.int64)]),
-        box=_rows([row for p in parts for rows in p.boxes for row in rows], 8),
-        mode=_rows([row for p in parts for rows in p.modes for row in rows], 7),
-        slot=_rows(slots, 6),
-        wall=wall,
-        number=np.concatenate([astuple(grammar.weights), polygon.min(0), polygon.max(0), _centroid(polygon)]),
+        object=_object_table(tree, sizes, parts),
+        link=_link_table(grammar.validity, tree, surfaces, parts),
+        box=_table([row for p in parts for rows in p.boxes for row in rows], len(BoxRow._fields)),
+        mode=_table([row for p in parts for rows in p.modes for row in rows], len(ModeRow._fields)),
+        surface=_table(surfaces, len(SurfaceRow._fields)),
+        wall=wall_rows(tree.room.polygon_m),
+        weight=weight_vector(grammar.weights),
+        x_low=x_low,
+        y_low=y_low,
+        x_high=x_high,
+        y_high=y_high,
+        x_centre=x_centre,
+        y_centre=y_centre,
     )
-    middle = [float(t.rule.room_centre and t.core is None and t.pinned is None) for t in things]
-    problem.object[: len(openings), BOTTOM] = [o.sill_m for o in openings]
-    problem.object[len(openings) : len(openings) + len(things), BOTTOM] = [t.bottom_m for t in things]
-    problem.object[len(openings) : len(openings) + len(things), CENTRE] = middle
     return problem, _with_fixed(problem, tree)
 
 
 class _Parts(NamedTuple):
-    """The rows that an object adds to the tables: solids, zones, strips to be reached; wall modes, around, placements, candidates."""
+    """The rows that an object adds to the tables, in the order in which these keep them."""
 
-    solids: list[Row]
-    zones: list[Row]
-    strips: list[Row]
-    modes: Modes
+    solids: list[BoxRow]
+    zones: list[BoxRow]
+    strips: list[BoxRow]
+    wall_modes: list[ModeRow]
+    around_modes: list[ModeRow]
+    placements: list[ModeRow]
+    targets: list[ModeRow]
 
     @property
-    def boxes(self) -> tuple[list[Row], list[Row], list[Row]]:
+    def boxes(self) -> tuple[list[BoxRow], ...]:
         return self.solids, self.zones, self.strips
 
-
-def _zone_row(zone: Zone) -> Row:
-    return (*(float(x) for x in zone),)
-
-
-def _strip_row(side: str, depth_m: float, size: tuple[float, float, float]) -> Row:
-    x, y, half_d, half_w = side_rectangle(side, depth_m, size)
-    return x, y, 0.0, size[2], half_d, half_w, 0.0, depth_m
+    @property
+    def modes(self) -> tuple[list[ModeRow], ...]:
+        return self.wall_modes, self.around_modes, self.placements, self.targets
 
 
-def _blocks(thing: Item, limits: Thresholds, parts: _Parts) -> bool:
-    """Return whether a thing takes floor from a walker; what stands on a thing lies within its footprint."""
-    low = min((row[2] for row in parts.solids), default=math.inf)
-    return thing.rule.mount != "object" and thing.bottom_m + low < limits.robot_height_m
+def _opening_parts(zones: list[BoxRow]) -> _Parts:
+    """Return the rows of an opening, or of a corner, which has no zones."""
+    return _Parts([], zones, [], [], [], [], [])
 
 
-def _modes(thing: Item, size: Mapping[int, tuple[float, float, float]], slots: Sequence[Row], beta: float) -> Modes:
-    rule = thing.rule
-    wall: list[Row] = [(mode.distance_m, _or_nan(mode.orientation_rad), 0.0) for mode in rule.wall]
-    around: list[Row] = [around_target(mode, thing.size_m, size[thing.core]) for mode in rule.around] if thing.core else []
-    places: list[Row] = [
-        (_or_nan(mode.depth_fraction), _or_nan(mode.width_fraction), _or_nan(mode.orientation_rad)) for mode in rule.placements
+def _item_parts(
+    grammar: Grammar, categories: Categories, item: Item, sizes: Mapping[int, Size], surfaces: Sequence[SurfaceRow], beta: float
+) -> _Parts:
+    """Return the rows of a placed object."""
+    rule = item.rule
+    at_walls = [ModeRow(mode.distance_m, 0.0, _or_nan(mode.orientation_rad)) for mode in rule.wall]
+    around = [ModeRow(*around_target(mode, item.size_m, sizes[item.core])) for mode in rule.around] if item.core else []
+    places = [
+        ModeRow(_or_nan(mode.depth_fraction), _or_nan(mode.width_fraction), _or_nan(mode.orientation_rad)) for mode in rule.placements
     ]
-    return (
-        _with_odds(wall, rule.wall, [1] * len(wall), beta),
-        _with_odds(around, rule.around, [1 if rule.mount == "wall" else 2] * len(around), beta),
-        _with_odds(places, rule.placements, [2 - sum(map(math.isnan, row[:2])) for row in places], beta),
-        [(slot, cost / beta, 0.0, 0.0, 0.0, 0.0, 0.0) for slot, cost in _candidates(thing, slots)],
+    return _Parts(
+        solids=[BoxRow(*row) for row in local_solids(categories[rule.category], item.size_m).tolist()],
+        zones=[_zone_row(zone) for zone in object_zones(rule, item.size_m)],
+        strips=[_strip_row(side, grammar.validity.reach_depth_m, item.size_m) for side in rule.reach_any],
+        wall_modes=_with_odds(at_walls, rule.wall, [1] * len(at_walls), beta),
+        around_modes=_with_odds(around, rule.around, [1 if rule.mount == "wall" else 2] * len(around), beta),
+        placements=_with_odds(places, rule.placements, [2 - math.isnan(row.x) - math.isnan(row.y) for row in places], beta),
+        targets=[ModeRow(float(surface), cost / beta, 0.0) for surface, cost in _targets(item, surfaces)],
     )
 
 
-def _with_odds(rows: list[Row], modes: Sequence[Mode], dimensions: Sequence[int], beta: float) -> list[Row]:
-    """Append each mode's cost, probability, and factors of its distance, which has so many dimensions, and of its angle."""
+def _zone_row(zone: Zone) -> BoxRow:
+    return BoxRow(*(float(value) for value in zone))
+
+
+def _strip_row(side: str, depth_m: float, size: Size) -> BoxRow:
+    x, y, half_d, half_w = side_rectangle(side, depth_m, size)
+    return BoxRow(x, y, 0.0, size[2], half_d, half_w, 0.0, depth_m)
+
+
+def _sizes(tree: ParseTree) -> dict[int, Size]:
+    """Return the size of every opening, placed object and corner by its id."""
+    last = len(tree.room.openings) + len(tree.items)
+    sizes: dict[int, Size] = {opening.id: (0.0, opening.width_m, opening.height_m) for opening in tree.room.openings}
+    sizes |= {item.id: item.size_m for item in tree.items}
+    return sizes | {last + k + 1: (0.0, 0.0, 0.0) for k in range(len(tree.corners))}
+
+
+def _object_table(tree: ParseTree, sizes: Mapping[int, Size], parts: Sequence[_Parts]) -> Floats:
+    """Return ``Problem.object``."""
+    table, first = np.zeros((len(parts), 6)), len(tree.room.openings)
+    for i, part in enumerate(parts):
+        half_d, half_w = 0.5 * sizes[i + 1][0], 0.5 * sizes[i + 1][1]
+        inner = max(_radius(part.solids), math.hypot(half_d, half_w))
+        table[i, [col.HALF_DEPTH, col.HALF_WIDTH]] = half_d, half_w
+        table[i, [col.INNER_RADIUS, col.OUTER_RADIUS]] = inner, max(inner, _radius(part.zones))
+    table[:first, col.BOTTOM] = [opening.sill_m for opening in tree.room.openings]
+    for i, item in enumerate(tree.items, first):
+        table[i, col.BOTTOM] = item.bottom_m
+        table[i, col.CENTRED] = float(item.rule.room_centre and item.core is None and item.pinned is None)
+    return table
+
+
+def _link_table(limits: Thresholds, tree: ParseTree, surfaces: Sequence[SurfaceRow], parts: Sequence[_Parts]) -> Ints:
+    """Return ``Problem.link``."""
+    table, first = np.zeros((len(parts), 14), np.int64), len(tree.room.openings)
+    table[:, col.MOUNT], table[:, col.CORE], table[:, col.PINNED] = col.FIXED, -1, 1
+    for i, item in enumerate(tree.items, first):
+        table[i, [col.MOUNT, col.CORE]] = _MOUNT[item.rule.mount], -1 if item.core is None else item.core - 1
+        table[i, [col.BLOCKS, col.PINNED]] = _blocks(item, limits, parts[i]), item.pinned is not None
+    owners = {row.owner for row in surfaces}
+    table[:, col.LEADS] = [i in owners or i in table[:, col.CORE] for i in range(len(table))]
+    table[:, col.SOLIDS : col.BOX_END + 1] = _firsts([part.boxes for part in parts])
+    table[:, col.WALL_MODES : col.MODE_END + 1] = _firsts([part.modes for part in parts])
+    return table
+
+
+def _blocks(item: Item, limits: Thresholds, parts: _Parts) -> bool:
+    """Return whether an object takes floor from a robot; what stands on an object lies within its footprint."""
+    low = min((row.z_low for row in parts.solids), default=math.inf)
+    return item.rule.mount != "object" and item.bottom_m + low < limits.robot_height_m
+
+
+def _with_odds(rows: list[ModeRow], modes: Sequence[Mode], dimensions: Sequence[int], beta: float) -> list[ModeRow]:
+    """Return the rows with each mode's cost, probability, and factors of its distance, which has so many dimensions, and of its angle."""
     if not rows:
         return []
     shares = [1.0 / len(modes) if mode.probability is None else mode.probability for mode in modes]
-    turns = [row[1] if isinstance(mode, WallMode) else row[2] for row, mode in zip(rows, modes, strict=True)]
     logs = [
-        math.log(share) - d * math.log(mode.spread) - (0.0 if math.isnan(turn) else math.log(mode.orientation_spread))
-        for share, mode, d, turn in zip(shares, modes, dimensions, turns, strict=True)
+        math.log(share) - d * math.log(mode.spread) - (0.0 if math.isnan(row.yaw) else math.log(mode.orientation_spread))
+        for share, mode, d, row in zip(shares, modes, dimensions, rows, strict=True)
     ]
     return [
-        (*row, (max(logs) - log) / beta, share, 1.0 / mode.spread, 1.0 / mode.orientation_spread)
+        row._replace(odds_cost=(max(logs) - log) / beta, probability=share, near=1.0 / mode.spread, straight=1.0 / mode.orientation_spread)
         for row, mode, share, log in zip(rows, modes, shares, logs, strict=True)
     ]
 
@@ -134,29 +214,24 @@ def _or_nan(value: float | None) -> float:
     return math.nan if value is None else value
 
 
-def _object_row(size: tuple[float, float, float], parts: _Parts) -> Row:
-    inner = max(_radius(parts.solids), math.hypot(0.5 * size[0], 0.5 * size[1]))
-    return 0.5 * size[0], 0.5 * size[1], inner, max(inner, _radius(parts.zones)), 0.0, 0.0
-
-
-def _radius(rows: Sequence[Row]) -> float:
-    return max((math.hypot(abs(row[0]) + row[4], abs(row[1]) + row[5]) for row in rows), default=0.0)
+def _radius(rows: Sequence[BoxRow]) -> float:
+    """Return the radius of the circle about the origin around the footprints of boxes."""
+    return max((math.hypot(abs(row.x) + row.half_depth, abs(row.y) + row.half_width) for row in rows), default=0.0)
 
 
 def _with_fixed(problem: Problem, tree: ParseTree) -> State:
-    """Return a state in which openings, corners and the things that stay put have their places."""
-    state = empty_state(problem)
+    """Return a state in which openings, corners and the objects that stay put have their places."""
+    state = zero_state(problem)
     for i, opening in enumerate(tree.room.openings):
-        ax, ay, tx, ty = problem.wall[opening.wall, :4]
-        along = opening.offset_m + 0.5 * opening.width_m
-        state.pose[i] = ax + tx * along, ay + ty * along, problem.wall[opening.wall, WALL_YAW]
+        wall, along = problem.wall[opening.wall], opening.offset_m + 0.5 * opening.width_m
+        state.pose[i] = wall[START_X] + wall[ALONG_X] * along, wall[START_Y] + wall[ALONG_Y] * along, wall[WALL_YAW]
         state.on_wall[i] = opening.wall
-    for thing in tree.items:
-        if thing.pinned is not None:
-            place, i = thing.pinned, thing.id - 1
+    for item in tree.items:
+        if item.pinned is not None:
+            place, i = item.pinned, item.id - 1
             state.where[i] = place.x_m, place.y_m, place.yaw_rad, place.z_m
             state.on_wall[i] = -1 if place.wall is None else place.wall
-            state.slot[i] = -1 if place.on is None else _top_below(problem, thing.id - 1, place.on - 1, place.z_m - _z_of(tree, place.on))
+            state.surface[i] = -1 if place.on is None else _surface_at(problem, i, place.on - 1, place.z_m - _z_of(tree, place.on))
     for k, corner in enumerate(tree.corners):
         state.pose[len(tree.room.openings) + len(tree.items) + k] = corner
     for i in np.flatnonzero(problem.pinned).tolist():
@@ -166,13 +241,13 @@ def _with_fixed(problem: Problem, tree: ParseTree) -> State:
 
 
 def _z_of(tree: ParseTree, identifier: int) -> float:
-    return next(thing.bottom_m for thing in tree.items if thing.id == identifier)
+    return next(item.bottom_m for item in tree.items if item.id == identifier)
 
 
-def _top_below(problem: Problem, i: int, owner: int, height_m: float) -> int:
-    """Return the top of ``owner`` at a height."""
-    tops = [k for k in problem.modes(i, CANDIDATE)[:, 0].astype(int).tolist() if problem.slot_owner[k] == owner]
-    return int(min(tops, key=lambda k: abs(float(problem.slot[k, 2]) - height_m)))
+def _surface_at(problem: Problem, i: int, owner: int, height_m: float) -> int:
+    """Return the support surface of ``owner``, of those that object ``i`` may stand on, that is nearest to a height above its underside."""
+    found = [k for k in problem.targets(i).tolist() if problem.surface_owner[k] == owner]
+    return int(min(found, key=lambda k: abs(float(problem.surface[k, col.SURFACE_Z]) - height_m)))
 
 
 def around_target(mode: AroundMode, size: tuple[float, float, float], core: tuple[float, float, float]) -> tuple[float, float, float]:
@@ -197,36 +272,34 @@ def around_target(mode: AroundMode, size: tuple[float, float, float], core: tupl
     return x, y, yaw
 
 
-def _slots(categories: Categories, things: Sequence[Item]) -> list[Row]:
-    rows: list[Row] = []
-    for thing in things:
-        for surface in categories[thing.rule.category].surfaces:
-            rows.append((0.0, 0.0, *surface_top(surface, thing.size_m), float(thing.id - 1)))
-    return rows
+def _surfaces(categories: Categories, items: Sequence[Item]) -> list[SurfaceRow]:
+    return [
+        SurfaceRow(0.0, 0.0, *surface_top(surface, item.size_m), item.id - 1)
+        for item in items
+        for surface in categories[item.rule.category].surfaces
+    ]
 
 
-def _candidates(thing: Item, slots: Sequence[Row]) -> list[tuple[int, float]]:
-    """Return the tops that a thing fits on with -log of their probabilities; an object's probability is shared by its tops."""
+def _targets(item: Item, surfaces: Sequence[SurfaceRow]) -> list[tuple[int, float]]:
+    """Return the support surfaces that an object fits on with -log of their probabilities; a supporter's is shared by its surfaces."""
     found: list[tuple[int, float]] = []
-    small, large = sorted((0.5 * thing.size_m[0], 0.5 * thing.size_m[1]))
-    for target, log_probability in zip(thing.supporters, thing.supporter_log_probability, strict=True):
-        fitting = [k for k, row in enumerate(slots) if row[5] == target - 1 and small <= min(row[3:5]) and large <= max(row[3:5])]
+    small, large = sorted((0.5 * item.size_m[0], 0.5 * item.size_m[1]))
+    for target, log_probability in zip(item.supporters, item.supporter_log_probability, strict=True):
+        fitting = [
+            k
+            for k, row in enumerate(surfaces)
+            if row.owner == target - 1 and small <= min(row.half_depth, row.half_width) and large <= max(row.half_depth, row.half_width)
+        ]
         found.extend((k, math.log(len(fitting)) - log_probability) for k in fitting)
     return found
 
 
-def _centroid(polygon: Floats) -> Floats:
-    following = np.roll(polygon, -1, 0)
-    cross = polygon[:, 0] * following[:, 1] - following[:, 0] * polygon[:, 1]
-    return np.asarray(((polygon + following) * cross[:, None]).sum(0) / (3.0 * cross.sum()))
-
-
-def _firsts(parts: Sequence[Sequence[Sequence[Row]]]) -> Ints:
+def _firsts(parts: Sequence[Sequence[Sequence[NamedTuple]]]) -> Ints:
     """Return for each object the first rows of its lists in their common table, and the end of the last one."""
     kinds = len(parts[0]) if parts else 0
     ends = np.cumsum([len(rows) for lists in parts for rows in lists]).reshape(-1, kinds)
     return np.column_stack([np.concatenate([[0], ends[:-1, -1]]), ends]).astype(np.int64)
 
 
-def _rows(rows: Sequence[Row], columns: int) -> Floats:
+def _table(rows: Sequence[tuple[float, ...]], columns: int) -> Floats:
     return np.array(rows, np.float64).reshape(-1, columns)

@@ -17,11 +17,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from grammar.geometry.arrays import Floats, Ints
+from grammar.geometry import boxes
+from grammar.geometry.arrays import Ints
 from grammar.geometry.kernels import INNER
-
-ORIGIN_X, ORIGIN_Y, RESOLUTION, RADIUS, SHARE, HEIGHT = range(6)
-"""Places in ``Floor.number``."""
 
 STRIDE, ROWS, FREE, DONE, SIDE, CHANGES, LOGGED, FLOODED, DONE_BEFORE = range(9)
 """Places in ``Floor.tally``."""
@@ -36,10 +34,11 @@ class Floor(NamedTuple):
     """The raster of a room, (h, w) cells with a border of closed ones, row after row; row = y, column = x.
 
     covered: (c,) solids and walls too near to each cell; mark: (2, c) what the robot can do in each cell, in the layout at hand (row
-    ``SIDE`` of ``tally``) and as work space; stack: (2 c,) work space; entry: (k,) cells in which the walk may begin, nearest to the door
+    ``SIDE`` of ``tally``) and as work space; stack: (2 c,) work space; entry: (k,) cells in which the flood may begin, nearest to the door
     first; change: (m,) cells that opened or closed since the last :func:`update`; log: (m, 2) cells that it marked, and as what they were
     marked before; tally: (9,) cells in a row of the raster with its border, rows without it, number of standable and of reached cells,
-    and the state of the update; number: (6,) the places above.
+    and the state of the update.  origin_x_m, origin_y_m: outer corner of the first cell within the border; resolution_m: side of a cell;
+    radius_m, height_m: of the robot; share: of the standable floor that it shall reach.
     """
 
     covered: NDArray[np.int16]
@@ -49,7 +48,12 @@ class Floor(NamedTuple):
     change: NDArray[np.int32]
     log: NDArray[np.int32]
     tally: Ints
-    number: Floats
+    origin_x_m: float
+    origin_y_m: float
+    resolution_m: float
+    radius_m: float
+    height_m: float
+    share: float
 
 
 NO_FLOOR = Floor(
@@ -60,7 +64,12 @@ NO_FLOOR = Floor(
     change=np.zeros(0, np.int32),
     log=np.zeros((0, 2), np.int32),
     tally=np.zeros(9, np.int64),
-    number=np.zeros(6),
+    origin_x_m=0.0,
+    origin_y_m=0.0,
+    resolution_m=0.0,
+    radius_m=0.0,
+    height_m=0.0,
+    share=0.0,
 )
 """The floor of a chain that leaves circulation and reach out of its energy."""
 
@@ -91,30 +100,30 @@ def _reach_right(y, c, s, p, q, r):  # type: ignore[no-untyped-def]
 
 
 @njit(**INNER)
-def _shape(boxes, k):  # type: ignore[no-untyped-def]
+def _shape(placed, k):  # type: ignore[no-untyped-def]
     """Return cosine, sine and half extents of a box's footprint as a rectangle whose yaw is below pi / 2."""
-    c, s = boxes[k, 6], boxes[k, 7]
+    c, s, half_d, half_w = placed[k, boxes.COS_YAW], placed[k, boxes.SIN_YAW], placed[k, boxes.HALF_DEPTH], placed[k, boxes.HALF_WIDTH]
     if c * s < 0.0:
-        return abs(s), abs(c), boxes[k, 5], boxes[k, 4]
-    return abs(c), abs(s), boxes[k, 4], boxes[k, 5]
+        return abs(s), abs(c), half_w, half_d
+    return abs(c), abs(s), half_d, half_w
 
 
 @njit(**INNER)
-def _rows(boxes, k, shape, floor):  # type: ignore[no-untyped-def]
+def _rows(placed, k, shape, floor):  # type: ignore[no-untyped-def]
     """Return the first row, and the one past the last, whose centres the widened box may cover."""
-    number = floor.number
-    side, extent = number[RESOLUTION], shape[2] * shape[1] + shape[3] * shape[0] + number[RADIUS]
-    middle = (boxes[k, 1] - number[ORIGIN_Y]) / side - 0.5
+    c, s, p, q = shape
+    side, extent = floor.resolution_m, p * s + q * c + floor.radius_m
+    middle = (placed[k, boxes.Y] - floor.origin_y_m) / side - 0.5
     return max(math.floor(middle - extent / side) + 1, 0), min(math.ceil(middle + extent / side), floor.tally[ROWS])
 
 
 @njit(**INNER)
-def _run_of(boxes, k, shape, row, floor):  # type: ignore[no-untyped-def]
+def _run_of(placed, k, shape, row, floor):  # type: ignore[no-untyped-def]
     """Return the first column, and the one past the last, whose centres in a row the widened box covers."""
-    number, (c, s, p, q) = floor.number, shape
-    side, r = number[RESOLUTION], number[RADIUS]
-    y = number[ORIGIN_Y] + (row + 0.5) * side - boxes[k, 1]
-    middle, columns = (boxes[k, 0] - number[ORIGIN_X]) / side - 0.5, floor.tally[STRIDE] - 2
+    c, s, p, q = shape
+    side, r = floor.resolution_m, floor.radius_m
+    y = floor.origin_y_m + (row + 0.5) * side - placed[k, boxes.Y]
+    middle, columns = (placed[k, boxes.X] - floor.origin_x_m) / side - 0.5, floor.tally[STRIDE] - 2
     first = middle - _reach_right(-y, c, s, p, q, r) / side
     last = middle + _reach_right(y, c, s, p, q, r) / side
     begin = math.floor(min(max(first, -1.0), columns)) + 1
@@ -148,6 +157,7 @@ def move_box(old, new, k, had, has, floor):  # type: ignore[no-untyped-def]
     if not has:
         new_rows = old_rows
     columns = floor.tally[STRIDE] - 2
+    # Change the cells by which the old and the new run of each row differ, on either side.
     for row in range(min(old_rows[0], new_rows[0]), max(old_rows[1], new_rows[1])):
         a, b, u, v = columns, columns, columns, columns
         if had and old_rows[0] <= row < old_rows[1]:
@@ -176,6 +186,7 @@ def _mark(floor, mark, cell, value):  # type: ignore[no-untyped-def]
 def _open_cells(floor, mark, count):  # type: ignore[no-untyped-def]
     """Mark the changed cells that opened; return whether that joined nothing to what is reached."""
     covered, change, tally, stride = floor.covered, floor.change, floor.tally, floor.tally[STRIDE]
+    # Mark what opened beside reached cells, again as long as that makes more cells neighbours of reached ones.
     for _ in range(_MOST_PASSES):
         met = 0
         for n in range(count):
@@ -191,6 +202,7 @@ def _open_cells(floor, mark, count):  # type: ignore[no-untyped-def]
                 met += 1
         if met == 0:
             break
+    # What is left opened away from all that is reached.
     for n in range(count):
         cell = change[n]
         if covered[cell] == 0 and mark[cell] == CLOSED:
@@ -211,6 +223,7 @@ def _close_cells(floor, mark, count):  # type: ignore[no-untyped-def]
             if covered[cell] == 0 or mark[cell] == CLOSED:
                 continue
             if mark[cell] == REACHED_CELL:
+                # Gather the reached neighbours all the way round; without this cell they must stay connected.
                 ring, bit = 0, 1
                 for at in (cell + 1, cell + 1 + stride, cell + stride, cell - 1 + stride,
                            cell - 1, cell - 1 - stride, cell - stride, cell + 1 - stride):  # fmt: skip
@@ -239,8 +252,8 @@ def _undo(floor, mark):  # type: ignore[no-untyped-def]
 
 
 @njit(**INNER)
-def _enter_cell(floor):  # type: ignore[no-untyped-def]
-    """Return the standable cell that the walk begins in, -1 without one."""
+def _entry_cell(floor):  # type: ignore[no-untyped-def]
+    """Return the standable cell in which the flood begins, -1 without one."""
     for k in range(len(floor.entry)):
         if floor.covered[floor.entry[k]] == 0:
             return floor.entry[k]
@@ -253,7 +266,7 @@ def _flood(floor, mark):  # type: ignore[no-untyped-def]
     covered, stack, stride = floor.covered, floor.stack, floor.tally[STRIDE]
     for cell in range(len(covered)):
         mark[cell] = OPEN if covered[cell] == 0 else CLOSED
-    start, top, done = _enter_cell(floor), 0, 0
+    start, top, done = _entry_cell(floor), 0, 0
     if start >= 0:
         stack[0], top = start, 1
     while top > 0:
@@ -261,6 +274,7 @@ def _flood(floor, mark):  # type: ignore[no-untyped-def]
         left = stack[top]
         if mark[left] != OPEN:
             continue
+        # Mark the whole run of open cells around this one.
         right = left
         while mark[left - 1] == OPEN:
             left -= 1
@@ -269,6 +283,7 @@ def _flood(floor, mark):  # type: ignore[no-untyped-def]
         for cell in range(left, right):
             mark[cell] = REACHED_CELL
         done += right - left
+        # Put one open cell of each run in the rows above and below on the stack.
         for beside in (-stride, stride):
             inside = False
             for cell in range(left + beside, right + beside):
@@ -297,7 +312,7 @@ def update(floor):  # type: ignore[no-untyped-def]
         return side
     mark = floor.mark[side]
     if changes <= len(floor.change) and _open_cells(floor, mark, changes) and _close_cells(floor, mark, changes):
-        start = _enter_cell(floor)
+        start = _entry_cell(floor)
         if start >= 0 and mark[start] == REACHED_CELL:
             return side
     _undo(floor, mark)
@@ -307,10 +322,10 @@ def update(floor):  # type: ignore[no-untyped-def]
 
 
 @njit(**INNER)
-def settle(floor, stays):  # type: ignore[no-untyped-def]
+def settle(floor, committed):  # type: ignore[no-untyped-def]
     """Keep the marks of the last :func:`update`, or go back to those before it once the boxes are back."""
     tally = floor.tally
-    if stays:
+    if committed:
         tally[SIDE] = (tally[SIDE] + tally[FLOODED]) % 2
     else:
         _undo(floor, floor.mark[tally[SIDE]])

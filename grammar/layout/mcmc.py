@@ -1,10 +1,11 @@
-"""The Metropolis-Hastings chain over layouts: one compiled loop, each proposal judged by the cliques that it touches.
+"""The Metropolis-Hastings chain over layouts, each proposal judged by the cliques that it touches.
 
-A proposal is accepted with probability ``min(1, exp(beta (E_old - E_new)) q(old | new) / q(new | old))`` (Jiang et al., IJCV 2018, section
-3.2).  What stands on a moved object moves along rigidly, and, when the draw says so, what is grouped around it too; a rigid motion
-keeps volume, so it adds nothing to the ratio.  The uniform number that decides is drawn first: it bounds the energy that would still be
-accepted, and all losses are sums from zero, so most proposals are turned down after a few cliques, and the costly losses (circulation) are
-only computed for proposals that pass all others.  The decision is the same as with the whole energy.
+A proposal is accepted with probability ``min(1, exp(beta (E_old - E_new)) q(old | new) / q(new | old))``, beta the inverse temperature
+(Jiang et al., IJCV 2018, section 3.2).  The uniform number that decides is drawn first: it bounds the energy that would still be accepted,
+and all losses are sums from zero, so most proposals are rejected after a few cliques, and the costly losses (circulation) are only computed
+for proposals that pass all others.  The decision is the same as with the whole energy.
+
+:func:`_step` decides one proposal; :func:`_run` sets its inverse temperature and keeps layouts, counts and the trace.
 """
 
 from __future__ import annotations
@@ -16,382 +17,239 @@ import numpy as np
 from numba import njit
 
 from grammar.geometry.arrays import Floats, Ints
-from grammar.geometry.kernels import INNER
-from grammar.layout.circulation import Traffic, changes_floor, furnish, measure, traffic_of, walk, walk_on
-from grammar.layout.energies import CIRCULATION, REACHED, full_energy, local_energy, place_object, weighted, wrap
+from grammar.geometry.kernels import INLINED, INNER
+from grammar.layout import columns as col
+from grammar.layout.circulation import (
+    CIRCULATION,
+    REACH,
+    Traffic,
+    changes_floor,
+    commit_or_revert,
+    measure,
+    rasterize_objects,
+    traffic_of,
+    try_move,
+)
+from grammar.layout.energies import full_energy, local_energy, weighted
 from grammar.layout.floor_raster import NO_FLOOR, SIDE, Floor
-from grammar.layout.moves import RELOCATE, propose
-from grammar.layout.problem import (
-    ACTIVE,
-    BOUNDS,
-    BOX,
-    BOX_END,
-    CANDIDATE,
-    CORE,
-    FLOOR,
-    HALF_DEPTH,
-    HALF_WIDTH,
-    LEADS,
-    MOUNT,
-    OBJECT,
-    ON_WALL,
-    SLOT,
-    SLOT_OWNER,
-    WALL,
-    Problem,
-    State,
-)
-from grammar.layout.proposal import (
-    CARRY,
-    LEADER,
-    NEW_SLOT,
-    NEW_WALL,
-    MoveSettings,
-    Proposal,
-    along_wall,
-    empty_proposal,
-    pick,
-    wall_of_core,
-)
-from grammar.spec.rules import HARD_TERMS, MOVES
+from grammar.layout.moves import propose
+from grammar.layout.problem import Problem, State, copy_state
+from grammar.layout.proposal import MoveSettings, Proposal, empty_proposal, pick
+from grammar.layout.rigid_moves import Moved, apply_move, copy_layout, followers_in_room, gather, nothing_moved, release, revert_move
+from grammar.spec.energy_terms import FLOOR_TERMS, HARD_TERMS, TERMS
+from grammar.spec.rules import MOVES
+
+_ZERO_IF_FEASIBLE = np.array([TERMS.index(name) for name in (*FLOOR_TERMS, *HARD_TERMS)])
+_LEAST_UNIFORM = 1e-300
 
 
-class Goal(NamedTuple):
-    """How a chain runs and what it keeps.
+class Chain(NamedTuple):
+    """What a chain samples from and how it moves; no run changes any of it.
 
-    Tidiness grows geometrically from ``beta_first`` to ``beta_last``; a layout is feasible when none of its hard losses exceeds
-    ``tolerance``, nor circulation and reach if the chain has a floor; ``keep_best``: of the feasible layouts the one of least energy is
-    kept, else the last one.
+    ``floor``: of the unfurnished room; with it circulation and reach are part of the energy.  A run writes to it and leaves it as it was.
     """
 
+    problem: Problem
+    moves: MoveSettings
+    floor: Floor = NO_FLOOR
+
+
+class Run(NamedTuple):
+    """How long a chain runs, at which inverse temperature, and which layout it keeps.
+
+    beta grows geometrically from ``beta_first`` to ``beta_last``.  A layout is feasible when no loss of a hard term exceeds ``tolerance``,
+    nor circulation and reach if the chain has a floor.  ``keep_best``: of the feasible layouts the one of least energy is kept, else the
+    last one.
+    """
+
+    proposals: int
     beta_first: float
     beta_last: float
     tolerance: float
     keep_best: bool
 
 
-class Work(NamedTuple):
-    """Work space of a chain.
+class Trace(NamedTuple):
+    """What a run was like after each of r evenly spaced proposals, the last one among them.
 
-    who: (2, n) what moves, and which leader (0, 1) each of these follows; moved: (n,) 0, or a mark that what moves rigidly together
-    shares; where, hold,
-    placed: what the state held before a proposal, by object and box; energy: (3, t) losses of the layout, of the moved cliques before and
-    after; proposal; traffic.
+    energy: (r, t) unweighted losses; counts: (r, m, 2) proposals of each move, tried and accepted since the run began.
     """
 
-    who: Ints
-    moved: Ints
-    where: Floats
-    hold: Ints
-    placed: Floats
     energy: Floats
+    counts: Ints
+
+
+class ChainInfo(NamedTuple):
+    """What a run of the chain leaves beside its last state.
+
+    kept: a feasible layout (not the boxes that follow from its poses), None if the chain met none; energy: (t,) losses of the last state as
+    the steps added them up; counts: (m, 2) proposals of each move, tried and accepted; trace.
+    """
+
+    kept: State | None
+    energy: Floats
+    counts: Ints
+    trace: Trace
+
+
+class _Work(NamedTuple):
+    """Work space of a run: (t,) losses of the layout, and of the moved cliques before and after; the proposal; who moves; the raster."""
+
+    energy: Floats
+    before: Floats
+    after: Floats
     proposal: Proposal
+    moved: Moved
     traffic: Traffic
 
 
-class ChainRun(NamedTuple):
-    """What a chain leaves: whether a feasible layout was kept, and the (t,) losses of its last state as the steps added them up."""
+class _Step(NamedTuple):
+    """What one step did: the move that it tried, whether it was accepted, and how many objects moved."""
 
-    found: bool
-    energy: Floats
-
-
-HISTORY = BOUNDS + 2 * len(MOVES)
-"""Columns of a chain's history."""
-
-NO_HISTORY = np.zeros((0, HISTORY))
-_HUNG = 3
-"""What moves with leader k is marked k + 1; what follows its core from wall to wall, and what stands on it, this plus its own index."""
+    move: np.int64
+    accepted: bool
+    moved: np.int64
 
 
-def _work(problem: Problem, floor: Floor) -> Work:
-    n = len(problem.link)
-    return Work(
-        who=np.zeros((2, n), np.int64),
-        moved=np.zeros(n, np.int64),
-        where=np.zeros((n, 4)),
-        hold=np.zeros((n, 3), np.int64),
-        placed=np.zeros((len(problem.box), 8)),
-        energy=np.zeros((3, BOUNDS)),
-        proposal=empty_proposal(),
-        traffic=traffic_of(problem, floor),
-    )
+def _work(chain: Chain) -> _Work:
+    problem, terms = chain.problem, len(TERMS)
+    traffic = traffic_of(problem, chain.floor)
+    return _Work(np.zeros(terms), np.zeros(terms), np.zeros(terms), empty_proposal(), nothing_moved(problem), traffic)
 
 
-def enter(rng: np.random.Generator, problem: Problem, state: State, settings: MoveSettings, i: int, starts: int) -> bool:
-    """Bring object ``i`` in at the best of ``starts`` poses drawn from the relocation's mixture; return whether any was possible."""
-    return bool(_enter(rng, problem, state, settings, int(i), starts, _work(problem, NO_FLOOR)))
+def empty_trace(samples: int) -> Trace:
+    """Return a trace of so many samples, all zero."""
+    return Trace(np.zeros((samples, len(TERMS))), np.zeros((samples, len(MOVES), 2), np.int64))
 
 
-def run_chain(
-    rng: np.random.Generator,
-    problem: Problem,
-    state: State,
-    settings: MoveSettings,
-    goal: Goal,
-    movable: Ints,
-    proposals: int,
-    kept: State,
-    counts: Ints,
-    floor: Floor = NO_FLOOR,
-    history: Floats = NO_HISTORY,
-) -> ChainRun:
+def empty_counts() -> Ints:
+    """Return the (m, 2) counts of a chain that has made no proposals."""
+    return np.zeros((len(MOVES), 2), np.int64)
+
+
+def run_chain(rng: np.random.Generator, chain: Chain, state: State, run: Run, movable: Ints, samples: int = 0) -> ChainInfo:
     """Run the chain and keep a feasible layout.
 
     Args:
         rng: advanced.
-        problem: the layout problem.
+        chain: what is sampled.
         state: written in place.
-        settings: of the moves.
-        goal: tidiness and what to keep.
+        run: how long, at which inverse temperature, and what to keep.
         movable: (k,) int64 indices of the objects that lead moves.
-        proposals: how many.
-        kept: state that receives a feasible layout (not the boxes that follow from its poses).
-        counts: (6, 2) int64, proposals and acceptances by move are added.
-        floor: of the unfurnished room, left as it was; with it circulation and reach are part of the energy.
-        history: (r, t + 12) receives after r evenly spaced proposals, the last one among them, the losses, and ``counts`` by column.
+        samples: length of the trace.
     """
-    work = _work(problem, floor)
-    work.energy[0] = full_energy(problem, state)
-    found = _run(rng, problem, state, settings, goal, movable, proposals, kept, counts, floor, history, work)
-    return ChainRun(bool(found), work.energy[0])
-
-
-@njit(**INNER)
-def _release(count, work):  # type: ignore[no-untyped-def]
-    """Mark the gathered objects as staying."""
-    for m in range(count):
-        work.moved[work.who[0, m]] = 0
-
-
-@njit(**INNER)
-def _gather(problem, state, i, leader, carry, count, work):  # type: ignore[no-untyped-def]
-    """Append object ``i`` and everything that moves along with it; return the new count, or -1 if two leaders meet."""
-    link, who, moved, first = problem.link, work.who, work.moved, count
-    if moved[i] > 0:
-        _release(count, work)
-        return -1
-    who[0, count], who[1, count], moved[i] = i, leader, leader + 1
-    count += 1
-    while first < count:
-        owner = who[0, first]
-        first += 1
-        if link[owner, LEADS] == 0:
-            continue
-        for j in range(len(link)):
-            if not state.hold[j, ACTIVE]:
-                continue
-            stands = link[j, MOUNT] == OBJECT and int(problem.slot[state.hold[j, SLOT], SLOT_OWNER]) == owner
-            hangs = link[j, MOUNT] == WALL and link[j, CORE] == owner and link[owner, MOUNT] == FLOOR
-            if stands or hangs or (carry and link[j, MOUNT] == FLOOR and link[j, CORE] == owner):
-                if moved[j] > 0:
-                    _release(count, work)
-                    return -1
-                who[0, count], who[1, count], moved[j] = j, leader, _HUNG + j if hangs else moved[owner]
-                count += 1
-    return count
-
-
-@njit(**INNER)
-def _hang_again(problem, state, i, work):  # type: ignore[no-untyped-def]
-    """Move what hangs above a core that stands to the wall at the core's new back, as far along it from the core as before.
-
-    Which wall that is depends on the core's pose alone, so the way back leads to the old place, and lengths along walls are kept.
-    """
-    where, wall, core = state.where, problem.wall, problem.link[i, CORE]
-    old, new = state.hold[i, ON_WALL], wall_of_core(problem, state, core)
-    along = along_wall(wall, old, where[i, 0], where[i, 1]) - along_wall(wall, old, work.where[core, 0], work.where[core, 1])
-    along += along_wall(wall, new, where[core, 0], where[core, 1])
-    half = problem.object[i, HALF_DEPTH]
-    where[i, 0] = wall[new, 0] + wall[new, 2] * along + wall[new, 5] * half
-    where[i, 1] = wall[new, 1] + wall[new, 3] * along + wall[new, 6] * half
-    where[i, 2], state.hold[i, ON_WALL] = wall[new, 7], new
-
-
-@njit(**INNER)
-def _apply(problem, state, count, work):  # type: ignore[no-untyped-def]
-    """Write the leaders' new poses and move their followers rigidly; what was there before goes to ``work``."""
-    where, hold, proposal = state.where, state.hold, work.proposal
-    for m in range(count):
-        i, place = work.who[0, m], work.who[1, m]
-        leader = proposal.tag[place, LEADER]
-        for k in range(4):
-            work.where[i, k] = where[i, k]
-        work.hold[i, SLOT], work.hold[i, ON_WALL] = hold[i, SLOT], hold[i, ON_WALL]
-        for b in range(problem.link[i, BOX], problem.link[i, BOX_END]):
-            for k in range(8):
-                work.placed[b, k] = state.placed[b, k]
-        if leader == i:
-            for k in range(3):
-                where[i, k] = proposal.pose[place, k]
-            hold[i, SLOT], hold[i, ON_WALL] = proposal.tag[place, NEW_SLOT], proposal.tag[place, NEW_WALL]
-            if problem.link[i, MOUNT] == OBJECT:
-                slot = hold[i, SLOT]
-                where[i, 3] = where[int(problem.slot[slot, SLOT_OWNER]), 3] + problem.slot[slot, 2]
-        elif work.moved[i] == _HUNG + i:
-            _hang_again(problem, state, i, work)
-        else:
-            head = leader if work.moved[i] < _HUNG else work.moved[i] - _HUNG
-            turn = where[head, 2] - work.where[head, 2]
-            c, s = math.cos(turn), math.sin(turn)
-            dx, dy = where[i, 0] - work.where[head, 0], where[i, 1] - work.where[head, 1]
-            where[i, 0], where[i, 1] = where[head, 0] + dx * c - dy * s, where[head, 1] + dx * s + dy * c
-            where[i, 2] = wrap(where[i, 2] + turn)
-            where[i, 3] += where[head, 3] - work.where[head, 3]
-        place_object(problem, state, i)
-
-
-@njit(**INNER)
-def _restore(problem, state, count, work):  # type: ignore[no-untyped-def]
-    """Undo :func:`_apply`."""
-    for m in range(count):
-        i = work.who[0, m]
-        for k in range(4):
-            state.where[i, k] = work.where[i, k]
-        state.hold[i, SLOT], state.hold[i, ON_WALL] = work.hold[i, SLOT], work.hold[i, ON_WALL]
-        for b in range(problem.link[i, BOX], problem.link[i, BOX_END]):
-            for k in range(8):
-                state.placed[b, k] = work.placed[b, k]
-
-
-@njit(**INNER)
-def _keep(state, kept, count, work):  # type: ignore[no-untyped-def]
-    """Copy a layout as it was before the proposal of ``count`` objects (0: as it is)."""
-    for i in range(len(state.where)):
-        for k in range(4):
-            kept.where[i, k] = state.where[i, k]
-        for k in range(3):
-            kept.hold[i, k] = state.hold[i, k]
-    for m in range(count):
-        i = work.who[0, m]
-        for k in range(4):
-            kept.where[i, k] = work.where[i, k]
-        kept.hold[i, SLOT], kept.hold[i, ON_WALL] = work.hold[i, SLOT], work.hold[i, ON_WALL]
+    work, kept, counts, trace = _work(chain), copy_state(state), empty_counts(), empty_trace(samples)
+    work.energy[:] = full_energy(chain.problem, state)
+    found = _run(rng, chain, state, run, movable, work, kept, counts, trace)
+    return ChainInfo(kept if found else None, work.energy, counts, trace)
 
 
 @njit(cache=True, error_model="numpy")
-def _enter(rng, problem, state, settings, i, starts, work):  # type: ignore[no-untyped-def]
-    """Put object ``i`` at the best of ``starts`` poses; the best one so far is kept in the proposal's second place."""
-    proposal, members, energy = work.proposal, work.who[0], work.energy[2]
-    best = np.inf
-    members[0], work.who[1, 0], work.moved[i], state.hold[i, ACTIVE] = i, 0, 1, 1
-    if problem.link[i, MOUNT] == OBJECT:
-        state.hold[i, SLOT] = int(problem.mode[problem.link[i, CANDIDATE], 0])
-    if problem.link[i, MOUNT] == WALL:
-        state.hold[i, ON_WALL] = 0
-    for _ in range(starts):
-        if propose(rng, problem, state, settings, np.int64(RELOCATE), i, members, proposal)[0] == 0:
-            continue
-        _apply(problem, state, np.int64(1), work)
-        total = local_energy(problem, state, members, np.int64(1), work.moved, best, energy)
-        if total < best:
-            best = total
-            for k in range(3):
-                proposal.pose[1, k], proposal.tag[1, k] = proposal.pose[0, k], proposal.tag[0, k]
-    work.moved[i] = 0
-    if best == np.inf:
-        state.hold[i, ACTIVE] = 0
-        return False
-    for k in range(3):
-        proposal.pose[0, k], proposal.tag[0, k] = proposal.pose[1, k], proposal.tag[1, k]
-    _apply(problem, state, np.int64(1), work)
-    return True
+def _run(rng, chain, state, run, movable, work, kept, counts, trace):  # type: ignore[no-untyped-def]
+    """Make all proposals of a run; return whether ``kept`` holds a feasible layout."""
+    problem, floor, energy, moved, proposals = chain.problem, chain.floor, work.energy, work.moved, run.proposals
+    has_floor = len(floor.covered) > 0
+    if has_floor:
+        rasterize_objects(problem, state, floor, work.traffic, np.int64(1))
+        energy[CIRCULATION], energy[REACH] = measure(problem, state, floor, floor.mark[floor.tally[SIDE]], work.traffic)
+    feasible, found, least, sample = _feasible(energy, run.tolerance), False, np.inf, 0
+    if feasible and run.keep_best:
+        found, least = True, weighted(problem, energy)
+        copy_layout(state, kept, np.int64(0), moved)
+    ratio = (run.beta_last / run.beta_first) ** (1.0 / max(proposals - 1, 1))
+    beta = run.beta_first / ratio
+    for n in range(proposals):
+        # Anneal, and decide one proposal.
+        beta *= ratio
+        step = _step(rng, chain, state, movable, beta, work)
+        # Count it.
+        counts[step.move, col.TRIED] += 1
+        if step.accepted:
+            counts[step.move, col.ACCEPTED] += 1
+            # Keep the best feasible layout, or the last one before the chain leaves the feasible ones.
+            was_feasible, feasible = feasible, _feasible(energy, run.tolerance)
+            if run.keep_best:
+                if feasible and weighted(problem, energy) < least:
+                    found, least = True, weighted(problem, energy)
+                    copy_layout(state, kept, np.int64(0), moved)
+            elif was_feasible and not feasible:
+                found = True
+                copy_layout(state, kept, step.moved, moved)
+        # Trace it.
+        if sample < len(trace.energy) and (sample + 1) * proposals <= (n + 1) * len(trace.energy):
+            _trace(energy, counts, sample, trace)
+            sample += 1
+    if feasible and not run.keep_best:
+        found = True
+        copy_layout(state, kept, np.int64(0), moved)
+    if has_floor:
+        rasterize_objects(problem, state, floor, work.traffic, np.int64(0))
+    return found
 
 
-@njit(**INNER)
-def _followers_in_room(problem, state, count, work):  # type: ignore[no-untyped-def]
-    """Return whether what was carried along is still in the space of poses: the room's bounding box, or a wall's length."""
-    number = problem.number
-    for m in range(count):
-        i = work.who[0, m]
-        if problem.link[i, MOUNT] == FLOOR:
-            x, y = state.where[i, 0], state.where[i, 1]
-            if not (number[BOUNDS] <= x <= number[BOUNDS + 2] and number[BOUNDS + 1] <= y <= number[BOUNDS + 3]):
-                return False
-        elif problem.link[i, MOUNT] == WALL:
-            w, half = state.hold[i, ON_WALL], problem.object[i, HALF_WIDTH]
-            if not half <= along_wall(problem.wall, w, state.where[i, 0], state.where[i, 1]) <= problem.wall[w, 4] - half:
-                return False
-    return True
+@njit(**INLINED)
+def _step(rng, chain, state, movable, beta, work):  # type: ignore[no-untyped-def]
+    """Propose a move and accept or reject it; the state and the energy of ``work`` are those after it."""
+    problem, floor, weight, energy, moved = chain.problem, chain.floor, chain.problem.weight, work.energy, work.moved
+    # Draw the move, the object that leads it, whether its group comes along, and the number that decides.
+    u, move = rng.random(), np.int64(0)
+    while move < len(chain.moves.cumulative) - 1 and u >= chain.moves.cumulative[move]:
+        move += 1
+    i = movable[pick(rng, len(movable))]
+    carry = rng.random() < chain.moves.carry
+    threshold = math.log(max(rng.random(), _LEAST_UNIFORM))
+    # Propose, and gather what moves along.
+    leaders, log_q_ratio = propose(rng, problem, state, chain.moves, move, i, movable, work.proposal)
+    count = np.int64(0)
+    for place in range(leaders):
+        if count >= 0:
+            count = gather(problem, state, work.proposal.tag[place, col.LEADER], place, carry, count, moved)
+    if count <= 0:
+        return _Step(move, False, np.int64(0))
+    # Bound the energy after the move that would still be accepted.
+    walking = weight[CIRCULATION] * energy[CIRCULATION] + weight[REACH] * energy[REACH]
+    limit = local_energy(problem, state, moved.members, count, moved.mark, np.inf, work.before)
+    limit += (log_q_ratio - threshold) / beta + walking
+    # Move, and measure the cliques that change, up to that bound.
+    apply_move(problem, state, work.proposal, count, moved)
+    total = np.inf
+    if followers_in_room(problem, state, count, moved):
+        total = local_energy(problem, state, moved.members, count, moved.mark, limit, work.after)
+    # Measure the floor only if all else is accepted.
+    circulation, missed = energy[CIRCULATION], energy[REACH]
+    if total < limit and len(floor.covered) > 0:
+        changes = changes_floor(problem, moved.members, count)
+        if changes:
+            circulation, missed = try_move(problem, state, moved.before.placed, moved.members, count, floor, work.traffic)
+        total += weight[CIRCULATION] * circulation + weight[REACH] * missed
+        if changes:
+            commit_or_revert(problem, state, moved.before.placed, moved.members, count, floor, work.traffic, total < limit)
+    # Accept or reject.
+    accepted = total < limit
+    if accepted:
+        for term in range(len(energy)):
+            energy[term] += work.after[term] - work.before[term]
+        energy[CIRCULATION], energy[REACH] = circulation, missed
+    else:
+        revert_move(problem, state, count, moved)
+    release(count, moved)
+    return _Step(move, accepted, count)
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def _feasible(energy, tolerance):  # type: ignore[no-untyped-def]
-    worst = max(energy[CIRCULATION], energy[REACHED])
-    for term in range(HARD_TERMS):
-        worst = max(worst, energy[term])
+    """Return whether no loss that is zero in a feasible layout exceeds the tolerance."""
+    worst = 0.0
+    for k in range(len(_ZERO_IF_FEASIBLE)):
+        worst = max(worst, energy[_ZERO_IF_FEASIBLE[k]])
     return worst <= tolerance
 
 
-@njit(cache=True, error_model="numpy")
-def _run(rng, problem, state, settings, goal, movable, proposals, kept, counts, floor, history, work):  # type: ignore[no-untyped-def]
-    energy, before, after, members = work.energy[0], work.energy[1], work.energy[2], work.who[0]
-    walks, weight = len(floor.covered) > 0, problem.number
-    if walks:
-        furnish(problem, state, floor, work.traffic, np.int64(1))
-        energy[CIRCULATION], energy[REACHED] = measure(problem, state, floor, floor.mark[floor.tally[SIDE]], work.traffic)
-    good, found, best, row = _feasible(energy, goal.tolerance), False, np.inf, 0
-    if good and goal.keep_best:
-        found, best = True, weighted(problem, energy)
-        _keep(state, kept, np.int64(0), work)
-    ratio = (goal.beta_last / goal.beta_first) ** (1.0 / max(proposals - 1, 1))
-    beta = goal.beta_first / ratio
-    for step in range(proposals):
-        beta *= ratio
-        u, move = rng.random(), np.int64(0)
-        while move < len(settings.cumulative) - 1 and u >= settings.cumulative[move]:
-            move += 1
-        i = movable[pick(rng, len(movable))]
-        carry = rng.random() < settings.number[CARRY]
-        threshold = math.log(max(rng.random(), 1e-300))
-        counts[move, 0] += 1
-        leaders, log_q_ratio = propose(rng, problem, state, settings, move, i, movable, work.proposal)
-        count = np.int64(0)
-        for place in range(leaders):
-            if count >= 0:
-                count = _gather(problem, state, work.proposal.tag[place, LEADER], place, carry, count, work)
-        if count > 0:
-            walking = weight[CIRCULATION] * energy[CIRCULATION] + weight[REACHED] * energy[REACHED]
-            limit = local_energy(problem, state, members, count, work.moved, np.inf, before)
-            limit += (log_q_ratio - threshold) / beta + walking
-            _apply(problem, state, count, work)
-            total = np.inf
-            if _followers_in_room(problem, state, count, work):
-                total = local_energy(problem, state, members, count, work.moved, limit, after)
-            circulation, missed = energy[CIRCULATION], energy[REACHED]
-            if total < limit and walks:
-                changes = changes_floor(problem, members, count)
-                if changes:
-                    circulation, missed = walk(problem, state, work.placed, members, count, floor, work.traffic)
-                total += weight[CIRCULATION] * circulation + weight[REACHED] * missed
-                if changes:
-                    walk_on(problem, state, work.placed, members, count, floor, work.traffic, total < limit)
-            if total < limit:
-                counts[move, 1] += 1
-                for term in range(len(energy)):
-                    energy[term] += after[term] - before[term]
-                energy[CIRCULATION], energy[REACHED] = circulation, missed
-                was_good = good
-                good = _feasible(energy, goal.tolerance)
-                if goal.keep_best:
-                    if good and weighted(problem, energy) < best:
-                        found, best = True, weighted(problem, energy)
-                        _keep(state, kept, np.int64(0), work)
-                elif was_good and not good:
-                    found = True
-                    _keep(state, kept, count, work)
-            else:
-                _restore(problem, state, count, work)
-            _release(count, work)
-        if row < len(history) and (row + 1) * proposals <= (step + 1) * len(history):
-            for term in range(len(energy)):
-                history[row, term] = energy[term]
-            for k in range(len(counts)):
-                history[row, len(energy) + k], history[row, len(energy) + len(counts) + k] = counts[k, 0], counts[k, 1]
-            row += 1
-    if good and not goal.keep_best:
-        found = True
-        _keep(state, kept, np.int64(0), work)
-    if walks:
-        furnish(problem, state, floor, work.traffic, np.int64(0))
-    return found
+@njit(**INNER)
+def _trace(energy, counts, sample, trace):  # type: ignore[no-untyped-def]
+    """Write one sample of the trace."""
+    for term in range(len(energy)):
+        trace.energy[sample, term] = energy[term]
+    for move in range(len(counts)):
+        for k in range(2):
+            trace.counts[sample, move, k] = counts[move, k]

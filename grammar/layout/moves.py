@@ -2,12 +2,14 @@
 
 - translate, rotate (now and then by a quarter turn), slide along the direction of a random wall: symmetric diffusions
 - swap: two objects exchange position and orientation; symmetric
-- repoint: an object goes to a uniform place on another top that can carry it, keeping its yaw there; the ratio is that of the areas
+- repoint: an object goes to a uniform place on another support surface that can carry it, keeping its yaw there; the ratio is that of the
+  areas
 - relocate: an object is drawn afresh from a mixture of a uniform pose, poses at walls (snap to wall) and poses around its core or on a
-  top, whose density is computed for the old pose and the new one
+  support surface, whose density is computed for the old pose and the new one
 
-The first four are the paper's (Jiang et al., IJCV 2018, section 3.2), the mixture takes the place of its random restarts.  A pose's base
-measure is area times angle (length along the walls for what hangs there), over the bounding box of the room, the walls, or the tops.
+Translations, rotations, slides and swaps are the paper's (Jiang et al., IJCV 2018, section 3.2), the mixture takes the place of its random
+restarts.  A pose's base measure is area times angle (length along the walls for what hangs there), over the bounding box of the room, the
+walls, or the support surfaces.
 """
 
 from __future__ import annotations
@@ -17,62 +19,41 @@ import math
 import numpy as np
 from numba import njit
 
-from grammar.geometry.kernels import INNER
-from grammar.layout.energies import in_slot, wrap
-from grammar.layout.problem import (
-    BOUNDS,
-    CANDIDATE,
-    CORE,
-    FIXED,
-    FLOOR,
-    HALF_WIDTH,
-    MODE_END,
-    MOUNT,
-    OBJECT,
-    ON_WALL,
-    SLOT,
-    SLOT_HALF_DEPTH,
-    SLOT_HALF_WIDTH,
-    SLOT_OWNER,
-    WALL,
-)
-from grammar.layout.proposal import (
-    LEADER,
-    NEW_SLOT,
-    NEW_WALL,
-    QUARTER_TURN,
-    MoveSettings,
-    along_wall,
-    hang,
-    move_settings,
-    pick,
-    put_on_slot,
-    start_from,
-    wall_of_core,
-)
+from grammar.geometry import walls
+from grammar.geometry.kernels import INLINED, INNER
+from grammar.layout import columns as col
+from grammar.layout.frames import along_wall, in_surface_frame, surface_owner, wall_of_core, wrap
+from grammar.layout.proposal import MoveSettings, copy_pose, hang, move_settings, pick, put_on_surface, start_from, uniform_on_surface
 from grammar.layout.relocate import relocate, relocation_density
 from grammar.spec.rules import MOVES
 
 __all__ = ["MoveSettings", "move_settings", "propose"]
 
-TRANSLATE, ROTATE, SLIDE, SWAP, REPOINT, RELOCATE = range(len(MOVES))
+TRANSLATE = MOVES.index("translate")
+ROTATE = MOVES.index("rotate")
+SLIDE = MOVES.index("slide")
+SWAP = MOVES.index("swap")
+REPOINT = MOVES.index("repoint")
+RELOCATE = MOVES.index("relocate")
+
+_LEAST_DENSITY = 1e-300
 
 
 @njit(**INNER)
 def _in_domain(problem, state, proposal, place):  # type: ignore[no-untyped-def]
-    """Return whether a proposed pose lies in the space of poses: the room's bounding box, a wall's length, or a top."""
-    i, x, y = proposal.tag[place, LEADER], proposal.pose[place, 0], proposal.pose[place, 1]
-    mount, number = problem.link[i, MOUNT], problem.number
-    if mount == WALL:
-        w, half, core = proposal.tag[place, NEW_WALL], problem.object[i, HALF_WIDTH], problem.link[i, CORE]
-        if core >= 0 and problem.link[core, MOUNT] == FLOOR and w != wall_of_core(problem, state, core):
+    """Return whether a proposed pose lies in the space of poses: the room's bounding box, a wall's length, or a support surface."""
+    i, x, y = proposal.tag[place, col.LEADER], proposal.pose[place, col.X], proposal.pose[place, col.Y]
+    mount, wall, surface = problem.link[i, col.MOUNT], problem.wall, problem.surface
+    if mount == col.WALL:
+        w, half, core = proposal.tag[place, col.NEW_WALL], problem.object[i, col.HALF_WIDTH], problem.link[i, col.CORE]
+        if core >= 0 and problem.link[core, col.MOUNT] == col.FLOOR and w != wall_of_core(problem, state, core):
             return False
-        return half <= along_wall(problem.wall, w, x, y) <= problem.wall[w, 4] - half
-    if mount == OBJECT:
-        slot = proposal.tag[place, NEW_SLOT]
-        u, v = in_slot(problem, state, slot, x, y)
-        return abs(u) <= problem.slot[slot, SLOT_HALF_DEPTH] and abs(v) <= problem.slot[slot, SLOT_HALF_WIDTH]
-    return number[BOUNDS] <= x <= number[BOUNDS + 2] and number[BOUNDS + 1] <= y <= number[BOUNDS + 3]
+        return half <= along_wall(wall, w, x, y) <= wall[w, walls.LENGTH] - half
+    if mount == col.OBJECT:
+        k = proposal.tag[place, col.NEW_SURFACE]
+        u, v = in_surface_frame(problem, state, k, x, y)
+        return abs(u) <= surface[k, col.SURFACE_HALF_DEPTH] and abs(v) <= surface[k, col.SURFACE_HALF_WIDTH]
+    return problem.x_low <= x <= problem.x_high and problem.y_low <= y <= problem.y_high
 
 
 @njit(**INNER)
@@ -84,33 +65,15 @@ def propose(rng, problem, state, settings, move, i, movable, proposal):  # type:
         log_q_ratio: log q(old | new) - log q(new | old).
     """
     start_from(state, proposal, np.int64(0), i)
-    pose, mount, count, log_q_ratio = proposal.pose, problem.link[i, MOUNT], 1, 0.0
-    if mount == FIXED:
+    mount, count, log_q_ratio = problem.link[i, col.MOUNT], 1, 0.0
+    if mount == col.FIXED:
         return 0, 0.0
     if move == TRANSLATE or move == SLIDE:
-        sd = settings.sd[0, pick(rng, settings.sd.shape[1])]
-        if mount == WALL:
-            w = state.hold[i, ON_WALL]
-            hang(problem, proposal, np.int64(0), i, w, along_wall(problem.wall, w, pose[0, 0], pose[0, 1]) + sd * rng.standard_normal())
-        elif move == TRANSLATE:
-            pose[0, 0] += sd * rng.standard_normal()
-            pose[0, 1] += sd * rng.standard_normal()
-        else:
-            if mount == OBJECT:
-                yaw = state.where[int(problem.slot[state.hold[i, SLOT], SLOT_OWNER]), 2] + 0.5 * math.pi * pick(rng, 2)
-            else:
-                yaw = problem.wall[pick(rng, len(problem.wall)), 7]
-            step = sd * rng.standard_normal()
-            pose[0, 0] -= step * math.sin(yaw)
-            pose[0, 1] += step * math.cos(yaw)
+        _diffuse(rng, problem, state, settings, move, i, proposal)
     elif move == ROTATE:
-        if mount != FLOOR and mount != OBJECT:
+        if mount != col.FLOOR and mount != col.OBJECT:
             return 0, 0.0
-        if rng.random() < settings.number[QUARTER_TURN]:
-            turn = 0.5 * math.pi * (1 + pick(rng, 3))
-        else:
-            turn = settings.sd[1, pick(rng, settings.sd.shape[1])] * rng.standard_normal()
-        pose[0, 2] = wrap(pose[0, 2] + turn)
+        _rotate(rng, settings, proposal)
     elif move == SWAP:
         count = _swap(rng, problem, state, i, movable, proposal)
     elif move == REPOINT:
@@ -118,44 +81,77 @@ def propose(rng, problem, state, settings, move, i, movable, proposal):  # type:
     else:
         old = relocation_density(problem, state, settings, i, proposal)
         relocate(rng, problem, state, settings, i, proposal)
-        log_q_ratio = math.log(max(old, 1e-300)) - math.log(max(relocation_density(problem, state, settings, i, proposal), 1e-300))
+        new = relocation_density(problem, state, settings, i, proposal)
+        log_q_ratio = math.log(max(old, _LEAST_DENSITY)) - math.log(max(new, _LEAST_DENSITY))
     for place in range(count):
         if not _in_domain(problem, state, proposal, place):
             return 0, 0.0
     return count, log_q_ratio
 
 
+@njit(**INLINED)
+def _diffuse(rng, problem, state, settings, move, i, proposal):  # type: ignore[no-untyped-def]
+    """Shift an object by a normal step: any way, along a direction of a wall or of its support, or along the wall that it hangs on."""
+    pose, mount = proposal.pose, problem.link[i, col.MOUNT]
+    sd = settings.translate_sd_m[pick(rng, len(settings.translate_sd_m))]
+    if mount == col.WALL:
+        w = state.hold[i, col.ON_WALL]
+        along = along_wall(problem.wall, w, pose[0, col.X], pose[0, col.Y])
+        hang(problem, proposal, np.int64(0), i, w, along + sd * rng.standard_normal())
+    elif move == TRANSLATE:
+        pose[0, col.X] += sd * rng.standard_normal()
+        pose[0, col.Y] += sd * rng.standard_normal()
+    else:
+        if mount == col.OBJECT:
+            yaw = state.where[surface_owner(problem, state.hold[i, col.SURFACE]), col.YAW] + 0.5 * math.pi * pick(rng, 2)
+        else:
+            yaw = problem.wall[pick(rng, len(problem.wall)), walls.WALL_YAW]
+        step = sd * rng.standard_normal()
+        pose[0, col.X] -= step * math.sin(yaw)
+        pose[0, col.Y] += step * math.cos(yaw)
+
+
+@njit(**INLINED)
+def _rotate(rng, settings, proposal):  # type: ignore[no-untyped-def]
+    """Turn an object by quarter turns or by a normal angle."""
+    if rng.random() < settings.quarter_turn:
+        turn = 0.5 * math.pi * (1 + pick(rng, 3))
+    else:
+        turn = settings.rotate_sd_rad[pick(rng, len(settings.rotate_sd_rad))] * rng.standard_normal()
+    proposal.pose[0, col.YAW] = wrap(proposal.pose[0, col.YAW] + turn)
+
+
 @njit(**INNER)
 def _swap(rng, problem, state, i, movable, proposal):  # type: ignore[no-untyped-def]
+    """Let an object and a random other one that is mounted as it is exchange their poses; return how many lead the move."""
     j = movable[pick(rng, len(movable))]
-    mount = problem.link[i, MOUNT]
-    if i == j or mount != problem.link[j, MOUNT] or (mount != FLOOR and mount != WALL):
+    where, mount = state.where, problem.link[i, col.MOUNT]
+    if i == j or mount != problem.link[j, col.MOUNT] or (mount != col.FLOOR and mount != col.WALL):
         return 0
     start_from(state, proposal, np.int64(1), j)
     for place in range(2):
         mover, other = (i, j) if place == 0 else (j, i)
-        if mount == WALL:
-            w = state.hold[other, ON_WALL]
-            hang(problem, proposal, place, mover, w, along_wall(problem.wall, w, state.where[other, 0], state.where[other, 1]))
+        if mount == col.WALL:
+            w = state.hold[other, col.ON_WALL]
+            hang(problem, proposal, place, mover, w, along_wall(problem.wall, w, where[other, col.X], where[other, col.Y]))
         else:
-            for k in range(3):
-                proposal.pose[place, k] = state.where[other, k]
+            copy_pose(state, other, proposal, place)
     return 2
 
 
 @njit(**INNER)
-def _slot_area(problem, slot):  # type: ignore[no-untyped-def]
-    return 4.0 * problem.slot[slot, SLOT_HALF_DEPTH] * problem.slot[slot, SLOT_HALF_WIDTH]
+def _surface_area(problem, k):  # type: ignore[no-untyped-def]
+    return 4.0 * problem.surface[k, col.SURFACE_HALF_DEPTH] * problem.surface[k, col.SURFACE_HALF_WIDTH]
 
 
 @njit(**INNER)
 def _repoint(rng, problem, state, i, proposal):  # type: ignore[no-untyped-def]
-    first, last = problem.link[i, CANDIDATE], problem.link[i, MODE_END]
+    """Draw another target of an object's support address and a uniform place there; return the count of leaders and the Hastings ratio."""
+    first, last = problem.link[i, col.TARGETS], problem.link[i, col.MODE_END]
     if last - first < 2:
         return 0, 0.0
-    old, new = state.hold[i, SLOT], int(problem.mode[first + pick(rng, last - first), 0])
-    turn = state.where[i, 2] - state.where[int(problem.slot[old, SLOT_OWNER]), 2]
-    u = problem.slot[new, SLOT_HALF_DEPTH] * (2.0 * rng.random() - 1.0)
-    v = problem.slot[new, SLOT_HALF_WIDTH] * (2.0 * rng.random() - 1.0)
-    put_on_slot(problem, state, proposal, new, u, v, turn)
-    return 1, math.log(_slot_area(problem, new)) - math.log(_slot_area(problem, old))
+    old, new = state.hold[i, col.SURFACE], int(problem.mode[first + pick(rng, last - first), col.TARGET])
+    turn = state.where[i, col.YAW] - state.where[surface_owner(problem, old), col.YAW]
+    u, v = uniform_on_surface(rng, problem, new)
+    put_on_surface(problem, state, proposal, new, u, v, turn)
+    return 1, math.log(_surface_area(problem, new)) - math.log(_surface_area(problem, old))

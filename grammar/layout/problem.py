@@ -1,7 +1,8 @@
 """A layout problem and its state as a few tables that compiled code can take: what the chain moves, and what it moves it in.
 
-Objects are numbered from 0 over openings and things alike, object id minus 1; openings are fixed.  World frame, metres, radians.  Few
-tables with named columns rather than one array for each quantity: every array that a kernel takes costs compile time in its callers.
+Objects are numbered from 0 over openings and placed objects alike, object id minus 1; openings are fixed.  World frame, metres, radians.
+Few tables with named columns (:mod:`grammar.layout.columns`) rather than one array for each quantity: every array that a kernel takes costs
+compile time in its callers.
 """
 
 from __future__ import annotations
@@ -9,133 +10,116 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from grammar.geometry.arrays import Floats, Ints
-from grammar.spec.rules import TERMS
-
-FLOOR, WALL, CEILING, OBJECT, FIXED = range(5)
-"""What holds an object: values of column ``MOUNT``."""
-
-
-HALF_DEPTH, HALF_WIDTH, INNER_RADIUS, OUTER_RADIUS, BOTTOM, CENTRE = range(6)
-"""Columns of ``Problem.object``."""
-
-MOUNT, CORE, LEADS, BLOCKS, BOX, ZONE, REACH, BOX_END, WALL_MODE, AROUND, PLACE, CANDIDATE, MODE_END, PINNED = range(14)
-"""Columns of ``Problem.link``."""
-
-BOUNDS = len(TERMS)
-MIDDLE = BOUNDS + 4
-"""Places in ``Problem.number``, after the weights of the energy terms."""
-
-COST, SHARE, NEAR, STRAIGHT = range(3, 7)
-"""Columns of ``Problem.mode`` after the place that a mode means."""
-
-SLOT_HALF_DEPTH, SLOT_HALF_WIDTH, SLOT_OWNER = 3, 4, 5
-"""Columns of ``Problem.slot`` after x, y, z."""
-
-SLOT, ON_WALL, ACTIVE = range(3)
-"""Columns of ``State.hold``."""
+from grammar.geometry.arrays import Bools, Boxes, Floats, Ints
+from grammar.layout import columns as col
 
 
 class Problem(NamedTuple):
-    """Everything about a room that its chain leaves alone.  n objects; an object's rows of ``box`` and ``mode`` follow each other.
+    """Everything about a room that its chain leaves alone; n objects, whose rows of ``box`` and ``mode`` follow each other.
 
-    object: (n, 6) half depth, half width, radius of the circle about the origin around the solids, and around solids and zones, height of
-    the underside of what does not stand on an object, 1 where it is drawn to the middle of the room.
-    link: (n, 14) mount (codes above); index of the core object or -1; 1 where something may stand on it or be grouped around it; 1 where it
-    takes floor from a walker; first rows in ``box`` of its solids, its zones and its strips to be reached, and their end; first rows in
-    ``mode`` of its wall modes, modes around its core, placements and candidate tops, and their end; 1 where it stays put.
-    box: (m, 8) in the object's frame x, y, z_low, z_high, half_depth, half_width, and for zones their kind and depth.
-    mode: (k, 7) wall modes: gap, relative yaw, 0; around: x, y, yaw in the core's frame; placements: depth fraction, width fraction,
-    relative yaw (NaN: any); then of all these -log of the density at the mode's middle over that of the object's densest mode, divided by
-    the tidiness; probability; factors of the distance and of the angle, 1 over the mode's spreads.  Candidates: number of a top, -log of
-    the address's probability divided by the tidiness.
-    slot: (s, 6) tops that carry things: x, y, z, half depth, half width in the owner's frame, owner.
+    object: (n, 6) half depth, half width, radius of the circle about the origin around the solids, radius around solids and zones, height
+    of the underside of what does not stand on an object, 1 where it is drawn to the centroid of the floor.
+    link: (n, 14) mount; index of the core object or -1; 1 where something may stand on it or be grouped around it; 1 where it takes floor
+    from a robot; first row in ``box`` of its solids, of its zones and of the strips by which it is reached, and the end of these; first row
+    in ``mode`` of its wall modes, of its modes around the core, of its placements and of the targets of its support address, and the end of
+    these; 1 where it stays put.
+    box: (m, 8) in the object's frame the first six columns of a box, then the kind and the depth of a zone.
+    mode: (k, 7) wall modes: gap, 0, yaw against the wall; around the core: x, y, yaw in the core's frame; placements: depth fraction, width
+    fraction, yaw against the surface (NaN: any).  Then of all these: -log of the density at the mode's middle over that of the object's
+    densest mode, divided by the inverse temperature; probability; factors of the distance and of the angle, 1 over the mode's spreads.
+    Targets of a support address: index of a support surface, -log of its probability divided by the inverse temperature, 0.
+    surface: (s, 6) support surfaces: x, y, z of the middle, half depth, half width in the owner's frame, index of the owner.
     wall: (w, 9) rows of :func:`grammar.geometry.walls.wall_rows`.
-    number: (t + 6,) lambda of the energy terms; x_low, y_low, x_high, y_high of the room; x and y of the polygon's centroid.
+    weight: (t,) lambda of the energy terms.
+    x_low, y_low, x_high, y_high: bounding box of the floor; x_centre, y_centre: its centroid.
     """
 
     object: Floats
     link: Ints
-    box: Floats
+    box: Boxes
     mode: Floats
-    slot: Floats
+    surface: Floats
     wall: Floats
-    number: Floats
+    weight: Floats
+    x_low: float
+    y_low: float
+    x_high: float
+    y_high: float
+    x_centre: float
+    y_centre: float
 
     @property
     def mount(self) -> Ints:
         """What holds each object, (n,)."""
-        return self.link[:, MOUNT]
+        return self.link[:, col.MOUNT]
 
     @property
     def core(self) -> Ints:
         """Index of each object's core object or -1, (n,)."""
-        return self.link[:, CORE]
+        return self.link[:, col.CORE]
 
     @property
-    def pinned(self) -> NDArray[np.bool_]:
+    def pinned(self) -> Bools:
         """Whether each object stays where it is, (n,)."""
-        return self.link[:, PINNED] > 0
+        return self.link[:, col.PINNED] > 0
 
     @property
-    def slot_owner(self) -> Ints:
-        """Index of each top's owner, (s,)."""
-        return self.slot[:, SLOT_OWNER].astype(np.int64)
-
-    @property
-    def weight(self) -> Floats:
-        """Weights of the energy terms, (t,)."""
-        return self.number[:BOUNDS]
+    def surface_owner(self) -> Ints:
+        """Index of each support surface's owner, (s,)."""
+        return self.surface[:, col.SURFACE_OWNER].astype(np.int64)
 
     def modes(self, i: int, kind: int) -> Floats:
-        """Return the rows of ``mode`` of object ``i``; ``kind``: WALL_MODE, AROUND, PLACE or CANDIDATE."""
+        """Return the rows of ``mode`` of object ``i``; ``kind``: column WALL_MODES, AROUND_MODES, PLACEMENTS or TARGETS."""
         return self.mode[self.link[i, kind] : self.link[i, kind + 1]]
+
+    def targets(self, i: int) -> Ints:
+        """Return the support surfaces that object ``i`` may stand on."""
+        return self.modes(i, col.TARGETS)[:, col.TARGET].astype(np.int64)
 
 
 class State(NamedTuple):
     """Where everything is; the chain writes these arrays in place.
 
-    where: (n, 4) x, y, yaw, height of the underside; hold: (n, 3) the top that an object stands on, else -1; the wall that it hangs on,
-    else -1; 1 once it takes part; placed: (m, 8) the problem's boxes in the world.
+    where: (n, 4) x, y, yaw, height of the underside; hold: (n, 3) the support surface that an object stands on, else -1; the wall that it
+    hangs on, else -1; 1 once it takes part; placed: (m, 8) the problem's boxes in the world.
     """
 
     where: Floats
     hold: Ints
-    placed: Floats
+    placed: Boxes
 
     @property
     def pose(self) -> Floats:
         """View of x, y, yaw, (n, 3)."""
-        return self.where[:, :3]
+        return self.where[:, : col.Z]
 
     @property
     def z(self) -> Floats:
         """View of the undersides' heights, (n,)."""
-        return self.where[:, 3]
+        return self.where[:, col.Z]
 
     @property
-    def slot(self) -> Ints:
-        """View of the tops, (n,)."""
-        return self.hold[:, SLOT]
+    def surface(self) -> Ints:
+        """View of the support surfaces, (n,)."""
+        return self.hold[:, col.SURFACE]
 
     @property
     def on_wall(self) -> Ints:
         """View of the walls, (n,)."""
-        return self.hold[:, ON_WALL]
+        return self.hold[:, col.ON_WALL]
 
     @property
     def active(self) -> Ints:
         """View of who takes part, (n,) 0 or 1."""
-        return self.hold[:, ACTIVE]
+        return self.hold[:, col.ACTIVE]
 
 
-def empty_state(problem: Problem) -> State:
-    """Return a state in which only the fixed objects will take part; poses are zero."""
+def zero_state(problem: Problem) -> State:
+    """Return a state in which nothing takes part yet; x, y, yaw and boxes are zero, and nothing stands on an object or hangs on a wall."""
     n = len(problem.object)
     where, hold = np.zeros((n, 4)), np.full((n, 3), -1, np.int64)
-    where[:, 3], hold[:, ACTIVE] = problem.object[:, BOTTOM], 0
+    where[:, col.Z], hold[:, col.ACTIVE] = problem.object[:, col.BOTTOM], 0
     return State(where, hold, np.zeros((len(problem.box), 8)))
 
 

@@ -8,38 +8,40 @@ from typing import NamedTuple
 import numpy as np
 from numba import njit
 
+from grammar.geometry import walls
 from grammar.geometry.arrays import Floats, Ints
-from grammar.geometry.kernels import INNER
-from grammar.layout.energies import wrap
-from grammar.layout.problem import FLOOR, HALF_DEPTH, MOUNT, ON_WALL, SLOT, SLOT_OWNER
+from grammar.geometry.kernels import INLINED, INNER
+from grammar.layout import columns as col
+from grammar.layout.frames import point_at_wall, surface_owner, wrap
 from grammar.spec.rules import MOVES, MoveRule
-
-CARRY, QUARTER_TURN, UNIFORM, AT_WALL, AT_CORE, WALL_GAP_SD, WALL_YAW_SD, AROUND_SD, AROUND_YAW_SD, PLACE_SD = range(10)
-"""Places in ``MoveSettings.number``."""
-
-LEADER, NEW_SLOT, NEW_WALL = range(3)
-"""Columns of ``Proposal.tag``."""
-
-_TWO_PI = 2.0 * math.pi
-_TURN_M = 10.0
 
 
 class MoveSettings(NamedTuple):
     """:class:`grammar.spec.rules.MoveRule` for compiled code.
 
-    cumulative: (6,) running sum of the moves' probabilities; sd: (2, k) standard deviations of translations and of rotations, each row
-    filled up by repetition; number: (10,) the places above.
+    cumulative: running sum of the moves' probabilities, in the order of ``MOVES``; translate_sd_m, rotate_sd_rad: (k,) standard deviations,
+    each filled up by repetition to a common length; the rest as the rule has it.
     """
 
     cumulative: Floats
-    sd: Floats
-    number: Floats
+    translate_sd_m: Floats
+    rotate_sd_rad: Floats
+    carry: float
+    quarter_turn: float
+    relocate_uniform: float
+    relocate_wall: float
+    relocate_around: float
+    wall_gap_sd_m: float
+    wall_orientation_sd_rad: float
+    around_sd_m: float
+    around_orientation_sd_rad: float
+    place_sd_m: float
 
 
 class Proposal(NamedTuple):
     """Work space for one proposal: the objects that lead it (one, or two that swap) and where they go.
 
-    pose: (2, 3) new x, y, yaw; tag: (2, 3) object index, new top, new wall.
+    pose: (2, 3) new x, y, yaw; tag: (2, 3) object index, new support surface, new wall.
     """
 
     pose: Floats
@@ -49,22 +51,11 @@ class Proposal(NamedTuple):
 def move_settings(rule: MoveRule) -> MoveSettings:
     """Return the settings of the compiled moves."""
     size = math.lcm(len(rule.translate_sd_m), len(rule.rotate_sd_rad))
-    number = (
-        rule.carry,
-        rule.quarter_turn,
-        rule.relocate_uniform,
-        rule.relocate_wall,
-        rule.relocate_around,
-        rule.wall_gap_sd_m,
-        rule.wall_orientation_sd_rad,
-        rule.around_sd_m,
-        rule.around_orientation_sd_rad,
-        rule.place_sd_m,
-    )
     return MoveSettings(
-        cumulative=np.cumsum([getattr(rule, name) for name in MOVES]),
-        sd=np.array([np.resize(rule.translate_sd_m, size), np.resize(rule.rotate_sd_rad, size)]),
-        number=np.array(number),
+        np.cumsum([getattr(rule, name) for name in MOVES]),
+        np.resize(rule.translate_sd_m, size),
+        np.resize(rule.rotate_sd_rad, size),
+        *(float(getattr(rule, name)) for name in MoveSettings._fields[3:]),
     )
 
 
@@ -79,58 +70,45 @@ def pick(rng, count):  # type: ignore[no-untyped-def]
     return min(int(rng.random() * count), count - 1)
 
 
-@njit(**INNER)
+@njit(**INLINED)
 def start_from(state, proposal, place, i):  # type: ignore[no-untyped-def]
     """Begin a proposal for object ``i`` with the pose that it has."""
-    proposal.tag[place, LEADER], proposal.tag[place, NEW_SLOT] = i, state.hold[i, SLOT]
-    proposal.tag[place, NEW_WALL] = state.hold[i, ON_WALL]
-    for k in range(3):
-        proposal.pose[place, k] = state.where[i, k]
+    proposal.tag[place, col.LEADER], proposal.tag[place, col.NEW_SURFACE] = i, state.hold[i, col.SURFACE]
+    proposal.tag[place, col.NEW_WALL] = state.hold[i, col.ON_WALL]
+    copy_pose(state, i, proposal, place)
+
+
+@njit(**INLINED)
+def copy_pose(state, i, proposal, place):  # type: ignore[no-untyped-def]
+    """Propose the pose that object ``i`` has."""
+    proposal.pose[place, col.X], proposal.pose[place, col.Y] = state.where[i, col.X], state.where[i, col.Y]
+    proposal.pose[place, col.YAW] = state.where[i, col.YAW]
 
 
 @njit(**INNER)
 def hang(problem, proposal, place, i, w, along):  # type: ignore[no-untyped-def]
     """Put object ``i`` with its back to wall ``w``, its middle ``along`` metres from the wall's start."""
-    wall, half = problem.wall, problem.object[i, HALF_DEPTH]
-    proposal.tag[place, NEW_WALL] = w
-    proposal.pose[place, 0] = wall[w, 0] + wall[w, 2] * along + wall[w, 5] * half
-    proposal.pose[place, 1] = wall[w, 1] + wall[w, 3] * along + wall[w, 6] * half
-    proposal.pose[place, 2] = wall[w, 7]
+    x, y = point_at_wall(problem.wall, w, along, problem.object[i, col.HALF_DEPTH])
+    proposal.tag[place, col.NEW_WALL] = w
+    proposal.pose[place, col.X], proposal.pose[place, col.Y] = x, y
+    proposal.pose[place, col.YAW] = problem.wall[w, walls.WALL_YAW]
 
 
 @njit(**INNER)
-def along_wall(wall, w, x, y):  # type: ignore[no-untyped-def]
-    """Return how far along wall ``w`` a point lies, in metres from its start."""
-    return (x - wall[w, 0]) * wall[w, 2] + (y - wall[w, 1]) * wall[w, 3]
-
-
-@njit(**INNER)
-def wall_of_core(problem, state, core):  # type: ignore[no-untyped-def]
-    """Return the wall on which what belongs to ``core`` hangs: the core's own, or the one at the back of a core that stands.
-
-    That is the nearest one, where a metre counts as much as a turn of the wall's normal against the core's front whose cosine is 0.1 less.
-    """
-    if problem.link[core, MOUNT] != FLOOR:
-        return state.hold[core, ON_WALL]
-    x, y, yaw = state.where[core, 0], state.where[core, 1], state.where[core, 2]
-    best, least = 0, np.inf
-    for w in range(len(problem.wall)):
-        along = min(max(along_wall(problem.wall, w, x, y), 0.0), problem.wall[w, 4])
-        dx, dy = x - problem.wall[w, 0] - problem.wall[w, 2] * along, y - problem.wall[w, 1] - problem.wall[w, 3] * along
-        cost = math.sqrt(dx * dx + dy * dy) + _TURN_M * (1.0 - math.cos(yaw - problem.wall[w, 7]))
-        if cost < least:
-            best, least = w, cost
-    return np.int64(best)
-
-
-@njit(**INNER)
-def put_on_slot(problem, state, proposal, slot, u, v, turn):  # type: ignore[no-untyped-def]
-    """Put the leading object on top ``slot`` at u, v in its frame, turned by ``turn`` against its owner."""
-    owner = int(problem.slot[slot, SLOT_OWNER])
-    yaw = state.where[owner, 2]
+def put_on_surface(problem, state, proposal, k, u, v, turn):  # type: ignore[no-untyped-def]
+    """Put the leading object on support surface ``k`` at u, v in its frame, turned by ``turn`` against its owner."""
+    where, owner = state.where, surface_owner(problem, k)
+    yaw = where[owner, col.YAW]
     c, s = math.cos(yaw), math.sin(yaw)
-    u, v = u + problem.slot[slot, 0], v + problem.slot[slot, 1]
-    proposal.tag[0, NEW_SLOT] = slot
-    proposal.pose[0, 0] = state.where[owner, 0] + u * c - v * s
-    proposal.pose[0, 1] = state.where[owner, 1] + u * s + v * c
-    proposal.pose[0, 2] = wrap(yaw + turn)
+    u, v = u + problem.surface[k, col.SURFACE_X], v + problem.surface[k, col.SURFACE_Y]
+    proposal.tag[0, col.NEW_SURFACE] = k
+    proposal.pose[0, col.X] = where[owner, col.X] + u * c - v * s
+    proposal.pose[0, col.Y] = where[owner, col.Y] + u * s + v * c
+    proposal.pose[0, col.YAW] = wrap(yaw + turn)
+
+
+@njit(**INNER)
+def uniform_on_surface(rng, problem, k):  # type: ignore[no-untyped-def]
+    """Draw a uniform place on support surface ``k``, in its frame."""
+    u = problem.surface[k, col.SURFACE_HALF_DEPTH] * (2.0 * rng.random() - 1.0)
+    return u, problem.surface[k, col.SURFACE_HALF_WIDTH] * (2.0 * rng.random() - 1.0)

@@ -1,8 +1,8 @@
-"""The relocation: a pose drawn afresh from a mixture of a uniform pose, poses at walls and poses around the core or on a top.
+"""The relocation: a pose drawn afresh from a mixture of a uniform pose, poses at walls and poses around the core or on a support surface.
 
-An object's modes are drawn by their probabilities, and widths grow with a mode's spread.  The mixture's
-density is computed for any pose, which the Hastings ratio needs.  A pose's base measure is area times angle (length along the walls for
-what hangs there), over the bounding box of the room, the walls, or the tops.
+An object's modes are drawn by their probabilities, and widths grow with a mode's spread.  The mixture's density is computed for any pose,
+which the Hastings ratio needs.  A pose's base measure is area times angle (length along the walls for what hangs there), over the bounding
+box of the room, the walls, or the support surfaces.
 """
 
 from __future__ import annotations
@@ -12,53 +12,16 @@ import math
 import numpy as np
 from numba import njit
 
-from grammar.geometry.kernels import INNER
-from grammar.layout.energies import in_slot, place_target, wrap
-from grammar.layout.problem import (
-    ACTIVE,
-    AROUND,
-    BOUNDS,
-    CANDIDATE,
-    CEILING,
-    CENTRE,
-    CORE,
-    FLOOR,
-    HALF_DEPTH,
-    HALF_WIDTH,
-    MIDDLE,
-    MODE_END,
-    MOUNT,
-    NEAR,
-    OBJECT,
-    PLACE,
-    SHARE,
-    SLOT_HALF_DEPTH,
-    SLOT_HALF_WIDTH,
-    SLOT_OWNER,
-    STRAIGHT,
-    WALL,
-    WALL_MODE,
-)
-from grammar.layout.proposal import (
-    AROUND_SD,
-    AROUND_YAW_SD,
-    AT_CORE,
-    AT_WALL,
-    NEW_SLOT,
-    NEW_WALL,
-    PLACE_SD,
-    UNIFORM,
-    WALL_GAP_SD,
-    WALL_YAW_SD,
-    along_wall,
-    hang,
-    pick,
-    put_on_slot,
-    wall_of_core,
-)
+from grammar.geometry import walls
+from grammar.geometry.kernels import INLINED, INNER
+from grammar.layout import columns as col
+from grammar.layout.frames import along_wall, in_surface_frame, placement_target, point_at_wall, surface_owner, wall_of_core, wrap
+from grammar.layout.proposal import hang, pick, put_on_surface, uniform_on_surface
 
 _TWO_PI = 2.0 * math.pi
 _LEAST_LENGTH_M = 1e-9
+_FAR_SDS = 40.0
+"""Beyond so many standard deviations a normal density is zero in float64."""
 
 
 @njit(**INNER)
@@ -81,8 +44,8 @@ def _draw_yaw(rng, mean, sd):  # type: ignore[no-untyped-def]
 def _draw_mode(rng, mode, first, end):  # type: ignore[no-untyped-def]
     """Draw one of an object's modes by their probabilities; there is at least one."""
     u, k = rng.random(), first
-    while k < end - 1 and u >= mode[k, SHARE]:
-        u -= mode[k, SHARE]
+    while k < end - 1 and u >= mode[k, col.PROBABILITY]:
+        u -= mode[k, col.PROBABILITY]
         k += 1
     return k
 
@@ -92,183 +55,224 @@ def _free_length(problem, i):  # type: ignore[no-untyped-def]
     """Return the summed length of wall that the middle of object ``i`` can take."""
     total = 0.0
     for w in range(len(problem.wall)):
-        total += max(problem.wall[w, 4] - 2.0 * problem.object[i, HALF_WIDTH], 0.0)
+        total += max(problem.wall[w, walls.LENGTH] - 2.0 * problem.object[i, col.HALF_WIDTH], 0.0)
     return total
 
 
 @njit(**INNER)
 def _follows(problem, core):  # type: ignore[no-untyped-def]
     """Return whether what hangs and belongs to ``core`` stays on the wall behind that."""
-    return core >= 0 and problem.link[core, MOUNT] == FLOOR
+    return core >= 0 and problem.link[core, col.MOUNT] == col.FLOOR
 
 
 @njit(**INNER)
 def _draw_wall(rng, problem, margin):  # type: ignore[no-untyped-def]
-    """Draw a wall with probability in proportion to its length less ``margin``, and a place that far from the wall's start and end."""
-    total, longest = 0.0, 0
-    for w in range(len(problem.wall)):
-        total += max(problem.wall[w, 4] - margin, 0.0)
-        if problem.wall[w, 4] > problem.wall[longest, 4]:
+    """Draw a wall with probability in proportion to its length less ``margin``, and a place that keeps half of it from both ends."""
+    wall, total, longest = problem.wall, 0.0, 0
+    for w in range(len(wall)):
+        total += max(wall[w, walls.LENGTH] - margin, 0.0)
+        if wall[w, walls.LENGTH] > wall[longest, walls.LENGTH]:
             longest = w
     u, chosen = rng.random() * total, longest
-    for w in range(len(problem.wall)):
-        u -= max(problem.wall[w, 4] - margin, 0.0)
+    for w in range(len(wall)):
+        u -= max(wall[w, walls.LENGTH] - margin, 0.0)
         if u < 0.0:
             chosen = w
             break
-    return chosen, 0.5 * margin + max(problem.wall[chosen, 4] - margin, 0.0) * rng.random()
+    return chosen, 0.5 * margin + max(wall[chosen, walls.LENGTH] - margin, 0.0) * rng.random()
 
 
 @njit(**INNER)
 def _shares(problem, state, settings, i):  # type: ignore[no-untyped-def]
-    """Return the mixture's shares for object ``i``: uniform, wall, around."""
-    link, number, core, mount = problem.link, settings.number, problem.link[i, CORE], problem.link[i, MOUNT]
-    wall = number[AT_WALL] if link[i, AROUND] > link[i, WALL_MODE] else 0.0
-    near = (core >= 0 and state.hold[core, ACTIVE]) or mount == OBJECT or (mount == CEILING and problem.object[i, CENTRE] > 0.0)
-    around = number[AT_CORE] if near else 0.0
-    total = number[UNIFORM] + wall + around
-    return number[UNIFORM] / total, wall / total, around / total
+    """Return the mixture's shares for object ``i``: uniform, at walls, around its core or on its support."""
+    link, core, mount = problem.link, problem.link[i, col.CORE], problem.link[i, col.MOUNT]
+    uniform = settings.relocate_uniform
+    wall = settings.relocate_wall if link[i, col.AROUND_MODES] > link[i, col.WALL_MODES] else 0.0
+    centred = mount == col.CEILING and problem.object[i, col.CENTRED] > 0.0
+    near = (core >= 0 and state.hold[core, col.ACTIVE]) or mount == col.OBJECT or centred
+    around = settings.relocate_around if near else 0.0
+    total = uniform + wall + around
+    return uniform / total, wall / total, around / total
 
 
 @njit(**INNER)
 def relocate(rng, problem, state, settings, i, proposal):  # type: ignore[no-untyped-def]
     """Draw a pose for object ``i``."""
-    link, mode, number, pose, mount = problem.link, problem.mode, settings.number, proposal.pose, problem.link[i, MOUNT]
-    core, first, end = link[i, CORE], link[i, AROUND], link[i, PLACE]
-    half_d, half_w = problem.object[i, HALF_DEPTH], problem.object[i, HALF_WIDTH]
+    pose, mount = proposal.pose, problem.link[i, col.MOUNT]
     uniform, wall, _ = _shares(problem, state, settings, i)
-    if mount == OBJECT:
-        _relocate_on_top(rng, problem, state, settings, i, proposal, uniform)
+    if mount == col.OBJECT:
+        _draw_on_surface(rng, problem, state, settings, i, proposal, uniform)
         return
     u = rng.random()
-    if mount == WALL:
-        if u < uniform and _follows(problem, core):
-            w = wall_of_core(problem, state, core)
-            along = half_w + max(problem.wall[w, 4] - 2.0 * half_w, 0.0) * rng.random()
-        elif u < uniform:
-            w, along = _draw_wall(rng, problem, 2.0 * half_w)
-        else:
-            w, k = wall_of_core(problem, state, core), _draw_mode(rng, mode, first, end)
-            along = along_wall(problem.wall, w, state.where[core, 0], state.where[core, 1]) - mode[k, 1]
-            along += number[AROUND_SD] / mode[k, NEAR] * rng.standard_normal()
+    if mount == col.WALL:
+        w, along = _draw_hanging(rng, problem, state, settings, i, u < uniform)
         hang(problem, proposal, np.int64(0), i, w, along)
     elif u < uniform:
-        low_x, low_y = problem.number[BOUNDS], problem.number[BOUNDS + 1]
-        pose[0, 0] = low_x + (problem.number[BOUNDS + 2] - low_x) * rng.random()
-        pose[0, 1] = low_y + (problem.number[BOUNDS + 3] - low_y) * rng.random()
-        if mount == FLOOR:
-            pose[0, 2] = wrap(_TWO_PI * rng.random())
+        pose[0, col.X] = problem.x_low + (problem.x_high - problem.x_low) * rng.random()
+        pose[0, col.Y] = problem.y_low + (problem.y_high - problem.y_low) * rng.random()
+        if mount == col.FLOOR:
+            pose[0, col.YAW] = wrap(_TWO_PI * rng.random())
     elif u < uniform + wall:
-        w, along = _draw_wall(rng, problem, 0.0)
-        k = _draw_mode(rng, mode, link[i, WALL_MODE], first)
-        turn = _draw_yaw(rng, mode[k, 1], number[WALL_YAW_SD] / mode[k, STRAIGHT])
-        across = mode[k, 0] + number[WALL_GAP_SD] / mode[k, NEAR] * rng.standard_normal()
-        across += half_d * abs(math.cos(turn)) + half_w * abs(math.sin(turn))
-        pose[0, 0] = problem.wall[w, 0] + problem.wall[w, 2] * along + problem.wall[w, 5] * across
-        pose[0, 1] = problem.wall[w, 1] + problem.wall[w, 3] * along + problem.wall[w, 6] * across
-        pose[0, 2] = wrap(problem.wall[w, 7] + turn)
-    elif mount == CEILING:
-        pose[0, 0] = problem.number[MIDDLE] + number[AROUND_SD] * rng.standard_normal()
-        pose[0, 1] = problem.number[MIDDLE + 1] + number[AROUND_SD] * rng.standard_normal()
+        _draw_at_wall(rng, problem, settings, i, proposal)
+    elif mount == col.CEILING:
+        pose[0, col.X] = problem.x_centre + settings.around_sd_m * rng.standard_normal()
+        pose[0, col.Y] = problem.y_centre + settings.around_sd_m * rng.standard_normal()
     else:
-        k = _draw_mode(rng, mode, first, end)
-        sd = number[AROUND_SD] / mode[k, NEAR]
-        x, y = mode[k, 0] + sd * rng.standard_normal(), mode[k, 1] + sd * rng.standard_normal()
-        yaw = state.where[core, 2]
-        c, s = math.cos(yaw), math.sin(yaw)
-        pose[0, 0], pose[0, 1] = state.where[core, 0] + x * c - y * s, state.where[core, 1] + x * s + y * c
-        pose[0, 2] = wrap(yaw + _draw_yaw(rng, mode[k, 2], number[AROUND_YAW_SD] / mode[k, STRAIGHT]))
+        _draw_around_core(rng, problem, state, settings, i, proposal)
+
+
+@njit(**INLINED)
+def _draw_hanging(rng, problem, state, settings, i, is_uniform):  # type: ignore[no-untyped-def]
+    """Draw a wall and a place along it for what hangs: anywhere that it may hang, or at a mode around its core."""
+    wall, mode, where = problem.wall, problem.mode, state.where
+    core, half_w = problem.link[i, col.CORE], problem.object[i, col.HALF_WIDTH]
+    if is_uniform and _follows(problem, core):
+        w = wall_of_core(problem, state, core)
+        return w, half_w + max(wall[w, walls.LENGTH] - 2.0 * half_w, 0.0) * rng.random()
+    if is_uniform:
+        return _draw_wall(rng, problem, 2.0 * half_w)
+    w = wall_of_core(problem, state, core)
+    k = _draw_mode(rng, mode, problem.link[i, col.AROUND_MODES], problem.link[i, col.PLACEMENTS])
+    along = along_wall(wall, w, where[core, col.X], where[core, col.Y]) - mode[k, col.MODE_Y]
+    along += settings.around_sd_m / mode[k, col.NEAR] * rng.standard_normal()
+    return w, along
+
+
+@njit(**INLINED)
+def _draw_at_wall(rng, problem, settings, i, proposal):  # type: ignore[no-untyped-def]
+    """Draw a pose at one of an object's wall modes, anywhere along the walls."""
+    link, mode, wall, pose = problem.link, problem.mode, problem.wall, proposal.pose
+    half_d, half_w = problem.object[i, col.HALF_DEPTH], problem.object[i, col.HALF_WIDTH]
+    w, along = _draw_wall(rng, problem, 0.0)
+    k = _draw_mode(rng, mode, link[i, col.WALL_MODES], link[i, col.AROUND_MODES])
+    turn = _draw_yaw(rng, mode[k, col.MODE_YAW], settings.wall_orientation_sd_rad / mode[k, col.STRAIGHT])
+    across = mode[k, col.GAP] + settings.wall_gap_sd_m / mode[k, col.NEAR] * rng.standard_normal()
+    across += half_d * abs(math.cos(turn)) + half_w * abs(math.sin(turn))
+    pose[0, col.X], pose[0, col.Y] = point_at_wall(wall, w, along, across)
+    pose[0, col.YAW] = wrap(wall[w, walls.WALL_YAW] + turn)
+
+
+@njit(**INLINED)
+def _draw_around_core(rng, problem, state, settings, i, proposal):  # type: ignore[no-untyped-def]
+    """Draw a pose at one of an object's modes around its core."""
+    link, mode, where, pose, core = problem.link, problem.mode, state.where, proposal.pose, problem.link[i, col.CORE]
+    k = _draw_mode(rng, mode, link[i, col.AROUND_MODES], link[i, col.PLACEMENTS])
+    sd = settings.around_sd_m / mode[k, col.NEAR]
+    x, y = mode[k, col.MODE_X] + sd * rng.standard_normal(), mode[k, col.MODE_Y] + sd * rng.standard_normal()
+    yaw = where[core, col.YAW]
+    c, s = math.cos(yaw), math.sin(yaw)
+    pose[0, col.X], pose[0, col.Y] = where[core, col.X] + x * c - y * s, where[core, col.Y] + x * s + y * c
+    pose[0, col.YAW] = wrap(yaw + _draw_yaw(rng, mode[k, col.MODE_YAW], settings.around_orientation_sd_rad / mode[k, col.STRAIGHT]))
 
 
 @njit(**INNER)
-def _relocate_on_top(rng, problem, state, settings, i, proposal, uniform):  # type: ignore[no-untyped-def]
-    link, number, first = problem.link, settings.number, problem.link[i, CANDIDATE]
-    slot = int(problem.mode[first + pick(rng, link[i, MODE_END] - first), 0])
-    u = problem.slot[slot, SLOT_HALF_DEPTH] * (2.0 * rng.random() - 1.0)
-    v = problem.slot[slot, SLOT_HALF_WIDTH] * (2.0 * rng.random() - 1.0)
+def _draw_on_surface(rng, problem, state, settings, i, proposal, uniform):  # type: ignore[no-untyped-def]
+    """Draw a target of an object's support address, and a pose there: uniform, or at one of its placements."""
+    link, mode, first = problem.link, problem.mode, problem.link[i, col.TARGETS]
+    surface = int(mode[first + pick(rng, link[i, col.MODE_END] - first), col.TARGET])
+    u, v = uniform_on_surface(rng, problem, surface)
     if rng.random() < uniform:
         turn = _TWO_PI * rng.random()
     else:
-        k = _draw_mode(rng, problem.mode, link[i, PLACE], first)
-        x, y = place_target(problem, i, k, slot)
-        sd = number[PLACE_SD] / problem.mode[k, NEAR]
+        k = _draw_mode(rng, mode, link[i, col.PLACEMENTS], first)
+        x, y = placement_target(problem, i, k, surface)
+        sd = settings.place_sd_m / mode[k, col.NEAR]
         if not math.isnan(x):
             u = x + sd * rng.standard_normal()
         if not math.isnan(y):
             v = y + sd * rng.standard_normal()
-        turn = _draw_yaw(rng, problem.mode[k, 2], number[AROUND_YAW_SD] / problem.mode[k, STRAIGHT])
-    put_on_slot(problem, state, proposal, slot, u, v, turn)
+        turn = _draw_yaw(rng, mode[k, col.MODE_YAW], settings.around_orientation_sd_rad / mode[k, col.STRAIGHT])
+    put_on_surface(problem, state, proposal, surface, u, v, turn)
 
 
 @njit(**INNER)
 def relocation_density(problem, state, settings, i, proposal):  # type: ignore[no-untyped-def]
     """Return the density with which a relocation of object ``i`` draws the pose in ``proposal``."""
-    link, mode, number, mount = problem.link, problem.mode, settings.number, problem.link[i, MOUNT]
-    core, first, last = link[i, CORE], link[i, AROUND], link[i, PLACE]
+    mount = problem.link[i, col.MOUNT]
     uniform, wall, around = _shares(problem, state, settings, i)
-    if mount == OBJECT:
-        return _top_density(problem, state, settings, i, proposal, uniform)
-    x, y, yaw = proposal.pose[0, 0], proposal.pose[0, 1], proposal.pose[0, 2]
-    if mount == WALL:
-        w = proposal.tag[0, NEW_WALL]
-        length = problem.wall[w, 4] - 2.0 * problem.object[i, HALF_WIDTH] if _follows(problem, core) else _free_length(problem, i)
-        density = uniform / max(length, _LEAST_LENGTH_M)
-        if around > 0.0 and wall_of_core(problem, state, core) == w:
-            off = along_wall(problem.wall, w, x, y) - along_wall(problem.wall, w, state.where[core, 0], state.where[core, 1])
-            for k in range(first, last):
-                density += around * mode[k, SHARE] * _normal_density(off + mode[k, 1], number[AROUND_SD] / mode[k, NEAR])
-        return density
-    bounds = problem.number
-    area = (bounds[BOUNDS + 2] - bounds[BOUNDS]) * (bounds[BOUNDS + 3] - bounds[BOUNDS + 1])
-    if mount == CEILING:
-        dx, dy = x - bounds[MIDDLE], y - bounds[MIDDLE + 1]
-        return uniform / area + around * _normal_density(dx, number[AROUND_SD]) * _normal_density(dy, number[AROUND_SD])
+    if mount == col.OBJECT:
+        return _surface_density(problem, state, settings, i, proposal, uniform)
+    if mount == col.WALL:
+        return _hanging_density(problem, state, settings, i, proposal, uniform, around)
+    x, y, yaw = proposal.pose[0, col.X], proposal.pose[0, col.Y], proposal.pose[0, col.YAW]
+    area = (problem.x_high - problem.x_low) * (problem.y_high - problem.y_low)
+    if mount == col.CEILING:
+        dx, dy, sd = x - problem.x_centre, y - problem.y_centre, settings.around_sd_m
+        return uniform / area + around * _normal_density(dx, sd) * _normal_density(dy, sd)
     density = uniform / (area * _TWO_PI)
     if wall > 0.0:
         density += wall * _at_wall_density(problem, settings, i, x, y, yaw)
     if around > 0.0:
-        dx, dy, core_yaw = x - state.where[core, 0], y - state.where[core, 1], state.where[core, 2]
-        c, s = math.cos(core_yaw), math.sin(core_yaw)
-        for k in range(first, last):
-            u, v = dx * c + dy * s - mode[k, 0], dy * c - dx * s - mode[k, 1]
-            sd = number[AROUND_SD] / mode[k, NEAR]
-            near = around * mode[k, SHARE] * _normal_density(math.sqrt(u * u + v * v), sd) / (sd * math.sqrt(_TWO_PI))
-            if near > 0.0:
-                density += near * _yaw_density(yaw - core_yaw, mode[k, 2], number[AROUND_YAW_SD] / mode[k, STRAIGHT])
+        density = _add_core_density(problem, state, settings, i, x, y, yaw, around, density)
+    return density
+
+
+@njit(**INLINED)
+def _hanging_density(problem, state, settings, i, proposal, uniform, around):  # type: ignore[no-untyped-def]
+    """Return the density along the walls of what hangs."""
+    wall, mode, where, core = problem.wall, problem.mode, state.where, problem.link[i, col.CORE]
+    w, x, y = proposal.tag[0, col.NEW_WALL], proposal.pose[0, col.X], proposal.pose[0, col.Y]
+    length = wall[w, walls.LENGTH] - 2.0 * problem.object[i, col.HALF_WIDTH] if _follows(problem, core) else _free_length(problem, i)
+    density = uniform / max(length, _LEAST_LENGTH_M)
+    if around > 0.0 and wall_of_core(problem, state, core) == w:
+        off = along_wall(wall, w, x, y) - along_wall(wall, w, where[core, col.X], where[core, col.Y])
+        for k in range(problem.link[i, col.AROUND_MODES], problem.link[i, col.PLACEMENTS]):
+            sd = settings.around_sd_m / mode[k, col.NEAR]
+            density += around * mode[k, col.PROBABILITY] * _normal_density(off + mode[k, col.MODE_Y], sd)
+    return density
+
+
+@njit(**INLINED)
+def _add_core_density(problem, state, settings, i, x, y, yaw, around, density):  # type: ignore[no-untyped-def]
+    """Return ``density`` and that of the modes around the core, whose share is ``around``."""
+    mode, where, core = problem.mode, state.where, problem.link[i, col.CORE]
+    dx, dy, core_yaw = x - where[core, col.X], y - where[core, col.Y], where[core, col.YAW]
+    c, s = math.cos(core_yaw), math.sin(core_yaw)
+    for k in range(problem.link[i, col.AROUND_MODES], problem.link[i, col.PLACEMENTS]):
+        u, v = dx * c + dy * s - mode[k, col.MODE_X], dy * c - dx * s - mode[k, col.MODE_Y]
+        sd = settings.around_sd_m / mode[k, col.NEAR]
+        near = around * mode[k, col.PROBABILITY] * _normal_density(math.sqrt(u * u + v * v), sd) / (sd * math.sqrt(_TWO_PI))
+        if near > 0.0:
+            density += near * _yaw_density(
+                yaw - core_yaw, mode[k, col.MODE_YAW], settings.around_orientation_sd_rad / mode[k, col.STRAIGHT]
+            )
     return density
 
 
 @njit(**INNER)
 def _at_wall_density(problem, settings, i, x, y, yaw):  # type: ignore[no-untyped-def]
-    wall, mode, first, last = problem.wall, problem.mode, problem.link[i, WALL_MODE], problem.link[i, AROUND]
+    """Return the density of a pose drawn at the walls: the sum over walls and modes, over the walls' summed length."""
+    wall, mode, first, last = problem.wall, problem.mode, problem.link[i, col.WALL_MODES], problem.link[i, col.AROUND_MODES]
+    half_d, half_w = problem.object[i, col.HALF_DEPTH], problem.object[i, col.HALF_WIDTH]
     density, length, c, s = 0.0, 0.0, math.cos(yaw), math.sin(yaw)
-    gap_sd, yaw_sd = settings.number[WALL_GAP_SD], settings.number[WALL_YAW_SD]
     for w in range(len(wall)):
-        nx, ny = wall[w, 5], wall[w, 6]
-        length += wall[w, 4]
-        if 0.0 <= along_wall(wall, w, x, y) <= wall[w, 4]:
-            across = (x - wall[w, 0]) * nx + (y - wall[w, 1]) * ny
-            gap = across - problem.object[i, HALF_DEPTH] * abs(c * nx + s * ny) - problem.object[i, HALF_WIDTH] * abs(s * nx - c * ny)
+        nx, ny = wall[w, walls.NORMAL_X], wall[w, walls.NORMAL_Y]
+        length += wall[w, walls.LENGTH]
+        if 0.0 <= along_wall(wall, w, x, y) <= wall[w, walls.LENGTH]:
+            across = (x - wall[w, walls.START_X]) * nx + (y - wall[w, walls.START_Y]) * ny
+            gap = across - half_d * abs(c * nx + s * ny) - half_w * abs(s * nx - c * ny)
             for k in range(first, last):
-                off, sd = gap - mode[k, 0], gap_sd / mode[k, NEAR]
-                if abs(off) < 40.0 * sd:
-                    turn = _yaw_density(yaw - wall[w, 7], mode[k, 1], yaw_sd / mode[k, STRAIGHT])
-                    density += mode[k, SHARE] * _normal_density(off, sd) * turn
+                off, sd = gap - mode[k, col.GAP], settings.wall_gap_sd_m / mode[k, col.NEAR]
+                if abs(off) < _FAR_SDS * sd:
+                    turn_sd = settings.wall_orientation_sd_rad / mode[k, col.STRAIGHT]
+                    turn = _yaw_density(yaw - wall[w, walls.WALL_YAW], mode[k, col.MODE_YAW], turn_sd)
+                    density += mode[k, col.PROBABILITY] * _normal_density(off, sd) * turn
     return density / length
 
 
 @njit(**INNER)
-def _top_density(problem, state, settings, i, proposal, uniform):  # type: ignore[no-untyped-def]
-    link, number, slot = problem.link, settings.number, proposal.tag[0, NEW_SLOT]
-    half_d, half_w = problem.slot[slot, SLOT_HALF_DEPTH], problem.slot[slot, SLOT_HALF_WIDTH]
-    u, v = in_slot(problem, state, slot, proposal.pose[0, 0], proposal.pose[0, 1])
-    turn = proposal.pose[0, 2] - state.where[int(problem.slot[slot, SLOT_OWNER]), 2]
-    density, mode = uniform / (4.0 * half_d * half_w * _TWO_PI), problem.mode
-    for k in range(link[i, PLACE], link[i, CANDIDATE]):
-        x, y = place_target(problem, i, k, slot)
-        sd = number[PLACE_SD] / mode[k, NEAR]
+def _surface_density(problem, state, settings, i, proposal, uniform):  # type: ignore[no-untyped-def]
+    """Return the density on the support surface of the proposal, over the number of an object's targets."""
+    link, mode, surface = problem.link, problem.mode, proposal.tag[0, col.NEW_SURFACE]
+    half_d, half_w = problem.surface[surface, col.SURFACE_HALF_DEPTH], problem.surface[surface, col.SURFACE_HALF_WIDTH]
+    u, v = in_surface_frame(problem, state, surface, proposal.pose[0, col.X], proposal.pose[0, col.Y])
+    turn = proposal.pose[0, col.YAW] - state.where[surface_owner(problem, surface), col.YAW]
+    density = uniform / (4.0 * half_d * half_w * _TWO_PI)
+    for k in range(link[i, col.PLACEMENTS], link[i, col.TARGETS]):
+        x, y = placement_target(problem, i, k, surface)
+        sd = settings.place_sd_m / mode[k, col.NEAR]
         across = 0.5 / half_d if math.isnan(x) else _normal_density(u - x, sd)
         along = 0.5 / half_w if math.isnan(y) else _normal_density(v - y, sd)
-        turned = _yaw_density(turn, mode[k, 2], number[AROUND_YAW_SD] / mode[k, STRAIGHT])
-        density += (1.0 - uniform) * mode[k, SHARE] * across * along * turned
-    return density / (link[i, MODE_END] - link[i, CANDIDATE])
+        turned = _yaw_density(turn, mode[k, col.MODE_YAW], settings.around_orientation_sd_rad / mode[k, col.STRAIGHT])
+        density += (1.0 - uniform) * mode[k, col.PROBABILITY] * across * along * turned
+    return density / (link[i, col.MODE_END] - link[i, col.TARGETS])

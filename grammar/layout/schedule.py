@@ -1,6 +1,7 @@
 """When which objects move: the staged run of the chain over one parse tree.
 
-The five stages of Jiang et al. (IJCV 2018, section 6) bring the objects in; then all of them move together until the layout is done.
+The five stages of Jiang et al. (IJCV 2018, section 6) bring the objects in; then all of them move together, annealed if the schedule says
+so, until the layout is done.
 """
 
 from __future__ import annotations
@@ -10,97 +11,101 @@ from typing import NamedTuple
 import numpy as np
 
 from grammar.geometry.arrays import Floats, Ints
-from grammar.layout.circulation import circulation_losses
-from grammar.layout.energies import CIRCULATION, REACHED, full_energy, place_object
-from grammar.layout.floor_raster import NO_FLOOR, Floor
-from grammar.layout.mcmc import HISTORY, NO_HISTORY, Goal, enter, run_chain
-from grammar.layout.moves import MoveSettings
-from grammar.layout.problem import BOUNDS, CANDIDATE, CEILING, FIXED, FLOOR, OBJECT, WALL, Problem, State, copy_state
+from grammar.layout import columns as col
+from grammar.layout.circulation import CIRCULATION, REACH, circulation_losses
+from grammar.layout.energies import full_energy
+from grammar.layout.enter import enter
+from grammar.layout.floor_raster import NO_FLOOR
+from grammar.layout.frames import place_object
+from grammar.layout.mcmc import Chain, Run, Trace, empty_counts, empty_trace, run_chain
+from grammar.layout.problem import Problem, State, copy_state
 from grammar.spec.rules import Convergence, Schedule
 
 
 class ChainResult(NamedTuple):
-    """What a run of the chain leaves.
+    """What the stages, or another round of the last of them, leave.
 
-    layout: a feasible layout, or None if the chain met none; energy: (t,) its unweighted losses; state: where the chain stopped;
-    counts: (6, 2) proposals and acceptances by move; history: (r, t + 12) losses after each sweep in which all objects moved together, and
-    the proposals and acceptances by move up to it; converged: whether the energies' histogram stood still before the proposals were spent.
+    layout: a feasible layout, or None if the chain met none; energy: (t,) its unweighted losses; state: where the chain stopped; counts:
+    (m, 2) proposals of each move, tried and accepted, over all stages; trace: of the stage in which all objects move together, a sample
+    after each sweep; converged: whether the energies' histogram stood still before the proposals were spent.
     """
 
     layout: State | None
     energy: Floats
     state: State
     counts: Ints
-    history: Floats
+    trace: Trace
     converged: bool
 
 
-def run_stages(
-    rng: np.random.Generator,
-    problem: Problem,
-    start: State,
-    settings: MoveSettings,
-    schedule: Schedule,
-    beta: float,
-    floor: Floor = NO_FLOOR,
-) -> ChainResult:
-    """Run all stages once from a state that holds only the fixed objects, which is not changed."""
-    state, counts = copy_state(start), np.zeros((6, 2), np.int64)
-    kept, goal = copy_state(state), Goal(beta, beta, schedule.hard_tolerance, False)
-    for entering, movable, each in _stages(problem, schedule):
-        for i in entering:
-            if not enter(rng, problem, state, settings, i, schedule.starts):
-                return ChainResult(None, full_energy(problem, state), state, counts, NO_HISTORY, False)
-        if len(movable):
-            run_chain(rng, problem, state, settings, goal, movable, each * len(movable), kept, counts)
-    return run_together(rng, problem, state, settings, schedule, beta, counts, schedule.together, floor, first=True)
+class Stage(NamedTuple):
+    """A stage of the run: the objects that come in, those that move, and the proposals for each of these."""
+
+    entering: Ints
+    movable: Ints
+    proposals: int
+
+
+def run_stages(rng: np.random.Generator, chain: Chain, start: State, schedule: Schedule, beta: float) -> ChainResult:
+    """Run all stages once, at inverse temperature ``beta``, from a state that holds only the fixed objects, which is not changed."""
+    state, counts, problem = copy_state(start), empty_counts(), chain.problem
+    without_floor = chain._replace(floor=NO_FLOOR)
+    for stage in _stages(problem, schedule):
+        for i in stage.entering:
+            if not enter(rng, problem, state, chain.moves, i, schedule.starts):
+                return ChainResult(None, full_energy(problem, state), state, counts, empty_trace(0), False)
+        if len(stage.movable):
+            run = Run(stage.proposals * len(stage.movable), beta, beta, schedule.hard_tolerance, False)
+            counts += run_chain(rng, without_floor, state, run, stage.movable).counts
+    result = run_together(rng, chain, state, schedule, beta, schedule.together, min(schedule.anneal_from_beta, beta))
+    return result._replace(counts=counts + result.counts)
 
 
 def run_together(
-    rng: np.random.Generator,
-    problem: Problem,
-    state: State,
-    settings: MoveSettings,
-    schedule: Schedule,
-    beta: float,
-    counts: Ints,
-    each: int,
-    floor: Floor = NO_FLOOR,
-    first: bool = False,
+    rng: np.random.Generator, chain: Chain, state: State, schedule: Schedule, beta: float, sweeps: int, beta_first: float
 ) -> ChainResult:
-    """Let all objects move for ``each`` proposals per object, from ``state``, which is written in place.
+    """Let all objects move together.
 
-    ``first``: this run follows the stages, so it anneals if the schedule says so.
+    Args:
+        rng: advanced.
+        chain: what is sampled.
+        state: written in place.
+        schedule: what counts as feasible, what to keep, and when the energies stand still.
+        beta: inverse temperature at the end.
+        sweeps: proposals for each object that moves, if the energies do not stand still before.
+        beta_first: inverse temperature at the beginning, from which it grows geometrically; a chain that is annealed does not end early.
     """
-    movable = np.flatnonzero(~problem.pinned)
-    begin = min(schedule.anneal_from_beta, beta) if first else beta
-    test, best, least, converged = schedule.convergence, None, np.inf, False
-    kept, history, energy = copy_state(state), NO_HISTORY, full_energy(problem, state)
-    while len(history) < each and not converged:
-        sweeps = min(test.lag, each - len(history)) if test.window else each
-        ends = [begin * (beta / begin) ** (done / each) for done in (len(history), len(history) + sweeps)]
-        goal, rows = Goal(ends[0], ends[1], schedule.hard_tolerance, schedule.keep == "best"), np.zeros((sweeps, HISTORY))
-        found, energy = run_chain(
-            rng, problem, state, settings, goal, movable, sweeps * len(movable), kept, counts, floor, rows if len(movable) else NO_HISTORY
-        )
-        history = np.concatenate([history, rows])
-        total = float(layout_energy(problem, kept, floor) @ problem.weight) if found else np.inf
-        if found and (schedule.keep == "last" or total < least):
-            best, least = copy_state(kept), total
-        converged = best is not None and begin == beta and has_converged(history[:, :BOUNDS] @ problem.weight, test)
-    if best is None:
-        return ChainResult(None, energy, state, counts, history, converged)
-    energy = layout_energy(problem, best, floor)
-    return ChainResult(best, energy, state, counts, history, converged)
+    movable, test = np.flatnonzero(~chain.problem.pinned), schedule.convergence
+    best, least, converged = None, np.inf, False
+    counts, trace, energy = empty_counts(), empty_trace(0), full_energy(chain.problem, state)
+    while len(trace.energy) < sweeps and not converged:
+        # Run up to the next test of convergence.
+        done = len(trace.energy)
+        part = min(test.lag, sweeps - done) if test.window else sweeps
+        betas = [beta_first * (beta / beta_first) ** (swept / sweeps) for swept in (done, done + part)]
+        run = Run(part * len(movable), betas[0], betas[1], schedule.hard_tolerance, schedule.keep == "best")
+        info = run_chain(rng, chain, state, run, movable, part)
+        # Keep its layout if it is better, or as good where the last one counts.
+        energy = info.energy
+        total = np.inf if info.kept is None else float(layout_energy(chain, info.kept) @ chain.problem.weight)
+        if info.kept is not None and (schedule.keep == "last" or total < least):
+            best, least = info.kept, total
+        # Go on where the energies still change.
+        trace = Trace(np.concatenate([trace.energy, info.trace.energy]), np.concatenate([trace.counts, counts + info.trace.counts]))
+        counts = counts + info.counts
+        converged = best is not None and beta_first == beta and has_converged(trace.energy @ chain.problem.weight, test)
+    if best is not None:
+        energy = layout_energy(chain, best)
+    return ChainResult(best, energy, state, counts, trace, converged)
 
 
-def layout_energy(problem: Problem, state: State, floor: Floor = NO_FLOOR) -> Floats:
-    """Place the boxes of a state and return its (t,) unweighted losses, circulation and reach included where there is a floor."""
-    for i in range(len(problem.link)):
-        place_object(problem, state, i)
-    energy: Floats = full_energy(problem, state)
-    if floor is not NO_FLOOR:
-        energy[CIRCULATION], energy[REACHED] = circulation_losses(problem, state, floor)
+def layout_energy(chain: Chain, state: State) -> Floats:
+    """Place the boxes of a state and return its (t,) unweighted losses, circulation and reach included where the chain has a floor."""
+    for i in range(len(chain.problem.link)):
+        place_object(chain.problem, state, i)
+    energy: Floats = full_energy(chain.problem, state)
+    if chain.floor is not NO_FLOOR:
+        energy[CIRCULATION], energy[REACH] = circulation_losses(chain.problem, state, chain.floor)
     return energy
 
 
@@ -119,26 +124,26 @@ def has_converged(energies: Floats, test: Convergence) -> bool:
     return bool(0.5 * np.abs(counts[0] - counts[1]).sum() / test.window < test.epsilon)
 
 
-def _stages(problem: Problem, schedule: Schedule) -> list[tuple[Ints, Ints, int]]:
-    """Return for every stage the objects that come in, those that move, and the proposals for each of these."""
+def _stages(problem: Problem, schedule: Schedule) -> list[Stage]:
+    """Return the stages that bring in what hangs, cores, what groups around these, what stands alone, what stands on objects."""
     n = len(problem.link)
-    mount, grouped = np.where(problem.pinned, FIXED, problem.mount), problem.core >= 0
+    mount, grouped = np.where(problem.pinned, col.FIXED, problem.mount), problem.core >= 0
     is_core = np.isin(np.arange(n), problem.core)
-    follows = (mount == WALL) & grouped & (problem.mount[problem.core] == FLOOR)
-    hangs = np.flatnonzero(((mount == WALL) & ~follows) | (mount == CEILING))
-    cores = np.flatnonzero((mount == FLOOR) & is_core & ~grouped)
-    associates = np.flatnonzero((mount == FLOOR) & grouped)
-    unpaired = np.flatnonzero((mount == FLOOR) & ~grouped & ~is_core)
+    follows = (mount == col.WALL) & grouped & (problem.mount[problem.core] == col.FLOOR)
+    hangs = np.flatnonzero(((mount == col.WALL) & ~follows) | (mount == col.CEILING))
+    cores = np.flatnonzero((mount == col.FLOOR) & is_core & ~grouped)
+    associates = np.flatnonzero((mount == col.FLOOR) & grouped)
+    unpaired = np.flatnonzero((mount == col.FLOOR) & ~grouped & ~is_core)
     over_cores, over_associates = (np.flatnonzero(follows & np.isin(problem.core, below)) for below in (cores, associates))
     over_others = np.setdiff1d(np.flatnonzero(follows), np.concatenate([over_cores, over_associates]))
-    supported = _bottom_up(problem, np.flatnonzero(mount == OBJECT))
+    supported = _bottom_up(problem, np.flatnonzero(mount == col.OBJECT))
     gathered = np.concatenate([cores, over_cores, associates, over_associates])
     return [
-        (hangs, hangs, schedule.walls),
-        (np.concatenate([cores, over_cores]), np.concatenate([cores, over_cores]), schedule.cores),
-        (np.concatenate([_cores_first(problem, associates), over_associates]), gathered, schedule.associates),
-        (np.concatenate([over_others, unpaired]), np.concatenate([gathered, over_others, unpaired]), schedule.unpaired),
-        (supported, supported, schedule.supported),
+        Stage(hangs, hangs, schedule.walls),
+        Stage(np.concatenate([cores, over_cores]), np.concatenate([cores, over_cores]), schedule.cores),
+        Stage(np.concatenate([_cores_first(problem, associates), over_associates]), gathered, schedule.associates),
+        Stage(np.concatenate([over_others, unpaired]), np.concatenate([gathered, over_others, unpaired]), schedule.unpaired),
+        Stage(supported, supported, schedule.supported),
     ]
 
 
@@ -155,7 +160,7 @@ def _bottom_up(problem: Problem, supported: Ints) -> Ints:
     """Return supported objects so that whatever may carry another one comes before it."""
 
     def level(i: int) -> int:
-        owners = problem.slot_owner[problem.modes(i, CANDIDATE)[:, 0].astype(np.int64)]
+        owners = problem.surface_owner[problem.targets(i)]
         return 1 + max((level(int(owner)) for owner in owners), default=0)
 
     return np.array(sorted(supported.tolist(), key=lambda i: (level(i), i)), np.int64)

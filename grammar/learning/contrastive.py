@@ -13,18 +13,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from grammar.geometry.arrays import Floats
+from grammar.geometry.arrays import Bools, Floats
+from grammar.layout.cliques import COUNTERS
 from grammar.layout.energies import full_energy
-from grammar.layout.mcmc import Goal, run_chain
+from grammar.layout.mcmc import Chain, Run, run_chain
 from grammar.layout.moves import MoveSettings, move_settings
-from grammar.layout.problem import AROUND, BOUNDS, CANDIDATE, CENTRE, MODE_END, REACH, WALL_MODE, ZONE, Problem, State, copy_state
+from grammar.layout.problem import Problem, State, copy_state
 from grammar.learning.assign import AssignedRoom
 from grammar.learning.observed_layout import observed_layout
 from grammar.spec.categories import Categories
-from grammar.spec.rules import HARD_TERMS, MOVES, TERMS, Grammar, MoveRule, Weights
+from grammar.spec.energy_terms import ENERGY_TERMS, TERMS, Weights, weight_vector
+from grammar.spec.rules import MOVES, Grammar, MoveRule
 
 _LEAST_LOSS = 1e-6
-_LEAST_ROOMS = 3
+_LEAST_ROOMS, _LEAST_CLIQUES = 3, 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,7 +66,9 @@ class ContrastiveResult:
 def learn_weights(
     grammar: Grammar, categories: Categories, rooms: Sequence[AssignedRoom], options: ContrastiveOptions, rng: np.random.Generator
 ) -> ContrastiveResult:
-    """Learn the weights of all terms but the first four, which a valid room must not have, and those that no observed room tells of.
+    """Learn the weights of the terms that have cliques to learn from, if the observed rooms have such cliques.
+
+    Why the weight of another term stays is said in its row of :data:`grammar.spec.energy_terms.ENERGY_TERMS`.
 
     Args:
         grammar: with its relations already learned; its weights are where the learning starts.
@@ -74,7 +78,7 @@ def learn_weights(
         rng: source of all randomness.
     """
     layouts = [layout for layout in (observed_layout(grammar, categories, room) for room in rooms) if layout is not None]
-    base = np.array([getattr(grammar.weights, name) for name in TERMS])
+    base = weight_vector(grammar.weights)
     if len(layouts) < _LEAST_ROOMS or options.iterations == 0:
         return ContrastiveResult(weights=grammar.weights, learned=(), rooms=len(layouts), curve=())
     settings = _small_moves(grammar.moves)
@@ -83,7 +87,7 @@ def learn_weights(
     curve: list[CurveRow] = []
     tail: list[Floats] = []
     for iteration in range(options.iterations):
-        data = np.mean([full_energy(weighted(problem, weights), state) for problem, state in layouts], axis=0)
+        data = np.mean([full_energy(problem._replace(weight=weights), state) for problem, state in layouts], axis=0)
         model = np.mean([_short_chain(rng, problem, state, weights, settings, grammar, options) for problem, state in layouts], axis=0)
         curve.append(CurveRow(iteration=iteration, weights=_tuple(weights), data=_tuple(data), model=_tuple(model)))
         step = options.rate / (1.0 + 4.0 * iteration / options.iterations) * (model - data) / (model + data + _LEAST_LOSS)
@@ -104,34 +108,11 @@ def _small_moves(rule: MoveRule) -> MoveSettings:
     return move_settings(replace(rule, **small))
 
 
-def _taught(layouts: Sequence[tuple[Problem, State]]) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
-    """Return which terms the observed rooms have cliques for; the address's probability is counted, not weighted."""
-    walls, groups, supports, zones, middles = 0, 0, 0, 0, 0
-    for problem, _ in layouts:
-        link = problem.link
-        walls += int((link[:, AROUND] > link[:, WALL_MODE]).sum())
-        groups += int((problem.core >= 0).sum())
-        supports += int((link[:, MODE_END] > link[:, CANDIDATE]).sum())
-        zones += int((link[:, REACH] - link[:, ZONE]).sum())
-        middles += int((problem.object[:, CENTRE] > 0.0).sum())
-    cliques = {
-        "wall_distance": walls,
-        "wall_orientation": walls,
-        "occlusion": zones,
-        "support_position": supports,
-        "support_orientation": supports,
-        "group_distance": groups,
-        "group_orientation": groups,
-        "room_centre": middles,
-    }
-    return np.array([t >= HARD_TERMS and cliques.get(name, 0) >= _LEAST_ROOMS for t, name in enumerate(TERMS)])
-
-
-def weighted(problem: Problem, weights: Floats) -> Problem:
-    """Return the problem with other weights of the energy terms."""
-    number = problem.number.copy()
-    number[:BOUNDS] = weights
-    return problem._replace(number=number)
+def _taught(layouts: Sequence[tuple[Problem, State]]) -> Bools:
+    """Return (t,) which terms the observed rooms have enough cliques for."""
+    counts = {kind: sum(count(problem) for problem, _ in layouts) for kind, count in COUNTERS.items()}
+    learned_from = [term.learned_from for term in ENERGY_TERMS.values()]
+    return np.array([kind is not None and counts[kind] >= _LEAST_CLIQUES for kind in learned_from])
 
 
 def _short_chain(
@@ -144,13 +125,11 @@ def _short_chain(
     options: ContrastiveOptions,
 ) -> Floats:
     """Return the losses of a layout after a few steps from the observed one."""
-    tried, moving = weighted(problem, weights), copy_state(state)
-    movable = np.arange(len(problem.mount))
-    beta = grammar.schedule.beta
-    goal = Goal(beta, beta, grammar.schedule.hard_tolerance, False)
-    kept, counts = copy_state(moving), np.zeros((6, 2), np.int64)
-    run_chain(rng, tried, moving, settings, goal, movable, options.sweeps * len(movable), kept, counts)
-    return np.asarray(full_energy(tried, moving))
+    chain, moving = Chain(problem._replace(weight=weights), settings), copy_state(state)
+    movable, beta = np.arange(len(problem.mount)), grammar.schedule.beta
+    run = Run(options.sweeps * len(movable), beta, beta, grammar.schedule.hard_tolerance, False)
+    run_chain(rng, chain, moving, run, movable)
+    return np.asarray(full_energy(chain.problem, moving))
 
 
 def _tuple(values: Floats) -> tuple[float, ...]:

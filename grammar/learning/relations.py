@@ -16,8 +16,9 @@ from grammar.learning.geometry import WallPose, fitting_wall, nearest_wall, rela
 from grammar.learning.modes import GroupPose, Scale, SupportPose, around_modes, place_modes, quarter_of, wall_modes
 from grammar.learning.sizes import learn_normal, learn_size
 from grammar.spec.categories import Categories
+from grammar.spec.energy_terms import Weights
 from grammar.spec.object_rules import NONE, AroundMode, ObjectRule
-from grammar.spec.rules import Grammar, Weights
+from grammar.spec.rules import Grammar
 from grammar.spec.values import TruncatedNormal
 
 _AT_WALL_M = 1.0

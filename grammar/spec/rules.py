@@ -8,44 +8,19 @@ branch (:mod:`grammar.spec.and_or_graph`).  A symbol that is no node is an objec
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from grammar.spec.and_or_graph import Node
+from grammar.spec.energy_terms import Weights
 from grammar.spec.object_rules import ObjectRule
 from grammar.spec.room_rules import OpeningRule, RoomRule
-from grammar.spec.values import Count, Distance, Extent, Probability, Spread, SpreadAngle, Symbol, TruncatedNormal, Weight
+from grammar.spec.values import Count, Distance, Extent, Probability, Spread, SpreadAngle, Symbol, TruncatedNormal
 from scene_description import Limits, SceneSynthError
 
 
 class GrammarError(SceneSynthError):
     """A grammar, or a table beside it, that cannot be used; one line with file, field, expected and got."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Weights:
-    """The lambda of every energy term, in the order in which the terms are kept; losses are metres, radians or numbers without unit.
-
-    The first four are zero in every room that is let through.  ``relation_odds`` and ``support_address`` weigh probabilities: 1 takes
-    them as they are.
-    """
-
-    overlap: Weight
-    out_of_room: Weight
-    blocked: Weight
-    overhang: Weight
-    wall_distance: Weight
-    wall_orientation: Weight
-    occlusion: Weight
-    support_position: Weight
-    support_orientation: Weight
-    support_address: Weight
-    group_distance: Weight
-    group_orientation: Weight
-    room_centre: Weight
-    relation_odds: Weight = 1.0
-    circulation: Weight = 0.0
-    reach: Weight = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,7 +86,7 @@ class Schedule:
     starts: Annotated[int, Limits(ge=1, le=1000)]
     """Poses drawn for an object that comes in; the best one begins."""
     hard_tolerance: Annotated[float, Limits(ge=0.0, le=1.0, unit="m")]
-    """A state is feasible when each of its first four energy terms is at most this, and circulation and reach too if they have weights."""
+    """A state is feasible when each of its hard energy terms is at most this, and circulation and reach too if they have weights."""
     convergence: Convergence = Convergence()
 
 
@@ -160,14 +135,8 @@ class Grammar:
     validity: Thresholds
 
 
-TERMS: tuple[str, ...] = tuple(field.name for field in fields(Weights))
-"""Names of the energy terms in the order of every energy vector."""
-
-HARD_TERMS = 4
-"""The first terms measure what a valid room must not have."""
-
 MOVES: tuple[str, ...] = ("translate", "rotate", "slide", "swap", "repoint", "relocate")
-"""Names of the proposals in the order of their probabilities."""
+"""Names of the proposals, fields of :class:`MoveRule`, in the order in which they are counted."""
 
 
 def truncated_normals(grammar: Grammar) -> Iterator[tuple[str, TruncatedNormal]]:

@@ -30,7 +30,8 @@ from grammar.learning import (
     truncation_csv,
 )
 from grammar.learning.learn import PARTS
-from grammar.spec.rules import TERMS, Grammar
+from grammar.spec.energy_terms import TERMS
+from grammar.spec.rules import Grammar
 from scene_description.share import config_path
 from scene_synth_ros.cli.usage import UsageError
 

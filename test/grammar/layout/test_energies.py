@@ -9,14 +9,16 @@ from small_grammar import CATEGORIES, closet, entered, item, small_grammar
 
 from grammar.derivation.derive import derive
 from grammar.geometry.walls import REFLEX, WALL_YAW, outside_distance, rectangle_outside, wall_rows
+from grammar.layout import columns as col
 from grammar.layout.assemble import assemble
-from grammar.layout.energies import full_energy, place_object
-from grammar.layout.mcmc import Goal, enter, run_chain
+from grammar.layout.energies import full_energy
+from grammar.layout.enter import enter
+from grammar.layout.frames import place_object
+from grammar.layout.mcmc import Chain, Run, run_chain
 from grammar.layout.moves import move_settings
-from grammar.layout.problem import copy_state
+from grammar.spec.energy_terms import TERMS
 from grammar.spec.grammar_file import read_room_type
 from grammar.spec.request import SceneRequest
-from grammar.spec.rules import TERMS
 
 TEXT = (
     closet("table", "stool", "mug")
@@ -32,7 +34,7 @@ def placed():
     grammar = small_grammar(TEXT)
     problem, state = assemble(grammar, CATEGORIES, derive(grammar, CATEGORIES, SceneRequest(room_type="closet"), np.random.default_rng(0)))
     first = len(state.active) - 3
-    state.slot[first + 2] = 0
+    state.surface[first + 2] = 0
     state.z[first + 2] = 0.7
     return problem, state, first
 
@@ -114,16 +116,16 @@ def test_incremental_energy_is_the_full_energy():
         request = SceneRequest(min_objects=18, max_objects=30)
         problem, state = assemble(grammar, CATEGORIES, derive(grammar, CATEGORIES, request, rng))
         settings = move_settings(grammar.moves)
-        for i in np.concatenate([np.flatnonzero((state.active == 0) & (problem.mount != 3)), np.flatnonzero(problem.mount == 3)]):
+        for i in np.concatenate(
+            [np.flatnonzero((state.active == 0) & (problem.mount != col.OBJECT)), np.flatnonzero(problem.mount == col.OBJECT)]
+        ):
             assert enter(rng, problem, state, settings, i, 3)
-        movable = np.flatnonzero(problem.mount != 4)
-        counts = np.zeros((6, 2), np.int64)
+        movable = np.flatnonzero(problem.mount != col.FIXED)
         # a low beta accepts moves of every kind, overlaps included
-        goal = Goal(0.02, 0.02, 0.0, False)
-        _, energy = run_chain(rng, problem, state, settings, goal, movable, 50_000, copy_state(state), counts)
-        assert counts[:, 1].min() >= 20
+        info = run_chain(rng, Chain(problem, settings), state, Run(50_000, 0.02, 0.02, 0.0, False), movable)
+        assert info.counts[:, col.ACCEPTED].min() >= 20
         scale = np.maximum(1.0, full_energy(problem, state))
-        assert np.abs(energy - full_energy(problem, state)) / scale == pytest.approx(0.0, abs=1e-9)
+        assert np.abs(info.energy - full_energy(problem, state)) / scale == pytest.approx(0.0, abs=1e-9)
 
 
 HUNG = (
@@ -142,12 +144,11 @@ def test_what_hangs_over_a_thing_that_stands_follows_it_from_wall_to_wall():
     grammar = small_grammar(HUNG)
     rng = np.random.default_rng(3)
     problem, state, settings = entered(grammar, rng)
-    desk, shelf = (int(np.argmin(np.abs(problem.object[:, 1] - 0.5 * width))) for width in (1.4, 0.8))
-    vase = int(np.flatnonzero(problem.mount == 3)[0])
-    movable, walls = np.flatnonzero(problem.mount != 4), set()
+    desk, shelf = (int(np.argmin(np.abs(problem.object[:, col.HALF_WIDTH] - 0.5 * width))) for width in (1.4, 0.8))
+    vase = int(np.flatnonzero(problem.mount == col.OBJECT)[0])
+    movable, walls = np.flatnonzero(problem.mount != col.FIXED), set()
     for _ in range(200):
-        counts = np.zeros((6, 2), np.int64)
-        _, energy = run_chain(rng, problem, state, settings, Goal(0.01, 0.01, 0.0, False), movable, 500, copy_state(state), counts)
+        energy = run_chain(rng, Chain(problem, settings), state, Run(500, 0.01, 0.01, 0.0, False), movable).energy
         wall = problem.wall[state.on_wall[shelf]]
         walls.add(int(state.on_wall[shelf]))
         assert (state.pose[shelf, :2] - wall[:2]) @ wall[5:7] == pytest.approx(0.1)
@@ -171,19 +172,9 @@ def test_carried_things_keep_their_place(placed):
     grammar = small_grammar(TEXT, moves={"translate": 0.5, "rotate": 0.5})
     c, s = math.cos(0.3), math.sin(0.3)
     before = (0.1 * c + 0.05 * s, 0.05 * c - 0.1 * s, 0.6)
-    counts, rng = np.zeros((6, 2), np.int64), np.random.default_rng(1)
-    run_chain(
-        rng,
-        problem,
-        state,
-        move_settings(grammar.moves),
-        Goal(1e-3, 1e-3, 0.0, False),
-        np.array([table]),
-        200,
-        copy_state(state),
-        counts,
-    )
-    assert counts[:, 1].sum() > 50
+    chain, run = Chain(problem, move_settings(grammar.moves)), Run(200, 1e-3, 1e-3, 0.0, False)
+    info = run_chain(np.random.default_rng(1), chain, state, run, np.array([table]))
+    assert info.counts[:, col.ACCEPTED].sum() > 50
     x, y, yaw = state.pose[table + 2] - state.pose[table]
     c, s = math.cos(state.pose[table, 2]), math.sin(state.pose[table, 2])
     assert (x * c + y * s, y * c - x * s) == pytest.approx(before[:2])
@@ -199,13 +190,12 @@ def test_moving_a_core_away_costs_what_its_group_loses_however_far():
     problem, start = assemble(grammar, CATEGORIES, derive(grammar, CATEGORIES, SceneRequest(room_type="closet"), rng))
     settings = move_settings(replace(grammar.moves, carry=0.0))
     table = len(start.active) - 2
-    state = copy_state(start)
+    state = start
     put(problem, state, table, -0.3, 0.0, 0.0)
     put(problem, state, table + 1, 1.0, 0.0, 0.0)
     seen = []
     for _ in range(1500):
-        goal = Goal(1.0, 1.0, 1e9, False)
-        run_chain(rng, problem, state, settings, goal, np.array([table]), 40, copy_state(state), np.zeros((6, 2), np.int64))
+        run_chain(rng, Chain(problem, settings), state, Run(40, 1.0, 1.0, 1e9, False), np.array([table]))
         seen.append(energies(problem, state)["group_distance"])
     # r is gamma distributed with shape 2 and scale 1 / 10: mean 0.2, standard error of 1500 draws 0.004 and, as they hang together, more
     assert np.mean(seen) == pytest.approx(0.2, abs=0.03)

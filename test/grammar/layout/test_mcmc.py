@@ -12,17 +12,16 @@ from grammar.checks.validity import door_start_m
 from grammar.derivation.derive import derive
 from grammar.layout.assemble import assemble
 from grammar.layout.circulation import circulation_losses, empty_floor
-from grammar.layout.energies import full_energy, place_object
-from grammar.layout.mcmc import Goal, run_chain
+from grammar.layout.columns import ACCEPTED, AROUND_MODES, FLOOR, MODE_X, MODE_Y, MODE_YAW, OBJECT, TRIED, WALL
+from grammar.layout.energies import full_energy
+from grammar.layout.frames import place_object
+from grammar.layout.mcmc import Chain, Run, run_chain
 from grammar.layout.moves import move_settings
-from grammar.layout.problem import AROUND, MIDDLE, copy_state
 from grammar.spec.request import SceneRequest
 
 
 def chain(rng, problem, state, settings, movable, proposals, beta=1.0):
-    counts = np.zeros((6, 2), np.int64)
-    run_chain(rng, problem, state, settings, Goal(beta, beta, 1.0, False), np.asarray(movable), proposals, copy_state(state), counts)
-    return counts
+    return run_chain(rng, Chain(problem, settings), state, Run(proposals, beta, beta, 1.0, False), np.asarray(movable)).counts
 
 
 PLACES = np.array([(-1.6, 0.0, 0.0), (0.0, 0.0, 0.0), (0.3, 1.1, 0.0)])
@@ -35,11 +34,11 @@ def test_swaps_on_three_places_are_in_detailed_balance_with_the_enumerated_energ
     grammar = small_grammar(text, weights={"wall_distance": 3.0, "overlap": 1.0}, moves={"swap": 1.0})
     rng = np.random.default_rng(1)
     problem, state, settings = entered(grammar, rng)
-    things = np.flatnonzero(problem.mount == 0)
+    items = np.flatnonzero(problem.mount == FLOOR)
     orders = list(itertools.permutations(range(3)))
 
     def arrange(order):
-        for place, i in zip(order, things, strict=True):
+        for place, i in zip(order, items, strict=True):
             state.pose[i] = PLACES[place]
             place_object(problem, state, i)
 
@@ -65,8 +64,8 @@ def test_swaps_on_three_places_are_in_detailed_balance_with_the_enumerated_energ
         seen = np.zeros(6)
         for _ in range(repeats):
             arrange(order)
-            chain(rng, problem, state, settings, things, 1)
-            after = tuple(int(np.argmin(np.abs(PLACES - state.pose[i]).sum(1))) for i in things)
+            chain(rng, problem, state, settings, items, 1)
+            after = tuple(int(np.argmin(np.abs(PLACES - state.pose[i]).sum(1))) for i in items)
             seen[orders.index(after)] += 1
         reachable = exact[a] > 0
         assert seen[~reachable].sum() == 0
@@ -74,8 +73,8 @@ def test_swaps_on_three_places_are_in_detailed_balance_with_the_enumerated_energ
 
     seen = np.zeros(6)
     for _ in range(6000):
-        chain(rng, problem, state, settings, things, 25)
-        after = tuple(int(np.argmin(np.abs(PLACES - state.pose[i]).sum(1))) for i in things)
+        chain(rng, problem, state, settings, items, 25)
+        after = tuple(int(np.argmin(np.abs(PLACES - state.pose[i]).sum(1))) for i in items)
         seen[orders.index(after)] += 1
     assert stats.chisquare(seen, target * seen.sum()).pvalue > 1e-4
 
@@ -89,12 +88,12 @@ def test_swaps_are_in_balance_with_circulation_and_reach():
     tree = derive(grammar, CATEGORIES, SceneRequest(room_type="closet"), rng)
     problem, state = assemble(grammar, CATEGORIES, tree)
     floor = empty_floor(tree.room.polygon_m, door_start_m(tree.room, grammar.validity.robot_radius_m), grammar.validity)
-    settings, things = move_settings(grammar.moves), np.flatnonzero(problem.mount == 0)
+    settings, items = move_settings(grammar.moves), np.flatnonzero(problem.mount == FLOOR)
     middle = np.mean(tree.room.polygon_m, axis=0)
     orders, energy = list(itertools.permutations(range(3))), []
 
     def arrange(order):
-        for place, i in zip(order, things, strict=True):
+        for place, i in zip(order, items, strict=True):
             state.pose[i] = PLACES[place] + (*middle, 0.0)
             state.active[i] = 1
             place_object(problem, state, i)
@@ -104,11 +103,11 @@ def test_swaps_are_in_balance_with_circulation_and_reach():
         circulation, reach = circulation_losses(problem, state, floor)
         energy.append(4.0 * circulation + reach)
     assert max(energy) - min(energy) > 0.5
-    target, seen, counts = np.exp(-np.array(energy)), np.zeros(6), np.zeros((6, 2), np.int64)
+    target, seen, chain = np.exp(-np.array(energy)), np.zeros(6), Chain(problem, settings, floor)
     target /= target.sum()
     for _ in range(5000):
-        run_chain(rng, problem, state, settings, Goal(1.0, 1.0, 1.0, False), things, 25, copy_state(state), counts, floor)
-        after = tuple(int(np.argmin(np.abs(PLACES[:, :2] + middle - state.pose[i, :2]).sum(1))) for i in things)
+        run_chain(rng, chain, state, Run(25, 1.0, 1.0, 1.0, False), items)
+        after = tuple(int(np.argmin(np.abs(PLACES[:, :2] + middle - state.pose[i, :2]).sum(1))) for i in items)
         seen[orders.index(after)] += 1
     assert stats.chisquare(seen, target * seen.sum()).pvalue > 1e-4
 
@@ -126,12 +125,12 @@ def test_supporters_are_taken_by_area_and_address_probability(moves):
     grammar = small_grammar(TOPS, weights={"support_address": 1.0}, moves=moves)
     rng = np.random.default_rng(2)
     problem, state, settings = entered(grammar, rng)
-    mug = np.flatnonzero(problem.mount == 3)
+    mug = np.flatnonzero(problem.mount == OBJECT)
     seen, inside = np.zeros(2), []
     for _ in range(4000):
         chain(rng, problem, state, settings, mug, 12)
-        seen[state.slot[mug[0]]] += 1
-        owner = problem.slot_owner[state.slot[mug[0]]]
+        seen[state.surface[mug[0]]] += 1
+        owner = problem.surface_owner[state.surface[mug[0]]]
         inside.append(np.abs(state.pose[mug[0], :2] - state.pose[owner, :2]).max())
     expected = np.array([0.3 * 0.5 * 1.0, 0.7 * 0.3 * 0.4])
     assert stats.chisquare(seen, expected / expected.sum() * seen.sum()).pvalue > 1e-4
@@ -168,17 +167,17 @@ def test_long_chains_of_two_objects_reproduce_the_analytic_density(moves):
     grammar = small_grammar(PAIR, weights={"group_distance": a, "group_orientation": b}, moves=moves | WIDE)
     rng = np.random.default_rng(3)
     problem, state, settings = entered(grammar, rng)
-    table, seat = np.flatnonzero(problem.mount == 0)
+    table, seat = np.flatnonzero(problem.mount == FLOOR)
     state.pose[table] = 0.1, -0.2, 0.4
     place_object(problem, state, table)
-    mean = problem.modes(int(seat), AROUND)[0]
+    mean = problem.modes(int(seat), AROUND_MODES)[0]
     distance, angle = [], []
     for _ in range(3000):
         chain(rng, problem, state, settings, [seat], 150)
         dx, dy = state.pose[seat, :2] - state.pose[table, :2]
         c, s = math.cos(0.4), math.sin(0.4)
-        distance.append(math.hypot(dx * c + dy * s - mean[0], dy * c - dx * s - mean[1]))
-        angle.append(abs((state.pose[seat, 2] - 0.4 - mean[2] + math.pi) % (2 * math.pi) - math.pi))
+        distance.append(math.hypot(dx * c + dy * s - mean[MODE_X], dy * c - dx * s - mean[MODE_Y]))
+        angle.append(abs((state.pose[seat, 2] - 0.4 - mean[MODE_YAW] + math.pi) % (2 * math.pi) - math.pi))
     edges = np.linspace(0, 1, 11)
     for values, law in ((distance, stats.gamma(2, scale=1 / a)), (angle, stats.expon(scale=1 / b))):
         counts, _ = np.histogram(law.cdf(values), edges)
@@ -192,8 +191,8 @@ def test_carried_groups_are_uniform_in_the_room_and_keep_their_density():
     grammar = small_grammar(PAIR, weights={"group_distance": a, "group_orientation": b}, moves=moves)
     rng = np.random.default_rng(8)
     problem, state, settings = entered(grammar, rng)
-    table, seat = (int(i) for i in np.flatnonzero(problem.mount == 0))
-    mean, middle = problem.modes(seat, AROUND)[0], problem.number[MIDDLE : MIDDLE + 2]
+    table, seat = (int(i) for i in np.flatnonzero(problem.mount == FLOOR))
+    mean, middle = problem.modes(seat, AROUND_MODES)[0], (problem.x_centre, problem.y_centre)
     distance, angle, place = [], [], []
     for _ in range(9000):
         chain(rng, problem, state, settings, [table, seat], 100)
@@ -201,8 +200,8 @@ def test_carried_groups_are_uniform_in_the_room_and_keep_their_density():
         if max(abs(x - middle[0]), abs(y - middle[1])) < 1.0:  # nearer to the walls the seat has less room
             dx, dy = state.pose[seat, :2] - (x, y)
             c, s = math.cos(yaw), math.sin(yaw)
-            distance.append(math.hypot(dx * c + dy * s - mean[0], dy * c - dx * s - mean[1]))
-            angle.append(abs((state.pose[seat, 2] - yaw - mean[2] + math.pi) % (2 * math.pi) - math.pi))
+            distance.append(math.hypot(dx * c + dy * s - mean[MODE_X], dy * c - dx * s - mean[MODE_Y]))
+            angle.append(abs((state.pose[seat, 2] - yaw - mean[MODE_YAW] + math.pi) % (2 * math.pi) - math.pi))
             place.append(0.5 * (x - middle[0] + 1.0))
     assert len(place) > 1500
     edges = np.linspace(0, 1, 11)
@@ -217,13 +216,13 @@ def test_tidiness_scales_the_spread():
     for beta in (1.0, 4.0):
         rng = np.random.default_rng(4)
         problem, state, settings = entered(grammar, rng)
-        table, seat = np.flatnonzero(problem.mount == 0)
-        mean, total = problem.modes(int(seat), AROUND)[0], 0.0
+        table, seat = np.flatnonzero(problem.mount == FLOOR)
+        mean, total = problem.modes(int(seat), AROUND_MODES)[0], 0.0
         for _ in range(800):
             chain(rng, problem, state, settings, [seat], 100, beta)
             dx, dy = state.pose[seat, :2] - state.pose[table, :2]
             c, s = math.cos(state.pose[table, 2]), math.sin(state.pose[table, 2])
-            total += math.hypot(dx * c + dy * s - mean[0], dy * c - dx * s - mean[1])
+            total += math.hypot(dx * c + dy * s - mean[MODE_X], dy * c - dx * s - mean[MODE_Y])
         means.append(total / 800)
     assert means == pytest.approx([2 / 10, 2 / 40], rel=0.12)
 
@@ -234,7 +233,7 @@ def test_what_hangs_is_uniform_along_the_free_walls():
     grammar = small_grammar(text, weights={}, moves={"translate": 0.3, "slide": 0.3, "relocate": 0.4})
     rng = np.random.default_rng(5)
     problem, state, settings = entered(grammar, rng)
-    (picture,) = np.flatnonzero(problem.mount == 1)
+    (picture,) = np.flatnonzero(problem.mount == WALL)
     along = []
     for _ in range(3000):
         chain(rng, problem, state, settings, [picture], 20)
@@ -255,13 +254,13 @@ def test_what_hangs_over_a_thing_that_stands_is_uniform_along_the_wall_behind_it
     grammar = small_grammar(text, weights={}, moves={"translate": 0.3, "rotate": 0.2, "slide": 0.1, "relocate": 0.4})
     rng = np.random.default_rng(6)
     problem, state, settings = entered(grammar, rng)
-    (picture,), (shelf,) = np.flatnonzero(problem.mount == 1), np.flatnonzero(problem.mount == 0)
+    (picture,), (shelf,) = np.flatnonzero(problem.mount == WALL), np.flatnonzero(problem.mount == FLOOR)
     along, place = [], []
     for _ in range(4000):
         chain(rng, problem, state, settings, [picture, shelf], 25)
         wall = problem.wall[state.on_wall[picture]]
         along.append(float((state.pose[picture, :2] - wall[:2]) @ wall[2:4]))
-        place.append((*(state.pose[shelf, :2] - problem.number[-6:-4]), state.on_wall[picture]))
+        place.append((*(state.pose[shelf, :2] - (problem.x_low, problem.y_low)), state.on_wall[picture]))
     x, y, on_wall = np.array(place).T
     assert stats.chisquare(np.histogram(along, np.linspace(0.5, 3.5, 13))[0]).pvalue > 1e-4
     for values, bins in ((x, np.linspace(0, 4, 9)), (y, np.linspace(0, 4, 9)), (on_wall, np.arange(5) - 0.5)):
@@ -274,10 +273,9 @@ def test_the_best_or_the_last_feasible_layout_is_kept():
     for best in (True, False):
         rng = np.random.default_rng(6)
         problem, state, settings = entered(grammar, rng)
-        movable = np.flatnonzero(problem.mount == 0)
-        kept = copy_state(state)
-        goal = Goal(1.0, 1.0, 1e9, best)
-        assert run_chain(rng, problem, state, settings, goal, movable, 30_000, kept, np.zeros((6, 2), np.int64))[0]
+        movable = np.flatnonzero(problem.mount == FLOOR)
+        kept = run_chain(rng, Chain(problem, settings), state, Run(30_000, 1.0, 1.0, 1e9, best), movable).kept
+        assert kept is not None
         for i in movable:
             place_object(problem, kept, i)
         kept_energy[best] = float(full_energy(problem, kept) @ problem.weight)
@@ -285,3 +283,17 @@ def test_the_best_or_the_last_feasible_layout_is_kept():
             assert np.array_equal(kept.pose, state.pose)
     # E is gamma distributed with shape 2: below 0.3 once in 27 independent layouts
     assert kept_energy[True] < min(0.3, kept_energy[False])
+
+
+def test_counts_and_trace_are_those_of_the_run():
+    grammar = small_grammar(PAIR, weights={"group_distance": 5.0})
+    rng = np.random.default_rng(9)
+    problem, state, settings = entered(grammar, rng)
+    movable = np.flatnonzero(problem.mount == FLOOR)
+    info = run_chain(rng, Chain(problem, settings), state, Run(1000, 0.5, 2.0, 1e9, False), movable, 10)
+    assert info.counts[:, TRIED].sum() == 1000
+    assert (info.counts[:, ACCEPTED] <= info.counts[:, TRIED]).all() and info.counts[:, ACCEPTED].sum() > 50
+    assert info.trace.counts[:, :, TRIED].sum(1).tolist() == list(range(100, 1001, 100))
+    assert np.array_equal(info.trace.counts[-1], info.counts)
+    assert np.array_equal(info.trace.energy[-1], info.energy)
+    assert info.energy == pytest.approx(full_energy(problem, state), abs=1e-9)

@@ -8,11 +8,14 @@ import pytest
 from scipy import stats
 from small_grammar import closet, entered, item, small_grammar
 
-from grammar.layout.energies import RELATION_ODDS, full_energy, place_object
-from grammar.layout.mcmc import Goal, run_chain
-from grammar.layout.problem import COST, copy_state
+from grammar.layout import columns as col
+from grammar.layout.energies import full_energy
+from grammar.layout.frames import place_object
+from grammar.layout.losses import RELATION_ODDS, WALL_DISTANCE, WALL_ORIENTATION
+from grammar.layout.mcmc import Chain, Run, run_chain
 from scene_description import FieldError
 
+KINDS = (col.WALL_MODES, col.AROUND_MODES, col.PLACEMENTS)
 ODDS = np.array([0.6, 0.3, 0.1])
 TOP = ", supporters: {table: 1}, mount: object, placements: "
 RELATIONS = {
@@ -51,9 +54,9 @@ def problem_of(relation, beta, weights=(), moves=None):
     return problem, state, settings
 
 
-def step(rng, problem, state, settings, beta, proposals, counts):
+def step(rng, problem, state, settings, beta, proposals):
     movable = np.array([len(problem.link) - 1])
-    return run_chain(rng, problem, state, settings, Goal(beta, beta, 1e9, False), movable, proposals, copy_state(state), counts)
+    return run_chain(rng, Chain(problem, settings), state, Run(proposals, beta, beta, 1e9, False), movable)
 
 
 @pytest.mark.parametrize("relation", RELATIONS)
@@ -64,11 +67,11 @@ def step(rng, problem, state, settings, beta, proposals, counts):
 )
 def test_long_chains_take_modes_by_their_probabilities_at_any_tidiness(relation, moves, beta):
     problem, state, settings = problem_of(relation, beta, moves=moves)
-    rng, counts, seen = np.random.default_rng(2), np.zeros((6, 2), np.int64), np.zeros(3)
-    rows = np.concatenate([problem.modes(len(problem.link) - 1, kind) for kind in range(8, 11)])
+    rng, seen = np.random.default_rng(2), np.zeros(3)
+    rows = np.concatenate([problem.modes(len(problem.link) - 1, kind) for kind in KINDS])
     for _ in range(3000):
-        losses = np.asarray(step(rng, problem, state, settings, beta, 60, counts).energy)
-        seen[np.argmin(np.abs(rows[:, COST] - losses[RELATION_ODDS]))] += 1
+        losses = np.asarray(step(rng, problem, state, settings, beta, 60).energy)
+        seen[np.argmin(np.abs(rows[:, col.ODDS_COST] - losses[RELATION_ODDS]))] += 1
     assert stats.chisquare(seen, ODDS * seen.sum()).pvalue > 1e-3, seen / seen.sum()
 
 
@@ -77,35 +80,35 @@ def test_modes_without_a_probability_are_equally_likely_and_cost_nothing(relatio
     head, category, more, own = RELATIONS[relation]
     more = re.sub(r", +(probability|spread|orientation_spread): [0-9.]+", "", more)
     problem, _, _ = entered(small_grammar(head + item("thing", category, (0.3, 0.3, 0.3), more), own), np.random.default_rng(1))
-    rows = np.concatenate([problem.modes(len(problem.link) - 1, kind) for kind in range(8, 11)])
-    assert rows[:, 3:] == pytest.approx(np.tile([0.0, 1.0 / 3.0, 1.0, 1.0], (3, 1)))
+    rows = np.concatenate([problem.modes(len(problem.link) - 1, kind) for kind in KINDS])
+    assert rows[:, [col.ODDS_COST, col.PROBABILITY, col.NEAR, col.STRAIGHT]] == pytest.approx(np.tile([0.0, 1.0 / 3.0, 1.0, 1.0], (3, 1)))
 
 
 def test_cost_is_the_log_ratio_of_densities_at_the_modes_middles():
     problem, state, _ = problem_of("wall", 2.0)
     thing = len(problem.link) - 1
-    rows = problem.modes(thing, 8)
+    rows = problem.modes(thing, col.WALL_MODES)
     density = ODDS / np.array([1.0, 2.0 * 3.0, 0.5])
-    assert rows[:, COST] == pytest.approx(np.log(density.max() / density) / 2.0)
+    assert rows[:, col.ODDS_COST] == pytest.approx(np.log(density.max() / density) / 2.0)
     # in the middle of the wall x = -2, turned as the second mode, 0.05 m and 0.03 rad from its place
     c, s = math.cos(1.53), math.sin(1.53)
     state.pose[thing] = -2.0 + 0.25 + 0.15 * (abs(c) + abs(s)), 0.0, 1.53
     place_object(problem, state, thing)
     energy = full_energy(problem, state)
-    assert energy[4] == pytest.approx(0.05 / 2.0)
-    assert energy[5] == pytest.approx(0.03 / 3.0)
-    assert energy[RELATION_ODDS] == pytest.approx(rows[1, COST])
+    assert energy[WALL_DISTANCE] == pytest.approx(0.05 / 2.0)
+    assert energy[WALL_ORIENTATION] == pytest.approx(0.03 / 3.0)
+    assert energy[RELATION_ODDS] == pytest.approx(rows[1, col.ODDS_COST])
 
 
 @pytest.mark.parametrize("relation", RELATIONS)
 def test_incremental_energy_follows_the_full_energy_with_odds(relation):
     problem, state, settings = problem_of(relation, 1.0, {"overlap": 5.0, "overhang": 5.0, "out_of_room": 5.0})
-    rng, counts = np.random.default_rng(3), np.zeros((6, 2), np.int64)
-    movable, goal = np.flatnonzero(problem.mount != 4), Goal(1.0, 1.0, 1e9, False)
+    rng, accepted, movable = np.random.default_rng(3), 0, np.flatnonzero(problem.mount != col.FIXED)
     for _ in range(20):
-        run = run_chain(rng, problem, state, settings, goal, movable, 500, copy_state(state), counts)
-        assert np.abs(run.energy - full_energy(problem, state)).max() < 1e-9
-    assert counts[:, 1].sum() > 500
+        info = run_chain(rng, Chain(problem, settings), state, Run(500, 1.0, 1.0, 1e9, False), movable)
+        assert np.abs(info.energy - full_energy(problem, state)).max() < 1e-9
+        accepted += info.counts[:, col.ACCEPTED].sum()
+    assert accepted > 500
 
 
 @pytest.mark.parametrize(

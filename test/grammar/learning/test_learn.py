@@ -25,7 +25,8 @@ from grammar.learning.contrastive import learn_weights
 from grammar.learning.learn import PARTS
 from grammar.learning.observed import ObservedObject
 from grammar.learning.write_layouts import layout_from_objects
-from grammar.spec.rules import TERMS, GrammarError
+from grammar.spec.energy_terms import TERMS
+from grammar.spec.rules import GrammarError
 from scene_description import from_mapping
 
 TRUTH = """

@@ -8,7 +8,7 @@ import pytest
 from grammar import SceneRequest, read_categories, read_grammar
 from grammar.learning import layout_line
 from grammar.learning.write_layouts import layout_from_scene
-from grammar.spec.rules import TERMS
+from grammar.spec.energy_terms import TERMS
 from grammar.synthesize import CameraTimes, SceneSynthesizer
 from scene_description.share import config_path
 from scene_synth_ros.cli.command_line import main

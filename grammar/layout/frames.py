@@ -1,0 +1,89 @@
+"""Frames of the layout: angles, walls, support surfaces and the boxes of an object, as kernels that energies and proposals share."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from grammar.geometry import walls
+from grammar.geometry.boxes import place_boxes
+from grammar.geometry.kernels import INLINED, INNER, LEAN
+from grammar.layout import columns as col
+
+_METRES_A_TURN = 10.0
+
+
+@njit(**INNER)
+def wrap(angle: float) -> float:
+    """Return an angle in [-pi, pi)."""
+    return angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))
+
+
+@njit(**LEAN)
+def place_object(problem, state, i):  # type: ignore[no-untyped-def]
+    """Write the world boxes of object ``i`` after its pose changed."""
+    where, link = state.where, problem.link
+    x, y, z, yaw = where[i, col.X], where[i, col.Y], where[i, col.Z], where[i, col.YAW]
+    place_boxes(problem.box, link[i, col.SOLIDS], link[i, col.BOX_END], x, y, z, yaw, state.placed)
+
+
+@njit(**INLINED)
+def along_wall(wall, w, x, y):  # type: ignore[no-untyped-def]
+    """Return how far along wall ``w`` a point lies, in metres from its start."""
+    return (x - wall[w, walls.START_X]) * wall[w, walls.ALONG_X] + (y - wall[w, walls.START_Y]) * wall[w, walls.ALONG_Y]
+
+
+@njit(**INLINED)
+def point_at_wall(wall, w, along, across):  # type: ignore[no-untyped-def]
+    """Return x and y of the point ``along`` metres from the start of wall ``w`` and ``across`` metres into the room."""
+    x = wall[w, walls.START_X] + wall[w, walls.ALONG_X] * along + wall[w, walls.NORMAL_X] * across
+    return x, wall[w, walls.START_Y] + wall[w, walls.ALONG_Y] * along + wall[w, walls.NORMAL_Y] * across
+
+
+@njit(**INNER)
+def wall_of_core(problem, state, core):  # type: ignore[no-untyped-def]
+    """Return the wall on which what belongs to ``core`` hangs: the core's own, or the one at the back of a core that stands.
+
+    That is the nearest one, where a metre counts as much as a turn of the wall's normal against the core's front whose cosine is 0.1 less.
+    """
+    if problem.link[core, col.MOUNT] != col.FLOOR:
+        return state.hold[core, col.ON_WALL]
+    wall, x, y, yaw = problem.wall, state.where[core, col.X], state.where[core, col.Y], state.where[core, col.YAW]
+    best, least = 0, np.inf
+    for w in range(len(wall)):
+        along = min(max(along_wall(wall, w, x, y), 0.0), wall[w, walls.LENGTH])
+        dx = x - wall[w, walls.START_X] - wall[w, walls.ALONG_X] * along
+        dy = y - wall[w, walls.START_Y] - wall[w, walls.ALONG_Y] * along
+        cost = math.sqrt(dx * dx + dy * dy) + _METRES_A_TURN * (1.0 - math.cos(yaw - wall[w, walls.WALL_YAW]))
+        if cost < least:
+            best, least = w, cost
+    return np.int64(best)
+
+
+@njit(**INLINED)
+def surface_owner(problem, k):  # type: ignore[no-untyped-def]
+    """Return the index of the object that support surface ``k`` belongs to."""
+    return int(problem.surface[k, col.SURFACE_OWNER])
+
+
+@njit(**INNER)
+def in_surface_frame(problem, state, k, x, y):  # type: ignore[no-untyped-def]
+    """Return a world point in the frame of the middle of support surface ``k``."""
+    where, surface, owner = state.where, problem.surface, surface_owner(problem, k)
+    c, s = math.cos(where[owner, col.YAW]), math.sin(where[owner, col.YAW])
+    dx, dy = x - where[owner, col.X], y - where[owner, col.Y]
+    return dx * c + dy * s - surface[k, col.SURFACE_X], dy * c - dx * s - surface[k, col.SURFACE_Y]
+
+
+@njit(**INNER)
+def placement_target(problem, i, m, k):  # type: ignore[no-untyped-def]
+    """Return x and y that placement ``m`` of object ``i`` means on support surface ``k``, in its frame (NaN: anywhere)."""
+    mode, surface = problem.mode, problem.surface
+    half_d, half_w = problem.object[i, col.HALF_DEPTH], problem.object[i, col.HALF_WIDTH]
+    c, s = 1.0, 0.0
+    if not math.isnan(mode[m, col.MODE_YAW]):
+        c, s = abs(math.cos(mode[m, col.MODE_YAW])), abs(math.sin(mode[m, col.MODE_YAW]))
+    x = mode[m, col.DEPTH_FRACTION] * max(surface[k, col.SURFACE_HALF_DEPTH] - half_d * c - half_w * s, 0.0)
+    return x, mode[m, col.WIDTH_FRACTION] * max(surface[k, col.SURFACE_HALF_WIDTH] - half_d * s - half_w * c, 0.0)

@@ -1,0 +1,195 @@
+"""The losses of single cliques: kernels that each add theirs to an energy vector ``out``, one column for a term.
+
+Columns are found by the terms' names (:data:`grammar.spec.energy_terms.TERMS`).  Losses are never below zero.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+from grammar.geometry import boxes, walls
+from grammar.geometry.boxes import row_penetration
+from grammar.geometry.kernels import INLINED, INNER
+from grammar.geometry.walls import rectangle_outside
+from grammar.geometry.zones import ACCESS, SWING, VIEW
+from grammar.layout import columns as col
+from grammar.layout.frames import in_surface_frame, placement_target, surface_owner, wrap
+from grammar.spec.energy_terms import TERMS
+
+OVERLAP = TERMS.index("overlap")
+OUT_OF_ROOM = TERMS.index("out_of_room")
+BLOCKED = TERMS.index("blocked")
+OVERHANG = TERMS.index("overhang")
+WALL_DISTANCE = TERMS.index("wall_distance")
+WALL_ORIENTATION = TERMS.index("wall_orientation")
+OCCLUSION = TERMS.index("occlusion")
+SUPPORT_POSITION = TERMS.index("support_position")
+SUPPORT_ORIENTATION = TERMS.index("support_orientation")
+SUPPORT_ADDRESS = TERMS.index("support_address")
+GROUP_DISTANCE = TERMS.index("group_distance")
+GROUP_ORIENTATION = TERMS.index("group_orientation")
+ROOM_CENTRE = TERMS.index("room_centre")
+RELATION_ODDS = TERMS.index("relation_odds")
+
+_TOUCH_M = 1e-6
+
+
+@njit(**INNER)
+def _angle(turn, mean):  # type: ignore[no-untyped-def]
+    """Return how far an angle is off a mean, 0 where the mean is NaN."""
+    return 0.0 if math.isnan(mean) else abs(wrap(turn - mean))
+
+
+@njit(**INNER)
+def add_wall(problem, state, i, out):  # type: ignore[no-untyped-def]
+    """Add the losses of object ``i`` to the wall and mode that it fits best.
+
+    The gap is that between wall and footprint along the wall's normal; beyond a wall's ends the distance to its nearer end takes its place.
+    """
+    wall, mode, weight = problem.wall, problem.mode, problem.weight
+    first, last = problem.link[i, col.WALL_MODES], problem.link[i, col.AROUND_MODES]
+    x, y, yaw = state.where[i, col.X], state.where[i, col.Y], state.where[i, col.YAW]
+    half_d, half_w, c, s = problem.object[i, col.HALF_DEPTH], problem.object[i, col.HALF_WIDTH], math.cos(yaw), math.sin(yaw)
+    best, distance, orientation, odds = np.inf, 0.0, 0.0, 0.0
+    for w in range(len(wall)):
+        # Measure the gap between footprint and wall.
+        dx, dy = x - wall[w, walls.START_X], y - wall[w, walls.START_Y]
+        nx, ny = wall[w, walls.NORMAL_X], wall[w, walls.NORMAL_Y]
+        along, across = dx * wall[w, walls.ALONG_X] + dy * wall[w, walls.ALONG_Y], dx * nx + dy * ny
+        beyond = max(-along, along - wall[w, walls.LENGTH], 0.0)
+        if beyond > 0.0:
+            across = math.sqrt(across * across + beyond * beyond)
+        gap = across - half_d * abs(c * nx + s * ny) - half_w * abs(s * nx - c * ny)
+        # Keep the mode that costs least; the angle is left out of what costs too much already.
+        for k in range(first, last):
+            off = abs(gap - mode[k, col.GAP]) * mode[k, col.NEAR]
+            cost = weight[WALL_DISTANCE] * off + weight[RELATION_ODDS] * mode[k, col.ODDS_COST]
+            if cost < best:
+                angle = _angle(yaw - wall[w, walls.WALL_YAW], mode[k, col.MODE_YAW]) * mode[k, col.STRAIGHT]
+                cost += weight[WALL_ORIENTATION] * angle
+                if cost < best:
+                    best, distance, orientation, odds = cost, off, angle, mode[k, col.ODDS_COST]
+    out[WALL_DISTANCE] += distance
+    out[WALL_ORIENTATION] += orientation
+    out[RELATION_ODDS] += odds
+
+
+@njit(**INNER)
+def add_group(problem, state, i, out):  # type: ignore[no-untyped-def]
+    """Add the losses of object ``i`` to the mode around its core that it fits best."""
+    where, mode, weight, core = state.where, problem.mode, problem.weight, problem.link[i, col.CORE]
+    dx, dy = where[i, col.X] - where[core, col.X], where[i, col.Y] - where[core, col.Y]
+    yaw = where[core, col.YAW]
+    c, s = math.cos(yaw), math.sin(yaw)
+    x, y, turn = dx * c + dy * s, dy * c - dx * s, where[i, col.YAW] - yaw
+    best, distance, orientation, odds = np.inf, 0.0, 0.0, 0.0
+    for k in range(problem.link[i, col.AROUND_MODES], problem.link[i, col.PLACEMENTS]):
+        off = math.sqrt((x - mode[k, col.MODE_X]) ** 2 + (y - mode[k, col.MODE_Y]) ** 2) * mode[k, col.NEAR]
+        angle = _angle(turn, mode[k, col.MODE_YAW]) * mode[k, col.STRAIGHT]
+        cost = weight[GROUP_DISTANCE] * off + weight[GROUP_ORIENTATION] * angle + weight[RELATION_ODDS] * mode[k, col.ODDS_COST]
+        if cost < best:
+            best, distance, orientation, odds = cost, off, angle, mode[k, col.ODDS_COST]
+    out[GROUP_DISTANCE] += distance
+    out[GROUP_ORIENTATION] += orientation
+    out[RELATION_ODDS] += odds
+
+
+@njit(**INNER)
+def add_support(problem, state, i, out):  # type: ignore[no-untyped-def]
+    """Add overhang, address, and the losses to the placement that object ``i`` fits best on its support surface.
+
+    The distances to two opposite edges change by the same amount, so the sum over four edges is twice that over the axes.
+    """
+    link, mode, surface, weight, k = problem.link, problem.mode, problem.surface, problem.weight, state.hold[i, col.SURFACE]
+    x, y = in_surface_frame(problem, state, k, state.where[i, col.X], state.where[i, col.Y])
+    turn = state.where[i, col.YAW] - state.where[surface_owner(problem, k), col.YAW]
+    half_d, half_w = problem.object[i, col.HALF_DEPTH], problem.object[i, col.HALF_WIDTH]
+    c, s = abs(math.cos(turn)), abs(math.sin(turn))
+    out[OVERHANG] += max(abs(x) + half_d * c + half_w * s - surface[k, col.SURFACE_HALF_DEPTH], 0.0)
+    out[OVERHANG] += max(abs(y) + half_d * s + half_w * c - surface[k, col.SURFACE_HALF_WIDTH], 0.0)
+    best, position, orientation, odds = np.inf, 0.0, 0.0, 0.0
+    for m in range(link[i, col.PLACEMENTS], link[i, col.TARGETS]):
+        mean_x, mean_y = placement_target(problem, i, m, k)
+        off = 0.0 if math.isnan(mean_x) else 2.0 * abs(x - mean_x)
+        off += 0.0 if math.isnan(mean_y) else 2.0 * abs(y - mean_y)
+        off, angle = off * mode[m, col.NEAR], _angle(turn, mode[m, col.MODE_YAW]) * mode[m, col.STRAIGHT]
+        cost = weight[SUPPORT_POSITION] * off + weight[SUPPORT_ORIENTATION] * angle
+        cost += weight[RELATION_ODDS] * mode[m, col.ODDS_COST]
+        if cost < best:
+            best, position, orientation, odds = cost, off, angle, mode[m, col.ODDS_COST]
+    out[SUPPORT_POSITION] += position
+    out[SUPPORT_ORIENTATION] += orientation
+    out[RELATION_ODDS] += odds
+    for m in range(link[i, col.TARGETS], link[i, col.MODE_END]):
+        if int(mode[m, col.TARGET]) == k:
+            out[SUPPORT_ADDRESS] += mode[m, col.ADDRESS_COST]
+
+
+@njit(**INLINED)
+def _heights_meet(placed, a, b):  # type: ignore[no-untyped-def]
+    high, low = min(placed[a, boxes.Z_HIGH], placed[b, boxes.Z_HIGH]), max(placed[a, boxes.Z_LOW], placed[b, boxes.Z_LOW])
+    return high - low > _TOUCH_M
+
+
+@njit(**INNER)
+def add_overlap(problem, state, i, j, out):  # type: ignore[no-untyped-def]
+    """Add the summed depth of the footprints of the solids of two objects, where their heights meet."""
+    link, placed = problem.link, state.placed
+    for a in range(link[i, col.SOLIDS], link[i, col.ZONES]):
+        for b in range(link[j, col.SOLIDS], link[j, col.ZONES]):
+            if _heights_meet(placed, a, b):
+                out[OVERLAP] += max(row_penetration(placed, a, placed, b), 0.0)
+
+
+@njit(**INNER)
+def add_zones(problem, state, i, j, related, out):  # type: ignore[no-untyped-def]
+    """Add occlusion and blocked depth: what the solids of object ``j`` take from the zones of object ``i``.
+
+    ``related``: the two belong to one group, whose objects may stand in each other's access space.
+    """
+    link, placed, mount = problem.link, state.placed, problem.link[j, col.MOUNT]
+    for k in range(link[i, col.ZONES], link[i, col.STRIPS]):
+        # Pass over zones that nothing mounted as object j can block.
+        kind = int(problem.box[k, col.ZONE_KIND])
+        if kind == ACCESS:
+            blocks = mount == col.FLOOR and not related
+        else:
+            blocks = kind == SWING or mount == (col.FLOOR if kind == VIEW else col.WALL)
+        if not blocks:
+            continue
+        deepest = 0.0
+        for b in range(link[j, col.SOLIDS], link[j, col.ZONES]):
+            if _heights_meet(placed, k, b):
+                deepest = max(deepest, row_penetration(placed, k, placed, b))
+        if kind == ACCESS:
+            out[OCCLUSION] += min(deepest / problem.box[k, col.ZONE_DEPTH], 1.0)
+        else:
+            out[BLOCKED] += deepest
+
+
+@njit(**INLINED)
+def add_out_of_room(problem, state, i, out):  # type: ignore[no-untyped-def]
+    """Add how far the footprint of object ``i`` sticks out of the room."""
+    x, y, yaw = state.where[i, col.X], state.where[i, col.Y], state.where[i, col.YAW]
+    half_d, half_w = problem.object[i, col.HALF_DEPTH], problem.object[i, col.HALF_WIDTH]
+    out[OUT_OF_ROOM] += rectangle_outside(problem.wall, x, y, math.cos(yaw), math.sin(yaw), half_d, half_w)
+
+
+@njit(**INLINED)
+def add_occlusion_by_walls(problem, state, i, out):  # type: ignore[no-untyped-def]
+    """Add what walls take from the access spaces of object ``i``."""
+    placed = state.placed
+    for k in range(problem.link[i, col.ZONES], problem.link[i, col.STRIPS]):
+        if problem.box[k, col.ZONE_KIND] == ACCESS:
+            x, y, c, s = placed[k, boxes.X], placed[k, boxes.Y], placed[k, boxes.COS_YAW], placed[k, boxes.SIN_YAW]
+            outside = rectangle_outside(problem.wall, x, y, c, s, placed[k, boxes.HALF_DEPTH], placed[k, boxes.HALF_WIDTH])
+            out[OCCLUSION] += min(outside / problem.box[k, col.ZONE_DEPTH], 1.0)
+
+
+@njit(**INLINED)
+def add_room_centre(problem, state, i, out):  # type: ignore[no-untyped-def]
+    """Add the distance of object ``i`` to the centroid of the floor."""
+    out[ROOM_CENTRE] += math.hypot(state.where[i, col.X] - problem.x_centre, state.where[i, col.Y] - problem.y_centre)

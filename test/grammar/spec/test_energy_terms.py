@@ -1,0 +1,65 @@
+"""The rows of the energy terms: each is counted, each says how its weight is learned, and the manual shows them."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from small_grammar import CATEGORIES
+
+from grammar.derivation.derive import derive
+from grammar.layout.assemble import assemble
+from grammar.layout.cliques import COUNTERS
+from grammar.layout.enter import enter
+from grammar.layout.mcmc import Chain
+from grammar.layout.moves import move_settings
+from grammar.layout.schedule import layout_energy
+from grammar.sample_room import room_floor
+from grammar.spec.energy_terms import ENERGY_TERMS, FLOOR_TERMS, HARD_TERMS, TERMS, EnergyTerm, terms_table, weight_vector
+from grammar.spec.grammar_file import read_room_type
+from grammar.spec.request import SceneRequest
+
+DOCS = Path(__file__).resolve().parents[3] / "docs"
+
+
+def test_terms_by_kind():
+    assert HARD_TERMS == ("overlap", "out_of_room", "blocked", "overhang")
+    assert FLOOR_TERMS == ("circulation", "reach")
+    learned = {name for name, term in ENERGY_TERMS.items() if term.learned_from}
+    assert learned == {
+        "wall_distance", "wall_orientation", "occlusion", "support_position", "support_orientation", "group_distance", "group_orientation",
+        "room_centre",
+    }  # fmt: skip
+    assert {term.learned_from for term in ENERGY_TERMS.values()} - {None} == set(COUNTERS)
+
+
+def test_a_term_is_learned_or_says_why_not():
+    for given in ({}, {"learned_from": "wall", "not_learned": "it is"}):
+        with pytest.raises(ValueError, match="expected either learned_from or not_learned"):
+            EnergyTerm(kind="soft", unit="m", measures="nothing", **given)
+
+
+def test_weights_keep_the_order_of_the_rows():
+    weights = replace(read_room_type("bedroom", CATEGORIES).weights, blocked=3.5, reach=7.0)
+    vector = weight_vector(weights)
+    assert (vector[TERMS.index("blocked")], vector[TERMS.index("reach")]) == (3.5, 7.0)
+
+
+def test_every_term_is_counted():
+    """A row whose kernel is missing, or adds to another column, has no loss in any layout."""
+    met = np.zeros(len(TERMS), bool)
+    for room_type, set_name, seed in (("bedroom", "by_hand", 0), ("bedroom", "learned", 1), ("living_room", "by_hand", 2)):
+        grammar, rng = read_room_type(room_type, CATEGORIES, set_name), np.random.default_rng(seed)
+        tree = derive(grammar, CATEGORIES, SceneRequest(room_type=room_type, min_objects=14), rng)
+        problem, state = assemble(grammar, CATEGORIES, tree)
+        chain = Chain(problem, move_settings(grammar.moves), room_floor(grammar, tree.room))
+        for i in sorted(np.flatnonzero(state.active == 0), key=lambda i, p=problem: len(p.targets(i)) > 0):
+            assert enter(rng, problem, state, chain.moves, i, 1)
+        met |= layout_energy(chain, state) > 0.0
+    assert met.all(), [name for name, is_met in zip(TERMS, met, strict=True) if not is_met]
+
+
+def test_the_manual_shows_the_rows():
+    assert terms_table() in (DOCS / "grammar.md").read_text(encoding="utf-8"), (
+        "docs/grammar.md: expected the table of terms_table(); put it there"
+    )
