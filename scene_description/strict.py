@@ -58,6 +58,7 @@ class Limits:
 NO_LIMITS = Limits()
 
 _Read = Callable[[Any, Limits, object, str], Any]
+_READERS: dict[int, tuple[Any, tuple[_Read, Any, Limits]]] = {}
 """Reads a value: bare type of the annotation, its limits, the value, its path."""
 
 
@@ -118,9 +119,17 @@ def read_value(annotation: Any, value: object, path: str) -> Any:
     return read(bare, limits, value, path)
 
 
-@cache
 def _reader(annotation: Any) -> tuple[_Read, Any, Limits]:
-    """Return the function that reads values of an annotation, with the annotation's bare type and limits."""
+    """Return the function that reads values of an annotation, with the annotation's bare type and limits.
+
+    Kept by the annotation's identity: equal ones need not say the same, as ``Literal`` ignores order and 0 equals 0.0 in ``Limits``.
+    """
+    if id(annotation) not in _READERS:
+        _READERS[id(annotation)] = annotation, _make_reader(annotation)
+    return _READERS[id(annotation)][1]
+
+
+def _make_reader(annotation: Any) -> tuple[_Read, Any, Limits]:
     bare, limits = split_annotation(annotation)
     origin = get_origin(bare)
     if origin in (Union, types.UnionType):
@@ -158,7 +167,8 @@ def _read_optional(bare: Any, limits: Limits, value: object, path: str) -> Any:
     if value is None:
         return None
     (inner,) = (arg for arg in get_args(bare) if arg is not type(None))
-    return read_value(Annotated[inner, limits] if limits is not NO_LIMITS else inner, value, path)
+    read, inner_bare, inner_limits = _reader(inner)
+    return read(inner_bare, inner_limits if limits is NO_LIMITS else limits, value, path)
 
 
 def _read_literal(bare: Any, limits: Limits, value: object, path: str) -> Any:

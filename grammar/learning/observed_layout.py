@@ -17,6 +17,7 @@ from grammar.layout.assemble import assemble
 from grammar.layout.frames import place_object
 from grammar.layout.problem import Problem, State
 from grammar.learning.assign import AssignedRoom
+from grammar.learning.geometry import wall_poses
 from grammar.spec.categories import Categories
 from grammar.spec.rules import Grammar
 from scene_description.types import Room

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 import pytest
 
 from scene_description import FieldError, Limits, from_mapping, to_mapping
-from scene_description.strict import describe_range, shorten
+from scene_description.strict import describe_range, read_value, shorten
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,3 +123,16 @@ def test_values_in_messages_are_cut() -> None:
 )
 def test_describes_ranges(limits: Limits, text: str) -> None:
     assert describe_range(limits, "a number") == text
+
+
+def test_annotations_that_are_equal_but_say_different_things_keep_their_own_words() -> None:
+    """``Literal`` compares without order, and limits of 0 and 0.0 are equal."""
+    for annotation, wanted in [
+        (Literal["near", "far"], "one of 'near', 'far'"),
+        (Literal["far", "near"], "one of 'far', 'near'"),
+        (Annotated[float, Limits(ge=0, le=1)], "a number in [0, 1]"),
+        (Annotated[float, Limits(ge=0.0, le=1.0)], "a number in [0.0, 1.0]"),
+    ]:
+        with pytest.raises(FieldError) as caught:
+            read_value(annotation, "out", "field")
+        assert f"expected {wanted}, got" in str(caught.value)
