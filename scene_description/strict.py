@@ -122,7 +122,7 @@ def read_value(annotation: Any, value: object, path: str) -> Any:
 def _reader(annotation: Any) -> tuple[_Read, Any, Limits]:
     """Return the function that reads values of an annotation, with the annotation's bare type and limits.
 
-    Kept by the annotation's identity: equal ones need not say the same, as ``Literal`` ignores order and 0 equals 0.0 in ``Limits``.
+    Kept by the annotation's identity: equal ones need not say the same, as ``Literal`` compares without order.
     """
     if id(annotation) not in _READERS:
         _READERS[id(annotation)] = annotation, _make_reader(annotation)

@@ -125,14 +125,10 @@ def test_describes_ranges(limits: Limits, text: str) -> None:
     assert describe_range(limits, "a number") == text
 
 
-def test_annotations_that_are_equal_but_say_different_things_keep_their_own_words() -> None:
-    """``Literal`` compares without order, and limits of 0 and 0.0 are equal."""
-    for annotation, wanted in [
-        (Literal["near", "far"], "one of 'near', 'far'"),
-        (Literal["far", "near"], "one of 'far', 'near'"),
-        (Annotated[float, Limits(ge=0, le=1)], "a number in [0, 1]"),
-        (Annotated[float, Limits(ge=0.0, le=1.0)], "a number in [0.0, 1.0]"),
-    ]:
-        with pytest.raises(FieldError) as caught:
-            read_value(annotation, "out", "field")
-        assert f"expected {wanted}, got" in str(caught.value)
+@pytest.mark.parametrize(
+    ("annotation", "wanted"), [(Literal["near", "far"], "one of 'near', 'far'"), (Literal["far", "near"], "one of 'far', 'near'")]
+)
+def test_literals_in_another_order_are_told_in_their_own(annotation: Any, wanted: str) -> None:
+    """``Literal`` compares without order."""
+    with pytest.raises(FieldError, match=f"expected {wanted}, got 'out'"):
+        read_value(annotation, "out", "field")
