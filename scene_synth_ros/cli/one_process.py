@@ -18,10 +18,10 @@ from rclpy.signals import SignalHandlerOptions
 
 from scene_synth_ros.cli.node_modules import NODES
 from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.suite.heap import limit_arenas
 from scene_synth_ros.suite.process import end_process
-from scene_synth_ros.suite.stale_shared_memory import away_from_dead_ports
+from scene_synth_ros.suite.stale_shared_memory import avoid_stale_ports
 from scene_synth_ros.suite.suite_node import REFUSALS, SuiteNode
-from scene_synth_ros.suite.trim_heap import use_few_heaps
 
 SETTLE_S = 0.5
 """How long the recorder may still receive once the others are closed."""
@@ -61,7 +61,7 @@ def run(names: dict[str, str], namespace: str) -> int:
     executor = SingleThreadedExecutor()
     code = 0
     try:
-        with away_from_dead_ports():
+        with avoid_stale_ports():
             for name, parameters in names.items():
                 nodes.append(make_node(name, parameters, namespace))
                 executor.add_node(nodes[-1])
@@ -94,7 +94,7 @@ def main(args: list[str] | None = None) -> None:
     parser.add_argument("--log-level", default="info", help="(default: %(default)s)")
     parser.add_argument("nodes", nargs="+", metavar="NODE=PARAMETERS.yaml", help="nodes in the order in which they are made")
     parsed = parser.parse_args(args)
-    use_few_heaps()
+    limit_arenas()
     rclpy.init(args=["--ros-args", "--log-level", parsed.log_level], signal_handler_options=SignalHandlerOptions.NO)
     names = dict(word.split("=", 1) for word in parsed.nodes if "=" in word)
     code = run(names, parsed.namespace)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from scene_description.share import config_path
-from scene_synth_ros.suite.stale_shared_memory import remove_dead_memory
+from scene_synth_ros.suite.stale_shared_memory import remove_stale_shared_memory
 
 RECORDER, ONE_PROCESS = "recorder_node", "one_process"
 PUBLISHERS_STOP_S, STOP_S = 1.2, 2.5
@@ -78,7 +78,7 @@ def run_nodes(nodes: list[NodeProcess], namespace: str, interrupts: Interrupts, 
         return _watch(running, interrupts, _Respawner(nodes, lambda node: _start(node, namespace, environment, log_level)))
     finally:
         _stop(running, interrupts)
-        remove_dead_memory()
+        remove_stale_shared_memory()
 
 
 def node_environment(outer: Mapping[str, str]) -> dict[str, str]:

@@ -22,7 +22,7 @@ from scene_description import FieldError, Limits, SceneSynthError
 from scene_description.strict import shorten
 from scene_synth_ros.generate.catalogs import with_catalog
 from scene_synth_ros.generate.frame_times import FrameTimes
-from scene_synth_ros.generate.lock_step import Expectation, complaints, finished_by_all, last_done, missing_peers, waiting_for
+from scene_synth_ros.generate.lock_step import Expectation, finished_by_all, last_done, missing_peers, peer_failures, waiting_for
 from scene_synth_ros.generate.room_job import Prepared, RoomJob
 from scene_synth_ros.messages.conversions import occupancy_to_msg, scene_to_markers
 from scene_synth_ros.suite.connections import publishers_of
@@ -243,7 +243,7 @@ class GrammarNode(SuiteNode):
 
     def _tick(self) -> None:
         run: RunConfig = self._settings[""]
-        for line in complaints(self._peers, self._last_sent):
+        for line in peer_failures(self._peers, self._last_sent):
             if run.exit_when_done:
                 self._fail(line)
                 return

@@ -14,7 +14,7 @@ from nav_msgs.msg import OccupancyGrid
 from scene_description import CameraPose
 from scene_description.strict import FieldError, shorten
 from scene_synth_ros.messages.stamps import NANOSECONDS
-from scene_synth_ros.render.hand_drive import DriveConfig, DriveState, FreeFloor, Velocity, drive, drive_pose, start_drive
+from scene_synth_ros.render.teleop import DriveConfig, DriveState, FreeFloor, Velocity, drive, drive_pose, start_drive
 
 MAX_WAITING = 100
 MAX_COORDINATE_M = 1000.0

@@ -25,18 +25,18 @@ from scene_description import CameraPose, FieldError, Limits, SceneDescription, 
 from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_to_json
 from scene_synth_ros.render.camera_requests import MAX_WAITING, CameraRequests
-from scene_synth_ros.render.hand_drive import DriveConfig
 from scene_synth_ros.render.peers import Peers
-from scene_synth_ros.render.room_show import Pace, RoomShow
+from scene_synth_ros.render.room_loop import Pace, RoomLoop
 from scene_synth_ros.render.streams import StreamPublishers
+from scene_synth_ros.render.teleop import DriveConfig
 from scene_synth_ros.render.throughput import Throughput
 from scene_synth_ros.suite.diagnostics import ERROR, OK, WARN, Diagnostics, Report
+from scene_synth_ros.suite.heap import trim_heap
 from scene_synth_ros.suite.parameters import ParameterError, Parameters
 from scene_synth_ros.suite.process import run_node
 from scene_synth_ros.suite.qos import latched_qos, stream_qos
 from scene_synth_ros.suite.status import NodeStatus, status_from_json, status_to_json
 from scene_synth_ros.suite.suite_node import STEADY, SuiteNode
-from scene_synth_ros.suite.trim_heap import give_back_memory
 
 MAX_SCENES_WAITING = 16
 COMPLAINT_S = 10.0
@@ -206,7 +206,7 @@ class RendererNode(SuiteNode):
             self._warm = True
             while (text := self._next_scene()) is not None:
                 self._take_scene(text)
-                give_back_memory()
+                trim_heap()
         except Exception as error:  # whatever it is, the run must hear of it rather than wait for ever
             self._fault = f"{type(error).__name__}: {error}"
             self.get_logger().fatal(f"rendering ended: {self._fault}")
@@ -251,8 +251,8 @@ class RendererNode(SuiteNode):
         self._streams.begin_room(scene)
         self._requests.begin_room()
         self._flat, self._metered = flat, None
-        give_back_memory()
-        RoomShow(scene, renderer, self._settings["camera"], self, self._requests, self._pace).run()
+        trim_heap()
+        RoomLoop(scene, renderer, self._settings["camera"], self, self._requests, self._pace).run()
 
     def _meter(self) -> Exposure | None:
         """Meter the room, once its colour is wanted: never while who wants it may not be connected yet."""
@@ -260,7 +260,7 @@ class RendererNode(SuiteNode):
         if not needs_meter(self._render_config) or "color" not in self._streams.wanted_layers():
             return None
         metered = meter(self._flat, self._settings["camera"], self._render_config, scene_key(self._scene), self._scene.camera_path)
-        give_back_memory()
+        trim_heap()
         return metered
 
     def _pace(self) -> Pace:

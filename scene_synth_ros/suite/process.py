@@ -17,9 +17,9 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
-from scene_synth_ros.suite.stale_shared_memory import away_from_dead_ports
+from scene_synth_ros.suite.heap import limit_arenas
+from scene_synth_ros.suite.stale_shared_memory import avoid_stale_ports
 from scene_synth_ros.suite.suite_node import REFUSALS
-from scene_synth_ros.suite.trim_heap import use_few_heaps
 
 T = TypeVar("T")
 SETTLE_S, QUIET_S = 1.0, 0.1
@@ -36,7 +36,7 @@ def run_node(make: Callable[[], Node], args: list[str] | None = None) -> None:
     parameter, a folder that exists) ends it with code 2 and one line on stderr.
     """
     caught: list[int] = []
-    use_few_heaps()
+    limit_arenas()
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda got, _frame: caught.append(got))
@@ -68,7 +68,7 @@ def run_node(make: Callable[[], Node], args: list[str] | None = None) -> None:
 def _make(make: Callable[[], Node]) -> tuple[Node | None, str]:
     """Return the node, or None and why it cannot be; the half-made node is freed, and with it its shared memory."""
     try:
-        with away_from_dead_ports():
+        with avoid_stale_ports():
             return make(), ""
     except REFUSALS as error:
         return None, " ".join(str(error).split())
