@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from scene_description.share import config_path
+from scene_synth_ros.suite.faults import FAULT_STATUS
 from scene_synth_ros.suite.stale_shared_memory import remove_stale_shared_memory
 
 RECORDER, ONE_PROCESS = "recorder_node", "one_process"
@@ -38,7 +39,7 @@ class NodeProcess:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """How a run ended: 0 and no reason if every node ended well; 130 if it was interrupted."""
+    """How a run ended: 0 and no reason if every node ended well; 130 if it was interrupted; FAULT_STATUS after a fault of the program."""
 
     code: int
     reason: str = ""
@@ -132,7 +133,7 @@ def _watch(running: dict[str, subprocess.Popen[bytes]], interrupts: Interrupts, 
             if code:
                 again = respawner.respawn(name, code)
                 if again is None:
-                    return Outcome(code=1, reason=_describe(name, code))
+                    return Outcome(code=FAULT_STATUS if code == FAULT_STATUS else 1, reason=_describe(name, code))
                 running[name], codes[name] = again, None
         if all(code == 0 for code in codes.values()):
             return Outcome(code=0)
@@ -143,7 +144,8 @@ def _watch(running: dict[str, subprocess.Popen[bytes]], interrupts: Interrupts, 
 def _describe(name: str, code: int) -> str:
     if code < 0:
         return f"{name} was ended by {signal.Signals(-code).name}"
-    return f"{name} ended with code {code}"
+    fault = " after a fault of the program, which is told above" if code == FAULT_STATUS else ""
+    return f"{name} ended with code {code}{fault}"
 
 
 def _stop(running: Mapping[str, subprocess.Popen[bytes]], interrupts: Interrupts) -> None:

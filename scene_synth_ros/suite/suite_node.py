@@ -7,10 +7,16 @@
 | deactivate | it pauses after what it has in hand; everything stays connected |
 | cleanup | everything made by *configure* is taken down; parameters stay |
 | shutdown | the process ends, as after SIGTERM |
+
+What a callback or a transition raises beyond what a user can cause is a fault of the program: it is logged with its traceback and counted
+in ``/diagnostics``, and the node goes on; with ``exit_when_done`` it tells its peers and ends with ``FAULT_STATUS``.
 """
 
 from __future__ import annotations
 
+import functools
+import math
+import time
 from collections.abc import Callable
 from typing import Any
 
@@ -18,9 +24,12 @@ from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import NameValidationException, ParameterException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.service import Service
+from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 
 from scene_description import SceneSynthError
+from scene_synth_ros.suite.faults import FAULT_STATUS, Faults
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 REFUSALS = (
@@ -39,21 +48,49 @@ STEADY = Clock(clock_type=ClockType.STEADY_TIME)
 
 
 class SuiteNode(LifecycleNode):  # type: ignore[misc]
-    """A managed node; subclasses declare parameters in ``__init__``, then call :meth:`begin`, and fill in the four methods below.
+    """A managed node; subclasses declare parameters in ``__init__``, then call :meth:`begin`, and fill in the methods below it.
+
+    Threading: callbacks, transitions and :meth:`fail` run in the executor's thread; ``faults``, :meth:`warn` and :meth:`refuse` are for any
+    thread.
 
     Attributes:
         exit_code: None while the node runs; what its process shall end with.
         active: whether it is in the state *active*.
+        faults: the faults of the program that have come up in this node.
     """
 
     def __init__(self, name: str, **options: Any) -> None:
         super().__init__(name, automatically_declare_parameters_from_overrides=True, **options)
         self.exit_code: int | None = None
         self.active = False
+        self.faults = Faults(lambda text: self.get_logger().error(text))
+        self._faults_seen = 0
+        self._warning, self._warned_s = "", 0.0
         self._refusal: Exception | None = None
         self._before: set[Any] = set()
         service = self._service_change_state
-        service.callback = self._guarded(service.callback)
+        service.callback = self._refusing_transitions(service.callback)
+        self.create_timer(0.1, self._look_for_faults)
+
+    def create_subscription(self, msg_type: type, topic: str, callback: Callable[..., Any], *args: Any, **options: Any) -> Subscription:
+        """Make a subscription; what its callback raises is told."""
+        return super().create_subscription(msg_type, topic, self._telling(callback, f"a message of {topic}"), *args, **options)
+
+    def create_service(self, srv_type: type, srv_name: str, callback: Callable[[Any, Any], Any], **options: Any) -> Service:
+        """Make a service; what its callback raises is told, and the caller gets the response as it is, a Trigger's with the reason."""
+
+        def answer(request: Any, response: Any) -> Any:
+            try:
+                return callback(request, response)
+            except Exception as error:
+                line = self.faults.tell(error, self._doing(f"a call of {srv_name}"))
+                if hasattr(response, "success"):
+                    response.success = False
+                if hasattr(response, "message"):
+                    response.message = line
+                return response
+
+        return super().create_service(srv_type, srv_name, answer, **options)
 
     def create_timer(self, timer_period_sec: float, callback: Callable[[], None], *, clock: Clock = STEADY, **options: Any) -> Timer:
         """Make a timer that goes by the steady clock unless another is given.
@@ -61,7 +98,8 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
         rclpy's own default is the node's clock: a wall clock that is set back an hour would silence the node for that hour, and with
         ``use_sim_time`` a node that the next frame waits for would itself wait for the next frame.
         """
-        return super().create_timer(timer_period_sec, callback, clock=clock, **options)
+        told = self._telling(callback, f"the timer of {getattr(callback, '__name__', 'a callback').lstrip('_')}")
+        return super().create_timer(timer_period_sec, told, clock=clock, **options)
 
     def open(self) -> None:
         """Make everything beyond parameters (*configure*).
@@ -83,6 +121,27 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
     def pause(self) -> None:
         """Stop working (*deactivate*)."""
 
+    def fail(self, reason: str) -> None:
+        """Tell the peers that the node has failed; its process ends next."""
+
+    def at_work(self) -> str:
+        """Return the room at work, with its seed, as a fault's report names it; empty if there is none."""
+        return ""
+
+    def warn(self, text: str) -> None:
+        """Log a warning, one a second at most, and keep it for ``/diagnostics``."""
+        self._warning, self._warned_s = text, time.monotonic()
+        self.get_logger().warning(text, throttle_duration_sec=1.0, throttle_time_source_type=STEADY)
+
+    def refuse(self, text: str) -> None:
+        """Log as an error that something asked for is refused, one a second at most, and keep it for ``/diagnostics``."""
+        self._warning, self._warned_s = text, time.monotonic()
+        self.get_logger().error(text, throttle_duration_sec=1.0, throttle_time_source_type=STEADY)
+
+    def last_warning(self, seconds: float = math.inf) -> str:
+        """Return the newest warning or refusal if it is not older than so many seconds, else nothing."""
+        return self._warning if time.monotonic() - self._warned_s < seconds else ""
+
     def begin(self, autostart: bool) -> None:
         """Configure and activate, if the node shall start by itself.
 
@@ -90,9 +149,12 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
             OSError, SceneSynthError: as :meth:`open` and :meth:`resume`.
         """
         for trigger in (self.trigger_configure, self.trigger_activate) if autostart else ():
-            trigger()
+            if trigger() == SUCCESS:
+                continue
             if self._refusal is not None:
                 raise self._refusal
+            self.exit_code = FAULT_STATUS
+            return
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Make the node's parts."""
@@ -115,7 +177,7 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Take down what *configure* has made."""
-        self.close()
+        self._try(self.close)
         self._take_down()
         return SUCCESS
 
@@ -126,14 +188,43 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
         return SUCCESS
 
     def _try(self, step: Callable[[], None]) -> TransitionCallbackReturn:
+        self._refusal = None
         try:
             step()
         except REFUSALS as error:
             self._refusal = error
             self.get_logger().error(" ".join(str(error).split()))
             return FAILURE
-        self._refusal = None
+        except Exception as error:  # rclpy would drop it
+            self.faults.tell(error, self._doing(f"the transition {step.__name__}"))
+            return FAILURE
         return SUCCESS
+
+    def _doing(self, what: str) -> str:
+        room = self.at_work()
+        return f"{self.get_name()} handled {what}" + (f" at {room}" if room else "")
+
+    def _telling(self, callback: Callable[..., Any], what: str) -> Callable[..., None]:
+        """Return a callback that tells what the given one raises; the executor goes on."""
+
+        @functools.wraps(callback)
+        def telling(*args: Any) -> None:
+            try:
+                callback(*args)
+            except Exception as error:
+                self.faults.tell(error, self._doing(what))
+
+        return telling
+
+    def _look_for_faults(self) -> None:
+        """End the process after a fault, if it is one of a run that shall end."""
+        if self.faults.count == self._faults_seen:
+            return
+        self._faults_seen = self.faults.count
+        ends = self.has_parameter("exit_when_done") and self.get_parameter("exit_when_done").value is True
+        if ends and self.exit_code is None:
+            self.exit_code = FAULT_STATUS
+            self.fail(self.faults.last)
 
     def _entities(self) -> set[Any]:
         return {*self.publishers, *self.subscriptions, *self.timers, *self.services, *self.clients}
@@ -151,10 +242,10 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
             for entity in [entity for entity in entities if entity not in self._before]:
                 remove(entity)
 
-    def _guarded(self, change_state: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
+    def _refusing_transitions(self, change_state: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
         """Return the service callback with transitions that the state does not allow answered by ``success: false``."""
 
-        def guarded(request: Any, response: Any) -> Any:
+        def changed(request: Any, response: Any) -> Any:
             try:
                 return change_state(request, response)
             except RuntimeError as error:  # rclpy lets rcl's refusal out, which would end the process of whoever is asked
@@ -162,4 +253,4 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
                 response.success = False
                 return response
 
-        return guarded
+        return changed
