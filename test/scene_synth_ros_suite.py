@@ -103,6 +103,7 @@ class Peer:
         self.node = Node("test_peer", namespace="/synth", context=context)
         self.errors: list[str] = []
         self.warnings: list[str] = []
+        self.values: dict[str, str] = {}
         self.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self.node)
@@ -110,6 +111,11 @@ class Peer:
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         self.errors += [status.message for status in message.status if status.level == DiagnosticStatus.ERROR]
         self.warnings += [status.message for status in message.status if status.level == DiagnosticStatus.WARN]
+        self.values |= {item.key: item.value for status in message.status for item in status.values}
+
+    def spin_too(self, node: Node) -> None:
+        """Spin a node of this process together with this one."""
+        self._executor.add_node(node)
 
     def spin_until(self, condition: Callable[[], object], timeout_s: float, what: str) -> None:
         """Spin until a condition holds; fail if it does not in time."""

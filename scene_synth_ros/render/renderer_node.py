@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor, wait
+from concurrent.futures import Future, wait
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped, Twist
@@ -22,6 +22,7 @@ from scene_synth_ros.render.renderer_config import RendererNodeConfig
 from scene_synth_ros.render.renderer_report import WARNING_S, RendererReport
 from scene_synth_ros.render.rendering import Rendering, room_name
 from scene_synth_ros.render.teleop import DriveConfig
+from scene_synth_ros.suite.daemon_job import start_daemon_job
 from scene_synth_ros.suite.diagnostics import Diagnostics, Report
 from scene_synth_ros.suite.faults import FAULT_STATUS
 from scene_synth_ros.suite.parameters import ParameterError, Parameters
@@ -37,9 +38,9 @@ _STOP_S, _DELIVERY_S = 0.6, 0.3
 class RendererNode(SuiteNode):
     """Renders every room that arrives on ``scene`` along its camera path.
 
-    Threading: callbacks run in the executor's thread and only hand over to ``Inbox`` and ``CameraRequests``, which guard themselves.  One
-    rendering thread serves all lives of the node: each *configure* queues a :class:`Rendering`, which begins when the one before has ended,
-    be that after a minute of compiling.  A life that is cleaned up publishes nothing any more.  ``_tick`` notices one that ends by itself.
+    Threading: callbacks run in the executor's thread and only hand over to ``Inbox`` and ``CameraRequests``, which guard themselves.
+    Each *configure* starts a life of the rendering thread, a :class:`Rendering`, which begins when the one before has ended, be that after
+    a minute of compiling.  A life that is cleaned up publishes nothing any more.  ``_tick`` notices one that ends by itself.
 
     Subscribes: ``scene`` (std_msgs/String, latched, JSON ``scene_synth/1``), ``scene/map``; ``status`` of the other nodes;
     ``<camera>/request`` (PoseStamped: the frame of a pose in the present room, with the stamp of the request, or the next free nanosecond
@@ -59,8 +60,8 @@ class RendererNode(SuiteNode):
         if config.share_index >= config.share_count:
             got = f"expected less than share_count = {config.share_count}, got {config.share_index}"
             raise ParameterError(f"{self.get_name()}: parameter share_index: {got}")
-        self._thread = ThreadPoolExecutor(1, "render")
         self._life: Future[None] | None = None
+        self._former_life: Future[None] | None = None
         self.begin(config.autostart)
 
     def open(self) -> None:
@@ -79,16 +80,16 @@ class RendererNode(SuiteNode):
         self.create_subscription(Twist, "cmd_vel", self._requests.take_twist, stream_qos(1))
         self._diagnostics = Diagnostics(self, self._collect)
         self.create_timer(0.05, self._tick)
-        self._life = self._thread.submit(self._rendering.run)
+        self._life = start_daemon_job("render", self._rendering.run, after=self._former_life)
 
     def close(self) -> None:
         """End this life; the kernel at work ends its pass, kernels that compile are not waited for."""
         if self._life is None:
             return
-        life, self._life = self._life, None
+        life, self._life, self._former_life = self._life, None, self._life
         self._inbox.stop()
-        life.cancel()
-        wait([life], _STOP_S)
+        if not life.cancel():
+            wait([life], _STOP_S)
         life.add_done_callback(self._look_at_end)
         self._output.close(_DELIVERY_S)
 

@@ -1,4 +1,4 @@
-"""Shows one room: its camera path, then what is asked for, until the next room comes.  Runs in the rendering thread."""
+"""The loop of one room: its camera path, then what is asked for, until the next room comes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _IDLE_S = 0.2
 
 
 class Host(Protocol):
-    """What the renderer node is for a room."""
+    """What the loop of a room asks of its surroundings."""
 
     def interrupted(self) -> bool:
         """Return whether the room must be left."""
@@ -60,13 +60,15 @@ class Pace:
 
 
 class RoomLoop:
-    """One room with its renderer.
+    """Renders one room.
+
+    Threading: everything is called in the rendering thread.
 
     Args:
         scene: the room.
         renderer: of the room.
         camera: which sits in a rig that follows the room's path.
-        host: of the loop.
+        host: says when to stop and wait, and publishes.
         requests: poses asked for, and the driven camera.
         pace: read anew for every frame.
     """
