@@ -24,8 +24,9 @@ MAX_CELLS = 16_000_000
 class CameraRequests:
     """Where the camera shall be besides its path.
 
-    Threading: the executor's thread brings poses, maps and velocities (``ask``, ``take_map``, ``take_twist``) and replaces ``drive_config``;
-    the rendering thread takes poses and drives.  One lock guards the poses that wait, the floor, the velocity and the driven camera's state.
+    Threading: the executor's thread brings poses, maps and velocities (``ask``, ``take_map``, ``take_twist``) and replaces
+    ``drive_config``; the rendering thread takes poses and drives.  One lock guards the poses that wait, the floor, the velocity and the
+    state of the driven camera.
 
     Args:
         world_frame: frame of the poses that may be asked for.
