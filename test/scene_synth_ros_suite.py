@@ -162,6 +162,7 @@ def node_process(name: str, settings: Mapping[str, object], surroundings: Mappin
         rclpy.init(context=context, domain_id=int(env["ROS_DOMAIN_ID"]))
         yield context
         assert process.poll() is None, f"{name} must have survived everything: {process.said()}"
+        assert "fault of the program" not in process.said()[1], process.said()[1]
     finally:
         stop(process)
         rclpy.try_shutdown(context=context)

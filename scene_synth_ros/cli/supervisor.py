@@ -68,6 +68,8 @@ class Interrupts:
 def run_nodes(nodes: list[NodeProcess], namespace: str, interrupts: Interrupts, log_level: str = "info") -> Outcome:
     """Run nodes until all have ended, one has failed, or a signal comes; then end the others.
 
+    A fault of the program in one node makes others fail too, perhaps before it has ended itself: the outcome names the one at fault.
+
     Nodes run in sessions of their own, so that a Ctrl-C of the terminal reaches only this process, which ends them in order; they die with
     this process if it is killed.
     """
@@ -76,10 +78,12 @@ def run_nodes(nodes: list[NodeProcess], namespace: str, interrupts: Interrupts, 
     try:
         for node in nodes:
             running[node.name] = _start(node, namespace, environment, log_level)
-        return _watch(running, interrupts, _Respawner(nodes, lambda node: _start(node, namespace, environment, log_level)))
+        outcome = _watch(running, interrupts, _Respawner(nodes, lambda node: _start(node, namespace, environment, log_level)))
     finally:
         _stop(running, interrupts)
         remove_stale_shared_memory()
+    faulty = [name for name, process in running.items() if process.returncode == FAULT_STATUS]
+    return Outcome(code=FAULT_STATUS, reason=_describe(faulty[0], FAULT_STATUS)) if faulty else outcome
 
 
 def node_environment(outer: Mapping[str, str]) -> dict[str, str]:
@@ -133,7 +137,7 @@ def _watch(running: dict[str, subprocess.Popen[bytes]], interrupts: Interrupts, 
             if code:
                 again = respawner.respawn(name, code)
                 if again is None:
-                    return Outcome(code=FAULT_STATUS if code == FAULT_STATUS else 1, reason=_describe(name, code))
+                    return Outcome(code=1, reason=_describe(name, code))
                 running[name], codes[name] = again, None
         if all(code == 0 for code in codes.values()):
             return Outcome(code=0)

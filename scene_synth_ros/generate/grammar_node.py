@@ -69,7 +69,7 @@ class GrammarNode(SuiteNode):
     def open(self) -> None:
         """Make publishers and services; the run begins with its first room."""
         run = Run(self._config, time.monotonic())
-        self._state, self._refusal = "ready", ""
+        self._state, self._obstacle = "ready", ""
         self._newest_room: Prepared | None = None
         depth = latched_qos(self._config.rooms_ahead)
         self._scene = self.create_publisher(String, "scene", depth)
@@ -101,7 +101,7 @@ class GrammarNode(SuiteNode):
     def fail(self, reason: str) -> None:
         """Tell the peers why the run ends."""
         if self._run is not None:
-            self._refusal = reason
+            self._obstacle = reason
             self._diagnostics.publish()
             self._tell("failed", reason)
             self._status.wait_for_all_acked(Duration(seconds=1.0))
@@ -113,7 +113,7 @@ class GrammarNode(SuiteNode):
     def _on_change(self, _prefixes: set[str]) -> None:
         if self._run is not None:
             self._run.change(self._config)
-            self._refusal = ""
+            self._obstacle = ""
             self._tell(self._state)
 
     def _on_status(self, message: String) -> None:
@@ -123,7 +123,7 @@ class GrammarNode(SuiteNode):
             self.warn(f"ignored a status that does not fit: {error}")
             return
         if status.role != "grammar" and self._run.take_status(status):
-            self._tell(self._state, self._refusal)
+            self._tell(self._state, self._obstacle)
 
     def _look_for_peers(self) -> None:
         """Notice nodes that have died: they publish no status any more."""
@@ -141,11 +141,11 @@ class GrammarNode(SuiteNode):
         now_s = time.monotonic()
         step = self._run.step(now_s, self.active)
         if step is Step.BEGIN_AGAIN:
-            self._refusal = ""
+            self._obstacle = ""
             self._tell("ready")
         elif step is Step.FINISH:
             self._finish()
-        order = self._run.order(now_s) if self._ahead.idle and not self._refusal else None
+        order = self._run.order(now_s) if self._ahead.idle and not self._obstacle else None
         if order is not None:
             job = RoomJob(self._synthesizer, self._settings["scene"], self._config.seed, order.index, order.times, order.generation)
             self._ahead.prepare(job)
@@ -172,7 +172,7 @@ class GrammarNode(SuiteNode):
         if self._config.exit_when_done:
             self._end_in_failure(reason)
             return
-        self._refusal = reason
+        self._obstacle = reason
         self.get_logger().error(reason)
         self._diagnostics.publish()
 
@@ -218,7 +218,7 @@ class GrammarNode(SuiteNode):
 
     def _collect(self) -> Report:
         request: SceneRequest = self._settings["scene"]
-        return grammar_report(self._run, self._config, request, self._newest_room, self._refusal, self.last_warning(), time.monotonic())
+        return grammar_report(self._run, self._config, request, self._newest_room, self._obstacle, self.last_warning(), time.monotonic())
 
 
 def _room_name(index: int, seed: int) -> str:

@@ -14,7 +14,7 @@ _NO_COST = SamplingCost(attempts=0, proposals=0, chain_s=0.0)
 
 
 def grammar_report(
-    run: Run, config: RunConfig, request: SceneRequest, room: Prepared | None, refusal: str, warning: str, now_s: float
+    run: Run, config: RunConfig, request: SceneRequest, room: Prepared | None, obstacle: str, warning: str, now_s: float
 ) -> Report:
     """Return level, message and values.
 
@@ -23,7 +23,7 @@ def grammar_report(
         config: of the run.
         request: what rooms are asked for.
         room: that was sent last.
-        refusal: why no room can be made now, or nothing.
+        obstacle: why no room can be made now, or nothing.
         warning: the newest one, or nothing.
         now_s: time of the run's clock.
     """
@@ -42,8 +42,8 @@ def grammar_report(
         "peers": ", ".join(f"{peer.node} {peer.state} {peer.done_scene}" for peer in run.peers),
         "last_complaint": warning,
     }
-    if refusal:
-        return ERROR, shorten(refusal) if len(refusal) > 500 else refusal, values
+    if obstacle:
+        return ERROR, shorten(obstacle) if len(obstacle) > 500 else obstacle, values
     waited = now_s - run.last_sent_s
     if run.waiting and waited > config.peer_timeout_s:
         return WARN, f"waiting since {waited:.0f} s for {run.waiting}", values

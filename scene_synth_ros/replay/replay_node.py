@@ -67,7 +67,7 @@ class ReplayNode(Node):  # type: ignore[misc]
         self.create_service(Trigger, "~/step", self._step)
         self.create_subscription(Float64, "~/seek", self._seek, 10)
         if config.clock_hz:
-            self._clock = self.create_publisher(Clock, CLOCK_TOPIC, 10)
+            self._clock_publisher = self.create_publisher(Clock, CLOCK_TOPIC, 10)
             self.create_timer(1.0 / config.clock_hz, self._publish_clock, clock=STEADY)
         self.create_timer(0.05, self._look_at_end, clock=STEADY)
 
@@ -131,7 +131,7 @@ class ReplayNode(Node):  # type: ignore[misc]
             self.get_logger().warning(f"~/seek: expected seconds, got {message.data}")
 
     def _publish_clock(self) -> None:
-        self._clock.publish(clock_to_msg(self._player.log_time_ns()))
+        self._clock_publisher.publish(clock_to_msg(self._player.log_time_ns()))
 
 
 def main(args: Sequence[str] | None = None) -> None:
