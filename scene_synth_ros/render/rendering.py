@@ -31,8 +31,8 @@ class Rendering:
     """Renders the rooms of an inbox and publishes their frames; the host of each room's loop.
 
     Threading: :meth:`run` is the rendering thread, and every other method is called in it.  The executor's thread makes this object and
-    reads its attributes, each of which is replaced as a whole; all else goes through ``inbox``, ``output`` and ``requests``, which guard
-    themselves.
+    reads its attributes: ``warm``, ``scene`` and the counts are replaced as a whole; ``meter`` and ``throughput`` guard themselves, as do
+    ``inbox``, ``output`` and ``requests``.
 
     Args:
         node: whose ``warn``, ``refuse``, ``faults`` and ``active`` are used.
@@ -46,6 +46,8 @@ class Rendering:
         scene: the room at work, None while there is none.
         skipped: frames left out because they would have been late.
         refused: scenes and rooms that could not be rendered.
+        meter: knows the exposure.
+        throughput: frames, samples and rays a second.
     """
 
     def __init__(self, node: SuiteNode, settings: Parameters, inbox: Inbox, output: Output, requests: CameraRequests) -> None:

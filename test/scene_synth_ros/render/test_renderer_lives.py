@@ -9,10 +9,14 @@ import rclpy
 from rclpy.context import Context
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
-from scene_synth_ros_suite import claim_domain
+from sample_scene import sample_scene
+from scene_synth_ros_suite import Peer, claim_domain
+from std_msgs.msg import String
 
+from scene_description import scene_to_json
 from scene_synth_ros.render import rendering
 from scene_synth_ros.render.renderer_node import RendererNode
+from scene_synth_ros.suite.qos import latched_qos
 
 
 class SlowCompiler:
@@ -81,3 +85,30 @@ def test_a_life_that_was_cleaned_up_before_it_began_never_begins(node: RendererN
     wait_for(lambda: compiler.ended >= 1)
     time.sleep(0.3)
     assert (compiler.begun, compiler.ended) == (1, 1)
+
+
+def test_a_room_that_is_still_prepared_after_a_cleanup_disturbs_nobody(
+    node: RendererNode, compiler: SlowCompiler, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    entered, go, right = threading.Event(), threading.Event(), rendering.flatten
+
+    def slow_flatten(*words: object) -> object:
+        entered.set()
+        assert go.wait(30)
+        return right(*words)
+
+    monkeypatch.setattr(rendering, "flatten", slow_flatten)
+    compiler.go.set()
+    peer = Peer(node.context)
+    peer.spin_too(node)
+    scenes = peer.node.create_publisher(String, "scene", latched_qos())
+    scenes.publish(String(data=scene_to_json(sample_scene())))
+    assert node.trigger_configure() == TransitionCallbackReturn.SUCCESS
+    assert node.trigger_activate() == TransitionCallbackReturn.SUCCESS
+    peer.spin_until(entered.is_set, 20, "the room at work")
+    (thread,) = rendering_threads()
+    assert node.trigger_deactivate() == TransitionCallbackReturn.SUCCESS
+    assert node.trigger_cleanup() == TransitionCallbackReturn.SUCCESS
+    go.set()
+    thread.join(20)
+    assert not thread.is_alive() and (node.faults.count, node.exit_code) == (0, None)
