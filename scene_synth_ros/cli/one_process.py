@@ -78,6 +78,7 @@ def run(names: dict[str, str], namespace: str) -> int:
     recorders = [node for node in nodes if node.get_name() == "recorder_node"]
     for node in nodes:
         if node not in recorders:
+            executor.remove_node(node)
             close_node(node)
     settled = time.monotonic() + SETTLE_S
     while recorders and not code and time.monotonic() < settled:
