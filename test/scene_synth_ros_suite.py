@@ -131,6 +131,7 @@ class Peer:
         self.node = Node("test_peer", namespace="/synth", context=context)
         self.errors: list[str] = []
         self.warnings: list[str] = []
+        self.values: dict[str, str] = {}
         self.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self.node)
@@ -144,6 +145,11 @@ class Peer:
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         self.errors += [status.message for status in message.status if status.level == DiagnosticStatus.ERROR]
         self.warnings += [status.message for status in message.status if status.level == DiagnosticStatus.WARN]
+        self.values |= {item.key: item.value for status in message.status for item in status.values}
+
+    def spin_too(self, node: Node) -> None:
+        """Spin a node of this process together with this one."""
+        self._executor.add_node(node)
 
     def spin_until(self, condition: Callable[[], object], timeout_s: float, what: str) -> None:
         """Spin until a condition holds; fail if it does not in time."""
@@ -189,6 +195,7 @@ def node_process(name: str, settings: Mapping[str, object], surroundings: Mappin
         with dds_context(int(env["ROS_DOMAIN_ID"])) as context:
             yield context
             assert process.poll() is None, f"{name} must have survived everything: {process.said()}"
+            assert "fault of the program" not in process.said()[1], process.said()[1]
     finally:
         stop(process)
         sys.stderr.write("\n".join(process.said()))  # shown when the test fails

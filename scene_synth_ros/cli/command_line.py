@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from scene_description import SceneSynthError
+from scene_synth_ros.suite.faults import FAULT_STATUS, fault_report
 
 
 class Command(NamedTuple):
@@ -36,7 +37,7 @@ COMMANDS = {
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    """Run a subcommand; bad input ends in one line on stderr and status 2."""
+    """Run a subcommand; bad input ends in one line on stderr and status 2, a fault of the program in its traceback and FAULT_STATUS."""
     handler = signal.getsignal(signal.SIGINT)
     if handler is signal.default_int_handler:  # while modules load, Ctrl-C just ends the program
         signal.signal(signal.SIGINT, signal.SIG_DFL)
@@ -60,4 +61,9 @@ def main(argv: Sequence[str] | None = None) -> None:
         code = 2
     except KeyboardInterrupt:
         code = 130
+    except Exception as error:
+        seed = getattr(parsed, "seed", None)
+        doing = f"scene_synth {parsed.command} ran" + (f" with seed {seed}" if seed is not None else "")
+        sys.stderr.write(f"{fault_report(error, doing, ['scene_synth', *arguments])}\n")
+        code = FAULT_STATUS
     sys.exit(code)

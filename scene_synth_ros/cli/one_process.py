@@ -10,7 +10,6 @@ import importlib
 import signal
 import sys
 import time
-import traceback
 
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
@@ -18,10 +17,11 @@ from rclpy.signals import SignalHandlerOptions
 
 from scene_synth_ros.cli.node_modules import NODES
 from scene_synth_ros.cli.usage import UsageError
-from scene_synth_ros.suite.process import end_process
-from scene_synth_ros.suite.stale_shared_memory import away_from_dead_ports
+from scene_synth_ros.suite.faults import FAULT_STATUS, fault_report
+from scene_synth_ros.suite.heap import limit_arenas
+from scene_synth_ros.suite.process import close_node, end_process
+from scene_synth_ros.suite.stale_shared_memory import avoid_stale_ports
 from scene_synth_ros.suite.suite_node import REFUSALS, SuiteNode
-from scene_synth_ros.suite.trim_heap import use_few_heaps
 
 SETTLE_S = 0.5
 """How long the recorder may still receive once the others are closed."""
@@ -61,7 +61,7 @@ def run(names: dict[str, str], namespace: str) -> int:
     executor = SingleThreadedExecutor()
     code = 0
     try:
-        with away_from_dead_ports():
+        with avoid_stale_ports():
             for name, parameters in names.items():
                 nodes.append(make_node(name, parameters, namespace))
                 executor.add_node(nodes[-1])
@@ -72,18 +72,19 @@ def run(names: dict[str, str], namespace: str) -> int:
     except REFUSALS as error:
         sys.stderr.write(f"{' '.join(str(error).split())}\n")
         code = 2
-    except Exception:  # a fault of the program: say all of it, and still close the bag
-        sys.stderr.write(traceback.format_exc())
-        code = 1
+    except Exception as error:  # say all of it, and still close the bag
+        sys.stderr.write(f"{fault_report(error, 'the nodes of one process worked')}\n")
+        code = FAULT_STATUS
     recorders = [node for node in nodes if node.get_name() == "recorder_node"]
     for node in nodes:
         if node not in recorders:
-            node.close()
+            executor.remove_node(node)
+            close_node(node)
     settled = time.monotonic() + SETTLE_S
     while recorders and not code and time.monotonic() < settled:
         executor.spin_once(timeout_sec=0.05)
     for node in recorders:
-        node.close()
+        close_node(node)
     return code or max((node.exit_code or 0 for node in nodes), default=0)
 
 
@@ -94,12 +95,17 @@ def main(args: list[str] | None = None) -> None:
     parser.add_argument("--log-level", default="info", help="(default: %(default)s)")
     parser.add_argument("nodes", nargs="+", metavar="NODE=PARAMETERS.yaml", help="nodes in the order in which they are made")
     parsed = parser.parse_args(args)
-    use_few_heaps()
-    rclpy.init(args=["--ros-args", "--log-level", parsed.log_level], signal_handler_options=SignalHandlerOptions.NO)
-    names = dict(word.split("=", 1) for word in parsed.nodes if "=" in word)
-    code = run(names, parsed.namespace)
-    rclpy.try_shutdown()
-    end_process(code)
+    limit_arenas()
+    code = FAULT_STATUS
+    try:
+        rclpy.init(args=["--ros-args", "--log-level", parsed.log_level], signal_handler_options=SignalHandlerOptions.NO)
+        names = dict(word.split("=", 1) for word in parsed.nodes if "=" in word)
+        code = run(names, parsed.namespace)
+        rclpy.try_shutdown()
+    except Exception as error:
+        sys.stderr.write(f"{fault_report(error, 'the nodes of one process started or ended')}\n")
+    finally:
+        end_process(code)
 
 
 if __name__ == "__main__":

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from scene_description.share import config_path
-from scene_synth_ros.suite.stale_shared_memory import remove_dead_memory
+from scene_synth_ros.suite.faults import FAULT_STATUS
+from scene_synth_ros.suite.stale_shared_memory import remove_stale_shared_memory
 
 RECORDER, ONE_PROCESS = "recorder_node", "one_process"
 PUBLISHERS_STOP_S, STOP_S = 1.2, 2.5
@@ -38,7 +39,7 @@ class NodeProcess:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """How a run ended: 0 and no reason if every node ended well; 130 if it was interrupted."""
+    """How a run ended: 0 and no reason if every node ended well; 130 if it was interrupted; FAULT_STATUS after a fault of the program."""
 
     code: int
     reason: str = ""
@@ -67,6 +68,8 @@ class Interrupts:
 def run_nodes(nodes: list[NodeProcess], namespace: str, interrupts: Interrupts, log_level: str = "info") -> Outcome:
     """Run nodes until all have ended, one has failed, or a signal comes; then end the others.
 
+    A fault of the program in one node makes others fail too, perhaps before it has ended itself: the outcome names the one at fault.
+
     Nodes run in sessions of their own, so that a Ctrl-C of the terminal reaches only this process, which ends them in order; they die with
     this process if it is killed.
     """
@@ -75,10 +78,12 @@ def run_nodes(nodes: list[NodeProcess], namespace: str, interrupts: Interrupts, 
     try:
         for node in nodes:
             running[node.name] = _start(node, namespace, environment, log_level)
-        return _watch(running, interrupts, _Respawner(nodes, lambda node: _start(node, namespace, environment, log_level)))
+        outcome = _watch(running, interrupts, _Respawner(nodes, lambda node: _start(node, namespace, environment, log_level)))
     finally:
         _stop(running, interrupts)
-        remove_dead_memory()
+        remove_stale_shared_memory()
+    faulty = [name for name, process in running.items() if process.returncode == FAULT_STATUS]
+    return Outcome(code=FAULT_STATUS, reason=_describe(faulty[0], FAULT_STATUS)) if faulty else outcome
 
 
 def node_environment(outer: Mapping[str, str]) -> dict[str, str]:
@@ -143,7 +148,8 @@ def _watch(running: dict[str, subprocess.Popen[bytes]], interrupts: Interrupts, 
 def _describe(name: str, code: int) -> str:
     if code < 0:
         return f"{name} was ended by {signal.Signals(-code).name}"
-    return f"{name} ended with code {code}"
+    fault = " after a fault of the program, which is told above" if code == FAULT_STATUS else ""
+    return f"{name} ended with code {code}{fault}"
 
 
 def _stop(running: Mapping[str, subprocess.Popen[bytes]], interrupts: Interrupts) -> None:

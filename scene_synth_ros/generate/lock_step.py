@@ -65,7 +65,7 @@ def missing_peers(peers: Mapping[str, NodeStatus], present: Collection[str], abs
     return sorted(name for name, count in absences.items() if count >= patience)
 
 
-def complaints(peers: Mapping[str, NodeStatus], last_sent: int) -> list[str]:
+def peer_failures(peers: Mapping[str, NodeStatus], last_sent: int) -> list[str]:
     """Return what has gone wrong at the peers, one line each: those that have failed, and those that refused the room sent last."""
     lines = []
     for name in sorted(peers):

@@ -30,12 +30,12 @@ from scene_synth_ros.record.shared_frames import stand_ins
 from scene_synth_ros.record.split_policy import SplitPolicy
 from scene_synth_ros.suite.connections import Connections, publishers_of
 from scene_synth_ros.suite.diagnostics import ERROR, OK, WARN, Diagnostics, Report
+from scene_synth_ros.suite.heap import trim_heap
 from scene_synth_ros.suite.parameters import ParameterError, Parameters
 from scene_synth_ros.suite.process import run_node
 from scene_synth_ros.suite.qos import latched_qos
 from scene_synth_ros.suite.status import NodeStatus, status_from_json, status_to_json
 from scene_synth_ros.suite.suite_node import STEADY, SuiteNode
-from scene_synth_ros.suite.trim_heap import give_back_memory
 
 _BAG_FIXED = "a bag is opened once"
 QUEUE_DEPTH = 200
@@ -143,7 +143,7 @@ class RecorderNode(SuiteNode):
         self._look_for_topics()
         self.create_timer(0.1, self._look_for_topics)
         self.create_timer(0.02, self._tick)
-        self.create_timer(1.0, give_back_memory)
+        self.create_timer(1.0, trim_heap)
 
     def resume(self) -> None:
         """Open a bag, unless that is left to the service."""

@@ -1,4 +1,4 @@
-"""Poses that are asked for and velocities that arrive while a room is shown; shared by the executor's thread and the rendering thread."""
+"""Poses that are asked for and velocities that arrive while a room is rendered."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from nav_msgs.msg import OccupancyGrid
 from scene_description import CameraPose
 from scene_description.strict import FieldError, shorten
 from scene_synth_ros.messages.stamps import NANOSECONDS
-from scene_synth_ros.render.hand_drive import DriveConfig, DriveState, FreeFloor, Velocity, drive, drive_pose, start_drive
+from scene_synth_ros.render.teleop import DriveConfig, DriveState, FreeFloor, Velocity, drive, drive_pose, start_drive
 
 MAX_WAITING = 100
 MAX_COORDINATE_M = 1000.0
@@ -23,6 +23,10 @@ MAX_CELLS = 16_000_000
 
 class CameraRequests:
     """Where the camera shall be besides its path.
+
+    Threading: the executor's thread brings poses, maps and velocities (``ask``, ``take_map``, ``take_twist``) and replaces
+    ``drive_config``; the rendering thread takes poses and drives.  One lock guards the poses that wait, the floor, the velocity and the
+    state of the driven camera.
 
     Args:
         world_frame: frame of the poses that may be asked for.

@@ -8,7 +8,7 @@ from scene_synth_ros.suite.status import NodeStatus
 
 
 class Peers:
-    """Newest status of recorders and other renderers.
+    """Newest status of recorders and other renderers; no threads, :class:`~scene_synth_ros.render.inbox.Inbox` guards it.
 
     Rooms that several renderers share by index are rendered at the same time but published one after the other, so that stamps increase
     and a bag has its rooms in order: a room's turn comes when every other renderer, and every recorder, has finished the rooms before it.

@@ -15,7 +15,10 @@ MAX_LATCHED = 1000
 
 
 class Player:
-    """Plays an open bag in the thread that calls ``run``; everything else may be called from other threads.
+    """Plays an open bag.
+
+    Threading: ``run`` plays, and calls ``publish``, in the thread that calls it; every other method may be called in any thread.  One
+    condition guards timeline, seek, steps and the stop flag; whatever changes them wakes the thread that plays.
 
     Messages are paced by their log times.  Those that come late (a slow machine, a high rate) are handed out at once, none is left out.
     Latched topics have their state at the start handed out first.

@@ -3,8 +3,10 @@
 Fast DDS gives each process ports (queues, files ``fastrtps_port<number>`` of /dev/shm) and segments (``fastrtps_<id>``, what the queues
 point to); the owner holds a lock on a file of the same name with ``_el``.  A process that is killed leaves them all.  The next one to take
 the same number replaces the port, but peers that have the old one mapped may go on writing into that: nothing of theirs arrives any more
-(Fast DDS 2.14; its pull request 4728 describes the fault).  Numbers of dead ports that somebody has mapped are therefore kept taken while a
-process starts; everything else that is dead is removed, as the command ``fastdds shm clean`` does.
+(Fast DDS 2.14; its pull request 4728 describes the fault).
+
+A port or segment is stale when its owner is dead.  The numbers of stale ports that somebody has mapped are kept taken while a process
+starts; everything else that is stale is removed, as the command ``fastdds shm clean`` does.
 """
 
 from __future__ import annotations
@@ -22,29 +24,29 @@ _OWNED = re.compile(r"(fastrtps_(?:port\d+|[0-9a-f]{16}))_el")
 
 
 @contextmanager
-def away_from_dead_ports(folder: Path = SHARED_MEMORY) -> Iterator[None]:
-    """Remove dead shared memory; while the block runs, dead ports that live processes have mapped cannot be taken.
+def avoid_stale_ports(folder: Path = SHARED_MEMORY) -> Iterator[None]:
+    """Remove stale shared memory; while the block runs, stale ports that live processes have mapped cannot be taken.
 
     Args:
         folder: where shared memory is; harmless if there is none.
     """
     with ExitStack() as locks:
-        dead = {name: locks.enter_context(lock) for name, lock in _dead(folder)}
-        mapped = _mapped(folder) if dead else set()
-        for name in dead.keys() - mapped:
-            if _is_alone(folder, name, dead[name]):
+        stale = {name: locks.enter_context(lock) for name, lock in _stale(folder)}
+        mapped = _mapped(folder) if stale else set()
+        for name in stale.keys() - mapped:
+            if _is_alone(folder, name, stale[name]):
                 _remove(folder, name)
-                dead[name].close()
+                stale[name].close()
         yield
 
 
-def remove_dead_memory(folder: Path = SHARED_MEMORY) -> None:
+def remove_stale_shared_memory(folder: Path = SHARED_MEMORY) -> None:
     """Remove shared memory whose owners are dead, but for ports that live processes have mapped."""
-    with away_from_dead_ports(folder):
+    with avoid_stale_ports(folder):
         pass
 
 
-def _dead(folder: Path) -> Iterator[tuple[str, IO[bytes]]]:
+def _stale(folder: Path) -> Iterator[tuple[str, IO[bytes]]]:
     """Yield the ports and segments that no process owns, with their locks, now shared with others that start: owners lock alone."""
     for path in folder.glob("fastrtps_*_el"):
         found = _OWNED.fullmatch(path.name)

@@ -14,13 +14,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import NameValidationException, ParameterException
 from rclpy.impl.implementation_singleton import rclpy_implementation
-from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
-from rclpy.timer import Timer
+from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 
 from scene_description import SceneSynthError
+from scene_synth_ros.suite.faults import FAULT_STATUS
+from scene_synth_ros.suite.guarded_node import STEADY as STEADY
+from scene_synth_ros.suite.guarded_node import GuardedNode
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
 REFUSALS = (
@@ -34,34 +35,24 @@ REFUSALS = (
     rclpy_implementation.UnknownROSArgsError,
 )
 """What making a node's parts raises for bad input: one line.  The last six are rclpy's, for words that are no ROS arguments or names."""
-STEADY = Clock(clock_type=ClockType.STEADY_TIME)
-"""Goes on evenly whatever becomes of wall clock and ``/clock``; timers, timeouts and throttled lines go by it."""
 
 
-class SuiteNode(LifecycleNode):  # type: ignore[misc]
-    """A managed node; subclasses declare parameters in ``__init__``, then call :meth:`begin`, and fill in the four methods below.
+class SuiteNode(GuardedNode):
+    """A managed node; subclasses declare parameters in ``__init__``, then call :meth:`begin`, and fill in the methods below.
+
+    Threading: transitions run in the executor's thread.
 
     Attributes:
-        exit_code: None while the node runs; what its process shall end with.
         active: whether it is in the state *active*.
     """
 
     def __init__(self, name: str, **options: Any) -> None:
         super().__init__(name, automatically_declare_parameters_from_overrides=True, **options)
-        self.exit_code: int | None = None
         self.active = False
         self._refusal: Exception | None = None
         self._before: set[Any] = set()
         service = self._service_change_state
-        service.callback = self._guarded(service.callback)
-
-    def create_timer(self, timer_period_sec: float, callback: Callable[[], None], *, clock: Clock = STEADY, **options: Any) -> Timer:
-        """Make a timer that goes by the steady clock unless another is given.
-
-        rclpy's own default is the node's clock: a wall clock that is set back an hour would silence the node for that hour, and with
-        ``use_sim_time`` a node that the next frame waits for would itself wait for the next frame.
-        """
-        return super().create_timer(timer_period_sec, callback, clock=clock, **options)
+        service.callback = self._refusing_transitions(service.callback)
 
     def open(self) -> None:
         """Make everything beyond parameters (*configure*).
@@ -90,9 +81,12 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
             OSError, SceneSynthError: as :meth:`open` and :meth:`resume`.
         """
         for trigger in (self.trigger_configure, self.trigger_activate) if autostart else ():
-            trigger()
+            if trigger() == SUCCESS:
+                continue
             if self._refusal is not None:
                 raise self._refusal
+            self.exit_code = FAULT_STATUS
+            return
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Make the node's parts."""
@@ -115,7 +109,7 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Take down what *configure* has made."""
-        self.close()
+        self._try(self.close)
         self._take_down()
         return SUCCESS
 
@@ -126,13 +120,16 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
         return SUCCESS
 
     def _try(self, step: Callable[[], None]) -> TransitionCallbackReturn:
+        self._refusal = None
         try:
             step()
         except REFUSALS as error:
             self._refusal = error
             self.get_logger().error(" ".join(str(error).split()))
             return FAILURE
-        self._refusal = None
+        except Exception as error:  # rclpy would drop it
+            self.faults.tell(error, self.doing(f"the transition {step.__name__}"))
+            return FAILURE
         return SUCCESS
 
     def _entities(self) -> set[Any]:
@@ -151,10 +148,10 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
             for entity in [entity for entity in entities if entity not in self._before]:
                 remove(entity)
 
-    def _guarded(self, change_state: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
+    def _refusing_transitions(self, change_state: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
         """Return the service callback with transitions that the state does not allow answered by ``success: false``."""
 
-        def guarded(request: Any, response: Any) -> Any:
+        def changed(request: Any, response: Any) -> Any:
             try:
                 return change_state(request, response)
             except RuntimeError as error:  # rclpy lets rcl's refusal out, which would end the process of whoever is asked
@@ -162,4 +159,4 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
                 response.success = False
                 return response
 
-        return guarded
+        return changed

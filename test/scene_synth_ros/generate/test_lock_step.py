@@ -3,7 +3,7 @@
 import pytest
 
 from scene_description import FieldError
-from scene_synth_ros.generate.lock_step import Expectation, complaints, last_done, waiting_for
+from scene_synth_ros.generate.lock_step import Expectation, last_done, peer_failures, waiting_for
 from scene_synth_ros.suite.status import MAX_TEXT_LENGTH, NodeStatus, status_from_json, status_to_json
 
 
@@ -43,9 +43,9 @@ def test_a_refused_room_is_done_too() -> None:
 def test_failures_and_refusals_are_told() -> None:
     failed = NodeStatus(node="/b", role="recorder", state="failed", reason="disk full")
     refused = NodeStatus(node="/r", role="renderer", state="ready", refused_scene=4, reason="no such model")
-    assert complaints(peers(refused, failed), 4) == ["/b failed: disk full", "/r refused room 4: no such model"]
-    assert complaints(peers(refused), 5) == []
-    assert complaints(peers(peer("/r", "renderer")), -1) == []
+    assert peer_failures(peers(refused, failed), 4) == ["/b failed: disk full", "/r refused room 4: no such model"]
+    assert peer_failures(peers(refused), 5) == []
+    assert peer_failures(peers(peer("/r", "renderer")), -1) == []
 
 
 def test_a_refused_room_is_not_waited_for() -> None:

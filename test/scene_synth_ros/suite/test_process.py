@@ -1,6 +1,7 @@
 """How node processes end."""
 
 import signal
+import subprocess
 import sys
 from pathlib import Path
 
@@ -36,3 +37,40 @@ def test_a_recorder_that_lags_behind_takes_what_was_sent_before_the_signal(tmp_p
         stop(recorder)
     with BagReader(tmp_path / "bag") as reader:
         assert sum(1 for _ in reader.messages([TOPIC])) == COUNT
+
+
+FAULTY = """
+import sys
+from rclpy.node import Node
+from scene_synth_ros.suite.process import run_node
+
+class Faulty(Node):
+    exit_code = None
+
+    def __init__(self):
+        super().__init__("faulty")
+        self.create_timer(0.01, self.work)
+        self.mistake("make")
+
+    def work(self):
+        self.exit_code = 0
+        self.mistake("work")
+
+    def close(self):
+        self.mistake("close")
+
+    def mistake(self, when):
+        if sys.argv[1] == when:
+            raise ValueError(f"mistake in {when}")
+
+run_node(Faulty, [])
+"""
+
+
+@pytest.mark.parametrize("when", ["make", "work", "close"])
+def test_a_fault_of_the_program_ends_a_process_with_a_status_of_its_own(when: str) -> None:
+    process = subprocess.run(
+        [sys.executable, "-c", FAULTY, when], env=environment(), capture_output=True, text=True, timeout=60, check=False
+    )
+    assert process.returncode == 70
+    assert process.stderr.count("Traceback") == 1 and f"ValueError: mistake in {when}; please report it" in process.stderr

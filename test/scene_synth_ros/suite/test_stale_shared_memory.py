@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from scene_synth_ros_suite import Child, environment, stop, wait_until
 
-from scene_synth_ros.suite.stale_shared_memory import away_from_dead_ports, remove_dead_memory
+from scene_synth_ros.suite.stale_shared_memory import avoid_stale_ports, remove_stale_shared_memory
 
 SEGMENT, OTHER_SEGMENT = "fastrtps_00b0970d0c9b9bc0", "fastrtps_a08e4ef2acd17e78"
 TALKER = """
@@ -63,27 +63,27 @@ def test_what_nobody_owns_is_removed_and_what_others_have_stays(tmp_path: Path) 
     locks = [files[-1].open("rb") for files in owned]
     for lock in locks:
         fcntl.flock(lock, fcntl.LOCK_EX)
-    remove_dead_memory(tmp_path)
+    remove_stale_shared_memory(tmp_path)
     kept = {path.name for files in owned for path in files if path.exists()}
     assert len(kept) == 5
     assert names(tmp_path) == {*kept, "fastrtps_port7400_sl", "notes_el"}
     assert not any(is_free(files[-1]) for files in owned)
     for lock in locks:
         lock.close()
-    remove_dead_memory(tmp_path)
+    remove_stale_shared_memory(tmp_path)
     assert names(tmp_path) == {"fastrtps_port7400_sl", "notes_el"}
 
 
 def test_a_dead_port_that_is_mapped_is_kept_taken_for_as_long_as_the_block_runs(tmp_path: Path) -> None:
     mapped, unmapped, segment = lay(tmp_path, "fastrtps_port7411"), lay(tmp_path, "fastrtps_port741"), lay(tmp_path, SEGMENT)
     views = [mmap.mmap(file.fileno(), 0) for file in (path.open("r+b") for path in (mapped[0], segment[0]))]
-    with away_from_dead_ports(tmp_path):
+    with avoid_stale_ports(tmp_path):
         assert names(tmp_path) == {path.name for path in mapped}, f"{unmapped} and {segment} are of no use to anybody"
         assert not is_free(mapped[-1])
     assert is_free(mapped[-1])
     for view in views:
         view.close()
-    remove_dead_memory(tmp_path)
+    remove_stale_shared_memory(tmp_path)
     assert not names(tmp_path)
 
 
@@ -91,19 +91,19 @@ def test_processes_that_start_at_the_same_time_all_keep_it_taken(tmp_path: Path)
     lock = lay(tmp_path, "fastrtps_port7411")[-1]
     with (tmp_path / "fastrtps_port7411").open("r+b") as file:
         view = mmap.mmap(file.fileno(), 0)
-    with away_from_dead_ports(tmp_path):
-        with away_from_dead_ports(tmp_path):
+    with avoid_stale_ports(tmp_path):
+        with avoid_stale_ports(tmp_path):
             pass
         assert not is_free(lock)
         view.close()
-        remove_dead_memory(tmp_path)
+        remove_stale_shared_memory(tmp_path)
         assert lock.exists(), "who starts still counts on it"
-    remove_dead_memory(tmp_path)
+    remove_stale_shared_memory(tmp_path)
     assert not lock.exists()
 
 
 def test_without_shared_memory_nothing_happens(tmp_path: Path) -> None:
-    with away_from_dead_ports(tmp_path / "none"):
+    with avoid_stale_ports(tmp_path / "none"):
         pass
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from scene_description import CameraPose
 from scene_description.poses import look_at, rotation_from_quaternion
-from scene_synth_ros.render.hand_drive import DriveConfig, DriveState, FreeFloor, Velocity, drive, drive_pose, start_drive
+from scene_synth_ros.render.teleop import DriveConfig, DriveState, FreeFloor, Velocity, drive, drive_pose, start_drive
 
 CONFIG = DriveConfig(enabled=True, radius_m=0.2, max_speed_m_s=2.0)
 

@@ -1,4 +1,4 @@
-"""Shows one room: its camera path, then what is asked for, until the next room comes.  Runs in the rendering thread."""
+"""The loop of one room: its camera path, then what is asked for, until the next room comes."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from scene_synth_ros.render.frame_index import frame_index
 _IDLE_S = 0.2
 
 
-class Stage(Protocol):
-    """What the renderer node is for a room."""
+class Host(Protocol):
+    """What the loop of a room asks of its surroundings."""
 
     def interrupted(self) -> bool:
         """Return whether the room must be left."""
@@ -59,14 +59,16 @@ class Pace:
     frames_held: int
 
 
-class RoomShow:
-    """One room with its renderer.
+class RoomLoop:
+    """Renders one room.
+
+    Threading: everything is called in the rendering thread.
 
     Args:
         scene: the room.
         renderer: of the room.
         camera: which sits in a rig that follows the room's path.
-        stage: the node.
+        host: says when to stop and wait, and publishes.
         requests: poses asked for, and the driven camera.
         pace: read anew for every frame.
     """
@@ -76,12 +78,12 @@ class RoomShow:
         scene: SceneDescription,
         renderer: Renderer,
         camera: CameraConfig,
-        stage: Stage,
+        host: Host,
         requests: CameraRequests,
         pace: Callable[[], Pace],
     ) -> None:
         self._camera, self._path = camera, mounted_path(camera, scene.camera_path)
-        self._scene, self._renderer, self._stage, self._requests, self._pace = scene, renderer, stage, requests, pace
+        self._scene, self._renderer, self._host, self._requests, self._pace = scene, renderer, host, requests, pace
         self._held: deque[tuple[Frame, CameraPose, int, Exposure]] = deque()
         self._last_ns = -1
         self._published = 0
@@ -98,10 +100,10 @@ class RoomShow:
         for index, pose in enumerate(path):
             began += self._wait_while_paused()
             self._serve_requests()
-            if self._stage.interrupted():
+            if self._host.interrupted():
                 return False
             if self._is_too_late(index, began):
-                self._stage.skip()
+                self._host.skip()
                 continue
             spacing_s = (pose.stamp_ns - path[index - 1].stamp_ns) / NANOSECONDS if index else 0.0
             shown = self._requests.driven_pose(pose, spacing_s) if self._pace().realtime else pose
@@ -109,14 +111,14 @@ class RoomShow:
             if self._pace().realtime:
                 self._sleep_until(began + (pose.stamp_ns - start_ns) / NANOSECONDS)
             self._hold(*frame)
-        while self._held and not self._stage.interrupted():
-            if self._stage.is_turn():
+        while self._held and not self._host.interrupted():
+            if self._host.is_turn():
                 self._release()
             else:
-                self._stage.wait(_IDLE_S)
-        if self._held or self._stage.interrupted():
+                self._host.wait(_IDLE_S)
+        if self._held or self._host.interrupted():
             return False
-        self._stage.path_done(self._published)
+        self._host.path_done(self._published)
         return True
 
     def _idle(self) -> None:
@@ -124,23 +126,23 @@ class RoomShow:
         path = self._scene.camera_path
         spacing_ns = path[-1].stamp_ns - path[-2].stamp_ns if len(path) > 1 else NANOSECONDS // 10
         due = time.perf_counter()
-        while not self._stage.interrupted():
+        while not self._host.interrupted():
             self._wait_while_paused()
             self._serve_requests()
             if not (self._pace().realtime and self._requests.driven):
-                self._stage.wait(_IDLE_S)
+                self._host.wait(_IDLE_S)
                 due = time.perf_counter()
                 continue
             due = max(due + spacing_ns / NANOSECONDS, time.perf_counter())
             pose = replace(path[-1], stamp_ns=self._last_ns + spacing_ns)
             frame = self._render(self._requests.driven_pose(pose, spacing_ns / NANOSECONDS))
             self._sleep_until(due)
-            if not self._stage.interrupted():
+            if not self._host.interrupted():
                 self._publish(*frame)
 
     def _serve_requests(self) -> None:
         """Render the poses that wait, each once, if the room may be published."""
-        while self._requests.waiting and self._stage.is_turn() and not self._stage.interrupted():
+        while self._requests.waiting and self._host.is_turn() and not self._host.interrupted():
             self._release()
             pose = self._requests.next_pose()
             if pose is not None:
@@ -148,39 +150,39 @@ class RoomShow:
                 self._publish(*self._render(replace(pose, stamp_ns=stamp_ns)))
 
     def _render(self, pose: CameraPose) -> tuple[Frame, CameraPose, int, Exposure]:
-        exposure = self._stage.exposure()
+        exposure = self._host.exposure()
         index = frame_index(self._scene, pose)
-        layers = self._stage.wanted_layers()
+        layers = self._host.wanted_layers()
         placed = mounted(self._camera, pose)
-        frame = self._renderer.render(placed, index, layers, exposure=exposure, path=self._path, cancelled=self._stage.interrupted)
+        frame = self._renderer.render(placed, index, layers, exposure=exposure, path=self._path, cancelled=self._host.interrupted)
         return frame, placed, index, exposure
 
     def _hold(self, frame: Frame, pose: CameraPose, index: int, exposure: Exposure) -> None:
         """Publish a frame when the room's turn has come; until then keep as many as may wait."""
         self._held.append((frame._replace(radiance=None), pose, index, exposure))
-        while not self._stage.is_turn() and not self._stage.interrupted() and len(self._held) >= self._pace().frames_held:
-            self._stage.wait(_IDLE_S)
-        if self._stage.is_turn():
+        while not self._host.is_turn() and not self._host.interrupted() and len(self._held) >= self._pace().frames_held:
+            self._host.wait(_IDLE_S)
+        if self._host.is_turn():
             self._release()
 
     def _release(self) -> None:
-        while self._held and not self._stage.interrupted():
+        while self._held and not self._host.interrupted():
             self._publish(*self._held.popleft())
 
     def _publish(self, frame: Frame, pose: CameraPose, index: int, exposure: Exposure) -> None:
-        self._stage.publish(frame, pose, index, exposure)
+        self._host.publish(frame, pose, index, exposure)
         self._last_ns = max(self._last_ns, pose.stamp_ns)
         self._published += 1
 
     def _wait_while_paused(self) -> float:
         """Wait; return for how long (s)."""
         began = time.perf_counter()
-        while self._stage.paused() and not self._stage.interrupted():
-            self._stage.wait(_IDLE_S)
+        while self._host.paused() and not self._host.interrupted():
+            self._host.wait(_IDLE_S)
         return time.perf_counter() - began
 
     def _sleep_until(self, moment_s: float) -> None:
-        while (left := moment_s - time.perf_counter()) > 0.0 and not self._stage.interrupted():
+        while (left := moment_s - time.perf_counter()) > 0.0 and not self._host.interrupted():
             time.sleep(min(left, _IDLE_S))
 
     def _is_too_late(self, index: int, began: float) -> bool:

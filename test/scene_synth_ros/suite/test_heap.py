@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from scene_synth_ros.suite.diagnostics import resident_bytes
-from scene_synth_ros.suite.trim_heap import give_back_memory
+from scene_synth_ros.suite.heap import trim_heap
 
 BLOCKS, SIZE = 1000, 65536
 
@@ -18,7 +18,7 @@ def test_free_blocks_below_one_that_stays_are_given_back() -> None:
     kept = blocks[-1]
     full = resident_bytes()
     blocks.clear()
-    give_back_memory()
+    trim_heap()
     assert full - resident_bytes() > 0.8 * BLOCKS * SIZE
     assert kept == bytes([1]) * SIZE
 
@@ -26,9 +26,9 @@ def test_free_blocks_below_one_that_stays_are_given_back() -> None:
 HEAPS = """
 import ctypes, sys, threading
 from pathlib import Path
-from scene_synth_ros.suite.trim_heap import use_few_heaps
+from scene_synth_ros.suite.heap import limit_arenas
 if sys.argv[1] == "few":
-    use_few_heaps()
+    limit_arenas()
 libc = ctypes.CDLL(None)
 libc.malloc.restype = ctypes.c_void_p
 hold = threading.Barrier(7)

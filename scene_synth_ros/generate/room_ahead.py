@@ -1,0 +1,62 @@
+"""The room that is synthesised while the ones before it are rendered."""
+
+from __future__ import annotations
+
+from concurrent.futures import Future
+
+from scene_description import SceneSynthError
+from scene_synth_ros.generate.room_job import Prepared, RoomJob
+from scene_synth_ros.suite.daemon_job import start_daemon_job
+from scene_synth_ros.suite.faults import Faults
+
+
+class RoomAhead:
+    """Synthesises one room ahead.
+
+    Threading: every method is called in the executor's thread.  Jobs run in threads of their own, one after the other: when the node is
+    configured again, its first room waits for the one that was at work, and kernels are never compiled twice at once.
+
+    Args:
+        faults: takes what a job that nobody waits for any more has raised.
+    """
+
+    def __init__(self, faults: Faults) -> None:
+        self._faults = faults
+        self._future: Future[Prepared] | None = None
+        self._dropped: Future[Prepared] | None = None
+        self.job: RoomJob | None = None
+        """The job that was begun last."""
+
+    @property
+    def idle(self) -> bool:
+        """Whether no room is prepared or being prepared."""
+        return self._future is None
+
+    def prepare(self, job: RoomJob) -> None:
+        """Begin a job; call it while idle."""
+        self.job, self._future = job, start_daemon_job("synthesis", job, after=self._dropped)
+
+    def take(self) -> Prepared | None:
+        """Return the room if it is ready; then the next may be prepared.
+
+        Raises:
+            SceneSynthError: it cannot be synthesised; one line.
+            Exception: whatever else the job has raised, a fault of the program.
+        """
+        if self._future is None or not self._future.done():
+            return None
+        future, self._future = self._future, None
+        return future.result()
+
+    def drop(self) -> None:
+        """Forget the room; a job at work ends by itself, and only a fault of it is told."""
+        future, self._future = self._future, None
+        if future is not None:
+            self._dropped = future
+            if not future.cancel():
+                future.add_done_callback(self._tell_fault)
+
+    def _tell_fault(self, future: Future[Prepared]) -> None:
+        error = future.exception()
+        if error is not None and not isinstance(error, (SceneSynthError, OSError)):
+            self._faults.tell(error, "a room that is not wanted any more was synthesised")

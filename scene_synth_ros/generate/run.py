@@ -1,0 +1,203 @@
+"""The run: which room goes out next and when, what it waits for, and when it is over.  No ROS, no clocks, no threads.
+
+In lock-step a room goes out when the expected peers are ready and have finished the rooms before it, but for ``rooms_ahead``.
+Free-running, it goes out when the frames of the one before have had their time by the wall clock.  Simulated time counts frames and never
+goes back.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from dataclasses import replace
+from enum import Enum
+from typing import NamedTuple
+
+from grammar.synthesize import CameraTimes
+from scene_synth_ros.generate.frame_times import FrameTimes
+from scene_synth_ros.generate.lock_step import Expectation, finished_by_all, last_done, missing_peers, peer_failures, waiting_for
+from scene_synth_ros.generate.run_config import RunConfig
+from scene_synth_ros.suite.status import NodeStatus
+
+_PATIENCE = 3
+_FAULT_PAUSE_S = 1.0
+"""How long the run waits after a room that a fault of the program has cost, so that a fault in every room does not fill the log."""
+
+
+class Step(Enum):
+    """What the grammar node shall do now."""
+
+    WAIT = "wait"
+    SEND = "send"
+    BEGIN_AGAIN = "begin again"
+    FINISH = "finish"
+
+
+class Order(NamedTuple):
+    """A room to synthesise: its index, the times of its frames, and the generation of the settings that it is for."""
+
+    index: int
+    times: CameraTimes
+    generation: int
+
+
+class Run:
+    """The state of a run; times are those of one steady clock, in seconds.
+
+    Attributes:
+        next_index: index of the next room.
+        last_sent: index of the room sent last, -1 for none.
+        last_sent_s: when that was; at first, when the run began.
+        generation: changes whenever rooms prepared before are of no use.
+        waiting: what the next room waits for, in words; empty if nothing.
+        finished_by_all: index of the last room that all peers have finished, -1 for none.
+    """
+
+    def __init__(self, config: RunConfig, now_s: float) -> None:
+        self._config = config
+        self._times = FrameTimes(round(config.start_time_s * 1e9), config.rate_hz)
+        self.next_index, self._next_frame = config.first_index, config.first_index * config.frames_per_room
+        self.last_sent, self.last_sent_s = -1, now_s
+        self._send_s = self._prepare_s = 0.0
+        self.generation, self.waiting, self.finished_by_all = 0, "", -1
+        self._peers: dict[str, NodeStatus] = {}
+        self._done_before: dict[str, int] = {}
+        self._absences: dict[str, int] = {}
+        self._paused_s: float | None = None
+        self._reset_asked = self._one_more = self._finished = False
+
+    @property
+    def peers(self) -> Collection[NodeStatus]:
+        """The newest status of each renderer and recorder."""
+        return self._peers.values()
+
+    @property
+    def paused(self) -> bool:
+        """Whether no rooms go out because a pause was asked for."""
+        return self._paused_s is not None
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether the last room has gone out."""
+        return self._last_index is not None and self.next_index > self._last_index
+
+    @property
+    def _last_index(self) -> int | None:
+        return self._config.first_index + self._config.rooms - 1 if self._config.rooms else None
+
+    def change(self, config: RunConfig) -> None:
+        """Take new settings; what is prepared is made again, and stamps go on at the new rate from the next frame on."""
+        if config.rate_hz != self._times.rate_hz:
+            self._times = self._times.at_rate(config.rate_hz, self._next_frame)
+        self._config = config
+        self.generation += 1
+
+    def take_status(self, status: NodeStatus) -> bool:
+        """Take the status of a renderer or recorder; return whether all have now finished another room."""
+        before = self._done_before.get(status.node)
+        if before is not None and last_done(status) >= before:  # it has not heard yet that the run has begun again
+            status = replace(status, done_scene=-1, refused_scene=-1)
+        else:
+            self._done_before.pop(status.node, None)
+        self._peers[status.node] = status
+        told, self.finished_by_all = self.finished_by_all, finished_by_all(self._peers)
+        return told != self.finished_by_all
+
+    def drop_missing(self, present: Collection[str]) -> list[str]:
+        """Forget the peers that have been missing from the nodes present for some looks in a row; return their names."""
+        missing = missing_peers(self._peers, present, self._absences, _PATIENCE)
+        for name in missing:
+            del self._peers[name]
+            self._done_before.pop(name, None)
+        return missing
+
+    def peer_failures(self) -> list[str]:
+        """Return what has gone wrong at the peers, one line each."""
+        return peer_failures(self._peers, self.last_sent)
+
+    def ask_for_one(self) -> str:
+        """Let the next room out at once, paused or not; return what it must wait for all the same, in words."""
+        self._one_more, self._send_s = True, 0.0
+        return self.waiting
+
+    def ask_for_reset(self) -> str:
+        """Let the run begin again with its first room; return what that must wait for, in words."""
+        self._reset_asked = True
+        return self._waits_for(self.last_sent)
+
+    def pause(self, now_s: float) -> None:
+        """Let no more rooms out; once paused, harmless."""
+        if self._paused_s is None:
+            self._paused_s = now_s
+
+    def resume(self, now_s: float) -> None:
+        """Let rooms out again; free-running, simulated time has gone on since the last room ended."""
+        if self._paused_s is None:
+            return
+        idle_s = now_s - max(self._paused_s, self._send_s)
+        if not self._config.lock_step and self.last_sent >= 0 and idle_s > 0.0:
+            self._next_frame += math.ceil(idle_s * self._config.rate_hz) + 1
+            self.generation += 1
+        self._paused_s = None
+
+    def step(self, now_s: float, active: bool) -> Step:
+        """Return what to do now; ``active``: whether the node may send rooms at all."""
+        if self._reset_asked and not self._waits_for(self.last_sent):
+            self._begin_again()
+            return Step.BEGIN_AGAIN
+        ahead = 0 if self.is_complete else self._config.rooms_ahead - 1
+        self.waiting = self._waits_for(self.last_sent - ahead)
+        if self.is_complete:
+            if self.waiting or self._finished or not (self._config.lock_step or self._last_room_is_over(now_s)):
+                return Step.WAIT
+            self._finished = True
+            return Step.FINISH
+        held = self._reset_asked or not active or (self.paused and not self._one_more)
+        return Step.WAIT if held or self.waiting or now_s < self._send_s else Step.SEND
+
+    def order(self, now_s: float) -> Order | None:
+        """Return the room to prepare; None if none is left, or none yet after a fault."""
+        if self.is_complete or now_s < self._prepare_s:
+            return None
+        times = CameraTimes(
+            frames=self._config.frames_per_room,
+            start_ns=self._times.origin_ns,
+            rate_hz=self._times.rate_hz,
+            first_index=self._next_frame - self._times.first_frame,
+        )
+        return Order(self.next_index, times, self.generation)
+
+    def sent(self, frames: int, now_s: float) -> None:
+        """Count the next room as sent, with so many frames."""
+        self.last_sent, self.last_sent_s = self.next_index, now_s
+        self._send_s = 0.0 if self._config.lock_step else now_s + frames / self._config.rate_hz
+        self._one_more = False
+        self.next_index += 1
+        self._next_frame += frames
+
+    def skip(self, now_s: float) -> None:
+        """Go on without the next room, which a fault of the program has cost; its index and its time stay empty."""
+        self.next_index += 1
+        self._next_frame += self._config.frames_per_room
+        self._prepare_s = now_s + _FAULT_PAUSE_S
+
+    def _begin_again(self) -> None:
+        """Go back to the first room; what peers say of rooms before counts no more."""
+        first = self._config.first_index
+        self.next_index, self.last_sent, self.finished_by_all = first, -1, -1
+        self._done_before = {name: last_done(peer) for name, peer in self._peers.items() if last_done(peer) >= first}
+        self._peers = {name: replace(peer, done_scene=-1, refused_scene=-1) for name, peer in self._peers.items()}
+        self.generation += 1
+        self._reset_asked = self._finished = False
+        self._send_s = 0.0
+
+    def _waits_for(self, must_be_done: int) -> str:
+        """Return, in words, what must be waited for until all peers have finished a room (none, if it is not of this run)."""
+        config = self._config
+        expected = Expectation(renderers=config.expected_renderers, recorders=config.expected_recorders)
+        return waiting_for(self._peers, expected, must_be_done if must_be_done >= config.first_index else -1) if config.lock_step else ""
+
+    def _last_room_is_over(self, now_s: float) -> bool:
+        """Return whether a free-running run is over: its last room's time is up, and whoever is there has finished it."""
+        there = [peer for peer in self._peers.values() if peer.state == "ready"]
+        return now_s >= self._send_s and all(last_done(peer) >= self.last_sent for peer in there)

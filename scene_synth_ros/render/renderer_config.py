@@ -1,0 +1,39 @@
+"""The renderer node's own parameters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from scene_description import Limits
+
+_SHARE_FIXED = "the rooms of a run are shared once"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RendererNodeConfig:
+    """How a renderer keeps pace, which rooms are its own, and where its user's models are."""
+
+    realtime: Annotated[
+        bool, Limits(description="Publish frames at their rate by the wall clock and skip late ones, instead of as fast as can be")
+    ] = False
+    expected_recorders: Annotated[
+        int,
+        Limits(ge=0, le=100, description="Recorders whose subscriptions it waits for before it says ready", fixed="peers are counted once"),
+    ] = 0
+    frames_ahead: Annotated[
+        int,
+        Limits(ge=1, le=1000, description="Frames that may be published beyond what the slowest recorder has taken, within the QoS depth"),
+    ] = 8
+    share_count: Annotated[int, Limits(ge=1, le=100, description="Renderers that share the rooms by index", fixed=_SHARE_FIXED)] = 1
+    share_index: Annotated[
+        int, Limits(ge=0, le=99, description="This one renders the rooms whose index leaves this remainder", fixed=_SHARE_FIXED)
+    ] = 0
+    frames_held: Annotated[
+        int, Limits(ge=1, le=10_000, description="Frames of a shared room that may wait in memory until its turn comes")
+    ] = 64
+    catalog_dir: Annotated[
+        str, Limits(max_length=1000, description="Folder of the user's models; empty: none", fixed="files are read from one folder")
+    ] = ""
+    autostart: Annotated[bool, Limits(description="Configure and activate at the start", fixed="it is used at the start only")] = True
+    exit_when_done: Annotated[bool, Limits(description="End the process when the grammar node has finished")] = False

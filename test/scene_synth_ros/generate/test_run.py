@@ -1,0 +1,148 @@
+"""The run as a state machine: which room goes out when, with times of the test's own."""
+
+from dataclasses import replace
+
+import pytest
+
+from scene_synth_ros.generate.run import Run, Step
+from scene_synth_ros.generate.run_config import RunConfig
+from scene_synth_ros.suite.status import NodeStatus
+
+FREE = RunConfig(lock_step=False, rooms=3, frames_per_room=5, rate_hz=10.0)
+STEP = RunConfig(rooms=2, frames_per_room=5, rate_hz=10.0, expected_recorders=1)
+
+
+def report(run: Run, role: str, done: int, state: str = "ready") -> bool:
+    return run.take_status(NodeStatus(node=f"/{role}", role=role, state=state, done_scene=done))
+
+
+def finish(run: Run, done: int) -> None:
+    for role in ("renderer", "recorder"):
+        report(run, role, done)
+
+
+def send(run: Run, now_s: float) -> int:
+    """Send the next room; return the stamp of its first frame in ns."""
+    assert run.step(now_s, active=True) is Step.SEND
+    order = run.order(now_s)
+    assert order is not None and order.index == run.next_index
+    run.sent(order.times.frames, now_s)
+    return order.times.start_ns + round(order.times.first_index * 1e9 / order.times.rate_hz)
+
+
+def test_lock_step_waits_for_each_peer_and_finishes_once() -> None:
+    run = Run(STEP, 0.0)
+    assert (run.step(0.0, True), run.waiting) == (Step.WAIT, "1 of 1 renderers to be ready")
+    finish(run, -1)
+    assert send(run, 0.1) == 10**9
+    assert (run.step(0.2, True), run.waiting) == (Step.WAIT, "/renderer to finish room 0")
+    assert not report(run, "renderer", 0), "the recorder has not finished"
+    assert (run.step(0.3, True), run.waiting) == (Step.WAIT, "/recorder to finish room 0")
+    assert report(run, "recorder", 0) and run.finished_by_all == 0
+    assert send(run, 0.4) == 1_500_000_000
+    assert run.is_complete and run.order(0.5) is None
+    assert run.step(0.5, True) is Step.WAIT
+    finish(run, 1)
+    assert [run.step(0.6, True) for _ in range(3)] == [Step.FINISH, Step.WAIT, Step.WAIT]
+
+
+def test_rooms_ahead_may_be_unfinished_but_the_end_waits_for_all() -> None:
+    run = Run(replace(STEP, rooms=3, rooms_ahead=2), 0.0)
+    finish(run, -1)
+    send(run, 0.0)
+    send(run, 0.0)
+    assert run.step(0.0, True) is Step.WAIT
+    finish(run, 0)
+    send(run, 0.0)
+    finish(run, 1)
+    assert run.step(0.0, True) is Step.WAIT
+    finish(run, 2)
+    assert run.step(0.0, True) is Step.FINISH
+
+
+def test_an_inactive_node_sends_nothing() -> None:
+    run = Run(FREE, 0.0)
+    assert [run.step(0.0, active) for active in (False, True)] == [Step.WAIT, Step.SEND]
+
+
+def test_free_running_rooms_follow_the_wall_clock() -> None:
+    run = Run(FREE, 100.0)
+    assert send(run, 100.0) == 10**9
+    assert run.step(100.49, True) is Step.WAIT
+    assert send(run, 100.5) == 1_500_000_000
+    send(run, 101.0)
+    assert [run.step(now_s, True) for now_s in (101.4, 101.5)] == [Step.WAIT, Step.FINISH]
+
+
+def test_a_free_run_ends_when_those_that_are_there_have_finished() -> None:
+    run = Run(replace(FREE, rooms=1), 0.0)
+    send(run, 0.0)
+    report(run, "renderer", -1)
+    assert run.step(9.0, True) is Step.WAIT
+    report(run, "renderer", 0)
+    assert run.step(9.0, True) is Step.FINISH
+
+
+@pytest.mark.parametrize(("lock_step", "frames_skipped"), [(False, 21), (True, 0)])
+def test_simulated_time_goes_on_while_a_free_run_is_paused(lock_step: bool, frames_skipped: int) -> None:
+    run = Run(replace(FREE, lock_step=lock_step, expected_renderers=0), 0.0)
+    send(run, 0.0)
+    run.pause(0.2)
+    run.pause(1.0)
+    assert run.step(2.0, True) is Step.WAIT
+    run.resume(2.5)  # 2 s after the room's end at 0.5 s
+    assert send(run, 2.5) == 1_500_000_000 + frames_skipped * 10**8
+
+
+def test_one_room_may_go_out_during_a_pause() -> None:
+    run = Run(FREE, 0.0)
+    run.pause(0.0)
+    assert run.step(0.0, True) is Step.WAIT
+    assert run.ask_for_one() == ""
+    send(run, 0.0)
+    assert run.step(9.0, True) is Step.WAIT
+
+
+def test_a_reset_waits_for_the_room_at_work_and_old_statuses_count_no_more() -> None:
+    run = Run(STEP, 0.0)
+    finish(run, -1)
+    send(run, 0.0)
+    assert run.ask_for_reset() == "/renderer to finish room 0"
+    assert run.step(0.0, True) is Step.WAIT
+    finish(run, 0)
+    generation = run.generation
+    assert run.step(0.0, True) is Step.BEGIN_AGAIN
+    assert run.generation == generation + 1 and run.next_index == 0
+    assert send(run, 0.0) == 1_500_000_000, "simulated time goes on"
+    finish(run, 0)
+    assert run.step(0.0, True) is Step.WAIT, "this is still said of room 0 before"
+    finish(run, -1)
+    finish(run, 0)
+    send(run, 0.0)
+
+
+def test_a_change_of_rate_goes_on_from_the_next_frame() -> None:
+    run = Run(FREE, 0.0)
+    send(run, 0.0)
+    run.change(replace(FREE, rate_hz=20.0))
+    order = run.order(1.0)
+    assert order is not None and order.generation == 1
+    assert (order.times.start_ns, order.times.first_index, order.times.rate_hz) == (1_500_000_000, 0, 20.0)
+
+
+def test_a_room_lost_by_a_fault_leaves_its_index_and_its_time_empty() -> None:
+    run = Run(FREE, 0.0)
+    send(run, 0.0)
+    run.skip(0.5)
+    assert run.order(0.6) is None, "a fault in every room must not fill the log"
+    order = run.order(1.6)
+    assert order is not None and order.index == 2
+    assert send(run, 1.6) == 2 * 10**9
+
+
+def test_peers_that_are_missing_for_three_looks_are_forgotten() -> None:
+    run = Run(STEP, 0.0)
+    finish(run, -1)
+    assert run.drop_missing({"/renderer", "/recorder"}) == []
+    assert [run.drop_missing({"/recorder"}) for _ in range(3)] == [[], [], ["/renderer"]]
+    assert [peer.node for peer in run.peers] == ["/recorder"]

@@ -1,0 +1,80 @@
+"""What reaches the rendering thread, and when it must leave the room at work."""
+
+import threading
+
+import pytest
+
+from scene_synth_ros.render.inbox import MAX_ROOMS_WAITING, Inbox
+from scene_synth_ros.render.peers import Peers
+from scene_synth_ros.suite.status import NodeStatus
+
+TOPIC = "/r/settings"
+
+
+def make(share_count: int = 1) -> Inbox:
+    return Inbox(Peers("/r", TOPIC, share_count))
+
+
+def lock_step(inbox: Inbox, on: bool) -> None:
+    inbox.take_status(NodeStatus(node="/g", role="grammar", state="ready", lock_step=on), 0)
+
+
+def recorder(taken: int) -> NodeStatus:
+    return NodeStatus(node="/b", role="recorder", state="ready", counts={TOPIC: taken})
+
+
+def test_only_the_newest_room_is_rendered_unless_rooms_wait() -> None:
+    inbox = make()
+    for text in "abc":
+        inbox.put_room(text)
+    assert inbox.next_room() == "c"
+    lock_step(inbox, True)
+    for text in "def":
+        inbox.put_room(text)
+    assert [inbox.next_room() for _ in range(3)] == ["d", "e", "f"]
+
+
+def test_the_oldest_rooms_give_way_when_too_many_wait() -> None:
+    inbox = make(share_count=2)
+    for number in range(MAX_ROOMS_WAITING + 2):
+        inbox.put_room(str(number))
+    assert inbox.next_room() == "2"
+
+
+@pytest.mark.parametrize(("on_path", "waits", "leave"), [(True, True, False), (False, True, True), (True, False, True)])
+def test_a_room_is_left_for_the_next_unless_its_path_must_be_finished(on_path: bool, waits: bool, leave: bool) -> None:
+    inbox = make()
+    lock_step(inbox, waits)
+    assert not inbox.must_leave(on_path)
+    inbox.put_room("next")
+    assert inbox.must_leave(on_path) is leave
+
+
+def test_a_stop_ends_every_wait() -> None:
+    inbox = make()
+    inbox.take_status(recorder(0), 0)
+    ended: list[object] = []
+    waits = [lambda: ended.append(inbox.next_room()), lambda: ended.append(inbox.wait_for_recorders(9, 8, 60.0))]
+    threads = [threading.Thread(target=wait, daemon=True) for wait in waits]
+    for thread in threads:
+        thread.start()
+    inbox.stop()
+    for thread in threads:
+        thread.join(10)
+    assert set(ended) == {None, True}
+    assert inbox.must_leave(on_path=True)
+
+
+def test_frames_wait_for_a_recorder_that_is_behind() -> None:
+    inbox = make()
+    inbox.take_status(recorder(0), 0)
+    assert not inbox.wait_for_recorders(8, 8, 0.01)
+    inbox.take_status(recorder(1), 8)
+    assert inbox.wait_for_recorders(8, 8, 0.01)
+
+
+def test_waiting_ends_with_what_was_put_in_or_does_not_begin() -> None:
+    inbox = make()
+    inbox.wait(60.0, unless=lambda: True)
+    threading.Timer(0.05, inbox.wake).start()
+    inbox.wait(60.0, unless=lambda: False)
