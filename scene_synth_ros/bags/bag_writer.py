@@ -22,7 +22,7 @@ from scene_synth_ros.bags.qos_metadata import OfferedQos, RosQosProfile, offered
 from scene_synth_ros.mcap.file import COMPRESSIONS, MAX_LEVEL, MAX_TIME_NS
 from scene_synth_ros.messages.message_definitions import MessageDefinition, message_definition
 
-__all__ = ["ACTIVE_SUFFIX", "BagWriteError", "BagWriter"]
+__all__ = ["ACTIVE_SUFFIX", "MAX_TIME_NS", "BagWriteError", "BagWriter"]
 
 DEFAULT_CHUNK_SIZE = 4 * 2**20
 _MAX_KEPT = 100

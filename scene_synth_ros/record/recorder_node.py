@@ -23,9 +23,10 @@ from scene_synth_ros.messages.image_codec import ImageCompression
 from scene_synth_ros.messages.message_definitions import MessageDefinitionError, message_class
 from scene_synth_ros.messages.timed_pose import read_pose
 from scene_synth_ros.record.accounting import Accounting
+from scene_synth_ros.record.bag_output import RecordingOptions
 from scene_synth_ros.record.parameter_collector import ParameterCollector
 from scene_synth_ros.record.recorder_qos import complete_qos, matching_qos
-from scene_synth_ros.record.recording import Recording, RecordingOptions
+from scene_synth_ros.record.recording import Recording
 from scene_synth_ros.record.shared_frames import stand_ins
 from scene_synth_ros.record.split_policy import SplitPolicy
 from scene_synth_ros.suite.connections import Connections, publishers_of
@@ -106,7 +107,6 @@ class RecorderNode(SuiteNode):
             raise ParameterError("recorder_node: parameter bag: expected a folder that does not exist yet, got ''; set -p bag:=FOLDER")
         self._custom_data = _pairs(config.custom_data)
         self._closed = True
-        self._bags = self._snapshots = 0
         self.begin(config.autostart)
 
     def open(self) -> None:
@@ -118,7 +118,7 @@ class RecorderNode(SuiteNode):
             snapshot_s=config.snapshot_s,
             snapshot_bytes=round(config.snapshot_mb * 1e6),
         )
-        self._recording = Recording(self._make_writer, options, self._complain)
+        self._recording = Recording(self._make_writer, options, self._warn, self.get_logger().fatal)
         self._accounting = Accounting()
         self._connections = Connections(lambda topic: publishers_of(self, topic))
         self._known: dict[str, int] = {}
@@ -154,7 +154,7 @@ class RecorderNode(SuiteNode):
     def pause(self) -> None:
         """Close the bag."""
         self._state = "starting"
-        self._recording.end().result(ANSWER_TIMEOUT_S)
+        _wait(self._recording.end())
 
     @property
     def arrivals(self) -> int:
@@ -169,12 +169,13 @@ class RecorderNode(SuiteNode):
         try:
             self._recording.close()
         except BagWriteError as error:
-            self._fail(str(error))
+            if self._state != "failed":
+                self._fail(str(error))
             self.exit_code = 1
         if self._accounting.lost:
             self.get_logger().error(f"{sum(self._accounting.lost.values())} messages lost: {dict(self._accounting.lost)}")
-        total = sum(self._recording.written.values())
-        self.get_logger().info(f"bag closed: {total} messages on {len(self._recording.written)} topics")
+        written = self._recording.written.copy()
+        self.get_logger().info(f"bag closed: {sum(written.values())} messages on {len(written)} topics")
 
     def _make_writer(self, folder: Path) -> BagWriter:
         config: RecorderConfig = self._settings[""]
@@ -186,26 +187,16 @@ class RecorderNode(SuiteNode):
             custom_data=self._custom_data,
         )
 
-    def _begin_bag(self) -> Path:
-        config: RecorderConfig = self._settings[""]
-        folder = Path(config.bag if not self._bags else f"{config.bag}_{self._bags + 1}")
-        self._recording.begin(folder)
-        self._bags += 1
+    def _begin_bag(self) -> str:
+        folder = _wait(self._recording.begin(Path(self._settings[""].bag)))
         self.get_logger().info(f"recording to {folder}")
         return folder
 
     def _start(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        if self._recording.writing:
-            response.message = "a bag is open already"
-            return response
-        try:
-            response.message, response.success = str(self._begin_bag()), True
-        except BagWriteError as error:
-            response.message = str(error)
-        return response
+        return _answer(self._begin_bag, response)
 
     def _stop(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        return _answer(self._recording.end(), response)
+        return _answer(lambda: _wait(self._recording.end()), response)
 
     def _split(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._recording.split()
@@ -213,10 +204,8 @@ class RecorderNode(SuiteNode):
         return response
 
     def _snapshot(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        folder = Path(f"{self._settings[''].bag}_snapshot_{self._snapshots}")
-        answered = _answer(self._recording.snapshot(folder), response)
-        self._snapshots += response.success
-        return answered
+        base = Path(f"{self._settings[''].bag}_snapshot")
+        return _answer(lambda: _wait(self._recording.snapshot(base)), response)
 
     def _describe_run(self, values: dict[str, dict[str, Any]]) -> None:
         record = run_record(values) | {JPEG_QUALITY: str(self._settings["images"].jpeg_quality)}
@@ -251,10 +240,7 @@ class RecorderNode(SuiteNode):
             foreign = not topic.startswith(self._own_namespace) and topic != "/clock"
             self._recording.add_topic(topic, type_name, offered, foreign=foreign)
         except (ImportError, AttributeError, MessageDefinitionError) as error:
-            self._complain(f"{topic} is left out: {type_name} cannot be loaded ({error})")
-            return False
-        except BagWriteError as error:
-            self._fail(str(error))
+            self._warn(f"{topic} is left out: {type_name} cannot be loaded ({error})")
             return False
         callback = self._make_callback(topic, type_name)
         events = SubscriptionEventCallbacks(message_lost=lambda event: self._dds_lost.update({topic: event.total_count_change}))
@@ -269,7 +255,7 @@ class RecorderNode(SuiteNode):
         def on_message(data: bytes) -> None:
             self._accounting.received[topic] += 1
             if self._recording.add(topic, data) and camera:
-                self._recording.add_pose(topic, read_pose(data), camera)
+                self._recording.add_pose(read_pose(data), camera)
 
         return on_message
 
@@ -277,7 +263,7 @@ class RecorderNode(SuiteNode):
         try:
             status = status_from_json(message.data)
         except FieldError as error:
-            self._complain(f"ignored a status that does not fit: {error}")
+            self._warn(f"ignored a status that does not fit: {error}")
             return
         if status.role in ("renderer", "grammar"):
             self._collector.ask(status.node)
@@ -318,7 +304,7 @@ class RecorderNode(SuiteNode):
         elif now - self._missing_since > self._settings[""].loss_timeout_s:
             self._accounting.give_up(missing)
             self._recording.flush()  # frames that wait for what is lost
-            self._complain(f"{sum(missing.values())} messages lost after room {self._done_scene}: {missing}")
+            self._warn(f"{sum(missing.values())} messages lost after room {self._done_scene}: {missing}")
 
     def _fail(self, reason: str) -> None:
         self._state, self._complaint = "failed", reason
@@ -343,7 +329,7 @@ class RecorderNode(SuiteNode):
             self._last_status = text
             self._status.publish(String(data=text))
 
-    def _complain(self, text: str) -> None:
+    def _warn(self, text: str) -> None:
         self._complaint = text
         self.get_logger().error(text, throttle_duration_sec=1.0, throttle_time_source_type=STEADY)
 
@@ -351,13 +337,14 @@ class RecorderNode(SuiteNode):
         values = {
             "bag": self._settings[""].bag,
             "state": self._state,
-            "written": sum(self._recording.written.values()),
+            "written": self._recording.written.total(),
             "waiting_bytes": self._recording.waiting_bytes,
             "waiting_messages": self._recording.waiting_messages,
             "last_room": self._done_scene,
-            "bags": self._bags,
+            "bags": self._recording.bags,
             "repeats_left_out": self._recording.repeats,
             "late": self._recording.late,
+            "refused": self._recording.refused,
             "lost": dict(self._accounting.lost),
             "dds_lost": dict(self._dds_lost),
         }
@@ -366,12 +353,24 @@ class RecorderNode(SuiteNode):
         return (WARN, self._complaint, values) if self._complaint else (OK, "recording", values)
 
 
-def _answer(future: Future[str], response: Trigger.Response) -> Trigger.Response:
-    """Fill in what has become of a request to the thread that writes."""
+def _wait(future: Future[str]) -> str:
+    """Return what the thread that writes answers.
+
+    Raises:
+        BagWriteError: it refuses, or the disk has not answered in time.
+    """
     try:
-        response.message, response.success = future.result(ANSWER_TIMEOUT_S), True
-    except (BagWriteError, TimeoutError) as error:
-        response.message = str(error) or f"the disk has not answered for {ANSWER_TIMEOUT_S:g} s"
+        return future.result(ANSWER_TIMEOUT_S)
+    except TimeoutError:
+        raise BagWriteError(f"the disk has not answered for {ANSWER_TIMEOUT_S:g} s") from None
+
+
+def _answer(work: Callable[[], str], response: Trigger.Response) -> Trigger.Response:
+    """Fill in what has become of a request."""
+    try:
+        response.message, response.success = work(), True
+    except BagWriteError as error:
+        response.message = str(error)
     return response
 
 

@@ -1,0 +1,54 @@
+"""One thread for jobs that are done in order beside the thread that hands them over."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from threading import BoundedSemaphore
+from typing import ParamSpec, TypeVar
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+class BoundedThread(ThreadPoolExecutor):
+    """A ``ThreadPoolExecutor`` of one thread whose ``submit`` waits while too many jobs wait.
+
+    A job that raises leaves its exception in its future and the thread goes on with the next.
+
+    Threads: one thread submits; jobs run in the thread of this object.  The semaphore counts the free places.
+
+    Args:
+        name: of the thread.
+        places: how many jobs may wait or be at work.
+    """
+
+    def __init__(self, name: str, places: int) -> None:
+        super().__init__(1, name)
+        self._free = BoundedSemaphore(places)
+        self._submitted = self._done = 0
+
+    @property
+    def waiting(self) -> int:
+        """How many jobs wait or are at work."""
+        return self._submitted - self._done
+
+    def submit(self, job: Callable[P, T], /, *values: P.args, **named: P.kwargs) -> Future[T]:
+        """Hand over a job when there is a place for it.
+
+        Raises:
+            RuntimeError: the thread has been told to end.
+        """
+        self._free.acquire()
+        try:
+            future = super().submit(job, *values, **named)
+        except RuntimeError:
+            self._free.release()
+            raise
+        self._submitted += 1
+        future.add_done_callback(self._count)
+        return future
+
+    def _count(self, _: Future[T]) -> None:
+        self._done += 1
+        self._free.release()
