@@ -128,7 +128,7 @@ class BagWriter:
             file.add_record("rosbag2", {"serialized_metadata": file.metadata_record(self.custom_data)})
             for name, record in self._records.items():
                 file.add_record(name, record)
-        except OSError:
+        except BaseException:
             file.discard()
             raise
         return file
@@ -288,11 +288,14 @@ class BagWriter:
         size = self._file.size
         try:
             self._file = self._open_file()
-        except OSError as error:
+        except BaseException as error:
             self._closed = True
             os.close(self._folder_fd)
-            self._failure = self._describe(f"cannot split bag {self.directory}: {error.strerror or error}", "the bag is whole")
-            raise BagWriteError(self._failure) from None
+            reason = error.strerror if isinstance(error, OSError) else None
+            self._failure = self._describe(f"cannot split bag {self.directory}: {reason or error}", "the bag is whole")
+            if isinstance(error, OSError):
+                raise BagWriteError(self._failure) from None
+            raise
         self._done_size += size
 
     def close(self) -> None:
