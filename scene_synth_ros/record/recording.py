@@ -19,6 +19,7 @@ from scene_synth_ros.record.bag_thread import BagThread
 from scene_synth_ros.record.camera_transforms import CameraTransforms
 from scene_synth_ros.record.frame_sorter import FrameSorter, OrderedMessage
 from scene_synth_ros.record.seen_frames import ROOMS_KEPT, SeenFrames
+from scene_synth_ros.record.senders import Origin
 from scene_synth_ros.record.topic_counts import TopicCounts
 from scene_synth_ros.suite.qos import latched_qos, stream_qos
 
@@ -66,7 +67,8 @@ class Recording:
         self._output = BagOutput(make_writer, options or RecordingOptions(), self.written, warn)
         self._thread = BagThread(log_fault, queue_size)
         self._closed = False
-        self._types: dict[str, tuple[str, bool]] = {}
+        self._types: dict[str, str] = {}
+        self._origins: dict[str, Origin] = {}
         self._latched: set[str] = set()
         self._expected: set[str] = set()
         self._alike: Mapping[str, str] = {}
@@ -141,17 +143,33 @@ class Recording:
         """Keep a metadata record and an attachment with the bag at work and all to come."""
         self._thread.do(self._output.describe_run, name, record, attachment, data)
 
-    def add_topic(self, topic: str, type_name: str, offered: list[QoSProfile], *, foreign: bool = False) -> None:
-        """Open a channel for a topic; ``foreign`` topics may have stamps of another clock.
+    def add_topic(self, topic: str, type_name: str, offered: list[QoSProfile], origin: Origin = Origin.SUITE) -> None:
+        """Open a channel for a topic; the messages of ``origin`` others may have stamps of another clock.
 
         Raises:
             MessageDefinitionError: the type is not installed.
         """
         message_definition(type_name)
-        self._types[topic] = (type_name, foreign)
+        self._types[topic], self._origins[topic] = type_name, origin
+        self._sorter.follow(topic, origin is not Origin.SUITE)
         if is_latched(offered):
             self._latched.add(topic)
         self._thread.do(self._output.add_topic, topic, type_name, offered)
+
+    def set_origin(self, topic: str, origin: Origin) -> None:
+        """Say whose messages a topic has, now that more is known of it."""
+        if origin is self._origins[topic]:
+            return
+        self._origins[topic] = origin
+        self._sorter.follow(topic, origin is not Origin.SUITE)
+        if origin is Origin.OTHERS:
+            for stamp, data in self._sorter.take_back(topic):
+                self._enqueue(self._sorter.add(topic, self._stamp_of_others(stamp), data))
+
+    def begin_suite(self) -> None:
+        """Let time begin anew with the suite's first frame, whatever has been recorded before that."""
+        self._sorter.restart_clock()
+        self._newest_ns, self._last_ns = None, -1
 
     def expect(self, topics: Collection[str], alike: Mapping[str, str]) -> None:
         """Say which topics make a frame complete, and which of them stand for each other; frames leave as soon as all are there."""
@@ -166,24 +184,19 @@ class Recording:
         """
         if self._closed:
             return False
-        type_name, foreign = self._types[topic]
+        type_name, origin = self._types[topic], self._origins[topic]
         stamp = None if type_name in WALL_STAMPED else stamp_ns(type_name, data)
         if stamp is not None and not 0 <= stamp < MAX_TIME_NS:
             self._refuse(topic, stamp)
             return False
-        if topic in self._expected and stamp is not None:
-            if not self._is_new(topic, stamp):
+        if stamp is not None and origin is Origin.OTHERS:
+            stamp = self._stamp_of_others(stamp)
+        elif stamp is not None and (topic in self._expected or topic in self._latched):
+            if not self._is_new(topic, stamp):  # a frame is done again, or a connection is made again to what is latched
                 return False
-            self._newest_ns = stamp
-            if topic not in self._begun and topic not in self._latched:
-                self._begun.add(topic)
-                self._whole_from_ns = max(self._whole_from_ns, stamp)
-        elif foreign and stamp is not None and (self._newest_ns is None or abs(stamp - self._newest_ns) > MAX_STRAY_NS):
-            stamp = None
-        elif stamp is not None and topic in self._latched and not foreign:
-            if not self._is_new(topic, stamp):  # latched messages come again when a connection does
-                return False
-            if topic.endswith("/scene"):
+            if topic in self._expected:
+                self._note_frame(topic, stamp, origin)
+            elif topic.endswith("/scene"):
                 self._seen.begin_room(stamp)
                 self._rooms.append(announced_room(data))
         self._enqueue(self._sorter.add(topic, stamp, data + bytes(-len(data) % 4)))
@@ -236,6 +249,20 @@ class Recording:
         if self.fault:
             raise BagWriteError(self.fault)
 
+    def _stamp_of_others(self, stamp: int) -> int | None:
+        """Return the stamp of a message of others if it can be of the frames' clock; None is logged at the time of the bag."""
+        near = self._newest_ns is not None and abs(stamp - self._newest_ns) <= MAX_STRAY_NS
+        return stamp if near else None
+
+    def _note_frame(self, topic: str, stamp: int, origin: Origin) -> None:
+        """Take the time of a frame from a message that is certainly the suite's."""
+        if origin is not Origin.SUITE:
+            return
+        self._newest_ns = stamp
+        if topic not in self._begun and topic not in self._latched:
+            self._begun.add(topic)
+            self._whole_from_ns = max(self._whole_from_ns, stamp)
+
     def _is_new(self, topic: str, stamp: int) -> bool:
         """Return whether a message comes for the first time; one that does not is done with."""
         new = self._seen.is_new(topic, stamp)
@@ -260,7 +287,7 @@ class Recording:
         for message in batch:
             frames.setdefault(message.log_ns, set()).add(message.topic)
         for message in batch:
-            if message.stamp_ns is None and message.log_ns == 0:
+            if message.stamp_ns is None and self._last_ns < 0:
                 self._hold_early(message.topic, message.data)
                 continue
             first = message.stamp_ns is not None and message.log_ns > self._last_ns
