@@ -27,6 +27,14 @@ class RecordingOptions:
     snapshot_bytes: int = 2**28
 
 
+@dataclass(slots=True)
+class BagNumbers:
+    """How many bags and snapshots were begun; it outlives a recording, so that the next one chooses other names."""
+
+    bags: int = 0
+    snapshots: int = 0
+
+
 class Entry(NamedTuple):
     """A message with its place in the bag: ``first`` of a frame, of one that begins a ``room``; topics that come ``together`` with it."""
 
@@ -54,26 +62,29 @@ def is_latched(offered: list[QoSProfile]) -> bool:
 class BagOutput:
     """At most one open bag, and the last seconds for snapshots.
 
-    Threads: the thread that writes calls every method, so nothing here needs a lock; ``writing`` and ``bags`` may be read by any thread.
+    Threads: the thread that writes calls every method, so nothing here needs a lock; ``writing`` may be read by any thread.
 
     Args:
         make_writer: opens the bag of a folder.
         options: splitting, image compression, snapshots.
+        numbers: of bags and snapshots so far.
         written: counts the messages in bags, by topic.
         warn: called with one line for a message that cannot be kept.
 
     Attributes:
         writing: whether a bag is open.
-        bags: how many were begun.
     """
 
     def __init__(
-        self, make_writer: Callable[[Path], BagWriter], options: RecordingOptions, written: TopicCounts, warn: Callable[[str], None]
+        self,
+        make_writer: Callable[[Path], BagWriter],
+        options: RecordingOptions,
+        numbers: BagNumbers,
+        written: TopicCounts,
+        warn: Callable[[str], None],
     ) -> None:
-        self._make_writer, self._options, self._written, self._warn = make_writer, options, written, warn
+        self._make_writer, self._options, self._numbers, self._written, self._warn = make_writer, options, numbers, written, warn
         self.writing = False
-        self.bags = 0
-        self._snapshots = 0
         self._writer: BagWriter | None = None
         self._topics: dict[str, _Topic] = {}
         self._records: dict[str, dict[str, str]] = {}
@@ -99,9 +110,9 @@ class BagOutput:
         """
         if self._writer is not None:
             raise BagWriteError("a bag is open already")
-        folder = base if not self.bags else base.with_name(f"{base.name}_{self.bags + 1}")
+        folder = base if not self._numbers.bags else base.with_name(f"{base.name}_{self._numbers.bags + 1}")
         writer = self._make_writer(folder)
-        self.bags += 1
+        self._numbers.bags += 1
         self._prepare(writer)
         self._writer, self.writing = writer, True
         self._file_start_ns, self._file_rooms = None, 0
@@ -154,9 +165,9 @@ class BagOutput:
         messages = list(self._ring.content())
         if not messages:
             raise BagWriteError("no snapshot: nothing is kept yet" if self._options.snapshot_s else "no snapshot: snapshot_s is 0")
-        folder = base.with_name(f"{base.name}_{self._snapshots}")
+        folder = base.with_name(f"{base.name}_{self._numbers.snapshots}")
         with self._make_writer(folder) as writer:
-            self._snapshots += 1
+            self._numbers.snapshots += 1
             self._prepare(writer)
             for kept in messages:
                 topic, data = self._kept_form(kept.topic, kept.data)

@@ -14,7 +14,7 @@ from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
 from scene_synth_ros.bags.run_info import JPEG_QUALITY, PARAMETERS_NAME, RECORD_NAME, parameters_file, run_record
 from scene_synth_ros.messages.image_codec import ImageCompression
 from scene_synth_ros.record.accounting import Accounting
-from scene_synth_ros.record.bag_output import RecordingOptions
+from scene_synth_ros.record.bag_output import BagNumbers, RecordingOptions
 from scene_synth_ros.record.bag_services import BagServices
 from scene_synth_ros.record.parameter_collector import ParameterCollector
 from scene_synth_ros.record.recorder_config import RecorderConfig, read_pairs
@@ -53,6 +53,7 @@ class RecorderNode(SuiteNode):
         if not config.bag:
             raise ParameterError("recorder_node: parameter bag: expected a folder that does not exist yet, got ''; set -p bag:=FOLDER")
         self._custom_data = read_pairs(config.custom_data)
+        self._numbers = BagNumbers()
         self._closed = True
         self.begin(config.autostart)
 
@@ -68,7 +69,7 @@ class RecorderNode(SuiteNode):
         self._state, self._warning, self._last_status = "starting", "", ""
         self._finish_asked = ""
         with ExitStack() as undo:
-            self._recording = Recording(self._make_writer, options, self._warn, self.get_logger().fatal)
+            self._recording = Recording(self._make_writer, options, self._warn, self.get_logger().fatal, self._numbers)
             undo.callback(self._recording.close)
             self._accounting = Accounting()
             self._inputs = TopicInputs(self, config, self._recording, self._accounting.received, self._warn)
@@ -200,7 +201,7 @@ class RecorderNode(SuiteNode):
             "waiting_bytes": recording.waiting_bytes,
             "waiting_messages": recording.waiting_messages,
             "last_room": self._rooms.done_scene,
-            "bags": recording.bags,
+            "bags": self._numbers.bags,
             "repeats_left_out": recording.repeats,
             "late": recording.late,
             "refused": recording.refused,

@@ -14,7 +14,7 @@ from scene_synth_ros.bags.bag_writer import MAX_TIME_NS, BagWriteError, BagWrite
 from scene_synth_ros.messages.message_definitions import TF_MESSAGE, message_definition
 from scene_synth_ros.messages.stamps import NANOSECONDS, AnnouncedRoom, announced_room, stamp_ns
 from scene_synth_ros.messages.timed_pose import TimedPose
-from scene_synth_ros.record.bag_output import BagOutput, Entry, RecordingOptions, is_latched
+from scene_synth_ros.record.bag_output import BagNumbers, BagOutput, Entry, RecordingOptions, is_latched
 from scene_synth_ros.record.bag_thread import BagThread
 from scene_synth_ros.record.camera_transforms import CameraTransforms
 from scene_synth_ros.record.frame_sorter import FrameSorter, OrderedMessage
@@ -46,6 +46,7 @@ class Recording:
         options: splitting, image compression, snapshots.
         warn: called with one line for messages that cannot be kept.
         log_fault: called with the traceback of a fault of the program that has ended the writing.
+        numbers: of bags and snapshots, where an earlier recording has made some.
         queue_size: messages that may wait for the disk.
 
     Attributes:
@@ -60,11 +61,12 @@ class Recording:
         options: RecordingOptions | None = None,
         warn: Callable[[str], None] = lambda _: None,
         log_fault: Callable[[str], None] = lambda _: None,
+        numbers: BagNumbers | None = None,
         queue_size: int = 256,
     ) -> None:
         self.taken, self.written, self.refused = TopicCounts(), TopicCounts(), 0
         self._warn = warn
-        self._output = BagOutput(make_writer, options or RecordingOptions(), self.written, warn)
+        self._output = BagOutput(make_writer, options or RecordingOptions(), numbers or BagNumbers(), self.written, warn)
         self._thread = BagThread(log_fault, queue_size)
         self._closed = False
         self._types: dict[str, str] = {}
@@ -101,11 +103,6 @@ class Recording:
     def writing(self) -> bool:
         """Whether a bag is open."""
         return self._output.writing
-
-    @property
-    def bags(self) -> int:
-        """How many bags were begun."""
-        return self._output.bags
 
     @property
     def waiting_bytes(self) -> int:

@@ -11,7 +11,7 @@ from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 
 from scene_synth_ros.messages.message_definitions import MessageDefinitionError, message_class
-from scene_synth_ros.messages.timed_pose import read_pose
+from scene_synth_ros.messages.timed_pose import PoseReadError, read_pose
 from scene_synth_ros.record.recorder_config import RecorderConfig
 from scene_synth_ros.record.recorder_qos import complete_qos, matching_qos
 from scene_synth_ros.record.recording import Recording
@@ -107,6 +107,9 @@ class TopicInputs:
         def on_message(data: bytes) -> None:
             self._received[topic] += 1
             if self._recording.add(topic, data) and camera:
-                self._recording.add_pose(read_pose(data), camera)
+                try:
+                    self._recording.add_pose(read_pose(data), camera)
+                except PoseReadError as error:
+                    self._warn(f"{topic}: {error}; it has no transform")
 
         return on_message
