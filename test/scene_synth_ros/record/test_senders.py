@@ -12,7 +12,8 @@ from std_msgs.msg import Header, String
 
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_writer import BagWriter
-from scene_synth_ros.record.recording import MAX_STRAY_NS, Recording
+from scene_synth_ros.record.frame_intake import MAX_STRAY_NS
+from scene_synth_ros.record.recording import Recording
 from scene_synth_ros.record.senders import PATIENCE, Origin, Senders
 from scene_synth_ros.suite.connections import Endpoint
 from scene_synth_ros.suite.qos import latched_qos
@@ -123,7 +124,7 @@ def test_wall_time_from_inside_the_namespace_drags_no_frame_along(tmp_path: Path
             recording.add(STRANGER, point(WALL_S + second + number / 40))
         for topic in FRAME:
             recording.add(topic, point(second))
-    assert recording.late == 0
+    assert recording.intake.late == 0
     recording.set_origin(STRANGER, Origin.OTHERS)
     recording.close()
     for topic in FRAME:
@@ -144,7 +145,7 @@ def test_wall_time_on_a_topic_of_the_frames_drags_no_frame_along(tmp_path: Path)
             recording.add(topic, point(second))
     recording.close()
     assert log_times(tmp_path / "bag", FRAME[1]) == list(range(10))
-    assert recording.late == 0
+    assert recording.intake.late == 0
 
 
 def test_near_stamps_of_others_keep_their_place_and_hold_no_frame_up(tmp_path: Path) -> None:
@@ -153,7 +154,7 @@ def test_near_stamps_of_others_keep_their_place_and_hold_no_frame_up(tmp_path: P
         for topic in FRAME:
             recording.add(topic, point(second))
         recording.add(STRANGER, point(second + 0.5))
-        assert recording.waiting_bytes < 2 * len(point(0)), "no frame waits for what others do not say"
+        assert recording.intake.waiting_bytes < 2 * len(point(0)), "no frame waits for what others do not say"
     for number in range(200):
         recording.add(STRANGER, point(9.5 + number / 10))
     recording.add(FRAME[0], point(10))

@@ -60,7 +60,7 @@ def test_a_negative_stamp_before_the_first_frame_is_refused_and_the_rest_is_writ
         recording.add("/a", point(second))
     in_time(recording.flush)
     in_time(recording.close)
-    assert (recording.refused, recording.fault) == (1, "")
+    assert (recording.intake.refused, recording.fault) == (1, "")
     assert told == ["/odd: a message was refused: expected a stamp from 0 to 9223372036 s, got -5.000000000 s"]
     assert recording.taken.total() == 19, "a refused message is done with"
     with BagReader(tmp_path / "bag") as reader:
@@ -75,7 +75,7 @@ def test_stamps_that_no_bag_can_hold_are_refused_where_they_come_in(tmp_path: Pa
     assert recording.add("/a", text(stamp_ns)) is False
     assert recording.add("/a", text(2**63 - 2)) is True
     in_time(recording.close)
-    assert (recording.refused, recording.written.copy(), recording.fault) == (1, {"/a": 1}, "")
+    assert (recording.intake.refused, recording.written.copy(), recording.fault) == (1, {"/a": 1}, "")
 
 
 class Faulty:
