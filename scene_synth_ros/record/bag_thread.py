@@ -12,6 +12,7 @@ from scene_synth_ros.bags.bag_writer import BagWriteError
 from scene_synth_ros.bags.bounded_thread import BoundedThread
 
 P = ParamSpec("P")
+_CAUSED_BY_USERS = (SceneSynthError, OSError)
 
 
 class BagThread:
@@ -72,16 +73,19 @@ class BagThread:
             raise BagWriteError(self.fault)
         try:
             return job()
-        except BagWriteError:
-            raise
+        except _CAUSED_BY_USERS as error:
+            raise BagWriteError(_line(error)) from error
         except Exception as error:
             self._take_fault(error)
             raise BagWriteError(self.fault) from error
 
     def _take_fault(self, error: Exception) -> None:
-        if isinstance(error, SceneSynthError):
-            self.fault = self.fault or str(error)
-            return
-        self._log_fault("".join(traceback.format_exception(error)))
-        kind, text = type(error).__name__, " ".join(str(error).split())
-        self.fault = self.fault or f"the recording ends because of a fault of the program, see its log: {kind}: {text}"
+        text = _line(error)
+        if not isinstance(error, _CAUSED_BY_USERS):
+            self._log_fault("".join(traceback.format_exception(error)))
+            text = f"the recording ends because of a fault of the program, see its log: {type(error).__name__}: {text}"
+        self.fault = self.fault or text
+
+
+def _line(error: Exception) -> str:
+    return " ".join(str(error).split())
