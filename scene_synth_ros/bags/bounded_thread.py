@@ -26,12 +26,6 @@ class BoundedThread(ThreadPoolExecutor):
     def __init__(self, name: str, places: int) -> None:
         super().__init__(1, name)
         self._free = BoundedSemaphore(places)
-        self._submitted = self._done = 0
-
-    @property
-    def waiting(self) -> int:
-        """How many jobs wait or are at work."""
-        return self._submitted - self._done
 
     def submit(self, job: Callable[P, T], /, *values: P.args, **named: P.kwargs) -> Future[T]:
         """Hand over a job when there is a place for it.
@@ -41,14 +35,13 @@ class BoundedThread(ThreadPoolExecutor):
         """
         self._free.acquire()
         try:
-            future = super().submit(job, *values, **named)
+            return super().submit(self._run, job, *values, **named)
         except RuntimeError:
             self._free.release()
             raise
-        self._submitted += 1
-        future.add_done_callback(self._count)
-        return future
 
-    def _count(self, _: Future[T]) -> None:
-        self._done += 1
-        self._free.release()
+    def _run(self, job: Callable[P, T], /, *values: P.args, **named: P.kwargs) -> T:
+        try:
+            return job(*values, **named)
+        finally:
+            self._free.release()

@@ -34,11 +34,6 @@ class BagThread:
         self._pool = BoundedThread("bag", places)
         self._closed = False
 
-    @property
-    def waiting(self) -> int:
-        """How many jobs wait or are at work."""
-        return self._pool.waiting
-
     def do(self, job: Callable[P, object], *values: P.args, **named: P.kwargs) -> None:
         """Do a job; whatever it raises is a fault.  Once the thread has ended, nothing is done."""
         if not self._closed:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from concurrent.futures import Future
 from pathlib import Path
 
@@ -23,6 +23,8 @@ from scene_synth_ros.suite.qos import latched_qos, stream_qos
 
 MAX_EARLY = 1000
 """How many messages without stamps wait for the first frame."""
+JOBS_WAITING, JOB_SIZE = 16, 16
+"""How many jobs may wait for the disk, of how many messages each; more keep whoever brings them waiting."""
 TRANSFORM_TOPICS = (("/tf", stream_qos(100)), ("/tf_static", latched_qos()))
 
 
@@ -41,7 +43,7 @@ class Recording:
         warn: called with one line for messages that cannot be kept.
         log_fault: called with the traceback of a fault of the program that has ended the writing.
         numbers: of bags and snapshots, where an earlier recording has made some.
-        queue_size: messages that may wait for the disk.
+        jobs_waiting: how many times ``JOB_SIZE`` messages may wait for the disk.
 
     Attributes:
         taken: messages received and done with, by topic: written, or left out on purpose.
@@ -56,18 +58,19 @@ class Recording:
         warn: Callable[[str], None] = lambda _: None,
         log_fault: Callable[[str], None] = lambda _: None,
         numbers: BagNumbers | None = None,
-        queue_size: int = 256,
+        jobs_waiting: int = JOBS_WAITING,
     ) -> None:
         self.taken, self.written = TopicCounts(), TopicCounts()
         self._warn = warn
         self._output = BagOutput(make_writer, options or RecordingOptions(), numbers or BagNumbers(), self.written, warn)
-        self._thread = BagThread(log_fault, queue_size)
+        self._thread = BagThread(log_fault, jobs_waiting)
         self._closed = False
         self.intake = FrameIntake(warn)
         self._topics: set[str] = set()
         self._early: list[tuple[str, bytes, int]] = []
         self._transforms = CameraTransforms()
         self._last_ns = -1
+        self._brought = 0
 
     @property
     def fault(self) -> str:
@@ -82,7 +85,7 @@ class Recording:
     @property
     def waiting_messages(self) -> int:
         """Messages that wait for the disk."""
-        return self._thread.waiting
+        return self._brought - self.taken.total()
 
     def begin(self, base: Path) -> Future[str]:
         """Open the next bag, ``base``, then ``base_2`` and so on, after everything received so far; the future is its folder.
@@ -140,6 +143,7 @@ class Recording:
             return False
         released = self.intake.add(topic, data)
         if released is None:
+            self._brought += 1
             self.taken.add(topic)
             return False
         self._enqueue(released)
@@ -173,18 +177,19 @@ class Recording:
             return
         self._closed = True
         self._enqueue(self.intake.flush_complete())
-        for topic, data, arrival_ns in self._early:  # nothing had a stamp
-            self._hand_over(Entry(topic, data, arrival_ns))
+        self._hand_over([Entry(topic, data, arrival_ns) for topic, data, arrival_ns in self._early])  # nothing had a stamp
         self._thread.do(self._output.end)
         self._thread.close()
         if self.fault:
             raise BagWriteError(self.fault)
 
     def _enqueue(self, messages: Iterable[OrderedMessage]) -> None:
+        """Say of messages in order which begin a frame or a room, and hand them over."""
         batch = list(messages)
         frames: dict[int, set[str]] = {}
         for message in batch:
             frames.setdefault(message.log_ns, set()).add(message.topic)
+        entries: list[Entry] = []
         for message in batch:
             if message.stamp_ns is None and self._last_ns < 0:
                 self._hold_early(message.topic, message.data)
@@ -193,19 +198,27 @@ class Recording:
             together = frozenset(frames[message.log_ns]) if first else frozenset()
             room = first and any(topic.endswith("/scene") for topic in together)
             self._last_ns = max(self._last_ns, message.log_ns)
-            for topic, data, _ in self._early:
-                self._hand_over(Entry(topic, data, message.log_ns))
+            entries += [Entry(topic, data, message.log_ns) for topic, data, _ in self._early]
             self._early = []
-            self._hand_over(Entry(message.topic, message.data, message.log_ns, first, room, together))
+            entries.append(Entry(message.topic, message.data, message.log_ns, first, room, together))
+        self._hand_over(entries)
 
-    def _hand_over(self, entry: Entry) -> None:
-        self._thread.do(self._write, entry)
+    def _hand_over(self, entries: Sequence[Entry]) -> None:
+        self._brought += len(entries)
+        for start in range(0, len(entries), JOB_SIZE):
+            self._thread.do(self._write, entries[start : start + JOB_SIZE])
 
-    def _write(self, entry: Entry) -> None:
-        """Write a message, unless writing has ended; in the thread that writes."""
-        self.taken.add(entry.topic)
-        if not self.fault:
-            self._output.write(entry)
+    def _write(self, entries: Sequence[Entry]) -> None:
+        """Write messages, unless writing has ended; in the thread that writes."""
+        left = iter(entries)
+        try:
+            for entry in left:
+                self.taken.add(entry.topic)
+                if not self.fault:
+                    self._output.write(entry)
+        finally:
+            for entry in left:  # dropped because of a fault, and done with
+                self.taken.add(entry.topic)
 
     def _hold_early(self, topic: str, data: bytes) -> None:
         """Keep a message that has no stamp until there is a first frame whose time it can have."""

@@ -103,7 +103,7 @@ class Faulty:
 )
 def test_any_exception_of_the_writer_is_told_and_nothing_hangs(tmp_path: Path, call: str, after: int) -> None:
     logged: list[str] = []
-    recording = Recording(lambda folder: Faulty(folder, call, after), log_fault=logged.append, queue_size=4)
+    recording = Recording(lambda folder: Faulty(folder, call, after), log_fault=logged.append, jobs_waiting=1)
     recording.add_topic("/a", POINT, [QoSProfile(depth=10)])
     recording.begin(tmp_path / "bag").result(DEADLINE_S)
 
@@ -122,6 +122,7 @@ def test_any_exception_of_the_writer_is_told_and_nothing_hangs(tmp_path: Path, c
     assert in_time(record) is None
     assert recording.fault.endswith(f"ZeroDivisionError: {call} of a faulty writer")
     assert len(logged) == 1 and "Traceback" in logged[0] and f"{call} of a faulty writer" in logged[0]
+    assert recording.waiting_messages == 0
     assert recording.taken["/a"] == 60, "what comes after the fault is taken and dropped, or whoever publishes would wait"
     with pytest.raises(BagWriteError, match="faulty writer"):
         recording.end().result(DEADLINE_S)
