@@ -14,9 +14,9 @@ T = TypeVar("T")
 class BoundedThread(ThreadPoolExecutor):
     """A ``ThreadPoolExecutor`` of one thread whose ``submit`` waits while too many jobs wait.
 
-    A job that raises leaves its exception in its future and the thread goes on with the next.
+    Threads: any thread may submit; jobs run in the thread of this object, one at a time.  The semaphore counts the free places.
 
-    Threads: one thread submits; jobs run in the thread of this object.  The semaphore counts the free places.
+    A job that raises leaves its exception in its future, and the thread goes on with the next.
 
     Args:
         name: of the thread.

@@ -35,15 +35,15 @@ from scene_synth_ros.suite.trim_heap import give_back_memory
 class RecorderNode(SuiteNode):
     """Records topics as raw CDR, ordered by stamp, into bags.
 
+    Threads: callbacks run in the thread of the executor; what belongs to one life, from *configure* to *cleanup*, is made in ``open``, and
+    the thread that writes is part of it (:class:`Recording`).  That one calls ``_warn`` too, which sets one attribute and logs.
+
     Subscribes: every topic that the parameters name, as soon as it appears, with the QoS that its publishers offer; ``status``.
     Publishes: ``status`` (latched), with which lock-step and back-pressure work; ``/diagnostics``.
     Services (std_srvs/Trigger): ``~/start`` (opens the next bag, ``<bag>``, then ``<bag>_2``), ``~/stop`` (closes it; the run goes on),
     ``~/split`` (a new file with the next frame), ``~/snapshot`` (the last ``snapshot_s`` as ``<bag>_snapshot_<n>``).
     Parameters: the fields of ``RecorderConfig``; ``split.`` SplitPolicy; ``images.`` ImageCompression.
     ``/tf`` and ``/tf_static`` are written from the camera poses, so that bags have them also where tf2_msgs is not installed.
-
-    Threads: callbacks run in the thread of the executor; what belongs to one life, from *configure* to *cleanup*, is made in ``open``, and
-    the thread that writes is part of it (:class:`Recording`).  That one calls ``_warn`` too, which sets one attribute and logs.
     """
 
     def __init__(self, **options: Any) -> None:

@@ -31,11 +31,11 @@ TRANSFORM_TOPICS = (("/tf", stream_qos(100)), ("/tf_static", latched_qos()))
 class Recording:
     """One life of the recorder: bags, one after the other, and the thread that writes them; ``close`` ends both.
 
-    Transforms are derived from the camera poses and written to ``/tf`` and ``/tf_static`` whether or not anybody publishes them.
-
     Threads: the thread of the node's executor calls every method; what waits for its frame (:class:`FrameIntake`) belongs to it.  The
     thread that writes owns the bags (:class:`BagOutput`) and gets everything through the queue of :class:`BagThread`; ``add`` waits while
     that is full.  Both count in ``taken`` and ``written``, which have a lock; ``warn`` is called from both, ``log_fault`` from the second.
+
+    Transforms are derived from the camera poses and written to ``/tf`` and ``/tf_static`` whether or not anybody publishes them.
 
     Args:
         make_writer: opens the bag of a folder.

@@ -25,9 +25,9 @@ class Origin(Enum):
 class Senders:
     """Judges topics by the nodes that publish them; a node is of the suite once its status has been heard.
 
-    Where no grammar node and no renderer has been heard, as with a replay, what is in the namespace is taken for the suite's.
-
     Threads: the thread of the node's executor only.
+
+    Where no grammar node and no renderer has been heard, as with a replay, what is in the namespace is taken for the suite's.
 
     Args:
         publishers_of: returns the publishers of a topic that are known now.

@@ -7,12 +7,15 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 
 import pytest
 from bag_readers import count_in_stream, read_mcap, read_rosbags
 from bag_samples import frame_messages, write_bag
 from mcap.stream_reader import StreamReader
 
+from scene_synth_ros.bags.bag_manifest import ManifestBuilder
+from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
 from scene_synth_ros.mcap.file import McapFile
 
@@ -211,3 +214,18 @@ def test_a_file_that_cannot_be_begun_leaves_nothing_open_and_the_files_before_it
         writer.write("/a", bytes(8), 2, 2)
     writer.close()
     assert [stamp for _, stamp, _ in read_rosbags(tmp_path / "bag")[0]] == [1]
+
+
+def test_a_fault_in_the_thread_of_the_manifest_is_told_and_the_bag_goes_without_it(tmp_path, monkeypatch):
+    writer = BagWriter(tmp_path / "bag")
+    writer.add_topic("/a", "std_msgs/msg/String")
+    monkeypatch.setattr(ManifestBuilder, "add", fail)
+    writer.write("/a", bytes(8), 1, 1)
+    with pytest.raises(ZeroDivisionError, match="nobody foresaw this"):
+        for _ in range(100):
+            writer.write("/a", bytes(8), 2, 2)
+            time.sleep(0.05)
+    writer.close()
+    with BagReader(tmp_path / "bag") as reader:
+        assert reader.summary.finished and reader.summary.message_count >= 1
+        assert not reader.manifests()
