@@ -11,7 +11,7 @@ from rclpy.node import Node
 from sensor_msgs.msg import Image
 
 from scene_synth_ros.messages.stamps import stamp_ns
-from scene_synth_ros.record.recorder_node import QUEUE_DEPTH
+from scene_synth_ros.record.topic_inputs import QUEUE_DEPTH
 from scene_synth_ros.suite.qos import stream_qos
 
 STREAMED = ("color", "depth", "normals", "semantic", "instance")

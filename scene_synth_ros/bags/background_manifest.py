@@ -2,37 +2,45 @@
 
 from __future__ import annotations
 
-import threading
-from concurrent.futures import ThreadPoolExecutor
-
 from scene_synth_ros.bags.bag_manifest import ManifestBuilder
+from scene_synth_ros.bags.bounded_thread import BoundedThread
 
 _MAX_WAITING = 64
 
 
 class BackgroundManifest:
-    """A :class:`~scene_synth_ros.bags.bag_manifest.ManifestBuilder` with a thread of its own; ``add`` waits while that is behind."""
+    """A :class:`~scene_synth_ros.bags.bag_manifest.ManifestBuilder` with a thread of its own; ``add`` waits while that is behind.
+
+    Threads: the thread that writes the file calls every method; the builder is used by the thread of this object only, whose first
+    exception the next call raises again.
+    """
 
     def __init__(self) -> None:
         self._builder = ManifestBuilder()
-        self._pool = ThreadPoolExecutor(1, "manifest")
-        self._room = threading.BoundedSemaphore(_MAX_WAITING)
+        self._pool = BoundedThread("manifest", _MAX_WAITING)
+        self._fault: Exception | None = None
 
     def add(self, topic: str, log_ns: int, data: bytes) -> None:
         """Take a message."""
-        self._room.acquire()
+        self._refuse_fault()
         self._pool.submit(self._take, topic, log_ns, data)
 
     def _take(self, topic: str, log_ns: int, data: bytes) -> None:
         try:
             self._builder.add(topic, log_ns, data)
-        finally:
-            self._room.release()
+        except Exception as error:  # kept for whoever writes the file
+            self._fault = self._fault or error
 
     def to_json(self) -> bytes:
         """Return the manifest of all messages taken so far, as it is attached to a file."""
-        return self._pool.submit(self._builder.to_json).result()
+        text = self._pool.submit(self._builder.to_json).result()
+        self._refuse_fault()
+        return text
 
     def close(self) -> None:
         """End the thread; harmless when repeated."""
         self._pool.shutdown(cancel_futures=True)
+
+    def _refuse_fault(self) -> None:
+        if self._fault is not None:
+            raise self._fault

@@ -98,7 +98,11 @@ class BagFile:
     def write(self, topic: str, log_ns: int, publish_ns: int, data: bytes) -> None:
         """Add a message to the chunk in progress, which is written when it is full."""
         if self._manifest is not None:
-            self._manifest.add(topic, log_ns, data)
+            try:
+                self._manifest.add(topic, log_ns, data)
+            except Exception:  # of its thread; the file goes without a manifest, and whoever writes it hears why
+                self.forget_manifest()
+                raise
         self._mcap.add_message(self._channel_ids[topic], log_ns, publish_ns, data)
         if not self._mcap.waiting_messages:
             self._after_chunk()

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import threading
 from collections import Counter, deque
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
@@ -22,7 +21,7 @@ from scene_synth_ros.bags.qos_metadata import OfferedQos, RosQosProfile, offered
 from scene_synth_ros.mcap.file import COMPRESSIONS, MAX_LEVEL, MAX_TIME_NS
 from scene_synth_ros.messages.message_definitions import MessageDefinition, message_definition
 
-__all__ = ["ACTIVE_SUFFIX", "BagWriteError", "BagWriter"]
+__all__ = ["ACTIVE_SUFFIX", "MAX_TIME_NS", "BagWriteError", "BagWriter"]
 
 DEFAULT_CHUNK_SIZE = 4 * 2**20
 _MAX_KEPT = 100
@@ -40,7 +39,9 @@ class _Latched(NamedTuple):
 
 
 class BagWriter:
-    """Writes messages that are already serialised.  Threads may share it; memory is bounded by one chunk and one message.
+    """Writes messages that are already serialised; memory is bounded by one chunk and one message.
+
+    Threads: one thread calls every method.  A file sums up its manifest and syncs its last chunk in threads of its own, which end with it.
 
     Every chunk is synced to disk, so a killed process loses at most the chunk in progress.  When a chunk cannot be written (full disk,
     quota, failing device), it is cut off and the bag is finished at once with everything before it, from space reserved at the start;
@@ -92,7 +93,6 @@ class BagWriter:
         self._repeated = 0
         self._done: list[tuple[FileInfo, dict[str, int]]] = []
         self._done_size = 0
-        self._lock = threading.Lock()
         self._closed = False
         self._failure = ""
         self._make_folder()
@@ -128,7 +128,7 @@ class BagWriter:
             file.add_record("rosbag2", {"serialized_metadata": file.metadata_record(self.custom_data)})
             for name, record in self._records.items():
                 file.add_record(name, record)
-        except OSError:
+        except BaseException:
             file.discard()
             raise
         return file
@@ -183,15 +183,14 @@ class BagWriter:
             raise ValueError(f"topic {name}: expected type {known.type_name} as before, got {type_name}")
         definition = definition or message_definition(type_name)
         offered = tuple(qos if isinstance(qos, OfferedQos) else offered_qos(qos) for qos in qos_profiles)
-        with self._lock:
-            self._refuse_closed()
-            if name in self._topics:
-                return
-            topic = TopicInfo(name=name, type_name=type_name, type_hash=definition.type_hash, qos=offered)
-            self._file.add_topic(topic, definition)
-            self._topics[name], self._definitions[name] = topic, definition
-            if offered and all(qos.durability == "transient_local" for qos in offered):
-                self._latched[name] = deque(maxlen=min(max(1, *(qos.depth for qos in offered)), _MAX_KEPT))
+        self._refuse_closed()
+        if name in self._topics:
+            return
+        topic = TopicInfo(name=name, type_name=type_name, type_hash=definition.type_hash, qos=offered)
+        self._file.add_topic(topic, definition)
+        self._topics[name], self._definitions[name] = topic, definition
+        if offered and all(qos.durability == "transient_local" for qos in offered):
+            self._latched[name] = deque(maxlen=min(max(1, *(qos.depth for qos in offered)), _MAX_KEPT))
 
     def set_record(self, name: str, data: Mapping[str, str]) -> None:
         """Put a metadata record into this file, now and at its end, and into every later one; it replaces one of the same name.
@@ -199,15 +198,14 @@ class BagWriter:
         Raises:
             BagWriteError: the disk refused it, or the bag is closed.
         """
-        with self._lock:
-            self._refuse_closed()
-            if self._records.get(name) == data:
-                return
-            self._records[name] = dict(data)
-            try:
-                self._file.add_record(name, data)
-            except OSError as error:
-                self._give_up(error)
+        self._refuse_closed()
+        if self._records.get(name) == data:
+            return
+        self._records[name] = dict(data)
+        try:
+            self._file.add_record(name, data)
+        except OSError as error:
+            self._give_up(error)
 
     def set_attachment(self, name: str, data: bytes) -> None:
         """Attach a file at the end of this file of the bag and of every later one."""
@@ -231,15 +229,14 @@ class BagWriter:
         if not (0 <= log_ns < MAX_TIME_NS and 0 <= publish_ns < MAX_TIME_NS):
             raise ValueError(f"topic {topic}: expected times from 0 to {MAX_TIME_NS} ns, got {log_ns} and {publish_ns}")
         data = cdr if isinstance(cdr, bytes) else bytes(cdr)
-        with self._lock:
-            self._refuse_closed()
-            self._accepted[topic] += 1
-            if topic in self._latched:
-                self._latched[topic].append(_Latched(publish_ns, data))
-            try:
-                self._file.write(topic, log_ns, publish_ns, data)
-            except OSError as error:
-                self._give_up(error)
+        self._refuse_closed()
+        self._accepted[topic] += 1
+        if topic in self._latched:
+            self._latched[topic].append(_Latched(publish_ns, data))
+        try:
+            self._file.write(topic, log_ns, publish_ns, data)
+        except OSError as error:
+            self._give_up(error)
 
     def _flush_file(self) -> None:
         try:
@@ -253,9 +250,8 @@ class BagWriter:
         Raises:
             BagWriteError: the disk refused it; the bag is then closed and whole.
         """
-        with self._lock:
-            self._refuse_closed()
-            self._flush_file()
+        self._refuse_closed()
+        self._flush_file()
 
     def split(self, log_ns: int, without: Collection[str] = ()) -> None:
         """Finish the file in progress and go on in a new one, which begins with the last messages of the latched topics.
@@ -267,32 +263,34 @@ class BagWriter:
         Raises:
             BagWriteError: the disk refused it; the bag is then closed and whole.
         """
-        with self._lock:
-            self._refuse_closed()
-            self._flush_file()
-            try:
-                self._end_file()
-            except OSError as error:
-                self._file.drop_last_chunk(error)
-                self._give_up(error)
-            self._next_file()
-            try:
-                for topic, messages in self._latched.items():
-                    for message in () if topic in without else messages:
-                        self._file.write(topic, log_ns, message.publish_ns, message.data)
-                        self._repeated += 1
-            except OSError as error:
-                self._give_up(error)
+        self._refuse_closed()
+        self._flush_file()
+        try:
+            self._end_file()
+        except OSError as error:
+            self._file.drop_last_chunk(error)
+            self._give_up(error)
+        self._next_file()
+        try:
+            for topic, messages in self._latched.items():
+                for message in () if topic in without else messages:
+                    self._file.write(topic, log_ns, message.publish_ns, message.data)
+                    self._repeated += 1
+        except OSError as error:
+            self._give_up(error)
 
     def _next_file(self) -> None:
         size = self._file.size
         try:
             self._file = self._open_file()
-        except OSError as error:
+        except BaseException as error:
             self._closed = True
             os.close(self._folder_fd)
-            self._failure = self._describe(f"cannot split bag {self.directory}: {error.strerror or error}", "the bag is whole")
-            raise BagWriteError(self._failure) from None
+            reason = error.strerror if isinstance(error, OSError) else None
+            self._failure = self._describe(f"cannot split bag {self.directory}: {reason or error}", "the bag is whole")
+            if isinstance(error, OSError):
+                raise BagWriteError(self._failure) from None
+            raise
         self._done_size += size
 
     def close(self) -> None:
@@ -301,14 +299,13 @@ class BagWriter:
         Raises:
             BagWriteError: the disk refused the ending; the message says what is saved.
         """
-        with self._lock:
-            if self._closed:
-                return
-            self._flush_file()
-            self._closed = True
-            self._finish("")
-            if self._failure:
-                raise BagWriteError(self._failure)
+        if self._closed:
+            return
+        self._flush_file()
+        self._closed = True
+        self._finish("")
+        if self._failure:
+            raise BagWriteError(self._failure)
 
     def __enter__(self) -> BagWriter:
         return self

@@ -6,6 +6,7 @@ import os
 import struct
 import zlib
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
 from typing import NamedTuple
@@ -21,6 +22,7 @@ from scene_synth_ros.mcap.records import (
     RecordError,
     decode,
     open_chunk,
+    read_prefix,
     read_record,
     read_records,
     take_record,
@@ -29,6 +31,7 @@ from scene_synth_ros.mcap.records import (
 MAX_ATTACHMENT_SIZE = 64 * 2**20
 MAGIC = b"\x89MCAP0\r\n"
 
+_MOST = {int(Opcode.ATTACHMENT): MAX_ATTACHMENT_SIZE}
 _FOOTER_SIZE = PREFIX_SIZE + 20
 _CHUNK_TIMES = struct.Struct("<QQ")
 
@@ -60,7 +63,7 @@ class McapContents:
         time_range_ns: first and last log time; None without messages.
         finished: whether the file ends as it should.
         metadata: metadata records by name, the last of each.
-        attachments: attached files of at most ``MAX_ATTACHMENT_SIZE`` bytes by name.
+        attachments: attached files by name; those larger than ``MAX_ATTACHMENT_SIZE`` are not read.
 
     Raises:
         McapReadError: the file cannot be read or is no MCAP file.
@@ -77,12 +80,14 @@ class McapContents:
         self._report = report
         self._schemas: dict[int, Schema] = {}
         self._chunks: list[ChunkIndex] | None = None
-        try:
-            self._file = path.open("rb")
-            self._size = os.fstat(self._file.fileno()).st_size
-            self._open()
-        except OSError as error:
-            raise McapReadError(f"{path}: {error.strerror or error}") from None
+        with ExitStack() as undo:
+            try:
+                self._file = undo.enter_context(path.open("rb"))
+                self._size = os.fstat(self._file.fileno()).st_size
+                self._open()
+            except OSError as error:
+                raise McapReadError(f"{path}: {error.strerror or error}") from None
+            undo.pop_all()
 
     def __enter__(self) -> McapContents:
         return self
@@ -102,7 +107,6 @@ class McapContents:
     def _open(self) -> None:
         magic = self._file.read(len(MAGIC))
         if magic != MAGIC:
-            self._file.close()
             raise McapReadError(f"{self.path}: " + ("the file is empty" if not magic else "no MCAP file, its first bytes are not MCAP's"))
         try:
             header = read_record(self._file, len(MAGIC), self._size)
@@ -110,7 +114,6 @@ class McapContents:
                 raise RecordError("it does not begin with a header record")
             decode(Header, header.body)
         except RecordError as error:
-            self._file.close()
             raise McapReadError(f"{self.path}: no MCAP file: {error}") from None
         self._data_start = len(MAGIC) + PREFIX_SIZE + len(header.body)
         try:
@@ -186,15 +189,15 @@ class McapContents:
         self.metadata[metadata.name] = metadata.metadata
 
     def _take_indexed_attachment(self, index: AttachmentIndex) -> None:
-        record = read_record(self._file, index.offset, self._size)
-        if record.opcode != Opcode.ATTACHMENT:
+        opcode, length = read_prefix(self._file, index.offset, self._size)
+        if opcode != Opcode.ATTACHMENT:
             raise RecordError(f"index damaged, no attachment at byte {index.offset}")
-        self._take_attachment(record.body)
+        if length <= MAX_ATTACHMENT_SIZE:
+            self._take_attachment(read_record(self._file, index.offset, self._size).body)
 
     def _take_attachment(self, body: bytes) -> None:
-        if len(body) <= MAX_ATTACHMENT_SIZE:
-            attachment = decode(Attachment, body)
-            self.attachments[attachment.name] = attachment.data
+        attachment = decode(Attachment, body)
+        self.attachments[attachment.name] = attachment.data
 
     def _define(self, content: ChunkContent) -> None:
         """Take over schemas and channels; the first definition of an id holds."""
@@ -262,7 +265,7 @@ class McapContents:
     def _read_through(self, start_ns: int = 0, report: Callable[[str], None] = lambda _: None) -> Iterator[ChunkContent]:
         """Yield what the file holds, chunk by chunk, up to its end or to the last whole record."""
         try:
-            for record in read_records(self._file, self._data_start, self._size):
+            for record in read_records(self._file, self._data_start, self._size, _MOST):
                 if record.opcode == Opcode.DATA_END:
                     return
                 if record.opcode == Opcode.METADATA:

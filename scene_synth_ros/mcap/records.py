@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from io import BytesIO
+from types import MappingProxyType
 from typing import BinaryIO, NamedTuple, TypeVar
 
 import lz4.frame
@@ -58,11 +59,11 @@ class ChunkContent(NamedTuple):
     messages: list[RawMessage]
 
 
-def read_record(file: BinaryIO, offset: int, end: int) -> Record:
-    """Read the record at ``offset`` of a file that ends at ``end``.
+def read_prefix(file: BinaryIO, offset: int, end: int) -> tuple[int, int]:
+    """Read opcode and body length (bytes) of the record at ``offset`` of a file that ends at ``end``.
 
     Raises:
-        RecordError: the record does not end before ``end``, or is larger than ``MAX_RECORD_SIZE``.
+        RecordError: the record does not end before ``end``.
     """
     if end - offset < PREFIX_SIZE:
         raise RecordError(f"the file ends within a record at byte {offset}")
@@ -73,25 +74,48 @@ def read_record(file: BinaryIO, offset: int, end: int) -> Record:
     opcode, length = _PREFIX.unpack(prefix)
     if length > end - offset - PREFIX_SIZE:
         raise RecordError(f"record of {length} bytes at byte {offset} goes beyond the end at {end}")
-    if length > MAX_RECORD_SIZE:
-        raise RecordError(f"record of {length} bytes at byte {offset}; at most {MAX_RECORD_SIZE} are read")
-    body = file.read(length)
-    if len(body) < length:
-        raise RecordError(f"the file ends within a record at byte {offset}")
-    return Record(opcode, offset, body)
+    return opcode, length
 
 
-def read_records(file: BinaryIO, start: int, end: int) -> Iterator[Record]:
+def read_record(file: BinaryIO, offset: int, end: int) -> Record:
+    """Read the record at ``offset`` of a file that ends at ``end``.
+
+    Raises:
+        RecordError: the record does not end before ``end``, or is larger than ``MAX_RECORD_SIZE``.
+    """
+    opcode, length = read_prefix(file, offset, end)
+    return _read_body(file, opcode, offset, length)
+
+
+def read_records(file: BinaryIO, start: int, end: int, most: Mapping[int, int] = MappingProxyType({})) -> Iterator[Record]:
     """Yield the records from ``start`` to ``end``.
+
+    Args:
+        file: open for reading.
+        start: offset of the first (bytes).
+        end: of the last byte and one.
+        most: opcode -> largest body (bytes); larger records are passed over without being read.
 
     Raises:
         RecordError: at the first byte that is no whole record.
     """
     offset = start
     while offset < end:
-        record = read_record(file, offset, end)
-        yield record
-        offset += PREFIX_SIZE + len(record.body)
+        opcode, length = read_prefix(file, offset, end)
+        if length <= most.get(opcode, length):
+            yield _read_body(file, opcode, offset, length)
+        offset += PREFIX_SIZE + length
+
+
+def _read_body(file: BinaryIO, opcode: int, offset: int, length: int) -> Record:
+    """Read the body of a record whose prefix was read."""
+    if length > MAX_RECORD_SIZE:
+        raise RecordError(f"record of {length} bytes at byte {offset}; at most {MAX_RECORD_SIZE} are read")
+    file.seek(offset + PREFIX_SIZE)
+    body = file.read(length)
+    if len(body) < length:
+        raise RecordError(f"the file ends within a record at byte {offset}")
+    return Record(opcode, offset, body)
 
 
 def decode(kind: type[R], body: bytes) -> R:

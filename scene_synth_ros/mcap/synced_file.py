@@ -11,6 +11,8 @@ from io import RawIOBase
 class SyncedFile:
     """Appends to a file so that everything but the last append is on disk, whatever becomes of the machine.
 
+    Threads: one thread calls every method; the thread of this object only syncs, and every method that touches the file waits for it.
+
     Args:
         file: unbuffered, positioned at its start; stays open.
 

@@ -2,6 +2,9 @@
 
 DDS keeps the order of one topic, not of several.  Messages of one stamp form a group, which leaves when everything expected of that
 stamp is there and all earlier groups have left; within a group the topics have a fixed order.
+
+The clock of the bag is the stamp of the last group that left.  Some topics only follow it, because nobody knows by whose clock they are
+stamped: a group that has nothing else leaves with the next group that leads, in its order, but never moves the clock beyond those.
 """
 
 from __future__ import annotations
@@ -10,6 +13,9 @@ import math
 from collections.abc import Collection, Iterator, Mapping
 from types import MappingProxyType
 from typing import NamedTuple
+
+UNEXPECTED_FACTOR = 16
+"""While nothing is expected, groups leave only when they are flushed; so many more of them may wait."""
 
 LEADING = ("/clock", "/scene", "/scene/map", "/scene/markers", "/tf_static", "/tf")
 """Ends of topics that go before the others of the same stamp."""
@@ -33,14 +39,20 @@ class OrderedMessage(NamedTuple):
 
 
 class _Group:
-    """What has arrived of one stamp."""
+    """What has arrived of one stamp; ``leads`` unless all of it is of topics that follow."""
 
-    __slots__ = ("messages", "missing", "size")
+    __slots__ = ("leads", "messages", "missing", "size")
 
     def __init__(self, missing: set[str] | None) -> None:
         self.messages: list[tuple[str, bytes]] = []
         self.missing = missing
         self.size = 0
+        self.leads = False
+
+    @property
+    def complete(self) -> bool:
+        """Whether everything that was expected is there."""
+        return self.missing is not None and not self.missing
 
 
 class FrameSorter:
@@ -48,7 +60,7 @@ class FrameSorter:
 
     Args:
         expected: topics that every stamp must have to be complete; None lets groups leave only when they are flushed or too much waits.
-        max_stamps: how many stamps may wait.
+        max_stamps: how many stamps may wait for what is expected; without an expectation, ``UNEXPECTED_FACTOR`` times as many.
         max_bytes: how many bytes may wait, all stamps together.
 
     Attributes:
@@ -60,6 +72,7 @@ class FrameSorter:
     def __init__(self, expected: Collection[str] | None, *, max_stamps: int = 64, max_bytes: int = 256 * 2**20) -> None:
         self._expected = None if expected is None else frozenset(expected)
         self._alike: Mapping[str, str] = {}
+        self._followers: set[str] = set()
         self._max_stamps, self._max_bytes = max_stamps, max_bytes
         self._groups: dict[int, _Group] = {}
         self._released_ns: int | None = None
@@ -71,6 +84,11 @@ class FrameSorter:
     def waiting_stamps(self) -> int:
         """How many stamps are waiting."""
         return len(self._groups)
+
+    @property
+    def clock_ns(self) -> int:
+        """Time of the bag: the stamp of the last group that has left, 0 before the first."""
+        return self._released_ns or 0
 
     @property
     def first_ns(self) -> float:
@@ -90,7 +108,7 @@ class FrameSorter:
     def add(self, topic: str, stamp_ns: int | None, data: bytes) -> list[OrderedMessage]:
         """Take a message; return what may leave now, in order.  A message without a stamp leaves at once."""
         if stamp_ns is None:
-            return [OrderedMessage(topic, None, self._released_ns or 0, data)]
+            return [OrderedMessage(topic, None, self.clock_ns, data)]
         if self._released_ns is not None and stamp_ns <= self._released_ns:
             self.late += 1
             return [OrderedMessage(topic, stamp_ns, self._released_ns, data)]
@@ -98,21 +116,49 @@ class FrameSorter:
         if group is None:
             group = self._groups[stamp_ns] = _Group(None if self._expected is None else set(self._expected))
         group.messages.append((topic, data))
+        group.leads = group.leads or topic not in self._followers
         group.size += len(data)
         self.waiting_bytes += len(data)
         if group.missing is not None:
             group.missing.discard(self._stand_in(topic))
         released = list(self._release_complete())
-        while len(self._groups) > self._max_stamps or self.waiting_bytes > self._max_bytes:
+        most = self._max_stamps * (UNEXPECTED_FACTOR if self._expected is None else 1)
+        while len(self._groups) > most or self.waiting_bytes > self._max_bytes:
             self.forced += 1
-            released += self._release(min(self._groups))
+            released += self._release_one()
             released += self._release_complete()
         return released
 
+    def follow(self, topic: str, follows: bool) -> None:
+        """Say whether a topic only follows the clock, also of what waits; at first no topic does."""
+        (self._followers.add if follows else self._followers.discard)(topic)
+        for group in self._groups.values():
+            group.leads = any(known not in self._followers for known, _ in group.messages)
+
+    def take_back(self, topic: str) -> list[tuple[int, bytes]]:
+        """Return what waits of a topic, as stamps (ns) and messages, and hold it no more."""
+        taken = []
+        for stamp in sorted(self._groups):
+            group = self._groups[stamp]
+            taken += [(stamp, data) for known, data in group.messages if known == topic]
+            group.messages = [message for message in group.messages if message[0] != topic]
+            size = sum(len(data) for _, data in group.messages)
+            self.waiting_bytes -= group.size - size
+            group.size = size
+            if not group.messages:
+                del self._groups[stamp]
+        return taken
+
+    def restart_clock(self) -> None:
+        """Forget the time of the bag: the next group that leaves is not late, whatever its stamp."""
+        self._released_ns = None
+
     def flush(self, up_to_ns: int | None = None) -> list[OrderedMessage]:
         """Return everything that waits with a stamp of at most ``up_to_ns`` (None: everything), complete or not, in order."""
-        stamps = sorted(stamp for stamp in self._groups if up_to_ns is None or stamp <= up_to_ns)
-        released = [message for stamp in stamps for message in self._release(stamp)]
+        end_ns = self._last_leading() if up_to_ns is None else up_to_ns
+        released = [message for stamp in sorted(self._groups) if stamp <= end_ns for message in self._release(stamp)]
+        if up_to_ns is None:
+            released += [message for stamp in sorted(self._groups) for message in self._release_following(stamp)]
         return released + list(self._release_complete())
 
     def missing(self) -> dict[int, frozenset[str]]:
@@ -123,11 +169,28 @@ class FrameSorter:
         return self._alike.get(topic, topic)
 
     def _release_complete(self) -> Iterator[OrderedMessage]:
-        while self._groups:
-            first = min(self._groups)
-            if self._groups[first].missing is None or self._groups[first].missing:
+        while True:
+            first = min((stamp for stamp, group in self._groups.items() if group.leads or group.complete), default=None)
+            if first is None or not self._groups[first].complete:
                 return
-            yield from self._release(first)
+            for stamp in sorted(stamp for stamp in self._groups if stamp <= first):
+                yield from self._release(stamp)
+
+    def _last_leading(self) -> float:
+        """Return the last waiting stamp up to which the clock may go; infinitely early if there is none."""
+        return max((stamp for stamp, group in self._groups.items() if group.leads or group.complete), default=-math.inf)
+
+    def _release_one(self) -> list[OrderedMessage]:
+        """Let one group out because too much waits: first those that would move the clock but must not, then the earliest."""
+        last = self._last_leading()
+        beyond = min((stamp for stamp in self._groups if stamp > last), default=None)
+        return self._release(min(self._groups)) if beyond is None else self._release_following(beyond)
+
+    def _release_following(self, stamp_ns: int) -> list[OrderedMessage]:
+        """Let out a group at the time of the bag, as if it had no stamp."""
+        group = self._groups.pop(stamp_ns)
+        self.waiting_bytes -= group.size
+        return [OrderedMessage(topic, None, self.clock_ns, data) for topic, data in group.messages]
 
     def _release(self, stamp_ns: int) -> list[OrderedMessage]:
         group = self._groups.pop(stamp_ns)

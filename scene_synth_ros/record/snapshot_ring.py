@@ -33,18 +33,23 @@ class SnapshotRing:
         self.size = 0
 
     def add(self, message: KeptMessage) -> None:
-        """Take a message; log times do not decrease."""
+        """Take a message; where log times go back, because time has begun anew, what was before is no longer among the last seconds."""
         if not self._span_ns:
             return
+        while self._messages and message.log_ns < self._messages[-1].log_ns:
+            self._forget_oldest()
         self._messages.append(message)
         self.size += len(message.data)
         while self.size > self._max_bytes or self._messages[0].log_ns < message.log_ns - self._span_ns:
-            oldest = self._messages.popleft()
-            self.size -= len(oldest.data)
-            if oldest.topic in self.latched:
-                self._before[oldest.topic] = oldest
+            self._forget_oldest()
             if not self._messages:
                 return
+
+    def _forget_oldest(self) -> None:
+        oldest = self._messages.popleft()
+        self.size -= len(oldest.data)
+        if oldest.topic in self.latched:
+            self._before[oldest.topic] = oldest
 
     def content(self) -> Iterator[KeptMessage]:
         """Yield the latched state at the beginning, then what is kept."""

@@ -6,12 +6,16 @@ import os
 import signal
 import subprocess
 import sys
+import threading
+import time
 
 import pytest
 from bag_readers import count_in_stream, read_mcap, read_rosbags
 from bag_samples import frame_messages, write_bag
 from mcap.stream_reader import StreamReader
 
+from scene_synth_ros.bags.bag_manifest import ManifestBuilder
+from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
 from scene_synth_ros.mcap.file import McapFile
 
@@ -174,3 +178,54 @@ def test_a_killed_process_loses_at_most_the_chunk_in_progress(tmp_path):
     saved = count_in_stream(tmp_path / "bag" / "bag_0.mcap.active")
     assert saved * size / 4 > (last + 1) * size - 20_000 - 2 * size
     assert not (tmp_path / "bag" / "metadata.yaml").exists()
+
+
+def open_resources():
+    return {name for name in os.listdir("/proc/self/fd")}, {thread.name for thread in threading.enumerate()}
+
+
+def fail(*_, **__):
+    raise ZeroDivisionError("nobody foresaw this")
+
+
+@pytest.mark.parametrize("method", ["add_metadata", "__init__"])
+def test_a_bag_that_cannot_be_begun_leaves_nothing_open_and_no_folder(tmp_path, monkeypatch, method):
+    before = open_resources()
+    monkeypatch.setattr(McapFile, method, fail)
+    with pytest.raises(ZeroDivisionError):
+        BagWriter(tmp_path / "bag")
+    assert open_resources() == before
+    assert not (tmp_path / "bag").exists()
+
+
+@pytest.mark.parametrize("method", ["add_schema", "add_metadata"])
+def test_a_file_that_cannot_be_begun_leaves_nothing_open_and_the_files_before_it_whole(tmp_path, monkeypatch, method):
+    before = open_resources()
+    writer = BagWriter(tmp_path / "bag")
+    writer.add_topic("/a", "std_msgs/msg/String")
+    writer.write("/a", bytes(8), 1, 1)
+    monkeypatch.setattr(McapFile, method, fail)
+    with pytest.raises(ZeroDivisionError):
+        writer.split(2)
+    monkeypatch.undo()
+    assert open_resources() == before
+    assert sorted(os.listdir(tmp_path / "bag")) == ["bag_0.mcap", "metadata.yaml"]
+    with pytest.raises(BagWriteError, match="nobody foresaw this; the bag is whole with 1 of 1 messages"):
+        writer.write("/a", bytes(8), 2, 2)
+    writer.close()
+    assert [stamp for _, stamp, _ in read_rosbags(tmp_path / "bag")[0]] == [1]
+
+
+def test_a_fault_in_the_thread_of_the_manifest_is_told_and_the_bag_goes_without_it(tmp_path, monkeypatch):
+    writer = BagWriter(tmp_path / "bag")
+    writer.add_topic("/a", "std_msgs/msg/String")
+    monkeypatch.setattr(ManifestBuilder, "add", fail)
+    writer.write("/a", bytes(8), 1, 1)
+    with pytest.raises(ZeroDivisionError, match="nobody foresaw this"):
+        for _ in range(100):
+            writer.write("/a", bytes(8), 2, 2)
+            time.sleep(0.05)
+    writer.close()
+    with BagReader(tmp_path / "bag") as reader:
+        assert reader.summary.finished and reader.summary.message_count >= 1
+        assert not reader.manifests()

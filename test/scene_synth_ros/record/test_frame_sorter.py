@@ -118,3 +118,41 @@ def test_nothing_is_lost_and_log_times_never_decrease(arrivals, max_stamps):
     assert sorted(int(message.data) for message in released) == list(range(len(arrivals)))
     assert all(first.log_ns <= second.log_ns for first, second in itertools.pairwise(released))
     assert sum(message.stamp_ns != message.log_ns for message in released) <= sorter.late
+
+
+def test_topics_that_follow_leave_with_the_next_group_that_leads_and_never_move_the_clock():
+    sorter = FrameSorter({"/color"}, max_stamps=3)
+    sorter.follow("/other", True)
+    assert sorter.add("/other", 5, b"") == []
+    assert names(sorter.add("/color", 10, b"")) == [("/other", 5), ("/color", 10)]
+    for stamp in (100, 200, 300):
+        assert sorter.add("/other", stamp, str(stamp).encode()) == []
+    assert sorter.add("/other", 400, b"")[0][:] == ("/other", None, 10, b"100"), "the earliest leaves at the time of the bag"
+    assert names(sorter.add("/color", 20, b"")) == [("/color", 20)]
+    assert [message.log_ns for message in sorter.flush()] == [20, 20, 20]
+    assert sorter.clock_ns == 20 and sorter.late == 0
+
+
+def test_a_group_that_is_complete_leads_even_if_all_of_it_follows():
+    sorter = FrameSorter({"/color", "/depth"})
+    for topic in ("/color", "/depth"):
+        sorter.follow(topic, True)
+    sorter.add("/color", 1, b"")
+    assert names(sorter.add("/depth", 1, b"")) == [("/color", 1), ("/depth", 1)]
+
+
+def test_what_waits_of_a_topic_can_be_taken_back():
+    sorter = FrameSorter(FRAME)
+    sorter.add("/color", 1, b"abc")
+    sorter.add("/other", 1, b"de")
+    sorter.add("/other", 2, b"f")
+    assert sorter.take_back("/other") == [(1, b"de"), (2, b"f")]
+    assert (sorter.waiting_stamps, sorter.waiting_bytes) == (1, 3)
+
+
+def test_a_clock_that_is_restarted_takes_earlier_stamps():
+    sorter = FrameSorter({"/color"})
+    sorter.add("/color", 10**18, b"")
+    sorter.restart_clock()
+    assert names(sorter.add("/color", 5, b"")) == [("/color", 5)]
+    assert sorter.late == 0

@@ -150,15 +150,15 @@ def test_a_finished_room_leaves_and_the_next_one_is_left_to_be_completed(tmp_pat
     for topic, stamp in (("/a", 100), ("/b", 100), ("/a", 200), ("/a", 300)):  # half of 200 is lost, half of 300 is on its way
         add_pose(recording, topic, stamp)
     recording.flush(0)
-    assert recording.written == {"/synth/scene": 1, "/a": 2, "/b": 1}
+    assert recording.written.copy() == {"/synth/scene": 1, "/a": 2, "/b": 1}
     add_pose(recording, "/b", 300)
     add_pose(recording, "/a", 400)
     recording.flush(1)
-    assert recording.written == {"/synth/scene": 2, "/a": 4, "/b": 2}
+    assert recording.written.copy() == {"/synth/scene": 2, "/a": 4, "/b": 2}
     add_pose(recording, "/b", 400)
     add_pose(recording, "/a", 500)
     recording.flush(7)  # of which nothing is known
-    assert recording.late == 1
+    assert recording.intake.late == 1
     recording.close()
     with BagReader(tmp_path / "bag") as reader:
         order = [(message.topic, message.log_ns) for message in reader.messages(file_order=True)]
@@ -183,10 +183,10 @@ def test_frames_of_which_only_latched_parts_can_come_hold_nothing_up(tmp_path: P
     for stamp in (4, 5):  # /late is connected from stamp 5 on
         add_pose(recording, "/pose", stamp)
         settings(stamp)
-    assert recording.waiting_bytes
+    assert recording.intake.waiting_bytes
     add_pose(recording, "/late", 5)
-    assert not recording.waiting_bytes
+    assert not recording.intake.waiting_bytes
     settings(2)
-    assert not recording.waiting_bytes
+    assert not recording.intake.waiting_bytes
     recording.close()
-    assert recording.written == {"/settings": 5, "/pose": 2, "/late": 1}
+    assert recording.written.copy() == {"/settings": 5, "/pose": 2, "/late": 1}

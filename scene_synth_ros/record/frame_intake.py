@@ -1,0 +1,158 @@
+"""Gives every message that arrives its time, and lets frames out when they are complete."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Collection, Mapping
+
+from scene_synth_ros.bags.bag_writer import MAX_TIME_NS
+from scene_synth_ros.messages.stamps import NANOSECONDS, AnnouncedRoom, announced_room, stamp_ns
+from scene_synth_ros.record.frame_sorter import FrameSorter, OrderedMessage
+from scene_synth_ros.record.seen_frames import ROOMS_KEPT, SeenFrames
+from scene_synth_ros.record.senders import Origin
+
+WALL_STAMPED = ("diagnostic_msgs/msg/DiagnosticArray", "rcl_interfaces/msg/Log")
+"""Types whose header holds wall time; in a bag of simulated time they are logged at the time of the frame before them."""
+
+MAX_STRAY_NS = 60 * NANOSECONDS
+"""Messages of others whose stamp is further from the newest frame are of another clock and are logged as those above."""
+
+
+class FrameIntake:
+    """What waits for its frame; every method that may let messages out returns them in order.
+
+    Threads: the thread of the node's executor only.
+
+    Args:
+        warn: called with one line for a message that is refused.
+
+    Attributes:
+        refused: messages with a stamp that no bag can hold, left out.
+    """
+
+    def __init__(self, warn: Callable[[str], None]) -> None:
+        self._warn = warn
+        self._types: dict[str, str] = {}
+        self._origins: dict[str, Origin] = {}
+        self._latched: set[str] = set()
+        self._expected: set[str] = set()
+        self._alike: Mapping[str, str] = {}
+        self._sorter = FrameSorter(None)
+        self._seen = SeenFrames()
+        self._rooms: deque[AnnouncedRoom] = deque(maxlen=ROOMS_KEPT)
+        self._newest_ns: int | None = None
+        self._begun: set[str] = set()
+        self._whole_from_ns = 0
+        self.refused = 0
+
+    @property
+    def repeats(self) -> int:
+        """Messages of frames that came before, left out."""
+        return self._seen.repeats
+
+    @property
+    def late(self) -> int:
+        """Messages that came after their frame had left."""
+        return self._sorter.late
+
+    @property
+    def waiting_bytes(self) -> int:
+        """Bytes that wait for their frame to be complete."""
+        return self._sorter.waiting_bytes
+
+    def add_topic(self, topic: str, type_name: str, latched: bool, origin: Origin) -> None:
+        """Get to know a topic."""
+        self._types[topic], self._origins[topic] = type_name, origin
+        self._sorter.follow(topic, origin is not Origin.SUITE)
+        if latched:
+            self._latched.add(topic)
+
+    def set_origin(self, topic: str, origin: Origin) -> list[OrderedMessage]:
+        """Say whose messages a topic has, now that more is known of it."""
+        released: list[OrderedMessage] = []
+        if origin is not self._origins[topic]:
+            self._origins[topic] = origin
+            self._sorter.follow(topic, origin is not Origin.SUITE)
+            for stamp, data in self._sorter.take_back(topic) if origin is Origin.OTHERS else ():
+                released += self._sorter.add(topic, self._stamp_of_others(stamp), data)
+        return released
+
+    def begin_suite(self) -> None:
+        """Let time begin anew with the suite's first frame, whatever has left before that."""
+        self._sorter.restart_clock()
+        self._newest_ns = None
+
+    def expect(self, topics: Collection[str], alike: Mapping[str, str]) -> list[OrderedMessage]:
+        """Say which topics make a frame complete, and which of them stand for each other."""
+        if set(topics) == self._expected and alike == self._alike:
+            return []
+        self._expected, self._alike = set(topics), alike
+        return self._sorter.configure(self._expected or None, alike)
+
+    def add(self, topic: str, data: bytes) -> list[OrderedMessage] | None:
+        """Take a message; None if it is left out: it came before, or no bag can hold its stamp.
+
+        It is padded to whole words, as DDS does on the way between processes, so that bags do not depend on where a publisher runs.
+        """
+        type_name, origin = self._types[topic], self._origins[topic]
+        stamp = None if type_name in WALL_STAMPED else stamp_ns(type_name, data)
+        if stamp is not None and not 0 <= stamp < MAX_TIME_NS:
+            self._refuse(topic, stamp)
+            return None
+        if stamp is not None and origin is Origin.OTHERS:
+            stamp = self._stamp_of_others(stamp)
+        elif stamp is not None and (topic in self._expected or topic in self._latched):
+            if not self._seen.is_new(topic, stamp):  # a frame is done again, or a connection is made again to what is latched
+                return None
+            self._note(topic, stamp, data)
+        return self.add_stamped(topic, stamp, data + bytes(-len(data) % 4))
+
+    def add_stamped(self, topic: str, stamp: int | None, data: bytes) -> list[OrderedMessage]:
+        """Take a message whose stamp (ns) is known."""
+        released = self._sorter.add(topic, stamp, data)
+        if self._sorter.first_ns < self._whole_from_ns:  # latched parts of frames from before the recorder was connected
+            released += self._sorter.flush(self._whole_from_ns - 1)
+        return released
+
+    def flush(self, room: int | None = None) -> list[OrderedMessage]:
+        """Let out everything, or what waits of a room and of those before it.
+
+        Frames of later rooms, of which some messages may still be on their way, are left to be completed; if the room's scene description
+        was not recorded, nothing tells them apart and all leave.
+        """
+        rooms = () if room is None else reversed(self._rooms)
+        end_ns = next((max(known.stamps_ns, default=-1) for known in rooms if known.index == room), None)
+        return self._sorter.flush(end_ns)
+
+    def flush_unexpected(self) -> list[OrderedMessage]:
+        """Let out what waits if there are no frames for which it could wait."""
+        return [] if self._expected else self._sorter.flush()
+
+    def flush_complete(self) -> list[OrderedMessage]:
+        """Let out the complete frames that wait and what is before them; everything, if no frames are expected."""
+        if not self._expected:
+            return self._sorter.flush()
+        complete = [stamp for stamp, missing in self._sorter.missing().items() if not missing]
+        return self._sorter.flush(max(complete, default=-1))
+
+    def _note(self, topic: str, stamp: int, data: bytes) -> None:
+        """Take the time of a frame from a message that is certainly the suite's, and a room from its description."""
+        if topic not in self._expected:
+            if topic.endswith("/scene"):
+                self._seen.begin_room(stamp)
+                self._rooms.append(announced_room(data))
+        elif self._origins[topic] is Origin.SUITE:
+            self._newest_ns = stamp
+            if topic not in self._begun and topic not in self._latched:
+                self._begun.add(topic)
+                self._whole_from_ns = max(self._whole_from_ns, stamp)
+
+    def _stamp_of_others(self, stamp: int) -> int | None:
+        """Return the stamp of a message of others if it can be of the frames' clock; None is logged at the time of the bag."""
+        near = self._newest_ns is not None and abs(stamp - self._newest_ns) <= MAX_STRAY_NS
+        return stamp if near else None
+
+    def _refuse(self, topic: str, stamp: int) -> None:
+        self.refused += 1
+        limit_s = MAX_TIME_NS // NANOSECONDS
+        self._warn(f"{topic}: a message was refused: expected a stamp from 0 to {limit_s} s, got {stamp / NANOSECONDS:.9f} s")

@@ -1,0 +1,70 @@
+"""Parameters of the recorder node beside those of splitting and image compression."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from scene_description import Limits
+from scene_synth_ros.suite.parameters import ParameterError
+
+_BAG_FIXED = "a bag is opened once"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecorderConfig:
+    """What is recorded, and where to."""
+
+    bag: Annotated[str, Limits(max_length=1000, description="Folder of the bag; must not exist", fixed=_BAG_FIXED)] = ""
+    topics: Annotated[
+        tuple[Annotated[str, Limits(max_length=300)], ...],
+        Limits(
+            max_length=100,
+            description="Patterns of the topics to record; empty: all of the namespace, /clock, /diagnostics",
+            fixed=_BAG_FIXED,
+        ),
+    ] = ()
+    extra_topics: Annotated[
+        tuple[Annotated[str, Limits(max_length=300)], ...],
+        Limits(max_length=100, description="Patterns of topics to record besides, of whatever node and type", fixed=_BAG_FIXED),
+    ] = ()
+    exclude: Annotated[
+        tuple[Annotated[str, Limits(max_length=300)], ...],
+        Limits(max_length=100, description="Patterns of topics to leave out", fixed=_BAG_FIXED),
+    ] = ()
+    compression: Annotated[Literal["zstd", "lz4", "none"], Limits(description="Compression of the chunks", fixed=_BAG_FIXED)] = "zstd"
+    compression_level: Annotated[int, Limits(ge=1, le=22, description="Level of zstd or lz4; higher is smaller", fixed=_BAG_FIXED)] = 1
+    metadata_version: Annotated[
+        Literal[9, 5], Limits(description="Version of metadata.yaml: 9 for Jazzy, 5 for Humble", fixed=_BAG_FIXED)
+    ] = 9
+    custom_data: Annotated[
+        tuple[Annotated[str, Limits(max_length=20_000)], ...],
+        Limits(max_length=100, description="KEY=VALUE notes kept with the bag", fixed=_BAG_FIXED),
+    ] = ()
+    loss_timeout_s: Annotated[
+        float, Limits(ge=0.1, le=1e6, unit="s", description="Wait for messages that were published before they count as lost")
+    ] = 10.0
+    start_recording: Annotated[bool, Limits(description="Open the bag at the start, not at ~/start", fixed=_BAG_FIXED)] = True
+    snapshot_s: Annotated[
+        float, Limits(ge=0.0, le=3600.0, unit="s", description="Simulated time that ~/snapshot writes; 0 keeps none", fixed=_BAG_FIXED)
+    ] = 0.0
+    snapshot_mb: Annotated[
+        float, Limits(ge=1.0, le=1e6, unit="MB", description="Memory for snapshots; the oldest frames go first", fixed=_BAG_FIXED)
+    ] = 256.0
+    autostart: Annotated[bool, Limits(description="Configure and activate at the start", fixed="it is used at the start only")] = True
+    exit_when_done: Annotated[bool, Limits(description="Close the bag and end the process when the grammar node has finished")] = False
+
+
+def read_pairs(items: tuple[str, ...]) -> dict[str, str]:
+    """Return the notes of ``custom_data``.
+
+    Raises:
+        ParameterError: one is not KEY=VALUE.
+    """
+    pairs = {}
+    for item in items:
+        key, equals, value = item.partition("=")
+        if not equals:
+            raise ParameterError(f"recorder_node: parameter custom_data: expected KEY=VALUE, got '{item}'")
+        pairs[key] = value
+    return pairs

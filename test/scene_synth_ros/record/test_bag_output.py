@@ -1,0 +1,105 @@
+"""What the thread that writes keeps to itself: bags are opened one at a time, snapshots never meet."""
+
+import threading
+from collections.abc import Iterator
+from concurrent.futures import TimeoutError
+from pathlib import Path
+
+import pytest
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import PointStamped
+from rclpy.qos import QoSProfile
+from rclpy.serialization import serialize_message
+from std_msgs.msg import Header
+
+from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
+from scene_synth_ros.record.bag_output import RecordingOptions
+from scene_synth_ros.record.recording import Recording
+
+POINT = "geometry_msgs/msg/PointStamped"
+DEADLINE_S = 20.0
+
+
+def point(seconds: int) -> bytes:
+    return bytes(serialize_message(PointStamped(header=Header(stamp=Time(sec=seconds)))))
+
+
+class SlowDisk:
+    """Opens bags that take messages only once they are let go."""
+
+    def __init__(self) -> None:
+        self.free = threading.Event()
+        self.reached = threading.Event()
+
+    def make(self, folder: Path) -> BagWriter:
+        disk = self
+
+        class Slow(BagWriter):
+            def add_topic(self, *values: object, **named: object) -> None:
+                disk.reached.set()
+                assert disk.free.wait(DEADLINE_S)
+                super().add_topic(*values, **named)
+
+        return Slow(folder)
+
+
+@pytest.fixture
+def disk() -> Iterator[SlowDisk]:
+    slow = SlowDisk()
+    yield slow
+    slow.free.set()
+
+
+def test_two_starts_in_a_row_open_one_bag(tmp_path: Path) -> None:
+    recording = Recording(BagWriter)
+    first, second = recording.begin(tmp_path / "bag"), recording.begin(tmp_path / "bag")
+    assert first.result(DEADLINE_S) == str(tmp_path / "bag")
+    with pytest.raises(BagWriteError, match="a bag is open already"):
+        second.result(DEADLINE_S)
+    assert not recording.fault, "the asker hears of it; the recording goes on"
+    recording.close()
+    assert [path.name for path in tmp_path.iterdir()] == ["bag"]
+    assert sorted(path.name for path in (tmp_path / "bag").iterdir()) == ["bag_0.mcap", "metadata.yaml"]
+
+
+def test_topics_may_come_while_a_snapshot_is_begun(tmp_path: Path, disk: SlowDisk) -> None:
+    recording = Recording(disk.make, RecordingOptions(snapshot_s=100.0))
+    for topic in ("/a", "/b"):
+        recording.add_topic(topic, POINT, [QoSProfile(depth=10)])
+    recording.add("/a", point(1))
+    taken = recording.snapshot(tmp_path / "snapshot")
+    assert disk.reached.wait(DEADLINE_S), "the snapshot is going through the topics"
+    recording.add_topic("/c", POINT, [QoSProfile(depth=10)])
+    disk.free.set()
+    assert taken.result(DEADLINE_S) == f"{tmp_path}/snapshot_0: 1 messages, 0.000 s"
+    recording.close()
+
+
+def test_a_snapshot_that_is_late_does_not_stand_in_the_way_of_the_next(tmp_path: Path, disk: SlowDisk) -> None:
+    recording = Recording(disk.make, RecordingOptions(snapshot_s=100.0))
+    recording.add_topic("/a", POINT, [QoSProfile(depth=10)])
+    with pytest.raises(BagWriteError, match="nothing is kept yet"):
+        recording.snapshot(tmp_path / "snapshot").result(DEADLINE_S)
+    recording.add("/a", point(1))
+    late = recording.snapshot(tmp_path / "snapshot")
+    with pytest.raises(TimeoutError):
+        late.result(0.1)
+    following = recording.snapshot(tmp_path / "snapshot")
+    disk.free.set()
+    assert late.result(DEADLINE_S).startswith(f"{tmp_path}/snapshot_0: ")
+    assert following.result(DEADLINE_S).startswith(f"{tmp_path}/snapshot_1: ")
+    recording.close()
+
+
+def test_both_threads_count_what_is_taken_and_none_is_forgotten(tmp_path: Path) -> None:
+    recording = Recording(BagWriter)
+    recording.add_topic("/a", POINT, [QoSProfile(depth=10)])
+    recording.expect({"/a"}, {})
+    recording.begin(tmp_path / "bag")
+    for second in range(3000):
+        recording.add("/a", point(second))
+        recording.add("/a", point(second))
+        recording.written.copy()
+    recording.close()
+    assert recording.taken["/a"] == 6000
+    assert recording.written.copy() == {"/a": 3000}

@@ -1,0 +1,119 @@
+"""Lives of a recorder node, from configure to cleanup: each ends before the next begins, and leaves nothing behind."""
+
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+import rclpy
+from builtin_interfaces.msg import Time
+from geometry_msgs.msg import PoseStamped
+from rclpy.context import Context
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.lifecycle import TransitionCallbackReturn
+from scene_synth_ros_suite import claim_domain, wait_until
+from std_msgs.msg import Header
+
+from scene_synth_ros.bags.bag_reader import BagReader
+from scene_synth_ros.bags.bag_writer import BagWriter
+from scene_synth_ros.record.recorder_node import RecorderNode
+from scene_synth_ros.suite.qos import stream_qos
+
+SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
+
+
+@pytest.fixture
+def node(tmp_path: Path) -> Iterator[RecorderNode]:
+    context = Context()
+    rclpy.init(context=context, domain_id=claim_domain())
+    words = ["--ros-args", "-r", "__ns:=/synth", "-p", f"bag:={tmp_path / 'bag'}", "-p", "autostart:=false"]
+    made = RecorderNode(context=context, cli_args=words, use_global_arguments=False)
+    yield made
+    made.close()
+    made.destroy_node()
+    rclpy.try_shutdown(context=context)
+
+
+def writing_threads() -> list[str]:
+    return [thread.name for thread in threading.enumerate() if thread.name.startswith(("bag", "manifest", "sync"))]
+
+
+def test_each_life_ends_before_the_next_begins(node: RecorderNode, tmp_path: Path) -> None:
+    assert node.trigger_configure() == node.trigger_activate() == SUCCESS
+    assert "bag_0" in writing_threads()
+    assert node.trigger_deactivate() == node.trigger_cleanup() == SUCCESS
+    assert writing_threads() == []
+    assert node.trigger_configure() == SUCCESS
+    assert node.trigger_activate() == SUCCESS
+    assert node.trigger_deactivate() == node.trigger_activate() == SUCCESS
+    assert node.trigger_deactivate() == node.trigger_cleanup() == SUCCESS
+    assert writing_threads() == []
+    for name in ("bag", "bag_2", "bag_3"):
+        assert sorted(path.name for path in (tmp_path / name).iterdir()) == [f"{name}_0.mcap", "metadata.yaml"]
+
+
+def test_a_configuration_that_fails_leaves_no_thread(node: RecorderNode, monkeypatch: pytest.MonkeyPatch) -> None:
+    def create_publisher(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(node, "create_publisher", create_publisher)
+    assert node.trigger_configure() == FAILURE
+    assert writing_threads() == []
+    monkeypatch.undo()
+    assert node.trigger_configure() == SUCCESS
+
+
+class Peer:
+    """Publishes poses of a camera to a node and spins that."""
+
+    def __init__(self, node: RecorderNode) -> None:
+        self._node, self.executor = node, SingleThreadedExecutor(context=node.context)
+        self.executor.add_node(node)
+        self.other = rclpy.create_node("peer", namespace="/synth", context=node.context)
+        self.poses = self.other.create_publisher(PoseStamped, "camera/pose", stream_qos())
+        self.spin_until(self.poses.get_subscription_count, "the recorder")
+
+    def spin_until(self, condition: Callable[[], object], what: str) -> None:
+        def met() -> object:
+            self.executor.spin_once(timeout_sec=0.05)
+            return condition()
+
+        wait_until(met, 20, what)
+
+
+@pytest.fixture
+def peer(node: RecorderNode) -> Iterator[Peer]:
+    assert node.trigger_configure() == node.trigger_activate() == SUCCESS
+    made = Peer(node)
+    yield made
+    made.executor.shutdown()
+    made.other.destroy_node()
+
+
+def test_a_pose_that_cannot_be_read_ends_nothing(node: RecorderNode, peer: Peer) -> None:
+    peer.poses.publish(b"\x00\x01\x00\x00" + b"\xff" * 9)
+    peer.poses.publish(PoseStamped())
+    peer.spin_until(lambda: node.arrivals == 2, "both poses")
+    assert node.trigger_deactivate() == SUCCESS
+    assert "/synth/camera/pose: a pose cannot be read" in node._warning
+
+
+def test_a_fault_of_the_program_while_writing_ends_the_node_with_what_was_written(
+    node: RecorderNode, peer: Peer, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def write(*_: object) -> None:
+        raise ZeroDivisionError("nobody foresaw this")
+
+    peer.poses.publish(PoseStamped())
+    peer.spin_until(lambda: node.arrivals == 1, "a pose")
+    node._recording.flush()
+    monkeypatch.setattr(BagWriter, "write", write)
+    peer.poses.publish(PoseStamped(header=Header(stamp=Time(sec=1))))
+    peer.spin_until(lambda: node.arrivals == 2, "another pose")
+    node._recording.flush()
+    peer.spin_until(lambda: node.exit_code is not None, "the end")
+    assert node.exit_code == 1 and node._state == "failed"
+    assert node._warning.endswith("ZeroDivisionError: nobody foresaw this")
+    assert writing_threads() == []
+    with BagReader(tmp_path / "bag") as reader:
+        assert reader.summary.finished and "/synth/camera/pose" in {message.topic for message in reader.messages()}
