@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import traceback
 from collections.abc import Callable
 from concurrent.futures import Future
 from typing import ParamSpec
@@ -21,16 +20,16 @@ class BagThread:
     Threads: the thread of the node's executor calls every method; jobs run in the thread of this object, which alone writes ``fault``.
 
     Args:
-        log_fault: called, in the thread of this object, with the traceback of a fault of the program.
+        tell_fault: called, in the thread of this object, with a fault of the program; returns it in one line.
         places: how many jobs may wait; more keep the caller waiting.
 
     Attributes:
         fault: why writing has ended early, one line, of the first fault; empty while all is well.
     """
 
-    def __init__(self, log_fault: Callable[[str], None], places: int) -> None:
+    def __init__(self, tell_fault: Callable[[Exception], str], places: int) -> None:
         self.fault = ""
-        self._log_fault = log_fault
+        self._tell_fault = tell_fault
         self._pool = BoundedThread("bag", places)
         self._closed = False
 
@@ -75,11 +74,8 @@ class BagThread:
             raise BagWriteError(self.fault) from error
 
     def _take_fault(self, error: Exception) -> None:
-        text = _line(error)
-        if not isinstance(error, _CAUSED_BY_USERS):
-            self._log_fault("".join(traceback.format_exception(error)))
-            text = f"the recording ends because of a fault of the program, see its log: {type(error).__name__}: {text}"
-        self.fault = self.fault or text
+        line = _line(error) if isinstance(error, _CAUSED_BY_USERS) else f"the recording ends: {self._tell_fault(error)}"
+        self.fault = self.fault or line
 
 
 def _line(error: Exception) -> str:

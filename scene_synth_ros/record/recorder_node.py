@@ -24,6 +24,7 @@ from scene_synth_ros.record.split_policy import SplitPolicy
 from scene_synth_ros.record.topic_inputs import TopicInputs
 from scene_synth_ros.suite.connections import Connections, publishers_of
 from scene_synth_ros.suite.diagnostics import ERROR, OK, WARN, Diagnostics, Report
+from scene_synth_ros.suite.faults import FAULT_STATUS
 from scene_synth_ros.suite.heap import trim_heap
 from scene_synth_ros.suite.parameters import ParameterError, Parameters
 from scene_synth_ros.suite.process import run_node
@@ -69,7 +70,7 @@ class RecorderNode(SuiteNode):
         self._state, self._reason, self._last_status = "starting", "", ""
         self._finish_asked = ""
         with ExitStack() as undo:
-            self._recording = Recording(self._make_writer, options, self.refuse, self.get_logger().fatal, self._numbers)
+            self._recording = Recording(self._make_writer, options, self.refuse, self._tell_fault, self._numbers)
             undo.callback(self._recording.close)
             self._accounting = Accounting()
             self._inputs = TopicInputs(self, config, self._recording, self._accounting.received, self.refuse)
@@ -133,6 +134,9 @@ class RecorderNode(SuiteNode):
         record = run_record(values) | {JPEG_QUALITY: str(self._settings["images"].jpeg_quality)}
         self._recording.describe_run(RECORD_NAME, record, PARAMETERS_NAME, parameters_file(values))
 
+    def _tell_fault(self, error: Exception) -> str:
+        return self.faults.tell(error, f"{self.get_name()} wrote a bag")
+
     def _look(self) -> None:
         self._inputs.look()
         self._collector.step()
@@ -162,7 +166,7 @@ class RecorderNode(SuiteNode):
         if self._state == "failed" or self._finish_asked:
             self.close()
             bad = self._state == "failed" or self._finish_asked == "failed" or bool(self._accounting.lost)
-            self.exit_code = self.exit_code or int(bad)
+            self.exit_code = self.exit_code or (FAULT_STATUS if self.faults.count else int(bad))
 
     def fail(self, reason: str) -> None:
         """Say that the node records nothing any more."""

@@ -33,7 +33,7 @@ class Recording:
 
     Threads: the thread of the node's executor calls every method; what waits for its frame (:class:`FrameIntake`) belongs to it.  The
     thread that writes owns the bags (:class:`BagOutput`) and gets everything through the queue of :class:`BagThread`; ``add`` waits while
-    that is full.  Both count in ``taken`` and ``written``, which have a lock; ``warn`` is called from both, ``log_fault`` from the second.
+    that is full.  Both count in ``taken`` and ``written``, which have a lock; ``warn`` is called from both, ``tell_fault`` from the second.
 
     Transforms are derived from the camera poses and written to ``/tf`` and ``/tf_static`` whether or not anybody publishes them.
 
@@ -41,7 +41,7 @@ class Recording:
         make_writer: opens the bag of a folder.
         options: splitting, image compression, snapshots.
         warn: called with one line for messages that cannot be kept.
-        log_fault: called with the traceback of a fault of the program that has ended the writing.
+        tell_fault: called with a fault of the program that has ended the writing; returns it in one line.
         numbers: of bags and snapshots, where an earlier recording has made some.
         jobs_waiting: how many times ``JOB_SIZE`` messages may wait for the disk.
 
@@ -56,14 +56,14 @@ class Recording:
         make_writer: Callable[[Path], BagWriter],
         options: RecordingOptions | None = None,
         warn: Callable[[str], None] = lambda _: None,
-        log_fault: Callable[[str], None] = lambda _: None,
+        tell_fault: Callable[[Exception], str] = repr,
         numbers: BagNumbers | None = None,
         jobs_waiting: int = JOBS_WAITING,
     ) -> None:
         self.taken, self.written = TopicCounts(), TopicCounts()
         self._warn = warn
         self._output = BagOutput(make_writer, options or RecordingOptions(), numbers or BagNumbers(), self.written, warn)
-        self._thread = BagThread(log_fault, jobs_waiting)
+        self._thread = BagThread(tell_fault, jobs_waiting)
         self._closed = False
         self.intake = FrameIntake(warn)
         self._topics: set[str] = set()

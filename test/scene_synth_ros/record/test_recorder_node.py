@@ -17,6 +17,7 @@ from std_msgs.msg import Header
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.record.recorder_node import RecorderNode
+from scene_synth_ros.suite.faults import FAULT_STATUS
 from scene_synth_ros.suite.qos import stream_qos
 
 SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
@@ -95,7 +96,7 @@ def test_a_pose_that_cannot_be_read_ends_nothing(node: RecorderNode, peer: Peer)
     peer.poses.publish(PoseStamped())
     peer.spin_until(lambda: node.arrivals == 2, "both poses")
     assert node.trigger_deactivate() == SUCCESS
-    assert "/synth/camera/pose: a pose cannot be read" in node._warning
+    assert "/synth/camera/pose: a pose cannot be read" in node.last_warning()
 
 
 def test_a_fault_of_the_program_while_writing_ends_the_node_with_what_was_written(
@@ -112,8 +113,8 @@ def test_a_fault_of_the_program_while_writing_ends_the_node_with_what_was_writte
     peer.spin_until(lambda: node.arrivals == 2, "another pose")
     node._recording.flush()
     peer.spin_until(lambda: node.exit_code is not None, "the end")
-    assert node.exit_code == 1 and node._state == "failed"
-    assert node._warning.endswith("ZeroDivisionError: nobody foresaw this")
+    assert node.exit_code == FAULT_STATUS and node._state == "failed" and node.faults.count == 1
+    assert node._reason.startswith("the recording ends: fault of the program") and "ZeroDivisionError: nobody foresaw this" in node._reason
     assert writing_threads() == []
     with BagReader(tmp_path / "bag") as reader:
         assert reader.summary.finished and "/synth/camera/pose" in {message.topic for message in reader.messages()}

@@ -20,6 +20,7 @@ topic, period_s, seconds = sys.argv[1], float(sys.argv[2]), sys.argv[3]
 rclpy.init()
 node = Node("stranger", namespace="/synth")
 publisher = node.create_publisher(PointStamped, topic, 100)
+print("here", flush=True)
 while True:
     message = PointStamped()
     now = time.time_ns()
@@ -33,12 +34,15 @@ FRAMES = 6
 @contextmanager
 def stranger(env: dict[str, str], topic: str, period_s: float, seconds: object) -> Iterator[None]:
     """Publish a PointStamped on a topic, stamped with so many seconds or ``wall`` time, as long as the block lasts."""
-    process = subprocess.Popen([sys.executable, "-c", STRANGER, topic, str(period_s), str(seconds)], env=env)
+    process = subprocess.Popen(
+        [sys.executable, "-c", STRANGER, topic, str(period_s), str(seconds)], env=env, stdout=subprocess.PIPE, text=True
+    )
     try:
+        assert process.stdout is not None and process.stdout.readline() == "here\n"
         yield
     finally:
         process.kill()
-        process.wait()
+        process.communicate()
 
 
 def assert_frames_at_their_own_time(bag: Path) -> None:
