@@ -129,11 +129,11 @@ class FrameIntake:
         return [] if self._expected else self._sorter.flush()
 
     def flush_complete(self) -> list[OrderedMessage]:
-        """Let out the complete frames that wait and what is before them; everything, if no frames are expected."""
+        """Let out the complete frames that wait, what is before them, and what only follows; everything, if no frames are expected."""
         if not self._expected:
             return self._sorter.flush()
         complete = [stamp for stamp, missing in self._sorter.missing().items() if not missing]
-        return self._sorter.flush(max(complete, default=-1))
+        return self._sorter.flush(max(complete, default=-1)) + self._sorter.flush_following()
 
     def _note(self, topic: str, stamp: int, data: bytes) -> None:
         """Take the time of a frame from a message that is certainly the suite's, and a room from its description."""

@@ -161,6 +161,11 @@ class FrameSorter:
             released += [message for stamp in sorted(self._groups) for message in self._release_following(stamp)]
         return released + list(self._release_complete())
 
+    def flush_following(self) -> list[OrderedMessage]:
+        """Return what waits in groups that only follow, at the time of the bag."""
+        following = sorted(stamp for stamp, group in self._groups.items() if not group.leads)
+        return [message for stamp in following for message in self._release_following(stamp)]
+
     def missing(self) -> dict[int, frozenset[str]]:
         """Return, for every waiting stamp, the topics that it still waits for."""
         return {stamp: frozenset(self._groups[stamp].missing or ()) for stamp in sorted(self._groups)}

@@ -114,7 +114,7 @@ class RecorderNode(SuiteNode):
         except BagWriteError as error:
             if self._state != "failed":
                 self.fail(str(error))
-            self.exit_code = 1
+            self.exit_code = FAULT_STATUS if self.faults.count else 1
         if self._accounting.lost:
             self.get_logger().error(f"{sum(self._accounting.lost.values())} messages lost: {dict(self._accounting.lost)}")
         written = self._recording.written.copy()

@@ -20,9 +20,10 @@ from scene_synth_ros.render.renderer_config import RendererNodeConfig
 from scene_synth_ros.render.room_loop import Pace, RoomLoop
 from scene_synth_ros.render.room_meter import RoomMeter
 from scene_synth_ros.render.throughput import Throughput
+from scene_synth_ros.suite.guarded_node import STEADY
 from scene_synth_ros.suite.heap import trim_heap
 from scene_synth_ros.suite.parameters import Parameters
-from scene_synth_ros.suite.suite_node import STEADY, SuiteNode
+from scene_synth_ros.suite.suite_node import SuiteNode
 
 _RECORDER_PATIENCE_S = 10.0
 

@@ -21,9 +21,10 @@ from scene_synth_ros.replay.playable_topics import CLOCK_TOPIC, UnplayableError,
 from scene_synth_ros.replay.playback import Playback
 from scene_synth_ros.replay.replay_config import ReplayConfig
 from scene_synth_ros.replay.replay_qos import replay_qos
+from scene_synth_ros.suite.guarded_node import STEADY
 from scene_synth_ros.suite.parameters import ParameterError, Parameters
 from scene_synth_ros.suite.process import end_process, run_node
-from scene_synth_ros.suite.suite_node import REFUSALS, STEADY
+from scene_synth_ros.suite.suite_node import REFUSALS
 
 
 class ReplayNode(Node):  # type: ignore[misc]

@@ -1,0 +1,29 @@
+"""What leaves at the end: whole frames, and messages of unknown senders at the time of the bag."""
+
+from geometry_msgs.msg import PointStamped
+from rclpy.serialization import serialize_message
+
+from scene_synth_ros.messages.stamps import NANOSECONDS
+from scene_synth_ros.record.frame_intake import FrameIntake
+from scene_synth_ros.record.senders import Origin
+
+POINT = "geometry_msgs/msg/PointStamped"
+
+
+def point(seconds: int) -> bytes:
+    message = PointStamped()
+    message.header.stamp.sec = seconds
+    return bytes(serialize_message(message))
+
+
+def test_at_the_end_of_a_run_too_short_to_know_a_sender_its_messages_are_logged_at_the_time_of_the_bag() -> None:
+    intake = FrameIntake(lambda line: None)
+    for topic in ("/synth/a", "/synth/b"):
+        intake.add_topic(topic, POINT, False, Origin.SUITE)
+    intake.add_topic("/synth/stranger", POINT, False, Origin.UNKNOWN)
+    intake.expect({"/synth/a", "/synth/b"}, {})
+    released = [*intake.add("/synth/a", point(5)), *intake.add("/synth/b", point(5))]
+    released += intake.add("/synth/stranger", point(1_700_000_000))
+    released += intake.add("/synth/a", point(6))  # its frame stays incomplete
+    assert [(message.topic, message.log_ns) for message in released] == [("/synth/a", 5 * NANOSECONDS), ("/synth/b", 5 * NANOSECONDS)]
+    assert [(message.topic, message.log_ns) for message in intake.flush_complete()] == [("/synth/stranger", 5 * NANOSECONDS)]
