@@ -60,6 +60,7 @@ bench: setup
 
 docs: setup
 	@$(BIN)/python docs/architecture_map.py
+	@$(BIN)/python -m scene_synth_ros layers --markdown > docs/layers.md
 
 gallery: setup
 	$(BIN)/python -m scene_synth_ros gallery --out docs/gallery

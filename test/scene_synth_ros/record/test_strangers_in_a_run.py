@@ -21,14 +21,14 @@ rclpy.init()
 node = Node("stranger", namespace="/synth")
 publisher = node.create_publisher(PointStamped, topic, 100)
 print("here", flush=True)
-while True:
+while rclpy.ok():
     message = PointStamped()
     now = time.time_ns()
     message.header.stamp = Time(sec=int(seconds)) if seconds != "wall" else Time(sec=now // 10**9, nanosec=now % 10**9)
     publisher.publish(message)
     time.sleep(period_s)
 """
-FRAMES = 6
+FRAMES = 40
 
 
 @contextmanager
@@ -41,7 +41,7 @@ def stranger(env: dict[str, str], topic: str, period_s: float, seconds: object) 
         assert process.stdout is not None and process.stdout.readline() == "here\n"
         yield
     finally:
-        process.kill()
+        process.terminate()
         process.communicate()
 
 
