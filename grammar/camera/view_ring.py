@@ -10,10 +10,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from grammar.geometry.arrays import Boxes, Floats, Ints
-from grammar.geometry.kernels import INNER, LEAN
+from grammar.geometry.kernels import entry, kernel
 
 RING_COLUMNS = 72
 
@@ -53,7 +52,7 @@ def cast_ring(polygon: Floats, height_m: float, boxes: Boxes, position_m: Floats
     return distance_m, hit
 
 
-@njit(**LEAN)
+@entry
 def _cast_ring(polygon, height_m, boxes, position_m, elevations_rad, distance_m, hit):  # type: ignore[no-untyped-def]
     """Write distances and hits: of each ray the nearest of wall, floor or ceiling, and boxes."""
     for column in range(RING_COLUMNS):
@@ -86,7 +85,7 @@ def view_values(distance_m: Floats, hit: Ints, box_count: int, columns_wide: int
     return values
 
 
-@njit(**LEAN)
+@entry
 def _value_views(distance_m, hit, seen_from, columns_wide, weights, values):  # type: ignore[no-untyped-def]
     """Write the value of each view; ``seen_from`` (b,) remembers for each box the last view that counted it."""
     columns, rows = distance_m.shape
@@ -123,7 +122,7 @@ def best_columns(values: Floats, most_columns: int, turn_cost: float) -> Ints:
     return path
 
 
-@njit(**LEAN)
+@entry
 def _add_turns(total, most_columns, turn_cost, came_from):  # type: ignore[no-untyped-def]
     """Add to each station's values (m, columns) the best total of a path to it; note the column before."""
     stations, columns = total.shape
@@ -139,7 +138,7 @@ def _add_turns(total, most_columns, turn_cost, came_from):  # type: ignore[no-un
             total[station, column] += best
 
 
-@njit(**INNER)
+@kernel
 def _wall_distance(polygon, x, y, dx, dy):  # type: ignore[no-untyped-def]
     """Return the distance along a horizontal ray of unit direction to the outline, inf for a miss."""
     nearest = np.inf
@@ -155,7 +154,7 @@ def _wall_distance(polygon, x, y, dx, dy):  # type: ignore[no-untyped-def]
     return nearest
 
 
-@njit(**INNER)
+@kernel
 def _box_distance(box, position, dx, dy, dz):  # type: ignore[no-untyped-def]
     """Slab test of a ray with an upright box: the ray parameter of the entry, inf for a miss or an origin inside."""
     px, py = position[0] - box[0], position[1] - box[1]

@@ -11,7 +11,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy import ndimage, sparse
 from scipy.sparse import csgraph
@@ -19,7 +18,7 @@ from scipy.sparse import csgraph
 from grammar.geometry.arrays import Boxes, Floats, Ints
 from grammar.geometry.boxes import point_distance
 from grammar.geometry.free_space import FreeSpace, distance_to_outline, rasterize, standable
-from grammar.geometry.kernels import LEAN
+from grammar.geometry.kernels import entry
 
 _RELAXATION = ((1.0, 1.0), (1.0, 0.7), (0.8, 0.5), (0.6, 0.3), (0.0, 1.0), (0.0, 0.6), (0.0, 0.3))
 """Shares of body radius and lens clearance that are tried in turn; without a body the lens may hover over furniture."""
@@ -173,7 +172,7 @@ def _leg(routes: Routes, here: int, there: int) -> list[int]:
     return leg[::-1]
 
 
-@njit(**LEAN)
+@entry
 def slack_at(polygon, boxes, keep_m, wall_keep_m, x_m, y_m):  # type: ignore[no-untyped-def]
     """Return by how many metres a point keeps more than the required distance from walls and boxes; negative if it does not."""
     is_inside, distance = distance_to_outline(polygon, x_m, y_m)
@@ -183,7 +182,7 @@ def slack_at(polygon, boxes, keep_m, wall_keep_m, x_m, y_m):  # type: ignore[no-
     return slack
 
 
-@njit(**LEAN)
+@entry
 def _smooth(points, polygon, boxes, keep_m, wall_keep_m, reserve_m, rounds):  # type: ignore[no-untyped-def]
     """Move each point half-way to the middle of its neighbours, ``rounds`` times, unless that costs the reserve or stretches a step."""
     widest = (2.0 * reserve_m) ** 2

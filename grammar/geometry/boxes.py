@@ -10,10 +10,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from grammar.geometry.arrays import Boxes, Floats, Ints
-from grammar.geometry.kernels import LEAN
+from grammar.geometry.kernels import entry
 
 X, Y, Z_LOW, Z_HIGH, HALF_DEPTH, HALF_WIDTH, COS_YAW, SIN_YAW = range(8)
 """Columns of boxes; boxes in an object's own frame have the first six."""
@@ -27,7 +26,7 @@ def footprint_corners(box: Boxes) -> Boxes:
     return np.column_stack([box[X] + u * box[COS_YAW] - v * box[SIN_YAW], box[Y] + u * box[SIN_YAW] + v * box[COS_YAW]])
 
 
-@njit(**LEAN)
+@entry
 def row_penetration(first: Boxes, i: int, second: Boxes, j: int) -> float:
     """Return how far the footprints of boxes ``first[i]`` and ``second[j]`` overlap, in metres; 0 or less when they are apart.
 
@@ -49,7 +48,7 @@ def footprint_penetration(a: Boxes, b: Boxes) -> float:
     return float(row_penetration(a.reshape(1, 8), 0, b.reshape(1, 8), 0))
 
 
-@njit(**LEAN)
+@entry
 def penetration(first: Boxes, i: int, second: Boxes, j: int) -> float:
     """Return the penetration depth of boxes ``first[i]`` and ``second[j]`` in metres; 0 or less when they are apart or touch."""
     vertical = min(first[i, Z_HIGH], second[j, Z_HIGH]) - max(first[i, Z_LOW], second[j, Z_LOW])
@@ -58,7 +57,7 @@ def penetration(first: Boxes, i: int, second: Boxes, j: int) -> float:
     return float(min(vertical, row_penetration(first, i, second, j)))
 
 
-@njit(**LEAN)
+@entry
 def point_distance(box: Boxes, x_m: float, y_m: float) -> float:
     """Return the distance in metres from a point to a box's footprint, 0 inside."""
     dx, dy = x_m - box[X], y_m - box[Y]
@@ -67,7 +66,7 @@ def point_distance(box: Boxes, x_m: float, y_m: float) -> float:
     return math.sqrt(u * u + v * v)
 
 
-@njit(**LEAN)
+@entry
 def segment_inside_length(box: Boxes, ax_m: float, ay_m: float, bx_m: float, by_m: float) -> float:
     """Return how many metres of the segment from a to b lie in the open footprint of a box (Liang-Barsky clipping)."""
     au = (ax_m - box[X]) * box[COS_YAW] + (ay_m - box[Y]) * box[SIN_YAW]
@@ -86,7 +85,7 @@ def segment_inside_length(box: Boxes, ax_m: float, ay_m: float, bx_m: float, by_
     return max(high - low, 0.0) * math.sqrt(du * du + dv * dv)
 
 
-@njit(**LEAN)
+@entry
 def place_boxes(local: Boxes, first: int, last: int, x_m: float, y_m: float, z_m: float, yaw_rad: float, out: Boxes) -> None:
     """Write to rows ``first`` to ``last - 1`` of ``out`` (n, 8) the boxes that those rows of ``local`` (n, 6) become at a pose.
 
@@ -111,7 +110,7 @@ def deepest_penetrations(boxes: Boxes, owner: Ints, others: Boxes, other_owner: 
     return depth
 
 
-@njit(**LEAN)
+@entry
 def _deepen(boxes, owner, others, other_owner, depth):  # type: ignore[no-untyped-def]
     for a in range(len(boxes)):
         for b in range(len(others)):

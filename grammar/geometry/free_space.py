@@ -13,13 +13,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
 from grammar.geometry.arrays import Bools, Boxes, Floats
 from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, Z_LOW, X, Y, point_distance, row_penetration
-from grammar.geometry.kernels import LEAN
+from grammar.geometry.kernels import entry
 from grammar.spec.rules import GrammarError
 
 MAX_CELLS = 16_000_000
@@ -126,7 +125,7 @@ def _nearest_cell(free: FreeSpace, wanted: Bools, point_m: tuple[float, float]) 
     return row, column
 
 
-@njit(**LEAN)
+@entry
 def _rasterize(polygon, boxes, x0, y0, side, cell, inside, occupied, clearance):  # type: ignore[no-untyped-def]
     """Fill the (h, w) arrays; ``cell`` (1, 8) is work space for a cell as a box."""
     cell[0, HALF_DEPTH], cell[0, HALF_WIDTH], cell[0, COS_YAW] = 0.5 * side, 0.5 * side, 1.0
@@ -144,7 +143,7 @@ def _rasterize(polygon, boxes, x0, y0, side, cell, inside, occupied, clearance):
             clearance[row, column] = nearest if is_inside else 0.0
 
 
-@njit(**LEAN)
+@entry
 def distance_to_outline(polygon: Floats, x_m: float, y_m: float) -> tuple[bool, float]:
     """Return whether a point lies inside an (n, 2) outline (even-odd rule), and its distance to the outline in metres."""
     is_inside = False

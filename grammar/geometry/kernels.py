@@ -1,21 +1,62 @@
-"""How kernels are compiled: the options of those that make no arrays.
+"""How kernels are compiled: cached on disk, IEEE arithmetic throughout.
 
 Unless told otherwise numba counts the references to every array that a function takes out of a tuple or slices, each time with an atomic
 addition; in the layout chain that was two thirds of the time.  What a kernel without this counting is given belongs to its caller.
+
+A kernel takes the kernels that it calls, and constants, from other files into its machine code, so its cache is renewed when one of these
+changes: no process can run a stale kernel.
 """
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable
 from typing import Any
 
-LEAN: dict[str, Any] = {"cache": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
-"""Options of kernels that make no arrays."""
+from numba import njit
+from numba.core.caching import FunctionCache, IndexDataCacheFile
 
-INNER: dict[str, Any] = {**LEAN, "no_cpython_wrapper": True}
-"""And that only other kernels call: a wrapper that unpacks the tables takes longer to compile than most kernels."""
+from scene_description.sources import source_stamp
 
-INLINED: dict[str, Any] = {**INNER, "forceinline": True}
-"""And whose call would cost more than it does, since every array that is passed on is up to ten numbers on the stack.
+_COUNTING: dict[str, Any] = {"error_model": "numpy"}
+_SETTINGS: dict[str, Any] = {**_COUNTING, "_nrt": False, "no_cfunc_wrapper": True}
+_INNER: dict[str, Any] = {**_SETTINGS, "no_cpython_wrapper": True}
+"""Of kernels that only kernels call: a wrapper that unpacks the tables takes longer to compile than most kernels."""
 
-Without this option on its small kernels the layout chain made a quarter fewer proposals per second.
-"""
+
+class KernelCache(FunctionCache):  # type: ignore[misc]
+    """Numba's cache of one function on disk, good for the sources of the function's file and of all that this imports from here."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        stamp = source_stamp(inspect.getfile(function))
+        self._cache_file = IndexDataCacheFile(self._cache_path, self._impl.filename_base, stamp)
+
+
+def _compiled(function: Callable[..., Any], **settings: Any) -> Any:
+    dispatcher = njit(**settings)(function)
+    dispatcher._cache = KernelCache(function)
+    return dispatcher
+
+
+def making_arrays(function: Callable[..., Any]) -> Any:
+    """Compile a function that Python calls and that makes arrays."""
+    return _compiled(function, **_COUNTING)
+
+
+def entry(function: Callable[..., Any]) -> Any:
+    """Compile a function that Python calls."""
+    return _compiled(function, **_SETTINGS)
+
+
+def kernel(function: Callable[..., Any]) -> Any:
+    """Compile a function that only kernels call."""
+    return _compiled(function, **_INNER)
+
+
+def inlined(function: Callable[..., Any]) -> Any:
+    """Compile a function into its callers: every array that a call passes on is up to ten numbers on the stack.
+
+    Without this on its small kernels the layout chain made a quarter fewer proposals per second.
+    """
+    return _compiled(function, forceinline=True, **_INNER)

@@ -6,11 +6,10 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
 from grammar.geometry.arrays import Floats
-from grammar.geometry.kernels import LEAN
+from grammar.geometry.kernels import entry
 from scene_description.types import Point2
 
 START_X, START_Y, ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, WALL_YAW, REFLEX = range(9)
@@ -42,7 +41,7 @@ def wall_rows(polygon_m: ArrayLike) -> Floats:
     return np.column_stack([start, tangent, length, normal, np.arctan2(normal[:, 1], normal[:, 0]), reflex])
 
 
-@njit(**LEAN)
+@entry
 def outside_distance(wall: Floats, x: float, y: float) -> float:
     """Return how far a point lies outside the room whose walls are rows of :func:`wall_rows`, in metres; 0 inside."""
     outside = False
@@ -60,7 +59,7 @@ def outside_distance(wall: Floats, x: float, y: float) -> float:
     return 0.0 if inside else nearest
 
 
-@njit(**LEAN)
+@entry
 def _crossing_length(x, y, c, s, half_d, half_w, ax, ay, bx, by):  # type: ignore[no-untyped-def]
     """Return the length within a rectangle of the segment from a to b that ends outside of it at both ends, else 0."""
     au, av = (ax - x) * c + (ay - y) * s, (ay - y) * c - (ax - x) * s
@@ -80,7 +79,7 @@ def _crossing_length(x, y, c, s, half_d, half_w, ax, ay, bx, by):  # type: ignor
     return max(high - low, 0.0) * math.sqrt((bu - au) ** 2 + (bv - av) ** 2)
 
 
-@njit(**LEAN)
+@entry
 def rectangle_outside(wall: Floats, x: float, y: float, c: float, s: float, half_d: float, half_w: float) -> float:
     """Return how far a rectangle sticks out of the room: its corners outside, inward vertices inside it, walls that run through it."""
     worst, bent = 0.0, False

@@ -11,12 +11,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from grammar.geometry import boxes
 from grammar.geometry.arrays import Ints
 from grammar.geometry.free_space import rasterize, standable
-from grammar.geometry.kernels import INNER, LEAN
+from grammar.geometry.kernels import entry, kernel
 from grammar.layout import columns as col
 from grammar.layout.floor_raster import (
     DONE,
@@ -111,7 +110,7 @@ def circulation_losses(problem: Problem, state: State, floor: Floor) -> tuple[fl
     return circulation, float(missed)
 
 
-@njit(**INNER)
+@kernel
 def rasterize_objects(problem, state, floor, traffic, present):  # type: ignore[no-untyped-def]
     """Put all active objects on the raster of an unfurnished room (``present`` 1), or take them off it again (0)."""
     for i in range(len(problem.link)):
@@ -122,7 +121,7 @@ def rasterize_objects(problem, state, floor, traffic, present):  # type: ignore[
     start_over(floor)
 
 
-@njit(**INNER)
+@kernel
 def _exchange(problem, old, new, i, floor, traffic):  # type: ignore[no-untyped-def]
     """Move object ``i`` on the raster; its boxes are rows of ``old`` and ``new``."""
     for k in range(problem.link[i, col.SOLIDS], problem.link[i, col.ZONES]):
@@ -130,13 +129,13 @@ def _exchange(problem, old, new, i, floor, traffic):  # type: ignore[no-untyped-
             move_box(old, new, k, np.int64(1), np.int64(1), floor)
 
 
-@njit(**INNER)
+@kernel
 def _within(box, x, y):  # type: ignore[no-untyped-def]
     dx, dy, c, s = x - box[boxes.X], y - box[boxes.Y], box[boxes.COS_YAW], box[boxes.SIN_YAW]
     return abs(dx * c + dy * s) <= box[boxes.HALF_DEPTH] and abs(dy * c - dx * s) <= box[boxes.HALF_WIDTH]
 
 
-@njit(**INNER)
+@kernel
 def _still_reached(placed, first, last, cell, floor, mark):  # type: ignore[no-untyped-def]
     """Return whether a cell is reached and its centre lies in one of the strips."""
     if cell < 0 or mark[cell] != REACHED_CELL:
@@ -150,7 +149,7 @@ def _still_reached(placed, first, last, cell, floor, mark):  # type: ignore[no-u
     return False
 
 
-@njit(**INNER)
+@kernel
 def _reached_cell(box, floor, mark):  # type: ignore[no-untyped-def]
     """Return a reached cell whose centre lies in a strip, or -1."""
     side, stride = floor.resolution_m, floor.tally[STRIDE]
@@ -169,7 +168,7 @@ def _reached_cell(box, floor, mark):  # type: ignore[no-untyped-def]
     return -1
 
 
-@njit(**INNER)
+@kernel
 def measure(problem, state, floor, mark, traffic):  # type: ignore[no-untyped-def]
     """Return the losses circulation and reach of what stands on the raster, whose marks are up to date."""
     tally, witness, missed = floor.tally, traffic.witness, 0
@@ -186,7 +185,7 @@ def measure(problem, state, floor, mark, traffic):  # type: ignore[no-untyped-de
     return max(floor.share - share, 0.0), missed
 
 
-@njit(**INNER)
+@kernel
 def changes_floor(problem, members, count):  # type: ignore[no-untyped-def]
     """Return whether one of the objects takes floor or must be reached."""
     for m in range(count):
@@ -196,7 +195,7 @@ def changes_floor(problem, members, count):  # type: ignore[no-untyped-def]
     return False
 
 
-@njit(**INNER)
+@kernel
 def try_move(problem, state, old, members, count, floor, traffic):  # type: ignore[no-untyped-def]
     """Return circulation and reach once the members, whose boxes were ``old``, have moved; :func:`commit_or_revert` has to follow."""
     for m in range(count):
@@ -204,7 +203,7 @@ def try_move(problem, state, old, members, count, floor, traffic):  # type: igno
     return measure(problem, state, floor, floor.mark[update(floor)], traffic)
 
 
-@njit(**INNER)
+@kernel
 def commit_or_revert(problem, state, old, members, count, floor, traffic, committed):  # type: ignore[no-untyped-def]
     """Leave the raster as the members' move made it, or take it back to what it was before :func:`try_move`."""
     if not committed:
@@ -213,7 +212,7 @@ def commit_or_revert(problem, state, old, members, count, floor, traffic, commit
     settle(floor, committed)
 
 
-@njit(**LEAN)
+@entry
 def _measure_rasterized(problem, state, floor, traffic):  # type: ignore[no-untyped-def]
     rasterize_objects(problem, state, floor, traffic, np.int64(1))
     losses = measure(problem, state, floor, floor.mark[floor.tally[SIDE]], traffic)

@@ -25,10 +25,9 @@ one of them; cliques among objects that move rigidly together keep their losses 
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from grammar.geometry.arrays import Floats
-from grammar.geometry.kernels import INLINED, INNER, LEAN
+from grammar.geometry.kernels import entry, inlined, kernel
 from grammar.layout import columns as col
 from grammar.layout.frames import surface_owner
 from grammar.layout.losses import (
@@ -44,7 +43,7 @@ from grammar.layout.losses import (
 from grammar.layout.problem import Problem, State
 
 
-@njit(**INNER)
+@kernel
 def _add_unary(problem, state, i, moved, out):  # type: ignore[no-untyped-def]
     """Add what object ``i`` costs on its own or with walls, and with the support and the core that do not move along with it."""
     link, mount, core = problem.link, problem.link[i, col.MOUNT], problem.link[i, col.CORE]
@@ -63,7 +62,7 @@ def _add_unary(problem, state, i, moved, out):  # type: ignore[no-untyped-def]
         add_room_centre(problem, state, i, out)
 
 
-@njit(**INLINED)
+@inlined
 def _add_pair(problem, state, i, j, squared, out):  # type: ignore[no-untyped-def]
     """Add overlap, occlusion and blocked depth of two objects; ``squared``: distance of their origins."""
     link, item = problem.link, problem.object
@@ -78,7 +77,7 @@ def _add_pair(problem, state, i, j, squared, out):  # type: ignore[no-untyped-de
             add_zones(problem, state, owner, other, related, out)
 
 
-@njit(**INNER)
+@kernel
 def weighted(problem, energy):  # type: ignore[no-untyped-def]
     """Return the weighted sum of an energy vector."""
     total = 0.0
@@ -87,7 +86,7 @@ def weighted(problem, energy):  # type: ignore[no-untyped-def]
     return total
 
 
-@njit(**LEAN)
+@entry
 def local_energy(problem, state, members, count, moved, limit, out):  # type: ignore[no-untyped-def]
     """Write to ``out`` the losses of the cliques that change when the first ``count`` ``members`` move; return their weighted sum.
 

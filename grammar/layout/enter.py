@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from grammar.geometry.kernels import INNER
+from grammar.geometry.kernels import kernel, making_arrays
 from grammar.layout import columns as col
 from grammar.layout.energies import local_energy
 from grammar.layout.moves import RELOCATE, propose
@@ -20,7 +19,7 @@ def enter(rng: np.random.Generator, problem: Problem, state: State, settings: Mo
     return bool(_enter(rng, problem, state, settings, int(i), starts, *work))
 
 
-@njit(cache=True, error_model="numpy")
+@making_arrays
 def _enter(rng, problem, state, settings, i, starts, proposal, moved, energy):  # type: ignore[no-untyped-def]
     """Put object ``i`` at the best of ``starts`` poses; the best one so far is kept in the proposal's second place."""
     members, best, one = moved.members, np.inf, np.int64(1)
@@ -48,7 +47,7 @@ def _enter(rng, problem, state, settings, i, starts, proposal, moved, energy):  
     return True
 
 
-@njit(**INNER)
+@kernel
 def _copy_place(proposal, source, target):  # type: ignore[no-untyped-def]
     """Copy one of the two poses of a proposal over the other."""
     for k in range(3):

@@ -14,12 +14,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from grammar.geometry import boxes
 from grammar.geometry.arrays import Ints
-from grammar.geometry.kernels import INNER
+from grammar.geometry.kernels import kernel
 
 STRIDE, ROWS, FREE, DONE, SIDE, CHANGES, LOGGED, FLOODED, DONE_BEFORE = range(9)
 """Places in ``Floor.tally``."""
@@ -84,7 +83,7 @@ def _is_simple(ring: int) -> bool:
 _SIMPLE = np.array([_is_simple(ring) for ring in range(256)])
 
 
-@njit(**INNER)
+@kernel
 def _reach_right(y, c, s, p, q, r):  # type: ignore[no-untyped-def]
     """Return the greatest x at height ``y`` of a rectangle about the origin widened by ``r``, whose yaw (cosine, sine) is below pi / 2."""
     top, right = p * s + q * c, p * s - q * c
@@ -99,7 +98,7 @@ def _reach_right(y, c, s, p, q, r):  # type: ignore[no-untyped-def]
     return q * s - p * c + math.sqrt(max(r * r - (y + top) ** 2, 0.0))
 
 
-@njit(**INNER)
+@kernel
 def _shape(placed, k):  # type: ignore[no-untyped-def]
     """Return cosine, sine and half extents of a box's footprint as a rectangle whose yaw is below pi / 2."""
     c, s, half_d, half_w = placed[k, boxes.COS_YAW], placed[k, boxes.SIN_YAW], placed[k, boxes.HALF_DEPTH], placed[k, boxes.HALF_WIDTH]
@@ -108,7 +107,7 @@ def _shape(placed, k):  # type: ignore[no-untyped-def]
     return abs(c), abs(s), half_d, half_w
 
 
-@njit(**INNER)
+@kernel
 def _rows(placed, k, shape, floor):  # type: ignore[no-untyped-def]
     """Return the first row, and the one past the last, whose centres the widened box may cover."""
     c, s, p, q = shape
@@ -117,7 +116,7 @@ def _rows(placed, k, shape, floor):  # type: ignore[no-untyped-def]
     return max(math.floor(middle - extent / side) + 1, 0), min(math.ceil(middle + extent / side), floor.tally[ROWS])
 
 
-@njit(**INNER)
+@kernel
 def _run_of(placed, k, shape, row, floor):  # type: ignore[no-untyped-def]
     """Return the first column, and the one past the last, whose centres in a row the widened box covers."""
     c, s, p, q = shape
@@ -130,7 +129,7 @@ def _run_of(placed, k, shape, row, floor):  # type: ignore[no-untyped-def]
     return begin, max(math.ceil(min(max(last, 0.0), columns)), begin)
 
 
-@njit(**INNER)
+@kernel
 def _add(floor, base, first, last, sign):  # type: ignore[no-untyped-def]
     """Add ``sign`` to the cells ``base + first`` to ``base + last - 1``, and note those that open or close."""
     covered, change, tally = floor.covered, floor.change, floor.tally
@@ -144,7 +143,7 @@ def _add(floor, base, first, last, sign):  # type: ignore[no-untyped-def]
             tally[CHANGES] += 1
 
 
-@njit(**INNER)
+@kernel
 def move_box(old, new, k, had, has, floor):  # type: ignore[no-untyped-def]
     """Take box ``k`` off the raster as it is in ``old``, if it was there, and put it on as it is in ``new``, if it comes there.
 
@@ -173,7 +172,7 @@ def move_box(old, new, k, had, has, floor):  # type: ignore[no-untyped-def]
         _add(floor, base, max(u, b), v, np.int64(1))
 
 
-@njit(**INNER)
+@kernel
 def _mark(floor, mark, cell, value):  # type: ignore[no-untyped-def]
     """Mark a cell and log what it was marked before."""
     tally = floor.tally
@@ -182,7 +181,7 @@ def _mark(floor, mark, cell, value):  # type: ignore[no-untyped-def]
     mark[cell] = value
 
 
-@njit(**INNER)
+@kernel
 def _open_cells(floor, mark, count):  # type: ignore[no-untyped-def]
     """Mark the changed cells that opened; return whether that joined nothing to what is reached."""
     covered, change, tally, stride = floor.covered, floor.change, floor.tally, floor.tally[STRIDE]
@@ -212,7 +211,7 @@ def _open_cells(floor, mark, count):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(**INNER)
+@kernel
 def _close_cells(floor, mark, count):  # type: ignore[no-untyped-def]
     """Mark the changed cells that closed; return whether that parted nothing."""
     covered, change, tally, stride = floor.covered, floor.change, floor.tally, floor.tally[STRIDE]
@@ -242,7 +241,7 @@ def _close_cells(floor, mark, count):  # type: ignore[no-untyped-def]
     return False
 
 
-@njit(**INNER)
+@kernel
 def _undo(floor, mark):  # type: ignore[no-untyped-def]
     """Mark all logged cells as before."""
     tally = floor.tally
@@ -251,7 +250,7 @@ def _undo(floor, mark):  # type: ignore[no-untyped-def]
         mark[floor.log[tally[LOGGED], 0]] = floor.log[tally[LOGGED], 1]
 
 
-@njit(**INNER)
+@kernel
 def _entry_cell(floor):  # type: ignore[no-untyped-def]
     """Return the standable cell in which the flood begins, -1 without one."""
     for k in range(len(floor.entry)):
@@ -260,7 +259,7 @@ def _entry_cell(floor):  # type: ignore[no-untyped-def]
     return -1
 
 
-@njit(**INNER)
+@kernel
 def _flood(floor, mark):  # type: ignore[no-untyped-def]
     """Mark all cells anew, run by run along the rows; return how many are reached."""
     covered, stack, stride = floor.covered, floor.stack, floor.tally[STRIDE]
@@ -295,7 +294,7 @@ def _flood(floor, mark):  # type: ignore[no-untyped-def]
     return done
 
 
-@njit(**INNER)
+@kernel
 def start_over(floor):  # type: ignore[no-untyped-def]
     """Flood the raster and forget all changes."""
     tally = floor.tally
@@ -303,7 +302,7 @@ def start_over(floor):  # type: ignore[no-untyped-def]
     tally[CHANGES] = tally[LOGGED] = tally[FLOODED] = 0
 
 
-@njit(**INNER)
+@kernel
 def update(floor):  # type: ignore[no-untyped-def]
     """Bring marks and tallies up to the changes; :func:`settle` has to follow.  Return the row of ``mark`` that now holds."""
     tally, side = floor.tally, floor.tally[SIDE]
@@ -321,7 +320,7 @@ def update(floor):  # type: ignore[no-untyped-def]
     return 1 - side
 
 
-@njit(**INNER)
+@kernel
 def settle(floor, committed):  # type: ignore[no-untyped-def]
     """Keep the marks of the last :func:`update`, or go back to those before it once the boxes are back."""
     tally = floor.tally

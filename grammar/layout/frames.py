@@ -5,23 +5,22 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from grammar.geometry import walls
 from grammar.geometry.boxes import place_boxes
-from grammar.geometry.kernels import INLINED, INNER, LEAN
+from grammar.geometry.kernels import entry, inlined, kernel
 from grammar.layout import columns as col
 
 _METRES_A_TURN = 10.0
 
 
-@njit(**INNER)
+@kernel
 def wrap(angle: float) -> float:
     """Return an angle in [-pi, pi)."""
     return angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))
 
 
-@njit(**LEAN)
+@entry
 def place_object(problem, state, i):  # type: ignore[no-untyped-def]
     """Write the world boxes of object ``i`` after its pose changed."""
     where, link = state.where, problem.link
@@ -29,20 +28,20 @@ def place_object(problem, state, i):  # type: ignore[no-untyped-def]
     place_boxes(problem.box, link[i, col.SOLIDS], link[i, col.BOX_END], x, y, z, yaw, state.placed)
 
 
-@njit(**INLINED)
+@inlined
 def along_wall(wall, w, x, y):  # type: ignore[no-untyped-def]
     """Return how far along wall ``w`` a point lies, in metres from its start."""
     return (x - wall[w, walls.START_X]) * wall[w, walls.ALONG_X] + (y - wall[w, walls.START_Y]) * wall[w, walls.ALONG_Y]
 
 
-@njit(**INLINED)
+@inlined
 def point_at_wall(wall, w, along, across):  # type: ignore[no-untyped-def]
     """Return x and y of the point ``along`` metres from the start of wall ``w`` and ``across`` metres into the room."""
     x = wall[w, walls.START_X] + wall[w, walls.ALONG_X] * along + wall[w, walls.NORMAL_X] * across
     return x, wall[w, walls.START_Y] + wall[w, walls.ALONG_Y] * along + wall[w, walls.NORMAL_Y] * across
 
 
-@njit(**INNER)
+@kernel
 def wall_of_core(problem, state, core):  # type: ignore[no-untyped-def]
     """Return the wall on which what belongs to ``core`` hangs: the core's own, or the one at the back of a core that stands.
 
@@ -62,13 +61,13 @@ def wall_of_core(problem, state, core):  # type: ignore[no-untyped-def]
     return np.int64(best)
 
 
-@njit(**INLINED)
+@inlined
 def surface_owner(problem, k):  # type: ignore[no-untyped-def]
     """Return the index of the object that support surface ``k`` belongs to."""
     return int(problem.surface[k, col.SURFACE_OWNER])
 
 
-@njit(**INNER)
+@kernel
 def in_surface_frame(problem, state, k, x, y):  # type: ignore[no-untyped-def]
     """Return a world point in the frame of the middle of support surface ``k``."""
     where, surface, owner = state.where, problem.surface, surface_owner(problem, k)
@@ -77,7 +76,7 @@ def in_surface_frame(problem, state, k, x, y):  # type: ignore[no-untyped-def]
     return dx * c + dy * s - surface[k, col.SURFACE_X], dy * c - dx * s - surface[k, col.SURFACE_Y]
 
 
-@njit(**INNER)
+@kernel
 def placement_target(problem, i, m, k):  # type: ignore[no-untyped-def]
     """Return x and y that placement ``m`` of object ``i`` means on support surface ``k``, in its frame (NaN: anywhere)."""
     mode, surface = problem.mode, problem.surface

@@ -8,11 +8,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from grammar.geometry import boxes, walls
 from grammar.geometry.boxes import row_penetration
-from grammar.geometry.kernels import INLINED, INNER
+from grammar.geometry.kernels import inlined, kernel
 from grammar.geometry.walls import rectangle_outside
 from grammar.geometry.zones import ACCESS, SWING, VIEW
 from grammar.layout import columns as col
@@ -37,13 +36,13 @@ RELATION_ODDS = TERMS.index("relation_odds")
 _TOUCH_M = 1e-6
 
 
-@njit(**INNER)
+@kernel
 def _angle(turn, mean):  # type: ignore[no-untyped-def]
     """Return how far an angle is off a mean, 0 where the mean is NaN."""
     return 0.0 if math.isnan(mean) else abs(wrap(turn - mean))
 
 
-@njit(**INNER)
+@kernel
 def add_wall(problem, state, i, out):  # type: ignore[no-untyped-def]
     """Add the losses of object ``i`` to the wall and mode that it fits best.
 
@@ -77,7 +76,7 @@ def add_wall(problem, state, i, out):  # type: ignore[no-untyped-def]
     out[RELATION_ODDS] += odds
 
 
-@njit(**INNER)
+@kernel
 def add_group(problem, state, i, out):  # type: ignore[no-untyped-def]
     """Add the losses of object ``i`` to the mode around its core that it fits best."""
     where, mode, weight, core = state.where, problem.mode, problem.weight, problem.link[i, col.CORE]
@@ -97,7 +96,7 @@ def add_group(problem, state, i, out):  # type: ignore[no-untyped-def]
     out[RELATION_ODDS] += odds
 
 
-@njit(**INNER)
+@kernel
 def add_support(problem, state, i, out):  # type: ignore[no-untyped-def]
     """Add overhang, address, and the losses to the placement that object ``i`` fits best on its support surface.
 
@@ -128,13 +127,13 @@ def add_support(problem, state, i, out):  # type: ignore[no-untyped-def]
             out[SUPPORT_ADDRESS] += mode[m, col.ADDRESS_COST]
 
 
-@njit(**INLINED)
+@inlined
 def _heights_meet(placed, a, b):  # type: ignore[no-untyped-def]
     high, low = min(placed[a, boxes.Z_HIGH], placed[b, boxes.Z_HIGH]), max(placed[a, boxes.Z_LOW], placed[b, boxes.Z_LOW])
     return high - low > _TOUCH_M
 
 
-@njit(**INNER)
+@kernel
 def add_overlap(problem, state, i, j, out):  # type: ignore[no-untyped-def]
     """Add the summed depth of the footprints of the solids of two objects, where their heights meet."""
     link, placed = problem.link, state.placed
@@ -144,7 +143,7 @@ def add_overlap(problem, state, i, j, out):  # type: ignore[no-untyped-def]
                 out[OVERLAP] += max(row_penetration(placed, a, placed, b), 0.0)
 
 
-@njit(**INNER)
+@kernel
 def add_zones(problem, state, i, j, related, out):  # type: ignore[no-untyped-def]
     """Add occlusion and blocked depth: what the solids of object ``j`` take from the zones of object ``i``.
 
@@ -170,7 +169,7 @@ def add_zones(problem, state, i, j, related, out):  # type: ignore[no-untyped-de
             out[BLOCKED] += deepest
 
 
-@njit(**INLINED)
+@inlined
 def add_out_of_room(problem, state, i, out):  # type: ignore[no-untyped-def]
     """Add how far the footprint of object ``i`` sticks out of the room."""
     x, y, yaw = state.where[i, col.X], state.where[i, col.Y], state.where[i, col.YAW]
@@ -178,7 +177,7 @@ def add_out_of_room(problem, state, i, out):  # type: ignore[no-untyped-def]
     out[OUT_OF_ROOM] += rectangle_outside(problem.wall, x, y, math.cos(yaw), math.sin(yaw), half_d, half_w)
 
 
-@njit(**INLINED)
+@inlined
 def add_occlusion_by_walls(problem, state, i, out):  # type: ignore[no-untyped-def]
     """Add what walls take from the access spaces of object ``i``."""
     placed = state.placed
@@ -189,7 +188,7 @@ def add_occlusion_by_walls(problem, state, i, out):  # type: ignore[no-untyped-d
             out[OCCLUSION] += min(outside / problem.box[k, col.ZONE_DEPTH], 1.0)
 
 
-@njit(**INLINED)
+@inlined
 def add_room_centre(problem, state, i, out):  # type: ignore[no-untyped-def]
     """Add the distance of object ``i`` to the centroid of the floor."""
     out[ROOM_CENTRE] += math.hypot(state.where[i, col.X] - problem.x_centre, state.where[i, col.Y] - problem.y_centre)

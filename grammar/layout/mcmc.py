@@ -14,10 +14,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from grammar.geometry.arrays import Floats, Ints
-from grammar.geometry.kernels import INLINED, INNER
+from grammar.geometry.kernels import inlined, kernel, making_arrays
 from grammar.layout import columns as col
 from grammar.layout.circulation import (
     CIRCULATION,
@@ -144,7 +143,7 @@ def run_chain(rng: np.random.Generator, chain: Chain, state: State, run: Run, mo
     return ChainInfo(kept if found else None, work.energy, counts, trace)
 
 
-@njit(cache=True, error_model="numpy")
+@making_arrays
 def _run(rng, chain, state, run, movable, work, kept, counts, trace):  # type: ignore[no-untyped-def]
     """Make all proposals of a run; return whether ``kept`` holds a feasible layout."""
     problem, floor, energy, moved, proposals = chain.problem, chain.floor, work.energy, work.moved, run.proposals
@@ -187,7 +186,7 @@ def _run(rng, chain, state, run, movable, work, kept, counts, trace):  # type: i
     return found
 
 
-@njit(**INLINED)
+@inlined
 def _step(rng, chain, state, movable, beta, work):  # type: ignore[no-untyped-def]
     """Propose a move and accept or reject it; the state and the energy of ``work`` are those after it."""
     problem, floor, weight, energy, moved = chain.problem, chain.floor, chain.problem.weight, work.energy, work.moved
@@ -236,7 +235,7 @@ def _step(rng, chain, state, movable, beta, work):  # type: ignore[no-untyped-de
     return _Step(move, accepted, count)
 
 
-@njit(**INLINED)
+@inlined
 def _feasible(energy, tolerance):  # type: ignore[no-untyped-def]
     """Return whether no loss that is zero in a feasible layout exceeds the tolerance."""
     worst = 0.0
@@ -245,7 +244,7 @@ def _feasible(energy, tolerance):  # type: ignore[no-untyped-def]
     return worst <= tolerance
 
 
-@njit(**INNER)
+@kernel
 def _trace(energy, counts, sample, trace):  # type: ignore[no-untyped-def]
     """Write one sample of the trace."""
     for term in range(len(energy)):

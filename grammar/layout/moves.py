@@ -17,10 +17,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from grammar.geometry import walls
-from grammar.geometry.kernels import INLINED, INNER
+from grammar.geometry.kernels import inlined, kernel
 from grammar.layout import columns as col
 from grammar.layout.frames import along_wall, in_surface_frame, surface_owner, wall_of_core, wrap
 from grammar.layout.proposal import MoveSettings, copy_pose, hang, move_settings, pick, put_on_surface, start_from, uniform_on_surface
@@ -39,7 +38,7 @@ RELOCATE = MOVES.index("relocate")
 _LEAST_DENSITY = 1e-300
 
 
-@njit(**INNER)
+@kernel
 def _in_domain(problem, state, proposal, place):  # type: ignore[no-untyped-def]
     """Return whether a proposed pose lies in the space of poses: the room's bounding box, a wall's length, or a support surface."""
     i, x, y = proposal.tag[place, col.LEADER], proposal.pose[place, col.X], proposal.pose[place, col.Y]
@@ -56,7 +55,7 @@ def _in_domain(problem, state, proposal, place):  # type: ignore[no-untyped-def]
     return problem.x_low <= x <= problem.x_high and problem.y_low <= y <= problem.y_high
 
 
-@njit(**INNER)
+@kernel
 def propose(rng, problem, state, settings, move, i, movable, proposal):  # type: ignore[no-untyped-def]
     """Fill ``proposal`` with move number ``move`` of object ``i``.
 
@@ -89,7 +88,7 @@ def propose(rng, problem, state, settings, move, i, movable, proposal):  # type:
     return count, log_q_ratio
 
 
-@njit(**INLINED)
+@inlined
 def _diffuse(rng, problem, state, settings, move, i, proposal):  # type: ignore[no-untyped-def]
     """Shift an object by a normal step: any way, along a direction of a wall or of its support, or along the wall that it hangs on."""
     pose, mount = proposal.pose, problem.link[i, col.MOUNT]
@@ -111,7 +110,7 @@ def _diffuse(rng, problem, state, settings, move, i, proposal):  # type: ignore[
         pose[0, col.Y] += step * math.cos(yaw)
 
 
-@njit(**INLINED)
+@inlined
 def _rotate(rng, settings, proposal):  # type: ignore[no-untyped-def]
     """Turn an object by quarter turns or by a normal angle."""
     if rng.random() < settings.quarter_turn:
@@ -121,7 +120,7 @@ def _rotate(rng, settings, proposal):  # type: ignore[no-untyped-def]
     proposal.pose[0, col.YAW] = wrap(proposal.pose[0, col.YAW] + turn)
 
 
-@njit(**INNER)
+@kernel
 def _swap(rng, problem, state, i, movable, proposal):  # type: ignore[no-untyped-def]
     """Let an object and a random other one that is mounted as it is exchange their poses; return how many lead the move."""
     j = movable[pick(rng, len(movable))]
@@ -139,12 +138,12 @@ def _swap(rng, problem, state, i, movable, proposal):  # type: ignore[no-untyped
     return 2
 
 
-@njit(**INNER)
+@kernel
 def _surface_area(problem, k):  # type: ignore[no-untyped-def]
     return 4.0 * problem.surface[k, col.SURFACE_HALF_DEPTH] * problem.surface[k, col.SURFACE_HALF_WIDTH]
 
 
-@njit(**INNER)
+@kernel
 def _repoint(rng, problem, state, i, proposal):  # type: ignore[no-untyped-def]
     """Draw another target of an object's support address and a uniform place there; return the count of leaders and the Hastings ratio."""
     first, last = problem.link[i, col.TARGETS], problem.link[i, col.MODE_END]

@@ -6,11 +6,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from grammar.geometry import walls
 from grammar.geometry.arrays import Floats, Ints
-from grammar.geometry.kernels import INLINED, INNER
+from grammar.geometry.kernels import inlined, kernel
 from grammar.layout import columns as col
 from grammar.layout.frames import point_at_wall, surface_owner, wrap
 from grammar.spec.rules import MOVES, MoveRule
@@ -64,13 +63,13 @@ def empty_proposal() -> Proposal:
     return Proposal(np.zeros((2, 3)), np.zeros((2, 3), np.int64))
 
 
-@njit(**INNER)
+@kernel
 def pick(rng, count):  # type: ignore[no-untyped-def]
     """Return a uniform index below ``count``."""
     return min(int(rng.random() * count), count - 1)
 
 
-@njit(**INLINED)
+@inlined
 def start_from(state, proposal, place, i):  # type: ignore[no-untyped-def]
     """Begin a proposal for object ``i`` with the pose that it has."""
     proposal.tag[place, col.LEADER], proposal.tag[place, col.NEW_SURFACE] = i, state.hold[i, col.SURFACE]
@@ -78,14 +77,14 @@ def start_from(state, proposal, place, i):  # type: ignore[no-untyped-def]
     copy_pose(state, i, proposal, place)
 
 
-@njit(**INLINED)
+@inlined
 def copy_pose(state, i, proposal, place):  # type: ignore[no-untyped-def]
     """Propose the pose that object ``i`` has."""
     proposal.pose[place, col.X], proposal.pose[place, col.Y] = state.where[i, col.X], state.where[i, col.Y]
     proposal.pose[place, col.YAW] = state.where[i, col.YAW]
 
 
-@njit(**INNER)
+@kernel
 def hang(problem, proposal, place, i, w, along):  # type: ignore[no-untyped-def]
     """Put object ``i`` with its back to wall ``w``, its middle ``along`` metres from the wall's start."""
     x, y = point_at_wall(problem.wall, w, along, problem.object[i, col.HALF_DEPTH])
@@ -94,7 +93,7 @@ def hang(problem, proposal, place, i, w, along):  # type: ignore[no-untyped-def]
     proposal.pose[place, col.YAW] = problem.wall[w, walls.WALL_YAW]
 
 
-@njit(**INNER)
+@kernel
 def put_on_surface(problem, state, proposal, k, u, v, turn):  # type: ignore[no-untyped-def]
     """Put the leading object on support surface ``k`` at u, v in its frame, turned by ``turn`` against its owner."""
     where, owner = state.where, surface_owner(problem, k)
@@ -107,7 +106,7 @@ def put_on_surface(problem, state, proposal, k, u, v, turn):  # type: ignore[no-
     proposal.pose[0, col.YAW] = wrap(yaw + turn)
 
 
-@njit(**INNER)
+@kernel
 def uniform_on_surface(rng, problem, k):  # type: ignore[no-untyped-def]
     """Draw a uniform place on support surface ``k``, in its frame."""
     u = problem.surface[k, col.SURFACE_HALF_DEPTH] * (2.0 * rng.random() - 1.0)

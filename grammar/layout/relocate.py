@@ -10,10 +10,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
 from grammar.geometry import walls
-from grammar.geometry.kernels import INLINED, INNER
+from grammar.geometry.kernels import inlined, kernel
 from grammar.layout import columns as col
 from grammar.layout.frames import along_wall, in_surface_frame, placement_target, point_at_wall, surface_owner, wall_of_core, wrap
 from grammar.layout.proposal import hang, pick, put_on_surface, uniform_on_surface
@@ -24,23 +23,23 @@ _FAR_SDS = 40.0
 """Beyond so many standard deviations a normal density is zero in float64."""
 
 
-@njit(**INNER)
+@kernel
 def _normal_density(x, sd):  # type: ignore[no-untyped-def]
     return math.exp(-0.5 * (x / sd) ** 2) / (sd * math.sqrt(_TWO_PI))
 
 
-@njit(**INNER)
+@kernel
 def _yaw_density(angle, mean, sd):  # type: ignore[no-untyped-def]
     """Return the density of a wrapped normal (narrow: sd is far below pi), or of a uniform angle where the mean is NaN."""
     return 1.0 / _TWO_PI if math.isnan(mean) else _normal_density(wrap(angle - mean), sd)
 
 
-@njit(**INNER)
+@kernel
 def _draw_yaw(rng, mean, sd):  # type: ignore[no-untyped-def]
     return _TWO_PI * rng.random() if math.isnan(mean) else mean + sd * rng.standard_normal()
 
 
-@njit(**INNER)
+@kernel
 def _draw_mode(rng, mode, first, end):  # type: ignore[no-untyped-def]
     """Draw one of an object's modes by their probabilities; there is at least one."""
     u, k = rng.random(), first
@@ -50,7 +49,7 @@ def _draw_mode(rng, mode, first, end):  # type: ignore[no-untyped-def]
     return k
 
 
-@njit(**INNER)
+@kernel
 def _free_length(problem, i):  # type: ignore[no-untyped-def]
     """Return the summed length of wall that the middle of object ``i`` can take."""
     total = 0.0
@@ -59,13 +58,13 @@ def _free_length(problem, i):  # type: ignore[no-untyped-def]
     return total
 
 
-@njit(**INNER)
+@kernel
 def _follows(problem, core):  # type: ignore[no-untyped-def]
     """Return whether what hangs and belongs to ``core`` stays on the wall behind that."""
     return core >= 0 and problem.link[core, col.MOUNT] == col.FLOOR
 
 
-@njit(**INNER)
+@kernel
 def _draw_wall(rng, problem, margin):  # type: ignore[no-untyped-def]
     """Draw a wall with probability in proportion to its length less ``margin``, and a place that keeps half of it from both ends."""
     wall, total, longest = problem.wall, 0.0, 0
@@ -82,7 +81,7 @@ def _draw_wall(rng, problem, margin):  # type: ignore[no-untyped-def]
     return chosen, 0.5 * margin + max(wall[chosen, walls.LENGTH] - margin, 0.0) * rng.random()
 
 
-@njit(**INNER)
+@kernel
 def _shares(problem, state, settings, i):  # type: ignore[no-untyped-def]
     """Return the mixture's shares for object ``i``: uniform, at walls, around its core or on its support."""
     link, core, mount = problem.link, problem.link[i, col.CORE], problem.link[i, col.MOUNT]
@@ -95,7 +94,7 @@ def _shares(problem, state, settings, i):  # type: ignore[no-untyped-def]
     return uniform / total, wall / total, around / total
 
 
-@njit(**INNER)
+@kernel
 def relocate(rng, problem, state, settings, i, proposal):  # type: ignore[no-untyped-def]
     """Draw a pose for object ``i``."""
     pose, mount = proposal.pose, problem.link[i, col.MOUNT]
@@ -121,7 +120,7 @@ def relocate(rng, problem, state, settings, i, proposal):  # type: ignore[no-unt
         _draw_around_core(rng, problem, state, settings, i, proposal)
 
 
-@njit(**INLINED)
+@inlined
 def _draw_hanging(rng, problem, state, settings, i, is_uniform):  # type: ignore[no-untyped-def]
     """Draw a wall and a place along it for what hangs: anywhere that it may hang, or at a mode around its core."""
     wall, mode, where = problem.wall, problem.mode, state.where
@@ -138,7 +137,7 @@ def _draw_hanging(rng, problem, state, settings, i, is_uniform):  # type: ignore
     return w, along
 
 
-@njit(**INLINED)
+@inlined
 def _draw_at_wall(rng, problem, settings, i, proposal):  # type: ignore[no-untyped-def]
     """Draw a pose at one of an object's wall modes, anywhere along the walls."""
     link, mode, wall, pose = problem.link, problem.mode, problem.wall, proposal.pose
@@ -152,7 +151,7 @@ def _draw_at_wall(rng, problem, settings, i, proposal):  # type: ignore[no-untyp
     pose[0, col.YAW] = wrap(wall[w, walls.WALL_YAW] + turn)
 
 
-@njit(**INLINED)
+@inlined
 def _draw_around_core(rng, problem, state, settings, i, proposal):  # type: ignore[no-untyped-def]
     """Draw a pose at one of an object's modes around its core."""
     link, mode, where, pose, core = problem.link, problem.mode, state.where, proposal.pose, problem.link[i, col.CORE]
@@ -165,7 +164,7 @@ def _draw_around_core(rng, problem, state, settings, i, proposal):  # type: igno
     pose[0, col.YAW] = wrap(yaw + _draw_yaw(rng, mode[k, col.MODE_YAW], settings.around_orientation_sd_rad / mode[k, col.STRAIGHT]))
 
 
-@njit(**INNER)
+@kernel
 def _draw_on_surface(rng, problem, state, settings, i, proposal, uniform):  # type: ignore[no-untyped-def]
     """Draw a target of an object's support address, and a pose there: uniform, or at one of its placements."""
     link, mode, first = problem.link, problem.mode, problem.link[i, col.TARGETS]
@@ -185,7 +184,7 @@ def _draw_on_surface(rng, problem, state, settings, i, proposal, uniform):  # ty
     put_on_surface(problem, state, proposal, surface, u, v, turn)
 
 
-@njit(**INNER)
+@kernel
 def relocation_density(problem, state, settings, i, proposal):  # type: ignore[no-untyped-def]
     """Return the density with which a relocation of object ``i`` draws the pose in ``proposal``."""
     mount = problem.link[i, col.MOUNT]
@@ -207,7 +206,7 @@ def relocation_density(problem, state, settings, i, proposal):  # type: ignore[n
     return density
 
 
-@njit(**INLINED)
+@inlined
 def _hanging_density(problem, state, settings, i, proposal, uniform, around):  # type: ignore[no-untyped-def]
     """Return the density along the walls of what hangs."""
     wall, mode, where, core = problem.wall, problem.mode, state.where, problem.link[i, col.CORE]
@@ -222,7 +221,7 @@ def _hanging_density(problem, state, settings, i, proposal, uniform, around):  #
     return density
 
 
-@njit(**INLINED)
+@inlined
 def _add_core_density(problem, state, settings, i, x, y, yaw, around, density):  # type: ignore[no-untyped-def]
     """Return ``density`` and that of the modes around the core, whose share is ``around``."""
     mode, where, core = problem.mode, state.where, problem.link[i, col.CORE]
@@ -239,7 +238,7 @@ def _add_core_density(problem, state, settings, i, x, y, yaw, around, density): 
     return density
 
 
-@njit(**INNER)
+@kernel
 def _at_wall_density(problem, settings, i, x, y, yaw):  # type: ignore[no-untyped-def]
     """Return the density of a pose drawn at the walls: the sum over walls and modes, over the walls' summed length."""
     wall, mode, first, last = problem.wall, problem.mode, problem.link[i, col.WALL_MODES], problem.link[i, col.AROUND_MODES]
@@ -260,7 +259,7 @@ def _at_wall_density(problem, settings, i, x, y, yaw):  # type: ignore[no-untype
     return density / length
 
 
-@njit(**INNER)
+@kernel
 def _surface_density(problem, state, settings, i, proposal, uniform):  # type: ignore[no-untyped-def]
     """Return the density on the support surface of the proposal, over the number of an object's targets."""
     link, mode, surface = problem.link, problem.mode, proposal.tag[0, col.NEW_SURFACE]

@@ -10,11 +10,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from grammar.geometry import walls
 from grammar.geometry.arrays import Ints
-from grammar.geometry.kernels import INLINED, INNER
+from grammar.geometry.kernels import inlined, kernel
 from grammar.layout import columns as col
 from grammar.layout.frames import along_wall, place_object, point_at_wall, surface_owner, wall_of_core, wrap
 from grammar.layout.problem import Problem, State, zero_state
@@ -44,14 +43,14 @@ def nothing_moved(problem: Problem) -> Moved:
     return Moved(np.zeros(n, np.int64), np.zeros(n, np.int64), np.zeros(n, np.int64), zero_state(problem))
 
 
-@njit(**INLINED)
+@inlined
 def release(count, moved):  # type: ignore[no-untyped-def]
     """Mark the gathered objects as staying."""
     for m in range(count):
         moved.mark[moved.members[m]] = 0
 
 
-@njit(**INNER)
+@kernel
 def gather(problem, state, i, leader, carry, count, moved):  # type: ignore[no-untyped-def]
     """Append object ``i`` and everything that moves along with it; return the new count, or -1 if two leaders meet.
 
@@ -84,7 +83,7 @@ def gather(problem, state, i, leader, carry, count, moved):  # type: ignore[no-u
     return count
 
 
-@njit(**INLINED)
+@inlined
 def _copy_object(problem, source, target, i):  # type: ignore[no-untyped-def]
     """Copy what a state holds for object ``i``, but whether it takes part."""
     for k in range(_POSE_COLUMNS):
@@ -95,7 +94,7 @@ def _copy_object(problem, source, target, i):  # type: ignore[no-untyped-def]
             target.placed[b, k] = source.placed[b, k]
 
 
-@njit(**INLINED)
+@inlined
 def _lead(problem, state, i, proposal, place):  # type: ignore[no-untyped-def]
     """Write the new pose of a leader."""
     where, hold, pose = state.where, state.hold, proposal.pose
@@ -106,7 +105,7 @@ def _lead(problem, state, i, proposal, place):  # type: ignore[no-untyped-def]
         where[i, col.Z] = where[surface_owner(problem, surface), col.Z] + problem.surface[surface, col.SURFACE_Z]
 
 
-@njit(**INLINED)
+@inlined
 def _hang_again(problem, state, i, moved):  # type: ignore[no-untyped-def]
     """Move what hangs above a core that stands to the wall at the core's new back, as far along it from the core as before.
 
@@ -120,7 +119,7 @@ def _hang_again(problem, state, i, moved):  # type: ignore[no-untyped-def]
     where[i, col.YAW], state.hold[i, col.ON_WALL] = wall[new, walls.WALL_YAW], new
 
 
-@njit(**INLINED)
+@inlined
 def _follow(state, i, head, moved):  # type: ignore[no-untyped-def]
     """Move object ``i`` rigidly with the object ``head``, which has moved already."""
     where, before = state.where, moved.before.where
@@ -132,7 +131,7 @@ def _follow(state, i, head, moved):  # type: ignore[no-untyped-def]
     where[i, col.Z] += where[head, col.Z] - before[head, col.Z]
 
 
-@njit(**INNER)
+@kernel
 def apply_move(problem, state, proposal, count, moved):  # type: ignore[no-untyped-def]
     """Write the leaders' new poses and move their followers; what was there before goes to ``moved.before``."""
     for m in range(count):
@@ -148,14 +147,14 @@ def apply_move(problem, state, proposal, count, moved):  # type: ignore[no-untyp
         place_object(problem, state, i)
 
 
-@njit(**INNER)
+@kernel
 def revert_move(problem, state, count, moved):  # type: ignore[no-untyped-def]
     """Undo :func:`apply_move`."""
     for m in range(count):
         _copy_object(problem, moved.before, state, moved.members[m])
 
 
-@njit(**INNER)
+@kernel
 def copy_layout(state, kept, count, moved):  # type: ignore[no-untyped-def]
     """Copy to ``kept`` a layout, without its boxes, as it was before the move of ``count`` objects (0: as it is)."""
     for i in range(len(state.where)):
@@ -171,7 +170,7 @@ def copy_layout(state, kept, count, moved):  # type: ignore[no-untyped-def]
             kept.hold[i, k] = moved.before.hold[i, k]
 
 
-@njit(**INNER)
+@kernel
 def followers_in_room(problem, state, count, moved):  # type: ignore[no-untyped-def]
     """Return whether what was carried along is still in the space of poses: the room's bounding box, or a wall's length."""
     for m in range(count):
