@@ -174,7 +174,13 @@ class Renderer:
         return images
 
     def _expose_film(
-        self, view: PosedCamera, frame_index: int, ev100: float, layers: Collection[str], guided: bool, cancelled: Callable[[], bool] | None
+        self,
+        view: PosedCamera,
+        frame_index: int,
+        ev100: float,
+        layers: Collection[str],
+        aov: bool,
+        cancelled: Callable[[], bool] | None,
     ) -> tuple[Film, int]:
         """Return the means of the samples, and how many there are; without colour paths end where they hit first."""
         size, config, white = (view.height, view.width), self._config, white_luminance(ev100)
@@ -182,7 +188,7 @@ class Renderer:
         film = Film(
             np.zeros((*size, 3), np.float32),
             np.zeros((*size, 3) if "albedo" in layers else (0, 0, 3), np.float32),
-            np.zeros((*size, 6) if guided else (0, 0, 6), np.float32),
+            np.zeros((*size, 6) if aov else (0, 0, 6), np.float32),
             np.zeros((*size, 3) if "variance" in layers else (0, 0, 3), np.float32),
         )
         transport = Transport(

@@ -15,7 +15,7 @@ import numpy as np
 from grammar.derivation.openings import Attribute
 from grammar.derivation.pinning import Pinned
 from grammar.derivation.structure import Vertex
-from grammar.geometry.walls import REFLEX, WALL_YAW, wall_lengths, wall_rows
+from grammar.geometry.walls import ALONG_X, ALONG_Y, REFLEX, START_X, START_Y, WALL_YAW, wall_lengths, wall_rows
 from grammar.spec.categories import Categories
 from grammar.spec.object_rules import CORNER, NONE, ObjectRule
 from scene_description import Opening, ParseNode, Room
@@ -91,9 +91,9 @@ def corners_of(room: Room) -> tuple[Corner, ...]:
     """Return the corners in which something can stand: those that point outwards and are nearly square."""
     wall = wall_rows(room.polygon_m)
     before = np.roll(wall, 1, 0)
-    turn = before[:, 2] * wall[:, 2] + before[:, 3] * wall[:, 3]
+    turn = before[:, ALONG_X] * wall[:, ALONG_X] + before[:, ALONG_Y] * wall[:, ALONG_Y]
     return tuple(
-        Corner(w, float(wall[w, 0]), float(wall[w, 1]), float(wall[w, WALL_YAW]))
+        Corner(w, float(wall[w, START_X]), float(wall[w, START_Y]), float(wall[w, WALL_YAW]))
         for w in range(len(wall))
         if not wall[w, REFLEX] and abs(turn[w]) < _SQUARE
     )

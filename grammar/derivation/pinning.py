@@ -13,7 +13,7 @@ from grammar.derivation.rejection import RejectedError
 from grammar.geometry.arrays import Boxes, Floats, Ints
 from grammar.geometry.boxes import deepest_penetrations, place_boxes
 from grammar.geometry.solids import local_solids, surface_top
-from grammar.geometry.walls import rectangle_outside, wall_rows
+from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, START_X, START_Y, rectangle_outside, wall_rows
 from grammar.geometry.zones import FACE, SWING, VIEW, opening_frame, opening_zones, placed_zones
 from grammar.spec.categories import Categories
 from grammar.spec.object_rules import ObjectRule
@@ -158,8 +158,8 @@ def _on_supporter(fixed: FixedObject, size_m: Size, category: str, below_size: S
 
 def _distance_to_wall(row: Floats, x: float, y: float) -> float:
     """Return the distance of a point to a wall, a row of :func:`grammar.geometry.walls.wall_rows`."""
-    along = min(max((x - row[0]) * row[2] + (y - row[1]) * row[3], 0.0), row[4])
-    return math.hypot(x - row[0] - row[2] * along, y - row[1] - row[3] * along)
+    along = min(max((x - row[START_X]) * row[ALONG_X] + (y - row[START_Y]) * row[ALONG_Y], 0.0), row[LENGTH])
+    return math.hypot(x - row[START_X] - row[ALONG_X] * along, y - row[START_Y] - row[ALONG_Y] * along)
 
 
 def _solids(categories: Categories, category: str, size_m: Size, place: Pinned) -> Boxes:
