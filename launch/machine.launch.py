@@ -7,37 +7,38 @@ ros2 launch scene_synth_ros machine.launch.py machines:=2 index:=1              
 from pathlib import Path
 
 from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch.substitutions import PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
 
 from launch import LaunchDescription
+from scene_synth_ros.cli.launching import Arguments, ending_with
 from scene_synth_ros.cli.run_profile import load_profile, with_inheritance
+from scene_synth_ros.cli.usage import UsageError
 
 
 def nodes(context):
     """Return the nodes of this machine."""
-
-    def value(name):
-        return LaunchConfiguration(name).perform(context)
-
-    machines, index = int(value("machines")), int(value("index"))
+    arguments = Arguments(context)
+    machines, index = arguments.number("machines"), arguments.number("index")
+    if not 0 <= index < machines:
+        raise UsageError(f"index: expected from 0 to machines - 1 = {machines - 1}, got {index}")
     renderer = f"renderer_node_{index}"
-    profile = load_profile(Path(value("params_file")))
+    profile = load_profile(Path(arguments.text("params_file")))
     profile.setdefault(renderer, {}).update(share_count=machines, share_index=index, expected_recorders=1)
-    profile["grammar_node"].update(
-        rooms=int(value("rooms")), rooms_ahead=min(machines, 16), expected_renderers=machines, expected_recorders=1
-    )
-    profile["recorder_node"]["bag"] = value("bag_path")
+    rooms = {"rooms": arguments.number("rooms"), "rooms_ahead": min(machines, 16)}
+    profile["grammar_node"].update(**rooms, expected_renderers=machines, expected_recorders=1)
+    profile["recorder_node"]["bag"] = arguments.text("bag_path")
     names = [renderer] if index else ["recorder_node", "grammar_node", renderer]
     return [
         Node(
             package="scene_synth_ros",
             executable="renderer_node" if name == renderer else name,
             name=name,
-            namespace=value("namespace"),
+            namespace=arguments.text("namespace"),
             parameters=[{"exit_when_done": True, **with_inheritance(profile)[name]}],
             output="screen",
+            on_exit=ending_with(name, when_done=False),
         )
         for name in names
     ]
@@ -54,8 +55,8 @@ def generate_launch_description():
             DeclareLaunchArgument("namespace", default_value="/synth", description="Namespace of nodes and topics"),
             DeclareLaunchArgument(
                 "params_file",
-                default_value=PathJoinSubstitution([share, "runs", "main.yaml"]),
-                description="Run profile, a ROS parameter file; the same on all machines",
+                default_value="main",
+                description="Run profile, a file or a shipped one by name; the same on all machines",
             ),
             SetEnvironmentVariable("FASTRTPS_DEFAULT_PROFILES_FILE", PathJoinSubstitution([share, "fastdds_large_images.xml"])),
             OpaqueFunction(function=nodes),

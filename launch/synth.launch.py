@@ -1,65 +1,71 @@
 """A live synthetic camera: grammar and renderer, optionally a recorder, RViz, a bridge to Foxglove.
 
 ros2 launch scene_synth_ros synth.launch.py rviz:=true
-ros2 launch scene_synth_ros synth.launch.py foxglove:=true overlay_file:=my_camera.yaml
-ros2 launch scene_synth_ros synth.launch.py params_file:=my_run.yaml record:=true bag_path:=my_bag
+ros2 launch scene_synth_ros synth.launch.py foxglove:=true overlay_file:=kinect_v1
+ros2 launch scene_synth_ros synth.launch.py params_file:=main record:=true bag_path:=my_bag
+
+Recording ends with the last room of the run (``rooms`` of the profile; ``live`` has no end but Ctrl-C): the bag is whole then, and launch
+returns.
 """
 
-from launch.actions import DeclareLaunchArgument, SetEnvironmentVariable
-from launch.conditions import IfCondition
-from launch.substitutions import LaunchConfiguration, PathJoinSubstitution, PythonExpression
+from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
+from launch.substitutions import PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
 
 from launch import LaunchDescription
+from scene_synth_ros.cli.launching import Arguments, ending_with
+
+SHARE = PathJoinSubstitution([FindPackageShare("scene_synth_ros"), "config"])
 
 
-def generate_launch_description():
-    share = PathJoinSubstitution([FindPackageShare("scene_synth_ros"), "config"])
-    namespace, params, log_level = (LaunchConfiguration(name) for name in ("namespace", "params_file", "log_level"))
-    record = LaunchConfiguration("record")
-    recorders = PythonExpression(["1 if '", record, "'.lower() == 'true' else 0"])
+def nodes(context):
+    """Return the nodes, once every argument is known to fit."""
+    arguments = Arguments(context)
+    record, rviz, foxglove = arguments.flag("record"), arguments.wants("rviz", "rviz2"), arguments.wants("foxglove", "foxglove_bridge")
+    files, log_level = arguments.profiles("params_file", "overlay_file"), arguments.log_level("log_level")
 
-    def suite_node(name, extra, condition=None):
+    def suite_node(name, own):
+        ends = {"exit_when_done": True} if record else {}
         return Node(
             package="scene_synth_ros",
             executable=name,
             name=name,
-            namespace=namespace,
-            parameters=[params, LaunchConfiguration("overlay_file"), extra],
+            namespace=arguments.text("namespace"),
+            parameters=[*files, {**own, **ends}],
             arguments=["--ros-args", "--log-level", log_level],
             output="screen",
-            condition=condition,
+            on_exit=ending_with(name, when_done=name == "recorder_node"),
         )
 
+    recorders = {"expected_recorders": int(record)}
+    suite = [suite_node("grammar_node", recorders), suite_node("renderer_node", recorders)]
+    if record:
+        suite.append(suite_node("recorder_node", {"bag": arguments.text("bag_path")}))
+    if rviz:
+        suite.append(Node(package="rviz2", executable="rviz2", arguments=["-d", PathJoinSubstitution([SHARE, "views", "synth.rviz"])]))
+    if foxglove:
+        suite.append(Node(package="foxglove_bridge", executable="foxglove_bridge"))
+    return suite
+
+
+ARGUMENTS = {
+    "namespace": ("/synth", "Namespace of nodes and topics"),
+    "params_file": ("live", "Run profile: a ROS parameter file, or the name of a shipped one"),
+    "overlay_file": ("", "Parameters over those: a file, or a shipped preset, camera or rig by its name"),
+    "log_level": ("info", "debug, info, warn, error or fatal"),
+    "record": ("false", "Record a bag; the launch ends with the run's last room"),
+    "bag_path": ("synth_bag", "Folder of the bag; must not exist"),
+    "rviz": ("false", "Start RViz with the view of this package"),
+    "foxglove": ("false", "Start foxglove_bridge (ws://localhost:8765)"),
+}
+
+
+def generate_launch_description():
     return LaunchDescription(
         [
-            DeclareLaunchArgument("namespace", default_value="/synth", description="Namespace of nodes and topics"),
-            DeclareLaunchArgument(
-                "params_file",
-                default_value=PathJoinSubstitution([share, "runs", "live.yaml"]),
-                description="Run profile, a ROS parameter file",
-            ),
-            DeclareLaunchArgument(
-                "overlay_file",
-                default_value=LaunchConfiguration("params_file"),
-                description="Another parameter file on top of it, for example one of config/presets or config/cameras",
-            ),
-            DeclareLaunchArgument("log_level", default_value="info", description="debug, info, warn or error"),
-            DeclareLaunchArgument("record", default_value="false", description="Record a bag"),
-            DeclareLaunchArgument("bag_path", default_value="synth_bag", description="Folder of the bag; must not exist"),
-            DeclareLaunchArgument("rviz", default_value="false", description="Start RViz with the view of this package"),
-            DeclareLaunchArgument("foxglove", default_value="false", description="Start foxglove_bridge (ws://localhost:8765)"),
-            SetEnvironmentVariable("FASTRTPS_DEFAULT_PROFILES_FILE", PathJoinSubstitution([share, "fastdds_large_images.xml"])),
-            suite_node("grammar_node", {"expected_recorders": recorders}),
-            suite_node("renderer_node", {"expected_recorders": recorders}),
-            suite_node("recorder_node", {"bag": LaunchConfiguration("bag_path")}, IfCondition(record)),
-            Node(
-                package="rviz2",
-                executable="rviz2",
-                arguments=["-d", PathJoinSubstitution([share, "views", "synth.rviz"])],
-                condition=IfCondition(LaunchConfiguration("rviz")),
-            ),
-            Node(package="foxglove_bridge", executable="foxglove_bridge", condition=IfCondition(LaunchConfiguration("foxglove"))),
+            *(DeclareLaunchArgument(name, default_value=value, description=text) for name, (value, text) in ARGUMENTS.items()),
+            SetEnvironmentVariable("FASTRTPS_DEFAULT_PROFILES_FILE", PathJoinSubstitution([SHARE, "fastdds_large_images.xml"])),
+            OpaqueFunction(function=nodes),
         ]
     )

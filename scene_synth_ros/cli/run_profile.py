@@ -10,7 +10,10 @@ from typing import Any
 import yaml
 
 from scene_description import SceneSynthError
+from scene_description.share import config_path
 
+SHIPPED = ("runs", "presets", "cameras", "rigs")
+"""Folders of the configuration that hold profiles and overlays."""
 NODES = ("grammar_node", "renderer_node", "recorder_node")
 ALL_NODES = "/**"
 EXTRA_RENDERER = re.compile(r"renderer_node_[A-Za-z0-9_]{1,60}")
@@ -24,8 +27,28 @@ class ProfileError(SceneSynthError):
     """A run profile or an override that does not fit; one line."""
 
 
+def find_profile(path: Path) -> Path:
+    """Return the file that a user means: the path itself, else a shipped file, wherever the package is installed.
+
+    Shipped files go by their name (``stream``), with their folder (``presets/stream``), or as in the source tree
+    (``config/presets/stream.yaml``).
+
+    Raises:
+        ProfileError: there is no such file; the line lists the shipped ones.
+    """
+    if path.exists():
+        return path
+    shipped = {file.stem: file for folder in SHIPPED for file in sorted(config_path(folder).glob("*.yaml"))}
+    parts = path.with_suffix("").parts
+    parts = parts[1:] if parts[:1] == ("config",) else parts
+    found = shipped.get(parts[-1]) if parts and path.suffix in ("", ".yaml") else None
+    if found is None or parts[:-1] not in ((), (found.parent.name,)):
+        raise ProfileError(f"{path}: expected a parameter file, or the name of a shipped one: {', '.join(shipped)}")
+    return found
+
+
 def load_profile(path: Path) -> NodeParameters:
-    """Read a run profile.
+    """Read a run profile, a file or a shipped one by its name (:func:`find_profile`).
 
     Keys are node names, plain (``grammar_node``), with a namespace or wildcard (``/synth/grammar_node``, ``/**/grammar_node``), or ``/**``
     for all nodes; below each stands ``ros__parameters``.
@@ -33,6 +56,7 @@ def load_profile(path: Path) -> NodeParameters:
     Raises:
         ProfileError: the file cannot be read, is no YAML, or has another form.
     """
+    path = find_profile(path)
     try:
         data = yaml.safe_load(path.read_text(encoding="utf-8"))
     except OSError as error:

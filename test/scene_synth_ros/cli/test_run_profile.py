@@ -1,6 +1,7 @@
 """Run profiles and overrides."""
 
 import argparse
+import re
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,7 @@ import yaml
 from scene_description import SceneSynthError
 from scene_description.share import config_path
 from scene_synth_ros.cli import run_command
-from scene_synth_ros.cli.run_profile import ProfileError, apply_overrides, load_profile, write_node_file
+from scene_synth_ros.cli.run_profile import ProfileError, apply_overrides, find_profile, load_profile, write_node_file
 
 GOOD = """
 /**: {ros__parameters: {exit_when_done: true}}
@@ -58,9 +59,24 @@ def test_bad_profiles_are_refused_in_one_line(tmp_path: Path, text: str, message
     assert "\n" not in str(caught.value)
 
 
-def test_a_missing_profile_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ProfileError, match=r"nowhere\.yaml: cannot be read \(No such file"):
-        load_profile(tmp_path / "nowhere.yaml")
+@pytest.mark.parametrize("name", ["nowhere.yaml", "nowhere", "runs/nowhere", "presets/kinect_v1", "../stream", "stream.txt", ""])
+def test_a_missing_profile_is_named_with_those_that_exist(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ProfileError, match=rf"^{re.escape(str(Path(name)))}: .*(expected a parameter file, or .* stream|cannot be read)"):
+        load_profile(Path(name))
+
+
+@pytest.mark.parametrize("name", ["kinect_v1", "cameras/kinect_v1", "kinect_v1.yaml", "config/cameras/kinect_v1.yaml"])
+def test_shipped_files_go_by_their_names_from_any_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert find_profile(Path(name)) == config_path("cameras/kinect_v1.yaml")
+    assert load_profile(Path(name))["renderer_node"]["camera.width"] == 640
+
+
+def test_a_file_of_the_user_goes_before_a_shipped_one_of_that_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("stream").write_text("/**/grammar_node:\n  ros__parameters:\n    seed: 77\n")
+    assert load_profile(Path("stream"))["grammar_node"] == {"seed": 77}
 
 
 @pytest.mark.parametrize(
