@@ -162,8 +162,13 @@ class FrameSorter:
         return released + list(self._release_complete())
 
     def flush_following(self) -> list[OrderedMessage]:
-        """Return what waits in groups that only follow, at the time of the bag."""
-        following = sorted(stamp for stamp, group in self._groups.items() if not group.leads)
+        """Return what waits in groups that only follow and are no part of a frame, at the time of the bag."""
+        frame = self._expected or frozenset()
+        following = [
+            stamp
+            for stamp, group in sorted(self._groups.items())
+            if not group.leads and not any(self._stand_in(topic) in frame for topic, _ in group.messages)
+        ]
         return [message for stamp in following for message in self._release_following(stamp)]
 
     def missing(self) -> dict[int, frozenset[str]]:
