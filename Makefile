@@ -45,7 +45,7 @@ run: setup
 		--record runs/$$(date +%Y%m%d-%H%M%S) --contact-sheet contact_sheet.png
 
 test: setup interfaces
-	$(BIN)/python -m pytest $(if $(WORKERS),-n $(WORKERS) --dist loadgroup)
+	$(BIN)/python -m pytest $(if $(WORKERS),-n $(WORKERS))
 
 # hours at full size; SOAK_FRAMES, SOAK_SIZE=160x120, SOAK_KILLS, SOAK_SCENES and SOAK_PARAMETERS make it smaller
 soak: setup

@@ -1,32 +1,31 @@
 """How tests are shared between processes, where pytest-xdist is told to (``make test``)."""
 
-from types import ModuleType
+from functools import cache
+from pathlib import Path
+from typing import Any
 
 import pytest
 
 PROCESSES = "processes"
 """Group of the tests that start processes or speak over DDS: one at a time, so that they neither starve nor hear each other."""
 
-
-def pytest_configure(config: pytest.Config) -> None:
-    config.addinivalue_line("markers", "xdist_group(name): tests that one process runs one after the other")
+_SIGNS = ("import subprocess", "import rclpy", "from rclpy", "from scene_synth_ros_suite import")
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Keep the tests of a file together, because they share fixtures and kernels; the longest group begins first."""
-    if config.getoption("dist", "no") != "loadgroup":
-        return
-    groups = {item.nodeid: PROCESSES if _starts_processes(item.module) else str(item.path) for item in items}
-    for item in items:
-        item.add_marker(pytest.mark.xdist_group(groups[item.nodeid]))
-    items.sort(key=lambda item: groups[item.nodeid] != PROCESSES)
+@cache
+def group(path: str) -> str:
+    """Return the group of a test file: its own, because its tests share fixtures and kernels, or that of all that start processes."""
+    text = Path(path).read_text(encoding="utf-8") if Path(path).is_file() else ""
+    return PROCESSES if any(sign in text for sign in _SIGNS) else path
 
 
-def _starts_processes(module: ModuleType) -> bool:
-    known = vars(module)
-    return "subprocess" in known or "rclpy" in known or any(_origin(value) == "scene_synth_ros_suite" for value in known.values())
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Hand out whole groups, the largest first."""
+    from xdist.scheduler import LoadScopeScheduling
 
+    class GroupScheduling(LoadScopeScheduling):  # type: ignore[misc]
+        def _split_scope(self, nodeid: str) -> str:
+            return group(str(config.rootpath / nodeid.split("::", 1)[0]))
 
-def _origin(value: object) -> str:
-    return str(getattr(value, "__module__", ""))
+    return GroupScheduling(config, log)

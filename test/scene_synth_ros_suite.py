@@ -32,7 +32,7 @@ SMALL += ["renderer_node.render.auto_exposure:=false"]
 """Overrides that make frames cheap."""
 
 
-_claims: deque[IO[str]] = deque(maxlen=8)
+_claims: deque[IO[str]] = deque(maxlen=30)
 _PEERS: dict[Context, list[Peer]] = {}
 """Locks of the domains that this process has used last; the oldest is let go for a new one."""
 

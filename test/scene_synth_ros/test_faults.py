@@ -26,7 +26,7 @@ def run_briefly(*words: object) -> subprocess.CompletedProcess[str]:
         (["-p", "grammar_node.rate_hz:=fast"], "parameter rate_hz: expected a number in [0.1, 1000.0] Hz, got 'fast'"),
         (["-p", "grammar_node.romms:=3"], "grammar_node: unknown parameter 'romms'; did you mean 'rooms'?"),
         (["-p", "king_node.rooms:=3"], "unknown node 'king_node'; known: grammar_node, renderer_node, recorder_node"),
-        (["--params", "nowhere.yaml"], "nowhere.yaml: cannot be read (No such file or directory)"),
+        (["--params", "nowhere.yaml"], "nowhere.yaml: expected a parameter file, or the name of a shipped one: live, main, "),
     ],
 )
 def test_bad_settings_end_the_run_with_one_line(tmp_path: Path, words: list[str], line: str) -> None:
