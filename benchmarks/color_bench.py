@@ -22,8 +22,8 @@ import flip_evaluator
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from reference_scenes import bedroom
 
-from benchmarks.reference_scenes import bedroom
 from benchmarks.table import Row, at_least, at_most, render_table
 from renderer import CameraConfig, FlatScene, RenderConfig, Renderer
 from renderer.core.embree import (

@@ -6,8 +6,8 @@ import time
 from pathlib import Path
 
 import numpy as np
+from independent_check import faults
 
-from benchmarks.independent_check import faults
 from benchmarks.table import Row, at_least, at_most
 from grammar import Grammar, SceneRequest
 from grammar.derivation.derive import derive

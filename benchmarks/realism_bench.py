@@ -17,13 +17,12 @@ import time
 from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from realism_figures import UNITS, Figures, by_chance, compare
 
-from benchmarks.realism_figures import UNITS, Figures, compare
 from benchmarks.table import Row, at_most, render_table
 from grammar import Categories, Grammar, RequestError, SceneRequest, read_categories, read_room_type, sample_room
 from grammar.learning import LearnOptions, ObservedRoom, learn, read_category_map, read_layouts, split_houses
@@ -31,9 +30,7 @@ from grammar.learning.assign import assign
 from grammar.learning.learn import Part
 from grammar.learning.truncation import category_kl, frequencies
 from grammar.learning.write_layouts import layout_from_objects
-from grammar.spec.energy_terms import ENERGY_TERMS
 from grammar.spec.grammar_file import learned_types
-from grammar.spec.rules import MOVES
 from scene_description.share import config_path
 
 SHARE = 0.2
@@ -120,18 +117,6 @@ class _Table:
         jobs = [self._pool.submit(_sample, grammar, self._categories, stream, part) for part in parts]
         found = [job.result() for job in jobs]
         return Sampled([r for part in found for r in part.rooms], [s for part in found for s in part.seconds], sum(p.failed for p in found))
-
-
-def by_chance(grammar: Grammar) -> Grammar:
-    """Return a grammar whose rooms have the same objects at uniform places that are valid; nobody has to be able to use them."""
-    weights = replace(grammar.weights, **{name: 0.0 for name, term in ENERGY_TERMS.items() if term.kind != "hard"})
-    still = dict.fromkeys(MOVES, 0.0) | {"translate": 0.25, "rotate": 0.15, "repoint": 0.1, "relocate": 0.5}
-    moves = replace(grammar.moves, relocate_uniform=1.0, relocate_wall=0.0, relocate_around=0.0, **still)
-    objects = {symbol: replace(rule, access=(), reach_any=(), view_depth_m=0.0) for symbol, rule in grammar.objects.items()}
-    budget = replace(grammar.budget, structures=200)
-    return replace(
-        grammar, weights=weights, moves=moves, objects=objects, budget=budget, validity=replace(grammar.validity, walkable_share=0.0)
-    )
 
 
 def _sample(grammar: Grammar, categories: Categories, stream: int, indices: Sequence[int]) -> Sampled:

@@ -15,10 +15,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from reference_scenes import SCENES, View
 from scipy import stats
 
 from benchmarks.reference_mitsuba import Mitsuba, Rendered
-from benchmarks.reference_scenes import SCENES, View
 from benchmarks.table import Row, at_most, render_table
 from renderer import RenderConfig, Renderer
 from renderer.core.color import LUMINANCE

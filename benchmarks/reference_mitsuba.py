@@ -19,8 +19,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from reference_scenes import View
 
-from benchmarks.reference_scenes import View
 from renderer import FlatScene, Sky
 from renderer.bsdf.albedo import MIN_ALPHA
 from renderer.core.color import linear_from_srgb

@@ -3,9 +3,9 @@
 import copy
 
 import pytest
+from independent_check import faults
 from small_grammar import CATEGORIES
 
-from benchmarks.independent_check import faults
 from grammar import SceneRequest
 from grammar.synthesize import CameraTimes, SceneSynthesizer
 from scene_description import to_mapping

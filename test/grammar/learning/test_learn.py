@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from recovery import recover
 from small_grammar import CATEGORIES, item, mapping, small_grammar
 
-from benchmarks.recovery_bench import measure
 from grammar import Grammar, SceneRequest, read_grammar, sample_room
 from grammar.derivation.densities import draw_size
 from grammar.learning import (
@@ -101,9 +101,9 @@ def rooms() -> list[ObservedRoom]:
 
 
 def test_recovers_a_known_grammar() -> None:
-    rows = measure(140)
+    rows = recover(140)
     assert len(rows) > 15
-    assert [row for row in rows if not row.met] == []
+    assert [name for name, truth, value, error in rows if not abs(value - truth) <= error] == []
 
 
 def test_recovers_orientations_supporters_and_free_turns(rooms: list[ObservedRoom]) -> None:

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from box_room import box, pose, quad, scene
+from reference_scenes import SCENES
 from white_surfaces import WHITE
 
-from benchmarks.reference_scenes import SCENES
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.bsdf import microfacet
 from renderer.camera.cameras import pose_camera

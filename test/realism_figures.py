@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,8 @@ from grammar.geometry.arrays import Floats
 from grammar.learning import ObservedRoom
 from grammar.learning.geometry import box_gap, fitting_wall, half_extents, nearest_wall, relative_pose
 from grammar.learning.truncation import category_kl, frequencies
+from grammar.spec.energy_terms import ENERGY_TERMS
+from grammar.spec.rules import MOVES
 
 LEAST = 3
 """Fewer objects or pairs have no distance."""
@@ -108,3 +111,15 @@ def _distances(real: Mapping[str, Floats], drawn: Mapping[str, Floats], columns:
             total += len(items)
             sums += len(items) * np.array([wasserstein_distance(items[:, k], drawn[name][:, k]) for k in range(columns)])
     return tuple((sums / total).tolist()) if total else (math.nan,) * columns
+
+
+def by_chance(grammar: Grammar) -> Grammar:
+    """Return a grammar whose rooms have the same objects at uniform places that are valid; nobody has to be able to use them."""
+    weights = replace(grammar.weights, **{name: 0.0 for name, term in ENERGY_TERMS.items() if term.kind != "hard"})
+    still = dict.fromkeys(MOVES, 0.0) | {"translate": 0.25, "rotate": 0.15, "repoint": 0.1, "relocate": 0.5}
+    moves = replace(grammar.moves, relocate_uniform=1.0, relocate_wall=0.0, relocate_around=0.0, **still)
+    objects = {symbol: replace(rule, access=(), reach_any=(), view_depth_m=0.0) for symbol, rule in grammar.objects.items()}
+    budget = replace(grammar.budget, structures=200)
+    return replace(
+        grammar, weights=weights, moves=moves, objects=objects, budget=budget, validity=replace(grammar.validity, walkable_share=0.0)
+    )
