@@ -19,7 +19,7 @@ from scene_synth_ros.suite.heap import limit_arenas
 from scene_synth_ros.suite.stale_shared_memory import avoid_stale_ports
 from scene_synth_ros.suite.suite_node import REFUSALS
 
-SETTLE_S, QUIET_S = 1.0, 0.1
+SETTLE_S, QUIET_S = 1.0, 0.3
 """How long a node that a signal ends goes on taking messages at most, and what it takes for the end of them."""
 
 
