@@ -25,7 +25,7 @@ def test_a_recorder_that_lags_behind_takes_what_was_sent_before_the_signal(tmp_p
             peer = Peer(context)
             publisher = peer.node.create_publisher(String, TOPIC, stream_qos(COUNT))
             peer.spin_until(lambda: publisher.get_subscription_count() == 1, 30, "the recorder's subscription")
-            peer.spin_for(0.5)
+            peer.spin_for(1.5)  # the recorder has matched in its turn by then, on a busy machine too
             recorder.send_signal(signal.SIGSTOP)
             for index in range(COUNT):
                 publisher.publish(String(data=f"{index} " + 1000 * "x"))
