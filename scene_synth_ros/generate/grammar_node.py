@@ -22,7 +22,7 @@ from scene_synth_ros.generate.run import Run, Step
 from scene_synth_ros.generate.run_config import RunConfig
 from scene_synth_ros.generate.run_services import RunServices
 from scene_synth_ros.messages.conversions import occupancy_to_msg, scene_to_markers
-from scene_synth_ros.suite.connections import publishers_of
+from scene_synth_ros.suite.connections import identity_of, publishers_of
 from scene_synth_ros.suite.diagnostics import Diagnostics, Report
 from scene_synth_ros.suite.parameters import Parameters
 from scene_synth_ros.suite.process import run_node
@@ -68,7 +68,6 @@ class GrammarNode(SuiteNode):
 
     def open(self) -> None:
         """Make publishers and services; the run begins with its first room."""
-        run = Run(self._config, time.monotonic())
         self._state, self._obstacle = "ready", ""
         self._newest_room: Prepared | None = None
         depth = latched_qos(self._config.rooms_ahead)
@@ -76,6 +75,7 @@ class GrammarNode(SuiteNode):
         self._markers = self.create_publisher(MarkerArray, "scene/markers", depth)
         self._map = self.create_publisher(OccupancyGrid, "scene/map", depth)
         self._status = self.create_publisher(String, "status", latched_qos(10))
+        run = Run(self._config, time.monotonic(), identity_of(self, self._status))
         self.create_subscription(String, "status", self._on_status, latched_qos(100))
         self._services_of_run = RunServices(self, run, lambda: self._config)
         self._diagnostics = Diagnostics(self, self._collect)
@@ -213,6 +213,7 @@ class GrammarNode(SuiteNode):
             done_scene=self._run.finished_by_all,
             reason=reason[:1000],
             lock_step=self._config.lock_step,
+            run=self._run.name,
         )
         self._status.publish(String(data=status_to_json(status)))
 

@@ -9,15 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
-from dataclasses import replace
 from enum import Enum
 from typing import NamedTuple
 
 from grammar.synthesize import CameraTimes
 from scene_synth_ros.generate.frame_times import FrameTimes
-from scene_synth_ros.generate.lock_step import Expectation, finished_by_all, last_done, missing_peers, peer_failures, waiting_for
+from scene_synth_ros.generate.lock_step import Expectation, finished_by_all, missing_peers, peer_failures, waiting_for
 from scene_synth_ros.generate.run_config import RunConfig
-from scene_synth_ros.suite.status import NodeStatus
+from scene_synth_ros.suite.status import NodeStatus, done_in_run
 
 _PATIENCE = 3
 _FAULT_PAUSE_S = 1.0
@@ -44,6 +43,11 @@ class Order(NamedTuple):
 class Run:
     """The state of a run; times are those of one steady clock, in seconds.
 
+    Args:
+        config: the settings.
+        now_s: the time.
+        origin: whatever tells this run from those of others and of before; at most 48 characters.
+
     Attributes:
         next_index: index of the next room.
         last_sent: index of the room sent last, -1 for none.
@@ -53,18 +57,27 @@ class Run:
         finished_by_all: index of the last room that all peers have finished, -1 for none.
     """
 
-    def __init__(self, config: RunConfig, now_s: float) -> None:
+    def __init__(self, config: RunConfig, now_s: float, origin: str = "") -> None:
         self._config = config
+        self._origin, self._beginnings = origin, 0
         self._times = FrameTimes(round(config.start_time_s * 1e9), config.rate_hz)
         self.next_index, self._next_frame = config.first_index, config.first_index * config.frames_per_room
         self.last_sent, self.last_sent_s = -1, now_s
         self._send_s = self._prepare_s = 0.0
         self.generation, self.waiting, self.finished_by_all = 0, "", -1
         self._peers: dict[str, NodeStatus] = {}
-        self._done_before: dict[str, int] = {}
         self._absences: dict[str, int] = {}
         self._paused_s: float | None = None
         self._reset_asked = self._one_more = self._finished = False
+
+    @property
+    def name(self) -> str:
+        """The run's name, a new one whenever it begins again.
+
+        In lock-step the first room waits until every peer has repeated it, so that nothing said of a room before a reset is taken for the
+        room of the same index after it.
+        """
+        return f"{self._origin}.{self._beginnings}"
 
     @property
     def peers(self) -> Collection[NodeStatus]:
@@ -94,13 +107,8 @@ class Run:
 
     def take_status(self, status: NodeStatus) -> bool:
         """Take the status of a renderer or recorder; return whether all have now finished another room."""
-        before = self._done_before.get(status.node)
-        if before is not None and last_done(status) >= before:  # it has not heard yet that the run has begun again
-            status = replace(status, done_scene=-1, refused_scene=-1)
-        else:
-            self._done_before.pop(status.node, None)
         self._peers[status.node] = status
-        told, self.finished_by_all = self.finished_by_all, finished_by_all(self._peers)
+        told, self.finished_by_all = self.finished_by_all, finished_by_all(self._peers, self.name)
         return told != self.finished_by_all
 
     def drop_missing(self, present: Collection[str]) -> list[str]:
@@ -108,12 +116,11 @@ class Run:
         missing = missing_peers(self._peers, present, self._absences, _PATIENCE)
         for name in missing:
             del self._peers[name]
-            self._done_before.pop(name, None)
         return missing
 
     def peer_failures(self) -> list[str]:
         """Return what has gone wrong at the peers, one line each."""
-        return peer_failures(self._peers, self.last_sent)
+        return peer_failures(self._peers, self.last_sent, self.name)
 
     def ask_for_one(self) -> str:
         """Let the next room out at once, paused or not; return what it must wait for all the same, in words."""
@@ -185,8 +192,7 @@ class Run:
         """Go back to the first room; what peers say of rooms before counts no more."""
         first = self._config.first_index
         self.next_index, self.last_sent, self.finished_by_all = first, -1, -1
-        self._done_before = {name: last_done(peer) for name, peer in self._peers.items() if last_done(peer) >= first}
-        self._peers = {name: replace(peer, done_scene=-1, refused_scene=-1) for name, peer in self._peers.items()}
+        self._beginnings += 1
         self.generation += 1
         self._reset_asked = self._finished = False
         self._send_s = 0.0
@@ -195,9 +201,10 @@ class Run:
         """Return, in words, what must be waited for until all peers have finished a room (none, if it is not of this run)."""
         config = self._config
         expected = Expectation(renderers=config.expected_renderers, recorders=config.expected_recorders)
-        return waiting_for(self._peers, expected, must_be_done if must_be_done >= config.first_index else -1) if config.lock_step else ""
+        must_be_done = must_be_done if must_be_done >= config.first_index else -1
+        return waiting_for(self._peers, expected, must_be_done, self.name) if config.lock_step else ""
 
     def _last_room_is_over(self, now_s: float) -> bool:
         """Return whether a free-running run is over: its last room's time is up, and whoever is there has finished it."""
         there = [peer for peer in self._peers.values() if peer.state == "ready"]
-        return now_s >= self._send_s and all(last_done(peer) >= self.last_sent for peer in there)
+        return now_s >= self._send_s and all(done_in_run(peer, self.name) >= self.last_sent for peer in there)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 
-from scene_synth_ros.suite.status import NodeStatus
+from scene_synth_ros.suite.status import NodeStatus, done_in_run
 
 
 class Accounting:
@@ -39,9 +39,9 @@ class Accounting:
             self._uncounted[name] = Counter({topic: count - self.received[topic] for topic, count in status.counts.items()})
         self._renderers[name] = status
 
-    def done_scene(self) -> int:
-        """Return the last room that every known renderer has finished, -1 if there is none."""
-        return min((status.done_scene for status in self._renderers.values()), default=-1)
+    def done_scene(self, run: str) -> int:
+        """Return the last room of a run that every known renderer has finished or refused, -1 if there is none."""
+        return min((done_in_run(status, run) for status in self._renderers.values()), default=-1)
 
     def missing(self, recorded: Mapping[str, int]) -> dict[str, int]:
         """Return how many published messages have not arrived and have not been given up, by topic.

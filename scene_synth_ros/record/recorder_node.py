@@ -150,8 +150,8 @@ class RecorderNode(SuiteNode):
         self._inputs.take_status(status)
         if status.role in ("renderer", "grammar"):
             self._collector.ask(status.node)
-        if status.role == "renderer":
             self._rooms.take_status(status)
+        if status.role == "renderer":
             self._connections.take_status(status)
         elif status.role == "grammar" and status.state in ("finished", "failed") and self._settings[""].exit_when_done:
             self._finish_asked = status.state
@@ -187,6 +187,7 @@ class RecorderNode(SuiteNode):
             reason=self._reason[:1000],
             counts=counts,
             connected=self._connections.look(known),
+            run=self._rooms.run,
         )
         text = status_to_json(status)
         if text != self._last_status:

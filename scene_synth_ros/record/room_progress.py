@@ -22,17 +22,22 @@ class RoomProgress:
         warn: called with one line when messages are given up.
 
     Attributes:
-        done_scene: the last room that every renderer has finished and that is written, -1 for none.
+        run: the newest run that the grammar node has begun.
+        done_scene: the last room of it that every renderer has finished and that is written, -1 for none.
     """
 
     def __init__(self, recording: Recording, accounting: Accounting, known: Mapping[str, int], warn: Callable[[str], None]) -> None:
         self._recording, self._accounting, self._known, self._warn = recording, accounting, known, warn
         self._frame_topics: dict[str, frozenset[str]] = {}
         self._missing_since: float | None = None
-        self.done_scene = -1
+        self.run, self.done_scene = "", -1
 
     def take_status(self, status: NodeStatus) -> None:
-        """Take the newest status of a renderer."""
+        """Take the newest status of a renderer or of the grammar node."""
+        if status.role == "grammar":
+            if status.run != self.run:
+                self.run, self.done_scene = status.run, -1
+            return
         self._accounting.take_status(status)
         self._frame_topics[status.node] = frozenset(topic for topic in status.counts if not topic.startswith("/tf"))
 
@@ -46,8 +51,8 @@ class RoomProgress:
         recorded = {topic for topics in self._frame_topics.values() for topic in topics if self._known.get(topic, -1) >= 0}
         transforms = {"/tf"} if any(topic.endswith("/pose") for topic in recorded) else set()
         self._recording.expect(recorded | transforms, stand_ins(self._frame_topics))
-        done = self._accounting.done_scene()
-        self.done_scene = min(self.done_scene, done)  # a renderer has started again, or the run has
+        done = self._accounting.done_scene(self.run)
+        self.done_scene = min(self.done_scene, done)  # a renderer has started again
         missing = self._accounting.missing(self._known)
         if not missing:
             self._missing_since = None

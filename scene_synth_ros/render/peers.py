@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from scene_synth_ros.suite.status import NodeStatus
+from scene_synth_ros.suite.status import NodeStatus, done_in_run
 
 
 class Peers:
@@ -24,8 +24,9 @@ class Peers:
         self._recorders: dict[str, NodeStatus] = {}
         self._renderers: dict[str, NodeStatus] = {}
         self._offsets: dict[str, int] = {}
+        self._run = ""
         self.finished_scene = -1
-        """Last room that the grammar node knows to be finished by all."""
+        """Last room of the run that the grammar node knows to be finished by all."""
         self._lock_step = False
 
     def take(self, status: NodeStatus, published: int) -> None:
@@ -37,7 +38,7 @@ class Peers:
         elif status.role == "renderer" and status.node != self._name:
             self._renderers[status.node] = status
         elif status.role == "grammar":
-            self.finished_scene, self._lock_step = status.done_scene, status.lock_step
+            self._run, self.finished_scene, self._lock_step = status.run, status.done_scene, status.lock_step
 
     @property
     def rooms_wait(self) -> bool:
@@ -53,8 +54,9 @@ class Peers:
         """Return whether a room may be published now; ``first`` marks the first one of this process, before which nothing counts."""
         if self._share_count == 1:
             return True
-        others = [status.done_scene for status in self._renderers.values()]
-        recorders = [] if first else [status.done_scene for status in self._recorders.values() if status.state == "ready"]
+        others = [done_in_run(status, self._run) for status in self._renderers.values()]
+        ready = [status for status in self._recorders.values() if status.state == "ready"]
+        recorders = [] if first else [done_in_run(status, self._run) for status in ready]
         return len(others) >= self._share_count - 1 and all(done >= room - 1 for done in (*others, *recorders))
 
     def has_room(self, published: int, allowed: int) -> bool:

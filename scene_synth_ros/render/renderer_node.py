@@ -129,6 +129,8 @@ class RendererNode(SuiteNode):
             self.refuse(f"ignored a status that does not fit: {error}")
             return
         self._inbox.take_status(status, self._output.published)
+        if status.role == "grammar" and status.run != self._output.status.run:
+            self._output.tell(run=status.run, done_scene=-1, refused_scene=-1)
         if status.role == "grammar" and status.state in ("finished", "failed") and self._settings[""].exit_when_done:
             self.exit_code = 0 if status.state == "finished" else 1
 

@@ -21,7 +21,7 @@ from renderer.film.layers import LAYERS
 from scene_description import CameraPose, SceneDescription
 from scene_synth_ros.messages.conversions import clock_to_msg, link_from_optical_to_msg, world_from_link_to_msg
 from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig, has_companion
-from scene_synth_ros.suite.connections import publishers_of
+from scene_synth_ros.suite.connections import identity_of
 from scene_synth_ros.suite.qos import PROFILES, latched_qos, stream_qos
 from scene_synth_ros.suite.status import NodeStatus
 
@@ -84,8 +84,7 @@ class StreamPublishers:
     @property
     def start(self) -> str:
         """The identity (GID, hexadecimal) of a publisher of this life of the node."""
-        own = self._node.get_fully_qualified_name()
-        return next(endpoint.gid for endpoint in publishers_of(self._node, self.frame_topic) if endpoint.node == own)
+        return identity_of(self._node, self._publishers[SETTINGS])
 
     def reach(self, recorders: Collection[NodeStatus], start: str) -> bool:
         """Return whether every topic is connected to every recorder that wants it, seen from both sides.

@@ -26,6 +26,12 @@ def publishers_of(node: Any, topic: str) -> list[Endpoint]:
     ]
 
 
+def identity_of(node: Any, publisher: Any) -> str:
+    """Return the identity (GID, hexadecimal) of a node's publisher; no other publisher has had it before."""
+    own = node.get_fully_qualified_name()
+    return next(endpoint.gid for endpoint in publishers_of(node, publisher.topic_name) if endpoint.node == own)
+
+
 class Connections:
     """Starts of renderers all of whose topics have reached the recorder; no clocks, no threads.
 

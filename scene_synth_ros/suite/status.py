@@ -27,6 +27,9 @@ class NodeStatus:
     or a recorder has taken; -1 marks a topic that a recorder leaves out on purpose.  ``start`` names one life of a renderer: the identity
     (GID, hexadecimal) of its first publisher, a new one whenever it starts; ``connected`` are the starts whose every topic reaches a
     recorder, or is left out by it.  ``lock_step``: the grammar node waits for its peers, so no room may be left out.
+
+    ``run`` names the run that the indices of rooms belong to.  The grammar node gives a new name whenever a run begins, the others repeat
+    the newest that they have heard; what a status with another name says of rooms counts for nothing.
     """
 
     node: Annotated[str, Limits(min_length=1, max_length=300)]
@@ -39,6 +42,12 @@ class NodeStatus:
     start: Annotated[str, Limits(max_length=64)] = ""
     connected: Annotated[tuple[Annotated[str, Limits(max_length=64)], ...], Limits(max_length=500)] = ()
     lock_step: bool = False
+    run: Annotated[str, Limits(max_length=64)] = ""
+
+
+def done_in_run(status: NodeStatus, run: str) -> int:
+    """Return the index of the last room of a run that a node has finished or refused, -1 if there is none."""
+    return max(status.done_scene, status.refused_scene) if status.run == run else -1
 
 
 def status_to_json(status: NodeStatus) -> str:

@@ -11,7 +11,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 
 from scene_description import SceneDescription, scene_from_json
 from scene_synth_ros.suite.qos import latched_qos
-from scene_synth_ros.suite.status import NodeStatus, status_to_json
+from scene_synth_ros.suite.status import NodeStatus, status_from_json, status_to_json
 
 SETTINGS = {"seed": 3, "frames_per_room": 2, "rate_hz": 10.0, "expected_recorders": 1}
 
@@ -22,15 +22,26 @@ class RunPeer(Peer):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self.scenes: list[SceneDescription] = []
+        self._roles: set[str] = set()
         self.maps: list[OccupancyGrid] = []
         self.markers: list[MarkerArray] = []
+        self._run = ""
         self._status = self.node.create_publisher(String, "status", latched_qos(10))
+        self.node.create_subscription(String, "status", self._hear, latched_qos(10))
         self.node.create_subscription(String, "scene", lambda message: self.scenes.append(scene_from_json(message.data)), latched_qos(10))
         self.node.create_subscription(OccupancyGrid, "scene/map", self.maps.append, latched_qos(10))
         self.node.create_subscription(MarkerArray, "scene/markers", self.markers.append, latched_qos(10))
 
+    def _hear(self, message: String) -> None:
+        status = status_from_json(message.data)
+        if status.role == "grammar" and status.run != self._run:
+            self._run = status.run
+            for role in self._roles:
+                self.report(role, -1)
+
     def report(self, role: str, done: int) -> None:
-        status = NodeStatus(node=f"/synth/{role}", role=role, state="ready", done_scene=done)
+        self._roles.add(role)
+        status = NodeStatus(node=f"/synth/{role}", role=role, state="ready", done_scene=done, run=self._run)
         self._status.publish(String(data=status_to_json(status)))
 
     def finish_rooms(self) -> None:

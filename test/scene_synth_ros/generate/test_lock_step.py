@@ -3,12 +3,14 @@
 import pytest
 
 from scene_description import FieldError
-from scene_synth_ros.generate.lock_step import Expectation, last_done, peer_failures, waiting_for
-from scene_synth_ros.suite.status import MAX_TEXT_LENGTH, NodeStatus, status_from_json, status_to_json
+from scene_synth_ros.generate.lock_step import Expectation, finished_by_all, peer_failures, waiting_for
+from scene_synth_ros.suite.status import MAX_TEXT_LENGTH, NodeStatus, done_in_run, status_from_json, status_to_json
+
+RUN = "g.1"
 
 
 def peer(name: str, role: str, state: str = "ready", done: int = -1) -> NodeStatus:
-    return NodeStatus(node=name, role=role, state=state, done_scene=done)
+    return NodeStatus(node=name, role=role, state=state, done_scene=done, run=RUN)
 
 
 def peers(*statuses: NodeStatus) -> dict[str, NodeStatus]:
@@ -32,25 +34,33 @@ EXPECTED = Expectation(renderers=1, recorders=1)
     ],
 )
 def test_a_room_waits_for_every_peer(known: dict[str, NodeStatus], last_sent: int, words: str) -> None:
-    assert waiting_for(known, EXPECTED, last_sent) == words
+    assert waiting_for(known, EXPECTED, last_sent, RUN) == words
 
 
 def test_a_refused_room_is_done_too() -> None:
-    assert last_done(NodeStatus(node="/r", role="renderer", state="ready")) == -1
-    assert last_done(NodeStatus(node="/r", role="renderer", state="ready", done_scene=3, refused_scene=4)) == 4
+    assert done_in_run(NodeStatus(node="/r", role="renderer", state="ready"), "") == -1
+    assert done_in_run(NodeStatus(node="/r", role="renderer", state="ready", done_scene=3, refused_scene=4), "") == 4
+
+
+def test_what_is_said_of_another_run_counts_for_nothing() -> None:
+    known = peers(peer("/r", "renderer", done=5), peer("/b", "recorder", done=5))
+    assert waiting_for(known, EXPECTED, -1, "g.2") == "/r to hear of the run"
+    assert (finished_by_all(known, RUN), finished_by_all(known, "g.2")) == (5, -1)
+    refused = NodeStatus(node="/r", role="renderer", state="ready", refused_scene=0, reason="no such model", run=RUN)
+    assert peer_failures(peers(refused), 0, RUN) and not peer_failures(peers(refused), 0, "g.2")
 
 
 def test_failures_and_refusals_are_told() -> None:
     failed = NodeStatus(node="/b", role="recorder", state="failed", reason="disk full")
     refused = NodeStatus(node="/r", role="renderer", state="ready", refused_scene=4, reason="no such model")
-    assert peer_failures(peers(refused, failed), 4) == ["/b failed: disk full", "/r refused room 4: no such model"]
-    assert peer_failures(peers(refused), 5) == []
-    assert peer_failures(peers(peer("/r", "renderer")), -1) == []
+    assert peer_failures(peers(refused, failed), 4, "") == ["/b failed: disk full", "/r refused room 4: no such model"]
+    assert peer_failures(peers(refused), 5, "") == []
+    assert peer_failures(peers(peer("/r", "renderer")), -1, RUN) == []
 
 
 def test_a_refused_room_is_not_waited_for() -> None:
     refused = NodeStatus(node="/r", role="renderer", state="ready", done_scene=3, refused_scene=4)
-    assert waiting_for(peers(refused), Expectation(renderers=1, recorders=0), 4) == ""
+    assert waiting_for(peers(refused), Expectation(renderers=1, recorders=0), 4, "") == ""
 
 
 def test_status_round_trip() -> None:

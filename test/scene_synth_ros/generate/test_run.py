@@ -13,7 +13,7 @@ STEP = RunConfig(rooms=2, frames_per_room=5, rate_hz=10.0, expected_recorders=1)
 
 
 def report(run: Run, role: str, done: int, state: str = "ready") -> bool:
-    return run.take_status(NodeStatus(node=f"/{role}", role=role, state=state, done_scene=done))
+    return run.take_status(NodeStatus(node=f"/{role}", role=role, state=state, done_scene=done, run=run.name))
 
 
 def finish(run: Run, done: int) -> None:
@@ -103,22 +103,36 @@ def test_one_room_may_go_out_during_a_pause() -> None:
     assert run.step(9.0, True) is Step.WAIT
 
 
-def test_a_reset_waits_for_the_room_at_work_and_old_statuses_count_no_more() -> None:
+def test_a_reset_waits_for_the_room_at_work_and_until_all_have_heard_of_it() -> None:
     run = Run(STEP, 0.0)
     finish(run, -1)
     send(run, 0.0)
     assert run.ask_for_reset() == "/renderer to finish room 0"
     assert run.step(0.0, True) is Step.WAIT
     finish(run, 0)
-    generation = run.generation
+    generation, name = run.generation, run.name
     assert run.step(0.0, True) is Step.BEGIN_AGAIN
     assert run.generation == generation + 1 and run.next_index == 0
-    assert send(run, 0.0) == 1_500_000_000, "simulated time goes on"
-    finish(run, 0)
-    assert run.step(0.0, True) is Step.WAIT, "this is still said of room 0 before"
+    assert (run.step(0.0, True), run.waiting) == (Step.WAIT, "/renderer to hear of the run")
     finish(run, -1)
+    assert send(run, 0.0) == 1_500_000_000, "simulated time goes on"
+    run.take_status(NodeStatus(node="/renderer", role="renderer", state="ready", done_scene=0, run=name))
+    assert run.step(0.0, True) is Step.WAIT, "this is still said of room 0 before"
     finish(run, 0)
     send(run, 0.0)
+
+
+def test_a_peer_may_finish_all_rooms_that_are_out_at_once_after_a_reset() -> None:
+    run = Run(replace(STEP, rooms=3, rooms_ahead=2), 0.0)
+    for begins_again in (False, True):
+        if begins_again:
+            run.ask_for_reset()
+            assert run.step(0.0, True) is Step.BEGIN_AGAIN
+        finish(run, -1)
+        send(run, 0.0)
+        send(run, 0.0)
+        finish(run, 1)
+    assert send(run, 0.0) == 3_000_000_000, "a peer that never said less than 1 has finished room 1 all the same"
 
 
 def test_a_change_of_rate_goes_on_from_the_next_frame() -> None:

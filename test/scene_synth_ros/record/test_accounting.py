@@ -22,7 +22,7 @@ def test_what_was_published_and_has_not_arrived_is_missing() -> None:
     accounting = started()
     accounting.received.update({"/image": 8, "/depth": 6})
     accounting.take_status(status(0, 8, 8))
-    assert accounting.done_scene() == 0
+    assert accounting.done_scene("") == 0
     assert accounting.missing(RECORDED) == {"/depth": 2}
     accounting.received.update({"/depth": 2})
     assert accounting.missing(RECORDED) == {}
@@ -54,8 +54,8 @@ def test_a_room_is_done_when_every_renderer_has_done_it() -> None:
     accounting = started()
     accounting.take_status(status(2, 0, node="/a"))
     accounting.take_status(status(1, 0, node="/r"))
-    assert accounting.done_scene() == 1
-    assert Accounting().done_scene() == -1
+    assert (accounting.done_scene(""), accounting.done_scene("another run")) == (1, -1)
+    assert Accounting().done_scene("") == -1
 
 
 def test_a_renderer_that_starts_again_is_counted_from_then_on() -> None:

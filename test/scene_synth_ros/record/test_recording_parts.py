@@ -77,9 +77,9 @@ def test_repeats_are_told_from_firsts_and_old_rooms_are_forgotten() -> None:
 
 
 def test_all_have_finished_what_the_last_has() -> None:
-    assert finished_by_all({}) == -1
-    assert finished_by_all({"a": status("renderer", done=4), "b": status("recorder", done=2)}) == 2
-    assert finished_by_all({"a": status("renderer", done=1, refused=3), "b": status("recorder", done=5)}) == 3
+    assert finished_by_all({}, "") == -1
+    assert finished_by_all({"a": status("renderer", done=4), "b": status("recorder", done=2)}, "") == 2
+    assert finished_by_all({"a": status("renderer", done=1, refused=3), "b": status("recorder", done=5)}, "") == 3
 
 
 def test_a_peer_is_missed_only_after_it_was_seen_and_stays_away() -> None:
