@@ -129,13 +129,14 @@ class SceneSynthesizer:
         Raises:
             RequestError: the room type is unknown, or the constraints contradict each other.
         """
-        if request.room_type not in self.grammars:
-            raise RequestError(f"room_type: expected one of {', '.join(self.grammars)}, got '{request.room_type}'")
-        make_plan(self.grammar_of(request), self.categories, request)
-        restricted(self.appearance, request, self._categories(request), self._file_parts())
+        for one in request.by_type():
+            if one.room_type not in self.grammars:
+                raise RequestError(f"room_type: expected one of {', '.join(self.grammars)}, got '{one.room_type}'")
+            make_plan(self.grammar_of(one), self.categories, one)
+            restricted(self.appearance, one, self._categories(one), self._file_parts())
 
     def grammar_of(self, request: SceneRequest) -> Grammar:
-        """Return the grammar that a request's rooms are sampled from, by its room type and its grammar set."""
+        """Return the grammar that the rooms of a request for one type are sampled from, by this and its grammar set."""
         by_hand = self.grammars[request.room_type]
         return self.learned.get(request.room_type, by_hand) if request.grammar_set == "learned" else by_hand
 
@@ -170,6 +171,7 @@ class SceneSynthesizer:
         self, request: SceneRequest, seed: int, index: int, times: CameraTimes
     ) -> tuple[SceneDescription, SamplingCost]:
         """Do as :meth:`synthesize` and also return the cost of the layout."""
+        request = request.of_room(index)
         self.check(request)
         rng = {purpose: np.random.default_rng(np.random.SeedSequence([seed, index, i])) for i, purpose in enumerate(PURPOSES)}
         # sample the layout, with the models that decide it

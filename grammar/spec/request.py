@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal, get_args
 
 from scene_description import Limits, SceneSynthError
@@ -27,7 +27,13 @@ class SceneRequest:
     """
 
     room_type: Annotated[
-        str, Limits(min_length=1, max_length=60, pattern=r"[a-z][a-z0-9_]*", description="kind of room, the name of a grammar")
+        str,
+        Limits(
+            min_length=1,
+            max_length=600,
+            pattern=r"[a-z][a-z0-9_]{0,59}(,[a-z][a-z0-9_]{0,59})*",
+            description="kind of room, the name of a grammar; the rooms of a run take several, with commas between, in turn",
+        ),
     ] = "bedroom"
     grammar_set: Annotated[
         GrammarSet, Limits(description="learned: from real rooms, for the room types that have such a grammar; by_hand: none of these")
@@ -113,3 +119,12 @@ class SceneRequest:
         float, Limits(ge=1e-6, le=1e9, unit="cd/m2", description="luminance of value 1 of the environment map")
     ] = 179.0
     lamps: Annotated[Literal["any", "lit", "unlit"], Limits(description="all lamps lit or none; any: drawn")] = "any"
+
+    def by_type(self) -> tuple[SceneRequest, ...]:
+        """Return the request for each of its room types."""
+        return tuple(replace(self, room_type=name) for name in self.room_type.split(","))
+
+    def of_room(self, index: int) -> SceneRequest:
+        """Return the request for the room of an index, which has one of the types."""
+        requests = self.by_type()
+        return requests[index % len(requests)]

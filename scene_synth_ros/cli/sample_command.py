@@ -41,7 +41,6 @@ _PROGRESS_S = 10.0
 class Job:
     """What every room of a run of the command has in common."""
 
-    room_types: tuple[str, ...]
     grammar_files: tuple[Path, ...]
     catalog: str
     request: SceneRequest
@@ -66,7 +65,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.formatter_class = argparse.RawDescriptionHelpFormatter
     parser.epilog = "constraints (-p NAME:=VALUE):\n" + "\n".join(_constraint_lines())
     parser.add_argument(
-        "--room", metavar="TYPE", help="room type, or 'all': one type after the other (default: bedroom, or the --grammar's)"
+        "--room", metavar="TYPE", help="room type; several, with commas between, or 'all', in turn (default: bedroom, or the --grammar's)"
     )
     parser.add_argument("--seed", type=int, default=1, help="seed of the run (default: %(default)s)")
     parser.add_argument("--count", type=int, default=1, help="number of rooms (default: %(default)s)")
@@ -133,7 +132,7 @@ def _report(job: Job, arguments: argparse.Namespace, rooms: list[RoomMetrics], e
     _say(text)
     _say(f"{len(rooms)} rooms in {seconds:.1f} s with {arguments.workers} processes")
     if job.out is not None:
-        command = {"room": ", ".join(job.room_types), "seed": job.seed, "count": arguments.count, "workers": arguments.workers}
+        command = {"room": job.request.room_type.replace(",", ", "), "seed": job.seed, "count": arguments.count, "workers": arguments.workers}
         _write(job.out / "report.json", report_json(rooms, errors, command).encode())
         _say(f"wrote {job.out / 'report.json'}")
     return 0 if passed else 1
@@ -185,15 +184,13 @@ def _job(arguments: argparse.Namespace) -> tuple[Job, SceneSynthesizer]:
     synthesizer = with_catalog(SceneSynthesizer.from_config(arguments.grammar), arguments.catalog)
     own = [read_grammar(path, synthesizer.categories).room_type for path in arguments.grammar]
     room = arguments.room or (own[-1] if own else SceneRequest().room_type)
-    types = tuple(sorted(synthesizer.grammars)) if room == ALL else (room,)
-    request = parse_constraints(arguments.constraints, types[0])
+    types = ",".join(sorted(synthesizer.grammars)) if room == ALL else room
+    request = parse_constraints(arguments.constraints, types)
     request = dataclasses.replace(request, looks=(*request.looks, *arguments.look))
-    if request.room_type != types[0]:
+    if request.room_type != types:
         raise RequestError(f"-p room_type: expected no value, got '{request.room_type}'; use --room")
-    for name in types:
-        synthesizer.check(dataclasses.replace(request, room_type=name))
+    synthesizer.check(request)
     job = Job(
-        room_types=types,
         grammar_files=tuple(arguments.grammar),
         catalog=arguments.catalog,
         request=request,
@@ -247,11 +244,7 @@ def _start_worker(job: Job) -> None:
 def _warm(job: Job, synthesizer: SceneSynthesizer) -> None:
     """Compile or load the kernels before times are taken."""
     with contextlib.suppress(RequestError):
-        synthesizer.synthesize(_request(job, 0), job.seed, 0, CameraTimes(frames=1, start_ns=0, rate_hz=10.0))
-
-
-def _request(job: Job, index: int) -> SceneRequest:
-    return dataclasses.replace(job.request, room_type=job.room_types[index % len(job.room_types)])
+        synthesizer.synthesize(job.request, job.seed, 0, CameraTimes(frames=1, start_ns=0, rate_hz=10.0))
 
 
 def _make_in_worker(index: int) -> Done:
@@ -261,7 +254,7 @@ def _make_in_worker(index: int) -> Done:
 
 def _make(job: Job, synthesizer: SceneSynthesizer, index: int) -> Done:
     """Sample room ``index`` and write its files."""
-    request = _request(job, index)
+    request = job.request.of_room(index)
     times = CameraTimes(frames=job.frames, start_ns=1_000_000_000, rate_hz=10.0, first_index=index * job.frames)
     name, began = f"room_{index:04d}", time.thread_time()
     try:
