@@ -1,6 +1,7 @@
 """Imports point one way, between packages and between the folders in them; some libraries have one door each."""
 
 import ast
+import subprocess
 import sys
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 ALLOWED = {
-    "scene_description": {"scene_description", "numpy"},
+    "scene_description": {"scene_description", "numpy", "numba"},
     "grammar": {"grammar", "scene_description", "numpy", "scipy", "numba", "shapely", "yaml"},
     "renderer": {"renderer", "scene_description", "numpy", "numba", "llvmlite", "trimesh", "PIL", "pyoidn", "OpenEXR"},
 }
@@ -81,6 +82,12 @@ def test_imports_point_one_way(package: str) -> None:
         assert roots <= ALLOWED[package], f"{name} imports {sorted(roots - ALLOWED[package])}"
         for library, doors in ONLY_IN.items():
             assert library not in roots or name in doors, f"{name} imports {library}, which only {sorted(doors)} may"
+
+
+def test_descriptions_are_read_without_numba() -> None:
+    """Only ``scene_description.kernels`` needs it, which those import that have kernels."""
+    say = "import sys, scene_description; print('numba' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", say], cwd=ROOT, check=True, capture_output=True, text=True).stdout == "False\n"
 
 
 def imported_modules(path: Path, package: str) -> set[str]:

@@ -2,35 +2,21 @@
 
 Unless told otherwise numba counts the references to every array that a function takes out of a tuple or slices, each time with an atomic
 addition; in the layout chain that was two thirds of the time.  What a kernel without this counting is given belongs to its caller.
-
-A kernel takes the kernels that it calls, and constants, from other files into its machine code, so its cache is renewed when one of these
-changes: no process can run a stale kernel.
 """
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable
 from typing import Any
 
 from numba import njit
-from numba.core.caching import FunctionCache, IndexDataCacheFile
 
-from scene_description.sources import source_stamp
+from scene_description.kernels import KernelCache, LinkedCompiler
 
 _COUNTING: dict[str, Any] = {"error_model": "numpy"}
 _SETTINGS: dict[str, Any] = {**_COUNTING, "_nrt": False, "no_cfunc_wrapper": True}
-_INNER: dict[str, Any] = {**_SETTINGS, "no_cpython_wrapper": True}
+_INNER: dict[str, Any] = {**_SETTINGS, "no_cpython_wrapper": True, "pipeline_class": LinkedCompiler}
 """Of kernels that only kernels call: a wrapper that unpacks the tables takes longer to compile than most kernels."""
-
-
-class KernelCache(FunctionCache):  # type: ignore[misc]
-    """Numba's cache of one function on disk, good for the sources of the function's file and of all that this imports from here."""
-
-    def __init__(self, function: Callable[..., Any]) -> None:
-        super().__init__(function)
-        stamp = source_stamp(inspect.getfile(function))
-        self._cache_file = IndexDataCacheFile(self._cache_path, self._impl.filename_base, stamp)
 
 
 def _compiled(function: Callable[..., Any], **settings: Any) -> Any:

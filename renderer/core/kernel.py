@@ -1,34 +1,19 @@
 """How kernels are compiled: cached on disk, free of the GIL, IEEE arithmetic throughout.
 
-A kernel takes the kernels that it calls, and constants, from other files into its machine code, so its cache is renewed when one of these
-changes: no process can run a stale kernel.
-
 Divisions by zero give infinities as in numpy: Python's exception would put a branch into every loop over lanes and keep LLVM from
 vectorising it.
 """
 
-import inspect
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
 from numba import njit
-from numba.core.caching import FunctionCache, IndexDataCacheFile
-from numba.core.compiler import CompilerBase, DefaultPassBuilder
 
-from scene_description.sources import source_stamp
+from scene_description.kernels import KernelCache, LinkedCompiler, OptimizedLibrary
 
 Function = TypeVar("Function", bound=Callable[..., object])
 
 _SETTINGS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "_nrt": False, "no_cfunc_wrapper": True}
-
-
-class KernelCache(FunctionCache):  # type: ignore[misc]
-    """Numba's cache of one function on disk, good for the sources of the function's file and of all that this imports from here."""
-
-    def __init__(self, function: Callable[..., object]) -> None:
-        super().__init__(function)
-        stamp = source_stamp(inspect.getfile(function))
-        self._cache_file = IndexDataCacheFile(self._cache_path, self._impl.filename_base, stamp)
 
 
 def _compiled(function: Function, **settings: Any) -> Function:
@@ -37,12 +22,15 @@ def _compiled(function: Function, **settings: Any) -> Function:
     return cast(Function, dispatcher)
 
 
-class _Apart(CompilerBase):  # type: ignore[misc]
-    """Numba's compiler, which promises LLVM that arrays given to a function share no memory: loops with tables are vectorised then."""
+class _Apart(LinkedCompiler):
+    """Promises LLVM that arrays given to a function share no memory: loops with tables are vectorised then."""
+
+    library = OptimizedLibrary
 
     def define_pipelines(self) -> list[Any]:
+        """Return the pipeline with that promise."""
         self.state.flags.noalias = True
-        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]
+        return super().define_pipelines()
 
 
 _INNER: dict[str, Any] = {**_SETTINGS, "no_cpython_wrapper": True, "pipeline_class": _Apart}

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from scene_description import SceneSynthError
 from scene_synth_ros.suite.faults import FAULT_STATUS, fault_report
+from scene_synth_ros.suite.heap import collect_rarely
 
 
 class Command(NamedTuple):
@@ -41,6 +42,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     handler = signal.getsignal(signal.SIGINT)
     if handler is signal.default_int_handler:  # while modules load, Ctrl-C just ends the program
         signal.signal(signal.SIGINT, signal.SIG_DFL)
+    collect_rarely()
     arguments = sys.argv[1:] if argv is None else list(argv)
     parser = argparse.ArgumentParser(prog="scene_synth", description="Synthetic indoor camera streams for ROS 2.")
     subparsers = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")

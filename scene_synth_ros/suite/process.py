@@ -15,7 +15,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
 from scene_synth_ros.suite.faults import FAULT_STATUS, fault_report
-from scene_synth_ros.suite.heap import limit_arenas
+from scene_synth_ros.suite.heap import collect_rarely, limit_arenas
 from scene_synth_ros.suite.stale_shared_memory import avoid_stale_ports
 from scene_synth_ros.suite.suite_node import REFUSALS
 
@@ -47,6 +47,7 @@ def run_node(make: Callable[[], Node], args: list[str] | None = None) -> None:
 def _run(make: Callable[[], Node], args: list[str] | None) -> int:
     """Make the node, spin it and close it; return the exit status."""
     caught: list[int] = []
+    collect_rarely()
     limit_arenas()
     node, refusal = _make(make, args, caught)
     if node is None:

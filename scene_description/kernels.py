@@ -1,0 +1,81 @@
+"""How kernels are compiled fast and kept on disk.
+
+A kernel that only kernels call needs no machine code of its own: numba links its LLVM module into those of its callers, and optimises and
+translates the whole there.  Left to itself numba does both at every step of a chain of calls, for all that hangs on the kernel.
+
+A kernel takes the kernels that it calls, and constants, from other files into its machine code, so its cache is renewed when one of these
+changes: no process can run a stale kernel.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+from numba.core.caching import FunctionCache, IndexDataCacheFile
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+
+from scene_description.sources import source_stamp
+
+
+class KernelCache(FunctionCache):  # type: ignore[misc]
+    """Numba's cache of one function on disk, good for the sources of the function's file and of all that this imports from here."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        stamp = source_stamp(inspect.getfile(function))
+        self._cache_file = IndexDataCacheFile(self._cache_path, self._impl.filename_base, stamp)
+
+
+class _NoEnvironment:
+    """Stands where numba tells the machine code of a function its environment; there is none of either."""
+
+    def set_env(self, name: str, environment: object) -> None:
+        """Do nothing."""
+
+
+class LinkedLibrary(JITCodeLibrary):  # type: ignore[misc]
+    """The LLVM module of a kernel that only kernels call, to be linked into theirs: neither optimised here nor made machine code."""
+
+    codegen = _NoEnvironment()
+
+    def _optimize_final_module(self) -> None:
+        pass
+
+    def _finalize_final_module(self) -> None:
+        self._finalize_dynamic_globals()
+        self._verify_declare_only_symbols()
+        self._finalized = True
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Return 0, numba's word for a function that Python cannot call."""
+        return 0
+
+    def serialize_using_object_code(self) -> Any:
+        """Return what the cache keeps: the LLVM module."""
+        return self.serialize_using_bitcode()
+
+
+class OptimizedLibrary(LinkedLibrary):
+    """One that is optimised first: a caller's loops are smaller for it, which made the path tracer a twentieth faster."""
+
+    def _optimize_final_module(self) -> None:
+        passes, builder = self._codegen._module_pass_manager()
+        passes.run(self._final_module, builder)
+
+
+class LinkedCompiler(CompilerBase):  # type: ignore[misc]
+    """Numba's compiler, for kernels that only kernels call.
+
+    Attributes:
+        library: the kind of library that it makes.
+    """
+
+    library: type[LinkedLibrary] = LinkedLibrary
+
+    def define_pipelines(self) -> list[Any]:
+        """Return numba's pipeline, which is to fill such a library."""
+        self.state.library = self.library(self.state.targetctx.codegen(), self.state.func_id.func_qualname)
+        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]
