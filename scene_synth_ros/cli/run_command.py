@@ -7,6 +7,7 @@ import json
 import sys
 import tempfile
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -65,14 +66,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run the suite; return the exit status."""
     parameters = _parameters(arguments)
-    _check_outputs(arguments)
+    made = _check_outputs(arguments)
     began = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="scene_synth_") as folder, Interrupts() as interrupts:
         nodes = _processes(arguments, parameters, Path(folder))
         outcome = run_nodes(nodes, arguments.namespace, interrupts, arguments.log_level)
     seconds = time.monotonic() - began
     if outcome.code:
-        _say(f"run: {outcome.reason}")
+        unmade = bool(arguments.record) and not arguments.record.exists()
+        _say(f"run: {outcome.reason}" + (f"; nothing was recorded, {arguments.record} is not there" if unmade else ""))
+        for folder in made if unmade else ():
+            with suppress(OSError):  # somebody else has put something there
+                folder.rmdir()
     return _conclude(arguments, outcome, seconds) if arguments.record else outcome.code
 
 
@@ -160,7 +165,8 @@ def _note(parameters: NodeParameters) -> str:
     return f"{_MADE_BY}{json.dumps(made_by, sort_keys=True)}"
 
 
-def _check_outputs(arguments: argparse.Namespace) -> None:
+def _check_outputs(arguments: argparse.Namespace) -> list[Path]:
+    """Refuse outputs that cannot be made; make the folders above the bag, and return them, the innermost first."""
     if arguments.record and arguments.record.exists():
         raise ProfileError(f"--record {arguments.record}: exists already; choose another folder or remove it")
     if arguments.contact_sheet and not arguments.record:
@@ -169,11 +175,14 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
         raise ProfileError(f"--contact-sheet {arguments.contact_sheet}: the folder does not exist")
     if not arguments.namespace.startswith("/"):
         raise ProfileError(f"--namespace {arguments.namespace}: expected a name that begins with /")
-    if arguments.record:
-        try:
-            arguments.record.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise ProfileError(f"--record {arguments.record}: its folder cannot be made ({error.strerror})") from None
+    if not arguments.record:
+        return []
+    missing = [folder for folder in arguments.record.parents if not folder.exists()]
+    try:
+        arguments.record.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ProfileError(f"--record {arguments.record}: its folder cannot be made ({error.strerror})") from None
+    return missing
 
 
 def _conclude(arguments: argparse.Namespace, outcome: Outcome, seconds: float) -> int:
