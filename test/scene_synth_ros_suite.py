@@ -185,10 +185,20 @@ class Peer:
 
 
 @contextmanager
-def node_process(name: str, settings: Mapping[str, object], surroundings: Mapping[str, str] | None = None) -> Iterator[Context]:
-    """Run a node in a process and a DDS domain of its own; yield a context in that domain.  The node must outlive the block."""
+def node_process(
+    name: str, settings: Mapping[str, object], surroundings: Mapping[str, str] | None = None, files: Sequence[Path] = ()
+) -> Iterator[Context]:
+    """Run a node in a process and a DDS domain of its own; yield a context in that domain.  The node must outlive the block.
+
+    Args:
+        name: of the node.
+        settings: its parameters.
+        surroundings: variables of its environment besides.
+        files: its parameter files.
+    """
     env = environment() | dict(surroundings or {})
     words = [sys.executable, "-m", NODES[name].module, "--ros-args", "-r", "__ns:=/synth"]
+    words += [word for file in files for word in ("--params-file", str(file))]
     words += [word for key, value in settings.items() for word in ("-p", f"{key}:={value}")]
     process = Child(words, env=env)
     try:

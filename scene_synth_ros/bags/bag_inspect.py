@@ -1,8 +1,10 @@
 """Inspects a bag: what it holds, and everything that is wrong with it.
 
-A camera is what stands before ``/<layer>/image_raw`` or ``/pose`` in topic names.  All its images, camera infos and poses must have
-exactly the same stamps.  A room begins with a message of the topic ``scene``; within it frames must be evenly spaced, and every frame
-that its camera path announces must be there.  Only the last room may be cut short, as happens when a run is stopped.
+All images, camera infos and poses of a camera must have exactly the same stamps.  A room begins with a message of the topic ``scene``;
+within it frames must be evenly spaced, and every frame that its camera path announces must be there.  Only the last room may be cut
+short, as happens when a run is stopped.  A scene that is logged later than its first frame was is repeated from before (in a snapshot, in
+a later file of a split bag): of its frames those from then on must be there.  Where log times are not stamps, as in bags of other
+recorders, those from the bag's first frame on must be there.
 """
 
 from __future__ import annotations
@@ -15,17 +17,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer import LAYERS
 from scene_synth_ros.bags.bag_metadata import METADATA_NAME, NO_TIME_NS, BagMetadata, TopicInfo
 from scene_synth_ros.bags.bag_reader import BagReader, BagSummary
+from scene_synth_ros.bags.camera_streams import FRAME_TYPES, cameras, is_scene, label_topics
 from scene_synth_ros.messages.stamps import NANOSECONDS, announced_room, stamp_ns
 
 MAX_GAP_PERIODS = 1.5
-
-_POSE_TYPE = "geometry_msgs/msg/PoseStamped"
-_FRAME_TYPES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/CameraInfo", _POSE_TYPE)
-_TRANSPORTS = ("/compressed", "/compressedDepth")
-_LABELLED_LAYERS = {name for name, row in LAYERS.items() if row.labels is not None}
 
 Stamps = NDArray[np.int64]
 
@@ -120,9 +117,10 @@ def _read_all(reader: BagReader) -> tuple[dict[str, _Tally], dict[int, list[int]
     """Read every message.
 
     Returns:
-        The tallies by topic; start of every room -> stamps that its camera path announces; a line on log times that decrease, or none.
+        The tallies by topic; start of every room -> stamps of the frames that must come; a line on log times that decrease, or none.
     """
-    rooms: dict[int, list[int]] = {}
+    scenes: dict[int, tuple[int, list[int]]] = {}
+    first_frame: tuple[int, int] | None = None
     tallies = {topic.name: _Tally() for topic in reader.summary.topics}
     last_ns, first_fault, faults = 0, "", 0
     for message in reader.messages(file_order=True):
@@ -132,24 +130,28 @@ def _read_all(reader: BagReader) -> tuple[dict[str, _Tally], dict[int, list[int]
         stamp = stamp_ns(message.type_name, message.data)
         if stamp is not None:
             tally.stamps.append(stamp)
-        if _is_scene(message.topic, message.type_name):
-            rooms[min(message.log_ns, NO_TIME_NS) if stamp is None else stamp] = announced_room(message.data).stamps_ns
+        if is_scene(message.topic, message.type_name):
+            start_ns = min(message.log_ns, NO_TIME_NS) if stamp is None else stamp
+            scenes.setdefault(start_ns, (message.log_ns, announced_room(message.data).stamps_ns))
+        if first_frame is None and stamp is not None and message.type_name in FRAME_TYPES:
+            first_frame = message.log_ns, stamp
         if message.log_ns < last_ns:
             faults += 1
             first_fault = first_fault or f"{message.topic} at {message.log_ns} ns after {last_ns} ns"
         last_ns = message.log_ns
+    logged_by_stamp = first_frame is None or first_frame[0] == first_frame[1]
+    rooms = {}
+    for start_ns, (log_ns, stamps) in scenes.items():
+        due_ns = log_ns if logged_by_stamp or first_frame is None else first_frame[1]
+        rooms[start_ns] = [announced for announced in stamps if announced >= due_ns]
     return tallies, rooms, f"log time decreases {faults} times, first {first_fault}" if faults else ""
-
-
-def _is_scene(name: str, type_name: str) -> bool:
-    return name.rsplit("/", 1)[-1] == "scene" and type_name == "std_msgs/msg/String"
 
 
 def _topic_report(topic: TopicInfo, tally: _Tally, stamps: Stamps, room_starts: Stamps) -> TopicReport:
     spacing = np.diff(stamps)
     period_ns = int(np.median(spacing)) if spacing.size else 0
     gaps = 0
-    if topic.type_name in _FRAME_TYPES and period_ns > 0:
+    if topic.type_name in FRAME_TYPES and period_ns > 0:
         rooms = np.searchsorted(room_starts, stamps, side="right")
         gaps = int(np.count_nonzero((spacing > MAX_GAP_PERIODS * period_ns) & (np.diff(rooms) == 0)))
     return TopicReport(
@@ -193,7 +195,7 @@ def _metadata_faults(metadata: BagMetadata, summary: BagSummary, topics: Sequenc
 def _camera_faults(topics: Iterable[TopicReport], stamps: Mapping[str, Stamps], announced: Sequence[Stamps]) -> list[str]:
     """Return what is wrong with the stamps of each camera's streams, given the stamps that rooms announce."""
     faults = []
-    for streams in _cameras(topics).values():
+    for streams in cameras(_types(topics)).values():
         united = np.unique(np.concatenate([*(stamps[name] for name in streams), *announced]))
         for name in streams:
             own, repeats = np.unique(stamps[name], return_counts=True)
@@ -210,7 +212,7 @@ def _camera_faults(topics: Iterable[TopicReport], stamps: Mapping[str, Stamps], 
 def _last_room_notes(topics: Iterable[TopicReport], stamps: Mapping[str, Stamps], announced: Sequence[Stamps]) -> list[str]:
     """Return a line for every camera whose last room was cut short."""
     notes = []
-    for camera, streams in _cameras(topics).items():
+    for camera, streams in cameras(_types(topics)).items():
         for path in announced:
             found = np.isin(path, np.concatenate([stamps[name] for name in streams])).sum()
             if found < path.size:
@@ -218,40 +220,18 @@ def _last_room_notes(topics: Iterable[TopicReport], stamps: Mapping[str, Stamps]
     return notes
 
 
-def _cameras(topics: Iterable[TopicReport]) -> dict[str, list[str]]:
-    """Return camera -> topics whose stamps must agree; cameras without an image are left out."""
-    cameras: dict[str, list[str]] = {}
-    for topic in topics:
-        if topic.type_name in _FRAME_TYPES and topic.type_name != _POSE_TYPE:
-            cameras.setdefault(_published_name(topic).rsplit("/", 2)[0], []).append(topic.name)
-    for topic in topics:
-        camera, _, last = topic.name.rpartition("/")
-        if topic.type_name == _POSE_TYPE and last == "pose" and camera in cameras:
-            cameras[camera].append(topic.name)
-    return cameras
-
-
 def _meaning_faults(topics: Iterable[TopicReport]) -> list[str]:
     """Return what ids lack to be understood: a scene, and the labels of every labelled layer."""
-    with_messages = {topic.name for topic in topics if topic.count}
-    labelled = [_published_name(topic).rsplit("/", 1)[0] for topic in topics if _layer_of(topic) in _LABELLED_LAYERS]
-    faults = [f"{layer}/labels: the layer has no labels" for layer in labelled if f"{layer}/labels" not in with_messages]
-    if labelled and not any(_is_scene(topic.name, topic.type_name) and topic.count for topic in topics):
+    found = _types(topic for topic in topics if topic.count)
+    labels = label_topics(found)
+    faults = [f"{name}: the layer has no labels" for name in labels if name not in found]
+    if labels and not any(is_scene(name, type_name) for name, type_name in found.items()):
         faults.append("scene: the bag holds no scene description")
     return faults
 
 
-def _layer_of(topic: TopicReport) -> str:
-    parts = _published_name(topic).rsplit("/", 2)
-    return parts[1] if topic.type_name in _FRAME_TYPES[:2] and parts[-1] == "image_raw" and len(parts) == 3 else ""
-
-
-def _published_name(topic: TopicReport) -> str:
-    """Return the topic of an image without what its compressed form appends."""
-    name = topic.name
-    for ending in _TRANSPORTS if topic.type_name == _FRAME_TYPES[1] else ():
-        name = name.removesuffix(ending)
-    return name
+def _types(topics: Iterable[TopicReport]) -> dict[str, str]:
+    return {topic.name: topic.type_name for topic in topics}
 
 
 def _seconds(time_ns: int) -> str:

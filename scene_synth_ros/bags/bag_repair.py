@@ -5,14 +5,16 @@ from __future__ import annotations
 import os
 import shutil
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from scene_synth_ros.bags.bag_manifest import MANIFEST_NAME
 from scene_synth_ros.bags.bag_metadata import WRITABLE_VERSIONS
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader, BagReadError
 from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
+from scene_synth_ros.bags.whole_frames import WholeFrames
 from scene_synth_ros.mcap.file import MAX_TIME_NS
 
 REPAIR_RECORD = "scene_synth.repair"
@@ -22,11 +24,12 @@ _OWN_RECORDS = ("rosbag2",)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RepairReport:
-    """What a repair has done: the new bag, messages saved by topic, what was wrong with the old one."""
+    """What a repair has done: the new bag, messages saved by topic, what was wrong with the old one, torn frames that were cut away."""
 
     bag: Path
     saved: dict[str, int]
     faults: tuple[str, ...]
+    cut: tuple[str, ...] = ()
 
     @property
     def message_count(self) -> int:
@@ -45,6 +48,8 @@ def repaired_name(bag: Path) -> Path:
 def repair_bag(bag: Path, out: Path, *, compression: str = "zstd", progress: Callable[[int], None] = lambda _: None) -> RepairReport:
     """Write everything that can be read of a bag, file by file, into a new bag; the old one is only read.
 
+    The frame in which a file was cut is left out, so that the new bag has whole frames only.
+
     Args:
         bag: folder of the bag, or one of its files, whole or cut.
         out: folder of the new bag; must not exist.  It has another name until it is whole.
@@ -59,20 +64,22 @@ def repair_bag(bag: Path, out: Path, *, compression: str = "zstd", progress: Cal
     bag = Path(os.path.abspath(bag))
     if out.exists():
         raise BagWriteError(f"{out}: exists already; choose another folder or remove it")
-    partial = out.parent / (out.name + PARTIAL_SUFFIX) / out.name
-    if partial.parent.exists():
-        shutil.rmtree(partial.parent)
+    unfinished = out.parent / (out.name + PARTIAL_SUFFIX) / out.name
+    if unfinished.parent.exists():
+        shutil.rmtree(unfinished.parent)
     try:
         with BagReader(bag) as reader:
             if not reader.summary.topics:
-                faults = f"; {reader.summary.faults[0]}" if reader.summary.faults else ""
-                raise BagReadError(f"{bag}: no whole chunk is left, there is nothing to save{faults}")
-            saved = _copy(reader, partial, compression, progress)
-            faults = tuple(reader.faults)
-        partial.rename(out)
+                raise BagReadError(f"{bag}: no whole chunk is left, there is nothing to save{_first(reader.summary.faults)}")
+            whole = WholeFrames(reader.summary.topics)
+            saved = _copy(reader, whole, unfinished, compression, progress)
+            if not sum(saved.values()):
+                raise BagReadError(f"{bag}: no whole frame is left, there is nothing to save{_first(whole.cut or reader.faults)}")
+            report = RepairReport(bag=out, saved=saved, faults=tuple(reader.faults), cut=tuple(whole.cut))
+        unfinished.rename(out)
     finally:
-        shutil.rmtree(partial.parent, ignore_errors=True)
-    return RepairReport(bag=out, saved=saved, faults=faults)
+        shutil.rmtree(unfinished.parent, ignore_errors=True)
+    return report
 
 
 def replace_bag(bag: Path, repaired: Path) -> None:
@@ -89,7 +96,14 @@ def replace_bag(bag: Path, repaired: Path) -> None:
         old.unlink()
 
 
-def _copy(reader: BagReader, out: Path, compression: str, progress: Callable[[int], None]) -> dict[str, int]:
+def _first(lines: Sequence[str]) -> str:
+    return f"; {lines[0]}" if lines else ""
+
+
+def _copy(reader: BagReader, whole: WholeFrames, out: Path, compression: str, progress: Callable[[int], None]) -> dict[str, int]:
+    def is_damaged(file: Path) -> bool:
+        return any(fault.startswith(f"{file.name}: ") for fault in reader.faults)
+
     summary = reader.summary
     version = summary.metadata.version if summary.metadata is not None and summary.metadata.version in WRITABLE_VERSIONS else 9
     saved: Counter[str] = Counter({topic.name: 0 for topic in summary.topics})
@@ -103,14 +117,15 @@ def _copy(reader: BagReader, out: Path, compression: str, progress: Callable[[in
         for name, data in summary.attachments.items():
             if name != MANIFEST_NAME:
                 writer.set_attachment(name, data)
-        for index, (_, messages) in enumerate(reader.messages_by_file()):
-            for position, message in enumerate(messages):
-                if index and not position:
+        for file, messages in reader.messages_by_file():
+            begun = bool(sum(saved.values()))
+            for position, message in enumerate(whole.of_file(messages, partial(is_damaged, file))):
+                if begun and not position:
                     writer.split(min(message.log_ns, MAX_TIME_NS - 1), {topic.name for topic in summary.topics})
                 _write(writer, message, saved)
                 if not sum(saved.values()) % 1000:
                     progress(sum(saved.values()))
-        writer.set_record(REPAIR_RECORD, {"faults": "; ".join(reader.faults)[:5000]})
+        writer.set_record(REPAIR_RECORD, {"faults": "; ".join(reader.faults)[:5000], "cut": "; ".join(whole.cut)[:5000]})
     return dict(saved)
 
 

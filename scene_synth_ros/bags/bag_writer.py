@@ -307,6 +307,21 @@ class BagWriter:
         if self._failure:
             raise BagWriteError(self._failure)
 
+    def discard(self) -> None:
+        """Remove the bag instead of finishing it, for one that holds nothing: the file in progress, then the folder, if that is empty.
+
+        Raises:
+            BagWriteError: the bag is closed.
+        """
+        self._refuse_closed()
+        self._closed = True
+        try:
+            self._file.discard()
+        finally:
+            os.close(self._folder_fd)
+        with contextlib.suppress(OSError):  # files that were finished, or that somebody else has put there, stay
+            self.directory.rmdir()
+
     def __enter__(self) -> BagWriter:
         return self
 

@@ -42,6 +42,7 @@ def _describe(report: RepairReport, bag: Path) -> str:
     shown = [f"found: {fault}" for fault in report.faults[:_MAX_FAULTS]]
     if len(report.faults) > _MAX_FAULTS:
         shown.append(f"found: {len(report.faults) - _MAX_FAULTS} more")
+    shown += [f"cut away: {line}" for line in report.cut]
     topics = sum(1 for count in report.saved.values() if count)
     lines = [*shown, f"{bag}: whole, with the {report.message_count} messages on {topics} topics that could be read"]
     return "".join("".join(c if c.isprintable() else "?" for c in line) + "\n" for line in lines)

@@ -7,6 +7,7 @@ import json
 import sys
 import tempfile
 import time
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,8 @@ from scene_synth_ros.cli.run_profile import (
 from scene_synth_ros.cli.supervisor import ONE_PROCESS, Interrupts, NodeProcess, Outcome, run_nodes
 
 MAX_RENDERERS, MAX_ROOMS_AHEAD = 64, 16
+_MADE_BY = "scene_synth.parameters="
+"""Begins the note of a bag that tells the parameters of the run."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -45,7 +48,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "-p", dest="overrides", action="append", default=[], metavar="NODE.NAME:=VALUE", help="one parameter; may be repeated"
     )
-    parser.add_argument("--rooms", type=int, help="number of rooms (grammar_node.rooms)")
+    parser.add_argument("--rooms", type=int, help="number of rooms (grammar_node.rooms); the run ends with the last one")
     parser.add_argument("--frames", type=int, help="frames of each room (grammar_node.frames_per_room)")
     parser.add_argument("--seed", type=int, help="seed of the run (grammar_node.seed)")
     parser.add_argument(
@@ -63,14 +66,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Run the suite; return the exit status."""
     parameters = _parameters(arguments)
-    _check_outputs(arguments)
+    made = _check_outputs(arguments)
     began = time.monotonic()
     with tempfile.TemporaryDirectory(prefix="scene_synth_") as folder, Interrupts() as interrupts:
         nodes = _processes(arguments, parameters, Path(folder))
         outcome = run_nodes(nodes, arguments.namespace, interrupts, arguments.log_level)
     seconds = time.monotonic() - began
     if outcome.code:
-        _say(f"run: {outcome.reason}")
+        unmade = bool(arguments.record) and not arguments.record.exists()
+        _say(f"run: {outcome.reason}" + (f"; nothing was recorded, {arguments.record} is not there" if unmade else ""))
+        for folder in made if unmade else ():
+            with suppress(OSError):  # somebody else has put something there
+                folder.rmdir()
     return _conclude(arguments, outcome, seconds) if arguments.record else outcome.code
 
 
@@ -120,6 +127,7 @@ def _parameters(arguments: argparse.Namespace) -> NodeParameters:
         raise ProfileError(f"--renderers {arguments.renderers}: expected 1 to {MAX_RENDERERS}")
     if arguments.renderers > 1:
         _share_rooms(parameters, arguments.renderers)
+    _forget_other_peers(arguments, parameters)
     parameters = with_inheritance(apply_overrides(parameters, arguments.overrides))
     grammar = parameters["grammar_node"]
     renderers = [values for name, values in parameters.items() if name.startswith("renderer_node")]
@@ -132,17 +140,33 @@ def _parameters(arguments: argparse.Namespace) -> NodeParameters:
         for values in renderers:
             values.setdefault("expected_recorders", 1)
         parameters["recorder_node"]["bag"] = str(arguments.record)
-        parameters["recorder_node"].setdefault("custom_data", _notes(parameters))
+        notes = parameters["recorder_node"].setdefault("custom_data", [_MADE_BY])
+        if isinstance(notes, list):
+            parameters["recorder_node"]["custom_data"] = [_note(parameters) if str(note).startswith(_MADE_BY) else note for note in notes]
     return parameters
 
 
-def _notes(parameters: NodeParameters) -> list[str]:
+def _forget_other_peers(arguments: argparse.Namespace, parameters: NodeParameters) -> None:
+    """Drop the defaults that the dump of a node carries, where an option of this run decides otherwise."""
+    decided = (
+        ("expected_recorders", 0, bool(arguments.record)),
+        ("expected_renderers", 1, arguments.renderers > 1),
+        ("exit_when_done", False, bool(arguments.rooms)),
+    )
+    for values in parameters.values():
+        for name, default, otherwise in decided:
+            if otherwise and values.get(name) == default:
+                del values[name]
+
+
+def _note(parameters: NodeParameters) -> str:
     """Return what is kept with the bag: the parameters that made it."""
     made_by: dict[str, Any] = {node: values for node, values in parameters.items() if node != "recorder_node"}
-    return [f"scene_synth.parameters={json.dumps(made_by, sort_keys=True)}"]
+    return f"{_MADE_BY}{json.dumps(made_by, sort_keys=True)}"
 
 
-def _check_outputs(arguments: argparse.Namespace) -> None:
+def _check_outputs(arguments: argparse.Namespace) -> list[Path]:
+    """Refuse outputs that cannot be made; make the folders above the bag, and return them, the innermost first."""
     if arguments.record and arguments.record.exists():
         raise ProfileError(f"--record {arguments.record}: exists already; choose another folder or remove it")
     if arguments.contact_sheet and not arguments.record:
@@ -151,11 +175,14 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
         raise ProfileError(f"--contact-sheet {arguments.contact_sheet}: the folder does not exist")
     if not arguments.namespace.startswith("/"):
         raise ProfileError(f"--namespace {arguments.namespace}: expected a name that begins with /")
-    if arguments.record:
-        try:
-            arguments.record.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise ProfileError(f"--record {arguments.record}: its folder cannot be made ({error.strerror})") from None
+    if not arguments.record:
+        return []
+    missing = [folder for folder in arguments.record.parents if not folder.exists()]
+    try:
+        arguments.record.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ProfileError(f"--record {arguments.record}: its folder cannot be made ({error.strerror})") from None
+    return missing
 
 
 def _conclude(arguments: argparse.Namespace, outcome: Outcome, seconds: float) -> int:

@@ -43,6 +43,8 @@ class Outcome:
 
     code: int
     reason: str = ""
+    at: str = ""
+    """The node that ended the run; empty if none did."""
 
 
 class Interrupts:
@@ -68,7 +70,8 @@ class Interrupts:
 def run_nodes(nodes: list[NodeProcess], namespace: str, interrupts: Interrupts, log_level: str = "info") -> Outcome:
     """Run nodes until all have ended, one has failed, or a signal comes; then end the others.
 
-    A fault of the program in one node makes others fail too, perhaps before it has ended itself: the outcome names the one at fault.
+    What fails in one node makes others fail too, perhaps before it has ended itself: the outcome names the one at fault, after a fault of
+    the program that one, and not a recorder where another node has failed.
 
     Nodes run in sessions of their own, so that a Ctrl-C of the terminal reaches only this process, which ends them in order; they die with
     this process if it is killed.
@@ -82,8 +85,12 @@ def run_nodes(nodes: list[NodeProcess], namespace: str, interrupts: Interrupts, 
     finally:
         _stop(running, interrupts)
         remove_stale_shared_memory()
-    faulty = [name for name, process in running.items() if process.returncode == FAULT_STATUS]
-    return Outcome(code=FAULT_STATUS, reason=_describe(faulty[0], FAULT_STATUS)) if faulty else outcome
+    codes = {name: process.returncode for name, process in running.items()}
+    faulty = [name for name, code in codes.items() if code == FAULT_STATUS]
+    if faulty:
+        return Outcome(code=FAULT_STATUS, reason=_describe(faulty[0], FAULT_STATUS))
+    failed = [name for name, code in codes.items() if code > 0 and name != RECORDER]
+    return Outcome(code=1, reason=_describe(failed[0], codes[failed[0]])) if outcome.at == RECORDER and failed else outcome
 
 
 def node_environment(outer: Mapping[str, str]) -> dict[str, str]:
@@ -137,7 +144,7 @@ def _watch(running: dict[str, subprocess.Popen[bytes]], interrupts: Interrupts, 
             if code:
                 again = respawner.respawn(name, code)
                 if again is None:
-                    return Outcome(code=1, reason=_describe(name, code))
+                    return Outcome(code=1, reason=_describe(name, code), at=name)
                 running[name], codes[name] = again, None
         if all(code == 0 for code in codes.values()):
             return Outcome(code=0)
@@ -149,7 +156,7 @@ def _describe(name: str, code: int) -> str:
     if code < 0:
         return f"{name} was ended by {signal.Signals(-code).name}"
     fault = " after a fault of the program, which is told above" if code == FAULT_STATUS else ""
-    return f"{name} ended with code {code}{fault}"
+    return f"{name} ended with code {code}{fault or ', for the reason told above'}"
 
 
 def _stop(running: Mapping[str, subprocess.Popen[bytes]], interrupts: Interrupts) -> None:

@@ -24,7 +24,7 @@ from scene_synth_ros.generate.run_services import RunServices
 from scene_synth_ros.messages.conversions import occupancy_to_msg, scene_to_markers
 from scene_synth_ros.suite.connections import identity_of, publishers_of
 from scene_synth_ros.suite.diagnostics import Diagnostics, Report
-from scene_synth_ros.suite.parameters import Parameters
+from scene_synth_ros.suite.parameters import Parameters, overrides_of
 from scene_synth_ros.suite.process import run_node
 from scene_synth_ros.suite.qos import latched_qos
 from scene_synth_ros.suite.status import NodeStatus, status_from_json, status_to_json
@@ -63,7 +63,7 @@ class GrammarNode(SuiteNode):
 
     def _override(self, name: str) -> str:
         """Return a text parameter that is needed before the others are declared; empty if it is not set."""
-        value = self.get_parameter(name).value if self.has_parameter(name) else ""
+        value = overrides_of(self).get(name, "")
         return value if isinstance(value, str) else ""
 
     def open(self) -> None:

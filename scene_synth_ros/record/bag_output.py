@@ -19,12 +19,16 @@ from scene_synth_ros.record.topic_counts import TopicCounts
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RecordingOptions:
-    """How bags are written beyond what their writer decides."""
+    """How bags are written beyond what their writer decides.
+
+    ``incidental`` topics are recorded without having been asked for: a bag that has nothing else holds nothing.
+    """
 
     split: SplitPolicy = field(default_factory=SplitPolicy)
     compression: ImageCompression = field(default_factory=ImageCompression)
     snapshot_s: float = 0.0
     snapshot_bytes: int = 2**28
+    incidental: frozenset[str] = frozenset()
 
 
 @dataclass(slots=True)
@@ -73,6 +77,7 @@ class BagOutput:
 
     Attributes:
         writing: whether a bag is open.
+        discarded: whether the last bag was removed because it held nothing.
     """
 
     def __init__(
@@ -84,7 +89,7 @@ class BagOutput:
         warn: Callable[[str], None],
     ) -> None:
         self._make_writer, self._options, self._numbers, self._written, self._warn = make_writer, options, numbers, written, warn
-        self.writing = False
+        self.writing = self.discarded = False
         self._writer: BagWriter | None = None
         self._topics: dict[str, _Topic] = {}
         self._records: dict[str, dict[str, str]] = {}
@@ -129,6 +134,19 @@ class BagOutput:
             return "no bag was open"
         writer.close()
         return f"{writer.directory}: {sum(writer.counts.values())} messages"
+
+    def finish(self) -> None:
+        """Close the bag, as everything ends; one that holds nothing is removed.
+
+        Raises:
+            BagWriteError: it could not be completed.
+        """
+        if self._writer is None or any(count for topic, count in self._writer.counts.items() if topic not in self._options.incidental):
+            self.end()
+            return
+        writer, self._writer, self.writing = self._writer, None, False
+        writer.discard()
+        self.discarded = True
 
     def split(self) -> None:
         """Go on in a new file with the next frame."""

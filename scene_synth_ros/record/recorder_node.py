@@ -66,6 +66,7 @@ class RecorderNode(SuiteNode):
             compression=self._settings["images"],
             snapshot_s=config.snapshot_s,
             snapshot_bytes=round(config.snapshot_mb * 1e6),
+            incidental=frozenset() if config.topics or config.extra_topics else frozenset({"/diagnostics"}),
         )
         self._state, self._reason, self._last_status = "starting", "", ""
         self._finish_asked = ""
@@ -117,6 +118,9 @@ class RecorderNode(SuiteNode):
             self.exit_code = FAULT_STATUS if self.faults.count else 1
         if self._accounting.lost:
             self.get_logger().error(f"{sum(self._accounting.lost.values())} messages lost: {dict(self._accounting.lost)}")
+        if self._recording.discarded:
+            self.get_logger().info("nothing was recorded; no bag is left")
+            return
         written = self._recording.written.copy()
         self.get_logger().info(f"bag closed: {sum(written.values())} messages on {len(written)} topics")
 

@@ -83,6 +83,11 @@ class Recording:
         return self._output.writing
 
     @property
+    def discarded(self) -> bool:
+        """Whether the last bag was removed at the end, because it held nothing."""
+        return self._output.discarded
+
+    @property
     def waiting_messages(self) -> int:
         """Messages that wait for the disk."""
         return self._brought - self.taken.total()
@@ -165,7 +170,7 @@ class Recording:
         self._thread.wait()
 
     def close(self) -> None:
-        """Write the complete frames that wait, close the bag and end the thread; harmless when repeated.
+        """Write the complete frames that wait, close the bag and end the thread; harmless when repeated.  A bag that holds nothing goes.
 
         A frame of which only a part has come, as at an interruption, is left out.  Messages without stamps are logged at the time of the
         first frame; where none has come, by the wall clock when they arrived.
@@ -178,7 +183,7 @@ class Recording:
         self._closed = True
         self._enqueue(self.intake.flush_complete())
         self._hand_over([Entry(topic, data, arrival_ns) for topic, data, arrival_ns in self._early])  # nothing had a stamp
-        self._thread.do(self._output.end)
+        self._thread.do(self._finish)
         self._thread.close()
         if self.fault:
             raise BagWriteError(self.fault)
@@ -219,6 +224,10 @@ class Recording:
         finally:
             for entry in left:  # dropped because of a fault, and done with
                 self.taken.add(entry.topic)
+
+    def _finish(self) -> None:
+        """Close the bag; in the thread that writes.  After a fault, what there is stays."""
+        (self._output.end if self.fault else self._output.finish)()
 
     def _hold_early(self, topic: str, data: bytes) -> None:
         """Keep a message that has no stamp until there is a first frame whose time it can have."""

@@ -1,7 +1,8 @@
-"""The last seconds of a run, kept in memory."""
+"""The last seconds of a run, kept in memory by whole frames: messages of equal log time stay or go together."""
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Collection, Iterator
 from typing import NamedTuple
@@ -29,6 +30,7 @@ class SnapshotRing:
         self._span_ns, self._max_bytes = round(seconds * NANOSECONDS), max_bytes
         self._messages: deque[KeptMessage] = deque()
         self._before: dict[str, KeptMessage] = {}
+        self._newest_ns = self._forgotten_ns = -1
         self.latched: Collection[str] = ()
         self.size = 0
 
@@ -36,20 +38,24 @@ class SnapshotRing:
         """Take a message; where log times go back, because time has begun anew, what was before is no longer among the last seconds."""
         if not self._span_ns:
             return
-        while self._messages and message.log_ns < self._messages[-1].log_ns:
-            self._forget_oldest()
+        if message.log_ns < self._newest_ns:
+            self._forget_until(math.inf)
+            self._forgotten_ns = -1
+        self._newest_ns = message.log_ns
         self._messages.append(message)
         self.size += len(message.data)
-        while self.size > self._max_bytes or self._messages[0].log_ns < message.log_ns - self._span_ns:
-            self._forget_oldest()
-            if not self._messages:
-                return
+        self._forget_until(max(message.log_ns - self._span_ns, self._forgotten_ns + 1))
+        while self.size > self._max_bytes:
+            self._forgotten_ns = self._messages[0].log_ns
+            self._forget_until(self._forgotten_ns + 1)
 
-    def _forget_oldest(self) -> None:
-        oldest = self._messages.popleft()
-        self.size -= len(oldest.data)
-        if oldest.topic in self.latched:
-            self._before[oldest.topic] = oldest
+    def _forget_until(self, end_ns: float) -> None:
+        """Forget what was logged before ``end_ns``, except the last messages of latched topics."""
+        while self._messages and self._messages[0].log_ns < end_ns:
+            oldest = self._messages.popleft()
+            self.size -= len(oldest.data)
+            if oldest.topic in self.latched:
+                self._before[oldest.topic] = oldest
 
     def content(self) -> Iterator[KeptMessage]:
         """Yield the latched state at the beginning, then what is kept."""

@@ -49,7 +49,7 @@ class ReplayNode(Node):  # type: ignore[misc]
     """
 
     def __init__(self, **options: Any) -> None:
-        super().__init__("replay_node", automatically_declare_parameters_from_overrides=True, **options)
+        super().__init__("replay_node", **options)
         self.exit_code: int | None = None
         self._settings = Parameters(self, {"": ReplayConfig}, self._on_change)
         config: ReplayConfig = self._settings[""]

@@ -25,11 +25,20 @@ class ParameterError(SceneSynthError):
     """A parameter that a node refuses at its start; one line: which, expected, got."""
 
 
+def overrides_of(node: Node) -> dict[str, Any]:
+    """Return the values that a node is started with, by parameter name: from parameter files, command line and constructor.
+
+    An empty list of a parameter file has no type in ROS; its value is None here.  (rclpy has no public name for these, and would raise if
+    it were to declare an empty list by itself.)
+    """
+    return {name: parameter.value for name, parameter in node._parameter_overrides.items()}
+
+
 class Parameters:
     """Declares groups of dataclass fields on a node and keeps their current values as frozen dataclasses.
 
     Args:
-        node: created with ``automatically_declare_parameters_from_overrides=True``.
+        node: nothing of the groups is declared on it yet.
         groups: prefix -> dataclass type.
         on_change: called with the prefixes whose values changed, after ROS has taken them.
         check: called with prefix -> values before a change is taken; a SceneSynthError refuses it with its text.
@@ -52,8 +61,9 @@ class Parameters:
         self._annotations = {
             _join(prefix, name): annotation for prefix, cls in groups.items() for name, annotation in field_types(cls).items()
         }
-        self._refuse_unknown()
-        self._values = {prefix: self._declare(prefix, cls) for prefix, cls in groups.items()}
+        overrides = overrides_of(node)
+        self._refuse_unknown(overrides)
+        self._values = {prefix: self._declare(prefix, cls, overrides) for prefix, cls in groups.items()}
         if check is not None:
             check(self._values)
         node.add_on_set_parameters_callback(self._check)
@@ -63,44 +73,49 @@ class Parameters:
         """Return the current values of a group, a frozen dataclass."""
         return self._values[prefix]
 
-    def _refuse_unknown(self) -> None:
-        for name in self._node.get_parameters_by_prefix(""):
+    def _refuse_unknown(self, overrides: Mapping[str, Any]) -> None:
+        for name in overrides:
             if name not in self._annotations and not name.startswith(ROS_OWN):
                 raise ParameterError(f"{self._node.get_name()}: unknown parameter '{name}'{_suggest(name, self._annotations)}")
 
-    def _declare(self, prefix: str, cls: type) -> Any:
+    def _declare(self, prefix: str, cls: type, overrides: Mapping[str, Any]) -> Any:
         values = {}
         for field in dataclasses.fields(cls):
             name = _join(prefix, field.name)
-            value = field.default
-            if self._node.has_parameter(name):
-                value = self._read(name, self._node.get_parameter(name).value)
-                self._node.undeclare_parameter(name)
+            value = self._read(name, overrides[name]) if name in overrides else field.default
             self._node.declare_parameter(name, _to_ros(value), describe(self._annotations[name]), ignore_override=True)
             values[field.name] = value
         return cls(**values)
 
     def _read(self, name: str, value: object) -> Any:
+        annotation = self._annotations[name]
         try:
-            return read_value(self._annotations[name], value, name)
+            return read_value(annotation, () if value is None and _is_list(annotation) else value, name)
         except FieldError as error:
             raise ParameterError(f"{self._node.get_name()}: parameter {error}") from None
 
     def _check(self, parameters: list[Parameter]) -> SetParametersResult:
-        for parameter in parameters:
-            name = parameter.name
-            if name not in self._annotations:
-                continue
-            fixed = split_annotation(self._annotations[name])[1].fixed
-            if fixed:
-                return SetParametersResult(successful=False, reason=f"{name} cannot change in a running node: {fixed}; restart it")
         try:
             candidate = self._changed(parameters)
+            for parameter in parameters:
+                fixed = self._fixed(parameter.name)
+                if fixed and self._value(candidate, parameter.name) != self._value(self._values, parameter.name):
+                    reason = f"{parameter.name} cannot change in a running node: {fixed}; restart it"
+                    return SetParametersResult(successful=False, reason=reason)
             if self._check_values is not None:
                 self._check_values(candidate)
         except SceneSynthError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
+
+    def _fixed(self, name: str) -> str:
+        """Return why a parameter cannot change in a running node; empty if it can, or is not of these groups."""
+        return split_annotation(self._annotations[name])[1].fixed if name in self._annotations else ""
+
+    @staticmethod
+    def _value(values: Mapping[str, Any], name: str) -> Any:
+        prefix, _, field = name.rpartition(".")
+        return getattr(values[prefix], field)
 
     def _changed(self, parameters: list[Parameter]) -> dict[str, Any]:
         """Return all groups as they are after a change."""
@@ -123,7 +138,7 @@ def describe(annotation: Any) -> ParameterDescriptor:
     """Return the ROS descriptor of an annotated field: description with unit, range, read-only reason."""
     bare, limits = split_annotation(annotation)
     descriptor = ParameterDescriptor(description=limits.description + (f" [{limits.unit}]" if limits.unit else ""))
-    descriptor.dynamic_typing = get_origin(bare) is tuple  # an empty list has no item type in ROS; the check knows it
+    descriptor.dynamic_typing = _is_list(annotation)  # an empty list has no item type in ROS; the check knows it
     descriptor.additional_constraints = f"fixed at start: {limits.fixed}" if limits.fixed else _constraints(bare, limits)
     if limits.ge is not None and limits.le is not None:
         if bare is float:
@@ -137,6 +152,10 @@ def _constraints(bare: Any, limits: Limits) -> str:
     if get_origin(bare) is not None and get_origin(bare) is not tuple:
         return "one of " + ", ".join(map(str, get_args(bare)))
     return f"matches {limits.pattern}" if limits.pattern else ""
+
+
+def _is_list(annotation: Any) -> bool:
+    return get_origin(split_annotation(annotation)[0]) is tuple
 
 
 def _to_ros(value: Any) -> Any:

@@ -47,7 +47,7 @@ class SuiteNode(GuardedNode):
     """
 
     def __init__(self, name: str, **options: Any) -> None:
-        super().__init__(name, automatically_declare_parameters_from_overrides=True, **options)
+        super().__init__(name, **options)
         self.active = False
         self._refusal: Exception | None = None
         self._before: set[Any] = set()

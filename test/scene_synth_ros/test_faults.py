@@ -1,6 +1,7 @@
 """Bad input and dying processes: one clear line, nothing lost that was recorded, no process left behind."""
 
 import os
+import random
 import resource
 import signal
 import subprocess
@@ -10,7 +11,9 @@ import pytest
 from scene_synth_ros_suite import Child, command, environment, node_pids, record_command, run_suite, stop, wait_until
 
 from scene_synth_ros.bags.bag_inspect import inspect_bag
-from scene_synth_ros.bags.bag_reader import BagReader
+from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
+from scene_synth_ros.bags.bag_repair import repair_bag
+from scene_synth_ros.bags.bag_writer import BagWriter
 
 
 def run_briefly(*words: object) -> subprocess.CompletedProcess[str]:
@@ -24,16 +27,19 @@ def run_briefly(*words: object) -> subprocess.CompletedProcess[str]:
         (["-p", "grammar_node.scene.room_width_m:=-3.0"], "scene.room_width_m: expected a number in [0.0, 30.0] m, got -3.0"),
         (["-p", "grammar_node.scene.min_objects:=60"], "min_objects: expected at most max_objects = 40, got 60"),
         (["-p", "grammar_node.rate_hz:=fast"], "parameter rate_hz: expected a number in [0.1, 1000.0] Hz, got 'fast'"),
+        (["-p", "renderer_node.camera.widht:=3"], "renderer_node: unknown parameter 'camera.widht'; did you mean 'camera.width'?"),
         (["-p", "grammar_node.romms:=3"], "grammar_node: unknown parameter 'romms'; did you mean 'rooms'?"),
         (["-p", "king_node.rooms:=3"], "unknown node 'king_node'; known: grammar_node, renderer_node, recorder_node"),
         (["--params", "nowhere.yaml"], "nowhere.yaml: expected a parameter file, or the name of a shipped one: live, main, "),
     ],
 )
 def test_bad_settings_end_the_run_with_one_line(tmp_path: Path, words: list[str], line: str) -> None:
-    process = run_briefly("run", "--record", tmp_path / "bag", "--rooms", 1, *words)
+    process = run_briefly("run", "--record", tmp_path / "new" / "bag", "--rooms", 1, *words)
     assert process.returncode != 0
     assert line in process.stderr
     assert "Traceback" not in process.stderr
+    assert "faults" not in process.stdout
+    assert not list(tmp_path.iterdir()), "the next try finds what this one found"
 
 
 def test_an_existing_folder_is_left_alone(tmp_path: Path) -> None:
@@ -134,6 +140,33 @@ def test_a_truncated_bag_is_told_and_replayed_as_far_as_it_goes(tmp_path: Path) 
     assert all(process.returncode != 0 for process in refused)
     for process in (inspected, replayed, *refused):
         assert "Traceback" not in process.stderr
+    for compression in ("none", "zstd"):
+        small = rechunked(whole, tmp_path / compression, compression)
+        draw = random.Random(compression)
+        for number in range(12):
+            check_repair(small, draw.randrange(len(small)), tmp_path / f"{compression}{number}")
+
+
+def rechunked(bag: Path, out: Path, compression: str) -> bytes:
+    """Return the file of a bag, written again in small chunks."""
+    with BagReader(bag) as reader, BagWriter(out, compression=compression, chunk_size=50_000) as writer:
+        for topic in reader.summary.topics:
+            writer.add_topic(topic.name, topic.type_name, topic.qos, reader.summary.definitions[topic.type_name])
+        for message in reader.messages(file_order=True):
+            writer.write(message.topic, message.data, message.log_ns, message.publish_ns)
+    return next(out.glob("*.mcap")).read_bytes()
+
+
+def check_repair(data: bytes, size: int, folder: Path) -> None:
+    """Cut a bag at a byte: what is repaired of it has no faults; only where no whole frame is left there is nothing to repair."""
+    folder.mkdir()
+    (folder / "bag_0.mcap.active").write_bytes(data[:size])
+    try:
+        report = repair_bag(folder, folder.with_name(f"{folder.name}_repaired"), compression="none")
+    except BagReadError:
+        assert size < 0.2 * len(data)
+        return
+    assert inspect_bag(report.bag).faults == (), f"cut at {size} of {len(data)}"
 
 
 def test_killing_the_run_itself_leaves_no_process(tmp_path: Path) -> None:

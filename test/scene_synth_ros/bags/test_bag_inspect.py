@@ -73,6 +73,31 @@ def test_frames_that_a_scene_announces(tmp_path):
     assert "note: /synth/camera: the last room has 2 of its 4 frames" in render_report(stopped)
 
 
+def test_a_scene_that_is_repeated_from_before_announces_only_what_is_to_come(tmp_path):
+    def repeated(first, count, now):
+        topic, _, data = scene(first, count)
+        return topic, START_NS + now * PERIOD_NS, data
+
+    snapshot = [repeated(0, 4, 2), *frames(2, 3), scene(4, 4), *frames(4, 5, 6, 7), scene(8, 4), *frames(8)]
+    report = report_on(tmp_path / "a", snapshot)
+    assert report.faults == ()
+    assert report.notes == ("/synth/camera: the last room has 1 of its 4 frames",)
+    older = report_on(tmp_path / "b", [repeated(0, 4, 5), repeated(4, 4, 5), *frames(5, 6, 7)])
+    assert (older.faults, older.notes, older.rooms) == ((), (), 2)
+    lost = report_on(tmp_path / "c", [repeated(0, 4, 1), *frames(1, 2), scene(4, 1), *frames(4)])
+    assert f"{COLOR}: 1 of 4 frames of its camera are missing, first at {START_NS // 10**9}.300000000 s" in lost.faults
+    again = report_on(tmp_path / "d", [scene(0, 3), *frames(0, 1), repeated(0, 3, 2), scene(3, 1), *frames(3)])
+    assert any("1 of 4 frames" in fault for fault in again.faults), "what the first one announces stays announced"
+
+
+def test_log_times_of_another_clock_leave_the_frames_before_the_first_out(tmp_path):
+    late = [(topic, START_NS + 10**15 + number, data) for number, (topic, _, data) in enumerate([scene(0, 4), *frames(1, 2, 3)])]
+    assert report_on(tmp_path / "a", [*late]).faults == ()
+    lost = [scene(0, 4), *frames(1, 2), scene(4, 1), *frames(4)]
+    wall = [(topic, START_NS + 10**15 + number, data) for number, (topic, _, data) in enumerate(lost)]
+    assert any("1 of 4 frames of its camera are missing" in fault for fault in report_on(tmp_path / "b", wall).faults)
+
+
 def test_repeated_stamps_and_decreasing_times(tmp_path):
     repeated = report_on(tmp_path / "a", [scene(0, 2), *frames(0, 1), *frames(1)])
     assert f"{COLOR}: 1 stamps come more than once, first {START_NS // 10**9}.100000000 s" in repeated.faults

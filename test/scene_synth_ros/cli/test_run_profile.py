@@ -108,3 +108,25 @@ def test_a_grammar_file_comes_with_its_room_type_and_is_checked_first(tmp_path: 
     bad.write_text("room_type: 7\n")
     with pytest.raises(SceneSynthError, match=r"bad\.yaml: .*expected"):
         run_command._parameters(parser.parse_args(["--grammar", str(bad)]))
+
+
+def test_options_go_before_the_defaults_that_a_dump_carries(tmp_path: Path) -> None:
+    parser = argparse.ArgumentParser()
+    run_command.add_arguments(parser)
+    old = "scene_synth.parameters={}"
+    dumps = {
+        "/synth/grammar_node": {"expected_recorders": 0, "expected_renderers": 1, "exit_when_done": False, "scene": {"must_have": []}},
+        "/synth/recorder_node": {"bag": "another", "custom_data": ["by=me", old], "exit_when_done": False},
+    }
+    file = tmp_path / "dumps.yaml"
+    file.write_text(yaml.safe_dump({node: {"ros__parameters": values} for node, values in dumps.items()}))
+    words = ["--params", str(file), "--record", str(tmp_path / "bag"), "--rooms", "3", "--renderers", "2"]
+    parameters = run_command._parameters(parser.parse_args(words))
+    grammar, recorder = parameters["grammar_node"], parameters["recorder_node"]
+    assert (grammar["expected_recorders"], grammar["expected_renderers"], grammar["exit_when_done"]) == (1, 2, True)
+    assert grammar["scene.must_have"] == []
+    assert recorder["bag"] == str(tmp_path / "bag") and recorder["exit_when_done"] is True
+    note, replaced = recorder["custom_data"]
+    assert note == "by=me" and replaced.startswith("scene_synth.parameters={") and replaced != old
+    words = ["--params", str(file), "-p", "grammar_node.exit_when_done:=false", "--rooms", "3"]
+    assert run_command._parameters(parser.parse_args(words))["grammar_node"]["exit_when_done"] is False

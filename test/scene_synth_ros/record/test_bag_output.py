@@ -10,7 +10,7 @@ from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PointStamped
 from rclpy.qos import QoSProfile
 from rclpy.serialization import serialize_message
-from std_msgs.msg import Header
+from std_msgs.msg import Header, String
 
 from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
 from scene_synth_ros.record.bag_output import RecordingOptions
@@ -57,9 +57,41 @@ def test_two_starts_in_a_row_open_one_bag(tmp_path: Path) -> None:
     with pytest.raises(BagWriteError, match="a bag is open already"):
         second.result(DEADLINE_S)
     assert not recording.fault, "the asker hears of it; the recording goes on"
+    assert recording.end().result(DEADLINE_S) == f"{tmp_path}/bag: 0 messages"
     recording.close()
     assert [path.name for path in tmp_path.iterdir()] == ["bag"]
     assert sorted(path.name for path in (tmp_path / "bag").iterdir()) == ["bag_0.mcap", "metadata.yaml"]
+
+
+@pytest.mark.parametrize(
+    ("topic", "others", "left"), [("/diagnostics", [], []), ("/diagnostics", ["mine"], ["bag"]), ("/a", [], ["bag"]), (None, [], [])]
+)
+def test_a_bag_that_holds_nothing_at_the_end_is_removed_and_nothing_else(
+    tmp_path: Path, topic: str | None, others: list[str], left: list[str]
+) -> None:
+    (tmp_path / "before").mkdir()
+    recording = Recording(BagWriter, RecordingOptions(incidental=frozenset({"/diagnostics"})))
+    for name in ("/diagnostics", "/a"):
+        recording.add_topic(name, "std_msgs/msg/String", [QoSProfile(depth=10)])
+    recording.begin(tmp_path / "new" / "bag").result(DEADLINE_S)
+    for name in others:
+        (tmp_path / "new" / "bag" / name).touch()
+    if topic is not None:
+        recording.add(topic, bytes(serialize_message(String(data="what has no stamp"))))
+    recording.close()
+    assert recording.discarded == (topic != "/a") and not recording.writing
+    assert [path.name for path in (tmp_path / "new").iterdir()] == left
+    assert [path.name for path in tmp_path.glob("new/bag/*") if path.suffix not in (".mcap", ".yaml")] == others
+    assert (tmp_path / "before").is_dir()
+
+
+def test_a_bag_of_what_was_asked_for_stays_whatever_it_is(tmp_path: Path) -> None:
+    recording = Recording(BagWriter)
+    recording.add_topic("/diagnostics", "std_msgs/msg/String", [QoSProfile(depth=10)])
+    recording.begin(tmp_path / "bag").result(DEADLINE_S)
+    recording.add("/diagnostics", bytes(serialize_message(String(data="on purpose"))))
+    recording.close()
+    assert not recording.discarded and (tmp_path / "bag" / "metadata.yaml").exists()
 
 
 def test_topics_may_come_while_a_snapshot_is_begun(tmp_path: Path, disk: SlowDisk) -> None:

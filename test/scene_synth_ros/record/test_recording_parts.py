@@ -64,6 +64,24 @@ def test_a_snapshot_is_bounded_by_memory() -> None:
     assert ring.size == 0 and not list(ring.content())
 
 
+def test_memory_for_a_snapshot_is_freed_by_whole_frames() -> None:
+    ring = SnapshotRing(100.0, 50)
+    ring.latched = {"/labels"}
+    for second in range(4):
+        for topic in ("/depth", "/image", "/labels"):
+            ring.add(KeptMessage(topic, second * 10**9, b"x" * 10))
+    assert [message.log_ns // 10**9 for message in ring.content()] == [3, 3, 3, 3]
+    assert [message.topic for message in ring.content()] == ["/labels", "/depth", "/image", "/labels"]
+    for topic in ("/depth", "/image", "/labels", "/pose"):  # of a frame that is too large, nothing is kept, what comes last neither
+        ring.add(KeptMessage(topic, 10**10, b"x" * 20))
+    assert not list(ring.content()) and ring.size == 0
+    ring.add(KeptMessage("/depth", 11 * 10**9, b"x"))
+    assert [message.topic for message in ring.content()] == ["/labels", "/depth"]
+    ring.add(KeptMessage("/image", 12 * 10**9, b"x" * 51))
+    ring.add(KeptMessage("/image", 0, b"time begins anew"))
+    assert [message.data for message in ring.content()][1:] == [b"time begins anew"]
+
+
 def test_repeats_are_told_from_firsts_and_old_rooms_are_forgotten() -> None:
     seen = SeenFrames()
     for room in range(40):

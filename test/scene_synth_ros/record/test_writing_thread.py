@@ -141,7 +141,9 @@ def test_any_exception_of_the_writer_is_told_and_nothing_hangs(tmp_path: Path, c
 
 def test_an_exception_while_the_bag_is_closed_is_told(tmp_path: Path) -> None:
     recording = Recording(lambda folder: Faulty(folder, "close"))
+    recording.add_topic("/a", POINT, [QoSProfile(depth=10)])
     recording.begin(tmp_path / "bag").result(DEADLINE_S)
+    recording.add("/a", point(1))
     told = in_time(recording.close)
     assert isinstance(told, BagWriteError) and "close of a faulty writer" in str(told)
 

@@ -39,7 +39,7 @@ MADE: list[Node] = []
 
 def make_node(context: Context, **overrides: object) -> Node:
     values = [Parameter(name.replace("__", "."), value=value) for name, value in overrides.items()]
-    MADE.append(Node("lens_node", context=context, parameter_overrides=values, automatically_declare_parameters_from_overrides=True))
+    MADE.append(Node("lens_node", context=context, parameter_overrides=values))
     return MADE[-1]
 
 
