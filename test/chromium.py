@@ -40,8 +40,8 @@ class Page:
         quiet = ("--no-first-run", "--disable-gpu", "--disable-dev-shm-usage", "--hide-scrollbars")
         window = (f"--window-size={width},{height}", f"--blink-settings=preferredColorScheme={0 if dark else 1}")
         words = ["--headless=new", "--no-sandbox", *quiet, *window, f"--user-data-dir={profile}", "--remote-debugging-pipe", "about:blank"]
-        # the browser reads file 3 and writes file 4
-        shell = ["sh", "-c", f'exec "$@" 3<&{to_browser} 4>&{from_browser}', "sh", program, *words]
+        # the browser reads file 3 and writes file 4; sh would take no file above 9
+        shell = ["bash", "-c", f'exec "$@" 3<&{to_browser} 4>&{from_browser}', "bash", program, *words]
         self._process = subprocess.Popen(
             shell, pass_fds=(to_browser, from_browser), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
         )

@@ -169,7 +169,9 @@ class BagContents:
         if stamp not in self._place:
             return
         if self._left <= 0:
-            self.note("the page has its largest size; frames from here on have no images: give --frames, --rooms or --max-size")
+            self.note(
+                "the page has its largest size; frames from here on have no images: give --frames, --rooms or --max-size a smaller number"
+            )
             return
         stream = self._index.streams[message.topic]
         camera = self._camera_at(stamp, stream.camera)

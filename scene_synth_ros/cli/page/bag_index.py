@@ -33,7 +33,7 @@ class TopicCount(NamedTuple):
 
     name: str
     type_name: str
-    count: int
+    messages: int
     size: int
 
 

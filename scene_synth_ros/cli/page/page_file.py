@@ -73,8 +73,8 @@ def write_page(
 
 def page_document(data: Mapping[str, Any]) -> bytes:
     """Return the HTML file that shows ``data``, UTF-8."""
-    style = _web("page.css")
-    script = f"(() => {{\n'use strict';\n{''.join(map(_web, SCRIPTS))}}})();\n"
+    style = web_file("page.css")
+    script = f"(() => {{\n'use strict';\n{''.join(map(web_file, SCRIPTS))}}})();\n"
     sources = {"default": "'none'", "img": "data:", "style": f"'{_digest(style)}'", "script": f"'{_digest(script)}'"}
     policy = "; ".join(f"{kind}-src {source}" for kind, source in sources.items())
     pieces = {
@@ -84,7 +84,7 @@ def page_document(data: Mapping[str, Any]) -> bytes:
         "script": script,
         "data": json.dumps(data, allow_nan=False, separators=(",", ":")).translate(_ESCAPED),
     }
-    first, *rest = _web("page.html").split("{{")
+    first, *rest = web_file("page.html").split("{{")
     page = [first]
     for piece in rest:
         name, _, after = piece.partition("}}")
@@ -92,7 +92,8 @@ def page_document(data: Mapping[str, Any]) -> bytes:
     return "".join(page).encode("utf-8", "replace")
 
 
-def _web(name: str) -> str:
+def web_file(name: str) -> str:
+    """Return the text of one of the page's own files."""
     return resources.files("scene_synth_ros.cli.page").joinpath("web", name).read_text(encoding="utf-8")
 
 
@@ -121,7 +122,7 @@ def _missing(index: BagIndex, contents: BagContents) -> list[str]:
     """Return a line for each kind of thing that the bag does not have."""
     layers = {stream.layer for stream in index.streams.values()}
     lines = []
-    if not any(topic.count for topic in index.topics):
+    if not any(topic.messages for topic in index.topics):
         lines.append("the bag holds no messages")
     elif not index.frames_found:
         lines.append("the bag holds no images that have a stamp")

@@ -42,9 +42,9 @@ function sumOf(bytes) {
 const numbers = (values, digits) => values.map((value) => value.toFixed(digits).replace(/^-(?=.*[1-9])/, '−').replace('-', '')).join(' ');
 const number = (bytes, i) => (bytes[i] << 8) | bytes[i + 1];
 
-/** Returns metres of a distance's code: NaN invalid, Infinity no hit. */
+/** Returns metres of a distance's code; NaN where the code does not tell how far: invalid, no hit, beyond all codes. */
 function metres(code) {
-  return code === 0 ? NaN : code === noHit ? Infinity : code / 1000;
+  return code === 0 || code >= most ? NaN : code / 1000;
 }
 
 function metresText(code) {
