@@ -65,9 +65,9 @@ def test_the_installed_copy_finds_its_own_configuration(installed: Path) -> None
 
 
 def test_the_installed_copy_finds_the_files_of_its_web_page(installed: Path) -> None:
-    code = "from scene_synth_ros.cli.page.page_file import SCRIPTS, web_file; print(len(list(map(web_file, ('page.html', 'page.css', *SCRIPTS)))))"
+    code = "from scene_synth_ros.cli.page.page_file import SCRIPTS, web_file; [web_file(name) for name in ('page.html', 'page.css', *SCRIPTS)]"
     process = run_in(installed, "-c", code)
-    assert (process.returncode, process.stdout.strip()) == (0, "6"), process.stderr
+    assert process.returncode == 0, process.stderr
 
 
 def test_an_installed_node_runs(installed: Path) -> None:
