@@ -65,7 +65,7 @@ def test_the_installed_copy_finds_its_own_configuration(installed: Path) -> None
 
 
 def test_the_installed_copy_finds_the_files_of_its_web_page(installed: Path) -> None:
-    code = "from scene_synth_ros.cli.page.page_file import SCRIPTS, web_file; [web_file(name) for name in ('page.html', 'page.css', *SCRIPTS)]"
+    code = "from scene_synth_ros.cli.page import page_file as p; [p.web_file(name) for name in ('page.html', 'page.css', *p.SCRIPTS)]"
     process = run_in(installed, "-c", code)
     assert process.returncode == 0, process.stderr
 
