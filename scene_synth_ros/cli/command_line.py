@@ -21,6 +21,7 @@ class Command(NamedTuple):
 
 
 COMMANDS = {
+    "demo": Command("record a few rooms and open what was recorded in a browser", "demo_command"),
     "run": Command("run the node suite: grammar, renderer and, with --record, recorder", "run_command"),
     "inspect": Command("print what a bag holds and every fault of it", "inspect_command"),
     "verify": Command("render a bag's frames again and compare every message", "verify_command"),

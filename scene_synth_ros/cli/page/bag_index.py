@@ -48,13 +48,18 @@ class ShownRoom:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BagIndex:
-    """What is in a bag, and what of it is shown; ``rooms_found`` counts the rooms, those that are not shown too."""
+    """What is in a bag, and what of it is shown.
+
+    ``rooms_found`` and ``frames_found`` count those too that are not shown; ``period_ns`` is the median distance of frames, 0 with less
+    than two.
+    """
 
     streams: Mapping[str, Stream]
     topics: tuple[TopicCount, ...]
     rooms: tuple[ShownRoom, ...]
     rooms_found: int
     frames_found: int
+    period_ns: int
 
 
 def index_bag(reader: BagReader, max_rooms: int, max_frames: int, progress: Callable[[int], None]) -> BagIndex:
@@ -89,6 +94,7 @@ def index_bag(reader: BagReader, max_rooms: int, max_frames: int, progress: Call
         rooms=tuple(rooms[place] for place in spread(range(len(rooms)), max_rooms)),
         rooms_found=len(rooms),
         frames_found=frames.size,
+        period_ns=int(np.median(np.diff(frames))) if frames.size > 1 else 0,
     )
 
 

@@ -109,7 +109,7 @@ def _page_data(reader: BagReader, index: BagIndex, contents: BagContents, notes:
         "notes": notes,
         "rooms_found": index.rooms_found,
         "frames_found": index.frames_found,
-        "run": run_facts(summary),
+        "run": run_facts(summary, index),
         "parameters": changed_parameters(summary),
         "topics": index.topics,
         "cameras": contents.cameras(),

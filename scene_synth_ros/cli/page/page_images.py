@@ -21,6 +21,9 @@ from scene_description import SceneSynthError
 from scene_synth_ros.cli.bag_images import layer_picture
 
 JPEG_QUALITY = 85
+PNG_LEVEL = 6
+"""Level 9 takes twelve times as long for depth, and saves a fifth."""
+
 NO_HIT_MM, MOST_MM = 65535, 65534
 """Codes of distances: 0 is invalid, ``NO_HIT_MM`` infinity, ``MOST_MM`` all that is as far or farther; the others are millimetres."""
 
@@ -124,5 +127,5 @@ def png_data_uri(picture: Picture.Image) -> str:
 
 def _file(picture: Picture.Image, kind: str) -> str:
     out = io.BytesIO()
-    picture.save(out, format=kind, quality=JPEG_QUALITY, optimize=True)
+    picture.save(out, format=kind, quality=JPEG_QUALITY, compress_level=PNG_LEVEL)
     return base64.b64encode(out.getvalue()).decode("ascii")

@@ -12,6 +12,7 @@ from renderer import CameraConfig, RenderConfig, SensorConfig
 from scene_synth_ros.bags.bag_reader import BagSummary
 from scene_synth_ros.bags.bag_yaml import BagYamlError, load_yaml
 from scene_synth_ros.bags.run_info import PARAMETERS_NAME, RECORD_NAME
+from scene_synth_ros.cli.page.bag_index import BagIndex
 from scene_synth_ros.generate.run_config import RunConfig
 from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.messages.stamps import NANOSECONDS
@@ -31,19 +32,29 @@ NODE_GROUPS: dict[str, dict[str, type]] = {
 }
 """How the name of a node begins -> prefix of its parameters -> dataclass that defines them."""
 
-MAX_TEXT, MAX_PARAMETERS, MAX_YAML = 200, 500, 200_000
+MAX_TEXT, MAX_PARAMETERS, MAX_YAML = 400, 500, 200_000
 
 
-def run_facts(summary: BagSummary) -> list[tuple[str, str]]:
-    """Return what the bag says of its run, name -> text; what it does not say is left out."""
+def run_facts(summary: BagSummary, index: BagIndex) -> list[tuple[str, str]]:
+    """Return what is known of the run that made the bag, name -> text; what the bag does not say is left out."""
     record = summary.records.get(RECORD_NAME, {})
     facts = [(name.replace("_", " "), record[name]) for name in ("seed", "room_type") if record.get(name)]
-    files = f"{len(summary.files)} file{'s' if len(summary.files) != 1 else ''}, {summary.size / 1e6:.1f} MB"
-    facts.append(("bag", files if summary.finished else f"{files}, unfinished"))
+    files = _count(len(summary.files), "file")
+    facts.append(("bag", f"{files}, {summary.size / 1e6:.1f} MB{'' if summary.finished else ', unfinished'}"))
+    facts.append(("frames", f"{index.frames_found} in {_count(index.rooms_found, 'room')}"))
+    if index.period_ns:
+        facts.append(("rate", f"{NANOSECONDS / index.period_ns:.4g} Hz"))
     if summary.start_ns is not None and summary.end_ns is not None:
         facts.append(("duration", f"{(summary.end_ns - summary.start_ns) / NANOSECONDS:.3f} s"))
-    facts += [(name.partition(".")[2], value) for name, value in record.items() if name.startswith("version.")]
+    versions = {name.partition(".")[2]: value[:MAX_TEXT] for name, value in record.items() if name.startswith("version.")}
+    facts += [(name, versions.pop(name)) for name in ("system", "processor") if name in versions]
+    if versions:
+        facts.append(("versions", ", ".join(f"{name} {version}" for name, version in versions.items())))
     return [(name, value[:MAX_TEXT]) for name, value in facts]
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def changed_parameters(summary: BagSummary) -> list[tuple[str, str, str, str]]:

@@ -24,7 +24,7 @@ from scene_description.labels import NYU40
 from scene_synth_ros.bags.bag_reader import BagReadError
 from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.bags.run_info import PARAMETERS_NAME, parameters_file
-from scene_synth_ros.cli import show_command
+from scene_synth_ros.cli import demo_command, run_command, show_command
 from scene_synth_ros.cli.page import page_file
 from scene_synth_ros.cli.page.bag_index import OTHERS, find_streams
 from scene_synth_ros.cli.page.page_file import PageReport, write_page
@@ -138,6 +138,11 @@ def test_the_page_tells_objects_topics_and_the_run(bag: RoomBag, tmp_path: Path)
     assert dict(room["facts"]) | {"layout energy": "1.000", "type": "bedroom", "floor": "14.0 m², 2.60 m high"} == dict(room["facts"])
     assert room["labels"]["semantic"]["4"] == {"name": "bed", "color": list(NYU40[4].color)}
     assert room["labels"]["instance"]["3"]["name"] == "bed"
+    assert [(name, text) for name, text in data["run"] if name in ("frames", "rate", "duration")] == [
+        ("frames", "6 in 2 rooms"),
+        ("rate", "5 Hz"),
+        ("duration", "1.000 s"),
+    ]
     topics = {name: (kind, messages) for name, kind, messages, _ in data["topics"]}
     assert topics[f"{CAMERA}/depth/image_raw"] == ("sensor_msgs/msg/Image", 6) and topics["/synth/scene"] == ("std_msgs/msg/String", 2)
     assert data["parameters"] == [
@@ -299,7 +304,7 @@ def arguments(*words: str) -> argparse.Namespace:
 def test_the_command_says_what_it_wrote(bag: RoomBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert show_command.run(arguments(str(bag.path), "--frames", "2")) == 0
     page = bag.path.with_name("bag.html")
-    assert capsys.readouterr().out == f"{page}: 2 rooms, 4 of 6 frames, {page.stat().st_size / 1e6:.1f} MB\n"
+    assert capsys.readouterr().out == f"page: {page} (2 rooms, 4 of 6 frames, {page.stat().st_size / 1e6:.1f} MB)\n"
     page.unlink()
     with BagWriter(tmp_path / "empty"):
         pass
@@ -323,11 +328,79 @@ def test_bad_options_are_told_in_one_line(words: tuple[str, ...], message: str, 
     assert str(error.value) == message and not list(tmp_path.iterdir())
 
 
-def test_the_browser_is_asked_for_the_page(
-    bag: RoomBag, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+@pytest.fixture
+def opened(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Return the addresses that a browser is asked for; there is a display, and no browser that takes them."""
+    addresses: list[str] = []
+    monkeypatch.setattr("webbrowser.open", lambda address: bool(addresses.append(address)))
+    monkeypatch.setenv("DISPLAY", ":7")
+    return addresses
+
+
+def test_the_browser_is_asked_for_the_page_where_there_is_a_display(
+    bag: RoomBag, tmp_path: Path, opened: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    opened: list[str] = []
-    monkeypatch.setattr("webbrowser.open", lambda address: bool(opened.append(address)))
-    show_command.run(arguments(str(bag.path), "--out", str(tmp_path / "page.html"), "--open"))
-    assert opened == [(tmp_path / "page.html").as_uri()]
-    assert capsys.readouterr().out.endswith(f"no browser found; open {tmp_path / 'page.html'} in one\n")
+    page = tmp_path / "page.html"
+    words = (str(bag.path), "--out", str(page), "--open")
+    show_command.run(arguments(*words))
+    assert opened == [page.as_uri()]
+    assert capsys.readouterr().out.endswith(f"no browser found; open {page} in a browser\n")
+    monkeypatch.delenv("DISPLAY")
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.setattr("sys.platform", "linux")
+    show_command.run(arguments(*words))
+    assert len(opened) == 1 and capsys.readouterr().out.endswith(f"no display found; open {page} in a browser\n")
+
+
+def test_the_demo_is_a_run_in_one_folder(
+    tmp_path: Path, opened: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    runs: list[argparse.Namespace] = []
+
+    def run(asked: argparse.Namespace) -> int:
+        runs.append(asked)
+        asked.show.touch()
+        return 0
+
+    monkeypatch.setattr(run_command, "run", run)
+    parser = argparse.ArgumentParser()
+    demo_command.add_arguments(parser)
+    words = ["--rooms", "2", "--out", str(tmp_path / "new" / "demo")]
+    assert demo_command.run(parser.parse_args(words)) == 0
+    folder = tmp_path / "new" / "demo"
+    (asked,) = runs
+    assert (asked.rooms, asked.frames, asked.seed, asked.params, asked.overrides) == (2, 8, 1, None, [])
+    assert (asked.record, asked.contact_sheet, asked.show) == (folder / "bag", folder / "contact_sheet.png", folder / "page.html")
+    assert opened == [(folder / "page.html").as_uri()]
+    with pytest.raises(SceneSynthError, match="exists already; choose another folder or remove it"):
+        demo_command.run(parser.parse_args(words))
+    assert demo_command.run(parser.parse_args(["--out", str(tmp_path / "quiet"), "--no-open"])) == 0 and len(opened) == 1
+
+
+def test_a_demo_that_did_not_begin_leaves_no_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def run(_asked: argparse.Namespace) -> int:
+        raise SceneSynthError("no renderer")
+
+    monkeypatch.setattr(run_command, "run", run)
+    parser = argparse.ArgumentParser()
+    demo_command.add_arguments(parser)
+    with pytest.raises(SceneSynthError, match="no renderer"):
+        demo_command.run(parser.parse_args(["--out", str(tmp_path / "demo")]))
+    assert not (tmp_path / "demo").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--show", "page.html"), "--show: expected together with --record"),
+        (("--record", "bag", "--show", "no/page.html"), "--show no/page.html: the folder does not exist"),
+    ],
+)
+def test_a_run_refuses_a_page_that_it_cannot_write(
+    words: tuple[str, ...], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    parser = argparse.ArgumentParser()
+    run_command.add_arguments(parser)
+    with pytest.raises(SceneSynthError, match=message):
+        run_command.run(parser.parse_args(words))

@@ -9,6 +9,8 @@ function element(name, text, parent, kind) {
 }
 
 const count = new Intl.NumberFormat('en');
+/** Fills a cell with a name that may break after a slash. */
+const path = (name) => (cell) => cell.append(...name.split(/(?<=\/)/).flatMap((piece) => [piece, document.createElement('wbr')]));
 const rgb = ([r, g, b]) => `rgb(${r} ${g} ${b})`;
 
 function swatch(color, parent) {
@@ -114,10 +116,10 @@ function fillLegend(list, counts, labels) {
 function fillRunTables() {
   fillTable(document.getElementById('run'), ['', ''], data.run, [], 'The bag says nothing of its run.');
   const parameters = document.getElementById('parameters');
-  fillTable(parameters, ['node', 'parameter', 'value', 'default'], data.parameters, [], 'None, or the bag does not hold them.');
+  fillTable(parameters, ['node', 'parameter', 'value', 'default'], data.parameters.map(([node, ...rest]) => [path(node), ...rest]), [], 'None, or the bag does not hold them.');
   const topics = document.getElementById('topics');
-  const rows = data.topics.map(([name, type, messages, size]) => [name, type, count.format(messages), (size / 1e6).toFixed(2)]);
-  fillTable(topics, ['topic', 'type', 'messages', 'MB'], rows, [2, 3], 'The bag holds no topics.');
+  const rows = data.topics.map(([name, type, messages, size]) => [path(name), path(type), count.format(messages), (size / 1e6).toFixed(2)]);
+  fillTable(topics, ['topic', 'type', 'messages', 'MB, unpacked'], rows, [2, 3], 'The bag holds no topics.');
   sortable(topics);
 }
 

@@ -96,7 +96,7 @@ const FORMS = {
   ids: {
     text(bytes, i, labels) {
       const id = number(bytes, i);
-      return `${id} ${(labels[id] || {}).name || ''}`;
+      return `${id} ${((labels[id] || {}).name || '').replaceAll('_', ' ')}`;
     },
     colors(labels) {
       const table = new Int32Array(65536).fill(pack([0, 0, 0]));
