@@ -26,7 +26,7 @@ setup(
     maintainer_email="maintainers@users.noreply.github.com",
     python_requires=">=3.10",
     packages=find_packages(include=["scene_description*", "grammar*", "renderer*", "scene_synth_ros*"]),
-    package_data={"scene_description": ["*.csv"]},
+    package_data={"scene_description": ["*.csv"], "scene_synth_ros.cli.page": ["web/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (SHARE, ["package.xml"]),

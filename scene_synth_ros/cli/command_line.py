@@ -22,10 +22,12 @@ class Command(NamedTuple):
 
 
 COMMANDS = {
+    "demo": Command("record a few rooms and open what was recorded in a browser", "demo_command"),
     "run": Command("run the node suite: grammar, renderer and, with --record, recorder", "run_command"),
     "inspect": Command("print what a bag holds and every fault of it", "inspect_command"),
     "verify": Command("render a bag's frames again and compare every message", "verify_command"),
     "repair": Command("make a whole bag of what is left of a cut or damaged one", "repair_command"),
+    "show": Command("write a bag as one page for a browser", "show_command"),
     "replay": Command("publish a bag again", "replay_command"),
     "sample": Command("sample rooms and write their scene descriptions and top views", "sample_command"),
     "learn": Command("learn a grammar's numbers from furnished rooms", "learn_command"),

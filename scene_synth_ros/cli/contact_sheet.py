@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-import io
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
 from PIL import Image as Picture
 from PIL import ImageDraw, ImageFont
 from rclpy.serialization import deserialize_message
-from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import String
 
 from renderer import LAYERS
-from renderer.film.layers import Layer
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
+from scene_synth_ros.cli.bag_images import layer_picture, layer_topics, read_pixels, spread
 from scene_synth_ros.cli.picture_grid import FORMATS, INK, PAPER
 from scene_synth_ros.cli.usage import UsageError
-from scene_synth_ros.messages.conversions import msg_to_image
-from scene_synth_ros.messages.image_codec import COMPRESSED_TYPE, IMAGE_TYPE, CodecError, depth_from_codes, split_depth
 from scene_synth_ros.messages.stamps import stamp_ns
 
 TILE_WIDTH = 256
@@ -37,13 +31,6 @@ class SheetRoom(NamedTuple):
     stamps: tuple[int, ...]
 
 
-FORMS: tuple[tuple[str, Callable[[str], tuple[str, ...]]], ...] = (
-    (IMAGE_TYPE, lambda layer: (f"/{layer}/image_raw",)),
-    (COMPRESSED_TYPE, lambda layer: (f"/{layer}/image_raw/compressed", f"/{layer}/image_raw/compressedDepth")),
-)
-"""Type of a layer's topic -> ends of its name, the first that is found is drawn."""
-
-
 def write_contact_sheet(bag: Path, path: Path) -> int:
     """Draw the sheet of a bag, as JPEG or PNG by the file's name, and return the number of rooms on it.
 
@@ -53,12 +40,12 @@ def write_contact_sheet(bag: Path, path: Path) -> int:
     """
     with BagReader(bag) as reader:
         types = {topic.name: topic.type_name for topic in reader.summary.topics}
-        topics = _layer_topics(types)
+        topics = layer_topics(types)
         scenes = next((name for name in types if name.endswith("/scene") and types[name] == "std_msgs/msg/String"), None)
         if scenes is None or not topics:
             raise UsageError(f"{bag}: no contact sheet; expected a scene topic and images, got {', '.join(sorted(types)) or 'nothing'}")
         rooms = [_read_room(message) for message in reader.messages([scenes])]
-        chosen = {stamp for room in rooms for stamp in _spread(room.stamps, FRAMES_PER_ROOM)}
+        chosen = {stamp for room in rooms for stamp in spread(room.stamps, FRAMES_PER_ROOM)}
         tiles = {(stamp, layer): tile for stamp, layer, tile in _tiles(reader, topics, chosen)}
     if not tiles:
         raise UsageError(f"{bag}: no contact sheet; it holds no image of its {len(rooms)} rooms")
@@ -68,50 +55,10 @@ def write_contact_sheet(bag: Path, path: Path) -> int:
     return len(rooms)
 
 
-def _layer_topics(types: dict[str, str]) -> dict[str, str]:
-    """Return layer -> topic of the first camera."""
-    found = {
-        layer: next((name for kind, ends in FORMS for name in sorted(types) if types[name] == kind and name.endswith(ends(layer))), None)
-        for layer in LAYERS
-    }
-    return {layer: topic for layer, topic in found.items() if topic is not None}
-
-
-def _pixels(message: BagMessage) -> NDArray[np.generic]:
-    """Return the image of a message, compressed or not.
-
-    Raises:
-        CodecError: it is neither PNG nor JPEG.
-    """
-    if message.type_name == IMAGE_TYPE:
-        return msg_to_image(deserialize_message(message.data, Image))
-    data, a, b = bytes(deserialize_message(message.data, CompressedImage).data), 0.0, 0.0
-    if message.topic.endswith("/compressedDepth"):
-        a, b, data = split_depth(data)
-    try:
-        with Picture.open(io.BytesIO(data), formats=("PNG", "JPEG")) as picture:
-            pixels = np.asarray(picture)
-    except (OSError, ValueError, Picture.DecompressionBombError) as error:
-        raise CodecError(f"{message.topic}: expected PNG or JPEG ({' '.join(str(error).split())[:100]})") from None
-    return depth_from_codes(pixels, a, b)
-
-
-def _picture(layer: Layer, pixels: NDArray[np.generic]) -> NDArray[np.uint8]:
-    """Return the picture of a layer, uint8, of pixels as they come out of a bag: distances may be whole millimetres."""
-    if layer.dtype == "float32" and pixels.dtype == np.uint16:
-        pixels = pixels.astype(np.float32) / np.float32(1000.0)
-    return np.minimum(layer.picture.of(pixels.astype(layer.dtype, copy=False)), 255).astype(np.uint8)
-
-
 def _read_room(message: BagMessage) -> SheetRoom:
     scene = json.loads(deserialize_message(message.data, String).data)
     title = f"room {scene['index']}: {scene['category']}, {len(scene['objects'])} objects, seed {scene['seed']}"
     return SheetRoom(title, tuple(pose["stamp_ns"] for pose in scene["camera_path"]))
-
-
-def _spread(stamps: tuple[int, ...], count: int) -> list[int]:
-    """Return ``count`` stamps, evenly spread and away from both ends."""
-    return [stamps[int((i + 0.5) * len(stamps) / count)] for i in range(min(count, len(stamps)))]
 
 
 def _tiles(reader: BagReader, topics: dict[str, str], stamps: set[int]) -> Iterator[tuple[int, str, Picture.Image]]:
@@ -120,7 +67,7 @@ def _tiles(reader: BagReader, topics: dict[str, str], stamps: set[int]) -> Itera
         stamp = stamp_ns(message.type_name, message.data)
         if stamp in stamps:
             layer = layers[message.topic]
-            picture = Picture.fromarray(_picture(LAYERS[layer], _pixels(message)))
+            picture = Picture.fromarray(layer_picture(LAYERS[layer], read_pixels(message)))
             height = max(1, round(TILE_WIDTH * picture.height / picture.width))
             one_ray = LAYERS[layer].group == "geometric"  # its pixels mean nothing when they are mixed
             resample = Picture.Resampling.NEAREST if one_ray else Picture.Resampling.LANCZOS
@@ -129,7 +76,7 @@ def _tiles(reader: BagReader, topics: dict[str, str], stamps: set[int]) -> Itera
 
 def _draw(rooms: list[SheetRoom], layers: list[str], tiles: dict[tuple[int, str], Picture.Image]) -> Picture.Image:
     tile_height = next(iter(tiles.values())).height
-    rows = [(room, _spread(room.stamps, FRAMES_PER_ROOM)) for room in rooms]
+    rows = [(room, spread(room.stamps, FRAMES_PER_ROOM)) for room in rooms]
     height = TITLE_HEIGHT + sum(TITLE_HEIGHT + len(stamps) * (tile_height + GAP) for _, stamps in rows) + GAP
     sheet = Picture.new("RGB", (GAP + len(layers) * (TILE_WIDTH + GAP), height), PAPER)
     draw, font = ImageDraw.Draw(sheet), ImageFont.load_default(14)

@@ -25,6 +25,7 @@ from scene_synth_ros.cli.run_profile import (
     with_inheritance,
     write_node_file,
 )
+from scene_synth_ros.cli.show_command import describe, show_bag
 from scene_synth_ros.cli.supervisor import ONE_PROCESS, Interrupts, NodeProcess, Outcome, run_nodes
 
 MAX_RENDERERS, MAX_ROOMS_AHEAD = 64, 16
@@ -59,6 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--one-process", action="store_true", help="all nodes in one process")
     parser.add_argument("--record", type=Path, metavar="DIR", help="record a bag into this new folder")
     parser.add_argument("--contact-sheet", type=Path, metavar="FILE", help="draw some frames of each room of the bag, as PNG or JPEG")
+    parser.add_argument("--show", type=Path, metavar="FILE", help="write the bag as one page for a browser (scene_synth show)")
     parser.add_argument("--namespace", default="/synth", help="namespace of nodes and topics (default: %(default)s)")
     parser.add_argument("--log-level", default="info", choices=["debug", "info", "warn", "error"], help="(default: %(default)s)")
 
@@ -173,6 +175,10 @@ def _check_outputs(arguments: argparse.Namespace) -> list[Path]:
         raise ProfileError("--contact-sheet: expected together with --record, which makes the bag that it is drawn from")
     if arguments.contact_sheet and not arguments.contact_sheet.parent.is_dir():
         raise ProfileError(f"--contact-sheet {arguments.contact_sheet}: the folder does not exist")
+    if arguments.show and not arguments.record:
+        raise ProfileError("--show: expected together with --record, which makes the bag that is shown")
+    if arguments.show and not arguments.show.parent.is_dir():
+        raise ProfileError(f"--show {arguments.show}: the folder does not exist")
     if not arguments.namespace.startswith("/"):
         raise ProfileError(f"--namespace {arguments.namespace}: expected a name that begins with /")
     if not arguments.record:
@@ -198,6 +204,8 @@ def _conclude(arguments: argparse.Namespace, outcome: Outcome, seconds: float) -
     if arguments.contact_sheet and not outcome.code:
         rooms = write_contact_sheet(arguments.record, arguments.contact_sheet)
         _say(f"contact sheet: {arguments.contact_sheet} ({rooms} rooms)")
+    if arguments.show and not outcome.code:
+        _say(describe(show_bag(arguments.record, arguments.show), arguments.show).rstrip())
     return outcome.code or (1 if report.faults else 0)
 
 

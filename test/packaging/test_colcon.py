@@ -64,6 +64,12 @@ def test_the_installed_copy_finds_its_own_configuration(installed: Path) -> None
     assert Path(module).is_relative_to(installed)
 
 
+def test_the_installed_copy_finds_the_files_of_its_web_page(installed: Path) -> None:
+    code = "from scene_synth_ros.cli.page import page_file as p; [p.web_file(name) for name in ('page.html', 'page.css', *p.SCRIPTS)]"
+    process = run_in(installed, "-c", code)
+    assert process.returncode == 0, process.stderr
+
+
 def test_an_installed_node_runs(installed: Path) -> None:
     process = run_in(installed, str(installed / "lib" / "scene_synth_ros" / "recorder_node"), "--ros-args", "-p", "bagg:=x")
     assert process.returncode == 2

@@ -1,0 +1,68 @@
+"""The layers in a bag: which topic holds each, the pixels of a message, compressed or not, and their picture for people."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Mapping, Sequence
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image as Picture
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import CompressedImage, Image
+
+from renderer import LAYERS
+from renderer.film.layers import Layer
+from scene_synth_ros.bags.bag_reader import BagMessage
+from scene_synth_ros.messages.conversions import msg_to_image
+from scene_synth_ros.messages.image_codec import COMPRESSED_TYPE, IMAGE_TYPE, CodecError, depth_from_codes, split_depth
+
+Item = TypeVar("Item")
+
+FORMS: tuple[tuple[str, Callable[[str], tuple[str, ...]]], ...] = (
+    (IMAGE_TYPE, lambda layer: (f"/{layer}/image_raw",)),
+    (COMPRESSED_TYPE, lambda layer: (f"/{layer}/image_raw/compressed", f"/{layer}/image_raw/compressedDepth")),
+)
+"""Type of a layer's topic -> ends of its name, the first that is found is drawn."""
+
+
+def layer_topics(types: Mapping[str, str]) -> dict[str, str]:
+    """Return layer -> topic of the first camera."""
+    found = {
+        layer: next((name for kind, ends in FORMS for name in sorted(types) if types[name] == kind and name.endswith(ends(layer))), None)
+        for layer in LAYERS
+    }
+    return {layer: topic for layer, topic in found.items() if topic is not None}
+
+
+def read_pixels(message: BagMessage) -> NDArray[np.generic]:
+    """Return the image of a message, compressed or not.
+
+    Raises:
+        CodecError: it is neither PNG nor JPEG.
+    """
+    if message.type_name == IMAGE_TYPE:
+        return msg_to_image(deserialize_message(message.data, Image))
+    data, a, b = bytes(deserialize_message(message.data, CompressedImage).data), 0.0, 0.0
+    if message.topic.endswith("/compressedDepth"):
+        a, b, data = split_depth(data)
+    try:
+        with Picture.open(io.BytesIO(data), formats=("PNG", "JPEG")) as picture:
+            pixels = np.asarray(picture)
+    except (OSError, ValueError, Picture.DecompressionBombError) as error:
+        raise CodecError(f"{message.topic}: expected PNG or JPEG ({' '.join(str(error).split())[:100]})") from None
+    return depth_from_codes(pixels, a, b)
+
+
+def layer_picture(layer: Layer, pixels: NDArray[np.generic]) -> NDArray[np.uint8]:
+    """Return the picture of a layer, uint8, of pixels as they come out of a bag: distances may be whole millimetres."""
+    if layer.dtype == "float32" and pixels.dtype == np.uint16:
+        pixels = pixels.astype(np.float32) / np.float32(1000.0)
+    return np.minimum(layer.picture.of(pixels.astype(layer.dtype, copy=False)), 255).astype(np.uint8)
+
+
+def spread(items: Sequence[Item], count: int) -> list[Item]:
+    """Return ``count`` of the items, evenly spread and away from both ends; all of them where they are no more."""
+    shown = min(count, len(items))
+    return [items[int((i + 0.5) * len(items) / shown)] for i in range(shown)]

@@ -1,0 +1,230 @@
+"""What a page shows of a bag, read by a second pass over it: scenes, maps, labels, poses, lenses and images of the frames chosen."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import OccupancyGrid
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import CameraInfo, Image
+from std_msgs.msg import String
+
+from renderer import LAYERS
+from renderer.film.false_color import OBJECTS
+from scene_description import FieldError, scene_from_json
+from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
+from scene_synth_ros.cli.bag_images import read_pixels
+from scene_synth_ros.cli.page.bag_index import OTHERS, STRING, BagIndex, is_scene
+from scene_synth_ros.cli.page.page_images import PageImageError, form_of, page_image
+from scene_synth_ros.cli.page.room_plan import camera_pose, map_picture, object_rows, room_facts, room_plan
+from scene_synth_ros.messages.conversions import msg_to_image
+from scene_synth_ros.messages.image_codec import IMAGE_TYPE, CodecError
+from scene_synth_ros.messages.stamps import stamp_ns
+
+MAX_NOTES = 40
+MAX_LABELS = 70_000
+MAX_NAME = 120
+_OTHER_FORMS = {"rgb8": "picture", "bgr8": "picture", "mono8": "picture", "16UC1": "distance", "32FC1": "distance"}
+"""Encoding of an image that is none of our layers -> its form; REP 118 keeps distances in the last two."""
+
+_UNREADABLE = (CodecError, PageImageError, RuntimeError, ValueError, KeyError, IndexError, TypeError, OverflowError)
+"""What a message that was damaged, or made to do harm, may raise while it is read."""
+
+
+class BagContents:
+    """Rooms and frames of a bag as JSON values; what could not be read is told in ``notes``, lines for people."""
+
+    def __init__(self, reader: BagReader, index: BagIndex, max_size: int, max_bytes: int, progress: Callable[[int], None]) -> None:
+        self.notes: list[str] = []
+        self._index, self._max_size, self._left = index, max_size, max_bytes
+        self._place = {stamp: (r, f) for r, room in enumerate(index.rooms) for f, stamp in enumerate(room.stamps_ns)}
+        self._room_of_start = {room.start_ns: r for r, room in enumerate(index.rooms)}
+        self.rooms: list[dict[str, Any]] = [
+            {
+                "start": room.start_ns,
+                "found": room.frames,
+                "facts": [],
+                "plan": None,
+                "map": None,
+                "objects": [],
+                "labels": {},
+                "frames": [{"stamp": str(stamp), "cameras": {}} for stamp in room.stamps_ns],
+            }
+            for room in index.rooms
+        ]
+        self._cameras = {stream.camera for stream in index.streams.values()} - {OTHERS}
+        self._readers = self._find_readers({topic.name: topic.type_name for topic in index.topics})
+        for number, message in enumerate(reader.messages(self._readers.keys())):
+            self._take(message)
+            if number % 16 == 0:
+                progress(number)
+        for room in self.rooms:
+            _color_ids(room)
+
+    def cameras(self) -> list[dict[str, Any]]:
+        """Return the cameras with their layers, each with form, topic and meaning, in the order of the table of layers."""
+        order = list(LAYERS)
+        found: dict[str, list[tuple[str, str]]] = {}
+        for topic, stream in self._index.streams.items():
+            found.setdefault(stream.camera, []).append((stream.layer, topic))
+        return [
+            {
+                "name": camera,
+                "layers": [_layer_row(layer, topic) for layer, topic in sorted(layers, key=lambda item: _rank(order, item[0]))],
+            }
+            for camera, layers in sorted(found.items(), key=lambda item: (item[0] == OTHERS, item[0]))
+        ]
+
+    def _find_readers(self, types: Mapping[str, str]) -> dict[str, Callable[[BagMessage, int | None], None]]:
+        """Return topic -> what takes its messages."""
+        readers: dict[str, Callable[[BagMessage, int | None], None]] = dict.fromkeys(self._index.streams, self._take_image)
+        for name, kind in types.items():
+            before, _, last = name.rpartition("/")
+            if is_scene(name, kind):
+                readers[name] = self._take_scene
+            elif kind == "nav_msgs/msg/OccupancyGrid" and last == "map":
+                readers[name] = self._take_map
+            elif kind == STRING and last == "labels" and before.rpartition("/")[0] in self._cameras:
+                readers[name] = self._take_labels
+            elif kind == "geometry_msgs/msg/PoseStamped" and last == "pose" and before in self._cameras:
+                readers[name] = self._take_pose
+            elif kind == "sensor_msgs/msg/CameraInfo" and before.rpartition("/")[0] in self._cameras:
+                readers[name] = self._take_lens
+        return readers
+
+    def _take(self, message: BagMessage) -> None:
+        stamp = stamp_ns(message.type_name, message.data)
+        try:
+            self._readers[message.topic](message, stamp)
+        except _UNREADABLE as error:
+            self.note(f"{message.topic}: a message cannot be shown ({' '.join(str(error).split())[:200] or type(error).__name__})")
+
+    def note(self, line: str) -> None:
+        """Keep a line for people, once."""
+        if line not in self.notes and len(self.notes) < MAX_NOTES:
+            self.notes.append(line)
+
+    def _camera_at(self, stamp: int | None, camera: str) -> dict[str, Any] | None:
+        place = self._place.get(stamp) if stamp is not None else None
+        if place is None:
+            return None
+        cameras: dict[str, dict[str, Any]] = self.rooms[place[0]]["frames"][place[1]]["cameras"]
+        return cameras.setdefault(camera, {"pose": None, "lens": None, "images": {}})
+
+    def _take_scene(self, message: BagMessage, stamp: int | None) -> None:
+        place = self._room_of_start.get(min(message.log_ns, 2**63 - 1) if stamp is None else stamp)
+        if place is None or self.rooms[place]["plan"] is not None:
+            return
+        try:
+            scene = scene_from_json(deserialize_message(message.data, String).data)
+        except FieldError as error:
+            self.note(
+                f"{message.topic}: room {place + 1} of this page has no plan and no objects, its description is refused: {error}"[:400]
+            )
+            return
+        room = self.rooms[place]
+        room |= {"facts": room_facts(scene), "plan": room_plan(scene), "objects": object_rows(scene)}
+        room["labels"] |= {
+            name: _labels(row.labels(scene)) for name, row in LAYERS.items() if row.labels is not None and name not in room["labels"]
+        }
+
+    def _take_map(self, message: BagMessage, stamp: int | None) -> None:
+        place = self._room_of_start.get(stamp, self._room_of_start.get(None))
+        if place is not None and self.rooms[place]["map"] is None:
+            self.rooms[place]["map"] = map_picture(deserialize_message(message.data, OccupancyGrid))
+
+    def _take_labels(self, message: BagMessage, stamp: int | None) -> None:
+        if stamp is not None and stamp not in self._place:
+            return
+        table = json.loads(deserialize_message(message.data, String).data)
+        table = table.get("labels") if isinstance(table, Mapping) else None
+        if not isinstance(table, Mapping) or len(table) > MAX_LABELS:
+            raise PageImageError("expected JSON with 'labels', id -> name and colour")
+        layer = message.topic.rsplit("/", 2)[1]
+        for room in self.rooms if stamp is None else [self.rooms[self._place[stamp][0]]]:
+            room["labels"][layer] = _labels({int(key): value for key, value in table.items()})
+
+    def _take_pose(self, message: BagMessage, stamp: int | None) -> None:
+        camera = self._camera_at(stamp, message.topic.rpartition("/")[0])
+        if camera is not None:
+            pose = deserialize_message(message.data, PoseStamped).pose
+            p, q = pose.position, pose.orientation
+            camera["pose"] = camera_pose((p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
+
+    def _take_lens(self, message: BagMessage, stamp: int | None) -> None:
+        camera = self._camera_at(stamp, message.topic.rsplit("/", 2)[0])
+        if camera is not None and camera["lens"] is None:
+            info = deserialize_message(message.data, CameraInfo)
+            numbers = [float(info.k[place]) for place in (0, 4, 2, 5)]
+            straight = info.distortion_model in ("", "plumb_bob", "rational_polynomial") and not any(info.d)
+            if straight and all(map(math.isfinite, numbers)) and numbers[0] > 0.0 and numbers[1] > 0.0:
+                camera["lens"] = {"k": numbers, "width": info.width, "height": info.height}
+
+    def _take_image(self, message: BagMessage, stamp: int | None) -> None:
+        if stamp not in self._place:
+            return
+        if self._left <= 0:
+            self.note(
+                "the page has its largest size; frames from here on have no images: give --frames, --rooms or --max-size a smaller number"
+            )
+            return
+        stream = self._index.streams[message.topic]
+        camera = self._camera_at(stamp, stream.camera)
+        if camera is None or stream.layer in camera["images"]:
+            return
+        form, pixels = _other_image(message) if stream.camera == OTHERS else (form_of(LAYERS[stream.layer]), read_pixels(message))
+        image = page_image(pixels, form, LAYERS.get(stream.layer), self._max_size) | {"form": form}
+        self._left -= len(image["data"])
+        camera["images"][stream.layer] = image
+
+
+def _other_image(message: BagMessage) -> tuple[str, np.ndarray[Any, np.dtype[np.generic]]]:
+    image = deserialize_message(message.data, Image) if message.type_name == IMAGE_TYPE else None
+    if image is None or image.encoding not in _OTHER_FORMS:
+        known = ", ".join(_OTHER_FORMS)
+        raise PageImageError(f"expected an encoding of {known}, got {image.encoding[:40]!r}" if image else "a compressed image of no layer")
+    form, swapped = _OTHER_FORMS[image.encoding], image.encoding == "bgr8"
+    if swapped:
+        image.encoding = "rgb8"
+    pixels = msg_to_image(image)
+    return form, pixels[..., ::-1] if swapped else pixels
+
+
+def _layer_row(layer: str, topic: str) -> dict[str, str]:
+    row = LAYERS.get(layer)
+    return {"name": layer, "topic": topic, "meaning": row.meaning if row is not None else "", "unit": row.unit if row is not None else ""}
+
+
+def _rank(order: list[str], layer: str) -> tuple[int, str]:
+    return (order.index(layer) if layer in order else len(order)), layer
+
+
+def _labels(table: Mapping[int, Any]) -> dict[int, dict[str, Any]]:
+    """Return id -> name and colour of a table of unknown origin: texts are cut, colours made three bytes."""
+    rows: dict[int, dict[str, Any]] = {}
+    for key, value in table.items():
+        row = value if isinstance(value, Mapping) else {"name": value}
+        rows[key] = {"name": str(row.get("name", ""))[:MAX_NAME]}
+        color = row.get("color")
+        if isinstance(color, list | tuple) and len(color) == 3 and all(isinstance(c, int) and 0 <= c <= 255 for c in color):
+            rows[key]["color"] = [int(c) for c in color]
+    return rows
+
+
+def _color_ids(room: dict[str, Any]) -> None:
+    """Give a row to every id that an image of the room has, and a colour to every row."""
+    for frame in room["frames"]:
+        for camera in frame["cameras"].values():
+            for layer, image in camera["images"].items():
+                table = room["labels"].setdefault(layer, {}) if image["form"] == "ids" else {}
+                for key in image.get("counts", ()):
+                    table.setdefault(key, {"name": ""})
+    for table in room["labels"].values():
+        for key, row in table.items():
+            if "color" not in row:
+                row["color"] = [int(value) for value in OBJECTS.of(np.array([key % 65536], np.uint16))[0]]

@@ -1,0 +1,131 @@
+// Tables and the legend.  Texts of a bag are set as text, never as markup.
+
+function element(name, text, parent, kind) {
+  const node = document.createElement(name);
+  if (text !== undefined && text !== null) node.textContent = text;
+  if (kind) node.className = kind;
+  if (parent) parent.append(node);
+  return node;
+}
+
+const count = new Intl.NumberFormat('en');
+/** Fills a cell with a name that may break after a slash. */
+const path = (name) => (cell) => cell.append(...name.split(/(?<=\/)/).flatMap((piece) => [piece, document.createElement('wbr')]));
+const rgb = ([r, g, b]) => `rgb(${r} ${g} ${b})`;
+
+function swatch(color, parent) {
+  const node = element('span', '', parent, 'swatch');
+  node.style.background = rgb(color);
+  return node;
+}
+
+/** Fills a table; cells are texts or functions that fill a cell; columns in `numbers` stand right. */
+function fillTable(table, head, rows, numbers, empty) {
+  table.replaceChildren();
+  if (!rows.length) {
+    element('td', empty, element('tr', null, element('tbody', null, table)), 'empty');
+    return [];
+  }
+  const line = element('tr', null, element('thead', null, table));
+  head.forEach((text, column) => {
+    const cell = element('th', text, line, numbers.includes(column) ? 'number' : '');
+    cell.scope = 'col';
+  });
+  const body = element('tbody', null, table);
+  return rows.map((cells) => {
+    const row = element('tr', null, body);
+    cells.forEach((content, column) => {
+      const cell = element('td', typeof content === 'function' ? null : content, row, numbers.includes(column) ? 'number' : '');
+      if (typeof content === 'function') content(cell);
+    });
+    return row;
+  });
+}
+
+/** Makes the heads of a table buttons that sort its rows by their cells, numbers by value. */
+function sortable(table) {
+  table.querySelectorAll('th').forEach((head, column) => {
+    const button = element('button', head.textContent, null, 'sort');
+    button.type = 'button';
+    head.replaceChildren(button);
+    button.addEventListener('click', () => {
+      const order = head.getAttribute('aria-sort') === 'descending' ? 1 : -1;
+      table.querySelectorAll('th').forEach((other) => other.removeAttribute('aria-sort'));
+      head.setAttribute('aria-sort', order < 0 ? 'descending' : 'ascending');
+      const body = table.tBodies[0];
+      const key = (row) => row.cells[column].textContent;
+      const value = (row) => Number(key(row).replaceAll(',', '').replace('−', '-').split(' ')[0]);
+      const compare = (a, b) => (Number.isNaN(value(a) + value(b)) ? key(a).localeCompare(key(b)) : value(a) - value(b));
+      body.append(...[...body.rows].sort((a, b) => order * compare(a, b)));
+    });
+  });
+}
+
+/** Fills the table of a room's objects; returns what writes the visible pixels of a frame and marks the chosen one. */
+function objectTable(room, choose) {
+  const table = document.getElementById('objects');
+  const labels = room.labels.instance || {};
+  const rows = fillTable(
+    table,
+    ['id', 'object', 'class', 'depth width height, m', 'position x y z, m', 'on', 'visible px'],
+    room.objects.map((item) => [
+      item.id,
+      (cell) => {
+        const button = element('button', null, cell, 'object');
+        button.type = 'button';
+        swatch((labels[item.id] || { color: [128, 128, 128] }).color, button);
+        element('span', item.category.replaceAll('_', ' '), button);
+        button.addEventListener('click', () => choose(item.id));
+      },
+      item.class,
+      numbers(item.size, 2),
+      numbers(item.position, 2),
+      item.on.replaceAll('_', ' '),
+      '–',
+    ]),
+    [0, 3, 4, 6],
+    'The bag describes no objects of this room.',
+  );
+  sortable(table);
+  document.getElementById('objects-hint').textContent = room.objects.length ? `${room.objects.length} with doors and windows; choose one to see where it is` : '';
+  return (counts, chosen) => {
+    room.objects.forEach((item, k) => {
+      const seen = counts ? counts[item.id] || 0 : null;
+      rows[k].lastChild.textContent = seen === null ? '–' : count.format(seen);
+      rows[k].classList.toggle('unseen', seen === 0);
+      rows[k].classList.toggle('chosen', item.id === chosen);
+      rows[k].querySelector('button').setAttribute('aria-pressed', item.id === chosen);
+    });
+  };
+}
+
+/** Writes the classes of a frame, the largest share first. */
+function fillLegend(list, counts, labels) {
+  list.replaceChildren();
+  const rows = Object.entries(counts || {}).sort((a, b) => b[1] - a[1]);
+  const all = rows.reduce((sum, [, pixels]) => sum + pixels, 0);
+  if (!rows.length) element('li', 'no ids in this frame', list, 'empty');
+  for (const [id, pixels] of rows) {
+    const line = element('li', null, list), row = labels[id];
+    swatch(row.color, line);
+    element('span', `${id} ${row.name || 'no label'}`, line, 'label');
+    element('span', `${((100 * pixels) / all).toFixed(1)} %`, line, 'number');
+  }
+}
+
+function fillRunTables() {
+  fillTable(document.getElementById('run'), ['', ''], data.run, [], 'The bag says nothing of its run.');
+  const parameters = document.getElementById('parameters');
+  fillTable(parameters, ['node', 'parameter', 'value', 'default'], data.parameters.map(([node, ...rest]) => [path(node), ...rest]), [], 'None, or the bag does not hold them.');
+  const topics = document.getElementById('topics');
+  const rows = data.topics.map(([name, type, messages, size]) => [path(name), path(type), count.format(messages), (size / 1e6).toFixed(2)]);
+  fillTable(topics, ['topic', 'type', 'messages', 'MB, unpacked'], rows, [2, 3], 'The bag holds no topics.');
+  sortable(topics);
+}
+
+function fillScale() {
+  const steps = Array.from({ length: 25 }, (_, k) => `${rgb(distanceColor((k / 24) * farM))} ${((100 * k) / 24).toFixed(1)}%`);
+  document.getElementById('distance-bar').style.background = `linear-gradient(to right, ${steps.join(', ')})`;
+  const ticks = document.getElementById('distance-ticks');
+  for (let m = 0; m <= farM; m++) element('li', m === farM ? `${m} m and more` : `${m}`, ticks);
+}
