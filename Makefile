@@ -1,6 +1,6 @@
 # make run    the main job: the node suite records a bag of several rooms, checks it and draws a contact sheet
 # make test   all tests, in two processes; WORKERS=N in N, WORKERS= in one     make lint   ruff and mypy
-# make bench  speed tables       make setup  only the environment
+# make bench  speed tables       make setup  only the environment that running needs
 # make gallery  contact sheets of every model and material and of a room of each type, in docs/gallery
 # make docs   the pages and pictures in docs that are made from the code
 # make soak   long runs and injected faults
@@ -16,49 +16,60 @@ WORKERS ?= 2
 SYSTEM_ROS := $(shell $(PYTHON) -c 'import rclpy' 2>/dev/null && echo yes)
 ifeq ($(SYSTEM_ROS),yes)
 VENV_FLAGS := --system-site-packages
-EXTRAS := test,bench,denoise,exr
+RUNNING := denoise
 else
 VENV_FLAGS :=
-EXTRAS := ros,test,bench,denoise,exr
+RUNNING := ros,denoise
 endif
+DEVELOPING := $(RUNNING),exr,test,bench
+PIP := $(BIN)/pip install --quiet --disable-pip-version-check
 
 .PHONY: setup run test soak lint bench docs gallery clean
 
 setup: $(VENV)/.ready
 
+.PHONY: develop
+# what tests, lint, benches and docs need besides
+develop: $(VENV)/.develop
+
 .PHONY: interfaces
 # message packages that the wheels lack, compiled for the tests; needs gcc, g++ and python3-dev
-interfaces: setup
+interfaces: develop
 	@$(BIN)/python test/interfaces/build.py
 
 $(VENV)/.ready: setup.py
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || { echo "scene_synth_ros needs Python 3.10 or newer; got $$($(PYTHON) --version)"; exit 1; }
 	@$(PYTHON) -c 'import venv, ensurepip' 2>/dev/null || { echo "Python's venv module is missing: apt install python3-venv"; exit 1; }
-	@echo "setting up $(VENV) (once; about a minute)"
+	@echo "setting up $(VENV) (once; about half a minute)"
 	@$(PYTHON) -m venv $(VENV_FLAGS) $(VENV)
-	@$(BIN)/pip install --quiet --disable-pip-version-check --upgrade pip
-	@PYTHONWARNINGS=ignore $(BIN)/pip install --quiet --disable-pip-version-check --editable ".[$(EXTRAS)]"
+	@$(PIP) --upgrade pip
+	@PYTHONWARNINGS=ignore $(PIP) --editable ".[$(RUNNING)]"
+	@touch $@
+
+$(VENV)/.develop: $(VENV)/.ready
+	@echo "adding to $(VENV) what tests need (once; about half a minute)"
+	@PYTHONWARNINGS=ignore $(PIP) --editable ".[$(DEVELOPING)]"
 	@touch $@
 
 run: setup
-	@$(BIN)/python -m scene_synth_ros run --params config/runs/main.yaml --seed $(SEED) --rooms $(ROOMS) --frames $(FRAMES) \
+	@$(BIN)/python -m scene_synth_ros run --params demo --seed $(SEED) --rooms $(ROOMS) --frames $(FRAMES) \
 		--record runs/$$(date +%Y%m%d-%H%M%S) --contact-sheet contact_sheet.png
 
-test: setup interfaces
+test: develop interfaces
 	$(BIN)/python -m pytest $(if $(WORKERS),-n $(WORKERS))
 
 # hours at full size; SOAK_FRAMES, SOAK_SIZE=160x120, SOAK_KILLS, SOAK_SCENES and SOAK_PARAMETERS make it smaller
-soak: setup
+soak: develop
 	$(BIN)/python -m pytest -m soak -s test/soak
 
-lint: setup
+lint: develop
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 
-bench: setup
+bench: develop
 	$(BIN)/python -m benchmarks --json bench.json
 
-docs: setup
+docs: develop
 	@$(BIN)/python docs/architecture_map.py
 	@$(BIN)/python -m scene_synth_ros layers --markdown > docs/layers.md
 

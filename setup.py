@@ -46,6 +46,7 @@ setup(
         "PyYAML>=6.0",
         "pillow>=10.1",
         "shapely>=2.0",
+        "tqdm>=4.66",
     ],
     extras_require={
         "denoise": ["pyoidn>=2.5"],
@@ -63,6 +64,7 @@ setup(
             "ruff==0.17.5",
             "mypy==2.4.1",
             "types-PyYAML",
+            "types-tqdm",
             "scipy-stubs",
         ],
         "bench": ["rosbags>=0.10", "flip-evaluator>=1.7"],

@@ -7,16 +7,13 @@ import json
 import sys
 import tempfile
 import time
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from grammar import read_categories, read_grammar
 from scene_description.share import config_path
-from scene_synth_ros.bags.bag_inspect import InspectReport, inspect_bag, render_report
-from scene_synth_ros.bags.bag_reader import BagReadError
-from scene_synth_ros.cli.contact_sheet import write_contact_sheet
-from scene_synth_ros.cli.node_modules import NODES, ONE_PROCESS_MODULE
+from scene_synth_ros.cli.node_modules import NODES, ONE_PROCESS_MODULE, PROGRESS_MODULE
 from scene_synth_ros.cli.run_profile import (
     NodeParameters,
     ProfileError,
@@ -25,8 +22,8 @@ from scene_synth_ros.cli.run_profile import (
     with_inheritance,
     write_node_file,
 )
-from scene_synth_ros.cli.show_command import describe, show_bag
-from scene_synth_ros.cli.supervisor import ONE_PROCESS, Interrupts, NodeProcess, Outcome, run_nodes
+from scene_synth_ros.cli.supervisor import ONE_PROCESS, Interrupts, NodeProcess, companion, run_nodes
+from scene_synth_ros.generate.run_config import RunConfig
 
 MAX_RENDERERS, MAX_ROOMS_AHEAD = 64, 16
 _MADE_BY = "scene_synth.parameters="
@@ -62,7 +59,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--contact-sheet", type=Path, metavar="FILE", help="draw some frames of each room of the bag, as PNG or JPEG")
     parser.add_argument("--show", type=Path, metavar="FILE", help="write the bag as one page for a browser (scene_synth show)")
     parser.add_argument("--namespace", default="/synth", help="namespace of nodes and topics (default: %(default)s)")
-    parser.add_argument("--log-level", default="info", choices=["debug", "info", "warn", "error"], help="(default: %(default)s)")
+    parser.add_argument(
+        "--log-level",
+        choices=["debug", "info", "warn", "error"],
+        help="(default: info; warn beside the line of progress, which a terminal gets where the number of rooms is known)",
+    )
+    parser.add_argument("--no-progress", action="store_true", help="no line of progress on a terminal")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -70,7 +72,9 @@ def run(arguments: argparse.Namespace) -> int:
     parameters = _parameters(arguments)
     made = _check_outputs(arguments)
     began = time.monotonic()
-    with tempfile.TemporaryDirectory(prefix="scene_synth_") as folder, Interrupts() as interrupts:
+    progress = _progress(arguments, parameters["grammar_node"])
+    arguments.log_level = arguments.log_level or ("warn" if progress else "info")
+    with tempfile.TemporaryDirectory(prefix="scene_synth_") as folder, Interrupts() as interrupts, companion(progress):
         nodes = _processes(arguments, parameters, Path(folder))
         outcome = run_nodes(nodes, arguments.namespace, interrupts, arguments.log_level)
     seconds = time.monotonic() - began
@@ -80,7 +84,20 @@ def run(arguments: argparse.Namespace) -> int:
         for folder in made if unmade else ():
             with suppress(OSError):  # somebody else has put something there
                 folder.rmdir()
-    return _conclude(arguments, outcome, seconds) if arguments.record else outcome.code
+    if not arguments.record:
+        return outcome.code
+    from scene_synth_ros.cli.run_results import conclude  # after the nodes have ended: its modules take as long to load as a node
+
+    return conclude(arguments, outcome, seconds)
+
+
+def _progress(arguments: argparse.Namespace, grammar: Mapping[str, Any]) -> list[str]:
+    """Return the command that draws the line of progress; nothing where no terminal or no number of rooms would make sense of it."""
+    rooms, frames = (grammar.get(name, getattr(RunConfig(), name)) for name in ("rooms", "frames_per_room"))
+    if arguments.no_progress or not sys.stderr.isatty() or not (isinstance(rooms, int) and isinstance(frames, int) and rooms > 0):
+        return []
+    words = ["--rooms", str(rooms), "--frames", str(frames), "--namespace", arguments.namespace]
+    return [sys.executable, "-m", PROGRESS_MODULE, *words]
 
 
 def _processes(arguments: argparse.Namespace, parameters: NodeParameters, folder: Path) -> list[NodeProcess]:
@@ -123,6 +140,8 @@ def _parameters(arguments: argparse.Namespace) -> NodeParameters:
         if getattr(arguments, option) is not None:
             grammar[name] = getattr(arguments, option)
     if arguments.grammar is not None:
+        from grammar import read_categories, read_grammar
+
         own = read_grammar(arguments.grammar, read_categories(config_path("categories.yaml")))
         grammar |= {"grammar_file": str(arguments.grammar.resolve()), "scene.room_type": own.room_type}
     if not 1 <= arguments.renderers <= MAX_RENDERERS:
@@ -189,28 +208,6 @@ def _check_outputs(arguments: argparse.Namespace) -> list[Path]:
     except OSError as error:
         raise ProfileError(f"--record {arguments.record}: its folder cannot be made ({error.strerror})") from None
     return missing
-
-
-def _conclude(arguments: argparse.Namespace, outcome: Outcome, seconds: float) -> int:
-    """Check the bag, print the summary, draw the contact sheet; return the exit status."""
-    if not arguments.record.exists():
-        return outcome.code or 1
-    try:
-        report = inspect_bag(arguments.record)
-    except BagReadError as error:
-        _say(f"run: {error}")
-        return outcome.code or 1
-    _say(_summary(report, arguments, seconds))
-    if arguments.contact_sheet and not outcome.code:
-        rooms = write_contact_sheet(arguments.record, arguments.contact_sheet)
-        _say(f"contact sheet: {arguments.contact_sheet} ({rooms} rooms)")
-    if arguments.show and not outcome.code:
-        _say(describe(show_bag(arguments.record, arguments.show), arguments.show).rstrip())
-    return outcome.code or (1 if report.faults else 0)
-
-
-def _summary(report: InspectReport, arguments: argparse.Namespace, seconds: float) -> str:
-    return f"{render_report(report)}\nrun took {seconds:.1f} s; bag: {arguments.record}"
 
 
 def _say(text: str) -> None:

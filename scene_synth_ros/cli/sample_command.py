@@ -132,7 +132,12 @@ def _report(job: Job, arguments: argparse.Namespace, rooms: list[RoomMetrics], e
     _say(text)
     _say(f"{len(rooms)} rooms in {seconds:.1f} s with {arguments.workers} processes")
     if job.out is not None:
-        command = {"room": job.request.room_type.replace(",", ", "), "seed": job.seed, "count": arguments.count, "workers": arguments.workers}
+        command = {
+            "room": job.request.room_type.replace(",", ", "),
+            "seed": job.seed,
+            "count": arguments.count,
+            "workers": arguments.workers,
+        }
         _write(job.out / "report.json", report_json(rooms, errors, command).encode())
         _say(f"wrote {job.out / 'report.json'}")
     return 0 if passed else 1

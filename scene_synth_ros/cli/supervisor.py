@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import os
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -91,6 +92,25 @@ def run_nodes(nodes: list[NodeProcess], namespace: str, interrupts: Interrupts, 
         return Outcome(code=FAULT_STATUS, reason=_describe(faulty[0], FAULT_STATUS))
     failed = [name for name, code in codes.items() if code > 0 and name != RECORDER]
     return Outcome(code=1, reason=_describe(failed[0], codes[failed[0]])) if outcome.at == RECORDER and failed else outcome
+
+
+@contextlib.contextmanager
+def companion(words: Sequence[str]) -> Iterator[None]:
+    """Run a process beside the nodes, which the run neither needs nor waits for; an empty command runs none."""
+    if not words:
+        yield
+        return
+    environment = node_environment(os.environ)
+    process = subprocess.Popen(words, env=environment, stdin=subprocess.DEVNULL, start_new_session=True, preexec_fn=_die_with_parent())
+    try:
+        yield
+    finally:
+        process.terminate()
+        try:
+            process.wait(STOP_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
 
 
 def node_environment(outer: Mapping[str, str]) -> dict[str, str]:

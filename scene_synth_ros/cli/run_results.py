@@ -1,0 +1,45 @@
+"""What ``scene_synth run`` says of the bag that it has recorded."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from scene_synth_ros.bags.bag_inspect import InspectReport, inspect_bag, render_report
+from scene_synth_ros.bags.bag_reader import BagReadError
+from scene_synth_ros.cli.contact_sheet import write_contact_sheet
+from scene_synth_ros.cli.show_command import describe, show_bag
+from scene_synth_ros.cli.supervisor import Outcome
+
+
+def conclude(arguments: argparse.Namespace, outcome: Outcome, seconds: float) -> int:
+    """Check the bag, print the summary, draw and show what is asked for; return the exit status.
+
+    Args:
+        arguments: of ``scene_synth run``.
+        outcome: how the nodes ended.
+        seconds: how long they ran.
+    """
+    if not arguments.record.exists():
+        return outcome.code or 1
+    try:
+        report = inspect_bag(arguments.record)
+    except BagReadError as error:
+        _say(f"run: {error}")
+        return outcome.code or 1
+    _say(_summary(report, arguments, seconds))
+    if arguments.contact_sheet and not outcome.code:
+        rooms = write_contact_sheet(arguments.record, arguments.contact_sheet)
+        _say(f"contact sheet: {arguments.contact_sheet} ({rooms} rooms)")
+    if arguments.show and not outcome.code:
+        _say(describe(show_bag(arguments.record, arguments.show), arguments.show).rstrip())
+    return outcome.code or (1 if report.faults else 0)
+
+
+def _summary(report: InspectReport, arguments: argparse.Namespace, seconds: float) -> str:
+    return f"{render_report(report)}\nrun took {seconds:.1f} s; bag: {arguments.record}"
+
+
+def _say(text: str) -> None:
+    sys.stdout.write(text + "\n")
+    sys.stdout.flush()
