@@ -30,6 +30,9 @@ from scene_synth_ros.suite.qos import latched_qos
 from scene_synth_ros.suite.status import NodeStatus, status_from_json, status_to_json
 from scene_synth_ros.suite.suite_node import SuiteNode
 
+_TICK_S = 0.1
+"""How often the node looks at the clock for the next step; a status, or a room that is prepared, makes it look at once."""
+
 
 class GrammarNode(SuiteNode):
     """Synthesises furnished rooms and publishes their descriptions, one ahead of what the renderers work on.
@@ -49,7 +52,7 @@ class GrammarNode(SuiteNode):
     def __init__(self, **options: Any) -> None:
         super().__init__("grammar_node", **options)
         self._run: Run | None = None
-        self._ahead = RoomAhead(self.faults)
+        self._ahead = RoomAhead(self.faults, self.create_guard_condition(self._tick).trigger)
         own = self._override("grammar_file")
         self._synthesizer = with_catalog(SceneSynthesizer.from_config([Path(own)] if own else []), self._override("catalog_dir"))
         groups = {"": RunConfig, "scene": SceneRequest}
@@ -82,7 +85,7 @@ class GrammarNode(SuiteNode):
         self._run = run
         self._tell("ready")
         self.get_logger().info("synthesising the first room (the first run compiles kernels)")
-        self.create_timer(0.02, self._tick)
+        self.create_timer(_TICK_S, self._tick)
         self.create_timer(1.0, self._look_for_peers)
 
     def close(self) -> None:
@@ -122,8 +125,10 @@ class GrammarNode(SuiteNode):
         except FieldError as error:
             self.warn(f"ignored a status that does not fit: {error}")
             return
-        if status.role != "grammar" and self._run.take_status(status):
-            self._tell(self._state, self._obstacle)
+        if status.role != "grammar":
+            if self._run.take_status(status):
+                self._tell(self._state, self._obstacle)
+            self._tick()
 
     def _look_for_peers(self) -> None:
         """Notice nodes that have died: they publish no status any more."""
@@ -133,6 +138,8 @@ class GrammarNode(SuiteNode):
 
     def _tick(self) -> None:
         """Do the run's next step, and keep one room prepared."""
+        if self._run is None:
+            return
         for line in self._run.peer_failures():
             if self._config.exit_when_done:
                 self._end_in_failure(line)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from concurrent.futures import Future
 
 from scene_description import SceneSynthError
@@ -18,10 +19,11 @@ class RoomAhead:
 
     Args:
         faults: takes what a job that nobody waits for any more has raised.
+        ended: called whenever a job has ended, in its thread.
     """
 
-    def __init__(self, faults: Faults) -> None:
-        self._faults = faults
+    def __init__(self, faults: Faults, ended: Callable[[], None]) -> None:
+        self._faults, self._ended = faults, ended
         self._future: Future[Prepared] | None = None
         self._dropped: Future[Prepared] | None = None
         self.job: RoomJob | None = None
@@ -35,6 +37,7 @@ class RoomAhead:
     def prepare(self, job: RoomJob) -> None:
         """Begin a job; call it while idle."""
         self.job, self._future = job, start_daemon_job("synthesis", job, after=self._dropped)
+        self._future.add_done_callback(lambda _future: self._ended())
 
     def take(self) -> Prepared | None:
         """Return the room if it is ready; then the next may be prepared.

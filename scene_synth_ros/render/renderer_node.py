@@ -34,6 +34,9 @@ from scene_synth_ros.suite.suite_node import REFUSALS, SuiteNode
 _STOP_S, _DELIVERY_S = 0.6, 0.3
 """How long a life that ends may take to leave the kernel at work, and its last messages to arrive."""
 
+_TICK_S = 0.25
+"""How often the node looks whether its rendering thread is warm or has ended; a status makes it look at once."""
+
 
 class RendererNode(SuiteNode):
     """Renders every room that arrives on ``scene`` along its camera path.
@@ -79,7 +82,7 @@ class RendererNode(SuiteNode):
         self.create_subscription(PoseStamped, request, lambda message: self._ask(self._requests.ask, message), stream_qos(MAX_WAITING))
         self.create_subscription(Twist, "cmd_vel", self._requests.take_twist, stream_qos(1))
         self._diagnostics = Diagnostics(self, self._collect)
-        self.create_timer(0.05, self._tick)
+        self.create_timer(_TICK_S, self._tick)
         self._life = start_daemon_job("render", self._rendering.run, after=self._former_life)
 
     def close(self) -> None:
@@ -133,10 +136,13 @@ class RendererNode(SuiteNode):
             self._output.tell(run=status.run, done_scene=-1, refused_scene=-1)
         if status.role == "grammar" and status.state in ("finished", "failed") and self._settings[""].exit_when_done:
             self.exit_code = 0 if status.state == "finished" else 1
+        self._tick()
 
     def _tick(self) -> None:
         """Say when rooms may come; notice the end of the rendering thread's work, which nobody has asked for."""
-        if self._life is not None and self._life.done() and self.exit_code is None:
+        if self._life is None:
+            return
+        if self._life.done() and self.exit_code is None:
             error = self._life.exception() or RuntimeError("the rendering thread has ended by itself")
             self.exit_code = 1 if isinstance(error, REFUSALS) else FAULT_STATUS
             self.fail(self._tell_end(error))

@@ -13,6 +13,7 @@ from collections.abc import Callable
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
+from rclpy.guard_condition import GuardCondition
 from rclpy.lifecycle import LifecycleNode
 from rclpy.service import Service
 from rclpy.subscription import Subscription
@@ -40,7 +41,7 @@ class GuardedNode(LifecycleNode):  # type: ignore[misc]
         self.faults = Faults(lambda text: self.get_logger().error(text))
         self._faults_seen = 0
         self._warning, self._warned_s = "", 0.0
-        self.create_timer(0.1, self._look_for_faults)
+        self.create_timer(0.5, self._look_for_faults)
 
     def fail(self, reason: str) -> None:
         """Tell the peers that the node has failed; its process ends next."""
@@ -91,6 +92,10 @@ class GuardedNode(LifecycleNode):  # type: ignore[misc]
         """
         told = self._telling(callback, f"the timer of {getattr(callback, '__name__', 'a callback').lstrip('_')}")
         return super().create_timer(timer_period_sec, told, clock=clock, **options)
+
+    def create_guard_condition(self, callback: Callable[[], None], **options: Any) -> GuardCondition:
+        """Make a guard condition, by which any thread lets the executor's call something; what that raises is told."""
+        return super().create_guard_condition(self._telling(callback, "a guard condition"), **options)
 
     def doing(self, what: str) -> str:
         """Return what this node has handled, and at which room, as a fault's report says it."""

@@ -22,6 +22,9 @@ from scene_synth_ros.suite.suite_node import REFUSALS
 SETTLE_S, QUIET_S = 1.0, 0.3
 """How long a node that a signal ends goes on taking messages at most, and what it takes for the end of them."""
 
+_LISTEN_S = 0.2
+"""How long a node without any work may take to notice a signal."""
+
 
 def run_node(make: Callable[[], Node], args: list[str] | None = None) -> None:
     """Spin a node until it sets its ``exit_code`` or a signal comes, then end the process.
@@ -58,7 +61,7 @@ def _run(make: Callable[[], Node], args: list[str] | None) -> int:
     executor.add_node(node)
     try:
         while not caught and node.exit_code is None:
-            executor.spin_once(timeout_sec=0.1)
+            executor.spin_once(timeout_sec=_LISTEN_S)
         if node.exit_code is None and hasattr(node, "arrivals"):
             _take_what_comes(executor, node)
     except ExternalShutdownException:
