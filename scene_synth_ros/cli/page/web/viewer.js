@@ -4,7 +4,7 @@ const root = document.documentElement;
 const by = (id) => document.getElementById(id);
 const state = { room: 0, frame: 0, camera: 0, view: 'all', point: null, kept: false, chosen: null, playing: 0, turn: 0 };
 const NONE = '–';
-const PIXEL_ROWS = ['pixel', 'distance', 'normal', 'class', 'object', 'point in map, m'];
+const PIXEL_ROWS = ['pixel', 'distance', 'normal', 'class', 'object', 'in map, m'];
 let tiles = [], pixelCells = {}, showCounts = () => {}, shown = { images: {}, camera: null };
 
 function tell(error) {
@@ -29,12 +29,19 @@ function pixelAt(image, point) {
   return { k: 4 * (line * width + column), x, y };
 }
 
-function makeTile(name, meaning) {
+/** Returns the first image of a layer in the page, so that its tile has its shape from the start; undefined if there is none. */
+function anyImage(layer) {
+  const frames = data.rooms.flatMap((one) => one.frames).map((frame) => frame.cameras[cameraRow().name]);
+  return frames.map((camera) => camera && camera.images[layer]).find(Boolean);
+}
+
+function makeTile(name, meaning, shape) {
   const figure = element('figure', null, by('tiles'));
   const caption = element('figcaption', null, figure);
   element('span', name, caption, 'layer').title = meaning;
   const value = element('span', '', caption, 'value');
   const stage = element('div', null, figure, 'stage');
+  if (shape) stage.style.aspectRatio = `${shape.width} / ${shape.height}`;
   const canvas = element('canvas', null, stage);
   canvas.setAttribute('role', 'img');
   canvas.setAttribute('aria-label', `${name}: ${meaning}`);
@@ -67,17 +74,14 @@ function movePoint(to) {
 function makeTiles() {
   by('tiles').replaceChildren();
   const layers = cameraRow().layers;
-  tiles = layers.map((layer) => Object.assign(makeTile(layer.name, layer.meaning), { layer }));
-  const overlay = makeTile('overlay', 'one layer over another');
+  tiles = layers.map((layer) => Object.assign(makeTile(layer.name, layer.meaning, anyImage(layer.name)), { layer }));
+  const overlay = makeTile('overlay', 'one layer over another', layers.map((layer) => anyImage(layer.name)).find(Boolean));
   overlay.figure.classList.add('over');
   tiles.push(overlay);
   const legend = element('section', null, by('tiles'), 'legend');
   element('h2', 'Classes in the frame', legend);
   element('ul', null, legend).id = 'legend';
   if (!layers.length) element('p', 'The bag holds no images.', by('tiles'), 'empty');
-  const first = Object.values((frameOf() && frameOf().cameras[cameraRow().name]) || { images: {} })[2];
-  const image = first && Object.values(first)[0];
-  root.style.setProperty('--aspect', image ? `${image.width} / ${image.height}` : '4 / 3');
   for (const [id, wanted] of [['lower', 'color'], ['upper', 'semantic']]) {
     by(id).replaceChildren(...layers.map((layer) => Object.assign(new Option(layer.name, layer.name), { title: layer.meaning })));
     if (layers.some((layer) => layer.name === wanted)) by(id).value = wanted;
