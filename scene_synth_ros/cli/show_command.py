@@ -72,8 +72,8 @@ def open_page(path: Path) -> str:
 def describe(report: PageReport, path: Path) -> str:
     """Return what is said of a page that was written."""
     rooms, frames = (
-        f"{shown} {noun}" if shown == found else f"{shown} of {found} {noun}"
-        for shown, found, noun in ((report.rooms, report.rooms_found, "rooms"), (report.frames, report.frames_found, "frames"))
+        f"{'' if shown == found else f'{shown} of '}{found} {noun}{'' if found == 1 else 's'}"
+        for shown, found, noun in ((report.rooms, report.rooms_found, "room"), (report.frames, report.frames_found, "frame"))
     )
     lines = [f"page: {path} ({rooms}, {frames}, {report.size / 1e6:.1f} MB)", *(f"note: {note}" for note in report.notes[:MAX_NOTES])]
     if len(report.notes) > MAX_NOTES:

@@ -36,6 +36,7 @@ class Recorded(NamedTuple):
     bag: Path
     messages: dict[str, list[tuple[int, object]]]
     sheet: Path
+    page: Path
 
     def scenes(self) -> list[SceneDescription]:
         return [scene_from_json(message.data) for _, message in self.messages["/synth/scene"]]
@@ -52,12 +53,11 @@ def read(bag: Path) -> dict[str, list[tuple[int, object]]]:
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Recorded]:
     folder = tmp_path_factory.mktemp("main_job")
-    bag, sheet = folder / "bag", folder / "sheet.png"
-    process = run_suite(
-        bag, "--rooms", ROOMS, "--frames", FRAMES, "--seed", SEED, "--contact-sheet", sheet, env=environment(), timeout_s=600
-    )
+    bag, sheet, page = folder / "bag", folder / "sheet.png", folder / "page.html"
+    words = ("--rooms", ROOMS, "--frames", FRAMES, "--seed", SEED, "--contact-sheet", sheet, "--show", page)
+    process = run_suite(bag, *words, env=environment(), timeout_s=600)
     assert process.returncode == 0, process.stderr + process.stdout
-    yield Recorded(process, bag, read(bag), sheet)
+    yield Recorded(process, bag, read(bag), sheet, page)
 
 
 def stamp(message: object) -> int:
@@ -72,6 +72,17 @@ def test_every_topic_has_every_message(recorded: Recorded) -> None:
 def test_the_run_reports_no_fault_and_draws_the_sheet(recorded: Recorded) -> None:
     assert "no faults" in recorded.process.stdout
     assert recorded.sheet.stat().st_size > 10_000
+
+
+def test_the_page_knows_every_room_and_every_parameter_of_the_run(recorded: Recorded) -> None:
+    data = json.loads(recorded.page.read_text(encoding="utf-8").split('type="application/json">')[1].split("</script>")[0])
+    assert [(room["found"], len(room["frames"]), bool(room["plan"]), bool(room["map"])) for room in data["rooms"]] == [
+        (FRAMES, FRAMES, True, True)
+    ] * ROOMS
+    cameras = [frame["cameras"]["/synth/camera"] for room in data["rooms"] for frame in room["frames"]]
+    assert all(camera["images"].keys() == set(LAYERS) and camera["pose"] and camera["lens"] for camera in cameras)
+    assert ["/synth/grammar_node", "seed", str(SEED), "1"] in data["parameters"]
+    assert not [row for row in data["parameters"] if row[3] == "?"], "the page knows the default of every parameter"
 
 
 def test_all_messages_of_a_frame_have_the_stamp_of_its_pose(recorded: Recorded) -> None:

@@ -15,11 +15,11 @@ from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
 
 from renderer import LAYERS
-from renderer.film.false_color import OBJECTS
 from scene_description import FieldError, scene_from_json
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
 from scene_synth_ros.cli.bag_images import read_pixels
 from scene_synth_ros.cli.page.bag_index import OTHERS, STRING, BagIndex, is_scene
+from scene_synth_ros.cli.page.id_labels import color_ids, label_rows
 from scene_synth_ros.cli.page.page_images import PageImageError, form_of, page_image
 from scene_synth_ros.cli.page.room_plan import camera_pose, map_picture, object_rows, room_facts, room_plan
 from scene_synth_ros.messages.conversions import msg_to_image
@@ -28,7 +28,6 @@ from scene_synth_ros.messages.stamps import stamp_ns
 
 MAX_NOTES = 40
 MAX_LABELS = 70_000
-MAX_NAME = 120
 _OTHER_FORMS = {"rgb8": "picture", "bgr8": "picture", "mono8": "picture", "16UC1": "distance", "32FC1": "distance"}
 """Encoding of an image that is none of our layers -> its form; REP 118 keeps distances in the last two."""
 
@@ -64,7 +63,7 @@ class BagContents:
             if number % 16 == 0:
                 progress(number)
         for room in self.rooms:
-            _color_ids(room)
+            color_ids(room)
 
     def cameras(self) -> list[dict[str, Any]]:
         """Return the cameras with their layers, each with form, topic and meaning, in the order of the table of layers."""
@@ -130,7 +129,7 @@ class BagContents:
         room = self.rooms[place]
         room |= {"facts": room_facts(scene), "plan": room_plan(scene), "objects": object_rows(scene)}
         room["labels"] |= {
-            name: _labels(row.labels(scene)) for name, row in LAYERS.items() if row.labels is not None and name not in room["labels"]
+            name: label_rows(row.labels(scene)) for name, row in LAYERS.items() if row.labels is not None and name not in room["labels"]
         }
 
     def _take_map(self, message: BagMessage, stamp: int | None) -> None:
@@ -147,7 +146,7 @@ class BagContents:
             raise PageImageError("expected JSON with 'labels', id -> name and colour")
         layer = message.topic.rsplit("/", 2)[1]
         for room in self.rooms if stamp is None else [self.rooms[self._place[stamp][0]]]:
-            room["labels"][layer] = _labels({int(key): value for key, value in table.items()})
+            room["labels"][layer] = label_rows({int(key): value for key, value in table.items()})
 
     def _take_pose(self, message: BagMessage, stamp: int | None) -> None:
         camera = self._camera_at(stamp, message.topic.rpartition("/")[0])
@@ -202,29 +201,3 @@ def _layer_row(layer: str, topic: str) -> dict[str, str]:
 
 def _rank(order: list[str], layer: str) -> tuple[int, str]:
     return (order.index(layer) if layer in order else len(order)), layer
-
-
-def _labels(table: Mapping[int, Any]) -> dict[int, dict[str, Any]]:
-    """Return id -> name and colour of a table of unknown origin: texts are cut, colours made three bytes."""
-    rows: dict[int, dict[str, Any]] = {}
-    for key, value in table.items():
-        row = value if isinstance(value, Mapping) else {"name": value}
-        rows[key] = {"name": str(row.get("name", ""))[:MAX_NAME]}
-        color = row.get("color")
-        if isinstance(color, list | tuple) and len(color) == 3 and all(isinstance(c, int) and 0 <= c <= 255 for c in color):
-            rows[key]["color"] = [int(c) for c in color]
-    return rows
-
-
-def _color_ids(room: dict[str, Any]) -> None:
-    """Give a row to every id that an image of the room has, and a colour to every row."""
-    for frame in room["frames"]:
-        for camera in frame["cameras"].values():
-            for layer, image in camera["images"].items():
-                table = room["labels"].setdefault(layer, {}) if image["form"] == "ids" else {}
-                for key in image.get("counts", ()):
-                    table.setdefault(key, {"name": ""})
-    for table in room["labels"].values():
-        for key, row in table.items():
-            if "color" not in row:
-                row["color"] = [int(value) for value in OBJECTS.of(np.array([key % 65536], np.uint16))[0]]

@@ -22,9 +22,11 @@ from scene_synth_ros.cli.page.bag_index import BagIndex, index_bag
 from scene_synth_ros.cli.page.page_images import MOST_MM, NO_HIT_MM
 from scene_synth_ros.cli.page.run_facts import changed_parameters, run_facts
 
-MAX_BYTES = 400_000_000
-"""Of all images of a page; browsers open files of this size."""
-SCRIPTS = ("values.js", "plan.js", "tables.js", "viewer.js")
+MAX_BYTES = 200_000_000
+"""Of all images of a page."""
+SCRIPTS = ("values.js", "plan.js", "tables.js", "tiles.js", "viewer.js", "controls.js")
+"""In this order; they share one scope."""
+
 _ESCAPED = {ord(character): f"\\u{ord(character):04x}" for character in "<>&\u2028\u2029"}
 
 

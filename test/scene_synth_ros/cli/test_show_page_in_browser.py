@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from chromium import Page, find_chromium
-from room_bag import RoomBag, write_room_bag
+from room_bag import RoomBag, write, write_room_bag
 
 from renderer.camera.cameras import intrinsics
 from renderer.film.false_color import depth_to_color, objects_to_color
@@ -20,6 +20,7 @@ from scene_description.labels import NYU40
 from scene_description.poses import world_from_optical
 from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.cli.page.page_file import write_page
+from scene_synth_ros.messages.conversions import image_to_msg
 
 pytestmark = pytest.mark.browser
 SHIFT = 8
@@ -182,6 +183,21 @@ def test_a_bag_that_lacks_things_still_has_a_page(browser: Page, tmp_path: Path,
     browser.key("ArrowRight")
     browser.key("ArrowDown")
     browser.key("o")
+
+
+def test_each_camera_has_its_layers_in_their_shape(browser: Page, tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "bag") as writer:
+        for metres, (side, width) in enumerate((("left", 40), ("right", 20)), start=1):
+            depth = np.full((20, width), metres, np.float32)
+            write(writer, f"/s/{side}/depth/image_raw", image_to_msg(depth, "32FC1", 5, side), 5)
+    write_page(tmp_path / "bag", tmp_path / "page.html", rooms=8, frames=8, max_size=640)
+    shape = "(({width, height}) => (width / height).toFixed(2))(document.querySelector('.stage').getBoundingClientRect())"
+    for place, depth, ratio in (("", "1.000 m", "2.00"), ("camera=2&", "2.000 m", "1.00")):
+        browser.open(tmp_path / "page.html", f"#{place}x=7&y=7")
+        browser.wait("document.documentElement.dataset.depth")
+        assert (browser.state()["depth"], browser.evaluate(shape)) == (depth, ratio)
+    browser.evaluate("(e => { e.value = 0; e.dispatchEvent(new Event('change')); })(document.getElementById('camera'))")
+    browser.wait("document.documentElement.dataset.depth === '1.000 m'")
 
 
 def test_an_empty_bag_has_a_page(browser: Page, tmp_path: Path) -> None:

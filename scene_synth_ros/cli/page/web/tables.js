@@ -109,6 +109,7 @@ function fillLegend(list, counts, labels) {
     const line = element('li', null, list), row = labels[id];
     swatch(row.color, line);
     element('span', `${id} ${row.name || 'no label'}`, line, 'label');
+    element('span', count.format(pixels), line, 'number');
     element('span', `${((100 * pixels) / all).toFixed(1)} %`, line, 'number');
   }
 }
