@@ -3,7 +3,7 @@
 Imports numpy only.  Metres, radians, right-handed, z up, floor at z = 0 (REP 103); yaw 0 means that an object's front looks along +x.
 """
 
-from scene_description.errors import SceneSynthError
+from scene_description.errors import SceneSynthError, error_line
 from scene_description.labels import NYU40, Label
 from scene_description.scene_json import SCHEMA, scene_from_json, scene_to_json
 from scene_description.strict import FieldError, Limits, from_mapping, to_mapping
@@ -59,6 +59,7 @@ __all__ = [
     "Texture",
     "ValidityCheck",
     "ValidityReport",
+    "error_line",
     "from_mapping",
     "scene_from_json",
     "scene_to_json",

@@ -20,6 +20,7 @@ from grammar.learning.layout_objects import read_objects
 from grammar.learning.layout_openings import read_openings
 from grammar.learning.observed import ObservedRoom
 from grammar.spec.rules import GrammarError
+from scene_description import error_line
 
 LAYOUT_SCHEMA = "scene_synth.layout/1"
 
@@ -58,7 +59,7 @@ def read_layouts(path: Path, names: CategoryMap, room_type: str) -> LayoutFile:
     try:
         lines = path.read_bytes().splitlines()
     except OSError as error:
-        raise GrammarError(f"{path}: expected a readable file of layouts, got {type(error).__name__} ({error.strerror})") from None
+        raise GrammarError(f"layouts: {error_line(error)}") from None
     rooms: list[ObservedRoom] = []
     skipped: list[Skipped] = []
     others = 0

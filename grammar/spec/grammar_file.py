@@ -16,7 +16,7 @@ import yaml
 from grammar.spec.check import check_grammar
 from grammar.spec.request import GRAMMAR_SETS, GrammarSet
 from grammar.spec.rules import Grammar, GrammarError
-from scene_description import FieldError, from_mapping
+from scene_description import FieldError, error_line, from_mapping
 from scene_description.share import config_path
 
 _MAX_FILE_BYTES = 64_000_000
@@ -65,7 +65,9 @@ def read_yaml(path: Path) -> Any:
         mark = getattr(error, "problem_mark", None)
         place = f" line {mark.line + 1}, column {mark.column + 1}:" if mark else ""
         raise GrammarError(f"{path}:{place} expected YAML, got {getattr(error, 'problem', None) or 'text that does not parse'}") from None
-    except (OSError, UnicodeDecodeError, RecursionError) as error:
+    except OSError as error:
+        raise GrammarError(error_line(error)) from None
+    except (UnicodeDecodeError, RecursionError) as error:
         raise GrammarError(f"{path}: expected a readable YAML file, got {type(error).__name__} ({error})") from None
 
 

@@ -17,7 +17,7 @@ from renderer.files.gltf_container import Fetch, read_container
 from renderer.files.gltf_materials import read_images, read_materials
 from renderer.files.gltf_meshes import read_pieces
 from renderer.models.model import Parts, Size, fitted
-from scene_description import FileReading
+from scene_description import FileReading, error_line
 
 MAX_FILE_BYTES = 64_000_000
 FORMATS = ("glb", "gltf", "obj", "ply", "stl")
@@ -87,7 +87,7 @@ def _read_once(path: Path, root: Path, kind: str, mtime_ns: int, size: int) -> R
     except MeshFileError:
         raise
     except Exception as error:  # readers raise what they like on broken data
-        reason = " ".join(str(error).split())[:160] or type(error).__name__
+        reason = error_line(error)[:160]
         raise MeshFileError(f"expected a readable {kind} file, got an error ({reason})") from error
     for piece in raw.pieces:
         if not all(np.isfinite(rows).all() for rows in (piece.vertices, piece.normals, *piece.uvs.values())):

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from scene_description import SceneSynthError
+from scene_description import SceneSynthError, error_line
 from scene_synth_ros.suite.faults import FAULT_STATUS, fault_report
 from scene_synth_ros.suite.heap import collect_rarely
 
@@ -61,7 +61,7 @@ def main(argv: Sequence[str] | None = None) -> None:
         assert module is not None
         code = module.run(parsed)
     except (SceneSynthError, OSError) as error:
-        sys.stderr.write(f"scene_synth {parsed.command}: {error}\n")
+        sys.stderr.write(f"scene_synth {parsed.command}: {error_line(error)}\n")
         code = 2
     except KeyboardInterrupt:
         code = 130

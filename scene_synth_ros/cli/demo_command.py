@@ -15,6 +15,8 @@ from scene_synth_ros.cli import run_command
 from scene_synth_ros.cli.show_command import open_page
 from scene_synth_ros.cli.usage import UsageError
 
+PROFILE = "demo"
+
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
@@ -37,7 +39,7 @@ def run(arguments: argparse.Namespace) -> int:
     chosen = [word for name in ("rooms", "frames", "seed") for word in (f"--{name}", str(getattr(arguments, name)))]
     outputs = ["--record", str(folder / "bag"), "--contact-sheet", str(folder / "contact_sheet.png"), "--show", str(page)]
     try:
-        code = run_command.run(parser.parse_args([*chosen, *outputs]))
+        code = run_command.run(parser.parse_args(["--params", PROFILE, *chosen, *outputs]))
     finally:
         with suppress(OSError):  # it holds something
             folder.rmdir()

@@ -12,7 +12,7 @@ from renderer.export.scene_glb import scene_to_glb
 from renderer.export.sdf import scene_to_sdf
 from renderer.scene.flatten import flatten
 from scene_description import scene_from_json
-from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.cli.usage import UsageError, refuse_missing_folder
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -25,6 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Export."""
+    refuse_missing_folder("--catalog", arguments.catalog)
     out: Path = arguments.out
     kind = out.suffix.lower()
     if kind not in (".glb", ".sdf"):

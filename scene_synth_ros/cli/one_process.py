@@ -15,6 +15,7 @@ import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
+from scene_description import error_line
 from scene_synth_ros.cli.node_modules import NODES
 from scene_synth_ros.cli.usage import UsageError
 from scene_synth_ros.suite.faults import FAULT_STATUS, fault_report
@@ -70,7 +71,7 @@ def run(names: dict[str, str], namespace: str) -> int:
     except ExternalShutdownException:
         pass
     except REFUSALS as error:
-        sys.stderr.write(f"{' '.join(str(error).split())}\n")
+        sys.stderr.write(f"{error_line(error)}\n")
         code = 2
     except Exception as error:  # say all of it, and still close the bag
         sys.stderr.write(f"{fault_report(error, 'the nodes of one process worked')}\n")

@@ -21,7 +21,7 @@ from scene_synth_ros.cli.frame_files import write_frame
 from scene_synth_ros.cli.render_settings import PRESETS, preset_settings, read_settings
 from scene_synth_ros.cli.render_settings import add_arguments as add_settings
 from scene_synth_ros.cli.tum_trajectory import MAX_TEXT_LENGTH, trajectory_from_tum, trajectory_to_tum
-from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.cli.usage import UsageError, refuse_missing_folder
 
 __all__ = ["PRESETS", "add_arguments", "preset_settings", "run"]
 
@@ -50,6 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Render; every frame becomes an NPZ with all layers, a PNG of each, and an EXR; ``trajectory.txt`` holds the camera's poses."""
+    refuse_missing_folder("--catalog", arguments.catalog)
     settings = read_settings(arguments)
     exr = arguments.exr == "yes" or (arguments.exr == "auto" and is_installed())
     if exr and not is_installed():

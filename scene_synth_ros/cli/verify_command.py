@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from scene_synth_ros.bags.bag_verify import VerifyReport, verify_bag
+from scene_synth_ros.cli.usage import refuse_missing_folder
 from scene_synth_ros.messages.stamps import NANOSECONDS
 
 _MAX_LINES = 10
@@ -20,6 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Verify; return 0 if everything is the same, 1 if not."""
+    refuse_missing_folder("--catalog", arguments.catalog)
     report = verify_bag(arguments.bag, arguments.catalog, _progress)
     sys.stderr.write("\n" if sys.stderr.isatty() else "")
     sys.stdout.write("".join(f"{line}\n" for line in _lines(arguments.bag, report)))

@@ -13,7 +13,7 @@ from visualization_msgs.msg import MarkerArray
 
 from grammar import SceneRequest
 from grammar.synthesize import SceneSynthesizer
-from scene_description import FieldError, SceneSynthError
+from scene_description import FieldError, SceneSynthError, error_line
 from scene_synth_ros.generate.catalogs import with_catalog
 from scene_synth_ros.generate.grammar_report import grammar_report
 from scene_synth_ros.generate.room_ahead import RoomAhead
@@ -168,7 +168,7 @@ class GrammarNode(SuiteNode):
                 self._send(prepared)
         except (SceneSynthError, OSError) as error:
             if job.generation == self._run.generation:
-                self._refuse_room(f"room {job.index} could not be synthesised: {error}")
+                self._refuse_room(f"room {job.index} could not be synthesised: {error_line(error)}")
         except Exception as error:
             self.faults.tell(error, f"{_room_name(job.index, job.seed)} was prepared")
             if job.generation == self._run.generation:

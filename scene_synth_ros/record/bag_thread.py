@@ -6,7 +6,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from typing import ParamSpec
 
-from scene_description import SceneSynthError
+from scene_description import SceneSynthError, error_line
 from scene_synth_ros.bags.bag_writer import BagWriteError
 from scene_synth_ros.bags.bounded_thread import BoundedThread
 
@@ -79,4 +79,4 @@ class BagThread:
 
 
 def _line(error: Exception) -> str:
-    return " ".join(str(error).split())
+    return error_line(error)

@@ -12,7 +12,7 @@ from std_msgs.msg import String
 
 from renderer import CameraConfig, RenderConfig, SensorConfig
 from renderer.exposure import sensor_ev100
-from scene_description import FieldError
+from scene_description import FieldError, error_line
 from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.render.camera_requests import MAX_WAITING, CameraRequests
 from scene_synth_ros.render.inbox import MAX_ROOMS_WAITING, Inbox
@@ -163,7 +163,7 @@ class RendererNode(SuiteNode):
     def _tell_end(self, error: BaseException) -> str:
         """Tell why a life has ended; return it in one line."""
         if isinstance(error, REFUSALS):
-            line = " ".join(f"rendering ended: {error}".split())
+            line = f"rendering ended: {error_line(error)}"
             self.refuse(line)
             return line
         return self.faults.tell(error, f"{self.get_name()} rendered; its thread has ended")

@@ -11,7 +11,7 @@ from renderer.film.frame import Frame
 from renderer.film.tone import Exposure
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
-from scene_description import CameraPose, SceneDescription, SceneSynthError, scene_from_json
+from scene_description import CameraPose, SceneDescription, SceneSynthError, error_line, scene_from_json
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_to_json
 from scene_synth_ros.render.camera_requests import CameraRequests
 from scene_synth_ros.render.inbox import Inbox
@@ -87,7 +87,7 @@ class Rendering:
         except RenderCancelled:
             pass
         except (SceneSynthError, OSError) as error:
-            reason = f"refused {f'room {self.scene.index}' if self.scene else 'a scene'}: {error}"
+            reason = f"refused {f'room {self.scene.index}' if self.scene else 'a scene'}: {error_line(error)}"
             self._node.refuse(reason)
             self._give_up(reason)
         except Exception as error:

@@ -14,6 +14,7 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
+from scene_description import error_line
 from scene_synth_ros.bags.bag_metadata import TopicInfo
 from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
 from scene_synth_ros.messages.conversions import clock_to_msg
@@ -98,7 +99,7 @@ class ReplayNode(Node):  # type: ignore[misc]
         if error is None:
             self.exit_code = 0
         elif isinstance(error, REFUSALS):
-            self.get_logger().fatal(f"replay failed: {' '.join(str(error).split())}")
+            self.get_logger().fatal(f"replay failed: {error_line(error)}")
             self.exit_code = 1
         else:
             raise error

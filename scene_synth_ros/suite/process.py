@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 import os
+import re
 import signal
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import rclpy
@@ -14,11 +17,15 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
+from scene_description import error_line
 from scene_synth_ros.suite.faults import FAULT_STATUS, fault_report
 from scene_synth_ros.suite.heap import collect_rarely, limit_arenas
+from scene_synth_ros.suite.parameters import ParameterError
 from scene_synth_ros.suite.stale_shared_memory import avoid_stale_ports
 from scene_synth_ros.suite.suite_node import REFUSALS
 
+_SOURCE_PLACES = re.compile(r", at \S+:\d+")
+"""Where in its sources rcl has found an error, which it appends to what it says."""
 SETTLE_S, QUIET_S = 1.0, 0.3
 """How long a node that a signal ends goes on taking messages at most, and what it takes for the end of them."""
 
@@ -79,13 +86,25 @@ def _run(make: Callable[[], Node], args: list[str] | None) -> int:
 def _make(make: Callable[[], Node], args: list[str] | None, caught: list[int]) -> tuple[Node | None, str]:
     """Return the node, or None and why it cannot be; the half-made node is freed, and with it its shared memory."""
     try:
+        _refuse_missing_files(sys.argv if args is None else args)
         rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda got, _frame: caught.append(got))
         with avoid_stale_ports():
             return make(), ""
     except REFUSALS as error:
-        return None, " ".join(str(error).split())
+        return None, _SOURCE_PLACES.sub("", error_line(error))
+
+
+def _refuse_missing_files(words: Sequence[str]) -> None:
+    """Refuse parameter files that are not there, before rcl does so in its own words.
+
+    Raises:
+        ParameterError: one is no file.
+    """
+    for word, path in itertools.pairwise(words):
+        if word == "--params-file" and not Path(path).is_file():
+            raise ParameterError(f"--params-file {path}: expected a parameter file, got none; check the path, or take it away for defaults")
 
 
 def close_node(node: Any) -> None:

@@ -18,7 +18,7 @@ from rclpy.exceptions import NameValidationException, ParameterException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleState, TransitionCallbackReturn
 
-from scene_description import SceneSynthError
+from scene_description import SceneSynthError, error_line
 from scene_synth_ros.suite.faults import FAULT_STATUS
 from scene_synth_ros.suite.guarded_node import STEADY as STEADY
 from scene_synth_ros.suite.guarded_node import GuardedNode
@@ -125,7 +125,7 @@ class SuiteNode(GuardedNode):
             step()
         except REFUSALS as error:
             self._refusal = error
-            self.get_logger().error(" ".join(str(error).split()))
+            self.get_logger().error(error_line(error))
             return FAILURE
         except Exception as error:  # rclpy would drop it
             self.faults.tell(error, self.doing(f"the transition {step.__name__}"))

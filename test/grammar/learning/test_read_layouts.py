@@ -113,7 +113,7 @@ def test_on_follows_the_objects_that_are_kept(tmp_path: Path) -> None:
 
 
 def test_missing_file_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(GrammarError, match=r"none.jsonl: expected a readable file"):
+    with pytest.raises(GrammarError, match=r"none.jsonl: no such file or directory; check the path"):
         read_layouts(tmp_path / "none.jsonl", NAMES, "bedroom")
 
 

@@ -96,7 +96,7 @@ def test_takes_a_grammar_file_of_ones_own(tmp_path: Path) -> None:
         (["-p", "max_objects=3"], "-p max_objects=3: expected NAME:=VALUE"),
         (["-p", "max_objects:=0"], "max_objects: expected an integer in [1, 500], got 0"),
         (["-p", "colour:=red"], "colour: expected one of"),
-        (["--grammar", "nowhere.yaml"], "nowhere.yaml: expected a readable YAML file"),
+        (["--grammar", "nowhere.yaml"], "nowhere.yaml: no such file or directory; check the path"),
     ],
 )
 def test_bad_options_end_in_one_line(words: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -39,6 +39,24 @@ def test_a_recorder_that_lags_behind_takes_what_was_sent_before_the_signal(tmp_p
         assert sum(1 for _ in reader.messages([TOPIC])) == COUNT
 
 
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (None, "--params-file node.yaml: expected a parameter file, got none; check the path"),
+        ("a: [1", "Couldn't parse params file: '--params-file node.yaml'"),
+    ],
+)
+def test_a_parameter_file_that_cannot_be_read_ends_a_node_with_one_line(tmp_path: Path, text: str | None, line: str) -> None:
+    if text is not None:
+        (tmp_path / "node.yaml").write_text(text)
+    words = ["-m", "scene_synth_ros.render.renderer_node", "--ros-args", "--params-file", "node.yaml"]
+    process = subprocess.run(
+        [sys.executable, *words], cwd=tmp_path, env=environment(), capture_output=True, text=True, timeout=60, check=False
+    )
+    assert process.returncode == 2
+    assert line in process.stderr.splitlines()[-1] and ".c:" not in process.stderr.splitlines()[-1]
+
+
 FAULTY = """
 import sys
 from rclpy.node import Node
