@@ -369,7 +369,7 @@ def test_the_demo_is_a_run_in_one_folder(
     assert demo_command.run(parser.parse_args(words)) == 0
     folder = tmp_path / "new" / "demo"
     (asked,) = runs
-    assert (asked.rooms, asked.frames, asked.seed, asked.params, asked.overrides) == (2, 8, 1, None, [])
+    assert (asked.rooms, asked.frames, asked.seed, asked.params, asked.overrides) == (2, 8, 1, Path("demo"), [])
     assert (asked.record, asked.contact_sheet, asked.show) == (folder / "bag", folder / "contact_sheet.png", folder / "page.html")
     assert opened == [(folder / "page.html").as_uri()]
     with pytest.raises(SceneSynthError, match="exists already; choose another folder or remove it"):
