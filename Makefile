@@ -37,7 +37,7 @@ develop: $(VENV)/.develop
 interfaces: develop
 	@$(BIN)/python test/interfaces/build.py
 
-$(VENV)/.ready: setup.py
+$(VENV)/.ready: setup.py requirements.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 10))' || { echo "scene_synth_ros needs Python 3.10 or newer; got $$($(PYTHON) --version)"; exit 1; }
 	@$(PYTHON) -c 'import venv, ensurepip' 2>/dev/null || { echo "Python's venv module is missing: apt install python3-venv"; exit 1; }
 	@echo "setting up $(VENV) (once; about half a minute)"

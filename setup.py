@@ -1,11 +1,13 @@
 """Installs scene_synth_ros, with pip on any machine and with colcon (ament_python) in a ROS 2 workspace."""
 
 from pathlib import Path
+from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
 NAME = "scene_synth_ros"
 SHARE = f"share/{NAME}"
+PACKAGE = ElementTree.parse("package.xml").getroot()
 
 
 def folder_tree(folder: str, pattern: str) -> list[tuple[str, list[str]]]:
@@ -19,11 +21,11 @@ def folder_tree(folder: str, pattern: str) -> list[tuple[str, list[str]]]:
 
 setup(
     name=NAME,
-    version="0.1.0",
-    description="Synthetic indoor camera streams for ROS 2, from a stochastic scene grammar, on any CPU",
-    license="Apache-2.0",
-    maintainer="scene_synth_ros maintainers",
-    maintainer_email="maintainers@users.noreply.github.com",
+    version=PACKAGE.findtext("version"),
+    description=PACKAGE.findtext("description"),
+    license=PACKAGE.findtext("license"),
+    maintainer=PACKAGE.findtext("maintainer"),
+    maintainer_email=PACKAGE.find("maintainer").get("email"),
     python_requires=">=3.10",
     packages=find_packages(include=["scene_description*", "grammar*", "renderer*", "scene_synth_ros*"]),
     package_data={"scene_description": ["*.csv"], "scene_synth_ros.cli.page": ["web/*"]},
@@ -34,20 +36,7 @@ setup(
         *folder_tree("launch", "*.launch.py"),
     ],
     zip_safe=False,
-    install_requires=[
-        "numpy>=1.26",
-        "numba>=0.62",
-        "scipy>=1.11",
-        "embreex>=4.4",
-        "trimesh>=4.4",
-        "mcap>=1.2",
-        "lz4>=4.3",
-        "zstandard>=0.22",
-        "PyYAML>=6.0",
-        "pillow>=10.1",
-        "shapely>=2.0",
-        "tqdm>=4.66",
-    ],
+    install_requires=[line for line in Path("requirements.txt").read_text().splitlines() if not line.startswith("#")],
     extras_require={
         "denoise": ["pyoidn>=2.5"],
         "exr": ["OpenEXR>=3.3"],

@@ -126,8 +126,12 @@ def _read_gltf(data: bytes, kind: str, fetch: Fetch) -> Raw:
 
 
 def _read_other(data: bytes, kind: str, fetch: Fetch) -> Raw:
-    from renderer.files.trimesh_files import read_by_trimesh  # trimesh takes longer to import than the rest, and few files need it
-
+    try:
+        from renderer.files.trimesh_files import read_by_trimesh  # trimesh takes longer to import than the rest, and few files need it
+    except ModuleNotFoundError as error:
+        raise MeshFileError(
+            f"expected the Python package {error.name}, which reads .{kind} files; run 'pip install {error.name}'"
+        ) from None
     return read_by_trimesh(data, kind, fetch)
 
 

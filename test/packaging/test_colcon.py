@@ -1,9 +1,11 @@
 """The repository as an ament_python package: colcon builds it, and what it installed runs from there."""
 
+import ast
 import os
 import subprocess
 import sys
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -42,7 +44,9 @@ def run_in(installed: Path, *words: str) -> subprocess.CompletedProcess[str]:
 
 def test_nodes_share_files_and_index_are_where_ros_looks(installed: Path) -> None:
     for node in (*NODES, "scene_synth"):
-        assert os.access(installed / "lib" / "scene_synth_ros" / node, os.X_OK)
+        script = installed / "lib" / "scene_synth_ros" / node
+        assert os.access(script, os.X_OK)
+        assert script.read_text().startswith("#!/usr/bin/env python3\n"), "the Python of the virtual environment that is active"
     share = installed / "share"
     assert (share / "ament_index" / "resource_index" / "packages" / "scene_synth_ros").is_file()
     for name in (
@@ -79,3 +83,29 @@ def test_an_installed_node_runs(installed: Path) -> None:
 @pytest.mark.parametrize("file", sorted((ROOT / "launch").glob("*.launch.py")), ids=lambda path: path.name)
 def test_launch_files_are_python(file: Path) -> None:
     compile(file.read_text(), file, "exec")
+
+
+def test_every_library_that_is_imported_is_asked_for() -> None:
+    """By requirements.txt, and what apt has new enough on Ubuntu 24.04 by package.xml too."""
+    asked = {line.split(">=")[0].lower() for line in (ROOT / "requirements.txt").read_text().splitlines() if not line.startswith("#")}
+    names = {"yaml": "pyyaml", "PIL": "pillow", "llvmlite": "numba"}
+    own = {"scene_description", "grammar", "renderer", "scene_synth_ros"}
+    optional = {"pyoidn", "OpenEXR", "tf2_msgs", "vision_msgs"}
+    packages = ElementTree.parse(ROOT / "package.xml").getroot()
+    ros = {element.text for element in packages.iter("exec_depend")}
+    for package in own:
+        for path in (ROOT / package).rglob("*.py"):
+            for root in imported_roots(path) - own - optional - ros:
+                assert names.get(root, root) in asked, f"{path.relative_to(ROOT)} imports {root}"
+    from_apt = {f"python3-{name}" for name in ("numpy", "scipy", "yaml", "pil", "shapely", "tqdm")}
+    assert from_apt == {name for name in ros if name.startswith("python3-")}
+
+
+def imported_roots(path: Path) -> set[str]:
+    roots = set()
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Import):
+            roots |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            roots.add(node.module.split(".")[0])
+    return roots - sys.stdlib_module_names

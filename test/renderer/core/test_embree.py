@@ -218,6 +218,13 @@ def test_its_task_scheduler_is_not_forced_on_other_libraries():
     assert subprocess.run([sys.executable, "-c", seen], stdout=subprocess.PIPE, text=True, check=True).stdout == "False\n"
 
 
+def test_where_the_wheel_is_absent_the_library_of_the_system_is_taken(monkeypatch):
+    path = embree._library_path()
+    monkeypatch.setattr(embree.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(ctypes.util, "find_library", {"embree4": path}.get)
+    assert embree.load_library.__wrapped__()._name == path
+
+
 def test_a_missing_library_is_said_so(monkeypatch):
     monkeypatch.setattr(embree.importlib.util, "find_spec", lambda name: None)
     monkeypatch.setattr(ctypes.util, "find_library", lambda name: None)

@@ -2,6 +2,7 @@
 
 import json
 import math
+import sys
 import time
 import tracemalloc
 import zlib
@@ -174,6 +175,14 @@ def test_vertex_colours_tint_by_their_mean(tmp_path: Path) -> None:
     tree["buffers"][0]["byteLength"] = len(binary)
     read = read_mesh_file(write(tmp_path, pack_glb(tree, bytes(binary))), tmp_path, PLAIN)
     assert np.allclose(read.materials[read.parts["seat"].material].base_color, (0.2, 0.4 / 3, 0.0))
+
+
+def test_without_trimesh_files_that_need_it_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    monkeypatch.delitem(sys.modules, "renderer.files.trimesh_files", raising=False)
+    with pytest.raises(MeshFileError, match=r"expected the Python package trimesh, which reads \.obj files; run 'pip install trimesh'"):
+        read_mesh_file(tmp_path / "a.obj", tmp_path, PLAIN)
 
 
 def test_obj_with_its_library(tmp_path: Path) -> None:
