@@ -74,6 +74,11 @@ def test_the_run_reports_no_fault_and_draws_the_sheet(recorded: Recorded) -> Non
     assert recorded.sheet.stat().st_size > 10_000
 
 
+def test_a_renderer_logs_one_line_a_room(recorded: Recorded) -> None:
+    lines = [line for line in recorded.process.stderr.splitlines() if "renderer_node] room " in line]
+    assert len(lines) == ROOMS and all("frames rendered in" in line for line in lines)
+
+
 def test_all_messages_of_a_frame_have_the_stamp_of_its_pose(recorded: Recorded) -> None:
     expected = [pose.stamp_ns for scene in recorded.scenes() for pose in scene.camera_path]
     assert expected == [10**9 + k * 10**8 for k in range(ROOMS * FRAMES)]
