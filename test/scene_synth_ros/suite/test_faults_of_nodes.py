@@ -26,7 +26,7 @@ class FaultyNode(SuiteNode):
     """A node whose message, service, timer and transition callbacks make a mistake."""
 
     def __init__(self, **options: Any) -> None:
-        super().__init__("faulty_node", **options)
+        super().__init__("faulty_node", automatically_declare_parameters_from_overrides=True, **options)
         self.failed_because = ""
         self.broken_open = False
         self.begin(True)
