@@ -28,6 +28,7 @@ from grammar.camera.path_config import CameraPathConfig, read_camera_path_config
 from grammar.catalog import assign_file_materials, choose_after, choose_before, entry_faults
 from grammar.checks.metrics import SamplingCost
 from grammar.derivation.plan import make_plan
+from grammar.derivation.room_size import check_room_size
 from grammar.geometry.free_space import occupancy_grid, rasterize
 from grammar.geometry.solids import object_solids
 from grammar.sample_room import sample_room_with_cost
@@ -132,7 +133,9 @@ class SceneSynthesizer:
         for one in request.by_type():
             if one.room_type not in self.grammars:
                 raise RequestError(f"room_type: expected one of {', '.join(self.grammars)}, got '{one.room_type}'")
-            make_plan(self.grammar_of(one), self.categories, one)
+            plan = make_plan(self.grammar_of(one), self.categories, one)
+            if not self.catalog.models:  # a model may be smaller than what the grammar draws
+                check_room_size(plan, self.categories)
             restricted(self.appearance, one, self._categories(one), self._file_parts())
 
     def grammar_of(self, request: SceneRequest) -> Grammar:

@@ -30,12 +30,14 @@ class RendererReport:
         rendering, status = self._rendering, self._output.status
         rates = rendering.throughput.rates(time.monotonic())
         late, self._skipped_before = rendering.skipped - self._skipped_before, rendering.skipped
+        scene = rendering.scene
         shown = rendering.meter.known_exposure()
         values = {
             "state": status.state,
             "frames_rendered": self._output.frames,
             "frames_skipped": rendering.skipped,
             "scenes_refused": rendering.refused,
+            "room": scene.index if scene is not None else -1,
             "last_room": status.done_scene,
             "frames_per_second": f"{rates.frames:.2f}",
             "samples_per_second": f"{rates.samples:.3g}",

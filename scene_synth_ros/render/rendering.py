@@ -20,7 +20,6 @@ from scene_synth_ros.render.renderer_config import RendererNodeConfig
 from scene_synth_ros.render.room_loop import Pace, RoomLoop
 from scene_synth_ros.render.room_meter import RoomMeter
 from scene_synth_ros.render.throughput import Throughput
-from scene_synth_ros.suite.guarded_node import STEADY
 from scene_synth_ros.suite.heap import trim_heap
 from scene_synth_ros.suite.parameters import Parameters
 from scene_synth_ros.suite.suite_node import SuiteNode
@@ -174,8 +173,6 @@ class Rendering:
         self.throughput.take(time.monotonic(), frame.samples * settings.camera.width * settings.camera.height, frame.rays)
         if not self._on_path:
             self._output.tell()
-        line = f"room {self.scene.index}: {self._output.frames} frames since the start"
-        self._node.get_logger().info(line, throttle_duration_sec=2.0, throttle_time_source_type=STEADY)
 
     def skip(self) -> None:
         """Count a frame that is left out because it would be late."""

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import re
+from array import array
 from collections.abc import Callable, Mapping
 from typing import Any, get_args, get_origin
 
@@ -15,9 +17,10 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from scene_description import SceneSynthError
+from scene_description import SceneSynthError, error_line
 from scene_description.strict import FieldError, Limits, field_types, read_value, split_annotation
 
+_FIRST_NAME = re.compile(r"[a-z][a-z0-9_]*(?=[:\[])")
 ROS_OWN = ("use_sim_time", "qos_overrides.", "start_type_description_service")
 
 
@@ -44,8 +47,7 @@ class Parameters:
         check: called with prefix -> values before a change is taken; a SceneSynthError refuses it with its text.
 
     Raises:
-        ParameterError: an override is unknown, of the wrong type or out of range.
-        SceneSynthError: ``check`` refuses the values at the start.
+        ParameterError: an override is unknown, of the wrong type or out of range, or ``check`` refuses the values at the start.
     """
 
     def __init__(
@@ -58,14 +60,18 @@ class Parameters:
         self._node = node
         self._on_change = on_change
         self._check_values = check
+        self._groups = dict(groups)
         self._annotations = {
             _join(prefix, name): annotation for prefix, cls in groups.items() for name, annotation in field_types(cls).items()
         }
         overrides = overrides_of(node)
         self._refuse_unknown(overrides)
         self._values = {prefix: self._declare(prefix, cls, overrides) for prefix, cls in groups.items()}
-        if check is not None:
-            check(self._values)
+        try:
+            if check is not None:
+                check(self._values)
+        except SceneSynthError as error:
+            raise ParameterError(f"{node.get_name()}: {self._told(error)}") from None
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._take)
 
@@ -85,7 +91,10 @@ class Parameters:
             value = self._read(name, overrides[name]) if name in overrides else field.default
             self._node.declare_parameter(name, _to_ros(value), describe(self._annotations[name]), ignore_override=True)
             values[field.name] = value
-        return cls(**values)
+        try:
+            return cls(**values)
+        except FieldError as error:
+            raise ParameterError(f"{self._node.get_name()}: parameter {_join(prefix, str(error))}") from None
 
     def _read(self, name: str, value: object) -> Any:
         annotation = self._annotations[name]
@@ -105,8 +114,15 @@ class Parameters:
             if self._check_values is not None:
                 self._check_values(candidate)
         except SceneSynthError as error:
-            return SetParametersResult(successful=False, reason=str(error))
+            return SetParametersResult(successful=False, reason=self._told(error))
         return SetParametersResult(successful=True)
+
+    def _told(self, error: SceneSynthError) -> str:
+        """Return an error in one line, with the group's prefix where it begins with the bare name of a field of one group."""
+        text = error_line(error)
+        name = _FIRST_NAME.match(text)
+        prefixes = [prefix for prefix, cls in self._groups.items() if name and name[0] in field_types(cls)]
+        return _join(prefixes[0], text) if len(prefixes) == 1 else text
 
     def _fixed(self, name: str) -> str:
         """Return why a parameter cannot change in a running node; empty if it can, or is not of these groups."""
@@ -119,13 +135,19 @@ class Parameters:
 
     def _changed(self, parameters: list[Parameter]) -> dict[str, Any]:
         """Return all groups as they are after a change."""
-        values = dict(self._values)
+        changes: dict[str, dict[str, Any]] = {}
         for parameter in parameters:
             if parameter.name in self._annotations:
                 prefix, _, field = parameter.name.rpartition(".")
-                value = read_value(self._annotations[parameter.name], parameter.value, parameter.name)
-                values[prefix] = dataclasses.replace(values[prefix], **{field: value})
-        return values
+                value = read_value(self._annotations[parameter.name], _from_ros(parameter.value), parameter.name)
+                changes.setdefault(prefix, {})[field] = value
+        return {prefix: self._replaced(prefix, changes.get(prefix, {})) for prefix in self._values}
+
+    def _replaced(self, prefix: str, changes: Mapping[str, Any]) -> Any:
+        try:
+            return dataclasses.replace(self._values[prefix], **changes)
+        except FieldError as error:
+            raise FieldError(_join(prefix, error.path), error.expected, error.got) from None
 
     def _take(self, parameters: list[Parameter]) -> None:
         before, self._values = self._values, self._changed(parameters)
@@ -156,6 +178,10 @@ def _constraints(bare: Any, limits: Limits) -> str:
 
 def _is_list(annotation: Any) -> bool:
     return get_origin(split_annotation(annotation)[0]) is tuple
+
+
+def _from_ros(value: Any) -> Any:
+    return list(value) if isinstance(value, array) else value  # numbers come in arrays where they come in messages
 
 
 def _to_ros(value: Any) -> Any:

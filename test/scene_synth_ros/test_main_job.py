@@ -69,6 +69,11 @@ def test_every_topic_has_every_message(recorded: Recorded) -> None:
     assert counts == {**dict.fromkeys(PER_FRAME, ROOMS * FRAMES), **dict.fromkeys(PER_ROOM, ROOMS), "/tf_static": 1}
 
 
+def test_a_renderer_logs_one_line_a_room(recorded: Recorded) -> None:
+    lines = [line for line in recorded.process.stderr.splitlines() if "renderer_node] room " in line]
+    assert len(lines) == ROOMS and all("frames rendered in" in line for line in lines)
+
+
 def test_the_run_reports_no_fault_and_draws_the_sheet(recorded: Recorded) -> None:
     assert "no faults" in recorded.process.stdout
     assert recorded.sheet.stat().st_size > 10_000

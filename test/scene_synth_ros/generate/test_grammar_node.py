@@ -107,8 +107,9 @@ def test_rate_changes_without_a_jump_in_time(peer: RunPeer) -> None:
 @pytest.mark.parametrize(
     ("name", "value", "reason"),
     [
-        ("scene.room_type", "dungeon", "room_type: expected one of bathroom, bedroom"),
-        ("scene.min_objects", 30, "min_objects: expected at most max_objects = 12, got 30"),
+        ("scene.room_type", "dungeon", "scene.room_type: expected one of bathroom, bedroom"),
+        ("scene.room_width_m", 0.1, "scene.room_width_m: expected 1.1 to 17.39 m for a bedroom with a depth of 1.59 to 5.68 m, got 0.1"),
+        ("scene.min_objects", 30, "scene.min_objects: expected at most max_objects = 12, got 30"),
         ("first_index", 5, "first_index cannot change in a running node: rooms are counted from it"),
         ("world_frame", "odom", "world_frame cannot change in a running node"),
     ],
@@ -120,10 +121,11 @@ def test_changes_that_cannot_be_are_refused_with_the_reason(peer: RunPeer, name:
 
 
 def test_a_request_that_cannot_be_met_is_a_diagnostic_and_the_node_goes_on(peer: RunPeer) -> None:
-    assert peer.set_parameter("grammar_node", "scene.room_width_m", 1.0) == (True, "")
+    smallest = [0.0, 0.0, 1.6, 0.0, 1.6, 1.6, 0.0, 1.6]  # where a bed would fit, but no room has been drawn with so little else
+    assert peer.set_parameter("grammar_node", "scene.room_polygon_m", smallest) == (True, "")
     peer.finish_rooms()
     peer.spin_until(lambda: any("could not be synthesised" in error for error in peer.errors), 30, "a diagnostic")
-    assert peer.set_parameter("grammar_node", "scene.room_width_m", 0.0) == (True, "")
+    assert peer.set_parameter("grammar_node", "scene.room_polygon_m", []) == (True, "")
     peer.next_scene()
 
 

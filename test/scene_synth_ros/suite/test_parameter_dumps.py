@@ -9,6 +9,7 @@ import pytest
 import yaml
 from parameter_dumps import dump, dumped
 from rclpy.context import Context
+from rclpy.parameter import Parameter
 from scene_synth_ros_suite import Peer, claim_domain, dds_context, node_process, run_suite
 
 from scene_description.share import config_path
@@ -86,8 +87,9 @@ def test_the_dump_of_a_recorder_starts_it_again(context: Context, tmp_path: Path
 
 def test_a_dump_can_be_set_on_a_node_that_runs_with_it(context: Context) -> None:
     with node_of(context, "renderer_node") as node:
-        values = [node.get_parameter(name) for name in node.list_parameters(["camera", "streams"], 0).names]
-        assert all(result.successful for result in node.set_parameters(values))
+        messages = [node.get_parameter(name).to_parameter_msg() for name in node.list_parameters(["camera", "streams"], 0).names]
+        results = node.set_parameters([Parameter.from_parameter_msg(message) for message in messages])
+        assert [result.reason for result in results if not result.successful] == []
 
 
 def test_dumps_of_real_processes_start_them_and_a_run_again(tmp_path: Path) -> None:

@@ -1,6 +1,6 @@
 """Dataclasses as ROS parameters, on a real node without peers."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
@@ -11,7 +11,8 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from scene_synth_ros_suite import claim_domain
 
-from scene_description import Limits
+from renderer import CameraConfig
+from scene_description import Limits, SceneSynthError
 from scene_synth_ros.suite.parameters import ParameterError, Parameters
 
 
@@ -85,6 +86,30 @@ def test_refused_changes_say_why_and_change_nothing(context: Context, name: str,
     assert not result.successful
     assert reason in result.reason
     assert parameters["lens"] == Lens()
+
+
+def refuse_far(values: Mapping[str, object]) -> None:
+    if values["lens"].mode == "far":
+        raise SceneSynthError("tags[0]: expected 'near' beside it")
+    if values["lens"].mode == "near" and values["lens"].tags:
+        raise SceneSynthError("request: expected no tags")
+
+
+def test_what_a_check_refuses_is_named_as_the_parameter_is_called(context: Context) -> None:
+    with pytest.raises(ParameterError, match=r"^lens_node: lens\.tags\[0\]: expected 'near' beside it$"):
+        Parameters(make_node(context, lens__mode="far"), {"lens": Lens}, check=refuse_far)
+    with pytest.raises(ParameterError, match=r"^lens_node: request: expected no tags$"):
+        Parameters(make_node(context, lens__tags=["a"]), {"lens": Lens}, check=refuse_far)
+    node = make_node(context)
+    Parameters(node, {"lens": Lens}, check=refuse_far)
+    (result,) = node.set_parameters([Parameter("lens.mode", value="far")])
+    assert result.reason == "lens.tags[0]: expected 'near' beside it"
+
+
+def test_what_a_group_itself_refuses_is_named_as_the_parameter_is_called(context: Context) -> None:
+    text = "camera.distortion: expected at most 0 coefficients for model 'pinhole', got 1"
+    with pytest.raises(ParameterError, match=f"^lens_node: parameter {text}$"):
+        Parameters(make_node(context, camera__distortion=[0.5]), {"camera": CameraConfig})
 
 
 def test_a_list_that_begins_empty_takes_items_of_its_type_only(context: Context) -> None:

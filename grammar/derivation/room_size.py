@@ -1,0 +1,156 @@
+"""Refuses sizes of a room that no derivation can have, before any is drawn.
+
+A necessary condition only: the floor's area lies within the grammar's bounds (unless both sides are asked for), furniture covers no more of
+it than the grammar allows, and no arm of it is narrower.  The least that furniture covers is found over all structures by their number of
+objects, by dynamic programming from the leaves of the grammar to its root.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from functools import cache
+
+import numpy as np
+
+from grammar.derivation.plan import Plan
+from grammar.geometry.arrays import Floats
+from grammar.spec.and_or_graph import Branch
+from grammar.spec.categories import Categories
+from grammar.spec.request import RequestError
+from grammar.spec.room_rules import RoomShapes
+from grammar.spec.rules import Grammar
+from scene_description.polygons import signed_area_m2
+
+_SHAPES = ("rectangle", "l_shape", "t_shape", "u_shape")
+_ROUNDING = 1e-9
+_SIDES = ("width_m", "depth_m")
+
+Interval = tuple[float, float]
+
+
+def check_room_size(plan: Plan, categories: Categories) -> None:
+    """Refuse a request whose room cannot hold what it must, or cannot be as large or as small as that.
+
+    Raises:
+        RequestError: the line names the side or the outline, with the bounds that it must keep.
+    """
+    request, room, room_type = plan.request, plan.grammar.room, plan.grammar.room_type
+    asked = [name for name in _SIDES if getattr(request, f"room_{name}") > 0.0]
+    if not (asked or plan.outline):
+        return
+    # a fixed object may be smaller than those of the grammar
+    needed = 0.0 if plan.fixed else _least_covered(plan, categories) / room.floor_share_max
+    if plan.outline:
+        area = signed_area_m2(plan.outline)
+        if area < needed * (1.0 - _ROUNDING):
+            raise RequestError(
+                f"room_polygon_m: expected at least {_up(needed)} m2 of floor for the furniture of a {room_type}, got {area:.3g} m2; "
+                "ask for a larger one or fewer objects"
+            )
+        return
+    least, most = (needed, math.inf) if len(asked) == 2 else (max(needed, room.area_low_m2), room.area_high_m2)
+    for name in asked:
+        (other,) = set(_SIDES) - {name}
+        value, span = getattr(request, f"room_{name}"), _span(plan, other)
+        low, high = _bounds(room.shapes, span, (least, most))
+        if low > high:
+            raise RequestError(
+                f"room_{other}: expected a side that a {room_type} of this shape can have, got {_words(span)} m; ask for another"
+            )
+        if not low * (1.0 - _ROUNDING) <= value <= high * (1.0 + _ROUNDING):
+            wanted = f"at least {_up(low)}" if math.isinf(high) else f"{_up(low)} to {_down(high)}"
+            raise RequestError(
+                f"room_{name}: expected {wanted} m for a {room_type} with a {other.removesuffix('_m')} of {_words(span)} m, got {value:g}; "
+                "0 lets the grammar draw it"
+            )
+
+
+def _span(plan: Plan, name: str) -> Interval:
+    asked, drawn = getattr(plan.request, f"room_{name}"), getattr(plan.grammar.room, name)
+    return (asked, asked) if asked > 0.0 else (drawn.low, drawn.high)
+
+
+def _bounds(shapes: RoomShapes, other: Interval, area: Interval) -> Interval:
+    """Return what a side must lie within, given the range of the other one and of the floor's area; empty if no shape can have it."""
+    spans = [_bounds_of_shape(shapes, name, other, area) for name in _SHAPES if getattr(shapes, name) > 0.0]
+    possible = [span for span in spans if span[0] <= span[1]]
+    return min((low for low, _ in possible), default=math.inf), max((high for _, high in possible), default=-math.inf)
+
+
+def _bounds_of_shape(shapes: RoomShapes, name: str, other: Interval, area: Interval) -> Interval:
+    """Return the bounds of a side for one shape: what its notch takes of the bounding rectangle, and how wide its arms stay at most."""
+    if name == "rectangle":
+        return area[0] / other[1], area[1] / other[0]
+    low, high = area[0] / (other[1] * (1.0 - shapes.notch_low**2)), area[1] / (other[0] * (1.0 - shapes.notch_high**2))
+    arm = shapes.narrowest_m / (1.0 - shapes.notch_low)
+    beside = 2.0 * arm if name == "u_shape" and other[1] < 2.0 * arm else arm  # a U has two arms beside each other along one side
+    return max(low, beside), high if other[1] >= arm else -math.inf
+
+
+def _least_covered(plan: Plan, categories: Categories) -> float:
+    """Return the least area (m2) that the furniture of a structure covers, as far as numbers of objects bound it."""
+    footprint = {
+        symbol: rule.low_m[0] * rule.low_m[1] if rule.mount == "floor" and not categories[rule.category].underlay else 0.0
+        for symbol, rule in plan.grammar.objects.items()
+    }
+    by_number = _least_by_number(plan.grammar, footprint.__getitem__)[plan.request.min_objects : plan.request.max_objects + 1]
+    # what must be there of categories that share no object
+    demanded, seen = 0.0, set[str]()
+    for bound in plan.bounds.values():
+        if bound.least and bound.symbols and not bound.symbols & seen:
+            seen |= bound.symbols
+            demanded += bound.least * min(footprint[symbol] for symbol in bound.symbols)
+    return max(float(by_number.min(initial=math.inf)), demanded)
+
+
+def _least_by_number(grammar: Grammar, weight: Callable[[str], float]) -> Floats:
+    """Return for every number of objects the least sum of their weights over the structures that have so many; infinite without any."""
+
+    @cache
+    def table(symbol: str) -> Floats:
+        node = grammar.nodes.get(symbol)
+        if node is None:
+            return np.array([math.inf, weight(symbol)])
+        if node.kind == "or":
+            return _least([table(branch.symbol) for branch in node.branches if branch.probability])
+        total = np.zeros(1)
+        for branch in node.branches:
+            total = _together(total, copies(branch))
+        return total
+
+    def copies(branch: Branch) -> Floats:
+        one, sums = table(branch.symbol), [np.zeros(1)]
+        odds = branch.multiplicity or (0.0, 1.0)
+        while len(sums) < len(odds):
+            sums.append(_together(sums[-1], one))
+        return _least([total for total, probability in zip(sums, odds, strict=True) if probability > 0.0])
+
+    return table(grammar.root)
+
+
+def _least(tables: Sequence[Floats]) -> Floats:
+    length = max(len(table) for table in tables)
+    padded = [np.concatenate([table, np.full(length - len(table), math.inf)]) for table in tables]
+    return np.asarray(np.minimum.reduce(padded))
+
+
+def _together(first: Floats, second: Floats) -> Floats:
+    """Return the table of two parts that stand side by side: the least sum over all ways to share the number between them."""
+    total = np.full(len(first) + len(second) - 1, math.inf)
+    for number, least in enumerate(first):
+        part = total[number : number + len(second)]
+        np.minimum(part, least + second, out=part)
+    return total
+
+
+def _words(span: Interval) -> str:
+    return f"{span[0]:.3g}" if span[0] == span[1] else f"{span[0]:.3g} to {span[1]:.3g}"
+
+
+def _up(value: float) -> str:
+    return f"{math.ceil(value * 100.0) / 100.0:g}"
+
+
+def _down(value: float) -> str:
+    return f"{math.floor(value * 100.0) / 100.0:g}"
