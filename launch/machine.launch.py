@@ -6,10 +6,8 @@ ros2 launch scene_synth_ros machine.launch.py machines:=2 index:=1              
 
 from pathlib import Path
 
-from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
-from launch.substitutions import PathJoinSubstitution
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch_ros.actions import Node
-from launch_ros.substitutions import FindPackageShare
 
 from launch import LaunchDescription
 from scene_synth_ros.cli.launching import Arguments, ending_with
@@ -45,7 +43,6 @@ def nodes(context):
 
 
 def generate_launch_description():
-    share = PathJoinSubstitution([FindPackageShare("scene_synth_ros"), "config"])
     return LaunchDescription(
         [
             DeclareLaunchArgument("machines", description="How many machines render"),
@@ -58,7 +55,6 @@ def generate_launch_description():
                 default_value="main",
                 description="Run profile, a file or a shipped one by name; the same on all machines",
             ),
-            SetEnvironmentVariable("FASTRTPS_DEFAULT_PROFILES_FILE", PathJoinSubstitution([share, "fastdds_large_images.xml"])),
             OpaqueFunction(function=nodes),
         ]
     )

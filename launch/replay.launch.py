@@ -3,7 +3,7 @@
 ros2 launch scene_synth_ros replay.launch.py bag:=my_bag rate:=0.5 loop:=true rviz:=true
 """
 
-from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
@@ -34,7 +34,6 @@ def generate_launch_description():
             DeclareLaunchArgument("loop", default_value="false", description="Begin again at the end"),
             DeclareLaunchArgument("start_offset_s", default_value="0.0", description="Skip the beginning, seconds"),
             DeclareLaunchArgument("rviz", default_value="false", description="Start RViz with the view of this package"),
-            SetEnvironmentVariable("FASTRTPS_DEFAULT_PROFILES_FILE", PathJoinSubstitution([SHARE, "fastdds_large_images.xml"])),
             OpaqueFunction(function=nodes),
         ]
     )

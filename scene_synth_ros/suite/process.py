@@ -11,6 +11,7 @@ from typing import Any
 
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.logging import get_logger
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
@@ -18,9 +19,22 @@ from scene_synth_ros.suite.faults import FAULT_STATUS, fault_report
 from scene_synth_ros.suite.heap import limit_arenas
 from scene_synth_ros.suite.stale_shared_memory import avoid_stale_ports
 from scene_synth_ros.suite.suite_node import REFUSALS
+from scene_synth_ros.suite.transport import choose_transport
 
 SETTLE_S, QUIET_S = 1.0, 0.3
 """How long a node that a signal ends goes on taking messages at most, and what it takes for the end of them."""
+
+
+def init_ros(args: list[str] | None = None) -> None:
+    """Initialise rclpy with the transport that the nodes need, leaving signals to the caller; the one door to ROS of every process.
+
+    Args:
+        args: the command line; None takes the process's own.
+    """
+    own_transport = choose_transport()
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    if own_transport:
+        get_logger("scene_synth_ros").info(own_transport)
 
 
 def run_node(make: Callable[[], Node], args: list[str] | None = None) -> None:
@@ -75,7 +89,7 @@ def _run(make: Callable[[], Node], args: list[str] | None) -> int:
 def _make(make: Callable[[], Node], args: list[str] | None, caught: list[int]) -> tuple[Node | None, str]:
     """Return the node, or None and why it cannot be; the half-made node is freed, and with it its shared memory."""
     try:
-        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+        init_ros(args)
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda got, _frame: caught.append(got))
         with avoid_stale_ports():
