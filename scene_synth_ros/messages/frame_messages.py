@@ -119,24 +119,36 @@ class FrameMessages:
         """Yield topic below the namespace and message, all with the stamp of the pose.
 
         Args:
-            frame: its layers, or some of them.
+            frame: its layers, or some of them; the others are represented by what needs no pixels.
             pose: of the optical frame.
-            wanted: whether a picture for people, given by topic, is to be made.
+            wanted: whether a picture for people, or camera info or labels of a layer that the frame lacks, given by topic, are to be made.
         """
         if self._config.publish_pose:
             yield f"{self._config.camera}/pose", pose_to_msg(pose, self._config.world_frame)
         for layer, image in frame.layers.items():
             yield from self._of_layer(layer, image, pose.stamp_ns, wanted)
+        for layer in self.layers:
+            if layer not in frame.layers:
+                yield from self._beside_layer(layer, pose.stamp_ns, wanted)
+
+    @property
+    def _frame_id(self) -> str:
+        return f"{self._config.camera}_optical_frame"
+
+    def _beside_layer(self, layer: str, stamp_ns: int, wanted: Callable[[str], bool]) -> Iterator[tuple[str, object]]:
+        """Yield what goes with a layer's images and needs no pixels."""
+        info, labels = (f"{self._config.camera}/{layer}/{name}" for name in ("camera_info", "labels"))
+        if wanted(info):
+            yield info, camera_info_to_msg(self._camera, stamp_ns, self._frame_id)
+        if layer in self._labels and wanted(labels):
+            yield labels, labels_to_msg(self._labels[layer], stamp_ns)
 
     def _of_layer(self, layer: str, image: NDArray[Any], stamp_ns: int, wanted: Callable[[str], bool]) -> Iterator[tuple[str, object]]:
-        row, base = LAYERS[layer], f"{self._config.camera}/{layer}"
-        frame_id = f"{self._config.camera}_optical_frame"
+        row, base, frame_id = LAYERS[layer], f"{self._config.camera}/{layer}", self._frame_id
         encoding, raw = layer_encoding(row), image
         if layer == "depth" and self._config.depth_encoding == "16UC1":
             raw, encoding = depth_to_millimetres(image), "16UC1"
-        yield f"{base}/camera_info", camera_info_to_msg(self._camera, stamp_ns, frame_id)
-        if layer in self._labels:
-            yield f"{base}/labels", labels_to_msg(self._labels[layer], stamp_ns)
+        yield from self._beside_layer(layer, stamp_ns, lambda _: True)
         yield f"{base}/image_raw", image_to_msg(raw, encoding, stamp_ns, frame_id)
         color = f"{base}/image_color"
         if has_companion(row) and self._config.color_companions and wanted(color):

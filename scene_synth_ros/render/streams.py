@@ -74,7 +74,10 @@ class StreamPublishers:
         return int(self._qos.depth)
 
     def wanted_layers(self) -> set[str]:
-        """Return the layers that must be rendered now: all enabled ones, or those with a subscriber if lazy."""
+        """Return the layers that must be rendered now: all enabled ones, or those whose images have a subscriber if lazy.
+
+        Camera info and labels need no pixels: they come with every frame to whoever subscribes to them alone.
+        """
         return {layer for layer in self._images if not self._config.lazy or self.subscribers(layer)}
 
     def subscribers(self, layer: str) -> int:

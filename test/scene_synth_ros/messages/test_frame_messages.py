@@ -73,6 +73,18 @@ def test_a_panorama_publishes_range_in_place_of_depth(config, layers) -> None:
     assert maker.layers == (layers or ("color", "normals", "semantic", "instance"))
 
 
+def test_what_needs_no_pixels_comes_without_them_where_it_is_wanted() -> None:
+    maker = FrameMessages(StreamConfig(), CAMERA)
+    maker.begin_room(sample_scene())
+    frame = Frame({"color": FRAME.layers["color"]}, None)
+    wanted = {"camera/depth/camera_info", "camera/semantic/labels", "camera/normals/image_raw"}
+    made = dict(maker.of_frame(frame, POSE, wanted.__contains__))
+    whole = messages(StreamConfig())
+    of_color = {topic for topic in whole if topic.startswith("camera/color/")}
+    assert set(made) == {"camera/pose", "camera/depth/camera_info", "camera/semantic/labels", *of_color}
+    assert all(made[topic] == whole[topic] for topic in made)
+
+
 def test_messages_are_images_of_the_frame() -> None:
     image = messages(StreamConfig())["camera/instance/image_raw"]
     assert isinstance(image, Image) and np.frombuffer(image.data, np.uint16).tolist() == [1] * 54
