@@ -24,6 +24,8 @@ def nodes(context):
     arguments = Arguments(context)
     record, rviz, foxglove = arguments.flag("record"), arguments.wants("rviz", "rviz2"), arguments.wants("foxglove", "foxglove_bridge")
     files, log_level = arguments.profiles("params_file", "overlay_file"), arguments.log_level("log_level")
+    clock = arguments.clock("clock", files)
+    view_time = {"use_sim_time": clock == "simulated"}
 
     def suite_node(name, own):
         ends = {"exit_when_done": True} if record else {}
@@ -39,13 +41,15 @@ def nodes(context):
         )
 
     recorders = {"expected_recorders": int(record)}
-    suite = [suite_node("grammar_node", recorders), suite_node("renderer_node", recorders)]
+    own_clock = {"streams.publish_clock": False} if clock == "wall" else {}
+    suite = [suite_node("grammar_node", {**recorders, "clock": clock}), suite_node("renderer_node", {**recorders, **own_clock})]
     if record:
         suite.append(suite_node("recorder_node", {"bag": arguments.text("bag_path")}))
     if rviz:
-        suite.append(Node(package="rviz2", executable="rviz2", arguments=["-d", PathJoinSubstitution([SHARE, "views", "synth.rviz"])]))
+        view = ["-d", PathJoinSubstitution([SHARE, "views", "synth.rviz"])]
+        suite.append(Node(package="rviz2", executable="rviz2", arguments=view, parameters=[view_time]))
     if foxglove:
-        suite.append(Node(package="foxglove_bridge", executable="foxglove_bridge"))
+        suite.append(Node(package="foxglove_bridge", executable="foxglove_bridge", parameters=[view_time]))
     return suite
 
 
@@ -53,6 +57,7 @@ ARGUMENTS = {
     "namespace": ("/synth", "Namespace of nodes and topics"),
     "params_file": ("live", "Run profile: a ROS parameter file, or the name of a shipped one"),
     "overlay_file": ("", "Parameters over those: a file, or a shipped preset, camera or rig by its name"),
+    "clock": ("", "simulated (nodes that listen set use_sim_time) or wall (they do not); empty: as the profile says"),
     "log_level": ("info", "debug, info, warn, error or fatal"),
     "record": ("false", "Record a bag; the launch ends with the run's last room"),
     "bag_path": ("synth_bag", "Folder of the bag; must not exist"),

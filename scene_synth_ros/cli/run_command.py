@@ -124,6 +124,9 @@ def _parameters(arguments: argparse.Namespace) -> NodeParameters:
     grammar = parameters["grammar_node"]
     renderers = [values for name, values in parameters.items() if name.startswith("renderer_node")]
     grammar.setdefault("expected_renderers", len(renderers))
+    if grammar.get("clock") == "wall":
+        for values in renderers:
+            values.setdefault("streams.publish_clock", False)
     finite = bool(parameters["grammar_node"].get("rooms", 0))
     for node in parameters.values():
         node.setdefault("exit_when_done", finite)

@@ -105,9 +105,9 @@ class StreamPublishers:
         """Take the label tables of a room."""
         self.messages.begin_room(scene)
 
-    def publish(self, frame: Frame, pose: CameraPose, settings: str) -> None:
+    def publish(self, frame: Frame, pose: CameraPose, settings: str, *, with_clock: bool = True) -> None:
         """Publish clock, transforms, settings, pose and every layer of a frame, all with the pose's stamp."""
-        if self._clock:
+        if self._clock and with_clock:
             self._send(self._clock, clock_to_msg(pose.stamp_ns))
         if self._tf:
             self._send_transforms(pose)
