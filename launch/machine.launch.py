@@ -11,7 +11,7 @@ from launch_ros.actions import Node
 
 from launch import LaunchDescription
 from scene_synth_ros.cli.launching import Arguments, ending_with
-from scene_synth_ros.cli.run_profile import load_profile, with_inheritance
+from scene_synth_ros.cli.run_profile import load_profile, with_inheritance, with_namespace
 from scene_synth_ros.cli.usage import UsageError
 
 
@@ -22,7 +22,7 @@ def nodes(context):
     if not 0 <= index < machines:
         raise UsageError(f"index: expected from 0 to machines - 1 = {machines - 1}, got {index}")
     renderer = f"renderer_node_{index}"
-    profile = load_profile(Path(arguments.text("params_file")))
+    profile = with_namespace(load_profile(Path(arguments.text("params_file"))), arguments.text("namespace"))
     profile.setdefault(renderer, {}).update(share_count=machines, share_index=index, expected_recorders=1)
     rooms = {"rooms": arguments.number("rooms"), "rooms_ahead": min(machines, 16)}
     profile["grammar_node"].update(**rooms, expected_renderers=machines, expected_recorders=1)

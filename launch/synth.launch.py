@@ -15,6 +15,7 @@ from launch_ros.substitutions import FindPackageShare
 
 from launch import LaunchDescription
 from scene_synth_ros.cli.launching import Arguments, ending_with
+from scene_synth_ros.cli.run_profile import namespace_defaults
 
 SHARE = PathJoinSubstitution([FindPackageShare("scene_synth_ros"), "config"])
 
@@ -25,6 +26,7 @@ def nodes(context):
     record, rviz, foxglove = arguments.flag("record"), arguments.wants("rviz", "rviz2"), arguments.wants("foxglove", "foxglove_bridge")
     files, log_level = arguments.profiles("params_file", "overlay_file"), arguments.log_level("log_level")
     clock = arguments.clock("clock", files)
+    frames = namespace_defaults(arguments.text("namespace"))
     view_time = {"use_sim_time": clock == "simulated"}
 
     def suite_node(name, own):
@@ -34,7 +36,7 @@ def nodes(context):
             executable=name,
             name=name,
             namespace=arguments.text("namespace"),
-            parameters=[*files, {**own, **ends}],
+            parameters=[*([frames[name]] if frames else []), *files, {**own, **ends}],
             arguments=["--ros-args", "--log-level", log_level],
             output="screen",
             on_exit=ending_with(name, when_done=name == "recorder_node"),

@@ -17,11 +17,13 @@ from scene_synth_ros.bags.bag_reader import BagReadError
 from scene_synth_ros.cli.contact_sheet import write_contact_sheet
 from scene_synth_ros.cli.node_modules import NODES, ONE_PROCESS_MODULE
 from scene_synth_ros.cli.run_profile import (
+    NAMESPACE,
     NodeParameters,
     ProfileError,
     apply_overrides,
     load_profile,
     with_inheritance,
+    with_namespace,
     write_node_file,
 )
 from scene_synth_ros.cli.supervisor import ONE_PROCESS, Interrupts, NodeProcess, Outcome, run_nodes
@@ -56,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--one-process", action="store_true", help="all nodes in one process")
     parser.add_argument("--record", type=Path, metavar="DIR", help="record a bag into this new folder")
     parser.add_argument("--contact-sheet", type=Path, metavar="FILE", help="draw some frames of each room of the bag, as PNG or JPEG")
-    parser.add_argument("--namespace", default="/synth", help="namespace of nodes and topics (default: %(default)s)")
+    parser.add_argument("--namespace", default=NAMESPACE, help="namespace of nodes and topics (default: %(default)s)")
     parser.add_argument("--log-level", default="info", choices=["debug", "info", "warn", "error"], help="(default: %(default)s)")
 
 
@@ -109,6 +111,7 @@ def _parameters(arguments: argparse.Namespace) -> NodeParameters:
     for overlay in arguments.overlay:
         for node, values in load_profile(overlay).items():
             parameters.setdefault(node, {}).update(values)
+    parameters = with_namespace(parameters, arguments.namespace)
     grammar = parameters["grammar_node"]
     for option, name in (("rooms", "rooms"), ("frames", "frames_per_room"), ("seed", "seed")):
         if getattr(arguments, option) is not None:

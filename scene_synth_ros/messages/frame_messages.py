@@ -14,6 +14,7 @@ from renderer.film.frame import Frame
 from renderer.film.layers import LAYERS, ROWS, Layer
 from scene_description import CameraPose, Limits, SceneDescription
 from scene_description.labels import LabelTable
+from scene_synth_ros.messages.camera_frames import FRAME_PREFIX, camera_frames
 from scene_synth_ros.messages.conversions import (
     camera_info_to_msg,
     depth_to_millimetres,
@@ -71,6 +72,15 @@ class StreamConfig(_LayerSwitches):  # type: ignore[misc]
     publish_pose: Annotated[bool, Limits(description="Publish the camera's pose; one renderer of a camera does", fixed=_STREAMS_FIXED)] = (
         True
     )
+    frame_prefix: Annotated[
+        str,
+        Limits(
+            max_length=100,
+            pattern=FRAME_PREFIX,
+            description="Stands before the camera's frames, as of robot_state_publisher: robot1/",
+            fixed=_STREAMS_FIXED,
+        ),
+    ] = ""
     publish_tf: Annotated[bool, Limits(description="Publish /tf and /tf_static where tf2_msgs is there", fixed=_STREAMS_FIXED)] = True
 
 
@@ -133,7 +143,7 @@ class FrameMessages:
 
     @property
     def _frame_id(self) -> str:
-        return f"{self._config.camera}_optical_frame"
+        return camera_frames(self._config.camera, self._config.frame_prefix).optical
 
     def _beside_layer(self, layer: str, stamp_ns: int, wanted: Callable[[str], bool]) -> Iterator[tuple[str, object]]:
         """Yield what goes with a layer's images and needs no pixels."""

@@ -25,6 +25,7 @@ class RecordingOptions:
     compression: ImageCompression = field(default_factory=ImageCompression)
     snapshot_s: float = 0.0
     snapshot_bytes: int = 2**28
+    frame_prefix: str = ""
 
 
 @dataclass(slots=True)

@@ -66,6 +66,7 @@ class RecorderNode(SuiteNode):
             compression=self._settings["images"],
             snapshot_s=config.snapshot_s,
             snapshot_bytes=round(config.snapshot_mb * 1e6),
+            frame_prefix=config.frame_prefix,
         )
         self._state, self._reason, self._last_status = "starting", "", ""
         self._finish_asked = ""

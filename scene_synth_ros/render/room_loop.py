@@ -55,7 +55,10 @@ class Host(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pace:
-    """How frames follow each other: at their rate or as fast as can be, each at its stamp where that is the time of day; how many may wait."""
+    """How frames follow each other: at their rate or as fast as can be, each at its stamp where that is the time of day.
+
+    ``frames_held`` may wait for their turn.
+    """
 
     realtime: bool
     wall_clock: bool = False

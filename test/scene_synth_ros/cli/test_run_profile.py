@@ -10,7 +10,7 @@ import yaml
 from scene_description import SceneSynthError
 from scene_description.share import config_path
 from scene_synth_ros.cli import run_command
-from scene_synth_ros.cli.run_profile import ProfileError, apply_overrides, find_profile, load_profile, write_node_file
+from scene_synth_ros.cli.run_profile import ProfileError, apply_overrides, find_profile, load_profile, with_namespace, write_node_file
 
 GOOD = """
 /**: {ros__parameters: {exit_when_done: true}}
@@ -108,3 +108,14 @@ def test_a_grammar_file_comes_with_its_room_type_and_is_checked_first(tmp_path: 
     bad.write_text("room_type: 7\n")
     with pytest.raises(SceneSynthError, match=r"bad\.yaml: .*expected"):
         run_command._parameters(parser.parse_args(["--grammar", str(bad)]))
+
+
+def test_a_namespace_of_its_own_stands_before_the_frames_unless_the_profile_says_otherwise() -> None:
+    parameters = {node: {} for node in ("grammar_node", "renderer_node", "recorder_node")}
+    assert with_namespace(parameters, "/synth") == parameters
+    apart = with_namespace({**parameters, "grammar_node": {"world_frame": "world"}}, "/fleet/robot1")
+    assert apart == {
+        "grammar_node": {"world_frame": "world"},
+        "renderer_node": {"streams.world_frame": "fleet/robot1/map", "streams.frame_prefix": "fleet/robot1/"},
+        "recorder_node": {"frame_prefix": "fleet/robot1/"},
+    }
