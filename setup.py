@@ -47,6 +47,7 @@ setup(
             "hypothesis>=6.100",
             "rosbags>=0.10",
             "mcap-ros2-support>=0.5",
+            "cyclonedds>=11",
             "colcon-core",
             "colcon-ros",
             "colcon-python-setup-py",

@@ -25,9 +25,9 @@ from renderer.film.frame import Frame
 from scene_description import CameraPose
 from scene_description.labels import semantic_labels
 from scene_synth_ros.bags.bag_inspect import inspect_bag
-from scene_synth_ros.cli.supervisor import node_environment
 from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.render.streams import StreamPublishers
+from scene_synth_ros.suite.process import init_ros
 from scene_synth_ros.suite.qos import latched_qos
 from scene_synth_ros.suite.status import NodeStatus, status_from_json, status_to_json
 
@@ -42,14 +42,15 @@ DISCOVERY_S = 1.0
 
 def measure() -> list[Row]:
     """Publish to a subscriber, then to a recorder, each in another process; return what it cost, how long it took and what was lost."""
-    os.environ.update(node_environment(os.environ), ROS_DOMAIN_ID=str(1 + os.getpid() % 100))
-    rclpy.init()
+    os.environ["ROS_DOMAIN_ID"] = str(1 + os.getpid() % 100)
+    surroundings = dict(os.environ)
+    init_ros([])
     node = Node("stream_bench", namespace="/bench")
     streams = StreamPublishers(node, StreamConfig(color_companions=False, lazy=False), CameraConfig())
     streams.messages.begin_labels({"semantic": semantic_labels(), "instance": {}})
     frame = make_frame()
     recorded = _recorded(node, streams, frame)  # before any frame is latched that the recorder would wait to see whole
-    rows = [*_subscribed(streams, frame), *recorded]
+    rows = [*_subscribed(streams, frame, surroundings), *recorded]
     node.destroy_node()
     rclpy.shutdown()
     return rows
@@ -62,9 +63,10 @@ def make_frame() -> Frame:
         return renderer.render(VIEW, 0, STREAMED)
 
 
-def _subscribed(streams: StreamPublishers, frame: Frame) -> list[Row]:
+def _subscribed(streams: StreamPublishers, frame: Frame, surroundings: dict[str, str]) -> list[Row]:
+    """Publish to an ordinary subscriber, which knows nothing of the transport that the nodes choose."""
     command = [sys.executable, "-m", "benchmarks.stream_subscriber", str(FRAMES)]
-    subscriber = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    subscriber = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=surroundings)
     _wait_for_subscribers(streams)
     sent_ns, spent_s = _publish(streams, frame, FRAMES)
     output, _ = subscriber.communicate(timeout=60)

@@ -6,14 +6,12 @@ ros2 launch scene_synth_ros machine.launch.py machines:=2 index:=1              
 
 from pathlib import Path
 
-from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
-from launch.substitutions import PathJoinSubstitution
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch_ros.actions import Node
-from launch_ros.substitutions import FindPackageShare
 
 from launch import LaunchDescription
 from scene_synth_ros.cli.launching import Arguments, ending_with
-from scene_synth_ros.cli.run_profile import load_profile, with_inheritance
+from scene_synth_ros.cli.run_profile import load_profile, with_inheritance, with_namespace
 from scene_synth_ros.cli.usage import UsageError
 
 
@@ -24,7 +22,7 @@ def nodes(context):
     if not 0 <= index < machines:
         raise UsageError(f"index: expected from 0 to machines - 1 = {machines - 1}, got {index}")
     renderer = f"renderer_node_{index}"
-    profile = load_profile(Path(arguments.text("params_file")))
+    profile = with_namespace(load_profile(Path(arguments.text("params_file"))), arguments.text("namespace"))
     profile.setdefault(renderer, {}).update(share_count=machines, share_index=index, expected_recorders=1)
     rooms = {"rooms": arguments.number("rooms"), "rooms_ahead": min(machines, 16)}
     profile["grammar_node"].update(**rooms, expected_renderers=machines, expected_recorders=1)
@@ -45,7 +43,6 @@ def nodes(context):
 
 
 def generate_launch_description():
-    share = PathJoinSubstitution([FindPackageShare("scene_synth_ros"), "config"])
     return LaunchDescription(
         [
             DeclareLaunchArgument("machines", description="How many machines render"),
@@ -58,7 +55,6 @@ def generate_launch_description():
                 default_value="main",
                 description="Run profile, a file or a shipped one by name; the same on all machines",
             ),
-            SetEnvironmentVariable("FASTRTPS_DEFAULT_PROFILES_FILE", PathJoinSubstitution([share, "fastdds_large_images.xml"])),
             OpaqueFunction(function=nodes),
         ]
     )

@@ -3,7 +3,7 @@
 ros2 launch scene_synth_ros replay.launch.py bag:=my_bag rate:=0.5 loop:=true rviz:=true
 """
 
-from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
@@ -13,7 +13,7 @@ from launch import LaunchDescription
 from scene_synth_ros.cli.launching import Arguments, ending_with
 
 SHARE = PathJoinSubstitution([FindPackageShare("scene_synth_ros"), "config"])
-TYPES = {"bag": str, "rate": float, "loop": bool, "start_offset_s": float}
+TYPES = {"bag": str, "rate": float, "loop": bool, "start_offset_s": float, "clock_hz": float}
 
 
 def nodes(context):
@@ -22,7 +22,8 @@ def nodes(context):
     on_exit = ending_with("replay_node", when_done=False)
     suite = [Node(package="scene_synth_ros", executable="replay_node", parameters=[parameters], output="screen", on_exit=on_exit)]
     if Arguments(context).wants("rviz", "rviz2"):
-        suite.append(Node(package="rviz2", executable="rviz2", arguments=["-d", PathJoinSubstitution([SHARE, "views", "synth.rviz"])]))
+        view = ["-d", PathJoinSubstitution([SHARE, "views", "synth.rviz"])]
+        suite.append(Node(package="rviz2", executable="rviz2", arguments=view, parameters=[{"use_sim_time": True}]))
     return suite
 
 
@@ -33,8 +34,8 @@ def generate_launch_description():
             DeclareLaunchArgument("rate", default_value="1.0", description="Speed, 2.0 is twice as fast"),
             DeclareLaunchArgument("loop", default_value="false", description="Begin again at the end"),
             DeclareLaunchArgument("start_offset_s", default_value="0.0", description="Skip the beginning, seconds"),
+            DeclareLaunchArgument("clock_hz", default_value="0.0", description="Publish /clock so often; 0 plays what was recorded"),
             DeclareLaunchArgument("rviz", default_value="false", description="Start RViz with the view of this package"),
-            SetEnvironmentVariable("FASTRTPS_DEFAULT_PROFILES_FILE", PathJoinSubstitution([SHARE, "fastdds_large_images.xml"])),
             OpaqueFunction(function=nodes),
         ]
     )

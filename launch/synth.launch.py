@@ -8,13 +8,14 @@ Recording ends with the last room of the run (``rooms`` of the profile; ``live``
 returns.
 """
 
-from launch.actions import DeclareLaunchArgument, OpaqueFunction, SetEnvironmentVariable
+from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import PathJoinSubstitution
 from launch_ros.actions import Node
 from launch_ros.substitutions import FindPackageShare
 
 from launch import LaunchDescription
 from scene_synth_ros.cli.launching import Arguments, ending_with
+from scene_synth_ros.cli.run_profile import namespace_defaults
 
 SHARE = PathJoinSubstitution([FindPackageShare("scene_synth_ros"), "config"])
 
@@ -24,6 +25,9 @@ def nodes(context):
     arguments = Arguments(context)
     record, rviz, foxglove = arguments.flag("record"), arguments.wants("rviz", "rviz2"), arguments.wants("foxglove", "foxglove_bridge")
     files, log_level = arguments.profiles("params_file", "overlay_file"), arguments.log_level("log_level")
+    clock = arguments.clock("clock", files)
+    frames = namespace_defaults(arguments.text("namespace"))
+    view_time = {"use_sim_time": clock == "simulated"}
 
     def suite_node(name, own):
         ends = {"exit_when_done": True} if record else {}
@@ -32,20 +36,22 @@ def nodes(context):
             executable=name,
             name=name,
             namespace=arguments.text("namespace"),
-            parameters=[*files, {**own, **ends}],
+            parameters=[*([frames[name]] if frames else []), *files, {**own, **ends}],
             arguments=["--ros-args", "--log-level", log_level],
             output="screen",
             on_exit=ending_with(name, when_done=name == "recorder_node"),
         )
 
     recorders = {"expected_recorders": int(record)}
-    suite = [suite_node("grammar_node", recorders), suite_node("renderer_node", recorders)]
+    own_clock = {"streams.publish_clock": False} if clock == "wall" else {}
+    suite = [suite_node("grammar_node", {**recorders, "clock": clock}), suite_node("renderer_node", {**recorders, **own_clock})]
     if record:
         suite.append(suite_node("recorder_node", {"bag": arguments.text("bag_path")}))
     if rviz:
-        suite.append(Node(package="rviz2", executable="rviz2", arguments=["-d", PathJoinSubstitution([SHARE, "views", "synth.rviz"])]))
+        view = ["-d", PathJoinSubstitution([SHARE, "views", "synth.rviz"])]
+        suite.append(Node(package="rviz2", executable="rviz2", arguments=view, parameters=[view_time]))
     if foxglove:
-        suite.append(Node(package="foxglove_bridge", executable="foxglove_bridge"))
+        suite.append(Node(package="foxglove_bridge", executable="foxglove_bridge", parameters=[view_time]))
     return suite
 
 
@@ -53,6 +59,7 @@ ARGUMENTS = {
     "namespace": ("/synth", "Namespace of nodes and topics"),
     "params_file": ("live", "Run profile: a ROS parameter file, or the name of a shipped one"),
     "overlay_file": ("", "Parameters over those: a file, or a shipped preset, camera or rig by its name"),
+    "clock": ("", "simulated (nodes that listen set use_sim_time) or wall (they do not); empty: as the profile says"),
     "log_level": ("info", "debug, info, warn, error or fatal"),
     "record": ("false", "Record a bag; the launch ends with the run's last room"),
     "bag_path": ("synth_bag", "Folder of the bag; must not exist"),
@@ -65,7 +72,6 @@ def generate_launch_description():
     return LaunchDescription(
         [
             *(DeclareLaunchArgument(name, default_value=value, description=text) for name, (value, text) in ARGUMENTS.items()),
-            SetEnvironmentVariable("FASTRTPS_DEFAULT_PROFILES_FILE", PathJoinSubstitution([SHARE, "fastdds_large_images.xml"])),
             OpaqueFunction(function=nodes),
         ]
     )

@@ -6,7 +6,7 @@ Imports ROS 2's launch, so only launch files import this.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from launch.events.process import ProcessExited
 from launch.substitutions import LaunchConfiguration
 
 from launch import LaunchContext
-from scene_synth_ros.cli.run_profile import find_profile
+from scene_synth_ros.cli.run_profile import find_profile, load_profile
 from scene_synth_ros.cli.usage import UsageError
 
 LOG_LEVELS = ("debug", "info", "warn", "error", "fatal")
@@ -60,6 +60,15 @@ class Arguments:
     def profiles(self, *names: str) -> list[str]:
         """Return the parameter files of arguments, files or shipped ones by name; those left empty are left out."""
         return [str(find_profile(Path(self.text(name)))) for name in names if self.text(name)]
+
+    def clock(self, name: str, files: Iterable[str]) -> str:
+        """Return ``simulated`` or ``wall``: the argument or, if it is empty, what parameter files say of the grammar node."""
+        text = self.text(name).lower()
+        for file in () if text else files:
+            text = load_profile(Path(file))["grammar_node"].get("clock", text)
+        if text not in ("", "simulated", "wall"):
+            raise UsageError(f"{name}: expected simulated or wall, got '{text}'")
+        return text or "simulated"
 
     def wants(self, name: str, package: str) -> bool:
         """Return whether a flag is set that needs another package, which is there then."""

@@ -13,14 +13,13 @@ import time
 
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
-from rclpy.signals import SignalHandlerOptions
 
 from scene_description import error_line
 from scene_synth_ros.cli.node_modules import NODES
 from scene_synth_ros.cli.usage import UsageError
 from scene_synth_ros.suite.faults import FAULT_STATUS, fault_report
 from scene_synth_ros.suite.heap import limit_arenas
-from scene_synth_ros.suite.process import close_node, end_process
+from scene_synth_ros.suite.process import close_node, end_process, init_ros
 from scene_synth_ros.suite.stale_shared_memory import avoid_stale_ports
 from scene_synth_ros.suite.suite_node import REFUSALS, SuiteNode
 
@@ -99,7 +98,7 @@ def main(args: list[str] | None = None) -> None:
     limit_arenas()
     code = FAULT_STATUS
     try:
-        rclpy.init(args=["--ros-args", "--log-level", parsed.log_level], signal_handler_options=SignalHandlerOptions.NO)
+        init_ros(["--ros-args", "--log-level", parsed.log_level])
         names = dict(word.split("=", 1) for word in parsed.nodes if "=" in word)
         code = run(names, parsed.namespace)
         rclpy.try_shutdown()

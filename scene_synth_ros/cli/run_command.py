@@ -15,11 +15,13 @@ from typing import Any
 from scene_description.share import config_path
 from scene_synth_ros.cli.node_modules import NODES, ONE_PROCESS_MODULE, PROGRESS_MODULE
 from scene_synth_ros.cli.run_profile import (
+    NAMESPACE,
     NodeParameters,
     ProfileError,
     apply_overrides,
     load_profile,
     with_inheritance,
+    with_namespace,
     write_node_file,
 )
 from scene_synth_ros.cli.supervisor import ONE_PROCESS, Interrupts, NodeProcess, companion, run_nodes
@@ -58,7 +60,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--record", type=Path, metavar="DIR", help="record a bag into this new folder")
     parser.add_argument("--contact-sheet", type=Path, metavar="FILE", help="draw some frames of each room of the bag, as PNG or JPEG")
     parser.add_argument("--show", type=Path, metavar="FILE", help="write the bag as one page for a browser (scene_synth show)")
-    parser.add_argument("--namespace", default="/synth", help="namespace of nodes and topics (default: %(default)s)")
+    parser.add_argument("--namespace", default=NAMESPACE, help="namespace of nodes and topics (default: %(default)s)")
     parser.add_argument(
         "--log-level",
         choices=["debug", "info", "warn", "error"],
@@ -135,6 +137,7 @@ def _parameters(arguments: argparse.Namespace) -> NodeParameters:
     for overlay in arguments.overlay:
         for node, values in load_profile(overlay).items():
             parameters.setdefault(node, {}).update(values)
+    parameters = with_namespace(parameters, arguments.namespace)
     grammar = parameters["grammar_node"]
     for option, name in (("rooms", "rooms"), ("frames", "frames_per_room"), ("seed", "seed")):
         if getattr(arguments, option) is not None:
@@ -153,6 +156,9 @@ def _parameters(arguments: argparse.Namespace) -> NodeParameters:
     grammar = parameters["grammar_node"]
     renderers = [values for name, values in parameters.items() if name.startswith("renderer_node")]
     grammar.setdefault("expected_renderers", len(renderers))
+    if grammar.get("clock") == "wall":
+        for values in renderers:
+            values.setdefault("streams.publish_clock", False)
     finite = bool(parameters["grammar_node"].get("rooms", 0))
     for node in parameters.values():
         node.setdefault("exit_when_done", finite)

@@ -16,6 +16,8 @@ SHIPPED = ("runs", "presets", "cameras", "rigs")
 """Folders of the configuration that hold profiles and overlays."""
 NODES = ("grammar_node", "renderer_node", "recorder_node")
 ALL_NODES = "/**"
+NAMESPACE = "/synth"
+"""Where a suite is unless it is told otherwise."""
 EXTRA_RENDERER = re.compile(r"renderer_node_[A-Za-z0-9_]{1,60}")
 """Names of further renderers; they inherit what is said of ``renderer_node``."""
 
@@ -86,6 +88,22 @@ def with_inheritance(parameters: NodeParameters) -> NodeParameters:
     """Return the parameters with those of ``renderer_node`` under the ones that further renderers have of their own."""
     base = parameters["renderer_node"]
     return {name: {**base, **values} if EXTRA_RENDERER.fullmatch(name) else values for name, values in parameters.items()}
+
+
+def with_namespace(parameters: NodeParameters, namespace: str) -> NodeParameters:
+    """Return the parameters over those that keep the frames of a suite in a namespace of its own apart from others'."""
+    defaults = namespace_defaults(namespace)
+    return {name: {**defaults.get(name, {}), **values} for name, values in parameters.items()}
+
+
+def namespace_defaults(namespace: str) -> NodeParameters:
+    """Return what puts a namespace before the names of frames; nothing for the usual one: ``map``, ``camera_link`` and so on."""
+    prefix = namespace.strip("/") + "/"
+    if prefix in ("/", NAMESPACE.strip("/") + "/"):
+        return {}
+    world = {"world_frame": f"{prefix}map"}
+    streams = {"streams.world_frame": f"{prefix}map", "streams.frame_prefix": prefix}
+    return {"grammar_node": world, "renderer_node": streams, "recorder_node": {"frame_prefix": prefix}}
 
 
 def apply_overrides(parameters: NodeParameters, overrides: Iterable[str]) -> NodeParameters:

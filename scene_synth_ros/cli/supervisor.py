@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from scene_description.share import config_path
 from scene_synth_ros.suite.faults import FAULT_STATUS
 from scene_synth_ros.suite.stale_shared_memory import remove_stale_shared_memory
 
@@ -117,7 +116,6 @@ def node_environment(outer: Mapping[str, str]) -> dict[str, str]:
     """Return the environment of the nodes: what the user has set, and defaults for what ROS needs beyond it."""
     defaults = {
         "AMENT_PREFIX_PATH": sys.prefix,
-        "FASTRTPS_DEFAULT_PROFILES_FILE": str(config_path("fastdds_large_images.xml")),
         "RCUTILS_CONSOLE_OUTPUT_FORMAT": "[{name}] {message}",
         "PYTHONUNBUFFERED": "1",
     }

@@ -1,8 +1,14 @@
-"""Simulated time of frames: integer nanoseconds, independent of how long a frame took."""
+"""Times of frames, integer nanoseconds: simulated, independent of how long a frame took, or moved to the time of day."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from scene_description import CameraPose
+
+ROOM_CHANGE_S = 0.5
+"""By the wall clock, the first frame of a room is due so long after the room has gone out: a renderer prepares it meanwhile."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,3 +29,8 @@ class FrameTimes:
     def at_rate(self, rate_hz: float, frame: int) -> FrameTimes:
         """Return the times from ``frame`` on at another rate."""
         return FrameTimes(self.stamp_ns(frame), rate_hz, frame)
+
+
+def moved_to(path: Sequence[CameraPose], start_ns: int) -> tuple[CameraPose, ...]:
+    """Return a camera path whose first frame has the stamp ``start_ns``; the times between frames stay."""
+    return tuple(replace(pose, stamp_ns=pose.stamp_ns - path[0].stamp_ns + start_ns) for pose in path)

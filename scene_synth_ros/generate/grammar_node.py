@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from grammar import SceneRequest
 from grammar.synthesize import SceneSynthesizer
 from scene_description import FieldError, SceneSynthError, error_line
 from scene_synth_ros.generate.catalogs import with_catalog
+from scene_synth_ros.generate.frame_times import ROOM_CHANGE_S
 from scene_synth_ros.generate.grammar_report import grammar_report
 from scene_synth_ros.generate.room_ahead import RoomAhead
 from scene_synth_ros.generate.room_job import Prepared, RoomJob
@@ -56,13 +58,17 @@ class GrammarNode(SuiteNode):
         own = self._override("grammar_file")
         self._synthesizer = with_catalog(SceneSynthesizer.from_config([Path(own)] if own else []), self._override("catalog_dir"))
         groups = {"": RunConfig, "scene": SceneRequest}
-        self._settings = Parameters(self, groups, self._on_change, lambda values: self._synthesizer.check(values["scene"]))
+        self._settings = Parameters(self, groups, self._on_change, self._check)
         self.begin(self._config.autostart)
 
     @property
     def _config(self) -> RunConfig:
         config: RunConfig = self._settings[""]
         return config
+
+    def _check(self, values: Mapping[str, Any]) -> None:
+        values[""].check()
+        self._synthesizer.check(values["scene"])
 
     def _override(self, name: str) -> str:
         """Return a text parameter that is needed before the others are declared; empty if it is not set."""
@@ -184,7 +190,10 @@ class GrammarNode(SuiteNode):
         self._diagnostics.publish()
 
     def _send(self, prepared: Prepared) -> None:
-        scene, config = prepared.scene, self._config
+        config = self._config
+        if config.clock == "wall":
+            prepared = prepared.starting_at(time.time_ns() + round(ROOM_CHANGE_S * 1e9))
+        scene = prepared.scene
         stamp_ns = scene.camera_path[0].stamp_ns
         grid = self._synthesizer.floor_map(scene)
         self._map.publish(occupancy_to_msg(grid.cells, grid.resolution_m, grid.origin_m, stamp_ns, config.world_frame))
@@ -220,6 +229,7 @@ class GrammarNode(SuiteNode):
             done_scene=self._run.finished_by_all,
             reason=reason[:1000],
             lock_step=self._config.lock_step,
+            clock=self._config.clock,
             run=self._run.name,
         )
         self._status.publish(String(data=status_to_json(status)))

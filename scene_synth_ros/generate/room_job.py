@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from typing import NamedTuple
 
 from grammar import SceneRequest
 from grammar.checks.metrics import SamplingCost
 from grammar.synthesize import CameraTimes, SceneSynthesizer
 from scene_description import SceneDescription, scene_to_json
+from scene_synth_ros.generate.frame_times import moved_to
 
 
 class Prepared(NamedTuple):
@@ -22,6 +24,11 @@ class Prepared(NamedTuple):
     cost: SamplingCost
     seconds: float
     generation: int
+
+    def starting_at(self, start_ns: int) -> Prepared:
+        """Return the room with its first frame at another time."""
+        scene = replace(self.scene, camera_path=moved_to(self.scene.camera_path, start_ns))
+        return self._replace(scene=scene, text=scene_to_json(scene))
 
 
 class RoomJob(NamedTuple):

@@ -2,7 +2,7 @@
 
 In lock-step a room goes out when the expected peers are ready and have finished the rooms before it, but for ``rooms_ahead``.
 Free-running, it goes out when the frames of the one before have had their time by the wall clock.  Simulated time counts frames and never
-goes back.
+goes back; stamps by the wall clock are given to a room when it goes out.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from enum import Enum
 from typing import NamedTuple
 
 from grammar.synthesize import CameraTimes
-from scene_synth_ros.generate.frame_times import FrameTimes
+from scene_synth_ros.generate.frame_times import ROOM_CHANGE_S, FrameTimes
 from scene_synth_ros.generate.lock_step import Expectation, finished_by_all, missing_peers, peer_failures, waiting_for
 from scene_synth_ros.generate.run_config import RunConfig
 from scene_synth_ros.suite.status import NodeStatus, done_in_run
@@ -177,7 +177,8 @@ class Run:
     def sent(self, frames: int, now_s: float) -> None:
         """Count the next room as sent, with so many frames."""
         self.last_sent, self.last_sent_s = self.next_index, now_s
-        self._send_s = 0.0 if self._config.lock_step else now_s + frames / self._config.rate_hz
+        change_s = ROOM_CHANGE_S if self._config.clock == "wall" else 0.0
+        self._send_s = 0.0 if self._config.lock_step else now_s + change_s + frames / self._config.rate_hz
         self._one_more = False
         self.next_index += 1
         self._next_frame += frames

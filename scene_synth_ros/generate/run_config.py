@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 from scene_description import Limits
+from scene_synth_ros.suite.parameters import ParameterError
 
 _PEERS_FIXED = "the run's peers are counted once"
 
@@ -30,6 +31,13 @@ class RunConfig:
     start_time_s: Annotated[
         float, Limits(ge=0.0, le=4e9, unit="s", description="Simulated time of the first frame of room 0", fixed="time cannot jump")
     ] = 1.0
+    clock: Annotated[
+        Literal["simulated", "wall"],
+        Limits(
+            description="What stamps follow: simulated counts frames from start_time_s; wall is the time of day, free-running only",
+            fixed="time cannot jump",
+        ),
+    ] = "simulated"
     lock_step: Annotated[bool, Limits(description="Send a room only when all peers have finished the one before")] = True
     expected_renderers: Annotated[int, Limits(ge=0, le=100, description="Renderers that a lock-step run waits for", fixed=_PEERS_FIXED)] = 1
     expected_recorders: Annotated[int, Limits(ge=0, le=100, description="Recorders that a lock-step run waits for", fixed=_PEERS_FIXED)] = 0
@@ -51,3 +59,12 @@ class RunConfig:
     ] = ""
     autostart: Annotated[bool, Limits(description="Configure and activate at the start", fixed="it is used at the start only")] = True
     exit_when_done: Annotated[bool, Limits(description="End the process after the last room")] = False
+
+    def check(self) -> None:
+        """Refuse settings that contradict each other.
+
+        Raises:
+            ParameterError: frames that wait for each other are stamped by a clock that waits for nobody.
+        """
+        if self.clock == "wall" and self.lock_step:
+            raise ParameterError("grammar_node: parameter clock: 'wall' goes with lock_step false, got true; set lock_step:=false")

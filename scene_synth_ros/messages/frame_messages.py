@@ -14,6 +14,7 @@ from renderer.film.frame import Frame
 from renderer.film.layers import LAYERS, ROWS, Layer
 from scene_description import CameraPose, Limits, SceneDescription
 from scene_description.labels import LabelTable
+from scene_synth_ros.messages.camera_frames import FRAME_PREFIX, camera_frames
 from scene_synth_ros.messages.conversions import (
     camera_info_to_msg,
     depth_to_millimetres,
@@ -71,6 +72,15 @@ class StreamConfig(_LayerSwitches):  # type: ignore[misc]
     publish_pose: Annotated[bool, Limits(description="Publish the camera's pose; one renderer of a camera does", fixed=_STREAMS_FIXED)] = (
         True
     )
+    frame_prefix: Annotated[
+        str,
+        Limits(
+            max_length=100,
+            pattern=FRAME_PREFIX,
+            description="Stands before the camera's frames, as of robot_state_publisher: robot1/",
+            fixed=_STREAMS_FIXED,
+        ),
+    ] = ""
     publish_tf: Annotated[bool, Limits(description="Publish /tf and /tf_static where tf2_msgs is there", fixed=_STREAMS_FIXED)] = True
 
 
@@ -119,24 +129,36 @@ class FrameMessages:
         """Yield topic below the namespace and message, all with the stamp of the pose.
 
         Args:
-            frame: its layers, or some of them.
+            frame: its layers, or some of them; the others are represented by what needs no pixels.
             pose: of the optical frame.
-            wanted: whether a picture for people, given by topic, is to be made.
+            wanted: whether a picture for people, or camera info or labels of a layer that the frame lacks, given by topic, are to be made.
         """
         if self._config.publish_pose:
             yield f"{self._config.camera}/pose", pose_to_msg(pose, self._config.world_frame)
         for layer, image in frame.layers.items():
             yield from self._of_layer(layer, image, pose.stamp_ns, wanted)
+        for layer in self.layers:
+            if layer not in frame.layers:
+                yield from self._beside_layer(layer, pose.stamp_ns, wanted)
+
+    @property
+    def _frame_id(self) -> str:
+        return camera_frames(self._config.camera, self._config.frame_prefix).optical
+
+    def _beside_layer(self, layer: str, stamp_ns: int, wanted: Callable[[str], bool]) -> Iterator[tuple[str, object]]:
+        """Yield what goes with a layer's images and needs no pixels."""
+        info, labels = (f"{self._config.camera}/{layer}/{name}" for name in ("camera_info", "labels"))
+        if wanted(info):
+            yield info, camera_info_to_msg(self._camera, stamp_ns, self._frame_id)
+        if layer in self._labels and wanted(labels):
+            yield labels, labels_to_msg(self._labels[layer], stamp_ns)
 
     def _of_layer(self, layer: str, image: NDArray[Any], stamp_ns: int, wanted: Callable[[str], bool]) -> Iterator[tuple[str, object]]:
-        row, base = LAYERS[layer], f"{self._config.camera}/{layer}"
-        frame_id = f"{self._config.camera}_optical_frame"
+        row, base, frame_id = LAYERS[layer], f"{self._config.camera}/{layer}", self._frame_id
         encoding, raw = layer_encoding(row), image
         if layer == "depth" and self._config.depth_encoding == "16UC1":
             raw, encoding = depth_to_millimetres(image), "16UC1"
-        yield f"{base}/camera_info", camera_info_to_msg(self._camera, stamp_ns, frame_id)
-        if layer in self._labels:
-            yield f"{base}/labels", labels_to_msg(self._labels[layer], stamp_ns)
+        yield from self._beside_layer(layer, stamp_ns, lambda _: True)
         yield f"{base}/image_raw", image_to_msg(raw, encoding, stamp_ns, frame_id)
         color = f"{base}/image_color"
         if has_companion(row) and self._config.color_companions and wanted(color):

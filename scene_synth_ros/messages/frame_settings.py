@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 from renderer.camera.config import CameraConfig, SensorConfig
 from renderer.film.tone import Exposure
@@ -40,8 +40,11 @@ class FrameSettings:
 
 
 def settings_to_json(settings: FrameSettings) -> str:
-    """Return the JSON text."""
-    return json.dumps(to_mapping(settings), separators=(",", ":"))
+    """Return the JSON text; an empty prefix of frames is not in it."""
+    data: dict[str, Any] = to_mapping(settings)
+    if not settings.streams.frame_prefix:
+        del data["streams"]["frame_prefix"]
+    return json.dumps(data, separators=(",", ":"))
 
 
 def settings_from_json(text: str) -> FrameSettings:

@@ -29,6 +29,7 @@ class RecordingOptions:
     snapshot_s: float = 0.0
     snapshot_bytes: int = 2**28
     incidental: frozenset[str] = frozenset()
+    frame_prefix: str = ""
 
 
 @dataclass(slots=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from scene_description.poses import LINK_FROM_OPTICAL, conjugate_quaternion, multiply_quaternions
+from scene_synth_ros.messages.camera_frames import CameraFrames, camera_frames
 from scene_synth_ros.messages.timed_pose import TimedPose
 from scene_synth_ros.messages.transforms_cdr import StampedTransform, encode_tf_message
 
@@ -17,20 +18,25 @@ class TransformMessages(NamedTuple):
 
 
 class CameraTransforms:
-    """Says world -> link at every pose, and link -> optical frame of all cameras so far when a camera is new."""
+    """Says world -> link at every pose, and link -> optical frame of all cameras so far when a camera is new.
 
-    def __init__(self) -> None:
-        self._links: dict[str, str] = {}
+    Args:
+        frame_prefix: stands before the names of links and optical frames.
+    """
+
+    def __init__(self, frame_prefix: str = "") -> None:
+        self._prefix = frame_prefix
+        self._known: dict[str, CameraFrames] = {}
 
     def of_pose(self, pose: TimedPose, camera: str) -> TransformMessages:
         """Return the transforms of a camera's optical pose."""
-        link, static = f"{camera}_link", None
-        if camera not in self._links:
-            self._links[camera] = link
+        link, static = camera_frames(camera, self._prefix).link, None
+        if camera not in self._known:
+            self._known[camera] = camera_frames(camera, self._prefix)
             static = encode_tf_message(
                 [
-                    StampedTransform(pose.stamp_ns, known_link, f"{known}_optical_frame", (0.0, 0.0, 0.0), LINK_FROM_OPTICAL)
-                    for known, known_link in sorted(self._links.items())
+                    StampedTransform(pose.stamp_ns, known.link, known.optical, (0.0, 0.0, 0.0), LINK_FROM_OPTICAL)
+                    for _, known in sorted(self._known.items())
                 ]
             )
         rotation = multiply_quaternions(pose.quaternion, conjugate_quaternion(LINK_FROM_OPTICAL))

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from scene_description import Limits
+from scene_synth_ros.messages.camera_frames import FRAME_PREFIX
 from scene_synth_ros.suite.parameters import ParameterError
 
 _BAG_FIXED = "a bag is opened once"
@@ -41,6 +42,15 @@ class RecorderConfig:
         tuple[Annotated[str, Limits(max_length=20_000)], ...],
         Limits(max_length=100, description="KEY=VALUE notes kept with the bag", fixed=_BAG_FIXED),
     ] = ()
+    frame_prefix: Annotated[
+        str,
+        Limits(
+            max_length=100,
+            pattern=FRAME_PREFIX,
+            description="Stands before the cameras' frames in /tf and /tf_static; as streams.frame_prefix of the renderer",
+            fixed=_BAG_FIXED,
+        ),
+    ] = ""
     loss_timeout_s: Annotated[
         float, Limits(ge=0.1, le=1e6, unit="s", description="Wait for messages that were published before they count as lost")
     ] = 10.0

@@ -67,6 +67,7 @@ class RecorderNode(SuiteNode):
             snapshot_s=config.snapshot_s,
             snapshot_bytes=round(config.snapshot_mb * 1e6),
             incidental=frozenset() if config.topics or config.extra_topics else frozenset({"/diagnostics"}),
+            frame_prefix=config.frame_prefix,
         )
         self._state, self._reason, self._last_status = "starting", "", ""
         self._finish_asked = ""

@@ -68,7 +68,7 @@ class Recording:
         self.intake = FrameIntake(warn)
         self._topics: set[str] = set()
         self._early: list[tuple[str, bytes, int]] = []
-        self._transforms = CameraTransforms()
+        self._transforms = CameraTransforms(options.frame_prefix if options else "")
         self._last_ns = -1
         self._brought = 0
 

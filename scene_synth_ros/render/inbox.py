@@ -62,6 +62,11 @@ class Inbox:
         """The last room that the grammar node knows to be finished by all."""
         return self._peers.finished_scene
 
+    @property
+    def wall_clock(self) -> bool:
+        """Whether stamps are the time of day, so that every frame is due at its stamp."""
+        return self._peers.wall_clock
+
     def next_room(self) -> str | None:
         """Wait for a room and return its description; None at the end.
 

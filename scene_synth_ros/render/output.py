@@ -54,11 +54,11 @@ class Output:
             if not self._closed:
                 self._status_publisher.publish(String(data=status_to_json(self.status)))
 
-    def publish_frame(self, frame: Frame, pose: CameraPose, settings: str) -> None:
-        """Publish a frame with all that belongs to it."""
+    def publish_frame(self, frame: Frame, pose: CameraPose, settings: str, *, with_clock: bool = True) -> None:
+        """Publish a frame with all that belongs to it; its time on ``/clock`` too, unless stamps are the time of day."""
         with self._lock:
             if not self._closed:
-                self.streams.publish(frame, pose, settings)
+                self.streams.publish(frame, pose, settings, with_clock=with_clock)
                 self.frames += 1
 
     def close(self, seconds: float) -> None:

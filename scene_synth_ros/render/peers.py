@@ -27,6 +27,8 @@ class Peers:
         self._run = ""
         self.finished_scene = -1
         """Last room of the run that the grammar node knows to be finished by all."""
+        self.wall_clock = False
+        """Whether stamps are the time of day."""
         self._lock_step = False
 
     def take(self, status: NodeStatus, published: int) -> None:
@@ -39,6 +41,7 @@ class Peers:
             self._renderers[status.node] = status
         elif status.role == "grammar":
             self._run, self.finished_scene, self._lock_step = status.run, status.done_scene, status.lock_step
+            self.wall_clock = status.clock == "wall"
 
     @property
     def rooms_wait(self) -> bool:

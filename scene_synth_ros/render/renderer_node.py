@@ -33,6 +33,7 @@ from scene_synth_ros.suite.suite_node import REFUSALS, SuiteNode
 
 _STOP_S, _DELIVERY_S = 0.6, 0.3
 """How long a life that ends may take to leave the kernel at work, and its last messages to arrive."""
+ONE_CLOCK = "let one publish it (streams.publish_clock:=false in the others), or all follow the wall clock (grammar_node clock:=wall)"
 
 _TICK_S = 0.25
 """How often the node looks whether its rendering thread is warm or has ended; a status makes it look at once."""
@@ -74,6 +75,7 @@ class RendererNode(SuiteNode):
         self._inbox = Inbox(Peers(self.get_fully_qualified_name(), self._output.streams.frame_topic, self._settings[""].share_count))
         self._requests = CameraRequests(streams.world_frame, self._settings["drive"])
         self._rendering = Rendering(self, self._settings, self._inbox, self._output, self._requests)
+        self._clock_conflict = ""
         self._report = RendererReport(self._output, self._rendering, self._requests)
         self.create_subscription(String, "status", self._on_status, latched_qos(100))
         self.create_subscription(String, "scene", lambda message: self._inbox.put_room(message.data), latched_qos(MAX_ROOMS_WAITING))
@@ -83,6 +85,7 @@ class RendererNode(SuiteNode):
         self.create_subscription(Twist, "cmd_vel", self._requests.take_twist, stream_qos(1))
         self._diagnostics = Diagnostics(self, self._collect)
         self.create_timer(_TICK_S, self._tick)
+        self.create_timer(1.0, self._look_for_clocks)
         self._life = start_daemon_job("render", self._rendering.run, after=self._former_life)
 
     def close(self) -> None:
@@ -150,6 +153,15 @@ class RendererNode(SuiteNode):
             self._output.tell(state="ready")
             self._inbox.wake()
 
+    def _look_for_clocks(self) -> None:
+        """Leave ``/clock`` to another suite or simulator that publishes it already: of two clocks, nodes would see a time that jumps."""
+        others = self._output.streams.other_clocks() if not self._inbox.wall_clock else []
+        done = "this camera leaves it alone" if self._output.streams.hold_clock(bool(others)) else "time jumps for who listens"
+        before = self._clock_conflict
+        self._clock_conflict = f"/clock is published by {', '.join(others)[:200]} too: {done}; {ONE_CLOCK}" if others else ""
+        if self._clock_conflict not in ("", before):
+            self.refuse(self._clock_conflict)
+
     def _recorders_are_connected(self) -> bool:
         recorders = self._inbox.recorders
         return len(recorders) >= self._settings[""].expected_recorders and self._output.streams.reach(recorders, self._output.status.start)
@@ -169,7 +181,7 @@ class RendererNode(SuiteNode):
         return self.faults.tell(error, f"{self.get_name()} rendered; its thread has ended")
 
     def _collect(self) -> Report:
-        return self._report.collect(self.last_warning(WARNING_S), self.last_warning())
+        return self._report.collect(self.last_warning(WARNING_S) or self._clock_conflict, self.last_warning())
 
 
 def main(args: list[str] | None = None) -> None:

@@ -128,7 +128,9 @@ class Rendering:
 
     def _pace(self) -> Pace:
         config: RendererNodeConfig = self._settings[""]
-        return Pace(realtime=config.realtime, frames_held=config.frames_held if config.share_count > 1 else 1)
+        wall_clock = self._inbox.wall_clock
+        frames_held = config.frames_held if config.share_count > 1 else 1
+        return Pace(realtime=config.realtime or wall_clock, wall_clock=wall_clock, frames_held=frames_held)
 
     def interrupted(self) -> bool:
         """Return whether the room must be left: for the end, or for the next room, unless that waits until the path is done."""
@@ -169,7 +171,7 @@ class Rendering:
             render=self._render_config,
             streams=self._settings["streams"],
         )
-        self._output.publish_frame(frame, pose, settings_to_json(settings))
+        self._output.publish_frame(frame, pose, settings_to_json(settings), with_clock=not self._inbox.wall_clock)
         self.throughput.take(time.monotonic(), frame.samples * settings.camera.width * settings.camera.height, frame.rays)
         if not self._on_path:
             self._output.tell()

@@ -18,6 +18,8 @@ from scene_synth_ros.render.camera_requests import CameraRequests
 from scene_synth_ros.render.frame_index import frame_index
 
 _IDLE_S = 0.2
+_SOON_S = 1.0
+"""A wall clock that is set back while a room is on its way does not hold the room up for longer."""
 
 
 class Host(Protocol):
@@ -53,9 +55,13 @@ class Host(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pace:
-    """How frames follow each other: by the wall clock or as fast as can be; how many may wait for their turn."""
+    """How frames follow each other: at their rate or as fast as can be, each at its stamp where that is the time of day.
+
+    ``frames_held`` may wait for their turn.
+    """
 
     realtime: bool
+    wall_clock: bool = False
     frames_held: int
 
 
@@ -96,9 +102,11 @@ class RoomLoop:
     def _show_path(self) -> bool:
         """Render the camera path; return False if the room must be left."""
         path = self._scene.camera_path
-        began, start_ns = time.perf_counter(), path[0].stamp_ns
+        start_ns = path[0].stamp_ns
+        began = self._beginning(start_ns)
         for index, pose in enumerate(path):
-            began += self._wait_while_paused()
+            waited_s = self._wait_while_paused()
+            began += 0.0 if self._pace().wall_clock else waited_s
             self._serve_requests()
             if self._host.interrupted():
                 return False
@@ -120,6 +128,11 @@ class RoomLoop:
             return False
         self._host.path_done(self._published)
         return True
+
+    def _beginning(self, start_ns: int) -> float:
+        """Return when the path begins, by the counter: now, or at its stamp where that is the time of day, but soon in any case."""
+        ahead_s = (start_ns - time.time_ns()) / NANOSECONDS if self._pace().wall_clock else 0.0
+        return time.perf_counter() + min(ahead_s, _SOON_S)
 
     def _idle(self) -> None:
         """Serve what is asked for, and go on driving at the path's rate."""
@@ -146,7 +159,8 @@ class RoomLoop:
             self._release()
             pose = self._requests.next_pose()
             if pose is not None:
-                stamp_ns = pose.stamp_ns or max(self._last_ns, self._scene.camera_path[0].stamp_ns) + 1
+                now_ns = time.time_ns() if self._pace().wall_clock else 0
+                stamp_ns = pose.stamp_ns or max(self._last_ns + 1, self._scene.camera_path[0].stamp_ns + 1, now_ns)
                 self._publish(*self._render(replace(pose, stamp_ns=stamp_ns)))
 
     def _render(self, pose: CameraPose) -> tuple[Frame, CameraPose, int, Exposure]:

@@ -19,9 +19,10 @@ from renderer.camera.config import CameraConfig
 from renderer.film.frame import Frame
 from renderer.film.layers import LAYERS
 from scene_description import CameraPose, SceneDescription
+from scene_synth_ros.messages.camera_frames import camera_frames
 from scene_synth_ros.messages.conversions import clock_to_msg, link_from_optical_to_msg, world_from_link_to_msg
 from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig, has_companion
-from scene_synth_ros.suite.connections import identity_of
+from scene_synth_ros.suite.connections import identity_of, publishers_of
 from scene_synth_ros.suite.qos import PROFILES, latched_qos, stream_qos
 from scene_synth_ros.suite.status import NodeStatus
 
@@ -30,7 +31,7 @@ try:
 except ImportError:  # not among the PyPI wheels; transforms are then in the bags and in <camera>/pose only
     TFMessage = None
 
-SETTINGS = "~/settings"
+CLOCK, SETTINGS = "/clock", "~/settings"
 
 
 class StreamPublishers:
@@ -50,7 +51,8 @@ class StreamPublishers:
         """Messages published so far, by topic."""
         self._publishers: dict[str, Publisher] = {}
         self._images: dict[str, list[str]] = {}
-        self._clock = self._add(Clock, "/clock", stream_qos()) if config.publish_clock else ""
+        self._clock = self._add(Clock, CLOCK, stream_qos()) if config.publish_clock else ""
+        self._clock_held = False
         self._qos = PROFILES[config.qos]
         if config.publish_pose:
             self._add(PoseStamped, f"{config.camera}/pose", self._qos)
@@ -74,7 +76,10 @@ class StreamPublishers:
         return int(self._qos.depth)
 
     def wanted_layers(self) -> set[str]:
-        """Return the layers that must be rendered now: all enabled ones, or those with a subscriber if lazy."""
+        """Return the layers that must be rendered now: all enabled ones, or those whose images have a subscriber if lazy.
+
+        Camera info and labels need no pixels: they come with every frame to whoever subscribes to them alone.
+        """
         return {layer for layer in self._images if not self._config.lazy or self.subscribers(layer)}
 
     def subscribers(self, layer: str) -> int:
@@ -85,6 +90,17 @@ class StreamPublishers:
     def start(self) -> str:
         """The identity (GID, hexadecimal) of a publisher of this life of the node."""
         return identity_of(self._node, self._publishers[SETTINGS])
+
+    def other_clocks(self) -> list[str]:
+        """Return the nodes outside this suite's namespace that publish ``/clock``, as this camera does; none where it does not."""
+        own = self._node.get_namespace()
+        endpoints = publishers_of(self._node, CLOCK) if self._clock else ()
+        return sorted({endpoint.node for endpoint in endpoints if (endpoint.node.rpartition("/")[0] or "/") != own})
+
+    def hold_clock(self, others: bool) -> bool:
+        """Leave ``/clock`` alone while others publish it, unless this camera was there first; return whether it is left alone."""
+        self._clock_held = others and self.counts.get(CLOCK) == 0
+        return self._clock_held
 
     def reach(self, recorders: Collection[NodeStatus], start: str) -> bool:
         """Return whether every topic is connected to every recorder that wants it, seen from both sides.
@@ -102,9 +118,9 @@ class StreamPublishers:
         """Take the label tables of a room."""
         self.messages.begin_room(scene)
 
-    def publish(self, frame: Frame, pose: CameraPose, settings: str) -> None:
+    def publish(self, frame: Frame, pose: CameraPose, settings: str, *, with_clock: bool = True) -> None:
         """Publish clock, transforms, settings, pose and every layer of a frame, all with the pose's stamp."""
-        if self._clock:
+        if self._clock and with_clock and not self._clock_held:
             self._send(self._clock, clock_to_msg(pose.stamp_ns))
         if self._tf:
             self._send_transforms(pose)
@@ -120,7 +136,7 @@ class StreamPublishers:
 
     def _send_transforms(self, pose: CameraPose) -> None:
         """Publish world -> link and, before the first of them, link -> optical frame, which the middleware keeps for late subscribers."""
-        link, optical = f"{self._config.camera}_link", f"{self._config.camera}_optical_frame"
+        link, optical = camera_frames(self._config.camera, self._config.frame_prefix)
         if not self._static_sent:
             self._send(self._tf_static, TFMessage(transforms=[link_from_optical_to_msg(pose.stamp_ns, link, optical)]))
             self._static_sent = True

@@ -7,17 +7,16 @@ import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, wait
 
-from rclpy.duration import Duration
 from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.publisher import Publisher
 
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
 from scene_synth_ros.messages.stamps import NANOSECONDS
+from scene_synth_ros.replay.acknowledgements import Acknowledgements
 from scene_synth_ros.replay.player import Player
 from scene_synth_ros.replay.replay_config import ReplayConfig
 from scene_synth_ros.suite.daemon_job import start_daemon_job
 
-ACK_TIMEOUT_S = 5.0
 SETTLE_S = 0.2
 """A publisher counts a subscriber before that one has matched it in turn; what is published in between would be lost to it."""
 
@@ -27,6 +26,9 @@ _STOP_S = 0.5
 
 class Playback:
     """The thread that plays, its publishers, and the word to stop.
+
+    The publishers assert their liveliness before they play, which makes Fast DDS send a heartbeat: a reader of Cyclone DDS counts what is
+    sent to it from the first heartbeat on, and would lose the first message of every topic.
 
     Threading: :meth:`_run` is the playing thread, which alone publishes.  The executor's thread starts and stops it, and steers ``player``,
     which guards itself; besides that they share only the event of :meth:`stop` and the thread's future.
@@ -57,6 +59,7 @@ class Playback:
             paused=start.start_paused,
         )
         self._stopped = threading.Event()
+        self._acknowledgements = Acknowledgements(publishers, self._stopped, logger.warning)
         self.ended: Future[None] = start_daemon_job("replay", self._run)
 
     def stop(self) -> bool:
@@ -71,11 +74,13 @@ class Playback:
         self._logger.info(f"replaying {config.bag}: {len(self._publishers)} topics at rate {config.rate:g}")
         self.player.run()
         if not self._stopped.is_set():
-            self._wait_for_acknowledgements()
+            self._acknowledgements.finish()
             self._logger.info(f"replayed {self.player.published} messages")
 
     def _publish(self, message: BagMessage) -> None:
-        self._publishers[message.topic].publish(message.data)
+        self._acknowledgements.make_room(message.topic)
+        if not self._stopped.is_set():
+            self._publishers[message.topic].publish(message.data)
 
     def _wait_for_subscribers(self, timeout_s: float) -> None:
         end_s = time.monotonic() + timeout_s
@@ -84,11 +89,7 @@ class Playback:
                 return
         if timeout_s > 0.0:
             self._stopped.wait(SETTLE_S)
-
-    def _wait_for_acknowledgements(self) -> None:
-        waiting = list(self._publishers.values())
-        end_s = time.monotonic() + ACK_TIMEOUT_S
-        while waiting and time.monotonic() < end_s and not self._stopped.is_set():
-            waiting = [publisher for publisher in waiting if not publisher.wait_for_all_acked(Duration(seconds=_POLL_S))]
-        if waiting and not self._stopped.is_set():
-            self._logger.warning(f"subscribers of {len(waiting)} topics have not acknowledged everything in {ACK_TIMEOUT_S:g} s")
+        for publisher in self._publishers.values():
+            publisher.assert_liveliness()
+        if timeout_s > 0.0:
+            self._stopped.wait(SETTLE_S)

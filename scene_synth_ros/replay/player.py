@@ -12,6 +12,8 @@ from scene_synth_ros.messages.stamps import NANOSECONDS
 from scene_synth_ros.replay.timeline import Timeline
 
 MAX_LATCHED = 1000
+HELD_UP_NS = NANOSECONDS
+"""A message that is published for longer than this was held up by its subscribers."""
 
 
 class Player:
@@ -21,6 +23,7 @@ class Player:
     condition guards timeline, seek, steps and the stop flag; whatever changes them wakes the thread that plays.
 
     Messages are paced by their log times.  Those that come late (a slow machine, a high rate) are handed out at once, none is left out.
+    Where ``publish`` itself holds one up for a second, log time has stood still: what follows is not hurried to make up for it.
     Latched topics have their state at the start handed out first.
 
     Args:
@@ -147,8 +150,14 @@ class Player:
             self._hand_out(message)
 
     def _hand_out(self, message: BagMessage) -> None:
+        began_ns = time.monotonic_ns()
         self._publish(message)
         self.published += 1
+        now_ns = time.monotonic_ns()
+        if now_ns - began_ns > HELD_UP_NS:
+            with self._change:
+                if self._seek_ns is None:
+                    self._timeline.begin(max(message.log_ns, self._start_ns), now_ns)
 
     def _latched_state(self, start_ns: int) -> Iterator[BagMessage]:
         """Yield the messages of latched topics that a subscriber at a log time would still be given."""

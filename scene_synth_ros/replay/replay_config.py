@@ -36,4 +36,4 @@ class ReplayConfig:
     wait_for_subscribers_s: Annotated[
         float,
         Limits(ge=0.0, le=3600.0, unit="s", description="Wait at most this long until every topic has a subscriber", fixed=_START_FIXED),
-    ] = 0.5
+    ] = 2.0

@@ -36,13 +36,16 @@ class ReplayNode(Node):  # type: ignore[misc]
     Publications: the topics of the bag, or those of the parameter ``topics``.  A topic whose message type is not installed, or is installed
     with another definition, is left out with a warning.  Latched topics from before ``start_offset_s`` are published first.
 
+    Reliable subscribers lose nothing between the two processes: before a message would overwrite one in the publisher's history that they
+    have not acknowledged, the replay waits, for ten seconds at most.
+
     Services (std_srvs/Trigger): ``~/pause``, ``~/resume``, ``~/step`` (while paused: the messages of the next log time, that is one frame).
     Subscriptions: ``~/seek`` (std_msgs/Float64): go on at so many seconds from the beginning of the bag.
 
     Parameters: those of :class:`ReplayConfig`; ``rate`` and ``loop`` may change while it runs.
 
     An unfinished or damaged bag is played as far as it can be read, with a warning.  The process ends with code 0 when the bag has ended
-    and reliable subscribers have acknowledged, or five seconds after; with 1 and one line on stderr if there is nothing to play.
+    and reliable subscribers have acknowledged, or ten seconds after; with 1 and one line on stderr if there is nothing to play.
 
     Raises:
         BagReadError: the bag cannot be read or holds nothing that can be published.

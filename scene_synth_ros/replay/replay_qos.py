@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from rclpy.duration import Duration
-from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
+from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSLivelinessPolicy, QoSProfile, QoSReliabilityPolicy
 
 from scene_synth_ros.bags.qos_metadata import INFINITE_NS, OfferedQos
 
@@ -17,7 +17,8 @@ def replay_qos(recorded: Sequence[OfferedQos]) -> QoSProfile:
     """Return a profile that every subscriber of the recorded publishers would have matched.
 
     Publishers that differed are replayed with the weaker policy of each kind; unknown policies and none recorded give the default of
-    ROS 2, reliable and volatile, the last ten.
+    ROS 2, reliable and volatile, the last ten.  Liveliness is asserted by the program, which every subscriber accepts: see
+    :class:`~scene_synth_ros.replay.playback.Playback`.
     """
     if not recorded:
         return QoSProfile(depth=DEFAULT_DEPTH)
@@ -30,6 +31,7 @@ def replay_qos(recorded: Sequence[OfferedQos]) -> QoSProfile:
         depth=min(depth, MAX_DEPTH),
         reliability=QoSReliabilityPolicy.RELIABLE if reliable else QoSReliabilityPolicy.BEST_EFFORT,
         durability=QoSDurabilityPolicy.TRANSIENT_LOCAL if latched else QoSDurabilityPolicy.VOLATILE,
+        liveliness=QoSLivelinessPolicy.MANUAL_BY_TOPIC,
         deadline=_duration(max(qos.deadline_ns for qos in recorded)),
         lifespan=_duration(min(qos.lifespan_ns for qos in recorded)),
         avoid_ros_namespace_conventions=all(qos.avoid_ros_namespace_conventions for qos in recorded),

@@ -14,6 +14,7 @@ from typing import Any
 
 import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.logging import get_logger
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 
@@ -23,6 +24,7 @@ from scene_synth_ros.suite.heap import collect_rarely, limit_arenas
 from scene_synth_ros.suite.parameters import ParameterError
 from scene_synth_ros.suite.stale_shared_memory import avoid_stale_ports
 from scene_synth_ros.suite.suite_node import REFUSALS
+from scene_synth_ros.suite.transport import choose_transport
 
 _SOURCE_PLACES = re.compile(r", at \S+:\d+")
 """Where in its sources rcl has found an error, which it appends to what it says."""
@@ -31,6 +33,18 @@ SETTLE_S, QUIET_S = 1.0, 0.3
 
 _LISTEN_S = 0.2
 """How long a node without any work may take to notice a signal."""
+
+
+def init_ros(args: list[str] | None = None) -> None:
+    """Initialise rclpy with the transport that the nodes need, leaving signals to the caller; the one door to ROS of every process.
+
+    Args:
+        args: the command line; None takes the process's own.
+    """
+    own_transport = choose_transport()
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    if own_transport:
+        get_logger("scene_synth_ros").info(own_transport)
 
 
 def run_node(make: Callable[[], Node], args: list[str] | None = None) -> None:
@@ -87,7 +101,7 @@ def _make(make: Callable[[], Node], args: list[str] | None, caught: list[int]) -
     """Return the node, or None and why it cannot be; the half-made node is freed, and with it its shared memory."""
     try:
         _refuse_missing_files(sys.argv if args is None else args)
-        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+        init_ros(args)
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda got, _frame: caught.append(got))
         with avoid_stale_ports():

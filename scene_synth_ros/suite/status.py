@@ -27,6 +27,7 @@ class NodeStatus:
     or a recorder has taken; -1 marks a topic that a recorder leaves out on purpose.  ``start`` names one life of a renderer: the identity
     (GID, hexadecimal) of its first publisher, a new one whenever it starts; ``connected`` are the starts whose every topic reaches a
     recorder, or is left out by it.  ``lock_step``: the grammar node waits for its peers, so no room may be left out.
+    ``clock``: what the stamps of the grammar node's rooms follow.
 
     ``run`` names the run that the indices of rooms belong to.  The grammar node gives a new name whenever a run begins, the others repeat
     the newest that they have heard; what a status with another name says of rooms counts for nothing.
@@ -42,6 +43,7 @@ class NodeStatus:
     start: Annotated[str, Limits(max_length=64)] = ""
     connected: Annotated[tuple[Annotated[str, Limits(max_length=64)], ...], Limits(max_length=500)] = ()
     lock_step: bool = False
+    clock: Literal["simulated", "wall"] = "simulated"
     run: Annotated[str, Limits(max_length=64)] = ""
 
 

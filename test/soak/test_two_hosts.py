@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 from scene_synth_ros_suite import Child, environment, wait_until
 
-from scene_description.share import config_path
 from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_verify import verify_bag
 from scene_synth_ros.cli.node_modules import NODES
@@ -57,7 +56,7 @@ class Hosts:
     """Node processes on the two hosts."""
 
     def __init__(self) -> None:
-        self._env = environment() | {"FASTRTPS_DEFAULT_PROFILES_FILE": str(config_path("fastdds_large_images.xml"))}
+        self._env = environment()
         self.nodes: dict[str, Child] = {}
 
     def start(self, host: str, node: str, settings: dict[str, object]) -> None:

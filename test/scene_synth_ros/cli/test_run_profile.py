@@ -10,7 +10,7 @@ import yaml
 from scene_description import SceneSynthError
 from scene_description.share import config_path
 from scene_synth_ros.cli import run_command
-from scene_synth_ros.cli.run_profile import ProfileError, apply_overrides, find_profile, load_profile, write_node_file
+from scene_synth_ros.cli.run_profile import ProfileError, apply_overrides, find_profile, load_profile, with_namespace, write_node_file
 
 GOOD = """
 /**: {ros__parameters: {exit_when_done: true}}
@@ -130,3 +130,14 @@ def test_options_go_before_the_defaults_that_a_dump_carries(tmp_path: Path) -> N
     assert note == "by=me" and replaced.startswith("scene_synth.parameters={") and replaced != old
     words = ["--params", str(file), "-p", "grammar_node.exit_when_done:=false", "--rooms", "3"]
     assert run_command._parameters(parser.parse_args(words))["grammar_node"]["exit_when_done"] is False
+
+
+def test_a_namespace_of_its_own_stands_before_the_frames_unless_the_profile_says_otherwise() -> None:
+    parameters = {node: {} for node in ("grammar_node", "renderer_node", "recorder_node")}
+    assert with_namespace(parameters, "/synth") == parameters
+    apart = with_namespace({**parameters, "grammar_node": {"world_frame": "world"}}, "/fleet/robot1")
+    assert apart == {
+        "grammar_node": {"world_frame": "world"},
+        "renderer_node": {"streams.world_frame": "fleet/robot1/map", "streams.frame_prefix": "fleet/robot1/"},
+        "recorder_node": {"frame_prefix": "fleet/robot1/"},
+    }

@@ -6,6 +6,7 @@ import pytest
 
 from scene_synth_ros.generate.run import Run, Step
 from scene_synth_ros.generate.run_config import RunConfig
+from scene_synth_ros.suite.parameters import ParameterError
 from scene_synth_ros.suite.status import NodeStatus
 
 FREE = RunConfig(lock_step=False, rooms=3, frames_per_room=5, rate_hz=10.0)
@@ -44,6 +45,16 @@ def test_lock_step_waits_for_each_peer_and_finishes_once() -> None:
     assert run.step(0.5, True) is Step.WAIT
     finish(run, 1)
     assert [run.step(0.6, True) for _ in range(3)] == [Step.FINISH, Step.WAIT, Step.WAIT]
+
+
+def test_by_the_wall_clock_a_room_has_time_to_be_prepared_and_waits_for_nobody() -> None:
+    run = Run(replace(FREE, clock="wall"), 0.0)
+    send(run, 1.0)
+    assert run.step(1.0 + 0.5 + 0.5 - 0.01, True) is Step.WAIT
+    assert run.step(1.0 + 0.5 + 0.5, True) is Step.SEND
+    with pytest.raises(ParameterError, match="parameter clock: 'wall' goes with lock_step false, got true; set lock_step:=false"):
+        replace(STEP, clock="wall").check()
+    replace(FREE, clock="wall").check()
 
 
 def test_rooms_ahead_may_be_unfinished_but_the_end_waits_for_all() -> None:

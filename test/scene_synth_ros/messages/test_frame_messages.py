@@ -7,12 +7,13 @@ import pytest
 from sample_scene import sample_scene
 from sensor_msgs.msg import Image
 
-from renderer import LAYERS, CameraConfig, Frame
+from renderer import LAYERS, CameraConfig, Frame, RenderConfig
 from renderer.film.layers import ROWS
 from scene_description import CameraPose
 from scene_description.strict import field_types, split_annotation
 from scene_synth_ros.messages.conversions import layer_encoding
 from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig, has_companion
+from scene_synth_ros.messages.frame_settings import FrameSettings, settings_from_json, settings_to_json
 
 CAMERA = CameraConfig(width=9, height=6)
 POSE = CameraPose(stamp_ns=7, position_m=(0.0, 0.0, 1.0), orientation=(0.0, 0.0, 0.0, 1.0))
@@ -73,6 +74,31 @@ def test_a_panorama_publishes_range_in_place_of_depth(config, layers) -> None:
     assert maker.layers == (layers or ("color", "normals", "semantic", "instance"))
 
 
+def test_what_needs_no_pixels_comes_without_them_where_it_is_wanted() -> None:
+    maker = FrameMessages(StreamConfig(), CAMERA)
+    maker.begin_room(sample_scene())
+    frame = Frame({"color": FRAME.layers["color"]}, None)
+    wanted = {"camera/depth/camera_info", "camera/semantic/labels", "camera/normals/image_raw"}
+    made = dict(maker.of_frame(frame, POSE, wanted.__contains__))
+    whole = messages(StreamConfig())
+    of_color = {topic for topic in whole if topic.startswith("camera/color/")}
+    assert set(made) == {"camera/pose", "camera/depth/camera_info", "camera/semantic/labels", *of_color}
+    assert all(made[topic] == whole[topic] for topic in made)
+
+
 def test_messages_are_images_of_the_frame() -> None:
     image = messages(StreamConfig())["camera/instance/image_raw"]
     assert isinstance(image, Image) and np.frombuffer(image.data, np.uint16).tolist() == [1] * 54
+
+
+def test_a_prefix_stands_before_the_frames_and_an_empty_one_leaves_no_trace() -> None:
+    made = messages(StreamConfig(frame_prefix="robot1/", world_frame="robot1/map"))
+    assert made["camera/depth/image_raw"].header.frame_id == made["camera/depth/camera_info"].header.frame_id
+    assert made["camera/depth/image_raw"].header.frame_id == "robot1/camera_optical_frame"
+    assert made["camera/pose"].header.frame_id == "robot1/map"
+    assert messages(StreamConfig())["camera/depth/image_raw"].header.frame_id == "camera_optical_frame"
+    for prefix in ("", "robot1/"):
+        streams = StreamConfig(frame_prefix=prefix)
+        settings = FrameSettings(stamp_ns=1, scene="a", frame=0, exposure_ev100=1.0, camera=CAMERA, render=RenderConfig(), streams=streams)
+        text = settings_to_json(settings)
+        assert ("frame_prefix" in text) == bool(prefix) and settings_from_json(text) == settings

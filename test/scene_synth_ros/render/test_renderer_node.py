@@ -8,7 +8,7 @@ import pytest
 from rclpy.context import Context
 from sample_scene import sample_scene
 from scene_synth_ros_suite import Peer, node_process
-from sensor_msgs.msg import Image
+from sensor_msgs.msg import CameraInfo, Image
 from std_msgs.msg import String
 
 from scene_description import scene_to_json
@@ -40,6 +40,20 @@ def peer() -> Iterator[GrammarPeer]:
         peer.listen()
         peer.spin_until(lambda: peer.images, 90, "the first image")
         yield peer
+
+
+def test_camera_info_and_labels_come_to_who_subscribes_to_nothing_else(peer: GrammarPeer) -> None:
+    heard: dict[str, list[object]] = {"depth/camera_info": [], "semantic/labels": []}
+    for topic, kind in (("depth/camera_info", CameraInfo), ("semantic/labels", String)):
+        peer.node.create_subscription(kind, f"camera/{topic}", heard[topic].append, stream_qos(100))
+    peer.spin_until(lambda: all(peer.node.count_publishers(f"camera/{topic}") for topic in heard), 20, "the publishers")
+    peer.spin_for(0.5)  # they have matched in their turn by then
+    peer.images.clear()
+    peer.send(scene_to_json(sample_scene()))
+    peer.spin_until(lambda: all(heard.values()), 20, "camera info and labels")
+    peer.spin_until(lambda: len(peer.images) == len(sample_scene().camera_path), 20, "the images of the path")
+    assert len(heard["depth/camera_info"]) == len(peer.images)
+    peer.spin_until(lambda: peer.values.get("layers") == "color", 10, "a report that no pixel of the others is rendered")
 
 
 def test_a_rate_that_cannot_be_held_is_said(peer: GrammarPeer) -> None:

@@ -73,6 +73,20 @@ def test_a_slow_publisher_is_caught_up_with_and_nothing_is_left_out(bag, monkeyp
     assert [late[i] // PERIOD_NS for i in range(8)] == [0, 0, 3, 2, 1, 0, 0, 0]
 
 
+def test_what_follows_a_long_stall_keeps_its_rhythm(bag, monkeypatch):
+    folder, written = bag
+    clock = Clock(monkeypatch)
+
+    def stall(_player, message):
+        if message.log_ns == START_NS + 2 * PERIOD_NS and message.topic.endswith("depth/image_raw"):
+            clock.now_ns += 30 * PERIOD_NS
+
+    played = play(folder, clock, stall)
+    assert len(played) == len(written)
+    late = {(log_ns - START_NS) // PERIOD_NS: at_ns - 5_000 - (log_ns - START_NS) for _, log_ns, _, at_ns in played}
+    assert [late[i] // PERIOD_NS for i in range(6)] == [0, 0, 30, 30, 30, 30]
+
+
 def test_rate_and_pause_change_while_playing(bag, monkeypatch):
     folder, _ = bag
     clock = Clock(monkeypatch)

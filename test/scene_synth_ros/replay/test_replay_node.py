@@ -117,6 +117,17 @@ def test_a_subscriber_receives_every_byte(tmp_path, environment):
     assert "WARN" not in errors and f"replayed {len(sent)} messages" in errors
 
 
+def test_a_reliable_subscriber_receives_every_image_however_fast_they_are_played(tmp_path, environment):
+    written = write_bag(tmp_path / "bag", frames=60, size=400)
+    listener = start(environment, "-c", LISTENER, str(len(written)))
+    player = replay(environment, tmp_path / "bag", "rate:=1000.0", "wait_for_subscribers_s:=10.0", "start_paused:=true")
+    _, output, _ = finish(listener, timeout=60)
+    code, _, errors = finish(player)
+    received = {name: sum(line.startswith(f"{name} ") for line in output.split("\n")) for name in {topic for topic, _, _ in written}}
+    assert received == {name: sum(topic == name for topic, _, _ in written) for name in received}
+    assert code == 0 and "WARN" not in errors
+
+
 def test_a_topic_whose_type_is_not_installed_is_left_out(tmp_path, environment):
     written = write_bag(tmp_path / "bag", frames=2)
     code, _, errors = finish(replay(environment | without("tf2_msgs", tmp_path), tmp_path / "bag", "rate:=20.0"))

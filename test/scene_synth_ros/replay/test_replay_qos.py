@@ -1,5 +1,7 @@
 """QoS of replayed topics."""
 
+from dataclasses import replace
+
 import pytest
 from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSReliabilityPolicy
 
@@ -29,7 +31,7 @@ def test_policies(recorded, expected):
     assert profile.history == QoSHistoryPolicy.KEEP_LAST
 
 
-def test_what_is_offered_is_stored_as_it_was():
+def test_what_is_offered_is_stored_as_it_was_but_for_liveliness():
     for qos in (OfferedQos(depth=5), OfferedQos(depth=1, durability="transient_local", deadline_ns=10**9, lifespan_ns=5)):
-        assert offered_qos(replay_qos([qos])) == qos
+        assert offered_qos(replay_qos([qos])) == replace(qos, liveliness="manual_by_topic")
     assert replay_qos([OfferedQos(history="keep_all")]).history == QoSHistoryPolicy.KEEP_ALL
