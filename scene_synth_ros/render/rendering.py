@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import time
 from collections.abc import Collection
+from contextlib import ExitStack
 from pathlib import Path
 
 from renderer import RenderCancelled, RenderConfig, Renderer, warm_up
@@ -19,6 +21,7 @@ from scene_synth_ros.render.output import Output
 from scene_synth_ros.render.renderer_config import RendererNodeConfig
 from scene_synth_ros.render.room_loop import Pace, RoomLoop
 from scene_synth_ros.render.room_meter import RoomMeter
+from scene_synth_ros.render.room_renderer import RoomRenderer
 from scene_synth_ros.render.throughput import Throughput
 from scene_synth_ros.suite.heap import trim_heap
 from scene_synth_ros.suite.parameters import Parameters
@@ -116,14 +119,22 @@ class Rendering:
 
     def _render_room(self, scene: SceneDescription) -> None:
         self._render_config = self._settings["render"]
-        flat = flatten(scene, self._catalog_dir)
+        flat = functools.cache(lambda: flatten(scene, self._catalog_dir))
         camera, sensor = self._settings["camera"], self._settings["sensor"]
-        with Renderer(flat, camera, self._render_config, scene_key(scene), sensor=sensor) as renderer:
+        with ExitStack() as room:
+
+            def make() -> Renderer:
+                renderer = room.enter_context(Renderer(flat(), camera, self._render_config, scene_key(scene), sensor=sensor))
+                trim_heap()
+                return renderer
+
+            renderer = RoomRenderer(make)
+            if not self._pace().realtime:  # else a room that nobody looks at is not even made
+                renderer.prepare()
             self._on_path, self._room_began_s = True, time.perf_counter()
             self._output.streams.begin_room(scene)
             self._requests.begin_room()
             self.meter.begin_room(scene, flat, self._render_config)
-            trim_heap()
             RoomLoop(scene, renderer, camera, self, self._requests, self._pace).run()
 
     def _pace(self) -> Pace:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from renderer import CameraConfig, Renderer
+from renderer import CameraConfig
 from renderer.camera.rig import mounted, mounted_path
 from renderer.film.frame import Frame
 from renderer.film.tone import Exposure
@@ -16,6 +16,7 @@ from scene_description import CameraPose, SceneDescription
 from scene_synth_ros.messages.stamps import NANOSECONDS
 from scene_synth_ros.render.camera_requests import CameraRequests
 from scene_synth_ros.render.frame_index import frame_index
+from scene_synth_ros.render.room_renderer import RoomRenderer
 
 _IDLE_S = 0.2
 _SOON_S = 1.0
@@ -82,7 +83,7 @@ class RoomLoop:
     def __init__(
         self,
         scene: SceneDescription,
-        renderer: Renderer,
+        renderer: RoomRenderer,
         camera: CameraConfig,
         host: Host,
         requests: CameraRequests,

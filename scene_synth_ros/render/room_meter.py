@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from renderer import RenderConfig
 from renderer.exposure import exposed, meter, needs_meter, sensor_ev100
 from renderer.film.tone import Exposure
@@ -24,11 +26,11 @@ class RoomMeter:
 
     def __init__(self, settings: Parameters) -> None:
         self._settings = settings
-        self._room: tuple[SceneDescription, FlatScene, RenderConfig] | None = None
+        self._room: tuple[SceneDescription, Callable[[], FlatScene], RenderConfig] | None = None
         self._metered: Exposure | None = None
 
-    def begin_room(self, scene: SceneDescription, flat: FlatScene, render: RenderConfig) -> None:
-        """Take a new room, which is not metered yet."""
+    def begin_room(self, scene: SceneDescription, flat: Callable[[], FlatScene], render: RenderConfig) -> None:
+        """Take a new room, which is not metered yet; ``flat`` makes its geometry, or returns it."""
         self._room, self._metered = (scene, flat, render), None
 
     def exposure(self, color_wanted: bool) -> Exposure:
@@ -38,7 +40,7 @@ class RoomMeter:
         """
         if self._metered is None and color_wanted and self._room is not None and needs_meter(self._room[2]):
             scene, flat, render = self._room
-            self._metered = meter(flat, self._settings["camera"], render, scene_key(scene), scene.camera_path)
+            self._metered = meter(flat(), self._settings["camera"], render, scene_key(scene), scene.camera_path)
             trim_heap()
         return self.known_exposure()
 
