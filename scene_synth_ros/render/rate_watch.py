@@ -56,7 +56,7 @@ class RateWatch:
 
         Args:
             layers: that were rendered.
-            period_s: from frame to frame, as asked for.
+            period_s: from frame to frame, as asked for; 0 for a frame that has none, which counts as the first of its layers only.
             frame: how long it took.
         """
         names = tuple(sorted(layers))
@@ -64,6 +64,8 @@ class RateWatch:
             self._layers = names
             self._frames.clear()
             self.finding = None
+            return False
+        if not period_s:
             return False
         self._frames.append(frame)
         self.finding = Finding(names, 1.0 / period_s, FrameTime(*map(median, zip(*self._frames, strict=True))))

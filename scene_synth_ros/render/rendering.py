@@ -185,7 +185,7 @@ class Rendering:
         self._node.get_logger().info(line, throttle_duration_sec=2.0, throttle_time_source_type=STEADY)
 
     def rendered(self, frame: Frame, seconds: float, period_s: float) -> None:
-        """Take how long a frame took that has a period to be rendered in."""
+        """Take how long a frame took, in real time."""
         self.rate.take(frame, seconds, period_s, self._render_config)
 
     def skip(self) -> None:

@@ -45,7 +45,7 @@ class Host(Protocol):
         """Publish a frame; may wait."""
 
     def rendered(self, frame: Frame, seconds: float, period_s: float) -> None:
-        """Hear how long a frame took that has a period to be rendered in, which is so in real time only."""
+        """Hear how long a frame took, in real time; its period is 0 where it has none, as a room's first."""
 
     def skip(self) -> None:
         """Hear that a frame is left out because it would be late."""
@@ -160,7 +160,7 @@ class RoomLoop:
         placed = mounted(self._camera, pose)
         began = time.perf_counter()
         frame = self._renderer.render(placed, index, layers, exposure=exposure, path=self._path, cancelled=self._host.interrupted)
-        if period_s and self._pace().realtime:
+        if self._pace().realtime:
             self._host.rendered(frame, time.perf_counter() - began, period_s)
         return frame, placed, index, exposure
 

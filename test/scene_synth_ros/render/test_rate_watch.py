@@ -24,6 +24,11 @@ def test_two_late_frames_after_the_first_are_news_once() -> None:
     assert (watch.finding.wanted_hz, watch.finding.held_hz) == (pytest.approx(5.0), pytest.approx(1 / 0.42))
 
 
+def test_frames_without_a_period_do_not_count() -> None:
+    watch = RateWatch()
+    assert [watch.take(["color"], period_s, FrameTime(0.42)) for period_s in (0.0, 0.2, 0.0, 0.2)] == [False, False, False, True]
+
+
 @pytest.mark.parametrize(
     "seconds",
     [
