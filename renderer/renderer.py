@@ -113,6 +113,7 @@ class Renderer:
         view = self._view(pose, path)
         images: dict[str, NDArray[np.generic]] = {}
         radiance, samples, rays = None, 0, 0
+        sampling_s = denoising_s = 0.0
         if any(name in GEOMETRIC_LAYERS for name in layers):
             images.update(self._trace_geometry(view)._asdict())
             rays = view.width * view.height
@@ -120,19 +121,23 @@ class Renderer:
             shown = exposure or self._configured_exposure()
             in_color = any(name in COLOR_LAYERS for name in layers)
             denoised = ("color" in layers or "radiance" in layers) and is_asked(self._config.denoise)
+            began = time.perf_counter()
             film, samples = self._expose_film(view, frame_index, shown.ev100, layers, denoised, cancelled)
+            sampling_s = time.perf_counter() - began
             images |= {name: image for name, image in film._asdict().items() if name in layers}
             images["samples"] = np.full((view.height, view.width), min(samples, 65_535), np.uint16)
             if len(film.squares):
                 images["variance"] = variance_of_mean(film.light, film.squares, samples)
             if in_color:
+                began = time.perf_counter()
                 radiance = self._denoise(film) if denoised else film.light
+                denoising_s = time.perf_counter() - began if denoised else 0.0
                 images["radiance"] = radiance
                 for name, light in (("color", radiance), ("color_noisy", film.light)):
                     if name in layers:
                         images[name] = self._develop(light, view, frame_index, shown)
             rays += sum(int(scratch.traced[0]) for scratch in self._scratch)
-        return Frame({name: images[name] for name in LAYERS if name in layers}, radiance, samples, rays)
+        return Frame({name: images[name] for name in LAYERS if name in layers}, radiance, samples, rays, sampling_s, denoising_s)
 
     def _frame_key(self, frame_index: int) -> np.uint32:
         """Return the key of a frame's random numbers; cameras of a rig have noise of their own."""

@@ -13,10 +13,13 @@ class Frame(NamedTuple):
 
     ``radiance`` is the linear colour behind ``color``: (height, width, 3) float32, RGB luminance in cd/m2; None where colour was
     not asked for.  ``samples``: how many samples per pixel colour and albedo took, 0 where they were not asked for.
-    ``rays``: how many rays were traced for all layers, shadow rays among them.
+    ``rays``: how many rays were traced for all layers, shadow rays among them.  ``sampling_s`` and ``denoising_s``: how long samples and
+    the denoiser took (s); 0 where there were none.
     """
 
     layers: dict[str, NDArray[np.generic]]
     radiance: NDArray[np.float32] | None
     samples: int = 0
     rays: int = 0
+    sampling_s: float = 0.0
+    denoising_s: float = 0.0

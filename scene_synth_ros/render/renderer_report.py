@@ -18,7 +18,6 @@ class RendererReport:
 
     def __init__(self, output: Output, rendering: Rendering, requests: CameraRequests) -> None:
         self._output, self._rendering, self._requests = output, rendering, requests
-        self._skipped_before = 0
 
     def collect(self, newest_warning: str, last_warning: str) -> Report:
         """Return level, message and values.
@@ -29,8 +28,8 @@ class RendererReport:
         """
         rendering, status = self._rendering, self._output.status
         rates = rendering.throughput.rates(time.monotonic())
-        late, self._skipped_before = rendering.skipped - self._skipped_before, rendering.skipped
         scene = rendering.scene
+        rate, late_line = rendering.rate.now()
         shown = rendering.meter.known_exposure()
         values = {
             "state": status.state,
@@ -39,6 +38,8 @@ class RendererReport:
             "scenes_refused": rendering.refused,
             "room": scene.index if scene is not None else -1,
             "last_room": status.done_scene,
+            "rate_wanted_hz": f"{rate.wanted_hz:g}" if rate else "",
+            "rate_held_hz": f"{rate.held_hz:.2f}" if rate else "",
             "frames_per_second": f"{rates.frames:.2f}",
             "samples_per_second": f"{rates.samples:.3g}",
             "rays_per_second": f"{rates.rays:.3g}",
@@ -52,7 +53,6 @@ class RendererReport:
             return ERROR, status.reason if status.state == "failed" else newest_warning, values
         if not rendering.warm:
             return WARN, "compiling kernels", values
-        if late:
-            slow = f"{rates.frames:.1f} frames/s, fewer than asked for, {late} left out: lower render.samples_per_pixel or the image size"
-            return WARN, slow, values
+        if late_line:
+            return WARN, late_line, values
         return OK, "rendering", values

@@ -18,6 +18,7 @@ from scene_synth_ros.messages.frame_settings import FrameSettings, settings_to_j
 from scene_synth_ros.render.camera_requests import CameraRequests
 from scene_synth_ros.render.inbox import Inbox
 from scene_synth_ros.render.output import Output
+from scene_synth_ros.render.rate_report import RateReport
 from scene_synth_ros.render.renderer_config import RendererNodeConfig
 from scene_synth_ros.render.room_loop import Pace, RoomLoop
 from scene_synth_ros.render.room_meter import RoomMeter
@@ -34,8 +35,8 @@ class Rendering:
     """Renders the rooms of an inbox and publishes their frames; the host of each room's loop.
 
     Threading: :meth:`run` is the rendering thread, and every other method is called in it.  The executor's thread makes this object and
-    reads its attributes: ``warm``, ``scene`` and the counts are replaced as a whole; ``meter`` and ``throughput`` guard themselves, as do
-    ``inbox``, ``output`` and ``requests``.
+    reads its attributes: ``warm``, ``scene`` and the counts are replaced as a whole; ``meter``, ``throughput`` and ``rate`` guard
+    themselves, as do ``inbox``, ``output`` and ``requests``.
 
     Args:
         node: whose ``warn``, ``refuse``, ``faults`` and ``active`` are used.
@@ -51,6 +52,7 @@ class Rendering:
         refused: scenes and rooms that could not be rendered.
         meter: knows the exposure.
         throughput: frames, samples and rays a second.
+        rate: whether frames keep up with their rate, in real time.
     """
 
     def __init__(self, node: SuiteNode, settings: Parameters, inbox: Inbox, output: Output, requests: CameraRequests) -> None:
@@ -62,6 +64,7 @@ class Rendering:
         self.warm, self.skipped, self.refused = False, 0, 0
         self.scene: SceneDescription | None = None
         self.meter, self.throughput = RoomMeter(settings), Throughput()
+        self.rate = RateReport(node, settings)
         self._render_config: RenderConfig = settings["render"]
         self._first_room, self._on_path, self._newest_room, self._room_began_s = True, False, -1, 0.0
 
@@ -170,7 +173,9 @@ class Rendering:
     def publish(self, frame: Frame, pose: CameraPose, index: int, exposure: Exposure) -> None:
         """Publish a frame with its settings, when the recorders have room for it."""
         assert self.scene is not None
+        began = time.perf_counter()
         self._wait_for_recorders()
+        self.rate.waiting_s = time.perf_counter() - began
         settings = FrameSettings(
             stamp_ns=pose.stamp_ns,
             scene=self.scene.id,
@@ -182,10 +187,16 @@ class Rendering:
             render=self._render_config,
             streams=self._settings["streams"],
         )
+        began = time.perf_counter()
         self._output.publish_frame(frame, pose, settings_to_json(settings), with_clock=not self._inbox.wall_clock)
+        self.rate.publishing_s = time.perf_counter() - began
         self.throughput.take(time.monotonic(), frame.samples * settings.camera.width * settings.camera.height, frame.rays)
         if not self._on_path:
             self._output.tell()
+
+    def rendered(self, frame: Frame, seconds: float, period_s: float) -> None:
+        """Take how long a frame took, in real time."""
+        self.rate.take(frame, seconds, period_s, self._render_config)
 
     def skip(self) -> None:
         """Count a frame that is left out because it would be late."""

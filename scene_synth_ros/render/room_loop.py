@@ -47,6 +47,9 @@ class Host(Protocol):
     def publish(self, frame: Frame, pose: CameraPose, index: int, exposure: Exposure) -> None:
         """Publish a frame; may wait."""
 
+    def rendered(self, frame: Frame, seconds: float, period_s: float) -> None:
+        """Hear how long a frame took, in real time; its period is 0 where it has none, as a room's first."""
+
     def skip(self) -> None:
         """Hear that a frame is left out because it would be late."""
 
@@ -116,7 +119,7 @@ class RoomLoop:
                 continue
             spacing_s = (pose.stamp_ns - path[index - 1].stamp_ns) / NANOSECONDS if index else 0.0
             shown = self._requests.driven_pose(pose, spacing_s) if self._pace().realtime else pose
-            frame = self._render(shown)
+            frame = self._render(shown, spacing_s)
             if self._pace().realtime:
                 self._sleep_until(began + (pose.stamp_ns - start_ns) / NANOSECONDS)
             self._hold(*frame)
@@ -149,7 +152,7 @@ class RoomLoop:
                 continue
             due = max(due + spacing_ns / NANOSECONDS, time.perf_counter())
             pose = replace(path[-1], stamp_ns=self._last_ns + spacing_ns)
-            frame = self._render(self._requests.driven_pose(pose, spacing_ns / NANOSECONDS))
+            frame = self._render(self._requests.driven_pose(pose, spacing_ns / NANOSECONDS), spacing_ns / NANOSECONDS)
             self._sleep_until(due)
             if not self._host.interrupted():
                 self._publish(*frame)
@@ -164,12 +167,16 @@ class RoomLoop:
                 stamp_ns = pose.stamp_ns or max(self._last_ns + 1, self._scene.camera_path[0].stamp_ns + 1, now_ns)
                 self._publish(*self._render(replace(pose, stamp_ns=stamp_ns)))
 
-    def _render(self, pose: CameraPose) -> tuple[Frame, CameraPose, int, Exposure]:
+    def _render(self, pose: CameraPose, period_s: float = 0.0) -> tuple[Frame, CameraPose, int, Exposure]:
+        """Render a pose; the first of a room and those asked for have no period."""
         exposure = self._host.exposure()
         index = frame_index(self._scene, pose)
         layers = self._host.wanted_layers()
         placed = mounted(self._camera, pose)
+        began = time.perf_counter()
         frame = self._renderer.render(placed, index, layers, exposure=exposure, path=self._path, cancelled=self._host.interrupted)
+        if self._pace().realtime:
+            self._host.rendered(frame, time.perf_counter() - began, period_s)
         return frame, placed, index, exposure
 
     def _hold(self, frame: Frame, pose: CameraPose, index: int, exposure: Exposure) -> None:

@@ -56,12 +56,15 @@ def test_camera_info_and_labels_come_to_who_subscribes_to_nothing_else(peer: Gra
     peer.spin_until(lambda: peer.values.get("layers") == "color", 10, "a report that no pixel of the others is rendered")
 
 
-def test_a_rate_that_cannot_be_held_is_said(peer: GrammarPeer) -> None:
+def test_a_rate_that_cannot_be_held_is_told_with_the_setting_that_would(peer: GrammarPeer) -> None:
     pose = sample_scene().camera_path[0]
-    path = tuple(replace(pose, stamp_ns=10**12 + k * 100_000) for k in range(500))
+    path = tuple(replace(pose, stamp_ns=10**12 + k * 1_000_000) for k in range(3000))
     assert peer.set_parameter("renderer_node", "realtime", True)[0]
     peer.send(scene_to_json(replace(sample_scene(), index=77, camera_path=path)))
-    peer.spin_until(lambda: any("fewer than asked for" in line for line in peer.warnings), 30, "a warning")
+    peer.spin_until(lambda: any("1000 Hz asked for" in line for line in peer.warnings), 30, "a warning")
+    line = next(line for line in peer.warnings if "asked for" in line)
+    assert "color" in line and "grammar_node rate_hz" in line
+    assert peer.values["rate_wanted_hz"] == "1000" and 0.0 < float(peer.values["rate_held_hz"]) < 1000.0
     assert peer.set_parameter("renderer_node", "realtime", False)[0]
 
 
