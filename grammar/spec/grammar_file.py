@@ -1,7 +1,7 @@
 """Grammar files: YAML -> :class:`grammar.spec.rules.Grammar`, strict.  The only file that imports a YAML reader.
 
-A file may name another one in ``extends``; its own keys then win over those, mapping by mapping, lists and numbers whole.  So what all room
-types share is written once.
+A file may name another one in ``extends``, beside it or, where there is none, one that comes with the program; its own keys then win over
+those, mapping by mapping, lists and numbers whole.  So what all room types share is written once.
 """
 
 from __future__ import annotations
@@ -142,9 +142,22 @@ def _read_extended(path: Path, above: tuple[Path, ...]) -> Mapping[str, Any]:
     name = data["extends"]
     if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z0-9_.-]+", name):
         raise GrammarError(f"{path}: extends: expected the name of a file in the same folder, got {name!r}")
-    base = _read_extended(path.with_name(name), (*above, path))
+    base = _read_extended(_extended(path, name), (*above, path))
     merged: Mapping[str, Any] = _merge(base, {key: value for key, value in data.items() if key != "extends"})
     return merged
+
+
+def _extended(path: Path, name: str) -> Path:
+    """Return the file that ``path`` extends: of its folder, else one of those that come with the program."""
+    beside = path.with_name(name)
+    if beside.exists():
+        return beside
+    shipped = sorted(config_path("grammars").glob("*.yaml"))
+    for file in shipped:
+        if file.name == name:
+            return file
+    known = ", ".join(file.name for file in shipped)
+    raise GrammarError(f"{path}: extends: expected a file in the same folder, or one of {known}, got {name!r}; check the name")
 
 
 def _merge(base: Any, top: Any) -> Any:

@@ -33,7 +33,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options that say how pictures are made."""
     parser.add_argument("--preset", choices=PRESETS, default="balanced", help="how colour is computed (default: %(default)s)")
     parser.add_argument(
-        "--overlay", type=Path, action="append", default=[], metavar="FILE", help="parameter file, config/cameras/*.yaml, say"
+        "--overlay",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="parameter file, or a shipped one by its name, kinect_v1, say",
     )
     parser.add_argument(
         "-p", dest="parameters", action="append", default=[], metavar="NAME:=VALUE", help="one of camera., render. or sensor.; see README"

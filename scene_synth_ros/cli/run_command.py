@@ -35,7 +35,9 @@ _MADE_BY = "scene_synth.parameters="
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
     parser.add_argument(
-        "--params", type=Path, help="run profile, a ROS parameter file (default: config/runs/main.yaml, or live.yaml without --record)"
+        "--params",
+        type=Path,
+        help="run profile: a ROS parameter file, or a shipped one by its name (default: main, or live without --record)",
     )
     parser.add_argument(
         "--overlay",
@@ -43,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="FILE",
-        help="parameter file laid over the profile, for example config/cameras/kinect_v1.yaml; may be repeated, later ones win",
+        help="parameters laid over the profile: a file, or a shipped one by its name, kinect_v1, say; may be repeated, later ones win",
     )
     parser.add_argument(
         "-p", dest="overrides", action="append", default=[], metavar="NODE.NAME:=VALUE", help="one parameter; may be repeated"

@@ -68,6 +68,22 @@ def test_the_installed_copy_finds_its_own_configuration(installed: Path) -> None
     assert Path(module).is_relative_to(installed)
 
 
+def test_shipped_files_go_by_their_names_in_the_installed_copy(installed: Path, tmp_path: Path) -> None:
+    (tmp_path / "own.yaml").write_text("extends: bedroom.yaml\n", encoding="utf-8")
+    code = (
+        "import sys; from pathlib import Path; from grammar import read_categories, read_grammar\n"
+        "from scene_description.share import config_path; from scene_synth_ros.cli.run_profile import find_profile\n"
+        "print(*(find_profile(Path(name)) for name in ('main', 'stream', 'kinect_v1', 'stereo')))\n"
+        "print(read_grammar(Path(sys.argv[1]), read_categories(config_path('categories.yaml'))).room_type)"
+    )
+    process = run_in(installed, "-c", code, str(tmp_path / "own.yaml"))
+    assert process.returncode == 0, process.stderr
+    *files, room_type = process.stdout.split()
+    config = installed / "share" / "scene_synth_ros" / "config"
+    assert files == [str(config / file) for file in ("runs/main.yaml", "presets/stream.yaml", "cameras/kinect_v1.yaml", "rigs/stereo.yaml")]
+    assert room_type == "bedroom"
+
+
 def test_the_installed_copy_finds_the_files_of_its_web_page(installed: Path) -> None:
     code = "from scene_synth_ros.cli.page import page_file as p; [p.web_file(name) for name in ('page.html', 'page.css', *p.SCRIPTS)]"
     process = run_in(installed, "-c", code)

@@ -1,0 +1,225 @@
+"""What ``test_docs_commands.py`` does with each command line of README, CONTRIBUTING and docs: one row each."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+
+class Run(NamedTuple):
+    """Runs in a shell, in a folder with the files of ``docs_folder``; ends with status 0.
+
+    Attributes:
+        line: what runs in place of the printed line, smaller or with other names; empty: the line itself.
+        makes: files that are there afterwards.
+    """
+
+    line: str = ""
+    makes: tuple[str, ...] = ()
+
+
+class Parsed(NamedTuple):
+    """Is taken by the command's own parser; the files, parameters and values that a run names exist, as does a target of make.
+
+    Attributes:
+        by: the test that runs what the line does, ``file`` or ``file::test``; or why none does.
+    """
+
+    by: str
+
+
+class Usage(NamedTuple):
+    """Is a form with placeholders: parsed with all options given, numbers for N, S, R, HZ and PX.
+
+    Attributes:
+        by: as of ``Parsed``.
+    """
+
+    by: str
+
+
+class Named(NamedTuple):
+    """Is part of a command line: the command and the options exist."""
+
+
+class Listed(NamedTuple):
+    """Is not run here."""
+
+    why: str
+
+
+_ROS2CLI = Listed("needs ros2cli, which is not among the wheels")
+_MAIN_JOB = "test/scene_synth_ros/test_main_job.py::test_the_run_reports_no_fault_and_draws_the_sheet"
+_ALIKE = "test/scene_synth_ros/test_several_renderers.py::test_shared_rooms_one_process_and_rooms_ahead_give_the_same_bag"
+_REPLAY = "test/scene_synth_ros/replay/test_player.py::test_loop_begins_again_until_it_is_switched_off"
+_TINY = "-p renderer_node.camera.width:=96 -p renderer_node.camera.height:=72 -p renderer_node.render.samples_per_pixel:=1"
+
+RECORD = "scene_synth run --record BAG --rooms 4 --show page.html"
+"""Makes the bag of the other rows; runs once."""
+
+ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
+    # make
+    "make run": Parsed(_MAIN_JOB),
+    "make run ROOMS=10 FRAMES=30 SEED=7": Parsed(_MAIN_JOB),
+    "make setup": Parsed("runs before every test"),
+    "make test": Parsed("is what runs this test"),
+    "make lint": Parsed("a check of its own, which finds no fault of a run"),
+    "make docs": Parsed("test/test_docs.py::test_the_map_of_the_architecture_is_up_to_date"),
+    "make gallery": Parsed("takes many minutes; test/scene_synth_ros/cli/test_gallery.py draws single models"),
+    "make bench": Parsed("takes many minutes, and speed is never judged in a test"),
+    "make soak": Parsed("takes hours"),
+    "make soak SOAK_FRAMES=2000": Parsed("takes hours"),
+    # installing
+    "apt install gcc g++ python3-dev": Listed("needs root and the network"),
+    ".venv/bin/pip install '.[denoise]'": Listed("needs the network; that the extra exists is tested"),
+    ".venv/bin/pip install '.[bench-reference]'": Listed("needs the network; that the extra exists is tested"),
+    "export DRJIT_LIBLLVM_PATH=/usr/lib/x86_64-linux-gnu/libLLVM.so.19.1": Listed("names the library of another package, for Mitsuba"),
+    "source .venv/bin/activate": Run(),
+    # system ROS 2
+    "cd ~/ws/src && git clone <this repository> && pip install numba embreex trimesh mcap zstandard lz4": Listed("needs the network"),
+    "cd ~/ws && rosdep install --from-paths src -y && colcon build && source install/setup.bash": Listed(
+        "needs rosdep and its network; test/packaging/test_colcon.py builds with colcon and runs what it installed"
+    ),
+    "ros2 launch scene_synth_ros synth.launch.py rviz:=true": _ROS2CLI,
+    "ros2 launch scene_synth_ros synth.launch.py params_file:=main record:=true bag_path:=my_bag": _ROS2CLI,
+    "ros2 launch scene_synth_ros machine.launch.py machines:=2 index:=0": _ROS2CLI,
+    "ros2 run scene_synth_ros scene_synth": _ROS2CLI,
+    "ros2 bag": _ROS2CLI,
+    "ros2 bag info my_bag && ros2 bag play my_bag --clock-topics-all": _ROS2CLI,
+    "ros2 param describe": _ROS2CLI,
+    "ros2 param dump": _ROS2CLI,
+    "ros2 lifecycle set": _ROS2CLI,
+    "rviz2 -d config/views/synth.rviz": Listed("needs RViz; that the file exists is tested"),
+    "export FASTRTPS_DEFAULT_PROFILES_FILE=<share>/config/fastdds_large_images.xml": Listed("sets a variable of the user's shell"),
+    "ros2 security create_keystore keys": _ROS2CLI,
+    "ros2 security create_enclave keys /synth/grammar_node": _ROS2CLI,
+    "ros2 security create_permission keys /synth/grammar_node"
+    " $(ros2 pkg prefix --share scene_synth_ros)/config/security/policy.xml": _ROS2CLI,
+    "export ROS_SECURITY_KEYSTORE=$PWD/keys ROS_SECURITY_ENABLE=true ROS_SECURITY_STRATEGY=Enforce": Listed(
+        "the wheels' Fast DDS has no security plugins"
+    ),
+    "ros2 run scene_synth_ros grammar_node --ros-args -r __ns:=/synth --enclave /synth/grammar_node": _ROS2CLI,
+    # scene_synth run, demo
+    "scene_synth run": Named(),
+    "scene_synth run --record": Named(),
+    "scene_synth run [--params FILE] [--overlay FILE] [-p NODE.NAME:=VALUE] [--rooms N] [--frames N] [--seed S] [--record DIR]": Usage(
+        _MAIN_JOB
+    ),
+    RECORD: Run(f"scene_synth run --record BAG --rooms 1 --frames 2 --show page.html {_TINY}", ("BAG/metadata.yaml", "page.html")),
+    "scene_synth demo": Parsed("test/scene_synth_ros/cli/test_show_command.py::test_the_demo_is_a_run_in_one_folder"),
+    "scene_synth run --record bag --rooms 20 --frames 30": Parsed(_MAIN_JOB),
+    "scene_synth run --record bag --renderers 2": Parsed(_ALIKE),
+    "scene_synth run --record bag --params split_outputs": Parsed(
+        "test/scene_synth_ros/test_several_renderers.py::test_colour_and_truth_of_two_renderers_have_the_same_stamps"
+    ),
+    "scene_synth run --record bag --respawn 5": Parsed(
+        "test/scene_synth_ros/test_several_renderers.py::test_a_renderer_that_is_killed_is_started_again_and_its_room_is_whole"
+    ),
+    "scene_synth run --record bag --one-process": Parsed(_ALIKE),
+    "scene_synth run --params parameters.yaml": Usage(
+        "test/scene_synth_ros/bags/test_verify.py::test_the_bag_says_what_made_it_and_its_parameters_make_it_again"
+    ),
+    "scene_synth run --grammar waiting_room.yaml": Parsed(
+        "test/scene_synth_ros/cli/test_run_profile.py::test_a_grammar_file_comes_with_its_room_type_and_is_checked_first"
+    ),
+    "scene_synth run -p grammar_node.scene.grammar_set:=by_hand": Parsed("test/grammar/test_grammar_set.py"),
+    "scene_synth run -p \"grammar_node.scene.looks:=['bed/duvet: {material: deep_cover, base_color: [0.1, 0.2, 0.3]}',"
+    " 'nightstand: {styles: [drawers]}']\"": Parsed("test/grammar/appearance/test_looks.py"),
+    "scene_synth run --overlay kinect_v1 --rooms 2 --frames 8 --record my_bag": Parsed(
+        "test/scene_synth_ros/cli/test_camera_presets.py::test_a_preset_is_a_camera_and_nothing_else"
+    ),
+    "scene_synth run --params main -p grammar_node.scene.daylight:=overcast --rooms 2 --frames 8 --record my_bag": Parsed(
+        "test/grammar/appearance/test_lighting.py"
+    ),
+    "scene_synth run --record runs/docs --rooms 3 --frames 2 --seed 4 --overlay balanced --contact-sheet docs/contact_sheet.jpg": Parsed(
+        _MAIN_JOB
+    ),
+    "scene_synth run --record runs/kitchen --rooms 1 --frames 8 --seed 9 --overlay balanced"
+    " -p grammar_node.scene.room_type:=kitchen --show kitchen.html": Parsed(_MAIN_JOB),
+    "chromium --headless=new --hide-scrollbars --window-size=1400,900 --virtual-time-budget=10000 --screenshot=docs/show.jpg"
+    ' "file://$PWD/kitchen.html#frame=5&x=390&y=290"': Listed(
+        "needs Chromium; test/scene_synth_ros/cli/test_show_page_in_browser.py drives one where it is installed"
+    ),
+    # bags
+    ".venv/bin/scene_synth inspect runs/...": Run(".venv/bin/scene_synth inspect BAG"),
+    "scene_synth inspect": Named(),
+    "scene_synth inspect BAG": Run(),
+    "scene_synth show BAG": Run(makes=("BAG.html",)),
+    "scene_synth show BAG --out page.html --rooms 20 --frames 30 --max-size 320 --open": Run(makes=("page.html",)),
+    "scene_synth show BAG [--out FILE.html] [--rooms N] [--frames N] [--max-size PX] [--open]": Usage(
+        "test/scene_synth_ros/cli/test_show_command.py::test_the_command_says_what_it_wrote"
+    ),
+    "scene_synth verify": Named(),
+    "scene_synth verify BAG": Run(),
+    "scene_synth repair BAG": Run(makes=("BAG_repaired/metadata.yaml",)),
+    "scene_synth repair BAG [--out DIR] [--in-place]": Usage(
+        "test/scene_synth_ros/bags/test_bag_repair.py::test_a_repaired_bag_in_place_has_the_name_of_the_old_one"
+    ),
+    "scene_synth replay BAG --loop": Parsed(_REPLAY),
+    "scene_synth replay BAG --clock 100 --paused": Parsed(
+        "test/scene_synth_ros/replay/test_replay_node.py::test_services_parameters_and_signals"
+    ),
+    "scene_synth replay BAG --rate 2 --loop --start-offset 5 --topics /synth/camera/color/image_raw"
+    " --remap /synth/camera/color/image_raw:=/camera/image": Run(
+        "scene_synth replay BAG --rate 2 --topics /synth/camera/color/image_raw --remap /synth/camera/color/image_raw:=/camera/image"
+    ),
+    "scene_synth replay BAG [--rate R] [--loop] [--start-offset S] [--topics T ...] [--remap F:=T ...] [--clock HZ] [--paused]": Usage(
+        _REPLAY
+    ),
+    # rooms
+    "scene_synth sample": Named(),
+    "scene_synth sample --help": Run(),
+    "scene_synth sample -p": Named(),
+    "scene_synth sample --look TEXT": Named(),
+    "scene_synth sample --room TYPE --seed S [--count N] [--report] [--chain] [--workers N] [--grammar FILE] [-p NAME:=VALUE]"
+    " --out DIR": Usage("test/scene_synth_ros/cli/test_sample_command.py::test_writes_every_kind_of_file_and_a_record_of_the_chain"),
+    "scene_synth sample --grammar waiting_room.yaml --count 4 --out rooms": Run(makes=("rooms/room_0003.json", "rooms/room_0003.png")),
+    "scene_synth sample --room living_room --seed 3 -p daylight:=clear -p solar_hour:=17.5 -p turbidity:=5 --out rooms": Run(
+        makes=("rooms/room_0000.json",)
+    ),
+    "scene_synth catalog check DIR": Usage("test/scene_synth_ros/cli/test_catalog_command.py::test_the_check_names_each_fault"),
+    "scene_synth catalog check DIR [--strict]": Usage("test/scene_synth_ros/cli/test_catalog_command.py::test_the_check_names_each_fault"),
+    "scene_synth learn LAYOUTS.jsonl ... --room TYPE --out GRAMMAR.yaml": Usage(
+        "test/scene_synth_ros/cli/test_learn_command.py::test_learns_from_sampled_scenes"
+    ),
+    "scene_synth learn LAYOUTS.jsonl [MORE.jsonl ...] --room bedroom --out my_bedroom.yaml": Run(
+        "scene_synth learn LAYOUTS.jsonl MORE.jsonl --room bedroom --out my_bedroom.yaml --hold-out 0 --iterations 0 --corrections 0",
+        ("my_bedroom.yaml",),
+    ),
+    # pictures
+    "scene_synth render": Named(),
+    "scene_synth render --preset": Named(),
+    "scene_synth render --noisy": Named(),
+    "scene_synth render SCENE.json --out DIR [--preset stream|balanced|photo] [--spp N] [--threads N]": Usage("the rows below"),
+    "scene_synth render room.json --out pictures --overlay kinect_v1 -p camera.f_stop:=2 --variance": Run(
+        "scene_synth render room.json --out pictures --overlay kinect_v1 -p camera.f_stop:=2 --variance --size 64x48 --spp 2 --frames 1",
+        ("pictures/frame_0000.npz", "pictures/frame_0000_color.png", "pictures/trajectory.txt"),
+    ),
+    "scene_synth render room.json --catalog my_files --environment street.hdr --environment-yaw 90 --environment-scale 1000"
+    " --out pictures": Run(
+        "scene_synth render room.json --catalog my_files --environment street.hdr --environment-yaw 90 --environment-scale 1000"
+        " --out pictures --size 64x48 --spp 2 --frames 1",
+        ("pictures/frame_0000_color.png",),
+    ),
+    "scene_synth export SCENE.json OUT.glb": Usage("the rows below"),
+    "scene_synth export SCENE.json room.glb": Run(makes=("room.glb",)),
+    "scene_synth export SCENE.json room.sdf": Run(makes=("room.sdf", "room_meshes")),
+    "scene_synth layers [--markdown]": Usage("the row below"),
+    "scene_synth layers --markdown > docs/layers.md": Run(makes=("docs/layers.md",)),
+    "scene_synth gallery --out DIR [--only WORD]": Usage("takes minutes; test/scene_synth_ros/cli/test_gallery.py draws single models"),
+    "scene_synth gallery --out docs/gallery": Parsed("takes minutes; test/scene_synth_ros/cli/test_gallery.py draws single models"),
+    "scene_synth gallery --out DIR --kind models --only chair": Run(
+        "scene_synth gallery --out DIR --kind models --only book_stack --spp 1", ("DIR/models_1.jpg",)
+    ),
+    ".venv/bin/python examples/lights_and_lenses.py docs": Run(
+        ".venv/bin/python examples/lights_and_lenses.py docs 1", ("docs/lights.jpg", "docs/lenses.jpg")
+    ),
+    # the program from within
+    ".venv/bin/python -c 'from grammar.spec.energy_terms import terms_table; print(terms_table())'": Run(),
+    ".venv/bin/python -m pytest test/renderer/path": Listed("is how this test runs; that the folder exists is tested in test/test_docs.py"),
+    ".venv/bin/python -m benchmarks --only layout": Parsed("takes minutes, and speed is never judged in a test"),
+    ".venv/bin/python -m benchmarks.realism_bench LAYOUTS.jsonl --folds 5 --rooms 120 --counted 1000": Parsed(
+        "takes an hour; test/grammar/learning/test_realism_figures.py has its figures"
+    ),
+    ".venv/bin/python -m benchmarks.recovery_bench": Parsed("test/grammar/learning/test_learn.py"),
+    ".venv/bin/python -m benchmarks.reference_bench --pictures docs/reference": Parsed("takes an hour, and needs Mitsuba"),
+}
