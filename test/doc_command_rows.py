@@ -73,7 +73,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/pip install '.[denoise]'": Listed("needs the network; that the extra exists is tested"),
     ".venv/bin/pip install '.[bench-reference]'": Listed("needs the network; that the extra exists is tested"),
     "export DRJIT_LIBLLVM_PATH=/usr/lib/x86_64-linux-gnu/libLLVM.so.19.1": Listed("names the library of another package, for Mitsuba"),
-    "source .venv/bin/activate": Run(),
+    "source .venv/bin/activate": Listed("is made by python3 -m venv"),
     # system ROS 2
     "cd ~/ws/src && git clone <this repository> && pip install numba embreex trimesh mcap zstandard lz4": Listed("needs the network"),
     "cd ~/ws && rosdep install --from-paths src -y && colcon build && source install/setup.bash": Listed(

@@ -256,7 +256,6 @@ def fill_folder(folder: Path) -> None:
     (folder / "examples").symlink_to(ROOT / "examples")
     programs = folder / ".venv" / "bin"
     programs.mkdir(parents=True)
-    (programs / "activate").write_text("true\n", encoding="ascii")
     for program, words in (("python", ""), ("scene_synth", "-m scene_synth_ros")):
         (programs / program).write_text(f'#!/bin/sh\nexec {shlex.quote(sys.executable)} {words} "$@"\n', encoding="utf-8")
         (programs / program).chmod(0o755)
