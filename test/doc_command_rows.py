@@ -51,6 +51,10 @@ _ROS2CLI = Listed("needs ros2cli, which is not among the wheels")
 _MAIN_JOB = "test/scene_synth_ros/test_main_job.py::test_the_run_reports_no_fault_and_draws_the_sheet"
 _ALIKE = "test/scene_synth_ros/test_several_renderers.py::test_shared_rooms_one_process_and_rooms_ahead_give_the_same_bag"
 _REPLAY = "test/scene_synth_ros/replay/test_player.py::test_loop_begins_again_until_it_is_switched_off"
+_WALL = "test/scene_synth_ros/test_wall_clock.py"
+_ROBOTS = (
+    "test/scene_synth_ros/cli/test_run_profile.py::test_a_namespace_of_its_own_stands_before_the_frames_unless_the_profile_says_otherwise"
+)
 _TINY = "-p renderer_node.camera.width:=96 -p renderer_node.camera.height:=72 -p renderer_node.render.samples_per_pixel:=1"
 
 RECORD = "scene_synth run --record BAG --rooms 4 --show page.html"
@@ -75,21 +79,30 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "export DRJIT_LIBLLVM_PATH=/usr/lib/x86_64-linux-gnu/libLLVM.so.19.1": Listed("names the library of another package, for Mitsuba"),
     "source .venv/bin/activate": Listed("is made by python3 -m venv"),
     # system ROS 2
-    "cd ~/ws/src && git clone <this repository> && pip install numba embreex trimesh mcap zstandard lz4": Listed("needs the network"),
-    "cd ~/ws && rosdep install --from-paths src -y && colcon build && source install/setup.bash": Listed(
-        "needs rosdep and its network; test/packaging/test_colcon.py builds with colcon and runs what it installed"
+    "mkdir -p ~/ws/src && cd ~/ws && git clone <this repository> src/scene_synth_ros": Listed("makes a folder of the user's home"),
+    "rosdep install --from-paths src --ignore-src -y": Listed("needs rosdep, root and the network"),
+    "python3 -m venv --system-site-packages .venv && touch .venv/COLCON_IGNORE && source .venv/bin/activate": Run(
+        "python3 -m venv --without-pip --system-site-packages new && touch new/COLCON_IGNORE && source new/bin/activate",
+        ("new/bin/python",),
     ),
+    'pip install -r src/scene_synth_ros/requirements.txt "pyoidn>=2.5"': Listed("needs the network; setup.py reads the same file"),
+    "colcon build && source install/setup.bash": Listed("test/packaging/test_colcon.py builds with colcon and runs what it installed"),
+    "source ~/ws/.venv/bin/activate": Listed("a workspace in the user's home"),
+    "source ~/ws/install/setup.bash": Listed("a workspace in the user's home"),
+    "apt install libembree-dev": Listed("needs root and the network"),
+    'docker build -t scene_synth_ros . && docker run --rm --shm-size 1g -v "$PWD/runs:/runs" scene_synth_ros': Listed("needs Docker"),
     "ros2 launch scene_synth_ros synth.launch.py rviz:=true": _ROS2CLI,
     "ros2 launch scene_synth_ros synth.launch.py params_file:=main record:=true bag_path:=my_bag": _ROS2CLI,
     "ros2 launch scene_synth_ros machine.launch.py machines:=2 index:=0": _ROS2CLI,
     "ros2 run scene_synth_ros scene_synth": _ROS2CLI,
+    "ros2 run scene_synth_ros scene_synth --help": _ROS2CLI,
+    "ros2 launch scene_synth_ros synth.launch.py clock:=wall rviz:=true": _ROS2CLI,
     "ros2 bag": _ROS2CLI,
     "ros2 bag info my_bag && ros2 bag play my_bag --clock-topics-all": _ROS2CLI,
     "ros2 param describe": _ROS2CLI,
     "ros2 param dump": _ROS2CLI,
     "ros2 lifecycle set": _ROS2CLI,
     "rviz2 -d config/views/synth.rviz": Listed("needs RViz; that the file exists is tested"),
-    "export FASTRTPS_DEFAULT_PROFILES_FILE=<share>/config/fastdds_large_images.xml": Listed("sets a variable of the user's shell"),
     "ros2 security create_keystore keys": _ROS2CLI,
     "ros2 security create_enclave keys /synth/grammar_node": _ROS2CLI,
     "ros2 security create_permission keys /synth/grammar_node"
@@ -101,11 +114,13 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     # scene_synth run, demo
     "scene_synth run": Named(),
     "scene_synth run --record": Named(),
+    "scene_synth run --record DIR": Usage(_MAIN_JOB),
     "scene_synth run [--params FILE] [--overlay FILE] [-p NODE.NAME:=VALUE] [--rooms N] [--frames N] [--seed S] [--record DIR]": Usage(
         _MAIN_JOB
     ),
     RECORD: Run(f"scene_synth run --record BAG --rooms 1 --frames 2 --show page.html {_TINY}", ("BAG/metadata.yaml", "page.html")),
     "scene_synth demo": Parsed("test/scene_synth_ros/cli/test_show_command.py::test_the_demo_is_a_run_in_one_folder"),
+    ".venv/bin/scene_synth demo": Parsed("test/scene_synth_ros/cli/test_show_command.py::test_the_demo_is_a_run_in_one_folder"),
     "scene_synth run --record bag --rooms 20 --frames 30": Parsed(_MAIN_JOB),
     "scene_synth run --record bag --renderers 2": Parsed(_ALIKE),
     "scene_synth run --record bag --params split_outputs": Parsed(
@@ -115,6 +130,9 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         "test/scene_synth_ros/test_several_renderers.py::test_a_renderer_that_is_killed_is_started_again_and_its_room_is_whole"
     ),
     "scene_synth run --record bag --one-process": Parsed(_ALIKE),
+    "scene_synth run --params live -p grammar_node.clock:=wall": Parsed(_WALL),
+    "scene_synth run --params live --namespace /robot1 -p grammar_node.clock:=wall -p grammar_node.seed:=1": Parsed(_ROBOTS),
+    "scene_synth run --params live --namespace /robot2 -p grammar_node.clock:=wall -p grammar_node.seed:=2": Parsed(_ROBOTS),
     "scene_synth run --params parameters.yaml": Usage(
         "test/scene_synth_ros/bags/test_verify.py::test_the_bag_says_what_made_it_and_its_parameters_make_it_again"
     ),
@@ -140,7 +158,6 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         "needs Chromium; test/scene_synth_ros/cli/test_show_page_in_browser.py drives one where it is installed"
     ),
     # bags
-    ".venv/bin/scene_synth inspect runs/...": Run(".venv/bin/scene_synth inspect BAG"),
     "scene_synth inspect": Named(),
     "scene_synth inspect BAG": Run(),
     "scene_synth show BAG": Run(makes=("BAG.html",)),
