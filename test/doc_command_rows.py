@@ -148,7 +148,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth run --params main -p grammar_node.scene.daylight:=overcast --rooms 2 --frames 8 --record my_bag": Parsed(
         "test/grammar/appearance/test_lighting.py"
     ),
-    "scene_synth run --record runs/docs --rooms 3 --frames 2 --seed 4 --overlay balanced --contact-sheet docs/contact_sheet.jpg": Parsed(
+    "scene_synth run --params demo --frames 1 --record runs/docs --contact-sheet docs/contact_sheet.jpg": Parsed(
         _MAIN_JOB
     ),
     "scene_synth run --record runs/kitchen --rooms 1 --frames 8 --seed 9 --overlay balanced"
