@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from scene_description import Limits
-from scene_synth_ros.suite.parameters import ParameterError
+from scene_description import Limits, SceneSynthError
 
 _PEERS_FIXED = "the run's peers are counted once"
 
@@ -64,7 +63,7 @@ class RunConfig:
         """Refuse settings that contradict each other.
 
         Raises:
-            ParameterError: frames that wait for each other are stamped by a clock that waits for nobody.
+            SceneSynthError: frames that wait for each other are stamped by a clock that waits for nobody.
         """
         if self.clock == "wall" and self.lock_step:
-            raise ParameterError("grammar_node: parameter clock: 'wall' goes with lock_step false, got true; set lock_step:=false")
+            raise SceneSynthError("grammar_node: parameter clock: 'wall' goes with lock_step false, got true; set lock_step:=false")

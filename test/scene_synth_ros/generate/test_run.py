@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
+from scene_description import SceneSynthError
 from scene_synth_ros.generate.run import Run, Step
 from scene_synth_ros.generate.run_config import RunConfig
-from scene_synth_ros.suite.parameters import ParameterError
 from scene_synth_ros.suite.status import NodeStatus
 
 FREE = RunConfig(lock_step=False, rooms=3, frames_per_room=5, rate_hz=10.0)
@@ -52,7 +52,7 @@ def test_by_the_wall_clock_a_room_has_time_to_be_prepared_and_waits_for_nobody()
     send(run, 1.0)
     assert run.step(1.0 + 0.5 + 0.5 - 0.01, True) is Step.WAIT
     assert run.step(1.0 + 0.5 + 0.5, True) is Step.SEND
-    with pytest.raises(ParameterError, match="parameter clock: 'wall' goes with lock_step false, got true; set lock_step:=false"):
+    with pytest.raises(SceneSynthError, match="parameter clock: 'wall' goes with lock_step false, got true; set lock_step:=false"):
         replace(STEP, clock="wall").check()
     replace(FREE, clock="wall").check()
 
