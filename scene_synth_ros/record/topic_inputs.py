@@ -10,6 +10,7 @@ from typing import Any
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 
+from scene_synth_ros.messages.image_codec import raw_topic
 from scene_synth_ros.messages.message_definitions import MessageDefinitionError, message_class
 from scene_synth_ros.messages.timed_pose import PoseReadError, read_pose
 from scene_synth_ros.record.recorder_config import RecorderConfig
@@ -77,10 +78,17 @@ class TopicInputs:
                 self._recording.set_origin(topic, self._senders.judge(topic))
 
     def _is_recorded(self, topic: str) -> bool:
+        """Return whether the parameters ask for a topic.
+
+        Of the suite's images bags hold one form, the one that ``images.*`` asks for; the recorder makes it itself of the raw ones.
+        """
         config = self._config
         if topic in ("/tf", "/tf_static") or topic == self._node.resolve_topic_name("status"):
             return False
         if not config.topics and topic.endswith("/transition_event"):
+            return False
+        raw = raw_topic(topic) if topic.startswith(self._namespace) else ""
+        if raw and self._node.count_publishers(raw) and self._is_recorded(raw):
             return False
         chosen = (*(config.topics or (f"{self._namespace}*", "/clock", "/diagnostics")), *config.extra_topics)
         return any(fnmatch.fnmatchcase(topic, pattern) for pattern in chosen) and not any(
