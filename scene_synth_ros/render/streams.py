@@ -23,6 +23,7 @@ from scene_synth_ros.messages.camera_frames import camera_frames
 from scene_synth_ros.messages.conversions import clock_to_msg, link_from_optical_to_msg, msg_to_image, world_from_link_to_msg
 from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig, has_companion
 from scene_synth_ros.messages.image_codec import IMAGE_TYPE, LiveCompression, compress_image, compressed_topic, image_form
+from scene_synth_ros.messages.label_info import LabelInfo
 from scene_synth_ros.suite.connections import identity_of, publishers_of
 from scene_synth_ros.suite.qos import PROFILES, latched_qos, stream_qos
 from scene_synth_ros.suite.status import NodeStatus
@@ -39,9 +40,10 @@ class StreamPublishers:
     """Publishers of one camera: makes them, says which layers are wanted, publishes a frame with one stamp.
 
     Topics below ``<camera>/``: ``<layer>/image_raw`` and ``<layer>/camera_info`` for every enabled layer, ``<layer>/image_color`` where
-    viewers cannot show the raw form, ``<layer>/labels`` of those that hold ids (JSON, latched), ``pose``; ``~/settings`` (JSON, latched:
-    what the frame was rendered with); ``/clock``, ``/tf``, ``/tf_static``.  ``image_raw/compressed`` of colour and ids and
-    ``image_raw/compressedDepth`` of depth are made only while somebody subscribes to them.
+    viewers cannot show the raw form, ``<layer>/labels`` of those that hold ids (JSON, latched) and, where vision_msgs is installed,
+    ``<layer>/label_info`` (LabelInfo, latched), ``pose``; ``~/settings`` (JSON, latched: what the frame was rendered with); ``/clock``,
+    ``/tf``, ``/tf_static``.  ``image_raw/compressed`` of colour and ids and ``image_raw/compressedDepth`` of depth are made only while
+    somebody subscribes to them.
 
     Args:
         node: whose publishers they are.
@@ -183,6 +185,8 @@ class StreamPublishers:
         self._add(CameraInfo, f"{base}/camera_info", self._qos)
         if LAYERS[layer].labels is not None:
             self._add(String, f"{base}/labels", latched_qos(self._qos.depth))
+            if LabelInfo is not None:
+                self._add(LabelInfo, f"{base}/label_info", latched_qos(self._qos.depth))
 
     def _add(self, message_type: type, topic: str, qos: QoSProfile) -> str:
         overrides = QoSOverridingOptions.with_default_policies()
