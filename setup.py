@@ -28,7 +28,11 @@ setup(
     maintainer_email=PACKAGE.find("maintainer").get("email"),
     python_requires=">=3.10",
     packages=find_packages(include=["scene_description*", "grammar*", "renderer*", "scene_synth_ros*"]),
-    package_data={"scene_description": ["*.csv"], "scene_synth_ros.cli.page": ["web/*"]},
+    package_data={
+        "scene_description": ["*.csv"],
+        "scene_synth_ros.cli.page": ["web/*"],
+        "scene_synth_ros.messages": ["interfaces/*/msg/*.msg"],
+    },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
         (SHARE, ["package.xml"]),

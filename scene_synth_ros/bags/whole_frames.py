@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator
 from scene_synth_ros.bags.bag_metadata import TopicInfo
 from scene_synth_ros.bags.bag_reader import BagMessage
 from scene_synth_ros.bags.camera_streams import cameras, label_topics
+from scene_synth_ros.messages.label_info import label_info_topic
 from scene_synth_ros.messages.stamps import NANOSECONDS
 
 MAX_HELD = 512 * 2**20
@@ -30,7 +31,8 @@ class WholeFrames:
     def __init__(self, topics: Iterable[TopicInfo]) -> None:
         types = {topic.name: topic.type_name for topic in topics}
         self._streams = frozenset(name for streams in cameras(types).values() for name in streams)
-        self._of_frame = self._streams | (frozenset(label_topics(types)) & types.keys())
+        labels = label_topics(types)
+        self._of_frame = self._streams | (frozenset([*labels, *map(label_info_topic, labels)]) & types.keys())
         self._frames, self._first = 0, frozenset[str]()
         self._other_groups: set[frozenset[str]] = set()
         self.cut: list[str] = []

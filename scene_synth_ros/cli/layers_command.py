@@ -9,6 +9,7 @@ from collections.abc import Iterable, Sequence
 from renderer.film.layers import LAYERS, Layer
 from scene_synth_ros.messages.conversions import layer_encoding
 from scene_synth_ros.messages.frame_messages import has_companion
+from scene_synth_ros.messages.image_codec import compressed_topic
 
 PAGE = """# Layers
 
@@ -29,7 +30,9 @@ Made by `scene_synth layers --markdown > docs/layers.md` from the table in `rend
 
 - Topics are `<camera>/<layer>/image_raw` and `<camera>/<layer>/camera_info`, all with the frame's stamp. Where viewers cannot show the raw
   image there is a picture beside it on `<camera>/<layer>/image_color` (rgb8), unless `streams.color_companions` is false. What ids mean is
-  told on `<camera>/<layer>/labels` (JSON).
+  told on `<camera>/<layer>/labels` (JSON) and, where vision_msgs is installed and always in bags, on `label_info` (LabelInfo).
+- *Compressed*: how the compressed form of the raw image ends, as image_transport names it: `<camera>/<layer>/image_raw/compressed`, made
+  only while somebody subscribes to it (`compressed.*`).
 - `streams.<layer>` says whether a layer is published. A panorama publishes range where depth is asked for. With `streams.depth_encoding`
   16UC1 depth is published in whole millimetres, 0 where there is none.
 - `scene_synth render` writes `frame_<n>.npz` with each layer under its name as it is, `frame_<n>_<layer>.png` with the picture, and
@@ -59,7 +62,7 @@ def layers_page() -> str:
     """Return ``docs/layers.md``."""
     pixels = _table(("layer", "pixel", "type", "unit", "no hit", "from"), map(_pixels, LAYERS.values()))
     places = _table(
-        ("layer", "encoding", "`streams.<layer>`", "topics beside", "picture", "EXR", "`scene_synth render`", "bags"),
+        ("layer", "encoding", "`streams.<layer>`", "topics beside", "compressed", "picture", "EXR", "`scene_synth render`", "bags"),
         map(_places, LAYERS.values()),
     )
     return PAGE.format(pixels=pixels, places=places)
@@ -78,6 +81,7 @@ def _places(row: Layer) -> tuple[str, ...]:
         layer_encoding(row),
         str(row.published).lower(),
         _code(beside),
+        f"`{compressed_topic(f'/{row.name}/image_raw').rpartition('/')[2]}`" if row.compression else _NONE,
         row.picture.words,
         _code(row.exr),
         f"`--{row.option}`" if row.option else "always",

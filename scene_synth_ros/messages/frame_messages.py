@@ -23,6 +23,7 @@ from scene_synth_ros.messages.conversions import (
     layer_encoding,
     pose_to_msg,
 )
+from scene_synth_ros.messages.label_info import LabelInfo, label_info_to_msg
 
 _STREAMS_FIXED = "publishers are made at the start"
 
@@ -131,7 +132,7 @@ class FrameMessages:
         Args:
             frame: its layers, or some of them; the others are represented by what needs no pixels.
             pose: of the optical frame.
-            wanted: whether a picture for people, or camera info or labels of a layer that the frame lacks, given by topic, are to be made.
+            wanted: whether a picture for people, or what goes with a layer that the frame lacks, given by topic, are to be made.
         """
         if self._config.publish_pose:
             yield f"{self._config.camera}/pose", pose_to_msg(pose, self._config.world_frame)
@@ -147,11 +148,13 @@ class FrameMessages:
 
     def _beside_layer(self, layer: str, stamp_ns: int, wanted: Callable[[str], bool]) -> Iterator[tuple[str, object]]:
         """Yield what goes with a layer's images and needs no pixels."""
-        info, labels = (f"{self._config.camera}/{layer}/{name}" for name in ("camera_info", "labels"))
+        info, labels, classes = (f"{self._config.camera}/{layer}/{name}" for name in ("camera_info", "labels", "label_info"))
         if wanted(info):
             yield info, camera_info_to_msg(self._camera, stamp_ns, self._frame_id)
         if layer in self._labels and wanted(labels):
             yield labels, labels_to_msg(self._labels[layer], stamp_ns)
+        if layer in self._labels and LabelInfo is not None and wanted(classes):
+            yield classes, label_info_to_msg(self._labels[layer], stamp_ns, self._frame_id)
 
     def _of_layer(self, layer: str, image: NDArray[Any], stamp_ns: int, wanted: Callable[[str], bool]) -> Iterator[tuple[str, object]]:
         row, base, frame_id = LAYERS[layer], f"{self._config.camera}/{layer}", self._frame_id

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import struct
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,14 +24,23 @@ from scene_synth_ros.messages.conversions import ENCODING_CHANNELS, msg_to_image
 COMPRESSED_TYPE = "sensor_msgs/msg/CompressedImage"
 IMAGE_TYPE = "sensor_msgs/msg/Image"
 
-DEPTH_MAX_M = 60.0
-DEPTH_QUANTIZATION = 100.0
-"""As image_transport's plugin has it: A = q (q + 1); 1 mm of resolution at 3.2 m."""
+
+class DepthCoding(NamedTuple):
+    """How depth becomes inverse depth, the parameters of image_transport's plugin: A = q (q + 1), B = 1 - A / max.
+
+    The defaults resolve 1 mm at 3.2 m.
+    """
+
+    max_m: float = 60.0
+    """Depth from here on is stored as unknown."""
+    quantization: float = 100.0
+
 
 _PLAIN = ("rgb8", "mono8", "16UC1")
 _CODED = 2**16 - 1
 _FIXED = "a bag has one form of each image"
 _HEAD = struct.Struct("<iff")
+_BAG_CODING = DepthCoding()
 
 
 class CodecError(SceneSynthError):
@@ -50,7 +59,28 @@ class ImageCompression:
     jpeg_quality: Annotated[int, Limits(ge=1, le=100, description="Quality of JPEG", fixed=_FIXED)] = 90
 
 
-def image_form(topic: str, type_name: str, compression: ImageCompression) -> str:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LiveCompression:
+    """How the compressed topics beside live images are made, for who subscribes to them."""
+
+    ids: ClassVar[str] = "png"
+    depth: ClassVar[str] = "png"
+    color: Annotated[Literal["jpeg", "png"], Limits(description="Colour on image_raw/compressed")] = "jpeg"
+    jpeg_quality: Annotated[int, Limits(ge=1, le=100, description="Quality of JPEG")] = 90
+    depth_max_m: Annotated[
+        float, Limits(ge=1.0, le=100.0, unit="m", description="32FC1 depth from here on is unknown on image_raw/compressedDepth")
+    ] = DepthCoding().max_m
+    depth_quantization: Annotated[
+        float, Limits(ge=1.0, le=150.0, unit="m", description="32FC1 depth at which the step of compressedDepth is 1 m, nearly")
+    ] = DepthCoding().quantization
+
+    @property
+    def depth_coding(self) -> DepthCoding:
+        """The parameters of inverse depth."""
+        return DepthCoding(self.depth_max_m, self.depth_quantization)
+
+
+def image_form(topic: str, type_name: str, compression: ImageCompression | LiveCompression) -> str:
     """Return how a topic is kept: ``png``, ``jpeg`` or ``none``."""
     parts = topic.rsplit("/", 2)
     if type_name != IMAGE_TYPE or len(parts) < 3 or parts[2] not in ("image_raw", "image_color"):
@@ -63,6 +93,12 @@ def compressed_topic(topic: str) -> str:
     """Return the topic of a compressed image."""
     as_depth = topic.endswith("/image_raw") and _setting(topic.rsplit("/", 2)[1]) == "depth"
     return f"{topic}/{'compressedDepth' if as_depth else 'compressed'}"
+
+
+def raw_topic(topic: str) -> str:
+    """Return the topic of the image that a compressed topic is of; empty if the name is that of none."""
+    base, _, transport = topic.rpartition("/")
+    return base if transport in ("compressed", "compressedDepth") else ""
 
 
 def _setting(layer: str) -> str:
@@ -88,8 +124,18 @@ def compress(cdr: bytes, topic: str, form: str, quality: int) -> bytes:
     return bytes(serialize_message(compress_image(image, msg_to_image(image), compressed_topic(topic), form, quality)))
 
 
-def compress_image(image: Image, pixels: NDArray[np.generic], topic: str, form: str, quality: int) -> CompressedImage:
+def compress_image(
+    image: Image, pixels: NDArray[np.generic], topic: str, form: str, quality: int, coding: DepthCoding = _BAG_CODING
+) -> CompressedImage:
     """Return the compressed form of an image for a compressed topic.
+
+    Args:
+        image: header and encoding.
+        pixels: of the image.
+        topic: compressed; says whether it is depth.
+        form: ``png`` or ``jpeg``.
+        quality: of JPEG.
+        coding: of depth in metres.
 
     Raises:
         CodecError: the image's encoding has no such form.
@@ -97,7 +143,7 @@ def compress_image(image: Image, pixels: NDArray[np.generic], topic: str, form: 
     message = CompressedImage(header=image.header)
     if topic.endswith("compressedDepth"):
         message.format = f"{image.encoding}; compressedDepth png"
-        data = _depth(pixels, image.encoding, topic)
+        data = _depth(pixels, image.encoding, topic, coding)
     elif image.encoding in _PLAIN and not (form == "jpeg" and image.encoding == "16UC1"):
         ordered = "bgr8" if image.encoding == "rgb8" else image.encoding  # what OpenCV, which wrote the plugin's files, calls them
         message.format = f"{image.encoding}; {form} compressed {ordered}"
@@ -108,16 +154,16 @@ def compress_image(image: Image, pixels: NDArray[np.generic], topic: str, form: 
     return message
 
 
-def _depth(pixels: NDArray[np.generic], encoding: str, topic: str) -> bytes:
+def _depth(pixels: NDArray[np.generic], encoding: str, topic: str, coding: DepthCoding) -> bytes:
     if encoding == "16UC1":
         return _HEAD.pack(0, 0.0, 0.0) + encode_image(pixels.astype(np.uint16), "png")
     if encoding != "32FC1":
         raise CodecError(f"{topic}: expected 16UC1 or 32FC1, got '{encoding[:40]}'")
-    a = DEPTH_QUANTIZATION * (DEPTH_QUANTIZATION + 1.0)
-    b = 1.0 - a / DEPTH_MAX_M
+    a = coding.quantization * (coding.quantization + 1.0)
+    b = 1.0 - a / coding.max_m
     depth = pixels.astype(np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):
-        inverse = np.where((depth > 0.0) & (depth < DEPTH_MAX_M), a / depth + b, 0.0)
+        inverse = np.where((depth > 0.0) & (depth < coding.max_m), a / depth + b, 0.0)
     return _HEAD.pack(0, a, b) + encode_image(np.rint(np.clip(inverse, 0, _CODED)).astype(np.uint16), "png")
 
 

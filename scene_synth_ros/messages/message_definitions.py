@@ -1,6 +1,8 @@
 """Message definitions as rosbag2 writes them into MCAP schemas, and the type hashes that go with them.
 
-Both come from the files that every interface package installs: ``share/<package>/msg/<Type>.msg`` and ``.json``.
+Both come from the files that every interface package installs: ``share/<package>/msg/<Type>.msg`` and ``.json``.  Where a package is not
+installed whose messages the recorder writes all the same, the definition comes from ``interfaces/`` beside this file: the fields of
+``tf2_msgs`` (BSD 3-Clause) and ``vision_msgs`` 4 (Apache-2.0) as published, without their comments.
 """
 
 from __future__ import annotations
@@ -19,13 +21,18 @@ from typing import Any
 from scene_description import SceneSynthError
 
 TF_MESSAGE = "tf2_msgs/msg/TFMessage"
+LABEL_INFO = "vision_msgs/msg/LabelInfo"
 
 _DELIMITER = "\n" + "=" * 80 + "\nMSG: "
 _TYPE_NAME = re.compile(r"([A-Za-z0-9_]+)/(?:msg/)?([A-Za-z0-9_]+)")
 _FIELD_TYPE = re.compile(r"^\s*([A-Za-z0-9_/]+)(?:\[[^\]]*\])?\s+", re.MULTILINE)
 _PRIMITIVES = frozenset("bool byte char float32 float64 int8 uint8 int16 uint16 int32 uint32 int64 uint64 string wstring".split())
-_EMBEDDED_TEXTS = {TF_MESSAGE: "geometry_msgs/TransformStamped[] transforms\n"}
-_EMBEDDED_HASHES = {TF_MESSAGE: "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087"}
+_INTERFACES = Path(__file__).parent / "interfaces"
+_HASHES = {
+    TF_MESSAGE: "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087",
+    LABEL_INFO: "RIHS01_3d37df4015cdf660cc851c51897f2acd957e1ca6205ba0a99aebffb9406b0783",
+}
+"""Of the types that are written without their packages."""
 
 
 class MessageDefinitionError(SceneSynthError):
@@ -96,17 +103,14 @@ def _dependencies(text: str, package: str) -> list[str]:
 
 def _own_text(type_name: str, folders: tuple[str, ...], root: str) -> str:
     package, name = _split(type_name, root)
-    for folder in folders:
+    for folder in (*folders, _INTERFACES):
         path = Path(folder, package, "msg", f"{name}.msg")
         if path.is_file():
             return path.read_bytes().decode()
-    embedded = _EMBEDDED_TEXTS.get(f"{package}/msg/{name}")
-    if embedded is None:
-        needed = "" if type_name == root else f" (needed by '{root}')"
-        raise MessageDefinitionError(
-            f"message type '{type_name}'{needed}: no definition under {' or '.join(folders)}; install the package {package}"
-        )
-    return embedded
+    needed = "" if type_name == root else f" (needed by '{root}')"
+    raise MessageDefinitionError(
+        f"message type '{type_name}'{needed}: no definition under {' or '.join(folders)}; install the package {package}"
+    )
 
 
 def _type_hash(type_name: str, folders: tuple[str, ...]) -> str:
@@ -121,7 +125,7 @@ def _type_hash(type_name: str, folders: tuple[str, ...]) -> str:
         except (ValueError, KeyError, TypeError):
             raise MessageDefinitionError(f"message type '{type_name}': {path} is no type description; reinstall {package}") from None
         return str(hashes.get(full_name, ""))
-    return _EMBEDDED_HASHES.get(full_name, "")
+    return _HASHES.get(full_name, "")
 
 
 def _split(type_name: str, root: str) -> tuple[str, str]:

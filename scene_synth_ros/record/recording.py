@@ -10,7 +10,8 @@ from pathlib import Path
 from rclpy.qos import QoSProfile
 
 from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
-from scene_synth_ros.messages.message_definitions import TF_MESSAGE, message_definition
+from scene_synth_ros.messages.label_info import TimedLabels, encode_label_info, label_info_topic, labels_frame
+from scene_synth_ros.messages.message_definitions import LABEL_INFO, TF_MESSAGE, message_definition
 from scene_synth_ros.messages.timed_pose import TimedPose
 from scene_synth_ros.record.bag_output import BagNumbers, BagOutput, Entry, RecordingOptions, is_latched
 from scene_synth_ros.record.bag_thread import BagThread
@@ -35,7 +36,8 @@ class Recording:
     thread that writes owns the bags (:class:`BagOutput`) and gets everything through the queue of :class:`BagThread`; ``add`` waits while
     that is full.  Both count in ``taken`` and ``written``, which have a lock; ``warn`` is called from both, ``tell_fault`` from the second.
 
-    Transforms are derived from the camera poses and written to ``/tf`` and ``/tf_static`` whether or not anybody publishes them.
+    Transforms are derived from the camera poses and written to ``/tf`` and ``/tf_static`` whether or not anybody publishes them; so is the
+    LabelInfo beside labels.
 
     Args:
         make_writer: opens the bag of a folder.
@@ -68,7 +70,8 @@ class Recording:
         self.intake = FrameIntake(warn)
         self._topics: set[str] = set()
         self._early: list[tuple[str, bytes, int]] = []
-        self._transforms = CameraTransforms(options.frame_prefix if options else "")
+        self._frame_prefix = options.frame_prefix if options else ""
+        self._transforms = CameraTransforms(self._frame_prefix)
         self._last_ns = -1
         self._brought = 0
 
@@ -163,6 +166,14 @@ class Recording:
                     self.add_topic(name, TF_MESSAGE, [qos])
             self._enqueue(self.intake.add_stamped("/tf_static", pose.stamp_ns, transforms.static))
         self._enqueue(self.intake.add_stamped("/tf", pose.stamp_ns, transforms.moving))
+
+    def add_labels(self, labels: TimedLabels, topic: str) -> None:
+        """Derive the LabelInfo beside the labels of a topic."""
+        name = label_info_topic(topic)
+        if name not in self._topics:
+            self.add_topic(name, LABEL_INFO, [latched_qos()])
+        data = encode_label_info(labels.stamp_ns, labels_frame(topic, self._frame_prefix), labels.names)
+        self._enqueue(self.intake.add_stamped(name, labels.stamp_ns, data))
 
     def flush(self, room: int | None = None) -> None:
         """Hand everything that waits, or what waits of a room and of those before it, to the writer and wait until it is written."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+from scene_synth_ros.messages.label_info import label_info_topic
 from scene_synth_ros.record.accounting import Accounting
 from scene_synth_ros.record.recording import Recording
 from scene_synth_ros.record.shared_frames import stand_ins
@@ -49,8 +50,10 @@ class RoomProgress:
             loss_timeout_s: how long to wait for messages.
         """
         recorded = {topic for topics in self._frame_topics.values() for topic in topics if self._known.get(topic, -1) >= 0}
-        transforms = {"/tf"} if any(topic.endswith("/pose") for topic in recorded) else set()
-        self._recording.expect(recorded | transforms, stand_ins(self._frame_topics))
+        derived = {label_info_topic(topic) for topic in recorded if topic.endswith("/labels")}
+        if any(topic.endswith("/pose") for topic in recorded):
+            derived.add("/tf")
+        self._recording.expect(recorded | derived, stand_ins(self._frame_topics))
         done = self._accounting.done_scene(self.run)
         self.done_scene = min(self.done_scene, done)  # a renderer has started again
         missing = self._accounting.missing(self._known)

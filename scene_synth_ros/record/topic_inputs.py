@@ -10,6 +10,8 @@ from typing import Any
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 
+from scene_synth_ros.messages.image_codec import raw_topic
+from scene_synth_ros.messages.label_info import LabelReadError, is_labels, labels_topic, read_labels
 from scene_synth_ros.messages.message_definitions import MessageDefinitionError, message_class
 from scene_synth_ros.messages.timed_pose import PoseReadError, read_pose
 from scene_synth_ros.record.recorder_config import RecorderConfig
@@ -77,10 +79,17 @@ class TopicInputs:
                 self._recording.set_origin(topic, self._senders.judge(topic))
 
     def _is_recorded(self, topic: str) -> bool:
+        """Return whether the parameters ask for a topic.
+
+        What the recorder makes itself is left out: of the suite's images the form that ``images.*`` asks for, of labels the LabelInfo.
+        """
         config = self._config
         if topic in ("/tf", "/tf_static") or topic == self._node.resolve_topic_name("status"):
             return False
         if not config.topics and topic.endswith("/transition_event"):
+            return False
+        source = raw_topic(topic) or labels_topic(topic) if topic.startswith(self._namespace) else ""
+        if source and self._node.count_publishers(source) and self._is_recorded(source):
             return False
         chosen = (*(config.topics or (f"{self._namespace}*", "/clock", "/diagnostics")), *config.extra_topics)
         return any(fnmatch.fnmatchcase(topic, pattern) for pattern in chosen) and not any(
@@ -103,13 +112,20 @@ class TopicInputs:
 
     def _make_callback(self, topic: str, type_name: str) -> Any:
         camera = topic.rsplit("/", 2)[-2] if type_name == "geometry_msgs/msg/PoseStamped" and topic.endswith("/pose") else ""
+        labels = is_labels(topic, type_name)
 
         def on_message(data: bytes) -> None:
             self._received[topic] += 1
-            if self._recording.add(topic, data) and camera:
-                try:
+            if not self._recording.add(topic, data):
+                return
+            try:
+                if camera:
                     self._recording.add_pose(read_pose(data), camera)
-                except PoseReadError as error:
-                    self._warn(f"{topic}: {error}; it has no transform")
+                if labels:
+                    self._recording.add_labels(read_labels(data), topic)
+            except PoseReadError as error:
+                self._warn(f"{topic}: {error}; it has no transform")
+            except LabelReadError as error:
+                self._warn(f"{topic}: {error}; it has no LabelInfo")
 
         return on_message

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -13,6 +14,7 @@ from renderer import CameraConfig
 from renderer.film.frame import Frame
 from scene_description import CameraPose
 from scene_synth_ros.messages.frame_messages import StreamConfig
+from scene_synth_ros.messages.image_codec import LiveCompression
 from scene_synth_ros.render.streams import StreamPublishers
 from scene_synth_ros.suite.qos import latched_qos
 from scene_synth_ros.suite.status import NodeStatus, status_to_json
@@ -26,8 +28,8 @@ class Output:
     published: the node may destroy its publishers while the rendering thread is still in a kernel.
     """
 
-    def __init__(self, node: Node, config: StreamConfig, camera: CameraConfig) -> None:
-        self.streams = StreamPublishers(node, config, camera)
+    def __init__(self, node: Node, config: StreamConfig, camera: CameraConfig, compression: Callable[[], LiveCompression]) -> None:
+        self.streams = StreamPublishers(node, config, camera, compression)
         self._frame_topic = self.streams.frame_topic
         self.frames = 0
         """Frames published so far."""

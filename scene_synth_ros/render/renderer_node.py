@@ -14,6 +14,7 @@ from renderer import CameraConfig, RenderConfig, SensorConfig
 from renderer.exposure import sensor_ev100
 from scene_description import FieldError, error_line
 from scene_synth_ros.messages.frame_messages import StreamConfig
+from scene_synth_ros.messages.image_codec import LiveCompression
 from scene_synth_ros.render.camera_requests import MAX_WAITING, CameraRequests
 from scene_synth_ros.render.inbox import MAX_ROOMS_WAITING, Inbox
 from scene_synth_ros.render.output import Output
@@ -50,16 +51,23 @@ class RendererNode(SuiteNode):
     ``<camera>/request`` (PoseStamped: the frame of a pose in the present room, with the stamp of the request, or the next free nanosecond
     if that is 0); ``cmd_vel`` (Twist: moves the camera, where ``drive.enabled``). Publishes: the topics of ``StreamPublishers``, ``status``
     (latched), ``/diagnostics``. Parameters: the fields of ``RendererNodeConfig``; ``camera.`` CameraConfig; ``render.`` RenderConfig;
-    ``sensor.`` SensorConfig; ``streams.`` StreamConfig; ``drive.`` DriveConfig.  Live changes of the exposure take effect with the next
-    frame, others with the next room.  A scene or pose that does not fit is refused with one line; the node keeps running.
+    ``sensor.`` SensorConfig; ``streams.`` StreamConfig; ``compressed.`` LiveCompression; ``drive.`` DriveConfig.  Live changes of the
+    exposure and of ``compressed.`` take effect with the next frame, others with the next room.  A scene or pose that does not fit is
+    refused with one line; the node keeps running.
     """
 
     def __init__(self, **options: Any) -> None:
         super().__init__("renderer_node", **options)
-        groups = {"camera": CameraConfig, "render": RenderConfig, "streams": StreamConfig, "drive": DriveConfig, "sensor": SensorConfig}
-        self._settings = Parameters(
-            self, {"": RendererNodeConfig, **groups}, self._on_change, lambda values: sensor_ev100(values["camera"], values["sensor"])
-        )
+        groups = {
+            "": RendererNodeConfig,
+            "camera": CameraConfig,
+            "render": RenderConfig,
+            "streams": StreamConfig,
+            "compressed": LiveCompression,
+            "drive": DriveConfig,
+            "sensor": SensorConfig,
+        }
+        self._settings = Parameters(self, groups, self._on_change, lambda values: sensor_ev100(values["camera"], values["sensor"]))
         config: RendererNodeConfig = self._settings[""]
         if config.share_index >= config.share_count:
             got = f"expected less than share_count = {config.share_count}, got {config.share_index}"
@@ -71,7 +79,7 @@ class RendererNode(SuiteNode):
     def open(self) -> None:
         """Make publishers and subscriptions, and let a new life begin."""
         streams: StreamConfig = self._settings["streams"]
-        self._output = Output(self, streams, self._settings["camera"])
+        self._output = Output(self, streams, self._settings["camera"], lambda: self._settings["compressed"])
         self._inbox = Inbox(Peers(self.get_fully_qualified_name(), self._output.streams.frame_topic, self._settings[""].share_count))
         self._requests = CameraRequests(streams.world_frame, self._settings["drive"])
         self._rendering = Rendering(self, self._settings, self._inbox, self._output, self._requests)

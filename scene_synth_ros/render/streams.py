@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 
 from geometry_msgs.msg import PoseStamped
 from rclpy.duration import Duration
@@ -12,7 +12,7 @@ from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import CameraInfo, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 from std_msgs.msg import String
 
 from renderer.camera.config import CameraConfig
@@ -20,8 +20,10 @@ from renderer.film.frame import Frame
 from renderer.film.layers import LAYERS
 from scene_description import CameraPose, SceneDescription
 from scene_synth_ros.messages.camera_frames import camera_frames
-from scene_synth_ros.messages.conversions import clock_to_msg, link_from_optical_to_msg, world_from_link_to_msg
+from scene_synth_ros.messages.conversions import clock_to_msg, link_from_optical_to_msg, msg_to_image, world_from_link_to_msg
 from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig, has_companion
+from scene_synth_ros.messages.image_codec import IMAGE_TYPE, LiveCompression, compress_image, compressed_topic, image_form
+from scene_synth_ros.messages.label_info import LabelInfo
 from scene_synth_ros.suite.connections import identity_of, publishers_of
 from scene_synth_ros.suite.qos import PROFILES, latched_qos, stream_qos
 from scene_synth_ros.suite.status import NodeStatus
@@ -38,12 +40,23 @@ class StreamPublishers:
     """Publishers of one camera: makes them, says which layers are wanted, publishes a frame with one stamp.
 
     Topics below ``<camera>/``: ``<layer>/image_raw`` and ``<layer>/camera_info`` for every enabled layer, ``<layer>/image_color`` where
-    viewers cannot show the raw form, ``<layer>/labels`` of those that hold ids (JSON, latched), ``pose``; ``~/settings`` (JSON, latched:
-    what the frame was rendered with); ``/clock``, ``/tf``, ``/tf_static``.
+    viewers cannot show the raw form, ``<layer>/labels`` of those that hold ids (JSON, latched) and, where vision_msgs is installed,
+    ``<layer>/label_info`` (LabelInfo, latched), ``pose``; ``~/settings`` (JSON, latched: what the frame was rendered with); ``/clock``,
+    ``/tf``, ``/tf_static``.  ``image_raw/compressed`` of colour and ids and ``image_raw/compressedDepth`` of depth are made only while
+    somebody subscribes to them.
+
+    Args:
+        node: whose publishers they are.
+        config: which streams.
+        camera: for the camera info.
+        compression: called for the settings of compressed images, which may change.
     """
 
-    def __init__(self, node: Node, config: StreamConfig, camera: CameraConfig) -> None:
+    def __init__(
+        self, node: Node, config: StreamConfig, camera: CameraConfig, compression: Callable[[], LiveCompression] = LiveCompression
+    ) -> None:
         self._config = config
+        self._compression = compression
         self._node = node
         self.messages = FrameMessages(config, camera)
         """What is published of a frame."""
@@ -83,7 +96,7 @@ class StreamPublishers:
         return {layer for layer in self._images if not self._config.lazy or self.subscribers(layer)}
 
     def subscribers(self, layer: str) -> int:
-        """Return how many subscriptions a layer's images have, raw and coloured."""
+        """Return how many subscriptions a layer's images have: raw, compressed and coloured."""
         return sum(self._publishers[topic].get_subscription_count() for topic in self._images[layer])
 
     @property
@@ -126,7 +139,10 @@ class StreamPublishers:
             self._send_transforms(pose)
         self._send(SETTINGS, String(data=settings))
         for topic, message in self.messages.of_frame(frame, pose, self._is_wanted):
-            self._send(topic, message)
+            if isinstance(message, Image):
+                self._send_image(topic, message)
+            else:
+                self._send(topic, message)
 
     def wait_until_delivered(self, seconds: float) -> None:
         """Wait, for so long at most, until reliable subscribers have what was published."""
@@ -142,17 +158,35 @@ class StreamPublishers:
             self._static_sent = True
         self._send(self._tf, TFMessage(transforms=[world_from_link_to_msg(pose, self._config.world_frame, link)]))
 
+    def _send_image(self, topic: str, image: Image) -> None:
+        """Publish an image, and its compressed form to those who subscribe to that."""
+        if self._is_wanted(topic):
+            self._send(topic, image)
+        compressed = compressed_topic(topic)
+        if compressed in self._publishers and self._has_subscribers(compressed):
+            settings = self._compression()
+            form = image_form(topic, IMAGE_TYPE, settings)
+            pixels = msg_to_image(image)
+            self._send(compressed, compress_image(image, pixels, compressed, form, settings.jpeg_quality, settings.depth_coding))
+
     def _is_wanted(self, topic: str) -> bool:
-        return not self._config.lazy or self._publishers[topic].get_subscription_count() > 0
+        return not self._config.lazy or self._has_subscribers(topic)
+
+    def _has_subscribers(self, topic: str) -> bool:
+        return self._publishers[topic].get_subscription_count() > 0
 
     def _add_stream(self, layer: str) -> None:
         base = f"{self._config.camera}/{layer}"
         self._images[layer] = [self._add(Image, f"{base}/image_raw", self._qos)]
         if has_companion(LAYERS[layer]) and self._config.color_companions:
             self._images[layer].append(self._add(Image, f"{base}/image_color", self._qos))
+        if LAYERS[layer].compression:
+            self._images[layer].append(self._add(CompressedImage, compressed_topic(f"{base}/image_raw"), self._qos))
         self._add(CameraInfo, f"{base}/camera_info", self._qos)
         if LAYERS[layer].labels is not None:
             self._add(String, f"{base}/labels", latched_qos(self._qos.depth))
+            if LabelInfo is not None:
+                self._add(LabelInfo, f"{base}/label_info", latched_qos(self._qos.depth))
 
     def _add(self, message_type: type, topic: str, qos: QoSProfile) -> str:
         overrides = QoSOverridingOptions.with_default_policies()

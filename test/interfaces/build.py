@@ -1,9 +1,9 @@
 """Builds the message packages that the PyPI wheels of ROS 2 lack, so that the tests run the code that a real ROS 2 system runs.
 
-``python test/interfaces/build.py`` reads ``<package>/msg/*.msg`` beside this file, has the wheels' own rosidl generators write C, C++ and
-Python from it, compiles that and installs the result into the virtual environment, where the wheels have theirs: Python modules,
-``lib/lib<package>__rosidl_typesupport_*.so``, ``share/<package>/msg`` and the ament index.  A second run finds nothing to do until an
-input changes.  It needs a C and a C++ compiler and Python's headers.
+``python test/interfaces/build.py`` reads the definitions in ``SOURCES``, of which the recorder writes some into bags, has the wheels' own
+rosidl generators write C, C++ and Python from them, compiles that and installs the result into the virtual environment, where the wheels
+have theirs: Python modules, ``lib/lib<package>__rosidl_typesupport_*.so``, ``share/<package>/msg`` and the ament index.  A second run finds
+nothing to do until an input changes.  It needs a C and a C++ compiler and Python's headers.
 
 CMake would make six libraries of a package.  Here all its C is one Python extension, which the type support finds under the two names
 that it looks for.  Only Python can load it, and it has messages only, no services or actions.
@@ -28,7 +28,9 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
-SOURCES = Path(__file__).parent
+SOURCES = Path(__file__).parents[2] / "scene_synth_ros" / "messages" / "interfaces"
+"""Of the definitions, ``<package>/msg/<Type>.msg``."""
+
 PACKAGES = ("tf2_msgs", "vision_msgs")
 PREFIX = Path(sys.prefix)
 SHARE = PREFIX / "share"

@@ -45,7 +45,7 @@ HASHES = {
 }
 """Of builds of the packages themselves, as published; a hash covers the types that a type is made of (REP 2011)."""
 
-ALL = sorted(f"{path.parents[1].name}/msg/{path.stem}" for path in Path(__file__).parent.glob("*/msg/*.msg"))
+ALL = sorted(f"{path.parents[1].name}/msg/{path.stem}" for path in build.SOURCES.glob("*/msg/*.msg"))
 
 PUBLISHER = """
 import rclpy

@@ -25,7 +25,8 @@ IMAGES = [f"/synth/camera/{layer}/image_raw" for layer in LAYERS]
 COMPANIONS = [f"/synth/camera/{layer}/image_color" for layer in ("normals", "semantic", "instance")]
 INFOS = [f"/synth/camera/{layer}/camera_info" for layer in LAYERS]
 LABELS = [f"/synth/camera/{layer}/labels" for layer in ("semantic", "instance")]
-PER_FRAME = [*IMAGES, *COMPANIONS, *INFOS, *LABELS, "/synth/camera/pose", "/synth/renderer_node/settings", "/clock", "/tf"]
+LABEL_INFOS = [f"/synth/camera/{layer}/label_info" for layer in ("semantic", "instance")]
+PER_FRAME = [*IMAGES, *COMPANIONS, *INFOS, *LABELS, *LABEL_INFOS, "/synth/camera/pose", "/synth/renderer_node/settings", "/clock", "/tf"]
 PER_ROOM = ["/synth/scene", "/synth/scene/markers", "/synth/scene/map"]
 
 
@@ -167,3 +168,11 @@ def test_every_id_in_the_pixels_is_in_the_labels(recorded: Recorded) -> None:
             seen = set(map(str, np.unique(np.frombuffer(image.data, dtype))))
             assert seen <= set(json.loads(table.data)["labels"])
             assert len(seen) > 3
+
+
+def test_label_info_says_what_the_labels_say(recorded: Recorded) -> None:
+    for labels, infos in zip(LABELS, LABEL_INFOS, strict=True):
+        for (log_ns, table), (info_log_ns, info) in zip(recorded.messages[labels], recorded.messages[infos], strict=True):
+            names = {str(item.class_id): item.class_name for item in info.class_map}
+            assert names == {key: value["name"] for key, value in json.loads(table.data)["labels"].items()}
+            assert (info_log_ns, stamp(info), info.header.frame_id) == (log_ns, log_ns, "camera_optical_frame")

@@ -15,6 +15,7 @@ from scene_synth_ros.bags.run_info import PARAMETERS_NAME, RECORD_NAME
 from scene_synth_ros.cli.page.bag_index import BagIndex
 from scene_synth_ros.generate.run_config import RunConfig
 from scene_synth_ros.messages.frame_messages import StreamConfig
+from scene_synth_ros.messages.image_codec import LiveCompression
 from scene_synth_ros.messages.stamps import NANOSECONDS
 from scene_synth_ros.render.renderer_config import RendererNodeConfig
 from scene_synth_ros.render.teleop import DriveConfig
@@ -26,6 +27,7 @@ NODE_GROUPS: dict[str, dict[str, type]] = {
         "camera": CameraConfig,
         "render": RenderConfig,
         "streams": StreamConfig,
+        "compressed": LiveCompression,
         "drive": DriveConfig,
         "sensor": SensorConfig,
     },

@@ -81,14 +81,15 @@ def test_unknown_type_is_named(monkeypatch, tmp_path):
     assert "'lost_msgs/Inner' (needed by 'odd_msgs/msg/Outer')" in text and "install the package lost_msgs" in text and "\n" not in text
 
 
-def test_transforms_have_the_same_definition_where_tf2_msgs_is_not_installed(monkeypatch, tmp_path):
+@pytest.mark.parametrize("name", ["tf2_msgs/msg/TFMessage", "vision_msgs/msg/LabelInfo"])
+def test_what_is_always_written_has_the_same_definition_where_its_package_is_not_installed(name, monkeypatch, tmp_path):
     for package in ("geometry_msgs", "std_msgs", "builtin_interfaces"):
         (tmp_path / "share" / package).parent.mkdir(exist_ok=True)
         (tmp_path / "share" / package).symlink_to(Path(sys.prefix, "share", package))
-    installed = message_definition("tf2_msgs/msg/TFMessage")
+    installed = message_definition(name)
     monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
     monkeypatch.setattr(sys, "prefix", str(tmp_path))
-    assert message_definition("tf2_msgs/msg/TFMessage") == installed
+    assert message_definition(name) == installed
 
 
 def test_own_prefix_comes_before_the_interpreters(monkeypatch, tmp_path):

@@ -12,6 +12,7 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
 from scene_synth_ros_suite import claim_domain, wait_until
+from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
 from scene_synth_ros.bags.bag_reader import BagReader
@@ -97,6 +98,18 @@ def test_a_pose_that_cannot_be_read_ends_nothing(node: RecorderNode, peer: Peer)
     peer.spin_until(lambda: node.arrivals == 2, "both poses")
     assert node.trigger_deactivate() == SUCCESS
     assert "/synth/camera/pose: a pose cannot be read" in node.last_warning()
+
+
+def test_the_compressed_form_of_an_image_is_left_to_viewers_where_the_image_is_recorded(node: RecorderNode, peer: Peer) -> None:
+    names = ("camera/color/image_raw", "camera/depth/image_raw", "other/image_raw")
+    raw = [peer.other.create_publisher(Image, name, stream_qos()) for name in names[:2]]
+    compressed = [
+        peer.other.create_publisher(CompressedImage, f"{name}/{transport}", stream_qos())
+        for name, transport in zip(names, ("compressed", "compressedDepth", "compressed"), strict=True)
+    ]
+    peer.spin_until(lambda: all(publisher.get_subscription_count() for publisher in [*raw, compressed[2]]), "the recorder")
+    node._look()
+    assert [publisher.get_subscription_count() for publisher in compressed] == [0, 0, 1], "only where there is no raw image"
 
 
 def test_a_fault_of_the_program_while_writing_ends_the_node_with_what_was_written(

@@ -1,0 +1,103 @@
+"""What ids mean, as ``vision_msgs/msg/LabelInfo``, made of the JSON labels beside it; vision_msgs is not installed everywhere.
+
+The message maps ids of 16 bits to names.  Colours and, of objects, classes are in the JSON only.  Its ``threshold``, below which a detector
+drops what it has found, is 0: nothing was dropped.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from rclpy.serialization import deserialize_message
+from std_msgs.msg import String
+
+from renderer.film.layers import LAYERS
+from scene_description import SceneSynthError
+from scene_description.labels import LabelTable
+from scene_synth_ros.messages.camera_frames import camera_frames
+from scene_synth_ros.messages.cdr_writer import CdrWriter
+from scene_synth_ros.messages.conversions import header
+from scene_synth_ros.messages.stamps import stamp_ns
+
+try:
+    from vision_msgs.msg import LabelInfo, VisionClass
+except ImportError:  # not among the PyPI wheels; live there are the JSON labels only
+    LabelInfo = VisionClass = None
+
+_STRING = "std_msgs/msg/String"
+_LARGEST_ID = 2**16 - 1
+
+
+class LabelReadError(SceneSynthError):
+    """Bytes that are no labels; one line."""
+
+
+class TimedLabels(NamedTuple):
+    """The names of ids at a stamp."""
+
+    stamp_ns: int
+    names: dict[int, str]
+
+
+def is_labels(topic: str, type_name: str) -> bool:
+    """Return whether a topic carries the JSON labels of a layer."""
+    parts = topic.rsplit("/", 3)
+    return type_name == _STRING and len(parts) == 4 and parts[3] == "labels" and parts[2] in LAYERS and LAYERS[parts[2]].labels is not None
+
+
+def label_info_topic(labels: str) -> str:
+    """Return the topic of a LabelInfo beside JSON labels."""
+    return f"{labels.removesuffix('/labels')}/label_info"
+
+
+def labels_topic(topic: str) -> str:
+    """Return the topic of the JSON labels beside a LabelInfo; empty if the name is that of none."""
+    base, _, last = topic.rpartition("/")
+    labels = f"{base}/labels"
+    return labels if last == "label_info" and is_labels(labels, _STRING) else ""
+
+
+def labels_frame(labels: str, prefix: str) -> str:
+    """Return the optical frame of the camera that JSON labels belong to."""
+    return camera_frames(labels.rsplit("/", 3)[1], prefix).optical
+
+
+def label_info_to_msg(labels: LabelTable, stamp: int, frame_id: str) -> LabelInfo:
+    """Return an id table as a message; ``LabelInfo`` must be there."""
+    classes = [VisionClass(class_id=key, class_name=str(value["name"])) for key, value in labels.items()]
+    return LabelInfo(header=header(stamp, frame_id), class_map=classes)
+
+
+def read_labels(data: bytes) -> TimedLabels:
+    """Return what serialised JSON labels say.
+
+    Raises:
+        LabelReadError: they have no stamp, or no names by ids of 16 bits.
+    """
+    try:
+        stamp = stamp_ns(_STRING, data)
+        table = json.loads(deserialize_message(data, String).data)["labels"]
+        names = {int(key): value["name"] for key, value in table.items()}
+    except (RuntimeError, UnicodeDecodeError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        raise LabelReadError(f"labels cannot be read ({len(data)} bytes): {' '.join(str(error).split())[:200]}") from None
+    if stamp is None or not all(0 <= key <= _LARGEST_ID and isinstance(name, str) for key, name in names.items()):
+        raise LabelReadError(f"labels cannot be read: expected a stamp and names by ids from 0 to {_LARGEST_ID}")
+    return TimedLabels(stamp, names)
+
+
+def encode_label_info(stamp: int, frame_id: str, names: Mapping[int, str]) -> bytes:
+    """Return the message as little-endian plain CDR with its encapsulation header.
+
+    Raises:
+        ValueError: the stamp does not fit ``builtin_interfaces/Time``.
+    """
+    writer = CdrWriter()
+    writer.header(stamp, frame_id)
+    writer.numbers("I", len(names))
+    for key, name in names.items():
+        writer.numbers("H", key)
+        writer.text(name)
+    writer.numbers("f", 0.0)
+    return writer.message()
