@@ -30,7 +30,7 @@ Made by `scene_synth layers --markdown > docs/layers.md` from the table in `rend
 
 - Topics are `<camera>/<layer>/image_raw` and `<camera>/<layer>/camera_info`, all with the frame's stamp. Where viewers cannot show the raw
   image there is a picture beside it on `<camera>/<layer>/image_color` (rgb8), unless `streams.color_companions` is false. What ids mean is
-  told on `<camera>/<layer>/labels` (JSON) and, where vision_msgs is installed and always in bags, on `label_info` (LabelInfo).
+  told on `<camera>/<layer>/labels` (JSON) and on `label_info` (LabelInfo): live where vision_msgs is installed, in bags always.
 - *Compressed*: how the compressed form of the raw image ends, as image_transport names it: `<camera>/<layer>/image_raw/compressed`, made
   only while somebody subscribes to it (`compressed.*`).
 - `streams.<layer>` says whether a layer is published. A panorama publishes range where depth is asked for. With `streams.depth_encoding`
