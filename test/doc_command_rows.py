@@ -148,9 +148,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth run --params main -p grammar_node.scene.daylight:=overcast --rooms 2 --frames 8 --record my_bag": Parsed(
         "test/grammar/appearance/test_lighting.py"
     ),
-    "scene_synth run --params demo --frames 1 --record runs/docs --contact-sheet docs/contact_sheet.jpg": Parsed(
-        _MAIN_JOB
-    ),
+    "scene_synth run --params demo --frames 1 --record runs/docs --contact-sheet docs/contact_sheet.jpg": Parsed(_MAIN_JOB),
     "scene_synth run --record runs/kitchen --rooms 1 --frames 8 --seed 9 --overlay balanced"
     " -p grammar_node.scene.room_type:=kitchen --show kitchen.html": Parsed(_MAIN_JOB),
     "chromium --headless=new --hide-scrollbars --window-size=1400,900 --virtual-time-budget=10000 --screenshot=docs/show.jpg"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import fcntl
+import gc
 import os
 import random
 import signal
@@ -110,9 +111,10 @@ class Child(subprocess.Popen[str]):
 
 @contextmanager
 def dds_context(domain_id: int) -> Iterator[Context]:
-    """Yield a context in a DDS domain; at the end its peers are destroyed.
+    """Yield a context in a DDS domain; at the end all its nodes are destroyed.
 
-    A participant that is only forgotten lives on with its threads, which takes processor time from every test that comes after.
+    A participant that is only forgotten lives on with its threads, which takes processor time from every test that comes after, and with
+    what it has latched, which a test that gets the same domain would hear.
     """
     context = Context()
     rclpy.init(context=context, domain_id=domain_id)
@@ -121,6 +123,8 @@ def dds_context(domain_id: int) -> Iterator[Context]:
     finally:
         for peer in _PEERS.pop(context, []):
             peer.destroy()
+        for node in [made for made in gc.get_objects() if issubclass(type(made), Node) and made.context is context]:
+            node.destroy_node()
         rclpy.try_shutdown(context=context)
 
 

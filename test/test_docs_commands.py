@@ -25,23 +25,20 @@ from doc_commands import PAGES, ROOT, code_in_text, commands_in, doc_commands
 from sample_scene import sample_scene
 from scene_synth_ros_suite import environment
 
-from grammar.spec.request import SceneRequest
-from renderer import CameraConfig, RenderConfig, SensorConfig
 from scene_description import scene_to_json
 from scene_description.strict import field_types, read_value
 from scene_synth_ros.cli.command_line import COMMANDS, main
 from scene_synth_ros.cli.layers_command import layers_page
+from scene_synth_ros.cli.page.run_facts import NODE_GROUPS
 from scene_synth_ros.cli.run_profile import apply_overrides, load_profile
-from scene_synth_ros.generate.run_config import RunConfig
-from scene_synth_ros.messages.frame_messages import StreamConfig
+from scene_synth_ros.messages.image_codec import ImageCompression
+from scene_synth_ros.record.recorder_config import RecorderConfig
+from scene_synth_ros.record.split_policy import SplitPolicy
 
 COMMANDS_OF_PAGES = doc_commands()
 FOLDERS = ("config", "launch", "examples", "benchmarks", "scene_description", "grammar", "renderer", "scene_synth_ros")
 """Their comments and docstrings name commands."""
-PARAMETERS: dict[str, dict[str, type]] = {
-    "grammar_node": {"": RunConfig, "scene": SceneRequest},
-    "renderer_node": {"camera": CameraConfig, "render": RenderConfig, "sensor": SensorConfig, "streams": StreamConfig},
-}
+PARAMETERS = {**NODE_GROUPS, "recorder_node": {"": RecorderConfig, "split": SplitPolicy, "images": ImageCompression}}
 TESTS = re.compile(r"(test/[\w/]+\.py)(?:::(\w+))?")
 
 

@@ -5,10 +5,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-import rclpy
 from rclpy.context import Context
 from rclpy.parameter import Parameter
-from scene_synth_ros_suite import Peer, claim_domain
+from scene_synth_ros_suite import Peer, claim_domain, dds_context
 from std_msgs.msg import String
 
 from grammar.synthesize import SceneSynthesizer
@@ -31,10 +30,8 @@ def context(monkeypatch: pytest.MonkeyPatch) -> Iterator[Context]:
         return right(self, request, seed, index, times)
 
     monkeypatch.setattr(SceneSynthesizer, "synthesize_with_cost", mistaken)
-    context = Context()
-    rclpy.init(context=context, domain_id=claim_domain())
-    yield context
-    rclpy.try_shutdown(context=context)
+    with dds_context(claim_domain()) as context:
+        yield context
 
 
 class Listener(Peer):

@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-import rclpy
 from rclpy.context import Context
 from rclpy.parameter import Parameter
 from sample_scene import sample_scene
-from scene_synth_ros_suite import Peer, claim_domain
+from scene_synth_ros_suite import Peer, claim_domain, dds_context
 from std_msgs.msg import String
 
 from renderer import RenderError
@@ -53,10 +52,8 @@ def context(monkeypatch: pytest.MonkeyPatch) -> Iterator[Context]:
         return right(scene, *words)
 
     monkeypatch.setattr(rendering, "flatten", mistaken)
-    context = Context()
-    rclpy.init(context=context, domain_id=claim_domain())
-    yield context
-    rclpy.try_shutdown(context=context)
+    with dds_context(claim_domain()) as context:
+        yield context
 
 
 def test_the_next_room_is_rendered(context: Context, capfd: pytest.CaptureFixture[str]) -> None:

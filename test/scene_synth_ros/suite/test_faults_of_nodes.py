@@ -5,14 +5,13 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from scene_synth_ros_suite import claim_domain
+from scene_synth_ros_suite import claim_domain, dds_context
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
@@ -84,10 +83,8 @@ class World:
 
 @pytest.fixture
 def context() -> Iterator[Context]:
-    context = Context()
-    rclpy.init(context=context, domain_id=claim_domain())
-    yield context
-    rclpy.try_shutdown(context=context)
+    with dds_context(claim_domain()) as context:
+        yield context
 
 
 def test_a_fault_in_a_callback_is_told_and_counted_and_the_node_goes_on(context: Context) -> None:
