@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -29,6 +30,8 @@ while rclpy.ok():
     time.sleep(period_s)
 """
 FRAMES = 40
+SETTLED_S = 1.5
+"""Participants of Fast DDS that start within a second of each other may find each other some seconds later only, which a run may not last."""
 
 
 @contextmanager
@@ -39,6 +42,7 @@ def stranger(env: dict[str, str], topic: str, period_s: float, seconds: object) 
     )
     try:
         assert process.stdout is not None and process.stdout.readline() == "here\n"
+        time.sleep(SETTLED_S)
         yield
     finally:
         process.terminate()
