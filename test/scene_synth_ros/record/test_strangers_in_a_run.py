@@ -31,7 +31,7 @@ while rclpy.ok():
 """
 FRAMES = 40
 SETTLED_S = 1.5
-"""Participants of Fast DDS that start within a second of each other may find each other some seconds later only, which a run may not last."""
+"""Participants of Fast DDS that start within a second of each other may find each other only seconds later; the run may be over by then."""
 
 
 @contextmanager
