@@ -6,13 +6,31 @@ import sys
 from pathlib import Path
 
 import pytest
-from scene_synth_ros_suite import Child, Peer, dds_context, environment, stop
-from std_msgs.msg import String
+from scene_synth_ros_suite import Child, environment, stop
 
 from scene_synth_ros.bags.bag_reader import BagReader
-from scene_synth_ros.suite.qos import stream_qos
 
 TOPIC, COUNT = "/synth/burst", 80
+SENDER = """
+import sys, time
+import rclpy
+from rclpy.node import Node
+from std_msgs.msg import String
+from scene_synth_ros.suite.process import init_ros
+from scene_synth_ros.suite.qos import stream_qos
+init_ros([])  # as a node of the suite: what is lost on the way is sent again after 0.2 s
+node = Node("sender")
+publisher = node.create_publisher(String, sys.argv[1], stream_qos(int(sys.argv[2])))
+while publisher.get_subscription_count() == 0:
+    time.sleep(0.05)
+time.sleep(1.5)  # the recorder has matched in its turn by then, on a busy machine too
+print("connected", flush=True)
+sys.stdin.readline()
+for index in range(int(sys.argv[2])):
+    publisher.publish(String(data=f"{index} " + 1000 * "x"))
+print("sent", flush=True)
+time.sleep(60)
+"""
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -20,25 +38,25 @@ def test_a_recorder_that_lags_behind_takes_what_was_sent_before_the_signal(tmp_p
     env = environment()
     words = ["-m", "scene_synth_ros.record.recorder_node", "--ros-args", "-r", "__ns:=/synth", "-p", f"bag:={tmp_path / 'bag'}"]
     recorder = Child([sys.executable, *words], env=env)
+    sender = subprocess.Popen(
+        [sys.executable, "-c", SENDER, TOPIC, str(COUNT)], env=env, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
     try:
-        with dds_context(int(env["ROS_DOMAIN_ID"])) as context:
-            peer = Peer(context)
-            publisher = peer.node.create_publisher(String, TOPIC, stream_qos(COUNT))
-            peer.spin_until(lambda: publisher.get_subscription_count() == 1, 30, "the recorder's subscription")
-            for _ in range(25):  # the recorder matches in its turn meanwhile, on a busy machine too
-                publisher.publish(String(data="before"))
-                peer.spin_for(0.1)
-            recorder.send_signal(signal.SIGSTOP)
-            for index in range(COUNT):
-                publisher.publish(String(data=f"{index} " + 1000 * "x"))
-            recorder.send_signal(number)
-            recorder.send_signal(signal.SIGCONT)
-            _, errors = recorder.communicate(timeout=20)
-            assert recorder.returncode == 0 and "Traceback" not in errors, errors
+        assert sender.stdout.readline() == "connected\n"
+        recorder.send_signal(signal.SIGSTOP)
+        sender.stdin.write("send\n")
+        sender.stdin.flush()
+        assert sender.stdout.readline() == "sent\n"
+        recorder.send_signal(number)
+        recorder.send_signal(signal.SIGCONT)
+        _, errors = recorder.communicate(timeout=20)
+        assert recorder.returncode == 0 and "Traceback" not in errors, errors
     finally:
         stop(recorder)
+        sender.kill()
+        sender.communicate()
     with BagReader(tmp_path / "bag") as reader:
-        assert sum(b"before" not in message.data for message in reader.messages([TOPIC])) == COUNT
+        assert sum(1 for _ in reader.messages([TOPIC])) == COUNT
 
 
 @pytest.mark.parametrize(
