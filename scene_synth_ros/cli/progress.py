@@ -13,11 +13,11 @@ from types import FrameType
 
 import rclpy
 from rclpy.node import Node
-from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
 from tqdm import tqdm
 
 from scene_description import FieldError
+from scene_synth_ros.suite.process import init_ros
 from scene_synth_ros.suite.qos import latched_qos
 from scene_synth_ros.suite.status import NodeStatus, done_in_run, status_from_json
 
@@ -104,7 +104,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--frames", type=int, required=True)
     parser.add_argument("--namespace", required=True)
     arguments = parser.parse_args(argv)
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    init_ros(["--ros-args", "--log-level", "warn"])
     node = Node("progress", namespace=arguments.namespace, enable_rosout=False, start_parameter_services=False)
     show(Progress(arguments.rooms, arguments.frames), node)
     node.destroy_node()

@@ -68,15 +68,12 @@ class BagThread:
         try:
             return job()
         except _CAUSED_BY_USERS as error:
-            raise BagWriteError(_line(error)) from error
+            raise BagWriteError(error_line(error)) from error
         except Exception as error:
             self._take_fault(error)
             raise BagWriteError(self.fault) from error
 
     def _take_fault(self, error: Exception) -> None:
-        line = _line(error) if isinstance(error, _CAUSED_BY_USERS) else f"the recording ends: {self._tell_fault(error)}"
+        by_users = isinstance(error, _CAUSED_BY_USERS)
+        line = error_line(error) if by_users else f"the recording ends: {self._tell_fault(error)}"
         self.fault = self.fault or line
-
-
-def _line(error: Exception) -> str:
-    return error_line(error)

@@ -5,7 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
+from renderer import CameraConfig, RenderConfig, SensorConfig
 from scene_description import Limits
+from scene_synth_ros.messages.frame_messages import StreamConfig
+from scene_synth_ros.messages.image_codec import LiveCompression
+from scene_synth_ros.render.teleop import DriveConfig
 
 _SHARE_FIXED = "the rooms of a run are shared once"
 
@@ -37,3 +41,15 @@ class RendererNodeConfig:
     ] = ""
     autostart: Annotated[bool, Limits(description="Configure and activate at the start", fixed="it is used at the start only")] = True
     exit_when_done: Annotated[bool, Limits(description="End the process when the grammar node has finished")] = False
+
+
+RENDERER_GROUPS: dict[str, type] = {
+    "": RendererNodeConfig,
+    "camera": CameraConfig,
+    "render": RenderConfig,
+    "streams": StreamConfig,
+    "compressed": LiveCompression,
+    "drive": DriveConfig,
+    "sensor": SensorConfig,
+}
+"""Prefix of a renderer's parameters -> dataclass that defines them."""

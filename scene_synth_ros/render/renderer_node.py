@@ -10,19 +10,16 @@ from geometry_msgs.msg import PoseStamped, Twist
 from nav_msgs.msg import OccupancyGrid
 from std_msgs.msg import String
 
-from renderer import CameraConfig, RenderConfig, SensorConfig
 from renderer.exposure import sensor_ev100
 from scene_description import FieldError, error_line
 from scene_synth_ros.messages.frame_messages import StreamConfig
-from scene_synth_ros.messages.image_codec import LiveCompression
 from scene_synth_ros.render.camera_requests import MAX_WAITING, CameraRequests
 from scene_synth_ros.render.inbox import MAX_ROOMS_WAITING, Inbox
 from scene_synth_ros.render.output import Output
 from scene_synth_ros.render.peers import Peers
-from scene_synth_ros.render.renderer_config import RendererNodeConfig
+from scene_synth_ros.render.renderer_config import RENDERER_GROUPS, RendererNodeConfig
 from scene_synth_ros.render.renderer_report import WARNING_S, RendererReport
 from scene_synth_ros.render.rendering import Rendering, room_name
-from scene_synth_ros.render.teleop import DriveConfig
 from scene_synth_ros.suite.daemon_job import start_daemon_job
 from scene_synth_ros.suite.diagnostics import Diagnostics, Report
 from scene_synth_ros.suite.faults import FAULT_STATUS
@@ -58,16 +55,7 @@ class RendererNode(SuiteNode):
 
     def __init__(self, **options: Any) -> None:
         super().__init__("renderer_node", **options)
-        groups = {
-            "": RendererNodeConfig,
-            "camera": CameraConfig,
-            "render": RenderConfig,
-            "streams": StreamConfig,
-            "compressed": LiveCompression,
-            "drive": DriveConfig,
-            "sensor": SensorConfig,
-        }
-        self._settings = Parameters(self, groups, self._on_change, lambda values: sensor_ev100(values["camera"], values["sensor"]))
+        self._settings = Parameters(self, RENDERER_GROUPS, self._on_change, lambda values: sensor_ev100(values["camera"], values["sensor"]))
         config: RendererNodeConfig = self._settings[""]
         if config.share_index >= config.share_count:
             got = f"expected less than share_count = {config.share_count}, got {config.share_index}"
@@ -162,9 +150,9 @@ class RendererNode(SuiteNode):
             self._inbox.wake()
 
     def _look_for_clocks(self) -> None:
-        """Leave ``/clock`` to another suite or simulator that publishes it already: of two clocks, nodes would see a time that jumps."""
+        """Say that another suite or simulator publishes ``/clock`` too: of two clocks, nodes would see a time that jumps."""
         others = self._output.streams.other_clocks() if not self._inbox.wall_clock else []
-        done = "this camera leaves it alone" if self._output.streams.hold_clock(bool(others)) else "time jumps for who listens"
+        done = "this camera leaves it alone" if self._output.streams.leaves_clock() else "time jumps for who listens"
         before = self._clock_conflict
         self._clock_conflict = f"/clock is published by {', '.join(others)[:200]} too: {done}; {ONE_CLOCK}" if others else ""
         if self._clock_conflict not in ("", before):

@@ -65,7 +65,6 @@ class StreamPublishers:
         self._publishers: dict[str, Publisher] = {}
         self._images: dict[str, list[str]] = {}
         self._clock = self._add(Clock, CLOCK, stream_qos()) if config.publish_clock else ""
-        self._clock_held = False
         self._qos = PROFILES[config.qos]
         if config.publish_pose:
             self._add(PoseStamped, f"{config.camera}/pose", self._qos)
@@ -110,10 +109,9 @@ class StreamPublishers:
         endpoints = publishers_of(self._node, CLOCK) if self._clock else ()
         return sorted({endpoint.node for endpoint in endpoints if (endpoint.node.rpartition("/")[0] or "/") != own})
 
-    def hold_clock(self, others: bool) -> bool:
-        """Leave ``/clock`` alone while others publish it, unless this camera was there first; return whether it is left alone."""
-        self._clock_held = others and self.counts.get(CLOCK) == 0
-        return self._clock_held
+    def leaves_clock(self) -> bool:
+        """Return whether ``/clock`` is left to others that publish it now; never once this camera has published it."""
+        return self.counts.get(CLOCK) == 0 and bool(self.other_clocks())
 
     def reach(self, recorders: Collection[NodeStatus], start: str) -> bool:
         """Return whether every topic is connected to every recorder that wants it, seen from both sides.
@@ -133,7 +131,7 @@ class StreamPublishers:
 
     def publish(self, frame: Frame, pose: CameraPose, settings: str, *, with_clock: bool = True) -> None:
         """Publish clock, transforms, settings, pose and every layer of a frame, all with the pose's stamp."""
-        if self._clock and with_clock and not self._clock_held:
+        if self._clock and with_clock and not self.leaves_clock():
             self._send(self._clock, clock_to_msg(pose.stamp_ns))
         if self._tf:
             self._send_transforms(pose)
