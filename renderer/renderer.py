@@ -30,6 +30,7 @@ from renderer.film.tone import Exposure, to_display, white_luminance
 from renderer.film.white_balance import white_of_kelvin
 from renderer.geometry.mesh import Mesh
 from renderer.path.config import RenderConfig
+from renderer.path.film_update import blocked_share, indirect_part
 from renderer.path.ground_truth import GeometricImages, Labels, trace_geometry
 from renderer.path.integrator import trace_paths
 from renderer.path.lights import build_lights
@@ -125,6 +126,10 @@ class Renderer:
             film, samples = self._expose_film(view, frame_index, shown.ev100, layers, denoised, cancelled)
             sampling_s = time.perf_counter() - began
             images |= {name: image for name, image in film._asdict().items() if name in layers}
+            if len(film.direct):
+                images["indirect"] = indirect_part(film.light, film.direct)
+            if len(film.arriving):
+                images["shadow"] = blocked_share(film.arriving)
             images["samples"] = np.full((view.height, view.width), min(samples, 65_535), np.uint16)
             if len(film.squares):
                 images["variance"] = variance_of_mean(film.light, film.squares, samples)
@@ -195,10 +200,12 @@ class Renderer:
             np.zeros((*size, 3) if "albedo" in layers else (0, 0, 3), np.float32),
             np.zeros((*size, 6) if aov else (0, 0, 6), np.float32),
             np.zeros((*size, 3) if "variance" in layers else (0, 0, 3), np.float32),
+            np.zeros((*size, 3) if "direct" in layers or "indirect" in layers else (0, 0, 3), np.float32),
+            np.zeros((*size, 2) if "shadow" in layers else (0, 0, 2), np.float32),
         )
         transport = Transport(
             self._frame_key(frame_index),
-            config.max_depth if in_color else 1,
+            config.max_depth if in_color else min(config.max_depth, 2 if "shadow" in layers else 1),
             np.float32(config.clamp * white or np.inf),
             np.float32(config.caustic_blur),
             np.float32(np.inf) if config.blur_textures else np.float32(1.0) / view.focal_px,

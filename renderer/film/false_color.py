@@ -14,6 +14,8 @@ from scene_description.labels import instance_palette, label_palette
 
 FAR_M = 6.0
 """Where the colours of distances end."""
+NO_SHARE = (40, 60, 140)
+"""Colour of pixels that have no share: sRGB."""
 MIDDLE_GREY = 0.18
 """Of white, what the mean of linear colour becomes in its picture."""
 
@@ -78,6 +80,12 @@ def noise_to_grey(variance: NDArray[np.float32]) -> NDArray[np.uint8]:
     return np.clip(np.rint(255.0 * deviation / most), 0, 255).astype(np.uint8) if most > 0.0 else np.zeros(deviation.shape, np.uint8)
 
 
+def share_to_grey(share: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Return shares in [0, 1] as (height, width, 3) uint8: from black at 0 to white at 1, ``NO_SHARE`` where there is none."""
+    grey = np.rint(np.nan_to_num(share) * np.float32(255.0)).astype(np.uint8)
+    return np.where(np.isnan(share)[..., None], np.array(NO_SHARE, np.uint8), grey[..., None])
+
+
 @cache
 def _class_palette() -> NDArray[np.uint8]:
     return label_palette()
@@ -96,3 +104,4 @@ OBJECTS = Picture("a colour for each id; 0 is black", objects_to_color)
 REFLECTANCE = Picture("sRGB", encode_srgb)
 EXPOSED = Picture(f"filmic curve, the mean at {MIDDLE_GREY:g} of white", exposed_to_color)
 NOISE = Picture("standard error as grey, its 99th percentile white", noise_to_grey)
+SHARE = Picture("0 black to 1 white; NaN is blue", share_to_grey)

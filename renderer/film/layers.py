@@ -14,7 +14,7 @@ from typing import Any, Literal
 from numpy.typing import NDArray
 
 from renderer.core.errors import RenderError
-from renderer.film.false_color import AS_IT_IS, CLASSES, DIRECTION, DISTANCE, EXPOSED, NOISE, OBJECTS, REFLECTANCE, Picture
+from renderer.film.false_color import AS_IT_IS, CLASSES, DIRECTION, DISTANCE, EXPOSED, NOISE, OBJECTS, REFLECTANCE, SHARE, Picture
 from scene_description import SceneDescription
 from scene_description.labels import LabelTable, instance_labels, semantic_labels
 
@@ -155,6 +155,42 @@ ROWS = (
         picture=AS_IT_IS,
         exr=("samples.count",),
         option="variance",
+    ),
+    Layer(
+        name="direct",
+        summary="the direct part of the light in cd/m2",
+        meaning="part of the linear colour before denoising that is scattered once at most: lights, and what they light",
+        dtype="float32",
+        channels=3,
+        unit="cd/m2",
+        group="color",
+        picture=EXPOSED,
+        exr=("direct.R", "direct.G", "direct.B"),
+        option="light",
+    ),
+    Layer(
+        name="indirect",
+        summary="the indirect part of the light in cd/m2",
+        meaning="part of the linear colour before denoising that is scattered more often; direct and indirect are all light",
+        dtype="float32",
+        channels=3,
+        unit="cd/m2",
+        group="color",
+        picture=EXPOSED,
+        exr=("indirect.R", "indirect.G", "indirect.B"),
+        option="light",
+    ),
+    Layer(
+        name="shadow",
+        summary="shadow: the share of the direct light that something blocks",
+        meaning="share of the light from lamps and window panes that something blocks on its way to what is seen first: "
+        "0 fully lit, 1 in shadow; NaN: none would arrive anyway",
+        dtype="float32",
+        no_hit=math.nan,
+        group="sampled",
+        picture=SHARE,
+        exr=("shadow.share",),
+        option="light",
     ),
     Layer(
         name="normals",
