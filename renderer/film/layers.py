@@ -111,6 +111,17 @@ ROWS = (
         option="noisy",
     ),
     Layer(
+        name="color_sensed",
+        summary="what the modelled sensor reads of colour",
+        meaning="what lens, sensor and processing of `sensor.*` make of the light of `color`; the same bytes where they are ideal",
+        dtype="uint8",
+        channels=3,
+        group="color",
+        picture=AS_IT_IS,
+        compression="color",
+        option="sensed",
+    ),
+    Layer(
         name="albedo",
         summary="the base colour of what is seen",
         meaning="linear base colour of what is seen first, 1 for glass and lit lamps",
@@ -242,6 +253,9 @@ Where the lens sees nothing, distances are NaN and all else is 0.
 GEOMETRIC_LAYERS = tuple(name for name, row in LAYERS.items() if row.group == "geometric")
 COLOR_LAYERS = tuple(name for name, row in LAYERS.items() if row.group == "color")
 """Layers for which light is traced."""
+
+PHOTOGRAPHS = tuple(name for name in COLOR_LAYERS if LAYERS[name].dtype == "uint8" and LAYERS[name].channels == 3)
+"""Layers that show light at an exposure."""
 
 SAMPLED_LAYERS = tuple(name for name, row in LAYERS.items() if row.group in ("sampled", "color"))
 """Layers that are means of samples: they carry noise, and the blur of whatever the lens or the shutter blurs."""
