@@ -193,6 +193,15 @@ def test_coverage_is_the_share_of_a_pixel():
     np.testing.assert_allclose(np.delete(seen["coverage"], 16, axis=1), 1.0)
 
 
+def test_coverage_by_pixels_is_coverage_by_tiles():
+    still = layers(furnished_room(), PATH[1], "coverage", path=PATH)["coverage"]
+    rolling = layers(furnished_room(), PATH[1], "coverage", camera=replace(CAMERA, row_time_s=1e-12), path=PATH)["coverage"]
+    assert 0.0 < (still < 1.0).mean() < 0.2
+    assert np.abs(still - rolling).max() <= 4 / 16 and np.abs(still - rolling).mean() < 1e-4, (
+        "an upright edge may lie between columns of rays"
+    )
+
+
 def test_what_lies_behind_glass_is_the_first_opaque_surface():
     wall = quad((3.0, -3, -3), (0, 0, 6), (0, 6, 0), object_id=9, label=1)
     glass = box((1.0, -0.5, -0.5), (1.2, 0.5, 0.5), object_id=5, label=7, transmission=0.95, ior=1.5)
