@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import replace
 from types import TracebackType
 
 import numpy as np
@@ -25,13 +26,15 @@ from renderer.core.random_numbers import make_frame_key
 from renderer.core.workers import Workers, thread_count
 from renderer.film.denoise import Denoiser, is_asked
 from renderer.film.frame import Frame
-from renderer.film.layers import COLOR_LAYERS, GEOMETRIC_LAYERS, LAYERS, SAMPLED_LAYERS, check_names
+from renderer.film.layers import COLOR_LAYERS, GEOMETRIC_LAYERS, HIT_LAYERS, LAYERS, SAMPLED_LAYERS, check_names
 from renderer.film.tone import Exposure, to_display, white_luminance
 from renderer.film.white_balance import white_of_kelvin
 from renderer.geometry.mesh import Mesh
+from renderer.ground_truth.hit_layers import hit_layers
+from renderer.ground_truth.hit_view import HitView, TracedScene
 from renderer.path.config import RenderConfig
 from renderer.path.film_update import blocked_share, indirect_part
-from renderer.path.ground_truth import GeometricImages, Labels, trace_geometry
+from renderer.path.ground_truth import GeometricImages, Labels, make_hits, trace_geometry
 from renderer.path.integrator import trace_paths
 from renderer.path.lights import build_lights
 from renderer.path.queues import WAVE, WAVE_EDGE
@@ -87,6 +90,7 @@ class Renderer:
         self._denoiser: Denoiser | None = None
         self._workers = Workers(thread_count(config.threads))
         self._scratch = [make_scratch(len(self._lights.groups.area)) for _ in range(self._workers.count)]
+        self._scene = TracedScene(flat, self._labels.label, self._surfaces, self._lights, self._embree.handle, self._workers, self._scratch)
 
     def render(
         self,
@@ -115,8 +119,8 @@ class Renderer:
         images: dict[str, NDArray[np.generic]] = {}
         radiance, samples, rays = None, 0, 0
         sampling_s = denoising_s = 0.0
-        if any(name in GEOMETRIC_LAYERS for name in layers):
-            images.update(self._trace_geometry(view)._asdict())
+        if any(name in GEOMETRIC_LAYERS or name in HIT_LAYERS for name in layers):
+            images.update(self._trace_geometry(view, layers, pose, path))
             rays = view.width * view.height
         if any(name in SAMPLED_LAYERS for name in layers):
             shown = exposure or self._configured_exposure()
@@ -167,16 +171,24 @@ class Renderer:
             return Exposure(config.exposure_ev100, white_of_kelvin(config.white_balance_k))
         return Exposure(config.exposure_ev100)
 
-    def _trace_geometry(self, view: PosedCamera) -> GeometricImages:
+    def _trace_geometry(
+        self, view: PosedCamera, layers: Collection[str], pose: CameraPose, path: Sequence[CameraPose]
+    ) -> dict[str, NDArray[np.generic]]:
+        """Return the basic layers, and those that the hit record gives as far as they are asked for."""
+        recorded = any(name in HIT_LAYERS for name in layers)
         rows = (LAYERS[name] for name in GEOMETRIC_LAYERS)
         images = GeometricImages(**{row.name: np.empty(row.shape(view.height, view.width), row.dtype) for row in rows})
+        hits = make_hits(view.height, view.width) if recorded else make_hits(0, 0)
         step = self._workers.count
 
         def trace(worker: int, first: int) -> None:
-            trace_geometry(self._embree.handle, self._labels, view, self._scratch[worker].rays, CENTRE, MIDDLE, images, first, step)
+            packet = self._scratch[worker].rays
+            trace_geometry(self._embree.handle, self._labels, view, packet, CENTRE, MIDDLE, images, hits, first, step)
 
         self._workers.run(trace, range(step))
-        return images
+        if not recorded:
+            return images._asdict()
+        return images._asdict() | hit_layers(HitView(self._scene, self._camera, view, images, hits, pose, path), layers)
 
     def _expose_film(
         self,
@@ -261,8 +273,12 @@ class Renderer:
         self.close()
 
 
-def warm_up() -> None:
-    """Compile every kernel, or load it from numba's cache, by rendering one pixel of a lone shining triangle.
+WARM_LAYERS = (*GEOMETRIC_LAYERS, *SAMPLED_LAYERS)
+"""Layers whose kernels are ready after :func:`warm_up`; each of the others has its own, compiled when it is first asked for."""
+
+
+def warm_up(layers: Collection[str] = WARM_LAYERS) -> None:
+    """Compile the kernels of some layers, or load them from numba's cache, by rendering one pixel of a lone shining triangle.
 
     Raises:
         RenderError: Embree is missing.
@@ -282,4 +298,4 @@ def warm_up() -> None:
     )
     pose = CameraPose(stamp_ns=0, position_m=(0.0, 0.0, 0.0), orientation=look_at((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
     with Renderer(flat, CameraConfig(width=1, height=1), RenderConfig(samples_per_pixel=1, threads=1), 0) as renderer:
-        renderer.render(pose, 0, tuple(LAYERS), exposure=Exposure(0.0, white_of_kelvin(4000.0)))
+        renderer.render(pose, 0, layers, path=(pose, replace(pose, stamp_ns=1)), exposure=Exposure(0.0, white_of_kelvin(4000.0)))

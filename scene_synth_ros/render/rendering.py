@@ -8,7 +8,7 @@ from collections.abc import Collection
 from contextlib import ExitStack
 from pathlib import Path
 
-from renderer import RenderCancelled, RenderConfig, Renderer, warm_up
+from renderer import WARM_LAYERS, RenderCancelled, RenderConfig, Renderer, warm_up
 from renderer.film.frame import Frame
 from renderer.film.layers import PHOTOGRAPHS
 from renderer.film.tone import Exposure
@@ -77,7 +77,7 @@ class Rendering:
         """
         began = time.perf_counter()
         self._node.get_logger().info("loading kernels (the first run compiles them)")
-        warm_up()
+        warm_up({*WARM_LAYERS, *self._output.streams.messages.layers})
         self._node.get_logger().info(f"kernels are ready ({time.perf_counter() - began:.1f} s)")
         self.warm = True
         while (text := self._inbox.next_room()) is not None:
