@@ -39,6 +39,7 @@ from scene_description.labels import (
     part_labels,
     semantic_labels,
 )
+from scene_description.light_labels import light_labels
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -397,6 +398,19 @@ ROWS = (
         group="hit",
         picture=EXPOSED,
         exr=("emission.R", "emission.G", "emission.B"),
+        option="layers",
+    ),
+    Layer(
+        name="light_seen",
+        summary="which light is seen",
+        meaning="id of the lamp, window pane or glowing part that is seen itself, 1 for the sky outside, 0 for what sends no light",
+        dtype="uint16",
+        no_hit=1.0,
+        group="hit",
+        picture=OBJECTS,
+        exr=("light_seen.id",),
+        labels=light_labels,
+        compression="ids",
         option="layers",
     ),
     Layer(
