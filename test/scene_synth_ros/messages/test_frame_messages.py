@@ -39,7 +39,7 @@ def test_a_parameter_for_each_layer_stands_between_the_names_and_the_rest() -> N
 
 ENCODINGS = {
     "color": "rgb8", "depth": "32FC1", "range": "32FC1", "normals": "32FC3", "semantic": "mono8", "instance": "16UC1",
-    "color_noisy": "rgb8", "albedo": "32FC3", "radiance": "32FC3", "variance": "32FC3", "samples": "16UC1",
+    "color_noisy": "rgb8", "color_sensed": "rgb8", "albedo": "32FC3", "radiance": "32FC3", "variance": "32FC3", "samples": "16UC1",
     "direct": "32FC3", "indirect": "32FC3", "shadow": "32FC1",
 }  # fmt: skip
 
