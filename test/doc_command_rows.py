@@ -225,6 +225,9 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth gallery --out DIR --kind models --only chair": Run(
         "scene_synth gallery --out DIR --kind models --only book_stack --spp 1", ("DIR/models_1.jpg",)
     ),
+    ".venv/bin/python examples/every_layer.py docs": Run(".venv/bin/python examples/every_layer.py docs 1", ("docs/layers.jpg",)),
+    ".venv/bin/pip install '.[bench-alignment]'": Listed("needs the network; that the extra exists is tested"),
+    ".venv/bin/python -m benchmarks.alignment_bench bags/aligned truth/room_0000/scene.glb": Parsed("needs Open3D, which is large"),
     ".venv/bin/python examples/lights_and_lenses.py docs": Run(
         ".venv/bin/python examples/lights_and_lenses.py docs 1", ("docs/lights.jpg", "docs/lenses.jpg")
     ),
