@@ -119,6 +119,10 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         _MAIN_JOB
     ),
     RECORD: Run(f"scene_synth run --record BAG --rooms 1 --frames 2 --show page.html {_TINY}", ("BAG/metadata.yaml", "page.html")),
+    "scene_synth run --record BAG -p renderer_node.streams.semantic_classes:=coco": Parsed(
+        "test/scene_synth_ros/bags/test_verify.py"
+        "::test_a_bag_with_the_classes_of_another_standard_is_the_same_again_and_drawn_in_its_colours"
+    ),
     "scene_synth demo": Parsed("test/scene_synth_ros/cli/test_show_command.py::test_the_demo_is_a_run_in_one_folder"),
     ".venv/bin/scene_synth demo": Parsed("test/scene_synth_ros/cli/test_show_command.py::test_the_demo_is_a_run_in_one_folder"),
     "scene_synth run --record bag --rooms 20 --frames 30": Parsed(_MAIN_JOB),
@@ -214,6 +218,10 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         "scene_synth render room.json --catalog my_files --environment street.hdr --environment-yaw 90 --environment-scale 1000"
         " --out pictures --size 64x48 --spp 2 --frames 1",
         ("pictures/frame_0000_color.png",),
+    ),
+    "scene_synth render SCENE.json --out DIR --semantic-classes ade20k": Run(
+        "scene_synth render SCENE.json --out DIR --semantic-classes ade20k --size 64x48 --spp 1 --frames 1",
+        ("DIR/labels.json", "DIR/frame_0000_semantic.png"),
     ),
     "scene_synth export SCENE.json OUT.glb": Usage("the rows below"),
     "scene_synth export SCENE.json room.glb": Run(makes=("room.glb",)),
