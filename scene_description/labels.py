@@ -76,3 +76,14 @@ def instance_labels(scene: SceneDescription) -> LabelTable:
         color = [int(value) for value in palette[thing.id]]
         table[thing.id] = {"name": thing.category, "class": thing.label, "class_name": NYU40[thing.label].name, "color": color}
     return table
+
+
+def part_ids(scene: SceneDescription) -> dict[str, int]:
+    """Return the id, from 1 on, of each part by ``<object id>/<part name>``; the room's surfaces come first, as object 0.
+
+    Ids follow the order of the description and need 16 bits: parts beyond the 65,535th have none.
+    """
+    things: list[Opening | SceneObject] = [*scene.room.openings, *scene.objects]
+    owners = [(0, scene.room.surfaces), *((thing.id, thing.parts) for thing in things)]
+    names = (f"{owner}/{part.name}" for owner, parts in owners for part in parts)
+    return {name: number for number, name in zip(range(1, 1 << 16), names, strict=False)}

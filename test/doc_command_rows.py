@@ -226,6 +226,21 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth export SCENE.json OUT.glb": Usage("the rows below"),
     "scene_synth export SCENE.json room.glb": Run(makes=("room.glb",)),
     "scene_synth export SCENE.json room.sdf": Run(makes=("room.sdf", "room_meshes")),
+    "scene_synth truth": Named(),
+    "scene_synth truth SCENE.json|BAG --out DIR [--catalog DIR] [--grammar FILE]": Usage("the rows below"),
+    "scene_synth truth SCENE.json --out DIR": Run(
+        "scene_synth truth SCENE.json --out truth_of_scene", ("truth_of_scene/map.yaml", "truth_of_scene/parse_graph.svg")
+    ),
+    "scene_synth truth BAG --out DIR": Run("scene_synth truth BAG --out truth_of_bag", ("truth_of_bag/room_0000/lights.json",)),
+    "scene_synth sample --room office --seed 4 --out rooms": Run(
+        "scene_synth sample --room office --seed 4 --out office_rooms && scene_synth truth office_rooms/room_0000.json --out office",
+        ("office/parse_graph.svg",),
+    ),
+    "scene_synth truth rooms/room_0000.json --out office": Parsed("the row above"),
+    "scene_synth run --record DIR --truth": Usage(f"{_MAIN_JOB.partition('::')[0]}::test_what_is_true_of_each_room_is_beside_the_bag"),
+    "scene_synth run --record BAG --rooms 4 --truth": Parsed(
+        f"{_MAIN_JOB.partition('::')[0]}::test_what_is_true_of_each_room_is_beside_the_bag"
+    ),
     "scene_synth layers [--markdown]": Usage("the row below"),
     "scene_synth layers --markdown > docs/layers.md": Run(makes=("docs/layers.md",)),
     "scene_synth gallery --out DIR [--only WORD]": Usage("takes minutes; test/scene_synth_ros/cli/test_gallery.py draws single models"),

@@ -1,8 +1,8 @@
 """The parse tree of a room as a drawing, with the rules chosen, their log-probabilities, and the terms of the layout's energy.
 
 The kinds of nodes are those of Jiang et al., IJCV 2018, section 2: And nodes are drawn as circles, Or nodes as dashed circles, Set nodes as
-double circles, terminals as boxes, addresses as triangles, attributes as diamonds.  A branch of a Set chooses its number of copies: it is an
-Or node with that number in it.  The tree grows from left to right, so that thirty objects stay legible.
+double circles, terminals as boxes, addresses as triangles, attributes as diamonds.  A branch of a Set chooses its number of copies: it is
+an Or node with that number in it.  The tree grows from left to right, so that thirty objects stay legible.
 """
 
 from __future__ import annotations

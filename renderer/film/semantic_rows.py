@@ -1,4 +1,4 @@
-"""The table of layers where class ids are those of another standard than NYU40: two rows differ."""
+"""The table of layers where class ids are those of another standard than NYU40: the rows of class ids and of object ids differ."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ import numpy as np
 
 from renderer.film.false_color import CLASSES, Picture
 from renderer.film.layers import LAYERS, Layer
-from scene_description.label_standards import StandardName, label_standard
+from scene_description.label_standards import LabelStandard, StandardName, label_standard
+from scene_description.labels import instance_labels
 
 
 @cache
 def layers_in(standard: StandardName) -> Mapping[str, Layer]:
     """Return the table of layers with the names, ids and colours of a standard; ``nyu40`` is ``LAYERS`` itself."""
-    if standard == "nyu40":
-        return LAYERS
-    classes = label_standard(standard)
-    palette = classes.palette()
-    semantic = replace(
-        LAYERS["semantic"],
-        meaning=f"{standard} class id, 0 for void",
-        picture=Picture(CLASSES.words, lambda ids: np.take(palette, ids, axis=0)),
-        labels=lambda _: classes.semantic_labels(),
-    )
-    return LAYERS | {"semantic": semantic, "instance": replace(LAYERS["instance"], labels=classes.instance_labels)}
+    return LAYERS if standard == "nyu40" else {name: _row_in(label_standard(standard), row) for name, row in LAYERS.items()}
+
+
+def _row_in(standard: LabelStandard, row: Layer) -> Layer:
+    if row.picture is CLASSES:
+        palette = standard.palette()
+        picture = Picture(CLASSES.words, lambda ids: np.take(palette, ids, axis=0))
+        meaning = row.meaning.replace("NYU40", standard.name)
+        return replace(row, meaning=meaning, picture=picture, labels=lambda _: standard.semantic_labels())
+    return replace(row, labels=standard.instance_labels) if row.labels is instance_labels else row
