@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import zlib
 from bisect import bisect_right
 from collections.abc import Iterator
@@ -64,7 +65,7 @@ def read_rooms(bag: Path) -> list[BagRoom]:
             elif topics[message.topic] == "map":
                 maps[start] = message.data
             else:
-                camera = message.topic.split("/")[-2]
+                camera = re.sub(r"\W", "_", message.topic.rsplit("/", 2)[-2]) or "camera"  # a file's name is made of it
                 poses.append((camera, _pose(deserialize_message(message.data, PoseStamped))))
     if not rooms:
         raise UsageError(f"{bag}: expected scene descriptions on a topic that ends in /scene, got {', '.join(sorted(types)) or 'no topic'}")
