@@ -120,7 +120,10 @@ def flow_to_color(flow_px: NDArray[np.float32]) -> NDArray[np.uint8]:
 
 @cache
 def _class_palette() -> NDArray[np.uint8]:
-    return label_palette()
+    """Return the (256, 3) uint8 colours of the classes, black for ids that are none."""
+    palette = np.zeros((256, 3), np.uint8)
+    palette[: len(label_palette())] = label_palette()
+    return palette
 
 
 @cache

@@ -40,10 +40,12 @@ class FrameSettings:
 
 
 def settings_to_json(settings: FrameSettings) -> str:
-    """Return the JSON text; an empty prefix of frames is not in it."""
+    """Return the JSON text; an empty prefix of frames and NYU40 class ids are not in it."""
     data: dict[str, Any] = to_mapping(settings)
     if not settings.streams.frame_prefix:
         del data["streams"]["frame_prefix"]
+    if settings.streams.semantic_classes == "nyu40":
+        del data["streams"]["semantic_classes"]
     return json.dumps(data, separators=(",", ":"))
 
 

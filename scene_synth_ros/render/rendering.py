@@ -13,7 +13,9 @@ from renderer.film.frame import Frame
 from renderer.film.tone import Exposure
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
+from renderer.scene.semantic_classes import with_classes
 from scene_description import CameraPose, SceneDescription, SceneSynthError, error_line, scene_from_json
+from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_to_json
 from scene_synth_ros.render.camera_requests import CameraRequests
 from scene_synth_ros.render.inbox import Inbox
@@ -122,7 +124,8 @@ class Rendering:
 
     def _render_room(self, scene: SceneDescription) -> None:
         self._render_config = self._settings["render"]
-        flat = functools.cache(lambda: flatten(scene, self._catalog_dir))
+        streams: StreamConfig = self._settings["streams"]
+        flat = functools.cache(lambda: with_classes(flatten(scene, self._catalog_dir), scene, streams.semantic_classes))
         camera, sensor = self._settings["camera"], self._settings["sensor"]
         with ExitStack() as room:
 
