@@ -58,5 +58,8 @@ def annotated(
     """A frame of the boxes: its instance image, and what is told of it."""
     camera = camera or CameraConfig(width=640, height=480)
     description, flat = crates_scene(objects)
-    with Renderer(flat, camera, RenderConfig(threads=threads), 0) as renderer, Annotator(flat, description, camera, masks=masks) as annotator:
+    with (
+        Renderer(flat, camera, RenderConfig(threads=threads), 0) as renderer,
+        Annotator(flat, description, camera, masks=masks) as annotator,
+    ):
         return renderer.render(view, 0, ("instance",), path=path, annotator=annotator)

@@ -131,9 +131,10 @@ class Annotator:
         seen = projection.see(points)
         places = projection.place(seen.optical_m)
         hidden = np.zeros(len(points), np.bool_)
-        find_hidden(tree, make_packet(), seen.origin_m.astype(np.float32), points.astype(np.float32), hidden)
+        origins, ends = (np.ascontiguousarray(item, np.float32) for item in (seen.origin_m, points))
+        find_hidden(tree, make_packet(), origins, ends, hidden)
         size = np.array([self._camera.width, self._camera.height])
-        inside = ((places >= 0.0) & (places < size)).all(axis=1)
+        inside: NDArray[np.bool_] = np.all((places >= 0.0) & (places < size), axis=1)
         depths = seen.optical_m[:, 2]
         told = [_key_point(*row) for row in zip(places.tolist(), depths.tolist(), inside.tolist(), hidden.tolist(), strict=True)]
         return {key: tuple(told[8 * i : 8 * i + 8]) for i, key in enumerate(keys)}

@@ -34,7 +34,8 @@ class Extent(NamedTuple):
 def project_extent(meshes: ObjectMeshes, key: int, projection: Projection) -> Extent:
     """Return what an object's projected triangles span."""
     mesh = meshes.mesh(key)
-    optical = projection.see(mesh.vertices if projection.is_straight else meshes.outline(key)).optical_m
+    points = mesh.vertices if projection.is_straight else meshes.outline(key)
+    optical = projection.see(points.astype(np.float64)).optical_m
     cut = False
     if projection.is_planar:
         ahead = optical[:, 2] >= NEAR_M

@@ -52,15 +52,14 @@ class Projection:
 
     def see(self, points_m: Array) -> Seen:
         """Return world points (n, 3) as the camera has them when it takes the rows that they fall on."""
-        points = np.asarray(points_m, np.float64)
-        optical, origin = (points - self._position) @ self._home, np.broadcast_to(self._position, points.shape)
+        optical, origin = (points_m - self._position) @ self._home, np.broadcast_to(self._position, points_m.shape)
         if self._view.row_step > 0.0:
             middle = 0.5 * self._camera.height
             for _ in range(_ROUNDS):
                 v = self.place(optical)[:, 1]
                 moved = self._motion_at(np.where(np.isfinite(v), v, middle) - 0.5)
                 origin = moved[:, 9:]
-                optical = np.einsum("nij,ni->nj", moved[:, :9].reshape(-1, 3, 3), points - origin) @ self._home
+                optical = np.einsum("nij,ni->nj", moved[:, :9].reshape(-1, 3, 3), points_m - origin) @ self._home
         return Seen(optical, origin)
 
     def place(self, optical_m: Array) -> Array:

@@ -43,7 +43,8 @@ def mask_of(columns: NDArray[np.uint16], key: int, first: int, last: int) -> Mas
     width, height = columns.shape
     inside = columns[first : last + 1].ravel() == key
     turns = np.flatnonzero(inside[1:] != inside[:-1]) + 1
-    starts = np.concatenate([[0] if inside[0] else [], turns]).astype(np.int64) + first * height
+    ends = [len(inside)] if inside[-1] else []
+    starts = np.concatenate([[0] if inside[0] else [], turns, ends]).astype(np.int64) + first * height
     counts = np.diff(np.concatenate([[0], starts, [width * height]]))
     counts = counts[:-1] if counts[-1] == 0 else counts
     text = np.empty(_CHARACTERS_A_COUNT * len(counts), np.uint8)

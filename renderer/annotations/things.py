@@ -44,7 +44,8 @@ def things_of(scene: SceneDescription, meshes: ObjectMeshes) -> dict[int, Thing]
     around its triangles whose front looks into the room.
     """
     found: dict[int, Thing] = {}
-    for thing in (*scene.room.openings, *scene.objects):
+    there: list[Opening | SceneObject] = [*scene.room.openings, *scene.objects]
+    for thing in there:
         if thing.id in meshes.ids:
             box = _opening_box(scene, thing, meshes) if isinstance(thing, Opening) else _object_box(thing)
             found[thing.id] = Thing(thing.category, thing.label, NYU40[thing.label].name, box, _relations(thing))

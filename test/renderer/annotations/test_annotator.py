@@ -185,9 +185,8 @@ def test_relations_join_what_the_frame_shows():
     found = annotated([table, lamp, picture, lost, board], LEVEL).annotations
     assert [item.id for item in found.objects] == [1, 2, 3, 5]
     told = [(relation.subject, relation.kind, relation.object, relation.wall) for relation in found.relations]
-    assert told == [(1, "on_floor", None, None), (2, "on", 1, None), (2, "in_group", 1, None), (3, "on_wall", None, 1)] + [
-        (5, "on_ceiling", None, None)
-    ]
+    assert told[:3] == [(1, "on_floor", None, None), (2, "on", 1, None), (2, "in_group", 1, None)]
+    assert told[3:] == [(3, "on_wall", None, 1), (5, "on_ceiling", None, None)]
 
 
 def test_neither_threads_nor_what_else_is_asked_for_change_a_byte():

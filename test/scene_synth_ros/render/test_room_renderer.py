@@ -24,7 +24,7 @@ class Counting:
 
 def test_nothing_is_made_until_a_layer_is_wanted_and_then_once() -> None:
     counting = Counting()
-    room = RoomRenderer(counting.make)
+    room = RoomRenderer(counting.make, counting.make)
     assert room.render(POSE, 0, ()) == Frame({}, None) and counting.made == 0
     for index in (1, 2):
         assert room.render(POSE, index, ("depth",), path=()).samples == 7
@@ -36,4 +36,4 @@ def test_a_room_that_cannot_be_made_says_so_when_it_is_prepared() -> None:
         raise SceneSynthError("no such model")
 
     with pytest.raises(SceneSynthError, match="no such model"):
-        RoomRenderer(make).prepare()
+        RoomRenderer(make, make).prepare()
