@@ -47,8 +47,8 @@ class OrientedBox:
 class KeyPoint:
     """A corner of an object's oriented box, as the camera sees it.
 
-    ``u_px`` and ``v_px`` are its place in image coordinates, inside the image or not; None where the lens maps it nowhere, as what lies
-    behind a camera without a fisheye.  ``depth_m`` runs along the optical z; ``behind``: it is not positive.  ``occluded``: a surface,
+    ``u_px`` and ``v_px`` are its place in image coordinates, inside the image or not; None behind a camera whose lens sees only what lies
+    before it.  ``depth_m`` runs along the optical z; ``behind``: it is not positive.  ``occluded``: a surface,
     of this object or of another, lies between the camera and the corner, more than 5 mm before it.
     """
 

@@ -42,7 +42,7 @@ def project_extent(meshes: ObjectMeshes, key: int, projection: Projection) -> Ex
         cut = not bool(ahead.all())
         if cut:
             optical = np.concatenate([optical[ahead], _crossings(optical[: len(mesh.vertices)], mesh.faces.astype(np.int64))])
-    places = projection.place_within(optical)
+    places = projection.place(optical)
     places = places[np.isfinite(places).all(axis=1)]
     if not len(places):
         return Extent(np.nan, np.nan, np.nan, np.nan, False)

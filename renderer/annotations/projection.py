@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from renderer.camera.cameras import PosedCamera, project
+from renderer.camera.cameras import PosedCamera, bearing_table, project
 from renderer.camera.config import CameraConfig
 from renderer.camera.lenses import LENSES
 from renderer.core.arrays import Array
@@ -15,6 +15,9 @@ from scene_description.poses import rotation_from_quaternion
 from scene_description.types import CameraPose
 
 _AT_ORIGIN = CameraPose(stamp_ns=0, position_m=(0.0, 0.0, 0.0), orientation=(0.0, 0.0, 0.0, 1.0))
+_STEP = 1e-3
+"""Over which part of the field's edge its slope is taken."""
+_REACH_PX = 1e7
 _ROUNDS = 4
 """A row's time follows from the row, the row from the pose at its time; each round leaves some thousandth of the error."""
 
@@ -63,28 +66,25 @@ class Projection:
         return Seen(optical, origin)
 
     def place(self, optical_m: Array) -> Array:
-        """Return the places (n, 2) of points of the optical frame in image coordinates; NaN where the lens maps them nowhere."""
-        places = project(self._camera, _AT_ORIGIN, optical_m)[:, :2]
-        return np.where((self._slant(optical_m) <= lens_limit(self._camera))[:, None], places, np.nan)
+        """Return the places (n, 2) of points of the optical frame in image coordinates; NaN where the lens maps them nowhere.
 
-    def place_within(self, optical_m: Array) -> Array:
-        """Return the places (n, 2) of points, those beyond the lens's limit moved to where it ends; NaN behind a planar lens."""
-        limit = lens_limit(self._camera)
-        if np.isinf(limit):
-            return project(self._camera, _AT_ORIGIN, optical_m)[:, :2]
-        aside = np.hypot(optical_m[:, 0], optical_m[:, 1])
-        beyond = self._slant(optical_m) > limit
-        ahead = np.where(beyond, aside / limit if self.is_planar else aside / np.tan(limit), optical_m[:, 2])
-        if self.is_planar:
-            ahead = np.where(optical_m[:, 2] > 0.0, ahead, -1.0)
-        return project(self._camera, _AT_ORIGIN, np.column_stack([optical_m[:, :2], ahead]))[:, :2]
-
-    def _slant(self, optical_m: Array) -> Array:
-        """Return the tangent of the angle to the axis, for lenses that are not planar the angle itself; inf behind a planar one."""
+        Distortion polynomials mean nothing beyond the image: what lies outside its field is placed straight on, as the edge leads.
+        """
+        edge = field_edge(self._camera)
+        if np.isinf(edge):
+            return _within_reach(project(self._camera, _AT_ORIGIN, optical_m)[:, :2])
         aside, z = np.hypot(optical_m[:, 0], optical_m[:, 1]), optical_m[:, 2]
-        if not self.is_planar:
-            return np.asarray(np.arctan2(aside, z))
-        return np.where(z > 0.0, aside / np.where(z > 0.0, z, 1.0), np.inf)
+        slant = np.where(z > 0.0, aside / np.where(z > 0.0, z, 1.0), np.nan) if self.is_planar else np.arctan2(aside, z)
+        outer = self._place_at(optical_m, np.minimum(slant, edge))
+        inner = self._place_at(optical_m, np.minimum(slant, edge) - _STEP * edge)
+        return _within_reach(outer + (outer - inner) * (np.maximum(slant - edge, 0.0) / (_STEP * edge))[:, None])
+
+    def _place_at(self, optical_m: Array, slant: Array) -> Array:
+        """Return the places of points that are turned to the axis until they have another slant."""
+        aside = np.hypot(optical_m[:, 0], optical_m[:, 1])
+        across = optical_m[:, :2] / np.maximum(aside, 1e-12)[:, None]
+        length, ahead = (slant, np.ones_like(slant)) if self.is_planar else (np.sin(slant), np.cos(slant))
+        return project(self._camera, _AT_ORIGIN, np.column_stack([across * length[:, None], ahead]))[:, :2]
 
     def _motion_at(self, rows: Array) -> Array:
         """Return (n, 12), rotation and position of ``PosedCamera.motion``, in the middle of the exposure of rows (n,)."""
@@ -95,20 +95,19 @@ class Projection:
         return np.asarray((1.0 - share) * knots[index] + share * knots[index + 1])
 
 
-@lru_cache(maxsize=16)
-def lens_limit(camera: CameraConfig) -> float:
-    """Return how far from the axis a lens maps directions in order: beyond it places turn back to the middle.
+def _within_reach(places: Array) -> Array:
+    return np.asarray(np.clip(places, -_REACH_PX, _REACH_PX))
 
-    The tangent of the angle for planar lenses, the angle (rad) for others; infinite for the ideal pinhole and the panorama.
+
+@lru_cache(maxsize=16)
+def field_edge(camera: CameraConfig) -> float:
+    """Return the largest slant to the axis of any pixel: the tangent of the angle for planar lenses, the angle (rad) for others.
+
+    Infinite for the ideal pinhole and the panorama, whose formulas hold everywhere.
     """
     lens = LENSES[camera.model]
     if lens.coefficients == 0:
         return float(np.inf)
-    slants = np.linspace(0.0, 20.0 if lens.planar else np.pi, 4001)
-    ends = (slants, np.ones_like(slants)) if lens.planar else (np.sin(slants), np.cos(slants))
-    radial = [*camera.distortion, *(0.0,) * (lens.coefficients - len(camera.distortion))]
-    if lens.planar:
-        radial[2:4] = 0.0, 0.0  # tangential
-    places = lens.project(np.column_stack([ends[0], np.zeros_like(slants), ends[1]]), radial)[:, 0]
-    back = np.flatnonzero(~(np.diff(places) > 0.0))
-    return float(slants[back[0]]) if len(back) else float("inf") if lens.planar else float(slants[-1])
+    x, y, z = bearing_table(camera).reshape(-1, 3).astype(np.float64).T
+    aside = np.hypot(x, y)
+    return float(np.nanmax(aside / z if lens.planar else np.arctan2(aside, z)))

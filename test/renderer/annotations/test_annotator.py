@@ -10,7 +10,8 @@ from sample_scene import sample_scene
 
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.annotations import Annotator
-from renderer.camera.cameras import project
+from renderer.annotations.projection import Projection, field_edge
+from renderer.camera.cameras import pose_camera, project
 from renderer.camera.rig import mounted_path
 from renderer.scene.flatten import flatten
 from scene_description import CameraPose, FieldError, Support
@@ -174,6 +175,51 @@ def test_a_rolling_shutter_shows_objects_where_their_rows_were_taken():
         assert (shape & mask).sum() / (shape | mask).sum() > 0.97
         assert item.full_pixels == item.visible_pixels == mask.sum()
         assert abs(item.corners[0].u_px - other.corners[0].u_px) > 2.0
+
+
+@pytest.mark.parametrize(
+    "camera",
+    [
+        CameraConfig(width=320, height=240, row_time_s=2e-4),
+        CameraConfig(model="brown_conrady", width=320, height=240, horizontal_fov_rad=1.5, distortion=(-0.25, 0.05, 0.001, -0.002)),
+        CameraConfig(model="kannala_brandt", width=240, height=240, horizontal_fov_rad=3.1),
+        CameraConfig(model="equirectangular", width=256, height=128),
+    ],
+    ids=("rolling", "brown_conrady", "kannala_brandt", "equirectangular"),
+)
+def test_an_object_s_full_pixels_are_those_of_a_picture_of_it_alone(camera):
+    scene = sample_scene()
+    flat, view = flatten(scene), scene.camera_path[0]
+    owner = flat.parts.object_id[flat.face_part]
+    with Renderer(flat, camera, RenderConfig(threads=2), 0) as renderer, Annotator(flat, scene, camera) as annotator:
+        found = renderer.render(view, 0, (), path=scene.camera_path, annotator=annotator).annotations
+    assert {3, 4, 5} <= {item.id for item in found.objects} and any(item.visible_fraction < 0.9 for item in found.objects)
+    for item in found.objects:
+        own = owner == item.id
+        alone = flat._replace(mesh=flat.mesh._replace(faces=flat.mesh.faces[own]), face_part=flat.face_part[own])
+        with Renderer(alone, camera, RenderConfig(threads=1), 0) as renderer:
+            mask = renderer.render(view, 0, ("instance",), path=scene.camera_path).layers["instance"] == item.id
+        assert item.full_pixels == mask.sum()
+        if item.truncation == 0.0:
+            box = item.full_box
+            assert (box.x, box.y, box.width, box.height) == mask_box(mask)
+
+
+@pytest.mark.parametrize("camera", LENSES[1:3], ids=lambda camera: camera.model)
+def test_beyond_the_image_places_go_straight_on(camera):
+    """What leaves the field is placed ever further out, however the polynomial bends there."""
+    view = pose_camera(camera, LEVEL)
+    projection, edge = Projection(camera, LEVEL, view), field_edge(camera)
+    slants = edge * np.array([0.5, 0.999, 1.0, 1.001, 1.2, 1.4])
+    ends = (slants, np.ones(6)) if projection.is_planar else (np.sin(slants), np.cos(slants))
+    points = np.column_stack([ends[0], np.zeros(6), ends[1]])
+    places = projection.place(points)
+    identity = CameraPose(stamp_ns=0, position_m=(0.0, 0.0, 0.0), orientation=(0.0, 0.0, 0.0, 1.0))
+    np.testing.assert_allclose(places[:3], project(camera, identity, points[:3])[:, :2], atol=1e-6)
+    steps = np.diff(places[:, 0]) / np.diff(slants)
+    assert (steps > 0).all() and steps[2:] == pytest.approx(steps[3], rel=0.01)
+    behind = projection.place(np.array([[0.5, 0.0, -1.0]]))
+    assert np.isnan(behind).all() == projection.is_planar
 
 
 def test_relations_join_what_the_frame_shows():
