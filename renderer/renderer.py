@@ -117,11 +117,10 @@ class Renderer:
         radiance, annotations, samples, rays = None, None, 0, 0
         sampling_s = denoising_s = 0.0
         if annotator is not None or any(name in GEOMETRIC_LAYERS for name in layers):
-            geometry = self._trace_geometry(view)
-            images.update(geometry._asdict())
+            images.update(self._trace_geometry(view)._asdict())
             rays = view.width * view.height
             if annotator is not None:
-                annotations = annotator.annotate(geometry.instance, pose, view, self._embree.handle, self._workers)
+                annotations = annotator.annotate(images["instance"], pose, view, self._embree.handle, self._workers)
         if any(name in SAMPLED_LAYERS for name in layers):
             shown = exposure or self._configured_exposure()
             in_color = any(name in COLOR_LAYERS for name in layers)

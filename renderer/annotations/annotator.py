@@ -7,6 +7,7 @@ that holds nothing else; what it would cover beyond the image's borders by its p
 from __future__ import annotations
 
 from types import TracebackType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,12 +55,12 @@ class Annotator:
         self._scene, self._camera, self._masks = scene.id, camera, masks
 
     def annotate(
-        self, instance: NDArray[np.uint16], pose: CameraPose, view: PosedCamera, tree: SceneHandle, workers: Workers
+        self, instance: NDArray[Any], pose: CameraPose, view: PosedCamera, tree: SceneHandle, workers: Workers
     ) -> FrameAnnotations:
         """Return the annotations of a frame.
 
         Args:
-            instance: (height, width), the layer of this name.
+            instance: (height, width) uint16, the layer of this name.
             pose: of the optical frame.
             view: the camera as its rays were aimed.
             tree: the scene that they were cast at.

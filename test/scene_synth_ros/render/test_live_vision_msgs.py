@@ -67,9 +67,14 @@ def test_label_info_says_with_every_frame_what_the_labels_say() -> None:
         reader.spin_until(lambda: late, 10, "the latched message")
 
 
-def test_without_vision_msgs_there_are_labels_only(tmp_path: Path) -> None:
+def test_without_vision_msgs_there_is_json_only(tmp_path: Path) -> None:
     with node_process("renderer_node", SETTINGS, without("vision_msgs", tmp_path)) as context:
         reader = Reader(context)
         reader.see_a_room()
         assert reader.node.count_publishers("eye/semantic/label_info") == reader.node.count_publishers("eye/instance/label_info") == 0
         assert [reader.node.count_publishers(f"eye/{name}") for name in ("annotations", *DETECTIONS)] == [1, 0, 0]
+        counts: list[dict[str, int]] = []
+        reader.node.create_subscription(String, "status", lambda text: counts.append(json.loads(text.data)["counts"]), latched_qos())
+        labels, annotations = (reader.node.resolve_topic_name(f"eye/{name}") for name in ("instance/labels", "annotations"))
+        reader.spin_until(lambda: counts and counts[-1][labels] == FRAMES, 20, "the status after the path")
+        assert counts[-1][annotations] == 0  # nobody subscribes
