@@ -13,6 +13,7 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.annotations.annotator import Annotator
 from renderer.camera.camera_rays import CENTRE, MIDDLE
 from renderer.camera.cameras import PosedCamera, pose_camera
 from renderer.camera.config import CameraConfig, SensorConfig
@@ -100,12 +101,13 @@ class Renderer:
         exposure: Exposure | None = None,
         path: Sequence[CameraPose] = (),
         cancelled: Callable[[], bool] | None = None,
+        annotator: Annotator | None = None,
     ) -> Frame:
         """Render the named layers of one view.
 
         ``exposure`` replaces the configured one, without which white balance ``auto`` is that of the display, as nothing was metered;
         ``path``: what the camera moves along, for its shutter; a pose that is none of the path's is seen at rest.  ``cancelled`` is asked
-        every 50 ms or so.
+        every 50 ms or so.  ``annotator``, of the same scene and camera, tells of the objects in the frame's ``annotations``.
 
         Raises:
             RenderError: unknown layers, a faulty pose, a negative frame index, or a denoiser that is asked for but not installed.
@@ -116,11 +118,13 @@ class Renderer:
             raise RenderError(f"render: expected a frame index >= 0, got {frame_index}")
         view = self._view(pose, path)
         images: dict[str, NDArray[np.generic]] = {}
-        radiance, samples, rays = None, 0, 0
+        radiance, annotations, samples, rays = None, None, 0, 0
         sampling_s = denoising_s = 0.0
-        if any(name in GEOMETRIC_LAYERS or name in HIT_LAYERS for name in layers):
+        if annotator is not None or any(name in GEOMETRIC_LAYERS or name in HIT_LAYERS for name in layers):
             images.update(self._trace_geometry(view, layers, pose, path))
             rays = view.width * view.height
+            if annotator is not None:
+                annotations = annotator.annotate(images["instance"], pose, view, self._embree.handle, self._workers)
         if any(name in SAMPLED_LAYERS for name in layers):
             shown = exposure or self._configured_exposure()
             in_color = any(name in COLOR_LAYERS for name in layers)
@@ -141,7 +145,8 @@ class Renderer:
                     if name in layers:
                         images[name] = self._develop(light, view, frame_index, shown)
             rays += sum(int(scratch.traced[0]) for scratch in self._scratch)
-        return Frame({name: images[name] for name in LAYERS if name in layers}, radiance, samples, rays, sampling_s, denoising_s)
+        shown_layers = {name: images[name] for name in LAYERS if name in layers}
+        return Frame(shown_layers, radiance, samples, rays, sampling_s, denoising_s, annotations)
 
     def _frame_key(self, frame_index: int) -> np.uint32:
         """Return the key of a frame's random numbers; cameras of a rig have noise of their own."""

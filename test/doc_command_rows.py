@@ -127,6 +127,9 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/scene_synth demo": Parsed("test/scene_synth_ros/cli/test_show_command.py::test_the_demo_is_a_run_in_one_folder"),
     "scene_synth run --record bag --rooms 20 --frames 30": Parsed(_MAIN_JOB),
     "scene_synth run --record bag --renderers 2": Parsed(_ALIKE),
+    "scene_synth run --record bag --rooms 2 --frames 4 -p renderer_node.streams.annotations:=true": Parsed(
+        "test/scene_synth_ros/bags/test_verify.py::test_every_frame_tells_of_the_objects_in_its_instance_image"
+    ),
     "scene_synth run --record bag --params split_outputs": Parsed(
         "test/scene_synth_ros/test_several_renderers.py::test_colour_and_truth_of_two_renderers_have_the_same_stamps"
     ),
@@ -209,6 +212,11 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth render --preset": Named(),
     "scene_synth render --noisy": Named(),
     "scene_synth render SCENE.json --out DIR [--preset stream|balanced|photo] [--spp N] [--threads N]": Usage("the rows below"),
+    "scene_synth render --coco": Named(),
+    "scene_synth render room.json --out pictures --annotations --coco": Run(
+        "scene_synth render room.json --out pictures --annotations --coco --size 64x48 --spp 2 --frames 1",
+        ("pictures/frame_0000.json", "pictures/instances.json"),
+    ),
     "scene_synth render room.json --out pictures --overlay kinect_v1 -p camera.f_stop:=2 --variance": Run(
         "scene_synth render room.json --out pictures --overlay kinect_v1 -p camera.f_stop:=2 --variance --size 64x48 --spp 2 --frames 1",
         ("pictures/frame_0000.npz", "pictures/frame_0000_color.png", "pictures/trajectory.txt"),

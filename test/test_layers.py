@@ -40,6 +40,7 @@ FOLDERS = {
         "bsdf": {"core"},
         "camera": {"core"},
         "film": {"core"},
+        "annotations": {"camera", "core", "scene"},
         "files": {"core", "geometry", "models", "textures"},
         "scene": {"core", "files", "geometry", "models", "textures"},
         "path": {"bsdf", "camera", "core", "scene", "textures"},

@@ -1,10 +1,10 @@
 """Inspects a bag: what it holds, and everything that is wrong with it.
 
-All images, camera infos and poses of a camera must have exactly the same stamps.  A room begins with a message of the topic ``scene``;
-within it frames must be evenly spaced, and every frame that its camera path announces must be there.  Only the last room may be cut
-short, as happens when a run is stopped.  A scene that is logged later than its first frame was is repeated from before (in a snapshot, in
-a later file of a split bag): of its frames those from then on must be there.  Where log times are not stamps, as in bags of other
-recorders, those from the bag's first frame on must be there.
+All images, camera infos, poses, annotations and detections of a camera must have exactly the same stamps.  A room begins with a message of
+the topic ``scene``; within it frames must be evenly spaced, and every frame that its camera path announces must be there.  Only the last
+room may be cut short, as happens when a run is stopped.  A scene that is logged later than its first frame was is repeated from before (in
+a snapshot, in a later file of a split bag): of its frames those from then on must be there.  Where log times are not stamps, as in bags of
+other recorders, those from the bag's first frame on must be there.
 """
 
 from __future__ import annotations

@@ -21,6 +21,7 @@ from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import String
 
 from renderer import Renderer, RenderError
+from renderer.annotations import Annotator
 from renderer.camera.rig import mounted_path
 from renderer.scene.flatten import FlattenError, flatten
 from renderer.scene.scene_key import scene_key
@@ -79,6 +80,14 @@ class _Expected(NamedTuple):
     frame: int
 
 
+class _Room(NamedTuple):
+    """What renders a room, the annotator where its frames have annotations, and what ends both."""
+
+    renderer: Renderer
+    annotator: Annotator | None
+    resources: ExitStack
+
+
 class _Frames:
     """Settings, poses and scenes of a bag, and the frames made of them; at most a few are held."""
 
@@ -90,7 +99,7 @@ class _Frames:
         self._parsed: SceneDescription | None = None
         quality = reader.summary.records.get(RECORD_NAME, {}).get(JPEG_QUALITY, "")
         self.jpeg_quality = int(quality) if quality.isdecimal() and 1 <= int(quality) <= 100 else 90
-        self._renderers: OrderedDict[tuple[str, str], tuple[ExitStack, Renderer]] = OrderedDict()
+        self._renderers: OrderedDict[tuple[str, str], _Room] = OrderedDict()
         self._frames: OrderedDict[int, _Expected] = OrderedDict()
         types = {topic.name: topic.type_name for topic in reader.summary.topics}
         kinds = ((_STRING, "scene"), (_STRING, "settings"), ("geometry_msgs/msg/PoseStamped", "pose"))
@@ -142,7 +151,8 @@ class _Frames:
             maker = FrameMessages(settings.streams, settings.camera)
             maker.begin_room(scene)
             path = mounted_path(settings.camera, scene.camera_path)
-            frame = self._renderer(settings, scene).render(pose, settings.frame, maker.layers, exposure=settings.exposure, path=path)
+            renderer, annotator, _ = self._renderer(settings, scene)
+            frame = renderer.render(pose, settings.frame, maker.layers, exposure=settings.exposure, path=path, annotator=annotator)
             for topic, message in maker.of_frame(frame, pose, lambda _: True):
                 messages[f"{self.namespace}/{topic}"] = message
         first = self._settings[stamp][0]
@@ -155,22 +165,26 @@ class _Frames:
             self._parsed = scene_from_json(zlib.decompress(self._scenes[scene_id]).decode())
         return self._parsed
 
-    def _renderer(self, settings: FrameSettings, scene: SceneDescription) -> Renderer:
-        standard = settings.streams.semantic_classes
-        key = (settings.scene, repr((settings.camera, settings.render, settings.sensor, standard)))
+    def _renderer(self, settings: FrameSettings, scene: SceneDescription) -> _Room:
+        camera, render, streams = settings.camera, settings.render, settings.streams
+        switches = (streams.semantic_classes, streams.annotations, streams.annotation_masks)
+        key = (settings.scene, repr((camera, render, settings.sensor, switches)))
         if key not in self._renderers:
             while len(self._renderers) >= 2:
-                self._renderers.popitem(last=False)[1][0].close()
+                self._renderers.popitem(last=False)[1].resources.close()
             stack = ExitStack()
-            flat = with_classes(flatten(scene, self._catalog_dir), scene, standard)
-            renderer = stack.enter_context(Renderer(flat, settings.camera, settings.render, scene_key(scene), sensor=settings.sensor))
-            self._renderers[key] = (stack, renderer)
-        return self._renderers[key][1]
+            flat = with_classes(flatten(scene, self._catalog_dir), scene, streams.semantic_classes)
+            renderer = stack.enter_context(Renderer(flat, camera, render, scene_key(scene), sensor=settings.sensor))
+            annotator = None
+            if streams.annotations:
+                annotator = stack.enter_context(Annotator(flat, scene, camera, masks=streams.annotation_masks, portable=render.portable))
+            self._renderers[key] = _Room(renderer, annotator, stack)
+        return self._renderers[key]
 
     def close(self) -> None:
         """Release the renderers."""
-        for stack, _ in self._renderers.values():
-            stack.close()
+        for room in self._renderers.values():
+            room.resources.close()
 
 
 def verify_bag(bag: Path, catalog_dir: Path | None = None, progress: Callable[[int, int], None] = lambda *_: None) -> VerifyReport:

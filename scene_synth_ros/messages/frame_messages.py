@@ -25,6 +25,7 @@ from scene_synth_ros.messages.conversions import (
     layer_encoding,
     pose_to_msg,
 )
+from scene_synth_ros.messages.detections import ANNOTATION_MESSAGES
 from scene_synth_ros.messages.label_info import LabelInfo, label_info_to_msg
 
 _STREAMS_FIXED = "publishers are made at the start"
@@ -88,6 +89,12 @@ class StreamConfig(_LayerSwitches):  # type: ignore[misc]
         ),
     ] = ""
     publish_tf: Annotated[bool, Limits(description="Publish /tf and /tf_static where tf2_msgs is there", fixed=_STREAMS_FIXED)] = True
+    annotations: Annotated[
+        bool, Limits(description="Publish boxes, key points and relations of the objects in each frame", fixed=_STREAMS_FIXED)
+    ] = False
+    annotation_masks: Annotated[
+        bool, Limits(description="Put masks into the annotations, run lengths in COCO's form", fixed="a run has one kind of annotations")
+    ] = False
 
 
 def has_companion(layer: Layer) -> bool:
@@ -147,6 +154,10 @@ class FrameMessages:
         for layer in self.layers:
             if layer not in frame.layers:
                 yield from self._beside_layer(layer, pose.stamp_ns, wanted)
+        if frame.annotations is not None:
+            for name, row in ANNOTATION_MESSAGES.items():
+                if wanted(f"{self._config.camera}/{name}"):
+                    yield f"{self._config.camera}/{name}", row.make(frame.annotations, self._frame_id)
 
     @property
     def _frame_id(self) -> str:

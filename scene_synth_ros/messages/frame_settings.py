@@ -16,6 +16,7 @@ from scene_description.strict import FieldError, from_mapping, shorten, to_mappi
 from scene_synth_ros.messages.frame_messages import StreamConfig
 
 MAX_TEXT_LENGTH = 20_000
+_LEFT_OUT = ("frame_prefix", "annotations", "annotation_masks")
 Coordinate = Annotated[float, Limits(ge=0.01, le=1.0)]
 
 
@@ -40,12 +41,13 @@ class FrameSettings:
 
 
 def settings_to_json(settings: FrameSettings) -> str:
-    """Return the JSON text; an empty prefix of frames and NYU40 class ids are not in it."""
+    """Return the JSON text; NYU40 class ids, and of streams what is empty or off by default, are in it only where it is not."""
     data: dict[str, Any] = to_mapping(settings)
-    if not settings.streams.frame_prefix:
-        del data["streams"]["frame_prefix"]
     if settings.streams.semantic_classes == "nyu40":
         del data["streams"]["semantic_classes"]
+    for name in _LEFT_OUT:
+        if not getattr(settings.streams, name):
+            del data["streams"][name]
     return json.dumps(data, separators=(",", ":"))
 
 

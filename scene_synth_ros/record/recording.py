@@ -9,7 +9,9 @@ from pathlib import Path
 
 from rclpy.qos import QoSProfile
 
+from scene_description.annotations import FrameAnnotations
 from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
+from scene_synth_ros.messages.detections import annotations_frame, detection_topics, encode_detections
 from scene_synth_ros.messages.label_info import TimedLabels, encode_label_info, label_info_topic, labels_frame
 from scene_synth_ros.messages.message_definitions import LABEL_INFO, TF_MESSAGE, message_definition
 from scene_synth_ros.messages.timed_pose import TimedPose
@@ -37,7 +39,7 @@ class Recording:
     that is full.  Both count in ``taken`` and ``written``, which have a lock; ``warn`` is called from both, ``tell_fault`` from the second.
 
     Transforms are derived from the camera poses and written to ``/tf`` and ``/tf_static`` whether or not anybody publishes them; so is the
-    LabelInfo beside labels.
+    LabelInfo beside labels, and the detections beside annotations.
 
     Args:
         make_writer: opens the bag of a folder.
@@ -174,6 +176,14 @@ class Recording:
             self.add_topic(name, LABEL_INFO, [latched_qos()])
         data = encode_label_info(labels.stamp_ns, labels_frame(topic, self._frame_prefix), labels.names)
         self._enqueue(self.intake.add_stamped(name, labels.stamp_ns, data))
+
+    def add_annotations(self, annotations: FrameAnnotations, topic: str) -> None:
+        """Derive the detections beside the annotations of a topic."""
+        for name, type_name in detection_topics(topic).items():
+            if name not in self._topics:
+                self.add_topic(name, type_name, [stream_qos()])
+            data = encode_detections(type_name, annotations, annotations_frame(topic, self._frame_prefix))
+            self._enqueue(self.intake.add_stamped(name, annotations.stamp_ns, data))
 
     def flush(self, room: int | None = None) -> None:
         """Hand everything that waits, or what waits of a room and of those before it, to the writer and wait until it is written."""

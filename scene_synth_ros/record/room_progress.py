@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+from scene_synth_ros.messages.detections import ANNOTATIONS, detection_topics
 from scene_synth_ros.messages.label_info import label_info_topic
 from scene_synth_ros.record.accounting import Accounting
 from scene_synth_ros.record.recording import Recording
@@ -51,6 +52,7 @@ class RoomProgress:
         """
         recorded = {topic for topics in self._frame_topics.values() for topic in topics if self._known.get(topic, -1) >= 0}
         derived = {label_info_topic(topic) for topic in recorded if topic.endswith("/labels")}
+        derived |= {name for topic in recorded if topic.endswith(f"/{ANNOTATIONS}") for name in detection_topics(topic)}
         if any(topic.endswith("/pose") for topic in recorded):
             derived.add("/tf")
         self._recording.expect(recorded | derived, stand_ins(self._frame_topics))

@@ -10,6 +10,7 @@ from typing import Any
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 
+from scene_synth_ros.messages.detections import AnnotationsReadError, annotations_topic, is_annotations, read_annotations
 from scene_synth_ros.messages.image_codec import raw_topic
 from scene_synth_ros.messages.label_info import LabelReadError, is_labels, labels_topic, read_labels
 from scene_synth_ros.messages.message_definitions import MessageDefinitionError, message_class
@@ -81,14 +82,16 @@ class TopicInputs:
     def _is_recorded(self, topic: str) -> bool:
         """Return whether the parameters ask for a topic.
 
-        What the recorder makes itself is left out: of the suite's images the form that ``images.*`` asks for, of labels the LabelInfo.
+        What the recorder makes itself is left out: of the suite's images the form that ``images.*`` asks for, of labels the LabelInfo, of
+        annotations the detections.
         """
         config = self._config
         if topic in ("/tf", "/tf_static") or topic == self._node.resolve_topic_name("status"):
             return False
         if not config.topics and topic.endswith("/transition_event"):
             return False
-        source = raw_topic(topic) or labels_topic(topic) if topic.startswith(self._namespace) else ""
+        made_of = raw_topic(topic) or labels_topic(topic) or annotations_topic(topic)
+        source = made_of if topic.startswith(self._namespace) else ""
         if source and self._node.count_publishers(source) and self._is_recorded(source):
             return False
         chosen = (*(config.topics or (f"{self._namespace}*", "/clock", "/diagnostics")), *config.extra_topics)
@@ -113,6 +116,7 @@ class TopicInputs:
     def _make_callback(self, topic: str, type_name: str) -> Any:
         camera = topic.rsplit("/", 2)[-2] if type_name == "geometry_msgs/msg/PoseStamped" and topic.endswith("/pose") else ""
         labels = is_labels(topic, type_name)
+        annotations = topic.startswith(self._namespace) and is_annotations(topic, type_name)
 
         def on_message(data: bytes) -> None:
             self._received[topic] += 1
@@ -123,9 +127,13 @@ class TopicInputs:
                     self._recording.add_pose(read_pose(data), camera)
                 if labels:
                     self._recording.add_labels(read_labels(data), topic)
+                if annotations:
+                    self._recording.add_annotations(read_annotations(data), topic)
             except PoseReadError as error:
                 self._warn(f"{topic}: {error}; it has no transform")
             except LabelReadError as error:
                 self._warn(f"{topic}: {error}; it has no LabelInfo")
+            except AnnotationsReadError as error:
+                self._warn(f"{topic}: {error}; it has no detections")
 
         return on_message

@@ -8,7 +8,8 @@ from collections.abc import Collection
 from contextlib import ExitStack
 from pathlib import Path
 
-from renderer import WARM_LAYERS, RenderCancelled, RenderConfig, Renderer, warm_up
+from renderer import WARM_LAYERS, RenderCancelled, RenderConfig, Renderer, annotations, warm_up
+from renderer.annotations import Annotator
 from renderer.film.frame import Frame
 from renderer.film.tone import Exposure
 from renderer.scene.flatten import flatten
@@ -79,6 +80,8 @@ class Rendering:
         began = time.perf_counter()
         self._node.get_logger().info("loading kernels (the first run compiles them)")
         warm_up({*WARM_LAYERS, *self._output.streams.messages.layers})
+        if self._settings["streams"].annotations:
+            annotations.warm_up()
         self._node.get_logger().info(f"kernels are ready ({time.perf_counter() - began:.1f} s)")
         self.warm = True
         while (text := self._inbox.next_room()) is not None:
@@ -134,7 +137,11 @@ class Rendering:
                 trim_heap()
                 return renderer
 
-            renderer = RoomRenderer(make)
+            def make_annotator() -> Annotator:
+                masks, portable = self._settings["streams"].annotation_masks, self._render_config.portable
+                return room.enter_context(Annotator(flat(), scene, camera, masks=masks, portable=portable))
+
+            renderer = RoomRenderer(make, make_annotator)
             if not self._pace().realtime:  # else a room that nobody looks at is not even made
                 renderer.prepare()
             self._on_path, self._room_began_s = True, time.perf_counter()

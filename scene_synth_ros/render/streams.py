@@ -21,6 +21,7 @@ from renderer.film.layers import LAYERS
 from scene_description import CameraPose, SceneDescription
 from scene_synth_ros.messages.camera_frames import camera_frames
 from scene_synth_ros.messages.conversions import clock_to_msg, link_from_optical_to_msg, msg_to_image, world_from_link_to_msg
+from scene_synth_ros.messages.detections import ANNOTATION_MESSAGES, ANNOTATIONS
 from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig, has_companion
 from scene_synth_ros.messages.image_codec import IMAGE_TYPE, LiveCompression, compress_image, compressed_topic, image_form
 from scene_synth_ros.messages.label_info import LabelInfo
@@ -41,7 +42,8 @@ class StreamPublishers:
 
     Topics below ``<camera>/``: ``<layer>/image_raw`` and ``<layer>/camera_info`` for every enabled layer, ``<layer>/image_color`` where
     viewers cannot show the raw form, ``<layer>/labels`` of those that hold ids (JSON, latched) and, where vision_msgs is installed,
-    ``<layer>/label_info`` (LabelInfo, latched), ``pose``; ``~/settings`` (JSON, latched: what the frame was rendered with); ``/clock``,
+    ``<layer>/label_info`` (LabelInfo, latched); where they are asked for, ``annotations`` (JSON) and, with vision_msgs, ``detections_2d``
+    and ``detections_3d``; ``pose``; ``~/settings`` (JSON, latched: what the frame was rendered with); ``/clock``,
     ``/tf``, ``/tf_static``.  ``image_raw/compressed`` of colour and ids and ``image_raw/compressedDepth`` of depth are made only while
     somebody subscribes to them.
 
@@ -71,6 +73,8 @@ class StreamPublishers:
         self._add(String, SETTINGS, latched_qos(self._qos.depth))
         for layer in self.messages.layers:
             self._add_stream(layer)
+        told = ANNOTATION_MESSAGES if config.annotations else {}
+        self._annotations = [self._add(row.message_type, f"{config.camera}/{name}", self._qos) for name, row in told.items()]
         self._tf = self._tf_static = ""
         self._static_sent = False
         if TFMessage is not None and config.publish_tf:
@@ -90,9 +94,11 @@ class StreamPublishers:
     def wanted_layers(self) -> set[str]:
         """Return the layers that must be rendered now: all enabled ones, or those whose images have a subscriber if lazy.
 
-        Camera info and labels need no pixels: they come with every frame to whoever subscribes to them alone.
+        ``ANNOTATIONS`` stands among them for what is told of objects.  Camera info and labels need no pixels: they come with every frame to
+        whoever subscribes to them alone.
         """
-        return {layer for layer in self._images if not self._config.lazy or self.subscribers(layer)}
+        annotated = {ANNOTATIONS} if any(map(self._is_wanted, self._annotations)) else set()
+        return annotated | {layer for layer in self._images if not self._config.lazy or self.subscribers(layer)}
 
     def subscribers(self, layer: str) -> int:
         """Return how many subscriptions a layer's images have: raw, compressed and coloured."""

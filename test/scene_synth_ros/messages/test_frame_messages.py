@@ -11,6 +11,7 @@ from sensor_msgs.msg import Image
 from renderer import LAYERS, CameraConfig, Frame, RenderConfig
 from renderer.film.layers import ROWS
 from scene_description import CameraPose
+from scene_description.annotations import FrameAnnotations, annotations_from_json
 from scene_description.strict import field_types, split_annotation
 from scene_synth_ros.messages.conversions import layer_encoding
 from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig, has_companion
@@ -90,6 +91,23 @@ def test_what_needs_no_pixels_comes_without_them_where_it_is_wanted() -> None:
 def test_messages_are_images_of_the_frame() -> None:
     image = messages(StreamConfig())["camera/instance/image_raw"]
     assert isinstance(image, Image) and np.frombuffer(image.data, np.uint16).tolist() == [1] * 54
+
+
+def test_annotations_come_where_a_frame_has_them_and_they_are_wanted() -> None:
+    told = FrameAnnotations(stamp_ns=7, scene="a", width=9, height=6, objects=(), relations=())
+    topics = {"camera/annotations", "camera/detections_2d", "camera/detections_3d"}
+    made = messages(StreamConfig(), FRAME._replace(annotations=told))
+    assert set(made) - set(messages(StreamConfig())) == topics and annotations_from_json(made["camera/annotations"].data) == told
+    assert made["camera/detections_2d"].header == made["camera/detections_3d"].header == made["camera/color/image_raw"].header
+    for topic in topics:
+        assert topics & set(messages(StreamConfig(), FRAME._replace(annotations=told), wanted=topic.__eq__)) == {topic}
+
+
+def test_settings_say_that_there_are_annotations_only_where_there_are() -> None:
+    for streams in (StreamConfig(), StreamConfig(annotations=True, annotation_masks=True)):
+        settings = FrameSettings(stamp_ns=1, scene="a", frame=0, exposure_ev100=1.0, camera=CAMERA, render=RenderConfig(), streams=streams)
+        text = settings_to_json(settings)
+        assert text.count("annotation") == 2 * streams.annotations and settings_from_json(text) == settings
 
 
 def test_a_prefix_stands_before_the_frames_and_an_empty_one_leaves_no_trace() -> None:
