@@ -19,7 +19,7 @@ from renderer.camera.rig import is_in_the_middle
 from renderer.camera.sensor import expose, vignetting
 from renderer.camera.shutter import motion_during
 from renderer.camera.thin_lens import focus_on_centre
-from renderer.core.embree import EmbreeScene
+from renderer.core.embree import EmbreeScene, SceneHandle
 from renderer.core.errors import RenderError
 from renderer.core.random_numbers import make_frame_key
 from renderer.core.workers import Workers, thread_count
@@ -86,6 +86,11 @@ class Renderer:
         self._denoiser: Denoiser | None = None
         self._workers = Workers(thread_count(config.threads))
         self._scratch = [make_scratch(len(self._lights.groups.area)) for _ in range(self._workers.count)]
+
+    @property
+    def tree(self) -> SceneHandle:
+        """The scene's triangles, for other sensors; valid until the renderer is closed."""
+        return self._embree.handle
 
     def render(
         self,

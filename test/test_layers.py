@@ -42,6 +42,7 @@ FOLDERS = {
         "film": {"core"},
         "files": {"core", "geometry", "models", "textures"},
         "scene": {"core", "files", "geometry", "models", "textures"},
+        "lidar": {"core", "scene"},
         "path": {"bsdf", "camera", "core", "scene", "textures"},
         "export": {"camera", "core", "files", "geometry", "scene", "textures"},
     },
