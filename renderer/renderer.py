@@ -17,7 +17,7 @@ from renderer.camera.cameras import PosedCamera, pose_camera
 from renderer.camera.config import CameraConfig, SensorConfig
 from renderer.camera.rig import is_in_the_middle
 from renderer.camera.sensor import expose, vignetting
-from renderer.camera.shutter import motion_during
+from renderer.camera.shutter import in_motion
 from renderer.camera.thin_lens import focus_on_centre
 from renderer.core.embree import EmbreeScene, SceneHandle
 from renderer.core.errors import RenderError
@@ -161,10 +161,7 @@ class Renderer:
         view = pose_camera(self._camera, pose)
         if self._camera.f_stop and not self._camera.focus_distance_m:
             view = view._replace(focus_m=np.float32(focus_on_centre(self._embree.handle, view, self._scratch[0].rays)))
-        motion = motion_during(self._camera, pose, path)
-        if motion is not None:
-            view = view._replace(motion=motion.knots, row_step=motion.row_step, shutter_step=motion.shutter_step)
-        return view
+        return in_motion(view, self._camera, pose, path)
 
     def _configured_exposure(self) -> Exposure:
         config = self._config
