@@ -141,7 +141,8 @@ class _Frames:
             maker = FrameMessages(settings.streams, settings.camera)
             maker.begin_room(scene)
             path = mounted_path(settings.camera, scene.camera_path)
-            frame = self._renderer(settings, scene).render(pose, settings.frame, maker.layers, exposure=settings.exposure, path=path)
+            layers = {*maker.layers, *maker.cloud_layers}
+            frame = self._renderer(settings, scene).render(pose, settings.frame, layers, exposure=settings.exposure, path=path)
             for topic, message in maker.of_frame(frame, pose, lambda _: True):
                 messages[f"{self.namespace}/{topic}"] = message
         first = self._settings[stamp][0]

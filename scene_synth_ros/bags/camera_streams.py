@@ -9,9 +9,11 @@ from collections.abc import Mapping
 
 from renderer import LAYERS
 
-POSE_TYPE = "geometry_msgs/msg/PoseStamped"
+POSE_TYPE, CLOUD_TYPE = "geometry_msgs/msg/PoseStamped", "sensor_msgs/msg/PointCloud2"
 IMAGE_TYPE, COMPRESSED_TYPE = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
-FRAME_TYPES = (IMAGE_TYPE, COMPRESSED_TYPE, "sensor_msgs/msg/CameraInfo", POSE_TYPE)
+FRAME_TYPES = (IMAGE_TYPE, COMPRESSED_TYPE, "sensor_msgs/msg/CameraInfo", CLOUD_TYPE, POSE_TYPE)
+_BESIDE = {POSE_TYPE: "pose", CLOUD_TYPE: "points"}
+"""Type -> name below ``<camera>/`` of what a camera has once, and not for every layer."""
 _TRANSPORTS = ("/compressed", "/compressedDepth")
 _LABELLED_LAYERS = {name for name, row in LAYERS.items() if row.labels is not None}
 
@@ -25,11 +27,11 @@ def cameras(topics: Mapping[str, str]) -> dict[str, list[str]]:
     """Return camera -> topics whose stamps must agree; cameras without an image are left out."""
     found: dict[str, list[str]] = {}
     for name, type_name in topics.items():
-        if type_name in FRAME_TYPES and type_name != POSE_TYPE:
+        if type_name in FRAME_TYPES and type_name not in _BESIDE:
             found.setdefault(published_name(name, type_name).rsplit("/", 2)[0], []).append(name)
     for name, type_name in topics.items():
         camera, _, last = name.rpartition("/")
-        if type_name == POSE_TYPE and last == "pose" and camera in found:
+        if camera in found and last == _BESIDE.get(type_name):
             found[camera].append(name)
     return found
 
