@@ -77,6 +77,8 @@ class Renderer:
             raise RenderError(f"renderer: expected scene_key >= 0 and paths_per_piece >= 1, got {scene_key} and {paths_per_piece}")
         self._camera, self._config, self._scene_key, self._paths_per_piece = camera, config, scene_key, paths_per_piece
         self._sensor = sensor
+        self.flat = flat
+        """What is rendered."""
         parts = flat.parts
         self._labels = Labels(*map(np.ascontiguousarray, (flat.face_part, parts.label, parts.object_id)))
         self._lights = build_lights(flat)

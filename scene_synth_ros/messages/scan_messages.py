@@ -42,9 +42,17 @@ def _scan_to_msg(
     config: ScanConfig, ranges: NDArray[np.float32], intensities: NDArray[np.float32], stamp_ns: int, frame_id: str
 ) -> LaserScan:
     message = LaserScan(header=header(stamp_ns, frame_id))
-    message.angle_min, message.angle_max, message.angle_increment = config.angle_min_rad, config.angle_max_rad, config.angle_increment_rad
-    message.time_increment, message.scan_time = config.time_increment_s, 1.0 / config.rate_hz
-    message.range_min, message.range_max = config.range_min_m, config.range_max_m
+    values = {
+        "angle_min": config.angle_min_rad,
+        "angle_max": config.angle_max_rad,
+        "angle_increment": config.angle_increment_rad,
+        "time_increment": config.time_increment_s,
+        "scan_time": 1.0 / config.rate_hz,
+        "range_min": config.range_min_m,
+        "range_max": config.range_max_m,
+    }
+    for name, value in values.items():  # rounded, as on the way, so that what comes back is equal
+        setattr(message, name, float(np.float32(value)))
     message.ranges.frombytes(memoryview(ranges).cast("B"))
     message.intensities.frombytes(memoryview(intensities).cast("B") if len(intensities) else b"")
     return message
