@@ -29,15 +29,15 @@ _AROUND = 7
 class Scan(NamedTuple):
     """One sweep.
 
-    number: from 0 in the room; stamp_ns: of the first beam; poses: of the scanner's frame (x forward, y left, z up) in the world when the
-    first and the last beam leave; ranges: (n,) float32, metres, +inf and -inf as REP 117 has them, what the scanner reads; ideal: (n,)
-    float32, the distance to the first surface, glass and mirrors too; intensities: (n,) float32, remission, 1 for a white matt surface
-    head-on, 0 for nothing.
+    number: from 0 in the room; stamp_ns: of the first beam; poses: of the scanner's frame (x forward, y left, z up) in the world, see
+    :func:`scanner_poses`; ranges: (n,) float32, metres, +inf and -inf as REP 117 has them, what the scanner reads; ideal: (n,) float32, the
+    distance to the first surface, glass and mirrors too; intensities: (n,) float32, remission, 1 for a white matt surface head-on, 0 for
+    nothing.
     """
 
     number: int
     stamp_ns: int
-    poses: tuple[CameraPose, CameraPose]
+    poses: tuple[CameraPose, ...]
     ranges: NDArray[np.float32]
     ideal: NDArray[np.float32]
     intensities: NDArray[np.float32]
@@ -54,15 +54,18 @@ def scans_of_path(config: ScanConfig, path: Sequence[CameraPose]) -> range:
     return range(max(math.floor(span_s * config.rate_hz + 1e-6) + 1, 1))
 
 
-def scanner_poses(config: ScanConfig, path: Sequence[CameraPose], stamp_ns: int) -> tuple[CameraPose, CameraPose]:
-    """Return where the scanner is when the first and the last beam of a scan leave."""
-    times = np.array([0.0, config.sweep_s])
-    placement = mounted_scanner(config, along_path(path, stamp_ns, times))
-    first, last = (
-        CameraPose(stamp_ns=stamp_ns + round(time * _SECOND_NS), position_m=_triple(place), orientation=quaternion_from_rotation(turn))
-        for time, place, turn in zip(times, *placement, strict=True)
+def scanner_poses(config: ScanConfig, path: Sequence[CameraPose], stamp_ns: int) -> tuple[CameraPose, ...]:
+    """Return where the scanner is when the first and the last beam of a scan leave, and at the poses of the path between them.
+
+    It moves evenly from each to the next.
+    """
+    last_ns = stamp_ns + round(config.sweep_s * _SECOND_NS)
+    stamps = [stamp_ns, *(pose.stamp_ns for pose in path if stamp_ns < pose.stamp_ns < last_ns), last_ns]
+    placement = mounted_scanner(config, along_path(path, stamp_ns, (np.array(stamps) - stamp_ns) / _SECOND_NS))
+    return tuple(
+        CameraPose(stamp_ns=stamp, position_m=_triple(place), orientation=quaternion_from_rotation(turn))
+        for stamp, place, turn in zip(stamps, *placement, strict=True)
     )
-    return first, last
 
 
 class Scanner:

@@ -38,8 +38,8 @@ class RoomScans:
         self._driven = self._driven or self._known.get(pose.stamp_ns) != pose
         self._gone = [*self._gone[1 - _POSES_KEPT :], pose]
 
-    def due(self, stamp_ns: int, wanted: Callable[[], bool]) -> Iterator[tuple[tuple[CameraPose, CameraPose], Scan | None]]:
-        """Yield every scan up to a stamp that has not come yet: its poses at the first and last beam, and itself if it is wanted.
+    def due(self, stamp_ns: int, wanted: Callable[[], bool]) -> Iterator[tuple[tuple[CameraPose, ...], Scan | None]]:
+        """Yield every scan up to a stamp that has not come yet: where the scanner is meanwhile, and itself if it is wanted.
 
         Nothing is cast for a scan that nobody wants; nor is there one behind where the rig has gone.
         """
