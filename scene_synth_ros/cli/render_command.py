@@ -14,12 +14,14 @@ from renderer import LAYERS, Renderer, RenderError
 from renderer.camera.rig import mounted_path
 from renderer.exposure import exposed, meter, needs_meter, sensor_ev100
 from renderer.files.exr_files import is_installed
+from renderer.lidar.scanner import Scanner
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from scene_description import CameraPose, EnvironmentMap, SceneDescription, scene_from_json
 from scene_synth_ros.cli.frame_files import write_frame
 from scene_synth_ros.cli.render_settings import PRESETS, preset_settings, read_settings
 from scene_synth_ros.cli.render_settings import add_arguments as add_settings
+from scene_synth_ros.cli.scan_files import write_scans
 from scene_synth_ros.cli.tum_trajectory import MAX_TEXT_LENGTH, trajectory_from_tum, trajectory_to_tum
 from scene_synth_ros.cli.usage import UsageError, refuse_missing_folder
 
@@ -37,6 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_settings(parser)
     for option, summaries in _layer_options().items():
         parser.add_argument(f"--{option}", action="store_true", help=f"write {' and '.join(summaries)} too")
+    parser.add_argument("--scan", action="store_true", help="write the laser scans of the path too: scans.npz, and the first as scan.png")
     parser.add_argument(
         "--exr", choices=("auto", "yes", "no"), default="auto", help="write EXR too, with linear colour; auto: where OpenEXR is installed"
     )
@@ -49,7 +52,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Render; every frame becomes an NPZ with all layers, a PNG of each, and an EXR; ``trajectory.txt`` holds the camera's poses."""
+    """Render; every frame becomes an NPZ with all layers, a PNG of each, and an EXR; ``trajectory.txt`` holds the camera's poses.
+
+    With ``--scan``, or where an overlay enables the scanner, its scans along the whole path become ``scans.npz``.
+    """
     refuse_missing_folder("--catalog", arguments.catalog)
     settings = read_settings(arguments)
     exr = arguments.exr == "yes" or (arguments.exr == "auto" and is_installed())
@@ -69,6 +75,10 @@ def run(arguments: argparse.Namespace) -> int:
     (arguments.out / "trajectory.txt").write_text(trajectory_to_tum(path[: len(poses)]), encoding="utf-8")
     _report(0, len(poses), 0.0)
     with Renderer(flat, settings.camera, settings.render, key, sensor=settings.sensor) as renderer:
+        if arguments.scan or settings.scan.enabled:
+            write_scans(
+                arguments.out, list(Scanner(renderer.tree, flat, settings.scan, key).along(scene.camera_path)), settings.scan, scene
+            )
         began = time.monotonic()
         for index, pose in enumerate(path[: len(poses)]):
             frame = renderer.render(pose, index, layers, exposure=exposure, path=path)
