@@ -24,11 +24,20 @@ def cloud_layers(color: bool) -> tuple[str, ...]:
 
 
 def cloud_of_layers(
-    camera: CameraConfig, pose: CameraPose, path: Sequence[CameraPose], layers: Mapping[str, NDArray[Any]], color: bool, frame_id: str
+    camera: CameraConfig,
+    pose: CameraPose,
+    path: Sequence[CameraPose],
+    layers: Mapping[str, NDArray[Any]],
+    color: bool,
+    frame_id: str,
+    distance: str = "range",
 ) -> PointCloud2:
-    """Return the cloud of a frame's :func:`cloud_layers`, organised as its images are, in the optical frame at the pose's stamp."""
+    """Return the cloud of a frame's :func:`cloud_layers`, organised as its images are, in the optical frame at the pose's stamp.
+
+    ``distance``: the layer that says how far points are; range where its name begins with that, else depth.
+    """
     seen = {"color": layers["color"] if color else None, "label": layers["semantic"], "instance": layers["instance"]}
-    points = cloud_points(camera, pose, path, layers["range"], along_ray=True, **seen)
+    points = cloud_points(camera, pose, path, layers[distance], along_ray=distance.startswith("range"), **seen)
     return cloud_to_msg(points, color, pose.stamp_ns, frame_id)
 
 

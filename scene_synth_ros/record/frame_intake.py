@@ -114,7 +114,7 @@ class FrameIntake:
         if stamp is not None and not 0 <= stamp < MAX_TIME_NS:
             self._refuse(topic, stamp)
             return None
-        own = has_own_stamps(topic)
+        own = origin is Origin.SUITE and has_own_stamps(topic)
         if stamp is not None and origin is Origin.OTHERS:
             stamp = self._stamp_of_others(stamp)
         elif stamp is not None and (own or topic in self._expected or topic in self._latched):

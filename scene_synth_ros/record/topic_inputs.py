@@ -114,6 +114,7 @@ class TopicInputs:
 
     def _make_callback(self, topic: str, type_name: str) -> Any:
         camera = topic.rsplit("/", 2)[-2] if type_name == "geometry_msgs/msg/PoseStamped" and topic.endswith("/pose") else ""
+        own_stamps = has_own_stamps(topic)
         settings = topic.endswith("/settings") and type_name == "std_msgs/msg/String"
         labels = is_labels(topic, type_name)
 
@@ -123,7 +124,7 @@ class TopicInputs:
                 self._recording.add_sent(sent.stamp_ns, {self._namespace + name: stamp for name, stamp in sent.stamps_ns.items()})
             if self._recording.add(topic, data):
                 derive(data)
-            if has_own_stamps(topic):
+            if own_stamps:
                 self._recording.reach(topic, data)
 
         def derive(data: bytes) -> None:
