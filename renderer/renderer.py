@@ -19,9 +19,9 @@ from renderer.camera.cameras import PosedCamera, pose_camera
 from renderer.camera.config import CameraConfig, SensorConfig
 from renderer.camera.rig import is_in_the_middle
 from renderer.camera.sensor import expose, vignetting
-from renderer.camera.shutter import motion_during
+from renderer.camera.shutter import in_motion
 from renderer.camera.thin_lens import focus_on_centre
-from renderer.core.embree import EmbreeScene
+from renderer.core.embree import EmbreeScene, SceneHandle
 from renderer.core.errors import RenderError
 from renderer.core.random_numbers import make_frame_key
 from renderer.core.workers import Workers, thread_count
@@ -81,6 +81,8 @@ class Renderer:
             raise RenderError(f"renderer: expected scene_key >= 0 and paths_per_piece >= 1, got {scene_key} and {paths_per_piece}")
         self._camera, self._config, self._scene_key, self._paths_per_piece = camera, config, scene_key, paths_per_piece
         self._sensor = sensor
+        self.flat = flat
+        """What is rendered."""
         parts = flat.parts
         self._labels = Labels(*map(np.ascontiguousarray, (flat.face_part, parts.label, parts.object_id)))
         self._lights = build_lights(flat)
@@ -91,6 +93,11 @@ class Renderer:
         self._workers = Workers(thread_count(config.threads))
         self._scratch = [make_scratch(len(self._lights.groups.area)) for _ in range(self._workers.count)]
         self._scene = TracedScene(flat, self._labels.label, self._surfaces, self._lights, self._embree.handle, self._workers, self._scratch)
+
+    @property
+    def tree(self) -> SceneHandle:
+        """The scene's triangles, for other sensors; valid until the renderer is closed."""
+        return self._embree.handle
 
     def render(
         self,
@@ -165,10 +172,7 @@ class Renderer:
         view = pose_camera(self._camera, pose)
         if self._camera.f_stop and not self._camera.focus_distance_m:
             view = view._replace(focus_m=np.float32(focus_on_centre(self._embree.handle, view, self._scratch[0].rays)))
-        motion = motion_during(self._camera, pose, path)
-        if motion is not None:
-            view = view._replace(motion=motion.knots, row_step=motion.row_step, shutter_step=motion.shutter_step)
-        return view
+        return in_motion(view, self._camera, pose, path)
 
     def _configured_exposure(self) -> Exposure:
         config = self._config

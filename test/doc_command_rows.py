@@ -149,6 +149,16 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth run -p grammar_node.scene.grammar_set:=by_hand": Parsed("test/grammar/test_grammar_set.py"),
     "scene_synth run -p \"grammar_node.scene.looks:=['bed/duvet: {material: deep_cover, base_color: [0.1, 0.2, 0.3]}',"
     " 'nightstand: {styles: [drawers]}']\"": Parsed("test/grammar/appearance/test_looks.py"),
+    "scene_synth run --overlay rplidar_a1 -p renderer_node.streams.points:=true --rooms 2 --frames 20 --record my_bag": Parsed(
+        "test/scene_synth_ros/test_scan_bag.py"
+    ),
+    "scene_synth sample --room living_room --seed 3 --frames 20 --out rooms": Run(
+        "scene_synth sample --room living_room --seed 3 --frames 20 --out scanned", ("scanned/room_0000.json",)
+    ),
+    "scene_synth render rooms/room_0000.json --out pictures --overlay rplidar_a1": Run(
+        "scene_synth render room.json --out scan_pictures --overlay rplidar_a1 --size 16x12 --spp 1 --frames 1",
+        ("scan_pictures/scans.npz", "scan_pictures/scan.png"),
+    ),
     "scene_synth run --overlay kinect_v1 --rooms 2 --frames 8 --record my_bag": Parsed(
         "test/scene_synth_ros/cli/test_camera_presets.py::test_a_preset_is_a_camera_and_nothing_else"
     ),

@@ -43,6 +43,7 @@ FOLDERS = {
         "annotations": {"camera", "core", "scene"},
         "files": {"core", "geometry", "models", "textures"},
         "scene": {"core", "files", "geometry", "models", "textures"},
+        "lidar": {"core", "scene"},
         "path": {"bsdf", "camera", "core", "scene", "textures"},
         "ground_truth": {"camera", "core", "path", "scene"},
         "export": {"camera", "core", "files", "geometry", "scene", "textures"},

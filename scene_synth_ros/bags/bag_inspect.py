@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scene_synth_ros.bags.bag_metadata import METADATA_NAME, NO_TIME_NS, BagMetadata, TopicInfo
 from scene_synth_ros.bags.bag_reader import BagReader, BagSummary
 from scene_synth_ros.bags.camera_streams import FRAME_TYPES, cameras, is_scene, label_topics
+from scene_synth_ros.messages.scan_messages import has_own_stamps
 from scene_synth_ros.messages.stamps import NANOSECONDS, announced_room, stamp_ns
 
 MAX_GAP_PERIODS = 1.5
@@ -151,7 +152,7 @@ def _topic_report(topic: TopicInfo, tally: _Tally, stamps: Stamps, room_starts: 
     spacing = np.diff(stamps)
     period_ns = int(np.median(spacing)) if spacing.size else 0
     gaps = 0
-    if topic.type_name in FRAME_TYPES and period_ns > 0:
+    if topic.type_name in FRAME_TYPES and not has_own_stamps(topic.name) and period_ns > 0:
         rooms = np.searchsorted(room_starts, stamps, side="right")
         gaps = int(np.count_nonzero((spacing > MAX_GAP_PERIODS * period_ns) & (np.diff(rooms) == 0)))
     return TopicReport(

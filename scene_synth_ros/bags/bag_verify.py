@@ -30,11 +30,13 @@ from scene_description import CameraPose, FieldError, SceneDescription, SceneSyn
 from scene_synth_ros.bags.bag_manifest import ManifestBuilder, ManifestError, read_manifest
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader, BagReadError
 from scene_synth_ros.bags.run_info import JPEG_QUALITY, RECORD_NAME
+from scene_synth_ros.bags.verify_scans import ScansAgain
 from scene_synth_ros.messages.conversions import msg_to_image
 from scene_synth_ros.messages.frame_messages import FrameMessages
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_from_json
 from scene_synth_ros.messages.image_codec import compress_image
 from scene_synth_ros.messages.message_digest import message_digest
+from scene_synth_ros.messages.scan_messages import has_own_stamps
 from scene_synth_ros.messages.stamps import NANOSECONDS, stamp_ns
 
 _STRING = "std_msgs/msg/String"
@@ -97,6 +99,7 @@ class _Frames:
         self._poses: dict[tuple[str, int], CameraPose] = {}
         self._scenes: dict[str, bytes] = {}
         self._parsed: SceneDescription | None = None
+        self.scans = ScansAgain(self._scene, self._renderer)
         quality = reader.summary.records.get(RECORD_NAME, {}).get(JPEG_QUALITY, "")
         self.jpeg_quality = int(quality) if quality.isdecimal() and 1 <= int(quality) <= 100 else 90
         self._renderers: OrderedDict[tuple[str, str], _Room] = OrderedDict()
@@ -122,6 +125,7 @@ class _Frames:
             self._scenes[scene.id] = zlib.compress(text.encode(), 1)
         else:
             settings = settings_from_json(text)
+            self.scans.take(settings)
             known = self._settings.setdefault(settings.stamp_ns, [])
             if settings not in known:
                 known.append(settings)
@@ -151,8 +155,9 @@ class _Frames:
             maker = FrameMessages(settings.streams, settings.camera)
             maker.begin_room(scene)
             path = mounted_path(settings.camera, scene.camera_path)
+            layers = {*maker.layers, *maker.cloud_layers}
             renderer, annotator, _ = self._renderer(settings, scene)
-            frame = renderer.render(pose, settings.frame, maker.layers, exposure=settings.exposure, path=path, annotator=annotator)
+            frame = renderer.render(pose, settings.frame, layers, exposure=settings.exposure, path=path, annotator=annotator)
             for topic, message in maker.of_frame(frame, pose, lambda _: True):
                 messages[f"{self.namespace}/{topic}"] = message
         first = self._settings[stamp][0]
@@ -243,21 +248,32 @@ def _compare(message: BagMessage, frames: _Frames, report: VerifyReport, progres
     base = message.topic.removesuffix("/compressed").removesuffix("/compressedDepth")
     if stamp is None or (base == message.topic and message.topic.endswith("/settings")):
         return
+    if has_own_stamps(message.topic):
+        again = frames.scans.message(message.topic.removeprefix(f"{frames.namespace}/"), stamp)
+        if again is not None:
+            settings = again[1].settings
+            _judge(message, again[0], stamp, settings.scene, settings.frame, report)
+        return
     expected = frames.expected(stamp)
     if expected is None or base not in expected.messages:
         return
     if base.endswith("/pose"):
         report.frames += 1
         progress(report.frames, frames.count)
-    report.compared += 1
     made = expected.messages[base]
     if base != message.topic:
         made = _compressed_like(message, made, frames.jpeg_quality)
+    _judge(message, made, stamp, expected.room, expected.frame, report)
+
+
+def _judge(message: BagMessage, made: object, stamp: int, room: str, frame: int, report: VerifyReport) -> None:
+    """Count a message that has been made again, and whether it is the same."""
+    report.compared += 1
     recorded = deserialize_message(message.data, type(made))
     if message_digest(recorded) != message_digest(made):
         report.different += 1
         if report.first is None:
-            report.first = Difference(message.topic, stamp, expected.room, expected.frame, _detail(recorded, made))
+            report.first = Difference(message.topic, stamp, room, frame, _detail(recorded, made))
 
 
 def _compressed_like(message: BagMessage, image: object, jpeg_quality: int) -> CompressedImage:

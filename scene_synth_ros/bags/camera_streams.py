@@ -10,11 +10,11 @@ from collections.abc import Mapping
 from renderer import LAYERS
 from scene_synth_ros.messages.detections import ANNOTATIONS, DETECTION_TYPES
 
-POSE_TYPE = "geometry_msgs/msg/PoseStamped"
+POSE_TYPE, CLOUD_TYPE = "geometry_msgs/msg/PoseStamped", "sensor_msgs/msg/PointCloud2"
 IMAGE_TYPE, COMPRESSED_TYPE = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
-FRAME_TYPES = (IMAGE_TYPE, COMPRESSED_TYPE, "sensor_msgs/msg/CameraInfo", POSE_TYPE)
-_BESIDE_IMAGES = {"pose": POSE_TYPE, ANNOTATIONS: "std_msgs/msg/String", **DETECTION_TYPES}
-"""Last name of a topic of a camera -> its type."""
+FRAME_TYPES = (IMAGE_TYPE, COMPRESSED_TYPE, "sensor_msgs/msg/CameraInfo", CLOUD_TYPE, POSE_TYPE)
+_BESIDE = {"pose": POSE_TYPE, "points": CLOUD_TYPE, ANNOTATIONS: "std_msgs/msg/String", **DETECTION_TYPES}
+"""Name below ``<camera>/`` of what a camera has once, and not for every layer -> its type."""
 _TRANSPORTS = ("/compressed", "/compressedDepth")
 _LABELLED_LAYERS = {name for name, row in LAYERS.items() if row.labels is not None}
 
@@ -28,11 +28,11 @@ def cameras(topics: Mapping[str, str]) -> dict[str, list[str]]:
     """Return camera -> topics whose stamps must agree; cameras without an image are left out."""
     found: dict[str, list[str]] = {}
     for name, type_name in topics.items():
-        if type_name in FRAME_TYPES and type_name != POSE_TYPE:
+        if type_name in FRAME_TYPES and type_name not in _BESIDE.values():
             found.setdefault(published_name(name, type_name).rsplit("/", 2)[0], []).append(name)
     for name, type_name in topics.items():
         camera, _, last = name.rpartition("/")
-        if _BESIDE_IMAGES.get(last) == type_name and camera in found:
+        if camera in found and _BESIDE.get(last) == type_name:
             found[camera].append(name)
     return found
 

@@ -20,6 +20,7 @@ from renderer.exposure import exposed, meter, needs_meter, sensor_ev100
 from renderer.files.exr_files import is_installed
 from renderer.film.layers import check_names
 from renderer.film.semantic_rows import layers_in
+from renderer.lidar.scanner import Scanner
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from renderer.scene.semantic_classes import with_classes
@@ -29,6 +30,7 @@ from scene_description.label_standards import STANDARDS, StandardName
 from scene_synth_ros.cli.frame_files import write_frame
 from scene_synth_ros.cli.render_settings import PRESETS, preset_settings, read_settings
 from scene_synth_ros.cli.render_settings import add_arguments as add_settings
+from scene_synth_ros.cli.scan_files import write_scans
 from scene_synth_ros.cli.tum_trajectory import MAX_TEXT_LENGTH, trajectory_from_tum, trajectory_to_tum
 from scene_synth_ros.cli.usage import UsageError, refuse_missing_folder
 
@@ -50,6 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser.add_argument(f"--{option}", action="store_true", help=f"write {' and '.join(summaries)} too")
     parser.add_argument("--annotations", action="store_true", help="write boxes, key points and relations of the objects in each frame too")
     parser.add_argument("--coco", action="store_true", help=f"write {_COCO} too, masks and boxes of all frames in COCO's form")
+    parser.add_argument("--scan", action="store_true", help="write the laser scans of the path too: scans.npz, and the first as scan.png")
     parser.add_argument(
         "--exr", choices=("auto", "yes", "no"), default="auto", help="write EXR too, with linear colour; auto: where OpenEXR is installed"
     )
@@ -71,7 +74,8 @@ def run(arguments: argparse.Namespace) -> int:
     """Render; every frame becomes an NPZ with all layers, a PNG of each, and an EXR.
 
     ``trajectory.txt`` has the camera's poses, ``labels.json`` what ids mean.  Where they are asked for, every frame has its annotations as
-    JSON, and all frames together one file in COCO's form.
+    JSON, and all frames together one file in COCO's form.  With ``--scan``, or where an overlay enables the scanner, its scans along the
+    whole path become ``scans.npz``.
     """
     refuse_missing_folder("--catalog", arguments.catalog)
     settings = read_settings(arguments)
@@ -100,6 +104,10 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.annotations or arguments.coco:
             portable = settings.render.portable
             annotator = room.enter_context(Annotator(flat, scene, settings.camera, masks=arguments.coco, portable=portable))
+        if arguments.scan or settings.scan.enabled:
+            write_scans(
+                arguments.out, list(Scanner(renderer.tree, flat, settings.scan, key).along(scene.camera_path)), settings.scan, scene
+            )
         began = time.monotonic()
         for index, pose in enumerate(path[: len(poses)]):
             frame = renderer.render(pose, index, layers, exposure=exposure, path=path, annotator=annotator)

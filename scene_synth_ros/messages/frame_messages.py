@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, make_dataclass
 from typing import Annotated, Any, Literal
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.camera.config import CameraConfig
+from renderer.camera.rig import mounted_path
 from renderer.film.frame import Frame
 from renderer.film.layers import LAYERS, ROWS, Layer
 from renderer.film.semantic_rows import layers_in
@@ -17,6 +18,7 @@ from scene_description import CameraPose, Limits, SceneDescription
 from scene_description.label_standards import StandardName
 from scene_description.labels import LabelTable
 from scene_synth_ros.messages.camera_frames import FRAME_PREFIX, camera_frames
+from scene_synth_ros.messages.cloud_messages import POINTS, cloud_layers, cloud_of_layers
 from scene_synth_ros.messages.conversions import (
     camera_info_to_msg,
     depth_to_millimetres,
@@ -95,6 +97,8 @@ class StreamConfig(_LayerSwitches):  # type: ignore[misc]
     annotation_masks: Annotated[
         bool, Limits(description="Put masks into the annotations, run lengths in COCO's form", fixed="a run has one kind of annotations")
     ] = False
+    points: Annotated[bool, Limits(description="Publish points: the view as an organised cloud, with ids", fixed=_STREAMS_FIXED)] = False
+    points_color: Annotated[bool, Limits(description="Give the points their colour, which must be rendered", fixed=_STREAMS_FIXED)] = False
 
 
 def has_companion(layer: Layer) -> bool:
@@ -129,9 +133,18 @@ class FrameMessages:
         self.layers = enabled_layers(config, camera)
         """Enabled layers."""
         self._rows = layers_in(config.semantic_classes)
+        self.cloud_layers = cloud_layers(config.points_color) if config.points else ()
+        """Layers that the points are made of, enabled or not."""
+        self._path: Sequence[CameraPose] = ()
+
+    @property
+    def points(self) -> str:
+        """The topic of the points."""
+        return f"{self._config.camera}/{POINTS}"
 
     def begin_room(self, scene: SceneDescription) -> None:
-        """Take the label tables of a room."""
+        """Take the label tables of a room, and its path."""
+        self._path = mounted_path(self._camera, scene.camera_path)
         tables = {layer: self._rows[layer].labels for layer in self.layers}
         self.begin_labels({layer: table(scene) for layer, table in tables.items() if table is not None})
 
@@ -150,7 +163,11 @@ class FrameMessages:
         if self._config.publish_pose:
             yield f"{self._config.camera}/pose", pose_to_msg(pose, self._config.world_frame)
         for layer, image in frame.layers.items():
-            yield from self._of_layer(layer, image, pose.stamp_ns, wanted)
+            if layer in self.layers:
+                yield from self._of_layer(layer, image, pose.stamp_ns, wanted)
+        if self.cloud_layers and set(self.cloud_layers) <= frame.layers.keys() and wanted(self.points):
+            color = self._config.points_color
+            yield self.points, cloud_of_layers(self._camera, pose, self._path, frame.layers, color, self._frame_id)
         for layer in self.layers:
             if layer not in frame.layers:
                 yield from self._beside_layer(layer, pose.stamp_ns, wanted)

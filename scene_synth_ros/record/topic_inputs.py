@@ -14,6 +14,8 @@ from scene_synth_ros.messages.detections import AnnotationsReadError, annotation
 from scene_synth_ros.messages.image_codec import raw_topic
 from scene_synth_ros.messages.label_info import LabelReadError, is_labels, labels_topic, read_labels
 from scene_synth_ros.messages.message_definitions import MessageDefinitionError, message_class
+from scene_synth_ros.messages.scan_messages import LASER, has_own_stamps
+from scene_synth_ros.messages.stamps import sent_before
 from scene_synth_ros.messages.timed_pose import PoseReadError, read_pose
 from scene_synth_ros.record.recorder_config import RecorderConfig
 from scene_synth_ros.record.recorder_qos import complete_qos, matching_qos
@@ -115,15 +117,25 @@ class TopicInputs:
 
     def _make_callback(self, topic: str, type_name: str) -> Any:
         camera = topic.rsplit("/", 2)[-2] if type_name == "geometry_msgs/msg/PoseStamped" and topic.endswith("/pose") else ""
+        own_stamps = has_own_stamps(topic)
+        settings = topic.endswith("/settings") and type_name == "std_msgs/msg/String"
         labels = is_labels(topic, type_name)
         annotations = topic.startswith(self._namespace) and is_annotations(topic, type_name)
 
         def on_message(data: bytes) -> None:
             self._received[topic] += 1
-            if not self._recording.add(topic, data):
-                return
+            if settings and (sent := sent_before(data)) is not None:
+                self._recording.add_sent(sent.stamp_ns, {self._namespace + name: stamp for name, stamp in sent.stamps_ns.items()})
+            if self._recording.add(topic, data):
+                derive(data)
+            if own_stamps:
+                self._recording.reach(topic, data)
+
+        def derive(data: bytes) -> None:
             try:
-                if camera:
+                if camera == LASER:
+                    self._recording.add_laser_pose(read_pose(data))
+                elif camera:
                     self._recording.add_pose(read_pose(data), camera)
                 if labels:
                     self._recording.add_labels(read_labels(data), topic)

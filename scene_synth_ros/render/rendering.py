@@ -12,6 +12,8 @@ from renderer import WARM_LAYERS, RenderCancelled, RenderConfig, Renderer, annot
 from renderer.annotations import Annotator
 from renderer.film.frame import Frame
 from renderer.film.tone import Exposure
+from renderer.lidar.config import ScanConfig
+from renderer.lidar.scanner import Scanner
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from renderer.scene.semantic_classes import with_classes
@@ -26,6 +28,7 @@ from scene_synth_ros.render.renderer_config import RendererNodeConfig
 from scene_synth_ros.render.room_loop import Pace, RoomLoop
 from scene_synth_ros.render.room_meter import RoomMeter
 from scene_synth_ros.render.room_renderer import RoomRenderer
+from scene_synth_ros.render.room_scans import RoomScans
 from scene_synth_ros.render.throughput import Throughput
 from scene_synth_ros.suite.heap import trim_heap
 from scene_synth_ros.suite.parameters import Parameters
@@ -69,6 +72,9 @@ class Rendering:
         self.meter, self.throughput = RoomMeter(settings), Throughput()
         self.rate = RateReport(node, settings)
         self._render_config: RenderConfig = settings["render"]
+        self._scan_config: ScanConfig = settings["scan"]
+        self._scans: RoomScans | None = None
+        self._sent: dict[str, int] = {}
         self._first_room, self._on_path, self._newest_room, self._room_began_s = True, False, -1, 0.0
 
     def run(self) -> None:
@@ -126,7 +132,7 @@ class Rendering:
         return True
 
     def _render_room(self, scene: SceneDescription) -> None:
-        self._render_config = self._settings["render"]
+        self._render_config, self._scan_config = self._settings["render"], self._settings["scan"]
         streams: StreamConfig = self._settings["streams"]
         flat = functools.cache(lambda: with_classes(flatten(scene, self._catalog_dir), scene, streams.semantic_classes))
         camera, sensor = self._settings["camera"], self._settings["sensor"]
@@ -148,6 +154,10 @@ class Rendering:
             self._output.streams.begin_room(scene)
             self._requests.begin_room()
             self.meter.begin_room(scene, flat, self._render_config)
+            scan = self._scan_config
+            self._scans = RoomScans(
+                scan, scene.camera_path, functools.cache(lambda: Scanner(renderer.prepare().tree, flat(), scan, scene_key(scene)))
+            )
             RoomLoop(scene, renderer, camera, self, self._requests, self._pace).run()
 
     def _pace(self) -> Pace:
@@ -186,6 +196,8 @@ class Rendering:
         began = time.perf_counter()
         self._wait_for_recorders()
         self.rate.waiting_s = time.perf_counter() - began
+        began = time.perf_counter()
+        self._publish_scans(pose.stamp_ns)
         settings = FrameSettings(
             stamp_ns=pose.stamp_ns,
             scene=self.scene.id,
@@ -196,13 +208,25 @@ class Rendering:
             camera=self._settings["camera"],
             render=self._render_config,
             streams=self._settings["streams"],
+            scan=self._scan_config,
+            sent=self._sent,
         )
-        began = time.perf_counter()
         self._output.publish_frame(frame, pose, settings_to_json(settings), with_clock=not self._inbox.wall_clock)
         self.rate.publishing_s = time.perf_counter() - began
         self.throughput.take(time.monotonic(), frame.samples * settings.camera.width * settings.camera.height, frame.rays)
         if not self._on_path:
             self._output.tell()
+
+    def go(self, pose: CameraPose) -> None:
+        """Take where the rig is."""
+        if self._scans is not None and self._scan_config.enabled:
+            self._scans.go(pose)
+
+    def _publish_scans(self, stamp_ns: int) -> None:
+        """Publish the scans that begin up to a frame's stamp, and remember the stamps of the last ones."""
+        if self._scans is not None:
+            for poses, scan in self._scans.due(stamp_ns, self._output.wants_scans):
+                self._sent = self._sent | self._output.publish_scan(poses, scan)
 
     def rendered(self, frame: Frame, seconds: float, period_s: float) -> None:
         """Take how long a frame took, in real time."""
