@@ -18,9 +18,9 @@ from renderer.camera.camera_rays import CENTRE, MIDDLE
 from renderer.camera.cameras import PosedCamera, pose_camera
 from renderer.camera.config import CameraConfig, SensorConfig
 from renderer.camera.rig import is_in_the_middle
-from renderer.camera.sensor import expose, vignetting
 from renderer.camera.shutter import in_motion
 from renderer.camera.thin_lens import focus_on_centre
+from renderer.color_sensor import read_color
 from renderer.core.embree import EmbreeScene, SceneHandle
 from renderer.core.errors import RenderError
 from renderer.core.random_numbers import make_frame_key
@@ -34,6 +34,7 @@ from renderer.geometry.mesh import Mesh
 from renderer.ground_truth.hit_layers import hit_layers
 from renderer.ground_truth.hit_view import HitView, TracedScene
 from renderer.path.config import RenderConfig
+from renderer.path.film_update import blocked_share, indirect_part
 from renderer.path.ground_truth import GeometricImages, Labels, make_hits, trace_geometry
 from renderer.path.integrator import trace_paths
 from renderer.path.lights import build_lights
@@ -135,11 +136,15 @@ class Renderer:
         if any(name in SAMPLED_LAYERS for name in layers):
             shown = exposure or self._configured_exposure()
             in_color = any(name in COLOR_LAYERS for name in layers)
-            denoised = ("color" in layers or "radiance" in layers) and is_asked(self._config.denoise)
+            denoised = any(name in layers for name in ("color", "color_sensed", "radiance")) and is_asked(self._config.denoise)
             began = time.perf_counter()
             film, samples = self._expose_film(view, frame_index, shown.ev100, layers, denoised, cancelled)
             sampling_s = time.perf_counter() - began
             images |= {name: image for name, image in film._asdict().items() if name in layers}
+            if len(film.direct):
+                images["indirect"] = indirect_part(film.light, film.direct)
+            if len(film.arriving):
+                images["shadow"] = blocked_share(film.arriving)
             images["samples"] = np.full((view.height, view.width), min(samples, 65_535), np.uint16)
             if len(film.squares):
                 images["variance"] = variance_of_mean(film.light, film.squares, samples)
@@ -150,7 +155,10 @@ class Renderer:
                 images["radiance"] = radiance
                 for name, light in (("color", radiance), ("color_noisy", film.light)):
                     if name in layers:
-                        images[name] = self._develop(light, view, frame_index, shown)
+                        images[name] = to_display(light, shown, self._config.tone_curve)
+                if "color_sensed" in layers:
+                    key = self._frame_key(frame_index)
+                    images["color_sensed"] = read_color(radiance, view, self._sensor, shown, self._config.tone_curve, key)
             rays += sum(int(scratch.traced[0]) for scratch in self._scratch)
         shown_layers = {name: images[name] for name in LAYERS if name in layers}
         return Frame(shown_layers, radiance, samples, rays, sampling_s, denoising_s, annotations)
@@ -159,14 +167,6 @@ class Renderer:
         """Return the key of a frame's random numbers; cameras of a rig have noise of their own."""
         apart = np.frombuffer(np.array([*self._camera.mount_m, *self._camera.mount_rotation_rad]).tobytes(), np.uint32)
         return make_frame_key(self._scene_key, frame_index, () if is_in_the_middle(self._camera) else tuple(int(word) for word in apart))
-
-    def _develop(self, radiance: NDArray[np.float32], view: PosedCamera, frame_index: int, shown: Exposure) -> NDArray[np.uint8]:
-        """Return the picture of linear colour: through lens and sensor, then balanced and encoded."""
-        share = vignetting(view, self._sensor.vignetting, self._sensor.corner_loss)
-        arriving = radiance if share is None else radiance * share[..., None]
-        key = self._frame_key(frame_index)
-        read = expose(arriving, white_luminance(shown.ev100) * 2.0**self._sensor.headroom_ev, self._sensor, key)
-        return to_display(read, shown, self._config.tone_curve)
 
     def _view(self, pose: CameraPose, path: Sequence[CameraPose]) -> PosedCamera:
         view = pose_camera(self._camera, pose)
@@ -216,10 +216,12 @@ class Renderer:
             np.zeros((*size, 3) if "albedo" in layers else (0, 0, 3), np.float32),
             np.zeros((*size, 6) if aov else (0, 0, 6), np.float32),
             np.zeros((*size, 3) if "variance" in layers else (0, 0, 3), np.float32),
+            np.zeros((*size, 3) if "direct" in layers or "indirect" in layers else (0, 0, 3), np.float32),
+            np.zeros((*size, 2) if "shadow" in layers else (0, 0, 2), np.float32),
         )
         transport = Transport(
             self._frame_key(frame_index),
-            config.max_depth if in_color else 1,
+            config.max_depth if in_color else min(config.max_depth, 2 if "shadow" in layers else 1),
             np.float32(config.clamp * white or np.inf),
             np.float32(config.caustic_blur),
             np.float32(np.inf) if config.blur_textures else np.float32(1.0) / view.focal_px,

@@ -272,6 +272,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python examples/lights_and_lenses.py docs": Run(
         ".venv/bin/python examples/lights_and_lenses.py docs 1", ("docs/lights.jpg", "docs/lenses.jpg")
     ),
+    ".venv/bin/python examples/color_sensor.py docs": Run(".venv/bin/python examples/color_sensor.py docs 1", ("docs/color_sensor.jpg",)),
     # the program from within
     ".venv/bin/python -c 'from grammar.spec.energy_terms import terms_table; print(terms_table())'": Run(),
     ".venv/bin/python -m pytest test/renderer/path": Listed("is how this test runs; that the folder exists is tested in test/test_docs.py"),

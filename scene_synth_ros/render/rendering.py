@@ -11,6 +11,7 @@ from pathlib import Path
 from renderer import WARM_LAYERS, RenderCancelled, RenderConfig, Renderer, annotations, warm_up
 from renderer.annotations import Annotator
 from renderer.film.frame import Frame
+from renderer.film.layers import PHOTOGRAPHS
 from renderer.film.tone import Exposure
 from renderer.lidar.config import ScanConfig
 from renderer.lidar.scanner import Scanner
@@ -184,7 +185,7 @@ class Rendering:
 
     def exposure(self) -> Exposure:
         """Return the exposure of the next frame; the room is metered for the first one with colour."""
-        return self.meter.exposure("color" in self.wanted_layers())
+        return self.meter.exposure(any(layer in PHOTOGRAPHS for layer in self.wanted_layers()))
 
     def is_turn(self) -> bool:
         """Return whether the room's frames may be published now."""

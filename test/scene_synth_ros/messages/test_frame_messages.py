@@ -41,7 +41,8 @@ def test_a_parameter_for_each_layer_stands_between_the_names_and_the_rest() -> N
 
 ENCODINGS = {
     "color": "rgb8", "depth": "32FC1", "range": "32FC1", "normals": "32FC3", "semantic": "mono8", "instance": "16UC1",
-    "color_noisy": "rgb8", "albedo": "32FC3", "radiance": "32FC3", "variance": "32FC3", "samples": "16UC1",
+    "color_noisy": "rgb8", "color_sensed": "rgb8", "albedo": "32FC3", "radiance": "32FC3", "variance": "32FC3", "samples": "16UC1",
+    "direct": "32FC3", "indirect": "32FC3", "shadow": "32FC1",
 }  # fmt: skip
 
 
@@ -55,7 +56,7 @@ def test_encodings_come_from_dtype_and_channels() -> None:
 
 def test_ids_and_what_viewers_cannot_show_have_a_picture_beside_them() -> None:
     pictured = {name for name in ENCODINGS if has_companion(LAYERS[name])}
-    assert pictured == {"normals", "semantic", "instance", "albedo", "radiance", "variance"}
+    assert pictured == {"normals", "semantic", "instance", "albedo", "radiance", "variance", "direct", "indirect"}
     made = messages(StreamConfig(**dict.fromkeys(LAYERS, True)))
     pictures = {topic.split("/")[1]: message for topic, message in made.items() if topic.endswith("/image_color")}
     assert set(pictures) & set(ENCODINGS) == pictured
