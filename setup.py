@@ -51,6 +51,7 @@ setup(
             "hypothesis>=6.100",
             "rosbags>=0.10",
             "mcap-ros2-support>=0.5",
+            "pycocotools>=2.0.11",
             "cyclonedds>=11",
             "colcon-core",
             "colcon-ros",
@@ -63,6 +64,7 @@ setup(
         ],
         "bench": ["rosbags>=0.10", "flip-evaluator>=1.7"],
         "bench-reference": ["mitsuba>=3.9"],
+        "bench-alignment": ["open3d==0.19.0", "rosbags>=0.10"],
     },
     entry_points={
         "console_scripts": [

@@ -13,14 +13,15 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.annotations.annotator import Annotator
 from renderer.camera.camera_rays import CENTRE, MIDDLE
 from renderer.camera.cameras import PosedCamera, pose_camera
 from renderer.camera.config import CameraConfig, SensorConfig
 from renderer.camera.rig import is_in_the_middle
-from renderer.camera.shutter import motion_during
+from renderer.camera.shutter import in_motion
 from renderer.camera.thin_lens import focus_on_centre
 from renderer.color_sensor import read_color
-from renderer.core.embree import EmbreeScene
+from renderer.core.embree import EmbreeScene, SceneHandle
 from renderer.core.errors import RenderError
 from renderer.core.random_numbers import make_frame_key
 from renderer.core.workers import Workers, thread_count
@@ -81,6 +82,8 @@ class Renderer:
             raise RenderError(f"renderer: expected scene_key >= 0 and paths_per_piece >= 1, got {scene_key} and {paths_per_piece}")
         self._camera, self._config, self._scene_key, self._paths_per_piece = camera, config, scene_key, paths_per_piece
         self._sensor = sensor
+        self.flat = flat
+        """What is rendered."""
         parts = flat.parts
         self._labels = Labels(*map(np.ascontiguousarray, (flat.face_part, parts.label, parts.object_id)))
         self._lights = build_lights(flat)
@@ -92,6 +95,11 @@ class Renderer:
         self._scratch = [make_scratch(len(self._lights.groups.area)) for _ in range(self._workers.count)]
         self._scene = TracedScene(flat, self._labels.label, self._surfaces, self._lights, self._embree.handle, self._workers, self._scratch)
 
+    @property
+    def tree(self) -> SceneHandle:
+        """The scene's triangles, for other sensors; valid until the renderer is closed."""
+        return self._embree.handle
+
     def render(
         self,
         pose: CameraPose,
@@ -101,12 +109,13 @@ class Renderer:
         exposure: Exposure | None = None,
         path: Sequence[CameraPose] = (),
         cancelled: Callable[[], bool] | None = None,
+        annotator: Annotator | None = None,
     ) -> Frame:
         """Render the named layers of one view.
 
         ``exposure`` replaces the configured one, without which white balance ``auto`` is that of the display, as nothing was metered;
         ``path``: what the camera moves along, for its shutter; a pose that is none of the path's is seen at rest.  ``cancelled`` is asked
-        every 50 ms or so.
+        every 50 ms or so.  ``annotator``, of the same scene and camera, tells of the objects in the frame's ``annotations``.
 
         Raises:
             RenderError: unknown layers, a faulty pose, a negative frame index, or a denoiser that is asked for but not installed.
@@ -117,11 +126,13 @@ class Renderer:
             raise RenderError(f"render: expected a frame index >= 0, got {frame_index}")
         view = self._view(pose, path)
         images: dict[str, NDArray[np.generic]] = {}
-        radiance, samples, rays = None, 0, 0
+        radiance, annotations, samples, rays = None, None, 0, 0
         sampling_s = denoising_s = 0.0
-        if any(name in GEOMETRIC_LAYERS or name in HIT_LAYERS for name in layers):
+        if annotator is not None or any(name in GEOMETRIC_LAYERS or name in HIT_LAYERS for name in layers):
             images.update(self._trace_geometry(view, layers, pose, path))
             rays = view.width * view.height
+            if annotator is not None:
+                annotations = annotator.annotate(images["instance"], pose, view, self._embree.handle, self._workers)
         if any(name in SAMPLED_LAYERS for name in layers):
             shown = exposure or self._configured_exposure()
             in_color = any(name in COLOR_LAYERS for name in layers)
@@ -149,7 +160,8 @@ class Renderer:
                     key = self._frame_key(frame_index)
                     images["color_sensed"] = read_color(radiance, view, self._sensor, shown, self._config.tone_curve, key)
             rays += sum(int(scratch.traced[0]) for scratch in self._scratch)
-        return Frame({name: images[name] for name in LAYERS if name in layers}, radiance, samples, rays, sampling_s, denoising_s)
+        shown_layers = {name: images[name] for name in LAYERS if name in layers}
+        return Frame(shown_layers, radiance, samples, rays, sampling_s, denoising_s, annotations)
 
     def _frame_key(self, frame_index: int) -> np.uint32:
         """Return the key of a frame's random numbers; cameras of a rig have noise of their own."""
@@ -160,10 +172,7 @@ class Renderer:
         view = pose_camera(self._camera, pose)
         if self._camera.f_stop and not self._camera.focus_distance_m:
             view = view._replace(focus_m=np.float32(focus_on_centre(self._embree.handle, view, self._scratch[0].rays)))
-        motion = motion_during(self._camera, pose, path)
-        if motion is not None:
-            view = view._replace(motion=motion.knots, row_step=motion.row_step, shutter_step=motion.shutter_step)
-        return view
+        return in_motion(view, self._camera, pose, path)
 
     def _configured_exposure(self) -> Exposure:
         config = self._config

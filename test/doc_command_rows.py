@@ -119,10 +119,17 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         _MAIN_JOB
     ),
     RECORD: Run(f"scene_synth run --record BAG --rooms 1 --frames 2 --show page.html {_TINY}", ("BAG/metadata.yaml", "page.html")),
+    "scene_synth run --record BAG -p renderer_node.streams.semantic_classes:=coco": Parsed(
+        "test/scene_synth_ros/bags/test_verify.py"
+        "::test_a_bag_with_the_classes_of_another_standard_is_the_same_again_and_drawn_in_its_colours"
+    ),
     "scene_synth demo": Parsed("test/scene_synth_ros/cli/test_show_command.py::test_the_demo_is_a_run_in_one_folder"),
     ".venv/bin/scene_synth demo": Parsed("test/scene_synth_ros/cli/test_show_command.py::test_the_demo_is_a_run_in_one_folder"),
     "scene_synth run --record bag --rooms 20 --frames 30": Parsed(_MAIN_JOB),
     "scene_synth run --record bag --renderers 2": Parsed(_ALIKE),
+    "scene_synth run --record bag --rooms 2 --frames 4 -p renderer_node.streams.annotations:=true": Parsed(
+        "test/scene_synth_ros/bags/test_verify.py::test_every_frame_tells_of_the_objects_in_its_instance_image"
+    ),
     "scene_synth run --record bag --params split_outputs": Parsed(
         "test/scene_synth_ros/test_several_renderers.py::test_colour_and_truth_of_two_renderers_have_the_same_stamps"
     ),
@@ -142,6 +149,16 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth run -p grammar_node.scene.grammar_set:=by_hand": Parsed("test/grammar/test_grammar_set.py"),
     "scene_synth run -p \"grammar_node.scene.looks:=['bed/duvet: {material: deep_cover, base_color: [0.1, 0.2, 0.3]}',"
     " 'nightstand: {styles: [drawers]}']\"": Parsed("test/grammar/appearance/test_looks.py"),
+    "scene_synth run --overlay rplidar_a1 -p renderer_node.streams.points:=true --rooms 2 --frames 20 --record my_bag": Parsed(
+        "test/scene_synth_ros/test_scan_bag.py"
+    ),
+    "scene_synth sample --room living_room --seed 3 --frames 20 --out rooms": Run(
+        "scene_synth sample --room living_room --seed 3 --frames 20 --out scanned", ("scanned/room_0000.json",)
+    ),
+    "scene_synth render rooms/room_0000.json --out pictures --overlay rplidar_a1": Run(
+        "scene_synth render room.json --out scan_pictures --overlay rplidar_a1 --size 16x12 --spp 1 --frames 1",
+        ("scan_pictures/scans.npz", "scan_pictures/scan.png"),
+    ),
     "scene_synth run --overlay kinect_v1 --rooms 2 --frames 8 --record my_bag": Parsed(
         "test/scene_synth_ros/cli/test_camera_presets.py::test_a_preset_is_a_camera_and_nothing_else"
     ),
@@ -205,6 +222,11 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth render --preset": Named(),
     "scene_synth render --noisy": Named(),
     "scene_synth render SCENE.json --out DIR [--preset stream|balanced|photo] [--spp N] [--threads N]": Usage("the rows below"),
+    "scene_synth render --coco": Named(),
+    "scene_synth render room.json --out pictures --annotations --coco": Run(
+        "scene_synth render room.json --out pictures --annotations --coco --size 64x48 --spp 2 --frames 1",
+        ("pictures/frame_0000.json", "pictures/instances.json"),
+    ),
     "scene_synth render room.json --out pictures --overlay kinect_v1 -p camera.f_stop:=2 --variance": Run(
         "scene_synth render room.json --out pictures --overlay kinect_v1 -p camera.f_stop:=2 --variance --size 64x48 --spp 2 --frames 1",
         ("pictures/frame_0000.npz", "pictures/frame_0000_color.png", "pictures/trajectory.txt"),
@@ -215,9 +237,28 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         " --out pictures --size 64x48 --spp 2 --frames 1",
         ("pictures/frame_0000_color.png",),
     ),
+    "scene_synth render SCENE.json --out DIR --semantic-classes ade20k": Run(
+        "scene_synth render SCENE.json --out DIR --semantic-classes ade20k --size 64x48 --spp 1 --frames 1",
+        ("DIR/labels.json", "DIR/frame_0000_semantic.png"),
+    ),
     "scene_synth export SCENE.json OUT.glb": Usage("the rows below"),
     "scene_synth export SCENE.json room.glb": Run(makes=("room.glb",)),
     "scene_synth export SCENE.json room.sdf": Run(makes=("room.sdf", "room_meshes")),
+    "scene_synth truth": Named(),
+    "scene_synth truth SCENE.json|BAG --out DIR [--catalog DIR] [--grammar FILE]": Usage("the rows below"),
+    "scene_synth truth SCENE.json --out DIR": Run(
+        "scene_synth truth SCENE.json --out truth_of_scene", ("truth_of_scene/map.yaml", "truth_of_scene/parse_graph.svg")
+    ),
+    "scene_synth truth BAG --out DIR": Run("scene_synth truth BAG --out truth_of_bag", ("truth_of_bag/room_0000/lights.json",)),
+    "scene_synth sample --room office --seed 4 --out rooms": Run(
+        "scene_synth sample --room office --seed 4 --out office_rooms && scene_synth truth office_rooms/room_0000.json --out office",
+        ("office/parse_graph.svg",),
+    ),
+    "scene_synth truth rooms/room_0000.json --out office": Parsed("the row above"),
+    "scene_synth run --record DIR --truth": Usage(f"{_MAIN_JOB.partition('::')[0]}::test_what_is_true_of_each_room_is_beside_the_bag"),
+    "scene_synth run --record BAG --rooms 4 --truth": Parsed(
+        f"{_MAIN_JOB.partition('::')[0]}::test_what_is_true_of_each_room_is_beside_the_bag"
+    ),
     "scene_synth layers [--markdown]": Usage("the row below"),
     "scene_synth layers --markdown > docs/layers.md": Run(makes=("docs/layers.md",)),
     "scene_synth gallery --out DIR [--only WORD]": Usage("takes minutes; test/scene_synth_ros/cli/test_gallery.py draws single models"),
@@ -225,6 +266,9 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth gallery --out DIR --kind models --only chair": Run(
         "scene_synth gallery --out DIR --kind models --only book_stack --spp 1", ("DIR/models_1.jpg",)
     ),
+    ".venv/bin/python examples/every_layer.py docs": Run(".venv/bin/python examples/every_layer.py docs 1", ("docs/layers.jpg",)),
+    ".venv/bin/pip install '.[bench-alignment]'": Listed("needs the network; that the extra exists is tested"),
+    ".venv/bin/python -m benchmarks.alignment_bench bags/aligned truth/room_0000/scene.glb": Parsed("needs Open3D, which is large"),
     ".venv/bin/python examples/lights_and_lenses.py docs": Run(
         ".venv/bin/python examples/lights_and_lenses.py docs 1", ("docs/lights.jpg", "docs/lenses.jpg")
     ),

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from renderer import CameraConfig, RenderConfig, SensorConfig
+from renderer.lidar.config import ScanConfig
 from scene_description import Limits
 from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.messages.image_codec import LiveCompression
@@ -51,5 +52,6 @@ RENDERER_GROUPS: dict[str, type] = {
     "compressed": LiveCompression,
     "drive": DriveConfig,
     "sensor": SensorConfig,
+    "scan": ScanConfig,
 }
 """Prefix of a renderer's parameters -> dataclass that defines them."""

@@ -1,6 +1,7 @@
 """Frames as messages: topics, encodings and parameters of every row of the layer table."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from sensor_msgs.msg import Image
 from renderer import LAYERS, CameraConfig, Frame, RenderConfig
 from renderer.film.layers import ROWS
 from scene_description import CameraPose
+from scene_description.annotations import FrameAnnotations, annotations_from_json
 from scene_description.strict import field_types, split_annotation
 from scene_synth_ros.messages.conversions import layer_encoding
 from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig, has_companion
@@ -92,6 +94,23 @@ def test_messages_are_images_of_the_frame() -> None:
     assert isinstance(image, Image) and np.frombuffer(image.data, np.uint16).tolist() == [1] * 54
 
 
+def test_annotations_come_where_a_frame_has_them_and_they_are_wanted() -> None:
+    told = FrameAnnotations(stamp_ns=7, scene="a", width=9, height=6, objects=(), relations=())
+    topics = {"camera/annotations", "camera/detections_2d", "camera/detections_3d"}
+    made = messages(StreamConfig(), FRAME._replace(annotations=told))
+    assert set(made) - set(messages(StreamConfig())) == topics and annotations_from_json(made["camera/annotations"].data) == told
+    assert made["camera/detections_2d"].header == made["camera/detections_3d"].header == made["camera/color/image_raw"].header
+    for topic in topics:
+        assert topics & set(messages(StreamConfig(), FRAME._replace(annotations=told), wanted=topic.__eq__)) == {topic}
+
+
+def test_settings_say_that_there_are_annotations_only_where_there_are() -> None:
+    for streams in (StreamConfig(), StreamConfig(annotations=True, annotation_masks=True)):
+        settings = FrameSettings(stamp_ns=1, scene="a", frame=0, exposure_ev100=1.0, camera=CAMERA, render=RenderConfig(), streams=streams)
+        text = settings_to_json(settings)
+        assert text.count("annotation") == 2 * streams.annotations and settings_from_json(text) == settings
+
+
 def test_a_prefix_stands_before_the_frames_and_an_empty_one_leaves_no_trace() -> None:
     made = messages(StreamConfig(frame_prefix="robot1/", world_frame="robot1/map"))
     assert made["camera/depth/image_raw"].header.frame_id == made["camera/depth/camera_info"].header.frame_id
@@ -103,3 +122,18 @@ def test_a_prefix_stands_before_the_frames_and_an_empty_one_leaves_no_trace() ->
         settings = FrameSettings(stamp_ns=1, scene="a", frame=0, exposure_ev100=1.0, camera=CAMERA, render=RenderConfig(), streams=streams)
         text = settings_to_json(settings)
         assert ("frame_prefix" in text) == bool(prefix) and settings_from_json(text) == settings
+
+
+def test_another_standard_of_classes_tells_itself_and_has_its_own_names_and_colours() -> None:
+    tv = Frame({"semantic": np.full((6, 9), 72, np.uint8), "instance": FRAME.layers["instance"]}, None)
+    streams = StreamConfig(semantic_classes="coco", color=False, depth=False, normals=False)
+    made = messages(streams, tv)
+    told = json.loads(made["camera/semantic/labels"].data)
+    assert told["standard"] == "coco" and told["labels"]["72"]["name"] == "tv" and told["labels"]["72"]["nyu40"] == [25]
+    assert json.loads(made["camera/instance/labels"].data)["labels"]["3"]["class_name"] == "bed"
+    assert np.frombuffer(made["camera/semantic/image_color"].data, np.uint8)[:3].tolist() == told["labels"]["72"]["color"]
+    assert "standard" not in json.loads(messages(StreamConfig())["camera/semantic/labels"].data)
+    settings = FrameSettings(stamp_ns=1, scene="a", frame=0, exposure_ev100=1.0, camera=CAMERA, render=RenderConfig(), streams=streams)
+    assert settings_from_json(settings_to_json(settings)) == settings
+    plain = dataclasses.replace(settings, streams=StreamConfig())
+    assert "semantic_classes" not in settings_to_json(plain) and settings_from_json(settings_to_json(plain)) == plain
