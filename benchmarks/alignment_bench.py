@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import open3d
 import trimesh
 from numpy.typing import NDArray
 from rosbags.highlevel import AnyReader
@@ -68,6 +67,8 @@ def read_views(bag: Path, camera: str) -> tuple[list[View], dict[str, set[int]]]
 
 def fuse(views: list[View]) -> NDArray[np.float64]:
     """Return points (n, 3) of the surface that Open3D's truncated signed distance field makes of depth and poses."""
+    import open3d  # the options are read without it
+
     volume = open3d.pipelines.integration.ScalableTSDFVolume(VOXEL_M, 4 * VOXEL_M, open3d.pipelines.integration.TSDFVolumeColorType.RGB8)
     for view in views:
         depth = np.where(np.isfinite(view.images["depth"]), view.images["depth"], 0.0).astype(np.float32)

@@ -245,6 +245,10 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth export SCENE.json room.glb": Run(makes=("room.glb",)),
     "scene_synth export SCENE.json room.sdf": Run(makes=("room.sdf", "room_meshes")),
     "scene_synth truth": Named(),
+    "scene_synth run --rooms 1 --frames 60 --seed 4 --record bags/aligned"
+    " -p renderer_node.streams.flow:=true -p renderer_node.streams.occlusion:=true"
+    " -p renderer_node.streams.part:=true -p renderer_node.streams.material:=true": Parsed("test/scene_synth_ros/test_main_job.py"),
+    "scene_synth truth bags/aligned --out truth": Parsed("the row of a bag below"),
     "scene_synth truth SCENE.json|BAG --out DIR [--catalog DIR] [--grammar FILE]": Usage("the rows below"),
     "scene_synth truth SCENE.json --out DIR": Run(
         "scene_synth truth SCENE.json --out truth_of_scene", ("truth_of_scene/map.yaml", "truth_of_scene/parse_graph.svg")

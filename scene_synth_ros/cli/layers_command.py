@@ -25,8 +25,8 @@ Made by `scene_synth layers --markdown > docs/layers.md` from the table in `rend
 
 - *Hit record*: of the ray through the middle of the pixel, the same for all these layers; they agree at every pixel and carry no noise.
 - *Samples*: the mean of the pixel's samples, with their noise and with the blur of lens and shutter. *Light*: the same, of traced paths.
-- *No hit*: the value where the ray leaves the scene; a dash means that such a pixel is like any other. Where the lens sees nothing,
-  distances are NaN and all else is 0.
+- *No hit*: the value where the ray leaves the scene; a dash means that such a pixel is like any other. Where the lens sees nothing, `depth`
+  and `range` are NaN, what is computed from the hit record has its value for no hit, all else is 0.
 
 ## Where they are found
 
@@ -74,7 +74,7 @@ def layers_page() -> str:
 
 def _pixels(row: Layer) -> tuple[str, ...]:
     size = f" x {row.channels}" if row.channels > 1 else ""
-    no_hit = _NONE if row.no_hit is None else {0.0: "0"}.get(row.no_hit, f"{row.no_hit:+g}".replace("+nan", "NaN"))
+    no_hit = _NONE if row.no_hit is None else f"{row.no_hit:g}".replace("inf", "+inf").replace("nan", "NaN")
     return f"`{row.name}`", row.meaning, f"{row.dtype}{size}", row.unit or _NONE, no_hit, _GROUPS[row.group]
 
 
