@@ -11,11 +11,13 @@ from renderer.geometry.mesh import Mesh
 from renderer.path.config import RenderConfig
 from renderer.renderer import Renderer, warm_up
 from renderer.scene.flat_scene import FlatScene, MaterialTable, PartTable, Sky, tabulate_materials
+from renderer.sensors.config import DepthSensorConfig
 
 __all__ = [
     "GEOMETRIC_LAYERS",
     "LAYERS",
     "CameraConfig",
+    "DepthSensorConfig",
     "FlatScene",
     "Frame",
     "MaterialTable",

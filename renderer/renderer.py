@@ -25,7 +25,7 @@ from renderer.core.random_numbers import make_frame_key
 from renderer.core.workers import Workers, thread_count
 from renderer.film.denoise import Denoiser, is_asked
 from renderer.film.frame import Frame
-from renderer.film.layers import COLOR_LAYERS, GEOMETRIC_LAYERS, LAYERS, SAMPLED_LAYERS, check_names
+from renderer.film.layers import COLOR_LAYERS, GEOMETRIC_LAYERS, LAYERS, SAMPLED_LAYERS, SENSED_LAYERS, check_names
 from renderer.film.tone import Exposure, to_display, white_luminance
 from renderer.film.white_balance import white_of_kelvin
 from renderer.geometry.mesh import Mesh
@@ -39,6 +39,8 @@ from renderer.path.stopping import is_clean, next_round, variance_of_mean
 from renderer.path.surface_tables import build_surfaces
 from renderer.scene.flat_scene import FlatScene, PartTable, Sky, tabulate_materials
 from renderer.scene.scene_check import check_scene
+from renderer.sensors.config import DepthSensorConfig
+from renderer.sensors.depth_sensor import DepthSensor
 from scene_description import Material
 from scene_description.poses import look_at
 from scene_description.types import CameraPose
@@ -48,6 +50,9 @@ PATHS_PER_PIECE = 8192
 
 IDEAL = SensorConfig()
 """A sensor that reads light as it is."""
+
+IDEAL_DEPTH = DepthSensorConfig()
+"""A depth sensor that reads the true depth."""
 
 
 class Renderer:
@@ -65,6 +70,7 @@ class Renderer:
         scene_key: int,
         *,
         sensor: SensorConfig = IDEAL,
+        depth_sensor: DepthSensorConfig = IDEAL_DEPTH,
         paths_per_piece: int = PATHS_PER_PIECE,
     ) -> None:
         """Check a scene and build what rays need; ``scene_key`` (>= 0) seeds the noise of all its frames.
@@ -76,7 +82,7 @@ class Renderer:
         if scene_key < 0 or paths_per_piece < 1:
             raise RenderError(f"renderer: expected scene_key >= 0 and paths_per_piece >= 1, got {scene_key} and {paths_per_piece}")
         self._camera, self._config, self._scene_key, self._paths_per_piece = camera, config, scene_key, paths_per_piece
-        self._sensor = sensor
+        self._sensor, self._depth_config = sensor, depth_sensor
         parts = flat.parts
         self._labels = Labels(*map(np.ascontiguousarray, (flat.face_part, parts.label, parts.object_id)))
         self._lights = build_lights(flat)
@@ -84,6 +90,7 @@ class Renderer:
         self._mesh, self._embree = flat.mesh, EmbreeScene(flat.mesh.vertices, flat.mesh.faces, portable=config.portable)
         self._for_light: EmbreeScene | None = None
         self._denoiser: Denoiser | None = None
+        self._depth_sensor: DepthSensor | None = None
         self._workers = Workers(thread_count(config.threads))
         self._scratch = [make_scratch(len(self._lights.groups.area)) for _ in range(self._workers.count)]
 
@@ -114,9 +121,12 @@ class Renderer:
         images: dict[str, NDArray[np.generic]] = {}
         radiance, samples, rays = None, 0, 0
         sampling_s = denoising_s = 0.0
-        if any(name in GEOMETRIC_LAYERS for name in layers):
+        sensed = any(name in SENSED_LAYERS for name in layers)
+        if any(name in GEOMETRIC_LAYERS for name in layers) or (sensed and self._depth_config.model == "ideal"):
             images.update(self._trace_geometry(view)._asdict())
             rays = view.width * view.height
+        if sensed:
+            images["depth_sensed"] = images["depth"] if self._depth_config.model == "ideal" else self._read_depth(view, frame_index)
         if any(name in SAMPLED_LAYERS for name in layers):
             shown = exposure or self._configured_exposure()
             in_color = any(name in COLOR_LAYERS for name in layers)
@@ -138,6 +148,11 @@ class Renderer:
                         images[name] = self._develop(light, view, frame_index, shown)
             rays += sum(int(scratch.traced[0]) for scratch in self._scratch)
         return Frame({name: images[name] for name in LAYERS if name in layers}, radiance, samples, rays, sampling_s, denoising_s)
+
+    def _read_depth(self, view: PosedCamera, frame_index: int) -> NDArray[np.float32]:
+        if self._depth_sensor is None:
+            self._depth_sensor = DepthSensor(self._depth_config, self._embree.handle, self._surfaces, self._workers)
+        return self._depth_sensor.read(view, self._frame_key(frame_index))
 
     def _frame_key(self, frame_index: int) -> np.uint32:
         """Return the key of a frame's random numbers; cameras of a rig have noise of their own."""
@@ -259,8 +274,10 @@ class Renderer:
         self.close()
 
 
-def warm_up() -> None:
+def warm_up(depth_sensor: DepthSensorConfig = IDEAL_DEPTH) -> None:
     """Compile every kernel, or load it from numba's cache, by rendering one pixel of a lone shining triangle.
+
+    ``depth_sensor``: whose kernels are to be ready too.
 
     Raises:
         RenderError: Embree is missing.
@@ -279,5 +296,7 @@ def warm_up() -> None:
         sky,
     )
     pose = CameraPose(stamp_ns=0, position_m=(0.0, 0.0, 0.0), orientation=look_at((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
-    with Renderer(flat, CameraConfig(width=1, height=1), RenderConfig(samples_per_pixel=1, threads=1), 0) as renderer:
+    with Renderer(
+        flat, CameraConfig(width=1, height=1), RenderConfig(samples_per_pixel=1, threads=1), 0, depth_sensor=depth_sensor
+    ) as renderer:
         renderer.render(pose, 0, tuple(LAYERS), exposure=Exposure(0.0, white_of_kelvin(4000.0)))

@@ -43,6 +43,7 @@ FOLDERS = {
         "files": {"core", "geometry", "models", "textures"},
         "scene": {"core", "files", "geometry", "models", "textures"},
         "path": {"bsdf", "camera", "core", "scene", "textures"},
+        "sensors": {"camera", "core", "path"},
         "export": {"camera", "core", "files", "geometry", "scene", "textures"},
     },
     "scene_synth_ros": {

@@ -34,8 +34,9 @@ class Layer:
     unit: str = ""
     no_hit: float | None = None
     """Value of pixels whose ray hits nothing; None: they are as others."""
-    group: Literal["geometric", "sampled", "color"]
-    """geometric: from the hit record of the rays through the pixel centres; sampled: mean of samples; color: such a mean, of light."""
+    group: Literal["geometric", "sampled", "color", "sensed"]
+    """geometric: from the hit record of the rays through the pixel centres; sampled: mean of samples; color: such a mean, of light;
+    sensed: what the modelled depth sensor reads."""
     picture: Picture
     """For people."""
     exr: tuple[str, ...] = ()
@@ -88,6 +89,19 @@ ROWS = (
         exr=("depth.Z",),
         compression="depth",
         published=True,
+    ),
+    Layer(
+        name="depth_sensed",
+        summary="depth as the sensor of depth_sensor.model reads it",
+        meaning="distance along the optical z axis as the modelled sensor reads it; -inf too near, NaN invalid",
+        dtype="float32",
+        unit="m",
+        no_hit=math.inf,
+        group="sensed",
+        picture=DISTANCE,
+        exr=("depth_sensed.Z",),
+        compression="depth",
+        option="sensed",
     ),
     Layer(
         name="range",
@@ -206,6 +220,8 @@ Where the lens sees nothing, distances are NaN and all else is 0.
 GEOMETRIC_LAYERS = tuple(name for name, row in LAYERS.items() if row.group == "geometric")
 COLOR_LAYERS = tuple(name for name, row in LAYERS.items() if row.group == "color")
 """Layers for which light is traced."""
+
+SENSED_LAYERS = tuple(name for name, row in LAYERS.items() if row.group == "sensed")
 
 SAMPLED_LAYERS = tuple(name for name, row in LAYERS.items() if row.group in ("sampled", "color"))
 """Layers that are means of samples: they carry noise, and the blur of whatever the lens or the shutter blurs."""

@@ -155,13 +155,14 @@ class _Frames:
         return self._parsed
 
     def _renderer(self, settings: FrameSettings, scene: SceneDescription) -> Renderer:
-        key = (settings.scene, repr((settings.camera, settings.render, settings.sensor)))
+        key = (settings.scene, repr((settings.camera, settings.render, settings.sensor, settings.depth_sensor)))
         if key not in self._renderers:
             while len(self._renderers) >= 2:
                 self._renderers.popitem(last=False)[1][0].close()
             stack = ExitStack()
             flat = flatten(scene, self._catalog_dir)
-            renderer = stack.enter_context(Renderer(flat, settings.camera, settings.render, scene_key(scene), sensor=settings.sensor))
+            sensors = {"sensor": settings.sensor, "depth_sensor": settings.depth_sensor}
+            renderer = stack.enter_context(Renderer(flat, settings.camera, settings.render, scene_key(scene), **sensors))
             self._renderers[key] = (stack, renderer)
         return self._renderers[key][1]
 

@@ -69,7 +69,7 @@ def _tiles(reader: BagReader, topics: dict[str, str], stamps: set[int]) -> Itera
             layer = layers[message.topic]
             picture = Picture.fromarray(layer_picture(LAYERS[layer], read_pixels(message)))
             height = max(1, round(TILE_WIDTH * picture.height / picture.width))
-            one_ray = LAYERS[layer].group == "geometric"  # its pixels mean nothing when they are mixed
+            one_ray = LAYERS[layer].group in ("geometric", "sensed")  # its pixels mean nothing when they are mixed
             resample = Picture.Resampling.NEAREST if one_ray else Picture.Resampling.LANCZOS
             yield stamp, layer, picture.resize((TILE_WIDTH, height), resample)
 

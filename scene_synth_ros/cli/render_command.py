@@ -68,7 +68,8 @@ def run(arguments: argparse.Namespace) -> int:
     path = mounted_path(settings.camera, scene.camera_path)
     (arguments.out / "trajectory.txt").write_text(trajectory_to_tum(path[: len(poses)]), encoding="utf-8")
     _report(0, len(poses), 0.0)
-    with Renderer(flat, settings.camera, settings.render, key, sensor=settings.sensor) as renderer:
+    sensors = {"sensor": settings.sensor, "depth_sensor": settings.depth_sensor}
+    with Renderer(flat, settings.camera, settings.render, key, **sensors) as renderer:
         began = time.monotonic()
         for index, pose in enumerate(path[: len(poses)]):
             frame = renderer.render(pose, index, layers, exposure=exposure, path=path)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from renderer import CameraConfig, RenderConfig, SensorConfig
+from renderer import CameraConfig, DepthSensorConfig, RenderConfig, SensorConfig
 from renderer.film.tone import TONE_CURVES
 from scene_description import from_mapping
 from scene_description.share import config_path
@@ -18,15 +18,16 @@ PRESETS = ("stream", "balanced", "photo")
 """Named settings of the renderer, ``config/presets/<name>.yaml``; also overlays of run profiles."""
 
 NODE = "renderer_node"
-GROUPS: dict[str, type] = {"camera": CameraConfig, "render": RenderConfig, "sensor": SensorConfig}
+GROUPS: dict[str, type] = {"camera": CameraConfig, "render": RenderConfig, "sensor": SensorConfig, "depth_sensor": DepthSensorConfig}
 
 
 class Settings(NamedTuple):
-    """Camera, renderer and sensor."""
+    """Camera, renderer and sensors."""
 
     camera: CameraConfig
     render: RenderConfig
     sensor: SensorConfig
+    depth_sensor: DepthSensorConfig
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -41,7 +42,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="parameter file, or a shipped one by its name, kinect_v1, say",
     )
     parser.add_argument(
-        "-p", dest="parameters", action="append", default=[], metavar="NAME:=VALUE", help="one of camera., render. or sensor.; see README"
+        "-p",
+        dest="parameters",
+        action="append",
+        default=[],
+        metavar="NAME:=VALUE",
+        help="one of camera., render., sensor. or depth_sensor.; see README",
     )
     parser.add_argument("--spp", type=int, help="colour samples per pixel (default: the preset's)")
     parser.add_argument("--threads", type=int, default=0, help="threads; 0 takes all (default: %(default)s)")

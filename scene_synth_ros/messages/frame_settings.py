@@ -9,7 +9,8 @@ from typing import Annotated, Any
 from renderer.camera.config import CameraConfig, SensorConfig
 from renderer.film.tone import Exposure
 from renderer.path.config import RenderConfig
-from renderer.renderer import IDEAL
+from renderer.renderer import IDEAL, IDEAL_DEPTH
+from renderer.sensors.config import DepthSensorConfig
 from scene_description import Limits
 from scene_description.color_temperature import D65_XY
 from scene_description.strict import FieldError, from_mapping, shorten, to_mapping
@@ -31,6 +32,7 @@ class FrameSettings:
     render: RenderConfig
     streams: StreamConfig
     sensor: SensorConfig = IDEAL
+    depth_sensor: DepthSensorConfig = IDEAL_DEPTH
     white_xy: tuple[Coordinate, Coordinate] = D65_XY
 
     @property
@@ -40,10 +42,12 @@ class FrameSettings:
 
 
 def settings_to_json(settings: FrameSettings) -> str:
-    """Return the JSON text; an empty prefix of frames is not in it."""
+    """Return the JSON text; an empty prefix of frames and an ideal depth sensor are not in it."""
     data: dict[str, Any] = to_mapping(settings)
     if not settings.streams.frame_prefix:
         del data["streams"]["frame_prefix"]
+    if settings.depth_sensor == IDEAL_DEPTH:
+        del data["depth_sensor"]
     return json.dumps(data, separators=(",", ":"))
 
 

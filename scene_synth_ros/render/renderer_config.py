@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from renderer import CameraConfig, RenderConfig, SensorConfig
+from renderer import CameraConfig, DepthSensorConfig, RenderConfig, SensorConfig
 from scene_description import Limits
 from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.messages.image_codec import LiveCompression
@@ -51,5 +51,6 @@ RENDERER_GROUPS: dict[str, type] = {
     "compressed": LiveCompression,
     "drive": DriveConfig,
     "sensor": SensorConfig,
+    "depth_sensor": DepthSensorConfig,
 }
 """Prefix of a renderer's parameters -> dataclass that defines them."""

@@ -76,7 +76,7 @@ class Rendering:
         """
         began = time.perf_counter()
         self._node.get_logger().info("loading kernels (the first run compiles them)")
-        warm_up()
+        warm_up(self._settings["depth_sensor"])
         self._node.get_logger().info(f"kernels are ready ({time.perf_counter() - began:.1f} s)")
         self.warm = True
         while (text := self._inbox.next_room()) is not None:
@@ -123,11 +123,11 @@ class Rendering:
     def _render_room(self, scene: SceneDescription) -> None:
         self._render_config = self._settings["render"]
         flat = functools.cache(lambda: flatten(scene, self._catalog_dir))
-        camera, sensor = self._settings["camera"], self._settings["sensor"]
+        camera, sensors = self._settings["camera"], {name: self._settings[name] for name in ("sensor", "depth_sensor")}
         with ExitStack() as room:
 
             def make() -> Renderer:
-                renderer = room.enter_context(Renderer(flat(), camera, self._render_config, scene_key(scene), sensor=sensor))
+                renderer = room.enter_context(Renderer(flat(), camera, self._render_config, scene_key(scene), **sensors))
                 trim_heap()
                 return renderer
 
@@ -182,6 +182,7 @@ class Rendering:
             frame=index,
             exposure_ev100=exposure.ev100,
             sensor=self._settings["sensor"],
+            depth_sensor=self._settings["depth_sensor"],
             white_xy=exposure.white_xy,
             camera=self._settings["camera"],
             render=self._render_config,

@@ -31,7 +31,7 @@ def test_a_parameter_for_each_layer_stands_between_the_names_and_the_rest() -> N
     assert fields[: 3 + len(ROWS)] == ["camera", "world_frame", *(row.name for row in ROWS), "color_companions"]
     plain = StreamConfig()
     assert plain.color and plain.depth and plain.normals and plain.semantic and plain.instance
-    assert not (plain.range or plain.color_noisy or plain.albedo or plain.radiance or plain.variance or plain.samples)
+    assert not (plain.range or plain.color_noisy or plain.albedo or plain.radiance or plain.variance or plain.samples or plain.depth_sensed)
     annotation, limits = split_annotation(field_types(StreamConfig)["normals"])
     assert (annotation, limits.description, limits.fixed) == (bool, "Publish surface normals", "publishers are made at the start")
     assert StreamConfig(albedo=True) != StreamConfig() == dataclasses.replace(StreamConfig(albedo=True), albedo=False)
@@ -39,7 +39,7 @@ def test_a_parameter_for_each_layer_stands_between_the_names_and_the_rest() -> N
 
 ENCODINGS = {
     "color": "rgb8", "depth": "32FC1", "range": "32FC1", "normals": "32FC3", "semantic": "mono8", "instance": "16UC1",
-    "color_noisy": "rgb8", "albedo": "32FC3", "radiance": "32FC3", "variance": "32FC3", "samples": "16UC1",
+    "depth_sensed": "32FC1", "color_noisy": "rgb8", "albedo": "32FC3", "radiance": "32FC3", "variance": "32FC3", "samples": "16UC1",
 }  # fmt: skip
 
 
