@@ -25,12 +25,22 @@ from renderer.core.random_numbers import make_frame_key
 from renderer.core.workers import Workers, thread_count
 from renderer.film.denoise import Denoiser, is_asked
 from renderer.film.frame import Frame
-from renderer.film.layers import COLOR_LAYERS, GEOMETRIC_LAYERS, LAYERS, SAMPLED_LAYERS, SENSED_LAYERS, check_names
+from renderer.film.layers import (
+    COLOR_LAYERS,
+    GEOMETRIC_LAYERS,
+    HIT_LAYERS,
+    LAYERS,
+    SAMPLED_LAYERS,
+    SENSED_LAYERS,
+    check_names,
+)
 from renderer.film.tone import Exposure, to_display, white_luminance
 from renderer.film.white_balance import white_of_kelvin
 from renderer.geometry.mesh import Mesh
+from renderer.ground_truth.hit_layers import hit_layers
+from renderer.ground_truth.hit_view import HitView, TracedScene
 from renderer.path.config import RenderConfig
-from renderer.path.ground_truth import GeometricImages, Labels, trace_geometry
+from renderer.path.ground_truth import GeometricImages, Labels, make_hits, trace_geometry
 from renderer.path.integrator import trace_paths
 from renderer.path.lights import build_lights
 from renderer.path.queues import WAVE, WAVE_EDGE
@@ -93,6 +103,7 @@ class Renderer:
         self._depth_sensor: DepthSensor | None = None
         self._workers = Workers(thread_count(config.threads))
         self._scratch = [make_scratch(len(self._lights.groups.area)) for _ in range(self._workers.count)]
+        self._scene = TracedScene(flat, self._labels.label, self._surfaces, self._lights, self._embree.handle, self._workers, self._scratch)
 
     def render(
         self,
@@ -121,12 +132,12 @@ class Renderer:
         images: dict[str, NDArray[np.generic]] = {}
         radiance, samples, rays = None, 0, 0
         sampling_s = denoising_s = 0.0
-        sensed = any(name in SENSED_LAYERS for name in layers)
-        if any(name in GEOMETRIC_LAYERS for name in layers) or (sensed and self._depth_config.model == "ideal"):
-            images.update(self._trace_geometry(view)._asdict())
+        sensed, ideal = any(name in SENSED_LAYERS for name in layers), self._depth_config.model == "ideal"
+        if any(name in GEOMETRIC_LAYERS or name in HIT_LAYERS for name in layers) or (sensed and ideal):
+            images.update(self._trace_geometry(view, layers, pose, path))
             rays = view.width * view.height
         if sensed:
-            images["depth_sensed"] = images["depth"] if self._depth_config.model == "ideal" else self._read_depth(view, frame_index)
+            images["depth_sensed"] = images["depth"] if ideal else self._read_depth(view, frame_index)
         if any(name in SAMPLED_LAYERS for name in layers):
             shown = exposure or self._configured_exposure()
             in_color = any(name in COLOR_LAYERS for name in layers)
@@ -182,16 +193,24 @@ class Renderer:
             return Exposure(config.exposure_ev100, white_of_kelvin(config.white_balance_k))
         return Exposure(config.exposure_ev100)
 
-    def _trace_geometry(self, view: PosedCamera) -> GeometricImages:
+    def _trace_geometry(
+        self, view: PosedCamera, layers: Collection[str], pose: CameraPose, path: Sequence[CameraPose]
+    ) -> dict[str, NDArray[np.generic]]:
+        """Return the basic layers, and those that the hit record gives as far as they are asked for."""
+        recorded = any(name in HIT_LAYERS for name in layers)
         rows = (LAYERS[name] for name in GEOMETRIC_LAYERS)
         images = GeometricImages(**{row.name: np.empty(row.shape(view.height, view.width), row.dtype) for row in rows})
+        hits = make_hits(view.height, view.width) if recorded else make_hits(0, 0)
         step = self._workers.count
 
         def trace(worker: int, first: int) -> None:
-            trace_geometry(self._embree.handle, self._labels, view, self._scratch[worker].rays, CENTRE, MIDDLE, images, first, step)
+            packet = self._scratch[worker].rays
+            trace_geometry(self._embree.handle, self._labels, view, packet, CENTRE, MIDDLE, images, hits, first, step)
 
         self._workers.run(trace, range(step))
-        return images
+        if not recorded:
+            return images._asdict()
+        return images._asdict() | hit_layers(HitView(self._scene, self._camera, view, images, hits, pose, path), layers)
 
     def _expose_film(
         self,
@@ -274,8 +293,10 @@ class Renderer:
         self.close()
 
 
-def warm_up(depth_sensor: DepthSensorConfig = IDEAL_DEPTH) -> None:
-    """Compile every kernel, or load it from numba's cache, by rendering one pixel of a lone shining triangle.
+def warm_up(
+    layers: Collection[str] = (*GEOMETRIC_LAYERS, *SAMPLED_LAYERS, *SENSED_LAYERS), depth_sensor: DepthSensorConfig = IDEAL_DEPTH
+) -> None:
+    """Compile the kernels of some layers, or load them from numba's cache, by rendering one pixel of a lone shining triangle.
 
     ``depth_sensor``: whose kernels are to be ready too.
 
@@ -296,7 +317,6 @@ def warm_up(depth_sensor: DepthSensorConfig = IDEAL_DEPTH) -> None:
         sky,
     )
     pose = CameraPose(stamp_ns=0, position_m=(0.0, 0.0, 0.0), orientation=look_at((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
-    with Renderer(
-        flat, CameraConfig(width=1, height=1), RenderConfig(samples_per_pixel=1, threads=1), 0, depth_sensor=depth_sensor
-    ) as renderer:
-        renderer.render(pose, 0, tuple(LAYERS), exposure=Exposure(0.0, white_of_kelvin(4000.0)))
+    camera, config = CameraConfig(width=1, height=1), RenderConfig(samples_per_pixel=1, threads=1)
+    with Renderer(flat, camera, config, 0, depth_sensor=depth_sensor) as renderer:
+        renderer.render(pose, 0, layers, exposure=Exposure(0.0, white_of_kelvin(4000.0)))

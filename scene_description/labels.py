@@ -12,10 +12,24 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_description.types import Opening, SceneDescription, SceneObject
+from scene_description.types import Material, Opening, SceneDescription, SceneObject
 
 LabelTable = dict[int, dict[str, object]]
 """Id -> its name, class, display colour: what ids of an image mean, for people and programs."""
+
+
+MATERIAL_VALUES = (
+    "base_color",
+    "roughness",
+    "metallic",
+    "transmission",
+    "ior",
+    "clearcoat",
+    "clearcoat_roughness",
+    "sheen",
+    "glow_cd_m2",
+)
+"""Fields of a material that its label tells."""
 
 
 class Label(NamedTuple):
@@ -76,3 +90,51 @@ def instance_labels(scene: SceneDescription) -> LabelTable:
         color = [int(value) for value in palette[thing.id]]
         table[thing.id] = {"name": thing.category, "class": thing.label, "class_name": NYU40[thing.label].name, "color": color}
     return table
+
+
+def occlusion_labels() -> LabelTable:
+    """Return what the values of occlusion layers mean, with display colours."""
+    states = (("visible", (255, 255, 255)), ("hidden", (200, 40, 40)), ("outside", (60, 90, 200)), ("unknown", (0, 0, 0)))
+    return {number: {"name": name, "class": number, "color": list(color)} for number, (name, color) in enumerate(states)}
+
+
+def part_ids(scene: SceneDescription) -> dict[str, int]:
+    """Return the id, from 1 on, of each part by ``<object id>/<part name>``; the room's surfaces come first, as object 0.
+
+    Ids follow the order of the description and need 16 bits: parts beyond the 65,535th have none.
+    """
+    things: list[Opening | SceneObject] = [*scene.room.openings, *scene.objects]
+    owners = [(0, scene.room.surfaces), *((thing.id, thing.parts) for thing in things)]
+    names = (f"{owner}/{part.name}" for owner, parts in owners for part in parts)
+    return {name: number for number, name in zip(range(1, 1 << 16), names, strict=False)}
+
+
+def part_labels(scene: SceneDescription) -> LabelTable:
+    """Return part id -> name, object, class and display colour; id 0 is what belongs to no named part."""
+    ids, objects = part_ids(scene), instance_labels(scene)
+    palette = instance_palette(len(ids) + 1)
+    table: LabelTable = {0: {"name": "none", "object": 0, "class": 0, "color": [0, 0, 0]}}
+    for key, number in ids.items():
+        owner = int(key.partition("/")[0])
+        color = [int(value) for value in palette[number]]
+        table[number] = {"name": f"{objects[owner]['name']}/{key.partition('/')[2]}", "object": owner, "color": color}
+        table[number]["class"] = objects[owner]["class"]
+    return table
+
+
+def material_labels(scene: SceneDescription) -> LabelTable:
+    """Return material id, from 1 on in the description's order, -> name, family, BSDF values and display colour; 0 is none.
+
+    Values are those of the material itself: a texture changes colour, roughness and metalness from point to point.
+    """
+    palette = instance_palette(len(scene.materials) + 1)
+    table: LabelTable = {0: {"name": "none", "color": [0, 0, 0]}}
+    for number, material in enumerate(scene.materials, 1):
+        values = {name: getattr(material, name) for name in MATERIAL_VALUES}
+        color = [int(value) for value in palette[number]]
+        table[number] = {"name": material.id, "family": material.family, "color": color, "textured": _is_textured(material), **values}
+    return table
+
+
+def _is_textured(material: Material) -> bool:
+    return material.texture is not None or material.images is not None

@@ -44,6 +44,7 @@ FOLDERS = {
         "scene": {"core", "files", "geometry", "models", "textures"},
         "path": {"bsdf", "camera", "core", "scene", "textures"},
         "sensors": {"camera", "core", "path"},
+        "ground_truth": {"camera", "core", "path", "scene"},
         "export": {"camera", "core", "files", "geometry", "scene", "textures"},
     },
     "scene_synth_ros": {

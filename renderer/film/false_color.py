@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.film.tone import encode_srgb
-from scene_description.labels import instance_palette, label_palette
+from scene_description.labels import instance_palette, label_palette, occlusion_labels
 
 FAR_M = 6.0
 """Where the colours of distances end."""
@@ -78,6 +78,46 @@ def noise_to_grey(variance: NDArray[np.float32]) -> NDArray[np.uint8]:
     return np.clip(np.rint(255.0 * deviation / most), 0, 255).astype(np.uint8) if most > 0.0 else np.zeros(deviation.shape, np.uint8)
 
 
+def metres_to_color(values: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Return lengths (height, width, 2 or 3) by their fraction of a metre as red, green, blue; black where there is none."""
+    return unit_to_color(values - np.floor(values))
+
+
+def unit_to_color(values: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Return numbers (height, width, 2 or 3) from 0 to 1 as red, green, blue; black where there is none."""
+    color = np.zeros((*values.shape[:2], 3), np.uint8)
+    known = np.nan_to_num(values, nan=0.0, posinf=0.0, neginf=0.0)
+    color[..., : values.shape[2]] = np.rint(np.clip(known, 0.0, 1.0) * 255.0)
+    return color
+
+
+def share_to_grey(values: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Return numbers (height, width) from 0 to 1 as grey."""
+    grey: NDArray[np.uint8] = np.rint(np.clip(np.nan_to_num(values), 0.0, 1.0) * 255.0).astype(np.uint8)
+    return grey
+
+
+def states_to_color(ids: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return states of occlusion as (height, width, 3) uint8 in the colours of their labels."""
+    return np.take(np.array([row["color"] for row in occlusion_labels().values()], np.uint8), np.minimum(ids, 3), axis=0)
+
+
+def flow_to_color(flow_px: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Return flow (height, width, 2) as (height, width, 3) uint8: hue is direction, saturation length, full at the 99th percentile.
+
+    Red goes right, further hues clockwise; what does not move is white, what has no flow black.
+    """
+    known = np.isfinite(flow_px).all(axis=2)
+    u, v = (np.where(known, flow_px[..., axis], 0.0) for axis in (0, 1))
+    length = np.hypot(u, v)
+    most = max(float(np.percentile(length[known], 99.0)), 1e-6) if known.any() else 1.0
+    sector = (np.arctan2(v, u) / (2.0 * np.pi) % 1.0)[..., None] * 6.0 + np.array([5.0, 3.0, 1.0])
+    hue = 1.0 - np.clip(np.minimum(sector % 6.0, 4.0 - sector % 6.0), 0.0, 1.0)
+    color: NDArray[np.uint8] = np.rint(255.0 * (1.0 - np.clip(length / most, 0.0, 1.0)[..., None] * (1.0 - hue))).astype(np.uint8)
+    color[~known] = 0
+    return color
+
+
 @cache
 def _class_palette() -> NDArray[np.uint8]:
     return label_palette()
@@ -96,3 +136,8 @@ OBJECTS = Picture("a colour for each id; 0 is black", objects_to_color)
 REFLECTANCE = Picture("sRGB", encode_srgb)
 EXPOSED = Picture(f"filmic curve, the mean at {MIDDLE_GREY:g} of white", exposed_to_color)
 NOISE = Picture("standard error as grey, its 99th percentile white", noise_to_grey)
+METRES = Picture("fraction of a metre as red, green, blue; no hit is black", metres_to_color)
+UNIT_CUBE = Picture("0 to 1 as red, green, blue; no hit is black", unit_to_color)
+SHARE = Picture("0 black to 1 white", share_to_grey)
+STATES = Picture("visible white, hidden red, outside blue, unknown black", states_to_color)
+MOTION = Picture("direction as hue, length as saturation; none is black", flow_to_color)

@@ -14,9 +14,31 @@ from typing import Any, Literal
 from numpy.typing import NDArray
 
 from renderer.core.errors import RenderError
-from renderer.film.false_color import AS_IT_IS, CLASSES, DIRECTION, DISTANCE, EXPOSED, NOISE, OBJECTS, REFLECTANCE, Picture
+from renderer.film.false_color import (
+    AS_IT_IS,
+    CLASSES,
+    DIRECTION,
+    DISTANCE,
+    EXPOSED,
+    METRES,
+    MOTION,
+    NOISE,
+    OBJECTS,
+    REFLECTANCE,
+    SHARE,
+    STATES,
+    UNIT_CUBE,
+    Picture,
+)
 from scene_description import SceneDescription
-from scene_description.labels import LabelTable, instance_labels, semantic_labels
+from scene_description.labels import (
+    LabelTable,
+    instance_labels,
+    material_labels,
+    occlusion_labels,
+    part_labels,
+    semantic_labels,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,9 +56,9 @@ class Layer:
     unit: str = ""
     no_hit: float | None = None
     """Value of pixels whose ray hits nothing; None: they are as others."""
-    group: Literal["geometric", "sampled", "color", "sensed"]
-    """geometric: from the hit record of the rays through the pixel centres; sampled: mean of samples; color: such a mean, of light;
-    sensed: what the modelled depth sensor reads."""
+    group: Literal["geometric", "hit", "sampled", "color", "sensed"]
+    """geometric: filled while the rays through the pixel centres are traced; hit: computed from their hit record; sampled: mean of samples;
+    color: such a mean, of light; sensed: what the modelled depth sensor reads."""
     picture: Picture
     """For people."""
     exr: tuple[str, ...] = ()
@@ -48,7 +70,7 @@ class Layer:
     published: bool = False
     """Unless its parameter says otherwise."""
     option: str = ""
-    """Of ``scene_synth render``, asks for it; empty: it is always written."""
+    """Of ``scene_synth render``, asks for it; empty: it is always written; "layers": only ``--layers`` asks for it."""
 
     def shape(self, height: int, width: int) -> tuple[int, ...]:
         """Return the shape of an image: (height, width), or (height, width, channels) where there are several."""
@@ -208,6 +230,313 @@ ROWS = (
         compression="ids",
         published=True,
     ),
+    Layer(
+        name="position",
+        summary="3D positions in the world",
+        meaning="point that is hit, world frame",
+        dtype="float32",
+        channels=3,
+        unit="m",
+        no_hit=math.nan,
+        group="hit",
+        picture=METRES,
+        exr=("position.X", "position.Y", "position.Z"),
+        option="layers",
+    ),
+    Layer(
+        name="position_camera",
+        summary="3D positions before the camera",
+        meaning="point that is hit, optical frame",
+        dtype="float32",
+        channels=3,
+        unit="m",
+        no_hit=math.nan,
+        group="hit",
+        picture=METRES,
+        exr=("position_camera.X", "position_camera.Y", "position_camera.Z"),
+        option="layers",
+    ),
+    Layer(
+        name="normals_world",
+        summary="surface normals in the world",
+        meaning="geometric unit normal, world frame, towards the camera",
+        dtype="float32",
+        channels=3,
+        no_hit=0.0,
+        group="hit",
+        picture=DIRECTION,
+        exr=("normals_world.X", "normals_world.Y", "normals_world.Z"),
+        option="layers",
+    ),
+    Layer(
+        name="shading_normals",
+        summary="shading normals",
+        meaning="normal that light is scattered by, of smooth and textured surfaces, optical frame",
+        dtype="float32",
+        channels=3,
+        no_hit=0.0,
+        group="hit",
+        picture=DIRECTION,
+        exr=("shading_normals.X", "shading_normals.Y", "shading_normals.Z"),
+        option="layers",
+    ),
+    Layer(
+        name="shading_normals_world",
+        summary="shading normals in the world",
+        meaning="the same, world frame",
+        dtype="float32",
+        channels=3,
+        no_hit=0.0,
+        group="hit",
+        picture=DIRECTION,
+        exr=("shading_normals_world.X", "shading_normals_world.Y", "shading_normals_world.Z"),
+        option="layers",
+    ),
+    Layer(
+        name="part",
+        summary="ids of the objects' parts",
+        meaning="part id, 0 for what belongs to no named part",
+        dtype="uint16",
+        no_hit=0.0,
+        group="hit",
+        picture=OBJECTS,
+        exr=("part.id",),
+        labels=part_labels,
+        compression="ids",
+        option="layers",
+    ),
+    Layer(
+        name="material",
+        summary="ids of materials",
+        meaning="material id; its label tells name and BSDF values",
+        dtype="uint16",
+        no_hit=0.0,
+        group="hit",
+        picture=OBJECTS,
+        exr=("material.id",),
+        labels=material_labels,
+        compression="ids",
+        option="layers",
+    ),
+    Layer(
+        name="base_color",
+        summary="the base colour at the hit",
+        meaning="linear base colour of the surface, texture included",
+        dtype="float32",
+        channels=3,
+        no_hit=0.0,
+        group="hit",
+        picture=REFLECTANCE,
+        exr=("base_color.R", "base_color.G", "base_color.B"),
+        option="layers",
+    ),
+    Layer(
+        name="roughness",
+        summary="roughness",
+        meaning="perceptual roughness, texture included",
+        dtype="float32",
+        no_hit=0.0,
+        group="hit",
+        picture=SHARE,
+        exr=("roughness.Y",),
+        option="layers",
+    ),
+    Layer(
+        name="metallic",
+        summary="metalness",
+        meaning="metalness, texture included",
+        dtype="float32",
+        no_hit=0.0,
+        group="hit",
+        picture=SHARE,
+        exr=("metallic.Y",),
+        option="layers",
+    ),
+    Layer(
+        name="emission",
+        summary="the light that surfaces emit",
+        meaning="luminance that the surface itself sends to the camera; of window panes that of the sky behind them",
+        dtype="float32",
+        channels=3,
+        unit="cd/m2",
+        no_hit=0.0,
+        group="hit",
+        picture=EXPOSED,
+        exr=("emission.R", "emission.G", "emission.B"),
+        option="layers",
+    ),
+    Layer(
+        name="uv",
+        summary="texture coordinates",
+        meaning="texture coordinates along the surface",
+        dtype="float32",
+        channels=2,
+        unit="m",
+        no_hit=math.nan,
+        group="hit",
+        picture=METRES,
+        exr=("uv.U", "uv.V"),
+        option="layers",
+    ),
+    Layer(
+        name="object_coordinates",
+        summary="normalised object coordinates",
+        meaning="place in the object's box: back to front, right to left, bottom to top, each 0 to 1; of the shell in the room's",
+        dtype="float32",
+        channels=3,
+        no_hit=math.nan,
+        group="hit",
+        picture=UNIT_CUBE,
+        exr=("object_coordinates.X", "object_coordinates.Y", "object_coordinates.Z"),
+        option="layers",
+    ),
+    Layer(
+        name="flow",
+        summary="optical flow to the next frame",
+        meaning="motion of what is seen to the next frame, right and down; NaN at the path's end, of what comes to lie behind the camera",
+        dtype="float32",
+        channels=2,
+        unit="px",
+        no_hit=math.nan,
+        group="hit",
+        picture=MOTION,
+        exr=("flow.U", "flow.V"),
+        option="layers",
+    ),
+    Layer(
+        name="flow_backward",
+        summary="optical flow to the frame before",
+        meaning="the same to the frame before; NaN at the path's beginning",
+        dtype="float32",
+        channels=2,
+        unit="px",
+        no_hit=math.nan,
+        group="hit",
+        picture=MOTION,
+        exr=("flow_backward.U", "flow_backward.V"),
+        option="layers",
+    ),
+    Layer(
+        name="occlusion",
+        summary="what is hidden in the next frame",
+        meaning="whether what is seen is seen in the next frame: 0 visible, 1 hidden, 2 outside the image, 3 unknown",
+        dtype="uint8",
+        no_hit=3.0,
+        group="hit",
+        picture=STATES,
+        exr=("occlusion.id",),
+        labels=lambda _: occlusion_labels(),
+        compression="ids",
+        option="layers",
+    ),
+    Layer(
+        name="occlusion_backward",
+        summary="what was hidden in the frame before",
+        meaning="the same of the frame before",
+        dtype="uint8",
+        no_hit=3.0,
+        group="hit",
+        picture=STATES,
+        exr=("occlusion_backward.id",),
+        labels=lambda _: occlusion_labels(),
+        compression="ids",
+        option="layers",
+    ),
+    Layer(
+        name="boundaries",
+        summary="occlusion boundaries",
+        meaning="255 at the last pixel of a surface before one that it hides, else 0",
+        dtype="uint8",
+        no_hit=0.0,
+        group="hit",
+        picture=AS_IT_IS,
+        exr=("boundaries.Y",),
+        option="layers",
+    ),
+    Layer(
+        name="coverage",
+        summary="how much of each pixel its object covers",
+        meaning="share of 4 x 4 rays through the pixel that hit the object of its id; 1 where all neighbours have that id",
+        dtype="float32",
+        no_hit=None,
+        group="hit",
+        picture=SHARE,
+        exr=("coverage.Y",),
+        option="layers",
+    ),
+    Layer(
+        name="glass",
+        summary="where glass is",
+        meaning="255 where what is hit lets most of the light through, else 0",
+        dtype="uint8",
+        no_hit=0.0,
+        group="hit",
+        picture=AS_IT_IS,
+        exr=("glass.Y",),
+        option="layers",
+    ),
+    Layer(
+        name="mirror",
+        summary="where mirrors are",
+        meaning="255 where what is hit is smooth metal, else 0",
+        dtype="uint8",
+        no_hit=0.0,
+        group="hit",
+        picture=AS_IT_IS,
+        exr=("mirror.Y",),
+        option="layers",
+    ),
+    Layer(
+        name="depth_opaque",
+        summary="depth behind glass",
+        meaning="depth of the first opaque surface on the straight line of sight",
+        dtype="float32",
+        unit="m",
+        no_hit=math.inf,
+        group="hit",
+        picture=DISTANCE,
+        exr=("depth_opaque.Z",),
+        compression="depth",
+        option="layers",
+    ),
+    Layer(
+        name="normals_opaque",
+        summary="normals behind glass",
+        meaning="normal of the first opaque surface, as normals",
+        dtype="float32",
+        channels=3,
+        no_hit=0.0,
+        group="hit",
+        picture=DIRECTION,
+        exr=("normals_opaque.X", "normals_opaque.Y", "normals_opaque.Z"),
+        option="layers",
+    ),
+    Layer(
+        name="semantic_opaque",
+        summary="class ids behind glass",
+        meaning="class id of the first opaque surface",
+        dtype="uint8",
+        no_hit=0.0,
+        group="hit",
+        picture=CLASSES,
+        exr=("semantic_opaque.id",),
+        labels=lambda _: semantic_labels(),
+        compression="ids",
+        option="layers",
+    ),
+    Layer(
+        name="instance_opaque",
+        summary="object ids behind glass",
+        meaning="object id of the first opaque surface",
+        dtype="uint16",
+        no_hit=0.0,
+        group="hit",
+        picture=OBJECTS,
+        exr=("instance_opaque.id",),
+        labels=instance_labels,
+        compression="ids",
+        option="layers",
+    ),
 )
 """In the order of the parameters, and so of the keys in ``<renderer>/settings``."""
 
@@ -218,6 +547,11 @@ Where the lens sees nothing, distances are NaN and all else is 0.
 """
 
 GEOMETRIC_LAYERS = tuple(name for name, row in LAYERS.items() if row.group == "geometric")
+"""Layers that are filled while the rays through the pixel centres are traced."""
+
+HIT_LAYERS = tuple(name for name, row in LAYERS.items() if row.group == "hit")
+"""Layers that are computed from the hit record of these rays, each when it is asked for."""
+
 COLOR_LAYERS = tuple(name for name, row in LAYERS.items() if row.group == "color")
 """Layers for which light is traced."""
 

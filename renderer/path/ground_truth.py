@@ -15,6 +15,8 @@ from renderer.camera.camera_rays import TILE, aim_tile
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import move_rays, unturn_rays
 from renderer.core.embree import (
+    BARY_U,
+    BARY_V,
     DIR_X,
     DIR_Y,
     DIR_Z,
@@ -43,6 +45,23 @@ class GeometricImages(NamedTuple):
     normals: NDArray[np.float32]
     semantic: NDArray[np.uint8]
     instance: NDArray[np.uint16]
+
+
+class Hits(NamedTuple):
+    """The hit record of a view: (height, width) each, a height of 0 where nobody asks for it.
+
+    face: int32, the triangle, -1 where the ray hits nothing; u, v: float32, barycentric weights of its second and third corner, 0 there.
+    """
+
+    face: NDArray[np.int32]
+    u: NDArray[np.float32]
+    v: NDArray[np.float32]
+
+
+def make_hits(height: int, width: int) -> Hits:
+    """Return room for a hit record."""
+    size = (height, width)
+    return Hits(np.empty(size, np.int32), np.empty(size, np.float32), np.empty(size, np.float32))
 
 
 class Labels(NamedTuple):
@@ -77,6 +96,7 @@ def trace_geometry(
     centre: NDArray[np.float32],
     middle: NDArray[np.float32],
     images: GeometricImages,
+    hits: Hits,
     first: int,
     step: int,
 ) -> None:
@@ -87,7 +107,7 @@ def trace_geometry(
     """
     real, integer = packet.real, packet.integer
     depth, distance, normals, semantic, instance = images
-    lens = len(camera.bearings) > 0
+    lens, recorded = len(camera.bearings) > 0, hits.face.shape[0] > 0
     r02, r12, r22 = camera.rotation[0, 2], camera.rotation[1, 2], camera.rotation[2, 2]
     for row in range(first * TILE, camera.height, step * TILE):
         for column in range(0, camera.width, TILE):
@@ -111,7 +131,12 @@ def trace_geometry(
                 normals[y, x, 2] = real[NG_Z + k]
                 semantic[y, x] = 0
                 instance[y, x] = 0
-                if integer[GEOM_ID + k] != INVALID_ID:
+                hit = integer[GEOM_ID + k] != INVALID_ID
+                if recorded:
+                    hits.face[y, x] = np.int32(integer[PRIM_ID + k]) if hit else np.int32(-1)
+                    hits.u[y, x] = real[BARY_U + k] if hit else _ZERO
+                    hits.v[y, x] = real[BARY_V + k] if hit else _ZERO
+                if hit:
                     part = labels.face_part[integer[PRIM_ID + k]]
                     semantic[y, x] = labels.label[part]
                     instance[y, x] = labels.object_id[part]

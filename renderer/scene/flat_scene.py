@@ -89,6 +89,13 @@ ALL_REFLECT = np.zeros(0, np.bool_)
 """``absorbs`` of a scene whose parts all reflect."""
 
 
+UNNUMBERED = np.zeros(0, np.uint16)
+"""``part_id`` of a scene whose parts have no numbers."""
+
+NO_BOXES = np.zeros((0, 3, 4), np.float32)
+"""``part_box`` of a scene that tells none."""
+
+
 class FlatScene(NamedTuple):
     """A whole scene for the kernels.
 
@@ -96,7 +103,9 @@ class FlatScene(NamedTuple):
     by part: ``<object id>/<part name>``.  part_texture: (p,) int32, index of each part's texture among ``textures``, -1 for none; empty
     where no part has any.  absorbs: (p,) bool, parts that reflect nothing, whatever their material; empty where none does.
     part_profile: (p,) int32, row of ``profiles`` by which each part's luminance depends on direction, -1 for none; empty where none does.
-    profiles: as ``renderer.scene.spot_lights.profile_row`` has them.
+    profiles: as ``renderer.scene.spot_lights.profile_row`` has them.  part_box: (p, 3, 4) float32, affine map from the world to the box of
+    the object that each part belongs to, whose corners are (0, 0, 0) and (1, 1, 1); empty where no boxes are told.
+    part_id: (p,) uint16, as ``scene_description.labels.part_ids`` has them, 0 for what it does not have; empty where none are told.
     """
 
     mesh: Mesh
@@ -110,3 +119,5 @@ class FlatScene(NamedTuple):
     absorbs: NDArray[np.bool_] = ALL_REFLECT
     part_profile: NDArray[np.int32] = NO_PROFILE
     profiles: NDArray[np.float32] = NO_PROFILES
+    part_box: NDArray[np.float32] = NO_BOXES
+    part_id: NDArray[np.uint16] = UNNUMBERED

@@ -7,7 +7,7 @@ bytes.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -27,6 +27,7 @@ from renderer.models.openings import OPENING_MODELS
 from renderer.scene.daylight_sky import daylight_map
 from renderer.scene.environment_map import load_environment_map
 from renderer.scene.flat_scene import NO_PROFILE, NO_PROFILES, FlatScene, PartTable, Sky, tabulate_materials
+from renderer.scene.object_boxes import object_box, opening_box, room_box
 from renderer.scene.room_shell import build_opening, build_shell
 from renderer.scene.spot_lights import intensity_profile, luminaire_emission, luminaire_mesh, profile_row
 from renderer.textures.apply import AppliedTexture, applied_texture
@@ -42,7 +43,7 @@ from scene_description import (
     SceneDescription,
     SceneObject,
 )
-from scene_description.labels import LABEL_ID
+from scene_description.labels import LABEL_ID, part_ids
 
 SURFACE_LABELS = {"floor": 2, "wall": 1, "ceiling": 22, "skirting": 1}
 MAX_SCENE_FACES = 20_000_000
@@ -94,7 +95,7 @@ def flatten(scene: SceneDescription, catalog_dir: Path | None = None) -> FlatSce
     rows += [_luminaire_row(i, luminaire, rows[0].material) for i, luminaire in enumerate(scene.luminaires)]
     profiles = [intensity_profile(luminaire) for luminaire in scene.luminaires]
     textures = [row.texture for row in rows if row.texture is not None]
-    numbers = iter(range(len(textures)))
+    numbers, ids = iter(range(len(textures))), part_ids(scene)
     return FlatScene(
         mesh=merged(*(row.mesh for row in rows)),
         face_part=np.repeat(np.arange(len(rows), dtype=np.int32), [len(row.mesh.faces) for row in rows]),
@@ -116,7 +117,17 @@ def flatten(scene: SceneDescription, catalog_dir: Path | None = None) -> FlatSce
         profiles=np.array([profile_row(*pair) for pair in zip(scene.luminaires, profiles, strict=True)], np.float32)
         if profiles
         else NO_PROFILES,
+        part_box=_boxes(scene, rows),
+        part_id=np.array([ids.get(row.name, 0) for row in rows], np.uint16),
     )
+
+
+def _boxes(scene: SceneDescription, rows: Sequence[_Row]) -> NDArray[np.float32]:
+    """Return ``part_box``."""
+    boxes = {0: room_box(scene.room)} | {thing.id: object_box(thing) for thing in scene.objects}
+    for opening in scene.room.openings:
+        boxes[opening.id] = opening_box(scene.room, opening, [row.mesh for row in rows if row.object_id == opening.id])
+    return np.stack([boxes[row.object_id] for row in rows])
 
 
 def _profile_rows(rows: int, luminaires: int) -> NDArray[np.int32]:

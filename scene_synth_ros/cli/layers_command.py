@@ -41,7 +41,7 @@ Made by `scene_synth layers --markdown > docs/layers.md` from the table in `rend
 - *Bags*: which of the recorder's settings compresses the raw image; pictures follow `images.color`.
 """
 
-_GROUPS = {"geometric": "hit record", "sampled": "samples", "color": "light", "sensed": "sensor"}
+_GROUPS = {"geometric": "hit record", "hit": "hit record", "sampled": "samples", "color": "light", "sensed": "sensor"}
 _NONE = "–"
 
 
@@ -85,9 +85,14 @@ def _places(row: Layer) -> tuple[str, ...]:
         f"`{compressed_topic(f'/{row.name}/image_raw').rpartition('/')[2]}`" if row.compression else _NONE,
         row.picture.words,
         _code(row.exr),
-        f"`--{row.option}`" if row.option else "always",
+        _option(row),
         f"`images.{row.compression}`" if row.compression else _NONE,
     )
+
+
+def _option(row: Layer) -> str:
+    """Return the option of ``scene_synth render`` that asks for a layer; ``--layers`` may name every one."""
+    return f"`--layers {row.name}`" if row.option == "layers" else f"`--{row.option}`" if row.option else "always"
 
 
 def _code(words: Sequence[str]) -> str:

@@ -14,6 +14,7 @@ from renderer import LAYERS, Renderer, RenderError
 from renderer.camera.rig import mounted_path
 from renderer.exposure import exposed, meter, needs_meter, sensor_ev100
 from renderer.files.exr_files import is_installed
+from renderer.film.layers import check_names
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from scene_description import CameraPose, EnvironmentMap, SceneDescription, scene_from_json
@@ -35,6 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--frames", type=int, help="render only the first N poses of the camera path")
     parser.add_argument("--trajectory", type=Path, metavar="FILE", help="camera path in TUM's form, in place of the scene's")
     add_settings(parser)
+    parser.add_argument("--layers", default="", metavar="NAMES", help="write these layers too: names with commas between, or all")
     for option, summaries in _layer_options().items():
         parser.add_argument(f"--{option}", action="store_true", help=f"write {' and '.join(summaries)} too")
     parser.add_argument(
@@ -63,7 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
     flat, key = flatten(scene, arguments.catalog), scene_key(scene)
     metered = meter(flat, settings.camera, settings.render, key, scene.camera_path) if needs_meter(settings.render) else None
     exposure = exposed(settings.render, metered, fixed_ev100)
-    layers = [name for name, row in LAYERS.items() if not row.option or vars(arguments)[row.option]]
+    layers = _layers(arguments)
     arguments.out.mkdir(parents=True)
     path = mounted_path(settings.camera, scene.camera_path)
     (arguments.out / "trajectory.txt").write_text(trajectory_to_tum(path[: len(poses)]), encoding="utf-8")
@@ -79,11 +81,20 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _layers(arguments: argparse.Namespace) -> list[str]:
+    """Return the layers that are always written and those that the options ask for."""
+    named = [name.strip() for name in arguments.layers.split(",") if name.strip()]
+    named = list(LAYERS) if named == ["all"] else named
+    check_names(named)
+    asked = vars(arguments) | {"layers": False, "": True}
+    return [name for name, row in LAYERS.items() if name in named or asked[row.option]]
+
+
 def _layer_options() -> dict[str, list[str]]:
     """Return option -> what the layers are that it asks for."""
     options: dict[str, list[str]] = {}
     for row in LAYERS.values():
-        if row.option:
+        if row.option not in ("", "layers"):
             options.setdefault(row.option, []).append(row.summary)
     return options
 

@@ -76,7 +76,7 @@ class Rendering:
         """
         began = time.perf_counter()
         self._node.get_logger().info("loading kernels (the first run compiles them)")
-        warm_up(self._settings["depth_sensor"])
+        warm_up(depth_sensor=self._settings["depth_sensor"])
         self._node.get_logger().info(f"kernels are ready ({time.perf_counter() - began:.1f} s)")
         self.warm = True
         while (text := self._inbox.next_room()) is not None:

@@ -6,7 +6,18 @@ import numpy as np
 import pytest
 
 from renderer import RenderError
-from renderer.film.layers import COLOR_LAYERS, GEOMETRIC_LAYERS, LAYERS, ROWS, SAMPLED_LAYERS, SENSED_LAYERS, check_layers, check_names
+from renderer.film.layers import (
+    COLOR_LAYERS,
+    GEOMETRIC_LAYERS,
+    HIT_LAYERS,
+    LAYERS,
+    ROWS,
+    SAMPLED_LAYERS,
+    SENSED_LAYERS,
+    check_layers,
+    check_names,
+)
+from renderer.ground_truth.hit_layers import FUNCTIONS
 from renderer.path.ground_truth import GeometricImages
 
 SAMPLE = {name: np.ones(row.shape(6, 9), row.dtype) for name, row in LAYERS.items()}
@@ -18,8 +29,8 @@ def test_names_and_channels_of_files_are_told_apart() -> None:
     assert all(len(row.exr) in (0, row.channels) for row in ROWS)
 
 
-def test_every_layer_is_geometric_or_sampled_or_sensed() -> None:
-    assert sorted((*GEOMETRIC_LAYERS, *SAMPLED_LAYERS, *SENSED_LAYERS)) == sorted(LAYERS)
+def test_every_layer_is_traced_looked_up_sampled_or_sensed() -> None:
+    assert sorted((*GEOMETRIC_LAYERS, *HIT_LAYERS, *SAMPLED_LAYERS, *SENSED_LAYERS)) == sorted(LAYERS)
     assert {"color", "radiance", "variance"} < set(COLOR_LAYERS) < set(SAMPLED_LAYERS) and "albedo" not in COLOR_LAYERS
 
 
@@ -29,6 +40,10 @@ def test_the_hit_record_fills_an_image_of_each_geometric_row() -> None:
     for name, array in fields.items():
         (kind,) = get_args(get_args(array)[1])
         assert np.dtype(kind) == LAYERS[name].dtype, name
+
+
+def test_each_hit_row_has_its_function() -> None:
+    assert set(FUNCTIONS) == set(HIT_LAYERS)
 
 
 @pytest.mark.parametrize("name", LAYERS)
@@ -49,5 +64,5 @@ def test_an_image_of_another_form_is_refused(image: np.ndarray) -> None:
 
 
 def test_unknown_names_are_refused_with_the_known_ones() -> None:
-    with pytest.raises(RenderError, match=f"^layers: expected some of {', '.join(LAYERS)}, got flow, wobble$"):
-        check_names({"wobble", "depth", "flow"})
+    with pytest.raises(RenderError, match=f"^layers: expected some of {', '.join(LAYERS)}, got fog, wobble$"):
+        check_names({"wobble", "depth", "fog"})

@@ -1,0 +1,121 @@
+"""What lies behind glass: the first surface that lets no light through, on the straight line of sight."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.camera.camera_rays import CENTRE, MIDDLE, TILE, aim_tile
+from renderer.camera.cameras import PosedCamera
+from renderer.camera.shutter import move_rays, unturn_rays
+from renderer.core.embree import (
+    DIR_X,
+    GEOM_ID,
+    INVALID_ID,
+    LANES,
+    NG_X,
+    PRIM_ID,
+    TFAR,
+    TNEAR,
+    Packet,
+    SceneHandle,
+    intersect16,
+)
+from renderer.core.kernel import entry
+from renderer.ground_truth.hit_view import HitView
+
+MOST_PANES = 16
+"""A ray that has met so many surfaces of glass ends there, as if nothing were behind."""
+_ZERO, _ONE = np.float32(0.0), np.float32(1.0)
+_ONWARD = np.float32(1.0 + 4e-6)
+
+
+class OpaqueImages(NamedTuple):
+    """As ``GeometricImages``, but for range: behind what lets light through."""
+
+    depth: NDArray[np.float32]
+    normals: NDArray[np.float32]
+    semantic: NDArray[np.uint8]
+    instance: NDArray[np.uint16]
+
+
+def is_clear(view: HitView) -> NDArray[np.bool_]:
+    """Return which parts let most of the light through, window panes among them, (p,)."""
+    flat = view.scene.flat
+    return flat.parts.portal | (flat.materials.transmission[flat.parts.material] > 0.5)
+
+
+def opaque_images(view: HitView) -> OpaqueImages:
+    """Return the images of the first opaque surfaces; where no glass is hit they are those of the first surfaces."""
+    first_surface, parts = view.images, view.scene.flat.parts
+    images = OpaqueImages(
+        first_surface.depth.copy(), first_surface.normals.copy(), first_surface.semantic.copy(), first_surface.instance.copy()
+    )
+    clear = is_clear(view)
+    through = np.concatenate([clear, [False]])[view.part]
+    if through.any():
+        tables = (view.scene.flat.face_part, clear, view.scene.label, parts.object_id)
+        view.scene.in_tiles(_look_through, view.scene.tree, *tables, view.camera, through, images)
+    return images
+
+
+@entry
+def _look_through(
+    packet: Packet,
+    scene: SceneHandle,
+    face_part: NDArray[np.int32],
+    clear: NDArray[np.bool_],
+    label: NDArray[np.uint8],
+    object_id: NDArray[np.uint16],
+    camera: PosedCamera,
+    through: NDArray[np.bool_],
+    images: OpaqueImages,
+    first: int,
+    step: int,
+) -> None:
+    """Fill the pixels that see glass ``through`` which they look, in the rows of tiles ``first``, ``first + step``, ..."""
+    real, integer = packet.real, packet.integer
+    lens = len(camera.bearings) > 0
+    r = camera.rotation
+    for row in range(first * TILE, camera.height, step * TILE):
+        for column in range(0, camera.width, TILE):
+            bottom, right = min(row + TILE, camera.height), min(column + TILE, camera.width)
+            if not through[row:bottom, column:right].any():
+                continue
+            aim_tile(camera, column, row, CENTRE, packet)
+            if camera.row_step > _ZERO:
+                move_rays(camera, row, MIDDLE, packet)
+            # Trace until no ray's hit is clear; distances stay those from the camera.
+            for _ in range(MOST_PANES):
+                intersect16(packet.alive.ctypes.data, scene.address, real.ctypes.data, scene.coherent)
+                going = 0
+                for k in range(LANES):
+                    hit = packet.alive[k] != 0 and integer[GEOM_ID + k] != INVALID_ID
+                    packet.alive[k] = 0
+                    if hit and clear[face_part[integer[PRIM_ID + k]]]:
+                        packet.alive[k], integer[GEOM_ID + k] = -1, INVALID_ID
+                        real[TNEAR + k], real[TFAR + k] = real[TFAR + k] * _ONWARD, np.float32(np.inf)
+                        going += 1
+                if going == 0:
+                    break
+            if camera.row_step > _ZERO:
+                unturn_rays(camera, row, packet)
+            for k in range(LANES):
+                y, x = row + (k >> 2), column + (k & 3)
+                if y >= bottom or x >= right or not through[y, x]:
+                    continue
+                hit = integer[GEOM_ID + k] != INVALID_ID
+                part = face_part[integer[PRIM_ID + k]] if hit else 0
+                dx, dy, dz = real[DIR_X + k], real[DIR_X + LANES + k], real[DIR_X + 2 * LANES + k]
+                nx, ny, nz = real[NG_X + k], real[NG_X + LANES + k], real[NG_X + 2 * LANES + k]
+                along = r[0, 2] * dx + r[1, 2] * dy + r[2, 2] * dz if lens else _ONE
+                images.depth[y, x] = real[TFAR + k] * along if hit else np.float32(np.inf)
+                images.semantic[y, x] = label[part] if hit else np.uint8(0)
+                images.instance[y, x] = object_id[part] if hit else np.uint16(0)
+                length = np.sqrt(nx * nx + ny * ny + nz * nz)
+                scale = _ONE / length if hit and length > _ZERO else _ZERO
+                scale = -scale if nx * dx + ny * dy + nz * dz > _ZERO else scale
+                for axis in range(3):
+                    images.normals[y, x, axis] = (r[0, axis] * nx + r[1, axis] * ny + r[2, axis] * nz) * scale

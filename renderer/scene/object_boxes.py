@@ -1,0 +1,45 @@
+"""Boxes of objects as affine maps: where a point lies in the box of what it belongs to, from (0, 0, 0) to (1, 1, 1).
+
+These are the normalised object coordinates (NOCS) of Wang et al., "Normalized Object Coordinate Space for Category-Level 6D Object Pose and
+Size Estimation" (CVPR 2019), but each axis is scaled by itself: x from the object's back to its front, y from its right to its left, z up.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.geometry.mesh import Mesh
+from renderer.scene.room_shell import wall_frame
+from scene_description import Opening, Room, SceneObject
+
+
+def object_box(thing: SceneObject) -> NDArray[np.float32]:
+    """Return the map (3, 4) from the world to an object's box."""
+    cosine, sine = math.cos(thing.yaw_rad), math.sin(thing.yaw_rad)
+    axes = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    size = np.asarray(thing.size_m)
+    return _map(axes, axes @ np.asarray(thing.position_m) - size * (0.5, 0.5, 0.0), size)
+
+
+def opening_box(room: Room, opening: Opening, meshes: Sequence[Mesh]) -> NDArray[np.float32]:
+    """Return the map (3, 4) from the world to the box about a door or window, whose x axis points into the room."""
+    _, along, inward, _ = wall_frame(np.asarray(room.polygon_m, np.float64), opening.wall)
+    axes = np.array([[inward[0], inward[1], 0.0], [-along[0], -along[1], 0.0], [0.0, 0.0, 1.0]])
+    points = np.concatenate([mesh.vertices for mesh in meshes]).astype(np.float64) @ axes.T
+    low = points.min(axis=0)
+    return _map(axes, low, points.max(axis=0) - low)
+
+
+def room_box(room: Room) -> NDArray[np.float32]:
+    """Return the map (3, 4) from the world to the box about the inner faces of a room."""
+    polygon = np.asarray(room.polygon_m, np.float64)
+    low = np.array([*polygon.min(axis=0), 0.0])
+    return _map(np.eye(3), low, np.array([*polygon.max(axis=0), room.height_m]) - low)
+
+
+def _map(axes: NDArray[np.float64], low: NDArray[np.float64], size: NDArray[np.float64]) -> NDArray[np.float32]:
+    return np.column_stack([axes / size[:, None], -low / size]).astype(np.float32)
