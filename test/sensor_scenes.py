@@ -38,5 +38,4 @@ def incidence(shape, camera, tilt):
     """Return the angle of incidence on :func:`wall` in each pixel, rad."""
     v, u = np.mgrid[: shape[0], : shape[1]] + 0.5
     x, y = (u - 0.5 * shape[1]) / camera.focal_length_px, (v - 0.5 * shape[0]) / camera.focal_length_px
-    normal = np.array([math.sin(tilt), 0.0, -math.cos(tilt)])
-    return np.arccos(np.abs(normal[0] * x + normal[2]) / np.sqrt(1 + x * x + y * y))
+    return np.arccos(np.abs(math.sin(tilt) * x + math.cos(tilt)) / np.sqrt(1 + x * x + y * y))

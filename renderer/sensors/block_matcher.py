@@ -4,8 +4,8 @@ A pixel's census word says which of 24 neighbours, every second one of the 7 x 7
 J. Woodfill, "Non-parametric local transforms for computing visual correspondence", ECCV 1994).  Two words differ by the number of their
 unlike bits, and these are summed over the window.  The best disparity of the left image counts if the second best, more than one pixel
 off, is worse by a share, if the window has contrast beyond its noise, and if the right image, whose best disparity comes from the same
-sums, agrees.  A parabola through the sums beside the best gives parts of a pixel.  All sums are whole numbers, so any split into rows
-gives the same.
+sums, agrees.  Two lines of opposite slope through the sums beside the best give parts of a pixel.  All sums are whole numbers, so any
+split into rows gives the same.
 """
 
 from __future__ import annotations
@@ -200,8 +200,8 @@ def _accept(image: NDArray[np.float32], device: Device, scratch: MatchScratch, h
             low, high = min(low, image[v, u]), max(high, image[v, u])
     if high - low < device.min_contrast * noise_of_level(device, low):
         return np.nan
-    bend = before - 2.0 * best + after
-    part = 0.5 * (before - after) / bend if bend > 0.0 else 0.0
+    rise = max(before, after) - best
+    part = 0.5 * (before - after) / rise if rise > 0.0 else 0.0
     disparity = d + part
     step = device.disparity_step_px
     return float(np.floor(disparity / step + 0.5) * step) if step > 0.0 else disparity

@@ -137,7 +137,7 @@ REALSENSE_D435 = Device(
     full_well_e=3000.0,
     read_noise_e=10.0,
     min_contrast=7.0,
-    min_uniqueness=0.05,
+    min_uniqueness=0.15,
     max_mismatch_px=1.0,
 )
 STEREO = Device(
@@ -150,7 +150,7 @@ STEREO = Device(
     full_well_e=10000.0,
     read_noise_e=5.0,
     min_contrast=7.0,
-    min_uniqueness=0.1,
+    min_uniqueness=0.15,
     max_mismatch_px=1.0,
 )
 

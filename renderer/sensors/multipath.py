@@ -8,8 +8,8 @@ light of one further bounce as this does; A. Dorrington et al., "Separating true
 interference in commercial range cameras", SPIE 7864, 2011).  That makes corners round and floors sink.  The device lights what its image
 shows, evenly.
 
-The sum changes slowly over a surface: it is taken at one pixel of eight by eight, with the same 32 directions for all, so it carries no
-noise, smoothed over 5 x 5 such pixels and interpolated where the surface goes on.  Not modelled: ways of more bounces, gloss, light
+The sum changes slowly over a surface: it is taken at one pixel of eight by eight, with the same 64 directions for all, so it carries no
+noise, smoothed over 3 x 3 such pixels and interpolated where the surface goes on.  Not modelled: ways of more bounces, gloss, light
 scattered within the lens.
 """
 
@@ -31,17 +31,18 @@ from renderer.sensors.surfaces_seen import goes_on, pixel_plane
 
 GRID = 8
 """Pixels from one place where the light is summed to the next."""
-DIRECTIONS = 32
+DIRECTIONS = 64
 SPEED_OF_LIGHT = 299_792_458.0
 _ZERO, _ONE, _TINY, _INFINITE = np.float32(0.0), np.float32(1.0), np.float32(1e-20), np.float32(np.inf)
 _SHADOW_END, _NEAREST_M, _SAME_WAY = np.float32(0.999), np.float32(0.02), 0.9
 
 
 def cosine_directions() -> NDArray[np.float32]:
-    """Return (32, 3) unit directions about +z, spread by the cosine's law (Hammersley's points)."""
+    """Return (64, 3) unit directions about +z, spread by the cosine's law (Hammersley's points)."""
     index = np.arange(DIRECTIONS)
-    radical = np.array([int(f"{k:05b}"[::-1], 2) / 32.0 for k in index])
-    radius, angle = np.sqrt((index + 0.5) / DIRECTIONS), 2.0 * np.pi * (radical + 1.0 / 64.0)
+    bits = DIRECTIONS.bit_length() - 1
+    radical = np.array([int(f"{k:0{bits}b}"[::-1], 2) / DIRECTIONS for k in index])
+    radius, angle = np.sqrt((index + 0.5) / DIRECTIONS), 2.0 * np.pi * (radical + 0.5 / DIRECTIONS)
     return np.column_stack([radius * np.cos(angle), radius * np.sin(angle), np.sqrt(1.0 - radius**2)]).astype(np.float32)
 
 
@@ -157,14 +158,14 @@ def _add_half(
 def smooth_multipath(
     camera: PosedCamera, beams: Beams, grid: NDArray[np.float32], result: NDArray[np.float32], first: int, step: int
 ) -> None:
-    """Fill rows of ``result`` with the means of 5 x 5 places of ``grid`` that lie on the same surface, as few directions leave steps."""
+    """Fill rows of ``result`` with the means of 3 x 3 places of ``grid`` that lie on the same surface, as few directions leave steps."""
     for i in range(first, grid.shape[0], step):
         for j in range(grid.shape[1]):
             x, y = min(GRID * j, camera.width - 1), min(GRID * i, camera.height - 1)
             real = imaginary = 0.0
             count = 0
-            for row in range(max(i - 2, 0), min(i + 3, grid.shape[0])):
-                for column in range(max(j - 2, 0), min(j + 3, grid.shape[1])):
+            for row in range(max(i - 1, 0), min(i + 2, grid.shape[0])):
+                for column in range(max(j - 1, 0), min(j + 2, grid.shape[1])):
                     if _is_alike(camera, beams, x, y, row, column):
                         real += grid[row, column, 0]
                         imaginary += grid[row, column, 1]

@@ -80,7 +80,8 @@ def test_dark_and_oblique_surfaces_are_lost(model):
         dark = 4.0 * share * 0.02 - 0.01  # gloss of 4 % returns 0.01 from a rough surface
         sensed, _ = read([wall(2.0, color=(dark,) * 3)], model=model, signal_min=0.02)
         assert least <= np.isfinite(sensed).mean() <= most, share
-    assert not np.isfinite(read([wall(2.0, tilt=math.radians(86.0))], model=model, signal_min=0.0)[0]).any()
+    steep, _ = read([wall(2.0, tilt=math.radians(86.0))], model=model, signal_min=0.0)  # 86 degrees in the middle, more on its left
+    assert not np.isfinite(steep[:, 100:160]).any()
 
 
 def test_the_projectors_shadow_is_as_wide_as_geometry_says():
@@ -119,5 +120,5 @@ def test_a_mirror_shows_the_room_behind_the_device_and_glass_what_lies_behind_it
 def test_gloss_head_on_saturates_and_gloss_aslant_returns_nothing():
     steel = {"color": (0.6, 0.6, 0.6), "metallic": 1.0, "roughness": 0.3}
     assert np.isnan(read([wall(0.6, **steel)], model="kinect_v2", signal_max=20.0)[0][110:130, 150:170]).all()
-    assert np.isnan(read([wall(2.0, tilt=0.9, **steel)], model="kinect_v2")[0]).mean() > 0.99
+    assert np.isnan(read([wall(2.0, tilt=0.9, **steel)], model="kinect_v2")[0][:, :120]).mean() > 0.99
     assert np.isfinite(read([wall(2.0, **steel)], model="kinect_v2")[0]).mean() > 0.99
