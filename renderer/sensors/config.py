@@ -39,7 +39,9 @@ class DepthSensorConfig:
     ] = OWN
     lateral_noise_px: Annotated[float, _figure("Standard deviation of where edges are seen", "px", 20.0)] = OWN
     lateral_grazing_px: Annotated[float, _figure("Part of it that grows with the angle of incidence", "px", 20.0)] = OWN
-    signal_min: Annotated[float, _figure("Least signal that is read; 1: of white that faces the device 1 m away")] = OWN
+    signal_min: Annotated[
+        float, _figure("Least signal that is read, of stereo least light that is white; 1: white that faces the device 1 m away")
+    ] = OWN
     signal_max: Annotated[float, _figure("Signal that saturates, as of a lamp in a mirror or of gloss seen head-on", "", 1e6)] = OWN
     max_angle_rad: Annotated[float, _figure("Greatest angle of incidence that is read", "rad", 1.6)] = OWN
     inverse_depth_step_per_m: Annotated[float, _figure("Step of inverse depth, as disparities are counted; 0: none", "1/m", 1.0)] = OWN

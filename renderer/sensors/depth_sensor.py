@@ -116,7 +116,7 @@ class DepthSensor:
             beams, light = self._trace(eye, origin), np.empty(size, np.float32)
             self._by_rows(virtual_images.shade, eye, device, projector, beams, channel, light)
             lights.append(light)
-        white = virtual_images.white_of(lights[0])
+        white = virtual_images.white_of(lights[0], device)
         left, right = np.empty(size, np.float32), np.empty(size, np.float32)
         for light, purpose, image in ((lights[0], LEFT_IMAGE, left), (lights[1], RIGHT_IMAGE, right)):
             self._by_rows(virtual_images.read_image, light, white, device, key, purpose, image)

@@ -6,7 +6,8 @@ and panes are bright.  The projector, in the middle between the cameras, casts o
 full strength, over 86 x 57 degrees (Intel D400 data sheet); a dot is a Gaussian in angle, which includes the blur of lens and pixel, so
 one ray a pixel is enough.  Light falls with the squared distance and the cosine.
 
-Exposure: the white of both images is the 95th percentile of the left one.  Then shot noise and noise of reading, and 10 bits.
+Exposure: the white of both images is the 95th percentile of the left one over 0.8, but no less than ``signal_min``, as exposures end.
+Then shot noise and noise of reading, and 10 bits.
 """
 
 from __future__ import annotations
@@ -98,9 +99,9 @@ def pattern(u: float, v: float, dots: float, deviation: float) -> float:
     return float(total * cell * cell / (2.0 * np.pi * deviation * deviation))
 
 
-def white_of(light: NDArray[np.float32]) -> float:
+def white_of(light: NDArray[np.float32], device: Device) -> float:
     """Return the light that is white in both images."""
-    return max(float(np.percentile(light, _BRIGHT_PERCENT)) / _WHITE_SHARE, 1e-9)
+    return max(float(np.percentile(light, _BRIGHT_PERCENT)) / _WHITE_SHARE, device.signal_min, 1e-9)
 
 
 @entry
