@@ -63,6 +63,7 @@ setup(
         ],
         "bench": ["rosbags>=0.10", "flip-evaluator>=1.7"],
         "bench-reference": ["mitsuba>=3.9"],
+        "bench-alignment": ["open3d==0.19.0", "rosbags>=0.10"],
     },
     entry_points={
         "console_scripts": [

@@ -18,6 +18,7 @@ from benchmarks.table import Row, render_table
 
 TABLES = {
     "ground_truth": "Ground truth against bare Embree packets",
+    "layers": "Layers of the hit record",
     "layout": "Rooms",
     "geometry": "Geometry",
     "color": "Colour",

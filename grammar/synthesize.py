@@ -32,11 +32,11 @@ from grammar.derivation.room_size import check_room_size
 from grammar.geometry.free_space import occupancy_grid, rasterize
 from grammar.geometry.solids import object_solids
 from grammar.sample_room import sample_room_with_cost
-from grammar.spec.categories import Categories, read_categories
+from grammar.spec.categories import Categories, Category, read_categories
 from grammar.spec.grammar_file import learned_types, read_grammar, read_room_type, room_types
 from grammar.spec.request import RequestError, SceneRequest
-from grammar.spec.rules import Grammar, GrammarError
-from scene_description import SCHEMA, Environment, EnvironmentMap, Light, Luminaire, Room, SceneDescription, SceneObject
+from grammar.spec.rules import Grammar, GrammarError, Thresholds
+from scene_description import NYU40, SCHEMA, Environment, EnvironmentMap, Light, Luminaire, Room, SceneDescription, SceneObject
 from scene_description.catalog import Catalog
 from scene_description.share import config_path
 
@@ -236,7 +236,16 @@ class SceneSynthesizer:
 
     def floor_map(self, scene: SceneDescription) -> FloorMap:
         """Return the free floor of a room, for navigation: what a robot as tall as the grammar's may stand on."""
-        thresholds = self.grammars[scene.category].validity
-        boxes, _ = object_solids(self.categories, scene.objects)
-        free = rasterize(scene.room.polygon_m, boxes, thresholds.grid_resolution_m, thresholds.robot_height_m)
-        return FloorMap(occupancy_grid(free), free.resolution_m, free.origin_m)
+        return floor_map(scene, self.categories, self.grammars[scene.category].validity)
+
+
+def floor_map(scene: SceneDescription, categories: Categories, thresholds: Thresholds) -> FloorMap:
+    """Return the free floor of a room; objects of a category that is not in the table count with their whole box.
+
+    Raises:
+        GrammarError: the map would have too many cells.
+    """
+    known = {item.category: Category(label=NYU40[item.label].name) for item in scene.objects} | dict(categories)
+    boxes, _ = object_solids(known, scene.objects)
+    free = rasterize(scene.room.polygon_m, boxes, thresholds.grid_resolution_m, thresholds.robot_height_m)
+    return FloorMap(occupancy_grid(free), free.resolution_m, free.origin_m)

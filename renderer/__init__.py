@@ -9,13 +9,14 @@ from renderer.film.frame import Frame
 from renderer.film.layers import GEOMETRIC_LAYERS, LAYERS
 from renderer.geometry.mesh import Mesh
 from renderer.path.config import RenderConfig
-from renderer.renderer import Renderer, warm_up
+from renderer.renderer import WARM_LAYERS, Renderer, warm_up
 from renderer.scene.flat_scene import FlatScene, MaterialTable, PartTable, Sky, tabulate_materials
 from renderer.sensors.config import DepthSensorConfig
 
 __all__ = [
     "GEOMETRIC_LAYERS",
     "LAYERS",
+    "WARM_LAYERS",
     "CameraConfig",
     "DepthSensorConfig",
     "FlatScene",

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import replace
 from types import TracebackType
 
 import numpy as np
@@ -293,12 +294,14 @@ class Renderer:
         self.close()
 
 
-def warm_up(
-    layers: Collection[str] = (*GEOMETRIC_LAYERS, *SAMPLED_LAYERS, *SENSED_LAYERS), depth_sensor: DepthSensorConfig = IDEAL_DEPTH
-) -> None:
+WARM_LAYERS = (*GEOMETRIC_LAYERS, *SAMPLED_LAYERS)
+"""Layers whose kernels are ready after :func:`warm_up`; each of the others has its own, compiled when it is first asked for."""
+
+
+def warm_up(layers: Collection[str] = WARM_LAYERS, depth_sensor: DepthSensorConfig = IDEAL_DEPTH) -> None:
     """Compile the kernels of some layers, or load them from numba's cache, by rendering one pixel of a lone shining triangle.
 
-    ``depth_sensor``: whose kernels are to be ready too.
+    ``depth_sensor``: the one that ``depth_sensed`` is to be ready for.
 
     Raises:
         RenderError: Embree is missing.
@@ -319,4 +322,4 @@ def warm_up(
     pose = CameraPose(stamp_ns=0, position_m=(0.0, 0.0, 0.0), orientation=look_at((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
     camera, config = CameraConfig(width=1, height=1), RenderConfig(samples_per_pixel=1, threads=1)
     with Renderer(flat, camera, config, 0, depth_sensor=depth_sensor) as renderer:
-        renderer.render(pose, 0, layers, exposure=Exposure(0.0, white_of_kelvin(4000.0)))
+        renderer.render(pose, 0, layers, path=(pose, replace(pose, stamp_ns=1)), exposure=Exposure(0.0, white_of_kelvin(4000.0)))

@@ -119,6 +119,10 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         _MAIN_JOB
     ),
     RECORD: Run(f"scene_synth run --record BAG --rooms 1 --frames 2 --show page.html {_TINY}", ("BAG/metadata.yaml", "page.html")),
+    "scene_synth run --record BAG -p renderer_node.streams.semantic_classes:=coco": Parsed(
+        "test/scene_synth_ros/bags/test_verify.py"
+        "::test_a_bag_with_the_classes_of_another_standard_is_the_same_again_and_drawn_in_its_colours"
+    ),
     "scene_synth demo": Parsed("test/scene_synth_ros/cli/test_show_command.py::test_the_demo_is_a_run_in_one_folder"),
     ".venv/bin/scene_synth demo": Parsed("test/scene_synth_ros/cli/test_show_command.py::test_the_demo_is_a_run_in_one_folder"),
     "scene_synth run --record bag --rooms 20 --frames 30": Parsed(_MAIN_JOB),
@@ -215,9 +219,28 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         " --out pictures --size 64x48 --spp 2 --frames 1",
         ("pictures/frame_0000_color.png",),
     ),
+    "scene_synth render SCENE.json --out DIR --semantic-classes ade20k": Run(
+        "scene_synth render SCENE.json --out DIR --semantic-classes ade20k --size 64x48 --spp 1 --frames 1",
+        ("DIR/labels.json", "DIR/frame_0000_semantic.png"),
+    ),
     "scene_synth export SCENE.json OUT.glb": Usage("the rows below"),
     "scene_synth export SCENE.json room.glb": Run(makes=("room.glb",)),
     "scene_synth export SCENE.json room.sdf": Run(makes=("room.sdf", "room_meshes")),
+    "scene_synth truth": Named(),
+    "scene_synth truth SCENE.json|BAG --out DIR [--catalog DIR] [--grammar FILE]": Usage("the rows below"),
+    "scene_synth truth SCENE.json --out DIR": Run(
+        "scene_synth truth SCENE.json --out truth_of_scene", ("truth_of_scene/map.yaml", "truth_of_scene/parse_graph.svg")
+    ),
+    "scene_synth truth BAG --out DIR": Run("scene_synth truth BAG --out truth_of_bag", ("truth_of_bag/room_0000/lights.json",)),
+    "scene_synth sample --room office --seed 4 --out rooms": Run(
+        "scene_synth sample --room office --seed 4 --out office_rooms && scene_synth truth office_rooms/room_0000.json --out office",
+        ("office/parse_graph.svg",),
+    ),
+    "scene_synth truth rooms/room_0000.json --out office": Parsed("the row above"),
+    "scene_synth run --record DIR --truth": Usage(f"{_MAIN_JOB.partition('::')[0]}::test_what_is_true_of_each_room_is_beside_the_bag"),
+    "scene_synth run --record BAG --rooms 4 --truth": Parsed(
+        f"{_MAIN_JOB.partition('::')[0]}::test_what_is_true_of_each_room_is_beside_the_bag"
+    ),
     "scene_synth layers [--markdown]": Usage("the row below"),
     "scene_synth layers --markdown > docs/layers.md": Run(makes=("docs/layers.md",)),
     "scene_synth gallery --out DIR [--only WORD]": Usage("takes minutes; test/scene_synth_ros/cli/test_gallery.py draws single models"),
@@ -236,6 +259,9 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         "test/scene_synth_ros/messages/test_frame_messages.py::test_true_and_sensed_depth_are_twins_and_the_settings_name_the_sensor"
     ),
     ".venv/bin/python examples/depth_sensors.py docs": Listed("takes a minute; test/renderer/sensors measures what it draws"),
+    ".venv/bin/python examples/every_layer.py docs": Run(".venv/bin/python examples/every_layer.py docs 1", ("docs/layers.jpg",)),
+    ".venv/bin/pip install '.[bench-alignment]'": Listed("needs the network; that the extra exists is tested"),
+    ".venv/bin/python -m benchmarks.alignment_bench bags/aligned truth/room_0000/scene.glb": Parsed("needs Open3D, which is large"),
     ".venv/bin/python examples/lights_and_lenses.py docs": Run(
         ".venv/bin/python examples/lights_and_lenses.py docs 1", ("docs/lights.jpg", "docs/lenses.jpg")
     ),

@@ -24,15 +24,22 @@ from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
+from scene_description.share import config_path
 from scene_synth_ros.cli.node_modules import NODES
+from scene_synth_ros.suite.qos import latched_qos
+from scene_synth_ros.suite.status import status_from_json
+from scene_synth_ros.suite.transport import PROFILE, PROFILE_VARIABLE, choose_transport
 
 SMALL = ["renderer_node.camera.width:=96", "renderer_node.camera.height:=72", "renderer_node.render.samples_per_pixel:=1"]
 SMALL += ["renderer_node.render.auto_exposure:=false"]
 """Overrides that make frames cheap."""
 
 
+_PROFILE = (PROFILE_VARIABLE, str(config_path(PROFILE)))
+"""What a process has in its environment that announces itself as the nodes do."""
 _claims: deque[IO[str]] = deque(maxlen=30)
 _PEERS: dict[Context, list[Peer]] = {}
 """Locks of the domains that this process has used last; the oldest is let go for a new one."""
@@ -50,8 +57,18 @@ def claim_domain() -> int:
 
 
 def environment() -> dict[str, str]:
-    """Return the environment of one test run, with a DDS domain of its own."""
-    return {**os.environ, "ROS_DOMAIN_ID": str(claim_domain()), "PYTHONPATH": str(Path(__file__).parents[1])}
+    """Return the environment of one test run, with a DDS domain of its own; its processes choose their transport for themselves."""
+    inherited = {name: value for name, value in os.environ.items() if (name, value) != _PROFILE}
+    return {**inherited, "ROS_DOMAIN_ID": str(claim_domain()), "PYTHONPATH": str(Path(__file__).parents[1])}
+
+
+def announced_often(env: Mapping[str, str]) -> dict[str, str]:
+    """Return an environment whose processes announce themselves as often as the nodes do: every 0.1 s for 5 s, then every second.
+
+    Fast DDS announces a participant for half a second, then every 3 s, and may miss the answer to the first announcement of another; who
+    starts later may hear of it 3 s later.
+    """
+    return {**env, _PROFILE[0]: _PROFILE[1]}
 
 
 def without(package: str, folder: Path) -> dict[str, str]:
@@ -115,7 +132,10 @@ def dds_context(domain_id: int) -> Iterator[Context]:
 
     A participant that is only forgotten lives on with its threads, which takes processor time from every test that comes after, and with
     what it has latched, which a test that gets the same domain would hear.
+
+    Its participants announce themselves as those of the nodes do (:func:`announced_often`).
     """
+    choose_transport()  # read when the first participant of the process is made
     context = Context()
     rclpy.init(context=context, domain_id=domain_id)
     try:
@@ -167,6 +187,18 @@ class Peer:
         deadline = time.monotonic() + seconds
         while time.monotonic() < deadline:
             self._executor.spin_once(timeout_sec=0.05)
+
+    def meet(self, node: str) -> None:
+        """Wait until a node that publishes its status knows every subscription that this peer has made.
+
+        To know its publishers is not enough: it may not have heard of the subscriptions yet.  A participant announces its subscriptions in
+        their order, over one reliable channel, so who has answered one made now, with its latched status, knows those before it.
+        """
+        heard: list[str] = []
+        last = self.node.create_subscription(String, "status", lambda message: heard.append(message.data), latched_qos(100))
+        name = f"{self.node.get_namespace()}/{node}"
+        self.spin_until(lambda: any(status_from_json(text).node == name for text in heard), 60, f"the status of {name}")
+        self.node.destroy_subscription(last)
 
     def call(self, kind: type, name: str, request: Any) -> Any:
         """Call a service and return its answer."""

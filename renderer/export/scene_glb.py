@@ -22,7 +22,7 @@ from renderer.geometry.mesh import Mesh
 from renderer.scene.flat_scene import FlatScene
 from renderer.textures.apply import AppliedTexture
 from scene_description import CameraPose, Light, SceneDescription, SceneObject
-from scene_description.labels import NYU40
+from scene_description.labels import NYU40, part_ids
 
 GENERATOR = "scene_synth_ros"
 _HALF = math.sqrt(0.5)
@@ -39,8 +39,10 @@ def scene_to_glb(scene: SceneDescription, flat: FlatScene, camera: CameraConfig)
         camera: of the view that the file's camera shows; its poses are the scene's camera path, as an animation.
 
     Nodes are named ``<category>_<id>`` and ``<category>_<id>/<part>``, the shell's parts ``room/<part>``; ids, labels and materials are in
-    their extras.  Lamps that are on are point lights of KHR_lights_punctual with the lamp's whole flux, and their shades glow with their
-    luminance in cd/m2 (KHR_materials_emissive_strength).  The sky is not in the file: glTF has no place for it.
+    their extras: ``id`` is the object's, 0 for the shell, ``part_id`` that of ``scene_description.labels.part_ids``, ``material_id`` the
+    material's place in the description, from 1 on, ``label`` the NYU40 class.  Lamps that are on are point lights of KHR_lights_punctual
+    with the lamp's whole flux, and their shades glow with their luminance in cd/m2 (KHR_materials_emissive_strength).  The sky is not in
+    the file: glTF has no place for it.
     """
     writer = GlbWriter(GENERATOR)
     materials = MaterialExport(writer, scene.materials, flat)
@@ -57,11 +59,12 @@ def scene_to_glb(scene: SceneDescription, flat: FlatScene, camera: CameraConfig)
     for thing in scene.objects:
         names[thing.id], poses[thing.id] = f"{thing.category}_{thing.id}", (np.array(thing.position_m), thing.yaw_rad)
         owners[thing.id] = _add_child(writer, root, _object_node(thing, names[thing.id]))
+    numbers = part_ids(scene)
     for row, name in enumerate(flat.part_names):
         owner, part = int(flat.parts.object_id[row]), name.partition("/")[2]
         material = materials.index(row)
         local = to_local(meshes[row], *poses[owner])
-        more = {"part": part, "material": scene.materials[int(flat.parts.material[row])].id}
+        more = {"id": owner, "part": part, **_part_ids(scene, flat, row, numbers.get(name, 0))}
         mesh = writer.add(
             "meshes", {"name": f"{names[owner]}/{part}", "primitives": [part_primitive(writer, local, material, materials.texture(row))]}
         )
@@ -72,6 +75,12 @@ def scene_to_glb(scene: SceneDescription, flat: FlatScene, camera: CameraConfig)
             _add_lamp(writer, owners[light.object], names[light.object], light, to_local(meshes[row], *poses[light.object]))
     _add_camera(writer, root, camera, scene.camera_path)
     return writer.to_bytes(root, extras)
+
+
+def _part_ids(scene: SceneDescription, flat: FlatScene, row: int, part_id: int) -> dict[str, Any]:
+    label, material = int(flat.parts.label[row]), int(flat.parts.material[row])
+    name = scene.materials[material].id
+    return {"part_id": part_id, "label": label, "label_name": NYU40[label].name, "material": name, "material_id": material + 1}
 
 
 def _add_child(writer: GlbWriter, parent: int, node: dict[str, Any]) -> int:

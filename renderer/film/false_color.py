@@ -79,8 +79,8 @@ def noise_to_grey(variance: NDArray[np.float32]) -> NDArray[np.uint8]:
 
 
 def metres_to_color(values: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Return lengths (height, width, 2 or 3) by their fraction of a metre as red, green, blue; black where there is none."""
-    return unit_to_color(values - np.floor(values))
+    """Return lengths (height, width, 2 or 3) as red, green, blue, dark at even metres, full at odd ones; black where there is none."""
+    return unit_to_color(np.float32(1.0) - np.abs(values % np.float32(2.0) - np.float32(1.0)))
 
 
 def unit_to_color(values: NDArray[np.float32]) -> NDArray[np.uint8]:
@@ -120,7 +120,10 @@ def flow_to_color(flow_px: NDArray[np.float32]) -> NDArray[np.uint8]:
 
 @cache
 def _class_palette() -> NDArray[np.uint8]:
-    return label_palette()
+    """Return the (256, 3) uint8 colours of the classes, black for ids that are none."""
+    palette = np.zeros((256, 3), np.uint8)
+    palette[: len(label_palette())] = label_palette()
+    return palette
 
 
 @cache
@@ -136,7 +139,7 @@ OBJECTS = Picture("a colour for each id; 0 is black", objects_to_color)
 REFLECTANCE = Picture("sRGB", encode_srgb)
 EXPOSED = Picture(f"filmic curve, the mean at {MIDDLE_GREY:g} of white", exposed_to_color)
 NOISE = Picture("standard error as grey, its 99th percentile white", noise_to_grey)
-METRES = Picture("fraction of a metre as red, green, blue; no hit is black", metres_to_color)
+METRES = Picture("red, green, blue: dark at even metres, full at odd ones; no hit is black", metres_to_color)
 UNIT_CUBE = Picture("0 to 1 as red, green, blue; no hit is black", unit_to_color)
 SHARE = Picture("0 black to 1 white", share_to_grey)
 STATES = Picture("visible white, hidden red, outside blue, unknown black", states_to_color)

@@ -15,7 +15,11 @@ from renderer.ground_truth.hit_view import HitView
 RAYS_PER_SIDE = 4
 _PLACES = (np.arange(RAYS_PER_SIDE, dtype=np.float32) + np.float32(0.5)) / np.float32(RAYS_PER_SIDE) - np.float32(0.5)
 OFFSETS = np.stack([np.repeat([u, v], LANES) for v in _PLACES for u in _PLACES]).astype(np.float32)
-"""(16, 32): offsets of the rays within a pixel, as ``aim_tile`` takes them."""
+"""(16, 32): offsets of the rays within a pixel, as ``aim_tile`` takes them, one after the other for all pixels of a tile."""
+
+_LANE = np.arange(LANES)
+WITHIN_PIXEL = np.concatenate([OFFSETS[:, 0] - (_LANE & 3), OFFSETS[:, LANES] - (_LANE >> 2)]).astype(np.float32)
+"""(32,): the same for one packet whose rays all go through the first pixel of its tile."""
 
 
 def coverage(view: HitView) -> NDArray[np.float32]:
@@ -31,13 +35,45 @@ def coverage(view: HitView) -> NDArray[np.float32]:
         for dx in range(3):
             edge |= padded[dy : dy + height, dx : dx + width] != instance
     image = np.ones(instance.shape, np.float32)
-    flat, tree = view.scene.flat, view.scene.tree
-    view.scene.in_tiles(_count, tree, flat.face_part, flat.parts.object_id, view.camera, edge, instance, OFFSETS, image)
+    flat, view_scene = view.scene.flat, view.scene
+    tables = (view_scene.tree, flat.face_part, flat.parts.object_id, view.camera)
+    if view.config.is_plain and not len(view.camera.motion):
+        view_scene.in_tiles(_count_in_pixels, *tables, np.flatnonzero(edge), instance, WITHIN_PIXEL, image)
+    else:
+        view_scene.in_tiles(_count_in_tiles, *tables, edge, instance, OFFSETS, image)
     return image
 
 
 @entry
-def _count(
+def _count_in_pixels(
+    packet: Packet,
+    scene: SceneHandle,
+    face_part: NDArray[np.int32],
+    object_id: NDArray[np.uint16],
+    camera: PosedCamera,
+    edge: NDArray[np.int64],
+    instance: NDArray[np.uint16],
+    offsets: NDArray[np.float32],
+    image: NDArray[np.float32],
+    first: int,
+    step: int,
+) -> None:
+    """Trace a packet through each of the pixels ``edge``, given by their place in the image: ideal pinholes at rest."""
+    share = np.float32(1.0 / LANES)
+    for at in range(first, len(edge), step):
+        y, x = edge[at] // camera.width, edge[at] % camera.width
+        aim_tile(camera, x, y, offsets, packet)
+        intersect16(packet.alive.ctypes.data, scene.address, packet.real.ctypes.data, scene.coherent)
+        count = 0
+        for k in range(LANES):
+            hit = packet.integer[GEOM_ID + k] != INVALID_ID
+            seen = object_id[face_part[packet.integer[PRIM_ID + k]]] if hit else np.uint16(0)
+            count += 1 if seen == instance[y, x] else 0
+        image[y, x] = share * np.float32(count)
+
+
+@entry
+def _count_in_tiles(
     packet: Packet,
     scene: SceneHandle,
     face_part: NDArray[np.int32],
@@ -50,7 +86,7 @@ def _count(
     first: int,
     step: int,
 ) -> None:
-    """Trace the tiles with pixels at an ``edge``, rows ``first``, ``first + step``, ..."""
+    """Trace the tiles with pixels at an ``edge``, rows ``first``, ``first + step``, ...: every lens and shutter."""
     share = np.float32(1.0 / len(offsets))
     for row in range(first * TILE, camera.height, step * TILE):
         for column in range(0, camera.width, TILE):

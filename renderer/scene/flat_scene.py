@@ -21,9 +21,10 @@ if TYPE_CHECKING:
 class PartTable(NamedTuple):
     """What each part is; all arrays have one entry per part.
 
-    object_id: (p,) uint16, 0 for the room's shell; label: (p,) uint8, NYU40 class; material: (p,) int32, row of the material table;
-    emission: (p, 3) float32, RGB luminance in cd/m2 that leaves the surface diffusely, 0 for what does not shine;
-    portal: (p,) bool, True for window panes: they show the environment behind them, times ``transmission`` of their material.
+    object_id: (p,) uint16, 0 for the room's shell; label: (p,) uint8, NYU40 class, or that of the standard which
+    ``renderer.scene.semantic_classes`` has put there; material: (p,) int32, row of the material table; emission: (p, 3) float32, RGB
+    luminance in cd/m2 that leaves the surface diffusely, 0 for what does not shine; portal: (p,) bool, True for window panes: they show the
+    environment behind them, times ``transmission`` of their material.
     """
 
     object_id: NDArray[np.uint16]

@@ -24,6 +24,7 @@ from renderer import Renderer, RenderError
 from renderer.camera.rig import mounted_path
 from renderer.scene.flatten import FlattenError, flatten
 from renderer.scene.scene_key import scene_key
+from renderer.scene.semantic_classes import with_classes
 from scene_description import CameraPose, FieldError, SceneDescription, SceneSynthError, scene_from_json
 from scene_synth_ros.bags.bag_manifest import ManifestBuilder, ManifestError, read_manifest
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader, BagReadError
@@ -155,12 +156,13 @@ class _Frames:
         return self._parsed
 
     def _renderer(self, settings: FrameSettings, scene: SceneDescription) -> Renderer:
-        key = (settings.scene, repr((settings.camera, settings.render, settings.sensor, settings.depth_sensor)))
+        standard = settings.streams.semantic_classes
+        key = (settings.scene, repr((settings.camera, settings.render, settings.sensor, settings.depth_sensor, standard)))
         if key not in self._renderers:
             while len(self._renderers) >= 2:
                 self._renderers.popitem(last=False)[1][0].close()
             stack = ExitStack()
-            flat = flatten(scene, self._catalog_dir)
+            flat = with_classes(flatten(scene, self._catalog_dir), scene, standard)
             sensors = {"sensor": settings.sensor, "depth_sensor": settings.depth_sensor}
             renderer = stack.enter_context(Renderer(flat, settings.camera, settings.render, scene_key(scene), **sensors))
             self._renderers[key] = (stack, renderer)

@@ -34,6 +34,7 @@ COMMANDS = {
     "gallery": Command("draw contact sheets of the models and of a room of each type", "gallery_command"),
     "catalog": Command("check the models of a user's catalogue", "catalog_command"),
     "export": Command("write a scene description as a GLB file, without ROS", "export_command"),
+    "truth": Command("write what is true of a room, or of the rooms of a bag: lights, map, mesh, parse graph", "truth_command"),
     "render": Command("render a scene description to image files, without ROS", "render_command"),
     "layers": Command("print the table of layers", "layers_command"),
 }

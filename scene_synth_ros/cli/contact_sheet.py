@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,7 +12,9 @@ from PIL import ImageDraw, ImageFont
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import String
 
-from renderer import LAYERS
+from renderer.film.layers import Layer
+from renderer.film.semantic_rows import layers_in
+from scene_description.label_standards import STANDARDS, StandardName
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
 from scene_synth_ros.cli.bag_images import layer_picture, layer_topics, read_pixels, spread
 from scene_synth_ros.cli.picture_grid import FORMATS, INK, PAPER
@@ -46,7 +48,7 @@ def write_contact_sheet(bag: Path, path: Path) -> int:
             raise UsageError(f"{bag}: no contact sheet; expected a scene topic and images, got {', '.join(sorted(types)) or 'nothing'}")
         rooms = [_read_room(message) for message in reader.messages([scenes])]
         chosen = {stamp for room in rooms for stamp in spread(room.stamps, FRAMES_PER_ROOM)}
-        tiles = {(stamp, layer): tile for stamp, layer, tile in _tiles(reader, topics, chosen)}
+        tiles = {(stamp, layer): tile for stamp, layer, tile in _tiles(reader, topics, chosen, layers_in(_standard(reader, types)))}
     if not tiles:
         raise UsageError(f"{bag}: no contact sheet; it holds no image of its {len(rooms)} rooms")
     partial = path.with_name(f".{path.name}.partial")
@@ -61,15 +63,26 @@ def _read_room(message: BagMessage) -> SheetRoom:
     return SheetRoom(title, tuple(pose["stamp_ns"] for pose in scene["camera_path"]))
 
 
-def _tiles(reader: BagReader, topics: dict[str, str], stamps: set[int]) -> Iterator[tuple[int, str, Picture.Image]]:
+def _standard(reader: BagReader, types: dict[str, str]) -> StandardName:
+    """Return the standard of the class ids of a bag, as its labels tell."""
+    topics = [name for name in types if name.endswith("/semantic/labels") and types[name] == "std_msgs/msg/String"]
+    for message in reader.messages(topics):
+        told = json.loads(deserialize_message(message.data, String).data).get("standard", "nyu40")
+        return next((name for name in STANDARDS if name == told), "nyu40")
+    return "nyu40"
+
+
+def _tiles(
+    reader: BagReader, topics: dict[str, str], stamps: set[int], rows: Mapping[str, Layer]
+) -> Iterator[tuple[int, str, Picture.Image]]:
     layers = {topic: layer for layer, topic in topics.items()}
     for message in reader.messages(set(layers)):
         stamp = stamp_ns(message.type_name, message.data)
         if stamp in stamps:
             layer = layers[message.topic]
-            picture = Picture.fromarray(layer_picture(LAYERS[layer], read_pixels(message)))
+            picture = Picture.fromarray(layer_picture(rows[layer], read_pixels(message)))
             height = max(1, round(TILE_WIDTH * picture.height / picture.width))
-            one_ray = LAYERS[layer].group in ("geometric", "sensed")  # its pixels mean nothing when they are mixed
+            one_ray = rows[layer].group in ("geometric", "sensed")  # its pixels mean nothing when they are mixed
             resample = Picture.Resampling.NEAREST if one_ray else Picture.Resampling.LANCZOS
             yield stamp, layer, picture.resize((TILE_WIDTH, height), resample)
 

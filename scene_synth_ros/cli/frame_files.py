@@ -13,16 +13,18 @@ from renderer import LAYERS, Frame
 from renderer.files.exr_files import write_exr
 from renderer.files.image_io import write_png
 from renderer.film.layers import check_layers
+from renderer.film.semantic_rows import layers_in
+from scene_description.label_standards import StandardName
 
 
-def write_frame(base: Path, frame: Frame, *, exr: bool = False) -> None:
-    """Write ``<base>.npz``, ``<base>_<layer>.png`` and, if asked, ``<base>.exr``.
+def write_frame(base: Path, frame: Frame, *, exr: bool = False, standard: StandardName = "nyu40") -> None:
+    """Write ``<base>.npz``, ``<base>_<layer>.png`` and, if asked, ``<base>.exr``; ``standard`` is that of the class ids.
 
     Raises:
         RenderError: a layer is unknown or not what its row of the layer table says, before anything is written; or a file cannot be made.
         OSError: a file cannot be written.
     """
-    shown, channels = pictures(frame.layers), exr_channels(frame) if exr else {}
+    shown, channels = pictures(frame.layers, standard), exr_channels(frame) if exr else {}
     np.savez_compressed(base.with_suffix(".npz"), **frame.layers)
     for name, picture in shown.items():
         write_png(base.with_name(f"{base.name}_{name}.png"), picture)
@@ -30,14 +32,15 @@ def write_frame(base: Path, frame: Frame, *, exr: bool = False) -> None:
         write_exr(base.with_suffix(".exr"), channels)
 
 
-def pictures(layers: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+def pictures(layers: Mapping[str, NDArray[Any]], standard: StandardName = "nyu40") -> dict[str, NDArray[Any]]:
     """Return what people can look at, by layer: uint8 or uint16 (height, width), or uint8 (height, width, 3).
 
     Raises:
         RenderError: a layer is unknown or not what its row says.
     """
     check_layers(layers)
-    return {name: LAYERS[name].picture.of(image) for name, image in layers.items()}
+    rows = layers_in(standard)
+    return {name: rows[name].picture.of(image) for name, image in layers.items()}
 
 
 def exr_channels(frame: Frame) -> dict[str, NDArray[Any]]:

@@ -15,6 +15,10 @@ PAGE = """# Layers
 
 Made by `scene_synth layers --markdown > docs/layers.md` from the table in `renderer/film/layers.py`.
 
+![every layer of one view](layers.jpg)
+
+`.venv/bin/python examples/every_layer.py docs` draws this picture.
+
 ## What the pixels hold
 
 {pixels}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import math
 import sys
 import time
@@ -15,9 +16,12 @@ from renderer.camera.rig import mounted_path
 from renderer.exposure import exposed, meter, needs_meter, sensor_ev100
 from renderer.files.exr_files import is_installed
 from renderer.film.layers import check_names
+from renderer.film.semantic_rows import layers_in
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
+from renderer.scene.semantic_classes import with_classes
 from scene_description import CameraPose, EnvironmentMap, SceneDescription, scene_from_json
+from scene_description.label_standards import STANDARDS, StandardName
 from scene_synth_ros.cli.frame_files import write_frame
 from scene_synth_ros.cli.render_settings import PRESETS, preset_settings, read_settings
 from scene_synth_ros.cli.render_settings import add_arguments as add_settings
@@ -42,6 +46,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--exr", choices=("auto", "yes", "no"), default="auto", help="write EXR too, with linear colour; auto: where OpenEXR is installed"
     )
+    parser.add_argument(
+        "--semantic-classes",
+        choices=STANDARDS,
+        default="nyu40",
+        help="standard of the class ids (default: %(default)s)",
+    )
     parser.add_argument("--catalog", type=Path, metavar="DIR", help="folder of the user's models and environment maps")
     parser.add_argument("--environment", metavar="FILE", help="environment map .hdr or .exr below --catalog, in place of the scene's sky")
     parser.add_argument("--environment-yaw", type=float, default=0.0, metavar="DEG", help="turn of the map about z (default: %(default)s)")
@@ -51,7 +61,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Render; every frame becomes an NPZ with all layers, a PNG of each, and an EXR; ``trajectory.txt`` holds the camera's poses."""
+    """Render; every frame becomes an NPZ with all layers, a PNG of each, and an EXR.
+
+    ``trajectory.txt`` has the camera's poses, ``labels.json`` what ids mean.
+    """
     refuse_missing_folder("--catalog", arguments.catalog)
     settings = read_settings(arguments)
     exr = arguments.exr == "yes" or (arguments.exr == "auto" and is_installed())
@@ -62,20 +75,22 @@ def run(arguments: argparse.Namespace) -> int:
     poses = scene.camera_path[: arguments.frames]
     if not poses:
         raise UsageError(f"--frames: expected at least 1, got {arguments.frames}")
-    flat, key = flatten(scene, arguments.catalog), scene_key(scene)
+    standard: StandardName = arguments.semantic_classes
+    flat, key = with_classes(flatten(scene, arguments.catalog), scene, standard), scene_key(scene)
     metered = meter(flat, settings.camera, settings.render, key, scene.camera_path) if needs_meter(settings.render) else None
     exposure = exposed(settings.render, metered, fixed_ev100)
     layers = _layers(arguments)
     arguments.out.mkdir(parents=True)
     path = mounted_path(settings.camera, scene.camera_path)
     (arguments.out / "trajectory.txt").write_text(trajectory_to_tum(path[: len(poses)]), encoding="utf-8")
+    (arguments.out / "labels.json").write_text(_labels(scene, layers, standard), encoding="utf-8")
     _report(0, len(poses), 0.0)
     sensors = {"sensor": settings.sensor, "depth_sensor": settings.depth_sensor}
     with Renderer(flat, settings.camera, settings.render, key, **sensors) as renderer:
         began = time.monotonic()
         for index, pose in enumerate(path[: len(poses)]):
             frame = renderer.render(pose, index, layers, exposure=exposure, path=path)
-            write_frame(arguments.out / f"frame_{index:04d}", frame, exr=exr)
+            write_frame(arguments.out / f"frame_{index:04d}", frame, exr=exr, standard=standard)
             _report(index + 1, len(poses), time.monotonic() - began)
     sys.stderr.write("\n")
     return 0
@@ -88,6 +103,14 @@ def _layers(arguments: argparse.Namespace) -> list[str]:
     check_names(named)
     asked = vars(arguments) | {"layers": False, "": True}
     return [name for name, row in LAYERS.items() if name in named or asked[row.option]]
+
+
+def _labels(scene: SceneDescription, layers: Sequence[str], standard: StandardName) -> str:
+    """Return what the ids of the layers mean, as JSON: layer -> id -> name, class and colour."""
+    rows = layers_in(standard)
+    tables = {name: rows[name].labels for name in layers}
+    told = {name: table(scene) for name, table in tables.items() if table is not None}
+    return json.dumps({"standard": standard, "labels": told}, indent=1) + "\n"
 
 
 def _layer_options() -> dict[str, list[str]]:

@@ -62,6 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--record", type=Path, metavar="DIR", help="record a bag into this new folder")
     parser.add_argument("--contact-sheet", type=Path, metavar="FILE", help="draw some frames of each room of the bag, as PNG or JPEG")
     parser.add_argument("--show", type=Path, metavar="FILE", help="write the bag as one page for a browser (scene_synth show)")
+    parser.add_argument("--truth", action="store_true", help="write what is true of each room into DIR_truth (scene_synth truth)")
     parser.add_argument("--namespace", default=NAMESPACE, help="namespace of nodes and topics (default: %(default)s)")
     parser.add_argument(
         "--log-level",
@@ -92,7 +93,8 @@ def run(arguments: argparse.Namespace) -> int:
         return outcome.code
     from scene_synth_ros.cli.run_results import conclude  # after the nodes have ended: its modules take as long to load as a node
 
-    return conclude(arguments, outcome, seconds)
+    catalog = parameters["renderer_node"].get("catalog_dir", "")
+    return conclude(arguments, outcome, seconds, Path(catalog) if catalog else None)
 
 
 def _progress(arguments: argparse.Namespace, grammar: Mapping[str, Any]) -> list[str]:
@@ -206,6 +208,10 @@ def _check_outputs(arguments: argparse.Namespace) -> list[Path]:
         raise ProfileError("--show: expected together with --record, which makes the bag that is shown")
     if arguments.show and not arguments.show.parent.is_dir():
         raise ProfileError(f"--show {arguments.show}: the folder does not exist")
+    if arguments.truth and not arguments.record:
+        raise ProfileError("--truth: expected together with --record, which makes the bag that it is read from")
+    if arguments.truth and truth_folder(arguments.record).exists():
+        raise ProfileError(f"--truth: {truth_folder(arguments.record)} exists already; record into another folder or remove it")
     if not arguments.namespace.startswith("/"):
         raise ProfileError(f"--namespace {arguments.namespace}: expected a name that begins with /")
     if not arguments.record:
@@ -216,6 +222,11 @@ def _check_outputs(arguments: argparse.Namespace) -> list[Path]:
     except OSError as error:
         raise ProfileError(f"--record {arguments.record}: its folder cannot be made ({error.strerror})") from None
     return missing
+
+
+def truth_folder(bag: Path) -> Path:
+    """Return the folder beside a bag that ``--truth`` writes."""
+    return bag.with_name(f"{bag.name}_truth")
 
 
 def _say(text: str) -> None:

@@ -4,21 +4,25 @@ from __future__ import annotations
 
 import argparse
 import sys
+from pathlib import Path
 
 from scene_synth_ros.bags.bag_inspect import InspectReport, inspect_bag, render_report
 from scene_synth_ros.bags.bag_reader import BagReadError
 from scene_synth_ros.cli.contact_sheet import write_contact_sheet
+from scene_synth_ros.cli.run_command import truth_folder
 from scene_synth_ros.cli.show_command import describe, show_bag
 from scene_synth_ros.cli.supervisor import Outcome
+from scene_synth_ros.cli.truth_command import write_bag_truth
 
 
-def conclude(arguments: argparse.Namespace, outcome: Outcome, seconds: float) -> int:
+def conclude(arguments: argparse.Namespace, outcome: Outcome, seconds: float, catalog_dir: Path | None) -> int:
     """Check the bag, print the summary, draw and show what is asked for; return the exit status.
 
     Args:
         arguments: of ``scene_synth run``.
         outcome: how the nodes ended.
         seconds: how long they ran.
+        catalog_dir: folder of the user's models, where the run had one.
     """
     if not arguments.record.exists():
         return outcome.code or 1
@@ -33,6 +37,8 @@ def conclude(arguments: argparse.Namespace, outcome: Outcome, seconds: float) ->
         _say(f"contact sheet: {arguments.contact_sheet} ({rooms} rooms)")
     if arguments.show and not outcome.code:
         _say(describe(show_bag(arguments.record, arguments.show), arguments.show).rstrip())
+    if arguments.truth and not outcome.code:
+        _say(f"truth: {write_bag_truth(arguments.record, truth_folder(arguments.record), catalog_dir)}")
     return outcome.code or (1 if report.faults else 0)
 
 

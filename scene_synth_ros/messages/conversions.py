@@ -22,6 +22,7 @@ from renderer.camera.lenses import LENSES
 from renderer.camera.rig import stereo_shift_m
 from renderer.film.layers import Layer
 from scene_description import NYU40, CameraPose, SceneDescription
+from scene_description.label_standards import StandardName
 from scene_description.labels import LabelTable
 from scene_description.poses import (
     LINK_FROM_OPTICAL,
@@ -141,10 +142,11 @@ def world_from_link_to_msg(pose: CameraPose, world: str, link: str) -> Transform
     return TransformStamped(header=header(pose.stamp_ns, world), child_frame_id=link, transform=transform)
 
 
-def labels_to_msg(labels: LabelTable, stamp_ns: int) -> String:
-    """Return an id table as JSON: ``{"stamp": {"sec", "nanosec"}, "labels": {"<id>": {...}}}``."""
+def labels_to_msg(labels: LabelTable, stamp_ns: int, standard: StandardName = "nyu40") -> String:
+    """Return an id table as JSON: ``{"stamp": {"sec", "nanosec"}, "standard", "labels": {"<id>": {...}}}``; ``nyu40`` is not told."""
     stamp = {"sec": stamp_ns // NANOSECONDS, "nanosec": stamp_ns % NANOSECONDS}
-    return String(data=json.dumps({"stamp": stamp, "labels": {str(key): value for key, value in labels.items()}}))
+    told = {} if standard == "nyu40" else {"standard": standard}
+    return String(data=json.dumps({"stamp": stamp, **told, "labels": {str(key): value for key, value in labels.items()}}))
 
 
 def occupancy_to_msg(

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from renderer.camera.config import CameraConfig
 from renderer.film.frame import Frame
 from renderer.film.layers import LAYERS, ROWS, Layer
+from renderer.film.semantic_rows import layers_in
 from scene_description import CameraPose, Limits, SceneDescription
+from scene_description.label_standards import StandardName
 from scene_description.labels import LabelTable
 from scene_synth_ros.messages.camera_frames import FRAME_PREFIX, camera_frames
 from scene_synth_ros.messages.conversions import (
@@ -64,6 +66,9 @@ class StreamConfig(_LayerSwitches):  # type: ignore[misc]
     depth_encoding: Annotated[
         Literal["32FC1", "16UC1"], Limits(description="Depth in metres (32FC1) or millimetres (16UC1)", fixed="a bag has one encoding")
     ] = "32FC1"
+    semantic_classes: Annotated[
+        StandardName, Limits(description="Standard of the class ids of the semantic layer", fixed="a bag has one standard")
+    ] = "nyu40"
     qos: Annotated[
         Literal["reliable", "deep", "latest", "sensor_data"],
         Limits(description="Named QoS profile of images, camera info and poses", fixed=_STREAMS_FIXED),
@@ -118,10 +123,11 @@ class FrameMessages:
         self._config, self._camera = config, camera
         self.layers = enabled_layers(config, camera)
         """Enabled layers."""
+        self._rows = layers_in(config.semantic_classes)
 
     def begin_room(self, scene: SceneDescription) -> None:
         """Take the label tables of a room."""
-        tables = {layer: LAYERS[layer].labels for layer in self.layers}
+        tables = {layer: self._rows[layer].labels for layer in self.layers}
         self.begin_labels({layer: table(scene) for layer, table in tables.items() if table is not None})
 
     def begin_labels(self, labels: Mapping[str, LabelTable]) -> None:
@@ -154,12 +160,12 @@ class FrameMessages:
         if wanted(info):
             yield info, camera_info_to_msg(self._camera, stamp_ns, self._frame_id)
         if layer in self._labels and wanted(labels):
-            yield labels, labels_to_msg(self._labels[layer], stamp_ns)
+            yield labels, labels_to_msg(self._labels[layer], stamp_ns, self._config.semantic_classes)
         if layer in self._labels and LabelInfo is not None and wanted(classes):
             yield classes, label_info_to_msg(self._labels[layer], stamp_ns, self._frame_id)
 
     def _of_layer(self, layer: str, image: NDArray[Any], stamp_ns: int, wanted: Callable[[str], bool]) -> Iterator[tuple[str, object]]:
-        row, base, frame_id = LAYERS[layer], f"{self._config.camera}/{layer}", self._frame_id
+        row, base, frame_id = self._rows[layer], f"{self._config.camera}/{layer}", self._frame_id
         encoding, raw = layer_encoding(row), image
         if row.compression == "depth" and self._config.depth_encoding == "16UC1":
             raw, encoding = depth_to_millimetres(image), "16UC1"

@@ -42,10 +42,12 @@ class FrameSettings:
 
 
 def settings_to_json(settings: FrameSettings) -> str:
-    """Return the JSON text; an empty prefix of frames and an ideal depth sensor are not in it."""
+    """Return the JSON text; an empty prefix of frames, NYU40 class ids and an ideal depth sensor are not in it."""
     data: dict[str, Any] = to_mapping(settings)
     if not settings.streams.frame_prefix:
         del data["streams"]["frame_prefix"]
+    if settings.streams.semantic_classes == "nyu40":
+        del data["streams"]["semantic_classes"]
     if settings.depth_sensor == IDEAL_DEPTH:
         del data["depth_sensor"]
     return json.dumps(data, separators=(",", ":"))

@@ -8,12 +8,14 @@ from collections.abc import Collection
 from contextlib import ExitStack
 from pathlib import Path
 
-from renderer import RenderCancelled, RenderConfig, Renderer, warm_up
+from renderer import WARM_LAYERS, RenderCancelled, RenderConfig, Renderer, warm_up
 from renderer.film.frame import Frame
 from renderer.film.tone import Exposure
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
+from renderer.scene.semantic_classes import with_classes
 from scene_description import CameraPose, SceneDescription, SceneSynthError, error_line, scene_from_json
+from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_to_json
 from scene_synth_ros.render.camera_requests import CameraRequests
 from scene_synth_ros.render.inbox import Inbox
@@ -76,7 +78,7 @@ class Rendering:
         """
         began = time.perf_counter()
         self._node.get_logger().info("loading kernels (the first run compiles them)")
-        warm_up(depth_sensor=self._settings["depth_sensor"])
+        warm_up({*WARM_LAYERS, *self._output.streams.messages.layers}, self._settings["depth_sensor"])
         self._node.get_logger().info(f"kernels are ready ({time.perf_counter() - began:.1f} s)")
         self.warm = True
         while (text := self._inbox.next_room()) is not None:
@@ -122,7 +124,8 @@ class Rendering:
 
     def _render_room(self, scene: SceneDescription) -> None:
         self._render_config = self._settings["render"]
-        flat = functools.cache(lambda: flatten(scene, self._catalog_dir))
+        streams: StreamConfig = self._settings["streams"]
+        flat = functools.cache(lambda: with_classes(flatten(scene, self._catalog_dir), scene, streams.semantic_classes))
         camera, sensors = self._settings["camera"], {name: self._settings[name] for name in ("sensor", "depth_sensor")}
         with ExitStack() as room:
 

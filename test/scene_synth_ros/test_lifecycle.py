@@ -8,6 +8,7 @@ import pytest
 from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetState
 from rclpy.context import Context
+from rclpy.duration import Duration
 from rclpy.serialization import deserialize_message
 from scene_synth_ros_suite import Peer, node_process
 from std_msgs.msg import String
@@ -100,7 +101,8 @@ def test_recorder_services_start_stop_split_and_snapshot(tmp_path: Path) -> None
         def say(number: int) -> None:
             speaker.publish(String(data=f"word {number}"))
             own.publish(String(data=json.dumps({"stamp_ns": number * 10**9})))
-            manager.spin_for(0.6)
+            for publisher in (speaker, own):  # the recorder has it then, and takes messages before it answers calls
+                assert publisher.wait_for_all_acked(Duration(seconds=20))
 
         manager.spin_until(lambda: speaker.get_subscription_count() and own.get_subscription_count(), 30, "the recorder")
         for number in (1, 2):

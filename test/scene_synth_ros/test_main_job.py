@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from nav2_map import read_nav2_map
 from rosbags.highlevel import AnyReader
 from scene_synth_ros_suite import environment, run_suite
 
@@ -18,6 +19,7 @@ from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from scene_description import SceneDescription, scene_from_json
 from scene_description.poses import rotation_from_quaternion
+from scene_synth_ros.cli.tum_trajectory import trajectory_from_tum
 
 ROOMS, FRAMES, SEED = 2, 3, 11
 LAYERS = ("color", "depth", "normals", "semantic", "instance")
@@ -55,7 +57,7 @@ def read(bag: Path) -> dict[str, list[tuple[int, object]]]:
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Recorded]:
     folder = tmp_path_factory.mktemp("main_job")
     bag, sheet, page = folder / "bag", folder / "sheet.png", folder / "page.html"
-    words = ("--rooms", ROOMS, "--frames", FRAMES, "--seed", SEED, "--contact-sheet", sheet, "--show", page)
+    words = ("--rooms", ROOMS, "--frames", FRAMES, "--seed", SEED, "--contact-sheet", sheet, "--show", page, "--truth")
     process = run_suite(bag, *words, env=environment(), timeout_s=600)
     assert process.returncode == 0, process.stderr + process.stdout
     yield Recorded(process, bag, read(bag), sheet, page)
@@ -68,6 +70,20 @@ def stamp(message: object) -> int:
 def test_every_topic_has_every_message(recorded: Recorded) -> None:
     counts = {topic: len(messages) for topic, messages in recorded.messages.items() if topic != "/diagnostics"}
     assert counts == {**dict.fromkeys(PER_FRAME, ROOMS * FRAMES), **dict.fromkeys(PER_ROOM, ROOMS), "/tf_static": 1}
+
+
+def test_what_is_true_of_each_room_is_beside_the_bag(recorded: Recorded) -> None:
+    folder = recorded.bag.with_name("bag_truth")
+    assert sorted(path.name for path in folder.iterdir()) == [f"room_{k:04d}" for k in range(ROOMS)]
+    assert f"truth: {folder}: {ROOMS} rooms" in recorded.process.stdout
+    for room, scene, (_, grid) in zip(sorted(folder.iterdir()), recorded.scenes(), recorded.messages["/synth/scene/map"], strict=True):
+        assert scene_from_json((room / "scene.json").read_text()) == scene
+        floor = read_nav2_map(room / "map.yaml")
+        assert np.array_equal(floor.data, grid.data) and (floor.width, floor.height) == (grid.info.width, grid.info.height)
+        assert np.float32(floor.resolution) == np.float32(grid.info.resolution)
+        assert floor.origin[:2] == (grid.info.origin.position.x, grid.info.origin.position.y)
+        poses = trajectory_from_tum((room / "trajectory_camera.txt").read_text())
+        assert poses == trajectory_from_tum((room / "trajectory.txt").read_text()) and len(poses) == FRAMES
 
 
 def test_a_renderer_logs_one_line_a_room(recorded: Recorded) -> None:

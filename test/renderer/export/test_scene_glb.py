@@ -21,6 +21,7 @@ from renderer.scene.flatten import flatten
 from renderer.textures.apply import AppliedTexture
 from renderer.textures.tile import TextureTile
 from scene_description import FileReading, Material, SceneDescription, Texture
+from scene_description.labels import part_ids
 from scene_description.poses import world_from_optical
 
 Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
@@ -103,7 +104,10 @@ def test_hierarchy_and_extras(scene: SceneDescription, glb: bytes) -> None:
         "id": 3, "category": "bed", "label": 4, "label_name": "bed", "size_m": [2.1, 1.6, 1.0], "model": "bed:upholstered",
         "support": "floor",
     }  # fmt: skip
-    assert nodes[duvet]["extras"] == {"part": "duvet", "material": "linen"}
+    assert nodes[duvet]["extras"] == {
+        "id": 3, "part": "duvet", "part_id": part_ids(scene)["3/duvet"], "label": 4, "label_name": "bed", "material": "linen",
+        "material_id": 3,
+    }  # fmt: skip
     assert nodes[places["table_lamp_5"]]["extras"]["support"] == 4
     assert len(places) == len(nodes), "names are unique"
 

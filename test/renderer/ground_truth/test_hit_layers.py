@@ -104,7 +104,7 @@ def test_normals_are_told_in_both_frames_and_smooth_surfaces_have_their_own():
 
 def test_texture_coordinates_are_the_meshs_own():
     seen = layers(furnished_room(), VIEW, "uv", "position")
-    np.testing.assert_allclose(seen["uv"], seen["position"][..., :2], atol=1e-6)
+    np.testing.assert_allclose(seen["uv"], seen["position"][..., :2], atol=1e-5)
 
 
 def test_object_coordinates_parts_and_materials_follow_the_description():
@@ -191,6 +191,13 @@ def test_coverage_is_the_share_of_a_pixel():
     assert (seen["instance"][:, :16] == 4).all() and (seen["instance"][:, 16:] == 3).all()
     np.testing.assert_allclose(seen["coverage"][:, 16], 0.75)
     np.testing.assert_allclose(np.delete(seen["coverage"], 16, axis=1), 1.0)
+
+
+def test_coverage_by_pixels_is_coverage_by_tiles():
+    almost_plain = replace(CAMERA, model="brown_conrady", distortion=(1e-9,))
+    by_pixels, by_tiles = (layers(furnished_room(), PATH[1], "coverage", camera=camera)["coverage"] for camera in (CAMERA, almost_plain))
+    assert 0.0 < (by_pixels < 1.0).mean() < 0.2
+    np.testing.assert_array_equal(by_pixels, by_tiles)
 
 
 def test_what_lies_behind_glass_is_the_first_opaque_surface():

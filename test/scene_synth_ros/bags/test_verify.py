@@ -1,5 +1,6 @@
 """A bag is rendered again from itself: the same bytes, and the first change of a pixel is named."""
 
+import io
 import json
 import subprocess
 from pathlib import Path
@@ -7,16 +8,26 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from PIL import Image as Picture
 from rclpy.serialization import deserialize_message, serialize_message
+from sample_scene import sample_scene
 from scene_synth_ros_suite import command, environment, run_suite
 from sensor_msgs.msg import CompressedImage, Image
+from std_msgs.msg import String
 
-from scene_description import SceneSynthError
+from renderer import CameraConfig, RenderConfig, Renderer
+from renderer.scene.flatten import flatten
+from renderer.scene.scene_key import scene_key
+from renderer.scene.semantic_classes import with_classes
+from scene_description import SceneSynthError, scene_to_json
 from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_verify import verify_bag
 from scene_synth_ros.bags.bag_writer import BagWriter
+from scene_synth_ros.cli.contact_sheet import write_contact_sheet
 from scene_synth_ros.cli.run_profile import load_profile
+from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig
+from scene_synth_ros.messages.frame_settings import FrameSettings, settings_to_json
 
 ROOMS, FRAMES = 2, 3
 COLOR = "/synth/camera/color/image_raw"
@@ -111,10 +122,6 @@ def test_the_bag_says_what_made_it_and_its_parameters_make_it_again(bag: Path, t
 
 
 def test_compressed_ids_hold_the_same_pixels_and_inspect_knows_them(bag: Path) -> None:
-    import io
-
-    from PIL import Image as Picture
-
     report = inspect_bag(bag)
     assert not report.faults, report.faults
     assert report.files == ROOMS
@@ -130,6 +137,33 @@ def test_compressed_ids_hold_the_same_pixels_and_inspect_knows_them(bag: Path) -
     assert {image.format for image in images} == {"16UC1; png compressed 16UC1"}
     for image, table in zip(images, labels[:FRAMES], strict=False):
         assert set(map(str, np.unique(np.asarray(Picture.open(io.BytesIO(image.data)))))) <= set(table)
+
+
+def test_a_bag_with_the_classes_of_another_standard_is_the_same_again_and_drawn_in_its_colours(tmp_path: Path) -> None:
+    scene, camera, streams = sample_scene(), CameraConfig(width=48, height=36), StreamConfig(semantic_classes="coco", color=False)
+    pose, maker, render = scene.camera_path[0], FrameMessages(streams, camera), RenderConfig(threads=1)
+    with Renderer(with_classes(flatten(scene), scene, "coco"), camera, render, scene_key(scene)) as renderer:
+        frame = renderer.render(pose, 0, maker.layers)
+    maker.begin_room(scene)
+    settings = FrameSettings(
+        stamp_ns=pose.stamp_ns, scene=scene.id, frame=0, exposure_ev100=8.0, camera=camera, render=render, streams=streams
+    )
+    told = [("scene", String(data=scene_to_json(scene))), ("renderer_node/settings", String(data=settings_to_json(settings)))]
+    with BagWriter(tmp_path / "bag") as writer:
+        for topic, message in [*told, *maker.of_frame(frame, pose, lambda _: True)]:
+            package = type(message).__module__.split(".")[0]
+            writer.add_topic(f"/synth/{topic}", f"{package}/msg/{type(message).__name__}")
+            writer.write(f"/synth/{topic}", bytes(serialize_message(message)), pose.stamp_ns, pose.stamp_ns)
+    report = verify_bag(tmp_path / "bag")
+    assert report.good and report.frames == 1 and report.compared == 16, report
+    with BagReader(tmp_path / "bag") as reader:
+        (image,) = [deserialize_message(m.data, Image) for m in reader.messages(["/synth/camera/semantic/image_raw"])]
+        (labels,) = [json.loads(deserialize_message(m.data, String).data) for m in reader.messages(["/synth/camera/semantic/labels"])]
+    ids = np.unique(np.frombuffer(image.data, np.uint8)).tolist()
+    assert max(ids) > 40 and labels["standard"] == "coco" and {str(key) for key in ids} <= set(labels["labels"])
+    assert write_contact_sheet(tmp_path / "bag", tmp_path / "sheet.png") == 1
+    drawn = {tuple(color) for _, color in Picture.open(tmp_path / "sheet.png").convert("RGB").getcolors(1 << 24)}
+    assert {tuple(labels["labels"][str(key)]["color"]) for key in ids} <= drawn
 
 
 def test_what_cannot_be_verified_says_why(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """Frames as messages: topics, encodings and parameters of every row of the layer table."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
@@ -129,3 +130,18 @@ def test_true_and_sensed_depth_are_twins_and_the_settings_name_the_sensor() -> N
         )
         text = settings_to_json(settings)
         assert ("kinect_v1" in text) == (sensor.model == "kinect_v1") and settings_from_json(text) == settings
+
+
+def test_another_standard_of_classes_tells_itself_and_has_its_own_names_and_colours() -> None:
+    tv = Frame({"semantic": np.full((6, 9), 72, np.uint8), "instance": FRAME.layers["instance"]}, None)
+    streams = StreamConfig(semantic_classes="coco", color=False, depth=False, normals=False)
+    made = messages(streams, tv)
+    told = json.loads(made["camera/semantic/labels"].data)
+    assert told["standard"] == "coco" and told["labels"]["72"]["name"] == "tv" and told["labels"]["72"]["nyu40"] == [25]
+    assert json.loads(made["camera/instance/labels"].data)["labels"]["3"]["class_name"] == "bed"
+    assert np.frombuffer(made["camera/semantic/image_color"].data, np.uint8)[:3].tolist() == told["labels"]["72"]["color"]
+    assert "standard" not in json.loads(messages(StreamConfig())["camera/semantic/labels"].data)
+    settings = FrameSettings(stamp_ns=1, scene="a", frame=0, exposure_ev100=1.0, camera=CAMERA, render=RenderConfig(), streams=streams)
+    assert settings_from_json(settings_to_json(settings)) == settings
+    plain = dataclasses.replace(settings, streams=StreamConfig())
+    assert "semantic_classes" not in settings_to_json(plain) and settings_from_json(settings_to_json(plain)) == plain

@@ -2,12 +2,11 @@
 
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from scene_synth_ros_suite import environment, run_suite
+from scene_synth_ros_suite import announced_often, environment, run_suite
 
 from scene_synth_ros.bags.bag_reader import BagReader
 
@@ -30,19 +29,16 @@ while rclpy.ok():
     time.sleep(period_s)
 """
 FRAMES = 40
-SETTLED_S = 1.5
-"""Participants of Fast DDS that start within a second of each other may find each other only seconds later; the run may be over by then."""
 
 
 @contextmanager
 def stranger(env: dict[str, str], topic: str, period_s: float, seconds: object) -> Iterator[None]:
     """Publish a PointStamped on a topic, stamped with so many seconds or ``wall`` time, as long as the block lasts."""
     process = subprocess.Popen(
-        [sys.executable, "-c", STRANGER, topic, str(period_s), str(seconds)], env=env, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", STRANGER, topic, str(period_s), str(seconds)], env=announced_often(env), stdout=subprocess.PIPE, text=True
     )
     try:
         assert process.stdout is not None and process.stdout.readline() == "here\n"
-        time.sleep(SETTLED_S)
         yield
     finally:
         process.terminate()

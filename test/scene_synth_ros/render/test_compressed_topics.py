@@ -41,10 +41,9 @@ class Viewer(Peer):
     def listen(self, kind: type, topic: str) -> None:
         self.heard[topic] = []
         self.node.create_subscription(kind, topic, self.heard[topic].append, stream_qos(100))
-        self.spin_until(lambda: self.node.count_publishers(topic), 60, f"the publisher of {topic}")
-        self.spin_for(0.3)  # it has matched in its turn by then
 
     def see_a_room(self) -> None:
+        self.meet("renderer_node")
         for images in self.heard.values():
             images.clear()
         self._scene.publish(String(data=scene_to_json(sample_scene())))

@@ -29,8 +29,7 @@ class Reader(Peer):
             self.node.create_subscription(LabelInfo, f"eye/{layer}/label_info", self.infos[layer].append, latched_qos(100))
 
     def see_a_room(self) -> None:
-        self.spin_until(lambda: all(self.node.count_publishers(f"eye/{layer}/labels") for layer in self.labels), 60, "the renderer")
-        self.spin_for(0.5)  # it has matched in its turn by then
+        self.meet("renderer_node")
         self._scene.publish(String(data=scene_to_json(sample_scene())))
         self.spin_until(lambda: all(len(heard) == FRAMES for heard in self.labels.values()), 90, "the labels of the path")
 

@@ -43,10 +43,11 @@ def peer() -> Iterator[TransformPeer]:
         peer = TransformPeer(context)
         poses = peer.listen(PoseStamped, "eye/pose", stream_qos(100))
         moving = peer.listen(TFMessage, "/tf", stream_qos(100))
-        peer.listen(TFMessage, "/tf_static", latched_qos(100))
-        peer.spin_until(lambda: peer.node.count_publishers("/tf") and peer.node.count_publishers("eye/pose"), 60, "the renderer")
+        fixed = peer.listen(TFMessage, "/tf_static", latched_qos(100))
+        peer.meet("renderer_node")
         peer.send(scene_to_json(sample_scene()))
         peer.spin_until(lambda: len(poses) == len(moving) == FRAMES, 90, "all poses and transforms")
+        peer.spin_until(lambda: fixed, 20, "the static transforms")
         yield peer
 
 
@@ -87,7 +88,7 @@ def test_without_tf2_msgs_there_are_poses_and_no_transforms(tmp_path) -> None:
     with node_process("renderer_node", SETTINGS, without("tf2_msgs", tmp_path)) as context:
         peer = TransformPeer(context)
         poses = peer.listen(PoseStamped, "eye/pose", stream_qos(100))
-        peer.spin_until(lambda: peer.node.count_publishers("eye/pose"), 60, "the renderer")
+        peer.meet("renderer_node")
         peer.send(scene_to_json(sample_scene()))
         peer.spin_until(lambda: len(poses) == FRAMES, 90, "all poses")
         assert peer.node.count_publishers("/tf") == peer.node.count_publishers("/tf_static") == 0

@@ -36,8 +36,9 @@ class GrammarPeer(Peer):
 def peer() -> Iterator[GrammarPeer]:
     with node_process("renderer_node", SETTINGS) as context:
         peer = GrammarPeer(context)
-        peer.send(scene_to_json(sample_scene()))
         peer.listen()
+        peer.meet("renderer_node")
+        peer.send(scene_to_json(sample_scene()))
         peer.spin_until(lambda: peer.images, 90, "the first image")
         yield peer
 
@@ -46,8 +47,7 @@ def test_camera_info_and_labels_come_to_who_subscribes_to_nothing_else(peer: Gra
     heard: dict[str, list[object]] = {"depth/camera_info": [], "semantic/labels": []}
     for topic, kind in (("depth/camera_info", CameraInfo), ("semantic/labels", String)):
         peer.node.create_subscription(kind, f"camera/{topic}", heard[topic].append, stream_qos(100))
-    peer.spin_until(lambda: all(peer.node.count_publishers(f"camera/{topic}") for topic in heard), 20, "the publishers")
-    peer.spin_for(0.5)  # they have matched in their turn by then
+    peer.meet("renderer_node")
     peer.images.clear()
     peer.send(scene_to_json(sample_scene()))
     frames = len(sample_scene().camera_path)

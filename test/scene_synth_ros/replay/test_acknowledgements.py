@@ -67,7 +67,7 @@ def test_a_dead_subscriber_is_told_of_once_and_then_left_behind_until_it_has_cau
     began = time.monotonic()
     for _ in range(50):
         waiting.make_room("a")
-    assert 0.2 <= time.monotonic() - began < 2.0
+    assert 0.2 <= time.monotonic() - began < 5.0, "not 0.2 s for every message"
     assert warnings == ["a subscriber of a has acknowledged nothing for 0.2 s; it is not waited for and loses messages"]
     waiting.finish()
     assert len(warnings) == 1
@@ -81,10 +81,11 @@ def test_a_dead_subscriber_is_told_of_once_and_then_left_behind_until_it_has_cau
 
 
 def test_a_stop_ends_the_wait() -> None:
-    waiting, warnings, stopped = acknowledgements(a=Publisher(QoSProfile(depth=1), after=1e9))
+    publisher = Publisher(QoSProfile(depth=1), after=1e9)
+    waiting, warnings, stopped = acknowledgements(a=publisher)
     waiting.make_room("a")
     stopped.set()
-    began = time.monotonic()
     waiting.make_room("a")
+    assert publisher.asked == 0
     waiting.finish()
-    assert time.monotonic() - began < 0.1 and not warnings
+    assert publisher.asked == 1 and not warnings, "asked once, not for as long as there is patience"

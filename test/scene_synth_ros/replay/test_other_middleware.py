@@ -63,7 +63,8 @@ def test_cyclone_dds_gets_every_image_from_the_first_to_the_last(tmp_path):
     written = write_bag(tmp_path / "bag", frames=frames, size=300)
     environment = {**os.environ, "ROS_DOMAIN_ID": str(claim_domain())}
     listener = Child([sys.executable, "-c", LISTENER, str(frames)], env=environment)
-    words = ["-p", f"bag:={tmp_path / 'bag'}", "-p", "rate:=10.0", "-p", "wait_for_subscribers_s:=3.0"]
+    topics = "topics:=['/synth/camera/color/image_raw', '/synth/camera/depth/image_raw']"  # it begins when both have a subscriber
+    words = ["-p", f"bag:={tmp_path / 'bag'}", "-p", "rate:=10.0", "-p", topics, "-p", "wait_for_subscribers_s:=30.0"]
     player = Child([sys.executable, "-m", "scene_synth_ros.replay.replay_node", "--ros-args", *words], env=environment)
     try:
         output, errors = listener.communicate(timeout=60)
