@@ -134,11 +134,13 @@ def _take_row(left: NDArray[np.uint32], right: NDArray[np.uint32], scratch: Matc
                 columns[x] = np.uint16(columns[x] - old[x])
                 old[x] = np.uint8(0)
             continue
-        a, b = left[y], right[y]
-        for x in range(d + REACH, width - REACH):
-            new = np.uint8(_bits(np.uint32(a[x] ^ b[x - d])))
-            columns[x] = np.uint16(columns[x] + np.uint16(new) - old[x])
-            old[x] = new
+        # Slices, because LLVM vectorises loops whose indices cannot be negative.
+        begin, end = d + REACH, max(width - REACH, d + REACH)
+        a, b, kept, total = left[y, begin:end], right[y, REACH : end - d], old[begin:end], columns[begin:end]
+        for i in range(len(a)):
+            new = np.uint8(_bits(np.uint32(a[i] ^ b[i])))
+            total[i] = np.uint16(total[i] + np.uint16(new) - kept[i])
+            kept[i] = new
 
 
 @kernel
@@ -149,11 +151,14 @@ def _sum_window(scratch: MatchScratch, half: int) -> None:
         columns, sums = scratch.columns[d], scratch.sums[d]
         sums[:] = _MOST
         begin, end = d + REACH + half, width - REACH
-        for x in range(begin, end):
-            sums[x] = np.uint16(0)
+        if end <= begin:
+            continue
+        total = sums[begin:end]
+        total[:] = np.uint16(0)
         for off in range(-half, half + 1):
-            for x in range(begin, min(end, width - off)):
-                sums[x] = np.uint16(sums[x] + columns[x + off])
+            some = columns[begin + off : min(end, width - off) + off]
+            for i in range(len(some)):
+                total[i] = np.uint16(total[i] + some[i])
 
 
 @kernel
@@ -169,9 +174,10 @@ def _find_best(scratch: MatchScratch) -> None:
             better = sums[x] < best[x]
             best[x] = sums[x] if better else best[x]
             at[x] = np.int32(d) if better else at[x]
-        for x in range(width - d):
-            better = sums[x + d] < right[x]
-            right[x] = sums[x + d] if better else right[x]
+        moved = sums[min(d, width) :]
+        for x in range(len(moved)):
+            better = moved[x] < right[x]
+            right[x] = moved[x] if better else right[x]
             right_at[x] = np.int32(d) if better else right_at[x]
     for d in range(count):
         sums = scratch.sums[d]

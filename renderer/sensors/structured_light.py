@@ -57,11 +57,12 @@ def _agreement(camera: PosedCamera, device: Device, beams: Beams, x: int, y: int
     half = int(device.window_px) // 2
     scale = camera.focal_px * device.baseline_m
     middle = scale / (beams.distance[y, x] * beams.z[y, x])
+    near = scale / (middle + _AGREEING_PX)
+    far = scale / (middle - _AGREEING_PX) if middle > _AGREEING_PX else np.inf
     agreeing, count = 0, 0
     for v in range(max(y - half, 0), min(y + half + 1, camera.height)):
         for u in range(max(x - half, 0), min(x + half + 1, camera.width)):
             count += 1
-            if beams.lit[v, u]:
-                disparity = scale / (beams.distance[v, u] * beams.z[v, u])
-                agreeing += 1 if abs(disparity - middle) < _AGREEING_PX else 0
+            depth = beams.distance[v, u] * beams.z[v, u]
+            agreeing += 1 if beams.lit[v, u] and near < depth < far else 0
     return agreeing / max(count, 1)
