@@ -1,6 +1,7 @@
 """Devices whose noise is a formula: its deviation on planes, steps, ranges, shadows, holes, edges, mirrors and glass."""
 
 import math
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from renderer import DepthSensorConfig
 from renderer.core.kernel import from_python
 from renderer.sensors.devices import DEVICES, Device, device_of
 from renderer.sensors.surfaces_seen import axial_deviation
+from scene_description.strict import field_types, split_annotation
 
 FORMULA_DEVICES = ("kinect_v1", "kinect_v2", "azure_kinect")
 
@@ -60,6 +62,7 @@ def test_kinect_v1_counts_inverse_depth_in_steps():
 
 def test_a_figure_of_the_configuration_replaces_the_devices_own():
     assert set(Device._fields) == {name for name in DepthSensorConfig.__dataclass_fields__ if name != "model"}
+    assert get_args(split_annotation(field_types(DepthSensorConfig)["model"])[0]) == tuple(DEVICES)
     _, device = device_of(DepthSensorConfig(model="kinect_v1", max_range_m=3.0, inverse_depth_step_per_m=0.0))
     assert device == DEVICES["kinect_v1"][1]._replace(max_range_m=3.0, inverse_depth_step_per_m=0.0)
     sensed, _ = read([wall(3.3)], model="kinect_v1", max_range_m=3.0)
