@@ -51,6 +51,7 @@ setup(
             "hypothesis>=6.100",
             "rosbags>=0.10",
             "mcap-ros2-support>=0.5",
+            "pycocotools>=2.0.11",
             "cyclonedds>=11",
             "colcon-core",
             "colcon-ros",

@@ -116,7 +116,7 @@ def draw_charts():
     """Return the four panels as SVG."""
     far = Chart(0, 0, "Noise by distance, facing", "m", "mm", (0.0, 5.0), (0.0, 80.0))
     steep = Chart(450, 0, "Noise by angle, at 1.5 m", "degrees", "mm", (0.0, 75.0), (0.0, 10.0))
-    steps = Chart(0, 330, "Depths that a Kinect v1 can tell, pixels at each", "m", "", (3.8, 4.2), (0.0, 20000.0))
+    steps = Chart(0, 330, "Depths that a Kinect v1 tells of a slanting wall", "m", "%", (3.8, 4.2), (0.0, 20.0))
     holes = Chart(450, 330, "Pixels without depth by reflectance, at 3 m", "reflectance", "share", (0.0, 0.1), (0.0, 1.0))
     for model, formula in PUBLISHED.items():
         z = np.linspace(0.5, {"kinect_v2": 4.5, "azure_kinect": 3.86}.get(model, 5.0), 60)
@@ -137,9 +137,9 @@ def draw_charts():
     told, counts = np.unique(sensed[np.isfinite(sensed)], return_counts=True)
     for depth, count in zip(told, counts, strict=True):
         if 3.8 <= depth <= 4.2:
-            steps.curve([depth, depth], [0, count], COLORS["kinect_v1"])
+            steps.curve([depth, depth], [0.0, 100.0 * count / counts.sum()], COLORS["kinect_v1"])
     for count in range(math.ceil(351.3 / 4.2), math.floor(351.3 / 3.8) + 1):
-        steps.dots([351.3 / count], [19600], "#444444")
+        steps.dots([351.3 / count], [19.6], "#444444")
     shapes = [*far.shapes, *steep.shapes, *steps.shapes, *holes.shapes]
     for k, model in enumerate(PUBLISHED):
         shapes += [dot((90 + 210 * k, 664), 4, COLORS[model]), words((100 + 210 * k, 664), model, 12, anchor="start")]

@@ -29,9 +29,9 @@ def picture(label, scene, camera=CAMERA, render=RENDER, sensor=None, view=VIEW):
     flat, key = flatten(scene), scene_key(scene)
     exposure = exposed(render, meter(flat, camera, render, key, scene.camera_path))
     with Renderer(flat, camera, render, key, sensor=sensor or SensorConfig()) as renderer:
-        frame = renderer.render(scene.camera_path[view], view, ("color",), exposure=exposure, path=scene.camera_path)
+        frame = renderer.render(scene.camera_path[view], view, ("color_sensed",), exposure=exposure, path=scene.camera_path)
     print(label, flush=True)
-    return Tile(label, frame.layers["color"])
+    return Tile(label, frame.layers["color_sensed"])
 
 
 def room(kind="living_room", seed=3, **wishes):

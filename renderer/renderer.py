@@ -13,14 +13,15 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.annotations.annotator import Annotator
 from renderer.camera.camera_rays import CENTRE, MIDDLE
 from renderer.camera.cameras import PosedCamera, pose_camera
 from renderer.camera.config import CameraConfig, SensorConfig
 from renderer.camera.rig import is_in_the_middle
-from renderer.camera.sensor import expose, vignetting
-from renderer.camera.shutter import motion_during
+from renderer.camera.shutter import in_motion
 from renderer.camera.thin_lens import focus_on_centre
-from renderer.core.embree import EmbreeScene
+from renderer.color_sensor import read_color
+from renderer.core.embree import EmbreeScene, SceneHandle
 from renderer.core.errors import RenderError
 from renderer.core.random_numbers import make_frame_key
 from renderer.core.workers import Workers, thread_count
@@ -41,6 +42,7 @@ from renderer.geometry.mesh import Mesh
 from renderer.ground_truth.hit_layers import hit_layers
 from renderer.ground_truth.hit_view import HitView, TracedScene
 from renderer.path.config import RenderConfig
+from renderer.path.film_update import blocked_share, indirect_part
 from renderer.path.ground_truth import GeometricImages, Labels, make_hits, trace_geometry
 from renderer.path.integrator import trace_paths
 from renderer.path.lights import build_lights
@@ -94,6 +96,8 @@ class Renderer:
             raise RenderError(f"renderer: expected scene_key >= 0 and paths_per_piece >= 1, got {scene_key} and {paths_per_piece}")
         self._camera, self._config, self._scene_key, self._paths_per_piece = camera, config, scene_key, paths_per_piece
         self._sensor, self._depth_config = sensor, depth_sensor
+        self.flat = flat
+        """What is rendered."""
         parts = flat.parts
         self._labels = Labels(*map(np.ascontiguousarray, (flat.face_part, parts.label, parts.object_id)))
         self._lights = build_lights(flat)
@@ -106,6 +110,11 @@ class Renderer:
         self._scratch = [make_scratch(len(self._lights.groups.area)) for _ in range(self._workers.count)]
         self._scene = TracedScene(flat, self._labels.label, self._surfaces, self._lights, self._embree.handle, self._workers, self._scratch)
 
+    @property
+    def tree(self) -> SceneHandle:
+        """The scene's triangles, for other sensors; valid until the renderer is closed."""
+        return self._embree.handle
+
     def render(
         self,
         pose: CameraPose,
@@ -115,12 +124,13 @@ class Renderer:
         exposure: Exposure | None = None,
         path: Sequence[CameraPose] = (),
         cancelled: Callable[[], bool] | None = None,
+        annotator: Annotator | None = None,
     ) -> Frame:
         """Render the named layers of one view.
 
         ``exposure`` replaces the configured one, without which white balance ``auto`` is that of the display, as nothing was metered;
         ``path``: what the camera moves along, for its shutter; a pose that is none of the path's is seen at rest.  ``cancelled`` is asked
-        every 50 ms or so.
+        every 50 ms or so.  ``annotator``, of the same scene and camera, tells of the objects in the frame's ``annotations``.
 
         Raises:
             RenderError: unknown layers, a faulty pose, a negative frame index, or a denoiser that is asked for but not installed.
@@ -131,22 +141,29 @@ class Renderer:
             raise RenderError(f"render: expected a frame index >= 0, got {frame_index}")
         view = self._view(pose, path)
         images: dict[str, NDArray[np.generic]] = {}
-        radiance, samples, rays = None, 0, 0
+        radiance, annotations, samples, rays = None, None, 0, 0
         sampling_s = denoising_s = 0.0
         sensed, ideal = any(name in SENSED_LAYERS for name in layers), self._depth_config.model == "ideal"
-        if any(name in GEOMETRIC_LAYERS or name in HIT_LAYERS for name in layers) or (sensed and ideal):
+        recorded = any(name in GEOMETRIC_LAYERS or name in HIT_LAYERS for name in layers)
+        if annotator is not None or recorded or (sensed and ideal):
             images.update(self._trace_geometry(view, layers, pose, path))
             rays = view.width * view.height
+            if annotator is not None:
+                annotations = annotator.annotate(images["instance"], pose, view, self._embree.handle, self._workers)
         if sensed:
             images["depth_sensed"] = images["depth"] if ideal else self._read_depth(view, frame_index)
         if any(name in SAMPLED_LAYERS for name in layers):
             shown = exposure or self._configured_exposure()
             in_color = any(name in COLOR_LAYERS for name in layers)
-            denoised = ("color" in layers or "radiance" in layers) and is_asked(self._config.denoise)
+            denoised = any(name in layers for name in ("color", "color_sensed", "radiance")) and is_asked(self._config.denoise)
             began = time.perf_counter()
             film, samples = self._expose_film(view, frame_index, shown.ev100, layers, denoised, cancelled)
             sampling_s = time.perf_counter() - began
             images |= {name: image for name, image in film._asdict().items() if name in layers}
+            if len(film.direct):
+                images["indirect"] = indirect_part(film.light, film.direct)
+            if len(film.arriving):
+                images["shadow"] = blocked_share(film.arriving)
             images["samples"] = np.full((view.height, view.width), min(samples, 65_535), np.uint16)
             if len(film.squares):
                 images["variance"] = variance_of_mean(film.light, film.squares, samples)
@@ -157,9 +174,13 @@ class Renderer:
                 images["radiance"] = radiance
                 for name, light in (("color", radiance), ("color_noisy", film.light)):
                     if name in layers:
-                        images[name] = self._develop(light, view, frame_index, shown)
+                        images[name] = to_display(light, shown, self._config.tone_curve)
+                if "color_sensed" in layers:
+                    key = self._frame_key(frame_index)
+                    images["color_sensed"] = read_color(radiance, view, self._sensor, shown, self._config.tone_curve, key)
             rays += sum(int(scratch.traced[0]) for scratch in self._scratch)
-        return Frame({name: images[name] for name in LAYERS if name in layers}, radiance, samples, rays, sampling_s, denoising_s)
+        shown_layers = {name: images[name] for name in LAYERS if name in layers}
+        return Frame(shown_layers, radiance, samples, rays, sampling_s, denoising_s, annotations)
 
     def _read_depth(self, view: PosedCamera, frame_index: int) -> NDArray[np.float32]:
         if self._depth_sensor is None:
@@ -171,22 +192,11 @@ class Renderer:
         apart = np.frombuffer(np.array([*self._camera.mount_m, *self._camera.mount_rotation_rad]).tobytes(), np.uint32)
         return make_frame_key(self._scene_key, frame_index, () if is_in_the_middle(self._camera) else tuple(int(word) for word in apart))
 
-    def _develop(self, radiance: NDArray[np.float32], view: PosedCamera, frame_index: int, shown: Exposure) -> NDArray[np.uint8]:
-        """Return the picture of linear colour: through lens and sensor, then balanced and encoded."""
-        share = vignetting(view, self._sensor.vignetting, self._sensor.corner_loss)
-        arriving = radiance if share is None else radiance * share[..., None]
-        key = self._frame_key(frame_index)
-        read = expose(arriving, white_luminance(shown.ev100) * 2.0**self._sensor.headroom_ev, self._sensor, key)
-        return to_display(read, shown, self._config.tone_curve)
-
     def _view(self, pose: CameraPose, path: Sequence[CameraPose]) -> PosedCamera:
         view = pose_camera(self._camera, pose)
         if self._camera.f_stop and not self._camera.focus_distance_m:
             view = view._replace(focus_m=np.float32(focus_on_centre(self._embree.handle, view, self._scratch[0].rays)))
-        motion = motion_during(self._camera, pose, path)
-        if motion is not None:
-            view = view._replace(motion=motion.knots, row_step=motion.row_step, shutter_step=motion.shutter_step)
-        return view
+        return in_motion(view, self._camera, pose, path)
 
     def _configured_exposure(self) -> Exposure:
         config = self._config
@@ -230,10 +240,12 @@ class Renderer:
             np.zeros((*size, 3) if "albedo" in layers else (0, 0, 3), np.float32),
             np.zeros((*size, 6) if aov else (0, 0, 6), np.float32),
             np.zeros((*size, 3) if "variance" in layers else (0, 0, 3), np.float32),
+            np.zeros((*size, 3) if "direct" in layers or "indirect" in layers else (0, 0, 3), np.float32),
+            np.zeros((*size, 2) if "shadow" in layers else (0, 0, 2), np.float32),
         )
         transport = Transport(
             self._frame_key(frame_index),
-            config.max_depth if in_color else 1,
+            config.max_depth if in_color else min(config.max_depth, 2 if "shadow" in layers else 1),
             np.float32(config.clamp * white or np.inf),
             np.float32(config.caustic_blur),
             np.float32(np.inf) if config.blur_textures else np.float32(1.0) / view.focal_px,

@@ -127,6 +127,9 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/scene_synth demo": Parsed("test/scene_synth_ros/cli/test_show_command.py::test_the_demo_is_a_run_in_one_folder"),
     "scene_synth run --record bag --rooms 20 --frames 30": Parsed(_MAIN_JOB),
     "scene_synth run --record bag --renderers 2": Parsed(_ALIKE),
+    "scene_synth run --record bag --rooms 2 --frames 4 -p renderer_node.streams.annotations:=true": Parsed(
+        "test/scene_synth_ros/bags/test_verify.py::test_every_frame_tells_of_the_objects_in_its_instance_image"
+    ),
     "scene_synth run --record bag --params split_outputs": Parsed(
         "test/scene_synth_ros/test_several_renderers.py::test_colour_and_truth_of_two_renderers_have_the_same_stamps"
     ),
@@ -146,6 +149,16 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth run -p grammar_node.scene.grammar_set:=by_hand": Parsed("test/grammar/test_grammar_set.py"),
     "scene_synth run -p \"grammar_node.scene.looks:=['bed/duvet: {material: deep_cover, base_color: [0.1, 0.2, 0.3]}',"
     " 'nightstand: {styles: [drawers]}']\"": Parsed("test/grammar/appearance/test_looks.py"),
+    "scene_synth run --overlay rplidar_a1 -p renderer_node.streams.points:=true --rooms 2 --frames 20 --record my_bag": Parsed(
+        "test/scene_synth_ros/test_scan_bag.py"
+    ),
+    "scene_synth sample --room living_room --seed 3 --frames 20 --out rooms": Run(
+        "scene_synth sample --room living_room --seed 3 --frames 20 --out scanned", ("scanned/room_0000.json",)
+    ),
+    "scene_synth render rooms/room_0000.json --out pictures --overlay rplidar_a1": Run(
+        "scene_synth render room.json --out scan_pictures --overlay rplidar_a1 --size 16x12 --spp 1 --frames 1",
+        ("scan_pictures/scans.npz", "scan_pictures/scan.png"),
+    ),
     "scene_synth run --overlay kinect_v1 --rooms 2 --frames 8 --record my_bag": Parsed(
         "test/scene_synth_ros/cli/test_camera_presets.py::test_a_preset_is_a_camera_and_nothing_else"
     ),
@@ -209,6 +222,11 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth render --preset": Named(),
     "scene_synth render --noisy": Named(),
     "scene_synth render SCENE.json --out DIR [--preset stream|balanced|photo] [--spp N] [--threads N]": Usage("the rows below"),
+    "scene_synth render --coco": Named(),
+    "scene_synth render room.json --out pictures --annotations --coco": Run(
+        "scene_synth render room.json --out pictures --annotations --coco --size 64x48 --spp 2 --frames 1",
+        ("pictures/frame_0000.json", "pictures/instances.json"),
+    ),
     "scene_synth render room.json --out pictures --overlay kinect_v1 -p camera.f_stop:=2 --variance": Run(
         "scene_synth render room.json --out pictures --overlay kinect_v1 -p camera.f_stop:=2 --variance --size 64x48 --spp 2 --frames 1",
         ("pictures/frame_0000.npz", "pictures/frame_0000_color.png", "pictures/trajectory.txt"),
@@ -265,6 +283,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python examples/lights_and_lenses.py docs": Run(
         ".venv/bin/python examples/lights_and_lenses.py docs 1", ("docs/lights.jpg", "docs/lenses.jpg")
     ),
+    ".venv/bin/python examples/color_sensor.py docs": Run(".venv/bin/python examples/color_sensor.py docs 1", ("docs/color_sensor.jpg",)),
     # the program from within
     ".venv/bin/python -c 'from grammar.spec.energy_terms import terms_table; print(terms_table())'": Run(),
     ".venv/bin/python -m pytest test/renderer/path": Listed("is how this test runs; that the folder exists is tested in test/test_docs.py"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Annotated, Literal
 
 from renderer.camera.lenses import LENSES
@@ -113,7 +114,11 @@ class CameraConfig:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SensorConfig:
-    """What lens and sensor do to light before it is shown; the defaults are ideal."""
+    """What lens, sensor and processing do to light before it is shown; the defaults are ideal.
+
+    Raises:
+        FieldError: the response is a table that has no points, or points that fall.
+    """
 
     vignetting: Annotated[
         float, Limits(ge=0.0, le=2.0, description="Fall of light to the corners: 0 none, 1 the cosine's fourth power of a simple lens")
@@ -134,3 +139,33 @@ class SensorConfig:
             ge=0.0, le=409600.0, description="Speed; with camera.f_stop and camera.shutter_s it fixes the exposure; 0: render.* says it"
         ),
     ] = 0.0
+    red_shift_px: Annotated[
+        float, Limits(ge=-50.0, le=50.0, unit="px", description="How far the red image of a corner lies outside the green one")
+    ] = 0.0
+    blue_shift_px: Annotated[
+        float, Limits(ge=-50.0, le=50.0, unit="px", description="How far the blue image of a corner lies outside the green one")
+    ] = 0.0
+    bayer: Annotated[
+        Literal["none", "rggb", "bggr", "grbg", "gbrg"],
+        Limits(description="Colour filters of the upper left four pixels, row by row; none: every pixel sees all colours"),
+    ] = "none"
+    demosaic: Annotated[
+        Literal["bilinear", "malvar"], Limits(description="How missing colours are interpolated: plainly, or by Malvar, He and Cutler")
+    ] = "malvar"
+    response: Annotated[
+        Literal["display", "srgb", "rec709", "gamma", "table"],
+        Limits(description="Response curve: render.tone_curve (display), a standard's, a power, or a measured one"),
+    ] = "display"
+    response_gamma: Annotated[float, Limits(ge=0.2, le=5.0, description="Brightness is light to the power of 1 over this")] = 2.2
+    response_points: Annotated[
+        tuple[Annotated[float, Limits(ge=0.0, le=1.0)], ...],
+        Limits(max_length=1024, description="Measured response: brightness at even steps of light from 0 to white"),
+    ] = ()
+    jpeg_quality: Annotated[int, Limits(ge=0, le=100, description="Quality of the JPEG that a picture has been through; 0: none")] = 0
+
+    def __post_init__(self) -> None:
+        """Check what single ranges cannot say."""
+        if self.response == "table" and len(self.response_points) < 2:
+            raise FieldError("response_points", "at least 2 numbers for response 'table'", f"{len(self.response_points)}")
+        if any(after < before for before, after in pairwise(self.response_points)):
+            raise FieldError("response_points", "numbers of which none is below the one before", "some that fall")

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.config import SensorConfig
 from renderer.core.kernel import entry, kernel
-from renderer.core.random_numbers import mix_bits
+from renderer.core.random_numbers import mix_bits, standard_normal
 
 _TO_UNIT = 2.0**-32
 _SHOT, _SECOND, _READ = np.uint32(0x51ED270B), np.uint32(0xB5297A4D), np.uint32(0x68E31DA4)
@@ -93,7 +93,7 @@ def _read_out(
             for channel in range(3):
                 seed = mix_bits(np.uint32(mix_bits(np.uint32((i * width + j) * 3 + channel)) ^ key))
                 mean = max(float(radiance[i, j, channel]) * electrons_per_unit, 0.0)
-                value = float(_poisson(mean, seed)) + read_noise_e * _normal(
+                value = float(_poisson(mean, seed)) + read_noise_e * standard_normal(
                     mix_bits(np.uint32(seed ^ _READ)), mix_bits(np.uint32(seed + _READ))
                 )
                 if step_e > 0.0:
@@ -106,7 +106,7 @@ def _read_out(
 def _poisson(mean: float, seed: np.uint32) -> float:
     """Return a Poisson number: by inversion, and for large means from a normal one corrected for its skew (Cornish and Fisher 1938)."""
     if mean > _GAUSSIAN_FROM:
-        z = _normal(mix_bits(np.uint32(seed ^ _SHOT)), mix_bits(np.uint32(seed + _SECOND)))
+        z = standard_normal(mix_bits(np.uint32(seed ^ _SHOT)), mix_bits(np.uint32(seed + _SECOND)))
         large: float = np.floor(mean + z * np.sqrt(mean) + (z * z - 1.0) / 6.0 + 0.5)
         return max(large, 0.0)
     u = (float(mix_bits(np.uint32(seed ^ _SHOT))) + 0.5) * _TO_UNIT
@@ -117,11 +117,3 @@ def _poisson(mean: float, seed: np.uint32) -> float:
         term *= mean / count
         total += term
     return count
-
-
-@kernel
-def _normal(first: np.uint32, second: np.uint32) -> float:
-    """Return a standard normal number from two hashes (Box and Muller 1958)."""
-    u, v = (float(first) + 0.5) * _TO_UNIT, float(second) * _TO_UNIT
-    normal: float = np.sqrt(-2.0 * np.log(u)) * np.cos(2.0 * np.pi * v)
-    return normal

@@ -58,6 +58,14 @@ def motion_during(camera: CameraConfig, pose: CameraPose, path: Sequence[CameraP
     return Motion(knots, np.float32(camera.row_time_s / per_knot), np.float32(camera.shutter_s / per_knot))
 
 
+def in_motion(view: PosedCamera, camera: CameraConfig, pose: CameraPose, path: Sequence[CameraPose]) -> PosedCamera:
+    """Return a posed camera with its motion along the path while it takes the frame of a pose."""
+    motion = motion_during(camera, pose, path)
+    if motion is None:
+        return view
+    return view._replace(motion=motion.knots, row_step=motion.row_step, shutter_step=motion.shutter_step)
+
+
 def pose_at(path: Sequence[CameraPose], stamp_ns: float) -> CameraPose:
     """Return where a camera that follows a path (two poses or more) is at a time, also a little before and after it."""
     after = min(max(bisect_left(path, stamp_ns, key=lambda item: item.stamp_ns), 1), len(path) - 1)
@@ -102,6 +110,24 @@ def unturn_rays(camera: PosedCamera, row: int, packet: Packet) -> None:
             a, b, c = _mixed(knots, i, s, axis), _mixed(knots, i, s, axis + 3), _mixed(knots, i, s, axis + 6)
             real[ray.DIR_X + LANES * axis + k] = a * dx + b * dy + c * dz
             real[ray.NG_X + LANES * axis + k] = a * nx + b * ny + c * nz
+
+
+@kernel
+def carry_back(camera: PosedCamera, row: int, x: np.float32, y: np.float32, z: np.float32) -> tuple[np.float32, np.float32, np.float32]:
+    """Return where a point of the optical frame in the middle of a row's exposure lies in the optical frame of the stamp."""
+    knots, home, r = camera.motion, camera.position, camera.rotation
+    i, s = _knot(_HALF * camera.shutter_step + np.float32(row) * camera.row_step, len(knots))
+    wx = r[0, 0] * x + r[0, 1] * y + r[0, 2] * z
+    wy = r[1, 0] * x + r[1, 1] * y + r[1, 2] * z
+    wz = r[2, 0] * x + r[2, 1] * y + r[2, 2] * z
+    vx = _mixed(knots, i, s, 0) * wx + _mixed(knots, i, s, 1) * wy + _mixed(knots, i, s, 2) * wz + _mixed(knots, i, s, 9) - home[0]
+    vy = _mixed(knots, i, s, 3) * wx + _mixed(knots, i, s, 4) * wy + _mixed(knots, i, s, 5) * wz + _mixed(knots, i, s, 10) - home[1]
+    vz = _mixed(knots, i, s, 6) * wx + _mixed(knots, i, s, 7) * wy + _mixed(knots, i, s, 8) * wz + _mixed(knots, i, s, 11) - home[2]
+    return (
+        r[0, 0] * vx + r[1, 0] * vy + r[2, 0] * vz,
+        r[0, 1] * vx + r[1, 1] * vy + r[2, 1] * vz,
+        r[0, 2] * vx + r[1, 2] * vy + r[2, 2] * vz,
+    )
 
 
 @kernel

@@ -14,6 +14,7 @@ from renderer.core.embree import LANES
 from renderer.core.kernel import kernel
 
 _TO_UNIT = np.float32(2.0**-24)
+_HASH_TO_UNIT = 2.0**-32
 _GOLDEN = np.uint32(0x9E3779B9)
 _BYTE = np.uint32(8)
 
@@ -32,6 +33,14 @@ def mix_bits(value: np.uint32) -> np.uint32:
     x = np.uint32(x ^ (x >> np.uint32(15)))
     x = np.uint32(x * np.uint32(0x846CA68B))
     return np.uint32(x ^ (x >> np.uint32(16)))
+
+
+@kernel
+def standard_normal(first: np.uint32, second: np.uint32) -> float:
+    """Return a standard normal number from two hashes (Box and Muller 1958)."""
+    u, v = (float(first) + 0.5) * _HASH_TO_UNIT, float(second) * _HASH_TO_UNIT
+    normal: float = np.sqrt(-2.0 * np.log(u)) * np.cos(2.0 * np.pi * v)
+    return normal
 
 
 @kernel

@@ -14,6 +14,8 @@ from scene_description.labels import instance_palette, label_palette, occlusion_
 
 FAR_M = 6.0
 """Where the colours of distances end."""
+NO_SHARE = (40, 60, 140)
+"""Colour of pixels that have no share: sRGB."""
 MIDDLE_GREY = 0.18
 """Of white, what the mean of linear colour becomes in its picture."""
 
@@ -92,9 +94,9 @@ def unit_to_color(values: NDArray[np.float32]) -> NDArray[np.uint8]:
 
 
 def share_to_grey(values: NDArray[np.float32]) -> NDArray[np.uint8]:
-    """Return numbers (height, width) from 0 to 1 as grey."""
-    grey: NDArray[np.uint8] = np.rint(np.clip(np.nan_to_num(values), 0.0, 1.0) * 255.0).astype(np.uint8)
-    return grey
+    """Return numbers (height, width) from 0 to 1 as grey, (height, width, 3) uint8: black to white, ``NO_SHARE`` where there is none."""
+    grey = np.rint(np.clip(np.nan_to_num(values), 0.0, 1.0) * 255.0).astype(np.uint8)
+    return np.where(np.isnan(values)[..., None], np.array(NO_SHARE, np.uint8), grey[..., None])
 
 
 def states_to_color(ids: NDArray[np.uint8]) -> NDArray[np.uint8]:
@@ -141,6 +143,6 @@ EXPOSED = Picture(f"filmic curve, the mean at {MIDDLE_GREY:g} of white", exposed
 NOISE = Picture("standard error as grey, its 99th percentile white", noise_to_grey)
 METRES = Picture("red, green, blue: dark at even metres, full at odd ones; no hit is black", metres_to_color)
 UNIT_CUBE = Picture("0 to 1 as red, green, blue; no hit is black", unit_to_color)
-SHARE = Picture("0 black to 1 white", share_to_grey)
+SHARE = Picture("0 black to 1 white; NaN is blue", share_to_grey)
 STATES = Picture("visible white, hidden red, outside blue, unknown black", states_to_color)
 MOTION = Picture("direction as hue, length as saturation; none is black", flow_to_color)

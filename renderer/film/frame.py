@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_description.annotations import FrameAnnotations
+
 
 class Frame(NamedTuple):
     """One view: layer name -> image, C-contiguous, dtype and shape as the row of ``renderer.film.layers.LAYERS`` says.
@@ -14,7 +16,7 @@ class Frame(NamedTuple):
     ``radiance`` is the linear colour behind ``color``: (height, width, 3) float32, RGB luminance in cd/m2; None where colour was
     not asked for.  ``samples``: how many samples per pixel colour and albedo took, 0 where they were not asked for.
     ``rays``: how many rays were traced for all layers, shadow rays among them.  ``sampling_s`` and ``denoising_s``: how long samples and
-    the denoiser took (s); 0 where there were none.
+    the denoiser took (s); 0 where there were none.  ``annotations``: what is told of its objects, where that was asked for.
     """
 
     layers: dict[str, NDArray[np.generic]]
@@ -23,3 +25,4 @@ class Frame(NamedTuple):
     rays: int = 0
     sampling_s: float = 0.0
     denoising_s: float = 0.0
+    annotations: FrameAnnotations | None = None

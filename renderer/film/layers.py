@@ -39,6 +39,7 @@ from scene_description.labels import (
     part_labels,
     semantic_labels,
 )
+from scene_description.light_labels import light_labels
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -147,6 +148,17 @@ ROWS = (
         option="noisy",
     ),
     Layer(
+        name="color_sensed",
+        summary="what the modelled sensor reads of colour",
+        meaning="what lens, sensor and processing of `sensor.*` make of the light of `color`; the same bytes where they are ideal",
+        dtype="uint8",
+        channels=3,
+        group="color",
+        picture=AS_IT_IS,
+        compression="color",
+        option="sensed",
+    ),
+    Layer(
         name="albedo",
         summary="the base colour of what is seen",
         meaning="linear base colour of what is seen first, 1 for glass and lit lamps",
@@ -191,6 +203,42 @@ ROWS = (
         picture=AS_IT_IS,
         exr=("samples.count",),
         option="variance",
+    ),
+    Layer(
+        name="direct",
+        summary="the direct part of the light in cd/m2",
+        meaning="part of the linear colour before denoising that is scattered once at most: lights, and what they light",
+        dtype="float32",
+        channels=3,
+        unit="cd/m2",
+        group="color",
+        picture=EXPOSED,
+        exr=("direct.R", "direct.G", "direct.B"),
+        option="light",
+    ),
+    Layer(
+        name="indirect",
+        summary="the indirect part of the light in cd/m2",
+        meaning="part of the linear colour before denoising that is scattered more often; direct and indirect are all light",
+        dtype="float32",
+        channels=3,
+        unit="cd/m2",
+        group="color",
+        picture=EXPOSED,
+        exr=("indirect.R", "indirect.G", "indirect.B"),
+        option="light",
+    ),
+    Layer(
+        name="shadow",
+        summary="shadow: the share of the direct light that something blocks",
+        meaning="share of the light from lamps and window panes that something blocks on its way to what is seen first: "
+        "0 fully lit, 1 in shadow; NaN: none would arrive anyway",
+        dtype="float32",
+        no_hit=math.nan,
+        group="sampled",
+        picture=SHARE,
+        exr=("shadow.share",),
+        option="light",
     ),
     Layer(
         name="normals",
@@ -363,6 +411,19 @@ ROWS = (
         group="hit",
         picture=EXPOSED,
         exr=("emission.R", "emission.G", "emission.B"),
+        option="layers",
+    ),
+    Layer(
+        name="light_seen",
+        summary="which light is seen",
+        meaning="id of the lamp, window pane or glowing part that is seen itself, 1 for the sky outside, 0 for what sends no light",
+        dtype="uint16",
+        no_hit=1.0,
+        group="hit",
+        picture=OBJECTS,
+        exr=("light_seen.id",),
+        labels=light_labels,
+        compression="ids",
         option="layers",
     ),
     Layer(
@@ -556,6 +617,9 @@ COLOR_LAYERS = tuple(name for name, row in LAYERS.items() if row.group == "color
 """Layers for which light is traced."""
 
 SENSED_LAYERS = tuple(name for name, row in LAYERS.items() if row.group == "sensed")
+
+PHOTOGRAPHS = tuple(name for name in COLOR_LAYERS if LAYERS[name].dtype == "uint8" and LAYERS[name].channels == 3)
+"""Layers that show light at an exposure."""
 
 SAMPLED_LAYERS = tuple(name for name, row in LAYERS.items() if row.group in ("sampled", "color"))
 """Layers that are means of samples: they carry noise, and the blur of whatever the lens or the shutter blurs."""

@@ -50,13 +50,18 @@ def encode_srgb(linear: NDArray[np.float32], curve: str = "srgb") -> NDArray[np.
 
 def to_display(radiance: NDArray[np.float32], exposure: Exposure, curve: str = "srgb") -> NDArray[np.uint8]:
     """Return what a camera shows of luminance (height, width, 3) in cd/m2: sRGB, uint8."""
+    return encode_srgb(balance(radiance, exposure), curve)
+
+
+def balance(radiance: NDArray[np.float32], exposure: Exposure) -> NDArray[np.float32]:
+    """Return luminance (height, width, 3) in cd/m2 in multiples of the exposure's white, with white balance."""
     scale = np.float32(1.0 / white_luminance(exposure.ev100))
     if tuple(exposure.white_xy) == D65_XY:
-        return encode_srgb(radiance * scale, curve)
+        return radiance * scale
     matrix = (adaptation(exposure.white_xy) * scale).astype(np.float32)
     balanced = np.empty(radiance.shape, np.float32)
     _balance(np.ascontiguousarray(radiance).reshape(-1, 3), matrix, balanced.reshape(-1, 3))
-    return encode_srgb(balanced, curve)
+    return balanced
 
 
 @entry

@@ -11,6 +11,7 @@ from renderer.ground_truth import materials, motion, normals, positions
 from renderer.ground_truth.boundaries import boundaries
 from renderer.ground_truth.coverage import coverage
 from renderer.ground_truth.hit_view import HitView
+from renderer.ground_truth.lights_seen import light_seen
 from renderer.ground_truth.opaque import opaque_images
 
 FUNCTIONS: dict[str, Callable[[HitView], NDArray[Any]]] = {
@@ -36,6 +37,7 @@ FUNCTIONS: dict[str, Callable[[HitView], NDArray[Any]]] = {
             motion.flow_backward,
             motion.occlusion,
             motion.occlusion_backward,
+            light_seen,
             boundaries,
             coverage,
         )

@@ -14,9 +14,10 @@ from renderer.core import lanes as ln
 from renderer.core.embree import LANES, SceneHandle
 from renderer.core.kernel import inlined, kernel
 from renderer.core.lanes import count_chosen
+from renderer.path.blocked_light import add_blocked_light
 from renderer.path.light_sampling import sample_emitters, sample_infinite_light
 from renderer.path.lights import Lights, importance, load_bounds
-from renderer.path.records import Scratch
+from renderer.path.records import Film, Scratch
 from renderer.path.shadow_rays import pop_shadow_rays, push_shadow_rays, trace_shadow_rays
 from renderer.path.surface_tables import Surfaces
 
@@ -48,13 +49,25 @@ def weigh_lights(lights: Lights, scratch: Scratch) -> None:
 
 @inlined
 def sample_lights(
-    scene: SceneHandle, surfaces: Surfaces, lights: Lights, kinds: int, limit: np.float32, waiting: int, scratch: Scratch
+    scene: SceneHandle,
+    surfaces: Surfaces,
+    lights: Lights,
+    kinds: int,
+    depth: int,
+    limit: np.float32,
+    waiting: int,
+    column: int,
+    row: int,
+    scratch: Scratch,
+    film: Film,
 ) -> int:
     """Sample the emitters, and the infinite light if there is one; return how many shadow rays wait when ``waiting`` did before.
 
-    ``kinds``: of the packet (:mod:`renderer.bsdf.layers`).  ``limit``: most that each channel of one light may bring.
+    ``kinds``: of the packet (:mod:`renderer.bsdf.layers`).  ``limit``: most that each channel of one light may bring.  (column, row): where
+    the wave's tile begins in ``film``, which takes what it asks for of the light at first hits.
     """
     lanes, shadow_rays = scratch.lanes, scratch.shadow_rays
+    direct, arriving = depth == 0 and film.direct.shape[0] > 0, depth == 0 and film.arriving.shape[0] > 0
     for source in range(2 if len(lights.infinite.part) > 0 else 1):
         # A point on a light, its luminance and light_pdf.
         if source == 0:
@@ -63,10 +76,13 @@ def sample_lights(
             sample_infinite_light(surfaces, lights.infinite, scratch)
         # What it adds to the pixel if nothing blocks it.
         _wi_to_lights(lanes)
+        if arriving:
+            add_blocked_light(scene, lanes, scratch.lane_slot, shadow_rays.packet, column, row, film.arriving)
+            scratch.traced[0] += count_chosen(lanes, ln.LIGHT_PDF)
         evaluate_bsdf(lanes, kinds, surfaces.albedos.reflected)
         _weigh_li(lanes, limit)
         # A shadow ray; 16 of them are traced.
-        push_shadow_rays(lanes, scratch.lane_slot, shadow_rays, waiting)
+        push_shadow_rays(lanes, scratch.lane_slot, direct, shadow_rays, waiting)
         waiting += count_chosen(lanes, ln.LIGHT_PDF)
         if waiting >= LANES:
             trace_shadow_rays(scene, shadow_rays, LANES, scratch.light)

@@ -25,8 +25,11 @@ _UNLIT = np.float32(0.03)
 
 
 @inlined
-def add_emission(limit: np.float32, scratch: Scratch) -> None:
-    """Add LE of the hits to the light of their pixels, with the mis weight of the ray; ``limit``: the most that a channel may bring."""
+def add_emission(limit: np.float32, direct: bool, scratch: Scratch) -> None:
+    """Add LE of the hits to the light of their pixels, with the mis weight of the ray.
+
+    ``limit``: the most that a channel may bring; ``direct``: whether to add it to the direct light too.
+    """
     lanes, light = scratch.lanes, scratch.light
     for k in range(LANES):
         r, g, b = lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k]
@@ -38,6 +41,10 @@ def add_emission(limit: np.float32, scratch: Scratch) -> None:
             light[slot] += r * keep
             light[WAVE + slot] += g * keep
             light[2 * WAVE + slot] += b * keep
+            if direct:
+                light[3 * WAVE + slot] += r * keep
+                light[4 * WAVE + slot] += g * keep
+                light[5 * WAVE + slot] += b * keep
 
 
 @inlined

@@ -31,6 +31,9 @@ Specular surfaces that are lit by way of diffuse ones make caustics, which paths
 blur* roughens, for that light only, what a ray hits by how far the surfaces before have scattered it, so that sampled lights find such
 paths too; energy is kept, caustics lose their edges (path space regularization, Kaplanyan and Dachsbacher 2013).  At 0 transport is exact.
 
+*Direct* light has been scattered once at most on its way from the emitter to the camera: what lights send themselves, and what a surface, a
+mirror or a pane of glass like any other, makes of light that comes straight from one.  All other light is indirect.
+
 What a wave computes depends on its tile and sample only, and each random number on its key: bytes depend on neither threads nor order.
 """
 
@@ -89,13 +92,13 @@ def trace_paths(
                     update_aovs(film, column, row, depth, scratch)
                     if depth > 0:
                         regularize(transport.caustic_blur, scratch)
-                    add_emission(limit, scratch)
+                    add_emission(limit, depth < 2 and film.direct.shape[0] > 0, scratch)
                     if depth + 1 == transport.max_depth:
                         continue
                     weigh_lights(lights, scratch)
                     kinds = build_bsdfs(surfaces, depth + 2 < transport.max_depth, scratch)
                     generate_ray_samples(lights, depth, sample, kinds > 0 or roulette, scratch)
-                    waiting = sample_lights(scene, surfaces, lights, kinds, limit, waiting, scratch)
+                    waiting = sample_lights(scene, surfaces, lights, kinds, depth, limit, waiting, column, row, scratch, film)
                     queued = spawn_rays(surfaces, kinds, roulette, queued, ahead, scratch)
                 scratch.traced[0] += count
                 count = queued

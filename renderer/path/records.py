@@ -41,13 +41,17 @@ class Film(NamedTuple):
     """Sums over samples, float32: light (height, width, 3), cd/m2; squares (height, width, 3), of each sample's light.
 
     albedo: (height, width, 3), of first hits.  aov: (height, width, 6), albedo and world normal of the first hits that are neither mirrors
-    nor clear glass, for denoising.  What is not asked for has a height of 0.
+    nor clear glass, for denoising.  direct: (height, width, 3), the part of the light that is scattered once at most, cd/m2.  arriving:
+    (height, width, 2), illuminance in lux at first hits by the samples of lights, as if nothing stood between, and what of it is blocked.
+    What is not asked for has a height of 0.
     """
 
     light: NDArray[np.float32]
     albedo: NDArray[np.float32]
     aov: NDArray[np.float32]
     squares: NDArray[np.float32]
+    direct: NDArray[np.float32]
+    arriving: NDArray[np.float32]
 
 
 class Scratch(NamedTuple):
@@ -56,9 +60,9 @@ class Scratch(NamedTuple):
     rays: the packet of 16 rays; lanes: (LANES_SIZE,) float32, see :mod:`renderer.core.lanes`; lane_slot: (16,) int32, the lanes' pixel
     slots; here, ahead: the paths of this segment and of the next; importances: (g * 16,) float32, of g groups of lights for each lane;
     sampled: (16,) int32, the group, then the emitter or portal that each lane has sampled; parts: (16,) int32, what the lanes hit, -1 for
-    nothing; light: (3 * WAVE,) float32, red, green and blue of the sample by the wave's pixel slots, cd/m2; aov_done: (WAVE,) int32, by
-    slot, 1 where AOVs have been added; seeds: (WAVE,) uint32, by slot; lane_seeds: (16,) uint32; traced: (1,) int64, how many rays this
-    thread has traced for colour, shadow rays among them.
+    nothing; light: (6 * WAVE,) float32, red, green and blue of the sample by the wave's pixel slots, cd/m2, then those of its direct part,
+    if that is asked for; aov_done: (WAVE,) int32, by slot, 1 where AOVs have been added; seeds: (WAVE,) uint32, by slot; lane_seeds: (16,)
+    uint32; traced: (1,) int64, how many rays this thread has traced for colour, shadow rays among them.
     """
 
     rays: Packet
@@ -89,7 +93,7 @@ def make_scratch(group_count: int) -> Scratch:
         importances=aligned_floats(group_count * LANES),
         sampled=np.zeros(LANES, np.int32),
         parts=np.zeros(LANES, np.int32),
-        light=aligned_floats(3 * WAVE),
+        light=aligned_floats(6 * WAVE),
         aov_done=np.zeros(WAVE, np.int32),
         seeds=np.zeros(WAVE, np.uint32),
         lane_seeds=np.zeros(LANES, np.uint32),

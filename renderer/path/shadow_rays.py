@@ -30,7 +30,8 @@ _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 class ShadowRays(NamedTuple):
     """Shadow rays that wait, and the packet in which they are traced.
 
-    waiting: float32 by field, ray i at ``waiting[FIELD + i]``; slot: (STRIDE,) int32, the pixel slot of each.
+    waiting: float32 by field, ray i at ``waiting[FIELD + i]``; slot: (STRIDE,) int32, the pixel slot of each, WAVE more for a ray whose
+    light is direct.
     """
 
     packet: Packet
@@ -44,14 +45,17 @@ def make_shadow_rays() -> ShadowRays:
 
 
 @kernel
-def push_shadow_rays(lanes: NDArray[np.float32], slots: NDArray[np.int32], shadow_rays: ShadowRays, count: int) -> None:
-    """Put the shadow rays of the lanes whose LIGHT_PDF is positive behind the ``count`` that wait."""
+def push_shadow_rays(lanes: NDArray[np.float32], slots: NDArray[np.int32], direct: bool, shadow_rays: ShadowRays, count: int) -> None:
+    """Put the shadow rays of the lanes whose LIGHT_PDF is positive behind the ``count`` that wait; ``direct``: their light is."""
     waiting = shadow_rays.waiting
     for axis in range(3):
         pack(lanes, ln.P_X + LANES * axis, lanes, ln.LIGHT_PDF, waiting, _ORG + STRIDE * axis + count)
         pack(lanes, ln.TO_LIGHT_X + LANES * axis, lanes, ln.LIGHT_PDF, waiting, _TO_LIGHT + STRIDE * axis + count)
         pack(lanes, ln.LI_R + LANES * axis, lanes, ln.LIGHT_PDF, waiting, _LI + STRIDE * axis + count)
     pack_slots(slots, lanes, ln.LIGHT_PDF, shadow_rays.slot, count)
+    if direct:
+        for k in range(LANES):
+            shadow_rays.slot[count + k] += WAVE
 
 
 @kernel
@@ -67,7 +71,7 @@ def pop_shadow_rays(shadow_rays: ShadowRays) -> None:
 
 @kernel
 def trace_shadow_rays(scene: SceneHandle, shadow_rays: ShadowRays, count: int, light: NDArray[np.float32]) -> None:
-    """Trace the first ``count`` shadow rays, and add the light of those that met nothing to ``light``, by slot."""
+    """Trace the first ``count`` shadow rays, and add the light of those that met nothing to ``light`` of the scratch memory."""
     packet, waiting = shadow_rays.packet, shadow_rays.waiting
     real = packet.real
     # Fill the packet; a ray ends at its light, where t = 1.
@@ -81,6 +85,9 @@ def trace_shadow_rays(scene: SceneHandle, shadow_rays: ShadowRays, count: int, l
     # Embree sets the end of a blocked ray to minus infinity.
     for k in range(count):
         if real[ray.TFAR + k] > _ZERO:
-            slot = shadow_rays.slot[k]
+            slot = shadow_rays.slot[k] & (WAVE - 1)
             for channel in range(3):
                 light[channel * WAVE + slot] += waiting[_LI + channel * STRIDE + k]
+            if shadow_rays.slot[k] >= WAVE:
+                for channel in range(3):
+                    light[(3 + channel) * WAVE + slot] += waiting[_LI + channel * STRIDE + k]

@@ -44,6 +44,7 @@ from scene_description import (
     SceneObject,
 )
 from scene_description.labels import LABEL_ID, part_ids
+from scene_description.light_labels import light_ids
 
 SURFACE_LABELS = {"floor": 2, "wall": 1, "ceiling": 22, "skirting": 1}
 MAX_SCENE_FACES = 20_000_000
@@ -96,6 +97,7 @@ def flatten(scene: SceneDescription, catalog_dir: Path | None = None) -> FlatSce
     profiles = [intensity_profile(luminaire) for luminaire in scene.luminaires]
     textures = [row.texture for row in rows if row.texture is not None]
     numbers, ids = iter(range(len(textures))), part_ids(scene)
+    shining = light_ids(scene)
     return FlatScene(
         mesh=merged(*(row.mesh for row in rows)),
         face_part=np.repeat(np.arange(len(rows), dtype=np.int32), [len(row.mesh.faces) for row in rows]),
@@ -119,6 +121,7 @@ def flatten(scene: SceneDescription, catalog_dir: Path | None = None) -> FlatSce
         else NO_PROFILES,
         part_box=_boxes(scene, rows),
         part_id=np.array([ids.get(row.name, 0) for row in rows], np.uint16),
+        light_id=np.array([shining.get(row.name, 0) for row in rows], np.uint16),
     )
 
 

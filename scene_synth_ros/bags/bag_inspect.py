@@ -1,10 +1,10 @@
 """Inspects a bag: what it holds, and everything that is wrong with it.
 
-All images, camera infos and poses of a camera must have exactly the same stamps.  A room begins with a message of the topic ``scene``;
-within it frames must be evenly spaced, and every frame that its camera path announces must be there.  Only the last room may be cut
-short, as happens when a run is stopped.  A scene that is logged later than its first frame was is repeated from before (in a snapshot, in
-a later file of a split bag): of its frames those from then on must be there.  Where log times are not stamps, as in bags of other
-recorders, those from the bag's first frame on must be there.
+All images, camera infos, poses, annotations and detections of a camera must have exactly the same stamps.  A room begins with a message of
+the topic ``scene``; within it frames must be evenly spaced, and every frame that its camera path announces must be there.  Only the last
+room may be cut short, as happens when a run is stopped.  A scene that is logged later than its first frame was is repeated from before (in
+a snapshot, in a later file of a split bag): of its frames those from then on must be there.  Where log times are not stamps, as in bags of
+other recorders, those from the bag's first frame on must be there.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scene_synth_ros.bags.bag_metadata import METADATA_NAME, NO_TIME_NS, BagMetadata, TopicInfo
 from scene_synth_ros.bags.bag_reader import BagReader, BagSummary
 from scene_synth_ros.bags.camera_streams import FRAME_TYPES, cameras, is_scene, label_topics
+from scene_synth_ros.messages.scan_messages import has_own_stamps
 from scene_synth_ros.messages.stamps import NANOSECONDS, announced_room, stamp_ns
 
 MAX_GAP_PERIODS = 1.5
@@ -151,7 +152,7 @@ def _topic_report(topic: TopicInfo, tally: _Tally, stamps: Stamps, room_starts: 
     spacing = np.diff(stamps)
     period_ns = int(np.median(spacing)) if spacing.size else 0
     gaps = 0
-    if topic.type_name in FRAME_TYPES and period_ns > 0:
+    if topic.type_name in FRAME_TYPES and not has_own_stamps(topic.name) and period_ns > 0:
         rooms = np.searchsorted(room_starts, stamps, side="right")
         gaps = int(np.count_nonzero((spacing > MAX_GAP_PERIODS * period_ns) & (np.diff(rooms) == 0)))
     return TopicReport(

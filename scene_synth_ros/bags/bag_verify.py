@@ -21,6 +21,7 @@ from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import String
 
 from renderer import Renderer, RenderError
+from renderer.annotations import Annotator
 from renderer.camera.rig import mounted_path
 from renderer.scene.flatten import FlattenError, flatten
 from renderer.scene.scene_key import scene_key
@@ -29,11 +30,13 @@ from scene_description import CameraPose, FieldError, SceneDescription, SceneSyn
 from scene_synth_ros.bags.bag_manifest import ManifestBuilder, ManifestError, read_manifest
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader, BagReadError
 from scene_synth_ros.bags.run_info import JPEG_QUALITY, RECORD_NAME
+from scene_synth_ros.bags.verify_scans import ScansAgain
 from scene_synth_ros.messages.conversions import msg_to_image
 from scene_synth_ros.messages.frame_messages import FrameMessages
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_from_json
 from scene_synth_ros.messages.image_codec import compress_image
 from scene_synth_ros.messages.message_digest import message_digest
+from scene_synth_ros.messages.scan_messages import has_own_stamps
 from scene_synth_ros.messages.stamps import NANOSECONDS, stamp_ns
 
 _STRING = "std_msgs/msg/String"
@@ -79,6 +82,14 @@ class _Expected(NamedTuple):
     frame: int
 
 
+class _Room(NamedTuple):
+    """What renders a room, the annotator where its frames have annotations, and what ends both."""
+
+    renderer: Renderer
+    annotator: Annotator | None
+    resources: ExitStack
+
+
 class _Frames:
     """Settings, poses and scenes of a bag, and the frames made of them; at most a few are held."""
 
@@ -88,9 +99,10 @@ class _Frames:
         self._poses: dict[tuple[str, int], CameraPose] = {}
         self._scenes: dict[str, bytes] = {}
         self._parsed: SceneDescription | None = None
+        self.scans = ScansAgain(self._scene, self._renderer)
         quality = reader.summary.records.get(RECORD_NAME, {}).get(JPEG_QUALITY, "")
         self.jpeg_quality = int(quality) if quality.isdecimal() and 1 <= int(quality) <= 100 else 90
-        self._renderers: OrderedDict[tuple[str, str], tuple[ExitStack, Renderer]] = OrderedDict()
+        self._renderers: OrderedDict[tuple[str, str], _Room] = OrderedDict()
         self._frames: OrderedDict[int, _Expected] = OrderedDict()
         types = {topic.name: topic.type_name for topic in reader.summary.topics}
         kinds = ((_STRING, "scene"), (_STRING, "settings"), ("geometry_msgs/msg/PoseStamped", "pose"))
@@ -113,6 +125,7 @@ class _Frames:
             self._scenes[scene.id] = zlib.compress(text.encode(), 1)
         else:
             settings = settings_from_json(text)
+            self.scans.take(settings)
             known = self._settings.setdefault(settings.stamp_ns, [])
             if settings not in known:
                 known.append(settings)
@@ -142,7 +155,9 @@ class _Frames:
             maker = FrameMessages(settings.streams, settings.camera)
             maker.begin_room(scene)
             path = mounted_path(settings.camera, scene.camera_path)
-            frame = self._renderer(settings, scene).render(pose, settings.frame, maker.layers, exposure=settings.exposure, path=path)
+            layers = {*maker.layers, *maker.cloud_layers}
+            renderer, annotator, _ = self._renderer(settings, scene)
+            frame = renderer.render(pose, settings.frame, layers, exposure=settings.exposure, path=path, annotator=annotator)
             for topic, message in maker.of_frame(frame, pose, lambda _: True):
                 messages[f"{self.namespace}/{topic}"] = message
         first = self._settings[stamp][0]
@@ -155,23 +170,27 @@ class _Frames:
             self._parsed = scene_from_json(zlib.decompress(self._scenes[scene_id]).decode())
         return self._parsed
 
-    def _renderer(self, settings: FrameSettings, scene: SceneDescription) -> Renderer:
-        standard = settings.streams.semantic_classes
-        key = (settings.scene, repr((settings.camera, settings.render, settings.sensor, settings.depth_sensor, standard)))
+    def _renderer(self, settings: FrameSettings, scene: SceneDescription) -> _Room:
+        camera, render, streams = settings.camera, settings.render, settings.streams
+        switches = (streams.semantic_classes, streams.annotations, streams.annotation_masks)
+        key = (settings.scene, repr((camera, render, settings.sensor, settings.depth_sensor, switches)))
         if key not in self._renderers:
             while len(self._renderers) >= 2:
-                self._renderers.popitem(last=False)[1][0].close()
+                self._renderers.popitem(last=False)[1].resources.close()
             stack = ExitStack()
-            flat = with_classes(flatten(scene, self._catalog_dir), scene, standard)
+            flat = with_classes(flatten(scene, self._catalog_dir), scene, streams.semantic_classes)
             sensors = {"sensor": settings.sensor, "depth_sensor": settings.depth_sensor}
-            renderer = stack.enter_context(Renderer(flat, settings.camera, settings.render, scene_key(scene), **sensors))
-            self._renderers[key] = (stack, renderer)
-        return self._renderers[key][1]
+            renderer = stack.enter_context(Renderer(flat, camera, render, scene_key(scene), **sensors))
+            annotator = None
+            if streams.annotations:
+                annotator = stack.enter_context(Annotator(flat, scene, camera, masks=streams.annotation_masks, portable=render.portable))
+            self._renderers[key] = _Room(renderer, annotator, stack)
+        return self._renderers[key]
 
     def close(self) -> None:
         """Release the renderers."""
-        for stack, _ in self._renderers.values():
-            stack.close()
+        for room in self._renderers.values():
+            room.resources.close()
 
 
 def verify_bag(bag: Path, catalog_dir: Path | None = None, progress: Callable[[int, int], None] = lambda *_: None) -> VerifyReport:
@@ -230,21 +249,32 @@ def _compare(message: BagMessage, frames: _Frames, report: VerifyReport, progres
     base = message.topic.removesuffix("/compressed").removesuffix("/compressedDepth")
     if stamp is None or (base == message.topic and message.topic.endswith("/settings")):
         return
+    if has_own_stamps(message.topic):
+        again = frames.scans.message(message.topic.removeprefix(f"{frames.namespace}/"), stamp)
+        if again is not None:
+            settings = again[1].settings
+            _judge(message, again[0], stamp, settings.scene, settings.frame, report)
+        return
     expected = frames.expected(stamp)
     if expected is None or base not in expected.messages:
         return
     if base.endswith("/pose"):
         report.frames += 1
         progress(report.frames, frames.count)
-    report.compared += 1
     made = expected.messages[base]
     if base != message.topic:
         made = _compressed_like(message, made, frames.jpeg_quality)
+    _judge(message, made, stamp, expected.room, expected.frame, report)
+
+
+def _judge(message: BagMessage, made: object, stamp: int, room: str, frame: int, report: VerifyReport) -> None:
+    """Count a message that has been made again, and whether it is the same."""
+    report.compared += 1
     recorded = deserialize_message(message.data, type(made))
     if message_digest(recorded) != message_digest(made):
         report.different += 1
         if report.first is None:
-            report.first = Difference(message.topic, stamp, expected.room, expected.frame, _detail(recorded, made))
+            report.first = Difference(message.topic, stamp, room, frame, _detail(recorded, made))
 
 
 def _compressed_like(message: BagMessage, image: object, jpeg_quality: int) -> CompressedImage:

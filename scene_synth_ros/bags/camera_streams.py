@@ -1,6 +1,6 @@
 """Which topics of a bag belong to which camera, told from names and types.
 
-A camera is what stands before ``/<layer>/image_raw`` or ``/pose`` in topic names.  Functions take topics as name -> type.
+A camera is what stands before ``/<layer>/image_raw``, ``/pose`` or ``/annotations`` in topic names.  Functions take topics as name -> type.
 """
 
 from __future__ import annotations
@@ -8,10 +8,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from renderer import LAYERS
+from scene_synth_ros.messages.detections import ANNOTATIONS, DETECTION_TYPES
 
-POSE_TYPE = "geometry_msgs/msg/PoseStamped"
+POSE_TYPE, CLOUD_TYPE = "geometry_msgs/msg/PoseStamped", "sensor_msgs/msg/PointCloud2"
 IMAGE_TYPE, COMPRESSED_TYPE = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
-FRAME_TYPES = (IMAGE_TYPE, COMPRESSED_TYPE, "sensor_msgs/msg/CameraInfo", POSE_TYPE)
+FRAME_TYPES = (IMAGE_TYPE, COMPRESSED_TYPE, "sensor_msgs/msg/CameraInfo", CLOUD_TYPE, POSE_TYPE)
+_BESIDE = {"pose": POSE_TYPE, "points": CLOUD_TYPE, ANNOTATIONS: "std_msgs/msg/String", **DETECTION_TYPES}
+"""Name below ``<camera>/`` of what a camera has once, and not for every layer -> its type."""
 _TRANSPORTS = ("/compressed", "/compressedDepth")
 _LABELLED_LAYERS = {name for name, row in LAYERS.items() if row.labels is not None}
 
@@ -25,11 +28,11 @@ def cameras(topics: Mapping[str, str]) -> dict[str, list[str]]:
     """Return camera -> topics whose stamps must agree; cameras without an image are left out."""
     found: dict[str, list[str]] = {}
     for name, type_name in topics.items():
-        if type_name in FRAME_TYPES and type_name != POSE_TYPE:
+        if type_name in FRAME_TYPES and type_name not in _BESIDE.values():
             found.setdefault(published_name(name, type_name).rsplit("/", 2)[0], []).append(name)
     for name, type_name in topics.items():
         camera, _, last = name.rpartition("/")
-        if type_name == POSE_TYPE and last == "pose" and camera in found:
+        if camera in found and _BESIDE.get(last) == type_name:
             found[camera].append(name)
     return found
 

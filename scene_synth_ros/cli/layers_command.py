@@ -75,7 +75,7 @@ def layers_page() -> str:
 
 def _pixels(row: Layer) -> tuple[str, ...]:
     size = f" x {row.channels}" if row.channels > 1 else ""
-    no_hit = _NONE if row.no_hit is None else f"{row.no_hit:+g}" if row.no_hit else "0"
+    no_hit = _NONE if row.no_hit is None else {0.0: "0"}.get(row.no_hit, f"{row.no_hit:+g}".replace("+nan", "NaN"))
     return f"`{row.name}`", row.meaning, f"{row.dtype}{size}", row.unit or _NONE, no_hit, _GROUPS[row.group]
 
 

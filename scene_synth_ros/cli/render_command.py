@@ -8,29 +8,36 @@ import math
 import sys
 import time
 from collections.abc import Sequence
+from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
 
 from renderer import LAYERS, Renderer, RenderError
+from renderer.annotations import Annotator
+from renderer.annotations.coco import CocoImage, coco_instances
 from renderer.camera.rig import mounted_path
 from renderer.exposure import exposed, meter, needs_meter, sensor_ev100
 from renderer.files.exr_files import is_installed
 from renderer.film.layers import check_names
 from renderer.film.semantic_rows import layers_in
+from renderer.lidar.scanner import Scanner
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from renderer.scene.semantic_classes import with_classes
 from scene_description import CameraPose, EnvironmentMap, SceneDescription, scene_from_json
+from scene_description.annotations import annotations_to_json
 from scene_description.label_standards import STANDARDS, StandardName
 from scene_synth_ros.cli.frame_files import write_frame
 from scene_synth_ros.cli.render_settings import PRESETS, preset_settings, read_settings
 from scene_synth_ros.cli.render_settings import add_arguments as add_settings
+from scene_synth_ros.cli.scan_files import write_scans
 from scene_synth_ros.cli.tum_trajectory import MAX_TEXT_LENGTH, trajectory_from_tum, trajectory_to_tum
 from scene_synth_ros.cli.usage import UsageError, refuse_missing_folder
 
 __all__ = ["PRESETS", "add_arguments", "preset_settings", "run"]
 
 _BAR = 30
+_COCO = "instances.json"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -43,6 +50,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--layers", default="", metavar="NAMES", help="write these layers too: names with commas between, or all")
     for option, summaries in _layer_options().items():
         parser.add_argument(f"--{option}", action="store_true", help=f"write {' and '.join(summaries)} too")
+    parser.add_argument("--annotations", action="store_true", help="write boxes, key points and relations of the objects in each frame too")
+    parser.add_argument("--coco", action="store_true", help=f"write {_COCO} too, masks and boxes of all frames in COCO's form")
+    parser.add_argument("--scan", action="store_true", help="write the laser scans of the path too: scans.npz, and the first as scan.png")
     parser.add_argument(
         "--exr", choices=("auto", "yes", "no"), default="auto", help="write EXR too, with linear colour; auto: where OpenEXR is installed"
     )
@@ -63,7 +73,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Render; every frame becomes an NPZ with all layers, a PNG of each, and an EXR.
 
-    ``trajectory.txt`` has the camera's poses, ``labels.json`` what ids mean.
+    ``trajectory.txt`` has the camera's poses, ``labels.json`` what ids mean.  Where they are asked for, every frame has its annotations as
+    JSON, and all frames together one file in COCO's form.  With ``--scan``, or where an overlay enables the scanner, its scans along the
+    whole path become ``scans.npz``.
     """
     refuse_missing_folder("--catalog", arguments.catalog)
     settings = read_settings(arguments)
@@ -85,13 +97,30 @@ def run(arguments: argparse.Namespace) -> int:
     (arguments.out / "trajectory.txt").write_text(trajectory_to_tum(path[: len(poses)]), encoding="utf-8")
     (arguments.out / "labels.json").write_text(_labels(scene, layers, standard), encoding="utf-8")
     _report(0, len(poses), 0.0)
+    told: list[CocoImage] = []
     sensors = {"sensor": settings.sensor, "depth_sensor": settings.depth_sensor}
-    with Renderer(flat, settings.camera, settings.render, key, **sensors) as renderer:
+    with ExitStack() as room:
+        renderer = room.enter_context(Renderer(flat, settings.camera, settings.render, key, **sensors))
+        annotator = None
+        if arguments.annotations or arguments.coco:
+            portable = settings.render.portable
+            annotator = room.enter_context(Annotator(flat, scene, settings.camera, masks=arguments.coco, portable=portable))
+        if arguments.scan or settings.scan.enabled:
+            write_scans(
+                arguments.out, list(Scanner(renderer.tree, flat, settings.scan, key).along(scene.camera_path)), settings.scan, scene
+            )
         began = time.monotonic()
         for index, pose in enumerate(path[: len(poses)]):
-            frame = renderer.render(pose, index, layers, exposure=exposure, path=path)
-            write_frame(arguments.out / f"frame_{index:04d}", frame, exr=exr, standard=standard)
+            frame = renderer.render(pose, index, layers, exposure=exposure, path=path, annotator=annotator)
+            base = arguments.out / f"frame_{index:04d}"
+            write_frame(base, frame, exr=exr, standard=standard)
+            if arguments.annotations and frame.annotations is not None:
+                base.with_suffix(".json").write_text(annotations_to_json(frame.annotations), encoding="utf-8")
+            if arguments.coco and frame.annotations is not None:
+                told.append(CocoImage(f"{base.name}_color.png", frame.annotations))
             _report(index + 1, len(poses), time.monotonic() - began)
+    if arguments.coco:
+        (arguments.out / _COCO).write_text(json.dumps(coco_instances(told)), encoding="utf-8")
     sys.stderr.write("\n")
     return 0
 

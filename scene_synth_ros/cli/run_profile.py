@@ -12,7 +12,7 @@ import yaml
 from scene_description import SceneSynthError
 from scene_description.share import config_path
 
-SHIPPED = ("runs", "presets", "cameras", "rigs")
+SHIPPED = ("runs", "presets", "cameras", "rigs", "scanners")
 """Folders of the configuration that hold profiles and overlays."""
 NODES = ("grammar_node", "renderer_node", "recorder_node")
 ALL_NODES = "/**"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, make_dataclass
 from typing import Annotated, Any, Literal
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.camera.config import CameraConfig
+from renderer.camera.rig import mounted_path
 from renderer.film.frame import Frame
 from renderer.film.layers import LAYERS, ROWS, Layer
 from renderer.film.semantic_rows import layers_in
@@ -17,6 +18,7 @@ from scene_description import CameraPose, Limits, SceneDescription
 from scene_description.label_standards import StandardName
 from scene_description.labels import LabelTable
 from scene_synth_ros.messages.camera_frames import FRAME_PREFIX, camera_frames
+from scene_synth_ros.messages.cloud_messages import POINTS, cloud_layers, cloud_of_layers
 from scene_synth_ros.messages.conversions import (
     camera_info_to_msg,
     depth_to_millimetres,
@@ -25,6 +27,7 @@ from scene_synth_ros.messages.conversions import (
     layer_encoding,
     pose_to_msg,
 )
+from scene_synth_ros.messages.detections import ANNOTATION_MESSAGES
 from scene_synth_ros.messages.label_info import LabelInfo, label_info_to_msg
 
 _STREAMS_FIXED = "publishers are made at the start"
@@ -88,6 +91,14 @@ class StreamConfig(_LayerSwitches):  # type: ignore[misc]
         ),
     ] = ""
     publish_tf: Annotated[bool, Limits(description="Publish /tf and /tf_static where tf2_msgs is there", fixed=_STREAMS_FIXED)] = True
+    annotations: Annotated[
+        bool, Limits(description="Publish boxes, key points and relations of the objects in each frame", fixed=_STREAMS_FIXED)
+    ] = False
+    annotation_masks: Annotated[
+        bool, Limits(description="Put masks into the annotations, run lengths in COCO's form", fixed="a run has one kind of annotations")
+    ] = False
+    points: Annotated[bool, Limits(description="Publish points: the view as an organised cloud, with ids", fixed=_STREAMS_FIXED)] = False
+    points_color: Annotated[bool, Limits(description="Give the points their colour, which must be rendered", fixed=_STREAMS_FIXED)] = False
 
 
 def has_companion(layer: Layer) -> bool:
@@ -124,9 +135,18 @@ class FrameMessages:
         self.layers = enabled_layers(config, camera)
         """Enabled layers."""
         self._rows = layers_in(config.semantic_classes)
+        self.cloud_layers = cloud_layers(config.points_color) if config.points else ()
+        """Layers that the points are made of, enabled or not."""
+        self._path: Sequence[CameraPose] = ()
+
+    @property
+    def points(self) -> str:
+        """The topic of the points."""
+        return f"{self._config.camera}/{POINTS}"
 
     def begin_room(self, scene: SceneDescription) -> None:
-        """Take the label tables of a room."""
+        """Take the label tables of a room, and its path."""
+        self._path = mounted_path(self._camera, scene.camera_path)
         tables = {layer: self._rows[layer].labels for layer in self.layers}
         self.begin_labels({layer: table(scene) for layer, table in tables.items() if table is not None})
 
@@ -145,10 +165,18 @@ class FrameMessages:
         if self._config.publish_pose:
             yield f"{self._config.camera}/pose", pose_to_msg(pose, self._config.world_frame)
         for layer, image in frame.layers.items():
-            yield from self._of_layer(layer, image, pose.stamp_ns, wanted)
+            if layer in self.layers:
+                yield from self._of_layer(layer, image, pose.stamp_ns, wanted)
+        if self.cloud_layers and set(self.cloud_layers) <= frame.layers.keys() and wanted(self.points):
+            color = self._config.points_color
+            yield self.points, cloud_of_layers(self._camera, pose, self._path, frame.layers, color, self._frame_id)
         for layer in self.layers:
             if layer not in frame.layers:
                 yield from self._beside_layer(layer, pose.stamp_ns, wanted)
+        if frame.annotations is not None:
+            for name, row in ANNOTATION_MESSAGES.items():
+                if wanted(f"{self._config.camera}/{name}"):
+                    yield f"{self._config.camera}/{name}", row.make(frame.annotations, self._frame_id)
 
     @property
     def _frame_id(self) -> str:

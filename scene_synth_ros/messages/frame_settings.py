@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 from renderer.camera.config import CameraConfig, SensorConfig
 from renderer.film.tone import Exposure
+from renderer.lidar.config import ScanConfig
 from renderer.path.config import RenderConfig
 from renderer.renderer import IDEAL, IDEAL_DEPTH
 from renderer.sensors.config import DepthSensorConfig
@@ -17,12 +19,17 @@ from scene_description.strict import FieldError, from_mapping, shorten, to_mappi
 from scene_synth_ros.messages.frame_messages import StreamConfig
 
 MAX_TEXT_LENGTH = 20_000
+_LEFT_OUT = ("frame_prefix", "annotations", "annotation_masks", "points", "points_color")
+NO_SCAN = ScanConfig()
 Coordinate = Annotated[float, Limits(ge=0.01, le=1.0)]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrameSettings:
-    """Settings of a frame: stamp, id of the scene, index that keys the noise, exposure and white used, and the configurations."""
+    """Settings of a frame: stamp, id of the scene, index that keys the noise, exposure and white used, and the configurations.
+
+    ``sent``: topics that have stamps of their own, below the namespace -> stamp of the last message that went out before this frame.
+    """
 
     stamp_ns: Annotated[int, Limits(ge=0, le=2**62, unit="ns")]
     scene: Annotated[str, Limits(min_length=1, max_length=120)]
@@ -34,6 +41,8 @@ class FrameSettings:
     sensor: SensorConfig = IDEAL
     depth_sensor: DepthSensorConfig = IDEAL_DEPTH
     white_xy: tuple[Coordinate, Coordinate] = D65_XY
+    scan: ScanConfig = NO_SCAN
+    sent: Annotated[Mapping[str, int], Limits(max_length=64)] = field(default_factory=dict)
 
     @property
     def exposure(self) -> Exposure:
@@ -42,12 +51,15 @@ class FrameSettings:
 
 
 def settings_to_json(settings: FrameSettings) -> str:
-    """Return the JSON text; an empty prefix of frames, NYU40 class ids and an ideal depth sensor are not in it."""
+    """Return the JSON text; NYU40 class ids, an ideal depth sensor, and of streams what is empty or off by default, are left out."""
     data: dict[str, Any] = to_mapping(settings)
-    if not settings.streams.frame_prefix:
-        del data["streams"]["frame_prefix"]
     if settings.streams.semantic_classes == "nyu40":
         del data["streams"]["semantic_classes"]
+    for name in _LEFT_OUT:
+        if not getattr(settings.streams, name):
+            del data["streams"][name]
+    if not settings.scan.enabled:
+        del data["scan"], data["sent"]
     if settings.depth_sensor == IDEAL_DEPTH:
         del data["depth_sensor"]
     return json.dumps(data, separators=(",", ":"))

@@ -22,6 +22,7 @@ from scene_description import SceneSynthError
 
 TF_MESSAGE = "tf2_msgs/msg/TFMessage"
 LABEL_INFO = "vision_msgs/msg/LabelInfo"
+DETECTIONS_2D, DETECTIONS_3D = "vision_msgs/msg/Detection2DArray", "vision_msgs/msg/Detection3DArray"
 
 _DELIMITER = "\n" + "=" * 80 + "\nMSG: "
 _TYPE_NAME = re.compile(r"([A-Za-z0-9_]+)/(?:msg/)?([A-Za-z0-9_]+)")
@@ -31,6 +32,8 @@ _INTERFACES = Path(__file__).parent / "interfaces"
 _HASHES = {
     TF_MESSAGE: "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087",
     LABEL_INFO: "RIHS01_3d37df4015cdf660cc851c51897f2acd957e1ca6205ba0a99aebffb9406b0783",
+    DETECTIONS_2D: "RIHS01_214274120007f4a683866481336b70310268cfa107aebe9d594a6acf75bda968",
+    DETECTIONS_3D: "RIHS01_793f5eab9595ac1c0da07873cc859db42eae51f0ee76056db8562515d830e018",
 }
 """Of the types that are written without their packages."""
 

@@ -84,6 +84,24 @@ def announced_room(cdr: CdrBytes) -> AnnouncedRoom:
     return AnnouncedRoom(index if _is_integer(index) else None, _path_stamps(data))
 
 
+class SentBefore(NamedTuple):
+    """What the settings of a frame say was sent before it: the frame's stamp; topic below the namespace -> stamp of its last message."""
+
+    stamp_ns: int
+    stamps_ns: dict[str, int]
+
+
+def sent_before(cdr: CdrBytes) -> SentBefore | None:
+    """Read ``sent`` of frame settings in a serialised ``std_msgs/msg/String``; None if there is nothing of the kind."""
+    if b'"sent"' not in bytes(cdr) or cdr[0] != 0 or cdr[1] not in _ENDIANNESS:
+        return None
+    data = _json_object(cdr, _ENDIANNESS[cdr[1]])
+    stamp, sent = data.get("stamp_ns"), data.get("sent")
+    if not _is_integer(stamp) or not isinstance(sent, Mapping):
+        return None
+    return SentBefore(stamp, {str(name): last for name, last in sent.items() if _is_integer(last)})
+
+
 def _path_stamps(data: Mapping[str, Any]) -> list[int]:
     path = data.get("camera_path")
     if not isinstance(path, list):

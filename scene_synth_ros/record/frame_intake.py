@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Callable, Collection, Mapping
 
 from scene_synth_ros.bags.bag_writer import MAX_TIME_NS
+from scene_synth_ros.messages.scan_messages import has_own_stamps
 from scene_synth_ros.messages.stamps import NANOSECONDS, AnnouncedRoom, announced_room, stamp_ns
 from scene_synth_ros.record.frame_sorter import FrameSorter, OrderedMessage
 from scene_synth_ros.record.seen_frames import ROOMS_KEPT, SeenFrames
@@ -60,10 +61,15 @@ class FrameIntake:
         """Bytes that wait for their frame to be complete."""
         return self._sorter.waiting_bytes
 
+    @property
+    def held(self) -> str:
+        """For which message of another topic the first complete frame waits, empty if there is none."""
+        return self._sorter.held
+
     def add_topic(self, topic: str, type_name: str, latched: bool, origin: Origin) -> None:
         """Get to know a topic."""
         self._types[topic], self._origins[topic] = type_name, origin
-        self._sorter.follow(topic, origin is not Origin.SUITE)
+        self._sorter.follow(topic, self._follows(topic))
         if latched:
             self._latched.add(topic)
 
@@ -72,7 +78,7 @@ class FrameIntake:
         released: list[OrderedMessage] = []
         if origin is not self._origins[topic]:
             self._origins[topic] = origin
-            self._sorter.follow(topic, origin is not Origin.SUITE)
+            self._sorter.follow(topic, self._follows(topic))
             for stamp, data in self._sorter.take_back(topic) if origin is Origin.OTHERS else ():
                 released += self._sorter.add(topic, self._stamp_of_others(stamp), data)
         return released
@@ -87,7 +93,16 @@ class FrameIntake:
         if set(topics) == self._expected and alike == self._alike:
             return []
         self._expected, self._alike = set(topics), alike
-        return self._sorter.configure(self._expected or None, alike)
+        released = self._sorter.configure(self._expected or None, alike)
+        for topic in self._types:
+            self._sorter.follow(topic, self._follows(topic))
+        return released
+
+    def wait_for(self, stamp: int, sent: Mapping[str, int]) -> None:
+        """Let the frame of a stamp wait for what was sent before it on recorded topics: topic -> stamp of the last message."""
+        for topic, last_ns in sent.items():
+            if self._origins.get(topic) is Origin.SUITE:
+                self._sorter.wait_for(stamp, topic, last_ns)
 
     def add(self, topic: str, data: bytes) -> list[OrderedMessage] | None:
         """Take a message; None if it is left out: it came before, or no bag can hold its stamp.
@@ -99,17 +114,23 @@ class FrameIntake:
         if stamp is not None and not 0 <= stamp < MAX_TIME_NS:
             self._refuse(topic, stamp)
             return None
+        own = origin is Origin.SUITE and has_own_stamps(topic)
         if stamp is not None and origin is Origin.OTHERS:
             stamp = self._stamp_of_others(stamp)
-        elif stamp is not None and (topic in self._expected or topic in self._latched):
+        elif stamp is not None and (own or topic in self._expected or topic in self._latched):
             if not self._seen.is_new(topic, stamp):  # a frame is done again, or a connection is made again to what is latched
                 return None
             self._note(topic, stamp, data)
         return self.add_stamped(topic, stamp, data + bytes(-len(data) % 4))
 
-    def add_stamped(self, topic: str, stamp: int | None, data: bytes) -> list[OrderedMessage]:
-        """Take a message whose stamp (ns) is known."""
-        released = self._sorter.add(topic, stamp, data)
+    def reach(self, topic: str, data: bytes) -> list[OrderedMessage]:
+        """Take that a message of a topic with stamps of its own has come, and what is derived of it."""
+        stamp = stamp_ns(self._types[topic], data)
+        return [] if stamp is None else self._sorter.reach(topic, stamp)
+
+    def add_stamped(self, topic: str, stamp: int | None, data: bytes, *, aside: bool = False) -> list[OrderedMessage]:
+        """Take a message whose stamp (ns) is known; one ``aside`` belongs to no frame, though its topic may."""
+        released = self._sorter.add(topic, stamp, data, aside=aside)
         if self._sorter.first_ns < self._whole_from_ns:  # latched parts of frames from before the recorder was connected
             released += self._sorter.flush(self._whole_from_ns - 1)
         return released
@@ -146,6 +167,10 @@ class FrameIntake:
             if topic not in self._begun and topic not in self._latched:
                 self._begun.add(topic)
                 self._whole_from_ns = max(self._whole_from_ns, stamp)
+
+    def _follows(self, topic: str) -> bool:
+        """Return whether messages of a topic only follow frames: those of others, and those between frames, where there are any."""
+        return self._origins[topic] is not Origin.SUITE or (bool(self._expected) and has_own_stamps(topic))
 
     def _stamp_of_others(self, stamp: int) -> int | None:
         """Return the stamp of a message of others if it can be of the frames' clock; None is logged at the time of the bag."""

@@ -4,7 +4,8 @@ DDS keeps the order of one topic, not of several.  Messages of one stamp form a 
 stamp is there and all earlier groups have left; within a group the topics have a fixed order.
 
 The clock of the bag is the stamp of the last group that left.  Some topics only follow it, because nobody knows by whose clock they are
-stamped: a group that has nothing else leaves with the next group that leads, in its order, but never moves the clock beyond those.
+stamped, or because they come at a rate of their own: a group that has nothing else leaves with the next group that leads, in its order, but
+never moves the clock beyond those.  A group may also wait until another topic has come up to a stamp (:meth:`FrameSorter.wait_for`).
 """
 
 from __future__ import annotations
@@ -39,12 +40,17 @@ class OrderedMessage(NamedTuple):
 
 
 class _Group:
-    """What has arrived of one stamp; ``leads`` unless all of it is of topics that follow."""
+    """What has arrived of one stamp; ``leads`` unless all of it is of topics that follow.
 
-    __slots__ = ("leads", "messages", "missing", "size")
+    ``aside``: messages that follow whatever their topic does; ``awaited``: topic -> stamp (ns) up to which it must have come.
+    """
+
+    __slots__ = ("aside", "awaited", "leads", "messages", "missing", "size")
 
     def __init__(self, missing: set[str] | None) -> None:
         self.messages: list[tuple[str, bytes]] = []
+        self.aside: list[tuple[str, bytes]] = []
+        self.awaited: dict[str, int] = {}
         self.missing = missing
         self.size = 0
         self.leads = False
@@ -52,7 +58,7 @@ class _Group:
     @property
     def complete(self) -> bool:
         """Whether everything that was expected is there."""
-        return self.missing is not None and not self.missing
+        return self.missing is not None and not self.missing and not self.awaited
 
 
 class FrameSorter:
@@ -75,6 +81,7 @@ class FrameSorter:
         self._followers: set[str] = set()
         self._max_stamps, self._max_bytes = max_stamps, max_bytes
         self._groups: dict[int, _Group] = {}
+        self._reached: dict[str, int] = {}
         self._released_ns: int | None = None
         self.late = 0
         self.forced = 0
@@ -105,21 +112,22 @@ class FrameSorter:
         self._expected = None if expected is None else frozenset(map(self._stand_in, expected))
         return released
 
-    def add(self, topic: str, stamp_ns: int | None, data: bytes) -> list[OrderedMessage]:
-        """Take a message; return what may leave now, in order.  A message without a stamp leaves at once."""
+    def add(self, topic: str, stamp_ns: int | None, data: bytes, *, aside: bool = False) -> list[OrderedMessage]:
+        """Take a message; return what may leave now, in order.  A message without a stamp leaves at once.
+
+        ``aside``: it only follows, whatever its topic does otherwise, and is not what a group misses.
+        """
         if stamp_ns is None:
             return [OrderedMessage(topic, None, self.clock_ns, data)]
         if self._released_ns is not None and stamp_ns <= self._released_ns:
             self.late += 1
             return [OrderedMessage(topic, stamp_ns, self._released_ns, data)]
-        group = self._groups.get(stamp_ns)
-        if group is None:
-            group = self._groups[stamp_ns] = _Group(None if self._expected is None else set(self._expected))
-        group.messages.append((topic, data))
-        group.leads = group.leads or topic not in self._followers
+        group = self._group(stamp_ns)
+        (group.aside if aside else group.messages).append((topic, data))
+        group.leads = group.leads or not (aside or topic in self._followers)
         group.size += len(data)
         self.waiting_bytes += len(data)
-        if group.missing is not None:
+        if group.missing is not None and not aside:
             group.missing.discard(self._stand_in(topic))
         released = list(self._release_complete())
         most = self._max_stamps * (UNEXPECTED_FACTOR if self._expected is None else 1)
@@ -128,6 +136,25 @@ class FrameSorter:
             released += self._release_one()
             released += self._release_complete()
         return released
+
+    def wait_for(self, stamp_ns: int, topic: str, up_to_ns: int) -> None:
+        """Let what has a stamp, and has not left, wait until :meth:`reach` says that a topic has come up to another stamp."""
+        if (self._released_ns is None or stamp_ns > self._released_ns) and self._reached.get(topic, -1) < up_to_ns:
+            self._group(stamp_ns).awaited[topic] = up_to_ns
+
+    def reach(self, topic: str, stamp_ns: int) -> list[OrderedMessage]:
+        """Take that a topic has come up to a stamp; return what may leave now, in order."""
+        self._reached[topic] = max(stamp_ns, self._reached.get(topic, -1))
+        for group in self._groups.values():
+            if group.awaited.get(topic, math.inf) <= stamp_ns:
+                del group.awaited[topic]
+        return list(self._release_complete())
+
+    @property
+    def held(self) -> str:
+        """For which message the first waiting stamp waits that lacks nothing else; empty if there is none."""
+        first = min((stamp for stamp, group in self._groups.items() if group.awaited and not group.missing), default=None)
+        return "" if first is None else f"{first} {self._groups[first].awaited}"
 
     def follow(self, topic: str, follows: bool) -> None:
         """Say whether a topic only follows the clock, also of what waits; at first no topic does."""
@@ -142,10 +169,10 @@ class FrameSorter:
             group = self._groups[stamp]
             taken += [(stamp, data) for known, data in group.messages if known == topic]
             group.messages = [message for message in group.messages if message[0] != topic]
-            size = sum(len(data) for _, data in group.messages)
+            size = sum(len(data) for _, data in [*group.messages, *group.aside])
             self.waiting_bytes -= group.size - size
             group.size = size
-            if not group.messages:
+            if not group.messages and not group.aside:
                 del self._groups[stamp]
         return taken
 
@@ -175,6 +202,11 @@ class FrameSorter:
         """Return, for every waiting stamp, the topics that it still waits for."""
         return {stamp: frozenset(self._groups[stamp].missing or ()) for stamp in sorted(self._groups)}
 
+    def _group(self, stamp_ns: int) -> _Group:
+        if stamp_ns not in self._groups:
+            self._groups[stamp_ns] = _Group(None if self._expected is None else set(self._expected))
+        return self._groups[stamp_ns]
+
     def _stand_in(self, topic: str) -> str:
         return self._alike.get(topic, topic)
 
@@ -200,11 +232,11 @@ class FrameSorter:
         """Let out a group at the time of the bag, as if it had no stamp."""
         group = self._groups.pop(stamp_ns)
         self.waiting_bytes -= group.size
-        return [OrderedMessage(topic, None, self.clock_ns, data) for topic, data in group.messages]
+        return [OrderedMessage(topic, None, self.clock_ns, data) for topic, data in [*group.messages, *group.aside]]
 
     def _release(self, stamp_ns: int) -> list[OrderedMessage]:
         group = self._groups.pop(stamp_ns)
         self.waiting_bytes -= group.size
         self._released_ns = stamp_ns
-        ordered = sorted(group.messages, key=lambda message: topic_rank(message[0]))
+        ordered = sorted([*group.messages, *group.aside], key=lambda message: topic_rank(message[0]))
         return [OrderedMessage(topic, stamp_ns, stamp_ns, data) for topic, data in ordered]

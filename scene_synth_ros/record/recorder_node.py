@@ -44,8 +44,8 @@ class RecorderNode(SuiteNode):
     Services (std_srvs/Trigger): ``~/start`` (opens the next bag, ``<bag>``, then ``<bag>_2``), ``~/stop`` (closes it; the run goes on),
     ``~/split`` (a new file with the next frame), ``~/snapshot`` (the last ``snapshot_s`` as ``<bag>_snapshot_<n>``).
     Parameters: the fields of ``RecorderConfig``; ``split.`` SplitPolicy; ``images.`` ImageCompression.
-    ``/tf`` and ``/tf_static`` are written from the camera poses, ``label_info`` from the labels, so that bags have them also where
-    tf2_msgs and vision_msgs are not installed.
+    ``/tf`` and ``/tf_static`` are written from the camera poses, ``label_info`` from the labels, detections from the annotations, so
+    that bags have them also where tf2_msgs and vision_msgs are not installed.
     """
 
     def __init__(self, **options: Any) -> None:

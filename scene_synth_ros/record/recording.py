@@ -9,10 +9,14 @@ from pathlib import Path
 
 from rclpy.qos import QoSProfile
 
+from scene_description.annotations import FrameAnnotations
 from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
+from scene_synth_ros.messages.detections import annotations_frame, detection_topics, encode_detections
 from scene_synth_ros.messages.label_info import TimedLabels, encode_label_info, label_info_topic, labels_frame
 from scene_synth_ros.messages.message_definitions import LABEL_INFO, TF_MESSAGE, message_definition
+from scene_synth_ros.messages.scan_messages import laser_frame
 from scene_synth_ros.messages.timed_pose import TimedPose
+from scene_synth_ros.messages.transforms_cdr import StampedTransform, encode_tf_message
 from scene_synth_ros.record.bag_output import BagNumbers, BagOutput, Entry, RecordingOptions, is_latched
 from scene_synth_ros.record.bag_thread import BagThread
 from scene_synth_ros.record.camera_transforms import CameraTransforms
@@ -37,7 +41,7 @@ class Recording:
     that is full.  Both count in ``taken`` and ``written``, which have a lock; ``warn`` is called from both, ``tell_fault`` from the second.
 
     Transforms are derived from the camera poses and written to ``/tf`` and ``/tf_static`` whether or not anybody publishes them; so is the
-    LabelInfo beside labels.
+    LabelInfo beside labels, and the detections beside annotations.
 
     Args:
         make_writer: opens the bag of a folder.
@@ -161,11 +165,29 @@ class Recording:
         """Derive the transforms of a camera from its pose: world -> link at every stamp, link -> optical frame once."""
         transforms = self._transforms.of_pose(pose, camera)
         if transforms.static is not None:
-            for name, qos in TRANSFORM_TOPICS:
-                if name not in self._topics:
-                    self.add_topic(name, TF_MESSAGE, [qos])
+            self._add_transform_topics()
             self._enqueue(self.intake.add_stamped("/tf_static", pose.stamp_ns, transforms.static))
         self._enqueue(self.intake.add_stamped("/tf", pose.stamp_ns, transforms.moving))
+
+    def add_laser_pose(self, pose: TimedPose) -> None:
+        """Derive the transform world -> scanner from its pose."""
+        self._add_transform_topics()
+        transform = StampedTransform(pose.stamp_ns, pose.world, laser_frame(self._frame_prefix), pose.position_m, pose.quaternion)
+        self._enqueue(self.intake.add_stamped("/tf", pose.stamp_ns, encode_tf_message([transform]), aside=True))
+
+    def add_sent(self, stamp_ns: int, sent: Mapping[str, int]) -> None:
+        """Take what the settings of a frame say was sent before it on topics with stamps of their own; the frame waits for that."""
+        self.intake.wait_for(stamp_ns, sent)
+
+    def reach(self, topic: str, data: bytes) -> None:
+        """Say that a message of a topic with stamps of its own has been added, with what is derived of it."""
+        if not self._closed:
+            self._enqueue(self.intake.reach(topic, data))
+
+    def _add_transform_topics(self) -> None:
+        for name, qos in TRANSFORM_TOPICS:
+            if name not in self._topics:
+                self.add_topic(name, TF_MESSAGE, [qos])
 
     def add_labels(self, labels: TimedLabels, topic: str) -> None:
         """Derive the LabelInfo beside the labels of a topic."""
@@ -174,6 +196,14 @@ class Recording:
             self.add_topic(name, LABEL_INFO, [latched_qos()])
         data = encode_label_info(labels.stamp_ns, labels_frame(topic, self._frame_prefix), labels.names)
         self._enqueue(self.intake.add_stamped(name, labels.stamp_ns, data))
+
+    def add_annotations(self, annotations: FrameAnnotations, topic: str) -> None:
+        """Derive the detections beside the annotations of a topic."""
+        for name, type_name in detection_topics(topic).items():
+            if name not in self._topics:
+                self.add_topic(name, type_name, [stream_qos()])
+            data = encode_detections(type_name, annotations, annotations_frame(topic, self._frame_prefix))
+            self._enqueue(self.intake.add_stamped(name, annotations.stamp_ns, data))
 
     def flush(self, room: int | None = None) -> None:
         """Hand everything that waits, or what waits of a room and of those before it, to the writer and wait until it is written."""

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+from scene_synth_ros.messages.detections import ANNOTATIONS, detection_topics
 from scene_synth_ros.messages.label_info import label_info_topic
+from scene_synth_ros.messages.scan_messages import has_own_stamps
 from scene_synth_ros.record.accounting import Accounting
 from scene_synth_ros.record.recording import Recording
 from scene_synth_ros.record.shared_frames import stand_ins
@@ -31,6 +33,7 @@ class RoomProgress:
         self._recording, self._accounting, self._known, self._warn = recording, accounting, known, warn
         self._frame_topics: dict[str, frozenset[str]] = {}
         self._missing_since: float | None = None
+        self._held, self._held_since = "", 0.0
         self.run, self.done_scene = "", -1
 
     def take_status(self, status: NodeStatus) -> None:
@@ -40,7 +43,9 @@ class RoomProgress:
                 self.run, self.done_scene = status.run, -1
             return
         self._accounting.take_status(status)
-        self._frame_topics[status.node] = frozenset(topic for topic in status.counts if not topic.startswith("/tf"))
+        self._frame_topics[status.node] = frozenset(
+            topic for topic in status.counts if not topic.startswith("/tf") and not has_own_stamps(topic)
+        )
 
     def step(self, now_s: float, loss_timeout_s: float) -> None:
         """Write a room that is done; give up messages that were published so long ago that they are lost.
@@ -51,12 +56,14 @@ class RoomProgress:
         """
         recorded = {topic for topics in self._frame_topics.values() for topic in topics if self._known.get(topic, -1) >= 0}
         derived = {label_info_topic(topic) for topic in recorded if topic.endswith("/labels")}
+        derived |= {name for topic in recorded if topic.endswith(f"/{ANNOTATIONS}") for name in detection_topics(topic)}
         if any(topic.endswith("/pose") for topic in recorded):
             derived.add("/tf")
         self._recording.expect(recorded | derived, stand_ins(self._frame_topics))
         done = self._accounting.done_scene(self.run)
         self.done_scene = min(self.done_scene, done)  # a renderer has started again
         missing = self._accounting.missing(self._known)
+        self._let_go(now_s, loss_timeout_s)
         if not missing:
             self._missing_since = None
             if done != self.done_scene:
@@ -68,3 +75,11 @@ class RoomProgress:
             self._accounting.give_up(missing)
             self._recording.flush()  # frames that wait for what is lost
             self._warn(f"{sum(missing.values())} messages lost after room {self.done_scene}: {missing}")
+
+    def _let_go(self, now_s: float, loss_timeout_s: float) -> None:
+        """Write frames that wait for a message on another topic that does not come, as it was sent before the recorder was there."""
+        held = self._recording.intake.held
+        if held != self._held:
+            self._held, self._held_since = held, now_s
+        elif held and now_s - self._held_since > loss_timeout_s:
+            self._recording.flush()

@@ -10,9 +10,12 @@ from typing import Any
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 
+from scene_synth_ros.messages.detections import AnnotationsReadError, annotations_topic, is_annotations, read_annotations
 from scene_synth_ros.messages.image_codec import raw_topic
 from scene_synth_ros.messages.label_info import LabelReadError, is_labels, labels_topic, read_labels
 from scene_synth_ros.messages.message_definitions import MessageDefinitionError, message_class
+from scene_synth_ros.messages.scan_messages import LASER, has_own_stamps
+from scene_synth_ros.messages.stamps import sent_before
 from scene_synth_ros.messages.timed_pose import PoseReadError, read_pose
 from scene_synth_ros.record.recorder_config import RecorderConfig
 from scene_synth_ros.record.recorder_qos import complete_qos, matching_qos
@@ -81,14 +84,16 @@ class TopicInputs:
     def _is_recorded(self, topic: str) -> bool:
         """Return whether the parameters ask for a topic.
 
-        What the recorder makes itself is left out: of the suite's images the form that ``images.*`` asks for, of labels the LabelInfo.
+        What the recorder makes itself is left out: of the suite's images the form that ``images.*`` asks for, of labels the LabelInfo, of
+        annotations the detections.
         """
         config = self._config
         if topic in ("/tf", "/tf_static") or topic == self._node.resolve_topic_name("status"):
             return False
         if not config.topics and topic.endswith("/transition_event"):
             return False
-        source = raw_topic(topic) or labels_topic(topic) if topic.startswith(self._namespace) else ""
+        made_of = raw_topic(topic) or labels_topic(topic) or annotations_topic(topic)
+        source = made_of if topic.startswith(self._namespace) else ""
         if source and self._node.count_publishers(source) and self._is_recorded(source):
             return False
         chosen = (*(config.topics or (f"{self._namespace}*", "/clock", "/diagnostics")), *config.extra_topics)
@@ -112,20 +117,35 @@ class TopicInputs:
 
     def _make_callback(self, topic: str, type_name: str) -> Any:
         camera = topic.rsplit("/", 2)[-2] if type_name == "geometry_msgs/msg/PoseStamped" and topic.endswith("/pose") else ""
+        own_stamps = has_own_stamps(topic)
+        settings = topic.endswith("/settings") and type_name == "std_msgs/msg/String"
         labels = is_labels(topic, type_name)
+        annotations = topic.startswith(self._namespace) and is_annotations(topic, type_name)
 
         def on_message(data: bytes) -> None:
             self._received[topic] += 1
-            if not self._recording.add(topic, data):
-                return
+            if settings and (sent := sent_before(data)) is not None:
+                self._recording.add_sent(sent.stamp_ns, {self._namespace + name: stamp for name, stamp in sent.stamps_ns.items()})
+            if self._recording.add(topic, data):
+                derive(data)
+            if own_stamps:
+                self._recording.reach(topic, data)
+
+        def derive(data: bytes) -> None:
             try:
-                if camera:
+                if camera == LASER:
+                    self._recording.add_laser_pose(read_pose(data))
+                elif camera:
                     self._recording.add_pose(read_pose(data), camera)
                 if labels:
                     self._recording.add_labels(read_labels(data), topic)
+                if annotations:
+                    self._recording.add_annotations(read_annotations(data), topic)
             except PoseReadError as error:
                 self._warn(f"{topic}: {error}; it has no transform")
             except LabelReadError as error:
                 self._warn(f"{topic}: {error}; it has no LabelInfo")
+            except AnnotationsReadError as error:
+                self._warn(f"{topic}: {error}; it has no detections")
 
         return on_message

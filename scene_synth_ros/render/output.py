@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,8 +12,11 @@ from std_msgs.msg import String
 
 from renderer import CameraConfig
 from renderer.film.frame import Frame
+from renderer.lidar.config import ScanConfig
+from renderer.lidar.scanner import Scan
 from scene_description import CameraPose
 from scene_synth_ros.messages.frame_messages import StreamConfig
+from scene_synth_ros.messages.frame_settings import NO_SCAN
 from scene_synth_ros.messages.image_codec import LiveCompression
 from scene_synth_ros.render.streams import StreamPublishers
 from scene_synth_ros.suite.qos import latched_qos
@@ -28,8 +31,15 @@ class Output:
     published: the node may destroy its publishers while the rendering thread is still in a kernel.
     """
 
-    def __init__(self, node: Node, config: StreamConfig, camera: CameraConfig, compression: Callable[[], LiveCompression]) -> None:
-        self.streams = StreamPublishers(node, config, camera, compression)
+    def __init__(
+        self,
+        node: Node,
+        config: StreamConfig,
+        camera: CameraConfig,
+        compression: Callable[[], LiveCompression],
+        scan: ScanConfig = NO_SCAN,
+    ) -> None:
+        self.streams = StreamPublishers(node, config, camera, compression, scan)
         self._frame_topic = self.streams.frame_topic
         self.frames = 0
         """Frames published so far."""
@@ -62,6 +72,16 @@ class Output:
             if not self._closed:
                 self.streams.publish(frame, pose, settings, with_clock=with_clock)
                 self.frames += 1
+
+    def wants_scans(self) -> bool:
+        """Return whether somebody wants the scanner's scans; nobody does once closed."""
+        with self._lock:
+            return not self._closed and self.streams.wants_scans()
+
+    def publish_scan(self, poses: Sequence[CameraPose], scan: Scan | None) -> dict[str, int]:
+        """Publish a scan and its poses; return topic -> stamp (ns) of what went out."""
+        with self._lock:
+            return {} if self._closed else self.streams.publish_scan(poses, scan)
 
     def close(self, seconds: float) -> None:
         """Publish nothing any more; wait, for so long at most, until subscribers have what was published."""

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from renderer import CameraConfig, DepthSensorConfig, RenderConfig, SensorConfig
+from renderer.lidar.config import ScanConfig
 from scene_description import Limits
 from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.messages.image_codec import LiveCompression
@@ -52,5 +53,6 @@ RENDERER_GROUPS: dict[str, type] = {
     "drive": DriveConfig,
     "sensor": SensorConfig,
     "depth_sensor": DepthSensorConfig,
+    "scan": ScanConfig,
 }
 """Prefix of a renderer's parameters -> dataclass that defines them."""

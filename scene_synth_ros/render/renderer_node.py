@@ -11,8 +11,10 @@ from nav_msgs.msg import OccupancyGrid
 from std_msgs.msg import String
 
 from renderer.exposure import sensor_ev100
+from renderer.lidar.config import ScanConfig
 from scene_description import FieldError, error_line
 from scene_synth_ros.messages.frame_messages import StreamConfig
+from scene_synth_ros.messages.scan_messages import LASER
 from scene_synth_ros.render.camera_requests import MAX_WAITING, CameraRequests
 from scene_synth_ros.render.inbox import MAX_ROOMS_WAITING, Inbox
 from scene_synth_ros.render.output import Output
@@ -49,8 +51,8 @@ class RendererNode(SuiteNode):
     if that is 0); ``cmd_vel`` (Twist: moves the camera, where ``drive.enabled``). Publishes: the topics of ``StreamPublishers``, ``status``
     (latched), ``/diagnostics``. Parameters: the fields of ``RendererNodeConfig``; ``camera.`` CameraConfig; ``render.`` RenderConfig;
     ``sensor.`` SensorConfig; ``depth_sensor.`` DepthSensorConfig; ``streams.`` StreamConfig; ``compressed.`` LiveCompression; ``drive.``
-    DriveConfig.  Live changes of the exposure and of ``compressed.`` take effect with the next frame, others with the next room.  A scene
-    or pose that does not fit is refused with one line; the node keeps running.
+    DriveConfig; ``scan.`` ScanConfig.  Live changes of the exposure and of ``compressed.`` take effect with the next frame, others with the
+    next room.  A scene or pose that does not fit is refused with one line; the node keeps running.
     """
 
     def __init__(self, **options: Any) -> None:
@@ -67,7 +69,10 @@ class RendererNode(SuiteNode):
     def open(self) -> None:
         """Make publishers and subscriptions, and let a new life begin."""
         streams: StreamConfig = self._settings["streams"]
-        self._output = Output(self, streams, self._settings["camera"], lambda: self._settings["compressed"])
+        scan: ScanConfig = self._settings["scan"]
+        if scan.enabled and streams.camera == LASER:
+            raise ParameterError(f"{self.get_name()}: parameter streams.camera: expected another name than the scanner's, got '{LASER}'")
+        self._output = Output(self, streams, self._settings["camera"], lambda: self._settings["compressed"], scan)
         self._inbox = Inbox(Peers(self.get_fully_qualified_name(), self._output.streams.frame_topic, self._settings[""].share_count))
         self._requests = CameraRequests(streams.world_frame, self._settings["drive"])
         self._rendering = Rendering(self, self._settings, self._inbox, self._output, self._requests)

@@ -8,9 +8,13 @@ from collections.abc import Collection
 from contextlib import ExitStack
 from pathlib import Path
 
-from renderer import WARM_LAYERS, RenderCancelled, RenderConfig, Renderer, warm_up
+from renderer import WARM_LAYERS, RenderCancelled, RenderConfig, Renderer, annotations, warm_up
+from renderer.annotations import Annotator
 from renderer.film.frame import Frame
+from renderer.film.layers import PHOTOGRAPHS
 from renderer.film.tone import Exposure
+from renderer.lidar.config import ScanConfig
+from renderer.lidar.scanner import Scanner
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from renderer.scene.semantic_classes import with_classes
@@ -25,6 +29,7 @@ from scene_synth_ros.render.renderer_config import RendererNodeConfig
 from scene_synth_ros.render.room_loop import Pace, RoomLoop
 from scene_synth_ros.render.room_meter import RoomMeter
 from scene_synth_ros.render.room_renderer import RoomRenderer
+from scene_synth_ros.render.room_scans import RoomScans
 from scene_synth_ros.render.throughput import Throughput
 from scene_synth_ros.suite.heap import trim_heap
 from scene_synth_ros.suite.parameters import Parameters
@@ -68,6 +73,9 @@ class Rendering:
         self.meter, self.throughput = RoomMeter(settings), Throughput()
         self.rate = RateReport(node, settings)
         self._render_config: RenderConfig = settings["render"]
+        self._scan_config: ScanConfig = settings["scan"]
+        self._scans: RoomScans | None = None
+        self._sent: dict[str, int] = {}
         self._first_room, self._on_path, self._newest_room, self._room_began_s = True, False, -1, 0.0
 
     def run(self) -> None:
@@ -79,6 +87,8 @@ class Rendering:
         began = time.perf_counter()
         self._node.get_logger().info("loading kernels (the first run compiles them)")
         warm_up({*WARM_LAYERS, *self._output.streams.messages.layers}, self._settings["depth_sensor"])
+        if self._settings["streams"].annotations:
+            annotations.warm_up()
         self._node.get_logger().info(f"kernels are ready ({time.perf_counter() - began:.1f} s)")
         self.warm = True
         while (text := self._inbox.next_room()) is not None:
@@ -123,7 +133,7 @@ class Rendering:
         return True
 
     def _render_room(self, scene: SceneDescription) -> None:
-        self._render_config = self._settings["render"]
+        self._render_config, self._scan_config = self._settings["render"], self._settings["scan"]
         streams: StreamConfig = self._settings["streams"]
         flat = functools.cache(lambda: with_classes(flatten(scene, self._catalog_dir), scene, streams.semantic_classes))
         camera, sensors = self._settings["camera"], {name: self._settings[name] for name in ("sensor", "depth_sensor")}
@@ -134,13 +144,21 @@ class Rendering:
                 trim_heap()
                 return renderer
 
-            renderer = RoomRenderer(make)
+            def make_annotator() -> Annotator:
+                masks, portable = self._settings["streams"].annotation_masks, self._render_config.portable
+                return room.enter_context(Annotator(flat(), scene, camera, masks=masks, portable=portable))
+
+            renderer = RoomRenderer(make, make_annotator)
             if not self._pace().realtime:  # else a room that nobody looks at is not even made
                 renderer.prepare()
             self._on_path, self._room_began_s = True, time.perf_counter()
             self._output.streams.begin_room(scene)
             self._requests.begin_room()
             self.meter.begin_room(scene, flat, self._render_config)
+            scan = self._scan_config
+            self._scans = RoomScans(
+                scan, scene.camera_path, functools.cache(lambda: Scanner(renderer.prepare().tree, flat(), scan, scene_key(scene)))
+            )
             RoomLoop(scene, renderer, camera, self, self._requests, self._pace).run()
 
     def _pace(self) -> Pace:
@@ -167,7 +185,7 @@ class Rendering:
 
     def exposure(self) -> Exposure:
         """Return the exposure of the next frame; the room is metered for the first one with colour."""
-        return self.meter.exposure("color" in self.wanted_layers())
+        return self.meter.exposure(any(layer in PHOTOGRAPHS for layer in self.wanted_layers()))
 
     def is_turn(self) -> bool:
         """Return whether the room's frames may be published now."""
@@ -179,6 +197,8 @@ class Rendering:
         began = time.perf_counter()
         self._wait_for_recorders()
         self.rate.waiting_s = time.perf_counter() - began
+        began = time.perf_counter()
+        self._publish_scans(pose.stamp_ns)
         settings = FrameSettings(
             stamp_ns=pose.stamp_ns,
             scene=self.scene.id,
@@ -190,13 +210,25 @@ class Rendering:
             camera=self._settings["camera"],
             render=self._render_config,
             streams=self._settings["streams"],
+            scan=self._scan_config,
+            sent=self._sent,
         )
-        began = time.perf_counter()
         self._output.publish_frame(frame, pose, settings_to_json(settings), with_clock=not self._inbox.wall_clock)
         self.rate.publishing_s = time.perf_counter() - began
         self.throughput.take(time.monotonic(), frame.samples * settings.camera.width * settings.camera.height, frame.rays)
         if not self._on_path:
             self._output.tell()
+
+    def go(self, pose: CameraPose) -> None:
+        """Take where the rig is."""
+        if self._scans is not None and self._scan_config.enabled:
+            self._scans.go(pose)
+
+    def _publish_scans(self, stamp_ns: int) -> None:
+        """Publish the scans that begin up to a frame's stamp, and remember the stamps of the last ones."""
+        if self._scans is not None:
+            for poses, scan in self._scans.due(stamp_ns, self._output.wants_scans):
+                self._sent = self._sent | self._output.publish_scan(poses, scan)
 
     def rendered(self, frame: Frame, seconds: float, period_s: float) -> None:
         """Take how long a frame took, in real time."""

@@ -44,6 +44,9 @@ class Host(Protocol):
     def is_turn(self) -> bool:
         """Return whether the room's frames may be published now."""
 
+    def go(self, pose: CameraPose) -> None:
+        """Hear where the rig is at the next frame of the path, or of the drive; in the order of time."""
+
     def publish(self, frame: Frame, pose: CameraPose, index: int, exposure: Exposure) -> None:
         """Publish a frame; may wait."""
 
@@ -119,6 +122,7 @@ class RoomLoop:
                 continue
             spacing_s = (pose.stamp_ns - path[index - 1].stamp_ns) / NANOSECONDS if index else 0.0
             shown = self._requests.driven_pose(pose, spacing_s) if self._pace().realtime else pose
+            self._host.go(shown)
             frame = self._render(shown, spacing_s)
             if self._pace().realtime:
                 self._sleep_until(began + (pose.stamp_ns - start_ns) / NANOSECONDS)
@@ -152,7 +156,9 @@ class RoomLoop:
                 continue
             due = max(due + spacing_ns / NANOSECONDS, time.perf_counter())
             pose = replace(path[-1], stamp_ns=self._last_ns + spacing_ns)
-            frame = self._render(self._requests.driven_pose(pose, spacing_ns / NANOSECONDS), spacing_ns / NANOSECONDS)
+            shown = self._requests.driven_pose(pose, spacing_ns / NANOSECONDS)
+            self._host.go(shown)
+            frame = self._render(shown, spacing_ns / NANOSECONDS)
             self._sleep_until(due)
             if not self._host.interrupted():
                 self._publish(*frame)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 
 from geometry_msgs.msg import PoseStamped
 from rclpy.duration import Duration
@@ -12,18 +12,23 @@ from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from rclpy.qos_overriding_options import QoSOverridingOptions
 from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import CameraInfo, CompressedImage, Image
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 from std_msgs.msg import String
 
 from renderer.camera.config import CameraConfig
 from renderer.film.frame import Frame
 from renderer.film.layers import LAYERS
+from renderer.lidar.config import ScanConfig
+from renderer.lidar.scanner import Scan
 from scene_description import CameraPose, SceneDescription
 from scene_synth_ros.messages.camera_frames import camera_frames
 from scene_synth_ros.messages.conversions import clock_to_msg, link_from_optical_to_msg, msg_to_image, world_from_link_to_msg
+from scene_synth_ros.messages.detections import ANNOTATION_MESSAGES, ANNOTATIONS
 from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig, has_companion
+from scene_synth_ros.messages.frame_settings import NO_SCAN
 from scene_synth_ros.messages.image_codec import IMAGE_TYPE, LiveCompression, compress_image, compressed_topic, image_form
 from scene_synth_ros.messages.label_info import LabelInfo
+from scene_synth_ros.messages.scan_messages import LASER_POSE, SCAN, SCAN_IDEAL, SCAN_TOPICS, laser_frame, laser_pose_to_msgs, scan_to_msgs
 from scene_synth_ros.suite.connections import identity_of, publishers_of
 from scene_synth_ros.suite.qos import PROFILES, latched_qos, stream_qos
 from scene_synth_ros.suite.status import NodeStatus
@@ -41,21 +46,28 @@ class StreamPublishers:
 
     Topics below ``<camera>/``: ``<layer>/image_raw`` and ``<layer>/camera_info`` for every enabled layer, ``<layer>/image_color`` where
     viewers cannot show the raw form, ``<layer>/labels`` of those that hold ids (JSON, latched) and, where vision_msgs is installed,
-    ``<layer>/label_info`` (LabelInfo, latched), ``pose``; ``~/settings`` (JSON, latched: what the frame was rendered with); ``/clock``,
+    ``<layer>/label_info`` (LabelInfo, latched); where they are asked for, ``annotations`` (JSON) and, with vision_msgs, ``detections_2d``
+    and ``detections_3d``; ``pose``; ``~/settings`` (JSON, latched: what the frame was rendered with); ``/clock``,
     ``/tf``, ``/tf_static``.  ``image_raw/compressed`` of colour and ids and ``image_raw/compressedDepth`` of depth are made only while
-    somebody subscribes to them.
+    somebody subscribes to them.  ``<camera>/points`` where they are enabled; ``scan``, ``scan_ideal`` and ``laser/pose`` of a scanner.
 
     Args:
         node: whose publishers they are.
         config: which streams.
         camera: for the camera info.
         compression: called for the settings of compressed images, which may change.
+        scan: the scanner.
     """
 
     def __init__(
-        self, node: Node, config: StreamConfig, camera: CameraConfig, compression: Callable[[], LiveCompression] = LiveCompression
+        self,
+        node: Node,
+        config: StreamConfig,
+        camera: CameraConfig,
+        compression: Callable[[], LiveCompression] = LiveCompression,
+        scan: ScanConfig = NO_SCAN,
     ) -> None:
-        self._config = config
+        self._config, self._scan = config, scan
         self._compression = compression
         self._node = node
         self.messages = FrameMessages(config, camera)
@@ -71,6 +83,12 @@ class StreamPublishers:
         self._add(String, SETTINGS, latched_qos(self._qos.depth))
         for layer in self.messages.layers:
             self._add_stream(layer)
+        told = ANNOTATION_MESSAGES if config.annotations else {}
+        self._annotations = [self._add(row.message_type, f"{config.camera}/{name}", self._qos) for name, row in told.items()]
+        if config.points:
+            self._add(PointCloud2, self.messages.points, self._qos)
+        for topic, message_type in SCAN_TOPICS.items() if scan.enabled else ():
+            self._add(message_type, topic, self._qos)
         self._tf = self._tf_static = ""
         self._static_sent = False
         if TFMessage is not None and config.publish_tf:
@@ -90,9 +108,12 @@ class StreamPublishers:
     def wanted_layers(self) -> set[str]:
         """Return the layers that must be rendered now: all enabled ones, or those whose images have a subscriber if lazy.
 
-        Camera info and labels need no pixels: they come with every frame to whoever subscribes to them alone.
+        ``ANNOTATIONS`` stands among them for what is told of objects.  Camera info and labels need no pixels: they come with every frame to
+        whoever subscribes to them alone.
         """
-        return {layer for layer in self._images if not self._config.lazy or self.subscribers(layer)}
+        annotated = {ANNOTATIONS} if any(map(self._is_wanted, self._annotations)) else set()
+        wanted = annotated | {layer for layer in self._images if not self._config.lazy or self.subscribers(layer)}
+        return wanted.union(self.messages.cloud_layers) if self._config.points and self._is_wanted(self.messages.points) else wanted
 
     def subscribers(self, layer: str) -> int:
         """Return how many subscriptions a layer's images have: raw, compressed and coloured."""
@@ -141,6 +162,25 @@ class StreamPublishers:
                 self._send_image(topic, message)
             else:
                 self._send(topic, message)
+
+    def wants_scans(self) -> bool:
+        """Return whether scans must be cast: somebody subscribes to them, or all is published anyway."""
+        return self._is_wanted(SCAN) or self._is_wanted(SCAN_IDEAL)
+
+    def publish_scan(self, poses: Sequence[CameraPose], scan: Scan | None) -> dict[str, int]:
+        """Publish a scan, if there is one, and where the scanner is meanwhile; return what went out: topic -> stamp (ns)."""
+        laser, sent = laser_frame(self._config.frame_prefix), {}
+        for pose in poses:
+            stamped, transform = laser_pose_to_msgs(pose, self._config.world_frame, laser)
+            self._send(LASER_POSE, stamped)
+            sent[LASER_POSE] = pose.stamp_ns
+            if self._tf:
+                self._send(self._tf, TFMessage(transforms=[transform]))
+        for topic, message in scan_to_msgs(scan, self._scan, laser) if scan is not None else ():
+            if self._is_wanted(topic):
+                self._send(topic, message)
+                sent[topic] = scan.stamp_ns if scan is not None else 0
+        return sent
 
     def wait_until_delivered(self, seconds: float) -> None:
         """Wait, for so long at most, until reliable subscribers have what was published."""

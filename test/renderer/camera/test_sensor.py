@@ -97,22 +97,26 @@ def test_an_even_room_through_lens_and_sensor_is_darker_in_the_corners_and_layer
     pictures = []
     for sensor in (SensorConfig(), SensorConfig(vignetting=1.0, full_well_e=1e5, bits=12)):
         with Renderer(room, camera, config, 5, sensor=sensor) as renderer:
-            pictures.append(renderer.render(pose((0, 0, 1), (1, 0.2, 1)), 0, ("color", "depth")))
+            pictures.append(renderer.render(pose((0, 0, 1), (1, 0.2, 1)), 0, ("color", "color_sensed", "depth")))
     ideal, real = pictures
-    assert np.array_equal(ideal.layers["depth"], real.layers["depth"]) and np.array_equal(ideal.radiance, real.radiance)
-    color = real.layers["color"].astype(int)
+    assert all(np.array_equal(ideal.layers[name], real.layers[name]) for name in ("color", "depth"))
+    assert np.array_equal(ideal.radiance, real.radiance)
+    assert np.array_equal(ideal.layers["color"], ideal.layers["color_sensed"])
+    color = real.layers["color_sensed"].astype(int)
     assert abs(color[22:26, 30:34].mean() - ideal.layers["color"].mean()) < 2 and color[:3, :3].mean() < color[22:26, 30:34].mean() - 15
 
 
 def test_bytes_do_not_depend_on_threads():
-    camera, noisy = CameraConfig(width=48, height=32), SensorConfig(full_well_e=2000.0, read_noise_e=4.0, bits=10, black_level=0.05)
+    camera = CameraConfig(width=48, height=32)
+    noisy = SensorConfig(full_well_e=2000.0, read_noise_e=4.0, bits=10, black_level=0.05, bayer="rggb", red_shift_px=1.0, jpeg_quality=80)
     shown = []
     for threads in (1, 3):
         with Renderer(
             furnished_room(), camera, RenderConfig(samples_per_pixel=2, max_depth=3, threads=threads), 5, sensor=noisy
         ) as renderer:
-            shown.append(renderer.render(VIEW, 4, ("color",)).layers["color"])
-    assert np.array_equal(*shown)
+            shown.append(renderer.render(VIEW, 4, ("color", "color_sensed")).layers)
+    assert np.array_equal(shown[0]["color_sensed"], shown[1]["color_sensed"])
+    assert not np.array_equal(shown[0]["color_sensed"], shown[0]["color"])
 
 
 def test_speed_aperture_and_time_make_an_exposure_value():

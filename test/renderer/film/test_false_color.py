@@ -3,7 +3,15 @@
 import numpy as np
 from sample_scene import sample_scene
 
-from renderer.film.false_color import classes_to_color, depth_to_color, exposed_to_color, noise_to_grey, normals_to_color, objects_to_color
+from renderer.film.false_color import (
+    classes_to_color,
+    depth_to_color,
+    exposed_to_color,
+    noise_to_grey,
+    normals_to_color,
+    objects_to_color,
+    share_to_grey,
+)
 from scene_description.labels import instance_labels, instance_palette
 
 
@@ -40,3 +48,7 @@ def test_depth_for_people_runs_from_near_to_far_and_is_black_without_a_hit() -> 
     assert color[0, 0].tolist() == [48, 18, 59]
     assert color[0, 1].tolist() == color[0, 2].tolist() == [122, 5, 3]
     assert color[0, 3].tolist() == color[0, 4].tolist() == [0, 0, 0]
+
+
+def test_shares_run_from_black_to_white_and_what_is_none_is_blue() -> None:
+    assert share_to_grey(np.array([[0.0, 0.5, 1.0, np.nan]], np.float32)).tolist() == [[[0] * 3, [128] * 3, [255] * 3, [40, 60, 140]]]

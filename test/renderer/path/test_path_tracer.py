@@ -148,7 +148,7 @@ def test_the_last_tile_of_an_8k_image_is_that_of_a_small_one():
     """Indices reach the last pixel of 33 million; the film's untouched pages cost no memory."""
     camera, view = CameraConfig(width=7680, height=4320, horizontal_fov_rad=1.0), pose((0.5, 0.5, 1.0), (1.5, 1.4, 0.9))
     room = box((0, 0, 0), (2, 2, 2), inside=True, emission=(3, 2, 1), color=(0, 0, 0))
-    film = Film(np.zeros((4320, 7680, 3), np.float32), *(np.zeros((0, 0, size), np.float32) for size in (3, 6, 3)))
+    film = Film(np.zeros((4320, 7680, 3), np.float32), *(np.zeros((0, 0, size), np.float32) for size in (3, 6, 3, 3, 2)))
     tiles = (7680 // WAVE_EDGE) * (4320 // WAVE_EDGE)
     with Renderer(scene(room), camera, RenderConfig(threads=1), 11) as renderer:
         posed = pose_camera(camera, view)
@@ -166,7 +166,7 @@ def test_aovs_look_into_mirrors():
     wall = quad((-2, 3, -2), (4, 0, 0), (0, 0, 4), color=(0.2, 0.5, 0.8), ior=1.0)
     mirror = quad((-2, -1, -2), (0, 0, 4), (4, 0, 0), color=(0.5, 0.5, 0.5), metallic=1.0, roughness=0.02)
     camera, view = CameraConfig(width=16, height=16, horizontal_fov_rad=0.2), pose((0.0, 1.0, 0.0), (0.0, -1.0, 0.0))
-    film = Film(*(np.zeros((16, 16, size), np.float32) for size in (3, 3, 6)), np.zeros((0, 0, 3), np.float32))
+    film = Film(*(np.zeros((16, 16, size), np.float32) for size in (3, 3, 6)), *(np.zeros((0, 0, size), np.float32) for size in (3, 3, 2)))
     with Renderer(
         scene(wall, mirror, quad((0, 1.5, 5), (1, 0, 0), (0, 1, 0), emission=(9, 9, 9))), camera, RenderConfig(threads=1), 1
     ) as renderer:

@@ -51,6 +51,16 @@ def test_a_sound_bag_has_no_faults(tmp_path):
     assert row[:5] == [COLOR, "sensor_msgs/msg/Image", "8", "10", "0"]
 
 
+def test_annotations_come_with_every_frame_of_their_camera(tmp_path):
+    name = "/synth/camera/annotations"
+    told = [(name, START_NS + i * PERIOD_NS, text({"stamp_ns": START_NS + i * PERIOD_NS})) for i in range(3)]
+    topics = {**TOPICS, name: ("std_msgs/msg/String", TOPICS[COLOR][1])}
+    whole = [scene(0, 3), *(message for i in range(3) for message in (*frames(i), told[i]))]
+    assert report_on(tmp_path / "whole", whole, topics).faults == ()
+    (fault,) = report_on(tmp_path / "lacking", whole[:-1], topics).faults
+    assert fault.startswith(f"{name}: ")
+
+
 def test_a_gap_within_a_room_is_a_fault_between_rooms_it_is_not(tmp_path):
     inside = report_on(tmp_path / "a", [scene(0, 3), *frames(0, 1, 2, 4, 5)])
     assert next(fault for fault in inside.faults if "gaps" in fault) == f"{COLOR}: 1 gaps of more than 1.5 periods"

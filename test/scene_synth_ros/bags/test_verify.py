@@ -10,6 +10,7 @@ import pytest
 import yaml
 from PIL import Image as Picture
 from rclpy.serialization import deserialize_message, serialize_message
+from rosbags.highlevel import AnyReader
 from sample_scene import sample_scene
 from scene_synth_ros_suite import command, environment, run_suite
 from sensor_msgs.msg import CompressedImage, Image
@@ -20,6 +21,7 @@ from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from renderer.scene.semantic_classes import with_classes
 from scene_description import SceneSynthError, scene_to_json
+from scene_description.annotations import annotations_from_json
 from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_verify import verify_bag
@@ -39,6 +41,7 @@ def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
     words = ["--rooms", ROOMS, "--frames", FRAMES, "--seed", 5]
     for override in ("recorder_node.images.ids:=png", "recorder_node.split.rooms:=1", "recorder_node.compression:=lz4"):
         words += ["-p", override]
+    words += ["-p", "renderer_node.streams.annotations:=true", "-p", "renderer_node.streams.annotation_masks:=true"]
     words += ["-p", "renderer_node.render.auto_exposure:=true"]
     process = run_suite(folder, *words, timeout_s=900)
     assert process.returncode == 0, process.stderr + process.stdout
@@ -68,9 +71,34 @@ def test_every_message_of_every_frame_is_the_same_again(bag: Path) -> None:
     report = verify_bag(bag)
     assert report.good, report
     assert report.frames == ROOMS * FRAMES
-    # pose; five layers of image and camera info; two label tables, each twice; three pictures for people
-    assert report.compared == ROOMS * FRAMES * (1 + 5 * 2 + 2 * 2 + 3)
+    # pose; five layers of image and camera info; two label tables, each twice; three pictures for people; annotations, 2D, 3D
+    assert report.compared == ROOMS * FRAMES * (1 + 5 * 2 + 2 * 2 + 3 + 3)
     assert report.manifests == ROOMS
+
+
+def test_every_frame_tells_of_the_objects_in_its_instance_image(bag: Path) -> None:
+    import io
+
+    from PIL import Image as Picture
+
+    names = ("instance/image_raw/compressed", "annotations", "detections_2d", "detections_3d")
+    with AnyReader([bag]) as reader:
+        read = {name: [] for name in names}
+        for connection, log_ns, data in reader.messages():
+            name = connection.topic.removeprefix("/synth/camera/")
+            if name in read:
+                read[name].append((log_ns, reader.deserialize(data, connection.msgtype)))
+    assert [len(messages) for messages in read.values()] == [ROOMS * FRAMES] * 4
+    for (log_ns, image), (_, text), (_, flat), (_, solid) in zip(*read.values(), strict=True):
+        told = annotations_from_json(text.data)
+        pixels = np.asarray(Picture.open(io.BytesIO(bytes(image.data))))
+        assert [item.id for item in told.objects] == [key for key in np.unique(pixels) if key]
+        assert all(item.visible_pixels == (pixels == item.id).sum() and item.mask is not None for item in told.objects)
+        assert told.stamp_ns == log_ns
+        for detections in (flat, solid):
+            assert detections.header == image.header and detections.header.frame_id == "camera_optical_frame"
+            assert [int(found.id) for found in detections.detections] == [item.id for item in told.objects]
+            assert [int(found.results[0].hypothesis.class_id) for found in detections.detections] == [item.label for item in told.objects]
 
 
 def test_a_changed_pixel_is_found_and_named(bag: Path, tmp_path: Path) -> None:

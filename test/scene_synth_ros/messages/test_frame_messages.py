@@ -11,6 +11,7 @@ from sensor_msgs.msg import Image
 from renderer import LAYERS, CameraConfig, DepthSensorConfig, Frame, RenderConfig
 from renderer.film.layers import ROWS
 from scene_description import CameraPose
+from scene_description.annotations import FrameAnnotations, annotations_from_json
 from scene_description.strict import field_types, split_annotation
 from scene_synth_ros.messages.conversions import layer_encoding
 from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig, enabled_layers, has_companion
@@ -40,7 +41,9 @@ def test_a_parameter_for_each_layer_stands_between_the_names_and_the_rest() -> N
 
 ENCODINGS = {
     "color": "rgb8", "depth": "32FC1", "range": "32FC1", "normals": "32FC3", "semantic": "mono8", "instance": "16UC1",
-    "depth_sensed": "32FC1", "color_noisy": "rgb8", "albedo": "32FC3", "radiance": "32FC3", "variance": "32FC3", "samples": "16UC1",
+    "depth_sensed": "32FC1",
+    "color_noisy": "rgb8", "color_sensed": "rgb8", "albedo": "32FC3", "radiance": "32FC3", "variance": "32FC3", "samples": "16UC1",
+    "direct": "32FC3", "indirect": "32FC3", "shadow": "32FC1",
 }  # fmt: skip
 
 
@@ -54,7 +57,7 @@ def test_encodings_come_from_dtype_and_channels() -> None:
 
 def test_ids_and_what_viewers_cannot_show_have_a_picture_beside_them() -> None:
     pictured = {name for name in ENCODINGS if has_companion(LAYERS[name])}
-    assert pictured == {"normals", "semantic", "instance", "albedo", "radiance", "variance"}
+    assert pictured == {"normals", "semantic", "instance", "albedo", "radiance", "variance", "direct", "indirect"}
     made = messages(StreamConfig(**dict.fromkeys(LAYERS, True)))
     pictures = {topic.split("/")[1]: message for topic, message in made.items() if topic.endswith("/image_color")}
     assert set(pictures) & set(ENCODINGS) == pictured
@@ -90,6 +93,23 @@ def test_what_needs_no_pixels_comes_without_them_where_it_is_wanted() -> None:
 def test_messages_are_images_of_the_frame() -> None:
     image = messages(StreamConfig())["camera/instance/image_raw"]
     assert isinstance(image, Image) and np.frombuffer(image.data, np.uint16).tolist() == [1] * 54
+
+
+def test_annotations_come_where_a_frame_has_them_and_they_are_wanted() -> None:
+    told = FrameAnnotations(stamp_ns=7, scene="a", width=9, height=6, objects=(), relations=())
+    topics = {"camera/annotations", "camera/detections_2d", "camera/detections_3d"}
+    made = messages(StreamConfig(), FRAME._replace(annotations=told))
+    assert set(made) - set(messages(StreamConfig())) == topics and annotations_from_json(made["camera/annotations"].data) == told
+    assert made["camera/detections_2d"].header == made["camera/detections_3d"].header == made["camera/color/image_raw"].header
+    for topic in topics:
+        assert topics & set(messages(StreamConfig(), FRAME._replace(annotations=told), wanted=topic.__eq__)) == {topic}
+
+
+def test_settings_say_that_there_are_annotations_only_where_there_are() -> None:
+    for streams in (StreamConfig(), StreamConfig(annotations=True, annotation_masks=True)):
+        settings = FrameSettings(stamp_ns=1, scene="a", frame=0, exposure_ev100=1.0, camera=CAMERA, render=RenderConfig(), streams=streams)
+        text = settings_to_json(settings)
+        assert text.count("annotation") == 2 * streams.annotations and settings_from_json(text) == settings
 
 
 def test_a_prefix_stands_before_the_frames_and_an_empty_one_leaves_no_trace() -> None:

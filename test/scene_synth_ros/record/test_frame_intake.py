@@ -28,3 +28,20 @@ def test_at_the_end_of_a_run_too_short_to_know_a_sender_its_messages_are_logged_
     intake.set_origin("/synth/a", Origin.UNKNOWN)
     assert [(message.topic, message.log_ns) for message in released] == [("/synth/a", 5 * NANOSECONDS), ("/synth/b", 5 * NANOSECONDS)]
     assert [(message.topic, message.log_ns) for message in intake.flush_complete()] == [("/synth/stranger", 5 * NANOSECONDS)]
+
+
+def test_scans_follow_frames_and_are_taken_once_but_lead_where_there_are_no_frames() -> None:
+    intake = FrameIntake(lambda line: None)
+    intake.add_topic("/synth/scan", POINT, False, Origin.SUITE)
+    intake.add_topic("/synth/a", POINT, False, Origin.SUITE)
+    intake.add("/synth/scan", point(1))
+    assert [(message.topic, message.stamp_ns) for message in intake.flush()] == [("/synth/scan", NANOSECONDS)]
+    intake.expect({"/synth/a"}, {})
+    assert len(intake.add("/synth/a", point(2)) or []) == 1
+    assert intake.add("/synth/scan", point(3)) == []
+    assert intake.add("/synth/scan", point(3)) is None
+    intake.wait_for(4 * NANOSECONDS, {"/synth/scan": 3 * NANOSECONDS, "/synth/not_recorded": 9})
+    assert intake.add("/synth/a", point(4)) == []
+    assert intake.held
+    released = intake.reach("/synth/scan", point(3))
+    assert [(message.topic, message.log_ns) for message in released] == [("/synth/scan", 3 * NANOSECONDS), ("/synth/a", 4 * NANOSECONDS)]

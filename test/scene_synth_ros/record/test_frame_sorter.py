@@ -156,3 +156,40 @@ def test_a_clock_that_is_restarted_takes_earlier_stamps():
     sorter.restart_clock()
     assert names(sorter.add("/color", 5, b"")) == [("/color", 5)]
     assert sorter.late == 0
+
+
+def test_messages_between_frames_leave_with_the_next_frame_in_the_order_of_stamps():
+    sorter = FrameSorter({"/color"})
+    sorter.follow("/scan", True)
+    assert sorter.add("/scan", 5, b"") == sorter.add("/scan", 15, b"") == []
+    assert names(sorter.add("/color", 10, b"")) == [("/scan", 5), ("/color", 10)]
+    assert names(sorter.add("/color", 20, b"")) == [("/scan", 15), ("/color", 20)]
+
+
+def test_a_frame_waits_until_another_topic_has_come_up_to_a_stamp():
+    sorter = FrameSorter({"/color"})
+    sorter.follow("/scan", True)
+    sorter.wait_for(10, "/scan", 7)
+    assert sorter.add("/color", 10, b"") == []
+    assert sorter.held == "10 {'/scan': 7}"
+    assert sorter.add("/scan", 3, b"") == sorter.reach("/scan", 3) == []
+    assert sorter.add("/scan", 7, b"") == []
+    assert names(sorter.reach("/scan", 7)) == [("/scan", 3), ("/scan", 7), ("/color", 10)]
+    assert sorter.held == ""
+    sorter.wait_for(20, "/scan", 7)  # it has come already
+    sorter.wait_for(5, "/scan", 9)  # for a frame that has left
+    assert names(sorter.add("/color", 20, b"")) == [("/color", 20)]
+    sorter.wait_for(30, "/scan", 25)
+    sorter.add("/color", 30, b"")
+    assert names(sorter.flush()) == [("/color", 30)]
+
+
+def test_a_message_aside_is_not_the_one_that_a_frame_misses():
+    sorter = FrameSorter({"/color", "/tf"})
+    assert sorter.add("/tf", 8, b"a", aside=True) == sorter.add("/tf", 10, b"b", aside=True) == []
+    assert sorter.add("/color", 10, b"") == []
+    left = sorter.add("/tf", 10, b"c")
+    assert [(message.topic, message.log_ns, message.data) for message in left] == [
+        ("/tf", 8, b"a"), ("/tf", 10, b"c"), ("/tf", 10, b"b"), ("/color", 10, b""),
+    ]  # fmt: skip
+    assert sorter.waiting_bytes == 0

@@ -24,11 +24,21 @@ class Counting:
 
 def test_nothing_is_made_until_a_layer_is_wanted_and_then_once() -> None:
     counting = Counting()
-    room = RoomRenderer(counting.make)
+    room = RoomRenderer(counting.make, counting.make)
     assert room.render(POSE, 0, ()) == Frame({}, None) and counting.made == 0
     for index in (1, 2):
         assert room.render(POSE, index, ("depth",), path=()).samples == 7
     assert counting.made == 1 and counting.asked == [(1, ("depth",), {"path": ()}), (2, ("depth",), {"path": ()})]
+
+
+def test_an_annotator_is_made_when_annotations_are_wanted_and_then_once() -> None:
+    counting, annotators = Counting(), Counting()
+    room = RoomRenderer(counting.make, annotators.make)
+    room.render(POSE, 0, ("depth",))
+    assert annotators.made == 0
+    for index in (1, 2):
+        room.render(POSE, index, ("annotations", "depth"))
+    assert annotators.made == 1 and counting.asked[1:] == [(index, ("depth",), {"annotator": annotators}) for index in (1, 2)]
 
 
 def test_a_room_that_cannot_be_made_says_so_when_it_is_prepared() -> None:
@@ -36,4 +46,4 @@ def test_a_room_that_cannot_be_made_says_so_when_it_is_prepared() -> None:
         raise SceneSynthError("no such model")
 
     with pytest.raises(SceneSynthError, match="no such model"):
-        RoomRenderer(make).prepare()
+        RoomRenderer(make, make).prepare()

@@ -1,0 +1,131 @@
+"""What comes back of laser beams: rays through Embree, on behind glass and off mirrors, and the strongest echo of each.
+
+The light that returns from distance d of a surface under the angle a is proportional to r / d^2 (the laser range equation for targets
+wider than the beam; W. Wagner et al., "Gaussian decomposition and calibration of a novel small-footprint full-waveform digitising
+airborne laser scanner", ISPRS J. 60, 2006), where the *remission* r = (m + pi f) cos a is 1 for a white matt surface head-on: m is the
+matt reflectance, f what a rough mirror sends straight back, F D(a) / (4 cos^2 a) with Beckmann's distribution, whose lobe ends (B. Walter
+et al., "Microfacet Models for Refraction through Rough Surfaces", 2007; facets hardly hide each other where the lobe is).  So a window
+is seen head-on only.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.core import embree as ray
+from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16
+from renderer.core.kernel import entry, kernel
+from renderer.lidar.surfaces import ALPHA, GLOSS, MATT, MIRRORED, THROUGH, LaserSurfaces
+
+MOST_SURFACES = 6
+"""Surfaces that a beam is followed to; a drinking glass has four."""
+WEAKEST = np.float32(0.01)
+"""Share of the light, there and back, below which a beam is not followed."""
+
+_ZERO, _ONE, _TWO, _FOUR, _TINY = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(4.0), np.float32(1e-6)
+_PI, _INFINITE, _AWAY_M = np.float32(np.pi), np.float32(np.inf), np.float32(1e-4)
+
+
+@entry
+def trace_echoes(
+    scene: SceneHandle,
+    surfaces: LaserSurfaces,
+    origins: NDArray[np.float32],
+    directions: NDArray[np.float32],
+    packet: Packet,
+    lanes: NDArray[np.float32],
+    first: NDArray[np.float32],
+    length: NDArray[np.float32],
+    remission: NDArray[np.float32],
+) -> None:
+    """Trace rays.
+
+    Args:
+        scene: of triangles.
+        surfaces: what they do to a beam.
+        origins: (n, 3), world, metres.
+        directions: (n, 3), unit.
+        packet: scratch memory.
+        lanes: (32,) scratch memory.
+        first: (n,) is filled with the distance to the first surface, infinite where there is none.
+        length: (n,) is filled with the way to the surface of the strongest echo, infinite where nothing comes back.
+        remission: (n,) is filled with its remission, less what was lost on the way.
+    """
+    real, integer, alive = packet.real, packet.integer, packet.alive
+    for start in range(0, len(origins), LANES):
+        for k in range(LANES):
+            i = min(start + k, len(origins) - 1)
+            for axis in range(3):
+                real[ray.ORG_X + LANES * axis + k] = origins[i, axis]
+                real[ray.DIR_X + LANES * axis + k] = directions[i, axis]
+            real[ray.TNEAR + k] = _ZERO
+            alive[k] = -1 if start + k < len(origins) else 0
+            lanes[k], lanes[LANES + k] = _ONE, _ZERO
+            first[i], length[i], remission[i] = _INFINITE, _INFINITE, _ZERO
+        for count in range(MOST_SURFACES):
+            left = 0
+            for k in range(LANES):
+                real[ray.TFAR + k] = _INFINITE
+                integer[ray.GEOM_ID + k] = INVALID_ID
+                left += alive[k]
+            if left == 0:
+                break
+            intersect16(alive.ctypes.data, scene.address, real.ctypes.data, scene.incoherent)
+            for k in range(LANES):
+                i = start + k
+                if alive[k] == 0:
+                    continue
+                if integer[ray.GEOM_ID + k] == INVALID_ID:
+                    alive[k] = 0
+                    continue
+                way = lanes[LANES + k] + real[ray.TFAR + k]
+                if count == 0:
+                    first[i] = way
+                part = surfaces.parts[surfaces.face_part[integer[ray.PRIM_ID + k]]]
+                cosine = _cosine(real, k)
+                back = lanes[k] * _remission(part, abs(cosine))
+                if back * length[i] * length[i] > remission[i] * way * way or (np.isinf(length[i]) and back > _ZERO):
+                    length[i], remission[i] = way, back
+                lanes[LANES + k] = way
+                _go_on(part, cosine, packet, lanes, k)
+
+
+@kernel
+def _cosine(real: NDArray[np.float32], k: int) -> np.float32:
+    """Return the cosine between a ray and the normal of what it hits, negative where it comes against the normal."""
+    nx, ny, nz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
+    along = nx * real[ray.DIR_X + k] + ny * real[ray.DIR_Y + k] + nz * real[ray.DIR_Z + k]
+    cosine: np.float32 = along / max(np.sqrt(nx * nx + ny * ny + nz * nz), _TINY)
+    return cosine
+
+
+@kernel
+def _remission(part: NDArray[np.float32], cosine: np.float32) -> np.float32:
+    """Return what comes straight back, as a share of what a white matt surface sends back head-on."""
+    square, alpha_square = max(cosine * cosine, _TINY), part[ALPHA] * part[ALPHA]
+    lobe = np.exp(-(_ONE - square) / (square * alpha_square)) / (_PI * alpha_square * square * square)
+    remission: np.float32 = part[MATT] * cosine + _PI * part[GLOSS] * lobe / (_FOUR * max(cosine, _TINY))
+    return remission
+
+
+@kernel
+def _go_on(part: NDArray[np.float32], cosine: np.float32, packet: Packet, lanes: NDArray[np.float32], k: int) -> None:
+    """Send a ray on behind the surface or off it, whichever takes more of the light there and back; switch it off if that is too weak."""
+    real = packet.real
+    grazing = _ONE - min(abs(cosine), _ONE)
+    power = grazing * grazing * grazing * grazing * grazing
+    fresnel = part[MIRRORED] + (_ONE - part[MIRRORED]) * power if part[MIRRORED] > _ZERO else _ZERO
+    through = part[THROUGH] * (_ONE - fresnel)
+    share = max(through, fresnel)
+    lanes[k] *= share * share
+    if lanes[k] < WEAKEST:
+        packet.alive[k] = 0
+        return
+    distance = real[ray.TFAR + k]
+    nx, ny, nz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
+    turn = _ZERO if through >= fresnel else _TWO * cosine / max(np.sqrt(nx * nx + ny * ny + nz * nz), _TINY)
+    for axis in range(3):
+        real[ray.ORG_X + LANES * axis + k] += distance * real[ray.DIR_X + LANES * axis + k]
+        real[ray.DIR_X + LANES * axis + k] -= turn * real[ray.NG_X + LANES * axis + k]
+    real[ray.TNEAR + k] = _AWAY_M

@@ -1,0 +1,147 @@
+"""The laser scanner of one room: its scans, each ray cast at its own time along the camera's path."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.core.embree import LANES, SceneHandle, make_packet
+from renderer.core.random_numbers import make_frame_key
+from renderer.lidar.config import ScanConfig
+from renderer.lidar.echoes import trace_echoes
+from renderer.lidar.mount import Floats, Placement, along_path, mounted_scanner
+from renderer.lidar.reading import limit_ranges, read_beams
+from renderer.lidar.surfaces import laser_surfaces
+from renderer.scene.flat_scene import FlatScene
+from scene_description.poses import quaternion_from_rotation
+from scene_description.types import CameraPose
+
+_SECOND_NS = 1_000_000_000
+_SCANNER = 0x5CA77E12
+"""Tells the scanner's random numbers from those of cameras."""
+_AROUND = 7
+
+
+class Scan(NamedTuple):
+    """One sweep.
+
+    number: from 0 in the room; stamp_ns: of the first beam; poses: of the scanner's frame (x forward, y left, z up) in the world, see
+    :func:`scanner_poses`; ranges: (n,) float32, metres, +inf and -inf as REP 117 has them, what the scanner reads; ideal: (n,) float32, the
+    distance to the first surface, glass and mirrors too; intensities: (n,) float32, remission, 1 for a white matt surface head-on, 0 for
+    nothing.
+    """
+
+    number: int
+    stamp_ns: int
+    poses: tuple[CameraPose, ...]
+    ranges: NDArray[np.float32]
+    ideal: NDArray[np.float32]
+    intensities: NDArray[np.float32]
+
+
+def scan_stamp_ns(config: ScanConfig, start_ns: int, index: int) -> int:
+    """Return when the first beam of a scan leaves, in a room that starts at ``start_ns``."""
+    return start_ns + round(index * _SECOND_NS / config.rate_hz)
+
+
+def scans_of_path(config: ScanConfig, path: Sequence[CameraPose]) -> range:
+    """Return the numbers of the scans that lie within a path from first beam to last; the first one in any case."""
+    span_s = (path[-1].stamp_ns - path[0].stamp_ns) / _SECOND_NS - config.sweep_s
+    return range(max(math.floor(span_s * config.rate_hz + 1e-6) + 1, 1))
+
+
+def scanner_poses(config: ScanConfig, path: Sequence[CameraPose], stamp_ns: int) -> tuple[CameraPose, ...]:
+    """Return where the scanner is when the first and the last beam of a scan leave, and at the poses of the path between them.
+
+    It moves evenly from each to the next.
+    """
+    last_ns = stamp_ns + round(config.sweep_s * _SECOND_NS)
+    stamps = [stamp_ns, *(pose.stamp_ns for pose in path if stamp_ns < pose.stamp_ns < last_ns), last_ns]
+    placement = mounted_scanner(config, along_path(path, stamp_ns, (np.array(stamps) - stamp_ns) / _SECOND_NS))
+    return tuple(
+        CameraPose(stamp_ns=stamp, position_m=_triple(place), orientation=quaternion_from_rotation(turn))
+        for stamp, place, turn in zip(stamps, *placement, strict=True)
+    )
+
+
+class Scanner:
+    """Scans one room; byte for byte the same for the same scene, configuration and scan number.
+
+    Threading: one scan at a time.
+
+    Args:
+        scene: of the room's triangles; stays open for as long as the scanner is used.
+        flat: whose triangles they are.
+        config: the scanner.
+        scene_key: seeds the noise.
+    """
+
+    def __init__(self, scene: SceneHandle, flat: FlatScene, config: ScanConfig, scene_key: int) -> None:
+        self._scene, self._config, self._scene_key = scene, config, scene_key
+        self._surfaces = laser_surfaces(flat)
+        self._packet, self._lanes = make_packet(), np.zeros(2 * LANES, np.float32)
+        self._directions = beam_directions(config)
+        self._times_s = np.arange(config.beams, dtype=np.float64) * config.time_increment_s
+
+    def scan(self, index: int, stamp_ns: int, path: Sequence[CameraPose]) -> Scan:
+        """Return a scan that begins at ``stamp_ns``.
+
+        Args:
+            index: its number in the room, from which its noise is made.
+            stamp_ns: when its first beam leaves.
+            path: of the camera's rig, in the order of time; beyond its ends it goes on as it began and ended.
+        """
+        config = self._config
+        placed = mounted_scanner(config, along_path(path, stamp_ns, self._times_s))
+        first, length, remission = self._trace(placed)
+        ranges, intensities = (np.empty(config.beams, np.float32) for _ in range(2))
+        key = make_frame_key(self._scene_key, index, (_SCANNER,))
+        noise = (config.noise_m, config.noise_share, config.resolution_m)
+        read_beams(length, remission, config.dark_range_m, *noise, key, ranges, intensities)
+        limits = config.range_min_m, config.range_max_m
+        intensities[~np.isfinite(limit_ranges(ranges, *limits))] = 0.0
+        poses = scanner_poses(config, path, stamp_ns)
+        return Scan(index, stamp_ns, poses, limit_ranges(ranges, *limits), limit_ranges(first[:, 0], *limits), intensities)
+
+    def along(self, path: Sequence[CameraPose]) -> Iterator[Scan]:
+        """Yield the scans of a path."""
+        for index in scans_of_path(self._config, path):
+            yield self.scan(index, scan_stamp_ns(self._config, path[0].stamp_ns, index), path)
+
+    def _trace(self, placed: Placement) -> tuple[NDArray[np.float32], ...]:
+        """Return distance to the first surface, way and remission of the strongest echo, each (beams, rays of a beam)."""
+        shape = self._directions.shape[:2]
+        directions = np.einsum("bij,brj->bri", placed.rotation, self._directions).astype(np.float32)
+        origins = np.repeat(placed.position_m.astype(np.float32), shape[1], axis=0)
+        first, length, remission = (np.empty(shape, np.float32) for _ in range(3))
+        found = (first.reshape(-1), length.reshape(-1), remission.reshape(-1))
+        trace_echoes(self._scene, self._surfaces, origins, directions.reshape(-1, 3), self._packet, self._lanes, *found)
+        return first, length, remission
+
+
+def beam_directions(config: ScanConfig) -> Floats:
+    """Return the unit directions (beams, rays of a beam, 3) of all rays in the scanner's frame.
+
+    The first ray of a beam is its middle; where it diverges, seven more lie on a cone about it whose opening gives all eight together the
+    mean square angle of an evenly filled beam.
+    """
+    angles = config.angle_min_rad + np.arange(config.beams) * config.angle_increment_rad
+    cosine, sine, zero = np.cos(angles), np.sin(angles), np.zeros(config.beams)
+    middle = np.stack([cosine, sine, zero], axis=1)[:, None, :]
+    if config.divergence_rad == 0.0:
+        return middle
+    aside = np.stack([-sine, cosine, zero], axis=1)[:, None, :]
+    around = 2.0 * np.pi * np.arange(_AROUND) / _AROUND
+    opening = np.tan(0.5 * config.divergence_rad * math.sqrt((_AROUND + 1) / (2.0 * _AROUND)))
+    ring = middle + opening * (np.cos(around)[:, None] * aside + np.sin(around)[:, None] * np.array([0.0, 0.0, 1.0]))
+    rays = np.concatenate([middle, ring], axis=1)
+    return np.asarray(rays / np.linalg.norm(rays, axis=2, keepdims=True))
+
+
+def _triple(place: Floats) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in place)
+    return x, y, z

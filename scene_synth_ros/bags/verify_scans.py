@@ -1,0 +1,87 @@
+"""Laser scans of a bag, made again from the settings of its frames."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable
+from typing import NamedTuple
+
+from renderer import Renderer
+from renderer.lidar.config import ScanConfig
+from renderer.lidar.scanner import Scanner, scan_stamp_ns, scans_of_path
+from renderer.scene.scene_key import scene_key
+from scene_description import SceneDescription
+from scene_synth_ros.messages.frame_settings import FrameSettings
+from scene_synth_ros.messages.scan_messages import LASER_POSE, laser_frame, laser_pose_to_msgs, scan_to_msgs
+
+
+class ScanPlace(NamedTuple):
+    """Where a scan stands: its room by the settings of one of its frames, its number there."""
+
+    settings: FrameSettings
+    number: int
+
+
+class ScansAgain:
+    """Makes the messages of scans again.
+
+    Rooms whose camera was driven, or asked for frames off its path, are left out: where the rig has gone is not in the bag.
+
+    Args:
+        scene_of: returns the description of the room of some settings.
+        renderer_of: returns the renderer of a room, by settings and description.
+    """
+
+    def __init__(
+        self, scene_of: Callable[[str], SceneDescription], renderer_of: Callable[[FrameSettings, SceneDescription], Renderer]
+    ) -> None:
+        self._scene_of, self._renderer_of = scene_of, renderer_of
+        self._rooms: dict[tuple[str, ScanConfig], FrameSettings] = {}
+        self._places: dict[int, ScanPlace] | None = None
+        self._starts: list[int] = []
+        self._scanner: tuple[Renderer, ScanConfig, Scanner] | None = None
+        self._made: tuple[int, dict[tuple[str, int], object]] = (-1, {})
+
+    def take(self, settings: FrameSettings) -> None:
+        """Take the settings of a frame."""
+        if settings.scan.enabled:
+            known = self._rooms.setdefault((settings.scene, settings.scan), settings)
+            if settings.frame > known.frame:
+                self._rooms[settings.scene, settings.scan] = settings
+
+    def message(self, name: str, stamp_ns: int) -> tuple[object, ScanPlace] | None:
+        """Return the message of a topic below the namespace at a stamp, and where its scan stands; None if it is of no scan."""
+        places = self._find_places()
+        index = bisect_right(self._starts, stamp_ns) - 1
+        if index < 0:
+            return None
+        first_ns = self._starts[index]
+        place = places[first_ns]
+        if self._made[0] != first_ns:
+            self._made = first_ns, self._make(place, first_ns)
+        made = self._made[1].get((name, stamp_ns))
+        return None if made is None else (made, place)
+
+    def _find_places(self) -> dict[int, ScanPlace]:
+        if self._places is None:
+            self._places = {}
+            for (scene_id, config), settings in self._rooms.items():
+                path = self._scene_of(scene_id).camera_path
+                for number in scans_of_path(config, path) if settings.frame < len(path) else ():
+                    self._places[scan_stamp_ns(config, path[0].stamp_ns, number)] = ScanPlace(settings, number)
+            self._starts = sorted(self._places)
+        return self._places
+
+    def _make(self, place: ScanPlace, stamp_ns: int) -> dict[tuple[str, int], object]:
+        """Return (topic below the namespace, stamp) -> message of one scan."""
+        settings, streams = place.settings, place.settings.streams
+        scene = self._scene_of(settings.scene)
+        renderer = self._renderer_of(settings, scene)
+        if self._scanner is None or self._scanner[0] is not renderer or self._scanner[1] != settings.scan:
+            self._scanner = renderer, settings.scan, Scanner(renderer.tree, renderer.flat, settings.scan, scene_key(scene))
+        scan = self._scanner[2].scan(place.number, stamp_ns, scene.camera_path)
+        laser = laser_frame(streams.frame_prefix)
+        made: dict[tuple[str, int], object] = {(name, stamp_ns): message for name, message in scan_to_msgs(scan, settings.scan, laser)}
+        for pose in scan.poses:
+            made[LASER_POSE, pose.stamp_ns] = laser_pose_to_msgs(pose, streams.world_frame, laser)[0]
+        return made

@@ -1,0 +1,55 @@
+"""Point clouds of frames as messages.  No node here."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from sensor_msgs.msg import PointCloud2, PointField
+
+from renderer.camera.config import CameraConfig
+from renderer.camera.point_cloud import cloud_fields, cloud_points
+from scene_description.types import CameraPose
+from scene_synth_ros.messages.conversions import header
+
+POINTS = "points"
+"""Below ``<camera>/``."""
+
+
+def cloud_layers(color: bool) -> tuple[str, ...]:
+    """Return the layers that a cloud is made of."""
+    return ("range", "semantic", "instance", "color") if color else ("range", "semantic", "instance")
+
+
+def cloud_of_layers(
+    camera: CameraConfig,
+    pose: CameraPose,
+    path: Sequence[CameraPose],
+    layers: Mapping[str, NDArray[Any]],
+    color: bool,
+    frame_id: str,
+    distance: str = "range",
+) -> PointCloud2:
+    """Return the cloud of a frame's :func:`cloud_layers`, organised as its images are, in the optical frame at the pose's stamp.
+
+    ``distance``: the layer that says how far points are; range where its name begins with that, else depth.
+    """
+    seen = {"color": layers["color"] if color else None, "label": layers["semantic"], "instance": layers["instance"]}
+    points = cloud_points(camera, pose, path, layers[distance], along_ray=distance.startswith("range"), **seen)
+    return cloud_to_msg(points, color, pose.stamp_ns, frame_id)
+
+
+def cloud_to_msg(points: NDArray[np.uint8], color: bool, stamp_ns: int, frame_id: str) -> PointCloud2:
+    """Return points with label and instance, and with rgb if ``color``, as ``cloud_points`` makes them, as a message."""
+    places = cloud_fields(color=color, label=True, instance=True)
+    message = PointCloud2(header=header(stamp_ns, frame_id), height=points.shape[0], width=points.shape[1], is_dense=False)
+    message.fields = [PointField(name=name, offset=4 * i, datatype=PointField.FLOAT32, count=1) for i, name in enumerate("xyz")]
+    for name, datatype in (("rgb", PointField.FLOAT32), ("label", PointField.UINT16), ("instance", PointField.UINT16)):
+        offset = getattr(places, name)
+        if offset >= 0:
+            message.fields.append(PointField(name=name, offset=offset, datatype=datatype, count=1))
+    message.point_step, message.row_step = places.size, places.size * points.shape[1]
+    message.data.frombytes(memoryview(points).cast("B"))
+    return message

@@ -1,0 +1,67 @@
+"""Laser scans as messages, and the names of their topics and of the scanner's frame.  No node here."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped, Quaternion, Transform, TransformStamped, Vector3
+from numpy.typing import NDArray
+from sensor_msgs.msg import LaserScan
+
+from renderer.lidar.config import ScanConfig
+from renderer.lidar.scanner import Scan
+from scene_description.types import CameraPose
+from scene_synth_ros.messages.conversions import header, pose_to_msg
+
+LASER = "laser"
+"""Frame of the scanner (x forward, y left, z up), and what its pose's topic lies below."""
+
+SCAN, SCAN_IDEAL, LASER_POSE = "scan", "scan_ideal", f"{LASER}/pose"
+SCAN_TOPICS: dict[str, type] = {SCAN: LaserScan, SCAN_IDEAL: LaserScan, LASER_POSE: PoseStamped}
+"""Topics below the namespace; their messages have stamps of their own, between those of frames."""
+
+
+def has_own_stamps(topic: str) -> bool:
+    """Return whether the messages of a topic of the suite come at a rate of their own, and not with every frame."""
+    return any(topic.endswith(f"/{name}") for name in SCAN_TOPICS)
+
+
+def laser_frame(prefix: str) -> str:
+    """Return the scanner's frame; the prefix stands before it as before those of cameras."""
+    return f"{prefix}{LASER}"
+
+
+def scan_to_msgs(scan: Scan, config: ScanConfig, frame_id: str) -> Iterator[tuple[str, LaserScan]]:
+    """Yield topic and message of what the scanner reads, and of the true distances, which have no intensities."""
+    for topic, ranges, intensities in ((SCAN, scan.ranges, scan.intensities), (SCAN_IDEAL, scan.ideal, np.zeros(0, np.float32))):
+        yield topic, _scan_to_msg(config, ranges, intensities, scan.stamp_ns, frame_id)
+
+
+def _scan_to_msg(
+    config: ScanConfig, ranges: NDArray[np.float32], intensities: NDArray[np.float32], stamp_ns: int, frame_id: str
+) -> LaserScan:
+    message = LaserScan(header=header(stamp_ns, frame_id))
+    values = {
+        "angle_min": config.angle_min_rad,
+        "angle_max": config.angle_max_rad,
+        "angle_increment": config.angle_increment_rad,
+        "time_increment": config.time_increment_s,
+        "scan_time": 1.0 / config.rate_hz,
+        "range_min": config.range_min_m,
+        "range_max": config.range_max_m,
+    }
+    for name, value in values.items():  # rounded, as on the way, so that what comes back is equal
+        setattr(message, name, float(np.float32(value)))
+    message.ranges.frombytes(memoryview(ranges).cast("B"))
+    message.intensities.frombytes(memoryview(intensities).cast("B") if len(intensities) else b"")
+    return message
+
+
+def laser_pose_to_msgs(pose: CameraPose, world: str, laser: str) -> tuple[PoseStamped, TransformStamped]:
+    """Return the pose of the scanner's frame ``laser`` in ``world``, and the same as a transform."""
+    x, y, z = pose.position_m
+    qx, qy, qz, qw = pose.orientation
+    transform = Transform(translation=Vector3(x=x, y=y, z=z), rotation=Quaternion(x=qx, y=qy, z=qz, w=qw))
+    stamped = TransformStamped(header=header(pose.stamp_ns, world), child_frame_id=laser, transform=transform)
+    return pose_to_msg(pose, world), stamped

@@ -1,0 +1,56 @@
+"""The laser scans of the room at work: which are due, by where the rig has gone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+from renderer.lidar.config import ScanConfig
+from renderer.lidar.scanner import Scan, Scanner, scan_stamp_ns, scanner_poses, scans_of_path
+from scene_description import CameraPose
+
+_POSES_KEPT = 16
+
+
+class RoomScans:
+    """Casts scans in the order of their stamps.
+
+    A rig that follows the room's path is known ahead: its scans are those of ``Scanner.along``, whole sweeps within the path.  One that is
+    driven by hand is known up to the last frame: a scan that begins before that goes on as the rig moved last.
+
+    Threading: the rendering thread.
+
+    Args:
+        config: the scanner.
+        path: of the camera's rig.
+        make: returns the room's scanner, when it is first needed.
+    """
+
+    def __init__(self, config: ScanConfig, path: Sequence[CameraPose], make: Callable[[], Scanner]) -> None:
+        self._config, self._path, self._make = config, path, make
+        self._whole = scans_of_path(config, path)
+        self._known = {pose.stamp_ns: pose for pose in path}
+        self._gone: list[CameraPose] = []
+        self._driven = False
+        self._next = 0
+
+    def go(self, pose: CameraPose) -> None:
+        """Take where the rig is; in the order of time."""
+        self._driven = self._driven or self._known.get(pose.stamp_ns) != pose
+        self._gone = [*self._gone[1 - _POSES_KEPT :], pose]
+
+    def due(self, stamp_ns: int, wanted: Callable[[], bool]) -> Iterator[tuple[tuple[CameraPose, ...], Scan | None]]:
+        """Yield every scan up to a stamp that has not come yet: where the scanner is meanwhile, and itself if it is wanted.
+
+        Nothing is cast for a scan that nobody wants; nor is there one behind where the rig has gone.
+        """
+        end_ns = min(stamp_ns, self._gone[-1].stamp_ns) if self._gone else -1
+        path = self._gone if self._driven else self._path
+        while (begin_ns := scan_stamp_ns(self._config, self._path[0].stamp_ns, self._next)) <= end_ns:
+            number, self._next = self._next, self._next + 1
+            if not self._driven and number not in self._whole:
+                continue
+            if wanted():
+                scan = self._make().scan(number, begin_ns, path)
+                yield scan.poses, scan
+            else:
+                yield scanner_poses(self._config, path, begin_ns), None
