@@ -11,12 +11,14 @@ from renderer.geometry.mesh import Mesh
 from renderer.path.config import RenderConfig
 from renderer.renderer import WARM_LAYERS, Renderer, warm_up
 from renderer.scene.flat_scene import FlatScene, MaterialTable, PartTable, Sky, tabulate_materials
+from renderer.sensors.config import DepthSensorConfig
 
 __all__ = [
     "GEOMETRIC_LAYERS",
     "LAYERS",
     "WARM_LAYERS",
     "CameraConfig",
+    "DepthSensorConfig",
     "FlatScene",
     "Frame",
     "MaterialTable",

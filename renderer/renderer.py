@@ -27,7 +27,15 @@ from renderer.core.random_numbers import make_frame_key
 from renderer.core.workers import Workers, thread_count
 from renderer.film.denoise import Denoiser, is_asked
 from renderer.film.frame import Frame
-from renderer.film.layers import COLOR_LAYERS, GEOMETRIC_LAYERS, HIT_LAYERS, LAYERS, SAMPLED_LAYERS, check_names
+from renderer.film.layers import (
+    COLOR_LAYERS,
+    GEOMETRIC_LAYERS,
+    HIT_LAYERS,
+    LAYERS,
+    SAMPLED_LAYERS,
+    SENSED_LAYERS,
+    check_names,
+)
 from renderer.film.tone import Exposure, to_display, white_luminance
 from renderer.film.white_balance import white_of_kelvin
 from renderer.geometry.mesh import Mesh
@@ -44,6 +52,8 @@ from renderer.path.stopping import is_clean, next_round, variance_of_mean
 from renderer.path.surface_tables import build_surfaces
 from renderer.scene.flat_scene import FlatScene, PartTable, Sky, tabulate_materials
 from renderer.scene.scene_check import check_scene
+from renderer.sensors.config import DepthSensorConfig
+from renderer.sensors.depth_sensor import DepthSensor
 from scene_description import Material
 from scene_description.poses import look_at
 from scene_description.types import CameraPose
@@ -53,6 +63,9 @@ PATHS_PER_PIECE = 8192
 
 IDEAL = SensorConfig()
 """A sensor that reads light as it is."""
+
+IDEAL_DEPTH = DepthSensorConfig()
+"""A depth sensor that reads the true depth."""
 
 
 class Renderer:
@@ -70,6 +83,7 @@ class Renderer:
         scene_key: int,
         *,
         sensor: SensorConfig = IDEAL,
+        depth_sensor: DepthSensorConfig = IDEAL_DEPTH,
         paths_per_piece: int = PATHS_PER_PIECE,
     ) -> None:
         """Check a scene and build what rays need; ``scene_key`` (>= 0) seeds the noise of all its frames.
@@ -81,7 +95,7 @@ class Renderer:
         if scene_key < 0 or paths_per_piece < 1:
             raise RenderError(f"renderer: expected scene_key >= 0 and paths_per_piece >= 1, got {scene_key} and {paths_per_piece}")
         self._camera, self._config, self._scene_key, self._paths_per_piece = camera, config, scene_key, paths_per_piece
-        self._sensor = sensor
+        self._sensor, self._depth_config = sensor, depth_sensor
         self.flat = flat
         """What is rendered."""
         parts = flat.parts
@@ -91,6 +105,7 @@ class Renderer:
         self._mesh, self._embree = flat.mesh, EmbreeScene(flat.mesh.vertices, flat.mesh.faces, portable=config.portable)
         self._for_light: EmbreeScene | None = None
         self._denoiser: Denoiser | None = None
+        self._depth_sensor: DepthSensor | None = None
         self._workers = Workers(thread_count(config.threads))
         self._scratch = [make_scratch(len(self._lights.groups.area)) for _ in range(self._workers.count)]
         self._scene = TracedScene(flat, self._labels.label, self._surfaces, self._lights, self._embree.handle, self._workers, self._scratch)
@@ -128,11 +143,15 @@ class Renderer:
         images: dict[str, NDArray[np.generic]] = {}
         radiance, annotations, samples, rays = None, None, 0, 0
         sampling_s = denoising_s = 0.0
-        if annotator is not None or any(name in GEOMETRIC_LAYERS or name in HIT_LAYERS for name in layers):
+        sensed, ideal = any(name in SENSED_LAYERS for name in layers), self._depth_config.model == "ideal"
+        recorded = any(name in GEOMETRIC_LAYERS or name in HIT_LAYERS for name in layers)
+        if annotator is not None or recorded or (sensed and ideal):
             images.update(self._trace_geometry(view, layers, pose, path))
             rays = view.width * view.height
             if annotator is not None:
                 annotations = annotator.annotate(images["instance"], pose, view, self._embree.handle, self._workers)
+        if sensed:
+            images["depth_sensed"] = images["depth"] if ideal else self._read_depth(view, frame_index)
         if any(name in SAMPLED_LAYERS for name in layers):
             shown = exposure or self._configured_exposure()
             in_color = any(name in COLOR_LAYERS for name in layers)
@@ -162,6 +181,11 @@ class Renderer:
             rays += sum(int(scratch.traced[0]) for scratch in self._scratch)
         shown_layers = {name: images[name] for name in LAYERS if name in layers}
         return Frame(shown_layers, radiance, samples, rays, sampling_s, denoising_s, annotations)
+
+    def _read_depth(self, view: PosedCamera, frame_index: int) -> NDArray[np.float32]:
+        if self._depth_sensor is None:
+            self._depth_sensor = DepthSensor(self._depth_config, self._embree.handle, self._surfaces, self._workers)
+        return self._depth_sensor.read(view, self._frame_key(frame_index))
 
     def _frame_key(self, frame_index: int) -> np.uint32:
         """Return the key of a frame's random numbers; cameras of a rig have noise of their own."""
@@ -286,8 +310,10 @@ WARM_LAYERS = (*GEOMETRIC_LAYERS, *SAMPLED_LAYERS)
 """Layers whose kernels are ready after :func:`warm_up`; each of the others has its own, compiled when it is first asked for."""
 
 
-def warm_up(layers: Collection[str] = WARM_LAYERS) -> None:
+def warm_up(layers: Collection[str] = WARM_LAYERS, depth_sensor: DepthSensorConfig = IDEAL_DEPTH) -> None:
     """Compile the kernels of some layers, or load them from numba's cache, by rendering one pixel of a lone shining triangle.
+
+    ``depth_sensor``: the one that ``depth_sensed`` is to be ready for.
 
     Raises:
         RenderError: Embree is missing.
@@ -306,5 +332,6 @@ def warm_up(layers: Collection[str] = WARM_LAYERS) -> None:
         sky,
     )
     pose = CameraPose(stamp_ns=0, position_m=(0.0, 0.0, 0.0), orientation=look_at((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
-    with Renderer(flat, CameraConfig(width=1, height=1), RenderConfig(samples_per_pixel=1, threads=1), 0) as renderer:
+    camera, config = CameraConfig(width=1, height=1), RenderConfig(samples_per_pixel=1, threads=1)
+    with Renderer(flat, camera, config, 0, depth_sensor=depth_sensor) as renderer:
         renderer.render(pose, 0, layers, path=(pose, replace(pose, stamp_ns=1)), exposure=Exposure(0.0, white_of_kelvin(4000.0)))

@@ -270,6 +270,17 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth gallery --out DIR --kind models --only chair": Run(
         "scene_synth gallery --out DIR --kind models --only book_stack --spp 1", ("DIR/models_1.jpg",)
     ),
+    "scene_synth render --sensed": Named(),
+    "scene_synth render room.json --out pictures --sensed --overlay realsense_d435_depth -p depth_sensor.model:=realsense_d435": Run(
+        "scene_synth render room.json --out pictures --sensed --overlay realsense_d435_depth -p depth_sensor.model:=realsense_d435"
+        " --size 96x72 --spp 1 --frames 1",
+        ("pictures/frame_0000_depth_sensed.png",),
+    ),
+    "scene_synth run --overlay kinect_v2 -p renderer_node.depth_sensor.model:=kinect_v2 -p renderer_node.streams.depth_sensed:=true"
+    " --record my_bag": Parsed(
+        "test/scene_synth_ros/messages/test_frame_messages.py::test_true_and_sensed_depth_are_twins_and_the_settings_name_the_sensor"
+    ),
+    ".venv/bin/python examples/depth_sensors.py docs": Listed("takes a minute; test/renderer/sensors measures what it draws"),
     ".venv/bin/python examples/every_layer.py docs": Run(".venv/bin/python examples/every_layer.py docs 1", ("docs/layers.jpg",)),
     ".venv/bin/pip install '.[bench-alignment]'": Listed("needs the network; that the extra exists is tested"),
     ".venv/bin/python -m benchmarks.alignment_bench bags/aligned truth/room_0000/scene.glb": Parsed("needs Open3D, which is large"),

@@ -45,6 +45,7 @@ FOLDERS = {
         "scene": {"core", "files", "geometry", "models", "textures"},
         "lidar": {"core", "scene"},
         "path": {"bsdf", "camera", "core", "scene", "textures"},
+        "sensors": {"camera", "core", "path"},
         "ground_truth": {"camera", "core", "path", "scene"},
         "export": {"camera", "core", "files", "geometry", "scene", "textures"},
     },

@@ -57,9 +57,9 @@ class Layer:
     unit: str = ""
     no_hit: float | None = None
     """Value of pixels whose ray hits nothing; None: they are as others."""
-    group: Literal["geometric", "hit", "sampled", "color"]
+    group: Literal["geometric", "hit", "sampled", "color", "sensed"]
     """geometric: filled while the rays through the pixel centres are traced; hit: computed from their hit record; sampled: mean of samples;
-    color: such a mean, of light."""
+    color: such a mean, of light; sensed: what the modelled depth sensor reads."""
     picture: Picture
     """For people."""
     exr: tuple[str, ...] = ()
@@ -112,6 +112,19 @@ ROWS = (
         exr=("depth.Z",),
         compression="depth",
         published=True,
+    ),
+    Layer(
+        name="depth_sensed",
+        summary="depth as the sensor of depth_sensor.model reads it",
+        meaning="distance along the optical z axis as the modelled sensor reads it; -inf too near, NaN invalid",
+        dtype="float32",
+        unit="m",
+        no_hit=math.inf,
+        group="sensed",
+        picture=DISTANCE,
+        exr=("depth_sensed.Z",),
+        compression="depth",
+        option="sensed",
     ),
     Layer(
         name="range",
@@ -602,6 +615,8 @@ HIT_LAYERS = tuple(name for name, row in LAYERS.items() if row.group == "hit")
 
 COLOR_LAYERS = tuple(name for name, row in LAYERS.items() if row.group == "color")
 """Layers for which light is traced."""
+
+SENSED_LAYERS = tuple(name for name, row in LAYERS.items() if row.group == "sensed")
 
 PHOTOGRAPHS = tuple(name for name in COLOR_LAYERS if LAYERS[name].dtype == "uint8" and LAYERS[name].channels == 3)
 """Layers that show light at an exposure."""

@@ -173,13 +173,14 @@ class _Frames:
     def _renderer(self, settings: FrameSettings, scene: SceneDescription) -> _Room:
         camera, render, streams = settings.camera, settings.render, settings.streams
         switches = (streams.semantic_classes, streams.annotations, streams.annotation_masks)
-        key = (settings.scene, repr((camera, render, settings.sensor, switches)))
+        key = (settings.scene, repr((camera, render, settings.sensor, settings.depth_sensor, switches)))
         if key not in self._renderers:
             while len(self._renderers) >= 2:
                 self._renderers.popitem(last=False)[1].resources.close()
             stack = ExitStack()
             flat = with_classes(flatten(scene, self._catalog_dir), scene, streams.semantic_classes)
-            renderer = stack.enter_context(Renderer(flat, camera, render, scene_key(scene), sensor=settings.sensor))
+            sensors = {"sensor": settings.sensor, "depth_sensor": settings.depth_sensor}
+            renderer = stack.enter_context(Renderer(flat, camera, render, scene_key(scene), **sensors))
             annotator = None
             if streams.annotations:
                 annotator = stack.enter_context(Annotator(flat, scene, camera, masks=streams.annotation_masks, portable=render.portable))

@@ -82,7 +82,7 @@ def _tiles(
             layer = layers[message.topic]
             picture = Picture.fromarray(layer_picture(rows[layer], read_pixels(message)))
             height = max(1, round(TILE_WIDTH * picture.height / picture.width))
-            one_ray = rows[layer].group == "geometric"  # its pixels mean nothing when they are mixed
+            one_ray = rows[layer].group in ("geometric", "sensed")  # its pixels mean nothing when they are mixed
             resample = Picture.Resampling.NEAREST if one_ray else Picture.Resampling.LANCZOS
             yield stamp, layer, picture.resize((TILE_WIDTH, height), resample)
 

@@ -25,6 +25,7 @@ Made by `scene_synth layers --markdown > docs/layers.md` from the table in `rend
 
 - *Hit record*: of the ray through the middle of the pixel, the same for all these layers; they agree at every pixel and carry no noise.
 - *Samples*: the mean of the pixel's samples, with their noise and with the blur of lens and shutter. *Light*: the same, of traced paths.
+- *Sensor*: what a depth camera reads that is no ideal one: [sensors.md](sensors.md).
 - *No hit*: the value where the ray leaves the scene; a dash means that such a pixel is like any other. Where the lens sees nothing, `depth`
   and `range` are NaN, what is computed from the hit record has its value for no hit, all else is 0.
 
@@ -44,7 +45,7 @@ Made by `scene_synth layers --markdown > docs/layers.md` from the table in `rend
 - *Bags*: which of the recorder's settings compresses the raw image; pictures follow `images.color`.
 """
 
-_GROUPS = {"geometric": "hit record", "hit": "hit record", "sampled": "samples", "color": "light"}
+_GROUPS = {"geometric": "hit record", "hit": "hit record", "sampled": "samples", "color": "light", "sensed": "sensor"}
 _NONE = "–"
 
 

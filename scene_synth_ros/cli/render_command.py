@@ -98,8 +98,9 @@ def run(arguments: argparse.Namespace) -> int:
     (arguments.out / "labels.json").write_text(_labels(scene, layers, standard), encoding="utf-8")
     _report(0, len(poses), 0.0)
     told: list[CocoImage] = []
+    sensors = {"sensor": settings.sensor, "depth_sensor": settings.depth_sensor}
     with ExitStack() as room:
-        renderer = room.enter_context(Renderer(flat, settings.camera, settings.render, key, sensor=settings.sensor))
+        renderer = room.enter_context(Renderer(flat, settings.camera, settings.render, key, **sensors))
         annotator = None
         if arguments.annotations or arguments.coco:
             portable = settings.render.portable

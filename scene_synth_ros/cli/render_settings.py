@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from renderer import CameraConfig, RenderConfig, SensorConfig
+from renderer import CameraConfig, DepthSensorConfig, RenderConfig, SensorConfig
 from renderer.film.tone import TONE_CURVES
 from renderer.lidar.config import ScanConfig
 from scene_description import from_mapping
@@ -19,15 +19,22 @@ PRESETS = ("stream", "balanced", "photo")
 """Named settings of the renderer, ``config/presets/<name>.yaml``; also overlays of run profiles."""
 
 NODE = "renderer_node"
-GROUPS: dict[str, type] = {"camera": CameraConfig, "render": RenderConfig, "sensor": SensorConfig, "scan": ScanConfig}
+GROUPS: dict[str, type] = {
+    "camera": CameraConfig,
+    "render": RenderConfig,
+    "sensor": SensorConfig,
+    "depth_sensor": DepthSensorConfig,
+    "scan": ScanConfig,
+}
 
 
 class Settings(NamedTuple):
-    """Camera, renderer, sensor and laser scanner."""
+    """Camera, renderer, sensors and laser scanner."""
 
     camera: CameraConfig
     render: RenderConfig
     sensor: SensorConfig
+    depth_sensor: DepthSensorConfig
     scan: ScanConfig
 
 
@@ -48,7 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME:=VALUE",
-        help="one of camera., render., sensor. or scan.; see README",
+        help="one of camera., render., sensor., depth_sensor. or scan.; see README",
     )
     parser.add_argument("--spp", type=int, help="colour samples per pixel (default: the preset's)")
     parser.add_argument("--threads", type=int, default=0, help="threads; 0 takes all (default: %(default)s)")

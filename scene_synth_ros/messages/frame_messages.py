@@ -117,6 +117,8 @@ def enabled_layers(config: StreamConfig, camera: CameraConfig) -> tuple[str, ...
     enabled = {layer for layer in LAYERS if getattr(config, layer)}
     if camera.model == "equirectangular" and "depth" in enabled:
         enabled = enabled - {"depth"} | {"range"}
+    if camera.model == "equirectangular":
+        enabled.discard("depth_sensed")
     return tuple(layer for layer in LAYERS if layer in enabled)
 
 
@@ -193,7 +195,7 @@ class FrameMessages:
     def _of_layer(self, layer: str, image: NDArray[Any], stamp_ns: int, wanted: Callable[[str], bool]) -> Iterator[tuple[str, object]]:
         row, base, frame_id = self._rows[layer], f"{self._config.camera}/{layer}", self._frame_id
         encoding, raw = layer_encoding(row), image
-        if layer == "depth" and self._config.depth_encoding == "16UC1":
+        if row.compression == "depth" and self._config.depth_encoding == "16UC1":
             raw, encoding = depth_to_millimetres(image), "16UC1"
         yield from self._beside_layer(layer, stamp_ns, lambda _: True)
         yield f"{base}/image_raw", image_to_msg(raw, encoding, stamp_ns, frame_id)

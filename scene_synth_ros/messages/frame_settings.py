@@ -11,7 +11,8 @@ from renderer.camera.config import CameraConfig, SensorConfig
 from renderer.film.tone import Exposure
 from renderer.lidar.config import ScanConfig
 from renderer.path.config import RenderConfig
-from renderer.renderer import IDEAL
+from renderer.renderer import IDEAL, IDEAL_DEPTH
+from renderer.sensors.config import DepthSensorConfig
 from scene_description import Limits
 from scene_description.color_temperature import D65_XY
 from scene_description.strict import FieldError, from_mapping, shorten, to_mapping
@@ -38,6 +39,7 @@ class FrameSettings:
     render: RenderConfig
     streams: StreamConfig
     sensor: SensorConfig = IDEAL
+    depth_sensor: DepthSensorConfig = IDEAL_DEPTH
     white_xy: tuple[Coordinate, Coordinate] = D65_XY
     scan: ScanConfig = NO_SCAN
     sent: Annotated[Mapping[str, int], Limits(max_length=64)] = field(default_factory=dict)
@@ -49,7 +51,7 @@ class FrameSettings:
 
 
 def settings_to_json(settings: FrameSettings) -> str:
-    """Return the JSON text; NYU40 class ids, and of streams what is empty or off by default, are in it only where it is not."""
+    """Return the JSON text; NYU40 class ids, an ideal depth sensor, and of streams what is empty or off by default, are left out."""
     data: dict[str, Any] = to_mapping(settings)
     if settings.streams.semantic_classes == "nyu40":
         del data["streams"]["semantic_classes"]
@@ -58,6 +60,8 @@ def settings_to_json(settings: FrameSettings) -> str:
             del data["streams"][name]
     if not settings.scan.enabled:
         del data["scan"], data["sent"]
+    if settings.depth_sensor == IDEAL_DEPTH:
+        del data["depth_sensor"]
     return json.dumps(data, separators=(",", ":"))
 
 

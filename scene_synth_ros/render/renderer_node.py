@@ -50,9 +50,9 @@ class RendererNode(SuiteNode):
     ``<camera>/request`` (PoseStamped: the frame of a pose in the present room, with the stamp of the request, or the next free nanosecond
     if that is 0); ``cmd_vel`` (Twist: moves the camera, where ``drive.enabled``). Publishes: the topics of ``StreamPublishers``, ``status``
     (latched), ``/diagnostics``. Parameters: the fields of ``RendererNodeConfig``; ``camera.`` CameraConfig; ``render.`` RenderConfig;
-    ``sensor.`` SensorConfig; ``streams.`` StreamConfig; ``compressed.`` LiveCompression; ``drive.`` DriveConfig; ``scan.`` ScanConfig.
-    Live changes of the exposure and of ``compressed.`` take effect with the next frame, others with the next room.  A scene or pose that
-    does not fit is refused with one line; the node keeps running.
+    ``sensor.`` SensorConfig; ``depth_sensor.`` DepthSensorConfig; ``streams.`` StreamConfig; ``compressed.`` LiveCompression; ``drive.``
+    DriveConfig; ``scan.`` ScanConfig.  Live changes of the exposure and of ``compressed.`` take effect with the next frame, others with the
+    next room.  A scene or pose that does not fit is refused with one line; the node keeps running.
     """
 
     def __init__(self, **options: Any) -> None:

@@ -86,7 +86,7 @@ class Rendering:
         """
         began = time.perf_counter()
         self._node.get_logger().info("loading kernels (the first run compiles them)")
-        warm_up({*WARM_LAYERS, *self._output.streams.messages.layers})
+        warm_up({*WARM_LAYERS, *self._output.streams.messages.layers}, self._settings["depth_sensor"])
         if self._settings["streams"].annotations:
             annotations.warm_up()
         self._node.get_logger().info(f"kernels are ready ({time.perf_counter() - began:.1f} s)")
@@ -136,11 +136,11 @@ class Rendering:
         self._render_config, self._scan_config = self._settings["render"], self._settings["scan"]
         streams: StreamConfig = self._settings["streams"]
         flat = functools.cache(lambda: with_classes(flatten(scene, self._catalog_dir), scene, streams.semantic_classes))
-        camera, sensor = self._settings["camera"], self._settings["sensor"]
+        camera, sensors = self._settings["camera"], {name: self._settings[name] for name in ("sensor", "depth_sensor")}
         with ExitStack() as room:
 
             def make() -> Renderer:
-                renderer = room.enter_context(Renderer(flat(), camera, self._render_config, scene_key(scene), sensor=sensor))
+                renderer = room.enter_context(Renderer(flat(), camera, self._render_config, scene_key(scene), **sensors))
                 trim_heap()
                 return renderer
 
@@ -205,6 +205,7 @@ class Rendering:
             frame=index,
             exposure_ev100=exposure.ev100,
             sensor=self._settings["sensor"],
+            depth_sensor=self._settings["depth_sensor"],
             white_xy=exposure.white_xy,
             camera=self._settings["camera"],
             render=self._render_config,

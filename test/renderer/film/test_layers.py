@@ -6,7 +6,17 @@ import numpy as np
 import pytest
 
 from renderer import RenderError
-from renderer.film.layers import COLOR_LAYERS, GEOMETRIC_LAYERS, HIT_LAYERS, LAYERS, ROWS, SAMPLED_LAYERS, check_layers, check_names
+from renderer.film.layers import (
+    COLOR_LAYERS,
+    GEOMETRIC_LAYERS,
+    HIT_LAYERS,
+    LAYERS,
+    ROWS,
+    SAMPLED_LAYERS,
+    SENSED_LAYERS,
+    check_layers,
+    check_names,
+)
 from renderer.ground_truth.hit_layers import FUNCTIONS
 from renderer.path.ground_truth import GeometricImages
 
@@ -19,8 +29,8 @@ def test_names_and_channels_of_files_are_told_apart() -> None:
     assert all(len(row.exr) in (0, row.channels) for row in ROWS)
 
 
-def test_every_layer_is_traced_looked_up_or_sampled() -> None:
-    assert sorted((*GEOMETRIC_LAYERS, *HIT_LAYERS, *SAMPLED_LAYERS)) == sorted(LAYERS)
+def test_every_layer_is_traced_looked_up_sampled_or_sensed() -> None:
+    assert sorted((*GEOMETRIC_LAYERS, *HIT_LAYERS, *SAMPLED_LAYERS, *SENSED_LAYERS)) == sorted(LAYERS)
     assert {"color", "radiance", "variance"} < set(COLOR_LAYERS) < set(SAMPLED_LAYERS) and "albedo" not in COLOR_LAYERS
 
 

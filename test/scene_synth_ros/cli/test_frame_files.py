@@ -95,7 +95,7 @@ def test_overlays_then_options_then_single_values_win() -> None:
     [
         (("--size", "80"), "--size: expected WIDTHxHEIGHT, got 80"),
         (("--white-balance", "warm"), "--white-balance: expected auto, none or a colour temperature in kelvin, got 'warm'"),
-        (("-p", "streams.lazy:=false"), "-p streams.lazy: expected a parameter of camera., render., sensor."),
+        (("-p", "streams.lazy:=false"), "-p streams.lazy: expected a parameter of camera., render., sensor., depth_sensor., scan."),
         (("-p", "camera.f_stop:=-1"), "camera.f_stop: expected a number in"),
         (("-p", "camera.aperture:=1"), "camera.aperture: expected one of"),
     ],

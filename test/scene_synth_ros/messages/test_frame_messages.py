@@ -8,13 +8,13 @@ import pytest
 from sample_scene import sample_scene
 from sensor_msgs.msg import Image
 
-from renderer import LAYERS, CameraConfig, Frame, RenderConfig
+from renderer import LAYERS, CameraConfig, DepthSensorConfig, Frame, RenderConfig
 from renderer.film.layers import ROWS
 from scene_description import CameraPose
 from scene_description.annotations import FrameAnnotations, annotations_from_json
 from scene_description.strict import field_types, split_annotation
 from scene_synth_ros.messages.conversions import layer_encoding
-from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig, has_companion
+from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig, enabled_layers, has_companion
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_from_json, settings_to_json
 
 CAMERA = CameraConfig(width=9, height=6)
@@ -33,7 +33,7 @@ def test_a_parameter_for_each_layer_stands_between_the_names_and_the_rest() -> N
     assert fields[: 3 + len(ROWS)] == ["camera", "world_frame", *(row.name for row in ROWS), "color_companions"]
     plain = StreamConfig()
     assert plain.color and plain.depth and plain.normals and plain.semantic and plain.instance
-    assert not (plain.range or plain.color_noisy or plain.albedo or plain.radiance or plain.variance or plain.samples)
+    assert not (plain.range or plain.color_noisy or plain.albedo or plain.radiance or plain.variance or plain.samples or plain.depth_sensed)
     annotation, limits = split_annotation(field_types(StreamConfig)["normals"])
     assert (annotation, limits.description, limits.fixed) == (bool, "Publish surface normals", "publishers are made at the start")
     assert StreamConfig(albedo=True) != StreamConfig() == dataclasses.replace(StreamConfig(albedo=True), albedo=False)
@@ -41,6 +41,7 @@ def test_a_parameter_for_each_layer_stands_between_the_names_and_the_rest() -> N
 
 ENCODINGS = {
     "color": "rgb8", "depth": "32FC1", "range": "32FC1", "normals": "32FC3", "semantic": "mono8", "instance": "16UC1",
+    "depth_sensed": "32FC1",
     "color_noisy": "rgb8", "color_sensed": "rgb8", "albedo": "32FC3", "radiance": "32FC3", "variance": "32FC3", "samples": "16UC1",
     "direct": "32FC3", "indirect": "32FC3", "shadow": "32FC1",
 }  # fmt: skip
@@ -122,6 +123,33 @@ def test_a_prefix_stands_before_the_frames_and_an_empty_one_leaves_no_trace() ->
         settings = FrameSettings(stamp_ns=1, scene="a", frame=0, exposure_ev100=1.0, camera=CAMERA, render=RenderConfig(), streams=streams)
         text = settings_to_json(settings)
         assert ("frame_prefix" in text) == bool(prefix) and settings_from_json(text) == settings
+
+
+def test_true_and_sensed_depth_are_twins_and_the_settings_name_the_sensor() -> None:
+    sensed = np.full((6, 9), 1.25, np.float32)
+    sensed[0, :3] = np.nan, np.inf, -np.inf
+    frame = FRAME._replace(layers=FRAME.layers | {"depth_sensed": sensed})
+    made = messages(StreamConfig(depth_sensed=True), frame)
+    true, read = made["camera/depth/image_raw"], made["camera/depth_sensed/image_raw"]
+    assert isinstance(true, Image) and isinstance(read, Image) and (read.header, read.encoding) == (true.header, "32FC1")
+    assert np.array_equal(np.frombuffer(read.data, np.float32).reshape(6, 9), sensed, equal_nan=True)
+    whole = messages(StreamConfig(depth_sensed=True, depth_encoding="16UC1"), frame)["camera/depth_sensed/image_raw"]
+    assert isinstance(whole, Image) and np.frombuffer(whole.data, np.uint16)[:4].tolist() == [0, 0, 0, 1250]
+    panorama = CameraConfig(model="equirectangular", width=8, height=4)
+    assert "depth_sensed" not in enabled_layers(StreamConfig(depth_sensed=True), panorama)
+    for sensor in (DepthSensorConfig(), DepthSensorConfig(model="kinect_v1", max_range_m=3.0)):
+        settings = FrameSettings(
+            stamp_ns=1,
+            scene="a",
+            frame=0,
+            exposure_ev100=1.0,
+            camera=CAMERA,
+            render=RenderConfig(),
+            streams=StreamConfig(),
+            depth_sensor=sensor,
+        )
+        text = settings_to_json(settings)
+        assert ("kinect_v1" in text) == (sensor.model == "kinect_v1") and settings_from_json(text) == settings
 
 
 def test_another_standard_of_classes_tells_itself_and_has_its_own_names_and_colours() -> None:
