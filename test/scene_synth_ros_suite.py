@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
+from unittest import mock
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -57,9 +58,8 @@ def claim_domain() -> int:
 
 
 def environment() -> dict[str, str]:
-    """Return the environment of one test run, with a DDS domain of its own; its processes choose their transport for themselves."""
-    inherited = {name: value for name, value in os.environ.items() if (name, value) != _PROFILE}
-    return {**inherited, "ROS_DOMAIN_ID": str(claim_domain()), "PYTHONPATH": str(Path(__file__).parents[1])}
+    """Return the environment of one test run, with a DDS domain of its own."""
+    return {**os.environ, "ROS_DOMAIN_ID": str(claim_domain()), "PYTHONPATH": str(Path(__file__).parents[1])}
 
 
 def announced_often(env: Mapping[str, str]) -> dict[str, str]:
@@ -135,9 +135,11 @@ def dds_context(domain_id: int) -> Iterator[Context]:
 
     Its participants announce themselves as those of the nodes do (:func:`announced_often`).
     """
-    choose_transport()  # read when the first participant of the process is made
     context = Context()
     rclpy.init(context=context, domain_id=domain_id)
+    with mock.patch.dict(os.environ):  # read when the first participant of the process is made; child processes choose for themselves
+        choose_transport()
+        Node("first", context=context).destroy_node()
     try:
         yield context
     finally:

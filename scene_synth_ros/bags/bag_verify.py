@@ -99,7 +99,7 @@ class _Frames:
         self._poses: dict[tuple[str, int], CameraPose] = {}
         self._scenes: dict[str, bytes] = {}
         self._parsed: SceneDescription | None = None
-        self.scans = ScansAgain(self._scene, self._renderer)
+        self.scans = ScansAgain(self._scene, lambda settings, scene: self._renderer(settings, scene).renderer)
         quality = reader.summary.records.get(RECORD_NAME, {}).get(JPEG_QUALITY, "")
         self.jpeg_quality = int(quality) if quality.isdecimal() and 1 <= int(quality) <= 100 else 90
         self._renderers: OrderedDict[tuple[str, str], _Room] = OrderedDict()
@@ -155,7 +155,7 @@ class _Frames:
             maker = FrameMessages(settings.streams, settings.camera)
             maker.begin_room(scene)
             path = mounted_path(settings.camera, scene.camera_path)
-            layers = {*maker.layers, *maker.cloud_layers}
+            layers = set(maker.layers).union(*maker.clouds.values())
             renderer, annotator, _ = self._renderer(settings, scene)
             frame = renderer.render(pose, settings.frame, layers, exposure=settings.exposure, path=path, annotator=annotator)
             for topic, message in maker.of_frame(frame, pose, lambda _: True):

@@ -8,12 +8,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from renderer import LAYERS
+from scene_synth_ros.messages.cloud_messages import CLOUDS
 from scene_synth_ros.messages.detections import ANNOTATIONS, DETECTION_TYPES
 
 POSE_TYPE, CLOUD_TYPE = "geometry_msgs/msg/PoseStamped", "sensor_msgs/msg/PointCloud2"
 IMAGE_TYPE, COMPRESSED_TYPE = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 FRAME_TYPES = (IMAGE_TYPE, COMPRESSED_TYPE, "sensor_msgs/msg/CameraInfo", CLOUD_TYPE, POSE_TYPE)
-_BESIDE = {"pose": POSE_TYPE, "points": CLOUD_TYPE, ANNOTATIONS: "std_msgs/msg/String", **DETECTION_TYPES}
+_BESIDE = {"pose": POSE_TYPE, **dict.fromkeys(CLOUDS, CLOUD_TYPE), ANNOTATIONS: "std_msgs/msg/String", **DETECTION_TYPES}
 """Name below ``<camera>/`` of what a camera has once, and not for every layer -> its type."""
 _TRANSPORTS = ("/compressed", "/compressedDepth")
 _LABELLED_LAYERS = {name for name, row in LAYERS.items() if row.labels is not None}

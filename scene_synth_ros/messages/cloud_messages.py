@@ -14,13 +14,13 @@ from renderer.camera.point_cloud import cloud_fields, cloud_points
 from scene_description.types import CameraPose
 from scene_synth_ros.messages.conversions import header
 
-POINTS = "points"
-"""Below ``<camera>/``."""
+CLOUDS = {"points": "range", "points_sensed": "depth_sensed"}
+"""Name of a cloud below ``<camera>/``, and of its switch in ``streams`` -> the layer that says how far its points are."""
 
 
-def cloud_layers(color: bool) -> tuple[str, ...]:
+def cloud_layers(name: str, color: bool) -> tuple[str, ...]:
     """Return the layers that a cloud is made of."""
-    return ("range", "semantic", "instance", "color") if color else ("range", "semantic", "instance")
+    return (CLOUDS[name], "semantic", "instance", *(("color",) if color else ()))
 
 
 def cloud_of_layers(
@@ -28,16 +28,14 @@ def cloud_of_layers(
     pose: CameraPose,
     path: Sequence[CameraPose],
     layers: Mapping[str, NDArray[Any]],
+    name: str,
     color: bool,
     frame_id: str,
-    distance: str = "range",
 ) -> PointCloud2:
-    """Return the cloud of a frame's :func:`cloud_layers`, organised as its images are, in the optical frame at the pose's stamp.
-
-    ``distance``: the layer that says how far points are; range where its name begins with that, else depth.
-    """
+    """Return a cloud of a frame's :func:`cloud_layers`, organised as its images are, in the optical frame at the pose's stamp."""
+    distance = CLOUDS[name]
     seen = {"color": layers["color"] if color else None, "label": layers["semantic"], "instance": layers["instance"]}
-    points = cloud_points(camera, pose, path, layers[distance], along_ray=distance.startswith("range"), **seen)
+    points = cloud_points(camera, pose, path, layers[distance], along_ray=distance == "range", **seen)
     return cloud_to_msg(points, color, pose.stamp_ns, frame_id)
 
 

@@ -18,7 +18,7 @@ from scene_description import CameraPose, Limits, SceneDescription
 from scene_description.label_standards import StandardName
 from scene_description.labels import LabelTable
 from scene_synth_ros.messages.camera_frames import FRAME_PREFIX, camera_frames
-from scene_synth_ros.messages.cloud_messages import POINTS, cloud_layers, cloud_of_layers
+from scene_synth_ros.messages.cloud_messages import CLOUDS, cloud_layers, cloud_of_layers
 from scene_synth_ros.messages.conversions import (
     camera_info_to_msg,
     depth_to_millimetres,
@@ -98,6 +98,9 @@ class StreamConfig(_LayerSwitches):  # type: ignore[misc]
         bool, Limits(description="Put masks into the annotations, run lengths in COCO's form", fixed="a run has one kind of annotations")
     ] = False
     points: Annotated[bool, Limits(description="Publish points: the view as an organised cloud, with ids", fixed=_STREAMS_FIXED)] = False
+    points_sensed: Annotated[
+        bool, Limits(description="Publish points_sensed: the same cloud of what depth_sensor reads", fixed=_STREAMS_FIXED)
+    ] = False
     points_color: Annotated[bool, Limits(description="Give the points their colour, which must be rendered", fixed=_STREAMS_FIXED)] = False
 
 
@@ -122,6 +125,12 @@ def enabled_layers(config: StreamConfig, camera: CameraConfig) -> tuple[str, ...
     return tuple(layer for layer in LAYERS if layer in enabled)
 
 
+def enabled_clouds(config: StreamConfig, camera: CameraConfig) -> tuple[str, ...]:
+    """Return the clouds that are published; no depth sensor has the lens of a panorama."""
+    sensed = camera.model != "equirectangular"
+    return tuple(name for name in CLOUDS if getattr(config, name) and (sensed or name != "points_sensed"))
+
+
 class FrameMessages:
     """Makes the messages of frames; the same pixels, pose and configuration give the same messages.
 
@@ -135,14 +144,10 @@ class FrameMessages:
         self.layers = enabled_layers(config, camera)
         """Enabled layers."""
         self._rows = layers_in(config.semantic_classes)
-        self.cloud_layers = cloud_layers(config.points_color) if config.points else ()
-        """Layers that the points are made of, enabled or not."""
+        names = enabled_clouds(config, camera)
+        self.clouds = {f"{config.camera}/{name}": cloud_layers(name, config.points_color) for name in names}
+        """Topic of each enabled cloud -> layers that it is made of, enabled or not."""
         self._path: Sequence[CameraPose] = ()
-
-    @property
-    def points(self) -> str:
-        """The topic of the points."""
-        return f"{self._config.camera}/{POINTS}"
 
     def begin_room(self, scene: SceneDescription) -> None:
         """Take the label tables of a room, and its path."""
@@ -167,9 +172,10 @@ class FrameMessages:
         for layer, image in frame.layers.items():
             if layer in self.layers:
                 yield from self._of_layer(layer, image, pose.stamp_ns, wanted)
-        if self.cloud_layers and set(self.cloud_layers) <= frame.layers.keys() and wanted(self.points):
-            color = self._config.points_color
-            yield self.points, cloud_of_layers(self._camera, pose, self._path, frame.layers, color, self._frame_id)
+        for topic, layers in self.clouds.items():
+            if set(layers) <= frame.layers.keys() and wanted(topic):
+                name, color = topic.rpartition("/")[2], self._config.points_color
+                yield topic, cloud_of_layers(self._camera, pose, self._path, frame.layers, name, color, self._frame_id)
         for layer in self.layers:
             if layer not in frame.layers:
                 yield from self._beside_layer(layer, pose.stamp_ns, wanted)

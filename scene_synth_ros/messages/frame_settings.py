@@ -19,7 +19,7 @@ from scene_description.strict import FieldError, from_mapping, shorten, to_mappi
 from scene_synth_ros.messages.frame_messages import StreamConfig
 
 MAX_TEXT_LENGTH = 20_000
-_LEFT_OUT = ("frame_prefix", "annotations", "annotation_masks", "points", "points_color")
+_LEFT_OUT = ("frame_prefix", "annotations", "annotation_masks", "points", "points_sensed", "points_color")
 NO_SCAN = ScanConfig()
 Coordinate = Annotated[float, Limits(ge=0.01, le=1.0)]
 

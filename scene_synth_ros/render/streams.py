@@ -85,8 +85,8 @@ class StreamPublishers:
             self._add_stream(layer)
         told = ANNOTATION_MESSAGES if config.annotations else {}
         self._annotations = [self._add(row.message_type, f"{config.camera}/{name}", self._qos) for name, row in told.items()]
-        if config.points:
-            self._add(PointCloud2, self.messages.points, self._qos)
+        for topic in self.messages.clouds:
+            self._add(PointCloud2, topic, self._qos)
         for topic, message_type in SCAN_TOPICS.items() if scan.enabled else ():
             self._add(message_type, topic, self._qos)
         self._tf = self._tf_static = ""
@@ -113,7 +113,7 @@ class StreamPublishers:
         """
         annotated = {ANNOTATIONS} if any(map(self._is_wanted, self._annotations)) else set()
         wanted = annotated | {layer for layer in self._images if not self._config.lazy or self.subscribers(layer)}
-        return wanted.union(self.messages.cloud_layers) if self._config.points and self._is_wanted(self.messages.points) else wanted
+        return wanted.union(*(layers for topic, layers in self.messages.clouds.items() if self._is_wanted(topic)))
 
     def subscribers(self, layer: str) -> int:
         """Return how many subscriptions a layer's images have: raw, compressed and coloured."""

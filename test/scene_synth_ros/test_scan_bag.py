@@ -31,7 +31,13 @@ STORE = get_typestore(Stores.ROS2_JAZZY)
 def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("scan") / "bag"
     words = ["--rooms", 2, "--frames", 6, "--seed", 8]
-    values = {"scan.enabled": "true", "streams.points": "true", "streams.points_color": "true", "camera.row_time_s": 0.001}
+    values = {
+        "scan.enabled": "true",
+        "streams.points": "true",
+        "streams.points_color": "true",
+        "streams.points_sensed": "true",
+        "camera.row_time_s": 0.001,
+    }
     values |= {"scan.rate_hz": SCANNER.rate_hz, "scan.beams": SCANNER.beams, "scan.angle_max_rad": SCANNER.angle_max_rad}
     for name, value in values.items():
         words += ["-p", f"renderer_node.{name}:={value}"]
@@ -184,4 +190,4 @@ def test_a_scan_in_bytes_is_what_laserscan_msg_says(bag: Path, messages) -> None
 
 def test_points_and_scans_are_off_unless_asked_for() -> None:
     assert not ScanConfig().enabled
-    assert FrameMessages(StreamConfig(), CameraConfig()).cloud_layers == ()
+    assert FrameMessages(StreamConfig(), CameraConfig()).clouds == {}

@@ -72,7 +72,7 @@ def test_points_need_layers_that_are_not_published_for_them() -> None:
     camera = CameraConfig(width=4, height=3)
     maker = FrameMessages(StreamConfig(semantic=False, points=True), camera)
     maker.begin_room(sample_scene())
-    assert set(maker.cloud_layers) == {"range", "semantic", "instance"}
+    assert maker.clouds == {"camera/points": ("range", "semantic", "instance")}
     layers = {"range": np.ones((3, 4), np.float32), "semantic": np.ones((3, 4), np.uint8), "instance": np.ones((3, 4), np.uint16)}
     made = dict(maker.of_frame(Frame(layers, None), POSE, lambda _: True))
     cloud = made["camera/points"]
@@ -81,3 +81,21 @@ def test_points_need_layers_that_are_not_published_for_them() -> None:
     assert "camera/range/image_raw" not in made and "camera/semantic/image_raw" not in made
     assert "camera/instance/image_raw" in made
     assert "camera/points" not in dict(maker.of_frame(Frame(layers, None), POSE, lambda topic: topic != "camera/points"))
+
+
+def test_points_of_what_a_sensor_reads_lie_at_its_depth() -> None:
+    camera = CameraConfig(width=4, height=3)
+    maker = FrameMessages(StreamConfig(points_sensed=True, points=True), camera)
+    maker.begin_room(sample_scene())
+    sensed = np.full((3, 4), 2.0, np.float32)
+    sensed[0, :3] = np.nan, np.inf, -np.inf
+    ids = {"semantic": np.ones((3, 4), np.uint8), "instance": np.ones((3, 4), np.uint16)}
+    made = dict(maker.of_frame(Frame({"depth_sensed": sensed, **ids}, None), POSE, lambda _: True))
+    assert "camera/points" not in made, "its range is not there"
+    z = np.frombuffer(made["camera/points_sensed"].data, np.float32).reshape(3, 4, 4)[..., 2]
+    assert np.isnan(z[0, :3]).all() and (z.ravel()[3:] == 2.0).all()
+
+
+def test_a_panorama_has_no_sensed_points() -> None:
+    maker = FrameMessages(StreamConfig(points_sensed=True, points=True), CameraConfig(model="equirectangular"))
+    assert list(maker.clouds) == ["camera/points"]

@@ -39,7 +39,7 @@ def peer() -> Iterator[GrammarPeer]:
         peer.listen()
         peer.meet("renderer_node")
         peer.send(scene_to_json(sample_scene()))
-        peer.spin_until(lambda: peer.images, 90, "the first image")
+        peer.spin_until(lambda: len(peer.images) == len(sample_scene().camera_path), 90, "the images of the first room")
         yield peer
 
 
