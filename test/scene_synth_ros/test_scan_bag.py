@@ -83,7 +83,7 @@ def test_verify_makes_scans_and_points_again(bag: Path, messages) -> None:
     report = verify_bag(bag)
     assert report.good, report
     own = sum(len(messages[topic]) for topic in ("scan", "scan_ideal", "laser/pose"))
-    assert report.compared == 12 * (2 + 5 * 2 + 2 * 2 + 3) + own  # pose and points; image and info; labels and classes; pictures
+    assert report.compared == 12 * (3 + 5 * 2 + 2 * 2 + 3) + own  # pose and two clouds; image and info; labels and classes; pictures
 
 
 def transforms(messages, child: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
