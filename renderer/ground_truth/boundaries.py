@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.core.kernel import entry, kernel
-from renderer.ground_truth.hit_view import HitView
+from renderer.ground_truth.hit_view import HitLayers, HitView
 
 STEP_M = 0.01
 """Least distance between two surfaces; beside it two pixels' footprints, which tell a step from a slope."""
@@ -59,3 +59,8 @@ def _off_plane(position: NDArray[np.float32], normals: NDArray[np.float32], y: i
         total += normals[y, x, axis] * (position[i, j, axis] - position[y, x, axis])
     distance: np.float32 = abs(total)
     return distance
+
+
+LAYERS: HitLayers = {
+    "boundaries": boundaries,
+}

@@ -10,7 +10,7 @@ from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import move_rays
 from renderer.core.embree import GEOM_ID, INVALID_ID, LANES, PRIM_ID, Packet, SceneHandle, intersect16
 from renderer.core.kernel import entry
-from renderer.ground_truth.hit_view import HitView
+from renderer.ground_truth.hit_view import HitLayers, HitView
 
 RAYS_PER_SIDE = 4
 _PLACES = (np.arange(RAYS_PER_SIDE, dtype=np.float32) + np.float32(0.5)) / np.float32(RAYS_PER_SIDE) - np.float32(0.5)
@@ -110,3 +110,8 @@ def _count_in_tiles(
                 for x in range(column, right):
                     if not edge[y, x]:
                         image[y, x] = np.float32(1.0)
+
+
+LAYERS: HitLayers = {
+    "coverage": coverage,
+}

@@ -1,52 +1,17 @@
-"""Which function computes which layer of the hit record: a row of ``renderer.film.layers.ROWS`` of the group "hit" has one here."""
+"""All layers of the hit record: a row of ``renderer.film.layers.ROWS`` of the group "hit" has its function in one of these modules."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from typing import Any
 
 from numpy.typing import NDArray
 
-from renderer.ground_truth import materials, motion, normals, positions
-from renderer.ground_truth.boundaries import boundaries
-from renderer.ground_truth.coverage import coverage
-from renderer.ground_truth.hit_view import HitView
-from renderer.ground_truth.lights_seen import light_seen
-from renderer.ground_truth.opaque import opaque_images
+from renderer.ground_truth import boundaries, coverage, lights_seen, materials, motion, normals, opaque, positions
+from renderer.ground_truth.hit_view import HitLayers, HitView
 
-FUNCTIONS: dict[str, Callable[[HitView], NDArray[Any]]] = {
-    **{
-        function.__name__: function
-        for function in (
-            positions.position,
-            positions.position_camera,
-            positions.uv,
-            positions.object_coordinates,
-            normals.normals_world,
-            normals.shading_normals,
-            normals.shading_normals_world,
-            materials.part,
-            materials.material,
-            materials.base_color,
-            materials.roughness,
-            materials.metallic,
-            materials.emission,
-            materials.glass,
-            materials.mirror,
-            motion.flow,
-            motion.flow_backward,
-            motion.occlusion,
-            motion.occlusion_backward,
-            light_seen,
-            boundaries,
-            coverage,
-        )
-    },
-    "depth_opaque": lambda view: view.shared(opaque_images).depth,
-    "normals_opaque": lambda view: view.shared(opaque_images).normals,
-    "semantic_opaque": lambda view: view.shared(opaque_images).semantic,
-    "instance_opaque": lambda view: view.shared(opaque_images).instance,
-}
+_MODULES = (positions, normals, materials, lights_seen, motion, boundaries, coverage, opaque)
+FUNCTIONS: HitLayers = {name: function for module in _MODULES for name, function in module.LAYERS.items()}
 """By the layer's name."""
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeVar
@@ -233,3 +233,7 @@ def turn(
             x, y, z = vectors[i, j, 0] - away[0], vectors[i, j, 1] - away[1], vectors[i, j, 2] - away[2]
             for axis in range(3):
                 image[i, j, axis] = rotation[axis, 0] * x + rotation[axis, 1] * y + rotation[axis, 2] * z
+
+
+HitLayers = Mapping[str, Callable[[HitView], NDArray[Any]]]
+"""Name of a layer -> what computes it."""

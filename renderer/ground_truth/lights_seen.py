@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.ground_truth.hit_view import HitView
+from renderer.ground_truth.hit_view import HitLayers, HitView
 from scene_description.light_labels import SKY_ID
 
 
@@ -19,3 +19,8 @@ def light_seen(view: HitView) -> NDArray[np.uint16]:
     seen = np.where(view.surface.emission.any(axis=2), view.of_part(ids), 0).astype(np.uint16)
     seen[np.isposinf(view.images.range)] = SKY_ID
     return seen
+
+
+LAYERS: HitLayers = {
+    "light_seen": light_seen,
+}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.ground_truth.hit_view import HitView
+from renderer.ground_truth.hit_view import HitLayers, HitView
 from renderer.ground_truth.opaque import is_clear
 
 MIRROR_METALLIC, MIRROR_ROUGHNESS = 0.5, 0.15
@@ -57,3 +57,15 @@ def mirror(view: HitView) -> NDArray[np.uint8]:
 
 def _mask(view: HitView, parts: NDArray[np.bool_]) -> NDArray[np.uint8]:
     return view.of_part(np.where(parts, 255, 0).astype(np.uint8)).astype(np.uint8, copy=False)
+
+
+LAYERS: HitLayers = {
+    "part": part,
+    "material": material,
+    "base_color": base_color,
+    "roughness": roughness,
+    "metallic": metallic,
+    "emission": emission,
+    "glass": glass,
+    "mirror": mirror,
+}

@@ -9,7 +9,7 @@ from renderer.camera.cameras import PosedCamera, project
 from renderer.core import embree as ray
 from renderer.core.embree import LANES, Packet, SceneHandle, occluded16
 from renderer.core.kernel import entry
-from renderer.ground_truth.hit_view import HitView
+from renderer.ground_truth.hit_view import HitLayers, HitView
 from renderer.path.surfaces import lift_height
 from scene_description.types import CameraPose
 
@@ -118,3 +118,11 @@ def _look_back(
                 y, x = row + (k >> 2), column + (k & 3)
                 if y < height and x < width and packet.alive[k] != 0 and real[ray.TFAR + k] < np.float32(0.0):
                     image[y, x] = HIDDEN
+
+
+LAYERS: HitLayers = {
+    "flow": flow,
+    "flow_backward": flow_backward,
+    "occlusion": occlusion,
+    "occlusion_backward": occlusion_backward,
+}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.ground_truth.hit_view import HitView
+from renderer.ground_truth.hit_view import HitLayers, HitView
 
 
 def normals_world(view: HitView) -> NDArray[np.float32]:
@@ -21,3 +21,10 @@ def shading_normals(view: HitView) -> NDArray[np.float32]:
 def shading_normals_world(view: HitView) -> NDArray[np.float32]:
     """Return shading normals, those of smooth and textured surfaces, (height, width, 3), world; 0 where nothing is hit."""
     return view.surface.shading_normals
+
+
+LAYERS: HitLayers = {
+    "normals_world": normals_world,
+    "shading_normals": shading_normals,
+    "shading_normals_world": shading_normals_world,
+}

@@ -24,7 +24,7 @@ from renderer.core.embree import (
     intersect16,
 )
 from renderer.core.kernel import entry
-from renderer.ground_truth.hit_view import HitView
+from renderer.ground_truth.hit_view import HitLayers, HitView
 
 MOST_PANES = 16
 """A ray that has met so many surfaces of glass ends there, as if nothing were behind."""
@@ -119,3 +119,11 @@ def _look_through(
                 scale = -scale if nx * dx + ny * dy + nz * dz > _ZERO else scale
                 for axis in range(3):
                     images.normals[y, x, axis] = (r[0, axis] * nx + r[1, axis] * ny + r[2, axis] * nz) * scale
+
+
+LAYERS: HitLayers = {
+    "depth_opaque": lambda view: view.shared(opaque_images).depth,
+    "normals_opaque": lambda view: view.shared(opaque_images).normals,
+    "semantic_opaque": lambda view: view.shared(opaque_images).semantic,
+    "instance_opaque": lambda view: view.shared(opaque_images).instance,
+}

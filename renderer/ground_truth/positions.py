@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.core.kernel import entry
-from renderer.ground_truth.hit_view import HitView
+from renderer.ground_truth.hit_view import HitLayers, HitView
 
 
 def position(view: HitView) -> NDArray[np.float32]:
@@ -49,3 +49,11 @@ def _into_boxes(
                         + boxes[p, axis, 2] * points[y, x, 2]
                         + boxes[p, axis, 3]
                     )
+
+
+LAYERS: HitLayers = {
+    "position": position,
+    "position_camera": position_camera,
+    "uv": uv,
+    "object_coordinates": object_coordinates,
+}
