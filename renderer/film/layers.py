@@ -341,6 +341,18 @@ ROWS = (
         option="layers",
     ),
     Layer(
+        name="incidence",
+        summary="the angle at which surfaces are seen",
+        meaning="angle between the ray and the geometric normal, 0 where a surface is seen head-on",
+        dtype="float32",
+        unit="rad",
+        no_hit=math.nan,
+        group="hit",
+        picture=SHARE,
+        exr=("incidence.Y",),
+        option="layers",
+    ),
+    Layer(
         name="part",
         summary="ids of the objects' parts",
         meaning="part id, 0 for what belongs to no named part",

@@ -23,8 +23,17 @@ def shading_normals_world(view: HitView) -> NDArray[np.float32]:
     return view.surface.shading_normals
 
 
+def incidence(view: HitView) -> NDArray[np.float32]:
+    """Return the angles between rays and geometric normals, (height, width), radians; NaN where nothing is hit."""
+    away = view.camera.position - view.position
+    cosine = (away * view.normals_world).sum(axis=2) / np.maximum(np.sqrt((away * away).sum(axis=2)), np.float32(1e-30))
+    angles: NDArray[np.float32] = np.arccos(np.clip(cosine, np.float32(0.0), np.float32(1.0)))
+    return angles
+
+
 LAYERS: HitLayers = {
     "normals_world": normals_world,
     "shading_normals": shading_normals,
     "shading_normals_world": shading_normals_world,
+    "incidence": incidence,
 }

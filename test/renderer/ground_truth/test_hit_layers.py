@@ -102,6 +102,13 @@ def test_normals_are_told_in_both_frames_and_smooth_surfaces_have_their_own():
     np.testing.assert_array_equal(bent["normals_world"], seen["normals_world"])
 
 
+def test_incidence_on_a_wall_ahead_is_the_angle_to_the_optical_axis():
+    seen = layers(scene(quad((2.0, -3, -3), (0, 0, 6), (0, 6, 0))), AHEAD, "incidence")
+    v, u = np.mgrid[: CAMERA.height, : CAMERA.width] + 0.5
+    away = np.hypot(u - CAMERA.width / 2, v - CAMERA.height / 2)
+    np.testing.assert_allclose(seen["incidence"], np.arctan(away / CAMERA.focal_length_px), atol=2e-3)
+
+
 def test_texture_coordinates_are_the_meshs_own():
     seen = layers(furnished_room(), VIEW, "uv", "position")
     np.testing.assert_allclose(seen["uv"], seen["position"][..., :2], atol=1e-5)
