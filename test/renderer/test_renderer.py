@@ -225,10 +225,3 @@ def test_unknown_layers_and_keys_are_refused():
         render(furnished_room(), ("depth", "fog"))
     with pytest.raises(RenderError, match="scene_key >= 0"):
         render(furnished_room(), key=-1)
-
-
-def test_the_portable_mode_renders_the_same_geometry():
-    native = render(furnished_room(), GEOMETRIC_LAYERS)
-    portable = render(furnished_room(), GEOMETRIC_LAYERS, config=RenderConfig(portable=True, threads=2))
-    assert np.array_equal(native.layers["instance"], portable.layers["instance"])
-    np.testing.assert_allclose(native.layers["depth"], portable.layers["depth"], rtol=1e-5)

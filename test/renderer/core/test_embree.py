@@ -164,14 +164,6 @@ def test_packets_are_aligned():
     assert all(packet.real.ctypes.data % 64 == 0 and packet.alive.ctypes.data % 64 == 0 for packet in packets)
 
 
-def test_a_portable_scene_hits_the_same():
-    mesh = triangle_soup()
-    origins, directions = random_rays(1024)
-    with EmbreeScene(mesh.vertices, mesh.faces) as native, EmbreeScene(mesh.vertices, mesh.faces, portable=True) as portable:
-        a, b = trace_all(native.handle, origins, directions, True), trace_all(portable.handle, origins, directions, True)
-    assert np.array_equal(a["primID"], b["primID"])
-
-
 def test_the_mesh_may_be_dropped_by_its_owner():
     mesh = triangle_soup()
     origins, directions = random_rays(256)
