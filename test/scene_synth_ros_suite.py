@@ -11,7 +11,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -41,9 +40,13 @@ SMALL += ["renderer_node.render.auto_exposure:=false"]
 
 _PROFILE = (PROFILE_VARIABLE, str(config_path(PROFILE)))
 """What a process has in its environment that announces itself as the nodes do."""
-_claims: deque[IO[str]] = deque(maxlen=30)
+_KEPT = 30
+"""How many claims of domains are kept until the oldest is let go for a new one."""
+_claims: dict[int, IO[str]] = {}
+"""Locks of the domains that this process has used last."""
+_never_again: set[int] = set()
+"""Domains in which nodes of the product lived in this process: parts of them outlive ``destroy_node`` until they are collected."""
 _PEERS: dict[Context, list[Peer]] = {}
-"""Locks of the domains that this process has used last; the oldest is let go for a new one."""
 
 
 def claim_domain() -> int:
@@ -53,7 +56,9 @@ def claim_domain() -> int:
         with suppress(OSError):  # held by another run, or left by another user
             claim = (Path(tempfile.gettempdir()) / f"scene_synth_test_domain_{domain}.lock").open("w", encoding="ascii")
             fcntl.flock(claim, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            _claims.append(claim)
+            _claims[domain] = claim
+            for oldest in [held for held in _claims if held not in _never_again][:-_KEPT]:
+                _claims.pop(oldest).close()
             return domain
 
 
@@ -143,11 +148,19 @@ def dds_context(domain_id: int) -> Iterator[Context]:
     try:
         yield context
     finally:
-        for peer in _PEERS.pop(context, []):
-            peer.destroy()
-        for node in [made for made in gc.get_objects() if issubclass(type(made), Node) and made.context is context]:
-            node.destroy_node()
+        _destroy_nodes(context)
+        gc.collect()  # what nodes of this process have made, in circles of references, holds their participant
         rclpy.try_shutdown(context=context)
+
+
+def _destroy_nodes(context: Context) -> None:
+    for peer in _PEERS.pop(context, []):
+        peer.destroy()
+    nodes = [made for made in gc.get_objects() if issubclass(type(made), Node) and made.context is context]
+    if any(type(node) is not Node for node in nodes) and len(_never_again) < _KEPT:
+        _never_again.add(context.get_domain_id())
+    for node in nodes:
+        node.destroy_node()
 
 
 class Peer:
