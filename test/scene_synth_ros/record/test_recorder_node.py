@@ -8,10 +8,9 @@ import pytest
 import rclpy
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped
-from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.lifecycle import TransitionCallbackReturn
-from scene_synth_ros_suite import claim_domain, wait_until
+from scene_synth_ros_suite import claim_domain, dds_context, wait_until
 from sensor_msgs.msg import CompressedImage, Image
 from std_msgs.msg import Header
 
@@ -26,14 +25,11 @@ SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FA
 
 @pytest.fixture
 def node(tmp_path: Path) -> Iterator[RecorderNode]:
-    context = Context()
-    rclpy.init(context=context, domain_id=claim_domain())
-    words = ["--ros-args", "-r", "__ns:=/synth", "-p", f"bag:={tmp_path / 'bag'}", "-p", "autostart:=false"]
-    made = RecorderNode(context=context, cli_args=words, use_global_arguments=False)
-    yield made
-    made.close()
-    made.destroy_node()
-    rclpy.try_shutdown(context=context)
+    with dds_context(claim_domain()) as context:
+        words = ["--ros-args", "-r", "__ns:=/synth", "-p", f"bag:={tmp_path / 'bag'}", "-p", "autostart:=false"]
+        made = RecorderNode(context=context, cli_args=words, use_global_arguments=False)
+        yield made
+        made.close()
 
 
 def writing_threads() -> list[str]:

@@ -5,12 +5,10 @@ import time
 from collections.abc import Iterator
 
 import pytest
-import rclpy
-from rclpy.context import Context
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from sample_scene import sample_scene
-from scene_synth_ros_suite import Peer, claim_domain
+from scene_synth_ros_suite import Peer, claim_domain, dds_context
 from std_msgs.msg import String
 
 from scene_description import scene_to_json
@@ -40,14 +38,11 @@ def compiler(monkeypatch: pytest.MonkeyPatch) -> SlowCompiler:
 
 @pytest.fixture
 def node(compiler: SlowCompiler) -> Iterator[RendererNode]:
-    context = Context()
-    rclpy.init(context=context, domain_id=claim_domain())
-    node = RendererNode(context=context, namespace="/synth", parameter_overrides=[Parameter("autostart", value=False)])
-    yield node
-    compiler.go.set()
-    node.close()
-    node.destroy_node()
-    rclpy.try_shutdown(context=context)
+    with dds_context(claim_domain()) as context:
+        node = RendererNode(context=context, namespace="/synth", parameter_overrides=[Parameter("autostart", value=False)])
+        yield node
+        compiler.go.set()
+        node.close()
 
 
 def rendering_threads() -> list[threading.Thread]:
