@@ -8,8 +8,7 @@ import sys
 
 import numpy as np
 import pytest
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene as ReferenceScene
+from embreex_reference import reference_hits
 from numba import njit
 
 from renderer.core import embree
@@ -96,9 +95,7 @@ def trace_all(handle: SceneHandle, origins: np.ndarray, directions: np.ndarray, 
 def test_packets_hit_what_embreex_hits():
     mesh = triangle_soup()
     origins, directions = random_rays(4096)
-    reference_scene = ReferenceScene()
-    TriangleMesh(reference_scene, mesh.vertices, mesh.faces.astype(np.int32))
-    expected = reference_scene.run(origins, directions, output=1)
+    expected = reference_hits(mesh.vertices[mesh.faces], origins, directions)
     with EmbreeScene(mesh.vertices, mesh.faces) as scene:
         for coherent in (True, False):
             ours = trace_all(scene.handle, origins, directions, coherent)

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from embreex import rtcore_scene
-from embreex.mesh_construction import TriangleMesh
+from embreex_reference import reference_hits
 
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import merged
@@ -125,13 +124,6 @@ def test_pane_is_one_quad_that_covers_the_hole(style: str) -> None:
     assert np.allclose(pane.normals, (-1.0, 0.0, 0.0), atol=1e-6)
 
 
-def first_hits(mesh: Mesh, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Index of the first face that each ray hits, -1 for none, by Embree."""
-    scene = rtcore_scene.EmbreeScene(robust=True)
-    TriangleMesh(scene, mesh.vertices[mesh.faces].astype(np.float32))
-    return np.asarray(scene.run(origins.astype(np.float32), directions.astype(np.float32)))
-
-
 @pytest.mark.parametrize(("name", "swing"), [(name, swing) for name in OUTLINES for swing in ("in", "out")])
 def test_no_ray_leaves_the_room(name: str, swing: str) -> None:
     outline = OUTLINES[name]
@@ -162,7 +154,7 @@ def test_no_ray_leaves_the_room(name: str, swing: str) -> None:
     corner = rng.integers(len(points), size=20000)
     targets = np.column_stack([points[corner], rng.choice((0.0, 1.3, 2.6), 20000)])
     directions = np.vstack([targets - origins[:20000], rng.normal(size=(40000, 3))])
-    hits = first_hits(mesh, origins, directions)
+    hits = reference_hits(mesh.vertices[mesh.faces], origins, directions, robust=True)["primID"]
     assert (hits >= 0).all()
     normals = area_vectors(mesh)[hits]
     front = np.einsum("ij,ij->i", normals, directions) < 0.0
