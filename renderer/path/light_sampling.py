@@ -33,6 +33,13 @@ def sample_emitters(surfaces: Surfaces, lights: Lights, scratch: Scratch) -> Non
             lanes[ln.LIGHT_PDF + k] = _ZERO
         return
     _choose_groups(scratch.importances, len(lights.groups.area), lanes, sampled)
+    sample_groups(surfaces, lights, scratch)
+
+
+@inlined
+def sample_groups(surfaces: Surfaces, lights: Lights, scratch: Scratch) -> None:
+    """Fill TO_LIGHT, LI and LIGHT_PDF with points on the groups in ``sampled``; U_REMAPPED and U_LIGHT_1 choose them."""
+    lanes, sampled = scratch.lanes, scratch.sampled
     _sample_points(lights, lanes, sampled)
     by_sky = by_profile = 0
     for k in range(LANES):
