@@ -102,13 +102,18 @@ class Renderer:
         self._labels = Labels(*map(np.ascontiguousarray, (flat.face_part, parts.label, parts.object_id)))
         self._lights = build_lights(flat)
         self._surfaces = build_surfaces(flat)
-        self._mesh, self._embree = flat.mesh, EmbreeScene(flat.mesh.vertices, flat.mesh.faces, portable=config.portable)
+        self._embree = self._build_tree(watertight=True)
         self._for_light: EmbreeScene | None = None
         self._denoiser: Denoiser | None = None
         self._depth_sensor: DepthSensor | None = None
         self._workers = Workers(thread_count(config.threads))
         self._scratch = [make_scratch(len(self._lights.groups.area)) for _ in range(self._workers.count)]
         self._scene = TracedScene(flat, self._labels.label, self._surfaces, self._lights, self._embree.handle, self._workers, self._scratch)
+
+    def _build_tree(self, *, watertight: bool) -> EmbreeScene:
+        panes = self.flat.parts.portal[self.flat.face_part]
+        mesh, portable = self.flat.mesh, self._config.portable
+        return EmbreeScene(mesh.vertices, mesh.faces, panes=panes, watertight=watertight, portable=portable)
 
     @property
     def tree(self) -> SceneHandle:
@@ -252,7 +257,7 @@ class Renderer:
         )
 
         if self._for_light is None:
-            self._for_light = EmbreeScene(self._mesh.vertices, self._mesh.faces, watertight=False, portable=config.portable)
+            self._for_light = self._build_tree(watertight=False)
         tree = self._for_light.handle
 
         def trace(worker: int, work: Work) -> None:
