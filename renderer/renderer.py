@@ -43,7 +43,7 @@ from renderer.ground_truth.hit_layers import hit_layers
 from renderer.ground_truth.hit_view import HitView, TracedScene
 from renderer.path.config import RenderConfig
 from renderer.path.film_update import blocked_share, indirect_part
-from renderer.path.ground_truth import GeometricImages, Labels, make_hits, trace_geometry
+from renderer.path.ground_truth import GeometricImages, make_hits, make_labels, trace_geometry
 from renderer.path.integrator import trace_paths
 from renderer.path.lights import build_lights
 from renderer.path.queues import WAVE, WAVE_EDGE
@@ -99,7 +99,7 @@ class Renderer:
         self.flat = flat
         """What is rendered."""
         parts = flat.parts
-        self._labels = Labels(*map(np.ascontiguousarray, (flat.face_part, parts.label, parts.object_id)))
+        self._labels = make_labels(flat.face_part, parts.label, parts.object_id)
         self._lights = build_lights(flat)
         self._surfaces = build_surfaces(flat)
         self._embree = self._build_tree(watertight=True)
@@ -108,7 +108,9 @@ class Renderer:
         self._depth_sensor: DepthSensor | None = None
         self._workers = Workers(thread_count(config.threads))
         self._scratch = [make_scratch(len(self._lights.groups.area)) for _ in range(self._workers.count)]
-        self._scene = TracedScene(flat, self._labels.label, self._surfaces, self._lights, self._embree.handle, self._workers, self._scratch)
+        self._scene = TracedScene(
+            flat, np.ascontiguousarray(parts.label), self._surfaces, self._lights, self._embree.handle, self._workers, self._scratch
+        )
 
     def _build_tree(self, *, watertight: bool) -> EmbreeScene:
         panes = self.flat.parts.portal[self.flat.face_part]
