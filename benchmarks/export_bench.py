@@ -175,15 +175,15 @@ def compare(room_type: str, seed: int, samples: int, pictures: Path | None) -> l
 
 def main() -> None:
     """Compare the rooms and print the table."""
-    import mitsuba as mi
-
-    mi.set_variant(VARIANT)
     parser = argparse.ArgumentParser(prog="python -m benchmarks.export_bench")
     parser.add_argument("--rooms", nargs="+", default=["kitchen:2", "hallway:2"], metavar="TYPE:SEED")
     parser.add_argument("--samples", type=int, default=512, help="a pixel (default: %(default)s)")
     parser.add_argument("--pictures", type=Path, metavar="DIR", help="write ours and Mitsuba's side by side")
     parser.add_argument("--json", type=Path, help="write the figures to this file")
     arguments = parser.parse_args()
+    import mitsuba as mi
+
+    mi.set_variant(VARIANT)
     rows = []
     for room in arguments.rooms:
         room_type, _, seed = room.partition(":")
