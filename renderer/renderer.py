@@ -43,7 +43,7 @@ from renderer.ground_truth.hit_layers import hit_layers
 from renderer.ground_truth.hit_view import HitView, TracedScene
 from renderer.path.config import RenderConfig
 from renderer.path.film_update import blocked_share, indirect_part
-from renderer.path.ground_truth import GeometricImages, Labels, make_hits, trace_geometry
+from renderer.path.ground_truth import GeometricImages, make_hits, make_labels, trace_geometry
 from renderer.path.integrator import trace_paths
 from renderer.path.lights import build_lights
 from renderer.path.queues import WAVE, WAVE_EDGE
@@ -99,16 +99,23 @@ class Renderer:
         self.flat = flat
         """What is rendered."""
         parts = flat.parts
-        self._labels = Labels(*map(np.ascontiguousarray, (flat.face_part, parts.label, parts.object_id)))
+        self._labels = make_labels(flat.face_part, parts.label, parts.object_id)
         self._lights = build_lights(flat)
         self._surfaces = build_surfaces(flat)
-        self._mesh, self._embree = flat.mesh, EmbreeScene(flat.mesh.vertices, flat.mesh.faces, portable=config.portable)
+        self._embree = self._build_tree(watertight=True)
         self._for_light: EmbreeScene | None = None
         self._denoiser: Denoiser | None = None
         self._depth_sensor: DepthSensor | None = None
         self._workers = Workers(thread_count(config.threads))
         self._scratch = [make_scratch(len(self._lights.groups.area)) for _ in range(self._workers.count)]
-        self._scene = TracedScene(flat, self._labels.label, self._surfaces, self._lights, self._embree.handle, self._workers, self._scratch)
+        self._scene = TracedScene(
+            flat, np.ascontiguousarray(parts.label), self._surfaces, self._lights, self._embree.handle, self._workers, self._scratch
+        )
+
+    def _build_tree(self, *, watertight: bool) -> EmbreeScene:
+        panes = self.flat.parts.portal[self.flat.face_part]
+        mesh, portable = self.flat.mesh, self._config.portable
+        return EmbreeScene(mesh.vertices, mesh.faces, panes=panes, watertight=watertight, portable=portable)
 
     @property
     def tree(self) -> SceneHandle:
@@ -252,7 +259,7 @@ class Renderer:
         )
 
         if self._for_light is None:
-            self._for_light = EmbreeScene(self._mesh.vertices, self._mesh.faces, watertight=False, portable=config.portable)
+            self._for_light = self._build_tree(watertight=False)
         tree = self._for_light.handle
 
         def trace(worker: int, work: Work) -> None:

@@ -415,7 +415,7 @@ ROWS = (
     Layer(
         name="emission",
         summary="the light that surfaces emit",
-        meaning="luminance that the surface itself sends to the camera; of window panes that of the sky behind them",
+        meaning="luminance that the surface itself sends to the camera; of panes that of the sky behind, if nothing stands before it",
         dtype="float32",
         channels=3,
         unit="cd/m2",

@@ -114,6 +114,7 @@ class HitView:
         def fill(worker: int, first: int) -> None:
             scratch = scene.scratch[worker]
             evaluate_hits(
+                scene.tree,
                 scene.surfaces,
                 scene.lights,
                 mesh.vertices,

@@ -12,7 +12,7 @@ from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import move_rays
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
-from renderer.core.embree import LANES
+from renderer.core.embree import LANES, SceneHandle
 from renderer.core.kernel import entry, inlined
 from renderer.path.ground_truth import Hits
 from renderer.path.lights import Lights
@@ -46,6 +46,7 @@ def make_surface_images(height: int, width: int) -> SurfaceImages:
 
 @entry
 def evaluate_hits(
+    scene: SceneHandle,
     surfaces: Surfaces,
     lights: Lights,
     vertices: NDArray[np.float32],
@@ -73,7 +74,8 @@ def evaluate_hits(
             _restore_hits(vertices, faces, camera, column, row, distance, hits, scratch)
             for k in range(LANES):
                 lanes[ln.WIDTH + k], lanes[ln.SPREAD + k] = _ZERO, spread
-            evaluate_surfaces(surfaces, lights, True, _INFINITE, scratch)
+                lanes[ln.OUTSIDE + k], lanes[ln.RAY_PDF + k] = _ZERO, _INFINITE
+            evaluate_surfaces(scene, surfaces, lights, True, _INFINITE, scratch)
             for k in range(LANES):
                 x, y = column + (k & 3), row + (k >> 2)
                 if x >= camera.width or y >= camera.height or lanes[ln.HIT + k] == _ZERO:

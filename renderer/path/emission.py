@@ -49,20 +49,24 @@ def add_emission(limit: np.float32, direct: bool, scratch: Scratch) -> None:
 
 @inlined
 def escaped_le(surfaces: Surfaces, lights: Lights, packet: Packet, k: int, lanes: NDArray[np.float32]) -> None:
-    """Fill LE of lane k, a camera ray that leaves the scene, with the sky and the infinite light."""
+    """Fill LE of lane k, a ray that leaves the scene, with the sky and the infinite light, this by the mis weight of the ray."""
     real = packet.real
     x, y, z = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
     r, g, b = sky_le(surfaces.sky, x, y, z)
-    bright_r, bright_g, bright_b, _ = infinite_le(lights.infinite, x, y, z)
-    lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k] = r + bright_r, g + bright_g, b + bright_b
+    bright_r, bright_g, bright_b, pdf = infinite_le(lights.infinite, x, y, z)
+    scale = _ONE / (_ONE + pdf / lanes[ln.RAY_PDF + k])
+    lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k] = r + scale * bright_r, g + scale * bright_g, b + scale * bright_b
 
 
 @inlined
 def emitter_le(surfaces: Surfaces, lights: Lights, part: int, primary: bool, packet: Packet, k: int, lanes: NDArray[np.float32]) -> None:
-    """Fill LE and LE_PDF of lane k if it hit the front of an emitter; LE_PDF stays 0 for camera rays (``primary``)."""
+    """Fill LE and LE_PDF of lane k if it hit the front of an emitter; of panes such that show the sky.
+
+    LE_PDF stays 0 for camera rays (``primary``).
+    """
     real = packet.real
     group = lights.face_group[packet.integer[ray.PRIM_ID + k]]
-    if group >= 0 and lanes[ln.COS_FRONT + k] > _ZERO:
+    if group >= 0 and lanes[ln.COS_FRONT + k] > _ZERO and lanes[ln.OPEN + k] >= lanes[ln.THIN + k]:
         x, y, z = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
         r, g, b = surface_le(surfaces, part, x, y, z, lanes[ln.COS_FRONT + k])
         lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k] = r, g, b

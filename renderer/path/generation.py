@@ -69,7 +69,7 @@ def generate_camera_rays(camera: PosedCamera, column: int, row: int, sample: np.
             lanes[ln.SPAWNED + k] = _ONE if inside else _ZERO
             scratch.lane_slot[k] = block + k
             state[qu.BETA_R + count + k] = state[qu.BETA_G + count + k] = state[qu.BETA_B + count + k] = _ONE
-            state[qu.WIDTH + count + k], state[qu.SPREAD + count + k] = _ZERO, spread
+            state[qu.WIDTH + count + k], state[qu.SPREAD + count + k], state[qu.OUTSIDE + count + k] = _ZERO, spread, _ZERO
             state[qu.RAY_PDF + count + k], state[qu.PREV_IMPORTANCE + count + k] = _INFINITE, _ONE
         for axis in range(3):
             pack(rays.real, ray.ORG_X + LANES * axis, lanes, ln.SPAWNED, state, qu.ORG_X + ROW * axis + count)

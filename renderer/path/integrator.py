@@ -88,7 +88,7 @@ def trace_paths(
                 queued = 0
                 for first in range(0, count, LANES):
                     intersect_closest(scene, here, first, count, depth == 0, scratch)
-                    evaluate_surfaces(surfaces, lights, depth == 0, transport.widest, scratch)
+                    evaluate_surfaces(scene, surfaces, lights, depth == 0, transport.widest, scratch)
                     update_aovs(film, column, row, depth, scratch)
                     if depth > 0:
                         regularize(transport.caustic_blur, scratch)
