@@ -88,6 +88,7 @@ U_INFINITE_0, U_INFINITE_1 = _field(), _field()  # filled where there is an infi
 # A sampled light.  Written and read by sample_lights.
 TO_LIGHT_X, TO_LIGHT_Y, TO_LIGHT_Z = _vector()  # from P to the point on the light, metres, world
 LI_R, LI_G, LI_B = _vector()  # luminance that arrives from there, cd/m2; then what it adds to the pixel
+KEPT = _field()  # share of that which stays with the pixel, the rest is clipped
 LIGHT_PDF = _field()  # density per steradian of sampling that direction; 0 where no light arrives
 U_REMAPPED = _field()  # what is left of the random number once it has chosen a group, then an emitter
 GROUP_IMPORTANCE, GROUP_FOUND = _field(), _field()  # of the chosen group; 1 once the choice has fallen

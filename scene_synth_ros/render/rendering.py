@@ -240,7 +240,7 @@ class Rendering:
 
     def rendered(self, frame: Frame, seconds: float, period_s: float) -> None:
         """Take how long a frame took, in real time."""
-        self.rate.take(frame, seconds, period_s, self._render_config)
+        self.rate.take(frame, seconds, period_s)
 
     def skip(self) -> None:
         """Count a frame that is left out because it would be late."""
