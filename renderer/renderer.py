@@ -41,6 +41,7 @@ from renderer.film.white_balance import white_of_kelvin
 from renderer.geometry.mesh import Mesh
 from renderer.ground_truth.hit_layers import hit_layers
 from renderer.ground_truth.hit_view import HitView, TracedScene
+from renderer.path.clipping import share_clipped
 from renderer.path.config import RenderConfig
 from renderer.path.film_update import blocked_share, indirect_part
 from renderer.path.ground_truth import GeometricImages, make_hits, make_labels, trace_geometry
@@ -247,8 +248,9 @@ class Renderer:
             np.zeros((*size, 3) if "albedo" in layers else (0, 0, 3), np.float32),
             np.zeros((*size, 6) if aov else (0, 0, 6), np.float32),
             np.zeros((*size, 3) if "variance" in layers else (0, 0, 3), np.float32),
-            np.zeros((*size, 3) if "direct" in layers or "indirect" in layers else (0, 0, 3), np.float32),
+            np.zeros((*size, 3) if config.clamp or "direct" in layers or "indirect" in layers else (0, 0, 3), np.float32),
             np.zeros((*size, 2) if "shadow" in layers else (0, 0, 2), np.float32),
+            np.zeros((*size, 3) if config.clamp else (0, 0, 3), np.float32),
         )
         transport = Transport(
             self._frame_key(frame_index),
@@ -277,6 +279,8 @@ class Renderer:
                 break
         for image in film:
             image *= np.float32(1.0 / done)
+        if config.clamp:
+            share_clipped(film)
         return film, done
 
     def _denoise(self, film: Film) -> NDArray[np.float32]:

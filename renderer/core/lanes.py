@@ -98,6 +98,7 @@ LIGHT_END = (
     _field()
 )  # where the shadow ray ends, in lengths of TO_LIGHT: at the light, or never if it is outside; panes do not stop it then
 LI_R, LI_G, LI_B = _vector()  # luminance that arrives from there, cd/m2; then what it adds to the pixel
+KEPT = _field()  # share of that which stays with the pixel, the rest is clipped
 LIGHT_PDF = _field()  # density per steradian of sampling that direction; 0 where no light arrives
 U_REMAPPED = _field()  # what is left of the random number once it has chosen a group, then an emitter
 GROUP_IMPORTANCE, GROUP_FOUND = _field(), _field()  # of the chosen group; 1 once the choice has fallen

@@ -13,11 +13,13 @@ class RenderConfig:
     """How colour is computed."""
 
     samples_per_pixel: Annotated[int, Limits(ge=1, le=65536, description="Colour samples per pixel")] = 16
-    max_depth: Annotated[int, Limits(ge=1, le=64, description="Most segments of a light path; 1 shows lights only, 2 direct light")] = 6
+    max_depth: Annotated[int, Limits(ge=1, le=64, description="Most segments of a light path; 1 shows lights only, 2 direct light")] = 32
     clamp: Annotated[
         float,
         Limits(
-            ge=0.0, le=1e6, description="Most that one indirect light sample may bring, in units of the exposure's white; 0 is no limit"
+            ge=0.0,
+            le=1e6,
+            description="Most that one stroke of indirect light brings to its pixel, in units of white; all share the rest; 0: no limit",
         ),
     ] = 0.0
     caustic_blur: Annotated[

@@ -15,6 +15,7 @@ from renderer.core.embree import LANES, SceneHandle
 from renderer.core.kernel import inlined, kernel
 from renderer.core.lanes import count_chosen
 from renderer.path.blocked_light import add_blocked_light
+from renderer.path.clipping import CLIPPED_REACH
 from renderer.path.light_sampling import sample_emitters, sample_infinite_light
 from renderer.path.lights import Lights, importance, load_bounds
 from renderer.path.records import Film, Scratch
@@ -63,8 +64,8 @@ def sample_lights(
 ) -> int:
     """Sample the emitters, and the infinite light if there is one; return how many shadow rays wait when ``waiting`` did before.
 
-    ``kinds``: of the packet (:mod:`renderer.bsdf.layers`).  ``limit``: most that each channel of one light may bring.  (column, row): where
-    the wave's tile begins in ``film``, which takes what it asks for of the light at first hits.
+    ``kinds``: of the packet (:mod:`renderer.bsdf.layers`).  ``limit``: most that each channel of one light may bring to its own
+    pixel.  (column, row): where the wave's tile begins in ``film``, which takes what it asks for of the light at first hits.
     """
     lanes, shadow_rays = scratch.lanes, scratch.shadow_rays
     direct, arriving = depth == 0 and film.direct.shape[0] > 0, depth == 0 and film.arriving.shape[0] > 0
@@ -115,9 +116,9 @@ def _wi_to_lights(lanes: NDArray[np.float32]) -> None:
 
 @kernel
 def _weigh_li(lanes: NDArray[np.float32], limit: np.float32) -> None:
-    """Turn LI into what it adds to the pixel: beta f_cos li / light_pdf, times the mis weight where a ray that continues can find it too.
+    """Turn LI into what it brings: beta f_cos li / light_pdf, times the mis weight where a ray that continues can find it too; fill KEPT.
 
-    Where it adds nothing LIGHT_PDF becomes 0.
+    Where it brings nothing LIGHT_PDF becomes 0.
     """
     for k in range(LANES):
         # The balance heuristic: light_pdf / (light_pdf + pdf) / light_pdf.
@@ -127,6 +128,9 @@ def _weigh_li(lanes: NDArray[np.float32], limit: np.float32) -> None:
         b = gain * lanes[ln.LI_B + k] * lanes[ln.F_COS_B + k] * lanes[ln.BETA_B + k]
         most = r if r > g else g
         most = most if most > b else b
-        keep = limit / most if most > limit else _ONE
-        lanes[ln.LI_R + k], lanes[ln.LI_G + k], lanes[ln.LI_B + k] = r * keep, g * keep, b * keep
+        reach = CLIPPED_REACH * limit
+        scale = reach / most if most > reach else _ONE
+        most = scale * most
+        lanes[ln.KEPT + k] = limit / most if most > limit else _ONE
+        lanes[ln.LI_R + k], lanes[ln.LI_G + k], lanes[ln.LI_B + k] = r * scale, g * scale, b * scale
         lanes[ln.LIGHT_PDF + k] = lanes[ln.LIGHT_PDF + k] if most > _ZERO else _ZERO

@@ -12,6 +12,7 @@ from renderer.core.color import Rgb
 from renderer.core.embree import LANES, Packet
 from renderer.core.kernel import inlined
 from renderer.path import surface_tables as st
+from renderer.path.clipping import CLIPPED_REACH
 from renderer.path.infinite_light import infinite_le, sky_le
 from renderer.path.lights import Lights, importance, load_bounds
 from renderer.path.queues import WAVE
@@ -28,7 +29,7 @@ _UNLIT = np.float32(0.03)
 def add_emission(limit: np.float32, direct: bool, scratch: Scratch) -> None:
     """Add LE of the hits to the light of their pixels, with the mis weight of the ray.
 
-    ``limit``: the most that a channel may bring; ``direct``: whether to add it to the direct light too.
+    ``limit``: the most that a channel may bring to its own pixel; ``direct``: whether to add it to the direct light too.
     """
     lanes, light = scratch.lanes, scratch.light
     for k in range(LANES):
@@ -36,15 +37,21 @@ def add_emission(limit: np.float32, direct: bool, scratch: Scratch) -> None:
         if r + g + b > _ZERO:
             mis_weight = _ONE / (_ONE + lanes[ln.LE_PDF + k] / lanes[ln.RAY_PDF + k])
             r, g, b = r * lanes[ln.BETA_R + k] * mis_weight, g * lanes[ln.BETA_G + k] * mis_weight, b * lanes[ln.BETA_B + k] * mis_weight
-            keep = min(_ONE, limit / max(r, g, b, _TINY))
+            most = max(r, g, b, _TINY)
+            scale = min(_ONE, CLIPPED_REACH * limit / most)
+            r, g, b, kept = r * scale, g * scale, b * scale, min(_ONE, limit / (most * scale))
             slot = scratch.lane_slot[k]
-            light[slot] += r * keep
-            light[WAVE + slot] += g * keep
-            light[2 * WAVE + slot] += b * keep
+            light[slot] += r * kept
+            light[WAVE + slot] += g * kept
+            light[2 * WAVE + slot] += b * kept
             if direct:
-                light[3 * WAVE + slot] += r * keep
-                light[4 * WAVE + slot] += g * keep
-                light[5 * WAVE + slot] += b * keep
+                light[3 * WAVE + slot] += r * kept
+                light[4 * WAVE + slot] += g * kept
+                light[5 * WAVE + slot] += b * kept
+            if kept < _ONE:
+                light[6 * WAVE + slot] += r * (_ONE - kept)
+                light[7 * WAVE + slot] += g * (_ONE - kept)
+                light[8 * WAVE + slot] += b * (_ONE - kept)
 
 
 @inlined

@@ -44,7 +44,7 @@ def generate_camera_rays(camera: PosedCamera, column: int, row: int, sample: np.
     rays, lanes, state = scratch.rays, scratch.lanes, scratch.here.state
     spread = _ONE / camera.focal_px
     count = 0
-    for slot in range(6 * WAVE):
+    for slot in range(9 * WAVE):
         scratch.light[slot] = _ZERO
     for slot in range(WAVE):
         scratch.aov_done[slot] = 0

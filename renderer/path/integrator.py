@@ -31,6 +31,8 @@ Specular surfaces that are lit by way of diffuse ones make caustics, which paths
 blur* roughens, for that light only, what a ray hits by how far the surfaces before have scattered it, so that sampled lights find such
 paths too; energy is kept, caustics lose their edges (path space regularization, Kaplanyan and Dachsbacher 2013).  At 0 transport is exact.
 
+*Clamp* limits what a single stroke of indirect light brings to its own pixel; what is beyond is shared (:mod:`renderer.path.clipping`).
+
 *Direct* light has been scattered once at most on its way from the emitter to the camera: what lights send themselves, and what a surface, a
 mirror or a pane of glass like any other, makes of light that comes straight from one.  All other light is indirect.
 
@@ -83,7 +85,7 @@ def trace_paths(
             count = generate_camera_rays(camera, column, row, sample, scratch)
             here, ahead, waiting = scratch.here, scratch.ahead, 0
             for depth in range(transport.max_depth):
-                limit = transport.clamp if depth > 0 else _INFINITE
+                at_lights, at_hits = transport.clamp if depth > 0 else _INFINITE, transport.clamp if depth > 1 else _INFINITE
                 roulette = depth >= _ROULETTE_FROM
                 queued = 0
                 for first in range(0, count, LANES):
@@ -92,13 +94,13 @@ def trace_paths(
                     update_aovs(film, column, row, depth, scratch)
                     if depth > 0:
                         regularize(transport.caustic_blur, scratch)
-                    add_emission(limit, depth < 2 and film.direct.shape[0] > 0, scratch)
+                    add_emission(at_hits, depth < 2 and film.direct.shape[0] > 0, scratch)
                     if depth + 1 == transport.max_depth:
                         continue
                     weigh_lights(lights, scratch)
                     kinds = build_bsdfs(surfaces, depth + 2 < transport.max_depth, scratch)
                     generate_ray_samples(lights, depth, sample, kinds > 0 or roulette, scratch)
-                    waiting = sample_lights(scene, surfaces, lights, kinds, depth, limit, waiting, column, row, scratch, film)
+                    waiting = sample_lights(scene, surfaces, lights, kinds, depth, at_lights, waiting, column, row, scratch, film)
                     queued = spawn_rays(surfaces, kinds, roulette, queued, ahead, scratch)
                 scratch.traced[0] += count
                 count = queued
