@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from renderer.camera.camera_rays import TILE, aim_tile
 from renderer.camera.cameras import PosedCamera
@@ -58,10 +58,9 @@ class Hits(NamedTuple):
     v: NDArray[np.float32]
 
 
-def make_hits(height: int, width: int) -> Hits:
-    """Return room for a hit record."""
-    size = (height, width)
-    return Hits(np.empty(size, np.int32), np.empty(size, np.float32), np.empty(size, np.float32))
+def hit_record_shapes(height: int, width: int) -> list[tuple[tuple[int, int], DTypeLike]]:
+    """Return the shapes and dtypes of a hit record's fields."""
+    return [((height, width), dtype) for dtype in (np.int32, np.float32, np.float32)]
 
 
 class Labels(NamedTuple):
