@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.annotations.annotator import Annotator
-from renderer.camera.camera_rays import CENTRE, MIDDLE
+from renderer.camera.camera_rays import CENTRE
 from renderer.camera.cameras import PosedCamera, pose_camera
 from renderer.camera.config import CameraConfig, SensorConfig
 from renderer.camera.rig import is_in_the_middle
@@ -218,7 +218,7 @@ class Renderer:
 
         def trace(worker: int, first: int) -> None:
             packet = self._scratch[worker].rays
-            trace_geometry(self._embree.handle, self._labels, view, packet, CENTRE, MIDDLE, images, hits, first, step)
+            trace_geometry(self._embree.handle, self._labels, view, packet, CENTRE, images, hits, first, step)
 
         self._workers.run(trace, range(step))
         if not recorded:

@@ -18,7 +18,7 @@ from renderer.annotations.pixels import BOTTOM, COUNT, LEFT, RIGHT, TOP, empty_t
 from renderer.annotations.projection import Projection
 from renderer.annotations.run_lengths import mask_of
 from renderer.annotations.things import corners_m, seen_from, things_of
-from renderer.camera.camera_rays import CENTRE, MIDDLE, TILE
+from renderer.camera.camera_rays import CENTRE, TILE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.config import CameraConfig
 from renderer.core.arrays import Array
@@ -121,7 +121,7 @@ class Annotator:
 
         def count(worker: int, key: int) -> None:
             tiles = _tiles(extents[key], margin, view, projection.is_planar)
-            tally_cover(trees[key], view, packets[worker], CENTRE, MIDDLE, instance, key, tiles, covers[key])
+            tally_cover(trees[key], view, packets[worker], CENTRE, instance, key, tiles, covers[key])
 
         workers.run(count, extents)
         return covers

@@ -9,7 +9,7 @@ import numpy as np
 
 from renderer.annotations.object_meshes import ObjectMeshes
 from renderer.core.arrays import Array
-from renderer.scene.room_shell import wall_frame
+from renderer.scene.object_boxes import opening_extent
 from scene_description import NYU40, Opening, SceneDescription, SceneObject
 from scene_description.annotations import OrientedBox, Relation
 from scene_description.poses import (
@@ -22,7 +22,6 @@ from scene_description.poses import (
 from scene_description.types import CameraPose
 
 _MICROMETRES = 6
-_THINNEST_M = 0.0005
 _SIGNS = np.array([(x, y, z) for z in (-1.0, 1.0) for x, y in ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))])
 """Corners of a box of edge 2, in the order of ``ObjectAnnotation.corners``."""
 
@@ -71,12 +70,8 @@ def _object_box(thing: SceneObject) -> OrientedBox:
 
 
 def _opening_box(scene: SceneDescription, opening: Opening, meshes: ObjectMeshes) -> OrientedBox:
-    _, _, inward, _ = wall_frame(np.asarray(scene.room.polygon_m, np.float64), opening.wall)
-    orientation = quaternion_from_yaw(math.atan2(inward[1], inward[0]))
-    rotation = rotation_from_quaternion(orientation)
-    own = meshes.mesh(opening.id).vertices.astype(np.float64) @ rotation
-    low, high = own.min(axis=0), own.max(axis=0)
-    return _box(rotation @ (0.5 * (low + high)), np.maximum(high - low, _THINNEST_M), orientation)
+    axes, low, size = opening_extent(scene.room, opening, meshes.mesh(opening.id).vertices.astype(np.float64))
+    return _box((low + 0.5 * size) @ axes, size, quaternion_from_yaw(math.atan2(axes[0, 1], axes[0, 0])))
 
 
 def _box(center: Array, size: Array, orientation: Quaternion) -> OrientedBox:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.camera.camera_rays import MIDDLE, aim_tile
+from renderer.camera.camera_rays import aim_tile
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.config import CameraConfig
 from renderer.core import embree as ray
@@ -28,6 +28,9 @@ KNOTS = 65
 _SECOND_NS = 1_000_000_000
 
 _ONE, _HALF = np.float32(1.0), np.float32(0.5)
+
+MIDDLE = np.full(LANES, 0.5, np.float32)
+"""Times of rays in the middle of their rows' exposure."""
 
 
 class Motion(NamedTuple):

@@ -9,7 +9,8 @@ from functools import cache
 import numpy as np
 
 from renderer.film.false_color import CLASSES, Picture
-from renderer.film.layers import LAYERS, Layer
+from renderer.film.layer import Layer
+from renderer.film.layers import LAYERS
 from scene_description.label_standards import LabelStandard, StandardName, label_standard
 from scene_description.labels import instance_labels
 

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from renderer.camera.camera_rays import TILE, aim_tile
+from renderer.camera.camera_rays import TILE
 from renderer.camera.cameras import PosedCamera
-from renderer.camera.shutter import move_rays, unturn_rays
+from renderer.camera.shutter import aim_exposed_tile, unturn_rays
 from renderer.core.embree import (
     BARY_U,
     BARY_V,
@@ -93,7 +93,6 @@ def trace_geometry(
     camera: PosedCamera,
     packet: Packet,
     centre: NDArray[np.float32],
-    middle: NDArray[np.float32],
     images: GeometricImages,
     hits: Hits,
     first: int,
@@ -101,8 +100,7 @@ def trace_geometry(
 ) -> None:
     """Fill the rows of tiles ``first``, ``first + step``, ... of all images; ``packet`` is scratch memory of the calling thread.
 
-    ``centre``: (32,) float32, the offsets of the rays from the pixel centres, ``CENTRE``; ``middle``: (32,) float32, when their rows are
-    exposed, ``MIDDLE``.
+    ``centre``: (32,) float32, the offsets of the rays from the pixel centres, ``CENTRE``.
     """
     real, integer = packet.real, packet.integer
     depth, distance, normals, semantic, instance = images
@@ -110,9 +108,7 @@ def trace_geometry(
     r02, r12, r22 = camera.rotation[0, 2], camera.rotation[1, 2], camera.rotation[2, 2]
     for row in range(first * TILE, camera.height, step * TILE):
         for column in range(0, camera.width, TILE):
-            aim_tile(camera, column, row, centre, packet)
-            if camera.row_step > _ZERO:
-                move_rays(camera, row, middle, packet)
+            aim_exposed_tile(camera, column, row, centre, packet)
             intersect16(packet.alive.ctypes.data, scene.address, real.ctypes.data, scene.coherent)
             if camera.row_step > _ZERO:
                 unturn_rays(camera, row, packet)
