@@ -10,8 +10,9 @@ import numpy as np
 from renderer.annotations.object_meshes import ObjectMeshes
 from renderer.core.arrays import Array
 from renderer.scene.object_boxes import opening_extent
-from scene_description import NYU40, Opening, SceneDescription, SceneObject
+from scene_description import Opening, SceneDescription, SceneObject
 from scene_description.annotations import OrientedBox, Relation
+from scene_description.label_standards import LabelStandard
 from scene_description.poses import (
     Quaternion,
     conjugate_quaternion,
@@ -27,7 +28,7 @@ _SIGNS = np.array([(x, y, z) for z in (-1.0, 1.0) for x, y in ((-1.0, -1.0), (1.
 
 
 class Thing(NamedTuple):
-    """An object or an opening: its category, its NYU40 class with its name, its box in the world, and its relations."""
+    """An object or an opening: its category, its class with its name, its box in the world, and its relations."""
 
     category: str
     label: int
@@ -36,7 +37,7 @@ class Thing(NamedTuple):
     relations: tuple[Relation, ...]
 
 
-def things_of(scene: SceneDescription, meshes: ObjectMeshes) -> dict[int, Thing]:
+def things_of(scene: SceneDescription, meshes: ObjectMeshes, classes: LabelStandard) -> dict[int, Thing]:
     """Return all objects and openings that have triangles, by id.
 
     An object's box is that of the description.  The description tells an opening's width and height only, so its box is the tightest
@@ -47,7 +48,8 @@ def things_of(scene: SceneDescription, meshes: ObjectMeshes) -> dict[int, Thing]
     for thing in there:
         if thing.id in meshes.ids:
             box = _opening_box(scene, thing, meshes) if isinstance(thing, Opening) else _object_box(thing)
-            found[thing.id] = Thing(thing.category, thing.label, NYU40[thing.label].name, box, _relations(thing))
+            label = classes.class_of(thing.category, thing.label)
+            found[thing.id] = Thing(thing.category, label, classes.classes[label].name, box, _relations(thing))
     return found
 
 
