@@ -37,9 +37,7 @@ def coco_instances(images: Sequence[CocoImage], classes: StandardName = "nyu40")
             for number, (name, told) in enumerate(images, start=1)
         ],
         "annotations": [_annotation(number, image, item) for number, (image, item) in enumerate(rows, start=1)],
-        "categories": [
-            {"id": key, "name": label.name, "supercategory": "indoor"} for key, label in label_standard(classes).classes.items()
-        ],
+        "categories": [{"id": key, "name": label.name, "supercategory": "indoor"} for key, label in categories.items()],
     }
 
 
