@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_description.labels import LABEL_ID, NYU40, Label, LabelTable, instance_labels, part_labels, semantic_labels
+from scene_description.light_labels import light_labels
 from scene_description.types import Opening, SceneDescription, SceneObject
 
 StandardName = Literal["nyu40", "nyu13", "scannet20", "ade20k", "coco"]
@@ -69,7 +70,18 @@ class LabelStandard(NamedTuple):
     def part_labels(self, scene: SceneDescription) -> LabelTable:
         """Return what :func:`scene_description.labels.part_labels` does, with classes of this standard."""
         table, classes = part_labels(scene), self._classes_of(scene)
-        return {number: row | {"class": classes.get(row["object"], row["class"])} for number, row in table.items()}
+        for row in table.values():
+            row["class"] = classes.get(int(str(row["object"])), 0)
+        return table
+
+    def light_labels(self, scene: SceneDescription) -> LabelTable:
+        """Return what :func:`scene_description.light_labels.light_labels` does, with classes of this standard."""
+        table, classes = light_labels(scene), self._classes_of(scene)
+        for row in table.values():
+            if row.get("class_name"):
+                key = classes.get(int(str(row["object"])), self.of_label[int(str(row["class"]))])
+                row |= {"class": key, "class_name": self.classes[key].name}
+        return table
 
     def _classes_of(self, scene: SceneDescription) -> dict[int, int]:
         """Return object id -> class id; the room's shell is no object."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from renderer.film.false_color import (
+    ANGLE,
     AS_IT_IS,
     CLASSES,
     DIRECTION,
@@ -93,7 +94,7 @@ HIT_ROWS = (
         unit="rad",
         no_hit=math.nan,
         group="hit",
-        picture=SHARE,
+        picture=ANGLE,
         exr=("incidence.Y",),
         option="layers",
     ),

@@ -1,4 +1,4 @@
-"""The table of layers where class ids are those of another standard than NYU40: the rows of class, object and part ids differ."""
+"""The table of layers where class ids are those of another standard than NYU40: the rows of class, object, part and light ids differ."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from renderer.film.layer import Layer
 from renderer.film.layers import LAYERS
 from scene_description.label_standards import LabelStandard, StandardName, label_standard
 from scene_description.labels import instance_labels, part_labels
+from scene_description.light_labels import light_labels
 
 
 @cache
@@ -27,6 +28,5 @@ def _row_in(standard: LabelStandard, row: Layer) -> Layer:
         picture = Picture(CLASSES.words, lambda ids: np.take(palette, ids, axis=0))
         meaning = row.meaning.replace("NYU40", standard.name)
         return replace(row, meaning=meaning, picture=picture, labels=lambda _: standard.semantic_labels())
-    if row.labels is instance_labels:
-        return replace(row, labels=standard.instance_labels)
-    return replace(row, labels=standard.part_labels) if row.labels is part_labels else row
+    tables = {instance_labels: standard.instance_labels, part_labels: standard.part_labels, light_labels: standard.light_labels}
+    return replace(row, labels=tables[row.labels]) if row.labels in tables else row

@@ -65,3 +65,7 @@ def test_rows_of_a_standard_have_its_names_and_colours() -> None:
     parts = rows["part"].labels(scene)
     assert {row["class"] for row in parts.values() if row["object"] == 3} == {65}
     assert {row["class"] for row in parts.values() if row["object"] == 1} == {112} and parts[0]["class"] == 0
+    assert rows["light_seen"].labels is not None
+    lights = rows["light_seen"].labels(scene)
+    assert {(row["class"], row["class_name"]) for row in lights.values() if row["kind"] == "window"} == {(181, "window-other")}
+    assert lights[0]["class"] == 0
