@@ -14,13 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.annotations.annotator import Annotator
-from renderer.camera.camera_rays import CENTRE, MIDDLE
+from renderer.camera.camera_rays import CENTRE
 from renderer.camera.cameras import PosedCamera, pose_camera
 from renderer.camera.config import CameraConfig, SensorConfig
 from renderer.camera.rig import is_in_the_middle
 from renderer.camera.shutter import in_motion
 from renderer.camera.thin_lens import focus_on_centre
 from renderer.color_sensor import read_color
+from renderer.core.arrays import empty_together
 from renderer.core.embree import EmbreeScene, SceneHandle
 from renderer.core.errors import RenderError
 from renderer.core.random_numbers import make_frame_key
@@ -44,7 +45,7 @@ from renderer.ground_truth.hit_view import HitView, TracedScene
 from renderer.path.clipping import share_clipped
 from renderer.path.config import RenderConfig
 from renderer.path.film_update import blocked_share, indirect_part
-from renderer.path.ground_truth import GeometricImages, make_hits, make_labels, trace_geometry
+from renderer.path.ground_truth import GeometricImages, Hits, hit_record_shapes, make_labels, trace_geometry
 from renderer.path.integrator import trace_paths
 from renderer.path.lights import build_lights
 from renderer.path.queues import WAVE, WAVE_EDGE
@@ -217,19 +218,20 @@ class Renderer:
     ) -> dict[str, NDArray[np.generic]]:
         """Return the basic layers, and those that the hit record gives as far as they are asked for."""
         recorded = any(name in HIT_LAYERS for name in layers)
-        rows = (LAYERS[name] for name in GEOMETRIC_LAYERS)
-        images = GeometricImages(**{row.name: np.empty(row.shape(view.height, view.width), row.dtype) for row in rows})
-        hits = make_hits(view.height, view.width) if recorded else make_hits(0, 0)
+        shapes = [(LAYERS[name].shape(view.height, view.width), LAYERS[name].dtype) for name in GEOMETRIC_LAYERS]
+        memory = empty_together([*shapes, *hit_record_shapes(view.height if recorded else 0, view.width)])
+        images = GeometricImages(**dict(zip(GEOMETRIC_LAYERS, memory, strict=False)))
+        hits = Hits(*memory[len(shapes) :])
         step = self._workers.count
 
         def trace(worker: int, first: int) -> None:
             packet = self._scratch[worker].rays
-            trace_geometry(self._embree.handle, self._labels, view, packet, CENTRE, MIDDLE, images, hits, first, step)
+            trace_geometry(self._embree.handle, self._labels, view, packet, CENTRE, images, hits, first, step)
 
         self._workers.run(trace, range(step))
         if not recorded:
             return images._asdict()
-        return images._asdict() | hit_layers(HitView(self._scene, self._camera, view, images, hits, pose, path), layers)
+        return images._asdict() | hit_layers(HitView(self._scene, self._camera, view, images, hits, pose, path, layers))
 
     def _expose_film(
         self,

@@ -9,11 +9,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
-from renderer.camera.camera_rays import TILE, aim_tile
+from renderer.camera.camera_rays import TILE
 from renderer.camera.cameras import PosedCamera
-from renderer.camera.shutter import move_rays, unturn_rays
+from renderer.camera.shutter import aim_exposed_tile, unturn_rays
 from renderer.core.embree import (
     BARY_U,
     BARY_V,
@@ -59,10 +59,9 @@ class Hits(NamedTuple):
     v: NDArray[np.float32]
 
 
-def make_hits(height: int, width: int) -> Hits:
-    """Return room for a hit record."""
-    size = (height, width)
-    return Hits(np.empty(size, np.int32), np.empty(size, np.float32), np.empty(size, np.float32))
+def hit_record_shapes(height: int, width: int) -> list[tuple[tuple[int, int], DTypeLike]]:
+    """Return the shapes and dtypes of a hit record's fields."""
+    return [((height, width), dtype) for dtype in (np.int32, np.float32, np.float32)]
 
 
 class Labels(NamedTuple):
@@ -146,7 +145,6 @@ def trace_geometry(
     camera: PosedCamera,
     packet: Packet,
     centre: NDArray[np.float32],
-    middle: NDArray[np.float32],
     images: GeometricImages,
     hits: Hits,
     first: int,
@@ -154,8 +152,7 @@ def trace_geometry(
 ) -> None:
     """Fill the rows of tiles ``first``, ``first + step``, ... of all images; ``packet`` is scratch memory of the calling thread.
 
-    ``centre``: (32,) float32, the offsets of the rays from the pixel centres, ``CENTRE``; ``middle``: (32,) float32, when their rows are
-    exposed, ``MIDDLE``.
+    ``centre``: (32,) float32, the offsets of the rays from the pixel centres, ``CENTRE``.
     """
     lens, recorded = len(camera.bearings) > 0, hits.face.shape[0] > 0
     real, integer, r, width = packet.real, packet.integer, camera.rotation, camera.width
@@ -163,10 +160,8 @@ def trace_geometry(
     semantic, instance = images.semantic.reshape(-1), images.instance.reshape(-1)
     for row in range(first * TILE, camera.height, step * TILE):
         for column in range(0, camera.width, TILE):
-            aim_tile(camera, column, row, centre, packet)
-            if camera.row_step > _ZERO:
-                move_rays(camera, row, middle, packet)
-            intersect16(packet.alive.ctypes.data, scene.address, packet.real.ctypes.data, scene.coherent)
+            aim_exposed_tile(camera, column, row, centre, packet)
+            intersect16(packet.alive.ctypes.data, scene.address, real.ctypes.data, scene.coherent)
             if camera.row_step > _ZERO:
                 unturn_rays(camera, row, packet)
             if recorded:

@@ -108,7 +108,9 @@ def run(arguments: argparse.Namespace) -> int:
         annotator = None
         if arguments.annotations or arguments.coco:
             portable = settings.render.portable
-            annotator = room.enter_context(Annotator(flat, scene, settings.camera, masks=arguments.coco, portable=portable))
+            annotator = room.enter_context(
+                Annotator(flat, scene, settings.camera, masks=arguments.coco, portable=portable, classes=standard)
+            )
         if arguments.scan or settings.scan.enabled:
             write_scans(
                 arguments.out, list(Scanner(renderer.tree, flat, settings.scan, key).along(scene.camera_path)), settings.scan, scene
@@ -124,7 +126,7 @@ def run(arguments: argparse.Namespace) -> int:
                 told.append(CocoImage(f"{base.name}_color.png", frame.annotations))
             _report(index + 1, len(poses), time.monotonic() - began)
     if arguments.coco:
-        (arguments.out / _COCO).write_text(json.dumps(coco_instances(told)), encoding="utf-8")
+        (arguments.out / _COCO).write_text(json.dumps(coco_instances(told, standard)), encoding="utf-8")
     sys.stderr.write("\n")
     return 0
 

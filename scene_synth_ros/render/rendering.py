@@ -150,7 +150,8 @@ class Rendering:
 
             def make_annotator() -> Annotator:
                 masks, portable = self._settings["streams"].annotation_masks, self._render_config.portable
-                return room.enter_context(Annotator(flat(), scene, camera, masks=masks, portable=portable))
+                classes = streams.semantic_classes
+                return room.enter_context(Annotator(flat(), scene, camera, masks=masks, portable=portable, classes=classes))
 
             renderer = RoomRenderer(make, make_annotator)
             if not self._pace().realtime:  # else a room that nobody looks at is not even made
