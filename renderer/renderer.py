@@ -6,7 +6,7 @@ Use: ``with Renderer(flat, CameraConfig(), RenderConfig(), scene_key) as rendere
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from types import TracebackType
 
@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.annotations.annotator import Annotator
+from renderer.cache.cached_integrator import CachedIntegrator
+from renderer.cache.config import CacheConfig
 from renderer.camera.camera_rays import CENTRE
 from renderer.camera.cameras import PosedCamera, pose_camera
 from renderer.camera.config import CameraConfig, SensorConfig
@@ -33,6 +35,7 @@ from renderer.film.layers import (
     GEOMETRIC_LAYERS,
     HIT_LAYERS,
     LAYERS,
+    PICTURES,
     SAMPLED_LAYERS,
     SENSED_LAYERS,
     check_names,
@@ -43,7 +46,7 @@ from renderer.geometry.mesh import Mesh
 from renderer.ground_truth.hit_layers import hit_layers
 from renderer.ground_truth.hit_view import HitView, TracedScene
 from renderer.path.clipping import share_clipped
-from renderer.path.config import RenderConfig
+from renderer.path.config import IntegratorName, RenderConfig
 from renderer.path.film_update import blocked_share, indirect_part
 from renderer.path.ground_truth import GeometricImages, Hits, hit_record_shapes, make_labels, trace_geometry
 from renderer.path.integrator import trace_paths
@@ -108,6 +111,7 @@ class Renderer:
         self._for_light: EmbreeScene | None = None
         self._denoiser: Denoiser | None = None
         self._depth_sensor: DepthSensor | None = None
+        self._integrator: CachedIntegrator | None = None
         self._workers = Workers(thread_count(config.threads))
         self._scratch = [make_scratch(len(self._lights.groups.area)) for _ in range(self._workers.count)]
         self._scene = TracedScene(
@@ -153,22 +157,31 @@ class Renderer:
         radiance, annotations, samples, rays = None, None, 0, 0
         sampling_s = denoising_s = 0.0
         sensed, ideal = any(name in SENSED_LAYERS for name in layers), self._depth_config.model == "ideal"
+        looked_up = self._config.integrator == "cached" and any(name in PICTURES for name in layers)
         recorded = any(name in GEOMETRIC_LAYERS or name in HIT_LAYERS for name in layers)
-        if annotator is not None or recorded or (sensed and ideal):
-            images.update(self._trace_geometry(view, layers, pose, path))
+        shown = exposure or self._configured_exposure()
+        for scratch in self._scratch:
+            scratch.traced[0] = 0
+        if annotator is not None or recorded or looked_up or (sensed and ideal):
+            geometry, hits = self._trace_geometry(view, any(name in HIT_LAYERS for name in layers) or looked_up)
+            images |= geometry._asdict() | self._hit_layers(view, geometry, hits, layers, pose, path)
             rays = view.width * view.height
             if annotator is not None:
-                annotations = annotator.annotate(images["instance"], pose, view, self._embree.handle, self._workers)
+                annotations = annotator.annotate(geometry.instance, pose, view, self._embree.handle, self._workers)
+            if looked_up:
+                began = time.perf_counter()
+                radiance = self._cached().radiance(view, geometry.range, hits, self._frame_key(frame_index), cancelled)
+                sampling_s = time.perf_counter() - began
+                self._show(images, layers, view, frame_index, shown, radiance, radiance)
         if sensed:
             images["depth_sensed"] = images["depth"] if ideal else self._read_depth(view, frame_index)
-        if any(name in SAMPLED_LAYERS for name in layers):
-            shown = exposure or self._configured_exposure()
-            in_color = any(name in COLOR_LAYERS for name in layers)
-            denoised = any(name in layers for name in ("color", "color_sensed", "radiance")) and is_asked(self._config.denoise)
+        sampled = [name for name in layers if name in SAMPLED_LAYERS and name not in images]
+        if sampled:
+            denoised = any(name in PICTURES for name in sampled) and is_asked(self._config.denoise)
             began = time.perf_counter()
-            film, samples = self._expose_film(view, frame_index, shown.ev100, layers, denoised, cancelled)
-            sampling_s = time.perf_counter() - began
-            images |= {name: image for name, image in film._asdict().items() if name in layers}
+            film, samples = self._expose_film(view, frame_index, shown.ev100, sampled, denoised, cancelled)
+            sampling_s += time.perf_counter() - began
+            images |= {name: image for name, image in film._asdict().items() if name in sampled}
             if len(film.direct):
                 images["indirect"] = indirect_part(film.light, film.direct)
             if len(film.arriving):
@@ -176,17 +189,12 @@ class Renderer:
             images["samples"] = np.full((view.height, view.width), min(samples, 65_535), np.uint16)
             if len(film.squares):
                 images["variance"] = variance_of_mean(film.light, film.squares, samples)
-            if in_color:
+            if radiance is None and any(name in COLOR_LAYERS for name in sampled):
                 began = time.perf_counter()
                 radiance = self._denoise(film) if denoised else film.light
                 denoising_s = time.perf_counter() - began if denoised else 0.0
-                images["radiance"] = radiance
-                for name, light in (("color", radiance), ("color_noisy", film.light)):
-                    if name in layers:
-                        images[name] = to_display(light, shown, self._config.tone_curve)
-                if "color_sensed" in layers:
-                    key = self._frame_key(frame_index)
-                    images["color_sensed"] = read_color(radiance, view, self._sensor, shown, self._config.tone_curve, key)
+                self._show(images, layers, view, frame_index, shown, radiance, film.light)
+        if radiance is not None or sampled:
             rays += sum(int(scratch.traced[0]) for scratch in self._scratch)
         shown_layers = {name: images[name] for name in LAYERS if name in layers}
         return Frame(shown_layers, radiance, samples, rays, sampling_s, denoising_s, annotations)
@@ -213,11 +221,40 @@ class Renderer:
             return Exposure(config.exposure_ev100, white_of_kelvin(config.white_balance_k))
         return Exposure(config.exposure_ev100)
 
-    def _trace_geometry(
-        self, view: PosedCamera, layers: Collection[str], pose: CameraPose, path: Sequence[CameraPose]
-    ) -> dict[str, NDArray[np.generic]]:
-        """Return the basic layers, and those that the hit record gives as far as they are asked for."""
-        recorded = any(name in HIT_LAYERS for name in layers)
+    def _show(
+        self,
+        images: dict[str, NDArray[np.generic]],
+        layers: Collection[str],
+        view: PosedCamera,
+        frame_index: int,
+        shown: Exposure,
+        radiance: NDArray[np.float32],
+        noisy: NDArray[np.float32],
+    ) -> None:
+        """Add the pictures that are asked for to ``images``, with the radiance that they show; ``noisy``: the same before denoising."""
+        images["radiance"] = radiance
+        for name, light in (("color", radiance), ("color_noisy", noisy)):
+            if name in layers:
+                images[name] = to_display(light, shown, self._config.tone_curve)
+        if "color_sensed" in layers:
+            key = self._frame_key(frame_index)
+            images["color_sensed"] = read_color(radiance, view, self._sensor, shown, self._config.tone_curve, key)
+
+    def _cached(self) -> CachedIntegrator:
+        """Return the room's irradiance cache; the first call solves its light."""
+        if self._integrator is None:
+            config = self._config
+            fine = CacheConfig(spacing_m=config.cache_spacing_m, gather_rays=config.cache_rays, light_samples=config.cache_light_samples)
+            self._integrator = CachedIntegrator(self._scene, self._light_tree(), self._scene_key, fine)
+        return self._integrator
+
+    def _light_tree(self) -> SceneHandle:
+        if self._for_light is None:
+            self._for_light = self._build_tree(watertight=False)
+        return self._for_light.handle
+
+    def _trace_geometry(self, view: PosedCamera, recorded: bool) -> tuple[GeometricImages, Hits]:
+        """Return the basic layers, and the hit record if it is asked for."""
         shapes = [(LAYERS[name].shape(view.height, view.width), LAYERS[name].dtype) for name in GEOMETRIC_LAYERS]
         memory = empty_together([*shapes, *hit_record_shapes(view.height if recorded else 0, view.width)])
         images = GeometricImages(**dict(zip(GEOMETRIC_LAYERS, memory, strict=False)))
@@ -229,9 +266,21 @@ class Renderer:
             trace_geometry(self._embree.handle, self._labels, view, packet, CENTRE, images, hits, first, step)
 
         self._workers.run(trace, range(step))
-        if not recorded:
-            return images._asdict()
-        return images._asdict() | hit_layers(HitView(self._scene, self._camera, view, images, hits, pose, path, layers))
+        return images, hits
+
+    def _hit_layers(
+        self,
+        view: PosedCamera,
+        images: GeometricImages,
+        hits: Hits,
+        layers: Collection[str],
+        pose: CameraPose,
+        path: Sequence[CameraPose],
+    ) -> Mapping[str, NDArray[np.generic]]:
+        """Return what the hit record gives of the layers that are asked for."""
+        if not any(name in HIT_LAYERS for name in layers):
+            return {}
+        return hit_layers(HitView(self._scene, self._camera, view, images, hits, pose, path, layers))
 
     def _expose_film(
         self,
@@ -262,15 +311,11 @@ class Renderer:
             np.float32(np.inf) if config.blur_textures else np.float32(1.0) / view.focal_px,
         )
 
-        if self._for_light is None:
-            self._for_light = self._build_tree(watertight=False)
-        tree = self._for_light.handle
+        tree = self._light_tree()
 
         def trace(worker: int, work: Work) -> None:
             trace_paths(tree, self._surfaces, self._lights, view, transport, work, self._scratch[worker], film)
 
-        for scratch in self._scratch:
-            scratch.traced[0] = 0
         began, done = time.monotonic(), 0
         while count := next_round(config, done, time.monotonic() - began):
             before = film.light.copy() if config.noise_target else film.light
@@ -323,10 +368,12 @@ WARM_LAYERS = (*GEOMETRIC_LAYERS, *SAMPLED_LAYERS)
 """Layers whose kernels are ready after :func:`warm_up`; each of the others has its own, compiled when it is first asked for."""
 
 
-def warm_up(layers: Collection[str] = WARM_LAYERS, depth_sensor: DepthSensorConfig = IDEAL_DEPTH) -> None:
+def warm_up(
+    layers: Collection[str] = WARM_LAYERS, depth_sensor: DepthSensorConfig = IDEAL_DEPTH, integrator: IntegratorName = "path"
+) -> None:
     """Compile the kernels of some layers, or load them from numba's cache, by rendering one pixel of a lone shining triangle.
 
-    ``depth_sensor``: the one that ``depth_sensed`` is to be ready for.
+    ``depth_sensor``: the one that ``depth_sensed`` is to be ready for; ``integrator``: as of ``RenderConfig``.
 
     Raises:
         RenderError: Embree is missing.
@@ -345,6 +392,6 @@ def warm_up(layers: Collection[str] = WARM_LAYERS, depth_sensor: DepthSensorConf
         sky,
     )
     pose = CameraPose(stamp_ns=0, position_m=(0.0, 0.0, 0.0), orientation=look_at((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
-    camera, config = CameraConfig(width=1, height=1), RenderConfig(samples_per_pixel=1, threads=1)
+    camera, config = CameraConfig(width=1, height=1), RenderConfig(integrator=integrator, samples_per_pixel=1, threads=1)
     with Renderer(flat, camera, config, 0, depth_sensor=depth_sensor) as renderer:
         renderer.render(pose, 0, layers, path=(pose, replace(pose, stamp_ns=1)), exposure=Exposure(0.0, white_of_kelvin(4000.0)))

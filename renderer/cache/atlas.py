@@ -44,9 +44,7 @@ class Atlas(NamedTuple):
     area: NDArray[np.float32]
 
 
-def build_atlas(
-    mesh: Mesh, face_part: NDArray[np.int32], charts: Charts, one_sided: NDArray[np.bool_], spacing_m: float
-) -> Atlas:
+def build_atlas(mesh: Mesh, face_part: NDArray[np.int32], charts: Charts, one_sided: NDArray[np.bool_], spacing_m: float) -> Atlas:
     """Lay nodes some ``spacing_m`` apart; ``one_sided``: (p,) bool, parts that nobody sees from behind."""
     count = len(face_part)
     cells, affine = np.zeros((count, 4), np.int32), np.zeros((count, 6), np.float32)

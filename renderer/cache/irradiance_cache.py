@@ -7,28 +7,20 @@ itself.  It is a pure function of the scene and its own number, so it does not m
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.cache.atlas import Atlas, build_atlas, stand_in
+from renderer.cache.atlas import build_atlas, stand_in
 from renderer.cache.charts import Charts, find_charts
-from renderer.cache.node_light import (
-    BEHIND,
-    NodeLight,
-    choose_bright,
-    gather_nodes,
-    light_nodes,
-    link_nodes,
-    make_gather_scratch,
-    make_node_light,
-    probe_insides,
-    reflect_nodes,
-    resolve_links,
-    solve_links,
-)
+from renderer.cache.config import CacheConfig
+from renderer.cache.gathering import choose_bright, gather_nodes
+from renderer.cache.hemisphere import BEHIND, make_gather_scratch
+from renderer.cache.node_direct import light_nodes
+from renderer.cache.node_light import make_node_light
+from renderer.cache.node_surfaces import probe_insides, reflect_nodes
+from renderer.cache.radiosity import link_nodes, resolve_links, solve_links
 from renderer.cache.smoothing import REACH, places, smooth_nodes, widen
 from renderer.core.embree import LANES, SceneHandle
 from renderer.core.random_numbers import make_frame_key
@@ -46,19 +38,6 @@ _LEAST_WORTH = 0.02
 _MOST_BEHIND = np.float32(0.25)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CacheConfig:
-    """How fine the cache is."""
-
-    spacing_m: float = 0.04
-    coarse_spacing_m: float = 0.1
-    gather_rays: int = 64
-    coarse_rays: int = 32
-    light_samples: int = 32
-    coarse_light_samples: int = 16
-    sun_samples: int = 16
-
-
 class IrradianceCache:
     """The light of one room at the nodes of its surfaces."""
 
@@ -69,7 +48,7 @@ class IrradianceCache:
         lights: Lights,
         tree: SceneHandle,
         workers: Workers,
-        scratch: list[Scratch],
+        scratch: Sequence[Scratch],
         scene_key: int,
         config: CacheConfig,
     ) -> None:
@@ -118,7 +97,7 @@ class IrradianceCache:
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
             scratch, tables = self._scratch[worker], (self._surfaces, self._lights)
-            reflect_nodes(atlas, *tables, spacing, scratch, albedo, glow, *piece)
+            reflect_nodes(self._tree, atlas, *tables, spacing, scratch, albedo, glow, *piece)
             light_nodes(self._tree, atlas, *tables, self._key, config.coarse_light_samples, samples, everything, scratch, light, *piece)
             link_nodes(
                 self._tree, atlas, *tables, self._key, hemisphere, scratch, self._found[worker], links, at, far, seen, spacing, *piece
@@ -154,7 +133,21 @@ class IrradianceCache:
             scratch, tables = self._scratch[worker], (self._surfaces, self._lights)
             light_nodes(self._tree, atlas, *tables, self._key, config.light_samples, samples, nodes, scratch, self.light, *piece)
             gather_nodes(
-                self._tree, atlas, self.coarse, self.luminance, self.worth, self.bright, *tables, self._key, hemisphere, _MOST_BEHIND, nodes, scratch, self._found[worker], self.light, *piece
+                self._tree,
+                atlas,
+                self.coarse,
+                self.luminance,
+                self.worth,
+                self.bright,
+                *tables,
+                self._key,
+                hemisphere,
+                _MOST_BEHIND,
+                nodes,
+                scratch,
+                self._found[worker],
+                self.light,
+                *piece,
             )
 
         self._workers.run(compute, _pieces(len(nodes)), cancelled)

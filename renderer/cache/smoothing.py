@@ -28,7 +28,12 @@ def places(atlas: Atlas) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
 
 @entry
 def widen(
-    index: NDArray[np.int32], place: NDArray[np.int32], grids: NDArray[np.int32], reach: int, nodes: NDArray[np.int64], wanted: NDArray[np.bool_]
+    index: NDArray[np.int32],
+    place: NDArray[np.int32],
+    grids: NDArray[np.int32],
+    reach: int,
+    nodes: NDArray[np.int64],
+    wanted: NDArray[np.bool_],
 ) -> None:
     """Mark all that lie within ``reach`` steps of the nodes on their grids."""
     for i in range(len(nodes)):

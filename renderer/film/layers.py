@@ -39,6 +39,9 @@ SENSED_LAYERS = tuple(name for name, row in LAYERS.items() if row.group == "sens
 PHOTOGRAPHS = tuple(name for name in COLOR_LAYERS if LAYERS[name].dtype == "uint8" and LAYERS[name].channels == 3)
 """Layers that show light at an exposure."""
 
+PICTURES = (*PHOTOGRAPHS, "radiance")
+"""Layers of the light itself: every integrator gives them, only the path tracer the rest of ``COLOR_LAYERS``."""
+
 SAMPLED_LAYERS = tuple(name for name, row in LAYERS.items() if row.group in ("sampled", "color"))
 """Layers that are means of samples: they carry noise, and the blur of whatever the lens or the shutter blurs."""
 

@@ -100,7 +100,7 @@ def evaluate_hits(
     for row in range(first * TILE, camera.height, step * TILE):
         for column in range(0, camera.width, TILE):
             aim_exposed_tile(camera, column, row, CENTRE, rays)
-            _restore_hits(vertices, faces, camera, column, row, distance, hits, scratch)
+            restore_hits(vertices, faces, camera, column, row, distance, hits, scratch)
             for k in range(LANES):
                 lanes[ln.WIDTH + k], lanes[ln.SPREAD + k] = _ZERO, spread
                 lanes[ln.OUTSIDE + k], lanes[ln.RAY_PDF + k] = _ZERO, _INFINITE
@@ -176,7 +176,7 @@ def _store_lights(
 
 
 @inlined
-def _restore_hits(
+def restore_hits(
     vertices: NDArray[np.float32],
     faces: NDArray[np.uint32],
     camera: PosedCamera,

@@ -76,7 +76,7 @@ def sample_lights(
         else:
             sample_infinite_light(surfaces, lights.infinite, scratch)
         # What it adds to the pixel if nothing blocks it.
-        _wi_to_lights(lanes)
+        wi_to_lights(lanes)
         if arriving:
             add_blocked_light(scene, lanes, scratch.lane_slot, shadow_rays.packet, column, row, film.arriving)
             scratch.traced[0] += count_chosen(lanes, ln.LIGHT_PDF)
@@ -102,7 +102,7 @@ def flush_shadow_rays(scene: SceneHandle, waiting: int, scratch: Scratch) -> Non
 
 
 @kernel
-def _wi_to_lights(lanes: NDArray[np.float32]) -> None:
+def wi_to_lights(lanes: NDArray[np.float32]) -> None:
     """Fill WI with the directions of TO_LIGHT."""
     for k in range(LANES):
         x, y, z = lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k]
