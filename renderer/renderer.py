@@ -54,6 +54,7 @@ from renderer.path.lights import build_lights
 from renderer.path.queues import WAVE, WAVE_EDGE
 from renderer.path.records import Film, Transport, Work, make_scratch
 from renderer.path.stopping import is_clean, next_round, variance_of_mean
+from renderer.path.sun_patches import find_sun_patches
 from renderer.path.surface_tables import build_surfaces
 from renderer.scene.flat_scene import FlatScene, PartTable, Sky, tabulate_materials
 from renderer.scene.scene_check import check_scene
@@ -108,12 +109,13 @@ class Renderer:
         self._lights = build_lights(flat)
         self._surfaces = build_surfaces(flat)
         self._embree = self._build_tree(watertight=True)
+        self._lights = self._lights._replace(patches=find_sun_patches(flat, self._lights.infinite, self._embree.handle))
         self._for_light: EmbreeScene | None = None
         self._denoiser: Denoiser | None = None
         self._depth_sensor: DepthSensor | None = None
         self._integrator: CachedIntegrator | None = None
         self._workers = Workers(thread_count(config.threads))
-        self._scratch = [make_scratch(len(self._lights.groups.area)) for _ in range(self._workers.count)]
+        self._scratch = [make_scratch(len(self._lights.groups.area), len(self._lights.patches)) for _ in range(self._workers.count)]
         self._scene = TracedScene(
             flat, np.ascontiguousarray(parts.label), self._surfaces, self._lights, self._embree.handle, self._workers, self._scratch
         )

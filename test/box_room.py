@@ -71,6 +71,17 @@ def pierced(room: Piece, low: tuple[float, float], high: tuple[float, float]) ->
     return room._replace(vertices=np.concatenate([room.vertices, *corners]), faces=np.concatenate([others, *faces]))
 
 
+def hollow_sphere(rings: int, **what: object) -> Piece:
+    """A ball of radius 1 about the origin that is seen from within, of 4 * rings * rings facets with split vertices."""
+    polar, turn = np.meshgrid(np.linspace(0.0, np.pi, rings + 1), np.linspace(0.0, 2.0 * np.pi, 2 * rings + 1), indexing="ij")
+    points = np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], axis=-1)
+    row, column = np.meshgrid(np.arange(rings), np.arange(2 * rings), indexing="ij")
+    a = (row * (2 * rings + 1) + column).ravel()
+    b = a + 2 * rings + 1
+    faces = np.concatenate([np.stack([a, a + 1, b], axis=1), np.stack([a + 1, b + 1, b], axis=1)])
+    return Piece(points.reshape(-1, 3)[faces.ravel()], np.arange(faces.size).reshape(-1, 3), **what)  # type: ignore[arg-type]
+
+
 def scene(*pieces: Piece, sky: Sky = DARK) -> FlatScene:
     """Flatten pieces: one part and one material each, flat shading normals."""
     starts = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])

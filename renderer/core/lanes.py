@@ -64,6 +64,12 @@ BITANGENT_X, BITANGENT_Y, BITANGENT_Z = _vector()
 WO_X, WO_Y, WO_Z = _vector()  # unit, towards the viewer, in the local frame; WO_Z > 0
 CONTINUES = _field()  # 1 where the path may go on, so that the BSDF is sampled beside lights
 
+# Sun patches.  Written by weigh_patches where there are any; read by sample_lights and spawn_rays.
+PATCHES = _field()  # weights of all patches together
+GUIDED = _field()  # share of rays that are sampled from them
+TOWARD_X, TOWARD_Y, TOWARD_Z = _vector()  # WI in the world
+PATCH_PDF = _field()  # density per steradian of sampling WI from the patches, times their weights
+
 # The BSDF.  Written by build_bsdfs; read by its evaluation and sampling in sample_lights and spawn_rays.
 GLOSSY = _field()  # 1 where light is reflected by more than Lambert's law, else 0
 E_WO, E_WO_SCHLICK = _field(), _field()  # directional albedo of the microfacets at reflectance 1, and its part by Schlick's weight
@@ -91,6 +97,7 @@ U_LIGHT_0, U_LIGHT_1 = _field(), _field()
 U_LOBE, U_ROULETTE = _field(), _field()
 U_BSDF_0, U_BSDF_1 = _field(), _field()
 U_INFINITE_0, U_INFINITE_1 = _field(), _field()  # filled where there is an infinite light
+U_GUIDE_0, U_GUIDE_1 = _field(), _field()  # filled where there are sun patches
 
 # A sampled light.  Written and read by sample_lights.
 TO_LIGHT_X, TO_LIGHT_Y, TO_LIGHT_Z = _vector()  # from P to the point on the light, or towards what is infinitely far, metres, world

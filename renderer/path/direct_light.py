@@ -20,6 +20,7 @@ from renderer.path.light_sampling import sample_emitters, sample_infinite_light
 from renderer.path.lights import Lights, importance, load_bounds
 from renderer.path.records import Film, Scratch
 from renderer.path.shadow_rays import pop_shadow_rays, push_shadow_rays, trace_shadow_rays
+from renderer.path.sun_patches import mix_patch_pdf
 from renderer.path.surface_tables import Surfaces
 
 _ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-30)
@@ -81,6 +82,8 @@ def sample_lights(
             add_blocked_light(scene, lanes, scratch.lane_slot, shadow_rays.packet, column, row, film.arriving)
             scratch.traced[0] += count_chosen(lanes, ln.LIGHT_PDF)
         evaluate_bsdf(lanes, kinds, surfaces.albedos.reflected)
+        if len(lights.patches) > 0:
+            mix_patch_pdf(lights.patches, scratch.patch_weights, lanes)
         _weigh_li(lanes, limit)
         # A shadow ray; 16 of them are traced.
         push_shadow_rays(lanes, scratch.lane_slot, direct, shadow_rays, waiting)

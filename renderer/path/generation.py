@@ -23,7 +23,7 @@ from renderer.path.records import Scratch
 _ZERO, _ONE, _HALF = np.float32(0.0), np.float32(1.0), np.float32(0.5)
 _INFINITE = np.float32(np.inf)
 _PIXEL_PAIR, _PAIRS_PER_HIT = 0, 3
-_INFINITE_PAIRS, _LENS_PAIR, _TIME_PAIR = 1 << 16, 1 << 17, 3 << 16
+_INFINITE_PAIRS, _LENS_PAIR, _TIME_PAIR, _GUIDE_PAIRS = 1 << 16, 1 << 17, 3 << 16, 1 << 18
 
 
 @inlined
@@ -81,9 +81,11 @@ def generate_camera_rays(camera: PosedCamera, column: int, row: int, sample: np.
 
 @inlined
 def generate_ray_samples(lights: Lights, depth: int, sample: np.uint32, choices: bool, scratch: Scratch) -> None:
-    """Fill U_LIGHT and U_BSDF for the hits at this depth, with ``choices`` U_LOBE and U_ROULETTE too; U_INFINITE if such a light shines."""
+    """Fill U_LIGHT and U_BSDF for the hits at this depth, with ``choices`` U_LOBE and U_ROULETTE too; U_INFINITE, U_GUIDE if used."""
     for pair in range(0, _PAIRS_PER_HIT, 1 if choices else 2):
         number = np.uint32(1 + _PAIRS_PER_HIT * depth + pair)
         sample_2d(scratch.lane_seeds, sample, number, scratch.lanes[ln.U_LIGHT_0 + 2 * LANES * pair :])
     if len(lights.infinite.part) > 0:
         sample_2d(scratch.lane_seeds, sample, np.uint32(_INFINITE_PAIRS + depth), scratch.lanes[ln.U_INFINITE_0 :])
+    if len(lights.patches) > 0:
+        sample_2d(scratch.lane_seeds, sample, np.uint32(_GUIDE_PAIRS + depth), scratch.lanes[ln.U_GUIDE_0 :])

@@ -60,7 +60,8 @@ class Scratch(NamedTuple):
 
     rays: the packet of 16 rays; lanes: (LANES_SIZE,) float32, see :mod:`renderer.core.lanes`; lane_slot: (16,) int32, the lanes' pixel
     slots; here, ahead: the paths of this segment and of the next; importances: (g * 16,) float32, of g groups of lights for each lane;
-    sampled: (16,) int32, the group, then the emitter or portal that each lane has sampled; parts: (16,) int32, what the lanes hit, -1 for
+    patch_weights: (p * 16,) float32, the same of p sun patches; sampled: (16,) int32, the group, then the emitter or portal that each lane
+    has sampled; parts: (16,) int32, what the lanes hit, -1 for
     nothing; light: (9 * WAVE,) float32, red, green and blue of the sample by the wave's pixel slots, cd/m2, then those of its direct part,
     if that is asked for, then those of what is clipped; aov_done: (WAVE,) int32, by slot, 1 where AOVs have been added; seeds: (WAVE,)
     uint32, by slot; lane_seeds: (16,) uint32; traced: (1,) int64, how many rays this thread has traced for colour, shadow rays among them.
@@ -73,6 +74,7 @@ class Scratch(NamedTuple):
     here: Queue
     ahead: Queue
     importances: NDArray[np.float32]
+    patch_weights: NDArray[np.float32]
     sampled: NDArray[np.int32]
     parts: NDArray[np.int32]
     light: NDArray[np.float32]
@@ -82,8 +84,8 @@ class Scratch(NamedTuple):
     traced: NDArray[np.int64]
 
 
-def make_scratch(group_count: int) -> Scratch:
-    """Return the memory that one thread needs in a scene with ``group_count`` groups of lights."""
+def make_scratch(group_count: int, patch_count: int = 0) -> Scratch:
+    """Return the memory that one thread needs in a scene with so many groups of lights and sun patches."""
     return Scratch(
         rays=make_packet(),
         lanes=aligned_floats(LANES_SIZE),
@@ -92,6 +94,7 @@ def make_scratch(group_count: int) -> Scratch:
         here=make_queue(),
         ahead=make_queue(),
         importances=aligned_floats(group_count * LANES),
+        patch_weights=aligned_floats(patch_count * LANES),
         sampled=np.zeros(LANES, np.int32),
         parts=np.zeros(LANES, np.int32),
         light=aligned_floats(9 * WAVE),

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from box_room import Piece, box, pose, quad, scene
+from box_room import box, hollow_sphere, pose, quad, scene
 
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.film.tone import Exposure, white_luminance
@@ -26,17 +26,6 @@ def layers(flat, view, config, names, ev100=6.0):
         return renderer.render(view, 0, names, exposure=Exposure(ev100)).layers
 
 
-def sphere() -> Piece:
-    """Return a ball of radius 1 seen from within, of 2 * RINGS * RINGS facets."""
-    polar, turn = np.meshgrid(np.linspace(0.0, math.pi, RINGS + 1), np.linspace(0.0, 2.0 * math.pi, 2 * RINGS + 1), indexing="ij")
-    points = np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], axis=-1)
-    row, column = np.meshgrid(np.arange(RINGS), np.arange(2 * RINGS), indexing="ij")
-    a = (row * (2 * RINGS + 1) + column).ravel()
-    b = a + 2 * RINGS + 1
-    faces = np.concatenate([np.stack([a, a + 1, b], axis=1), np.stack([a + 1, b + 1, b], axis=1)])
-    return Piece(points.reshape(-1, 3)[faces.ravel()], np.arange(faces.size).reshape(-1, 3), color=(ALBEDO,) * 3)
-
-
 @pytest.mark.parametrize("preset", PRESETS)
 def test_presets_keep_the_light_of_an_integrating_sphere(preset):
     """A lamp lights a spot of the sphere and no more; what the spot sends back is even all over it: albedo flux / (area (1 - albedo)).
@@ -48,7 +37,9 @@ def test_presets_keep_the_light_of_an_integrating_sphere(preset):
     expected = ALBEDO * illuminance / math.pi
     config = from_mapping(RenderConfig, preset_settings(preset, 400) | {"denoise": "none", "threads": 2}, "preset")
     ev100 = math.log2(3.0 * expected / white_luminance(0.0))
-    image = layers(scene(sphere(), lamp), pose((0.0, 0.0, 0.1), (0.1, 0.0, 0.9)), config, ("radiance",), ev100)["radiance"]
+    image = layers(
+        scene(hollow_sphere(RINGS, color=(ALBEDO,) * 3), lamp), pose((0.0, 0.0, 0.1), (0.1, 0.0, 0.9)), config, ("radiance",), ev100
+    )["radiance"]
     assert image.mean(dtype=np.float64) == pytest.approx(expected, rel=0.02)
 
 
