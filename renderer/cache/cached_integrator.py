@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from renderer.cache.config import CacheConfig
 from renderer.cache.irradiance_cache import IrradianceCache
 from renderer.cache.lamps import build_lamps
-from renderer.cache.shading import Cache, Gloss, make_around, shade_hits, want_nodes
+from renderer.cache.records import Cache, Gloss, make_around
+from renderer.cache.shading import shade_hits, want_nodes
 from renderer.camera.cameras import PosedCamera
 from renderer.core.embree import SceneHandle
 from renderer.ground_truth.hit_view import TracedScene
