@@ -20,7 +20,7 @@ from scene_synth_ros.cli.picture_grid import Tile, write_grid
 
 FOLDER, SAMPLES = Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 64
 CAMERA = CameraConfig(width=320, height=240)
-RENDER = RenderConfig(samples_per_pixel=SAMPLES, max_depth=7, clamp=8.0, denoise="auto", auto_exposure=True)
+RENDER = RenderConfig(samples_per_pixel=SAMPLES, clamp=8.0, denoise="auto", auto_exposure=True)
 DETAIL, ENLARGED = np.s_[80:160, 213:320], 3
 NOISE = {"full_well_e": 2000.0, "read_noise_e": 6.0, "bits": 8, "black_level": 0.05}
 STAGES = {

@@ -19,7 +19,7 @@ FOLDER, SAMPLES = Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 
 TIMES = CameraTimes(frames=30, start_ns=0, rate_hz=10.0)
 VIEW = 15
 CAMERA = CameraConfig(width=320, height=240)
-RENDER = RenderConfig(samples_per_pixel=SAMPLES, max_depth=7, clamp=8.0, denoise="auto", auto_exposure=True)
+RENDER = RenderConfig(samples_per_pixel=SAMPLES, clamp=8.0, denoise="auto", auto_exposure=True)
 
 synthesizer = SceneSynthesizer.from_config()
 

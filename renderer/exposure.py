@@ -23,6 +23,8 @@ METER_CONSTANT = 12.5
 """K of ISO 2720 for reflected light, cd/m2 at EV 0 and ISO 100 times 100."""
 
 _WIDTH, _SAMPLES, _VIEWS, _STEPS_PER_EV = 64, 16, 3, 8
+_DEPTH = 32
+"""Segments of the meter's paths: what a room's light loses there is below any step, whatever the pictures lose."""
 _DARKEST = 1e-3
 _BRIGHT_SHARE, _BRIGHT_STOPS = 0.92, 1.5
 
@@ -64,7 +66,7 @@ def exposed(config: RenderConfig, metered: Exposure | None, fixed_ev100: float |
 
 
 def meter(flat: FlatScene, camera: CameraConfig, config: RenderConfig, scene_key: int, poses: Sequence[CameraPose]) -> Exposure:
-    """Meter a room from small renderings along a path, one answer for all its frames.
+    """Meter a room from small renderings along a path, one answer for all its frames, whatever the quality of their light.
 
     The exposure value is log2(100 L / K) of the log-average luminance L, or what shows 92 % of all that is seen below 1.5 stops above
     white, whichever is darker, in steps of 1/8 EV; the white is that of :func:`renderer.film.white_balance.metered_white`.  Steps keep both
@@ -73,12 +75,12 @@ def meter(flat: FlatScene, camera: CameraConfig, config: RenderConfig, scene_key
     Args:
         flat: the scene.
         camera: whose view is metered.
-        config: depth and threads are taken from it.
+        config: ``threads`` and ``portable`` are taken from it.
         scene_key: of the scene.
         poses: the path; a few of its views are metered.
     """
     small = CameraConfig(width=_WIDTH, height=max(1, _WIDTH * camera.height // camera.width), horizontal_fov_rad=camera.horizontal_fov_rad)
-    quick = RenderConfig(samples_per_pixel=_SAMPLES, max_depth=config.max_depth, threads=config.threads, portable=config.portable)
+    quick = RenderConfig(samples_per_pixel=_SAMPLES, max_depth=_DEPTH, threads=config.threads, portable=config.portable)
     chosen = sorted({round(i) for i in np.linspace(0, len(poses) - 1, _VIEWS)})
     logs, lit, base = [], [], []
     with Renderer(flat, small, quick, scene_key) as renderer:

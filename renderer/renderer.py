@@ -6,7 +6,7 @@ Use: ``with Renderer(flat, CameraConfig(), RenderConfig(), scene_key) as rendere
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from types import TracebackType
 
@@ -14,13 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.annotations.annotator import Annotator
-from renderer.camera.camera_rays import CENTRE, MIDDLE
+from renderer.cache.cached_integrator import CachedIntegrator
+from renderer.cache.config import CacheConfig
+from renderer.camera.camera_rays import CENTRE
 from renderer.camera.cameras import PosedCamera, pose_camera
 from renderer.camera.config import CameraConfig, SensorConfig
 from renderer.camera.rig import is_in_the_middle
 from renderer.camera.shutter import in_motion
 from renderer.camera.thin_lens import focus_on_centre
 from renderer.color_sensor import read_color
+from renderer.core.arrays import empty_together
 from renderer.core.embree import EmbreeScene, SceneHandle
 from renderer.core.errors import RenderError
 from renderer.core.random_numbers import make_frame_key
@@ -32,6 +35,7 @@ from renderer.film.layers import (
     GEOMETRIC_LAYERS,
     HIT_LAYERS,
     LAYERS,
+    PICTURES,
     SAMPLED_LAYERS,
     SENSED_LAYERS,
     check_names,
@@ -41,14 +45,16 @@ from renderer.film.white_balance import white_of_kelvin
 from renderer.geometry.mesh import Mesh
 from renderer.ground_truth.hit_layers import hit_layers
 from renderer.ground_truth.hit_view import HitView, TracedScene
-from renderer.path.config import RenderConfig
+from renderer.path.clipping import share_clipped
+from renderer.path.config import IntegratorName, RenderConfig
 from renderer.path.film_update import blocked_share, indirect_part
-from renderer.path.ground_truth import GeometricImages, Labels, make_hits, trace_geometry
+from renderer.path.ground_truth import GeometricImages, Hits, hit_record_shapes, make_labels, trace_geometry
 from renderer.path.integrator import trace_paths
 from renderer.path.lights import build_lights
 from renderer.path.queues import WAVE, WAVE_EDGE
 from renderer.path.records import Film, Transport, Work, make_scratch
 from renderer.path.stopping import is_clean, next_round, variance_of_mean
+from renderer.path.sun_patches import find_sun_patches
 from renderer.path.surface_tables import build_surfaces
 from renderer.scene.flat_scene import FlatScene, PartTable, Sky, tabulate_materials
 from renderer.scene.scene_check import check_scene
@@ -99,16 +105,25 @@ class Renderer:
         self.flat = flat
         """What is rendered."""
         parts = flat.parts
-        self._labels = Labels(*map(np.ascontiguousarray, (flat.face_part, parts.label, parts.object_id)))
+        self._labels = make_labels(flat.face_part, parts.label, parts.object_id)
         self._lights = build_lights(flat)
         self._surfaces = build_surfaces(flat)
-        self._mesh, self._embree = flat.mesh, EmbreeScene(flat.mesh.vertices, flat.mesh.faces, portable=config.portable)
+        self._embree = self._build_tree(watertight=True)
+        self._lights = self._lights._replace(patches=find_sun_patches(flat, self._lights.infinite, self._embree.handle))
         self._for_light: EmbreeScene | None = None
         self._denoiser: Denoiser | None = None
         self._depth_sensor: DepthSensor | None = None
+        self._integrator: CachedIntegrator | None = None
         self._workers = Workers(thread_count(config.threads))
-        self._scratch = [make_scratch(len(self._lights.groups.area)) for _ in range(self._workers.count)]
-        self._scene = TracedScene(flat, self._labels.label, self._surfaces, self._lights, self._embree.handle, self._workers, self._scratch)
+        self._scratch = [make_scratch(len(self._lights.groups.area), len(self._lights.patches)) for _ in range(self._workers.count)]
+        self._scene = TracedScene(
+            flat, np.ascontiguousarray(parts.label), self._surfaces, self._lights, self._embree.handle, self._workers, self._scratch
+        )
+
+    def _build_tree(self, *, watertight: bool) -> EmbreeScene:
+        panes = self.flat.parts.portal[self.flat.face_part]
+        mesh, portable = self.flat.mesh, self._config.portable
+        return EmbreeScene(mesh.vertices, mesh.faces, panes=panes, watertight=watertight, portable=portable)
 
     @property
     def tree(self) -> SceneHandle:
@@ -144,22 +159,31 @@ class Renderer:
         radiance, annotations, samples, rays = None, None, 0, 0
         sampling_s = denoising_s = 0.0
         sensed, ideal = any(name in SENSED_LAYERS for name in layers), self._depth_config.model == "ideal"
+        looked_up = self._config.integrator == "cached" and any(name in PICTURES for name in layers)
         recorded = any(name in GEOMETRIC_LAYERS or name in HIT_LAYERS for name in layers)
-        if annotator is not None or recorded or (sensed and ideal):
-            images.update(self._trace_geometry(view, layers, pose, path))
+        shown = exposure or self._configured_exposure()
+        for scratch in self._scratch:
+            scratch.traced[0] = 0
+        if annotator is not None or recorded or looked_up or (sensed and ideal):
+            geometry, hits = self._trace_geometry(view, any(name in HIT_LAYERS for name in layers) or looked_up)
+            images |= geometry._asdict() | self._hit_layers(view, geometry, hits, layers, pose, path)
             rays = view.width * view.height
             if annotator is not None:
-                annotations = annotator.annotate(images["instance"], pose, view, self._embree.handle, self._workers)
+                annotations = annotator.annotate(geometry.instance, pose, view, self._embree.handle, self._workers)
+            if looked_up:
+                began = time.perf_counter()
+                radiance = self._cached().radiance(view, geometry.range, hits, self._frame_key(frame_index), cancelled)
+                sampling_s = time.perf_counter() - began
+                self._show(images, layers, view, frame_index, shown, radiance, radiance)
         if sensed:
             images["depth_sensed"] = images["depth"] if ideal else self._read_depth(view, frame_index)
-        if any(name in SAMPLED_LAYERS for name in layers):
-            shown = exposure or self._configured_exposure()
-            in_color = any(name in COLOR_LAYERS for name in layers)
-            denoised = any(name in layers for name in ("color", "color_sensed", "radiance")) and is_asked(self._config.denoise)
+        sampled = [name for name in layers if name in SAMPLED_LAYERS and name not in images]
+        if sampled:
+            denoised = any(name in PICTURES for name in sampled) and is_asked(self._config.denoise)
             began = time.perf_counter()
-            film, samples = self._expose_film(view, frame_index, shown.ev100, layers, denoised, cancelled)
-            sampling_s = time.perf_counter() - began
-            images |= {name: image for name, image in film._asdict().items() if name in layers}
+            film, samples = self._expose_film(view, frame_index, shown.ev100, sampled, denoised, cancelled)
+            sampling_s += time.perf_counter() - began
+            images |= {name: image for name, image in film._asdict().items() if name in sampled}
             if len(film.direct):
                 images["indirect"] = indirect_part(film.light, film.direct)
             if len(film.arriving):
@@ -167,17 +191,12 @@ class Renderer:
             images["samples"] = np.full((view.height, view.width), min(samples, 65_535), np.uint16)
             if len(film.squares):
                 images["variance"] = variance_of_mean(film.light, film.squares, samples)
-            if in_color:
+            if radiance is None and any(name in COLOR_LAYERS for name in sampled):
                 began = time.perf_counter()
                 radiance = self._denoise(film) if denoised else film.light
                 denoising_s = time.perf_counter() - began if denoised else 0.0
-                images["radiance"] = radiance
-                for name, light in (("color", radiance), ("color_noisy", film.light)):
-                    if name in layers:
-                        images[name] = to_display(light, shown, self._config.tone_curve)
-                if "color_sensed" in layers:
-                    key = self._frame_key(frame_index)
-                    images["color_sensed"] = read_color(radiance, view, self._sensor, shown, self._config.tone_curve, key)
+                self._show(images, layers, view, frame_index, shown, radiance, film.light)
+        if radiance is not None or sampled:
             rays += sum(int(scratch.traced[0]) for scratch in self._scratch)
         shown_layers = {name: images[name] for name in LAYERS if name in layers}
         return Frame(shown_layers, radiance, samples, rays, sampling_s, denoising_s, annotations)
@@ -204,24 +223,66 @@ class Renderer:
             return Exposure(config.exposure_ev100, white_of_kelvin(config.white_balance_k))
         return Exposure(config.exposure_ev100)
 
-    def _trace_geometry(
-        self, view: PosedCamera, layers: Collection[str], pose: CameraPose, path: Sequence[CameraPose]
-    ) -> dict[str, NDArray[np.generic]]:
-        """Return the basic layers, and those that the hit record gives as far as they are asked for."""
-        recorded = any(name in HIT_LAYERS for name in layers)
-        rows = (LAYERS[name] for name in GEOMETRIC_LAYERS)
-        images = GeometricImages(**{row.name: np.empty(row.shape(view.height, view.width), row.dtype) for row in rows})
-        hits = make_hits(view.height, view.width) if recorded else make_hits(0, 0)
+    def _show(
+        self,
+        images: dict[str, NDArray[np.generic]],
+        layers: Collection[str],
+        view: PosedCamera,
+        frame_index: int,
+        shown: Exposure,
+        radiance: NDArray[np.float32],
+        noisy: NDArray[np.float32],
+    ) -> None:
+        """Add the pictures that are asked for to ``images``, with the radiance that they show; ``noisy``: the same before denoising."""
+        images["radiance"] = radiance
+        for name, light in (("color", radiance), ("color_noisy", noisy)):
+            if name in layers:
+                images[name] = to_display(light, shown, self._config.tone_curve)
+        if "color_sensed" in layers:
+            key = self._frame_key(frame_index)
+            images["color_sensed"] = read_color(radiance, view, self._sensor, shown, self._config.tone_curve, key)
+
+    def _cached(self) -> CachedIntegrator:
+        """Return the room's irradiance cache; the first call solves its light."""
+        if self._integrator is None:
+            config = self._config
+            fine = CacheConfig(spacing_m=config.cache_spacing_m, gather_rays=config.cache_rays, light_samples=config.cache_light_samples)
+            self._integrator = CachedIntegrator(self._scene, self._light_tree(), self._scene_key, fine)
+        return self._integrator
+
+    def _light_tree(self) -> SceneHandle:
+        if self._for_light is None:
+            self._for_light = self._build_tree(watertight=False)
+        return self._for_light.handle
+
+    def _trace_geometry(self, view: PosedCamera, recorded: bool) -> tuple[GeometricImages, Hits]:
+        """Return the basic layers, and the hit record if it is asked for."""
+        shapes = [(LAYERS[name].shape(view.height, view.width), LAYERS[name].dtype) for name in GEOMETRIC_LAYERS]
+        memory = empty_together([*shapes, *hit_record_shapes(view.height if recorded else 0, view.width)])
+        images = GeometricImages(**dict(zip(GEOMETRIC_LAYERS, memory, strict=False)))
+        hits = Hits(*memory[len(shapes) :])
         step = self._workers.count
 
         def trace(worker: int, first: int) -> None:
             packet = self._scratch[worker].rays
-            trace_geometry(self._embree.handle, self._labels, view, packet, CENTRE, MIDDLE, images, hits, first, step)
+            trace_geometry(self._embree.handle, self._labels, view, packet, CENTRE, images, hits, first, step)
 
         self._workers.run(trace, range(step))
-        if not recorded:
-            return images._asdict()
-        return images._asdict() | hit_layers(HitView(self._scene, self._camera, view, images, hits, pose, path), layers)
+        return images, hits
+
+    def _hit_layers(
+        self,
+        view: PosedCamera,
+        images: GeometricImages,
+        hits: Hits,
+        layers: Collection[str],
+        pose: CameraPose,
+        path: Sequence[CameraPose],
+    ) -> Mapping[str, NDArray[np.generic]]:
+        """Return what the hit record gives of the layers that are asked for."""
+        if not any(name in HIT_LAYERS for name in layers):
+            return {}
+        return hit_layers(HitView(self._scene, self._camera, view, images, hits, pose, path, layers))
 
     def _expose_film(
         self,
@@ -240,8 +301,9 @@ class Renderer:
             np.zeros((*size, 3) if "albedo" in layers else (0, 0, 3), np.float32),
             np.zeros((*size, 6) if aov else (0, 0, 6), np.float32),
             np.zeros((*size, 3) if "variance" in layers else (0, 0, 3), np.float32),
-            np.zeros((*size, 3) if "direct" in layers or "indirect" in layers else (0, 0, 3), np.float32),
+            np.zeros((*size, 3) if config.clamp or "direct" in layers or "indirect" in layers else (0, 0, 3), np.float32),
             np.zeros((*size, 2) if "shadow" in layers else (0, 0, 2), np.float32),
+            np.zeros((*size, 3) if config.clamp else (0, 0, 3), np.float32),
         )
         transport = Transport(
             self._frame_key(frame_index),
@@ -251,15 +313,11 @@ class Renderer:
             np.float32(np.inf) if config.blur_textures else np.float32(1.0) / view.focal_px,
         )
 
-        if self._for_light is None:
-            self._for_light = EmbreeScene(self._mesh.vertices, self._mesh.faces, watertight=False, portable=config.portable)
-        tree = self._for_light.handle
+        tree = self._light_tree()
 
         def trace(worker: int, work: Work) -> None:
             trace_paths(tree, self._surfaces, self._lights, view, transport, work, self._scratch[worker], film)
 
-        for scratch in self._scratch:
-            scratch.traced[0] = 0
         began, done = time.monotonic(), 0
         while count := next_round(config, done, time.monotonic() - began):
             before = film.light.copy() if config.noise_target else film.light
@@ -270,6 +328,8 @@ class Renderer:
                 break
         for image in film:
             image *= np.float32(1.0 / done)
+        if config.clamp:
+            share_clipped(film)
         return film, done
 
     def _denoise(self, film: Film) -> NDArray[np.float32]:
@@ -310,10 +370,12 @@ WARM_LAYERS = (*GEOMETRIC_LAYERS, *SAMPLED_LAYERS)
 """Layers whose kernels are ready after :func:`warm_up`; each of the others has its own, compiled when it is first asked for."""
 
 
-def warm_up(layers: Collection[str] = WARM_LAYERS, depth_sensor: DepthSensorConfig = IDEAL_DEPTH) -> None:
+def warm_up(
+    layers: Collection[str] = WARM_LAYERS, depth_sensor: DepthSensorConfig = IDEAL_DEPTH, integrator: IntegratorName = "path"
+) -> None:
     """Compile the kernels of some layers, or load them from numba's cache, by rendering one pixel of a lone shining triangle.
 
-    ``depth_sensor``: the one that ``depth_sensed`` is to be ready for.
+    ``depth_sensor``: the one that ``depth_sensed`` is to be ready for; ``integrator``: as of ``RenderConfig``.
 
     Raises:
         RenderError: Embree is missing.
@@ -332,6 +394,6 @@ def warm_up(layers: Collection[str] = WARM_LAYERS, depth_sensor: DepthSensorConf
         sky,
     )
     pose = CameraPose(stamp_ns=0, position_m=(0.0, 0.0, 0.0), orientation=look_at((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
-    camera, config = CameraConfig(width=1, height=1), RenderConfig(samples_per_pixel=1, threads=1)
+    camera, config = CameraConfig(width=1, height=1), RenderConfig(integrator=integrator, samples_per_pixel=1, threads=1)
     with Renderer(flat, camera, config, 0, depth_sensor=depth_sensor) as renderer:
         renderer.render(pose, 0, layers, path=(pose, replace(pose, stamp_ns=1)), exposure=Exposure(0.0, white_of_kelvin(4000.0)))

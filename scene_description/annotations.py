@@ -82,7 +82,7 @@ class ObjectAnnotation:
 
     id: ObjectId
     category: Name
-    label: Annotated[int, Limits(ge=0, le=40)]
+    label: Annotated[int, Limits(ge=0, le=255)]
     label_name: Name
     visible_box: Box2D
     full_box: Box2D

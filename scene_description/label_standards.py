@@ -15,7 +15,8 @@ from typing import Literal, NamedTuple, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_description.labels import LABEL_ID, NYU40, Label, LabelTable, instance_labels, semantic_labels
+from scene_description.labels import LABEL_ID, NYU40, Label, LabelTable, instance_labels, part_labels, semantic_labels
+from scene_description.light_labels import light_labels
 from scene_description.types import Opening, SceneDescription, SceneObject
 
 StandardName = Literal["nyu40", "nyu13", "scannet20", "ade20k", "coco"]
@@ -61,13 +62,31 @@ class LabelStandard(NamedTuple):
     def instance_labels(self, scene: SceneDescription) -> LabelTable:
         """Return what :func:`scene_description.labels.instance_labels` does, with classes of this standard."""
         table = instance_labels(scene)
-        if self.name == "nyu40":
-            return table
-        things: list[Opening | SceneObject] = [*scene.room.openings, *scene.objects]
-        for thing in things:
-            key = self.class_of(thing.category, thing.label)
-            table[thing.id] |= {"class": key, "class_name": self.classes[key].name}
+        if self.name != "nyu40":
+            for owner, key in self._classes_of(scene).items():
+                table[owner] |= {"class": key, "class_name": self.classes[key].name}
         return table
+
+    def part_labels(self, scene: SceneDescription) -> LabelTable:
+        """Return what :func:`scene_description.labels.part_labels` does, with classes of this standard."""
+        table, classes = part_labels(scene), self._classes_of(scene)
+        for row in table.values():
+            row["class"] = classes.get(int(str(row["object"])), 0)
+        return table
+
+    def light_labels(self, scene: SceneDescription) -> LabelTable:
+        """Return what :func:`scene_description.light_labels.light_labels` does, with classes of this standard."""
+        table, classes = light_labels(scene), self._classes_of(scene)
+        for row in table.values():
+            if row.get("class_name"):
+                key = classes.get(int(str(row["object"])), self.of_label[int(str(row["class"]))])
+                row |= {"class": key, "class_name": self.classes[key].name}
+        return table
+
+    def _classes_of(self, scene: SceneDescription) -> dict[int, int]:
+        """Return object id -> class id; the room's shell is no object."""
+        things: list[Opening | SceneObject] = [*scene.room.openings, *scene.objects]
+        return {thing.id: self.class_of(thing.category, thing.label) for thing in things}
 
 
 @cache

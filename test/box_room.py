@@ -60,6 +60,28 @@ def box(low: tuple[float, ...], high: tuple[float, ...], inside: bool = False, *
     return Piece(np.concatenate(vertices), np.concatenate(faces), **what)  # type: ignore[arg-type]
 
 
+def pierced(room: Piece, low: tuple[float, float], high: tuple[float, float]) -> Piece:
+    """A room, a box seen from inside, with a hole from ``low`` to ``high`` (x, z) in its wall of greatest y, where a pane goes."""
+    (x0, _, z0), (x1, y, z1) = room.vertices.min(axis=0), room.vertices.max(axis=0)
+    (a, c), (b, d) = low, high
+    strips = [(x0, z0, x1, c), (x0, d, x1, z1), (x0, c, a, d), (b, c, x1, d)]
+    corners = np.array([[(p, y, q), (r, y, q), (r, y, s), (p, y, s)] for p, q, r, s in strips])
+    faces = [np.array([[0, 1, 2], [0, 2, 3]]) + len(room.vertices) + 4 * i for i in range(4)]
+    others = np.delete(room.faces, [6, 7], axis=0)
+    return room._replace(vertices=np.concatenate([room.vertices, *corners]), faces=np.concatenate([others, *faces]))
+
+
+def hollow_sphere(rings: int, **what: object) -> Piece:
+    """A ball of radius 1 about the origin that is seen from within, of 4 * rings * rings facets with split vertices."""
+    polar, turn = np.meshgrid(np.linspace(0.0, np.pi, rings + 1), np.linspace(0.0, 2.0 * np.pi, 2 * rings + 1), indexing="ij")
+    points = np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], axis=-1)
+    row, column = np.meshgrid(np.arange(rings), np.arange(2 * rings), indexing="ij")
+    a = (row * (2 * rings + 1) + column).ravel()
+    b = a + 2 * rings + 1
+    faces = np.concatenate([np.stack([a, a + 1, b], axis=1), np.stack([a + 1, b + 1, b], axis=1)])
+    return Piece(points.reshape(-1, 3)[faces.ravel()], np.arange(faces.size).reshape(-1, 3), **what)  # type: ignore[arg-type]
+
+
 def scene(*pieces: Piece, sky: Sky = DARK) -> FlatScene:
     """Flatten pieces: one part and one material each, flat shading normals."""
     starts = np.cumsum([0, *(len(piece.vertices) for piece in pieces)])
@@ -94,8 +116,10 @@ def furnished_room() -> FlatScene:
     """A room of 4 x 5 x 2.6 m with a window in the wall y = 5, a lamp under the ceiling and three boxes."""
     day = Sky(np.array([2500, 3500, 6000], np.float32), np.array([6000, 6500, 7500], np.float32), np.array([900, 850, 700], np.float32))
     return scene(
-        box((0, 0, 0), (4, 5, 2.6), inside=True, name="0/shell", object_id=0, label=1, color=(0.75, 0.72, 0.68)),
-        quad((1.2, 4.995, 0.9), (1.6, 0, 0), (0, 0, 1.2), name="9/pane", object_id=9, label=9, portal=True, transmission=0.8),
+        pierced(
+            box((0, 0, 0), (4, 5, 2.6), inside=True, name="0/shell", object_id=0, label=1, color=(0.75, 0.72, 0.68)), (1.2, 0.9), (2.8, 2.1)
+        ),
+        quad((1.2, 5, 0.9), (1.6, 0, 0), (0, 0, 1.2), name="9/pane", object_id=9, label=9, portal=True, transmission=0.8),
         box((1.9, 1.4, 2.2), (2.1, 1.6, 2.3), name="2/lamp", object_id=2, label=35, emission=(9000, 7000, 4500)),
         box((0.1, 1.0, 0.0), (1.7, 3.0, 0.5), name="3/bed", object_id=3, label=4, color=(0.3, 0.35, 0.6)),
         box((3.3, 1.0, 0.0), (3.95, 2.4, 1.9), name="4/wardrobe", object_id=4, label=39, color=(0.5, 0.3, 0.15)),

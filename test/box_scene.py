@@ -12,6 +12,7 @@ from sample_scene import FLOOR, sample_scene
 from renderer import CameraConfig, FlatScene, Frame, RenderConfig, Renderer
 from renderer.annotations import Annotator
 from scene_description import CameraPose, ModelReference, SceneDescription, SceneObject, Support
+from scene_description.label_standards import StandardName
 from scene_description.poses import quaternion_from_yaw, rotation_from_quaternion
 
 ROOM = box((-5, -5, 0), (5, 5, 4), inside=True, name="0/shell", object_id=0)
@@ -54,12 +55,13 @@ def annotated(
     masks: bool = False,
     path: Sequence[CameraPose] = (),
     threads: int = 2,
+    classes: StandardName = "nyu40",
 ) -> Frame:
     """A frame of the boxes: its instance image, and what is told of it."""
     camera = camera or CameraConfig(width=640, height=480)
     description, flat = crates_scene(objects)
     with (
         Renderer(flat, camera, RenderConfig(threads=threads), 0) as renderer,
-        Annotator(flat, description, camera, masks=masks) as annotator,
+        Annotator(flat, description, camera, masks=masks, classes=classes) as annotator,
     ):
         return renderer.render(view, 0, ("instance",), path=path, annotator=annotator)

@@ -292,9 +292,11 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python -c 'from grammar.spec.energy_terms import terms_table; print(terms_table())'": Run(),
     ".venv/bin/python -m pytest test/renderer/path": Listed("is how this test runs; that the folder exists is tested in test/test_docs.py"),
     ".venv/bin/python -m benchmarks --only layout": Parsed("takes minutes, and speed is never judged in a test"),
+    ".venv/bin/python -m benchmarks --only presets": Parsed("takes minutes; test/renderer/path/test_clipping.py has known answers"),
     ".venv/bin/python -m benchmarks.realism_bench LAYOUTS.jsonl --folds 5 --rooms 120 --counted 1000": Parsed(
         "takes an hour; test/grammar/learning/test_realism_figures.py has its figures"
     ),
     ".venv/bin/python -m benchmarks.recovery_bench": Parsed("test/grammar/learning/test_learn.py"),
     ".venv/bin/python -m benchmarks.reference_bench --pictures docs/reference": Parsed("takes an hour, and needs Mitsuba"),
+    ".venv/bin/python -m benchmarks.export_bench": Parsed("needs Mitsuba; test/renderer/export reads the files"),
 }

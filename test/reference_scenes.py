@@ -24,8 +24,6 @@ from scene_description import CameraPose, Material
 from scene_description.poses import look_at
 
 DARK = Sky(*(np.zeros(3, np.float32) for _ in range(3)))
-WALL_M = 0.5
-"""More than the thickness of a wall."""
 Point = tuple[float, float, float]
 
 
@@ -263,33 +261,17 @@ def sampled_bedroom() -> View:
     """A bedroom of the grammar by the light of the sky, its lamps off.
 
     It is without its textures, as they are filtered differently everywhere, and without its sun: through panes, Mitsuba finds that by
-    luck only.  What is behind panes is pressed flat: we see the sky there, whatever lies before it.
+    luck only.
     """
     flat, pose = bedroom()
     parts = flat.parts._replace(emission=np.zeros_like(flat.parts.emission))
-    mesh = pressed_to_panes(flat)
     plain = flat._replace(
         sky=flat.sky._replace(sun=NO_SUN),
         parts=parts,
         part_texture=np.full_like(flat.part_texture, -1),
-        mesh=mesh._replace(normals=np.zeros_like(mesh.normals)),
+        mesh=flat.mesh._replace(normals=np.zeros_like(flat.mesh.normals)),
     )
     return View(plain, pose, 1.2217304763960306, 8.0)
-
-
-def pressed_to_panes(flat: FlatScene) -> Mesh:
-    """Return the mesh with the vertices close behind each pane moved into its plane."""
-    vertices = flat.mesh.vertices.astype(np.float64)
-    for part in np.flatnonzero(flat.parts.portal):
-        a, b, c = flat.mesh.vertices[flat.mesh.faces[flat.face_part == part][0]].astype(np.float64)
-        normal = np.cross(b - a, c - a)
-        normal /= np.linalg.norm(normal)
-        used = flat.mesh.vertices[np.unique(flat.mesh.faces[flat.face_part == part])]
-        aside = np.maximum(used.min(axis=0) - vertices, vertices - used.max(axis=0)).max(axis=1)
-        height = (vertices - a) @ normal
-        behind = (height < 0.0) & (aside < WALL_M)
-        vertices[behind] -= height[behind, None] * normal
-    return flat.mesh._replace(vertices=vertices.astype(np.float32))
 
 
 def bedroom() -> tuple[FlatScene, CameraPose]:

@@ -18,7 +18,7 @@ from renderer.annotations.pixels import BOTTOM, COUNT, LEFT, RIGHT, TOP, empty_t
 from renderer.annotations.projection import Projection
 from renderer.annotations.run_lengths import mask_of
 from renderer.annotations.things import corners_m, seen_from, things_of
-from renderer.camera.camera_rays import CENTRE, MIDDLE, TILE
+from renderer.camera.camera_rays import CENTRE, TILE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.config import CameraConfig
 from renderer.core.arrays import Array
@@ -27,6 +27,7 @@ from renderer.core.workers import Workers
 from renderer.scene.flat_scene import FlatScene
 from scene_description import SceneDescription
 from scene_description.annotations import Box2D, FrameAnnotations, KeyPoint, ObjectAnnotation, Relation
+from scene_description.label_standards import StandardName, label_standard
 from scene_description.types import CameraPose
 
 _MARGIN_PX, _BENT_MARGIN_PX = 2.0, 8.0
@@ -44,13 +45,21 @@ class Annotator:
         camera: the lens.
         masks: whether masks are wanted.
         portable: as of ``RenderConfig``.
+        classes: the label standard that classes are told in.
     """
 
     def __init__(
-        self, flat: FlatScene, scene: SceneDescription, camera: CameraConfig, *, masks: bool = False, portable: bool = False
+        self,
+        flat: FlatScene,
+        scene: SceneDescription,
+        camera: CameraConfig,
+        *,
+        masks: bool = False,
+        portable: bool = False,
+        classes: StandardName = "nyu40",
     ) -> None:
         self._meshes = ObjectMeshes(flat, portable=portable)
-        self._things = things_of(scene, self._meshes)
+        self._things = things_of(scene, self._meshes, label_standard(classes))
         self._rows = max((*self._meshes.ids, 0)) + 1
         self._scene, self._camera, self._masks = scene.id, camera, masks
 
@@ -121,7 +130,7 @@ class Annotator:
 
         def count(worker: int, key: int) -> None:
             tiles = _tiles(extents[key], margin, view, projection.is_planar)
-            tally_cover(trees[key], view, packets[worker], CENTRE, MIDDLE, instance, key, tiles, covers[key])
+            tally_cover(trees[key], view, packets[worker], CENTRE, instance, key, tiles, covers[key])
 
         workers.run(count, extents)
         return covers

@@ -1,7 +1,7 @@
 """Annotations of frames as one file in the form of COCO's instances, as pycocotools reads it (cocodataset.org, "Data format").
 
-Categories are the NYU40 classes under their ids.  ``bbox`` is the visible box, ``area`` the number of visible pixels.  Beyond COCO's own
-keys an annotation has ``instance_id``, ``visible_fraction`` and ``truncation``.
+Categories are the classes of the label standard that the frames were annotated in, under their ids.  ``bbox`` is the visible box, ``area``
+the number of visible pixels.  Beyond COCO's own keys an annotation has ``instance_id``, ``visible_fraction`` and ``truncation``.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from renderer.core.errors import RenderError
-from scene_description import NYU40
 from scene_description.annotations import FrameAnnotations, ObjectAnnotation
+from scene_description.label_standards import StandardName, label_standard
 
 
 class CocoImage(NamedTuple):
@@ -21,12 +21,13 @@ class CocoImage(NamedTuple):
     annotations: FrameAnnotations
 
 
-def coco_instances(images: Sequence[CocoImage]) -> dict[str, Any]:
-    """Return the content of the file; images and annotations are numbered from 1.
+def coco_instances(images: Sequence[CocoImage], classes: StandardName = "nyu40") -> dict[str, Any]:
+    """Return the content of the file; images and annotations are numbered from 1.  ``classes``: as of the ``Annotator``.
 
     Raises:
         RenderError: an object has no mask.
     """
+    categories = label_standard(classes).classes
     rows = [(number, item) for number, image in enumerate(images, start=1) for item in image.annotations.objects]
     return {
         "info": {"description": "scene_synth_ros", "version": "1"},
@@ -36,7 +37,7 @@ def coco_instances(images: Sequence[CocoImage]) -> dict[str, Any]:
             for number, (name, told) in enumerate(images, start=1)
         ],
         "annotations": [_annotation(number, image, item) for number, (image, item) in enumerate(rows, start=1)],
-        "categories": [{"id": label.id, "name": label.name, "supercategory": "indoor"} for label in NYU40],
+        "categories": [{"id": key, "name": label.name, "supercategory": "indoor"} for key, label in categories.items()],
     }
 
 

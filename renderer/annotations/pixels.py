@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.camera.camera_rays import TILE, aim_tile
+from renderer.camera.camera_rays import TILE
 from renderer.camera.cameras import PosedCamera
-from renderer.camera.shutter import move_rays
+from renderer.camera.shutter import aim_exposed_tile
 from renderer.core import embree as ray
 from renderer.core.embree import LANES, Packet, SceneHandle, occluded16
 from renderer.core.kernel import entry, kernel
@@ -48,7 +48,6 @@ def tally_cover(
     camera: PosedCamera,
     packet: Packet,
     centre: NDArray[np.float32],
-    middle: NDArray[np.float32],
     instance: NDArray[np.uint16],
     key: int,
     tiles: NDArray[np.int64],
@@ -61,7 +60,6 @@ def tally_cover(
         camera: as the frame was rendered with it.
         packet: scratch memory of the calling thread.
         centre: ``CENTRE``, as of ``trace_geometry``.
-        middle: ``MIDDLE``.
         instance: (height, width), ids of the frame; its own pixels are covered without a ray.
         key: the object's id.
         tiles: (4,) first and last column, first and last row of the tiles that it can touch.
@@ -75,9 +73,7 @@ def tally_cover(
                 for x in range(column, min(column + TILE, camera.width)):
                     missing += instance[y, x] != key
             if missing:
-                aim_tile(camera, column, row, centre, packet)
-                if camera.row_step > _ZERO:
-                    move_rays(camera, row, middle, packet)
+                aim_exposed_tile(camera, column, row, centre, packet)
                 occluded16(packet.alive.ctypes.data, tree.address, real.ctypes.data, tree.coherent)
             for k in range(LANES):
                 x, y = column + (k & 3), row + (k >> 2)

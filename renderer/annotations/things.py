@@ -9,9 +9,10 @@ import numpy as np
 
 from renderer.annotations.object_meshes import ObjectMeshes
 from renderer.core.arrays import Array
-from renderer.scene.room_shell import wall_frame
-from scene_description import NYU40, Opening, SceneDescription, SceneObject
+from renderer.scene.object_boxes import opening_extent
+from scene_description import Opening, SceneDescription, SceneObject
 from scene_description.annotations import OrientedBox, Relation
+from scene_description.label_standards import LabelStandard
 from scene_description.poses import (
     Quaternion,
     conjugate_quaternion,
@@ -22,13 +23,12 @@ from scene_description.poses import (
 from scene_description.types import CameraPose
 
 _MICROMETRES = 6
-_THINNEST_M = 0.0005
 _SIGNS = np.array([(x, y, z) for z in (-1.0, 1.0) for x, y in ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))])
 """Corners of a box of edge 2, in the order of ``ObjectAnnotation.corners``."""
 
 
 class Thing(NamedTuple):
-    """An object or an opening: its category, its NYU40 class with its name, its box in the world, and its relations."""
+    """An object or an opening: its category, its class with its name, its box in the world, and its relations."""
 
     category: str
     label: int
@@ -37,7 +37,7 @@ class Thing(NamedTuple):
     relations: tuple[Relation, ...]
 
 
-def things_of(scene: SceneDescription, meshes: ObjectMeshes) -> dict[int, Thing]:
+def things_of(scene: SceneDescription, meshes: ObjectMeshes, classes: LabelStandard) -> dict[int, Thing]:
     """Return all objects and openings that have triangles, by id.
 
     An object's box is that of the description.  The description tells an opening's width and height only, so its box is the tightest
@@ -48,7 +48,8 @@ def things_of(scene: SceneDescription, meshes: ObjectMeshes) -> dict[int, Thing]
     for thing in there:
         if thing.id in meshes.ids:
             box = _opening_box(scene, thing, meshes) if isinstance(thing, Opening) else _object_box(thing)
-            found[thing.id] = Thing(thing.category, thing.label, NYU40[thing.label].name, box, _relations(thing))
+            label = classes.class_of(thing.category, thing.label)
+            found[thing.id] = Thing(thing.category, label, classes.classes[label].name, box, _relations(thing))
     return found
 
 
@@ -71,12 +72,8 @@ def _object_box(thing: SceneObject) -> OrientedBox:
 
 
 def _opening_box(scene: SceneDescription, opening: Opening, meshes: ObjectMeshes) -> OrientedBox:
-    _, _, inward, _ = wall_frame(np.asarray(scene.room.polygon_m, np.float64), opening.wall)
-    orientation = quaternion_from_yaw(math.atan2(inward[1], inward[0]))
-    rotation = rotation_from_quaternion(orientation)
-    own = meshes.mesh(opening.id).vertices.astype(np.float64) @ rotation
-    low, high = own.min(axis=0), own.max(axis=0)
-    return _box(rotation @ (0.5 * (low + high)), np.maximum(high - low, _THINNEST_M), orientation)
+    axes, low, size = opening_extent(scene.room, opening, meshes.mesh(opening.id).vertices.astype(np.float64))
+    return _box((low + 0.5 * size) @ axes, size, quaternion_from_yaw(math.atan2(axes[0, 1], axes[0, 0])))
 
 
 def _box(center: Array, size: Array, orientation: Quaternion) -> OrientedBox:

@@ -1,7 +1,7 @@
 """The BSDF: its value for pairs of directions, its sampling and their pdf, 16 hits at a time.
 
-Thin panes reflect; what they let through leaves the scene, and the light that enters by them counts as sent by them.  Refraction does not
-scale luminance by the square of the index: the factors cancel for lights and cameras in air.
+Thin panes reflect, and let light go straight through where something stands behind them; the sky that shows through them counts as sent by
+them.  Refraction does not scale luminance by the square of the index: the factors cancel for lights and cameras in air.
 
 All directions are in the local frame of :mod:`renderer.bsdf.microfacet`; the viewer is above, WO_Z > 0.  The lobes and their weights are
 those of :mod:`renderer.bsdf.layers`.
@@ -22,6 +22,8 @@ from renderer.core.sampling import sample_cosine_hemisphere
 
 _ZERO, _ONE, _TWO, _HALF, _TINY = np.float32(0.0), np.float32(1.0), np.float32(2.0), np.float32(0.5), np.float32(1e-30)
 _INVERSE_PI = np.float32(1.0 / np.pi)
+_STRAIGHT = np.float32(1e8)
+"""Density per steradian that stands for that of a single direction."""
 
 
 @kernel
@@ -38,7 +40,7 @@ def evaluate_bsdf(lanes: NDArray[np.float32], kinds: int, reflected: NDArray[np.
             _add_coat(lanes)
         if kinds & ANY_GLASS:
             for k in range(LANES):
-                if lanes[ln.PR_GLASS + k] > _ZERO:
+                if lanes[ln.PR_GLASS + k] + lanes[ln.PR_PASS + k] > _ZERO:
                     _add_glass(lanes, k)
         return
     for k in range(lane_count(lanes)):
@@ -143,8 +145,13 @@ def _add_glass(lanes: NDArray[np.float32], k: int) -> None:
         for channel in range(0, 3 * LANES, LANES):
             lanes[ln.F_COS_R + channel + k] += f_cos
         lanes[ln.PDF + k] += pdf * lanes[ln.PR_GLASS + k] * (_ONE if thin else share)
-    elif lanes[ln.WI_Z + k] < _ZERO and lanes[ln.THIN + k] == _ZERO:
-        _refract(lanes, k)
+    elif lanes[ln.WI_Z + k] < _ZERO:
+        if lanes[ln.THIN + k] == _ZERO:
+            _refract(lanes, k)
+        else:
+            for channel in range(0, 3 * LANES, LANES):
+                lanes[ln.F_COS_R + channel + k] = _STRAIGHT * lanes[ln.PASS_WEIGHT + k]
+            lanes[ln.PDF + k] = _STRAIGHT * lanes[ln.PR_PASS + k]
 
 
 @kernel
@@ -188,6 +195,9 @@ def sample_bsdf(lanes: NDArray[np.float32], kinds: int) -> None:
             lobe = lanes[ln.U_LOBE + k] - lanes[ln.PR_DIFFUSE + k] - lanes[ln.PR_SPECULAR + k]
             if _ZERO <= lobe < lanes[ln.PR_GLASS + k] and lanes[ln.THIN + k] == _ZERO:
                 _sample_refraction(lanes, k, lobe)
+            elif _ZERO <= lobe - lanes[ln.PR_GLASS + k] < lanes[ln.PR_PASS + k]:
+                wo_x, wo_y, wo_z = lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k]
+                lanes[ln.WI_X + k], lanes[ln.WI_Y + k], lanes[ln.WI_Z + k] = -wo_x, -wo_y, -wo_z
 
 
 @kernel

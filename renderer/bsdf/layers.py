@@ -191,16 +191,22 @@ def _mix_layers(lanes: NDArray[np.float32]) -> None:
         e_sheen = sheen * lanes[ln.E_SHEEN + k]
         lanes[ln.PR_DIFFUSE + k] = _luminance(r, g, b) * diffuse * enters_mean + _luminance(multi_r, multi_g, multi_b) * lost + e_sheen
         lanes[ln.PR_SPECULAR + k] = _luminance(specular_r, specular_g, specular_b) * (e_wo - e_wo_schlick) + specular_f90 * e_wo_schlick
-        lanes[ln.PR_GLASS + k] = _ZERO
+        lanes[ln.PR_GLASS + k] = lanes[ln.PR_PASS + k] = _ZERO
         lanes[ln.PR_COAT + k] = coat_albedo
 
 
 @kernel
 def _complete_glass(lanes: NDArray[np.float32], k: int, albedos: Albedos) -> None:
-    """Complete GLASS_WEIGHT, ETA and PR_GLASS of a lane of glass or of a pane; GLASS_WEIGHT is that of all under coat and sheen."""
+    """Complete GLASS_WEIGHT to PR_PASS of a lane of glass or of a pane; GLASS_WEIGHT is that of all under coat and sheen.
+
+    Light goes straight through a pane, once: where the pane shows the sky, the sky's luminance counts as the pane's own.
+    """
     under, cosine, ior = lanes[ln.GLASS_WEIGHT + k], lanes[ln.WO_Z + k], lanes[ln.IOR + k]
     if lanes[ln.THIN + k] > _ZERO:
-        lanes[ln.ETA + k], lanes[ln.PR_GLASS + k] = ior, under * fresnel_thin_dielectric(cosine, ior)
+        reflects = fresnel_thin_dielectric(cosine, ior)
+        passes = lanes[ln.TRANSMISSION + k] * (_ONE - reflects) if lanes[ln.OPEN + k] == _ZERO else _ZERO
+        lanes[ln.ETA + k], lanes[ln.PR_GLASS + k] = ior, under * reflects
+        lanes[ln.PASS_WEIGHT + k] = lanes[ln.PR_PASS + k] = passes
         return
     through = (_ONE - lanes[ln.METALLIC + k]) * lanes[ln.TRANSMISSION + k]
     inside = 0 if lanes[ln.COS_FRONT + k] > _ZERO else 1
@@ -224,11 +230,13 @@ def _glass_albedo(tables: NDArray[np.float32], index: int, inside: int, row: np.
 
 @kernel
 def _normalize_probabilities(lanes: NDArray[np.float32]) -> None:
-    """Make PR_DIFFUSE to PR_COAT sum to 1."""
+    """Make the probabilities of the lobes, PR_PASS among them, sum to 1."""
     for k in range(LANES):
         total = lanes[ln.PR_DIFFUSE + k] + lanes[ln.PR_SPECULAR + k] + lanes[ln.PR_GLASS + k] + lanes[ln.PR_COAT + k]
+        total += lanes[ln.PR_PASS + k]
         scale = _ONE / (total if total > _TINY else _TINY)
         lanes[ln.PR_DIFFUSE + k] *= scale
         lanes[ln.PR_SPECULAR + k] *= scale
         lanes[ln.PR_GLASS + k] *= scale
         lanes[ln.PR_COAT + k] *= scale
+        lanes[ln.PR_PASS + k] *= scale

@@ -24,10 +24,6 @@ CENTRE = np.zeros(2 * LANES, np.float32)
 """Offsets of rays through pixel centres."""
 
 
-MIDDLE = np.full(2 * LANES, 0.5, np.float32)
-"""Times of rays in the middle of their rows' exposure."""
-
-
 @kernel
 def aim_tile(camera: PosedCamera, column: int, row: int, jitter: NDArray[np.float32], packet: Packet) -> None:
     """Aim 16 rays through the tile whose first pixel is (column, row); lanes where the lens sees nothing are off.

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.camera.camera_rays import aim_tile
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.config import CameraConfig
 from renderer.core import embree as ray
@@ -27,6 +28,9 @@ KNOTS = 65
 _SECOND_NS = 1_000_000_000
 
 _ONE, _HALF = np.float32(1.0), np.float32(0.5)
+
+MIDDLE = np.full(LANES, 0.5, np.float32)
+"""Times of rays in the middle of their rows' exposure."""
 
 
 class Motion(NamedTuple):
@@ -96,6 +100,14 @@ def move_rays(camera: PosedCamera, row: int, u: NDArray[np.float32], packet: Pac
             a, b, c = _mixed(knots, i, s, 3 * axis), _mixed(knots, i, s, 3 * axis + 1), _mixed(knots, i, s, 3 * axis + 2)
             real[ray.ORG_X + LANES * axis + k] = _mixed(knots, i, s, 9 + axis) + a * x + b * y + c * z
             real[ray.DIR_X + LANES * axis + k] = a * dx + b * dy + c * dz
+
+
+@kernel
+def aim_exposed_tile(camera: PosedCamera, column: int, row: int, jitter: NDArray[np.float32], packet: Packet) -> None:
+    """Aim as :func:`renderer.camera.camera_rays.aim_tile` does, from where the camera is in the middle of each row's exposure."""
+    aim_tile(camera, column, row, jitter, packet)
+    if camera.row_step > np.float32(0.0):
+        move_rays(camera, row, MIDDLE, packet)
 
 
 @kernel

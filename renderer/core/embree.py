@@ -33,6 +33,8 @@ ORG_X, ORG_Y, ORG_Z, TNEAR, DIR_X, DIR_Y, DIR_Z, TIME, TFAR, MASK, ID, FLAGS = r
 NG_X, NG_Y, NG_Z, BARY_U, BARY_V, PRIM_ID, GEOM_ID, INST_ID, INST_PRIM_ID = range(12 * LANES, 21 * LANES, LANES)
 INVALID_ID = np.uint32(0xFFFFFFFF)
 """``GEOM_ID`` of a ray without a hit (RTC_INVALID_GEOMETRY_ID)."""
+MEET_ALL, PASS_PANES = np.uint32(0xFFFFFFFF), np.uint32(1)
+"""``MASK`` of rays: such as meet every triangle, and such as panes do not stop."""
 
 _COHERENT = 1 << 16
 _FEATURE_TRIANGLE = 1 << 1
@@ -57,6 +59,7 @@ _SIGNATURES: dict[str, tuple[Any, tuple[Any, ...]]] = {
         None,
         (_pointer, ctypes.c_int, ctypes.c_uint, ctypes.c_int, _pointer, ctypes.c_size_t, ctypes.c_size_t, ctypes.c_size_t),
     ),
+    "rtcSetGeometryMask": (None, (_pointer, ctypes.c_uint)),
     "rtcCommitGeometry": (None, (_pointer,)),
     "rtcAttachGeometry": (ctypes.c_uint, (_pointer, _pointer)),
     "rtcReleaseGeometry": (None, (_pointer,)),
@@ -107,7 +110,7 @@ def make_packet() -> Packet:
     memory = aligned_floats(PACKET_SIZE + LANES)
     real, alive = memory[:PACKET_SIZE], memory[PACKET_SIZE:].view(np.int32)
     integer = real.view(np.uint32)
-    integer[MASK : MASK + LANES] = 0xFFFFFFFF
+    integer[MASK : MASK + LANES] = MEET_ALL
     alive[:] = -1
     return Packet(real, integer, alive)
 
@@ -164,9 +167,17 @@ class EmbreeScene:
     """
 
     def __init__(
-        self, vertices: NDArray[np.float32], faces: NDArray[np.uint32], *, watertight: bool = True, portable: bool = False
+        self,
+        vertices: NDArray[np.float32],
+        faces: NDArray[np.uint32],
+        *,
+        panes: NDArray[np.bool_] | None = None,
+        watertight: bool = True,
+        portable: bool = False,
     ) -> None:
         """Build the scene of ``vertices`` (n, 3) in metres and ``faces`` (m, 3).
+
+        ``panes`` (m,) tells which faces rays with the mask ``PASS_PANES`` do not meet; ``PRIM_ID`` is the row in ``faces`` for all.
 
         ``portable`` pins Embree to AVX2 code, so that different processors compute the same.
 
@@ -178,28 +189,31 @@ class EmbreeScene:
             RenderError: the library is missing or reports a fault, or the mesh's arrays have wrong types.
         """
         self._library = load_library()
-        self._buffers = _embree_buffers(vertices, faces)
+        self._vertices, self._indices = _embree_buffers(vertices, faces, panes)
         self._arguments = (_IntersectArguments(_COHERENT, _FEATURE_TRIANGLE), _IntersectArguments(0, _FEATURE_TRIANGLE))
         self._scene: int | None = None
         self._device = _open_device("threads=1" + (",isa=avx2" if portable else ""))
         try:
-            self._build(len(vertices), len(faces), watertight)
+            self._build(watertight)
         except RenderError:
             self.close()
             raise
         coherent, incoherent = (ctypes.addressof(arguments) for arguments in self._arguments)
         self.handle = SceneHandle(self._scene or 0, coherent, incoherent)
 
-    def _build(self, vertex_count: int, face_count: int, watertight: bool) -> None:
+    def _build(self, watertight: bool) -> None:
         library = self._library
         self._scene = library.rtcNewScene(self._device)
         library.rtcSetSceneFlags(self._scene, _SCENE_FLAG_ROBUST if watertight else 0)
         library.rtcSetSceneBuildQuality(self._scene, _BUILD_QUALITY_MEDIUM if watertight else _BUILD_QUALITY_HIGH)
-        if face_count:
-            vertices, faces = self._buffers
+        vertices, face_count = self._vertices, 0
+        for mask, faces in self._indices:
+            face_count = len(faces)
             geometry = library.rtcNewGeometry(self._device, _GEOMETRY_TYPE_TRIANGLE)
-            library.rtcSetSharedGeometryBuffer(geometry, _BUFFER_TYPE_VERTEX, 0, _FORMAT_FLOAT3, vertices.ctypes.data, 0, 12, vertex_count)
+            buffer = (_BUFFER_TYPE_VERTEX, 0, _FORMAT_FLOAT3, vertices.ctypes.data, 0, 12, len(vertices) - 1)
+            library.rtcSetSharedGeometryBuffer(geometry, *buffer)
             library.rtcSetSharedGeometryBuffer(geometry, _BUFFER_TYPE_INDEX, 0, _FORMAT_UINT3, faces.ctypes.data, 0, 12, face_count)
+            library.rtcSetGeometryMask(geometry, mask)
             library.rtcCommitGeometry(geometry)
             library.rtcAttachGeometry(self._scene, geometry)
             library.rtcReleaseGeometry(geometry)
@@ -223,13 +237,27 @@ class EmbreeScene:
         self.close()
 
 
-def _embree_buffers(vertices: NDArray[np.float32], faces: NDArray[np.uint32]) -> tuple[NDArray[np.float32], NDArray[np.uint32]]:
-    """Return vertices and faces as Embree shares them; vertices get the padding that its 16-byte reads need."""
+def _embree_buffers(
+    vertices: NDArray[np.float32], faces: NDArray[np.uint32], panes: NDArray[np.bool_] | None
+) -> tuple[NDArray[np.float32], list[tuple[int, NDArray[np.uint32]]]]:
+    """Return vertices (n + 2, 3) and, for each geometry, its mask and its faces (m, 3), as Embree shares them.
+
+    Where there are panes they are a geometry of their own.  Each geometry has all faces, so that ``PRIM_ID`` is the same; those of the
+    other have their corners in vertex n, which is nowhere: Embree leaves triangles out of its tree whose corners are not finite.  The last
+    vertex is the padding that its 16-byte reads need.
+    """
     if vertices.dtype != np.float32 or faces.dtype != np.uint32:
         raise RenderError(f"Embree: expected float32 vertices and uint32 faces, got {vertices.dtype} and {faces.dtype}")
-    padded = np.zeros((len(vertices) + 1, 3), np.float32)
-    padded[:-1] = vertices
-    return padded, np.ascontiguousarray(faces)
+    padded = np.zeros((len(vertices) + 2, 3), np.float32)
+    padded[:-2], padded[-2] = vertices, np.nan
+    faces = np.ascontiguousarray(faces)
+    if not len(faces):
+        return padded, []
+    if panes is None or not panes.any():
+        return padded, [(int(PASS_PANES), faces)]
+    nowhere = np.uint32(len(vertices))
+    apart = [np.where((panes == chosen)[:, None], faces, nowhere) for chosen in (False, True)]
+    return padded, [(int(PASS_PANES), apart[0]), (int(PASS_PANES) << 1, apart[1])]
 
 
 _trace_packet = types.void(types.intp, types.intp, types.intp, types.intp)

@@ -23,6 +23,7 @@ RAY_PDF = _field()  # density per steradian with which the ray was sampled; infi
 PREV_IMPORTANCE = _field()  # IMPORTANCE at the ray's origin
 PREV_NS_X, PREV_NS_Y, PREV_NS_Z = _vector()  # shading normal at the ray's origin
 SPREAD = _field()  # growth of the ray cone's width per metre; spawn_rays adds what the scattering spreads
+OUTSIDE = _field()  # 1 where the path has left by a pane, so that what it hits is lit by all of the sky
 CARRIED = _LANES.size // LANES
 """How many fields, the first ones, pass from queue to lanes as they are."""
 WIDTH = _field()  # of the ray cone, metres: at the origin, from evaluate_surfaces on at the hit
@@ -43,9 +44,11 @@ IOR = _field()
 COAT = _field()
 COAT_ROUGHNESS = _field()
 SHEEN = _field()
-THIN = _field()  # 1 for window panes: what enters leaves the scene
+THIN = _field()  # 1 for window panes: light goes straight through them
 GLASS = _field()  # row of the albedo tables of glass, or -1
 SPECIAL = _field()  # 1 where more than the row of the part must be looked up: textures, emission
+
+OPEN = _field()  # 1 where nothing stands behind the pane that the ray hit from inside, so that it shows the sky
 
 # Emission.  Written by evaluate_surfaces; read by update_aovs and add_emission.
 LE_R, LE_G, LE_B = _vector()  # luminance that the surface itself sends along wo, cd/m2
@@ -60,6 +63,12 @@ TANGENT_X, TANGENT_Y, TANGENT_Z = _vector()  # unit vectors of the world
 BITANGENT_X, BITANGENT_Y, BITANGENT_Z = _vector()
 WO_X, WO_Y, WO_Z = _vector()  # unit, towards the viewer, in the local frame; WO_Z > 0
 CONTINUES = _field()  # 1 where the path may go on, so that the BSDF is sampled beside lights
+
+# Sun patches.  Written by weigh_patches where there are any; read by sample_lights and spawn_rays.
+PATCHES = _field()  # weights of all patches together
+GUIDED = _field()  # share of rays that are sampled from them
+TOWARD_X, TOWARD_Y, TOWARD_Z = _vector()  # WI in the world
+PATCH_PDF = _field()  # density per steradian of sampling WI from the patches, times their weights
 
 # The BSDF.  Written by build_bsdfs; read by its evaluation and sampling in sample_lights and spawn_rays.
 GLOSSY = _field()  # 1 where light is reflected by more than Lambert's law, else 0
@@ -78,20 +87,29 @@ GLASS_WEIGHT = _field()  # of glass or pane
 ETA = _field()  # index of refraction beyond the surface over that on the viewer's side
 PR_DIFFUSE, PR_SPECULAR = _field(), _field()  # probabilities of sampling the lobes
 PR_GLASS, PR_COAT = _field(), _field()
+PASS_WEIGHT, PR_PASS = (
+    _field(),
+    _field(),
+)  # share of light that goes straight on through a pane, where something is behind it, and its probability
 
 # Random numbers in [0, 1).  Written by generate_ray_samples; read by sample_lights and spawn_rays.  generate_camera_rays uses U_LIGHT.
 U_LIGHT_0, U_LIGHT_1 = _field(), _field()
 U_LOBE, U_ROULETTE = _field(), _field()
 U_BSDF_0, U_BSDF_1 = _field(), _field()
 U_INFINITE_0, U_INFINITE_1 = _field(), _field()  # filled where there is an infinite light
+U_GUIDE_0, U_GUIDE_1 = _field(), _field()  # filled where there are sun patches
 
 # A sampled light.  Written and read by sample_lights.
-TO_LIGHT_X, TO_LIGHT_Y, TO_LIGHT_Z = _vector()  # from P to the point on the light, metres, world
+TO_LIGHT_X, TO_LIGHT_Y, TO_LIGHT_Z = _vector()  # from P to the point on the light, or towards what is infinitely far, metres, world
+LIGHT_END = (
+    _field()
+)  # where the shadow ray ends, in lengths of TO_LIGHT: at the light, or never if it is outside; panes do not stop it then
 LI_R, LI_G, LI_B = _vector()  # luminance that arrives from there, cd/m2; then what it adds to the pixel
+KEPT = _field()  # share of that which stays with the pixel, the rest is clipped
 LIGHT_PDF = _field()  # density per steradian of sampling that direction; 0 where no light arrives
 U_REMAPPED = _field()  # what is left of the random number once it has chosen a group, then an emitter
 GROUP_IMPORTANCE, GROUP_FOUND = _field(), _field()  # of the chosen group; 1 once the choice has fallen
-PORTAL_T = _field()  # distance to the portal in the direction of an infinite light, metres
+PORTAL_T = _field()  # distance to the nearest portal in the direction of an infinite light, metres
 
 # BSDF times cosine, and its sampling density.  Written by both sample_lights (wi to the light) and spawn_rays (wi sampled).
 WI_X, WI_Y, WI_Z = _vector()  # unit, towards the light, in the local frame

@@ -15,6 +15,8 @@ from renderer.textures.apply import AppliedTexture
 from scene_description import Material
 
 DEFAULT_IOR = 1.5
+LUMINAIRE = "luminaire"
+"""Name of the material of lights that no object holds."""
 
 
 class MaterialExport:
@@ -27,6 +29,8 @@ class MaterialExport:
 
     def index(self, part: int) -> int:
         """Return the index of the glTF material of a part (row of the part table)."""
+        if is_luminaire(self._flat, part):
+            return self._luminaire(part)
         row = int(self._flat.parts.material[part])
         emission = tuple(float(x) for x in self._flat.parts.emission[part])
         texture = self.texture(part)
@@ -36,6 +40,20 @@ class MaterialExport:
             item = self._item(self._materials[row], emission)
             if texture is not None:
                 self._add_images(item, texture, self._materials[row], (row, look))
+            self._indices[key] = self._writer.add("materials", item)
+        return self._indices[key]
+
+    def _luminaire(self, part: int) -> int:
+        """Return the material of a ball of light: black, in the light's colour where it is on.
+
+        It has no strength in cd/m2: its punctual light is all of its light.
+        """
+        emission = self._flat.parts.emission[part].astype(np.float64)
+        color = (emission / max(float(emission.max()), 1e-30)).tolist()
+        key = (LUMINAIRE, *color)
+        if key not in self._indices:
+            black = {"baseColorFactor": [0.0, 0.0, 0.0, 1.0], "metallicFactor": 0.0, "roughnessFactor": 1.0}
+            item = {"name": LUMINAIRE, "pbrMetallicRoughness": black, "emissiveFactor": color, "extras": {"family": LUMINAIRE}}
             self._indices[key] = self._writer.add("materials", item)
         return self._indices[key]
 
@@ -94,3 +112,8 @@ class MaterialExport:
         if extensions:
             item["extensions"] = extensions
         return item
+
+
+def is_luminaire(flat: FlatScene, part: int) -> bool:
+    """Return whether a part is a light that no object holds; its material in the part table is then only a stand-in."""
+    return len(flat.part_profile) > 0 and bool(flat.part_profile[part] >= 0)

@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.camera.config import CameraConfig
-from renderer.core.color import LUMINANCE
 from renderer.export.glb_writer import GlbWriter
-from renderer.export.materials import MaterialExport
+from renderer.export.materials import LUMINAIRE, MaterialExport, is_luminaire
+from renderer.export.punctual import PunctualLight, punctual_lights
 from renderer.export.textures import image_coordinates
 from renderer.geometry.mesh import Mesh
 from renderer.scene.flat_scene import FlatScene
 from renderer.textures.apply import AppliedTexture
-from scene_description import CameraPose, Light, SceneDescription, SceneObject
+from scene_description import CameraPose, SceneDescription, SceneObject
 from scene_description.labels import NYU40, part_ids
 
 GENERATOR = "scene_synth_ros"
@@ -40,9 +40,9 @@ def scene_to_glb(scene: SceneDescription, flat: FlatScene, camera: CameraConfig)
 
     Nodes are named ``<category>_<id>`` and ``<category>_<id>/<part>``, the shell's parts ``room/<part>``; ids, labels and materials are in
     their extras: ``id`` is the object's, 0 for the shell, ``part_id`` that of ``scene_description.labels.part_ids``, ``material_id`` the
-    material's place in the description, from 1 on, ``label`` the NYU40 class.  Lamps that are on are point lights of KHR_lights_punctual
-    with the lamp's whole flux, and their shades glow with their luminance in cd/m2 (KHR_materials_emissive_strength).  The sky is not in
-    the file: glTF has no place for it.
+    material's place in the description, from 1 on, ``label`` the NYU40 class.  Lamps that are on are lights of KHR_lights_punctual with
+    the lamp's whole flux (:mod:`renderer.export.punctual`), named after the part that shines; shades glow with their luminance in cd/m2
+    (KHR_materials_emissive_strength).  The sky is not in the file: glTF has no place for it.
     """
     writer = GlbWriter(GENERATOR)
     materials = MaterialExport(writer, scene.materials, flat)
@@ -69,17 +69,15 @@ def scene_to_glb(scene: SceneDescription, flat: FlatScene, camera: CameraConfig)
             "meshes", {"name": f"{names[owner]}/{part}", "primitives": [part_primitive(writer, local, material, materials.texture(row))]}
         )
         _add_child(writer, owners[owner], {"name": f"{names[owner]}/{part}", "mesh": mesh, "extras": more})
-    for light in scene.lights:
-        if light.on and light.flux_lm > 0.0:
-            row = flat.part_names.index(f"{light.object}/{light.part}")
-            _add_lamp(writer, owners[light.object], names[light.object], light, to_local(meshes[row], *poses[light.object]))
+    for light in punctual_lights(scene, flat, meshes):
+        _add_light(writer, owners[light.object], f"{names[light.object]}/{light.part}", light, *poses[light.object])
     _add_camera(writer, root, camera, scene.camera_path)
     return writer.to_bytes(root, extras)
 
 
 def _part_ids(scene: SceneDescription, flat: FlatScene, row: int, part_id: int) -> dict[str, Any]:
     label, material = int(flat.parts.label[row]), int(flat.parts.material[row])
-    name = scene.materials[material].id
+    name = LUMINAIRE if is_luminaire(flat, row) else scene.materials[material].id
     return {"part_id": part_id, "label": label, "label_name": NYU40[label].name, "material": name, "material_id": material + 1}
 
 
@@ -137,22 +135,25 @@ def part_primitive(writer: GlbWriter, mesh: Mesh, material: int, texture: Applie
     return {"attributes": attributes, "indices": writer.add_array(index, use="indices"), "material": material}
 
 
-def _add_lamp(writer: GlbWriter, owner: int, name: str, light: Light, mesh: Mesh) -> None:
-    """Add a point light with the lamp's flux in the middle of the surface that shines; I = flux / (4 pi) candela in its luminance."""
-    color = np.asarray(light.color, np.float64) / max(light.color)
-    candela = light.flux_lm / (4.0 * math.pi) / float(color @ LUMINANCE)
-    index = writer.add_light({"name": name, "type": "point", "color": color.tolist(), "intensity": candela})
-    corners = mesh.vertices[mesh.faces].astype(np.float64)
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    middle = (corners.mean(axis=1) * area[:, None]).sum(axis=0) / area.sum()
+def _add_light(writer: GlbWriter, owner: int, name: str, light: PunctualLight, position: NDArray[np.float64], yaw_rad: float) -> None:
+    """Add a light below its object, which stands at ``position`` and is turned by ``yaw_rad``; a spot looks along its node's -z."""
+    item: dict[str, Any] = {"name": name, "type": "point", "color": list(light.color), "intensity": light.intensity_cd}
     extras = {"flux_lm": light.flux_lm, "color_temperature_k": light.color_temperature_k, "part": light.part}
-    node = {
-        "name": f"{name}/light",
-        "translation": middle.tolist(),
-        "extensions": {"KHR_lights_punctual": {"light": index}},
-        "extras": extras,
-    }
+    cosine, sine = math.cos(yaw_rad), math.sin(yaw_rad)
+    x, y, z = (np.array(light.position_m) - position).tolist()
+    node: dict[str, Any] = {"name": f"{name}/light", "translation": [cosine * x + sine * y, cosine * y - sine * x, z], "extras": extras}
+    if light.cone is not None:
+        item |= {"type": "spot", "spot": {"innerConeAngle": light.cone.inner_rad, "outerConeAngle": light.cone.outer_rad}}
+        x, y, z = light.direction
+        node["rotation"] = _from_down(cosine * x + sine * y, cosine * y - sine * x, z)
+    node["extensions"] = {"KHR_lights_punctual": {"light": writer.add_light(item)}}
     _add_child(writer, owner, node)
+
+
+def _from_down(x: float, y: float, z: float) -> list[float]:
+    """Return the quaternion (x, y, z, w) of the shortest turn from -z to a unit vector."""
+    w = math.sqrt(max(0.5 * (1.0 - z), 0.0))
+    return [y / (2.0 * w), -x / (2.0 * w), 0.0, w] if w > 1e-6 else [1.0, 0.0, 0.0, 0.0]
 
 
 def _add_camera(writer: GlbWriter, root: int, config: CameraConfig, path: Sequence[CameraPose]) -> None:

@@ -16,15 +16,16 @@ import numpy as np
 from renderer.core.color import LUMINANCE
 from renderer.export.glb_writer import GlbWriter
 from renderer.export.materials import MaterialExport
+from renderer.export.punctual import PunctualLight, cone_solid_angle, punctual_lights
 from renderer.export.scene_glb import GENERATOR, Y_UP, part_primitive, split_parts, to_local
 from renderer.geometry.mesh import Mesh
 from renderer.scene.flat_scene import FlatScene
-from scene_description import Light, SceneDescription
+from scene_description import SceneDescription
 
 VERSION = "1.9"
 _UPRIGHT = (0.0, 0.0, 0.0, 0.5 * math.pi, 0.0, 0.0)
 _BRIGHT_LM, _REACH_M = 3000.0, 12.0
-"""Flux of a lamp whose light has the intensity 1 in the world, where lights have no unit; and how far light reaches."""
+"""Flux of a point whose light has the intensity 1 in the world, where lights have no unit; and how far light reaches."""
 
 Pose = tuple[float, float, float, float, float, float]
 
@@ -51,7 +52,8 @@ def scene_to_sdf(scene: SceneDescription, flat: FlatScene, folder: str) -> SdfWo
         folder: of the meshes, relative to the world's file.
 
     Models are named ``<category>_<id>`` and ``room``, are static, collide with their meshes and carry their NYU40 class for Gazebo's
-    segmentation camera.  Lamps that are on are point lights without a physical unit; daylight is an ambient term.  Screens do not shine.
+    segmentation camera.  Lamps that are on are points or spots (:mod:`renderer.export.punctual`) without a physical unit; daylight is an
+    ambient term.  Screens do not shine.
     """
     owners = _models(scene)
     parts: dict[int, list[int]] = {owner: [] for owner in owners}
@@ -69,9 +71,8 @@ def scene_to_sdf(scene: SceneDescription, flat: FlatScene, folder: str) -> SdfWo
         file = f"{model.name}.glb"
         meshes[file] = _glb(scene, flat, model, parts[owner], split)
         _add_model(world, model, f"{folder}/{file}")
-    for light in scene.lights:
-        if light.on and light.flux_lm > 0.0:
-            _add_light(world, owners[light.object].name, light, split[flat.part_names.index(f"{light.object}/{light.part}")])
+    for light in punctual_lights(scene, flat, split):
+        _add_light(world, owners[light.object].name, light)
     ET.indent(root)
     return SdfWorld(ET.tostring(root, encoding="utf-8", xml_declaration=True), meshes)
 
@@ -113,20 +114,26 @@ def _add_model(world: ET.Element, model: _Model, uri: str) -> None:
     _text(plugin, "label", str(model.label))
 
 
-def _add_light(world: ET.Element, name: str, light: Light, mesh: Mesh) -> None:
-    """Add a point light in the middle of the surface that shines, as bright as its flux against a bright lamp's."""
+def _add_light(world: ET.Element, name: str, light: PunctualLight) -> None:
+    """Add a light, as bright on its axis against a bright lamp as its intensity; cones are told by their whole angles."""
     color = np.asarray(light.color, np.float64)
     color = color / float(color @ LUMINANCE)
     color /= max(1.0, float(color.max()))
-    place = 0.5 * (mesh.vertices.min(axis=0) + mesh.vertices.max(axis=0)).astype(np.float64)
-    item = ET.SubElement(world, "light", name=f"{name}_light", type="point")
-    _text(item, "pose", (*place.tolist(), 0.0, 0.0, 0.0))
-    for kind in ("diffuse", "specular"):
-        _text(item, kind, (*color.tolist(), 1.0))
-    _text(item, "intensity", (min(light.flux_lm / _BRIGHT_LM, 1.0),))
+    kind = "point" if light.cone is None else "spot"
+    item = ET.SubElement(world, "light", name=f"{name}_{light.part}_light", type=kind)
+    _text(item, "pose", (*light.position_m, 0.0, 0.0, 0.0))
+    for aspect in ("diffuse", "specular"):
+        _text(item, aspect, (*color.tolist(), 1.0))
+    intensity = light.flux_lm / _BRIGHT_LM * cone_solid_angle(None) / cone_solid_angle(light.cone)
+    _text(item, "intensity", (min(intensity, 1.0) if light.cone is None else intensity,))
     fading = ET.SubElement(item, "attenuation")
     for key, value in (("range", _REACH_M), ("constant", 0.3), ("linear", 0.0), ("quadratic", 0.25)):
         _text(fading, key, (value,))
+    if light.cone is not None:
+        _text(item, "direction", light.direction)
+        cone = ET.SubElement(item, "spot")
+        for key, value in (("inner_angle", 2.0 * light.cone.inner_rad), ("outer_angle", 2.0 * light.cone.outer_rad), ("falloff", 1.0)):
+            _text(cone, key, (value,))
     _text(item, "cast_shadows", "false")  # the lamp's own shade would keep it in
 
 

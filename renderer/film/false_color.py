@@ -99,6 +99,11 @@ def share_to_grey(values: NDArray[np.float32]) -> NDArray[np.uint8]:
     return np.where(np.isnan(values)[..., None], np.array(NO_SHARE, np.uint8), grey[..., None])
 
 
+def angle_to_grey(values: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Return angles (height, width) from 0 to a right angle as grey, black to white, ``NO_SHARE`` where there is none."""
+    return share_to_grey(values * np.float32(2.0 / np.pi))
+
+
 def states_to_color(ids: NDArray[np.uint8]) -> NDArray[np.uint8]:
     """Return states of occlusion as (height, width, 3) uint8 in the colours of their labels."""
     return np.take(np.array([row["color"] for row in occlusion_labels().values()], np.uint8), np.minimum(ids, 3), axis=0)
@@ -144,5 +149,6 @@ NOISE = Picture("standard error as grey, its 99th percentile white", noise_to_gr
 METRES = Picture("red, green, blue: dark at even metres, full at odd ones; no hit is black", metres_to_color)
 UNIT_CUBE = Picture("0 to 1 as red, green, blue; no hit is black", unit_to_color)
 SHARE = Picture("0 black to 1 white; NaN is blue", share_to_grey)
+ANGLE = Picture("0 black to a right angle white; NaN is blue", angle_to_grey)
 STATES = Picture("visible white, hidden red, outside blue, unknown black", states_to_color)
 MOTION = Picture("direction as hue, length as saturation; none is black", flow_to_color)

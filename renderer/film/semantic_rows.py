@@ -1,4 +1,4 @@
-"""The table of layers where class ids are those of another standard than NYU40: the rows of class ids and of object ids differ."""
+"""The table of layers where class ids are those of another standard than NYU40: the rows of class, object, part and light ids differ."""
 
 from __future__ import annotations
 
@@ -9,9 +9,11 @@ from functools import cache
 import numpy as np
 
 from renderer.film.false_color import CLASSES, Picture
-from renderer.film.layers import LAYERS, Layer
+from renderer.film.layer import Layer
+from renderer.film.layers import LAYERS
 from scene_description.label_standards import LabelStandard, StandardName, label_standard
-from scene_description.labels import instance_labels
+from scene_description.labels import instance_labels, part_labels
+from scene_description.light_labels import light_labels
 
 
 @cache
@@ -26,4 +28,5 @@ def _row_in(standard: LabelStandard, row: Layer) -> Layer:
         picture = Picture(CLASSES.words, lambda ids: np.take(palette, ids, axis=0))
         meaning = row.meaning.replace("NYU40", standard.name)
         return replace(row, meaning=meaning, picture=picture, labels=lambda _: standard.semantic_labels())
-    return replace(row, labels=standard.instance_labels) if row.labels is instance_labels else row
+    tables = {instance_labels: standard.instance_labels, part_labels: standard.part_labels, light_labels: standard.light_labels}
+    return replace(row, labels=tables[row.labels]) if row.labels in tables else row

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from renderer.core.kernel import entry, kernel
 from renderer.ground_truth.hit_view import HitLayers, HitView
+from renderer.ground_truth.points import point_images
 
 STEP_M = 0.01
 """Least distance between two surfaces; beside it two pixels' footprints, which tell a step from a slope."""
@@ -16,11 +17,12 @@ def boundaries(view: HitView) -> NDArray[np.uint8]:
     """Return 255 at the last pixel of a surface that hides what its neighbour, left, right, above or below, sees; else 0.
 
     Neighbours see one surface if one of the two points lies in the tangent plane of the other, within ``STEP_M`` and two pixels'
-    footprints.  Of two that do not, the nearer one is at the boundary.
+    footprints, as those of one triangle do.  Of two that do not, the nearer one is at the boundary.
     """
     image = np.zeros(view.hits.face.shape, np.uint8)
     footprint = np.float32(2.0 / float(view.camera.focal_px))
-    view.scene.in_rows(_mark, view.position, view.normals_world, view.images.range, footprint, image)
+    points = view.shared(point_images)
+    view.scene.in_rows(_mark, points.position, points.normals_world, view.images.range, view.hits.face, footprint, image)
     return image
 
 
@@ -29,6 +31,7 @@ def _mark(
     position: NDArray[np.float32],
     normals: NDArray[np.float32],
     distance: NDArray[np.float32],
+    faces: NDArray[np.int32],
     footprint: np.float32,
     image: NDArray[np.uint8],
     first: int,
@@ -43,7 +46,7 @@ def _mark(
             least = np.float32(STEP_M) + footprint * here
             for side in range(4):
                 i, j = y + (side == 0) - (side == 1), x + (side == 2) - (side == 3)
-                if i < 0 or j < 0 or i >= height or j >= width or not distance[i, j] > here:
+                if i < 0 or j < 0 or i >= height or j >= width or not distance[i, j] > here or faces[i, j] == faces[y, x]:
                     continue
                 if distance[i, j] == np.inf or (
                     _off_plane(position, normals, y, x, i, j) > least and _off_plane(position, normals, i, j, y, x) > least

@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.camera.camera_rays import MIDDLE, TILE, aim_tile
+from renderer.camera.camera_rays import TILE, aim_tile
 from renderer.camera.cameras import PosedCamera
-from renderer.camera.shutter import move_rays
+from renderer.camera.shutter import aim_exposed_tile
 from renderer.core.embree import GEOM_ID, INVALID_ID, LANES, PRIM_ID, Packet, SceneHandle, intersect16
-from renderer.core.kernel import entry
+from renderer.core.kernel import entry, kernel
 from renderer.ground_truth.hit_view import HitLayers, HitView
 
+_ZERO, _ONE, _SHARE = np.float32(0.0), np.float32(1.0), np.float32(1.0 / 16.0)
 RAYS_PER_SIDE = 4
 _PLACES = (np.arange(RAYS_PER_SIDE, dtype=np.float32) + np.float32(0.5)) / np.float32(RAYS_PER_SIDE) - np.float32(0.5)
 OFFSETS = np.stack([np.repeat([u, v], LANES) for v in _PLACES for u in _PLACES]).astype(np.float32)
@@ -27,89 +28,100 @@ def coverage(view: HitView) -> NDArray[np.float32]:
 
     Pixels whose eight neighbours see the same object count as covered without further rays.
     """
-    instance = view.images.instance
-    height, width = instance.shape
-    padded = np.pad(instance, 1, mode="edge")
-    edge = np.zeros(instance.shape, np.bool_)
-    for dy in range(3):
-        for dx in range(3):
-            edge |= padded[dy : dy + height, dx : dx + width] != instance
-    image = np.ones(instance.shape, np.float32)
-    flat, view_scene = view.scene.flat, view.scene
-    tables = (view_scene.tree, flat.face_part, flat.parts.object_id, view.camera)
-    if view.config.is_plain and not len(view.camera.motion):
-        view_scene.in_tiles(_count_in_pixels, *tables, np.flatnonzero(edge), instance, WITHIN_PIXEL, image)
-    else:
-        view_scene.in_tiles(_count_in_tiles, *tables, edge, instance, OFFSETS, image)
+    instance, scene = view.images.instance, view.scene
+    image = np.empty(instance.shape, np.float32)
+    count, offsets = (
+        (_count_in_pixels, WITHIN_PIXEL) if view.config.is_plain and not len(view.camera.motion) else (_count_in_tiles, OFFSETS)
+    )
+    scene.in_tiles(count, scene.tree, scene.flat.face_part, scene.flat.parts.object_id, view.camera, instance, offsets, image)
     return image
 
 
 @entry
 def _count_in_pixels(
-    packet: Packet,
+    rays: Packet,
+    seen: NDArray[np.float32],
     scene: SceneHandle,
     face_part: NDArray[np.int32],
     object_id: NDArray[np.uint16],
     camera: PosedCamera,
-    edge: NDArray[np.int64],
     instance: NDArray[np.uint16],
     offsets: NDArray[np.float32],
     image: NDArray[np.float32],
     first: int,
     step: int,
 ) -> None:
-    """Trace a packet through each of the pixels ``edge``, given by their place in the image: ideal pinholes at rest."""
-    share = np.float32(1.0 / LANES)
-    for at in range(first, len(edge), step):
-        y, x = edge[at] // camera.width, edge[at] % camera.width
-        aim_tile(camera, x, y, offsets, packet)
-        intersect16(packet.alive.ctypes.data, scene.address, packet.real.ctypes.data, scene.coherent)
-        count = 0
-        for k in range(LANES):
-            hit = packet.integer[GEOM_ID + k] != INVALID_ID
-            seen = object_id[face_part[packet.integer[PRIM_ID + k]]] if hit else np.uint16(0)
-            count += 1 if seen == instance[y, x] else 0
-        image[y, x] = share * np.float32(count)
+    """Trace a packet through each pixel at an edge of rows ``first``, ``first + step``, ...: ideal pinholes at rest."""
+    for y in range(first, camera.height, step):
+        _mark_edges(instance, y, image[y])
+        for x in range(camera.width):
+            if image[y, x] < _ZERO:
+                aim_tile(camera, x, y, offsets, rays)
+                _see_ids(scene, face_part, object_id, rays, seen)
+                count = 0
+                for k in range(LANES):
+                    count += 1 if seen[k] == np.float32(instance[y, x]) else 0
+                image[y, x] = _SHARE * np.float32(count)
 
 
 @entry
 def _count_in_tiles(
-    packet: Packet,
+    rays: Packet,
+    seen: NDArray[np.float32],
     scene: SceneHandle,
     face_part: NDArray[np.int32],
     object_id: NDArray[np.uint16],
     camera: PosedCamera,
-    edge: NDArray[np.bool_],
     instance: NDArray[np.uint16],
     offsets: NDArray[np.float32],
     image: NDArray[np.float32],
     first: int,
     step: int,
 ) -> None:
-    """Trace the tiles with pixels at an ``edge``, rows ``first``, ``first + step``, ...: every lens and shutter."""
-    share = np.float32(1.0 / len(offsets))
+    """Trace the tiles with pixels at an edge, rows ``first``, ``first + step``, ...: every lens and shutter."""
     for row in range(first * TILE, camera.height, step * TILE):
+        for y in range(row, min(row + TILE, camera.height)):
+            _mark_edges(instance, y, image[y])
         for column in range(0, camera.width, TILE):
-            bottom, right = min(row + TILE, camera.height), min(column + TILE, camera.width)
-            if not edge[row:bottom, column:right].any():
-                continue
-            image[row:bottom, column:right] = np.float32(0.0)
-            for s in range(len(offsets)):
-                aim_tile(camera, column, row, offsets[s], packet)
-                if camera.row_step > np.float32(0.0):
-                    move_rays(camera, row, MIDDLE, packet)
-                intersect16(packet.alive.ctypes.data, scene.address, packet.real.ctypes.data, scene.coherent)
+            edges = 0
+            for y in range(row, min(row + TILE, camera.height)):
+                for x in range(column, min(column + TILE, camera.width)):
+                    if image[y, x] < _ZERO:
+                        image[y, x] = _ZERO
+                        edges |= 1 << ((y - row) * TILE + x - column)
+            for s in range(len(offsets) if edges else 0):
+                aim_exposed_tile(camera, column, row, offsets[s], rays)
+                _see_ids(scene, face_part, object_id, rays, seen)
                 for k in range(LANES):
                     y, x = row + (k >> 2), column + (k & 3)
-                    if y >= bottom or x >= right:
-                        continue
-                    hit = packet.integer[GEOM_ID + k] != INVALID_ID
-                    seen = object_id[face_part[packet.integer[PRIM_ID + k]]] if hit else np.uint16(0)
-                    image[y, x] += share if seen == instance[y, x] else np.float32(0.0)
-            for y in range(row, bottom):
-                for x in range(column, right):
-                    if not edge[y, x]:
-                        image[y, x] = np.float32(1.0)
+                    if (edges >> k) & 1 and seen[k] == np.float32(instance[y, x]):
+                        image[y, x] += _SHARE
+
+
+@kernel
+def _mark_edges(instance: NDArray[np.uint16], y: int, marks: NDArray[np.float32]) -> None:
+    """Write -1 where one of the eight neighbours of a pixel of row ``y`` sees another object, else 1."""
+    width = len(marks)
+    above, here, below = instance[max(y - 1, 0)], instance[y], instance[min(y + 1, len(instance) - 1)]
+    for x in range(width):
+        marks[x] = -_ONE if (above[x] != here[x]) | (below[x] != here[x]) else _ONE
+    for x in range(1, width):
+        differs = (above[x - 1] != here[x]) | (here[x - 1] != here[x]) | (below[x - 1] != here[x])
+        marks[x] = -_ONE if differs else marks[x]
+    for x in range(width - 1):
+        differs = (above[x + 1] != here[x]) | (here[x + 1] != here[x]) | (below[x + 1] != here[x])
+        marks[x] = -_ONE if differs else marks[x]
+
+
+@kernel
+def _see_ids(
+    scene: SceneHandle, face_part: NDArray[np.int32], object_id: NDArray[np.uint16], rays: Packet, seen: NDArray[np.float32]
+) -> None:
+    """Trace a packet and write the ids of the objects that it hits, 0 for none, to the first 16 numbers of ``seen``."""
+    intersect16(rays.alive.ctypes.data, scene.address, rays.real.ctypes.data, scene.coherent)
+    for k in range(LANES):
+        hit = rays.integer[GEOM_ID + k] != INVALID_ID
+        seen[k] = np.float32(object_id[face_part[rays.integer[PRIM_ID + k]]]) if hit else _ZERO
 
 
 LAYERS: HitLayers = {

@@ -1,71 +1,71 @@
-"""What the hits belong to and what they are made of."""
+"""What the hits belong to and what they are made of, by tables of the parts."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.core.kernel import entry
 from renderer.ground_truth.hit_view import HitLayers, HitView
 from renderer.ground_truth.opaque import is_clear
+from renderer.path.ground_truth import Hits
 
 MIRROR_METALLIC, MIRROR_ROUGHNESS = 0.5, 0.15
 """From and up to which metalness and roughness a material shows an image of what is before it."""
 
 
-def part(view: HitView) -> NDArray[np.uint16]:
-    """Return ids of parts, (height, width), as ``scene_description.labels.part_ids`` has them."""
-    flat = view.scene.flat
-    ids = flat.part_id if len(flat.part_id) else np.zeros(len(flat.part_names), np.uint16)
-    return view.of_part(ids).astype(np.uint16, copy=False)
+class PartValues(NamedTuple):
+    """A number of each part (p,), or of the part at each pixel (height, width); a field for each layer of that name.
+
+    part: uint16, as ``scene_description.labels.part_ids`` has them; material: uint16, its place in the description, from 1 on; glass:
+    uint8, 255 for what lets most of the light through; mirror: uint8, 255 for what shows an image of what is before it, by its material's
+    metalness and roughness.
+    """
+
+    part: NDArray[np.uint16]
+    material: NDArray[np.uint16]
+    glass: NDArray[np.uint8]
+    mirror: NDArray[np.uint8]
 
 
-def material(view: HitView) -> NDArray[np.uint16]:
-    """Return ids of materials, (height, width): their place in the description, from 1 on."""
-    return view.of_part((view.scene.flat.parts.material + 1).astype(np.uint16)).astype(np.uint16, copy=False)
+def part_values(view: HitView) -> PartValues:
+    """Return the images that the view's layers need, 0 where nothing is hit; the others have a height of 0."""
+    flat, (height, width) = view.scene.flat, view.hits.face.shape
+    materials, row = flat.materials, flat.parts.material
+    smooth_metal = (materials.metallic[row] >= MIRROR_METALLIC) & (materials.roughness[row] <= MIRROR_ROUGHNESS)
+    tables = PartValues(
+        flat.part_id if len(flat.part_id) else np.zeros(len(flat.part_names), np.uint16),
+        (row + 1).astype(np.uint16),
+        np.where(is_clear(view), 255, 0).astype(np.uint8),
+        np.where(smooth_metal, 255, 0).astype(np.uint8),
+    )
+    images = PartValues(*(np.empty((height if name in view.names else 0, width), table.dtype) for name, table in tables._asdict().items()))
+    view.scene.in_rows(_look_up, flat.face_part, tables, view.hits, images)
+    return images
 
 
-def base_color(view: HitView) -> NDArray[np.float32]:
-    """Return the linear base colour, (height, width, 3), texture included."""
-    return view.surface.base_color
-
-
-def roughness(view: HitView) -> NDArray[np.float32]:
-    """Return the perceptual roughness, (height, width), texture included."""
-    return view.surface.roughness
-
-
-def metallic(view: HitView) -> NDArray[np.float32]:
-    """Return the metalness, (height, width), texture included."""
-    return view.surface.metallic
-
-
-def emission(view: HitView) -> NDArray[np.float32]:
-    """Return the luminance that the surface itself, or the sky behind a window pane, sends to the camera, (height, width, 3), cd/m2."""
-    return view.surface.emission
-
-
-def glass(view: HitView) -> NDArray[np.uint8]:
-    """Return 255 where what is hit lets most of the light through, else 0."""
-    return _mask(view, is_clear(view))
-
-
-def mirror(view: HitView) -> NDArray[np.uint8]:
-    """Return 255 where what is hit shows an image of what is before it, by its material's metalness and roughness, else 0."""
-    materials, row = view.scene.flat.materials, view.scene.flat.parts.material
-    return _mask(view, (materials.metallic[row] >= MIRROR_METALLIC) & (materials.roughness[row] <= MIRROR_ROUGHNESS))
-
-
-def _mask(view: HitView, parts: NDArray[np.bool_]) -> NDArray[np.uint8]:
-    return view.of_part(np.where(parts, 255, 0).astype(np.uint8)).astype(np.uint8, copy=False)
+@entry
+def _look_up(face_part: NDArray[np.int32], tables: PartValues, hits: Hits, images: PartValues, first: int, step: int) -> None:
+    height, width = hits.face.shape
+    for y in range(first, height, step):
+        for x in range(width):
+            face = hits.face[y, x]
+            part = face_part[face] if face >= 0 else -1
+            if len(images.part):
+                images.part[y, x] = tables.part[part] if part >= 0 else 0
+            if len(images.material):
+                images.material[y, x] = tables.material[part] if part >= 0 else 0
+            if len(images.glass):
+                images.glass[y, x] = tables.glass[part] if part >= 0 else 0
+            if len(images.mirror):
+                images.mirror[y, x] = tables.mirror[part] if part >= 0 else 0
 
 
 LAYERS: HitLayers = {
-    "part": part,
-    "material": material,
-    "base_color": base_color,
-    "roughness": roughness,
-    "metallic": metallic,
-    "emission": emission,
-    "glass": glass,
-    "mirror": mirror,
+    "part": lambda view: view.shared(part_values).part,
+    "material": lambda view: view.shared(part_values).material,
+    "glass": lambda view: view.shared(part_values).glass,
+    "mirror": lambda view: view.shared(part_values).mirror,
 }

@@ -5,27 +5,39 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.camera.cameras import PosedCamera, project
+from renderer.camera.camera_rays import TILE
+from renderer.camera.cameras import pose_camera, project
 from renderer.core import embree as ray
 from renderer.core.embree import LANES, Packet, SceneHandle, occluded16
-from renderer.core.kernel import entry
+from renderer.core.kernel import entry, kernel
+from renderer.core.lanes import LANES_SIZE
+from renderer.core.layout import Layout
 from renderer.ground_truth.hit_view import HitLayers, HitView
+from renderer.ground_truth.points import point_images
+from renderer.ground_truth.tiles import load_pairs, load_vectors
 from renderer.path.surfaces import lift_height
 from scene_description.types import CameraPose
 
 VISIBLE, HIDDEN, OUTSIDE, UNKNOWN = range(4)
 """Values of the layers ``occlusion`` and ``occlusion_backward``."""
-_NOT_QUITE = np.float32(0.9999)
+_ZERO, _NOT_QUITE = np.float32(0.0), np.float32(0.9999)
+
+_LANES = Layout(LANES)
+_P_X, _P_Y, _P_Z = _LANES.vector()  # the point, world
+_N_X, _N_Y, _N_Z = _LANES.vector()  # its normal, world
+_FLOW = _LANES.field(2)
+_STATE = _LANES.field()  # what the layer tells
+assert _LANES.size <= LANES_SIZE
 
 
 def flow(view: HitView) -> NDArray[np.float32]:
     """Return where what a pixel sees goes in the next frame, (height, width, 2), right and down, in pixels."""
-    return _flow_to(view, view.neighbours[1])
+    return _flow_to(view, view.neighbours[1], view.shared(point_images).flow)
 
 
 def flow_backward(view: HitView) -> NDArray[np.float32]:
     """Return where what a pixel sees was in the frame before, less where it is, (height, width, 2), in pixels."""
-    return _flow_to(view, view.neighbours[0])
+    return _flow_to(view, view.neighbours[0], view.shared(point_images).flow_backward)
 
 
 def occlusion(view: HitView) -> NDArray[np.uint8]:
@@ -38,49 +50,34 @@ def occlusion_backward(view: HitView) -> NDArray[np.uint8]:
     return _occlusion_in(view, view.neighbours[0], view.shared(flow_backward))
 
 
-def _flow_to(view: HitView, pose: CameraPose | None) -> NDArray[np.float32]:
-    """Return the flow to the camera at a pose, its stamp's, whatever its shutter; NaN where nothing is hit, seen, or known."""
-    image = np.full((*view.hits.face.shape, 2), np.nan, np.float32)
-    if pose is None:
-        return image
-    if view.config.is_plain:
-        camera = view.camera_at(pose)
-        view.scene.in_rows(_project_plain, view.position, camera, image)
+def _flow_to(view: HitView, pose: CameraPose | None, image: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return the flow to the camera at a pose, its stamp's, whatever its shutter; NaN where nothing is hit, seen, or known.
+
+    ``image``: that of ``point_images``, which holds it already for ideal pinholes.
+    """
+    if pose is None or view.config.is_plain:
         return image
     v, u = np.mgrid[: image.shape[0], : image.shape[1]] + 0.5
-    places = project(view.config, pose, view.position.reshape(-1, 3).astype(np.float64)).reshape(*image.shape[:2], 3)
+    points = view.shared(point_images).position.reshape(-1, 3).astype(np.float64)
+    places = project(view.config, pose, points).reshape(*image.shape[:2], 3)
     image[..., 0], image[..., 1] = places[..., 0] - u, places[..., 1] - v
     return image
 
 
 def _occlusion_in(view: HitView, pose: CameraPose | None, moved: NDArray[np.float32]) -> NDArray[np.uint8]:
     """Return ``VISIBLE``, ``HIDDEN`` behind something, ``OUTSIDE`` of the image, or ``UNKNOWN`` where nothing is hit or no frame is."""
-    image = np.full(view.hits.face.shape, UNKNOWN, np.uint8)
     if pose is None:
-        return image
-    camera = view.camera_at(pose)
-    view.scene.in_tiles(_look_back, view.scene.tree, view.position, view.normals_world, moved, camera.position, image)
+        return np.full(view.hits.face.shape, UNKNOWN, np.uint8)
+    image = np.empty(view.hits.face.shape, np.uint8)
+    points, eye = view.shared(point_images), pose_camera(view.config, pose).position
+    view.scene.in_tiles(_look_back, view.scene.tree, points.position, points.normals_world, moved, eye, image)
     return image
 
 
 @entry
-def _project_plain(position: NDArray[np.float32], camera: PosedCamera, image: NDArray[np.float32], first: int, step: int) -> None:
-    """Fill rows of the flow to an ideal pinhole, in double precision; what lies behind it has none."""
-    height, width = image.shape[0], image.shape[1]
-    r, p, focal = camera.rotation, camera.position, float(camera.focal_px)
-    for i in range(first, height, step):
-        for j in range(width):
-            x, y, z = float(position[i, j, 0]) - p[0], float(position[i, j, 1]) - p[1], float(position[i, j, 2]) - p[2]
-            depth = r[0, 2] * x + r[1, 2] * y + r[2, 2] * z
-            if depth > 1e-6:
-                across, down = r[0, 0] * x + r[1, 0] * y + r[2, 0] * z, r[0, 1] * x + r[1, 1] * y + r[2, 1] * z
-                image[i, j, 0] = focal * across / depth + 0.5 * width - (j + 0.5)
-                image[i, j, 1] = focal * down / depth + 0.5 * height - (i + 0.5)
-
-
-@entry
 def _look_back(
-    packet: Packet,
+    rays: Packet,
+    lanes: NDArray[np.float32],
     scene: SceneHandle,
     position: NDArray[np.float32],
     normals: NDArray[np.float32],
@@ -90,39 +87,49 @@ def _look_back(
     first: int,
     step: int,
 ) -> None:
-    """Cast rays from what the pixels see to the other camera; rows ``first``, ``first + step``, ... of tiles of 4 x 4 pixels."""
+    """Cast rays from what the pixels see to the other camera; rows ``first``, ``first + step``, ... of tiles."""
     height, width = image.shape
-    real = packet.real
-    for row in range(4 * first, height, 4 * step):
-        for column in range(0, width, 4):
-            some = False
+    for row in range(first * TILE, height, step * TILE):
+        for column in range(0, width, TILE):
+            load_vectors(position, column, row, _P_X, lanes)
+            load_vectors(normals, column, row, _N_X, lanes)
+            load_pairs(flow_px, column, row, _FLOW, lanes)
+            _aim_at(eye, column, row, width, height, rays, lanes)
+            some = 0
             for k in range(LANES):
-                y, x = min(row + (k >> 2), height - 1), min(column + (k & 3), width - 1)
-                u, v = flow_px[y, x, 0] + x + 0.5, flow_px[y, x, 1] + y + 0.5
-                inside = 0.0 <= u <= width and 0.0 <= v <= height
-                if not np.isnan(position[y, x, 0]):
-                    image[y, x] = VISIBLE if inside else OUTSIDE
-                packet.alive[k] = -1 if inside else 0
-                some = some or inside
-                px, py, pz = position[y, x, 0], position[y, x, 1], position[y, x, 2]
-                height_m = lift_height(px, py, pz)
-                for axis in range(3):
-                    start = position[y, x, axis] + height_m * normals[y, x, axis]
-                    real[ray.ORG_X + LANES * axis + k] = start
-                    real[ray.DIR_X + LANES * axis + k] = eye[axis] - start
-                real[ray.TNEAR + k], real[ray.TFAR + k] = np.float32(0.0), _NOT_QUITE
-            if not some:
-                continue
-            occluded16(packet.alive.ctypes.data, scene.address, real.ctypes.data, scene.coherent)
-            for k in range(LANES):
-                y, x = row + (k >> 2), column + (k & 3)
-                if y < height and x < width and packet.alive[k] != 0 and real[ray.TFAR + k] < np.float32(0.0):
-                    image[y, x] = HIDDEN
+                some |= rays.alive[k]
+            if some:
+                occluded16(rays.alive.ctypes.data, scene.address, rays.real.ctypes.data, scene.coherent)
+                for k in range(LANES):
+                    hidden = rays.alive[k] != 0 and rays.real[ray.TFAR + k] < _ZERO
+                    lanes[_STATE + k] = np.float32(HIDDEN) if hidden else lanes[_STATE + k]
+            for y in range(row, min(row + TILE, height)):
+                for x in range(column, min(column + TILE, width)):
+                    image[y, x] = np.uint8(lanes[_STATE + (y - row) * TILE + x - column])
+
+
+@kernel
+def _aim_at(eye: NDArray[np.float32], column: int, row: int, width: int, height: int, rays: Packet, lanes: NDArray[np.float32]) -> None:
+    """Aim rays from a little above the points of the lanes at ``eye`` (3,), alive where it has the point in its image; fill the states."""
+    real, alive = rays.real, rays.alive
+    eye_x, eye_y, eye_z, right, bottom = eye[0], eye[1], eye[2], np.float64(width), np.float64(height)
+    for k in range(LANES):
+        x, y, z = lanes[_P_X + k], lanes[_P_Y + k], lanes[_P_Z + k]
+        u, v = np.float64(lanes[_FLOW + k]) + (column + (k & 3) + 0.5), np.float64(lanes[_FLOW + LANES + k]) + (row + (k >> 2) + 0.5)
+        inside = (u >= 0.0) & (u <= right) & (v >= 0.0) & (v <= bottom)
+        alive[k] = np.int32(-1) if inside else np.int32(0)
+        state = np.float32(VISIBLE) if inside else np.float32(OUTSIDE)
+        lanes[_STATE + k] = state if x == x else np.float32(UNKNOWN)
+        lift = lift_height(x, y, z)
+        x, y, z = x + lift * lanes[_N_X + k], y + lift * lanes[_N_Y + k], z + lift * lanes[_N_Z + k]
+        real[ray.ORG_X + k], real[ray.ORG_Y + k], real[ray.ORG_Z + k] = x, y, z
+        real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k] = eye_x - x, eye_y - y, eye_z - z
+        real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, _NOT_QUITE
 
 
 LAYERS: HitLayers = {
-    "flow": flow,
-    "flow_backward": flow_backward,
+    "flow": lambda view: view.shared(flow),
+    "flow_backward": lambda view: view.shared(flow_backward),
     "occlusion": occlusion,
     "occlusion_backward": occlusion_backward,
 }

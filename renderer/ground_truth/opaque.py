@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.camera.camera_rays import CENTRE, MIDDLE, TILE, aim_tile
+from renderer.camera.camera_rays import CENTRE, TILE
 from renderer.camera.cameras import PosedCamera
-from renderer.camera.shutter import move_rays, unturn_rays
+from renderer.camera.shutter import aim_exposed_tile, unturn_rays
+from renderer.core.arrays import empty_together
 from renderer.core.embree import (
     DIR_X,
     GEOM_ID,
@@ -25,6 +26,7 @@ from renderer.core.embree import (
 )
 from renderer.core.kernel import entry
 from renderer.ground_truth.hit_view import HitLayers, HitView
+from renderer.path.ground_truth import Hits
 
 MOST_PANES = 16
 """A ray that has met so many surfaces of glass ends there, as if nothing were behind."""
@@ -48,22 +50,39 @@ def is_clear(view: HitView) -> NDArray[np.bool_]:
 
 
 def opaque_images(view: HitView) -> OpaqueImages:
-    """Return the images of the first opaque surfaces; where no glass is hit they are those of the first surfaces."""
-    first_surface, parts = view.images, view.scene.flat.parts
-    images = OpaqueImages(
-        first_surface.depth.copy(), first_surface.normals.copy(), first_surface.semantic.copy(), first_surface.instance.copy()
-    )
-    clear = is_clear(view)
-    through = np.concatenate([clear, [False]])[view.part]
-    if through.any():
-        tables = (view.scene.flat.face_part, clear, view.scene.label, parts.object_id)
-        view.scene.in_tiles(_look_through, view.scene.tree, *tables, view.camera, through, images)
+    """Return the images of the first opaque surfaces that the view's layers need; where no glass is seen, those of the first surfaces."""
+    scene, seen, clear = view.scene, view.images, is_clear(view)
+    through = np.empty(view.hits.face.shape, np.bool_)
+    scene.in_rows(_find_clear, scene.flat.face_part, clear, view.hits, through)
+    first_surfaces = OpaqueImages(seen.depth, seen.normals, seen.semantic, seen.instance)
+    if not through.any():
+        return first_surfaces
+    first: dict[str, NDArray[Any]] = first_surfaces._asdict()
+    needed = [image if f"{name}_opaque" in view.names else image[:0] for name, image in first.items()]
+    copies = empty_together([(image.shape, image.dtype) for image in needed])
+    for copy, image in zip(copies, needed, strict=True):
+        np.copyto(copy, image)
+    images = OpaqueImages(*copies)
+    tables = (scene.flat.face_part, clear, scene.label, scene.flat.parts.object_id)
+    scene.in_tiles(_look_through, scene.tree, *tables, view.camera, through, images)
     return images
+
+
+@entry
+def _find_clear(
+    face_part: NDArray[np.int32], clear: NDArray[np.bool_], hits: Hits, through: NDArray[np.bool_], first: int, step: int
+) -> None:
+    height, width = through.shape
+    for y in range(first, height, step):
+        for x in range(width):
+            face = hits.face[y, x]
+            through[y, x] = face >= 0 and clear[face_part[face]]
 
 
 @entry
 def _look_through(
     packet: Packet,
+    _lanes: NDArray[np.float32],
     scene: SceneHandle,
     face_part: NDArray[np.int32],
     clear: NDArray[np.bool_],
@@ -84,9 +103,7 @@ def _look_through(
             bottom, right = min(row + TILE, camera.height), min(column + TILE, camera.width)
             if not through[row:bottom, column:right].any():
                 continue
-            aim_tile(camera, column, row, CENTRE, packet)
-            if camera.row_step > _ZERO:
-                move_rays(camera, row, MIDDLE, packet)
+            aim_exposed_tile(camera, column, row, CENTRE, packet)
             # Trace until no ray's hit is clear; distances stay those from the camera.
             for _ in range(MOST_PANES):
                 intersect16(packet.alive.ctypes.data, scene.address, real.ctypes.data, scene.coherent)
@@ -111,14 +128,18 @@ def _look_through(
                 dx, dy, dz = real[DIR_X + k], real[DIR_X + LANES + k], real[DIR_X + 2 * LANES + k]
                 nx, ny, nz = real[NG_X + k], real[NG_X + LANES + k], real[NG_X + 2 * LANES + k]
                 along = r[0, 2] * dx + r[1, 2] * dy + r[2, 2] * dz if lens else _ONE
-                images.depth[y, x] = real[TFAR + k] * along if hit else np.float32(np.inf)
-                images.semantic[y, x] = label[part] if hit else np.uint8(0)
-                images.instance[y, x] = object_id[part] if hit else np.uint16(0)
-                length = np.sqrt(nx * nx + ny * ny + nz * nz)
-                scale = _ONE / length if hit and length > _ZERO else _ZERO
-                scale = -scale if nx * dx + ny * dy + nz * dz > _ZERO else scale
-                for axis in range(3):
-                    images.normals[y, x, axis] = (r[0, axis] * nx + r[1, axis] * ny + r[2, axis] * nz) * scale
+                if len(images.depth):
+                    images.depth[y, x] = real[TFAR + k] * along if hit else np.float32(np.inf)
+                if len(images.semantic):
+                    images.semantic[y, x] = label[part] if hit else np.uint8(0)
+                if len(images.instance):
+                    images.instance[y, x] = object_id[part] if hit else np.uint16(0)
+                if len(images.normals):
+                    length = np.sqrt(nx * nx + ny * ny + nz * nz)
+                    scale = _ONE / length if hit and length > _ZERO else _ZERO
+                    scale = -scale if nx * dx + ny * dy + nz * dz > _ZERO else scale
+                    for axis in range(3):
+                        images.normals[y, x, axis] = (r[0, axis] * nx + r[1, axis] * ny + r[2, axis] * nz) * scale
 
 
 LAYERS: HitLayers = {

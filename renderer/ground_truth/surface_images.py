@@ -1,4 +1,4 @@
-"""Material, emission and shading normal at the hits of a view, by the same look-ups as the path tracer's."""
+"""Material, emission, shading normal and seen light at the hits of a view, by the same look-ups as the path tracer's."""
 
 from __future__ import annotations
 
@@ -7,27 +7,37 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.camera.camera_rays import CENTRE, MIDDLE, TILE, aim_tile
+from renderer.camera.camera_rays import CENTRE, TILE
 from renderer.camera.cameras import PosedCamera
-from renderer.camera.shutter import move_rays
+from renderer.camera.shutter import aim_exposed_tile
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
-from renderer.core.embree import LANES
-from renderer.core.kernel import entry, inlined
+from renderer.core.arrays import empty_together
+from renderer.core.embree import INVALID_ID, LANES, SceneHandle
+from renderer.core.kernel import entry, inlined, kernel
+from renderer.ground_truth.hit_view import HitLayers, HitView
+from renderer.ground_truth.tiles import load_numbers, store_numbers, store_vectors
 from renderer.path.ground_truth import Hits
 from renderer.path.lights import Lights
 from renderer.path.records import Scratch
 from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import evaluate_surfaces
+from scene_description.light_labels import SKY_ID
 
 _ZERO, _ONE, _INFINITE = np.float32(0.0), np.float32(1.0), np.float32(np.inf)
 
 
-class SurfaceImages(NamedTuple):
-    """What :func:`evaluate_hits` fills, float32, 0 where nothing is hit.
+_STORED = (ln.BASE_R, ln.BASE_G, ln.BASE_B, ln.LE_R, ln.LE_G, ln.LE_B, ln.ROUGHNESS, ln.METALLIC, ln.NS_X, ln.NS_Y, ln.NS_Z)
+"""Fields of the lanes that images are made of."""
 
-    base_color (height, width, 3), linear; roughness, metallic (height, width); emission (height, width, 3), luminance towards the camera in
-    cd/m2; shading_normals (height, width, 3), unit, world, towards the camera.
+
+class SurfaceImages(NamedTuple):
+    """What :func:`evaluate_hits` fills, a field for each layer of that name; those that nobody needs have a height of 0.
+
+    float32 and 0 where nothing is hit: base_color (height, width, 3), linear; roughness, metallic (height, width); emission (height,
+    width, 3), luminance towards the camera in cd/m2; shading_normals, shading_normals_world: (height, width, 3), unit, towards the camera,
+    optical frame and world.  light_seen: (height, width) uint16, as ``scene_description.light_labels.light_ids`` has them, 0 for what
+    sends no light itself: the backs of lamps and panes, and the black of glowing screens, too.
     """
 
     base_color: NDArray[np.float32]
@@ -35,21 +45,43 @@ class SurfaceImages(NamedTuple):
     metallic: NDArray[np.float32]
     emission: NDArray[np.float32]
     shading_normals: NDArray[np.float32]
+    shading_normals_world: NDArray[np.float32]
+    light_seen: NDArray[np.uint16]
 
 
-def make_surface_images(height: int, width: int) -> SurfaceImages:
-    """Return room for them."""
-    size = (height, width)
-    color, number = (*size, 3), size
-    return SurfaceImages(*(np.zeros(shape, np.float32) for shape in (color, number, number, color, color)))
+_CHANNELS = {"base_color": (3,), "emission": (3,), "shading_normals": (3,), "shading_normals_world": (3,)}
+
+
+def surface_images(view: HitView) -> SurfaceImages:
+    """Return the images that the view's layers need, textures included."""
+    height, width = view.hits.face.shape
+    shapes = [(height if name in view.names else 0, width, *_CHANNELS.get(name, ())) for name in SurfaceImages._fields]
+    images = SurfaceImages(*empty_together([(shape, np.float32) for shape in shapes[:-1]] + [(shapes[-1], np.uint16)]))
+    scene, flat, step = view.scene, view.scene.flat, view.scene.workers.count
+    lights = flat.light_id if len(flat.light_id) else np.zeros(len(flat.part_names), np.uint16)
+    seen = (
+        scene.tree,
+        scene.surfaces,
+        scene.lights,
+        flat.mesh.vertices,
+        flat.mesh.faces,
+        lights,
+        view.camera,
+        view.images.range,
+        view.hits,
+    )
+    scene.workers.run(lambda worker, first: evaluate_hits(*seen, scene.scratch[worker], images, first, step), range(step))
+    return images
 
 
 @entry
 def evaluate_hits(
+    scene: SceneHandle,
     surfaces: Surfaces,
     lights: Lights,
     vertices: NDArray[np.float32],
     faces: NDArray[np.uint32],
+    light_id: NDArray[np.uint16],
     camera: PosedCamera,
     distance: NDArray[np.float32],
     hits: Hits,
@@ -60,34 +92,91 @@ def evaluate_hits(
 ) -> None:
     """Fill the rows of tiles ``first``, ``first + step``, ...
 
-    ``distance``: (height, width) float32, along the rays, metres.  Rays are aimed again, not traced again.  Textures are filtered over the
-    footprint of a pixel.
+    ``light_id``: (p,), of parts; ``distance``: (height, width) float32, along the rays, metres.  Rays are aimed again, not traced again.
+    Textures are filtered over the footprint of a pixel.
     """
     rays, lanes = scratch.rays, scratch.lanes
     spread = _ONE / camera.focal_px
     for row in range(first * TILE, camera.height, step * TILE):
         for column in range(0, camera.width, TILE):
-            aim_tile(camera, column, row, CENTRE, rays)
-            if camera.row_step > _ZERO:
-                move_rays(camera, row, MIDDLE, rays)
-            _restore_hits(vertices, faces, camera, column, row, distance, hits, scratch)
+            aim_exposed_tile(camera, column, row, CENTRE, rays)
+            restore_hits(vertices, faces, camera, column, row, distance, hits, scratch)
             for k in range(LANES):
                 lanes[ln.WIDTH + k], lanes[ln.SPREAD + k] = _ZERO, spread
-            evaluate_surfaces(surfaces, lights, True, _INFINITE, scratch)
-            for k in range(LANES):
-                x, y = column + (k & 3), row + (k >> 2)
-                if x >= camera.width or y >= camera.height or lanes[ln.HIT + k] == _ZERO:
-                    continue
-                images.roughness[y, x] = lanes[ln.ROUGHNESS + k]
-                images.metallic[y, x] = lanes[ln.METALLIC + k]
-                for c in range(3):
-                    images.base_color[y, x, c] = lanes[ln.BASE_R + LANES * c + k]
-                    images.emission[y, x, c] = lanes[ln.LE_R + LANES * c + k]
-                    images.shading_normals[y, x, c] = lanes[ln.NS_X + LANES * c + k]
+                lanes[ln.OUTSIDE + k], lanes[ln.RAY_PDF + k] = _ZERO, _INFINITE
+            evaluate_surfaces(scene, surfaces, lights, True, _INFINITE, scratch)
+            _store(light_id, distance, camera, column, row, scratch, images)
 
 
 @inlined
-def _restore_hits(
+def _store(
+    lights: NDArray[np.uint16],
+    distance: NDArray[np.float32],
+    camera: PosedCamera,
+    column: int,
+    row: int,
+    scratch: Scratch,
+    images: SurfaceImages,
+) -> None:
+    """Copy what the rays of a tile have hit to the images that are needed."""
+    lanes = scratch.lanes
+    _clear_missed(lanes)
+    if len(images.base_color):
+        store_vectors(lanes, ln.BASE_R, column, row, images.base_color)
+    if len(images.emission):
+        store_vectors(lanes, ln.LE_R, column, row, images.emission)
+    if len(images.roughness):
+        store_numbers(lanes, ln.ROUGHNESS, column, row, images.roughness)
+    if len(images.metallic):
+        store_numbers(lanes, ln.METALLIC, column, row, images.metallic)
+    if len(images.light_seen):
+        _store_lights(lights, distance, column, row, scratch, images.light_seen)
+    if len(images.shading_normals_world):
+        store_vectors(lanes, ln.NS_X, column, row, images.shading_normals_world)
+    if len(images.shading_normals):
+        _turn_shading_normals(camera, lanes)
+        store_vectors(lanes, ln.NS_X, column, row, images.shading_normals)
+
+
+@kernel
+def _turn_shading_normals(camera: PosedCamera, lanes: NDArray[np.float32]) -> None:
+    """Turn the shading normals of the lanes from the world into the optical frame."""
+    r = camera.rotation
+    r00, r01, r02, r10, r11, r12, r20, r21, r22 = r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0], r[2, 1], r[2, 2]
+    for k in range(LANES):
+        x, y, z = lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k]
+        lanes[ln.NS_X + k] = r00 * x + r10 * y + r20 * z
+        lanes[ln.NS_Y + k] = r01 * x + r11 * y + r21 * z
+        lanes[ln.NS_Z + k] = r02 * x + r12 * y + r22 * z
+
+
+@kernel
+def _clear_missed(lanes: NDArray[np.float32]) -> None:
+    """Write zeros to the lanes that hit nothing."""
+    if ln.count_chosen(lanes, ln.HIT) < LANES:
+        for field in _STORED:
+            for k in range(LANES):
+                lanes[field + k] = lanes[field + k] if lanes[ln.HIT + k] != _ZERO else _ZERO
+
+
+@inlined
+def _store_lights(
+    light_id: NDArray[np.uint16], distance: NDArray[np.float32], column: int, row: int, scratch: Scratch, image: NDArray[np.uint16]
+) -> None:
+    """Write which lights the pixels of a tile see."""
+    lanes = scratch.lanes
+    for y in range(row, min(row + TILE, image.shape[0])):
+        for x in range(column, min(column + TILE, image.shape[1])):
+            k = (y - row) * TILE + x - column
+            if lanes[ln.HIT + k] == _ZERO:
+                image[y, x] = SKY_ID if distance[y, x] == _INFINITE else 0
+            else:
+                shines = lanes[ln.LE_R + k] != _ZERO or lanes[ln.LE_G + k] != _ZERO or lanes[ln.LE_B + k] != _ZERO
+                image[y, x] = light_id[scratch.parts[k]] if shines else 0
+
+
+@inlined
+def restore_hits(
     vertices: NDArray[np.float32],
     faces: NDArray[np.uint32],
     camera: PosedCamera,
@@ -99,16 +188,34 @@ def _restore_hits(
 ) -> None:
     """Write the recorded hits of a tile into its packet, as Embree has left them."""
     real, integer = scratch.rays.real, scratch.rays.integer
+    load_numbers(hits.u, column, row, ray.BARY_U, real)
+    load_numbers(hits.v, column, row, ray.BARY_V, real)
+    load_numbers(distance, column, row, ray.TFAR, real)
+    before = np.int32(-1)
+    nx = ny = nz = _ZERO
     for k in range(LANES):
-        x, y = min(column + (k & 3), camera.width - 1), min(row + (k >> 2), camera.height - 1)
-        face = hits.face[y, x]
-        if face < 0:
-            continue
-        integer[ray.GEOM_ID + k], integer[ray.PRIM_ID + k] = np.uint32(0), np.uint32(face)
-        real[ray.BARY_U + k], real[ray.BARY_V + k] = hits.u[y, x], hits.v[y, x]
+        face = hits.face[min(row + (k >> 2), camera.height - 1), min(column + (k & 3), camera.width - 1)]
+        integer[ray.PRIM_ID + k] = np.uint32(face)
+        integer[ray.GEOM_ID + k] = np.uint32(0) if face >= 0 else INVALID_ID
+        # Neighbours often hit one triangle: its normal is computed once.
+        if face >= 0 and face != before:
+            before = face
+            a, b, c = faces[face, 0], faces[face, 1], faces[face, 2]
+            ux, uy, uz = vertices[b, 0] - vertices[a, 0], vertices[b, 1] - vertices[a, 1], vertices[b, 2] - vertices[a, 2]
+            vx, vy, vz = vertices[c, 0] - vertices[a, 0], vertices[c, 1] - vertices[a, 1], vertices[c, 2] - vertices[a, 2]
+            nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k] = nx, ny, nz
+    for k in range(LANES):
         dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
-        real[ray.TFAR + k] = distance[y, x] / np.sqrt(dx * dx + dy * dy + dz * dz)
-        a, b, c = faces[face, 0], faces[face, 1], faces[face, 2]
-        ux, uy, uz = vertices[b, 0] - vertices[a, 0], vertices[b, 1] - vertices[a, 1], vertices[b, 2] - vertices[a, 2]
-        vx, vy, vz = vertices[c, 0] - vertices[a, 0], vertices[c, 1] - vertices[a, 1], vertices[c, 2] - vertices[a, 2]
-        real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k] = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        real[ray.TFAR + k] /= np.sqrt(dx * dx + dy * dy + dz * dz)
+
+
+LAYERS: HitLayers = {
+    "base_color": lambda view: view.shared(surface_images).base_color,
+    "roughness": lambda view: view.shared(surface_images).roughness,
+    "metallic": lambda view: view.shared(surface_images).metallic,
+    "emission": lambda view: view.shared(surface_images).emission,
+    "shading_normals": lambda view: view.shared(surface_images).shading_normals,
+    "shading_normals_world": lambda view: view.shared(surface_images).shading_normals_world,
+    "light_seen": lambda view: view.shared(surface_images).light_seen,
+}

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
 from renderer.core.color import LUMINANCE
-from renderer.core.embree import LANES, Packet, SceneHandle, occluded16
+from renderer.core.embree import LANES, MEET_ALL, PASS_PANES, Packet, SceneHandle, occluded16
 from renderer.core.kernel import kernel
 from renderer.path.queues import slot_pixel
 
@@ -32,14 +32,16 @@ def add_blocked_light(
 ) -> None:
     """Add the illuminance of a packet's light samples, and what of it is blocked, to ``Film.arriving`` of the tile at (column, row).
 
-    Reads P, TO_LIGHT, LI, LIGHT_PDF and WI; ``slots``: of the lanes; ``packet``: memory for the rays.
+    Reads P, TO_LIGHT, LIGHT_END, LI, LIGHT_PDF and WI; ``slots``: of the lanes; ``packet``: memory for the rays.
     """
-    real = packet.real
+    real, integer = packet.real, packet.integer
     for k in range(LANES):
         for axis in range(3):
             real[ray.ORG_X + LANES * axis + k] = lanes[ln.P_X + LANES * axis + k]
             real[ray.DIR_X + LANES * axis + k] = lanes[ln.TO_LIGHT_X + LANES * axis + k]
-        real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, _ONE
+        end = lanes[ln.LIGHT_END + k]
+        real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, end
+        integer[ray.MASK + k] = PASS_PANES if end > _ONE else MEET_ALL
         packet.alive[k] = -1 if lanes[ln.LIGHT_PDF + k] > _ZERO else 0
     occluded16(packet.alive.ctypes.data, scene.address, real.ctypes.data, scene.incoherent)
     for k in range(LANES):

@@ -7,17 +7,25 @@ from typing import Annotated, Literal
 
 from scene_description.strict import Limits
 
+IntegratorName = Literal["path", "cached"]
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RenderConfig:
     """How colour is computed."""
 
+    integrator: Annotated[
+        IntegratorName,
+        Limits(description="path: every sample traces its light; cached: light is computed once for a room's surfaces, and looked up"),
+    ] = "path"
     samples_per_pixel: Annotated[int, Limits(ge=1, le=65536, description="Colour samples per pixel")] = 16
-    max_depth: Annotated[int, Limits(ge=1, le=64, description="Most segments of a light path; 1 shows lights only, 2 direct light")] = 6
+    max_depth: Annotated[int, Limits(ge=1, le=64, description="Most segments of a light path; 1 shows lights only, 2 direct light")] = 32
     clamp: Annotated[
         float,
         Limits(
-            ge=0.0, le=1e6, description="Most that one indirect light sample may bring, in units of the exposure's white; 0 is no limit"
+            ge=0.0,
+            le=1e6,
+            description="Most that one stroke of indirect light brings to its pixel, in units of white; all share the rest; 0: no limit",
         ),
     ] = 0.0
     caustic_blur: Annotated[
@@ -51,6 +59,13 @@ class RenderConfig:
     tone_curve: Annotated[
         Literal["filmic", "srgb"], Limits(description="Display curve: filmic keeps what is brighter than white apart, srgb clips it")
     ] = "filmic"
+    cache_spacing_m: Annotated[
+        float, Limits(ge=0.01, le=0.5, unit="m", description="Distance between the points at which the cached integrator knows the light")
+    ] = 0.04
+    cache_rays: Annotated[
+        int, Limits(ge=16, le=4096, description="Rays by which such a point looks at what surrounds it, in steps of 16")
+    ] = 64
+    cache_light_samples: Annotated[int, Limits(ge=2, le=1024, description="About how many points on lights such a point looks at")] = 32
     threads: Annotated[int, Limits(ge=0, le=1024, description="Threads of the kernels; 0 takes all", fixed="kernels are set up once")] = 0
     portable: Annotated[
         bool, Limits(description="Pin Embree to AVX2, so that different processors agree", fixed="the ray tracing device is made once")

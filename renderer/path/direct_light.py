@@ -15,10 +15,12 @@ from renderer.core.embree import LANES, SceneHandle
 from renderer.core.kernel import inlined, kernel
 from renderer.core.lanes import count_chosen
 from renderer.path.blocked_light import add_blocked_light
+from renderer.path.clipping import CLIPPED_REACH
 from renderer.path.light_sampling import sample_emitters, sample_infinite_light
 from renderer.path.lights import Lights, importance, load_bounds
 from renderer.path.records import Film, Scratch
 from renderer.path.shadow_rays import pop_shadow_rays, push_shadow_rays, trace_shadow_rays
+from renderer.path.sun_patches import mix_patch_pdf
 from renderer.path.surface_tables import Surfaces
 
 _ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-30)
@@ -63,8 +65,8 @@ def sample_lights(
 ) -> int:
     """Sample the emitters, and the infinite light if there is one; return how many shadow rays wait when ``waiting`` did before.
 
-    ``kinds``: of the packet (:mod:`renderer.bsdf.layers`).  ``limit``: most that each channel of one light may bring.  (column, row): where
-    the wave's tile begins in ``film``, which takes what it asks for of the light at first hits.
+    ``kinds``: of the packet (:mod:`renderer.bsdf.layers`).  ``limit``: most that each channel of one light may bring to its own
+    pixel.  (column, row): where the wave's tile begins in ``film``, which takes what it asks for of the light at first hits.
     """
     lanes, shadow_rays = scratch.lanes, scratch.shadow_rays
     direct, arriving = depth == 0 and film.direct.shape[0] > 0, depth == 0 and film.arriving.shape[0] > 0
@@ -75,11 +77,13 @@ def sample_lights(
         else:
             sample_infinite_light(surfaces, lights.infinite, scratch)
         # What it adds to the pixel if nothing blocks it.
-        _wi_to_lights(lanes)
+        wi_to_lights(lanes)
         if arriving:
             add_blocked_light(scene, lanes, scratch.lane_slot, shadow_rays.packet, column, row, film.arriving)
             scratch.traced[0] += count_chosen(lanes, ln.LIGHT_PDF)
         evaluate_bsdf(lanes, kinds, surfaces.albedos.reflected)
+        if len(lights.patches) > 0:
+            mix_patch_pdf(lights.patches, scratch.patch_weights, lanes)
         _weigh_li(lanes, limit)
         # A shadow ray; 16 of them are traced.
         push_shadow_rays(lanes, scratch.lane_slot, direct, shadow_rays, waiting)
@@ -101,7 +105,7 @@ def flush_shadow_rays(scene: SceneHandle, waiting: int, scratch: Scratch) -> Non
 
 
 @kernel
-def _wi_to_lights(lanes: NDArray[np.float32]) -> None:
+def wi_to_lights(lanes: NDArray[np.float32]) -> None:
     """Fill WI with the directions of TO_LIGHT."""
     for k in range(LANES):
         x, y, z = lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k]
@@ -115,9 +119,9 @@ def _wi_to_lights(lanes: NDArray[np.float32]) -> None:
 
 @kernel
 def _weigh_li(lanes: NDArray[np.float32], limit: np.float32) -> None:
-    """Turn LI into what it adds to the pixel: beta f_cos li / light_pdf, times the mis weight where a ray that continues can find it too.
+    """Turn LI into what it brings: beta f_cos li / light_pdf, times the mis weight where a ray that continues can find it too; fill KEPT.
 
-    Where it adds nothing LIGHT_PDF becomes 0.
+    Where it brings nothing LIGHT_PDF becomes 0.
     """
     for k in range(LANES):
         # The balance heuristic: light_pdf / (light_pdf + pdf) / light_pdf.
@@ -127,6 +131,9 @@ def _weigh_li(lanes: NDArray[np.float32], limit: np.float32) -> None:
         b = gain * lanes[ln.LI_B + k] * lanes[ln.F_COS_B + k] * lanes[ln.BETA_B + k]
         most = r if r > g else g
         most = most if most > b else b
-        keep = limit / most if most > limit else _ONE
-        lanes[ln.LI_R + k], lanes[ln.LI_G + k], lanes[ln.LI_B + k] = r * keep, g * keep, b * keep
+        reach = CLIPPED_REACH * limit
+        scale = reach / most if most > reach else _ONE
+        most = scale * most
+        lanes[ln.KEPT + k] = limit / most if most > limit else _ONE
+        lanes[ln.LI_R + k], lanes[ln.LI_G + k], lanes[ln.LI_B + k] = r * scale, g * scale, b * scale
         lanes[ln.LIGHT_PDF + k] = lanes[ln.LIGHT_PDF + k] if most > _ZERO else _ZERO

@@ -12,6 +12,7 @@ from renderer.core.color import Rgb
 from renderer.core.embree import LANES, Packet
 from renderer.core.kernel import inlined
 from renderer.path import surface_tables as st
+from renderer.path.clipping import CLIPPED_REACH
 from renderer.path.infinite_light import infinite_le, sky_le
 from renderer.path.lights import Lights, importance, load_bounds
 from renderer.path.queues import WAVE
@@ -28,7 +29,7 @@ _UNLIT = np.float32(0.03)
 def add_emission(limit: np.float32, direct: bool, scratch: Scratch) -> None:
     """Add LE of the hits to the light of their pixels, with the mis weight of the ray.
 
-    ``limit``: the most that a channel may bring; ``direct``: whether to add it to the direct light too.
+    ``limit``: the most that a channel may bring to its own pixel; ``direct``: whether to add it to the direct light too.
     """
     lanes, light = scratch.lanes, scratch.light
     for k in range(LANES):
@@ -36,33 +37,43 @@ def add_emission(limit: np.float32, direct: bool, scratch: Scratch) -> None:
         if r + g + b > _ZERO:
             mis_weight = _ONE / (_ONE + lanes[ln.LE_PDF + k] / lanes[ln.RAY_PDF + k])
             r, g, b = r * lanes[ln.BETA_R + k] * mis_weight, g * lanes[ln.BETA_G + k] * mis_weight, b * lanes[ln.BETA_B + k] * mis_weight
-            keep = min(_ONE, limit / max(r, g, b, _TINY))
+            most = max(r, g, b, _TINY)
+            scale = min(_ONE, CLIPPED_REACH * limit / most)
+            r, g, b, kept = r * scale, g * scale, b * scale, min(_ONE, limit / (most * scale))
             slot = scratch.lane_slot[k]
-            light[slot] += r * keep
-            light[WAVE + slot] += g * keep
-            light[2 * WAVE + slot] += b * keep
+            light[slot] += r * kept
+            light[WAVE + slot] += g * kept
+            light[2 * WAVE + slot] += b * kept
             if direct:
-                light[3 * WAVE + slot] += r * keep
-                light[4 * WAVE + slot] += g * keep
-                light[5 * WAVE + slot] += b * keep
+                light[3 * WAVE + slot] += r * kept
+                light[4 * WAVE + slot] += g * kept
+                light[5 * WAVE + slot] += b * kept
+            if kept < _ONE:
+                light[6 * WAVE + slot] += r * (_ONE - kept)
+                light[7 * WAVE + slot] += g * (_ONE - kept)
+                light[8 * WAVE + slot] += b * (_ONE - kept)
 
 
 @inlined
 def escaped_le(surfaces: Surfaces, lights: Lights, packet: Packet, k: int, lanes: NDArray[np.float32]) -> None:
-    """Fill LE of lane k, a camera ray that leaves the scene, with the sky and the infinite light."""
+    """Fill LE of lane k, a ray that leaves the scene, with the sky and the infinite light, this by the mis weight of the ray."""
     real = packet.real
     x, y, z = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
     r, g, b = sky_le(surfaces.sky, x, y, z)
-    bright_r, bright_g, bright_b, _ = infinite_le(lights.infinite, x, y, z)
-    lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k] = r + bright_r, g + bright_g, b + bright_b
+    bright_r, bright_g, bright_b, pdf = infinite_le(lights.infinite, x, y, z)
+    scale = _ONE / (_ONE + pdf / lanes[ln.RAY_PDF + k])
+    lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k] = r + scale * bright_r, g + scale * bright_g, b + scale * bright_b
 
 
 @inlined
 def emitter_le(surfaces: Surfaces, lights: Lights, part: int, primary: bool, packet: Packet, k: int, lanes: NDArray[np.float32]) -> None:
-    """Fill LE and LE_PDF of lane k if it hit the front of an emitter; LE_PDF stays 0 for camera rays (``primary``)."""
+    """Fill LE and LE_PDF of lane k if it hit the front of an emitter; of panes such that show the sky.
+
+    LE_PDF stays 0 for camera rays (``primary``).
+    """
     real = packet.real
     group = lights.face_group[packet.integer[ray.PRIM_ID + k]]
-    if group >= 0 and lanes[ln.COS_FRONT + k] > _ZERO:
+    if group >= 0 and lanes[ln.COS_FRONT + k] > _ZERO and lanes[ln.OPEN + k] >= lanes[ln.THIN + k]:
         x, y, z = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
         r, g, b = surface_le(surfaces, part, x, y, z, lanes[ln.COS_FRONT + k])
         lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k] = r, g, b

@@ -24,6 +24,8 @@ def update_film(camera: PosedCamera, column: int, row: int, light: NDArray[np.fl
                     film.squares[row + y, column + x, channel] += value * value
                 if film.direct.shape[0] > 0:
                     film.direct[row + y, column + x, channel] += light[(3 + channel) * WAVE + slot]
+                if film.clipped.shape[0] > 0:
+                    film.clipped[row + y, column + x, channel] += light[(6 + channel) * WAVE + slot]
 
 
 def indirect_part(light: NDArray[np.float32], direct: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -23,7 +23,7 @@ from renderer.path.records import Scratch
 _ZERO, _ONE, _HALF = np.float32(0.0), np.float32(1.0), np.float32(0.5)
 _INFINITE = np.float32(np.inf)
 _PIXEL_PAIR, _PAIRS_PER_HIT = 0, 3
-_INFINITE_PAIRS, _LENS_PAIR, _TIME_PAIR = 1 << 16, 1 << 17, 3 << 16
+_INFINITE_PAIRS, _LENS_PAIR, _TIME_PAIR, _GUIDE_PAIRS = 1 << 16, 1 << 17, 3 << 16, 1 << 18
 
 
 @inlined
@@ -44,7 +44,7 @@ def generate_camera_rays(camera: PosedCamera, column: int, row: int, sample: np.
     rays, lanes, state = scratch.rays, scratch.lanes, scratch.here.state
     spread = _ONE / camera.focal_px
     count = 0
-    for slot in range(6 * WAVE):
+    for slot in range(9 * WAVE):
         scratch.light[slot] = _ZERO
     for slot in range(WAVE):
         scratch.aov_done[slot] = 0
@@ -69,7 +69,7 @@ def generate_camera_rays(camera: PosedCamera, column: int, row: int, sample: np.
             lanes[ln.SPAWNED + k] = _ONE if inside else _ZERO
             scratch.lane_slot[k] = block + k
             state[qu.BETA_R + count + k] = state[qu.BETA_G + count + k] = state[qu.BETA_B + count + k] = _ONE
-            state[qu.WIDTH + count + k], state[qu.SPREAD + count + k] = _ZERO, spread
+            state[qu.WIDTH + count + k], state[qu.SPREAD + count + k], state[qu.OUTSIDE + count + k] = _ZERO, spread, _ZERO
             state[qu.RAY_PDF + count + k], state[qu.PREV_IMPORTANCE + count + k] = _INFINITE, _ONE
         for axis in range(3):
             pack(rays.real, ray.ORG_X + LANES * axis, lanes, ln.SPAWNED, state, qu.ORG_X + ROW * axis + count)
@@ -81,9 +81,11 @@ def generate_camera_rays(camera: PosedCamera, column: int, row: int, sample: np.
 
 @inlined
 def generate_ray_samples(lights: Lights, depth: int, sample: np.uint32, choices: bool, scratch: Scratch) -> None:
-    """Fill U_LIGHT and U_BSDF for the hits at this depth, with ``choices`` U_LOBE and U_ROULETTE too; U_INFINITE if such a light shines."""
+    """Fill U_LIGHT and U_BSDF for the hits at this depth, with ``choices`` U_LOBE and U_ROULETTE too; U_INFINITE, U_GUIDE if used."""
     for pair in range(0, _PAIRS_PER_HIT, 1 if choices else 2):
         number = np.uint32(1 + _PAIRS_PER_HIT * depth + pair)
         sample_2d(scratch.lane_seeds, sample, number, scratch.lanes[ln.U_LIGHT_0 + 2 * LANES * pair :])
     if len(lights.infinite.part) > 0:
         sample_2d(scratch.lane_seeds, sample, np.uint32(_INFINITE_PAIRS + depth), scratch.lanes[ln.U_INFINITE_0 :])
+    if len(lights.patches) > 0:
+        sample_2d(scratch.lane_seeds, sample, np.uint32(_GUIDE_PAIRS + depth), scratch.lanes[ln.U_GUIDE_0 :])

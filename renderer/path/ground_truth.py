@@ -9,11 +9,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
-from renderer.camera.camera_rays import TILE, aim_tile
+from renderer.camera.camera_rays import TILE
 from renderer.camera.cameras import PosedCamera
-from renderer.camera.shutter import move_rays, unturn_rays
+from renderer.camera.shutter import aim_exposed_tile, unturn_rays
 from renderer.core.embree import (
     BARY_U,
     BARY_V,
@@ -33,8 +33,9 @@ from renderer.core.embree import (
     intersect16,
 )
 from renderer.core.kernel import entry, kernel
+from renderer.core.tile_rows import store_bits, store_rows, store_vectors
 
-_ZERO, _ONE, _HALF, _TINY, _NAN = np.float32(0.0), np.float32(1.0), np.float32(0.5), np.float32(1e-30), np.float32(np.nan)
+_ZERO, _ONE, _TINY, _NAN = np.float32(0.0), np.float32(1.0), np.float32(1e-30), np.float32(np.nan)
 
 
 class GeometricImages(NamedTuple):
@@ -58,33 +59,83 @@ class Hits(NamedTuple):
     v: NDArray[np.float32]
 
 
-def make_hits(height: int, width: int) -> Hits:
-    """Return room for a hit record."""
-    size = (height, width)
-    return Hits(np.empty(size, np.int32), np.empty(size, np.float32), np.empty(size, np.float32))
+def hit_record_shapes(height: int, width: int) -> list[tuple[tuple[int, int], DTypeLike]]:
+    """Return the shapes and dtypes of a hit record's fields."""
+    return [((height, width), dtype) for dtype in (np.int32, np.float32, np.float32)]
 
 
 class Labels(NamedTuple):
-    """Triangle -> part (m,) int32; part -> NYU40 class (p,) uint8; part -> object id (p,) uint16."""
+    """What the triangles are: (m + 1,) uint32, the object's id times 256 plus the NYU40 class, so that one look-up gives both; last 0."""
 
-    face_part: NDArray[np.int32]
-    label: NDArray[np.uint8]
-    object_id: NDArray[np.uint16]
+    ids: NDArray[np.uint32]
+
+
+def make_labels(face_part: NDArray[np.int32], label: NDArray[np.uint8], object_id: NDArray[np.uint16]) -> Labels:
+    """Return the ids of triangles for ``face_part`` (m,), the part of each, and of the parts NYU40 class (p,) and object id (p,)."""
+    return Labels(np.append((object_id.astype(np.uint32) << 8 | label)[face_part], np.uint32(0)))
 
 
 @kernel
-def _face_camera(camera: PosedCamera, packet: Packet) -> None:
-    """Turn the packet's geometric normals into unit normals of the optical frame that look towards the camera."""
-    real, r = packet.real, camera.rotation
+def _face_camera(r: NDArray[np.float32], real: NDArray[np.float32]) -> None:
+    """Turn the packet's geometric normals into unit normals of the optical frame, rotation ``r``, that look towards the camera."""
     r00, r01, r02, r10, r11, r12, r20, r21, r22 = r[0, 0], r[0, 1], r[0, 2], r[1, 0], r[1, 1], r[1, 2], r[2, 0], r[2, 1], r[2, 2]
     for k in range(LANES):
         x, y, z = real[NG_X + k], real[NG_Y + k], real[NG_Z + k]
         away = x * real[DIR_X + k] + y * real[DIR_Y + k] + z * real[DIR_Z + k]
-        scale = _ONE / max(np.sqrt(x * x + y * y + z * z), _TINY)
+        length = np.sqrt(x * x + y * y + z * z)
+        scale = _ONE / (length if length > _TINY else _TINY)
         scale = -scale if away > _ZERO else scale
         real[NG_X + k] = (r00 * x + r10 * y + r20 * z) * scale
         real[NG_Y + k] = (r01 * x + r11 * y + r21 * z) * scale
         real[NG_Z + k] = (r02 * x + r12 * y + r22 * z) * scale
+
+
+@kernel
+def _measure(r: NDArray[np.float32], lens: bool, real: NDArray[np.float32], alive: NDArray[np.int32]) -> None:
+    """Replace TFAR by the depth, and DIR_X by the distance; NaN for rays that are off."""
+    r02, r12, r22 = r[0, 2], r[1, 2], r[2, 2]
+    for k in range(LANES):
+        dx, dy, dz = real[DIR_X + k], real[DIR_Y + k], real[DIR_Z + k]
+        t = real[TFAR + k]
+        t = t if alive[k] != 0 else _NAN
+        real[TFAR + k] = t * (r02 * dx + r12 * dy + r22 * dz) if lens else t
+        real[DIR_X + k] = t * np.sqrt(dx * dx + dy * dy + dz * dz)
+
+
+@kernel
+def _look_up_ids(ids: NDArray[np.uint32], integer: NDArray[np.uint32]) -> None:
+    """Replace GEOM_ID by the ids of the triangles that were hit, 0 for none."""
+    nothing = np.uint32(len(ids) - 1)
+    for k in range(LANES):
+        face = integer[PRIM_ID + k]
+        integer[GEOM_ID + k] = ids[face if integer[GEOM_ID + k] != INVALID_ID else nothing]
+
+
+@kernel
+def _store_part(packet: Packet, column: int, row: int, camera: PosedCamera, images: GeometricImages) -> None:
+    """Write what lies in the image of a tile that begins at (column, row)."""
+    real, integer = packet.real, packet.integer
+    for k in range(LANES):
+        x, y = column + (k & 3), row + (k >> 2)
+        if x < camera.width and y < camera.height:
+            images.depth[y, x], images.range[y, x] = real[TFAR + k], real[DIR_X + k]
+            for axis in range(3):
+                images.normals[y, x, axis] = real[NG_X + LANES * axis + k]
+            images.semantic[y, x] = np.uint8(integer[GEOM_ID + k])
+            images.instance[y, x] = np.uint16(integer[GEOM_ID + k] >> np.uint32(8))
+
+
+@kernel
+def _record_hits(packet: Packet, column: int, row: int, camera: PosedCamera, hits: Hits) -> None:
+    """Write the hit record of a tile that begins at (column, row)."""
+    real, integer = packet.real, packet.integer
+    for k in range(LANES):
+        x, y = column + (k & 3), row + (k >> 2)
+        if x < camera.width and y < camera.height:
+            hit = integer[GEOM_ID + k] != INVALID_ID
+            hits.face[y, x] = np.int32(integer[PRIM_ID + k]) if hit else np.int32(-1)
+            hits.u[y, x] = real[BARY_U + k] if hit else _ZERO
+            hits.v[y, x] = real[BARY_V + k] if hit else _ZERO
 
 
 @entry
@@ -94,7 +145,6 @@ def trace_geometry(
     camera: PosedCamera,
     packet: Packet,
     centre: NDArray[np.float32],
-    middle: NDArray[np.float32],
     images: GeometricImages,
     hits: Hits,
     first: int,
@@ -102,41 +152,29 @@ def trace_geometry(
 ) -> None:
     """Fill the rows of tiles ``first``, ``first + step``, ... of all images; ``packet`` is scratch memory of the calling thread.
 
-    ``centre``: (32,) float32, the offsets of the rays from the pixel centres, ``CENTRE``; ``middle``: (32,) float32, when their rows are
-    exposed, ``MIDDLE``.
+    ``centre``: (32,) float32, the offsets of the rays from the pixel centres, ``CENTRE``.
     """
-    real, integer = packet.real, packet.integer
-    depth, distance, normals, semantic, instance = images
     lens, recorded = len(camera.bearings) > 0, hits.face.shape[0] > 0
-    r02, r12, r22 = camera.rotation[0, 2], camera.rotation[1, 2], camera.rotation[2, 2]
+    real, integer, r, width = packet.real, packet.integer, camera.rotation, camera.width
+    depth, distance, normals = images.depth.reshape(-1), images.range.reshape(-1), images.normals.reshape(-1)
+    semantic, instance = images.semantic.reshape(-1), images.instance.reshape(-1)
     for row in range(first * TILE, camera.height, step * TILE):
         for column in range(0, camera.width, TILE):
-            aim_tile(camera, column, row, centre, packet)
-            if camera.row_step > _ZERO:
-                move_rays(camera, row, middle, packet)
+            aim_exposed_tile(camera, column, row, centre, packet)
             intersect16(packet.alive.ctypes.data, scene.address, real.ctypes.data, scene.coherent)
             if camera.row_step > _ZERO:
                 unturn_rays(camera, row, packet)
-            _face_camera(camera, packet)
-            for k in range(LANES):
-                x, y = column + (k & 3), row + (k >> 2)
-                if x >= camera.width or y >= camera.height:
-                    continue
-                dx, dy, dz = real[DIR_X + k], real[DIR_Y + k], real[DIR_Z + k]
-                t = real[TFAR + k] if packet.alive[k] else _NAN
-                depth[y, x] = t * (r02 * dx + r12 * dy + r22 * dz) if lens else t
-                distance[y, x] = t * np.sqrt(dx * dx + dy * dy + dz * dz)
-                normals[y, x, 0] = real[NG_X + k]
-                normals[y, x, 1] = real[NG_Y + k]
-                normals[y, x, 2] = real[NG_Z + k]
-                semantic[y, x] = 0
-                instance[y, x] = 0
-                hit = integer[GEOM_ID + k] != INVALID_ID
-                if recorded:
-                    hits.face[y, x] = np.int32(integer[PRIM_ID + k]) if hit else np.int32(-1)
-                    hits.u[y, x] = real[BARY_U + k] if hit else _ZERO
-                    hits.v[y, x] = real[BARY_V + k] if hit else _ZERO
-                if hit:
-                    part = labels.face_part[integer[PRIM_ID + k]]
-                    semantic[y, x] = labels.label[part]
-                    instance[y, x] = labels.object_id[part]
+            if recorded:
+                _record_hits(packet, column, row, camera, hits)
+            _face_camera(r, real)
+            _measure(r, lens, real, packet.alive)
+            _look_up_ids(labels.ids, integer)
+            if column + TILE <= camera.width and row + TILE <= camera.height:
+                at = row * width + column
+                store_rows(real, TFAR, depth, at, width)
+                store_rows(real, DIR_X, distance, at, width)
+                store_vectors(real, NG_X, normals, 3 * at, 3 * width)
+                store_bits(integer, GEOM_ID, 0, semantic, at, width)
+                store_bits(integer, GEOM_ID, 8, instance, at, width)
+            else:
+                _store_part(packet, column, row, camera, images)

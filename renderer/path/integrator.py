@@ -31,6 +31,10 @@ Specular surfaces that are lit by way of diffuse ones make caustics, which paths
 blur* roughens, for that light only, what a ray hits by how far the surfaces before have scattered it, so that sampled lights find such
 paths too; energy is kept, caustics lose their edges (path space regularization, Kaplanyan and Dachsbacher 2013).  At 0 transport is exact.
 
+Where the sun comes in, hits look for its patches too (:mod:`renderer.path.sun_patches`), by one pdf with the BSDF's.
+
+*Clamp* limits what a single stroke of indirect light brings to its own pixel; what is beyond is shared (:mod:`renderer.path.clipping`).
+
 *Direct* light has been scattered once at most on its way from the emitter to the camera: what lights send themselves, and what a surface, a
 mirror or a pane of glass like any other, makes of light that comes straight from one.  All other light is indirect.
 
@@ -54,6 +58,7 @@ from renderer.path.lights import Lights
 from renderer.path.queues import WAVE_EDGE
 from renderer.path.records import Film, Scratch, Transport, Work
 from renderer.path.scattering import build_bsdfs, regularize, spawn_rays
+from renderer.path.sun_patches import weigh_patches
 from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import evaluate_surfaces
 
@@ -83,23 +88,25 @@ def trace_paths(
             count = generate_camera_rays(camera, column, row, sample, scratch)
             here, ahead, waiting = scratch.here, scratch.ahead, 0
             for depth in range(transport.max_depth):
-                limit = transport.clamp if depth > 0 else _INFINITE
+                at_lights, at_hits = transport.clamp if depth > 0 else _INFINITE, transport.clamp if depth > 1 else _INFINITE
                 roulette = depth >= _ROULETTE_FROM
                 queued = 0
                 for first in range(0, count, LANES):
                     intersect_closest(scene, here, first, count, depth == 0, scratch)
-                    evaluate_surfaces(surfaces, lights, depth == 0, transport.widest, scratch)
+                    evaluate_surfaces(scene, surfaces, lights, depth == 0, transport.widest, scratch)
                     update_aovs(film, column, row, depth, scratch)
                     if depth > 0:
                         regularize(transport.caustic_blur, scratch)
-                    add_emission(limit, depth < 2 and film.direct.shape[0] > 0, scratch)
+                    add_emission(at_hits, depth < 2 and film.direct.shape[0] > 0, scratch)
                     if depth + 1 == transport.max_depth:
                         continue
                     weigh_lights(lights, scratch)
                     kinds = build_bsdfs(surfaces, depth + 2 < transport.max_depth, scratch)
+                    if len(lights.patches) > 0:
+                        weigh_patches(lights.patches, scratch)
                     generate_ray_samples(lights, depth, sample, kinds > 0 or roulette, scratch)
-                    waiting = sample_lights(scene, surfaces, lights, kinds, depth, limit, waiting, column, row, scratch, film)
-                    queued = spawn_rays(surfaces, kinds, roulette, queued, ahead, scratch)
+                    waiting = sample_lights(scene, surfaces, lights, kinds, depth, at_lights, waiting, column, row, scratch, film)
+                    queued = spawn_rays(surfaces, lights, kinds, roulette, queued, ahead, scratch)
                 scratch.traced[0] += count
                 count = queued
                 if count == 0:

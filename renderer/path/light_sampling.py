@@ -21,18 +21,28 @@ from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import lift_height
 
 _ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-30)
-_GRAZING, _INFINITE = np.float32(0.01), np.float32(np.inf)
+_INFINITE = np.float32(np.inf)
 
 
 @inlined
 def sample_emitters(surfaces: Surfaces, lights: Lights, scratch: Scratch) -> None:
-    """Fill TO_LIGHT, LI and LIGHT_PDF of all lanes with points on emitters; LIGHT_PDF is 0 where no light arrives."""
+    """Fill TO_LIGHT, LIGHT_END, LI and LIGHT_PDF of all lanes with points on emitters; LIGHT_PDF is 0 where no light arrives.
+
+    Shadow rays to portals go on through them: what stands outside shades too.
+    """
     lanes, sampled = scratch.lanes, scratch.sampled
     if len(lights.part) == 0:
         for k in range(LANES):
             lanes[ln.LIGHT_PDF + k] = _ZERO
         return
     _choose_groups(scratch.importances, len(lights.groups.area), lanes, sampled)
+    sample_groups(surfaces, lights, scratch)
+
+
+@inlined
+def sample_groups(surfaces: Surfaces, lights: Lights, scratch: Scratch) -> None:
+    """Fill TO_LIGHT, LI and LIGHT_PDF with points on the groups in ``sampled``; U_REMAPPED and U_LIGHT_1 choose them."""
+    lanes, sampled = scratch.lanes, scratch.sampled
     _sample_points(lights, lanes, sampled)
     by_sky = by_profile = 0
     for k in range(LANES):
@@ -47,13 +57,18 @@ def sample_emitters(surfaces: Surfaces, lights: Lights, scratch: Scratch) -> Non
 
 @inlined
 def _add_sky_le(surfaces: Surfaces, lights: Lights, lanes: NDArray[np.float32], sampled: NDArray[np.int32]) -> None:
-    """Fill LI with the luminance that portals let through, in the lanes whose point lies on one."""
+    """Fill LI with the luminance that portals let through, and LIGHT_END, in the lanes whose point lies on one.
+
+    Of what is outside itself, other windows are lights that only paths find.
+    """
     for k in range(lane_count(lanes)):
         e = sampled[k]
         dx, dy, dz, cos_light = _direction_to_emitter(lights, lanes, k, e)
         through = pane_transmittance(surfaces, lights.part[e], cos_light)
         r, g, b = sky_le(surfaces.sky, dx, dy, dz)
         is_portal = lights.varies[e] == lt.BY_SKY
+        lanes[ln.LIGHT_END + k] = _INFINITE if is_portal else _ONE
+        lanes[ln.LIGHT_PDF + k] = _ZERO if is_portal & (lanes[ln.OUTSIDE + k] > _ZERO) else lanes[ln.LIGHT_PDF + k]
         lanes[ln.LI_R + k] = through * r if is_portal else lanes[ln.LI_R + k]
         lanes[ln.LI_G + k] = through * g if is_portal else lanes[ln.LI_G + k]
         lanes[ln.LI_B + k] = through * b if is_portal else lanes[ln.LI_B + k]
@@ -131,6 +146,7 @@ def _sample_points(lights: Lights, lanes: NDArray[np.float32], sampled: NDArray[
         pdf = lanes[ln.GROUP_IMPORTANCE + k] * squared / (lanes[ln.IMPORTANCE + k] * table[e + lt.EMITTER_AREA] * cos_light)
         lanes[ln.LIGHT_PDF + k] = pdf if lit else _ZERO
         lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k] = dx, dy, dz
+        lanes[ln.LIGHT_END + k] = _ONE
         lanes[ln.LI_R + k] = table[e + lt.EMITTER_LE]
         lanes[ln.LI_G + k] = table[e + lt.EMITTER_LE + 1]
         lanes[ln.LI_B + k] = table[e + lt.EMITTER_LE + 2]
@@ -138,9 +154,9 @@ def _sample_points(lights: Lights, lanes: NDArray[np.float32], sampled: NDArray[
 
 @inlined
 def sample_infinite_light(surfaces: Surfaces, infinite: InfiniteLight, scratch: Scratch) -> None:
-    """Fill TO_LIGHT, LI and LIGHT_PDF of all lanes with a direction to the sun, or to a bright part of the environment.
+    """Fill TO_LIGHT, LIGHT_END, LI and LIGHT_PDF of all lanes with a direction to the sun, or to a bright part of the environment.
 
-    Where no portal lies that way nothing comes in, and LIGHT_PDF is 0.
+    Where no portal lies that way nothing comes in, and LIGHT_PDF is 0; what is outside itself needs none.
     """
     lanes, sampled = scratch.lanes, scratch.sampled
     # Sample a direction and find the portal that it leads through.
@@ -155,14 +171,11 @@ def sample_infinite_light(surfaces: Surfaces, infinite: InfiniteLight, scratch: 
         portal = sampled[k] if sampled[k] >= 0 else np.int32(0)
         r, g, b, pdf = infinite_le(infinite, dx, dy, dz)
         facing = -(dx * portals[portal, 9] + dy * portals[portal, 10] + dz * portals[portal, 11])
-        through = pane_transmittance(surfaces, infinite.part[portal], facing)
-        # Shadow rays end as far before the portal as they begin off their own surface.
-        slope = facing if facing > _GRAZING else _GRAZING
-        reach = lanes[ln.PORTAL_T + k] - lift_height(portals[portal, 0], portals[portal, 1], portals[portal, 2]) / slope
-        reach = reach if reach > _TINY else _TINY
-        lit = (sampled[k] >= 0) & (lanes[ln.HIT + k] > _ZERO) & (lanes[ln.IMPORTANCE + k] > _ZERO) & _is_above(lanes, k, dx, dy, dz)
-        lanes[ln.LIGHT_PDF + k] = pdf if lit else _ZERO
-        lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k] = reach * dx, reach * dy, reach * dz
+        outside = lanes[ln.OUTSIDE + k] > _ZERO
+        through = _ONE if outside else pane_transmittance(surfaces, infinite.part[portal], facing)
+        reached = outside | ((sampled[k] >= 0) & (lanes[ln.IMPORTANCE + k] > _ZERO))
+        lanes[ln.LIGHT_PDF + k] = pdf if reached & (lanes[ln.HIT + k] > _ZERO) & _is_above(lanes, k, dx, dy, dz) else _ZERO
+        lanes[ln.LIGHT_END + k] = _INFINITE
         lanes[ln.LI_R + k], lanes[ln.LI_G + k], lanes[ln.LI_B + k] = through * r, through * g, through * b
 
 

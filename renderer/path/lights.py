@@ -61,7 +61,8 @@ class Lights(NamedTuple):
 
     emitters: (e * EMITTER_SIZE,) float32, a row of EMITTER fields for each triangle; other: (e,) int32, the triangle to which the rest of
     its step of the alias table belongs; varies: (e,) int32, how luminance depends on direction: EVENLY, BY_SKY or BY_PROFILE; part: (e,)
-    int32; face_group: (m,) int32, group of each triangle of the scene, -1 where it does not shine.
+    int32; face_group: (m,) int32, group of each triangle of the scene, -1 where it does not shine; patches: (n, 11) float32, as
+    :mod:`renderer.path.sun_patches` finds them in the scene's triangles, none until then.
     """
 
     groups: LightGroups
@@ -71,6 +72,7 @@ class Lights(NamedTuple):
     part: NDArray[np.int32]
     face_group: NDArray[np.int32]
     infinite: InfiniteLight
+    patches: NDArray[np.float32]
 
 
 def build_lights(flat: FlatScene) -> Lights:
@@ -119,6 +121,7 @@ def build_lights(flat: FlatScene) -> Lights:
         part,
         face_group,
         build_infinite_light(flat),
+        np.zeros((0, 11), np.float32),
     )
 
 

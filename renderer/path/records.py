@@ -25,9 +25,9 @@ class Work(NamedTuple):
 class Transport(NamedTuple):
     """How paths are traced.
 
-    frame_key: of the frame's random numbers; max_depth: most segments of a path; clamp: most luminance of an indirect contribution, cd/m2;
-    caustic_blur: least roughness of what fully scattered rays hit, 0 leaves surfaces as they are; widest: most that the ray cone, by which
-    textures are filtered, grows per metre.
+    frame_key: of the frame's random numbers; max_depth: most segments of a path; clamp: most that one stroke of indirect light brings to
+    its own pixel, cd/m2, what is beyond is clipped (:mod:`renderer.path.clipping`); caustic_blur: least roughness of what fully scattered
+    rays hit, 0 leaves surfaces as they are; widest: most that the ray cone, by which textures are filtered, grows per metre.
     """
 
     frame_key: np.uint32
@@ -43,7 +43,7 @@ class Film(NamedTuple):
     albedo: (height, width, 3), of first hits.  aov: (height, width, 6), albedo and world normal of the first hits that are neither mirrors
     nor clear glass, for denoising.  direct: (height, width, 3), the part of the light that is scattered once at most, cd/m2.  arriving:
     (height, width, 2), illuminance in lux at first hits by the samples of lights, as if nothing stood between, and what of it is blocked.
-    What is not asked for has a height of 0.
+    clipped: (height, width, 3), what strokes of indirect light have beyond the limit, cd/m2.  What is not asked for has a height of 0.
     """
 
     light: NDArray[np.float32]
@@ -52,6 +52,7 @@ class Film(NamedTuple):
     squares: NDArray[np.float32]
     direct: NDArray[np.float32]
     arriving: NDArray[np.float32]
+    clipped: NDArray[np.float32]
 
 
 class Scratch(NamedTuple):
@@ -59,10 +60,11 @@ class Scratch(NamedTuple):
 
     rays: the packet of 16 rays; lanes: (LANES_SIZE,) float32, see :mod:`renderer.core.lanes`; lane_slot: (16,) int32, the lanes' pixel
     slots; here, ahead: the paths of this segment and of the next; importances: (g * 16,) float32, of g groups of lights for each lane;
-    sampled: (16,) int32, the group, then the emitter or portal that each lane has sampled; parts: (16,) int32, what the lanes hit, -1 for
-    nothing; light: (6 * WAVE,) float32, red, green and blue of the sample by the wave's pixel slots, cd/m2, then those of its direct part,
-    if that is asked for; aov_done: (WAVE,) int32, by slot, 1 where AOVs have been added; seeds: (WAVE,) uint32, by slot; lane_seeds: (16,)
-    uint32; traced: (1,) int64, how many rays this thread has traced for colour, shadow rays among them.
+    patch_weights: (p * 16,) float32, the same of p sun patches; sampled: (16,) int32, the group, then the emitter or portal that each lane
+    has sampled; parts: (16,) int32, what the lanes hit, -1 for
+    nothing; light: (9 * WAVE,) float32, red, green and blue of the sample by the wave's pixel slots, cd/m2, then those of its direct part,
+    if that is asked for, then those of what is clipped; aov_done: (WAVE,) int32, by slot, 1 where AOVs have been added; seeds: (WAVE,)
+    uint32, by slot; lane_seeds: (16,) uint32; traced: (1,) int64, how many rays this thread has traced for colour, shadow rays among them.
     """
 
     rays: Packet
@@ -72,6 +74,7 @@ class Scratch(NamedTuple):
     here: Queue
     ahead: Queue
     importances: NDArray[np.float32]
+    patch_weights: NDArray[np.float32]
     sampled: NDArray[np.int32]
     parts: NDArray[np.int32]
     light: NDArray[np.float32]
@@ -81,8 +84,8 @@ class Scratch(NamedTuple):
     traced: NDArray[np.int64]
 
 
-def make_scratch(group_count: int) -> Scratch:
-    """Return the memory that one thread needs in a scene with ``group_count`` groups of lights."""
+def make_scratch(group_count: int, patch_count: int = 0) -> Scratch:
+    """Return the memory that one thread needs in a scene with so many groups of lights and sun patches."""
     return Scratch(
         rays=make_packet(),
         lanes=aligned_floats(LANES_SIZE),
@@ -91,9 +94,10 @@ def make_scratch(group_count: int) -> Scratch:
         here=make_queue(),
         ahead=make_queue(),
         importances=aligned_floats(group_count * LANES),
+        patch_weights=aligned_floats(patch_count * LANES),
         sampled=np.zeros(LANES, np.int32),
         parts=np.zeros(LANES, np.int32),
-        light=aligned_floats(6 * WAVE),
+        light=aligned_floats(9 * WAVE),
         aov_done=np.zeros(WAVE, np.int32),
         seeds=np.zeros(WAVE, np.uint32),
         lane_seeds=np.zeros(LANES, np.uint32),

@@ -15,8 +15,10 @@ from renderer.core.lanes import count_chosen
 from renderer.core.packing import pack, pack_slots
 from renderer.core.sampling import coordinate_system
 from renderer.path import queues as qu
+from renderer.path.lights import Lights
 from renderer.path.queues import ROW, Queue
 from renderer.path.records import Scratch
+from renderer.path.sun_patches import mix_patch_pdf, sample_patches
 from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import lift_height
 
@@ -52,14 +54,19 @@ def build_bsdfs(surfaces: Surfaces, all_continue: bool, scratch: Scratch) -> int
 
 
 @inlined
-def spawn_rays(surfaces: Surfaces, kinds: int, roulette: bool, queued: int, ahead: Queue, scratch: Scratch) -> int:
+def spawn_rays(surfaces: Surfaces, lights: Lights, kinds: int, roulette: bool, queued: int, ahead: Queue, scratch: Scratch) -> int:
     """Sample the next rays of a packet and put them behind the ``queued`` ones; return how many are queued then.
 
     ``roulette``: dim paths end at random, those that survive count for more.
     """
     lanes = scratch.lanes
     sample_bsdf(lanes, kinds)
+    if len(lights.patches) > 0:
+        sample_patches(lights.patches, scratch)
     evaluate_bsdf(lanes, kinds, surfaces.albedos.reflected)
+    _spread_cones(lanes)
+    if len(lights.patches) > 0:
+        mix_patch_pdf(lights.patches, scratch.patch_weights, lanes)
     _update_beta(lanes, _LEAST_SURVIVAL if roulette else _ONE)
     _update_path_state(lanes)
     _push_paths(lanes, scratch.lane_slot, ahead, queued)
@@ -83,12 +90,15 @@ def _build_frames(real: NDArray[np.float32], lanes: NDArray[np.float32]) -> None
 
 @kernel
 def _choose_continuing(lanes: NDArray[np.float32], all_continue: bool) -> None:
-    """Fill CONTINUES; at the last hit only where sampling lights alone would be noisy: near lights and on glossy surfaces."""
+    """Fill CONTINUES; at the last hit only where sampling lights alone would be noisy: near lights and on glossy surfaces.
+
+    It would find nothing of the sky that lights what is outside.
+    """
     every = _ONE if all_continue else _ZERO
     for k in range(LANES):
         layered = lanes[ln.THIN + k] + lanes[ln.TRANSMISSION + k] + lanes[ln.COAT + k] > _ZERO
         metallic = (lanes[ln.METALLIC + k] > _ZERO) & (lanes[ln.ROUGHNESS + k] < _ONE)
-        noisy = layered | metallic | (lanes[ln.ROUGHNESS + k] < _ROUGH) | (lanes[ln.NEAR + k] > _ZERO)
+        noisy = (lanes[ln.OUTSIDE + k] > _ZERO) | layered | metallic | (lanes[ln.ROUGHNESS + k] < _ROUGH) | (lanes[ln.NEAR + k] > _ZERO)
         lanes[ln.CONTINUES + k] = _ONE if noisy else every
 
 
@@ -123,7 +133,7 @@ def _update_beta(lanes: NDArray[np.float32], least_survival: np.float32) -> None
 
 @kernel
 def _update_path_state(lanes: NDArray[np.float32]) -> None:
-    """Turn P, PDF, IMPORTANCE and SPREAD into what the queue keeps: ray origins, RAY_PDF, PREV_IMPORTANCE, and SPREAD behind the hit."""
+    """Turn P, PDF and IMPORTANCE into ray origins, RAY_PDF and PREV_IMPORTANCE of the queue; bring OUTSIDE behind the hit."""
     for k in range(LANES):
         px, py, pz = lanes[ln.P_X + k], lanes[ln.P_Y + k], lanes[ln.P_Z + k]
         up, pdf, total = lanes[ln.WI_Z + k] > _ZERO, lanes[ln.PDF + k], lanes[ln.IMPORTANCE + k]
@@ -131,9 +141,18 @@ def _update_path_state(lanes: NDArray[np.float32]) -> None:
         lanes[ln.P_X + k] = px + down * lanes[ln.NG_X + k]
         lanes[ln.P_Y + k] = py + down * lanes[ln.NG_Y + k]
         lanes[ln.P_Z + k] = pz + down * lanes[ln.NG_Z + k]
-        lanes[ln.PDF + k] = pdf if up & (total > _ZERO) else _INFINITE
+        lanes[ln.PDF + k] = pdf if up & (total + lanes[ln.OUTSIDE + k] > _ZERO) else _INFINITE
         lanes[ln.IMPORTANCE + k] = total if total > _TINY else _TINY
-        lanes[ln.SPREAD + k] += _ONE / (_ONE + np.sqrt(pdf))
+        passes = (lanes[ln.THIN + k] > _ZERO) & (not up)
+        leaves = _ONE if lanes[ln.COS_FRONT + k] > _ZERO else _ZERO
+        lanes[ln.OUTSIDE + k] = leaves if passes else lanes[ln.OUTSIDE + k]
+
+
+@kernel
+def _spread_cones(lanes: NDArray[np.float32]) -> None:
+    """Add what the BSDF spreads to SPREAD."""
+    for k in range(LANES):
+        lanes[ln.SPREAD + k] += _ONE / (_ONE + np.sqrt(lanes[ln.PDF + k]))
 
 
 @kernel
@@ -149,4 +168,5 @@ def _push_paths(lanes: NDArray[np.float32], slots: NDArray[np.int32], ahead: Que
     pack(lanes, ln.IMPORTANCE, lanes, ln.SPAWNED, state, qu.PREV_IMPORTANCE + queued)
     pack(lanes, ln.WIDTH, lanes, ln.SPAWNED, state, qu.WIDTH + queued)
     pack(lanes, ln.SPREAD, lanes, ln.SPAWNED, state, qu.SPREAD + queued)
+    pack(lanes, ln.OUTSIDE, lanes, ln.SPAWNED, state, qu.OUTSIDE + queued)
     pack_slots(slots, lanes, ln.SPAWNED, ahead.slot, queued)

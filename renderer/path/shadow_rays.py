@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
-from renderer.core.embree import LANES, Packet, SceneHandle, aligned_floats, make_packet, occluded16
+from renderer.core.embree import LANES, MEET_ALL, PASS_PANES, Packet, SceneHandle, aligned_floats, make_packet, occluded16
 from renderer.core.kernel import kernel
 from renderer.core.layout import Layout
 from renderer.core.packing import pack, pack_slots
@@ -21,7 +21,9 @@ STRIDE = 2 * LANES
 _WAITING = Layout(STRIDE)
 _ORG = _WAITING.field(3)  # metres, world
 _TO_LIGHT = _WAITING.field(3)  # from there to the point on the light
-_LI = _WAITING.field(3)  # r, g, b that it adds to the pixel, cd/m2
+_END = _WAITING.field()  # where the ray ends, in lengths of _TO_LIGHT; infinite where it goes out by a pane
+_LI = _WAITING.field(3)  # r, g, b that it brings, cd/m2
+_KEPT = _WAITING.field()  # share of it that it adds to the pixel; the rest is clipped
 _SIZE = _WAITING.size
 
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
@@ -52,6 +54,8 @@ def push_shadow_rays(lanes: NDArray[np.float32], slots: NDArray[np.int32], direc
         pack(lanes, ln.P_X + LANES * axis, lanes, ln.LIGHT_PDF, waiting, _ORG + STRIDE * axis + count)
         pack(lanes, ln.TO_LIGHT_X + LANES * axis, lanes, ln.LIGHT_PDF, waiting, _TO_LIGHT + STRIDE * axis + count)
         pack(lanes, ln.LI_R + LANES * axis, lanes, ln.LIGHT_PDF, waiting, _LI + STRIDE * axis + count)
+    pack(lanes, ln.LIGHT_END, lanes, ln.LIGHT_PDF, waiting, _END + count)
+    pack(lanes, ln.KEPT, lanes, ln.LIGHT_PDF, waiting, _KEPT + count)
     pack_slots(slots, lanes, ln.LIGHT_PDF, shadow_rays.slot, count)
     if direct:
         for k in range(LANES):
@@ -73,21 +77,25 @@ def pop_shadow_rays(shadow_rays: ShadowRays) -> None:
 def trace_shadow_rays(scene: SceneHandle, shadow_rays: ShadowRays, count: int, light: NDArray[np.float32]) -> None:
     """Trace the first ``count`` shadow rays, and add the light of those that met nothing to ``light`` of the scratch memory."""
     packet, waiting = shadow_rays.packet, shadow_rays.waiting
-    real = packet.real
-    # Fill the packet; a ray ends at its light, where t = 1.
+    real, integer = packet.real, packet.integer
     for k in range(LANES):
         for axis in range(3):
             real[ray.ORG_X + LANES * axis + k] = waiting[_ORG + STRIDE * axis + k]
             real[ray.DIR_X + LANES * axis + k] = waiting[_TO_LIGHT + STRIDE * axis + k]
-        real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, _ONE
+        end = waiting[_END + k]
+        real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, end
+        integer[ray.MASK + k] = PASS_PANES if end > _ONE else MEET_ALL
         packet.alive[k] = -1 if k < count else 0
     occluded16(packet.alive.ctypes.data, scene.address, real.ctypes.data, scene.incoherent)
     # Embree sets the end of a blocked ray to minus infinity.
     for k in range(count):
         if real[ray.TFAR + k] > _ZERO:
-            slot = shadow_rays.slot[k] & (WAVE - 1)
+            slot, kept = shadow_rays.slot[k] & (WAVE - 1), waiting[_KEPT + k]
             for channel in range(3):
-                light[channel * WAVE + slot] += waiting[_LI + channel * STRIDE + k]
+                light[channel * WAVE + slot] += kept * waiting[_LI + channel * STRIDE + k]
+            if kept < _ONE:
+                for channel in range(3):
+                    light[(6 + channel) * WAVE + slot] += (_ONE - kept) * waiting[_LI + channel * STRIDE + k]
             if shadow_rays.slot[k] >= WAVE:
                 for channel in range(3):
                     light[(3 + channel) * WAVE + slot] += waiting[_LI + channel * STRIDE + k]

@@ -7,12 +7,13 @@ from numpy.typing import NDArray
 
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
-from renderer.core.embree import INVALID_ID, LANES, Packet
+from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle
 from renderer.core.kernel import inlined, kernel
 from renderer.core.lanes import lane_count
 from renderer.path import surface_tables as st
 from renderer.path.emission import emitter_le, escaped_le, material_glow
 from renderer.path.lights import Lights
+from renderer.path.panes import look_through_panes
 from renderer.path.records import Scratch
 from renderer.path.surface_tables import Surfaces
 from renderer.path.textured_hits import apply_texture
@@ -31,15 +32,17 @@ def lift_height(x: np.float32, y: np.float32, z: np.float32) -> np.float32:
 
 
 @inlined
-def evaluate_surfaces(surfaces: Surfaces, lights: Lights, primary: bool, widest: np.float32, scratch: Scratch) -> None:
+def evaluate_surfaces(scene: SceneHandle, surfaces: Surfaces, lights: Lights, primary: bool, widest: np.float32, scratch: Scratch) -> None:
     """Fill the hits, their materials and emission for 16 traced rays, and make the rays' directions unit.
 
-    Camera rays (``primary``) that leave the scene see the sky; others are dark, as light from outside enters by portals only.
+    Camera rays (``primary``) that leave the scene see the sky, and rays that come from outside; others are dark, as light from outside
+    enters by portals only.
     ``widest``: most that ray cones grow per metre.
     """
     packet, lanes, parts = scratch.rays, scratch.lanes, scratch.parts
     _place_hits(packet, lanes)
     _fetch_materials(packet, surfaces, _ONE if primary else _ZERO, widest, lanes, parts)
+    look_through_panes(scene, scratch)
     # One by one, the few lanes whose material is more than a row of the table.
     for k in range(LANES):
         if lanes[ln.SPECIAL + k] == _ZERO:
@@ -62,7 +65,7 @@ def _fetch_materials(
 ) -> None:
     """Write parts, HIT, the material up to SPECIAL, WIDTH, NS as the mesh has it, and no emission.
 
-    ``missed``: SPECIAL of rays that hit nothing.
+    ``missed``: SPECIAL of rays from inside that hit nothing.
     """
     real, integer, table = packet.real, packet.integer, surfaces.materials
     normals = surfaces.normals
@@ -71,10 +74,11 @@ def _fetch_materials(
         hit = integer[ray.GEOM_ID + k] != INVALID_ID
         parts[k] = surfaces.face_part[integer[ray.PRIM_ID + k]] if hit else -1
         lanes[ln.HIT + k] = _ONE if hit else _ZERO
-        lanes[ln.SPECIAL + k] = missed if packet.alive[k] != 0 else _ZERO
+        lanes[ln.SPECIAL + k] = missed + lanes[ln.OUTSIDE + k] if packet.alive[k] != 0 else _ZERO
         growth = lanes[ln.SPREAD + k] if lanes[ln.SPREAD + k] < widest else widest
         lanes[ln.WIDTH + k] += growth * real[ray.TFAR + k]
         lanes[ln.LE_R + k] = lanes[ln.LE_G + k] = lanes[ln.LE_B + k] = lanes[ln.LE_PDF + k] = _ZERO
+        lanes[ln.THIN + k] = lanes[ln.OPEN + k] = _ZERO
     # The row of the part.
     for k in range(lane_count(lanes)):
         if parts[k] >= 0:

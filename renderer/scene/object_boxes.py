@@ -8,13 +8,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.core.arrays import Array
 from renderer.geometry.mesh import Mesh
 from renderer.scene.room_shell import wall_frame
 from scene_description import Opening, Room, SceneObject
+
+THINNEST_M = 0.0005
+"""Least size of a box about an opening: a pane may be flat."""
 
 
 def object_box(thing: SceneObject) -> NDArray[np.float32]:
@@ -25,13 +30,31 @@ def object_box(thing: SceneObject) -> NDArray[np.float32]:
     return _map(axes, axes @ np.asarray(thing.position_m) - size * (0.5, 0.5, 0.0), size)
 
 
-def opening_box(room: Room, opening: Opening, meshes: Sequence[Mesh]) -> NDArray[np.float32]:
-    """Return the map (3, 4) from the world to the box about a door or window, whose x axis points into the room."""
+class OpeningExtent(NamedTuple):
+    """The tightest box about a door or window, whose x axis points into the room.
+
+    axes: (3, 3), unit vectors of the world, row by row; low, size: (3,), metres along them, no size less than ``THINNEST_M``.
+    """
+
+    axes: Array
+    low: Array
+    size: Array
+
+
+def opening_extent(room: Room, opening: Opening, points: Array) -> OpeningExtent:
+    """Return the box about the vertices (n, 3) of an opening: its description tells width and height only."""
     _, along, inward, _ = wall_frame(np.asarray(room.polygon_m, np.float64), opening.wall)
     axes = np.array([[inward[0], inward[1], 0.0], [-along[0], -along[1], 0.0], [0.0, 0.0, 1.0]])
-    points = np.concatenate([mesh.vertices for mesh in meshes]).astype(np.float64) @ axes.T
-    low = points.min(axis=0)
-    return _map(axes, low, points.max(axis=0) - low)
+    places = points @ axes.T
+    low, high = places.min(axis=0), places.max(axis=0)
+    thin = high - low < THINNEST_M
+    low = np.where(thin, 0.5 * (low + high - THINNEST_M), low)
+    return OpeningExtent(axes, low, np.where(thin, THINNEST_M, high - low))
+
+
+def opening_box(room: Room, opening: Opening, meshes: Sequence[Mesh]) -> NDArray[np.float32]:
+    """Return the map (3, 4) from the world to the box about a door or window."""
+    return _map(*opening_extent(room, opening, np.concatenate([mesh.vertices for mesh in meshes]).astype(np.float64)))
 
 
 def room_box(room: Room) -> NDArray[np.float32]:

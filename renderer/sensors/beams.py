@@ -21,7 +21,7 @@ from renderer.camera.cameras import PosedCamera
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
 from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16, occluded16
-from renderer.core.kernel import entry, kernel
+from renderer.core.kernel import entry, inlined, kernel
 from renderer.path import surface_tables as st
 from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import lift_height
@@ -157,55 +157,99 @@ def _meet(
     beams: Beams,
 ) -> bool:
     """Take what the beam of lane k has hit: write what returns, or send it on and return True."""
-    real, integer = rays.real, rays.integer
-    if integer[ray.GEOM_ID + k] == INVALID_ID:
+    if rays.integer[ray.GEOM_ID + k] == INVALID_ID:
         rays.alive[k] = 0
         return False
-    part = surfaces.face_part[integer[ray.PRIM_ID + k]]
+    part = surfaces.face_part[rays.integer[ray.PRIM_ID + k]]
     at = np.int64(part) * st.ROW_SIZE
     table = surfaces.materials
     if table[at + st.PORTAL] > _ZERO:
         rays.alive[k] = 0
         beams.color[y, x, 0] = beams.color[y, x, 1] = np.float32(2.0)
         return False
-    # Where, and on which side.
+    _find_place(camera, k, rays, lanes, state)
+    _find_material(surfaces, part, at, k, rays, lanes)
+    clear = table[at + st.TRANSMISSION]
+    mirror = lanes[ln.METALLIC + k] > _HALF and lanes[ln.ROUGHNESS + k] < _SMOOTH
+    if clear > _HALF or mirror:
+        _send_on(mirror, clear, k, rays, lanes, state)
+        return True
+    shines = table[at + st.EMISSION] + table[at + st.EMISSION + 1] + table[at + st.EMISSION + 2] > _ZERO
+    rays.alive[k] = 0
+    _write_return(camera, clear, shines, x, y, k, lanes, state, beams)
+    return False
+
+
+@inlined
+def _find_place(camera: PosedCamera, k: int, rays: Packet, lanes: NDArray[np.float32], state: NDArray[np.float32]) -> None:
+    """Write the point of lane k, its normal towards the beam, the cosine there, and how far and wide the beam is by then."""
+    real = rays.real
     t = real[ray.TFAR + k]
     dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
     nx, ny, nz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
     scale = _ONE / max(np.sqrt(nx * nx + ny * ny + nz * nz), _TINY)
     cosine = -(nx * dx + ny * dy + nz * dz) * scale
     scale = -scale if cosine < _ZERO else scale
-    nx, ny, nz, cosine = nx * scale, ny * scale, nz * scale, max(abs(cosine), np.float32(1e-4))
-    px, py, pz = real[ray.ORG_X + k] + t * dx, real[ray.ORG_Y + k] + t * dy, real[ray.ORG_Z + k] + t * dz
+    lanes[ln.NG_X + k], lanes[ln.NG_Y + k], lanes[ln.NG_Z + k] = nx * scale, ny * scale, nz * scale
+    lanes[ln.COS_FRONT + k] = max(abs(cosine), np.float32(1e-4))
+    lanes[ln.P_X + k] = real[ray.ORG_X + k] + t * dx
+    lanes[ln.P_Y + k] = real[ray.ORG_Y + k] + t * dy
+    lanes[ln.P_Z + k] = real[ray.ORG_Z + k] + t * dz
     state[_WAY + k] += t
     lanes[ln.WIDTH + k] += t / camera.focal_px
-    # The material.
+
+
+@inlined
+def _find_material(surfaces: Surfaces, part: int, at: np.int64, k: int, rays: Packet, lanes: NDArray[np.float32]) -> None:
+    """Write the base colour, roughness and metalness of lane k, texture included; ``at``: where the row of its part begins."""
+    table = surfaces.materials
     lanes[ln.BASE_R + k], lanes[ln.BASE_G + k], lanes[ln.BASE_B + k] = table[at + st.BASE], table[at + st.BASE + 1], table[at + st.BASE + 2]
     lanes[ln.ROUGHNESS + k], lanes[ln.METALLIC + k] = table[at + st.ROUGHNESS], table[at + st.METALLIC]
-    lanes[ln.COS_FRONT + k] = cosine
-    lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k] = nx, ny, nz
+    lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k] = lanes[ln.NG_X + k], lanes[ln.NG_Y + k], lanes[ln.NG_Z + k]
     texture = surfaces.textures.part[part]
     if texture >= 0:
         apply_texture(surfaces.textures, texture, rays, k, lanes)
+
+
+@inlined
+def _send_on(mirror: bool, clear: np.float32, k: int, rays: Packet, lanes: NDArray[np.float32], state: NDArray[np.float32]) -> None:
+    """Let the beam of lane k go on from a mirror or through glass of transmission ``clear``."""
+    real = rays.real
+    px, py, pz = lanes[ln.P_X + k], lanes[ln.P_Y + k], lanes[ln.P_Z + k]
+    nx, ny, nz = lanes[ln.NG_X + k], lanes[ln.NG_Y + k], lanes[ln.NG_Z + k]
+    side = lift_height(px, py, pz)
+    if mirror:
+        fold = np.float32(2.0) * lanes[ln.COS_FRONT + k]
+        real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k] = (
+            real[ray.DIR_X + k] + fold * nx,
+            real[ray.DIR_Y + k] + fold * ny,
+            real[ray.DIR_Z + k] + fold * nz,
+        )
+        state[_THROUGHPUT + k] *= lanes[ln.BASE_R + k] * lanes[ln.BASE_R + k]
+    else:
+        side = -side
+        state[_THROUGHPUT + k] *= clear * clear * _GLASS_PASS
+    state[_CLEAN + k] = _ZERO
+    real[ray.ORG_X + k], real[ray.ORG_Y + k], real[ray.ORG_Z + k] = px + side * nx, py + side * ny, pz + side * nz
+    real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, _INFINITE
+    rays.integer[ray.GEOM_ID + k] = INVALID_ID
+
+
+@inlined
+def _write_return(
+    camera: PosedCamera,
+    clear: np.float32,
+    shines: bool,
+    x: int,
+    y: int,
+    k: int,
+    lanes: NDArray[np.float32],
+    state: NDArray[np.float32],
+    beams: Beams,
+) -> None:
+    """Write to pixel (x, y) what the surface sends back along the beam of lane k; what ``shines`` itself is brighter than any base."""
     red, green, blue = lanes[ln.BASE_R + k], lanes[ln.BASE_G + k], lanes[ln.BASE_B + k]
-    metallic, rough, clear = lanes[ln.METALLIC + k], lanes[ln.ROUGHNESS + k], table[at + st.TRANSMISSION]
-    lift = lift_height(px, py, pz)
-    mirror = metallic > _HALF and rough < _SMOOTH
-    if clear > _HALF or mirror:
-        side = lift if mirror else -lift
-        if mirror:
-            fold = np.float32(2.0) * cosine
-            dx, dy, dz = dx + fold * nx, dy + fold * ny, dz + fold * nz
-            state[_THROUGHPUT + k] *= red * red
-        else:
-            state[_THROUGHPUT + k] *= clear * clear * _GLASS_PASS
-        state[_CLEAN + k] = _ZERO
-        real[ray.ORG_X + k], real[ray.ORG_Y + k], real[ray.ORG_Z + k] = px + side * nx, py + side * ny, pz + side * nz
-        real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k] = dx, dy, dz
-        real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, _INFINITE
-        integer[ray.GEOM_ID + k] = INVALID_ID
-        return True
-    # What returns.
+    metallic, rough, cosine = lanes[ln.METALLIC + k], lanes[ln.ROUGHNESS + k], lanes[ln.COS_FRONT + k]
     alpha2 = max(rough * rough, np.float32(1e-3))
     alpha2 *= alpha2
     c2 = cosine * cosine
@@ -213,20 +257,19 @@ def _meet(
     masking = np.float32(2.0) * cosine / (cosine + np.sqrt(alpha2 + (_ONE - alpha2) * c2))
     gloss = (_GLOSS + (red - _GLOSS) * metallic) * alpha2 / (base * base) * masking / (np.float32(4.0) * c2)
     matt = (_ONE - metallic) * (_ONE - clear) * red
-    rays.alive[k] = 0
     beams.distance[y, x], beams.cosine[y, x] = state[_WAY + k], cosine
     beams.reflectance[y, x] = (matt + gloss) * state[_THROUGHPUT + k]
-    shine = table[at + st.EMISSION] + table[at + st.EMISSION + 1] + table[at + st.EMISSION + 2] > _ZERO
-    beams.color[y, x, 0] = np.float32(2.0) if shine else np.float32(0.2126) * red + np.float32(0.7152) * green + np.float32(0.0722) * blue
-    beams.color[y, x, 1] = np.float32(2.0) if shine else red * (_ONE - np.float32(0.5) * metallic)
+    beams.color[y, x, 0] = np.float32(2.0) if shines else np.float32(0.2126) * red + np.float32(0.7152) * green + np.float32(0.0722) * blue
+    beams.color[y, x, 1] = np.float32(2.0) if shines else red * (_ONE - np.float32(0.5) * metallic)
     r, clean = camera.rotation, state[_CLEAN + k]
-    beams.normal[y, x, 0] = clean * (r[0, 0] * nx + r[1, 0] * ny + r[2, 0] * nz)
-    beams.normal[y, x, 1] = clean * (r[0, 1] * nx + r[1, 1] * ny + r[2, 1] * nz)
-    beams.normal[y, x, 2] = clean * (r[0, 2] * nx + r[1, 2] * ny + r[2, 2] * nz)
-    beams.world_normal[y, x, 0], beams.world_normal[y, x, 1], beams.world_normal[y, x, 2] = nx, ny, nz
-    beams.point[y, x, 0], beams.point[y, x, 1], beams.point[y, x, 2] = px + lift * nx, py + lift * ny, pz + lift * nz
+    nx, ny, nz = lanes[ln.NG_X + k], lanes[ln.NG_Y + k], lanes[ln.NG_Z + k]
+    lift = lift_height(lanes[ln.P_X + k], lanes[ln.P_Y + k], lanes[ln.P_Z + k])
+    for axis in range(3):
+        beams.normal[y, x, axis] = clean * (r[0, axis] * nx + r[1, axis] * ny + r[2, axis] * nz)
+        normal = lanes[ln.NG_X + LANES * axis + k]
+        beams.world_normal[y, x, axis] = normal
+        beams.point[y, x, axis] = lanes[ln.P_X + LANES * axis + k] + lift * normal
     beams.lit[y, x] = 1
-    return False
 
 
 @kernel

@@ -183,7 +183,8 @@ class _Frames:
             renderer = stack.enter_context(Renderer(flat, camera, render, scene_key(scene), **sensors))
             annotator = None
             if streams.annotations:
-                annotator = stack.enter_context(Annotator(flat, scene, camera, masks=streams.annotation_masks, portable=render.portable))
+                told = {"masks": streams.annotation_masks, "portable": render.portable, "classes": streams.semantic_classes}
+                annotator = stack.enter_context(Annotator(flat, scene, camera, **told))
             self._renderers[key] = _Room(renderer, annotator, stack)
         return self._renderers[key]
 

@@ -13,7 +13,7 @@ from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CompressedImage, Image
 
 from renderer import LAYERS
-from renderer.film.layers import Layer
+from renderer.film.layer import Layer
 from scene_synth_ros.bags.bag_reader import BagMessage
 from scene_synth_ros.messages.conversions import msg_to_image
 from scene_synth_ros.messages.image_codec import COMPRESSED_TYPE, IMAGE_TYPE, CodecError, depth_from_codes, split_depth

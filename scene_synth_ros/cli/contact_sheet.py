@@ -12,7 +12,7 @@ from PIL import ImageDraw, ImageFont
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import String
 
-from renderer.film.layers import Layer
+from renderer.film.layer import Layer
 from renderer.film.semantic_rows import layers_in
 from scene_description.label_standards import STANDARDS, StandardName
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader

@@ -6,7 +6,8 @@ import argparse
 import sys
 from collections.abc import Iterable, Sequence
 
-from renderer.film.layers import LAYERS, Layer
+from renderer.film.layer import Layer
+from renderer.film.layers import LAYERS
 from scene_synth_ros.messages.conversions import layer_encoding
 from scene_synth_ros.messages.frame_messages import has_companion
 from scene_synth_ros.messages.image_codec import compressed_topic

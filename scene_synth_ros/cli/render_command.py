@@ -24,6 +24,7 @@ from renderer.lidar.scanner import Scanner
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from renderer.scene.semantic_classes import with_classes
+from renderer.standpoint import standpoint
 from scene_description import CameraPose, EnvironmentMap, SceneDescription, scene_from_json
 from scene_description.annotations import annotations_to_json
 from scene_description.label_standards import STANDARDS, StandardName
@@ -96,15 +97,20 @@ def run(arguments: argparse.Namespace) -> int:
     path = mounted_path(settings.camera, scene.camera_path)
     (arguments.out / "trajectory.txt").write_text(trajectory_to_tum(path[: len(poses)]), encoding="utf-8")
     (arguments.out / "labels.json").write_text(_labels(scene, layers, standard), encoding="utf-8")
-    _report(0, len(poses), 0.0)
     told: list[CocoImage] = []
     sensors = {"sensor": settings.sensor, "depth_sensor": settings.depth_sensor}
     with ExitStack() as room:
         renderer = room.enter_context(Renderer(flat, settings.camera, settings.render, key, **sensors))
+        places = [standpoint(renderer.tree, flat, scene, pose.position_m) for pose in path[: len(poses)]]
+        if any(places):
+            sys.stderr.write(f"scene_synth render: warning: {_misplaced(places)}\n")
+        _report(0, len(poses), 0.0)
         annotator = None
         if arguments.annotations or arguments.coco:
             portable = settings.render.portable
-            annotator = room.enter_context(Annotator(flat, scene, settings.camera, masks=arguments.coco, portable=portable))
+            annotator = room.enter_context(
+                Annotator(flat, scene, settings.camera, masks=arguments.coco, portable=portable, classes=standard)
+            )
         if arguments.scan or settings.scan.enabled:
             write_scans(
                 arguments.out, list(Scanner(renderer.tree, flat, settings.scan, key).along(scene.camera_path)), settings.scan, scene
@@ -120,7 +126,7 @@ def run(arguments: argparse.Namespace) -> int:
                 told.append(CocoImage(f"{base.name}_color.png", frame.annotations))
             _report(index + 1, len(poses), time.monotonic() - began)
     if arguments.coco:
-        (arguments.out / _COCO).write_text(json.dumps(coco_instances(told)), encoding="utf-8")
+        (arguments.out / _COCO).write_text(json.dumps(coco_instances(told, standard)), encoding="utf-8")
     sys.stderr.write("\n")
     return 0
 
@@ -170,6 +176,13 @@ def _read_trajectory(path: Path) -> Sequence[CameraPose]:
     if path.stat().st_size > MAX_TEXT_LENGTH:
         raise UsageError(f"{path}: expected at most {MAX_TEXT_LENGTH} bytes, got {path.stat().st_size}")
     return trajectory_from_tum(path.read_text(encoding="utf-8"), str(path))
+
+
+def _misplaced(places: Sequence[str]) -> str:
+    """Return one line about the frames that are not seen from within the room; ``places``: where each camera is, empty if it is there."""
+    odd = [index for index, place in enumerate(places) if place]
+    more = f", and {len(odd) - 1} more of {len(places)} frames from outside the room or inside something" if len(odd) > 1 else ""
+    return f"frame {odd[0]} is seen from {places[odd[0]]}{more}"
 
 
 def _report(done: int, count: int, seconds: float) -> None:

@@ -20,7 +20,7 @@ from renderer.camera.cameras import intrinsics
 from renderer.camera.config import CameraConfig
 from renderer.camera.lenses import LENSES
 from renderer.camera.rig import stereo_shift_m
-from renderer.film.layers import Layer
+from renderer.film.layer import Layer
 from scene_description import NYU40, CameraPose, SceneDescription
 from scene_description.label_standards import StandardName
 from scene_description.labels import LabelTable

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from renderer.camera.config import CameraConfig
 from renderer.camera.rig import mounted_path
 from renderer.film.frame import Frame
-from renderer.film.layers import LAYERS, ROWS, Layer
+from renderer.film.layer import Layer
+from renderer.film.layers import LAYERS, ROWS
 from renderer.film.semantic_rows import layers_in
 from scene_description import CameraPose, Limits, SceneDescription
 from scene_description.label_standards import StandardName

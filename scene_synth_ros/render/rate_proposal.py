@@ -1,12 +1,11 @@
 """Which setting would about hold a rate, from how long frames take: a plain model of their time, and settings in the order of what is lost.
 
-    time = pixels * (rest + denoising + samples * sampling(depth))
+    time = pixels * (rest + denoising + samples * sampling)
 
-``rest``, ``denoising`` and ``sampling`` are measured, each for a pixel of the frames that are too slow.  Two things are supposed: that
-everything goes with the pixels, and that a path of 3 segments takes :data:`SHORT_PATH` of the time of one of 6 or more.  In four furnished
-rooms, at 640x480 and 320x240, processor time went with the pixels within 15 %, with and without denoising, and with the samples within 8 %;
-paths of 3 segments, with the preset ``stream``, took 0.52 to 0.67 of the time of those of 6.  Other rooms and views differ more, so a
-proposal is "about".
+``rest``, ``denoising`` and ``sampling`` are measured, each for a pixel of the frames that are too slow.  It is supposed that everything
+goes with the pixels.  In four furnished rooms, at 640x480 and 320x240, processor time went with the pixels within 15 %, with and without
+denoising, and with the samples within 8 %.  Other rooms and views differ more, so a proposal is "about".  Shorter paths are never proposed:
+they lose light.
 """
 
 from __future__ import annotations
@@ -17,7 +16,6 @@ from typing import NamedTuple
 
 from renderer import CameraConfig
 
-SHORT_DEPTH, LONG_DEPTH, SHORT_PATH = 3, 6, 0.65
 MARGIN = 0.9
 """Share of a period that a frame may take."""
 LEAST_PIXELS = 0.25
@@ -46,7 +44,6 @@ class Quality(NamedTuple):
 
     samples: int
     """Per pixel; 0 without sampled layers."""
-    depth: int
     denoised: bool
     width: int
     height: int
@@ -54,7 +51,6 @@ class Quality(NamedTuple):
 
 _PARAMETERS = {
     "samples": "render.samples_per_pixel",
-    "depth": "render.max_depth",
     "denoised": "render.denoise",
     "width": "camera.width",
     "height": "camera.height",
@@ -64,8 +60,7 @@ _PARAMETERS = {
 def proposed_settings(measured: FrameTime, quality: Quality, period_s: float, *, resizable: bool = True) -> str:
     """Return parameters with values that would about hold a rate, with commas between; empty if only a lower rate does.
 
-    Fewer samples are tried first, then one sample of short paths as in the preset ``stream``, then no denoising, then a smaller image of
-    the same shape; each keeps what was given up before.
+    Fewer samples are tried first, then no denoising, then a smaller image of the same shape; each keeps what was given up before.
 
     Args:
         measured: a typical frame.
@@ -90,7 +85,7 @@ def proposed_rate_hz(measured: FrameTime) -> float:
 def predicted_s(measured: FrameTime, quality: Quality, less: Quality) -> float:
     """Return how long a frame of lower quality would about take (s)."""
     pixels = less.width * less.height / (quality.width * quality.height)
-    sampling = measured.sampling_s * less.samples / max(quality.samples, 1) * _path_time(less.depth) / _path_time(quality.depth)
+    sampling = measured.sampling_s * less.samples / max(quality.samples, 1)
     denoising = measured.denoising_s if less.denoised else 0.0
     rest = measured.total_s - measured.sampling_s - measured.denoising_s
     return pixels * (sampling + denoising + rest)
@@ -108,8 +103,6 @@ def _lesser(measured: FrameTime, quality: Quality, budget_s: float, resizable: b
         fitting = int(left_s / measured.sampling_s * quality.samples) if measured.sampling_s else 1
         quality = quality._replace(samples=min(max(fitting, 1), quality.samples))
         yield quality
-        quality = quality._replace(samples=1, depth=min(quality.depth, SHORT_DEPTH))
-        yield quality
         quality = quality._replace(denoised=False)
         yield quality
     if resizable:
@@ -125,9 +118,3 @@ def _smaller_sizes(width: int, height: int) -> Iterator[tuple[int, int]]:
         if first >= least + 2 or grid == 1:
             yield from ((step_w * count, step_h * count) for count in range(first, least - 1, -1))
             return
-
-
-def _path_time(depth: int) -> float:
-    """Return the time of a path of so many segments, in that of one of 6 or more; straight between the two that were measured."""
-    between = (min(max(depth, SHORT_DEPTH), LONG_DEPTH) - SHORT_DEPTH) / (LONG_DEPTH - SHORT_DEPTH)
-    return SHORT_PATH + (1.0 - SHORT_PATH) * between

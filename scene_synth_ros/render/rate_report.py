@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from renderer import RenderConfig
 from renderer.film.frame import Frame
-from renderer.film.layers import COLOR_LAYERS
 from scene_synth_ros.render.rate_proposal import FrameTime, Quality, is_resizable
 from scene_synth_ros.render.rate_watch import Finding, RateWatch, held_line, late_line
 from scene_synth_ros.render.renderer_config import RendererNodeConfig
@@ -28,8 +26,8 @@ class RateReport:
         self.waiting_s = self.publishing_s = 0.0
         self._watch, self._late_line = RateWatch(), ""
 
-    def take(self, frame: Frame, seconds: float, period_s: float, render: RenderConfig) -> None:
-        """Take how long a frame took to render, with the publishing of the one before; ``render``: what it was rendered with."""
+    def take(self, frame: Frame, seconds: float, period_s: float) -> None:
+        """Take how long a frame took to render, with the publishing of the one before."""
         times = FrameTime(seconds, frame.sampling_s, frame.denoising_s, self.publishing_s, self.waiting_s)
         is_news = self._watch.take(frame.layers, period_s, times)
         finding, logger = self._watch.finding, self._node.get_logger()
@@ -41,8 +39,7 @@ class RateReport:
                 logger.info(held_line(finding))
             return
         camera = self._settings["camera"]
-        depth = render.max_depth if any(name in COLOR_LAYERS for name in frame.layers) else 1
-        quality = Quality(frame.samples, depth, frame.denoising_s > 0.0, camera.width, camera.height)
+        quality = Quality(frame.samples, frame.denoising_s > 0.0, camera.width, camera.height)
         self._late_line = late_line(finding, quality, is_resizable(camera))
         if is_news:
             logger.warning(self._late_line)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 
+from scene_synth_ros.render.camera_place import IN_THE_ROOM
 from scene_synth_ros.render.camera_requests import CameraRequests
 from scene_synth_ros.render.output import Output
 from scene_synth_ros.render.rendering import Rendering
@@ -46,6 +47,7 @@ class RendererReport:
             "layers": ", ".join(sorted(self._output.wanted_layers())),
             "exposure_ev100": shown.ev100,
             "white_xy": "{:.3f} {:.3f}".format(*shown.white_xy),
+            "camera_place": rendering.place.now,
             "driven": self._requests.driven,
             "last_complaint": last_warning,
         }
@@ -55,4 +57,6 @@ class RendererReport:
             return WARN, "compiling kernels", values
         if late_line:
             return WARN, late_line, values
+        if rendering.place.now != IN_THE_ROOM:
+            return WARN, f"the camera is {rendering.place.now}", values
         return OK, "rendering", values

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import time
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from contextlib import ExitStack
 from pathlib import Path
 
@@ -18,9 +18,11 @@ from renderer.lidar.scanner import Scanner
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from renderer.scene.semantic_classes import with_classes
+from renderer.standpoint import standpoint
 from scene_description import CameraPose, SceneDescription, SceneSynthError, error_line, scene_from_json
 from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_to_json
+from scene_synth_ros.render.camera_place import CameraPlace
 from scene_synth_ros.render.camera_requests import CameraRequests
 from scene_synth_ros.render.inbox import Inbox
 from scene_synth_ros.render.output import Output
@@ -43,7 +45,7 @@ class Rendering:
 
     Threading: :meth:`run` is the rendering thread, and every other method is called in it.  The executor's thread makes this object and
     reads its attributes: ``warm``, ``scene`` and the counts are replaced as a whole; ``meter``, ``throughput`` and ``rate`` guard
-    themselves, as do ``inbox``, ``output`` and ``requests``.
+    themselves, as do ``inbox``, ``output``, ``requests`` and ``place``.
 
     Args:
         node: whose ``warn``, ``refuse``, ``faults`` and ``active`` are used.
@@ -60,6 +62,7 @@ class Rendering:
         meter: knows the exposure.
         throughput: frames, samples and rays a second.
         rate: whether frames keep up with their rate, in real time.
+        place: whether frames are seen from within the room.
     """
 
     def __init__(self, node: SuiteNode, settings: Parameters, inbox: Inbox, output: Output, requests: CameraRequests) -> None:
@@ -71,7 +74,8 @@ class Rendering:
         self.warm, self.skipped, self.refused = False, 0, 0
         self.scene: SceneDescription | None = None
         self.meter, self.throughput = RoomMeter(settings), Throughput()
-        self.rate = RateReport(node, settings)
+        self.rate, self.place = RateReport(node, settings), CameraPlace(node.get_logger())
+        self._standpoint: Callable[[CameraPose], str] = lambda pose: ""
         self._render_config: RenderConfig = settings["render"]
         self._scan_config: ScanConfig = settings["scan"]
         self._scans: RoomScans | None = None
@@ -146,7 +150,8 @@ class Rendering:
 
             def make_annotator() -> Annotator:
                 masks, portable = self._settings["streams"].annotation_masks, self._render_config.portable
-                return room.enter_context(Annotator(flat(), scene, camera, masks=masks, portable=portable))
+                classes = streams.semantic_classes
+                return room.enter_context(Annotator(flat(), scene, camera, masks=masks, portable=portable, classes=classes))
 
             renderer = RoomRenderer(make, make_annotator)
             if not self._pace().realtime:  # else a room that nobody looks at is not even made
@@ -154,6 +159,8 @@ class Rendering:
             self._on_path, self._room_began_s = True, time.perf_counter()
             self._output.streams.begin_room(scene)
             self._requests.begin_room()
+            self.place.begin_room()
+            self._standpoint = lambda pose: standpoint(renderer.prepare().tree, flat(), scene, pose.position_m)
             self.meter.begin_room(scene, flat, self._render_config)
             scan = self._scan_config
             self._scans = RoomScans(
@@ -198,6 +205,8 @@ class Rendering:
         self._wait_for_recorders()
         self.rate.waiting_s = time.perf_counter() - began
         began = time.perf_counter()
+        if frame.layers:
+            self.place.take(self.scene, pose, self._standpoint)
         self._publish_scans(pose.stamp_ns)
         settings = FrameSettings(
             stamp_ns=pose.stamp_ns,
@@ -232,7 +241,7 @@ class Rendering:
 
     def rendered(self, frame: Frame, seconds: float, period_s: float) -> None:
         """Take how long a frame took, in real time."""
-        self.rate.take(frame, seconds, period_s, self._render_config)
+        self.rate.take(frame, seconds, period_s)
 
     def skip(self) -> None:
         """Count a frame that is left out because it would be late."""

@@ -52,6 +52,14 @@ def test_a_room_is_metered_the_same_whatever_the_threads() -> None:
     assert first == second
 
 
+def test_a_room_is_metered_the_same_whatever_its_pictures_lose() -> None:
+    """Walls that glow with 1 cd/m2 and reflect four fifths: 1 / (1 - 0.8) = 5 in every direction, 2.3 EV more than what they emit."""
+    room = scene(box((-2, -2, 0), (2, 2, 2), inside=True, color=(0.8, 0.8, 0.8), emission=(1.0, 1.0, 1.0)))
+    quick = RenderConfig(threads=1, max_depth=2, clamp=0.5, caustic_blur=1.0)
+    first, second = (meter(room, CAMERA, config, 5, [VIEW]).ev100 for config in (quick, RenderConfig(threads=1)))
+    assert first == second == pytest.approx(math.log2(100.0 / METER_CONSTANT * 5.0), abs=1 / 8)
+
+
 def test_what_is_not_metered_is_as_configured() -> None:
     metered = Exposure(3.0, (0.45, 0.41))
     fixed = RenderConfig(exposure_ev100=7.0, white_balance="none")

@@ -195,10 +195,10 @@ def change(flat, table, field, index, value):
 @pytest.mark.parametrize(
     ("table", "field", "index", "value", "message"),
     [
-        ("mesh", "vertices", (30, 1), math.nan, "mesh.vertices: expected finite numbers, got .* at vertex 30 of part '2/lamp'"),
-        ("mesh", "vertices", (60, 0), math.inf, "at vertex 60 of part '3/bed'|of part '4/wardrobe'"),
+        ("mesh", "vertices", (46, 1), math.nan, "mesh.vertices: expected finite numbers, got .* at vertex 46 of part '2/lamp'"),
+        ("mesh", "vertices", (76, 0), math.inf, "at vertex 76 of part '3/bed'|of part '4/wardrobe'"),
         ("mesh", "normals", (0, 0), math.nan, "mesh.normals: expected finite numbers, got .* of part '0/shell'"),
-        ("mesh", "faces", (3, 2), 10**6, r"mesh.faces: expected indices in \[0, 124\), got 0 to 1000000"),
+        ("mesh", "faces", (3, 2), 10**6, r"mesh.faces: expected indices in \[0, 140\), got 0 to 1000000"),
         ("parts", "material", 2, -1, r"parts.material: expected indices in \[0, 6\), got -1"),
         ("parts", "emission", (1, 1), math.nan, "parts.emission: expected finite numbers"),
         ("parts", "emission", (1, 1), -1, "parts.emission: expected finite numbers in .*, got -1"),
@@ -214,7 +214,7 @@ def test_faulty_scenes_are_refused(table, field, index, value, message):
 
 def test_wrong_shapes_are_refused():
     flat = furnished_room()
-    with pytest.raises(RenderError, match=r"face_part: expected int32 \(62,\), got int64 \(62,\)"):
+    with pytest.raises(RenderError, match=r"face_part: expected int32 \(68,\), got int64 \(68,\)"):
         render(flat._replace(face_part=flat.face_part.astype(np.int64)))
     with pytest.raises(RenderError, match="face_part: expected indices"):
         render(flat._replace(face_part=flat.face_part + 1))

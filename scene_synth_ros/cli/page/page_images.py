@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from PIL import Image as Picture
 
 from renderer.film.false_color import DIRECTION, DISTANCE
-from renderer.film.layers import Layer
+from renderer.film.layer import Layer
 from scene_description import SceneSynthError
 from scene_synth_ros.cli.bag_images import layer_picture
 

@@ -55,3 +55,12 @@ def test_the_file_loads_in_pycocotools_and_its_masks_are_the_pixels(tmp_path):
 def test_a_file_needs_masks():
     with pytest.raises(RenderError, match=r"^COCO: expected masks, got none of object 2"):
         coco_instances([CocoImage("frame.png", annotated(CRATES, VIEWS[0]).annotations)])
+
+
+def test_classes_are_those_of_the_standard_that_is_asked_for():
+    frame = annotated(CRATES, VIEWS[0], masks=True, classes="coco")
+    told = {item.id: (item.label, item.label_name) for item in frame.annotations.objects}
+    assert told == {2: (65, "bed"), 7: (0, "void")}
+    data = coco_instances([CocoImage("frame.png", frame.annotations)], "coco")
+    names = {row["id"]: row["name"] for row in data["categories"]}
+    assert [names[row["category_id"]] for row in data["annotations"]] == ["bed", "void"] and names[1] == "person"

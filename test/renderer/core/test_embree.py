@@ -22,6 +22,7 @@ from renderer.core.embree import (
     MASK,
     NG_X,
     ORG_X,
+    PASS_PANES,
     PRIM_ID,
     TFAR,
     TNEAR,
@@ -79,8 +80,9 @@ def load(packet: Packet, origins: np.ndarray, directions: np.ndarray) -> None:
     packet.integer[GEOM_ID:][:LANES] = INVALID_ID
 
 
-def trace_all(handle: SceneHandle, origins: np.ndarray, directions: np.ndarray, coherent: bool) -> dict[str, np.ndarray]:
+def trace_all(handle: SceneHandle, origins: np.ndarray, directions: np.ndarray, coherent: bool, mask: int = 0xFFFFFFFF) -> dict:
     packet, rows = make_packet(), {name: [] for name in ("tfar", "primID", "u", "v", "Ng")}
+    packet.integer[MASK : MASK + LANES] = mask
     for start in range(0, len(origins), LANES):
         load(packet, origins[start : start + LANES], directions[start : start + LANES])
         cast16(handle, packet, False, coherent)
@@ -144,6 +146,25 @@ def test_single_rays_and_occlusion_agree_with_packets():
                 elif expected["primID"][i] >= 0:
                     assert ray.view(np.uint32)[17] == expected["primID"][i]
                     assert ray[8] == pytest.approx(expected["tfar"][i], rel=1e-4)
+
+
+@pytest.mark.parametrize("watertight", [True, False])
+def test_panes_stop_only_rays_that_meet_all(watertight):
+    """With every third triangle a pane, other rays hit what the rest of the mesh alone has, under the same numbers."""
+    mesh = triangle_soup()
+    panes = np.arange(len(mesh.faces)) % 3 == 0
+    origins, directions = random_rays(2048)
+    with EmbreeScene(mesh.vertices, mesh.faces, watertight=watertight) as whole:
+        everything = trace_all(whole.handle, origins, directions, False)
+    with EmbreeScene(mesh.vertices, mesh.faces[~panes], watertight=watertight) as rest:
+        others = trace_all(rest.handle, origins, directions, False)
+    with EmbreeScene(mesh.vertices, mesh.faces, panes=panes, watertight=watertight) as scene:
+        meeting = trace_all(scene.handle, origins, directions, False)
+        passing = trace_all(scene.handle, origins, directions, False, int(PASS_PANES))
+    numbers = np.append(np.flatnonzero(~panes), -1)
+    assert np.array_equal(meeting["primID"], everything["primID"]) and np.array_equal(meeting["tfar"], everything["tfar"])
+    assert np.array_equal(passing["primID"], numbers[others["primID"]]) and np.array_equal(passing["tfar"], others["tfar"])
+    assert 200 < (meeting["primID"] != passing["primID"]).sum()
 
 
 def test_dead_lanes_are_left_alone():

@@ -20,7 +20,7 @@ from renderer.scene.flat_scene import FlatScene
 from renderer.scene.flatten import flatten
 from renderer.textures.apply import AppliedTexture
 from renderer.textures.tile import TextureTile
-from scene_description import FileReading, Material, SceneDescription, Texture
+from scene_description import FileReading, Luminaire, Material, SceneDescription, Texture
 from scene_description.labels import part_ids
 from scene_description.poses import world_from_optical
 
@@ -119,12 +119,36 @@ def test_lamps_keep_their_flux(flat: FlatScene, glb: bytes) -> None:
     luminance = light["intensity"] * np.dot(light["color"], (0.2126, 0.7152, 0.0722))
     assert math.isclose(4.0 * math.pi * luminance, 400.0, rel_tol=1e-9)
     node = next(item for item in tree["nodes"] if "KHR_lights_punctual" in item.get("extensions", {}))
-    assert node["name"] == "table_lamp_5/light" and 0.0 < node["translation"][2] < 0.4
-    assert np.allclose(node["translation"][:2], 0.0, atol=0.01)
+    assert (light["name"], node["name"]) == ("table_lamp_5/shade", "table_lamp_5/shade/light") and 0.0 < node["translation"][2] < 0.4
+    assert np.allclose(node["translation"][:2], 0.0, atol=0.01) and light["type"] == "point"
     (glow,) = (item for item in tree["materials"] if "emissiveFactor" in item)
     strength = glow["extensions"]["KHR_materials_emissive_strength"]["emissiveStrength"]
     row = flat.part_names.index("5/shade")
     assert np.allclose(np.array(glow["emissiveFactor"]) * strength, flat.parts.emission[row], rtol=1e-6)
+
+
+def test_luminaires_are_lights_of_their_own(scene: SceneDescription) -> None:
+    """A spot that leans, a bulb, and one that is off: two more lights, with their names, axes and flux; no ball has the floor's looks."""
+    lamp = Luminaire(kind="spot", position_m=(2.0, 1.0, 2.4), flux_lm=600.0, color_temperature_k=3000.0, color=(1.0, 0.8, 0.5))
+    bulb = replace(lamp, kind="point", flux_lm=800.0, position_m=(1.0, 1.0, 2.0))
+    shown = replace(scene, luminaires=(replace(lamp, direction=(0.6, 0.0, -0.8)), bulb, replace(lamp, on=False)))
+    tree = tree_of(scene_to_glb(shown, flatten(shown), CameraConfig()))
+    lights = {item["name"]: item for item in tree["extensions"]["KHR_lights_punctual"]["lights"]}
+    assert set(lights) == {"table_lamp_5/shade", "room/luminaire_0", "room/luminaire_1"}
+    nodes = {node["name"]: node for node in tree["nodes"]}
+    spot, node = lights["room/luminaire_0"], nodes["room/luminaire_0/light"]
+    assert spot["type"] == "spot" and node["translation"] == [2.0, 1.0, 2.4] and spot["color"] == [1.0, 0.8, 0.5]
+    x, y, z, w = node["rotation"]
+    axis = trimesh.transformations.quaternion_matrix([w, x, y, z])[:3, :3] @ (0.0, 0.0, -1.0)
+    assert np.allclose(axis, (0.6, 0.0, -0.8), atol=1e-12)
+    inner, outer = (math.cos(spot["spot"][name]) for name in ("innerConeAngle", "outerConeAngle"))
+    candela = np.dot(spot["color"], (0.2126, 0.7152, 0.0722)) * spot["intensity"]
+    assert math.isclose(candela * 2.0 * math.pi * (1.0 - inner + (inner - outer) / 3.0), 600.0, rel_tol=1e-9)
+    assert lights["room/luminaire_1"]["type"] == "point" and "rotation" not in nodes["room/luminaire_1/light"]
+    looks = [tree["materials"][tree["meshes"][nodes[f"room/luminaire_{i}"]["mesh"]]["primitives"][0]["material"]] for i in range(3)]
+    assert {look["name"] for look in looks} == {"luminaire"} and nodes["room/luminaire_0"]["extras"]["material"] == "luminaire"
+    assert np.allclose([look["emissiveFactor"] for look in looks], [(1.0, 0.8, 0.5), (1.0, 0.8, 0.5), (0.0, 0.0, 0.0)], atol=1e-6)
+    assert not any("extensions" in look for look in looks)
 
 
 def test_the_camera_sees_what_ours_sees(scene: SceneDescription, glb: bytes) -> None:

@@ -3,6 +3,7 @@
 import math
 import re
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from io import BytesIO
 
 import numpy as np
@@ -13,7 +14,7 @@ from sample_scene import sample_scene
 from renderer.export.sdf import SdfWorld, scene_to_sdf
 from renderer.scene.flat_scene import FlatScene
 from renderer.scene.flatten import flatten
-from scene_description import SceneDescription
+from scene_description import Luminaire, SceneDescription
 
 
 @pytest.fixture(scope="module")
@@ -71,6 +72,18 @@ def test_lamps_that_are_on_shine_from_their_shades(scene: SceneDescription, flat
         assert item.get("type") == "point" and (place > shade.min(axis=0)).all() and (place < shade.max(axis=0)).all()
         assert 0.0 < float(item.findtext("intensity", "")) <= 1.0
         assert all(0.0 <= float(word) <= 1.0 for word in item.findtext("diffuse", "").split())
+
+
+def test_a_spot_in_the_ceiling_is_a_spot_of_the_world(scene: SceneDescription) -> None:
+    lamp = Luminaire(kind="spot", position_m=(2.0, 1.0, 2.4), flux_lm=600.0, color_temperature_k=3000.0, color=(1.0, 0.8, 0.5))
+    lit = replace(scene, luminaires=(lamp,))
+    lights = {item.get("name"): item for item in ET.fromstring(scene_to_sdf(lit, flatten(lit), "meshes").xml).findall("world/light")}
+    assert set(lights) == {"table_lamp_5_shade_light", "room_luminaire_0_light"}
+    spot = lights["room_luminaire_0_light"]
+    assert (
+        spot.get("type") == "spot" and spot.findtext("direction") == "0.0 0.0 -1.0" and spot.findtext("pose") == "2.0 1.0 2.4 0.0 0.0 0.0"
+    )
+    assert 0.6 < float(spot.findtext("spot/inner_angle", "")) < float(spot.findtext("spot/outer_angle", "")) < 1.3
 
 
 def test_same_bytes_again_and_plain_numbers(scene: SceneDescription, flat: FlatScene, world: SdfWorld) -> None:

@@ -4,6 +4,8 @@ import numpy as np
 from sample_scene import sample_scene
 
 from renderer.film.false_color import (
+    NO_SHARE,
+    angle_to_grey,
     classes_to_color,
     depth_to_color,
     exposed_to_color,
@@ -52,3 +54,8 @@ def test_depth_for_people_runs_from_near_to_far_and_is_black_without_a_hit() -> 
 
 def test_shares_run_from_black_to_white_and_what_is_none_is_blue() -> None:
     assert share_to_grey(np.array([[0.0, 0.5, 1.0, np.nan]], np.float32)).tolist() == [[[0] * 3, [128] * 3, [255] * 3, [40, 60, 140]]]
+
+
+def test_angles_are_black_head_on_and_white_at_a_right_angle() -> None:
+    grey = angle_to_grey(np.array([[0.0, np.pi / 4, np.pi / 2, np.nan]], np.float32))
+    assert grey[0, :3].tolist() == [[0, 0, 0], [128, 128, 128], [255, 255, 255]] and grey[0, 3].tolist() == list(NO_SHARE)

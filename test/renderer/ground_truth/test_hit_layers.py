@@ -55,6 +55,16 @@ def test_nothing_hit_is_told_as_the_table_says():
             np.testing.assert_array_equal(seen[name][missed], LAYERS[name].no_hit, name)
 
 
+def test_a_layer_is_the_same_whatever_else_is_asked_for():
+    with Renderer(furnished_room(), CAMERA, RenderConfig(threads=2), 0) as renderer:
+        together = renderer.render(PATH[1], 0, HIT_LAYERS, path=PATH).layers
+        for name in HIT_LAYERS:
+            alone = renderer.render(PATH[1], 0, (name,), path=PATH).layers
+            assert list(alone) == [name] and alone[name].flags.c_contiguous
+            LAYERS[name].check(alone[name])
+            np.testing.assert_array_equal(alone[name], together[name], name)
+
+
 def test_what_is_seen_is_told_by_part_and_material():
     flat = furnished_room()
     flat = flat._replace(part_id=np.arange(1, len(flat.part_names) + 1, dtype=np.uint16) * 7)

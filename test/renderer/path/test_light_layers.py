@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from box_room import DARK, VIEW, box, furnished_room, pose, quad, scene
+from box_room import DARK, VIEW, box, furnished_room, pierced, pose, quad, scene
 
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.camera.cameras import pose_camera
@@ -85,8 +85,8 @@ def test_what_walls_keep_out_is_not_missed():
     """An empty room with sky and sun in its window: no floor has a shadow, in the sun's patch or beside it."""
     way = np.array([0.1, 1.0, 1.0]) / np.sqrt(2.01)
     sky = DARK._replace(zenith=np.full(3, 3000, np.float32), sun=np.array([*way, 1e-5, 1e9, 1e9, 1e9], np.float32))
-    pane = quad((-1, 1.99, 0.5), (2, 0, 0), (0, 0, 1.5), portal=True, transmission=0.9)
-    room = box((-2, -2, 0), (2, 2, 2.5), inside=True, color=(0.5, 0.5, 0.5))
+    pane = quad((-1, 2.0, 0.5), (2, 0, 0), (0, 0, 1.5), portal=True, transmission=0.9)
+    room = pierced(box((-2, -2, 0), (2, 2, 2.5), inside=True, color=(0.5, 0.5, 0.5)), (-1.001, 0.499), (1.001, 2.001))
     view = pose((0.0, -1.9, 2.2), (0.0, 0.3, 0.0))
     empty = render(scene(room, pane, sky=sky), view)
     at = points_seen(view, empty["depth"])

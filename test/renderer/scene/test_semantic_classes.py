@@ -60,3 +60,12 @@ def test_rows_of_a_standard_have_its_names_and_colours() -> None:
     assert rows["semantic"].picture.of(np.array([[199, 12]], np.uint8)).tolist() == [[[102, 102, 156], [0, 0, 0]]]
     assert rows["semantic"].labels is not None and rows["semantic"].labels(sample_scene())[65]["name"] == "bed"
     assert rows["instance"].labels is not None and rows["instance"].labels(sample_scene())[3]["class_name"] == "bed"
+    scene = sample_scene()
+    assert rows["part"].labels is not None
+    parts = rows["part"].labels(scene)
+    assert {row["class"] for row in parts.values() if row["object"] == 3} == {65}
+    assert {row["class"] for row in parts.values() if row["object"] == 1} == {112} and parts[0]["class"] == 0
+    assert rows["light_seen"].labels is not None
+    lights = rows["light_seen"].labels(scene)
+    assert {(row["class"], row["class_name"]) for row in lights.values() if row["kind"] == "window"} == {(181, "window-other")}
+    assert lights[0]["class"] == 0

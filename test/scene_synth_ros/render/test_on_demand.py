@@ -99,6 +99,14 @@ def test_a_pose_without_a_stamp_gets_the_next_one(asker: Asker) -> None:
     assert max(asker.images) == newest + 1
 
 
+def test_a_pose_in_the_bed_is_told_while_its_frame_is_the_newest(asker: Asker) -> None:
+    pose = sample_scene().camera_path[0]
+    for position_m, place in (((1.4, 1.8, 0.42), "inside object 3 (bed)"), (pose.position_m, "in the room")):
+        asker.request.publish(pose_to_msg(replace(pose, stamp_ns=0, position_m=position_m), "map"))
+        asker.spin_until(lambda place=place: asker.values.get("camera_place") == place, 30, f"a camera {place}")
+    assert "the camera is inside object 3 (bed)" in asker.warnings
+
+
 def test_what_is_no_pose_of_the_room_is_refused(asker: Asker) -> None:
     pose = replace(sample_scene().camera_path[0], stamp_ns=88 * 10**9)
     good, wrong_frame, no_number, no_rotation = (pose_to_msg(pose, "map") for _ in range(4))

@@ -8,7 +8,7 @@ from scene_synth_ros.render.rate_proposal import FrameTime, Quality
 from scene_synth_ros.render.rate_watch import RateWatch, held_line, late_line
 
 PERIOD_S = 0.2
-LIVE = Quality(samples=2, depth=6, denoised=False, width=640, height=480)
+LIVE = Quality(samples=2, denoised=False, width=640, height=480)
 
 
 def news(watch: RateWatch, seconds: Sequence[float], layers: Sequence[str] = ("color",)) -> list[int]:
@@ -69,7 +69,7 @@ def line(frame: FrameTime) -> str:
 def test_a_line_names_the_rate_the_cause_and_the_setting() -> None:
     assert line(FrameTime(0.42, 0.4)) == (
         "color: 5 Hz asked for, 2.4 reached; a frame takes 0.42 s to render: "
-        "render.samples_per_pixel 1, render.max_depth 3 of the renderer would about hold it, or grammar_node rate_hz 2"
+        "render.samples_per_pixel 1, camera.width 576, camera.height 432 of the renderer would about hold it, or grammar_node rate_hz 2"
     )
     assert line(FrameTime(9.0, 0.4)).endswith("a frame takes 9 s to render: grammar_node rate_hz 0.1 would about hold")
 

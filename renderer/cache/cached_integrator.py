@@ -1,0 +1,77 @@
+"""Colour by the irradiance cache, behind the same interface as the path tracer: a view and its hits in, luminance out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.cache.config import CacheConfig
+from renderer.cache.irradiance_cache import IrradianceCache
+from renderer.cache.lamps import build_lamps
+from renderer.cache.records import Cache, Gloss, make_around
+from renderer.cache.shading import shade_hits, want_nodes
+from renderer.camera.cameras import PosedCamera
+from renderer.core.embree import SceneHandle
+from renderer.ground_truth.hit_view import TracedScene
+from renderer.path.ground_truth import Hits
+
+_LEAST_SHARE, _ROUGHEST = np.float32(0.02), np.float32(0.6)
+
+
+class CachedIntegrator:
+    """The cache of one room, and frames by it.
+
+    A frame depends on the scene, ``scene_key``, the view and the frame's key only: each node is a pure function of the scene and its own
+    number, whenever it is computed.
+    """
+
+    def __init__(self, scene: TracedScene, tree: SceneHandle, scene_key: int, config: CacheConfig) -> None:
+        """Solve the light of coarse nodes.  ``tree``: the scene's triangles as light is traced through them."""
+        self._scene, self._tree = scene, tree
+        self._lamps = build_lamps(scene.flat)
+        self._around = [make_around() for _ in scene.scratch]
+        self._store = IrradianceCache(scene.flat, scene.surfaces, scene.lights, tree, scene.workers, scene.scratch, scene_key, config)
+        store = self._store
+        self._cache = Cache(store.atlas, store.light, store.smooth, store.coarse, store.even)
+
+    def radiance(
+        self,
+        view: PosedCamera,
+        distance: NDArray[np.float32],
+        hits: Hits,
+        frame_key: np.uint32,
+        cancelled: Callable[[], bool] | None = None,
+    ) -> NDArray[np.float32]:
+        """Return the luminance of a view, (height, width, 3) float32, cd/m2.
+
+        ``distance``: (height, width), along the rays of the hit record, metres.
+
+        Raises:
+            RenderCancelled: ``cancelled`` returned True.
+        """
+        self.prepare(view, distance, hits, cancelled)
+        scene, mesh, step = self._scene, self._scene.flat.mesh, self._scene.workers.count
+        image = np.empty((view.height, view.width, 3), np.float32)
+        gloss = Gloss(_LEAST_SHARE, _ROUGHEST)
+        tables = (scene.surfaces, scene.lights, self._lamps, self._cache, gloss, mesh.vertices, mesh.faces)
+
+        def shade(worker: int, first: int) -> None:
+            memory = (scene.scratch[worker], self._around[worker])
+            shade_hits(self._tree, *tables, view, frame_key, distance, hits, *memory, image, first, step)
+
+        scene.workers.run(shade, range(step), cancelled)
+        return image
+
+    def prepare(self, view: PosedCamera, distance: NDArray[np.float32], hits: Hits, cancelled: Callable[[], bool] | None = None) -> int:
+        """Compute the nodes that a view reads, as far as they are not known; return how many those were."""
+        scene, mesh, step = self._scene, self._scene.flat.mesh, self._scene.workers.count
+        wanted = np.zeros(len(self._store.atlas.face), np.bool_)
+
+        def want(worker: int, first: int) -> None:
+            memory = (self._around[worker], scene.scratch[worker])
+            want_nodes(self._cache.fine, mesh.vertices, mesh.faces, view, hits, wanted, *memory, distance, first, step)
+
+        scene.workers.run(want, range(step))
+        return self._store.fill(wanted, cancelled)

@@ -1,0 +1,121 @@
+"""Charts: the flat regions of a mesh, each with a frame of its own in which a grid of nodes can lie."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.core.kernel import entry
+from renderer.geometry.mesh import Mesh
+
+_WELD_M = 1e-4
+_FLAT, _COPLANAR = 0.9995, 0.99999
+_LEAST_AREA_M2 = 1e-10
+CURVED, DEGENERATE = -1, -2
+"""``face_chart`` of triangles that are on no chart."""
+
+
+class Charts(NamedTuple):
+    """The flat regions of a mesh of m triangles.
+
+    face_chart: (m,) int32, the chart of each triangle, CURVED or DEGENERATE; normal, along, across: (c, 3) float64, unit, a right-handed
+    frame (along, across, normal) of each chart; at: (m, 3, 2) float64, metres along and across of the corners of triangles on charts.
+    area: (m,) float64, m2.  closed: (p,) bool, parts whose every edge belongs to two triangles: nobody sees them from behind.
+    """
+
+    face_chart: NDArray[np.int32]
+    normal: NDArray[np.float64]
+    along: NDArray[np.float64]
+    across: NDArray[np.float64]
+    at: NDArray[np.float64]
+    area: NDArray[np.float64]
+    closed: NDArray[np.bool_]
+
+
+def find_charts(mesh: Mesh, face_part: NDArray[np.int32], part_count: int) -> Charts:
+    """Join triangles of one part that share an edge and a plane, where the mesh is shaded flat."""
+    corners = mesh.vertices.astype(np.float64)[mesh.faces]
+    cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    area = 0.5 * np.linalg.norm(cross, axis=1)
+    unit = cross / np.maximum(2.0 * area, 1e-30)[:, None]
+    shading = mesh.normals.astype(np.float64)[mesh.faces]
+    sound = area > _LEAST_AREA_M2
+    flat = sound & (np.einsum("mij,mj->mi", shading, unit) > _FLAT).all(axis=1)
+    first, second, face = _edges(corners, face_part)
+    order = np.lexsort((face, second, first))
+    first, second, face = first[order], second[order], face[order]
+    same = (first[1:] == first[:-1]) & (second[1:] == second[:-1])
+    closed = np.ones(part_count, np.bool_)
+    run = np.concatenate([[True], ~same])
+    length = np.diff(np.append(np.flatnonzero(run), len(face)))
+    closed[face_part[face[np.flatnonzero(run)[length != 2]]]] = False
+    a, b = face[:-1][same], face[1:][same]
+    joined = flat[a] & flat[b] & (np.einsum("ij,ij->i", unit[a], unit[b]) > _COPLANAR)
+    root = _join(len(face_part), a[joined], b[joined])
+    face_chart = np.where(sound, CURVED, DEGENERATE).astype(np.int32)
+    roots, face_chart[flat] = np.unique(root[flat], return_inverse=True)
+    count = len(roots)
+    # Each chart looks along the longest edge that it has.
+    edges = corners[:, (1, 2, 0)] - corners
+    length = np.linalg.norm(edges, axis=2)
+    longest = np.take_along_axis(edges, length.argmax(axis=1)[:, None, None].repeat(3, 2), axis=1)[:, 0]
+    members = np.flatnonzero(flat)
+    order = members[np.lexsort((members, -length[members].max(axis=1), face_chart[members]))]
+    lead = order[np.searchsorted(face_chart[order], np.arange(count))]
+    normal = unit[lead]
+    along = longest[lead] - (longest[lead] * normal).sum(axis=1, keepdims=True) * normal
+    along /= np.linalg.norm(along, axis=1, keepdims=True)
+    across = np.cross(normal, along)
+    at = np.zeros((len(face_part), 3, 2))
+    chart = face_chart[members]
+    at[members, :, 0] = np.einsum("mij,mj->mi", corners[members], along[chart])
+    at[members, :, 1] = np.einsum("mij,mj->mi", corners[members], across[chart])
+    return Charts(face_chart, normal, along, across, at, area, closed)
+
+
+def _edges(corners: NDArray[np.float64], face_part: NDArray[np.int32]) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Return the edges of all triangles: two welded vertices, the lesser first, and the triangle; parts share no vertex."""
+    places = np.rint(corners / _WELD_M).astype(np.int64).reshape(-1, 3)
+    vertex = np.unique(mix_rows(places, np.repeat(face_part, 3)), return_inverse=True)[1].reshape(-1, 3)
+    ends = np.stack([vertex, vertex[:, (1, 2, 0)]], axis=2).reshape(-1, 2)
+    face = np.repeat(np.arange(len(corners)), 3)
+    return ends.min(axis=1), ends.max(axis=1), face
+
+
+def mix_rows(places: NDArray[np.int64], *columns: NDArray[np.integer]) -> NDArray[np.int64]:
+    """Return one 64-bit hash for each row of ``places`` (n, 3) with its entries of ``columns`` (n,)."""
+    key = np.zeros(len(places), np.uint64)
+    for column in (*places.T, *columns):
+        key = (key ^ column.astype(np.uint64)) * np.uint64(0x9E3779B97F4A7C15)
+        key ^= key >> np.uint64(29)
+    return key.view(np.int64)
+
+
+@entry
+def _join_pairs(root: NDArray[np.int64], first: NDArray[np.int64], second: NDArray[np.int64]) -> None:
+    for i in range(len(first)):
+        a, b = first[i], second[i]
+        while root[a] != a:
+            root[a] = root[root[a]]
+            a = root[a]
+        while root[b] != b:
+            root[b] = root[root[b]]
+            b = root[b]
+        if a < b:
+            root[b] = a
+        else:
+            root[a] = b
+    for i in range(len(root)):
+        a = i
+        while root[a] != a:
+            a = root[a]
+        root[i] = a
+
+
+def _join(count: int, first: NDArray[np.int64], second: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the least member of each item's set, (count,), once the sets of all pairs are joined."""
+    root = np.arange(count)
+    _join_pairs(root, first, second)
+    return root

@@ -1,0 +1,172 @@
+"""Final gathers: a fine node looks once around it at the light of the coarse ones, and samples the brightest of these as it would lamps."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.cache.atlas import Atlas
+from renderer.cache.glass import pass_glass
+from renderer.cache.hemisphere import BEHIND, GatherScratch, aim_hemisphere, choose_node, follow
+from renderer.cache.node_light import NodeLight
+from renderer.cache.node_place import arriving, stand_on, unit_hash
+from renderer.core import embree as ray
+from renderer.core import lanes as ln
+from renderer.core.color import LUMINANCE
+from renderer.core.embree import LANES, SceneHandle
+from renderer.core.kernel import entry, inlined
+from renderer.core.random_numbers import mix_bits
+from renderer.path.lights import Lights
+from renderer.path.records import Scratch
+from renderer.path.surface_tables import Surfaces
+
+_ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-20)
+_PI = np.float32(np.pi)
+_RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
+_CLEAR_M = np.float32(1e-3)
+_LEAST_COSINE = np.float32(0.05)
+
+
+class Bright(NamedTuple):
+    """Coarse nodes that are much brighter than others, sampled as lights are, for kernels.
+
+    chosen: (n,) bool, which they are; point, normal, weight: (s, 3) float32 each, samples of them, metres and world, and luminance times
+    area that each stands for, cd.  Light from nearer than ``near_m`` is gathered instead.
+    """
+
+    chosen: NDArray[np.bool_]
+    point: NDArray[np.float32]
+    normal: NDArray[np.float32]
+    weight: NDArray[np.float32]
+    near_m: np.float32
+
+
+def choose_bright(luminance: NDArray[np.float32], atlas: Atlas, times: float, samples: int, near_m: float) -> Bright:
+    """Choose the nodes whose luminance (n, 3) is more than ``times`` the room's mean, and sample them by flux."""
+    shown = luminance.astype(np.float64) @ LUMINANCE
+    area = atlas.area.astype(np.float64)
+    chosen = shown > times * max((shown * area).sum() / max(area.sum(), 1e-12), 1e-12)
+    nodes = np.flatnonzero(chosen & (area > 0.0))
+    flux = shown[nodes] * area[nodes]
+    total = flux.sum()
+    if total == 0.0:
+        nothing = np.zeros((0, 3), np.float32)
+        return Bright(np.zeros(len(shown), np.bool_), nothing, nothing, nothing, np.float32(near_m))
+    picked = nodes[np.searchsorted(np.cumsum(flux), (np.arange(samples) + 0.5) / samples * total).clip(0, len(nodes) - 1)]
+    weight = luminance[picked] / shown[picked, None] * (total / samples)
+    return Bright(chosen, atlas.position[picked], atlas.normal[picked], weight.astype(np.float32), np.float32(near_m))
+
+
+@entry
+def gather_nodes(
+    scene: SceneHandle,
+    target: Atlas,
+    source: Atlas,
+    luminance: NDArray[np.float32],
+    worth: NDArray[np.float32],
+    bright: Bright,
+    surfaces: Surfaces,
+    lights: Lights,
+    key: np.uint32,
+    pattern: NDArray[np.float32],
+    most_behind: np.float32,
+    chosen: NDArray[np.int64],
+    scratch: Scratch,
+    found: GatherScratch,
+    light: NodeLight,
+    first: int,
+    end: int,
+) -> None:
+    """Fill ``indirect`` and ``valid`` of the chosen nodes [first, end) of ``target``, and complete ``toward``, from light of ``source``.
+
+    ``luminance``: (n, 3) that leaves the nodes of ``source``, cd/m2.
+    """
+    rays, directions = scratch.rays, found.toward
+    count = len(pattern)
+    for i in range(first, end):
+        node = chosen[i]
+        u, v = unit_hash(node, key)
+        seed = mix_bits(np.uint32(np.uint32(node) * np.uint32(0x85EBCA6B)) ^ key)
+        nx, ny, nz = target.normal[node, 0], target.normal[node, 1], target.normal[node, 2]
+        r = g = b = vx = vy = vz = behind = nearness = _ZERO
+        for begin in range(0, count, LANES):
+            aim_hemisphere(target, node, pattern, begin, u, v, scratch)
+            for j in range(3 * LANES):
+                directions[j] = rays.real[ray.DIR_X + j]
+            follow(scene, source, surfaces, lights, seed + np.uint32(977 * begin), scratch, found)
+            for k in range(LANES):
+                red, green, blue = found.seen[k, 0], found.seen[k, 1], found.seen[k, 2]
+                link = found.links[k]
+                if link >= 0:
+                    link = choose_node(source, worth, link, found.at[k], found.at[LANES + k], found.at[2 * LANES + k], found)
+                if link >= 0 and not (bright.chosen[link] and scratch.sampled[k] == 0 and rays.real[ray.TFAR + k] > bright.near_m):
+                    red, green, blue = red + luminance[link, 0], green + luminance[link, 1], blue + luminance[link, 2]
+                behind += _ONE if link == BEHIND else _ZERO
+                nearness += _ONE / max(rays.real[ray.TFAR + k], _CLEAR_M)
+                r, g, b = r + red, g + green, b + blue
+                dx, dy, dz = directions[k], directions[LANES + k], directions[2 * LANES + k]
+                cosine = max(dx * nx + dy * ny + dz * nz, _LEAST_COSINE)
+                weight = (_RED * red + _GREEN * green + _BLUE * blue) / cosine
+                vx, vy, vz = vx + weight * dx, vy + weight * dy, vz + weight * dz
+        # Rays that see the inside of something began within it: the others stand for them.
+        scale = _PI / max(np.float32(count) - behind, _ONE)
+        r, g, b, vx, vy, vz = scale * r, scale * g, scale * b, scale * vx, scale * vy, scale * vz
+        if len(bright.point) > 0:
+            stand_on(target, node, scratch)
+            for begin in range(0, len(bright.point), LANES):
+                red, green, blue, dx, dy, dz = _light_of_bright(scene, surfaces, bright, begin, scratch)
+                r, g, b, vx, vy, vz = r + red, g + green, b + blue, vx + dx, vy + dy, vz + dz
+        light.indirect[node, 0] += r
+        light.indirect[node, 1] += g
+        light.indirect[node, 2] += b
+        light.open_m[node] = np.float32(count) / max(nearness, _TINY)
+        light.valid[node] = _ONE if behind <= most_behind * np.float32(count) else _ZERO
+        total = (
+            _RED * (light.indirect[node, 0] + light.direct[node, 0])
+            + _GREEN * (light.indirect[node, 1] + light.direct[node, 1])
+            + _BLUE * (light.indirect[node, 2] + light.direct[node, 2])
+        )
+        over = _ONE / max(total, _TINY)
+        light.toward[node, 0] = (light.toward[node, 0] + vx) * over
+        light.toward[node, 1] = (light.toward[node, 1] + vy) * over
+        light.toward[node, 2] = (light.toward[node, 2] + vz) * over
+
+
+@inlined
+def _light_of_bright(
+    scene: SceneHandle, surfaces: Surfaces, bright: Bright, begin: int, scratch: Scratch
+) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
+    """Return illuminance (r, g, b) by 16 samples of bright nodes, and luminance times direction."""
+    lanes = scratch.lanes
+    for k in range(LANES):
+        i = begin + k
+        x, y, z = (
+            bright.point[i, 0] - lanes[ln.P_X + k],
+            bright.point[i, 1] - lanes[ln.P_Y + k],
+            bright.point[i, 2] - lanes[ln.P_Z + k],
+        )
+        squared = x * x + y * y + z * z
+        inverse = _ONE / np.sqrt(max(squared, _TINY))
+        here = (x * lanes[ln.NS_X + k] + y * lanes[ln.NS_Y + k] + z * lanes[ln.NS_Z + k]) * inverse
+        there = -(x * bright.normal[i, 0] + y * bright.normal[i, 1] + z * bright.normal[i, 2]) * inverse
+        arrives = (here > _ZERO) & (there > _ZERO) & (squared > bright.near_m * bright.near_m)
+        weight = there / max(squared, _TINY) if arrives else _ZERO
+        lanes[ln.LI_R + k] = weight * bright.weight[i, 0]
+        lanes[ln.LI_G + k] = weight * bright.weight[i, 1]
+        lanes[ln.LI_B + k] = weight * bright.weight[i, 2]
+        lanes[ln.LIGHT_PDF + k], lanes[ln.LIGHT_END + k] = _ONE if arrives else _ZERO, _ONE
+        # The ray ends off the surface that shines.
+        reach = _ONE - _CLEAR_M * inverse / max(there, _LEAST_COSINE)
+        lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k] = reach * x, reach * y, reach * z
+    pass_glass(scene, surfaces, lanes, scratch)
+    r = g = b = vx = vy = vz = _ZERO
+    for k in range(LANES):
+        if lanes[ln.LIGHT_PDF + k] > _ZERO:
+            _, dx, dy, dz, cosine = arriving(lanes, k)
+            red, green, blue = lanes[ln.LI_R + k], lanes[ln.LI_G + k], lanes[ln.LI_B + k]
+            r, g, b = r + cosine * red, g + cosine * green, b + cosine * blue
+            weight = _RED * red + _GREEN * green + _BLUE * blue
+            vx, vy, vz = vx + weight * dx, vy + weight * dy, vz + weight * dz
+    return r, g, b, vx, vy, vz

@@ -1,0 +1,112 @@
+"""Lamps as balls, by which rough gloss shows them without noise."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.bsdf.microfacet import ggx_g1_root
+from renderer.cache.records import ALPHA, SHARE, UNDER, UNDER_ALPHA
+from renderer.core import lanes as ln
+from renderer.core.kernel import inlined
+from renderer.path import surface_tables as st
+from renderer.path.surface_tables import Surfaces
+from renderer.scene.flat_scene import FlatScene
+from renderer.scene.spot_lights import profile_toward
+
+_ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
+_INVERSE_PI = np.float32(1.0 / np.pi)
+
+
+class Lamps(NamedTuple):
+    """Lamps as balls, by which rough gloss shows them, for kernels: (n, 11) float32 each.
+
+    Centre, radius in metres, luminance r, g, b, mean normal; whether it is flat.  part: (n,) int32.
+    """
+
+    balls: NDArray[np.float32]
+    part: NDArray[np.int32]
+
+
+def build_lamps(flat: FlatScene) -> Lamps:
+    """Return a ball for each part that shines."""
+    corners = flat.mesh.vertices.astype(np.float64)[flat.mesh.faces]
+    cross = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    parts = np.flatnonzero((flat.parts.emission > 0.0).any(axis=1) & ~flat.parts.portal)
+    rows = []
+    for part in parts:
+        faces = np.flatnonzero(flat.face_part == part)
+        area = np.linalg.norm(cross[faces], axis=1)
+        center = np.average(corners[faces].mean(axis=1), axis=0, weights=np.maximum(area, 1e-12))
+        seen = max(np.maximum(sign * cross[faces][:, axis], 0.0).sum() for axis in range(3) for sign in (-1.0, 1.0))
+        normal = cross[faces].sum(axis=0)
+        level = np.linalg.norm(normal) > 0.5 * area.sum()
+        normal /= max(np.linalg.norm(normal), 1e-12)
+        rows.append([*center, np.sqrt(seen / np.pi), *flat.parts.emission[part], *normal, float(level)])
+    return Lamps(np.array(rows, np.float32).reshape(-1, 11), parts.astype(np.int32))
+
+
+@inlined
+def _lobe(facet: np.float32, cosine: np.float32, height: np.float32, alpha: np.float32, size: np.float32) -> np.float32:
+    """Return D G / (4 cos cos) of GGX, widened for a ball of this radius over distance."""
+    wide = min(alpha + _HALF * size, _ONE)
+    square = alpha * alpha
+    t = (_ONE - facet * facet) / square + facet * facet
+    value: np.float32 = _INVERSE_PI / (wide * wide * t * t) * _HALF
+    return value / (cosine * ggx_g1_root(height, alpha) + height * ggx_g1_root(cosine, alpha))
+
+
+@inlined
+def choose_lamp(surfaces: Surfaces, lamps: Lamps, k: int, shown: np.float32, kept: NDArray[np.float32], lanes: NDArray[np.float32]) -> int:
+    """Fill TO_LIGHT and LI, what it adds to the pixel, of the lamp that lane k mirrors most, and LIGHT_PDF; return 1 if there is one.
+
+    Karis, "Real Shading in Unreal Engine 4" (2013): the point of a ball that is nearest to the mirrored ray stands for it.
+    """
+    balls = lamps.balls
+    px, py, pz = lanes[ln.P_X + k], lanes[ln.P_Y + k], lanes[ln.P_Z + k]
+    nx, ny, nz = lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k]
+    wo_x = lanes[ln.WO_X + k] * lanes[ln.TANGENT_X + k] + lanes[ln.WO_Y + k] * lanes[ln.BITANGENT_X + k] + lanes[ln.WO_Z + k] * nx
+    wo_y = lanes[ln.WO_X + k] * lanes[ln.TANGENT_Y + k] + lanes[ln.WO_Y + k] * lanes[ln.BITANGENT_Y + k] + lanes[ln.WO_Z + k] * ny
+    wo_z = lanes[ln.WO_X + k] * lanes[ln.TANGENT_Z + k] + lanes[ln.WO_Y + k] * lanes[ln.BITANGENT_Z + k] + lanes[ln.WO_Z + k] * nz
+    height = lanes[ln.WO_Z + k]
+    mx, my, mz = _TWO * height * nx - wo_x, _TWO * height * ny - wo_y, _TWO * height * nz - wo_z
+    alpha = kept[ALPHA, k]
+    best, found = shown * np.float32(0.01), 0
+    for i in range(len(balls)):
+        cx, cy, cz, radius = balls[i, 0] - px, balls[i, 1] - py, balls[i, 2] - pz, balls[i, 3]
+        along = cx * mx + cy * my + cz * mz
+        ax, ay, az = along * mx - cx, along * my - cy, along * mz - cz
+        aside = np.sqrt(max(ax * ax + ay * ay + az * az, _TINY))
+        pull = min(radius / aside, _ONE) * np.float32(0.9)
+        tx, ty, tz = cx + pull * ax, cy + pull * ay, cz + pull * az
+        squared = tx * tx + ty * ty + tz * tz
+        distance = np.sqrt(max(squared, _TINY))
+        lx, ly, lz = tx / distance, ty / distance, tz / distance
+        cosine = lx * nx + ly * ny + lz * nz
+        if cosine <= _ZERO or distance <= radius:
+            continue
+        hx, hy, hz = lx + wo_x, ly + wo_y, lz + wo_z
+        scale = _ONE / np.sqrt(max(hx * hx + hy * hy + hz * hz, _TINY))
+        facet = max((hx * nx + hy * ny + hz * nz) * scale, _ZERO)
+        value = cosine * radius * radius / squared * np.float32(np.pi)
+        if balls[i, 10] > _ZERO:
+            value *= max(-(lx * balls[i, 7] + ly * balls[i, 8] + lz * balls[i, 9]), _ZERO)
+        row = lamps.part[i] * st.ROW_SIZE
+        if surfaces.materials[row + st.PROFILE] > _ZERO:
+            value *= profile_toward(surfaces.profiles, int(surfaces.materials[row + st.PROFILE]) - 1, -lx, -ly, -lz)
+        # The share of the albedo at normal incidence stands for Fresnel's.
+        over = value * _lobe(facet, cosine, height, alpha, radius / distance)
+        under = value * _lobe(facet, cosine, height, kept[UNDER_ALPHA, k], radius / distance)
+        r = (over * kept[SHARE, k] + under * kept[UNDER, k]) * balls[i, 4]
+        g = (over * kept[SHARE + 1, k] + under * kept[UNDER + 1, k]) * balls[i, 5]
+        b = (over * kept[SHARE + 2, k] + under * kept[UNDER + 2, k]) * balls[i, 6]
+        if r + g + b > best:
+            best, found = r + g + b, 1
+            lanes[ln.LI_R + k], lanes[ln.LI_G + k], lanes[ln.LI_B + k] = r, g, b
+            reach = (distance - radius) / distance if balls[i, 10] == _ZERO else np.float32(0.98)
+            reach = max(reach, _HALF)
+            lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k] = reach * tx, reach * ty, reach * tz
+            lanes[ln.LIGHT_PDF + k], lanes[ln.LIGHT_END + k] = _ONE, _ONE
+    return found

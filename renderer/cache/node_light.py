@@ -1,0 +1,33 @@
+"""Light that falls on the nodes of an atlas."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class NodeLight(NamedTuple):
+    """Light that falls on n nodes, float32.
+
+    indirect, direct: (n, 3), illuminance in lux, by other surfaces and the sky in panes, and by lamps; sun: (n, 4), that by the sun, and
+    which share of it arrives; toward: (n, 3), luminance of the light times its direction, world, over the illuminance of indirect and
+    direct; valid: (n,), 1, or 0 within an object; open_m: (n,), harmonic mean distance of what surrounds the node, metres.
+    """
+
+    indirect: NDArray[np.float32]
+    direct: NDArray[np.float32]
+    sun: NDArray[np.float32]
+    toward: NDArray[np.float32]
+    valid: NDArray[np.float32]
+    open_m: NDArray[np.float32]
+
+
+def make_node_light(count: int) -> NodeLight:
+    """Return light of so many nodes, all dark."""
+    return NodeLight(
+        *(np.zeros((count, channels), np.float32) for channels in (3, 3, 4, 3)),
+        np.zeros(count, np.float32),
+        np.zeros(count, np.float32),
+    )

@@ -1,0 +1,100 @@
+"""What the surface at a node reflects and glows, and whether an open part is a solid that lacks a hidden side."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.cache.atlas import Atlas
+from renderer.cache.reflectance import total_albedo
+from renderer.core import embree as ray
+from renderer.core import lanes as ln
+from renderer.core.embree import INVALID_ID, LANES, SceneHandle, intersect16
+from renderer.core.kernel import entry
+from renderer.core.sampling import coordinate_system
+from renderer.path import surface_tables as st
+from renderer.path.lights import Lights
+from renderer.path.records import Scratch
+from renderer.path.scattering import build_bsdfs
+from renderer.path.surface_tables import Surfaces
+from renderer.path.surfaces import evaluate_surfaces
+
+_ZERO, _ONE = np.float32(0.0), np.float32(1.0)
+_MEAN_COSINE, _MEAN_SINE = np.float32(2.0 / 3.0), np.float32(np.sqrt(5.0) / 3.0)
+
+
+@entry
+def probe_insides(
+    scene: SceneHandle,
+    origin: NDArray[np.float32],
+    direction: NDArray[np.float32],
+    part: NDArray[np.int32],
+    face_part: NDArray[np.int32],
+    scratch: Scratch,
+    inside: NDArray[np.bool_],
+) -> None:
+    """Tell for each ray, (r, 3) each, whether the first thing that it hits is the back of its own part's surface."""
+    rays = scratch.rays
+    real, integer = rays.real, rays.integer
+    for begin in range(0, len(origin), LANES):
+        for k in range(LANES):
+            i = min(begin + k, len(origin) - 1)
+            for axis in range(3):
+                real[ray.ORG_X + LANES * axis + k], real[ray.DIR_X + LANES * axis + k] = origin[i, axis], direction[i, axis]
+            real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, np.inf
+            integer[ray.GEOM_ID + k] = INVALID_ID
+            rays.alive[k] = -1
+        intersect16(rays.alive.ctypes.data, scene.address, real.ctypes.data, scene.incoherent)
+        for k in range(min(LANES, len(origin) - begin)):
+            if integer[ray.GEOM_ID + k] != INVALID_ID:
+                along = _ZERO
+                for axis in range(0, 3 * LANES, LANES):
+                    along += real[ray.DIR_X + axis + k] * real[ray.NG_X + axis + k]
+                inside[begin + k] = (along > _ZERO) & (face_part[integer[ray.PRIM_ID + k]] == part[begin + k])
+
+
+@entry
+def reflect_nodes(
+    scene: SceneHandle,
+    atlas: Atlas,
+    surfaces: Surfaces,
+    lights: Lights,
+    width_m: np.float32,
+    scratch: Scratch,
+    albedo: NDArray[np.float32],
+    glow: NDArray[np.float32],
+    first: int,
+    end: int,
+) -> None:
+    """Fill ``albedo`` (n, 3) and ``glow`` (n, 3), luminance that no light sampling finds, of nodes [first, end)."""
+    rays, lanes = scratch.rays, scratch.lanes
+    real, integer = rays.real, rays.integer
+    for begin in range(first, end, LANES):
+        for k in range(LANES):
+            node = min(begin + k, end - 1)
+            nx, ny, nz = atlas.normal[node, 0], atlas.normal[node, 1], atlas.normal[node, 2]
+            tx, ty, tz, _, _, _ = coordinate_system(nx, ny, nz)
+            dx, dy, dz = (
+                -_MEAN_COSINE * nx - _MEAN_SINE * tx,
+                -_MEAN_COSINE * ny - _MEAN_SINE * ty,
+                -_MEAN_COSINE * nz - _MEAN_SINE * tz,
+            )
+            real[ray.ORG_X + k] = atlas.position[node, 0] - dx
+            real[ray.ORG_Y + k] = atlas.position[node, 1] - dy
+            real[ray.ORG_Z + k] = atlas.position[node, 2] - dz
+            real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k] = dx, dy, dz
+            real[ray.TFAR + k] = _ONE
+            real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k] = nx, ny, nz
+            integer[ray.GEOM_ID + k], integer[ray.PRIM_ID + k] = 0, atlas.face[node]
+            real[ray.BARY_U + k], real[ray.BARY_V + k] = atlas.weight[node, 0], atlas.weight[node, 1]
+            rays.alive[k] = -1
+            lanes[ln.WIDTH + k], lanes[ln.SPREAD + k], lanes[ln.OUTSIDE + k] = width_m, _ZERO, _ZERO
+            lanes[ln.RAY_PDF + k] = np.inf
+        evaluate_surfaces(scene, surfaces, lights, True, _ZERO, scratch)
+        kinds = build_bsdfs(surfaces, True, scratch)
+        for k in range(min(LANES, end - begin)):
+            node, part = begin + k, scratch.parts[k]
+            r, g, b = total_albedo(lanes, kinds, k)
+            albedo[node, 0], albedo[node, 1], albedo[node, 2] = min(r, _ONE), min(g, _ONE), min(b, _ONE)
+            if surfaces.materials[part * st.ROW_SIZE + st.GLOW] > _ZERO:
+                glow[node, 0], glow[node, 1], glow[node, 2] = lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k]

@@ -1,0 +1,56 @@
+"""Records that cross stages of shading: what is looked up, what sends a ray, and the memory of a thread."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.cache.atlas import Atlas
+from renderer.cache.node_light import NodeLight
+from renderer.core.embree import LANES
+from renderer.core.layout import Layout
+
+# A row of ``Around.kept``: 16 primary hits while their rays are traced.
+_KEPT = Layout()
+SHARE = _KEPT.field(3)  # of the light from the gloss ray that leaves towards the camera
+POINT = _KEPT.field(3)  # where it begins
+AHEAD = _KEPT.field(3)  # its direction
+LIGHT = _KEPT.field(3)  # luminance of the pixel so far
+BASE = _KEPT.field(3)  # what glass or a pane lets through of what it does not reflect
+PANE = _KEPT.field()  # 1 for a window pane
+KIND = _KEPT.field()  # 0 no ray, 1 one, 2 one that is mirrored and one that goes through
+ALPHA = _KEPT.field()
+UNDER = _KEPT.field(3)  # as SHARE, of the lobe under the coat
+UNDER_ALPHA = _KEPT.field()
+
+
+class Cache(NamedTuple):
+    """What frames look up: fine nodes and their light, coarse nodes and illuminance over pi there, (n, 3), lux."""
+
+    fine: Atlas
+    light: NodeLight
+    smooth: NDArray[np.float32]
+    coarse: Atlas
+    even: NDArray[np.float32]
+
+
+class Gloss(NamedTuple):
+    """Which hits send a ray: those whose microfacets reflect at least ``least`` and are no rougher than ``roughest``."""
+
+    least: np.float32
+    roughest: np.float32
+
+
+class Around(NamedTuple):
+    """Memory of one thread: nodes, weights: (4,); kept: (KEPT, 16), of primary hits while their rays are traced."""
+
+    nodes: NDArray[np.int32]
+    weights: NDArray[np.float32]
+    kept: NDArray[np.float32]
+
+
+def make_around() -> Around:
+    """Return that memory."""
+    return Around(np.zeros(4, np.int32), np.zeros(4, np.float32), np.zeros((_KEPT.size, LANES), np.float32))

@@ -1,0 +1,58 @@
+"""What a surface reflects in all: the share of light from everywhere that leaves towards wo."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.bsdf.layers import ANY_COAT, ANY_GLOSSY, COAT_F0
+from renderer.core import lanes as ln
+from renderer.core.color import Rgb
+from renderer.core.kernel import inlined
+
+_ZERO, _ONE = np.float32(0.0), np.float32(1.0)
+
+
+@inlined
+def diffuse_albedo(lanes: NDArray[np.float32], kinds: int, k: int) -> Rgb:
+    """Return what the lobes without direction reflect of even light from above: diffuse base, multiple scattering, sheen."""
+    r, g, b = lanes[ln.DIFFUSE_R + k], lanes[ln.DIFFUSE_G + k], lanes[ln.DIFFUSE_B + k]
+    if kinds & ANY_GLOSSY:
+        mean, schlick = lanes[ln.E_MEAN + k], lanes[ln.E_MEAN_SCHLICK + k]
+        enters = _ONE - (lanes[ln.BASE_F0 + k] * (mean - schlick) + lanes[ln.BASE_F90 + k] * schlick)
+        lost, sheen = _ONE - mean, lanes[ln.SHEEN_WEIGHT + k] * lanes[ln.E_SHEEN + k]
+        r = r * enters + lanes[ln.MULTISCATTER_R + k] * lost + sheen
+        g = g * enters + lanes[ln.MULTISCATTER_G + k] * lost + sheen
+        b = b * enters + lanes[ln.MULTISCATTER_B + k] * lost + sheen
+    return r, g, b
+
+
+@inlined
+def specular_albedo(lanes: NDArray[np.float32], kinds: int, k: int) -> Rgb:
+    """Return what the microfacets of metal and opaque dielectrics reflect towards wo, the coat apart."""
+    if kinds & ANY_GLOSSY == 0 or lanes[ln.GLOSSY + k] == _ZERO:
+        return _ZERO, _ZERO, _ZERO
+    schlick = lanes[ln.E_WO_SCHLICK + k]
+    e_wo = lanes[ln.E_WO + k] - schlick
+    most = lanes[ln.SPECULAR_F90 + k] * schlick
+    return lanes[ln.SPECULAR_R + k] * e_wo + most, lanes[ln.SPECULAR_G + k] * e_wo + most, lanes[ln.SPECULAR_B + k] * e_wo + most
+
+
+@inlined
+def coat_albedo(lanes: NDArray[np.float32], kinds: int, k: int) -> np.float32:
+    """Return what the clear coat reflects towards wo."""
+    if kinds & ANY_COAT == 0:
+        return _ZERO
+    albedo: np.float32 = lanes[ln.COAT + k] * (
+        COAT_F0 * (lanes[ln.E_COAT + k] - lanes[ln.E_COAT_SCHLICK + k]) + lanes[ln.E_COAT_SCHLICK + k]
+    )
+    return albedo
+
+
+@inlined
+def total_albedo(lanes: NDArray[np.float32], kinds: int, k: int) -> Rgb:
+    """Return all that leaves towards wo of even light, glass apart."""
+    r, g, b = diffuse_albedo(lanes, kinds, k)
+    specular_r, specular_g, specular_b = specular_albedo(lanes, kinds, k)
+    coat = coat_albedo(lanes, kinds, k)
+    return r + specular_r + coat, g + specular_g + coat, b + specular_b + coat

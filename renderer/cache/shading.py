@@ -1,0 +1,250 @@
+"""Frames by the irradiance cache: hits that are known, shaded with light that is known."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.bsdf.bsdf import evaluate_bsdf
+from renderer.bsdf.microfacet import fresnel_dielectric, fresnel_thin_dielectric
+from renderer.cache.atlas import Atlas, find_nodes
+from renderer.cache.glass import pass_glass
+from renderer.cache.lamps import Lamps, choose_lamp
+from renderer.cache.mirrored import SHARP, add_gloss, aim_gloss, pixel_noise
+from renderer.cache.records import ALPHA, BASE, KIND, LIGHT, PANE, POINT, SHARE, UNDER, UNDER_ALPHA, Around, Cache, Gloss
+from renderer.cache.reflectance import coat_albedo, diffuse_albedo, specular_albedo
+from renderer.camera.camera_rays import CENTRE, TILE
+from renderer.camera.cameras import PosedCamera
+from renderer.camera.shutter import aim_exposed_tile
+from renderer.core import embree as ray
+from renderer.core import lanes as ln
+from renderer.core.embree import INVALID_ID, LANES, SceneHandle
+from renderer.core.kernel import entry, inlined
+from renderer.ground_truth.surface_images import restore_hits
+from renderer.path.direct_light import wi_to_lights
+from renderer.path.ground_truth import Hits
+from renderer.path.light_sampling import sample_infinite_light
+from renderer.path.lights import Lights
+from renderer.path.records import Scratch
+from renderer.path.scattering import build_bsdfs
+from renderer.path.surface_tables import Surfaces
+from renderer.path.surfaces import evaluate_surfaces
+
+_ZERO, _HALF, _ONE, _TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
+_PI, _INVERSE_PI = np.float32(np.pi), np.float32(1.0 / np.pi)
+_INFINITE = np.float32(np.inf)
+_STEEPEST = np.float32(2.5)
+_FIRST_ORDER = np.float32(1.0)
+_LEAST_VALID = np.float32(1e-3)
+
+
+@entry
+def want_nodes(
+    atlas: Atlas,
+    mesh_vertices: NDArray[np.float32],
+    faces: NDArray[np.uint32],
+    camera: PosedCamera,
+    hits: Hits,
+    wanted: NDArray[np.bool_],
+    around: Around,
+    scratch: Scratch,
+    distance: NDArray[np.float32],
+    first: int,
+    step: int,
+) -> None:
+    """Mark the nodes that the hits of rows of tiles ``first``, ``first + step``, ... read."""
+    rays = scratch.rays
+    for row in range(first * TILE, camera.height, step * TILE):
+        for column in range(0, camera.width, TILE):
+            aim_exposed_tile(camera, column, row, CENTRE, rays)
+            restore_hits(mesh_vertices, faces, camera, column, row, distance, hits, scratch)
+            real, integer = rays.real, rays.integer
+            for k in range(LANES):
+                if integer[ray.GEOM_ID + k] == INVALID_ID:
+                    continue
+                toward = (
+                    real[ray.DIR_X + k] * real[ray.NG_X + k]
+                    + real[ray.DIR_Y + k] * real[ray.NG_Y + k]
+                    + real[ray.DIR_Z + k] * real[ray.NG_Z + k]
+                )
+                count = find_nodes(
+                    atlas,
+                    integer[ray.PRIM_ID + k],
+                    real[ray.BARY_U + k],
+                    real[ray.BARY_V + k],
+                    toward < _ZERO,
+                    around.nodes,
+                    around.weights,
+                )
+                for i in range(count):
+                    wanted[around.nodes[i]] = True
+
+
+@entry
+def shade_hits(
+    scene: SceneHandle,
+    surfaces: Surfaces,
+    lights: Lights,
+    lamps: Lamps,
+    cache: Cache,
+    gloss: Gloss,
+    vertices: NDArray[np.float32],
+    faces: NDArray[np.uint32],
+    camera: PosedCamera,
+    frame_key: np.uint32,
+    distance: NDArray[np.float32],
+    hits: Hits,
+    scratch: Scratch,
+    around: Around,
+    radiance: NDArray[np.float32],
+    first: int,
+    step: int,
+) -> None:
+    """Fill the rows of tiles ``first``, ``first + step``, ... of ``radiance`` (height, width, 3), cd/m2."""
+    rays, lanes, kept = scratch.rays, scratch.lanes, around.kept
+    real, integer = rays.real, rays.integer
+    spread = _ONE / camera.focal_px
+    has_sun = len(lights.infinite.part) > 0
+    for row in range(first * TILE, camera.height, step * TILE):
+        for column in range(0, camera.width, TILE):
+            aim_exposed_tile(camera, column, row, CENTRE, rays)
+            restore_hits(vertices, faces, camera, column, row, distance, hits, scratch)
+            for k in range(LANES):
+                lanes[ln.WIDTH + k], lanes[ln.SPREAD + k] = _ZERO, spread
+                lanes[ln.RAY_PDF + k], lanes[ln.OUTSIDE + k] = _INFINITE, _ZERO
+            evaluate_surfaces(scene, surfaces, lights, True, _INFINITE, scratch)
+            kinds = build_bsdfs(surfaces, True, scratch)
+            # Diffuse light, and what is mirrored as far as the first order of the light around tells.
+            sunny = traced = lamplit = 0
+            for k in range(LANES):
+                r, g, b = lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k]
+                lanes[ln.IMPORTANCE + k] = _ZERO
+                kept[KIND, k] = lanes[ln.LIGHT_PDF + k] = _ZERO
+                if lanes[ln.HIT + k] > _ZERO:
+                    ir, ig, ib, tx, ty, tz, sun = _read(
+                        cache, integer[ray.PRIM_ID + k], real[ray.BARY_U + k], real[ray.BARY_V + k], lanes[ln.COS_FRONT + k] > _ZERO, around
+                    )
+                    nx, ny, nz = lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k]
+                    along = tx * nx + ty * ny + tz * nz
+                    bend = (min(max(along, _ZERO), _STEEPEST) if tx * tx + ty * ty + tz * tz > _ZERO else _ONE) * _INVERSE_PI
+                    dr, dg, db = diffuse_albedo(lanes, kinds, k)
+                    r, g, b = r + bend * dr * ir, g + bend * dg * ig, b + bend * db * ib
+                    if sun > _ZERO:
+                        lanes[ln.IMPORTANCE + k] = _ONE
+                        sunny += 1
+                    sr, sg, sb = specular_albedo(lanes, kinds, k)
+                    coat = coat_albedo(lanes, kinds, k)
+                    roughness = lanes[ln.ROUGHNESS + k]
+                    glass = (lanes[ln.TRANSMISSION + k] > _HALF) & (lanes[ln.THIN + k] == _ZERO)
+                    if lanes[ln.THIN + k] > _ZERO:
+                        sr = sg = sb = fresnel_thin_dielectric(lanes[ln.WO_Z + k], lanes[ln.IOR + k])
+                        roughness = _ZERO
+                        glass = lanes[ln.OPEN + k] == _ZERO
+                    elif glass:
+                        sr = sg = sb = fresnel_dielectric(lanes[ln.WO_Z + k], lanes[ln.ETA + k])
+                    if coat > _ZERO:
+                        # The coat's mirror image is traced; what lies under it is rough beside that.
+                        share = _INVERSE_PI
+                        r, g, b = r + share * sr * ir, g + share * sg * ig, b + share * sb * ib
+                        kept[UNDER, k], kept[UNDER + 1, k], kept[UNDER + 2, k] = sr, sg, sb
+                        kept[UNDER_ALPHA, k] = max(roughness * roughness, SHARP)
+                        sr = sg = sb = coat
+                        roughness = lanes[ln.COAT_ROUGHNESS + k]
+                    else:
+                        kept[UNDER, k] = kept[UNDER + 1, k] = kept[UNDER + 2, k] = _ZERO
+                        kept[UNDER_ALPHA, k] = _ONE
+                    most = max(sr, sg, sb)
+                    dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
+                    if (most > gloss.least) & (roughness < gloss.roughest) or glass:
+                        kept[SHARE, k], kept[SHARE + 1, k], kept[SHARE + 2, k] = sr, sg, sb
+                        kept[ALPHA, k] = max(roughness * roughness, np.float32(1e-4))
+                        kept[KIND, k] = np.float32(2.0) if glass else _ONE
+                        kept[PANE, k] = lanes[ln.THIN + k]
+                        for channel in range(3):
+                            tint = np.sqrt(lanes[ln.BASE_R + LANES * channel + k])
+                            kept[BASE + channel, k] = lanes[ln.TRANSMISSION + k] if lanes[ln.THIN + k] > _ZERO else tint
+                        kept[POINT, k], kept[POINT + 1, k], kept[POINT + 2, k] = lanes[ln.P_X + k], lanes[ln.P_Y + k], lanes[ln.P_Z + k]
+                        traced += 1
+                        aim_gloss(camera, column + (k & 3), row + (k >> 2), frame_key, k, kept, lanes, _ONE)
+                        if kept[ALPHA, k] >= SHARP:
+                            lamplit += choose_lamp(surfaces, lamps, k, r + g + b, kept, lanes)
+                    else:
+                        cosine = -_TWO * (dx * nx + dy * ny + dz * nz)
+                        mx, my, mz = dx + cosine * nx, dy + cosine * ny, dz + cosine * nz
+                        ahead = tx * mx + ty * my + tz * mz - (mx * nx + my * ny + mz * nz) * along
+                        share = min(max(_ONE + _FIRST_ORDER * ahead, _ZERO), _STEEPEST) * _INVERSE_PI
+                        r, g, b = r + share * sr * ir, g + share * sg * ig, b + share * sb * ib
+                kept[LIGHT, k], kept[LIGHT + 1, k], kept[LIGHT + 2, k] = r, g, b
+            if lamplit > 0:
+                pass_glass(scene, surfaces, lanes, scratch)
+                for k in range(LANES):
+                    if lanes[ln.LIGHT_PDF + k] > _ZERO:
+                        for channel in range(3):
+                            kept[LIGHT + channel, k] += lanes[ln.LI_R + LANES * channel + k]
+            if has_sun and sunny > 0:
+                _add_sun(scene, surfaces, lights, kinds, camera, column, row, frame_key, scratch, kept)
+            if traced > 0:
+                add_gloss(scene, surfaces, lights, cache, spread, camera, column, row, frame_key, scratch, around)
+            for k in range(LANES):
+                x, y = column + (k & 3), row + (k >> 2)
+                if x < camera.width and y < camera.height:
+                    radiance[y, x, 0], radiance[y, x, 1], radiance[y, x, 2] = kept[LIGHT, k], kept[LIGHT + 1, k], kept[LIGHT + 2, k]
+
+
+@inlined
+def _read(
+    cache: Cache, face: int, u: np.float32, v: np.float32, front: bool, around: Around
+) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
+    """Return illuminance without the sun's, its direction, and the most of the sun's share that any node has."""
+    nodes, weights, light = around.nodes, around.weights, cache.light
+    count = find_nodes(cache.fine, face, u, v, front, nodes, weights)
+    r = g = b = x = y = z = sun = total = _ZERO
+    for i in range(count):
+        total += weights[i] * light.valid[nodes[i]]
+    if total <= np.float32(1e-3):
+        count = find_nodes(cache.coarse, face, u, v, front, nodes, weights)
+        for i in range(count):
+            r += np.float32(np.pi) * weights[i] * cache.even[nodes[i], 0]
+            g += np.float32(np.pi) * weights[i] * cache.even[nodes[i], 1]
+            b += np.float32(np.pi) * weights[i] * cache.even[nodes[i], 2]
+        return r, g, b, x, y, z, sun
+    for i in range(count):
+        node = nodes[i]
+        weight = weights[i] * light.valid[node] / total
+        r += weight * (cache.smooth[node, 0] + light.direct[node, 0])
+        g += weight * (cache.smooth[node, 1] + light.direct[node, 1])
+        b += weight * (cache.smooth[node, 2] + light.direct[node, 2])
+        x, y, z = x + weight * light.toward[node, 0], y + weight * light.toward[node, 1], z + weight * light.toward[node, 2]
+        sun = max(sun, light.sun[node, 3])
+    return r, g, b, x, y, z, sun
+
+
+@inlined
+def _add_sun(
+    scene: SceneHandle,
+    surfaces: Surfaces,
+    lights: Lights,
+    kinds: int,
+    camera: PosedCamera,
+    column: int,
+    row: int,
+    key: np.uint32,
+    scratch: Scratch,
+    kept: NDArray[np.float32],
+) -> None:
+    """Add the sun's light, sampled once, where the nodes around have any."""
+    lanes = scratch.lanes
+    for k in range(LANES):
+        lanes[ln.U_INFINITE_0 + k], lanes[ln.U_INFINITE_1 + k] = pixel_noise(
+            camera, column + (k & 3), row + (k >> 2), np.uint32(key + np.uint32(7))
+        )
+    sample_infinite_light(surfaces, lights.infinite, scratch)
+    pass_glass(scene, surfaces, lanes, scratch)
+    wi_to_lights(lanes)
+    evaluate_bsdf(lanes, kinds, surfaces.albedos.reflected)
+    for k in range(LANES):
+        if lanes[ln.LIGHT_PDF + k] > _ZERO:
+            for channel in range(3):
+                kept[LIGHT + channel, k] += (
+                    lanes[ln.LI_R + LANES * channel + k] * lanes[ln.F_COS_R + LANES * channel + k] / lanes[ln.LIGHT_PDF + k]
+                )
