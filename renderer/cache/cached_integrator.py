@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from renderer.cache.config import CacheConfig
 from renderer.cache.irradiance_cache import IrradianceCache
 from renderer.cache.lamps import build_lamps
+from renderer.cache.reconstruction import OFFSETS, make_picture, mix_mirrored, smooth_edges
 from renderer.cache.records import Cache, Gloss, make_around
 from renderer.cache.shading import shade_hits, want_nodes
 from renderer.camera.cameras import PosedCamera
@@ -34,7 +35,7 @@ class CachedIntegrator:
         self._around = [make_around() for _ in scene.scratch]
         self._store = IrradianceCache(scene.flat, scene.surfaces, scene.lights, tree, scene.workers, scene.scratch, scene_key, config)
         store = self._store
-        self._cache = Cache(store.atlas, store.light, store.smooth, store.coarse, store.even)
+        self._cache = Cache(store.atlas, store.light, store.smooth, store.coarse, store.even, store.worth)
 
     def radiance(
         self,
@@ -53,16 +54,23 @@ class CachedIntegrator:
         """
         self.prepare(view, distance, hits, cancelled)
         scene, mesh, step = self._scene, self._scene.flat.mesh, self._scene.workers.count
-        image = np.empty((view.height, view.width, 3), np.float32)
+        size = (view.height, view.width)
+        picture, image, smooth = make_picture(*size), np.empty((*size, 3), np.float32), np.empty((*size, 3), np.float32)
         gloss = Gloss(_LEAST_SHARE, _ROUGHEST)
         tables = (scene.surfaces, scene.lights, self._lamps, self._cache, gloss, mesh.vertices, mesh.faces)
 
         def shade(worker: int, first: int) -> None:
             memory = (scene.scratch[worker], self._around[worker])
-            shade_hits(self._tree, *tables, view, frame_key, distance, hits, *memory, image, first, step)
+            shade_hits(self._tree, *tables, view, frame_key, distance, hits, *memory, picture, first, step)
+
+        def smooth_rows(worker: int, first: int) -> None:
+            packet = scene.scratch[worker].rays
+            smooth_edges(scene.tree, scene.surfaces, view, distance, hits, OFFSETS, packet, image, smooth, first, step)
 
         scene.workers.run(shade, range(step), cancelled)
-        return image
+        scene.in_rows(mix_mirrored, scene.surfaces, hits, picture, image)
+        scene.workers.run(smooth_rows, range(step))
+        return smooth
 
     def prepare(self, view: PosedCamera, distance: NDArray[np.float32], hits: Hits, cancelled: Callable[[], bool] | None = None) -> int:
         """Compute the nodes that a view reads, as far as they are not known; return how many those were."""

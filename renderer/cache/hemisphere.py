@@ -10,22 +10,25 @@ from numpy.typing import NDArray
 from renderer.cache.atlas import GRID, Atlas, find_nodes, has_back
 from renderer.cache.node_place import turned
 from renderer.core import embree as ray
-from renderer.core.color import LUMINANCE
-from renderer.core.embree import INVALID_ID, LANES, SceneHandle, intersect16
+from renderer.core.color import LUMINANCE, Rgb
+from renderer.core.embree import INVALID_ID, LANES, MEET_ALL, PASS_PANES, SceneHandle, intersect16
 from renderer.core.kernel import inlined
 from renderer.core.random_numbers import mix_bits
 from renderer.core.sampling import coordinate_system, sample_cosine_hemisphere
 from renderer.path import surface_tables as st
-from renderer.path.emission import surface_le
+from renderer.path.emission import pane_transmittance, surface_le
+from renderer.path.infinite_light import sky_le
 from renderer.path.lights import Lights
 from renderer.path.records import Scratch
 from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import lift_height
+from renderer.scene.flat_scene import Sky
 
 _ZERO, _HALF, _ONE, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(1e-20)
 _RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
 _SMOOTH = np.float32(0.15)
 _DEEPEST = 8
+_LEAN = np.float32(0.7)
 
 DARK, BEHIND = -1, -2
 """Links of rays that end at no node: at a light, a pane or nothing; at the inside of a closed part."""
@@ -35,7 +38,7 @@ class GatherScratch(NamedTuple):
     """Memory of one thread.
 
     nodes, weights: (4,), those around a hit; links: (16,) int32, at: (48,) and seen: (16, 3), of a packet, as :func:`follow` fills them;
-    toward: (48,), directions of a packet.
+    passed: (16,), what panes have let through of the packet's rays, 0 of rays inside; toward: (48,), directions of a packet.
     """
 
     nodes: NDArray[np.int32]
@@ -43,6 +46,7 @@ class GatherScratch(NamedTuple):
     links: NDArray[np.int32]
     at: NDArray[np.float32]
     seen: NDArray[np.float32]
+    passed: NDArray[np.float32]
     toward: NDArray[np.float32]
 
 
@@ -54,6 +58,7 @@ def make_gather_scratch() -> GatherScratch:
         np.zeros(LANES, np.int32),
         np.zeros(3 * LANES, np.float32),
         np.zeros((LANES, 3), np.float32),
+        np.zeros(LANES, np.float32),
         np.zeros(3 * LANES, np.float32),
     )
 
@@ -90,6 +95,20 @@ def is_wide(atlas: Atlas, face: int) -> bool:
 
 
 @inlined
+def outside_light(sky: Sky, nx: np.float32, ny: np.float32, nz: np.float32) -> Rgb:
+    """Return about the mean luminance (r, g, b) of the sky around a unit normal of the world, weighted by the cosine, cd/m2.
+
+    From two directions, 35 degrees above and below.
+    """
+    up, down = nz + _LEAN, nz - _LEAN
+    high = _ONE / np.sqrt(max(nx * nx + ny * ny + up * up, _TINY))
+    low = _ONE / np.sqrt(max(nx * nx + ny * ny + down * down, _TINY))
+    r, g, b = sky_le(sky, nx * high, ny * high, up * high)
+    red, green, blue = sky_le(sky, nx * low, ny * low, down * low)
+    return _HALF * (r + red), _HALF * (g + green), _HALF * (b + blue)
+
+
+@inlined
 def follow(
     scene: SceneHandle,
     atlas: Atlas,
@@ -101,13 +120,14 @@ def follow(
 ) -> None:
     """Trace the packet's rays, on through clear glass and by mirrors, and write where each ends: a node, DARK or BEHIND.
 
-    ``seen``: (16, 3), luminance of lights and of the sky that only rays by way of a mirror find.
+    ``seen``: (16, 3), luminance of lights and of the sky that only rays by way of a mirror find, and of what is outside.
     """
     rays = scratch.rays
     real, integer, alive = rays.real, rays.integer, rays.alive
-    mirrored, links, seen = scratch.sampled, found.links, found.seen
+    mirrored, links, seen, passed = scratch.sampled, found.links, found.seen, found.passed
     for k in range(LANES):
-        links[k], mirrored[k] = DARK, 0
+        links[k], mirrored[k], passed[k] = DARK, 0, _ZERO
+        integer[ray.MASK + k] = MEET_ALL
         seen[k, 0] = seen[k, 1] = seen[k, 2] = _ZERO
     going = LANES
     for depth in range(_DEEPEST):
@@ -131,12 +151,26 @@ def follow(
             table = surfaces.materials
             number = mix_bits(np.uint32(seed + np.uint32(LANES * depth + k)))
             u = np.float32(number >> np.uint32(8)) * np.float32(2.0**-24)
+            if passed[k] > _ZERO:
+                scale = (_ONE if toward > _ZERO else -_ONE) / np.sqrt(max(nx * nx + ny * ny + nz * nz, _TINY))
+                r, g, b = outside_light(surfaces.sky, scale * nx, scale * ny, scale * nz)
+                seen[k, 0] = passed[k] * table[row + st.BASE] * r
+                seen[k, 1] = passed[k] * table[row + st.BASE + 1] * g
+                seen[k, 2] = passed[k] * table[row + st.BASE + 2] * b
+                continue
             if lights.face_group[face] >= 0 and toward > _ZERO:
                 if mirrored[k] != 0:
                     cosine = toward / np.sqrt(max(nx * nx + ny * ny + nz * nz, _TINY))
                     seen[k, 0], seen[k, 1], seen[k, 2] = surface_le(surfaces, part, dx, dy, dz, cosine)
                     continue
                 if table[row + st.PORTAL] > _ZERO:
+                    # On to what stands outside; the sky itself is sampled as a light.
+                    cosine = toward / np.sqrt(max(nx * nx + ny * ny + nz * nz, _TINY))
+                    passed[k] = pane_transmittance(surfaces, part, cosine)
+                    real[ray.TNEAR + k], real[ray.TFAR + k] = real[ray.TFAR + k], np.inf
+                    integer[ray.GEOM_ID + k], integer[ray.MASK + k] = INVALID_ID, PASS_PANES
+                    alive[k] = -1
+                    going += 1
                     continue
             clear = (table[row + st.TRANSMISSION] > _HALF) & (table[row + st.PORTAL] == _ZERO)
             mirror = (table[row + st.METALLIC] > _HALF) & (table[row + st.ROUGHNESS] < _SMOOTH) & is_wide(atlas, face)

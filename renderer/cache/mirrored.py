@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 
 from renderer.bsdf.microfacet import sample_ggx_wm
 from renderer.cache.atlas import find_nodes
-from renderer.cache.records import AHEAD, ALPHA, BASE, KIND, LIGHT, PANE, POINT, SHARE, Around, Cache
+from renderer.cache.hemisphere import outside_light
+from renderer.cache.records import AHEAD, ALPHA, BASE, KIND, LIGHT, PANE, POINT, SEEN, SHARE, Around, Cache
 from renderer.cache.reflectance import total_albedo
 from renderer.camera.camera_rays import CENTRE
 from renderer.camera.cameras import PosedCamera
@@ -18,7 +19,6 @@ from renderer.core.embree import INVALID_ID, LANES, MEET_ALL, PASS_PANES, SceneH
 from renderer.core.kernel import inlined
 from renderer.core.random_numbers import mix_bits
 from renderer.path import surface_tables as st
-from renderer.path.infinite_light import sky_le
 from renderer.path.lights import Lights
 from renderer.path.records import Scratch
 from renderer.path.scattering import build_bsdfs
@@ -167,7 +167,7 @@ def add_gloss(
             count = 0
             if lanes[ln.OUTSIDE + k] > _ZERO:
                 # What is outside is lit by all of the sky.
-                sky_r, sky_g, sky_b = sky_le(surfaces.sky, lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k])
+                sky_r, sky_g, sky_b = outside_light(surfaces.sky, lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k])
                 r, g, b = r + dr * sky_r, g + dg * sky_g, b + db * sky_b
             else:
                 count = find_nodes(
@@ -179,14 +179,19 @@ def add_gloss(
                     around.nodes,
                     around.weights,
                 )
+            total = _ZERO
             for i in range(count):
-                node, weight = around.nodes[i], around.weights[i]
+                around.weights[i] *= cache.worth[around.nodes[i]]
+                total += around.weights[i]
+            for i in range(count):
+                node, weight = around.nodes[i], around.weights[i] / total if total > _ZERO else _ONE / np.float32(count)
                 r += weight * dr * cache.even[node, 0]
                 g += weight * dg * cache.even[node, 1]
                 b += weight * db * cache.even[node, 2]
-            wr, wg, wb = kept[SHARE, k], kept[SHARE + 1, k], kept[SHARE + 2, k]
-            if side == 1:
-                wr, wg, wb = (_ONE - wr) * kept[BASE, k], (_ONE - wg) * kept[BASE + 1, k], (_ONE - wb) * kept[BASE + 2, k]
-            kept[LIGHT, k] += wr * lanes[ln.BETA_R + k] * r
-            kept[LIGHT + 1, k] += wg * lanes[ln.BETA_G + k] * g
-            kept[LIGHT + 2, k] += wb * lanes[ln.BETA_B + k] * b
+            r, g, b = r * lanes[ln.BETA_R + k], g * lanes[ln.BETA_G + k], b * lanes[ln.BETA_B + k]
+            if side == 0:
+                kept[SEEN, k], kept[SEEN + 1, k], kept[SEEN + 2, k] = r, g, b
+            else:
+                kept[LIGHT, k] += (_ONE - kept[SHARE, k]) * kept[BASE, k] * r
+                kept[LIGHT + 1, k] += (_ONE - kept[SHARE + 1, k]) * kept[BASE + 1, k] * g
+                kept[LIGHT + 2, k] += (_ONE - kept[SHARE + 2, k]) * kept[BASE + 2, k] * b

@@ -118,14 +118,21 @@ def _light_of_group(
     lanes = scratch.lanes
     samples = min(int(np.ceil(max(wanted, _LEAST_SAMPLES))), 2 * LANES)
     r = g = b = vx = vy = vz = free = filled = _ZERO
-    for begin in range(0, samples, LANES):
-        count = min(samples - begin, LANES)
-        _sample_group(surfaces, lights, group, begin, count, shift_u, shift_v, scratch)
+    left = samples
+    for begin in range(0, 2 * LANES, LANES):
+        if left == 0:
+            break
+        _sample_group(surfaces, lights, group, begin, shift_u, shift_v, scratch)
+        # Points from which nothing could come need no ray: the first that could are taken.
         for k in range(LANES):
+            chosen = (lanes[ln.LIGHT_PDF + k] > _ZERO) & (left > 0)
+            left -= chosen
+            if not chosen:
+                lanes[ln.LIGHT_PDF + k] = lanes[ln.U_LOBE + k] = _ZERO
+                continue
             gain, _, _, _, cosine = arriving(lanes, k)
-            lanes[ln.U_LOBE + k] = gain if lanes[ln.LIGHT_PDF + k] > _ZERO else _ZERO
-            filled += lanes[ln.U_LOBE + k] * cosine
-            free += lanes[ln.U_LOBE + k] * cosine * _shown(lanes, k)
+            lanes[ln.U_LOBE + k] = gain
+            free += gain * cosine * _shown(lanes, k)
         pass_glass(scene, surfaces, lanes, scratch)
         for k in range(LANES):
             if lanes[ln.LIGHT_PDF + k] > _ZERO:
@@ -140,18 +147,16 @@ def _light_of_group(
                 vx, vy, vz = vx + weight * dx, vy + weight * dy, vz + weight * dz
     if free <= _ZERO:
         return _ZERO, _ZERO, _ZERO, _ZERO, _ZERO, _ZERO
-    filled /= np.float32(samples)
-    scale = _ONE / np.float32(samples)
-    if r + g + b > _ZERO and wanted > _HALF:
-        whole = filled = _ZERO
+    whole = _ZERO
+    if r + g + b > _ZERO:
         for begin in range(0, _FREE_SAMPLES, LANES):
-            _sample_group(surfaces, lights, group, begin, LANES, _HALF, _HALF, scratch)
+            _sample_group(surfaces, lights, group, begin, _HALF, _HALF, scratch)
             for k in range(LANES):
                 gain, _, _, _, cosine = arriving(lanes, k)
                 gain = gain * cosine if lanes[ln.LIGHT_PDF + k] > _ZERO else _ZERO
                 filled += gain / np.float32(_FREE_SAMPLES)
                 whole += gain * _shown(lanes, k)
-        scale = whole / (np.float32(_FREE_SAMPLES) * free)
+    scale = whole / (np.float32(_FREE_SAMPLES) * free)
     # No light fills more than the hemisphere, though few samples of one that is near may say so.
     scale *= min(_PI / max(filled, _TINY), _ONE)
     return scale * r, scale * g, scale * b, scale * vx, scale * vy, scale * vz
@@ -166,15 +171,14 @@ def _shown(lanes: NDArray[np.float32], k: int) -> np.float32:
 
 @inlined
 def _sample_group(
-    surfaces: Surfaces, lights: Lights, group: int, begin: int, count: int, shift_u: np.float32, shift_v: np.float32, scratch: Scratch
+    surfaces: Surfaces, lights: Lights, group: int, begin: int, shift_u: np.float32, shift_v: np.float32, scratch: Scratch
 ) -> None:
-    """Fill TO_LIGHT, LI and LIGHT_PDF with points on a group of lights, in the first ``count`` lanes."""
+    """Fill TO_LIGHT, LI and LIGHT_PDF with points on a group of lights."""
     lanes = scratch.lanes
     for k in range(LANES):
         number = np.float32(begin + k)
         lanes[ln.U_REMAPPED + k] = _fraction(number * _STEP_U + shift_u)
         lanes[ln.U_LIGHT_1 + k] = _fraction(number * _STEP_V + shift_v)
-        lanes[ln.HIT + k] = _ONE if k < count else _ZERO
         scratch.sampled[k] = group
     sample_groups(surfaces, lights, scratch)
 

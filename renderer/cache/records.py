@@ -24,16 +24,20 @@ KIND = _KEPT.field()  # 0 no ray, 1 one, 2 one that is mirrored and one that goe
 ALPHA = _KEPT.field()
 UNDER = _KEPT.field(3)  # as SHARE, of the lobe under the coat
 UNDER_ALPHA = _KEPT.field()
+SEEN = _KEPT.field(3)  # luminance that the gloss ray finds
 
 
 class Cache(NamedTuple):
-    """What frames look up: fine nodes and their light, coarse nodes and illuminance over pi there, (n, 3), lux."""
+    """What frames look up: fine nodes and their light, coarse nodes, illuminance over pi there, (n, 3), lux, and
+    what they are worth, (n,): the share of their surroundings that is not close by.
+    """
 
     fine: Atlas
     light: NodeLight
     smooth: NDArray[np.float32]
     coarse: Atlas
     even: NDArray[np.float32]
+    worth: NDArray[np.float32]
 
 
 class Gloss(NamedTuple):

@@ -11,7 +11,8 @@ from renderer.cache.atlas import Atlas, find_nodes
 from renderer.cache.glass import pass_glass
 from renderer.cache.lamps import Lamps, choose_lamp
 from renderer.cache.mirrored import SHARP, add_gloss, aim_gloss, pixel_noise
-from renderer.cache.records import ALPHA, BASE, KIND, LIGHT, PANE, POINT, SHARE, UNDER, UNDER_ALPHA, Around, Cache, Gloss
+from renderer.cache.reconstruction import Picture
+from renderer.cache.records import ALPHA, BASE, KIND, LIGHT, PANE, POINT, SEEN, SHARE, UNDER, UNDER_ALPHA, Around, Cache, Gloss
 from renderer.cache.reflectance import coat_albedo, diffuse_albedo, specular_albedo
 from renderer.camera.camera_rays import CENTRE, TILE
 from renderer.camera.cameras import PosedCamera
@@ -35,6 +36,7 @@ _PI, _INVERSE_PI = np.float32(np.pi), np.float32(1.0 / np.pi)
 _INFINITE = np.float32(np.inf)
 _STEEPEST = np.float32(2.5)
 _FIRST_ORDER = np.float32(1.0)
+_SUN_RAYS = 4
 _LEAST_VALID = np.float32(1e-3)
 
 
@@ -96,11 +98,11 @@ def shade_hits(
     hits: Hits,
     scratch: Scratch,
     around: Around,
-    radiance: NDArray[np.float32],
+    picture: Picture,
     first: int,
     step: int,
 ) -> None:
-    """Fill the rows of tiles ``first``, ``first + step``, ... of ``radiance`` (height, width, 3), cd/m2."""
+    """Fill the rows of tiles ``first``, ``first + step``, ... of a picture."""
     rays, lanes, kept = scratch.rays, scratch.lanes, around.kept
     real, integer = rays.real, rays.integer
     spread = _ONE / camera.focal_px
@@ -120,6 +122,7 @@ def shade_hits(
                 r, g, b = lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k]
                 lanes[ln.IMPORTANCE + k] = _ZERO
                 kept[KIND, k] = lanes[ln.LIGHT_PDF + k] = _ZERO
+                kept[SEEN, k] = kept[SEEN + 1, k] = kept[SEEN + 2, k] = _ZERO
                 if lanes[ln.HIT + k] > _ZERO:
                     ir, ig, ib, tx, ty, tz, sun = _read(
                         cache, integer[ray.PRIM_ID + k], real[ray.BARY_U + k], real[ray.BARY_V + k], lanes[ln.COS_FRONT + k] > _ZERO, around
@@ -188,7 +191,11 @@ def shade_hits(
             for k in range(LANES):
                 x, y = column + (k & 3), row + (k >> 2)
                 if x < camera.width and y < camera.height:
-                    radiance[y, x, 0], radiance[y, x, 1], radiance[y, x, 2] = kept[LIGHT, k], kept[LIGHT + 1, k], kept[LIGHT + 2, k]
+                    picture.mirrored[y, x, 3] = kept[ALPHA, k] if kept[KIND, k] > _ZERO else _ZERO
+                    for channel in range(3):
+                        picture.light[y, x, channel] = kept[LIGHT + channel, k]
+                        picture.mirrored[y, x, channel] = kept[SEEN + channel, k]
+                        picture.share[y, x, channel] = kept[SHARE + channel, k]
 
 
 @inlined
@@ -234,17 +241,17 @@ def _add_sun(
 ) -> None:
     """Add the sun's light, sampled once, where the nodes around have any."""
     lanes = scratch.lanes
-    for k in range(LANES):
-        lanes[ln.U_INFINITE_0 + k], lanes[ln.U_INFINITE_1 + k] = pixel_noise(
-            camera, column + (k & 3), row + (k >> 2), np.uint32(key + np.uint32(7))
-        )
-    sample_infinite_light(surfaces, lights.infinite, scratch)
-    pass_glass(scene, surfaces, lanes, scratch)
-    wi_to_lights(lanes)
-    evaluate_bsdf(lanes, kinds, surfaces.albedos.reflected)
-    for k in range(LANES):
-        if lanes[ln.LIGHT_PDF + k] > _ZERO:
-            for channel in range(3):
-                kept[LIGHT + channel, k] += (
-                    lanes[ln.LI_R + LANES * channel + k] * lanes[ln.F_COS_R + LANES * channel + k] / lanes[ln.LIGHT_PDF + k]
-                )
+    for sample in range(_SUN_RAYS):
+        for k in range(LANES):
+            u, v = pixel_noise(camera, column + (k & 3), row + (k >> 2), np.uint32(key + np.uint32(7)))
+            v += np.float32(sample) / np.float32(_SUN_RAYS)
+            lanes[ln.U_INFINITE_0 + k], lanes[ln.U_INFINITE_1 + k] = u, v - np.floor(v)
+        sample_infinite_light(surfaces, lights.infinite, scratch)
+        pass_glass(scene, surfaces, lanes, scratch)
+        wi_to_lights(lanes)
+        evaluate_bsdf(lanes, kinds, surfaces.albedos.reflected)
+        for k in range(LANES):
+            if lanes[ln.LIGHT_PDF + k] > _ZERO:
+                gain = _ONE / (np.float32(_SUN_RAYS) * lanes[ln.LIGHT_PDF + k])
+                for channel in range(0, 3 * LANES, LANES):
+                    kept[LIGHT + channel // LANES, k] += gain * lanes[ln.LI_R + channel + k] * lanes[ln.F_COS_R + channel + k]
