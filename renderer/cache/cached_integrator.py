@@ -35,7 +35,7 @@ class CachedIntegrator:
         self._around = [make_around() for _ in scene.scratch]
         self._store = IrradianceCache(scene.flat, scene.surfaces, scene.lights, tree, scene.workers, scene.scratch, scene_key, config)
         store = self._store
-        self._cache = Cache(store.atlas, store.light, store.smooth, store.coarse, store.even, store.worth)
+        self._cache = Cache(store.atlas, store.rows, store.coarse, store.even, store.worth)
 
     def radiance(
         self,
@@ -52,7 +52,7 @@ class CachedIntegrator:
         Raises:
             RenderCancelled: ``cancelled`` returned True.
         """
-        self.prepare(view, distance, hits, cancelled)
+        self.prepare(hits, cancelled)
         scene, mesh, step = self._scene, self._scene.flat.mesh, self._scene.workers.count
         size = (view.height, view.width)
         picture, image, smooth = make_picture(*size), np.empty((*size, 3), np.float32), np.empty((*size, 3), np.float32)
@@ -72,14 +72,10 @@ class CachedIntegrator:
         scene.workers.run(smooth_rows, range(step))
         return smooth
 
-    def prepare(self, view: PosedCamera, distance: NDArray[np.float32], hits: Hits, cancelled: Callable[[], bool] | None = None) -> int:
+    def prepare(self, hits: Hits, cancelled: Callable[[], bool] | None = None) -> int:
         """Compute the nodes that a view reads, as far as they are not known; return how many those were."""
-        scene, mesh, step = self._scene, self._scene.flat.mesh, self._scene.workers.count
+        scene, step = self._scene, self._scene.workers.count
         wanted = np.zeros(len(self._store.atlas.face), np.bool_)
 
-        def want(worker: int, first: int) -> None:
-            memory = (self._around[worker], scene.scratch[worker])
-            want_nodes(self._cache.fine, mesh.vertices, mesh.faces, view, hits, wanted, *memory, distance, first, step)
-
-        scene.workers.run(want, range(step))
+        scene.workers.run(lambda worker, first: want_nodes(self._cache.fine, hits, wanted, self._around[worker], first, step), range(step))
         return self._store.fill(wanted, cancelled)

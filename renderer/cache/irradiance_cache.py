@@ -21,8 +21,8 @@ from renderer.cache.node_direct import light_nodes
 from renderer.cache.node_light import make_node_light
 from renderer.cache.node_surfaces import probe_insides, reflect_nodes
 from renderer.cache.radiosity import link_nodes, resolve_links, solve_links
-from renderer.cache.smoothing import REACH, places, smooth_nodes, widen
-from renderer.core.embree import LANES, SceneHandle
+from renderer.cache.smoothing import REACH, ROW, places, smooth_nodes, widen
+from renderer.core.embree import LANES, SceneHandle, aligned_floats
 from renderer.core.random_numbers import make_frame_key
 from renderer.core.workers import Workers
 from renderer.path.lights import Lights
@@ -62,7 +62,7 @@ class IrradianceCache:
         self.atlas = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.spacing_m)
         self.luminance = self._solve()
         self.light = make_node_light(len(self.atlas.face))
-        self.smooth = np.zeros((len(self.atlas.face), 3), np.float32)
+        self.rows = aligned_floats(len(self.atlas.face) * ROW).reshape(-1, ROW)
         self._smooth_done = np.zeros(len(self.atlas.face), np.bool_)
         self._place, self.grids = places(self.atlas)
         self._filled = np.zeros(len(self.atlas.face), np.bool_)
@@ -153,7 +153,7 @@ class IrradianceCache:
         self._workers.run(compute, _pieces(len(nodes)), cancelled)
         self._filled[nodes] = True
         todo = np.flatnonzero(wanted & ~self._smooth_done)
-        smooth_nodes(self.atlas.index, self._place, self.grids, np.float32(self.config.spacing_m), todo, self.light, self.smooth)
+        smooth_nodes(self.atlas.index, self._place, self.grids, np.float32(self.config.spacing_m), todo, self.light, self.rows)
         self._smooth_done[todo] = True
         return len(nodes)
 

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.cache.atlas import Atlas
-from renderer.cache.node_light import NodeLight
 from renderer.core.embree import LANES
 from renderer.core.layout import Layout
 
@@ -28,13 +27,14 @@ SEEN = _KEPT.field(3)  # luminance that the gloss ray finds
 
 
 class Cache(NamedTuple):
-    """What frames look up: fine nodes and their light, coarse nodes, illuminance over pi there, (n, 3), lux, and
-    what they are worth, (n,): the share of their surroundings that is not close by.
+    """What frames look up.
+
+    fine: nodes, and rows: (n, ROW) of :mod:`renderer.cache.smoothing`, their light.  coarse: nodes for what is mirrored; even: (n, 3),
+    illuminance over pi there, lux; worth: (n,), the share of a node's surroundings that is not close by.
     """
 
     fine: Atlas
-    light: NodeLight
-    smooth: NDArray[np.float32]
+    rows: NDArray[np.float32]
     coarse: Atlas
     even: NDArray[np.float32]
     worth: NDArray[np.float32]

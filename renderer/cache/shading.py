@@ -14,12 +14,14 @@ from renderer.cache.mirrored import SHARP, add_gloss, aim_gloss, pixel_noise
 from renderer.cache.reconstruction import Picture
 from renderer.cache.records import ALPHA, BASE, KIND, LIGHT, PANE, POINT, SEEN, SHARE, UNDER, UNDER_ALPHA, Around, Cache, Gloss
 from renderer.cache.reflectance import coat_albedo, diffuse_albedo, specular_albedo
+from renderer.cache.smoothing import LIGHT as LIT
+from renderer.cache.smoothing import SUN, TOWARD, VALID
 from renderer.camera.camera_rays import CENTRE, TILE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
-from renderer.core.embree import INVALID_ID, LANES, SceneHandle
+from renderer.core.embree import LANES, SceneHandle
 from renderer.core.kernel import entry, inlined
 from renderer.ground_truth.surface_images import restore_hits
 from renderer.path.direct_light import wi_to_lights
@@ -41,45 +43,19 @@ _LEAST_VALID = np.float32(1e-3)
 
 
 @entry
-def want_nodes(
-    atlas: Atlas,
-    mesh_vertices: NDArray[np.float32],
-    faces: NDArray[np.uint32],
-    camera: PosedCamera,
-    hits: Hits,
-    wanted: NDArray[np.bool_],
-    around: Around,
-    scratch: Scratch,
-    distance: NDArray[np.float32],
-    first: int,
-    step: int,
-) -> None:
-    """Mark the nodes that the hits of rows of tiles ``first``, ``first + step``, ... read."""
-    rays = scratch.rays
-    for row in range(first * TILE, camera.height, step * TILE):
-        for column in range(0, camera.width, TILE):
-            aim_exposed_tile(camera, column, row, CENTRE, rays)
-            restore_hits(mesh_vertices, faces, camera, column, row, distance, hits, scratch)
-            real, integer = rays.real, rays.integer
-            for k in range(LANES):
-                if integer[ray.GEOM_ID + k] == INVALID_ID:
-                    continue
-                toward = (
-                    real[ray.DIR_X + k] * real[ray.NG_X + k]
-                    + real[ray.DIR_Y + k] * real[ray.NG_Y + k]
-                    + real[ray.DIR_Z + k] * real[ray.NG_Z + k]
-                )
-                count = find_nodes(
-                    atlas,
-                    integer[ray.PRIM_ID + k],
-                    real[ray.BARY_U + k],
-                    real[ray.BARY_V + k],
-                    toward < _ZERO,
-                    around.nodes,
-                    around.weights,
-                )
-                for i in range(count):
-                    wanted[around.nodes[i]] = True
+def want_nodes(atlas: Atlas, hits: Hits, wanted: NDArray[np.bool_], around: Around, first: int, step: int) -> None:
+    """Mark the nodes that the hits of rows ``first``, ``first + step``, ... read, on both sides where there are two."""
+    height, width = hits.face.shape
+    nodes = around.nodes
+    for y in range(first, height, step):
+        for x in range(width):
+            if hits.face[y, x] < 0:
+                continue
+            count = find_nodes(atlas, hits.face[y, x], hits.u[y, x], hits.v[y, x], True, nodes, around.weights)
+            for i in range(count):
+                wanted[nodes[i]] = True
+                if atlas.back[nodes[i]] >= 0:
+                    wanted[atlas.back[nodes[i]]] = True
 
 
 @entry
@@ -203,27 +179,28 @@ def _read(
     cache: Cache, face: int, u: np.float32, v: np.float32, front: bool, around: Around
 ) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
     """Return illuminance without the sun's, its direction, and the most of the sun's share that any node has."""
-    nodes, weights, light = around.nodes, around.weights, cache.light
+    nodes, weights, rows = around.nodes, around.weights, cache.rows
     count = find_nodes(cache.fine, face, u, v, front, nodes, weights)
     r = g = b = x = y = z = sun = total = _ZERO
     for i in range(count):
-        total += weights[i] * light.valid[nodes[i]]
-    if total <= np.float32(1e-3):
-        count = find_nodes(cache.coarse, face, u, v, front, nodes, weights)
-        for i in range(count):
-            r += np.float32(np.pi) * weights[i] * cache.even[nodes[i], 0]
-            g += np.float32(np.pi) * weights[i] * cache.even[nodes[i], 1]
-            b += np.float32(np.pi) * weights[i] * cache.even[nodes[i], 2]
-        return r, g, b, x, y, z, sun
+        row = rows[nodes[i]]
+        weight = weights[i] * row[VALID]
+        total += weight
+        r, g, b = r + weight * row[LIT], g + weight * row[LIT + 1], b + weight * row[LIT + 2]
+        x, y, z = x + weight * row[TOWARD], y + weight * row[TOWARD + 1], z + weight * row[TOWARD + 2]
+        sun = max(sun, row[SUN])
+    if total > _LEAST_VALID:
+        scale = _ONE / total
+        return scale * r, scale * g, scale * b, scale * x, scale * y, scale * z, sun
+    # All lie within objects: the coarse ones know what is near.
+    r = g = b = _ZERO
+    count = find_nodes(cache.coarse, face, u, v, front, nodes, weights)
     for i in range(count):
-        node = nodes[i]
-        weight = weights[i] * light.valid[node] / total
-        r += weight * (cache.smooth[node, 0] + light.direct[node, 0])
-        g += weight * (cache.smooth[node, 1] + light.direct[node, 1])
-        b += weight * (cache.smooth[node, 2] + light.direct[node, 2])
-        x, y, z = x + weight * light.toward[node, 0], y + weight * light.toward[node, 1], z + weight * light.toward[node, 2]
-        sun = max(sun, light.sun[node, 3])
-    return r, g, b, x, y, z, sun
+        weight = _PI * weights[i]
+        r += weight * cache.even[nodes[i], 0]
+        g += weight * cache.even[nodes[i], 1]
+        b += weight * cache.even[nodes[i], 2]
+    return r, g, b, _ZERO, _ZERO, _ZERO, sun
 
 
 @inlined

@@ -8,8 +8,17 @@ from numpy.typing import NDArray
 from renderer.cache.atlas import GRID, Atlas
 from renderer.cache.node_light import NodeLight
 from renderer.core.kernel import entry
+from renderer.core.layout import Layout
 
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
+_ROW = Layout()
+LIGHT = _ROW.field(3)  # illuminance but for the sun's, lux
+TOWARD = _ROW.field(3)  # as in ``NodeLight``
+SUN = _ROW.field()  # the share of the sun that arrives
+VALID = _ROW.field()
+ROW = _ROW.size
+"""Numbers of a node that frames look up: half a line of the processor's cache."""
+
 REACH = 4
 """Most steps between nodes whose light is mixed."""
 _SHARE = np.float32(0.35)
@@ -68,9 +77,9 @@ def smooth_nodes(
     spacing_m: np.float32,
     nodes: NDArray[np.int64],
     light: NodeLight,
-    smooth: NDArray[np.float32],
+    rows: NDArray[np.float32],
 ) -> None:
-    """Fill ``smooth`` (n, 3) of the nodes with the mean of ``light.indirect`` around them.
+    """Fill ``rows`` (n, ROW) of the nodes, with the mean of ``light.indirect`` around them.
 
     Neighbours count the less the farther they are, up to a share of the distance to what surrounds both (as records of an irradiance cache
     do, Ward et al., "A Ray Tracing Solution for Diffuse Interreflection", 1988).
@@ -97,4 +106,10 @@ def smooth_nodes(
                             b + weight * light.indirect[other, 2],
                         )
                         total += weight
-        smooth[node, 0], smooth[node, 1], smooth[node, 2] = r / total, g / total, b / total
+        row = rows[node]
+        row[LIGHT] = r / total + light.direct[node, 0]
+        row[LIGHT + 1] = g / total + light.direct[node, 1]
+        row[LIGHT + 2] = b / total + light.direct[node, 2]
+        for axis in range(3):
+            row[TOWARD + axis] = light.toward[node, axis]
+        row[SUN], row[VALID] = light.sun[node, 3], light.valid[node]
