@@ -9,7 +9,7 @@ from renderer.bsdf.microfacet import sample_ggx_wm
 from renderer.cache.atlas import find_nodes
 from renderer.cache.hemisphere import outside_light
 from renderer.cache.records import AHEAD, ALPHA, BASE, KIND, LIGHT, PANE, POINT, SEEN, SHARE, Around, Cache
-from renderer.cache.reflectance import total_albedo
+from renderer.cache.reflectance import rough_albedo
 from renderer.camera.camera_rays import CENTRE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile
@@ -21,7 +21,6 @@ from renderer.core.random_numbers import mix_bits
 from renderer.path import surface_tables as st
 from renderer.path.lights import Lights
 from renderer.path.records import Scratch
-from renderer.path.scattering import build_bsdfs
 from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import evaluate_surfaces
 
@@ -50,9 +49,7 @@ def pixel_noise(camera: PosedCamera, x: int, y: int, key: np.uint32) -> tuple[np
 
 
 @inlined
-def aim_gloss(
-    camera: PosedCamera, x: int, y: int, key: np.uint32, k: int, kept: NDArray[np.float32], lanes: NDArray[np.float32], scale: np.float32
-) -> None:
+def aim_gloss(camera: PosedCamera, x: int, y: int, key: np.uint32, k: int, kept: NDArray[np.float32], lanes: NDArray[np.float32]) -> None:
     """Keep the direction of lane k's mirrored ray, world: sampled among the microfacets that are seen."""
     u, v = pixel_noise(camera, x, y, key)
     wo_x, wo_y, wo_z = lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k]
@@ -155,7 +152,6 @@ def add_gloss(
             if not use:
                 integer[ray.GEOM_ID + k] = INVALID_ID
         evaluate_surfaces(scene, surfaces, lights, True, _INFINITE, scratch)
-        kinds = build_bsdfs(surfaces, True, scratch)
         for k in range(LANES):
             if alive[k] == 0 or lanes[ln.HIT + k] == _ZERO:
                 continue
@@ -163,7 +159,7 @@ def add_gloss(
             at = surfaces.face_part[integer[ray.PRIM_ID + k]] * st.ROW_SIZE
             if side == 0 and kept[ALPHA, k] >= SHARP and surfaces.materials[at + st.EMISSION + 1] > _ZERO:
                 r = g = b = _ZERO
-            dr, dg, db = total_albedo(lanes, kinds, k)
+            dr, dg, db = rough_albedo(lanes, k)
             count = 0
             if lanes[ln.OUTSIDE + k] > _ZERO:
                 # What is outside is lit by all of the sky.

@@ -20,8 +20,11 @@ from renderer.path.ground_truth import Hits
 from renderer.path.surface_tables import Surfaces
 
 _ZERO, _ONE, _QUARTER = np.float32(0.0), np.float32(1.0), np.float32(0.25)
-_MIRROR, _ROUGH = np.float32(1e-3), np.float32(0.03)
+_MIRROR = np.float32(1e-3)
+ROUGH = np.float32(0.03)
+"""Width of GGX from which on light is mixed over twice the distance."""
 _SAME_WAY, _ALIKE = np.float32(0.98), np.float32(0.7)
+_GUESS = np.float32(1e-3)
 _NEAR = np.float32(0.03)
 _BEND = np.float32(0.95)
 OFFSETS = np.zeros((3, 2 * LANES), np.float32)
@@ -31,8 +34,11 @@ OFFSETS[:, LANES:] = np.array([0.125, 0.375, -0.125])[:, None]
 
 
 class Picture(NamedTuple):
-    """What shading leaves, float32: light (height, width, 3), cd/m2, without what is mirrored; mirrored (height, width, 4), the luminance
-    that the mirrored ray found, and the width of GGX, 0 where none was sent; share (height, width, 3), how much of it leaves to the camera.
+    """What shading leaves, float32.
+
+    light: (height, width, 3), cd/m2, without what is mirrored.  mirrored: (height, width, 4), the luminance that the mirrored ray found,
+    and the width of GGX: 0 where nothing is mirrored by a ray, negative where neighbours' rays serve and the luminance is a guess.
+    share: (height, width, 3), how much of it leaves to the camera.
     """
 
     light: NDArray[np.float32]
@@ -65,14 +71,16 @@ def mix_mirrored(surfaces: Surfaces, hits: Hits, picture: Picture, image: NDArra
         for x in range(width):
             alpha = mirrored[y, x, 3]
             r, g, b = mirrored[y, x, 0], mirrored[y, x, 1], mirrored[y, x, 2]
-            if alpha > _MIRROR:
-                stride = 1 if alpha < _ROUGH else 2
-                here, count = face[y, x], _ONE
+            if alpha > _MIRROR or alpha < _ZERO:
+                stride = 1 if abs(alpha) < ROUGH else 2
+                here, count = face[y, x], _ONE if alpha > _ZERO else _GUESS
+                r, g, b = count * r, count * g, count * b
                 part = surfaces.face_part[here]
                 for i in range(-2, 3):
                     for j in range(-2, 3):
-                        v, u = y + stride * i, x + stride * j
-                        if (i == 0 and j == 0) or v < 0 or u < 0 or v >= height or u >= width or mirrored[v, u, 3] <= _MIRROR:
+                        # Steps of two meet pixels of one colour of the chessboard only; a pixel that sends no ray is of the other.
+                        v, u = y + stride * i, x + stride * j + (1 if alpha < _ZERO else 0)
+                        if (u == x and v == y) or v < 0 or u < 0 or v >= height or u >= width or mirrored[v, u, 3] <= _MIRROR:
                             continue
                         there = face[v, u]
                         if there != here and (surfaces.face_part[there] != part or _aligned(surfaces, here, there) < _SAME_WAY):
@@ -81,7 +89,7 @@ def mix_mirrored(surfaces: Surfaces, hits: Hits, picture: Picture, image: NDArra
                         count += _ONE
                 scale = _ONE / count
                 r, g, b = r * scale, g * scale, b * scale
-            if alpha > _ZERO:
+            if alpha != _ZERO:
                 image[y, x, 0] = picture.light[y, x, 0] + share[y, x, 0] * r
                 image[y, x, 1] = picture.light[y, x, 1] + share[y, x, 1] * g
                 image[y, x, 2] = picture.light[y, x, 2] + share[y, x, 2] * b

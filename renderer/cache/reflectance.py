@@ -10,7 +10,7 @@ from renderer.core import lanes as ln
 from renderer.core.color import Rgb
 from renderer.core.kernel import inlined
 
-_ZERO, _ONE = np.float32(0.0), np.float32(1.0)
+_ZERO, _ONE, _BOUNDARY = np.float32(0.0), np.float32(1.0), np.float32(0.06)
 
 
 @inlined
@@ -56,3 +56,16 @@ def total_albedo(lanes: NDArray[np.float32], kinds: int, k: int) -> Rgb:
     specular_r, specular_g, specular_b = specular_albedo(lanes, kinds, k)
     coat = coat_albedo(lanes, kinds, k)
     return r + specular_r + coat, g + specular_g + coat, b + specular_b + coat
+
+
+@inlined
+def rough_albedo(lanes: NDArray[np.float32], k: int) -> Rgb:
+    """Return about what a surface reflects in all, from its material only: enough for what is seen in a mirror.
+
+    Opaque dielectrics and coats send back some 6 % at their boundary (the hemisphere's mean for an index of 1.5, rough), and the rest by
+    their colour; metals all by it.
+    """
+    boundary = _BOUNDARY * (_ONE - lanes[ln.METALLIC + k]) if lanes[ln.IOR + k] > _ONE else _ZERO
+    boundary = max(boundary, _BOUNDARY * lanes[ln.COAT + k])
+    r, g, b = lanes[ln.BASE_R + k], lanes[ln.BASE_G + k], lanes[ln.BASE_B + k]
+    return r + boundary * (_ONE - r), g + boundary * (_ONE - g), b + boundary * (_ONE - b)

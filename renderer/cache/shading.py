@@ -11,7 +11,7 @@ from renderer.cache.atlas import Atlas, find_nodes
 from renderer.cache.glass import pass_glass
 from renderer.cache.lamps import Lamps, choose_lamp
 from renderer.cache.mirrored import SHARP, add_gloss, aim_gloss, pixel_noise
-from renderer.cache.reconstruction import Picture
+from renderer.cache.reconstruction import ROUGH, Picture
 from renderer.cache.records import ALPHA, BASE, KIND, LIGHT, PANE, POINT, SEEN, SHARE, UNDER, UNDER_ALPHA, Around, Cache, Gloss
 from renderer.cache.reflectance import coat_albedo, diffuse_albedo, specular_albedo
 from renderer.cache.smoothing import LIGHT as LIT
@@ -97,7 +97,7 @@ def shade_hits(
             for k in range(LANES):
                 r, g, b = lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k]
                 lanes[ln.IMPORTANCE + k] = _ZERO
-                kept[KIND, k] = lanes[ln.LIGHT_PDF + k] = _ZERO
+                kept[KIND, k] = kept[ALPHA, k] = lanes[ln.LIGHT_PDF + k] = _ZERO
                 kept[SEEN, k] = kept[SEEN + 1, k] = kept[SEEN + 2, k] = _ZERO
                 if lanes[ln.HIT + k] > _ZERO:
                     ir, ig, ib, tx, ty, tz, sun = _read(
@@ -134,25 +134,32 @@ def shade_hits(
                         kept[UNDER_ALPHA, k] = _ONE
                     most = max(sr, sg, sb)
                     dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
+                    # Light around to the first order, where no ray asks for it.
+                    cosine = -_TWO * (dx * nx + dy * ny + dz * nz)
+                    mx, my, mz = dx + cosine * nx, dy + cosine * ny, dz + cosine * nz
+                    ahead = tx * mx + ty * my + tz * mz - (mx * nx + my * ny + mz * nz) * along
+                    around_share = min(max(_ONE + _FIRST_ORDER * ahead, _ZERO), _STEEPEST) * _INVERSE_PI
                     if (most > gloss.least) & (roughness < gloss.roughest) or glass:
                         kept[SHARE, k], kept[SHARE + 1, k], kept[SHARE + 2, k] = sr, sg, sb
                         kept[ALPHA, k] = max(roughness * roughness, np.float32(1e-4))
-                        kept[KIND, k] = np.float32(2.0) if glass else _ONE
-                        kept[PANE, k] = lanes[ln.THIN + k]
-                        for channel in range(3):
-                            tint = np.sqrt(lanes[ln.BASE_R + LANES * channel + k])
-                            kept[BASE + channel, k] = lanes[ln.TRANSMISSION + k] if lanes[ln.THIN + k] > _ZERO else tint
-                        kept[POINT, k], kept[POINT + 1, k], kept[POINT + 2, k] = lanes[ln.P_X + k], lanes[ln.P_Y + k], lanes[ln.P_Z + k]
-                        traced += 1
-                        aim_gloss(camera, column + (k & 3), row + (k >> 2), frame_key, k, kept, lanes, _ONE)
                         if kept[ALPHA, k] >= SHARP:
                             lamplit += choose_lamp(surfaces, lamps, k, r + g + b, kept, lanes)
+                        # Of rough surfaces every second pixel sends a ray; the others take what their neighbours see.
+                        left_out = (column + (k & 3) + row + (k >> 2)) & 1 == 1
+                        if left_out and kept[ALPHA, k] > ROUGH and lanes[ln.METALLIC + k] < _HALF and not glass:
+                            kept[ALPHA, k] = -kept[ALPHA, k]
+                            kept[SEEN, k], kept[SEEN + 1, k], kept[SEEN + 2, k] = around_share * ir, around_share * ig, around_share * ib
+                        else:
+                            kept[KIND, k] = np.float32(2.0) if glass else _ONE
+                            kept[PANE, k] = lanes[ln.THIN + k]
+                            for channel in range(3):
+                                tint = np.sqrt(lanes[ln.BASE_R + LANES * channel + k])
+                                kept[BASE + channel, k] = lanes[ln.TRANSMISSION + k] if lanes[ln.THIN + k] > _ZERO else tint
+                                kept[POINT + channel, k] = lanes[ln.P_X + LANES * channel + k]
+                            traced += 1
+                            aim_gloss(camera, column + (k & 3), row + (k >> 2), frame_key, k, kept, lanes)
                     else:
-                        cosine = -_TWO * (dx * nx + dy * ny + dz * nz)
-                        mx, my, mz = dx + cosine * nx, dy + cosine * ny, dz + cosine * nz
-                        ahead = tx * mx + ty * my + tz * mz - (mx * nx + my * ny + mz * nz) * along
-                        share = min(max(_ONE + _FIRST_ORDER * ahead, _ZERO), _STEEPEST) * _INVERSE_PI
-                        r, g, b = r + share * sr * ir, g + share * sg * ig, b + share * sb * ib
+                        r, g, b = r + around_share * sr * ir, g + around_share * sg * ig, b + around_share * sb * ib
                 kept[LIGHT, k], kept[LIGHT + 1, k], kept[LIGHT + 2, k] = r, g, b
             if lamplit > 0:
                 pass_glass(scene, surfaces, lanes, scratch)
@@ -167,7 +174,7 @@ def shade_hits(
             for k in range(LANES):
                 x, y = column + (k & 3), row + (k >> 2)
                 if x < camera.width and y < camera.height:
-                    picture.mirrored[y, x, 3] = kept[ALPHA, k] if kept[KIND, k] > _ZERO else _ZERO
+                    picture.mirrored[y, x, 3] = kept[ALPHA, k]
                     for channel in range(3):
                         picture.light[y, x, channel] = kept[LIGHT + channel, k]
                         picture.mirrored[y, x, channel] = kept[SEEN + channel, k]
@@ -183,12 +190,14 @@ def _read(
     count = find_nodes(cache.fine, face, u, v, front, nodes, weights)
     r = g = b = x = y = z = sun = total = _ZERO
     for i in range(count):
-        row = rows[nodes[i]]
-        weight = weights[i] * row[VALID]
+        node = nodes[i]
+        weight = weights[i] * rows[node, VALID]
         total += weight
-        r, g, b = r + weight * row[LIT], g + weight * row[LIT + 1], b + weight * row[LIT + 2]
-        x, y, z = x + weight * row[TOWARD], y + weight * row[TOWARD + 1], z + weight * row[TOWARD + 2]
-        sun = max(sun, row[SUN])
+        r, g, b = r + weight * rows[node, LIT], g + weight * rows[node, LIT + 1], b + weight * rows[node, LIT + 2]
+        x += weight * rows[node, TOWARD]
+        y += weight * rows[node, TOWARD + 1]
+        z += weight * rows[node, TOWARD + 2]
+        sun = max(sun, rows[node, SUN])
     if total > _LEAST_VALID:
         scale = _ONE / total
         return scale * r, scale * g, scale * b, scale * x, scale * y, scale * z, sun
