@@ -26,6 +26,7 @@ _ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-20)
 _PI = np.float32(np.pi)
 _RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
 _CLEAR_M = np.float32(1e-3)
+_OPEN, _LEAST_WORTH = np.float32(0.3), np.float32(0.02)
 _LEAST_COSINE = np.float32(0.05)
 
 
@@ -72,6 +73,7 @@ def gather_nodes(
     key: np.uint32,
     pattern: NDArray[np.float32],
     most_behind: np.float32,
+    far_m: np.float32,
     chosen: NDArray[np.int64],
     scratch: Scratch,
     found: GatherScratch,
@@ -81,7 +83,7 @@ def gather_nodes(
 ) -> None:
     """Fill ``indirect`` and ``valid`` of the chosen nodes [first, end) of ``target``, and complete ``toward``, from light of ``source``.
 
-    ``luminance``: (n, 3) that leaves the nodes of ``source``, cd/m2.
+    ``luminance``: (n, 3) that leaves the nodes of ``source``, cd/m2; ``far_m``: what ends farther away does not count as close by.
     """
     rays, directions = scratch.rays, found.toward
     count = len(pattern)
@@ -90,7 +92,7 @@ def gather_nodes(
         u, v = unit_hash(node, key)
         seed = mix_bits(np.uint32(np.uint32(node) * np.uint32(0x85EBCA6B)) ^ key)
         nx, ny, nz = target.normal[node, 0], target.normal[node, 1], target.normal[node, 2]
-        r = g = b = vx = vy = vz = behind = nearness = _ZERO
+        r = g = b = vx = vy = vz = behind = nearness = far = _ZERO
         for begin in range(0, count, LANES):
             aim_hemisphere(target, node, pattern, begin, u, v, scratch)
             for j in range(3 * LANES):
@@ -104,6 +106,7 @@ def gather_nodes(
                 if link >= 0 and not (bright.chosen[link] and scratch.sampled[k] == 0 and rays.real[ray.TFAR + k] > bright.near_m):
                     red, green, blue = red + luminance[link, 0], green + luminance[link, 1], blue + luminance[link, 2]
                 behind += _ONE if link == BEHIND else _ZERO
+                far += _ONE if rays.real[ray.TFAR + k] > far_m and link != BEHIND else _ZERO
                 nearness += _ONE / max(rays.real[ray.TFAR + k], _CLEAR_M)
                 r, g, b = r + red, g + green, b + blue
                 dx, dy, dz = directions[k], directions[LANES + k], directions[2 * LANES + k]
@@ -122,7 +125,8 @@ def gather_nodes(
         light.indirect[node, 1] += g
         light.indirect[node, 2] += b
         light.open_m[node] = np.float32(count) / max(nearness, _TINY)
-        light.valid[node] = _ONE if behind <= most_behind * np.float32(count) else _ZERO
+        open_share = max(min(far / (_OPEN * np.float32(count)), _ONE), _LEAST_WORTH)
+        light.valid[node] = open_share if behind <= most_behind * np.float32(count) else _ZERO
         total = (
             _RED * (light.indirect[node, 0] + light.direct[node, 0])
             + _GREEN * (light.indirect[node, 1] + light.direct[node, 1])

@@ -143,6 +143,7 @@ class IrradianceCache:
                 self._key,
                 hemisphere,
                 _MOST_BEHIND,
+                np.float32(config.spacing_m),
                 nodes,
                 scratch,
                 self._found[worker],

@@ -39,7 +39,7 @@ _INFINITE = np.float32(np.inf)
 _STEEPEST = np.float32(2.5)
 _FIRST_ORDER = np.float32(1.0)
 _SUN_RAYS = 4
-_LEAST_VALID = np.float32(1e-3)
+_LEAST_VALID = np.float32(1e-4)
 
 
 @entry
