@@ -166,7 +166,8 @@ class Renderer:
             scratch.traced[0] = 0
         if annotator is not None or recorded or looked_up or (sensed and ideal):
             geometry, hits = self._trace_geometry(view, any(name in HIT_LAYERS for name in layers) or looked_up)
-            images |= geometry._asdict() | self._hit_layers(view, geometry, hits, layers, pose, path)
+            images |= geometry._asdict()
+            images |= self._hit_layers(view, geometry, hits, layers, pose, path)
             rays = view.width * view.height
             if annotator is not None:
                 annotations = annotator.annotate(geometry.instance, pose, view, self._embree.handle, self._workers)

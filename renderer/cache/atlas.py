@@ -26,8 +26,8 @@ NONE, GRID, CORNERS = range(3)
 class Atlas(NamedTuple):
     """Nodes, and where each triangle finds its own, for kernels.
 
-    cells: (m, 4) int32, for GRID where the chart's rows begin in ``index``, its width and height, for CORNERS the three nodes; then which;
-    affine: (m, 6) float32, grid coordinates (s, r) of the first corner, and what the second and the third add; index: (g,) int32, nodes of
+    cells: (m, 4) int32, for GRID where the chart's rows begin in ``grid``, its width and height, for CORNERS the three nodes; then which;
+    affine: (m, 6) float32, grid coordinates (s, r) of the first corner, and what the second and the third add; grid: (g,) int32, nodes of
     the charts' grids, -1 where no triangle is near; back: (n,) int32, the node that looks the other way, -1 where nobody looks from there.
     position, normal: (n, 3) float32, metres, world, on the surface; face: (n,) int32 and weight: (n, 2) float32, the triangle on which
     each node lies and its barycentric weights there; area: (n,) float32, m2, its share of the surface.
@@ -35,7 +35,7 @@ class Atlas(NamedTuple):
 
     cells: NDArray[np.int32]
     affine: NDArray[np.float32]
-    index: NDArray[np.int32]
+    grid: NDArray[np.int32]
     back: NDArray[np.int32]
     position: NDArray[np.float32]
     normal: NDArray[np.float32]
@@ -200,9 +200,9 @@ def _lay_corners(
     shading = mesh.normals.astype(np.float64)[faces].reshape(-1, 3)
     facing = np.rint(_FACING * shading).astype(np.int64)
     key = mix_rows(np.column_stack([mix_rows(places), mix_rows(facing), np.repeat(face_part[members], 3)]))
-    _, lead, node = np.unique(key, return_index=True, return_inverse=True)
+    lead, node = (found.astype(np.int64) for found in np.unique(key, return_index=True, return_inverse=True)[1:])
     cells[members] = np.column_stack([first + node.reshape(-1, 3), np.full(len(members), CORNERS)])
-    normal = np.column_stack([np.bincount(node, shading[:, axis]) for axis in range(3)])
+    normal = np.column_stack([np.bincount(node, shading[:, axis]).astype(np.float64) for axis in range(3)])
     short = np.linalg.norm(normal, axis=1) < 1e-6
     normal[short] = shading[lead[short]]
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
@@ -256,9 +256,9 @@ def has_back(atlas: Atlas, face: int) -> bool:
     node = atlas.cells[face, 0]
     if kind == GRID:
         place = node
-        while atlas.index[place] < 0:
+        while atlas.grid[place] < 0:
             place += 1
-        node = atlas.index[place]
+        node = atlas.grid[place]
     return bool(atlas.back[node] >= 0)
 
 
@@ -284,7 +284,7 @@ def find_nodes(
             right, up = corner & 1, corner >> 1
             weight = (s if right else _ONE - s) * (r if up else _ONE - r)
             if weight > _ZERO:
-                node = atlas.index[offset + (row + up) * width + column + right]
+                node = atlas.grid[offset + (row + up) * width + column + right]
                 if node >= 0:
                     nodes[count], weights[count] = node, weight
                     count += 1

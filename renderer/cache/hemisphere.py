@@ -220,9 +220,9 @@ def choose_node(
         weights[i] *= worth[nodes[i]]
         total += weights[i]
     if total <= _ZERO:
-        return nodes[0] if count > 0 else DARK
+        return int(nodes[0]) if count > 0 else DARK
     left, chosen = u * total, 0
     while chosen + 1 < count and left >= weights[chosen]:
         left -= weights[chosen]
         chosen += 1
-    return nodes[chosen]
+    return int(nodes[chosen])

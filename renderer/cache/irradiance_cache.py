@@ -112,7 +112,7 @@ class IrradianceCache:
 
         self._workers.run(resolve, _pieces(count))
         other = np.zeros(count, np.int32)
-        stand_in(atlas.cells, atlas.index, valid, _STEPS, other)
+        stand_in(atlas.cells, atlas.grid, valid, _STEPS, other)
         luminance = np.zeros((count, 3), np.float32)
         solve_links(links, light.direct + light.indirect + light.sun[:, :3], seen, albedo, glow, _SWEEPS, luminance)
         luminance = luminance[other]
@@ -124,7 +124,7 @@ class IrradianceCache:
     def fill(self, wanted: NDArray[np.bool_], cancelled: Callable[[], bool] | None = None) -> int:
         """Compute the nodes of ``wanted`` (n,) that are not known yet; return how many."""
         near = wanted.copy()
-        widen(self.atlas.index, self._place, self.grids, REACH, np.flatnonzero(wanted), near)
+        widen(self.atlas.grid, self._place, self.grids, REACH, np.flatnonzero(wanted), near)
         nodes = np.flatnonzero(near & ~self._filled)
         config, atlas = self.config, self.atlas
         hemisphere, samples = even_points(config.gather_rays), even_points(config.sun_samples)
@@ -154,7 +154,7 @@ class IrradianceCache:
         self._workers.run(compute, _pieces(len(nodes)), cancelled)
         self._filled[nodes] = True
         todo = np.flatnonzero(wanted & ~self._smooth_done)
-        smooth_nodes(self.atlas.index, self._place, self.grids, np.float32(self.config.spacing_m), todo, self.light, self.rows)
+        smooth_nodes(self.atlas.grid, self._place, self.grids, np.float32(self.config.spacing_m), todo, self.light, self.rows)
         self._smooth_done[todo] = True
         return len(nodes)
 

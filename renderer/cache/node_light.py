@@ -26,8 +26,5 @@ class NodeLight(NamedTuple):
 
 def make_node_light(count: int) -> NodeLight:
     """Return light of so many nodes, all dark."""
-    return NodeLight(
-        *(np.zeros((count, channels), np.float32) for channels in (3, 3, 4, 3)),
-        np.zeros(count, np.float32),
-        np.zeros(count, np.float32),
-    )
+    color = (count, 3)
+    return NodeLight(*(np.zeros(shape, np.float32) for shape in (color, color, (count, 4), color, count, count)))

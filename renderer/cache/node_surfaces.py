@@ -67,7 +67,11 @@ def reflect_nodes(
     first: int,
     end: int,
 ) -> None:
-    """Add to ``albedo`` (n, 3), the hemisphere's mean, and ``glow`` (n, 3), luminance that no light sampling finds, of nodes [first, end)."""
+    """Add to ``albedo`` and ``glow``, (n, 3) each, of nodes [first, end).
+
+    They are the hemisphere's mean of what the surface reflects, and luminance of its own that no light sampling finds, cd/m2.  ``width_m``:
+    over how much of the surface textures are averaged.
+    """
     rays, lanes = scratch.rays, scratch.lanes
     real, integer = rays.real, rays.integer
     share = _ONE / np.float32(_SLANTS)

@@ -159,7 +159,7 @@ def smooth_edges(
                 for k in range(LANES):
                     if edges >> k & 1:
                         y, x = row + k // TILE, column + k % TILE
-                        face = np.int32(integer[ray.PRIM_ID + k]) if integer[ray.GEOM_ID + k] != INVALID_ID else np.int32(-1)
+                        face = int(integer[ray.PRIM_ID + k]) if integer[ray.GEOM_ID + k] != INVALID_ID else -1
                         dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
                         far = real[ray.TFAR + k] * np.sqrt(dx * dx + dy * dy + dz * dz)
                         u, v = _alike(surfaces, hits, distance, x, y, face, far)

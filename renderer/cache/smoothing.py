@@ -27,8 +27,8 @@ _SHARE = np.float32(0.35)
 def places(atlas: Atlas) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
     """Return the place in ``index`` of each node, (n,) int32, -1 for those on no grid, and the grids (c, 3): first place, width, height."""
     place = np.full(len(atlas.face), -1, np.int32)
-    used = np.flatnonzero(atlas.index >= 0)
-    place[atlas.index[used]] = used
+    used = np.flatnonzero(atlas.grid >= 0)
+    place[atlas.grid[used]] = used
     twins = np.flatnonzero(atlas.back >= 0)
     place[atlas.back[twins]] = -1
     grids = np.unique(atlas.cells[atlas.cells[:, 3] == GRID][:, :3], axis=0)
