@@ -13,7 +13,8 @@ class NodeLight(NamedTuple):
 
     indirect, direct: (n, 3), illuminance in lux, by other surfaces and the sky in panes, and by lamps; sun: (n, 4), that by the sun, and
     which share of it arrives; toward: (n, 3), luminance of the light times its direction, world, over the illuminance of indirect and
-    direct; valid: (n,), 1, less where nearly all is close by, 0 within an object; open_m: (n,), harmonic mean distance of what surrounds the node, metres.
+    direct; valid: (n,), 1, less where nearly all is close by, 0 within an object; open_m: (n,), harmonic mean distance of what surrounds
+    the node, metres.
     """
 
     indirect: NDArray[np.float32]
