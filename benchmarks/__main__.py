@@ -22,6 +22,7 @@ TABLES = {
     "layout": "Rooms",
     "geometry": "Geometry",
     "color": "Colour",
+    "cached": "Colour by the cache",
     "presets": "Light that presets lose",
     "stream": "Messages",
     "bag": "Bags",

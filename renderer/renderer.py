@@ -173,7 +173,7 @@ class Renderer:
                 annotations = annotator.annotate(geometry.instance, pose, view, self._embree.handle, self._workers)
             if looked_up:
                 began = time.perf_counter()
-                radiance = self._cached().radiance(view, geometry.range, hits, self._frame_key(frame_index), cancelled)
+                radiance = self.cached().radiance(view, geometry.range, hits, self._frame_key(frame_index), cancelled)
                 sampling_s = time.perf_counter() - began
                 self._show(images, layers, view, frame_index, shown, radiance, radiance)
         if sensed:
@@ -243,8 +243,8 @@ class Renderer:
             key = self._frame_key(frame_index)
             images["color_sensed"] = read_color(radiance, view, self._sensor, shown, self._config.tone_curve, key)
 
-    def _cached(self) -> CachedIntegrator:
-        """Return the room's irradiance cache; the first call solves its light."""
+    def cached(self) -> CachedIntegrator:
+        """Return the room's irradiance cache, whatever the configured integrator; the first call solves its light."""
         if self._integrator is None:
             config = self._config
             fine = CacheConfig(spacing_m=config.cache_spacing_m, gather_rays=config.cache_rays, light_samples=config.cache_light_samples)

@@ -37,6 +37,11 @@ class CachedIntegrator:
         store = self._store
         self._cache = Cache(store.atlas, store.rows, store.coarse, store.even, store.worth)
 
+    @property
+    def size_bytes(self) -> int:
+        """Memory that the room's cache holds."""
+        return self._store.size_bytes
+
     def radiance(
         self,
         view: PosedCamera,

@@ -8,6 +8,7 @@ itself.  It is a pure function of the scene and its own number, so it does not m
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,6 +122,12 @@ class IrradianceCache:
         self.coarse_light, self.albedo, self.links = light, albedo, links
         return luminance
 
+    @property
+    def size_bytes(self) -> int:
+        """Memory that the cache holds."""
+        tables = (*self.coarse, *self.atlas, *self.light, *self.bright[:4])
+        return _size(*tables, self.luminance, self.worth, self.even, self.rows, self._filled, self._smooth_done, self._place, self.grids)
+
     def fill(self, wanted: NDArray[np.bool_], cancelled: Callable[[], bool] | None = None) -> int:
         """Compute the nodes of ``wanted`` (n,) that are not known yet; return how many."""
         near = wanted.copy()
@@ -157,6 +164,10 @@ class IrradianceCache:
         smooth_nodes(self.atlas.grid, self._place, self.grids, np.float32(self.config.spacing_m), todo, self.light, self.rows)
         self._smooth_done[todo] = True
         return len(nodes)
+
+
+def _size(*arrays: NDArray[Any]) -> int:
+    return sum(array.nbytes for array in arrays)
 
 
 def _pieces(count: int) -> list[tuple[int, int]]:
