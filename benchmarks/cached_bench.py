@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from benchmarks.table import Row, at_least, at_most, render_table
-from grammar import CameraTimes, SceneRequest, SceneSynthesizer, room_types
+from grammar import SceneRequest, room_types
+from grammar.synthesize import CameraTimes, SceneSynthesizer
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.camera.rig import mounted_path
 from renderer.core.color import LUMINANCE
