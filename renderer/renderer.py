@@ -6,7 +6,7 @@ Use: ``with Renderer(flat, CameraConfig(), RenderConfig(), scene_key) as rendere
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from types import TracebackType
 
@@ -278,7 +278,7 @@ class Renderer:
         layers: Collection[str],
         pose: CameraPose,
         path: Sequence[CameraPose],
-    ) -> Mapping[str, NDArray[np.generic]]:
+    ) -> dict[str, NDArray[np.generic]]:
         """Return what the hit record gives of the layers that are asked for."""
         if not any(name in HIT_LAYERS for name in layers):
             return {}

@@ -48,6 +48,7 @@ FOLDERS = {
         "sensors": {"camera", "core", "path"},
         "ground_truth": {"camera", "core", "path", "scene"},
         "export": {"camera", "core", "files", "geometry", "scene", "textures"},
+        "cache": {"bsdf", "camera", "core", "geometry", "ground_truth", "path", "scene"},
     },
     "scene_synth_ros": {
         "mcap": set(),
