@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from box_room import DARK, box, hollow_sphere, pose, quad, scene
+from box_room import DARK, box, hollow_sphere, pierced, pose, quad, scene
 
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer import renderer as facade
@@ -35,7 +35,7 @@ def radiance(flat, view, samples, frame=0, **settings):
 
 def sunny_room(floor=0.8, direction=(0.0, 1.0, 1.0)):
     """A room of 4 x 4 x 3 m with a pane of 0.4 x 0.4 m in the wall y = 4, whose light falls on the floor; ``floor``: its roughness."""
-    walls = box((0, 0, 0), (4, 4, 3), inside=True, color=(0.7, 0.7, 0.7), roughness=1.0)
+    walls = pierced(box((0, 0, 0), (4, 4, 3), inside=True, color=(0.7, 0.7, 0.7), roughness=1.0), (1.799, 1.499), (2.201, 1.915))
     ground = quad((0, 0, 0.01), (4, 0, 0), (0, 4, 0), color=(0.5, 0.5, 0.5), roughness=floor, ior=1.5)
     pane = quad((1.8, 3.99, 1.5), (0.4, 0, 0), (0, 0, 0.4), portal=True, transmission=1.0)
     return scene(walls, ground, pane, sky=sun(direction))
@@ -57,10 +57,10 @@ def test_a_sun_behind_the_walls_has_none(direction):
 
 
 def test_a_sunbeam_in_an_integrating_sphere_lights_it_evenly():
-    """What a patch of 36 cm2 sends back is even all over the sphere: albedo flux / (area (1 - albedo))."""
+    """What a patch of 36 cm2 sends back is even all over the sphere: albedo flux / (area (1 - albedo)); the sun's hole is 0.2 % of it."""
     albedo, side = 0.6, 0.06
     pane = quad((-side / 2, -side / 2, 0.8), (0, side, 0), (side, 0, 0), portal=True, transmission=1.0)
-    flat = scene(hollow_sphere(32, color=(albedo,) * 3), pane, sky=sun((0, 0, 1)))
+    flat = scene(hollow_sphere(32, first=1, color=(albedo,) * 3), pane, sky=sun((0, 0, 1)))
     image = radiance(flat, pose((0, 0, 0), (1.0, 0.3, 0.1)), 400, max_depth=32)
     flux = LUX * side * side
     expected = albedo / math.pi * albedo * flux / (4.0 * math.pi * (1.0 - albedo))
