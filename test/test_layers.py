@@ -16,7 +16,7 @@ ALLOWED = {
 ONLY_IN = {
     "yaml": {"grammar/spec/grammar_file.py"},
     "trimesh": {"renderer/files/trimesh_files.py"},
-    "llvmlite": {"renderer/core/embree.py", "renderer/core/packing.py", "renderer/core/tile_rows.py"},
+    "llvmlite": {"renderer/core/embree.py", "renderer/core/packing.py", "renderer/core/tiles.py"},
     "PIL": {"renderer/files/image_io.py"},
     "pyoidn": {"renderer/film/denoise.py"},
     "OpenEXR": {"renderer/files/exr_files.py"},
