@@ -388,7 +388,8 @@ def warm_up(
     parts = PartTable(
         np.zeros(1, np.uint16), np.zeros(1, np.uint8), np.zeros(1, np.int32), np.zeros((1, 3), np.float32), np.ones(1, np.bool_)
     )
-    sky = Sky(*(np.zeros(3, np.float32) for _ in range(3)), sun=np.array([1, 0, 0, 1e-5, 1, 1, 1], np.float32))
+    dark = np.zeros(3, np.float32)
+    sky = Sky(dark, dark, dark, sun=np.array([1, 0, 0, 1e-5, 1, 1, 1], np.float32))
     flat = FlatScene(
         mesh,
         np.zeros(1, np.int32),
