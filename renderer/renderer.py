@@ -6,7 +6,7 @@ Use: ``with Renderer(flat, CameraConfig(), RenderConfig(), scene_key) as rendere
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from types import TracebackType
 
@@ -60,6 +60,7 @@ from renderer.scene.flat_scene import FlatScene, PartTable, Sky, tabulate_materi
 from renderer.scene.scene_check import check_scene
 from renderer.sensors.config import DepthSensorConfig
 from renderer.sensors.depth_sensor import DepthSensor
+from renderer.standpoint import seen_around
 from scene_description import Material
 from scene_description.poses import look_at
 from scene_description.types import CameraPose
@@ -279,7 +280,7 @@ class Renderer:
         layers: Collection[str],
         pose: CameraPose,
         path: Sequence[CameraPose],
-    ) -> Mapping[str, NDArray[np.generic]]:
+    ) -> dict[str, NDArray[np.generic]]:
         """Return what the hit record gives of the layers that are asked for."""
         if not any(name in HIT_LAYERS for name in layers):
             return {}
@@ -374,7 +375,9 @@ WARM_LAYERS = (*GEOMETRIC_LAYERS, *SAMPLED_LAYERS)
 def warm_up(
     layers: Collection[str] = WARM_LAYERS, depth_sensor: DepthSensorConfig = IDEAL_DEPTH, integrator: IntegratorName = "path"
 ) -> None:
-    """Compile the kernels of some layers, or load them from numba's cache, by rendering one pixel of a lone shining triangle.
+    """Compile the kernels of some layers, or load them from numba's cache, by rendering one pixel of a lone pane in the sun.
+
+    Those that look for the patches where the sun falls and for where a camera stands are among them.
 
     ``depth_sensor``: the one that ``depth_sensed`` is to be ready for; ``integrator``: as of ``RenderConfig``.
 
@@ -383,18 +386,21 @@ def warm_up(
     """
     corners = np.array([[1, -1, -1], [1, 0, 1], [1, 1, -1]], np.float32)
     mesh = Mesh(corners, np.tile(np.array([[-1, 0, 0]], np.float32), (3, 1)), np.array([[0, 1, 2]], np.uint32), corners[:, 1:].copy())
-    shine = np.ones((1, 3), np.float32)
-    parts = PartTable(np.zeros(1, np.uint16), np.zeros(1, np.uint8), np.zeros(1, np.int32), shine, np.zeros(1, np.bool_))
-    sky = Sky(*(np.zeros(3, np.float32) for _ in range(3)))
+    parts = PartTable(
+        np.zeros(1, np.uint16), np.zeros(1, np.uint8), np.zeros(1, np.int32), np.zeros((1, 3), np.float32), np.ones(1, np.bool_)
+    )
+    dark = np.zeros(3, np.float32)
+    sky = Sky(dark, dark, dark, sun=np.array([1, 0, 0, 1e-5, 1, 1, 1], np.float32))
     flat = FlatScene(
         mesh,
         np.zeros(1, np.int32),
         parts,
-        ("0/triangle",),
+        ("0/pane",),
         tabulate_materials([Material(id="m", family="m", base_color=(0.5, 0.5, 0.5))]),
         sky,
     )
     pose = CameraPose(stamp_ns=0, position_m=(0.0, 0.0, 0.0), orientation=look_at((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
     camera, config = CameraConfig(width=1, height=1), RenderConfig(integrator=integrator, samples_per_pixel=1, threads=1)
     with Renderer(flat, camera, config, 0, depth_sensor=depth_sensor) as renderer:
+        seen_around(renderer.tree, flat, pose.position_m)
         renderer.render(pose, 0, layers, path=(pose, replace(pose, stamp_ns=1)), exposure=Exposure(0.0, white_of_kelvin(4000.0)))

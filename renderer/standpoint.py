@@ -43,7 +43,7 @@ def standpoint(tree: SceneHandle, flat: FlatScene, scene: SceneDescription, posi
     room = scene.room
     if not -SLAB_M <= z <= room.height_m + SLAB_M or distance_outside_m(room.polygon_m, x, y) > room.wall_thickness_m:
         return "outside the room"
-    parts, behind = _seen_around(tree, flat, position_m)
+    parts, behind = seen_around(tree, flat, position_m)
     owners = np.where(parts >= 0, flat.parts.object_id[parts].astype(np.int64), _NOTHING)
     owner, count = _commonest(owners[behind])
     if count > _MOST:
@@ -67,8 +67,8 @@ def _described(scene: SceneDescription, owner: int) -> str:
     return f"object {owner} ({categories[owner]})"
 
 
-def _seen_around(tree: SceneHandle, flat: FlatScene, position_m: Point3) -> tuple[NDArray[np.int32], NDArray[np.bool_]]:
-    """Return what rays in even directions meet: the part, -1 for nothing, and whether it is met from behind; (_RAYS,) each."""
+def seen_around(tree: SceneHandle, flat: FlatScene, position_m: Point3) -> tuple[NDArray[np.int32], NDArray[np.bool_]]:
+    """Return what rays in even directions from a place meet: the part, -1 for nothing, and whether it is met from behind; (64,) each."""
     number = np.arange(_RAYS)
     height, turn = 1.0 - (2.0 * number + 1.0) / _RAYS, number * np.pi * (3.0 - np.sqrt(5.0))
     level = np.sqrt(1.0 - height * height)

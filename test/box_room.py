@@ -71,11 +71,14 @@ def pierced(room: Piece, low: tuple[float, float], high: tuple[float, float]) ->
     return room._replace(vertices=np.concatenate([room.vertices, *corners]), faces=np.concatenate([others, *faces]))
 
 
-def hollow_sphere(rings: int, **what: object) -> Piece:
-    """A ball of radius 1 about the origin that is seen from within, of 4 * rings * rings facets with split vertices."""
+def hollow_sphere(rings: int, first: int = 0, **what: object) -> Piece:
+    """A ball of radius 1 about the origin that is seen from within, of 4 * rings * rings facets with split vertices.
+
+    ``first``: ring with which it begins; those before leave a hole about the pole of greatest z.
+    """
     polar, turn = np.meshgrid(np.linspace(0.0, np.pi, rings + 1), np.linspace(0.0, 2.0 * np.pi, 2 * rings + 1), indexing="ij")
     points = np.stack([np.sin(polar) * np.cos(turn), np.sin(polar) * np.sin(turn), np.cos(polar)], axis=-1)
-    row, column = np.meshgrid(np.arange(rings), np.arange(2 * rings), indexing="ij")
+    row, column = np.meshgrid(np.arange(first, rings), np.arange(2 * rings), indexing="ij")
     a = (row * (2 * rings + 1) + column).ravel()
     b = a + 2 * rings + 1
     faces = np.concatenate([np.stack([a, a + 1, b], axis=1), np.stack([a + 1, b + 1, b], axis=1)])

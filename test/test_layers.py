@@ -16,7 +16,7 @@ ALLOWED = {
 ONLY_IN = {
     "yaml": {"grammar/spec/grammar_file.py"},
     "trimesh": {"renderer/files/trimesh_files.py"},
-    "llvmlite": {"renderer/core/embree.py", "renderer/core/packing.py", "renderer/core/tile_rows.py"},
+    "llvmlite": {"renderer/core/embree.py", "renderer/core/packing.py", "renderer/core/tiles.py"},
     "PIL": {"renderer/files/image_io.py"},
     "pyoidn": {"renderer/film/denoise.py"},
     "OpenEXR": {"renderer/files/exr_files.py"},
@@ -48,6 +48,7 @@ FOLDERS = {
         "sensors": {"camera", "core", "path"},
         "ground_truth": {"camera", "core", "path", "scene"},
         "export": {"camera", "core", "files", "geometry", "scene", "textures"},
+        "cache": {"bsdf", "camera", "core", "geometry", "ground_truth", "path", "scene"},
     },
     "scene_synth_ros": {
         "mcap": set(),

@@ -12,11 +12,12 @@ from renderer.camera.cameras import PosedCamera
 from renderer.core import embree as ray
 from renderer.core.embree import INVALID_ID, LANES, Packet
 from renderer.core.kernel import kernel
+from renderer.core.tiles import EDGE
 
 _ZERO, _ONE, _HALF = np.float32(0.0), np.float32(1.0), np.float32(0.5)
 
 
-TILE = 4
+TILE = EDGE
 """Edge of the pixel tile that one packet covers."""
 
 

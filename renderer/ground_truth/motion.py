@@ -12,9 +12,9 @@ from renderer.core.embree import LANES, Packet, SceneHandle, occluded16
 from renderer.core.kernel import entry, kernel
 from renderer.core.lanes import LANES_SIZE
 from renderer.core.layout import Layout
+from renderer.core.tiles import load_pairs, load_vectors
 from renderer.ground_truth.hit_view import HitLayers, HitView
 from renderer.ground_truth.points import point_images
-from renderer.ground_truth.tiles import load_pairs, load_vectors
 from renderer.path.surfaces import lift_height
 from scene_description.types import CameraPose
 

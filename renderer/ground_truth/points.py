@@ -18,8 +18,8 @@ from renderer.core.embree import DIR_X, DIR_Y, DIR_Z, LANES, ORG_X, ORG_Y, ORG_Z
 from renderer.core.kernel import entry, inlined, kernel
 from renderer.core.lanes import LANES_SIZE
 from renderer.core.layout import Layout
+from renderer.core.tiles import load_numbers, load_vectors, store_numbers, store_pairs, store_vectors
 from renderer.ground_truth.hit_view import HitLayers, HitView
-from renderer.ground_truth.tiles import load_numbers, load_vectors, store_numbers, store_pairs, store_vectors
 from renderer.path.ground_truth import Hits
 
 _ZERO, _ONE, _TINY, _NAN = np.float32(0.0), np.float32(1.0), np.float32(1e-30), np.float32(np.nan)

@@ -15,8 +15,8 @@ from renderer.core import lanes as ln
 from renderer.core.arrays import empty_together
 from renderer.core.embree import INVALID_ID, LANES, SceneHandle
 from renderer.core.kernel import entry, inlined, kernel
+from renderer.core.tiles import load_numbers, store_numbers, store_vectors
 from renderer.ground_truth.hit_view import HitLayers, HitView
-from renderer.ground_truth.tiles import load_numbers, store_numbers, store_vectors
 from renderer.path.ground_truth import Hits
 from renderer.path.lights import Lights
 from renderer.path.records import Scratch

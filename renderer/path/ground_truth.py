@@ -32,8 +32,8 @@ from renderer.core.embree import (
     SceneHandle,
     intersect16,
 )
-from renderer.core.kernel import entry, kernel
-from renderer.core.tile_rows import store_bits, store_rows, store_vectors
+from renderer.core.kernel import entry, inlined, kernel
+from renderer.core.tiles import store_bits, store_numbers, store_vectors
 
 _ZERO, _ONE, _TINY, _NAN = np.float32(0.0), np.float32(1.0), np.float32(1e-30), np.float32(np.nan)
 
@@ -111,31 +111,18 @@ def _look_up_ids(ids: NDArray[np.uint32], integer: NDArray[np.uint32]) -> None:
         integer[GEOM_ID + k] = ids[face if integer[GEOM_ID + k] != INVALID_ID else nothing]
 
 
-@kernel
-def _store_part(packet: Packet, column: int, row: int, camera: PosedCamera, images: GeometricImages) -> None:
-    """Write what lies in the image of a tile that begins at (column, row)."""
-    real, integer = packet.real, packet.integer
-    for k in range(LANES):
-        x, y = column + (k & 3), row + (k >> 2)
-        if x < camera.width and y < camera.height:
-            images.depth[y, x], images.range[y, x] = real[TFAR + k], real[DIR_X + k]
-            for axis in range(3):
-                images.normals[y, x, axis] = real[NG_X + LANES * axis + k]
-            images.semantic[y, x] = np.uint8(integer[GEOM_ID + k])
-            images.instance[y, x] = np.uint16(integer[GEOM_ID + k] >> np.uint32(8))
-
-
-@kernel
-def _record_hits(packet: Packet, column: int, row: int, camera: PosedCamera, hits: Hits) -> None:
+@inlined
+def _record_hits(packet: Packet, column: int, row: int, hits: Hits) -> None:
     """Write the hit record of a tile that begins at (column, row)."""
     real, integer = packet.real, packet.integer
     for k in range(LANES):
-        x, y = column + (k & 3), row + (k >> 2)
-        if x < camera.width and y < camera.height:
-            hit = integer[GEOM_ID + k] != INVALID_ID
-            hits.face[y, x] = np.int32(integer[PRIM_ID + k]) if hit else np.int32(-1)
-            hits.u[y, x] = real[BARY_U + k] if hit else _ZERO
-            hits.v[y, x] = real[BARY_V + k] if hit else _ZERO
+        hit = integer[GEOM_ID + k] != INVALID_ID
+        integer[PRIM_ID + k] = integer[PRIM_ID + k] if hit else INVALID_ID
+        real[BARY_U + k] = real[BARY_U + k] if hit else _ZERO
+        real[BARY_V + k] = real[BARY_V + k] if hit else _ZERO
+    store_bits(integer, PRIM_ID, 0, column, row, hits.face)
+    store_numbers(real, BARY_U, column, row, hits.u)
+    store_numbers(real, BARY_V, column, row, hits.v)
 
 
 @entry
@@ -155,9 +142,7 @@ def trace_geometry(
     ``centre``: (32,) float32, the offsets of the rays from the pixel centres, ``CENTRE``.
     """
     lens, recorded = len(camera.bearings) > 0, hits.face.shape[0] > 0
-    real, integer, r, width = packet.real, packet.integer, camera.rotation, camera.width
-    depth, distance, normals = images.depth.reshape(-1), images.range.reshape(-1), images.normals.reshape(-1)
-    semantic, instance = images.semantic.reshape(-1), images.instance.reshape(-1)
+    real, integer, r = packet.real, packet.integer, camera.rotation
     for row in range(first * TILE, camera.height, step * TILE):
         for column in range(0, camera.width, TILE):
             aim_exposed_tile(camera, column, row, centre, packet)
@@ -165,16 +150,12 @@ def trace_geometry(
             if camera.row_step > _ZERO:
                 unturn_rays(camera, row, packet)
             if recorded:
-                _record_hits(packet, column, row, camera, hits)
+                _record_hits(packet, column, row, hits)
             _face_camera(r, real)
             _measure(r, lens, real, packet.alive)
             _look_up_ids(labels.ids, integer)
-            if column + TILE <= camera.width and row + TILE <= camera.height:
-                at = row * width + column
-                store_rows(real, TFAR, depth, at, width)
-                store_rows(real, DIR_X, distance, at, width)
-                store_vectors(real, NG_X, normals, 3 * at, 3 * width)
-                store_bits(integer, GEOM_ID, 0, semantic, at, width)
-                store_bits(integer, GEOM_ID, 8, instance, at, width)
-            else:
-                _store_part(packet, column, row, camera, images)
+            store_numbers(real, TFAR, column, row, images.depth)
+            store_numbers(real, DIR_X, column, row, images.range)
+            store_vectors(real, NG_X, column, row, images.normals)
+            store_bits(integer, GEOM_ID, 0, column, row, images.semantic)
+            store_bits(integer, GEOM_ID, 8, column, row, images.instance)

@@ -1,8 +1,9 @@
 """Sun patches: where the sun's beams fall first, found once per scene, so that paths can look for them on purpose.
 
 In a room that a low sun lights, nearly all light comes from a few bright patches by way of other surfaces; rays sampled from BSDFs find
-them by luck.  Beams are traced from points of the portals, evenly over their cross-section, and what they meet is gathered in *patches*:
-spheres about points that face alike, with a cone about their normals, described as groups of lights are (:mod:`renderer.path.lights`).
+them by luck.  Beams are traced from points of the portals, evenly over their cross-section; of those that nothing outside keeps out, what
+they meet is gathered in *patches*: spheres about points that face alike, with a cone about their normals, described as groups of lights
+are (:mod:`renderer.path.lights`).
 
 A diffuse hit samples a quarter of its rays from the cones that the patches' spheres fill, each chosen by a bound of the light that it can
 send there; the others from the BSDF.  The pdf of a direction is that of both together, so what is lit otherwise than by these beams, or
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
 from renderer.core.color import LUMINANCE
-from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16, make_packet
+from renderer.core.embree import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet, SceneHandle, intersect16, make_packet, occluded16
 from renderer.core.kernel import entry, inlined, kernel
 from renderer.core.sampling import coordinate_system, cos_sin_two_pi
 from renderer.path.infinite_light import InfiniteLight
@@ -106,18 +107,34 @@ def _trace_beams(
     triangles: NDArray[np.int64],
     distances: NDArray[np.float32],
 ) -> None:
-    """Fill ``triangles`` and ``distances`` of the nearest hits of rays from ``origins`` along one unit direction."""
-    real, integer = packet.real, packet.integer
+    """Fill ``triangles`` and ``distances`` of the nearest hits of rays from ``origins`` along one unit direction.
+
+    Left as they are where something outside, as the window's frame, stands in the beam's way: rays back to the sun pass panes only.
+    """
+    real, integer, alive = packet.real, packet.integer, packet.alive
     for first in range(0, len(origins), LANES):
         for k in range(LANES):
-            for axis in range(3):
-                real[ray.ORG_X + LANES * axis + k] = origins[first + k, axis]
-                real[ray.DIR_X + LANES * axis + k] = direction[axis]
-            real[ray.TNEAR + k], real[ray.TFAR + k], integer[ray.GEOM_ID + k] = _ZERO, np.float32(np.inf), INVALID_ID
-        intersect16(packet.alive.ctypes.data, scene.address, real.ctypes.data, scene.coherent)
+            _aim(packet, k, origins[first + k], direction, -_ONE)
+            integer[ray.MASK + k], alive[k] = PASS_PANES, -1
+        occluded16(alive.ctypes.data, scene.address, real.ctypes.data, scene.coherent)
+        for k in range(LANES):
+            # Embree sets the end of a blocked ray to minus infinity.
+            alive[k] = -1 if real[ray.TFAR + k] > _ZERO else 0
+            _aim(packet, k, origins[first + k], direction, _ONE)
+            integer[ray.MASK + k], integer[ray.GEOM_ID + k] = MEET_ALL, INVALID_ID
+        intersect16(alive.ctypes.data, scene.address, real.ctypes.data, scene.coherent)
         for k in range(LANES):
             if integer[ray.GEOM_ID + k] != INVALID_ID:
                 triangles[first + k], distances[first + k] = integer[ray.PRIM_ID + k], real[ray.TFAR + k]
+
+
+@inlined
+def _aim(packet: Packet, k: int, origin: NDArray[np.float32], direction: NDArray[np.float32], sign: np.float32) -> None:
+    """Aim lane k along a direction, or with ``sign`` -1 against it, without an end."""
+    for axis in range(3):
+        packet.real[ray.ORG_X + LANES * axis + k] = origin[axis]
+        packet.real[ray.DIR_X + LANES * axis + k] = sign * direction[axis]
+    packet.real[ray.TNEAR + k], packet.real[ray.TFAR + k] = _ZERO, np.float32(np.inf)
 
 
 @inlined

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from box_room import VIEW, box, furnished_room, pose, quad, scene
 
-from renderer import GEOMETRIC_LAYERS, LAYERS, CameraConfig, RenderCancelled, RenderConfig, Renderer, RenderError, warm_up
+from renderer import GEOMETRIC_LAYERS, LAYERS, CameraConfig, RenderCancelled, RenderConfig, Renderer, RenderError, standpoint, warm_up
 from renderer.film.tone import Exposure, to_display
+from renderer.path import sun_patches
 from renderer.path.ground_truth import trace_geometry
 from renderer.path.integrator import trace_paths
 
@@ -55,10 +56,16 @@ def test_noise_is_keyed_by_scene_and_frame_and_geometry_is_not():
 
 
 def test_warming_up_leaves_nothing_to_compile():
+    """Also in a room that the sun shines into, where its patches are looked for."""
+    kernels = (trace_paths, trace_geometry, sun_patches._trace_beams, standpoint._look_around)
     warm_up()
-    compiled = len(trace_paths.signatures), len(trace_geometry.signatures)
-    render(furnished_room())
-    assert (len(trace_paths.signatures), len(trace_geometry.signatures)) == compiled == (1, 1)
+    compiled = [len(kernel.signatures) for kernel in kernels]
+    room, sun = furnished_room(), np.array([0.0, 0.8, 0.6, 1e-5, 1e5, 1e5, 1e5], np.float32)
+    sunny = room._replace(sky=room.sky._replace(sun=sun))
+    with Renderer(sunny, SMALL, QUICK, 5) as renderer:
+        renderer.render(VIEW, 3, tuple(LAYERS))
+        standpoint.seen_around(renderer.tree, sunny, VIEW.position_m)
+    assert [len(kernel.signatures) for kernel in kernels] == compiled == [1, 1, 1, 1]
 
 
 def test_only_what_is_asked_for():

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from box_room import DARK, box, hollow_sphere, pose, quad, scene
+from box_room import DARK, box, hollow_sphere, pierced, pose, quad, scene
 
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer import renderer as facade
@@ -23,7 +23,7 @@ def sun(direction):
 
 
 def patches_of(flat):
-    with EmbreeScene(flat.mesh.vertices, flat.mesh.faces) as tree:
+    with EmbreeScene(flat.mesh.vertices, flat.mesh.faces, panes=flat.parts.portal[flat.face_part]) as tree:
         return find_sun_patches(flat, build_lights(flat).infinite, tree.handle)
 
 
@@ -33,12 +33,15 @@ def radiance(flat, view, samples, frame=0, **settings):
         return renderer.render(view, frame, ("radiance",)).layers["radiance"].astype(np.float64)
 
 
-def sunny_room(floor=0.8, direction=(0.0, 1.0, 1.0)):
-    """A room of 4 x 4 x 3 m with a pane of 0.4 x 0.4 m in the wall y = 4, whose light falls on the floor; ``floor``: its roughness."""
-    walls = box((0, 0, 0), (4, 4, 3), inside=True, color=(0.7, 0.7, 0.7), roughness=1.0)
+def sunny_room(floor=0.8, direction=(0.0, 1.0, 1.0), outside=()):
+    """A room of 4 x 4 x 3 m with a pane of 0.4 x 0.4 m in the wall y = 4, whose light falls on the floor; ``floor``: its roughness.
+
+    ``outside``: pieces that stand there.
+    """
+    walls = pierced(box((0, 0, 0), (4, 4, 3), inside=True, color=(0.7, 0.7, 0.7), roughness=1.0), (1.799, 1.499), (2.201, 1.915))
     ground = quad((0, 0, 0.01), (4, 0, 0), (0, 4, 0), color=(0.5, 0.5, 0.5), roughness=floor, ior=1.5)
     pane = quad((1.8, 3.99, 1.5), (0.4, 0, 0), (0, 0, 0.4), portal=True, transmission=1.0)
-    return scene(walls, ground, pane, sky=sun(direction))
+    return scene(walls, ground, pane, *outside, sky=sun(direction))
 
 
 def test_patches_lie_where_beams_fall():
@@ -51,16 +54,23 @@ def test_patches_lie_where_beams_fall():
     np.testing.assert_allclose(patches[:, 4:7], [[0.0, 0.0, 1.0]] * len(patches), atol=1e-6)
 
 
+def test_what_stands_outside_keeps_beams_out():
+    """A board 0.11 m before the pane, from 1.81 m on, leaves the beams below 1.7 m of the pane, which fall on y from 2.3 to 2.5."""
+    patches = patches_of(sunny_room(outside=(quad((1.0, 4.1, 1.81), (2.0, 0, 0), (0, 0, 1.0)),)))
+    assert 2.3 < patches[:, 1].min() < patches[:, 1].max() < 2.5
+    assert patches_of(sunny_room())[:, 1].min() < 2.2
+
+
 @pytest.mark.parametrize("direction", [(0.0, -1.0, 1.0), (1.0, 0.0, 0.2)])
 def test_a_sun_behind_the_walls_has_none(direction):
     assert patches_of(sunny_room(direction=direction)).shape == (0, 11)
 
 
 def test_a_sunbeam_in_an_integrating_sphere_lights_it_evenly():
-    """What a patch of 36 cm2 sends back is even all over the sphere: albedo flux / (area (1 - albedo))."""
+    """What a patch of 36 cm2 sends back is even all over the sphere: albedo flux / (area (1 - albedo)); the sun's hole is 0.2 % of it."""
     albedo, side = 0.6, 0.06
     pane = quad((-side / 2, -side / 2, 0.8), (0, side, 0), (side, 0, 0), portal=True, transmission=1.0)
-    flat = scene(hollow_sphere(32, color=(albedo,) * 3), pane, sky=sun((0, 0, 1)))
+    flat = scene(hollow_sphere(32, first=1, color=(albedo,) * 3), pane, sky=sun((0, 0, 1)))
     image = radiance(flat, pose((0, 0, 0), (1.0, 0.3, 0.1)), 400, max_depth=32)
     flux = LUX * side * side
     expected = albedo / math.pi * albedo * flux / (4.0 * math.pi * (1.0 - albedo))
