@@ -221,7 +221,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth render": Named(),
     "scene_synth render --preset": Named(),
     "scene_synth render --noisy": Named(),
-    "scene_synth render SCENE.json --out DIR [--preset stream|balanced|photo] [--spp N] [--threads N]": Usage("the rows below"),
+    "scene_synth render SCENE.json --out DIR [--preset realtime|stream|balanced|photo] [--spp N] [--threads N]": Usage("the rows below"),
     "scene_synth render --coco": Named(),
     "scene_synth render room.json --out pictures --annotations --coco": Run(
         "scene_synth render room.json --out pictures --annotations --coco --size 64x48 --spp 2 --frames 1",
