@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 
 import numpy as np
@@ -34,6 +35,8 @@ class CachedIntegrator:
         self._around = [make_around() for _ in scene.scratch]
         self._store = IrradianceCache(scene.flat, scene.surfaces, scene.lights, tree, scene.workers, scene.scratch, scene_key, config)
         store = self._store
+        self.filling_s = 0.0
+        """How long computing the nodes of the newest view took (s)."""
         self._cache = Cache(store.atlas, store.light, store.smooth, store.coarse, store.even)
 
     def radiance(
@@ -74,4 +77,7 @@ class CachedIntegrator:
             want_nodes(self._cache.fine, mesh.vertices, mesh.faces, view, hits, wanted, *memory, distance, first, step)
 
         scene.workers.run(want, range(step))
-        return self._store.fill(wanted, cancelled)
+        began = time.perf_counter()
+        new = self._store.fill(wanted, cancelled)
+        self.filling_s = time.perf_counter() - began
+        return new
