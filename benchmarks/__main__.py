@@ -23,6 +23,7 @@ TABLES = {
     "geometry": "Geometry",
     "color": "Colour",
     "presets": "Light that presets lose",
+    "cache": "What the irradiance cache trades",
     "stream": "Messages",
     "bag": "Bags",
     "start": "Start",
