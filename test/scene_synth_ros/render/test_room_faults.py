@@ -14,7 +14,7 @@ from std_msgs.msg import String
 
 from renderer import RenderError
 from scene_description import SceneDescription, scene_to_json
-from scene_synth_ros.render import room
+from scene_synth_ros.render import rendering, room
 from scene_synth_ros.render.renderer_node import RendererNode
 from scene_synth_ros.suite.qos import latched_qos
 from scene_synth_ros.suite.status import NodeStatus, status_from_json
@@ -85,7 +85,7 @@ def test_a_thread_that_ends_is_noticed(context: Context, monkeypatch: pytest.Mon
     def fail(*_: object) -> None:
         raise error
 
-    monkeypatch.setattr(room, "warm_up", fail)
+    monkeypatch.setattr(rendering, "warm_up", fail)
     peer = Sender(context)
     peer.spin_until(lambda: peer.renderer.exit_code is not None, 30, "the end")
     peer.spin_until(lambda: peer.status and peer.status.state == "failed", 10, "the reason")
