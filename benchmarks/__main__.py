@@ -24,6 +24,7 @@ TABLES = {
     "color": "Colour",
     "cached": "Colour by the cache",
     "presets": "Light that presets lose",
+    "cache": "What the irradiance cache trades",
     "stream": "Messages",
     "bag": "Bags",
     "start": "Start",

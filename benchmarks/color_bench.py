@@ -48,7 +48,7 @@ from scene_synth_ros.cli.render_command import PRESETS, preset_settings
 
 EXPOSURE = Exposure(8.0)
 REFERENCE_DEPTH = 32
-_LIMITS = {"stream": (1.0, None), "balanced": (6.0, 0.10), "photo": (60.0, 0.05)}
+_LIMITS = {"realtime": (1.0, None), "stream": (1.0, None), "balanced": (6.0, 0.10), "photo": (60.0, 0.05)}
 """Preset -> most seconds of clock on two processors, and most FLIP; None is no measure."""
 _MEMORY = (((640, 480), 1024.0), ((3840, 2160), 4096.0), ((7680, 4320), None))
 """Image size -> most MiB."""

@@ -29,6 +29,8 @@ MEAN_SAMPLES = 256
 CAMERA = CameraConfig(width=160, height=120)
 TIMES = CameraTimes(frames=3, start_ns=10**9, rate_hz=10.0)
 LEAST = 0.98
+TRACED = [name for name in PRESETS if preset_settings(name)["integrator"] == "path"]
+"""The presets that trace paths; ``cache_bench`` has the others."""
 
 
 def measure() -> list[Row]:
@@ -40,7 +42,7 @@ def measure() -> list[Row]:
         flat, pose = flatten(scene), scene.camera_path[1]
         shown = exposed(RenderConfig(auto_exposure=True), meter(flat, CAMERA, EXACT, scene_key(scene), scene.camera_path))
         exact, _ = mean_and_seconds(flat, pose, EXACT, shown)
-        for preset in PRESETS:
+        for preset in TRACED:
             config = replace(from_mapping(RenderConfig, preset_settings(preset, MEAN_SAMPLES)), denoise="none")
             mean, seconds = mean_and_seconds(flat, pose, config, shown)
             rows.append(at_least(f"{room_type}, {preset}, mean over the exact one", mean / exact, "", LEAST))

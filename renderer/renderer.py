@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from types import TracebackType
 
@@ -131,6 +132,22 @@ class Renderer:
         """The scene's triangles, for other sensors; valid until the renderer is closed."""
         return self._embree.handle
 
+    def in_this_thread(self) -> AbstractContextManager[None]:
+        """Return a context within which everything is computed in the calling thread alone; the same bytes."""
+        return self._workers.in_this_thread()
+
+    def prepare(self, pose: CameraPose, path: Sequence[CameraPose] = (), cancelled: Callable[[], bool] | None = None) -> int:
+        """Compute what colour of a view needs and other views share; return how many points of the irradiance cache were new.
+
+        Frames are the same without, the first ones later.  Arguments and errors are those of :meth:`render`.
+        """
+        self._light_tree()
+        if self._config.integrator != "cached":
+            return 0
+        view = self._view(pose, path)
+        geometry, hits = self._trace_geometry(view, True)
+        return self.cached().prepare(hits, cancelled)
+
     def render(
         self,
         pose: CameraPose,
@@ -158,7 +175,7 @@ class Renderer:
         view = self._view(pose, path)
         images: dict[str, NDArray[np.generic]] = {}
         radiance, annotations, samples, rays = None, None, 0, 0
-        sampling_s = denoising_s = 0.0
+        sampling_s = denoising_s = filling_s = 0.0
         sensed, ideal = any(name in SENSED_LAYERS for name in layers), self._depth_config.model == "ideal"
         looked_up = self._config.integrator == "cached" and any(name in PICTURES for name in layers)
         recorded = any(name in GEOMETRIC_LAYERS or name in HIT_LAYERS for name in layers)
@@ -175,7 +192,7 @@ class Renderer:
             if looked_up:
                 began = time.perf_counter()
                 radiance = self.cached().radiance(view, geometry.range, hits, self._frame_key(frame_index), cancelled)
-                sampling_s = time.perf_counter() - began
+                sampling_s, filling_s = time.perf_counter() - began, self.cached().filling_s
                 self._show(images, layers, view, frame_index, shown, radiance, radiance)
         if sensed:
             images["depth_sensed"] = images["depth"] if ideal else self._read_depth(view, frame_index)
@@ -201,7 +218,7 @@ class Renderer:
         if radiance is not None or sampled:
             rays += sum(int(scratch.traced[0]) for scratch in self._scratch)
         shown_layers = {name: images[name] for name in LAYERS if name in layers}
-        return Frame(shown_layers, radiance, samples, rays, sampling_s, denoising_s, annotations)
+        return Frame(shown_layers, radiance, samples, rays, sampling_s, denoising_s, annotations, filling_s)
 
     def _read_depth(self, view: PosedCamera, frame_index: int) -> NDArray[np.float32]:
         if self._depth_sensor is None:

@@ -55,6 +55,7 @@ _WALL = "test/scene_synth_ros/test_wall_clock.py"
 _ROBOTS = (
     "test/scene_synth_ros/cli/test_run_profile.py::test_a_namespace_of_its_own_stands_before_the_frames_unless_the_profile_says_otherwise"
 )
+_FAST = "-p grammar_node.rate_hz:=30.0 -p renderer_node.camera.width:=320 -p renderer_node.camera.height:=240"
 _TINY = "-p renderer_node.camera.width:=96 -p renderer_node.camera.height:=72 -p renderer_node.render.samples_per_pixel:=1"
 
 RECORD = "scene_synth run --record BAG --rooms 4 --show page.html"
@@ -138,6 +139,9 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ),
     "scene_synth run --record bag --one-process": Parsed(_ALIKE),
     "scene_synth run --params live -p grammar_node.clock:=wall": Parsed(_WALL),
+    f"scene_synth run --params live {_FAST}": Parsed(
+        "needs a machine to itself to hold its rate; test/scene_synth_ros/render/test_live_rooms.py has the same at 48x36"
+    ),
     "scene_synth run --params live --namespace /robot1 -p grammar_node.clock:=wall -p grammar_node.seed:=1": Parsed(_ROBOTS),
     "scene_synth run --params live --namespace /robot2 -p grammar_node.clock:=wall -p grammar_node.seed:=2": Parsed(_ROBOTS),
     "scene_synth run --params parameters.yaml": Usage(
@@ -221,7 +225,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth render": Named(),
     "scene_synth render --preset": Named(),
     "scene_synth render --noisy": Named(),
-    "scene_synth render SCENE.json --out DIR [--preset stream|balanced|photo] [--spp N] [--threads N]": Usage("the rows below"),
+    "scene_synth render SCENE.json --out DIR [--preset realtime|stream|balanced|photo] [--spp N] [--threads N]": Usage("the rows below"),
     "scene_synth render --coco": Named(),
     "scene_synth render room.json --out pictures --annotations --coco": Run(
         "scene_synth render room.json --out pictures --annotations --coco --size 64x48 --spp 2 --frames 1",
@@ -292,6 +296,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python -c 'from grammar.spec.energy_terms import terms_table; print(terms_table())'": Run(),
     ".venv/bin/python -m pytest test/renderer/path": Listed("is how this test runs; that the folder exists is tested in test/test_docs.py"),
     ".venv/bin/python -m benchmarks --only layout": Parsed("takes minutes, and speed is never judged in a test"),
+    ".venv/bin/python -m benchmarks --only cache": Parsed("takes minutes; speed is never judged in a test"),
     ".venv/bin/python -m benchmarks --only presets": Parsed("takes minutes; test/renderer/path/test_clipping.py has known answers"),
     ".venv/bin/python -m benchmarks.realism_bench LAYOUTS.jsonl --folds 5 --rooms 120 --counted 1000": Parsed(
         "takes an hour; test/grammar/learning/test_realism_figures.py has its figures"

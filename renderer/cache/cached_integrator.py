@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 
 import numpy as np
@@ -35,6 +36,8 @@ class CachedIntegrator:
         self._around = [make_around() for _ in scene.scratch]
         self._store = IrradianceCache(scene.flat, scene.surfaces, scene.lights, tree, scene.workers, scene.scratch, scene_key, config)
         store = self._store
+        self.filling_s = 0.0
+        """How long computing the nodes of the newest view took (s)."""
         self._cache = Cache(store.atlas, store.rows, store.coarse, store.even, store.worth)
 
     @property
@@ -83,4 +86,7 @@ class CachedIntegrator:
         wanted = np.zeros(len(self._store.atlas.face), np.bool_)
 
         scene.workers.run(lambda worker, first: want_nodes(self._cache.fine, hits, wanted, self._around[worker], first, step), range(step))
-        return self._store.fill(wanted, cancelled)
+        began = time.perf_counter()
+        new = self._store.fill(wanted, cancelled)
+        self.filling_s = time.perf_counter() - began
+        return new

@@ -5,8 +5,9 @@ from __future__ import annotations
 import os
 import threading
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import contextmanager
 from typing import TypeVar
 
 from renderer.core.errors import RenderCancelled
@@ -26,13 +27,31 @@ class Workers:
     def __init__(self, count: int) -> None:
         self.count = count
         self._pool = ThreadPoolExecutor(count, "renderer")
+        self._alone = False
+
+    @contextmanager
+    def in_this_thread(self) -> Iterator[None]:
+        """Let :meth:`run` work in the calling thread alone, as worker 0, so that others keep the processors."""
+        self._alone = True
+        try:
+            yield
+        finally:
+            self._alone = False
 
     def run(self, work: Callable[[int, Piece], None], pieces: Iterable[Piece], cancelled: Callable[[], bool] | None = None) -> None:
         """Call ``work(worker, piece)`` for every piece, in any order; ``cancelled`` is asked in the calling thread every 50 ms.
 
+        Where that thread works itself, it is asked before every piece.
+
         Raises:
             RenderCancelled: ``cancelled`` returned True; pieces under way are finished first, the others are dropped.
         """
+        if self._alone:
+            for piece in pieces:
+                if cancelled is not None and cancelled():
+                    raise RenderCancelled("render: cancelled by its caller")
+                work(0, piece)
+            return
         queue, stop = deque(pieces), threading.Event()
 
         def drain(worker: int) -> None:

@@ -19,7 +19,8 @@ class Frame(NamedTuple):
     ``radiance`` is the linear colour behind ``color``: (height, width, 3) float32, RGB luminance in cd/m2; None where colour was
     not asked for.  ``samples``: how many samples per pixel colour and albedo took, 0 where they were not asked for.
     ``rays``: how many rays were traced for all layers, shadow rays among them.  ``sampling_s`` and ``denoising_s``: how long samples and
-    the denoiser took (s); 0 where there were none.  ``annotations``: what is told of its objects, where that was asked for.
+    the denoiser took (s); 0 where there were none; ``filling_s``: part of ``sampling_s`` in which light was computed that later frames find
+    in the irradiance cache.  ``annotations``: what is told of its objects, where that was asked for.
     """
 
     layers: dict[str, NDArray[np.generic]]
@@ -29,3 +30,4 @@ class Frame(NamedTuple):
     sampling_s: float = 0.0
     denoising_s: float = 0.0
     annotations: FrameAnnotations | None = None
+    filling_s: float = 0.0

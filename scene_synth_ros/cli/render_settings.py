@@ -15,8 +15,8 @@ from scene_description.share import config_path
 from scene_synth_ros.cli.run_profile import ProfileError, apply_overrides, load_profile
 from scene_synth_ros.cli.usage import UsageError
 
-PRESETS = ("stream", "balanced", "photo")
-"""Named settings of the renderer, ``config/presets/<name>.yaml``; also overlays of run profiles."""
+PRESETS = ("realtime", "stream", "balanced", "photo")
+"""Named settings of the renderer, ``config/presets/<name>.yaml``, quick ones first; also overlays of run profiles."""
 
 NODE = "renderer_node"
 GROUPS: dict[str, type] = {

@@ -41,8 +41,9 @@ class GrammarNode(SuiteNode):
 
     Threading: everything here runs in the executor's thread; :class:`RoomAhead` owns the thread that synthesises.
 
-    Publishes (all latched): ``scene`` (std_msgs/String, JSON ``scene_synth/1``), ``scene/markers`` (MarkerArray), ``scene/map``
-    (OccupancyGrid of the free floor), ``status`` (std_msgs/String); ``/diagnostics``.
+    Publishes (all latched): ``scene`` (std_msgs/String, JSON ``scene_synth/1``), ``scene/next`` (the same, of the room that will come next,
+    as soon as it is synthesised), ``scene/markers`` (MarkerArray), ``scene/map`` (OccupancyGrid of the free floor), ``status``
+    (std_msgs/String); ``/diagnostics``.
     Subscribes: ``status`` of renderers and recorders.
     Services (std_srvs/Trigger): ``~/next_room`` (in lock-step once the peers have finished theirs), ``~/pause`` and ``~/resume`` (no rooms
     go out in between), ``~/reset`` (the run begins again with its first room, in lock-step when the present one is finished; simulated time
@@ -79,8 +80,10 @@ class GrammarNode(SuiteNode):
         """Make publishers and services; the run begins with its first room."""
         self._state, self._obstacle = "ready", ""
         self._newest_room: Prepared | None = None
+        self._announced: Prepared | None = None
         depth = latched_qos(self._config.rooms_ahead)
         self._scene = self.create_publisher(String, "scene", depth)
+        self._next = self.create_publisher(String, "scene/next", latched_qos())
         self._markers = self.create_publisher(MarkerArray, "scene/markers", depth)
         self._map = self.create_publisher(OccupancyGrid, "scene/map", depth)
         self._status = self.create_publisher(String, "status", latched_qos(10))
@@ -164,6 +167,14 @@ class GrammarNode(SuiteNode):
             self._ahead.prepare(job)
         if step is Step.SEND:
             self._send_prepared()
+        self._announce_prepared()
+
+    def _announce_prepared(self) -> None:
+        """Tell once of the room that is prepared, so that renderers can begin with it while the one before is shown."""
+        prepared = self._ahead.ready
+        if prepared is not None and prepared is not self._announced and prepared.generation == self._run.generation:
+            self._announced = prepared
+            self._next.publish(String(data=prepared.text))
 
     def _send_prepared(self) -> None:
         """Send the room that is prepared, if it is ready and still wanted; say what came instead."""

@@ -39,6 +39,12 @@ class RoomAhead:
         self.job, self._future = job, start_daemon_job("synthesis", job, after=self._dropped)
         self._future.add_done_callback(lambda _future: self._ended())
 
+    @property
+    def ready(self) -> Prepared | None:
+        """The room that is prepared; None while there is none, and if it could not be synthesised."""
+        done = self._future is not None and self._future.done()
+        return self._future.result() if done and self._future.exception() is None else None
+
     def take(self) -> Prepared | None:
         """Return the room if it is ready; then the next may be prepared.
 

@@ -84,13 +84,13 @@ class TopicInputs:
     def _is_recorded(self, topic: str) -> bool:
         """Return whether the parameters ask for a topic.
 
-        What the recorder makes itself is left out: of the suite's images the form that ``images.*`` asks for, of labels the LabelInfo, of
+        What comes next is left out, as it will come on ``scene``, and what the recorder makes itself: of the suite's images the form that ``images.*`` asks for, of labels the LabelInfo, of
         annotations the detections.
         """
         config = self._config
         if topic in ("/tf", "/tf_static") or topic == self._node.resolve_topic_name("status"):
             return False
-        if not config.topics and topic.endswith("/transition_event"):
+        if not config.topics and (topic.endswith("/transition_event") or topic == self._node.resolve_topic_name("scene/next")):
             return False
         made_of = raw_topic(topic) or labels_topic(topic) or annotations_topic(topic)
         source = made_of if topic.startswith(self._namespace) else ""

@@ -15,8 +15,8 @@ MAX_ROOMS_WAITING = 16
 class Inbox:
     """The rooms that wait for one life of the rendering thread, and when it must leave the one at work.
 
-    Threading: the executor's thread puts in (``put_room``, ``take_status``, ``wake``, ``stop``), the rendering thread asks and waits.  One
-    condition guards rooms, peers and the stop flag; every change wakes the rendering thread.
+    Threading: the executor's thread puts in (``put_room``, ``announce``, ``take_status``, ``wake``, ``stop``), the rendering thread asks
+    and waits.  One condition guards rooms, peers and the stop flag; every change wakes the rendering thread.
 
     Args:
         peers: of the renderer; from now on this object's.
@@ -26,6 +26,7 @@ class Inbox:
         self._changed = threading.Condition()
         self._peers = peers
         self._rooms: deque[str] = deque(maxlen=MAX_ROOMS_WAITING)
+        self._announced: str | None = None
         self._stopped = False
 
     def put_room(self, text: str) -> None:
@@ -33,6 +34,17 @@ class Inbox:
         with self._changed:
             self._rooms.append(text)
             self._changed.notify_all()
+
+    def announce(self, text: str) -> None:
+        """Put in the description of the room that will come next, in place of one that nobody has taken."""
+        with self._changed:
+            self._announced = text
+
+    def take_announced(self) -> str | None:
+        """Return the description of the room that will come next, once; None if there is no news."""
+        with self._changed:
+            text, self._announced = self._announced, None
+            return text
 
     def take_status(self, status: NodeStatus, published: int) -> None:
         """Take a peer's status; ``published`` is how many frames this renderer has published."""

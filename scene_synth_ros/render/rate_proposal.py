@@ -1,9 +1,10 @@
 """Which setting would about hold a rate, from how long frames take: a plain model of their time, and settings in the order of what is lost.
 
-    time = pixels * (rest + denoising + samples * sampling)
+    time = pixels * (rest + denoising + samples * sampling) + filling / spacing ** 2
 
-``rest``, ``denoising`` and ``sampling`` are measured, each for a pixel of the frames that are too slow.  It is supposed that everything
-goes with the pixels.  In four furnished rooms, at 640x480 and 320x240, processor time went with the pixels within 15 %, with and without
+``rest``, ``denoising`` and ``sampling`` are measured, each for a pixel of the frames that are too slow; ``filling`` is what the points took
+that the cached integrator computed for them, whose looking up is part of the rest.  It is supposed that all but ``filling`` goes with the
+pixels.  In four furnished rooms, at 640x480 and 320x240, processor time went with the pixels within 15 %, with and without
 denoising, and with the samples within 8 %.  Other rooms and views differ more, so a proposal is "about".  Shorter paths are never proposed:
 they lose light.
 """
@@ -20,6 +21,11 @@ MARGIN = 0.9
 """Share of a period that a frame may take."""
 LEAST_PIXELS = 0.25
 """Smallest image proposed, in shares of the present pixels: the model is not trusted further, and a lower rate loses less."""
+COARSEST_M = 0.12
+"""Widest spacing of the cache proposed: beyond it corners and shadows are lost."""
+LEAST_FILLING = 0.1
+"""Share of the budget that filling the cache must take for a coarser one to be proposed."""
+_COARSER = (1.25, 1.5, 2.0)
 _GRIDS = (16, 8, 4, 2, 1)
 
 
@@ -32,6 +38,8 @@ class FrameTime(NamedTuple):
     publishing_s: float = 0.0
     waiting_s: float = 0.0
     """Waiting for recorders that are behind."""
+    filling_s: float = 0.0
+    """Computing light for the cache of the room; part of ``rendering_s``, not of ``sampling_s``."""
 
     @property
     def total_s(self) -> float:
@@ -47,6 +55,8 @@ class Quality(NamedTuple):
     denoised: bool
     width: int
     height: int
+    spacing_m: float = 0.0
+    """Between the points of the irradiance cache; 0 without one."""
 
 
 _PARAMETERS = {
@@ -54,13 +64,15 @@ _PARAMETERS = {
     "denoised": "render.denoise",
     "width": "camera.width",
     "height": "camera.height",
+    "spacing_m": "render.cache_spacing_m",
 }
 
 
 def proposed_settings(measured: FrameTime, quality: Quality, period_s: float, *, resizable: bool = True) -> str:
     """Return parameters with values that would about hold a rate, with commas between; empty if only a lower rate does.
 
-    Fewer samples are tried first, then no denoising, then a smaller image of the same shape; each keeps what was given up before.
+    Fewer samples are tried first, then no denoising, then a coarser cache where filling it takes long, then a smaller image of the same
+    shape; each keeps what was given up before.
 
     Args:
         measured: a typical frame.
@@ -71,7 +83,7 @@ def proposed_settings(measured: FrameTime, quality: Quality, period_s: float, *,
     for less in _lesser(measured, quality, period_s * MARGIN, resizable):
         if less != quality and predicted_s(measured, quality, less) <= period_s * MARGIN:
             changes = ((name, value) for name, value in less._asdict().items() if value != getattr(quality, name))
-            return ", ".join(f"{_PARAMETERS[name]} {'none' if name == 'denoised' else value}" for name, value in changes)
+            return ", ".join(f"{_PARAMETERS[name]} {_text(value)}" for name, value in changes)
     return ""
 
 
@@ -87,8 +99,14 @@ def predicted_s(measured: FrameTime, quality: Quality, less: Quality) -> float:
     pixels = less.width * less.height / (quality.width * quality.height)
     sampling = measured.sampling_s * less.samples / max(quality.samples, 1)
     denoising = measured.denoising_s if less.denoised else 0.0
-    rest = measured.total_s - measured.sampling_s - measured.denoising_s
-    return pixels * (sampling + denoising + rest)
+    filling = measured.filling_s * (quality.spacing_m / less.spacing_m) ** 2 if less.spacing_m else measured.filling_s
+    rest = measured.total_s - measured.sampling_s - measured.denoising_s - measured.filling_s
+    return pixels * (sampling + denoising + rest) + filling
+
+
+def _text(value: float | bool) -> str:
+    """Return a setting's value as it is written; the one flag, denoising, is given up by name."""
+    return "none" if isinstance(value, bool) else f"{value:g}"
 
 
 def is_resizable(camera: CameraConfig) -> bool:
@@ -105,6 +123,11 @@ def _lesser(measured: FrameTime, quality: Quality, budget_s: float, resizable: b
         yield quality
         quality = quality._replace(denoised=False)
         yield quality
+    if quality.spacing_m and measured.filling_s > LEAST_FILLING * budget_s:
+        wider = [round(quality.spacing_m * factor, 3) for factor in _COARSER]
+        for spacing_m in (spacing_m for spacing_m in wider if spacing_m <= COARSEST_M):
+            quality = quality._replace(spacing_m=spacing_m)
+            yield quality
     if resizable:
         yield from (quality._replace(width=width, height=height) for width, height in _smaller_sizes(quality.width, quality.height))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from renderer import RenderConfig
 from renderer.film.frame import Frame
 from scene_synth_ros.render.rate_proposal import FrameTime, Quality, is_resizable
 from scene_synth_ros.render.rate_watch import Finding, RateWatch, held_line, late_line
@@ -28,7 +29,8 @@ class RateReport:
 
     def take(self, frame: Frame, seconds: float, period_s: float) -> None:
         """Take how long a frame took to render, with the publishing of the one before."""
-        times = FrameTime(seconds, frame.sampling_s, frame.denoising_s, self.publishing_s, self.waiting_s)
+        sampling_s = frame.sampling_s - frame.filling_s if frame.samples else 0.0  # looking up goes with the pixels alone
+        times = FrameTime(seconds, sampling_s, frame.denoising_s, self.publishing_s, self.waiting_s, frame.filling_s)
         is_news = self._watch.take(frame.layers, period_s, times)
         finding, logger = self._watch.finding, self._node.get_logger()
         if finding is None:
@@ -39,7 +41,9 @@ class RateReport:
                 logger.info(held_line(finding))
             return
         camera = self._settings["camera"]
-        quality = Quality(frame.samples, frame.denoising_s > 0.0, camera.width, camera.height)
+        render: RenderConfig = self._settings["render"]
+        spacing_m = render.cache_spacing_m if render.integrator == "cached" else 0.0
+        quality = Quality(frame.samples, frame.denoising_s > 0.0, camera.width, camera.height, spacing_m)
         self._late_line = late_line(finding, quality, is_resizable(camera))
         if is_news:
             logger.warning(self._late_line)

@@ -46,7 +46,8 @@ class RendererNode(SuiteNode):
     Each *configure* starts a life of the rendering thread, a :class:`Rendering`, which begins when the one before has ended, be that after
     a minute of compiling.  A life that is cleaned up publishes nothing any more.  ``_tick`` notices one that ends by itself.
 
-    Subscribes: ``scene`` (std_msgs/String, latched, JSON ``scene_synth/1``), ``scene/map``; ``status`` of the other nodes;
+    Subscribes: ``scene`` (std_msgs/String, latched, JSON ``scene_synth/1``), ``scene/next`` (the same, of the room that will come next: in
+    real time it is made ahead), ``scene/map``; ``status`` of the other nodes;
     ``<camera>/request`` (PoseStamped: the frame of a pose in the present room, with the stamp of the request, or the next free nanosecond
     if that is 0); ``cmd_vel`` (Twist: moves the camera, where ``drive.enabled``). Publishes: the topics of ``StreamPublishers``, ``status``
     (latched), ``/diagnostics``. Parameters: the fields of ``RendererNodeConfig``; ``camera.`` CameraConfig; ``render.`` RenderConfig;
@@ -80,6 +81,7 @@ class RendererNode(SuiteNode):
         self._report = RendererReport(self._output, self._rendering, self._requests)
         self.create_subscription(String, "status", self._on_status, latched_qos(100))
         self.create_subscription(String, "scene", lambda message: self._inbox.put_room(message.data), latched_qos(MAX_ROOMS_WAITING))
+        self.create_subscription(String, "scene/next", lambda message: self._inbox.announce(message.data), latched_qos())
         self.create_subscription(OccupancyGrid, "scene/map", lambda message: self._ask(self._requests.take_map, message), latched_qos())
         request = f"{streams.camera}/request"
         self.create_subscription(PoseStamped, request, lambda message: self._ask(self._requests.ask, message), stream_qos(MAX_WAITING))

@@ -37,6 +37,7 @@ class RendererReport:
             "frames_rendered": self._output.frames,
             "frames_skipped": rendering.skipped,
             "scenes_refused": rendering.refused,
+            "rooms_made_ahead": rendering.made_ahead,
             "room": scene.index if scene is not None else -1,
             "last_room": status.done_scene,
             "rate_wanted_hz": f"{rate.wanted_hz:g}" if rate else "",

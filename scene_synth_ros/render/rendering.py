@@ -5,19 +5,16 @@ from __future__ import annotations
 import functools
 import time
 from collections.abc import Callable, Collection
-from contextlib import ExitStack
+from contextlib import closing
 from pathlib import Path
 
-from renderer import WARM_LAYERS, RenderCancelled, RenderConfig, Renderer, annotations, warm_up
-from renderer.annotations import Annotator
+from renderer import WARM_LAYERS, RenderCancelled, RenderConfig, annotations, warm_up
 from renderer.film.frame import Frame
 from renderer.film.layers import PHOTOGRAPHS
 from renderer.film.tone import Exposure
 from renderer.lidar.config import ScanConfig
 from renderer.lidar.scanner import Scanner
-from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
-from renderer.scene.semantic_classes import with_classes
 from renderer.standpoint import standpoint
 from scene_description import CameraPose, SceneDescription, SceneSynthError, error_line, scene_from_json
 from scene_synth_ros.messages.frame_messages import StreamConfig
@@ -25,9 +22,11 @@ from scene_synth_ros.messages.frame_settings import FrameSettings, settings_to_j
 from scene_synth_ros.render.camera_place import CameraPlace
 from scene_synth_ros.render.camera_requests import CameraRequests
 from scene_synth_ros.render.inbox import Inbox
+from scene_synth_ros.render.next_room import NextRoom
 from scene_synth_ros.render.output import Output
 from scene_synth_ros.render.rate_report import RateReport
 from scene_synth_ros.render.renderer_config import RendererNodeConfig
+from scene_synth_ros.render.room import Room, RoomSettings
 from scene_synth_ros.render.room_loop import Pace, RoomLoop
 from scene_synth_ros.render.room_meter import RoomMeter
 from scene_synth_ros.render.room_renderer import RoomRenderer
@@ -59,6 +58,7 @@ class Rendering:
         scene: the room at work, None while there is none.
         skipped: frames left out because they would have been late.
         refused: scenes and rooms that could not be rendered.
+        made_ahead: rooms that were made while the one before was shown.
         meter: knows the exposure.
         throughput: frames, samples and rays a second.
         rate: whether frames keep up with their rate, in real time.
@@ -71,7 +71,7 @@ class Rendering:
         self._catalog_dir = Path(config.catalog_dir) if config.catalog_dir else None
         if self._catalog_dir is not None and not self._catalog_dir.is_dir():
             raise FileNotFoundError(f"{node.get_name()}: catalog_dir: expected a folder, got '{config.catalog_dir}'")
-        self.warm, self.skipped, self.refused = False, 0, 0
+        self.warm, self.skipped, self.refused, self.made_ahead = False, 0, 0, 0
         self.scene: SceneDescription | None = None
         self.meter, self.throughput = RoomMeter(settings), Throughput()
         self.rate, self.place = RateReport(node, settings), CameraPlace(node.get_logger())
@@ -79,6 +79,7 @@ class Rendering:
         self._render_config: RenderConfig = settings["render"]
         self._scan_config: ScanConfig = settings["scan"]
         self._scans: RoomScans | None = None
+        self._next = NextRoom(node.faults)
         self._sent: dict[str, int] = {}
         self._first_room, self._on_path, self._newest_room, self._room_began_s = True, False, -1, 0.0
 
@@ -90,14 +91,18 @@ class Rendering:
         """
         began = time.perf_counter()
         self._node.get_logger().info("loading kernels (the first run compiles them)")
-        warm_up({*WARM_LAYERS, *self._output.streams.messages.layers}, self._settings["depth_sensor"])
+        render: RenderConfig = self._settings["render"]
+        warm_up({*WARM_LAYERS, *self._output.streams.messages.layers}, self._settings["depth_sensor"], render.integrator)
         if self._settings["streams"].annotations:
             annotations.warm_up()
         self._node.get_logger().info(f"kernels are ready ({time.perf_counter() - began:.1f} s)")
         self.warm = True
-        while (text := self._inbox.next_room()) is not None:
-            self._take_room(text)
-            trim_heap()
+        try:
+            while (text := self._inbox.next_room()) is not None:
+                self._take_room(text)
+                trim_heap()
+        finally:
+            self._next.drop()
 
     def _take_room(self, text: str) -> None:
         """Render a room; what is wrong with it, or with the program, ends this room only."""
@@ -138,35 +143,46 @@ class Rendering:
 
     def _render_room(self, scene: SceneDescription) -> None:
         self._render_config, self._scan_config = self._settings["render"], self._settings["scan"]
-        streams: StreamConfig = self._settings["streams"]
-        flat = functools.cache(lambda: with_classes(flatten(scene, self._catalog_dir), scene, streams.semantic_classes))
-        camera, sensors = self._settings["camera"], {name: self._settings[name] for name in ("sensor", "depth_sensor")}
-        with ExitStack() as room:
-
-            def make() -> Renderer:
-                renderer = room.enter_context(Renderer(flat(), camera, self._render_config, scene_key(scene), **sensors))
-                trim_heap()
-                return renderer
-
-            def make_annotator() -> Annotator:
-                masks, portable = self._settings["streams"].annotation_masks, self._render_config.portable
-                classes = streams.semantic_classes
-                return room.enter_context(Annotator(flat(), scene, camera, masks=masks, portable=portable, classes=classes))
-
-            renderer = RoomRenderer(make, make_annotator)
+        settings = self._room_settings()
+        ahead = self._next.take(scene, settings, lambda: self._inbox.must_leave(on_path=True))
+        self.made_ahead += ahead is not None
+        with closing(ahead or Room(scene, settings)) as room:
+            renderer = RoomRenderer(lambda: room.renderer, lambda: room.annotator)
             if not self._pace().realtime:  # else a room that nobody looks at is not even made
                 renderer.prepare()
             self._on_path, self._room_began_s = True, time.perf_counter()
             self._output.streams.begin_room(scene)
             self._requests.begin_room()
             self.place.begin_room()
-            self._standpoint = lambda pose: standpoint(renderer.prepare().tree, flat(), scene, pose.position_m)
-            self.meter.begin_room(scene, flat, self._render_config)
+            self._standpoint = lambda pose: standpoint(room.renderer.tree, room.flat, scene, pose.position_m)
+            self.meter.begin_room(self._render_config, lambda: room.metered)
             scan = self._scan_config
             self._scans = RoomScans(
-                scan, scene.camera_path, functools.cache(lambda: Scanner(renderer.prepare().tree, flat(), scan, scene_key(scene)))
+                scan, scene.camera_path, functools.cache(lambda: Scanner(room.renderer.tree, room.flat, scan, scene_key(scene)))
             )
-            RoomLoop(scene, renderer, camera, self, self._requests, self._pace).run()
+            RoomLoop(scene, renderer, settings.camera, self, self._requests, self._pace).run()
+
+    def _room_settings(self) -> RoomSettings:
+        streams: StreamConfig = self._settings["streams"]
+        return RoomSettings(
+            camera=self._settings["camera"],
+            render=self._settings["render"],
+            sensor=self._settings["sensor"],
+            depth_sensor=self._settings["depth_sensor"],
+            semantic_classes=streams.semantic_classes,
+            annotation_masks=streams.annotation_masks,
+            catalog_dir=self._catalog_dir,
+        )
+
+    def _look_ahead(self) -> None:
+        """Begin with the next room if it is known, in real time and while somebody looks; else nothing would wait for it."""
+        config: RendererNodeConfig = self._settings[""]
+        layers = self.wanted_layers()
+        if self.scene is None or not layers or not self._pace().realtime or config.share_count > 1:
+            return
+        text = self._inbox.take_announced()
+        if text is not None:
+            self._next.begin(text, self.scene, self._room_settings(), layers)
 
     def _pace(self) -> Pace:
         config: RendererNodeConfig = self._settings[""]
@@ -227,6 +243,7 @@ class Rendering:
         self.throughput.take(time.monotonic(), frame.samples * settings.camera.width * settings.camera.height, frame.rays)
         if not self._on_path:
             self._output.tell()
+        self._look_ahead()
 
     def go(self, pose: CameraPose) -> None:
         """Take where the rig is."""

@@ -5,12 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from renderer import RenderConfig
-from renderer.exposure import exposed, meter, needs_meter, sensor_ev100
+from renderer.exposure import exposed, needs_meter, sensor_ev100
 from renderer.film.tone import Exposure
-from renderer.scene.flat_scene import FlatScene
-from renderer.scene.scene_key import scene_key
-from scene_description import SceneDescription
-from scene_synth_ros.suite.heap import trim_heap
 from scene_synth_ros.suite.parameters import Parameters
 
 
@@ -26,22 +22,20 @@ class RoomMeter:
 
     def __init__(self, settings: Parameters) -> None:
         self._settings = settings
-        self._room: tuple[SceneDescription, Callable[[], FlatScene], RenderConfig] | None = None
+        self._room: tuple[RenderConfig, Callable[[], Exposure]] | None = None
         self._metered: Exposure | None = None
 
-    def begin_room(self, scene: SceneDescription, flat: Callable[[], FlatScene], render: RenderConfig) -> None:
-        """Take a new room, which is not metered yet; ``flat`` makes its geometry, or returns it."""
-        self._room, self._metered = (scene, flat, render), None
+    def begin_room(self, render: RenderConfig, meter: Callable[[], Exposure]) -> None:
+        """Take a new room, which is not metered yet; ``meter`` does it, or returns what it has found before."""
+        self._room, self._metered = (render, meter), None
 
     def exposure(self, color_wanted: bool) -> Exposure:
         """Return the exposure of the next frame.
 
         The room is metered when colour is first wanted: never while who wants it may not be connected yet.
         """
-        if self._metered is None and color_wanted and self._room is not None and needs_meter(self._room[2]):
-            scene, flat, render = self._room
-            self._metered = meter(flat(), self._settings["camera"], render, scene_key(scene), scene.camera_path)
-            trim_heap()
+        if self._metered is None and color_wanted and self._room is not None and needs_meter(self._room[0]):
+            self._metered = self._room[1]()
         return self.known_exposure()
 
     def known_exposure(self) -> Exposure:

@@ -59,3 +59,16 @@ def test_cancelling_finishes_what_has_begun_and_drops_the_rest(workers):
 def test_threads_are_as_asked_or_all():
     assert thread_count(7) == 7
     assert thread_count(0) >= 1
+
+
+def test_in_this_thread_every_piece_is_the_callers_own():
+    workers, seen = Workers(3), []
+    with workers.in_this_thread():
+        workers.run(lambda worker, piece: seen.append((worker, piece, threading.current_thread())), range(4))
+    assert seen == [(0, piece, threading.current_thread()) for piece in range(4)]
+    with pytest.raises(RenderCancelled), workers.in_this_thread():
+        workers.run(lambda worker, piece: seen.append(piece), [9], lambda: True)
+    assert 9 not in seen
+    workers.run(lambda worker, piece: seen.append(threading.current_thread()), [0])
+    assert seen[-1] is not threading.current_thread()
+    workers.close()

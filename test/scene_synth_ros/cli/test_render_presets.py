@@ -24,5 +24,10 @@ def test_a_number_of_samples_wins_over_the_presets() -> None:
 
 
 def test_presets_are_ordered_by_their_cost() -> None:
+    integrators = [preset_settings(name)["integrator"] for name in PRESETS]
+    assert integrators == sorted(integrators)  # cached, then path
     costs = [preset_settings(name)["samples_per_pixel"] * preset_settings(name)["max_depth"] for name in PRESETS]
     assert costs == sorted(costs)
+    cached = [preset_settings(name) for name in PRESETS[: integrators.count("cached")]]
+    rays = [settings["cache_rays"] / settings["cache_spacing_m"] ** 2 for settings in cached]
+    assert rays == sorted(rays)

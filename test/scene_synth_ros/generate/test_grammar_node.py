@@ -22,6 +22,7 @@ class RunPeer(Peer):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self.scenes: list[SceneDescription] = []
+        self.announced: list[str] = []
         self._roles: set[str] = set()
         self.maps: list[OccupancyGrid] = []
         self.markers: list[MarkerArray] = []
@@ -29,6 +30,7 @@ class RunPeer(Peer):
         self._status = self.node.create_publisher(String, "status", latched_qos(10))
         self.node.create_subscription(String, "status", self._hear, latched_qos(10))
         self.node.create_subscription(String, "scene", lambda message: self.scenes.append(scene_from_json(message.data)), latched_qos(10))
+        self.node.create_subscription(String, "scene/next", lambda message: self.announced.append(message.data), latched_qos())
         self.node.create_subscription(OccupancyGrid, "scene/map", self.maps.append, latched_qos(10))
         self.node.create_subscription(MarkerArray, "scene/markers", self.markers.append, latched_qos(10))
 
@@ -72,6 +74,12 @@ def test_rooms_wait_for_renderer_and_recorder(peer: RunPeer) -> None:
     second = peer.next_scene()
     assert (first.index, second.index, first.seed) == (0, 1, 3)
     assert [pose.stamp_ns for scene in (first, second) for pose in scene.camera_path] == [10**9 + k * 10**8 for k in range(4)]
+
+
+def test_a_room_is_told_of_before_it_comes(peer: RunPeer) -> None:
+    newest = peer.scenes[-1].index
+    peer.spin_until(lambda: peer.announced and scene_from_json(peer.announced[-1]).index == newest + 1, 60, "the room after the newest")
+    assert scene_from_json(peer.announced[-1]) == peer.next_scene()
 
 
 def test_map_and_markers_belong_to_the_room(peer: RunPeer) -> None:

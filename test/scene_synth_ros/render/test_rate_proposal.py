@@ -6,6 +6,7 @@ from renderer import CameraConfig
 from scene_synth_ros.render.rate_proposal import FrameTime, Quality, is_resizable, predicted_s, proposed_rate_hz, proposed_settings
 
 LIVE = Quality(samples=2, denoised=False, width=640, height=480)
+CACHED = Quality(samples=0, denoised=False, width=640, height=480, spacing_m=0.04)
 
 
 @pytest.mark.parametrize(
@@ -23,6 +24,10 @@ LIVE = Quality(samples=2, denoised=False, width=640, height=480)
         (FrameTime(0.15, 0.14), LIVE._replace(samples=1), 0.1, "camera.width 448, camera.height 336"),
         # depth and the like take no samples.
         (FrameTime(0.015), LIVE._replace(samples=0), 0.01, "camera.width 448, camera.height 336"),
+        # nearly all of 0.12 s is spent on new points of the cache, and a quarter of them at twice their spacing: 0.02 + 0.025 s.
+        (FrameTime(0.12, filling_s=0.1), CACHED, 0.06, "render.cache_spacing_m 0.08"),
+        # looking up alone takes too long: 0.49 of the pixels.
+        (FrameTime(0.1, filling_s=0.001), CACHED, 0.06, "camera.width 448, camera.height 336"),
         (FrameTime(0.42, 0.40), LIVE, 0.005, ""),
         (FrameTime(0.15, 0.14), Quality(1, False, 848, 480), 0.1, "camera.width 636, camera.height 360"),
     ],

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from renderer import CameraConfig
+from renderer import CameraConfig, RenderConfig
 from renderer.film.frame import Frame
 from scene_synth_ros.render.rate_report import RateReport
 from scene_synth_ros.render.renderer_config import RendererNodeConfig
@@ -24,7 +24,7 @@ def log() -> list[tuple[str, str]]:
 
 @pytest.fixture
 def settings() -> dict[str, object]:
-    return {"": RendererNodeConfig(realtime=True), "camera": CameraConfig()}
+    return {"": RendererNodeConfig(realtime=True), "camera": CameraConfig(), "render": RenderConfig()}
 
 
 @pytest.fixture
@@ -45,6 +45,14 @@ def test_a_rate_is_told_once_when_lost_and_once_when_held_again(report: RateRepo
     take(report, 0.1, 30)
     assert log[1:] == [("info", "color: 5 Hz held")]
     assert report.now()[1] == ""
+
+
+def test_a_cache_that_is_filled_too_slowly_is_proposed_coarser(report, log, settings) -> None:
+    settings["render"] = RenderConfig(integrator="cached", cache_spacing_m=0.04)
+    looked_up = Frame({"color": np.zeros((480, 640, 3), np.uint8)}, None, sampling_s=0.2, filling_s=0.16)
+    for _ in range(3):
+        report.take(looked_up, 0.22, 0.2)  # 0.06 s and, at 5 cm, 0.16 * (4 / 5) ** 2 = 0.10 s of the 0.18 that are left
+    assert log[0][1].endswith("render.cache_spacing_m 0.05 of the renderer would about hold it, or grammar_node rate_hz 4")
 
 
 def test_without_real_time_there_is_no_rate_to_hold(report: RateReport, settings: dict[str, object]) -> None:

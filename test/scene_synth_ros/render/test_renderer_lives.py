@@ -12,7 +12,7 @@ from scene_synth_ros_suite import Peer, claim_domain, dds_context
 from std_msgs.msg import String
 
 from scene_description import scene_to_json
-from scene_synth_ros.render import rendering
+from scene_synth_ros.render import rendering, room
 from scene_synth_ros.render.renderer_node import RendererNode
 from scene_synth_ros.suite.qos import latched_qos
 
@@ -82,14 +82,14 @@ def test_a_life_that_was_cleaned_up_before_it_began_never_begins(node: RendererN
 def test_a_room_that_is_still_prepared_after_a_cleanup_disturbs_nobody(
     node: RendererNode, compiler: SlowCompiler, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    entered, go, right = threading.Event(), threading.Event(), rendering.flatten
+    entered, go, right = threading.Event(), threading.Event(), room.flatten
 
     def slow_flatten(*words: object) -> object:
         entered.set()
         assert go.wait(30)
         return right(*words)
 
-    monkeypatch.setattr(rendering, "flatten", slow_flatten)
+    monkeypatch.setattr(room, "flatten", slow_flatten)
     compiler.go.set()
     peer = Peer(node.context)
     peer.spin_too(node)

@@ -14,7 +14,7 @@ from std_msgs.msg import String
 
 from renderer import RenderError
 from scene_description import SceneDescription, scene_to_json
-from scene_synth_ros.render import rendering
+from scene_synth_ros.render import rendering, room
 from scene_synth_ros.render.renderer_node import RendererNode
 from scene_synth_ros.suite.qos import latched_qos
 from scene_synth_ros.suite.status import NodeStatus, status_from_json
@@ -44,14 +44,14 @@ class Sender(Peer):
 
 @pytest.fixture
 def context(monkeypatch: pytest.MonkeyPatch) -> Iterator[Context]:
-    right = rendering.flatten
+    right = room.flatten
 
     def mistaken(scene: SceneDescription, *words: Any) -> Any:
         if scene.index == 0:
             np.zeros(3) + np.zeros(4)
         return right(scene, *words)
 
-    monkeypatch.setattr(rendering, "flatten", mistaken)
+    monkeypatch.setattr(room, "flatten", mistaken)
     with dds_context(claim_domain()) as context:
         yield context
 

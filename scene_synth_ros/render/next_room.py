@@ -1,0 +1,133 @@
+"""The room that is made while the one before it is shown."""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+from collections.abc import Callable, Collection
+from concurrent.futures import Future, wait
+
+from renderer import RenderCancelled
+from scene_description import SceneDescription, SceneSynthError, scene_from_json
+from scene_synth_ros.render.room import Room, RoomSettings, is_same_room
+from scene_synth_ros.suite.daemon_job import start_daemon_job
+from scene_synth_ros.suite.faults import Faults
+
+_NICENESS = 5
+"""A room that is made ahead gets a third of the processor time that frames get where both want the same processor (sched(7))."""
+_POLL_S = 0.05
+
+
+class NextRoom:
+    """Makes one room ahead, in one thread: geometry, trees, exposure, and light for its views as far as there is time.
+
+    Frames are the same bytes as those of a room that is made when it comes: everything is a pure function of scene and settings.
+
+    Threading: every method is called in the rendering thread; the room is made in a thread of its own, one after the other, and handed over
+    when that has ended.
+
+    Args:
+        faults: takes whatever the thread has raised that no user can cause.
+    """
+
+    def __init__(self, faults: Faults) -> None:
+        self._faults = faults
+        self._job: Future[Room | None] | None = None
+        self._former: Future[Room | None] | None = None
+        self._enough, self._dropped = threading.Event(), threading.Event()
+
+    def begin(self, text: str, present: SceneDescription, settings: RoomSettings, layers: Collection[str]) -> None:
+        """Begin to make a room in place of the one made before, unless it is the one that is present.
+
+        Args:
+            text: its description, as it came.
+            present: the room at work.
+            settings: what it will be rendered with.
+            layers: that are wanted now.
+        """
+        self.drop()
+        self._enough, self._dropped = enough, dropped = threading.Event(), threading.Event()
+        layers = tuple(layers)
+
+        def make() -> Room | None:
+            _be_nice()
+            return _made(text, present, settings, layers, enough, dropped)
+
+        self._job = start_daemon_job("next room", make, after=self._former)
+
+    def take(self, scene: SceneDescription, settings: RoomSettings, cancelled: Callable[[], bool]) -> Room | None:
+        """Return the room of a scene, if it was begun with these settings; its caller closes it.
+
+        What is under way is waited for, but no more views are prepared.  A room that could not be made is not told of: who makes it again
+        will tell.
+
+        Raises:
+            RenderCancelled: ``cancelled`` returned True meanwhile.
+        """
+        if self._job is None:
+            return None
+        self._enough.set()
+        while not wait([self._job], _POLL_S).done:
+            if cancelled():
+                raise RenderCancelled("the room is not wanted any more")
+        job, self._job = self._job, None
+        room = self._result(job)
+        if room is None:
+            return None
+        if room.settings != settings or not room.shows(scene):
+            room.close()
+            return None
+        room.scene = scene
+        return room
+
+    def drop(self) -> None:
+        """Forget the room; a thread at work ends soon, and only a fault of it is told."""
+        job, self._job = self._job, None
+        if job is None:
+            return
+        self._dropped.set()
+        self._enough.set()
+        self._former = job
+        if not job.cancel():
+            job.add_done_callback(self._forget)
+
+    def _forget(self, job: Future[Room | None]) -> None:
+        room = self._result(job)
+        if room is not None:
+            room.close()
+
+    def _result(self, job: Future[Room | None]) -> Room | None:
+        """Return the room of a job that has ended; None if there is none."""
+        error = job.exception()
+        if error is None:
+            return job.result()
+        if not isinstance(error, (SceneSynthError, OSError, RenderCancelled)):
+            self._faults.tell(error, "the next room was made ahead")
+        return None
+
+
+def _made(
+    text: str,
+    present: SceneDescription,
+    settings: RoomSettings,
+    layers: Collection[str],
+    enough: threading.Event,
+    dropped: threading.Event,
+) -> Room | None:
+    scene = scene_from_json(text)
+    if is_same_room(scene, present):
+        return None
+    room = Room(scene, settings)
+    try:
+        room.prepare(layers, enough, dropped.is_set)
+    except BaseException:
+        room.close()
+        raise
+    return room
+
+
+def _be_nice() -> None:
+    """Let the calling thread, and those that it starts, give way to others; on Linux, where threads have a niceness of their own."""
+    if sys.platform == "linux":
+        os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), _NICENESS)
