@@ -74,7 +74,7 @@ def test_nodes_lie_on_their_triangles_and_serve_their_own_part(shape, spacing):
 
 @pytest.mark.parametrize("shape", SHAPES)
 def test_shares_of_the_surface_sum_to_its_area(shape):
-    flat, charts, atlas = built(SHAPES[shape])
+    _, charts, atlas = built(SHAPES[shape])
     backs = np.isin(np.arange(len(atlas.face)), atlas.back)
     assert atlas.area[~backs].sum() == pytest.approx(charts.area.sum(), rel=1e-5)
     assert np.array_equal(atlas.area[backs], atlas.area[atlas.back >= 0])
