@@ -23,7 +23,9 @@ def test_solids_that_lack_a_hidden_side_are_found():
     hanging = box((-2, -2, 1), (-1, -1, 2))
     assert (
         has_backs(
-            block, hanging._replace(faces=hanging.faces[:-2]), block._replace(faces=block.faces[:-2], vertices=block.vertices + (1.5, 0, 0))
+            block,
+            hanging._replace(faces=hanging.faces[:-2]),
+            block._replace(faces=block.faces[:-2], vertices=block.vertices + np.array([1.5, 0, 0])),
         )
         == [False] * 3
     )

@@ -69,7 +69,7 @@ def test_a_light_shines_to_its_front_and_a_board_blocks_it():
     assert lit(scene(FLOOR, lamp._replace(faces=lamp.faces[:, ::-1])))[2].max() == 0.0
     board = box((-1, -1, 0.8), (1, 1, 0.81))
     assert lit(scene(FLOOR, lamp, box((-3, -3, 0.8), (3, 3, 0.81))))[2].max() == 0.0
-    points, _, direct, *_ = lit(scene(FLOOR, lamp, board._replace(vertices=board.vertices + (1.2, 0, 0))))
+    points, _, direct, *_ = lit(scene(FLOOR, lamp, board._replace(vertices=board.vertices + np.array([1.2, 0, 0]))))
     whole = 100 * from_rectangle(points, (-0.4, -0.4), (0.4, 0.4), 1.5)
     # The board's edge is at x = 0.2, 0.8 m up: what it blocks of the lamp moves with 0.7 / 1.5 of the way.
     free, dark = points[:, 0] < -0.06, points[:, 0] > 0.8
