@@ -65,6 +65,7 @@ def make_row(luminance, area):
         np.zeros((0, 4), np.int32),
         np.zeros((0, 6), np.float32),
         empty,
+        nothing[:, :2],
         empty,
         position,
         up,
