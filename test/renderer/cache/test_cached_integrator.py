@@ -97,16 +97,26 @@ def test_a_wall_keeps_light_out():
     assert lit.mean() > 50.0 and np.median(dark) < 1e-4 * lit.mean() and dark.mean() < 1e-3 * lit.mean()
 
 
-@pytest.mark.parametrize(
-    "partition",
-    [box((2, 0, 0), (2.01, 3, 2.5)), box((2.03, 0, 0), (2.032, 3, 2.5)), quad((2.03, 0, 0), (0, 3, 0), (0, 0, 2.5))],
-    ids=["board", "plate", "sheet"],
-)
-def test_thin_partitions_let_little_light_by(partition):
-    """Floor, walls and ceiling run on beneath them, and nodes 0.1 m apart serve both sides: in that strip light leaks, elsewhere hardly any."""
-    flat = scene(SHELL, LAMP, partition)
+PARTITIONS = {
+    "board": box((2, 0, 0), (2.01, 3, 2.5)),
+    "plate": box((2.03, 0, 0), (2.032, 3, 2.5)),
+    "sheet": quad((2.03, 0, 0), (0, 3, 0), (0, 0, 2.5)),
+}
+
+
+@pytest.mark.parametrize("name", PARTITIONS)
+def test_thin_partitions_keep_light_out(name):
+    """Floor, walls and ceiling run on beneath them, and so do the grids of nodes: no node lights the other side."""
+    flat = scene(SHELL, LAMP, PARTITIONS[name])
     lit, dark = look_up(flat, LIT).radiance, look_up(flat, SHADED).radiance
-    assert dark.mean() < 0.03 * lit.mean() and np.median(dark) < 0.015 * lit.mean()
+    assert lit.mean() > 50.0 and dark.max() < 1e-3 * lit.mean()
+
+
+def test_a_sheet_that_stands_on_nodes_lets_little_light_by():
+    """A node in its very plane sees both sides."""
+    flat = scene(SHELL, LAMP, quad((2, 0, 0), (0, 3, 0), (0, 0, 2.5)))
+    lit, dark = look_up(flat, LIT).radiance, look_up(flat, SHADED).radiance
+    assert dark.mean() < 0.01 * lit.mean() and np.median(dark) < 1e-3 * lit.mean()
 
 
 def test_a_lamp_in_a_cabinet_with_its_door_shut_stays_there():
@@ -116,7 +126,7 @@ def test_a_lamp_in_a_cabinet_with_its_door_shut_stays_there():
     boards = [*sides, *levels, box((0.03, 1, 0.02), (0.61, 1.02, 1.98)), box((0.01, 2, 0), (0.63, 2.02, 2))]
     lamp = box((0.3, 1.5, 1.0), (0.35, 1.55, 1.05), emission=(9000,) * 3, color=(0, 0, 0))
     flat = scene(SHELL, lamp, *boards)
-    assert look_up(flat, pose((3.0, 2.8, 1.5), (0.3, 1.5, 1.0))).radiance.max() < 0.5
+    assert look_up(flat, pose((3.0, 2.8, 1.5), (0.3, 1.5, 1.0))).radiance.max() < 0.05
 
 
 def test_what_has_no_opening_has_no_light():
