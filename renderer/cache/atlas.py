@@ -28,7 +28,9 @@ class Atlas(NamedTuple):
 
     cells: (m, 4) int32, for GRID where the chart's rows begin in ``grid``, its width and height, for CORNERS the three nodes; then which;
     affine: (m, 6) float32, grid coordinates (s, r) of the first corner, and what the second and the third add; grid: (g,) int32, nodes of
-    the charts' grids, -1 where no triangle is near; back: (n,) int32, the node that looks the other way, -1 where nobody looks from there.
+    the charts' grids, -1 where no triangle is near; cuts: (g, 2) float32, how much of the way to the next node of the row, and to that of
+    the next row, lies on this side of what stands between, NaN where nothing does; back: (n,) int32, the node that looks the other way, -1
+    where nobody looks from there.
     position, normal: (n, 3) float32, metres, world, on the surface; face: (n,) int32 and weight: (n, 2) float32, the triangle on which
     each node lies and its barycentric weights there; area: (n,) float32, m2, its share of the surface.
     """
@@ -36,6 +38,7 @@ class Atlas(NamedTuple):
     cells: NDArray[np.int32]
     affine: NDArray[np.float32]
     grid: NDArray[np.int32]
+    cuts: NDArray[np.float32]
     back: NDArray[np.int32]
     position: NDArray[np.float32]
     normal: NDArray[np.float32]
@@ -65,6 +68,7 @@ def build_atlas(mesh: Mesh, face_part: NDArray[np.int32], charts: Charts, one_si
         cells,
         affine,
         index,
+        np.full((len(index), 2), np.nan, np.float32),
         back,
         np.concatenate([position, position[seen]]),
         np.concatenate([normal, -normal[seen]]),
@@ -263,6 +267,15 @@ def has_back(atlas: Atlas, face: int) -> bool:
 
 
 @inlined
+def _is_cut_off(cuts: NDArray[np.float32], place: int, width: int, right: int, up: int, s: np.float32, r: np.float32) -> bool:
+    """Return whether something stands between a hit, at (s, r) within its cell, and the corner of the cell at ``place``."""
+    along, across = cuts[place - right, 0], cuts[place - up * width, 1]
+    beyond_x: bool = s < along if right else s > along
+    beyond_y: bool = r < across if up else r > across
+    return beyond_x | beyond_y
+
+
+@inlined
 def find_nodes(
     atlas: Atlas, face: int, u: np.float32, v: np.float32, front: bool, nodes: NDArray[np.int32], weights: NDArray[np.float32]
 ) -> int:
@@ -280,14 +293,22 @@ def find_nodes(
         r = min(max(r, _ZERO), np.float32(height - 1))
         column, row = min(int(s), max(width - 2, 0)), min(int(r), max(height - 2, 0))
         s, r = s - np.float32(column), r - np.float32(row)
-        for corner in range(4):
-            right, up = corner & 1, corner >> 1
-            weight = (s if right else _ONE - s) * (r if up else _ONE - r)
-            if weight > _ZERO:
-                node = atlas.grid[offset + (row + up) * width + column + right]
-                if node >= 0:
-                    nodes[count], weights[count] = node, weight
-                    count += 1
+        total = _ZERO
+        for attempt in range(2):
+            for corner in range(4):
+                right, up = corner & 1, corner >> 1
+                weight = (s if right else _ONE - s) * (r if up else _ONE - r)
+                if weight > _ZERO:
+                    place = offset + (row + up) * width + column + right
+                    node = atlas.grid[place]
+                    if node >= 0 and (attempt > 0 or not _is_cut_off(atlas.cuts, place, width, right, up, s, r)):
+                        nodes[count], weights[count] = node, weight
+                        count, total = count + 1, total + weight
+            if count > 0:
+                break
+        if total < _ONE:
+            for i in range(count):
+                weights[i] /= total
     elif kind == CORNERS:
         nodes[0], nodes[1], nodes[2] = atlas.cells[face, 0], atlas.cells[face, 1], atlas.cells[face, 2]
         weights[0], weights[1], weights[2] = _ONE - u - v, u, v

@@ -44,8 +44,8 @@ def find_charts(mesh: Mesh, face_part: NDArray[np.int32], part_count: int) -> Ch
     sound = area > _LEAST_AREA_M2
     flat = sound & (np.einsum("mij,mj->mi", shading, unit) > _FLAT).all(axis=1)
     first, second, face = _edges(corners, face_part)
-    order = np.lexsort((face, second, first))
-    first, second, face = first[order], second[order], face[order]
+    by_edge = np.lexsort((face, second, first))
+    first, second, face = first[by_edge], second[by_edge], face[by_edge]
     same = (first[1:] == first[:-1]) & (second[1:] == second[:-1])
     closed = np.ones(part_count, np.bool_)
     run = np.concatenate([[True], ~same])
@@ -57,9 +57,10 @@ def find_charts(mesh: Mesh, face_part: NDArray[np.int32], part_count: int) -> Ch
     face_chart = np.where(sound, CURVED, DEGENERATE).astype(np.int32)
     roots, face_chart[flat] = np.unique(root[flat], return_inverse=True)
     count = len(roots)
-    # Each chart looks along the longest edge that it has.
+    # Each chart looks along the longest edge of its outline: a grid that lies along a diagonal fits no rectangle.
     edges = corners[:, (1, 2, 0)] - corners
     length = np.linalg.norm(edges, axis=2)
+    length.reshape(-1)[np.concatenate([by_edge[:-1][same][joined], by_edge[1:][same][joined]])] = 0.0
     longest = np.take_along_axis(edges, length.argmax(axis=1)[:, None, None].repeat(3, 2), axis=1)[:, 0]
     members = np.flatnonzero(flat)
     order = members[np.lexsort((members, -length[members].max(axis=1), face_chart[members]))]

@@ -48,8 +48,8 @@ def choose_bright(luminance: NDArray[np.float32], atlas: Atlas, times: float, sa
     """Choose the nodes whose luminance (n, 3) is more than ``times`` the room's mean, and sample them by flux."""
     shown = luminance.astype(np.float64) @ LUMINANCE
     area = atlas.area.astype(np.float64)
-    chosen = shown > times * max((shown * area).sum() / max(area.sum(), 1e-12), 1e-12)
-    nodes = np.flatnonzero(chosen & (area > 0.0))
+    chosen = (shown > times * max((shown * area).sum() / max(area.sum(), 1e-12), 1e-12)) & (area > 0.0)
+    nodes = np.flatnonzero(chosen)
     flux = shown[nodes] * area[nodes]
     total = flux.sum()
     if total == 0.0:

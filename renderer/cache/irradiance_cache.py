@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.cache.atlas import build_atlas, stand_in
+from renderer.cache.atlas import Atlas, build_atlas, stand_in
 from renderer.cache.charts import Charts, find_charts
 from renderer.cache.config import CacheConfig
 from renderer.cache.gathering import choose_bright, gather_nodes
@@ -21,6 +21,7 @@ from renderer.cache.hemisphere import BEHIND, make_gather_scratch
 from renderer.cache.node_direct import light_nodes
 from renderer.cache.node_light import make_node_light
 from renderer.cache.node_surfaces import probe_insides, reflect_nodes
+from renderer.cache.partitions import find_cuts
 from renderer.cache.radiosity import link_nodes, resolve_links, solve_links
 from renderer.cache.smoothing import REACH, ROW, places, smooth_nodes, widen
 from renderer.core.embree import LANES, SceneHandle, aligned_floats
@@ -61,11 +62,13 @@ class IrradianceCache:
         one_sided = charts.closed | (flat.parts.object_id == 0) | self._is_hollow(flat, charts)
         self.coarse = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.coarse_spacing_m)
         self.atlas = build_atlas(flat.mesh, flat.face_part, charts, one_sided, config.spacing_m)
+        self._place, self.grids = places(self.atlas)
+        for atlas, grids in ((self.coarse, places(self.coarse)[1]), (self.atlas, self.grids)):
+            self._find_cuts(atlas, grids)
         self.luminance = self._solve()
         self.light = make_node_light(len(self.atlas.face))
         self.rows = aligned_floats(len(self.atlas.face) * ROW).reshape(-1, ROW)
         self._smooth_done = np.zeros(len(self.atlas.face), np.bool_)
-        self._place, self.grids = places(self.atlas)
         self._filled = np.zeros(len(self.atlas.face), np.bool_)
 
     def _is_hollow(self, flat: FlatScene, charts: Charts) -> NDArray[np.bool_]:
@@ -84,6 +87,12 @@ class IrradianceCache:
             probe_insides(self._tree, origin, (-normal).astype(np.float32), part, flat.face_part, self._scratch[0], inside)
         weight = charts.area[faces]
         return np.bincount(part, weight * inside, count) > 0.5 * np.maximum(np.bincount(part, weight, count), 1e-12)
+
+    def _find_cuts(self, atlas: Atlas, grids: NDArray[np.int32]) -> None:
+        def find(worker: int, piece: tuple[int, int]) -> None:
+            find_cuts(self._tree, atlas, grids, self._scratch[worker], *piece)
+
+        self._workers.run(find, _pieces(len(grids)))
 
     def _solve(self) -> NDArray[np.float32]:
         config, atlas = self.config, self.coarse
@@ -118,7 +127,9 @@ class IrradianceCache:
         solve_links(links, light.direct + light.indirect + light.sun[:, :3], seen, albedo, glow, _SWEEPS, luminance)
         luminance = luminance[other]
         self.even = np.divide(luminance - glow[other], albedo[other], out=np.zeros_like(luminance), where=albedo[other] > 1e-3)
-        self.bright = choose_bright(luminance, atlas, 6.0, 32, 0.3)
+        # What lies within things shines at nobody.
+        shining = atlas._replace(area=np.where(valid, atlas.area, np.float32(0.0)))
+        self.bright = choose_bright(luminance, shining, 6.0, 32, 0.3)
         self.coarse_light, self.albedo, self.links = light, albedo, links
         return luminance
 

@@ -123,9 +123,11 @@ def add_gloss(
                 clear = (table[at + st.TRANSMISSION] > _HALF) & (table[at + st.PORTAL] == _ZERO)
                 mirror = (table[at + st.METALLIC] > _HALF) & (table[at + st.ROUGHNESS] < np.float32(0.15))
                 if (clear or mirror) and depth + 1 < _DEEPEST:
-                    for channel in range(3):
-                        base = table[at + st.BASE + channel]
-                        lanes[ln.BETA_R + LANES * channel + k] *= np.sqrt(base) * np.float32(0.96) if clear else base
+                    # Rays through glass begin at the camera: what the face that it sees lets through is in BASE already.
+                    if side == 0 or depth > 0 or kept[PANE, k] > _ZERO:
+                        for channel in range(3):
+                            base = table[at + st.BASE + channel]
+                            lanes[ln.BETA_R + LANES * channel + k] *= np.sqrt(base) * np.float32(0.96) if clear else base
                     if mirror:
                         dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
                         nx, ny, nz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]

@@ -85,6 +85,19 @@ def test_the_dump_of_a_recorder_starts_it_again(context: Context, tmp_path: Path
         assert node.get_parameter("exclude").value == ["/a", "true", "1"]
 
 
+def test_the_dump_of_a_renderer_with_a_cache_starts_it_again(context: Context, tmp_path: Path) -> None:
+    dump_file = tmp_path / "dump.yaml"
+    settings = {"integrator": "cached", "cache_spacing_m": 0.08, "cache_rays": 128, "cache_light_samples": 16}
+    words = [word for name, value in settings.items() for word in ("-p", f"render.{name}:={value}")]
+    with node_of(context, "renderer_node", *words) as node:
+        dump_file.write_text(dump_of(node))
+    with node_of(context, "renderer_node", "--params-file", str(dump_file)) as node:
+        assert dump_of(node) == dump_file.read_text()
+        assert {name: node.get_parameter(f"render.{name}").value for name in settings} == settings
+        refused = node.set_parameters([Parameter("render.integrator", value="cashed"), Parameter("render.cache_spacing_m", value=0.001)])
+        assert [result.successful for result in refused] == [False, False]
+
+
 def test_a_dump_can_be_set_on_a_node_that_runs_with_it(context: Context) -> None:
     with node_of(context, "renderer_node") as node:
         messages = [node.get_parameter(name).to_parameter_msg() for name in node.list_parameters(["camera", "streams"], 0).names]
