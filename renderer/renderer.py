@@ -145,7 +145,7 @@ class Renderer:
         if self._config.integrator != "cached":
             return 0
         view = self._view(pose, path)
-        geometry, hits = self._trace_geometry(view, True)
+        _, hits = self._trace_geometry(view, True)
         return self.cached().prepare(hits, cancelled)
 
     def render(

@@ -49,7 +49,6 @@ FOLDERS = {
         "ground_truth": {"camera", "core", "path", "scene"},
         "cache": {"bsdf", "camera", "core", "geometry", "ground_truth", "path", "scene"},
         "export": {"camera", "core", "files", "geometry", "scene", "textures"},
-        "cache": {"bsdf", "camera", "core", "geometry", "ground_truth", "path", "scene"},
     },
     "scene_synth_ros": {
         "mcap": set(),

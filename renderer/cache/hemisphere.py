@@ -127,7 +127,6 @@ def follow(
     mirrored, links, seen, passed = scratch.sampled, found.links, found.seen, found.passed
     for k in range(LANES):
         links[k], mirrored[k], passed[k] = DARK, 0, _ZERO
-        integer[ray.MASK + k] = MEET_ALL
         seen[k, 0] = seen[k, 1] = seen[k, 2] = _ZERO
     going = LANES
     for depth in range(_DEEPEST):
@@ -201,6 +200,9 @@ def follow(
                 continue
             links[k] = face if front else face + len(atlas.cells)
             found.at[k], found.at[LANES + k], found.at[2 * LANES + k] = real[ray.BARY_U + k], real[ray.BARY_V + k], u
+    # The packet serves others, whose rays panes stop.
+    for k in range(LANES):
+        integer[ray.MASK + k] = MEET_ALL
 
 
 @inlined

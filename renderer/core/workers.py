@@ -39,7 +39,7 @@ class Workers:
             self._alone = False
 
     def run(self, work: Callable[[int, Piece], None], pieces: Iterable[Piece], cancelled: Callable[[], bool] | None = None) -> None:
-        """Call ``work(worker, piece)`` for every piece, in any order; ``cancelled`` is asked in the calling thread every 50 ms.
+        """Call ``work(worker, piece)`` for every piece, in any order; ``cancelled`` is asked in the calling thread, first and then every 50 ms.
 
         Where that thread works itself, it is asked before every piece.
 
@@ -52,6 +52,8 @@ class Workers:
                     raise RenderCancelled("render: cancelled by its caller")
                 work(0, piece)
             return
+        if cancelled is not None and cancelled():
+            raise RenderCancelled("render: cancelled by its caller")
         queue, stop = deque(pieces), threading.Event()
 
         def drain(worker: int) -> None:

@@ -86,7 +86,7 @@ def test_nodes_within_things_are_not_valid():
     nodes = nodes_of(cache, 0, flat)
     x, y = np.abs(cache.atlas.position[nodes, :2]).T
     beneath, beside = np.maximum(x, y) < 0.95, np.maximum(x, y) > 1.05
-    assert beneath.any() and (cache.light.valid[nodes][beneath] == 0).all() and (cache.light.valid[nodes][beside] == 1).all()
+    assert beneath.any() and (cache.light.valid[nodes][beneath] == 0).all() and (cache.light.valid[nodes][beside] > 0.5).all()
 
 
 def test_points_of_a_pattern_are_even():
