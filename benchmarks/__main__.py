@@ -22,7 +22,7 @@ TABLES = {
     "layout": "Rooms",
     "geometry": "Geometry",
     "color": "Colour",
-    "cached": "Colour by the cache",
+    "camera_rate": "Colour at camera rate",
     "presets": "Light that presets lose",
     "cache": "What the irradiance cache trades",
     "stream": "Messages",

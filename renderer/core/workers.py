@@ -39,9 +39,9 @@ class Workers:
             self._alone = False
 
     def run(self, work: Callable[[int, Piece], None], pieces: Iterable[Piece], cancelled: Callable[[], bool] | None = None) -> None:
-        """Call ``work(worker, piece)`` for every piece, in any order; ``cancelled`` is asked in the calling thread, first and then every 50 ms.
+        """Call ``work(worker, piece)`` for every piece, in any order.
 
-        Where that thread works itself, it is asked before every piece.
+        ``cancelled`` is asked in the calling thread, first and then every 50 ms; where that thread works itself, before every piece.
 
         Raises:
             RenderCancelled: ``cancelled`` returned True; pieces under way are finished first, the others are dropped.

@@ -1,6 +1,6 @@
 """Colour by the irradiance cache in sampled rooms of every type: frames a second, a room's first frame, memory, error.
 
-python -m benchmarks.cached_bench [--rooms N] [--reference-samples N] [--pictures DIR]
+python -m benchmarks.camera_rate_bench [--rooms N] [--reference-samples N] [--pictures DIR]
 
 Rates are of colour, depth, normals, semantic and instance ids together, in one process, along the rooms' own camera paths.  Errors are
 against the path tracer with so many samples, both as it is and denoised: FLIP (Andersson et al. 2020, by its authors' package) of what is
@@ -129,7 +129,7 @@ def _mean(radiance: NDArray[np.float32] | None) -> float:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.cached_bench")
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.camera_rate_bench")
     parser.add_argument("--rooms", type=int, default=1, help="of each type (default: %(default)s)")
     parser.add_argument("--reference-samples", type=int, default=0, metavar="N", help="of the path tracer's frames; 0 for no errors")
     parser.add_argument("--pictures", type=Path, metavar="DIR", help="write the frames, the path tracer's beside them")
