@@ -84,8 +84,8 @@ class TopicInputs:
     def _is_recorded(self, topic: str) -> bool:
         """Return whether the parameters ask for a topic.
 
-        What comes next is left out, as it will come on ``scene``, and what the recorder makes itself: of the suite's images the form that ``images.*`` asks for, of labels the LabelInfo, of
-        annotations the detections.
+        What comes next is left out, as it will come on ``scene``, and what the recorder makes itself: of the suite's images the form that
+        ``images.*`` asks for, of labels the LabelInfo, of annotations the detections.
         """
         config = self._config
         if topic in ("/tf", "/tf_static") or topic == self._node.resolve_topic_name("status"):
