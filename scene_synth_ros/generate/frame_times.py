@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from scene_description import CameraPose
 
-ROOM_CHANGE_S = 0.5
+ROOM_CHANGE_S = 0.3
 """By the wall clock, the first frame of a room is due so long after the room has gone out: a renderer prepares it meanwhile."""
 
 

@@ -50,8 +50,8 @@ def test_lock_step_waits_for_each_peer_and_finishes_once() -> None:
 def test_by_the_wall_clock_a_room_has_time_to_be_prepared_and_waits_for_nobody() -> None:
     run = Run(replace(FREE, clock="wall"), 0.0)
     send(run, 1.0)
-    assert run.step(1.0 + 0.5 + 0.5 - 0.01, True) is Step.WAIT
-    assert run.step(1.0 + 0.5 + 0.5, True) is Step.SEND
+    assert run.step(1.0 + 0.3 + 0.5 - 0.01, True) is Step.WAIT
+    assert run.step(1.0 + 0.3 + 0.5, True) is Step.SEND
     with pytest.raises(SceneSynthError, match="parameter clock: 'wall' goes with lock_step false, got true; set lock_step:=false"):
         replace(STEP, clock="wall").check()
     replace(FREE, clock="wall").check()
