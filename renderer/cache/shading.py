@@ -13,6 +13,7 @@ from renderer.cache.lamps import Lamps, choose_lamp
 from renderer.cache.mirrored import SHARP, add_gloss, aim_gloss, pixel_noise
 from renderer.cache.records import ALPHA, BASE, KIND, LIGHT, PANE, POINT, SHARE, UNDER, UNDER_ALPHA, Around, Cache, Gloss
 from renderer.cache.reflectance import coat_albedo, diffuse_albedo, specular_albedo
+from renderer.cache.sun import sample_sun
 from renderer.camera.camera_rays import CENTRE, TILE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile
@@ -23,7 +24,6 @@ from renderer.core.kernel import entry, inlined
 from renderer.ground_truth.surface_images import restore_hits
 from renderer.path.direct_light import wi_to_lights
 from renderer.path.ground_truth import Hits
-from renderer.path.light_sampling import sample_infinite_light
 from renderer.path.lights import Lights
 from renderer.path.records import Scratch
 from renderer.path.scattering import build_bsdfs
@@ -238,7 +238,7 @@ def _add_sun(
         lanes[ln.U_INFINITE_0 + k], lanes[ln.U_INFINITE_1 + k] = pixel_noise(
             camera, column + (k & 3), row + (k >> 2), np.uint32(key + np.uint32(7))
         )
-    sample_infinite_light(surfaces, lights.infinite, scratch)
+    sample_sun(surfaces, lights, scratch)
     pass_glass(scene, surfaces, lanes, scratch)
     wi_to_lights(lanes)
     evaluate_bsdf(lanes, kinds, surfaces.albedos.reflected)
