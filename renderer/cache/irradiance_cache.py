@@ -127,8 +127,8 @@ class IrradianceCache:
         solve_links(links, light.direct + light.indirect + light.sun[:, :3], seen, albedo, glow, _SWEEPS, luminance)
         luminance = luminance[other]
         self.even = np.divide(luminance - glow[other], albedo[other], out=np.zeros_like(luminance), where=albedo[other] > 1e-3)
-        # What lies within things shines at nobody.
-        shining = atlas._replace(area=np.where(valid, atlas.area, np.float32(0.0)))
+        # Nodes within things shine by those that stand in for them.
+        shining = atlas._replace(area=np.where(valid, np.bincount(other, atlas.area, count), 0.0).astype(np.float32))
         self.bright = choose_bright(luminance, shining, 6.0, 32, 0.3)
         self.coarse_light, self.albedo, self.links = light, albedo, links
         return luminance

@@ -9,12 +9,13 @@ from renderer.cache.atlas import Atlas
 from renderer.cache.glass import pass_glass
 from renderer.cache.node_light import NodeLight
 from renderer.cache.node_place import arriving, stand_on, turned, unit_hash
+from renderer.cache.sun import sample_sun
 from renderer.core import lanes as ln
 from renderer.core.color import LUMINANCE
 from renderer.core.embree import LANES, SceneHandle
 from renderer.core.kernel import entry, inlined
 from renderer.path.direct_light import weigh_lights
-from renderer.path.light_sampling import sample_groups, sample_infinite_light
+from renderer.path.light_sampling import sample_groups
 from renderer.path.lights import BY_SKY, Lights
 from renderer.path.records import Scratch
 from renderer.path.surface_tables import Surfaces
@@ -81,7 +82,7 @@ def light_nodes(
                 for k in range(LANES):
                     lanes[ln.U_INFINITE_0 + k] = turned(pattern[begin + k, 0], shift_u)
                     lanes[ln.U_INFINITE_1 + k] = turned(pattern[begin + k, 1], shift_v)
-                sample_infinite_light(surfaces, lights.infinite, scratch)
+                sample_sun(surfaces, lights, scratch)
                 through = _ZERO
                 for k in range(LANES):
                     through += _ONE if lanes[ln.LIGHT_PDF + k] > _ZERO else _ZERO

@@ -16,6 +16,7 @@ from renderer.cache.records import ALPHA, BASE, KIND, LIGHT, PANE, POINT, SEEN, 
 from renderer.cache.reflectance import coat_albedo, diffuse_albedo, specular_albedo
 from renderer.cache.smoothing import LIGHT as LIT
 from renderer.cache.smoothing import SUN, TOWARD, VALID
+from renderer.cache.sun import sample_sun
 from renderer.camera.camera_rays import CENTRE, TILE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile
@@ -26,7 +27,6 @@ from renderer.core.kernel import entry, inlined
 from renderer.ground_truth.surface_images import restore_hits
 from renderer.path.direct_light import wi_to_lights
 from renderer.path.ground_truth import Hits
-from renderer.path.light_sampling import sample_infinite_light
 from renderer.path.lights import Lights
 from renderer.path.records import Scratch
 from renderer.path.scattering import build_bsdfs
@@ -232,7 +232,7 @@ def _add_sun(
             u, v = pixel_noise(camera, column + (k & 3), row + (k >> 2), np.uint32(key + np.uint32(7)))
             v += np.float32(sample) / np.float32(_SUN_RAYS)
             lanes[ln.U_INFINITE_0 + k], lanes[ln.U_INFINITE_1 + k] = u, v - np.floor(v)
-        sample_infinite_light(surfaces, lights.infinite, scratch)
+        sample_sun(surfaces, lights, scratch)
         pass_glass(scene, surfaces, lanes, scratch)
         wi_to_lights(lanes)
         evaluate_bsdf(lanes, kinds, surfaces.albedos.reflected)

@@ -147,7 +147,7 @@ def infinite_le(
         dx, dy, dz = x - sun[0], y - sun[1], z - sun[2]
         apart = _HALF * (dx * dx + dy * dy + dz * dz) / sun[3]
         if apart < _ONE:
-            scale = _limb(apart)
+            scale = limb_darkening(apart)
             return scale * sun[4], scale * sun[5], scale * sun[6], _ONE / (_TURN * sun[3])
     elif infinite.bright.shape[0] > 0:
         height, width = infinite.bright.shape[0], infinite.bright.shape[1]
@@ -158,7 +158,7 @@ def infinite_le(
 
 
 @inlined
-def _limb(apart: np.float32) -> np.float32:
+def limb_darkening(apart: np.float32) -> np.float32:
     """Return the sun's luminance over its mean; ``apart``: squared distance from the middle over the squared radius, in [0, 1]."""
     mu = np.sqrt(max(_ONE - apart, _ZERO))
     shade: np.float32 = (_ONE - _LIMB * (_ONE - mu)) / _LIMB_MEAN
