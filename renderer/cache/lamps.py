@@ -51,10 +51,10 @@ def build_lamps(flat: FlatScene) -> Lamps:
 @inlined
 def _lobe(facet: np.float32, cosine: np.float32, height: np.float32, alpha: np.float32, size: np.float32) -> np.float32:
     """Return D G / (4 cos cos) of GGX, widened for a ball of this radius over distance."""
-    wide = min(alpha + _HALF * size, _ONE)
     square = alpha * alpha
+    wide = square + _HALF * _HALF * size * size
     t = (_ONE - facet * facet) / square + facet * facet
-    value: np.float32 = _INVERSE_PI / (wide * wide * t * t) * _HALF
+    value: np.float32 = _INVERSE_PI / (wide * t * t) * _HALF
     return value / (cosine * ggx_g1_root(height, alpha) + height * ggx_g1_root(cosine, alpha))
 
 

@@ -79,7 +79,7 @@ def smooth_nodes(
     light: NodeLight,
     rows: NDArray[np.float32],
 ) -> None:
-    """Fill ``rows`` (n, ROW) of the nodes, with the mean of ``light.indirect`` around them.
+    """Fill ``rows`` (n, ROW) of the nodes, with the means of ``light.indirect`` and ``toward`` around them.
 
     Neighbours count the less the farther they are, up to a share of the distance to what surrounds both (as records of an irradiance cache
     do, Ward et al., "A Ray Tracing Solution for Diffuse Interreflection", 1988).
@@ -87,6 +87,7 @@ def smooth_nodes(
     for i in range(len(nodes)):
         node = nodes[i]
         r, g, b, total = light.indirect[node, 0], light.indirect[node, 1], light.indirect[node, 2], _ONE
+        tx, ty, tz = light.toward[node, 0], light.toward[node, 1], light.toward[node, 2]
         if place[node] >= 0 and light.valid[node] > _ZERO:
             offset, width, height = _grid_of(grids, place[node])
             row, column = (place[node] - offset) // width, (place[node] - offset) % width
@@ -105,11 +106,13 @@ def smooth_nodes(
                             g + weight * light.indirect[other, 1],
                             b + weight * light.indirect[other, 2],
                         )
+                        tx += weight * light.toward[other, 0]
+                        ty += weight * light.toward[other, 1]
+                        tz += weight * light.toward[other, 2]
                         total += weight
         row = rows[node]
         row[LIGHT] = r / total + light.direct[node, 0]
         row[LIGHT + 1] = g / total + light.direct[node, 1]
         row[LIGHT + 2] = b / total + light.direct[node, 2]
-        for axis in range(3):
-            row[TOWARD + axis] = light.toward[node, axis]
+        row[TOWARD], row[TOWARD + 1], row[TOWARD + 2] = tx / total, ty / total, tz / total
         row[SUN], row[VALID] = light.sun[node, 3], light.valid[node]
