@@ -175,7 +175,8 @@ def follow(
             mirror = (table[row + st.METALLIC] > _HALF) & (table[row + st.ROUGHNESS] < _SMOOTH) & is_wide(atlas, face)
             if clear or mirror:
                 share = _RED * table[row + st.BASE] + _GREEN * table[row + st.BASE + 1] + _BLUE * table[row + st.BASE + 2]
-                share = np.sqrt(share) * np.float32(0.96) if clear else share
+                # What a face of glass mirrors sees a room that is about as bright: only its colour takes light away.
+                share = np.sqrt(share) if clear else share
                 if u >= share:
                     continue
                 if mirror:
