@@ -18,6 +18,7 @@ from renderer.geometry.mesh import Mesh
 
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 _INSET_M = 2e-3
+_INSET = 0.25
 _FACING = 1.5
 NONE, GRID, CORNERS = range(3)
 """``cells[:, 3]``: how the nodes of a triangle are found."""
@@ -115,7 +116,7 @@ def _lay_grids(
     start = np.searchsorted(chart, np.arange(len(charts.normal)))
     low = np.minimum.reduceat(charts.at[members].min(axis=1), start)
     high = np.maximum.reduceat(charts.at[members].max(axis=1), start)
-    inset = np.minimum(_INSET_M, 0.25 * (high - low))
+    inset = np.minimum(max(_INSET_M, _INSET * spacing_m), 0.25 * (high - low))
     low, high = low + inset, high - inset
     steps = np.where(high - low < 0.5 * spacing_m, 0, np.ceil((high - low) / spacing_m)).astype(np.int64)
     origin = np.where(steps == 0, 0.5 * (low + high), low)
