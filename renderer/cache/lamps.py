@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.bsdf.microfacet import ggx_g1_root
-from renderer.cache.records import ALPHA, SHARE, UNDER, UNDER_ALPHA
+from renderer.cache.records import ALPHA, SHARE, SHARP, UNDER, UNDER_ALPHA
 from renderer.core import lanes as ln
 from renderer.core.kernel import inlined
 from renderer.path import surface_tables as st
@@ -97,7 +97,8 @@ def choose_lamp(surfaces: Surfaces, lamps: Lamps, k: int, shown: np.float32, kep
         if surfaces.materials[row + st.PROFILE] > _ZERO:
             value *= profile_toward(surfaces.profiles, int(surfaces.materials[row + st.PROFILE]) - 1, -lx, -ly, -lz)
         # The share of the albedo at normal incidence stands for Fresnel's.
-        over = value * _lobe(facet, cosine, height, alpha, radius / distance)
+        # Sharp lobes see lamps by their ray.
+        over = value * _lobe(facet, cosine, height, alpha, radius / distance) if alpha >= SHARP else _ZERO
         under = value * _lobe(facet, cosine, height, kept[UNDER_ALPHA, k], radius / distance)
         r = (over * kept[SHARE, k] + under * kept[UNDER, k]) * balls[i, 4]
         g = (over * kept[SHARE + 1, k] + under * kept[UNDER + 1, k]) * balls[i, 5]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from renderer.bsdf.microfacet import sample_ggx_wm
 from renderer.cache.atlas import find_nodes
 from renderer.cache.hemisphere import outside_light
-from renderer.cache.records import AHEAD, ALPHA, BASE, KIND, LIGHT, PANE, POINT, SEEN, SHARE, Around, Cache
+from renderer.cache.records import AHEAD, ALPHA, BASE, KIND, LIGHT, PANE, POINT, SEEN, SHARE, SHARP, Around, Cache
 from renderer.cache.reflectance import rough_albedo
 from renderer.camera.camera_rays import CENTRE
 from renderer.camera.cameras import PosedCamera
@@ -27,9 +27,6 @@ from renderer.path.surfaces import evaluate_surfaces
 _ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
 _INFINITE = np.float32(np.inf)
 _DEEPEST = 8
-
-SHARP = np.float32(0.01)
-"""Width of GGX from which on lamps are shown by :mod:`renderer.cache.lamps`, not by the ray."""
 
 
 @inlined

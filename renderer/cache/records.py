@@ -11,6 +11,9 @@ from renderer.cache.atlas import Atlas
 from renderer.core.embree import LANES
 from renderer.core.layout import Layout
 
+SHARP = np.float32(0.01)
+"""Width of GGX from which on lamps are shown by :mod:`renderer.cache.lamps`, not by the ray."""
+
 # A row of ``Around.kept``: 16 primary hits while their rays are traced.
 _KEPT = Layout()
 SHARE = _KEPT.field(3)  # of the light from the gloss ray that leaves towards the camera

@@ -10,12 +10,12 @@ from renderer.bsdf.microfacet import fresnel_dielectric, fresnel_thin_dielectric
 from renderer.cache.atlas import Atlas, find_nodes
 from renderer.cache.glass import pass_glass
 from renderer.cache.lamps import Lamps, choose_lamp
-from renderer.cache.mirrored import SHARP, add_gloss, aim_gloss, pixel_noise
+from renderer.cache.mirrored import add_gloss, aim_gloss, pixel_noise
 from renderer.cache.reconstruction import ROUGH, Picture
-from renderer.cache.records import ALPHA, BASE, KIND, LIGHT, PANE, POINT, SEEN, SHARE, UNDER, UNDER_ALPHA, Around, Cache, Gloss
+from renderer.cache.records import ALPHA, BASE, KIND, LIGHT, PANE, POINT, SEEN, SHARE, SHARP, UNDER, UNDER_ALPHA, Around, Cache, Gloss
 from renderer.cache.reflectance import coat_albedo, diffuse_albedo, specular_albedo
+from renderer.cache.smoothing import LAMPS, SUN, TOWARD, VALID
 from renderer.cache.smoothing import LIGHT as LIT
-from renderer.cache.smoothing import SUN, TOWARD, VALID
 from renderer.cache.sun import sample_sun
 from renderer.camera.camera_rays import CENTRE, TILE
 from renderer.camera.cameras import PosedCamera
@@ -100,7 +100,7 @@ def shade_hits(
                 kept[KIND, k] = kept[ALPHA, k] = lanes[ln.LIGHT_PDF + k] = _ZERO
                 kept[SEEN, k] = kept[SEEN + 1, k] = kept[SEEN + 2, k] = _ZERO
                 if lanes[ln.HIT + k] > _ZERO:
-                    ir, ig, ib, tx, ty, tz, sun = _read(
+                    ir, ig, ib, tx, ty, tz, sun, lamps_share = _read(
                         cache, integer[ray.PRIM_ID + k], real[ray.BARY_U + k], real[ray.BARY_V + k], lanes[ln.COS_FRONT + k] > _ZERO, around
                     )
                     nx, ny, nz = lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k]
@@ -123,7 +123,7 @@ def shade_hits(
                         sr = sg = sb = fresnel_dielectric(lanes[ln.WO_Z + k], lanes[ln.ETA + k])
                     if coat > _ZERO:
                         # The coat's mirror image is traced; what lies under it is rough beside that.
-                        share = _INVERSE_PI
+                        share = _INVERSE_PI * (_ONE - lamps_share)
                         r, g, b = r + share * sr * ir, g + share * sg * ig, b + share * sb * ib
                         kept[UNDER, k], kept[UNDER + 1, k], kept[UNDER + 2, k] = sr, sg, sb
                         kept[UNDER_ALPHA, k] = max(roughness * roughness, SHARP)
@@ -142,12 +142,13 @@ def shade_hits(
                     if (most > gloss.least) & (roughness < gloss.roughest) or glass:
                         kept[SHARE, k], kept[SHARE + 1, k], kept[SHARE + 2, k] = sr, sg, sb
                         kept[ALPHA, k] = max(roughness * roughness, np.float32(1e-4))
-                        if kept[ALPHA, k] >= SHARP:
+                        if kept[ALPHA, k] >= SHARP or kept[UNDER_ALPHA, k] < _ONE:
                             lamplit += choose_lamp(surfaces, lamps, k, r + g + b, kept, lanes)
                         # Of rough surfaces every second pixel sends a ray; the others take what their neighbours see.
                         left_out = (column + (k & 3) + row + (k >> 2)) & 1 == 1
                         if left_out and kept[ALPHA, k] > ROUGH and lanes[ln.METALLIC + k] < _HALF and not glass:
                             kept[ALPHA, k] = -kept[ALPHA, k]
+                            around_share *= _ONE - lamps_share
                             kept[SEEN, k], kept[SEEN + 1, k], kept[SEEN + 2, k] = around_share * ir, around_share * ig, around_share * ib
                         else:
                             kept[KIND, k] = np.float32(2.0) if glass else _ONE
@@ -184,11 +185,11 @@ def shade_hits(
 @inlined
 def _read(
     cache: Cache, face: int, u: np.float32, v: np.float32, front: bool, around: Around
-) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
-    """Return illuminance without the sun's, its direction, and the most of the sun's share that any node has."""
+) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
+    """Return illuminance without the sun's, its direction, the most of the sun's share that any node has, and the share of lamps."""
     nodes, weights, rows = around.nodes, around.weights, cache.rows
     count = find_nodes(cache.fine, face, u, v, front, nodes, weights)
-    r = g = b = x = y = z = sun = total = _ZERO
+    r = g = b = x = y = z = sun = lamps = total = _ZERO
     for i in range(count):
         node = nodes[i]
         weight = weights[i] * rows[node, VALID]
@@ -197,10 +198,11 @@ def _read(
         x += weight * rows[node, TOWARD]
         y += weight * rows[node, TOWARD + 1]
         z += weight * rows[node, TOWARD + 2]
+        lamps += weight * rows[node, LAMPS]
         sun = max(sun, rows[node, SUN])
     if total > _LEAST_VALID:
         scale = _ONE / total
-        return scale * r, scale * g, scale * b, scale * x, scale * y, scale * z, sun
+        return scale * r, scale * g, scale * b, scale * x, scale * y, scale * z, sun, scale * lamps
     # All lie within objects: the coarse ones know what is near.
     r = g = b = _ZERO
     count = find_nodes(cache.coarse, face, u, v, front, nodes, weights)
@@ -209,7 +211,7 @@ def _read(
         r += weight * cache.even[nodes[i], 0]
         g += weight * cache.even[nodes[i], 1]
         b += weight * cache.even[nodes[i], 2]
-    return r, g, b, _ZERO, _ZERO, _ZERO, sun
+    return r, g, b, _ZERO, _ZERO, _ZERO, sun, _ZERO
 
 
 @inlined

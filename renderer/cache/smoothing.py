@@ -10,14 +10,15 @@ from renderer.cache.node_light import NodeLight
 from renderer.core.kernel import entry
 from renderer.core.layout import Layout
 
-_ZERO, _ONE = np.float32(0.0), np.float32(1.0)
+_ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-20)
 _ROW = Layout()
 LIGHT = _ROW.field(3)  # illuminance but for the sun's, lux
 TOWARD = _ROW.field(3)  # as in ``NodeLight``
 SUN = _ROW.field()  # the share of the sun that arrives
 VALID = _ROW.field()
+LAMPS = _ROW.field()  # share of the illuminance that lamps send directly
 ROW = _ROW.size
-"""Numbers of a node that frames look up: half a line of the processor's cache."""
+"""Numbers of a node that frames look up."""
 
 REACH = 4
 """Most steps between nodes whose light is mixed."""
@@ -116,3 +117,5 @@ def smooth_nodes(
         row[LIGHT + 2] = b / total + light.direct[node, 2]
         row[TOWARD], row[TOWARD + 1], row[TOWARD + 2] = tx / total, ty / total, tz / total
         row[SUN], row[VALID] = light.sun[node, 3], light.valid[node]
+        lamps = light.direct[node, 0] + light.direct[node, 1] + light.direct[node, 2]
+        row[LAMPS] = lamps / max(row[LIGHT] + row[LIGHT + 1] + row[LIGHT + 2], _TINY)
