@@ -72,7 +72,8 @@ def test_a_light_shines_to_its_front_and_a_board_blocks_it():
     points, _, direct, *_ = lit(scene(FLOOR, lamp, board._replace(vertices=board.vertices + np.array([1.2, 0, 0]))))
     whole = 100 * from_rectangle(points, (-0.4, -0.4), (0.4, 0.4), 1.5)
     # The board's edge is at x = 0.2, 0.8 m up: what it blocks of the lamp moves with 0.7 / 1.5 of the way.
-    free, dark = points[:, 0] < -0.06, points[:, 0] > 0.8
+    # (0.4 + 0.2) * 1.5 / 0.7 - 0.4 m is where the last of it is gone.
+    free, dark = points[:, 0] < -0.06, points[:, 0] > 0.89
     np.testing.assert_allclose(direct[free, 0], whole[free], rtol=0.05)
     assert dark.any() and direct[dark].max() == 0.0
 
