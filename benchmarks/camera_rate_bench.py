@@ -22,7 +22,7 @@ from PIL import Image
 from benchmarks.table import Row, at_least, at_most, render_table
 from grammar import SceneRequest, room_types
 from grammar.synthesize import CameraTimes, SceneSynthesizer
-from renderer import CameraConfig, RenderConfig, Renderer
+from renderer import CameraConfig, RenderConfig, Renderer, warm_up
 from renderer.camera.rig import mounted_path
 from renderer.core.color import LUMINANCE
 from renderer.exposure import exposed, meter
@@ -50,6 +50,7 @@ class Figures(NamedTuple):
 
 def measure(rooms: int = 1, samples: int = 0, pictures: Path | None = None) -> list[Row]:
     """Return the table of ``rooms`` rooms of each type; without ``samples`` no errors."""
+    warm_up(integrator="cached")
     synthesizer, times = SceneSynthesizer.from_config(), CameraTimes(frames=FRAMES, start_ns=0, rate_hz=15.0)
     found = []
     for room_type in room_types():

@@ -36,6 +36,7 @@ class CachedIntegrator:
         self._around = [make_around() for _ in scene.scratch]
         self._store = IrradianceCache(scene.flat, scene.surfaces, scene.lights, tree, scene.workers, scene.scratch, scene_key, config)
         store = self._store
+        self._memory = (make_picture(0, 0), np.empty((0, 0, 3), np.float32))
         self.filling_s = 0.0
         """How long computing the nodes of the newest view took (s)."""
         self._cache = Cache(store.atlas, store.rows, store.coarse, store.even, store.worth)
@@ -63,7 +64,10 @@ class CachedIntegrator:
         self.prepare(hits, cancelled)
         scene, mesh, step = self._scene, self._scene.flat.mesh, self._scene.workers.count
         size = (view.height, view.width)
-        picture, image, smooth = make_picture(*size), np.empty((*size, 3), np.float32), np.empty((*size, 3), np.float32)
+        if self._memory[0].light.shape[:2] != size:
+            self._memory = (make_picture(*size), np.empty((*size, 3), np.float32))
+        picture, image = self._memory
+        smooth = np.empty((*size, 3), np.float32)
         gloss = Gloss(_LEAST_SHARE, _ROUGHEST)
         tables = (scene.surfaces, scene.lights, self._lamps, self._cache, gloss, mesh.vertices, mesh.faces)
 

@@ -141,8 +141,12 @@ class IrradianceCache:
 
     def fill(self, wanted: NDArray[np.bool_], cancelled: Callable[[], bool] | None = None) -> int:
         """Compute the nodes of ``wanted`` (n,) that are not known yet; return how many."""
-        near = wanted.copy()
-        widen(self.atlas.grid, self._place, self.grids, REACH, np.flatnonzero(wanted), near)
+        todo = np.flatnonzero(wanted & ~self._smooth_done)
+        if not len(todo):
+            return 0
+        near = np.zeros(len(wanted), np.bool_)
+        near[todo] = True
+        widen(self.atlas.grid, self._place, self.grids, REACH, todo, near)
         nodes = np.flatnonzero(near & ~self._filled)
         config, atlas = self.config, self.atlas
         hemisphere, samples = even_points(config.gather_rays), even_points(config.sun_samples)
@@ -171,7 +175,6 @@ class IrradianceCache:
 
         self._workers.run(compute, _pieces(len(nodes)), cancelled)
         self._filled[nodes] = True
-        todo = np.flatnonzero(wanted & ~self._smooth_done)
         smooth_nodes(self.atlas.grid, self._place, self.grids, np.float32(self.config.spacing_m), todo, self.light, self.rows)
         self._smooth_done[todo] = True
         return len(nodes)
