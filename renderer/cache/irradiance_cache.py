@@ -19,7 +19,7 @@ from renderer.cache.config import CacheConfig
 from renderer.cache.gathering import choose_bright, gather_nodes
 from renderer.cache.hemisphere import BEHIND, make_gather_scratch
 from renderer.cache.node_direct import light_nodes
-from renderer.cache.node_light import make_node_light
+from renderer.cache.node_light import NodeLight, make_node_light
 from renderer.cache.node_surfaces import probe_insides, reflect_nodes
 from renderer.cache.partitions import find_cuts
 from renderer.cache.radiosity import link_nodes, resolve_links, solve_links
@@ -37,6 +37,8 @@ _SWEEPS = 24
 _STEPS = 3
 _PROBES = 64
 _LEAST_WORTH = 0.02
+_OPEN_M = np.float32(0.8)
+"""How far coarse nodes in the open are taken to be from what surrounds them, at least."""
 _MOST_BEHIND = np.float32(0.25)
 
 
@@ -125,13 +127,28 @@ class IrradianceCache:
         stand_in(atlas.cells, atlas.grid, valid, _STEPS, other)
         luminance = np.zeros((count, 3), np.float32)
         solve_links(links, light.direct + light.indirect + light.sun[:, :3], seen, albedo, glow, _SWEEPS, luminance)
+        self.even = self._smooth_even(luminance - glow, albedo, light, far)[other]
         luminance = luminance[other]
-        self.even = np.divide(luminance - glow[other], albedo[other], out=np.zeros_like(luminance), where=albedo[other] > 1e-3)
         # Nodes within things shine by those that stand in for them.
         shining = atlas._replace(area=np.where(valid, np.bincount(other, atlas.area, count), 0.0).astype(np.float32))
         self.bright = choose_bright(luminance, shining, 6.0, 32, 0.3)
         self.coarse_light, self.albedo, self.links = light, albedo, links
         return luminance
+
+    def _smooth_even(
+        self, reflected: NDArray[np.float32], albedo: NDArray[np.float32], light: NodeLight, far: NDArray[np.float32]
+    ) -> NDArray[np.float32]:
+        """Return illuminance over pi of coarse nodes (n, 3), for what is mirrored: the noise of their few rays shared by neighbours.
+
+        ``reflected``: (n, 3), luminance without glow; ``far``: (n,), the share of a node's surroundings that is not close by.
+        """
+        atlas, count = self.coarse, len(far)
+        lit = light.direct + light.sun[:, :3]
+        total = np.divide(np.float32(np.pi) * reflected, albedo, out=np.zeros_like(reflected), where=albedo > 1e-3)
+        around = make_node_light(count)._replace(indirect=total - lit, direct=lit, valid=self.worth, open_m=_OPEN_M * far * far)
+        rows = np.zeros((count, ROW), np.float32)
+        smooth_nodes(atlas.grid, *places(atlas), np.float32(self.config.coarse_spacing_m), np.arange(count), around, rows)
+        return np.asarray(rows[:, :3] * np.float32(1.0 / np.pi))
 
     @property
     def size_bytes(self) -> int:
