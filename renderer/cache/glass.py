@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.cache.specular import is_clear
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
 from renderer.core.embree import INVALID_ID, LANES, MEET_ALL, PASS_PANES, SceneHandle, intersect16, occluded16
@@ -13,7 +14,7 @@ from renderer.path import surface_tables as st
 from renderer.path.records import Scratch
 from renderer.path.surface_tables import Surfaces
 
-_ZERO, _HALF, _ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
+_ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 _DEEPEST = 8
 
 
@@ -57,7 +58,7 @@ def pass_glass(scene: SceneHandle, surfaces: Surfaces, lanes: NDArray[np.float32
                 alive[k] = 0
                 continue
             row = surfaces.face_part[integer[ray.PRIM_ID + k]] * st.ROW_SIZE
-            if surfaces.materials[row + st.TRANSMISSION] > _HALF and surfaces.materials[row + st.PORTAL] == _ZERO:
+            if is_clear(surfaces.materials, row):
                 for channel in range(3):
                     tint = np.sqrt(surfaces.materials[row + st.BASE + channel]) * np.float32(0.96)
                     lanes[ln.LI_R + channel * LANES + k] *= tint

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from renderer.cache.atlas import GRID, Atlas, find_nodes, has_back
 from renderer.cache.node_place import turned
+from renderer.cache.specular import go_on, is_clear, is_mirror
 from renderer.core import embree as ray
 from renderer.core.color import LUMINANCE, Rgb
 from renderer.core.embree import INVALID_ID, LANES, MEET_ALL, PASS_PANES, SceneHandle, intersect16
@@ -26,7 +27,6 @@ from renderer.scene.flat_scene import Sky
 
 _ZERO, _HALF, _ONE, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(1e-20)
 _RED, _GREEN, _BLUE = (np.float32(weight) for weight in LUMINANCE)
-_SMOOTH = np.float32(0.15)
 _DEEPEST = 8
 _LEAN = np.float32(0.7)
 
@@ -171,28 +171,15 @@ def follow(
                     alive[k] = -1
                     going += 1
                     continue
-            clear = (table[row + st.TRANSMISSION] > _HALF) & (table[row + st.PORTAL] == _ZERO)
-            mirror = (table[row + st.METALLIC] > _HALF) & (table[row + st.ROUGHNESS] < _SMOOTH) & is_wide(atlas, face)
+            clear, mirror = is_clear(table, row), is_mirror(table, row) and is_wide(atlas, face)
             if clear or mirror:
                 share = _RED * table[row + st.BASE] + _GREEN * table[row + st.BASE + 1] + _BLUE * table[row + st.BASE + 2]
                 # What a face of glass mirrors sees a room that is about as bright: only its colour takes light away.
                 share = np.sqrt(share) if clear else share
                 if u >= share:
                     continue
-                if mirror:
-                    scale = np.float32(2.0) * toward / max(nx * nx + ny * ny + nz * nz, _TINY)
-                    t = real[ray.TFAR + k]
-                    real[ray.ORG_X + k] += t * dx
-                    real[ray.ORG_Y + k] += t * dy
-                    real[ray.ORG_Z + k] += t * dz
-                    real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k] = dx + scale * nx, dy + scale * ny, dz + scale * nz
-                    real[ray.TNEAR + k] = np.float32(1e-4)
-                    mirrored[k] = 1
-                else:
-                    real[ray.TNEAR + k] = real[ray.TFAR + k] + np.float32(1e-4)
-                real[ray.TFAR + k] = np.inf
-                integer[ray.GEOM_ID + k] = INVALID_ID
-                alive[k] = -1
+                go_on(rays, k, mirror)
+                mirrored[k] = 1 if mirror else mirrored[k]
                 going += 1
                 continue
             front = toward > _ZERO

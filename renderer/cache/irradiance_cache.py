@@ -153,7 +153,7 @@ class IrradianceCache:
     @property
     def size_bytes(self) -> int:
         """Memory that the cache holds."""
-        tables = (*self.coarse, *self.atlas, *self.light, *self.bright[:4])
+        tables = (*self.coarse, *self.coarse_light, *self.atlas, *self.light, *self.bright[:4], self.albedo, self.links)
         return _size(*tables, self.luminance, self.worth, self.even, self.rows, self._filled, self._smooth_done, self._place, self.grids)
 
     def fill(self, wanted: NDArray[np.bool_], cancelled: Callable[[], bool] | None = None) -> int:

@@ -10,6 +10,7 @@ from renderer.cache.atlas import find_nodes
 from renderer.cache.hemisphere import outside_light
 from renderer.cache.records import AHEAD, ALPHA, BASE, KIND, LIGHT, PANE, POINT, SEEN, SHARE, SHARP, Around, Cache
 from renderer.cache.reflectance import rough_albedo
+from renderer.cache.specular import go_on, is_clear, is_mirror
 from renderer.camera.camera_rays import CENTRE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile
@@ -24,7 +25,7 @@ from renderer.path.records import Scratch
 from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import evaluate_surfaces
 
-_ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
+_ZERO, _ONE, _TWO = np.float32(0.0), np.float32(1.0), np.float32(2.0)
 _INFINITE = np.float32(np.inf)
 _DEEPEST = 8
 
@@ -117,29 +118,14 @@ def add_gloss(
                     continue
                 alive[k] = 0
                 table, at = surfaces.materials, surfaces.face_part[integer[ray.PRIM_ID + k]] * st.ROW_SIZE
-                clear = (table[at + st.TRANSMISSION] > _HALF) & (table[at + st.PORTAL] == _ZERO)
-                mirror = (table[at + st.METALLIC] > _HALF) & (table[at + st.ROUGHNESS] < np.float32(0.15))
+                clear, mirror = is_clear(table, at), is_mirror(table, at)
                 if (clear or mirror) and depth + 1 < _DEEPEST:
                     # Rays through glass begin at the camera: what the face that it sees lets through is in BASE already.
                     if side == 0 or depth > 0 or kept[PANE, k] > _ZERO:
                         for channel in range(3):
                             base = table[at + st.BASE + channel]
                             lanes[ln.BETA_R + LANES * channel + k] *= np.sqrt(base) * np.float32(0.96) if clear else base
-                    if mirror:
-                        dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
-                        nx, ny, nz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
-                        scale = -_TWO * (dx * nx + dy * ny + dz * nz) / max(nx * nx + ny * ny + nz * nz, _TINY)
-                        t = real[ray.TFAR + k]
-                        real[ray.ORG_X + k] += t * dx
-                        real[ray.ORG_Y + k] += t * dy
-                        real[ray.ORG_Z + k] += t * dz
-                        real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k] = dx + scale * nx, dy + scale * ny, dz + scale * nz
-                        real[ray.TNEAR + k] = np.float32(1e-4)
-                    else:
-                        real[ray.TNEAR + k] = real[ray.TFAR + k] + np.float32(1e-4)
-                    real[ray.TFAR + k] = np.inf
-                    integer[ray.GEOM_ID + k] = INVALID_ID
-                    alive[k] = -1
+                    go_on(rays, k, mirror)
                     waiting += 1
         for k in range(LANES):
             use = (kept[KIND, k] > _ZERO) if side == 0 else (kept[KIND, k] > np.float32(1.5))

@@ -23,7 +23,7 @@ _ZERO, _ONE, _QUARTER = np.float32(0.0), np.float32(1.0), np.float32(0.25)
 _MIRROR = np.float32(1e-3)
 ROUGH = np.float32(0.03)
 """Width of GGX from which on light is mixed over twice the distance."""
-_SAME_WAY, _ALIKE = np.float32(0.98), np.float32(0.7)
+_SAME_WAY = np.float32(0.98)
 _GUESS = np.float32(1e-3)
 _NEAR = np.float32(0.03)
 _BEND = np.float32(0.95)
