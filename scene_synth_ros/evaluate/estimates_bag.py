@@ -14,7 +14,7 @@ from sensor_msgs.msg import PointCloud2, PointField
 
 from scene_description import CameraPose
 from scene_synth_ros.bags.bag_writer import BagWriter
-from scene_synth_ros.evaluate.readings import BoxList, StampedPose
+from scene_synth_ros.evaluate.readings import BoxList, Cloud, StampedPose
 from scene_synth_ros.evaluate.task_streams import TASK_STREAMS
 from scene_synth_ros.messages.cdr_writer import CdrWriter
 from scene_synth_ros.messages.conversions import ENCODING_CHANNELS, header, image_to_msg, pose_to_msg
@@ -71,8 +71,8 @@ def _pose(task: str, value: StampedPose, stamp_ns: int, frame_id: str) -> bytes:
     return bytes(serialize_message(message))
 
 
-def _points(task: str, value: Any, stamp_ns: int, frame_id: str) -> bytes:
-    points = np.ascontiguousarray(value, np.float32)
+def _points(task: str, value: Cloud, stamp_ns: int, frame_id: str) -> bytes:
+    points = np.ascontiguousarray(value.points, np.float32)
     message = PointCloud2(header=header(stamp_ns, frame_id), height=1, width=len(points), point_step=12, row_step=12 * len(points))
     message.fields = [PointField(name=name, offset=4 * i, datatype=PointField.FLOAT32, count=1) for i, name in enumerate("xyz")]
     message.is_dense = True

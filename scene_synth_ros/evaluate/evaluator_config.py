@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
-from evaluation import TASKS
+from evaluation.tasks import TASKS
 from scene_description import Limits
 from scene_synth_ros.evaluate.errors import EvaluateError
 from scene_synth_ros.evaluate.topics import parse_mapping

@@ -33,6 +33,7 @@ _ENCODINGS: Mapping[str, tuple[str, int]] = {
 }  # fmt: skip
 """Image encoding -> kind and size of a number, numbers a pixel."""
 _POINT_TYPES = {PointField.FLOAT32: "f4", PointField.FLOAT64: "f8"}
+_LABEL_TYPES = {PointField.UINT8: "u1", PointField.UINT16: "u2", PointField.UINT32: "u4", PointField.INT32: "i4"}
 
 
 class StampedPose(NamedTuple):
@@ -52,19 +53,31 @@ class BoxList:
         scores: (n,) float64, in [0, 1].
         boxes: (n, 4) float64, left, top, width and height in pixels; or (n, 10): centre [m], quaternion (x, y, z, w), size [m].
         ids: (n,) of the objects; empty texts where a detector does not track.
+        distances_m: (n,) float64, where the objects are along the optical axis, as the poses in the message say; None where it has none.
     """
 
     class_ids: tuple[str, ...]
     scores: NDArray[np.float64]
     boxes: NDArray[np.float64]
     ids: tuple[str, ...]
+    distances_m: NDArray[np.float64] | None = None
+
+
+class Cloud(NamedTuple):
+    """The finite points of a cloud: (n, 3) float64, metres; class ids (n,) where the cloud has the field ``label``."""
+
+    points: NDArray[np.float64]
+    labels: NDArray[np.int64] | None = None
 
 
 class Reading(NamedTuple):
-    """What a message says: an array, a :class:`BoxList`, or a tuple of :class:`StampedPose`; and the frame that its header names."""
+    """What a message says: an array, a Cloud, a BoxList or a tuple of StampedPose; and the frame that its header names.
+
+    What an algorithm has returned has no header; it is meant in the frame of the truth, and ``frame_id`` is None.
+    """
 
     value: Any
-    frame_id: str
+    frame_id: str | None
 
 
 def image_pixels(message: Image) -> NDArray[Any]:
@@ -99,23 +112,32 @@ def _read_compressed(data: bytes, topic: str) -> Reading:
 
 
 def _read_cloud(data: bytes, topic: str) -> Reading:
-    """Read the finite points, (n, 3) float64 metres."""
     message = deserialize_message(data, PointCloud2)
     fields = {field.name: field for field in message.fields}
     if not {"x", "y", "z"} <= fields.keys() or any(fields[axis].datatype not in _POINT_TYPES for axis in "xyz"):
         raise EstimateError(f"expected points with x, y and z as float32 or float64, got {', '.join(fields) or 'no fields'}")
+    kinds = {axis: _POINT_TYPES[fields[axis].datatype] for axis in "xyz"}
+    if "label" in fields and fields["label"].datatype in _LABEL_TYPES:
+        kinds["label"] = _LABEL_TYPES[fields["label"].datatype]
     order = ">" if message.is_bigendian else "<"
-    count = message.height * message.width
-    places = {axis: (f"{order}{_POINT_TYPES[fields[axis].datatype]}", fields[axis].offset) for axis in "xyz"}
-    inside = all(offset + np.dtype(kind).itemsize <= message.point_step for kind, offset in places.values())
-    if not inside or message.row_step < message.point_step * message.width or len(message.data) < message.row_step * message.height:
-        raise EstimateError(f"expected {count} points of {message.point_step} bytes, got {len(message.data)} bytes")
-    rows = np.frombuffer(message.data, np.uint8, message.row_step * message.height).reshape(message.height, message.row_step)
-    octets = np.ascontiguousarray(rows[:, : message.point_step * message.width])
-    formats = {"names": list("xyz"), "formats": [places[axis][0] for axis in "xyz"], "offsets": [places[axis][1] for axis in "xyz"]}
-    records = octets.view(np.dtype({**formats, "itemsize": message.point_step})).reshape(-1) if count else np.empty(0, np.dtype(formats))
+    record = {
+        "names": list(kinds),
+        "formats": [f"{order}{kind}" for kind in kinds.values()],
+        "offsets": [fields[name].offset for name in kinds],
+        "itemsize": message.point_step,
+    }
+    try:
+        form = np.dtype(record)
+        rows = np.frombuffer(message.data, np.uint8, message.row_step * message.height).reshape(message.height, message.row_step)
+        octets = np.ascontiguousarray(rows[:, : message.point_step * message.width])
+        records = octets.reshape(-1).view(form) if octets.size else np.empty(0, form)
+    except ValueError:  # numpy's, for fields outside of a point and for too few bytes
+        got = f"{len(message.data)} bytes in rows of {message.row_step}"
+        raise EstimateError(f"expected {message.width}x{message.height} points of {message.point_step} bytes, got {got}") from None
     points = np.stack([records[axis].astype(np.float64) for axis in "xyz"], axis=1)
-    return Reading(points[np.isfinite(points).all(axis=1)], message.header.frame_id)
+    finite = np.isfinite(points).all(axis=1)
+    labels = records["label"].astype(np.int64)[finite] if "label" in kinds else None
+    return Reading(Cloud(points[finite], labels), message.header.frame_id)
 
 
 def _stamped(header: Any, pose: Pose) -> StampedPose:
@@ -171,20 +193,22 @@ def _read_detections_3d(data: bytes, topic: str) -> Reading:
 def _read_detections(data: bytes, read_box: Callable[[CdrReader], tuple[float, ...]], width: int) -> Reading:
     reader = CdrReader(data)
     header = reader.header()
-    classes, scores, boxes, ids = [], [], [], []
+    classes, scores, boxes, ids, distances = [], [], [], [], []
     for _ in range(reader.number("I")):
         reader.header()
-        best, score = "", -np.inf
+        best, score, distance = "", -np.inf, np.nan
         for _ in range(reader.number("I")):
             name, value = reader.text(), reader.numbers("d")[0]
-            reader.numbers("d", 7 + 36)
+            pose = reader.numbers("d", 7 + 36)
             if value > score:
-                best, score = name, value
+                best, score, distance = name, value, pose[2]
         classes.append(best)
         scores.append(max(score, 0.0))
         boxes.append(read_box(reader))
         ids.append(reader.text())
-    found = BoxList(tuple(classes), np.array(scores, np.float64), np.array(boxes, np.float64).reshape(-1, width), tuple(ids))
+        distances.append(distance)
+    numbers = np.array(boxes, np.float64).reshape(-1, width)
+    found = BoxList(tuple(classes), np.array(scores, np.float64), numbers, tuple(ids), np.array(distances, np.float64))
     return Reading(found, header.frame_id)
 
 

@@ -23,6 +23,7 @@ class TaskStream:
     """The messages of a task.
 
     Attributes:
+        name: what the messages are of; several tasks may judge the same.
         truth: ends of the truth's topic below the camera's name, the first that is found counts.
         types: of the messages that carry estimates, the first is that of estimates that are written.
         estimate: default topic of estimates, and of those that are written.
@@ -32,6 +33,7 @@ class TaskStream:
         encoding: of images of estimates that are written; empty for other messages.
     """
 
+    name: str
     truth: tuple[str, ...]
     types: tuple[str, ...]
     estimate: str
@@ -75,31 +77,39 @@ def _as_it_is(value: Any) -> Any:
     return value
 
 
-_DEPTH = TaskStream(
-    truth=("depth/image_raw",), types=IMAGES, estimate="/estimates/depth/image_raw", convert=_depth, own="depth_sensed/image_raw",
-    encoding="32FC1",
+_ROWS = (
+    TaskStream(
+        name="depth", truth=("depth/image_raw",), types=IMAGES, estimate="/estimates/depth/image_raw", convert=_depth,
+        own="depth_sensed/image_raw", encoding="32FC1",
+    ),
+    TaskStream(
+        name="normals", truth=("normals/image_raw",), types=IMAGES, estimate="/estimates/normals/image_raw", convert=_normals,
+        frame_matters=True, encoding="32FC3",
+    ),
+    TaskStream(
+        name="semantic", truth=("semantic/image_raw",), types=IMAGES, estimate="/estimates/semantic/image_raw", convert=_ids,
+        encoding="16UC1",
+    ),
+    TaskStream(
+        name="instance", truth=("instance/image_raw",), types=IMAGES, estimate="/estimates/instance/image_raw", convert=_ids,
+        encoding="16UC1",
+    ),
+    TaskStream(
+        name="flow", truth=("flow/image_raw",), types=IMAGES, estimate="/estimates/flow/image_raw", convert=_flow, encoding="32FC2"
+    ),
+    TaskStream(name="poses", truth=("pose",), types=POSES, estimate="/estimates/pose", convert=_as_it_is),
+    TaskStream(name="detections", truth=("detections_2d",), types=(DETECTIONS_2D,), estimate="/estimates/detections_2d", convert=_as_it_is),
+    TaskStream(
+        name="points", truth=("points",), types=(CLOUD,), estimate="/estimates/points", convert=_as_it_is, own="points_sensed",
+        frame_matters=True,
+    ),
 )  # fmt: skip
+_STREAM_OF = {"depth_aligned": "depth", "depth_affine": "depth"}
+"""Task -> what it judges, where that has another name."""
 
-TASK_STREAMS: dict[str, TaskStream] = {
-    "depth": _DEPTH,
-    "depth_aligned": _DEPTH,
-    "normals": TaskStream(
-        truth=("normals/image_raw",), types=IMAGES, estimate="/estimates/normals/image_raw", convert=_normals, frame_matters=True,
-        encoding="32FC3",
-    ),
-    "semantic": TaskStream(
-        truth=("semantic/image_raw",), types=IMAGES, estimate="/estimates/semantic/image_raw", convert=_ids, encoding="16UC1"
-    ),
-    "instance": TaskStream(
-        truth=("instance/image_raw",), types=IMAGES, estimate="/estimates/instance/image_raw", convert=_ids, encoding="16UC1"
-    ),
-    "flow": TaskStream(truth=("flow/image_raw",), types=IMAGES, estimate="/estimates/flow/image_raw", convert=_flow, encoding="32FC2"),
-    "poses": TaskStream(truth=("pose",), types=POSES, estimate="/estimates/pose", convert=_as_it_is),
-    "detections": TaskStream(truth=("detections_2d",), types=(DETECTIONS_2D,), estimate="/estimates/detections_2d", convert=_as_it_is),
-    "points": TaskStream(
-        truth=("points",), types=(CLOUD,), estimate="/estimates/points", convert=_as_it_is, own="points_sensed", frame_matters=True
-    ),
-}  # fmt: skip
+TASK_STREAMS: dict[str, TaskStream] = {row.name: row for row in _ROWS} | {
+    task: row for task, name in _STREAM_OF.items() for row in _ROWS if row.name == name
+}
 """Task of ``evaluation.TASKS`` -> its messages."""
 
 TRUTH_TYPES = {"poses": (POSE,)}
@@ -126,5 +136,5 @@ def check_pair(task: str, truth: Reading, estimate: Reading) -> None:
     if stream.types is IMAGES and truth.value.shape != estimate.value.shape:
         (height, width), (rows, columns) = truth.value.shape[:2], estimate.value.shape[:2]
         raise EstimateError(f"expected an image of {width}x{height} pixels as the truth is, got {columns}x{rows}; scale it to that size")
-    if stream.frame_matters and estimate.frame_id.lstrip("/") != truth.frame_id.lstrip("/"):
+    if stream.frame_matters and estimate.frame_id not in (None, truth.frame_id):
         raise EstimateError(f"expected {task} in frame '{truth.frame_id}' as the truth is, got '{estimate.frame_id[:80]}'; transform them")

@@ -8,9 +8,10 @@ from typing import NamedTuple
 from scene_synth_ros.evaluate.errors import EvaluateError
 from scene_synth_ros.evaluate.readings import READERS
 from scene_synth_ros.evaluate.task_streams import IMAGES, TASK_STREAMS, TRUTH_TYPES
-from scene_synth_ros.messages.image_codec import COMPRESSED_TYPE
 
-_TRANSPORTS = {"": None, "/compressed": COMPRESSED_TYPE, "/compressedDepth": COMPRESSED_TYPE}
+_TRANSPORTS = ("", "/compressed", "/compressedDepth")
+"""What is appended to the name of an image's topic."""
+_INFO = "sensor_msgs/msg/CameraInfo"
 
 
 class TypedTopic(NamedTuple):
@@ -26,7 +27,7 @@ class TypedTopic(NamedTuple):
 
 
 def parse_mapping(words: Sequence[str]) -> dict[str, str]:
-    """Return task -> topic of words ``TASK:=TOPIC``.
+    """Return task -> topic of words ``TASK:=TOPIC``; tasks that judge the same messages have the same topic, unless they have their own.
 
     Raises:
         EvaluateError: a word has another form, or names no task.
@@ -39,43 +40,54 @@ def parse_mapping(words: Sequence[str]) -> dict[str, str]:
         if task not in TASK_STREAMS:
             raise EvaluateError(f"--topic {word}: expected a task of {', '.join(TASK_STREAMS)}, got '{task}'")
         found[task] = topic
-    return found
+    return found | {task: found[row.name] for task, row in TASK_STREAMS.items() if task not in found and row.name in found}
 
 
-def truth_topics(types: Mapping[str, str], tasks: Sequence[str], camera: str, where: str) -> dict[str, TypedTopic]:
-    """Return task -> topic of its truth, all of one camera.
+def truth_topics(types: Mapping[str, str], layers: Sequence[str], camera: str, where: str) -> dict[str, TypedTopic]:
+    """Return layer -> topic of its truth, all of one camera.
 
     Args:
         types: topic -> type.
-        tasks: keys of ``TASK_STREAMS``.
-        camera: its name, the last word before ``/depth/image_raw``; empty takes the only one, or the first that has all that is asked for.
+        layers: names of streams in ``TASK_STREAMS``.
+        camera: its name, the last word before ``/depth/image_raw``, or with its namespace; empty takes the only one, or the first that has
+            all that is asked for.
         where: the bag, for messages.
 
     Raises:
-        EvaluateError: no camera has the truth of a task.
+        EvaluateError: no camera has the truth of a layer.
     """
     by_camera: dict[str, dict[str, TypedTopic]] = {}
-    for task in tasks:
-        for base, topic in _ending(types, TASK_STREAMS[task].truth, TRUTH_TYPES.get(task, TASK_STREAMS[task].types)).items():
+    for layer in layers:
+        for base, topic in _ending(types, TASK_STREAMS[layer].truth, TRUTH_TYPES.get(layer, TASK_STREAMS[layer].types)).items():
             if camera in ("", base, base.rsplit("/", 1)[-1]):
-                by_camera.setdefault(base, {})[task] = topic
+                by_camera.setdefault(base, {})[layer] = topic
     best = max(sorted(by_camera), key=lambda base: len(by_camera[base]), default="")
     found = by_camera.get(best, {})
-    lacking = [task for task in tasks if task not in found]
+    lacking = [layer for layer in layers if layer not in found]
     if lacking:
-        expected = " and ".join(f"<camera>/{TASK_STREAMS[task].truth[0]}" for task in lacking)
+        expected = " and ".join(f"{best or '<camera>'}/{TASK_STREAMS[layer].truth[0]}" for layer in lacking)
         of = f" of camera '{camera}'" if camera else ""
-        raise EvaluateError(f"{where}: expected truth of {', '.join(lacking)} on {expected}{of}, got {_named(types)}; record that stream")
+        raise EvaluateError(f"{where}: expected truth of {', '.join(lacking)}{of} on {expected}, got {_named(types)}; record that stream")
     return found
 
 
+def layers_present(types: Mapping[str, str], camera: str, layers: Sequence[str]) -> dict[str, TypedTopic]:
+    """Return layer -> topic of its truth, of those that a camera has.
+
+    Args:
+        types: topic -> type.
+        camera: with its namespace.
+        layers: names of streams in ``TASK_STREAMS``.
+    """
+    by_layer = {layer: _ending(types, TASK_STREAMS[layer].truth, TASK_STREAMS[layer].types) for layer in layers}
+    return {layer: topics[camera] for layer, topics in by_layer.items() if camera in topics}
+
+
 def camera_of(topics: Mapping[str, TypedTopic]) -> str:
-    """Return what stands before the truth's names: the camera with its namespace."""
-    task, topic = next(iter(topics.items()))
-    name = topic.name
-    for transport in _TRANSPORTS:
-        name = name.removesuffix(transport)
-    return next(name.removesuffix(f"/{end}") for end in TASK_STREAMS[task].truth if name.endswith(f"/{end}"))
+    """Return what stands before the names of a truth's layers: the camera with its namespace."""
+    layer, topic = next(iter(topics.items()))
+    names = [topic.name.removesuffix(transport) for transport in _TRANSPORTS]
+    return next(name.removesuffix(f"/{end}") for end in TASK_STREAMS[layer].truth for name in names if name.endswith(f"/{end}"))
 
 
 def estimate_topic(
@@ -102,7 +114,7 @@ def estimate_topic(
     own = f"{camera}/{stream.own}" if stream.own else ""
     names = [chosen] if chosen else [stream.estimate, own] if same_bag else [stream.estimate, truth.name]
     for name in names:
-        for transport, _ in _TRANSPORTS.items():
+        for transport in _TRANSPORTS:
             kind = types.get(f"{name.partition('@')[0]}{transport}")
             if kind is not None and kind not in stream.types:
                 expected = " or ".join(stream.types)
@@ -139,6 +151,12 @@ def image_topics(types: Mapping[str, str], camera: str, names: Sequence[str], wh
             raise EvaluateError(f"{where}: expected images '{name}' for the algorithm on {raw}, got {_named(types)}; record that stream")
         found[name] = TypedTopic(topic, types[topic])
     return found
+
+
+def info_topics(types: Mapping[str, str], images: Mapping[str, TypedTopic]) -> dict[str, TypedTopic]:
+    """Return layer -> topic of the camera infos beside images, of those that have one."""
+    names = {name: f"{topic.name.partition('/image_raw')[0]}/camera_info" for name, topic in images.items()}
+    return {name: TypedTopic(info, _INFO) for name, info in names.items() if types.get(info) == _INFO}
 
 
 def _ending(types: Mapping[str, str], ends: Sequence[str], kinds: Sequence[str]) -> dict[str, TypedTopic]:

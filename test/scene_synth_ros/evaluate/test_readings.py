@@ -12,7 +12,7 @@ from sensor_msgs.msg import Image
 from scene_description import CameraPose
 from scene_synth_ros.evaluate.errors import EstimateError
 from scene_synth_ros.evaluate.estimates_bag import _detections, _image, _points
-from scene_synth_ros.evaluate.readings import CLOUD, ODOMETRY, PATH, BoxList, Reading, StampedPose, read_message
+from scene_synth_ros.evaluate.readings import CLOUD, ODOMETRY, PATH, BoxList, Cloud, Reading, StampedPose, read_message
 from scene_synth_ros.evaluate.task_streams import check_pair, read_for_task
 from scene_synth_ros.messages.conversions import header, image_to_msg, pose_to_msg
 from scene_synth_ros.messages.image_codec import IMAGE_TYPE
@@ -104,7 +104,7 @@ def test_written_estimates_read_back() -> None:
     depth = np.array([[1.25, np.inf], [np.nan, 3.0]], np.float32)
     np.testing.assert_array_equal(read("depth", IMAGE_TYPE, _image("depth", depth, STAMP, "eye")).value, depth)
     points = np.array([[1.0, 2.0, 3.0], [np.nan, 0.0, 0.0], [4.0, 5.0, 6.0]])
-    np.testing.assert_array_equal(read("points", CLOUD, _points("points", points, STAMP, "eye")).value, points[[0, 2]])
+    np.testing.assert_array_equal(read("points", CLOUD, _points("points", Cloud(points), STAMP, "eye")).value.points, points[[0, 2]])
     boxes = BoxList(("5", "7"), np.array([0.9, 0.25]), np.array([[1.0, 2.0, 10.0, 4.0], [0.0, 0.0, 3.0, 3.0]]), ("1", ""))
     found = read("detections", DETECTIONS_2D, _detections("detections", boxes, STAMP, "eye"))
     assert (found.frame_id, found.value.class_ids, found.value.ids) == ("eye", boxes.class_ids, boxes.ids)
