@@ -6,10 +6,9 @@ import argparse
 import os
 import shlex
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from evaluation.evaluation_file import Evaluation, read_evaluation, write_evaluation
 from evaluation.gate import compare, gate_table
@@ -30,7 +29,9 @@ _NO_ESTIMATE = "{} frames without an estimate"
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
     parser.add_argument("truth", type=Path, metavar="TRUTH", help="bag with the truth, or the folder of a sweep: all its variants")
-    parser.add_argument("--task", action="append", default=[], metavar="TASK", help=f"what is judged, of {', '.join(TASKS)}; may be repeated")
+    parser.add_argument(
+        "--task", action="append", default=[], metavar="TASK", help=f"what is judged, of {', '.join(TASKS)}; may be repeated"
+    )
     parser.add_argument(
         "--estimates", type=Path, metavar="BAG", help="bag with the estimates, of a sweep a folder with one for each variant"
     )
@@ -42,7 +43,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--estimates-out", type=Path, metavar="DIR", help="write the algorithm's estimates as a bag with the same stamps")
     parser.add_argument("--camera", default="", metavar="NAME", help="camera whose truth counts (default: the one that has it)")
     parser.add_argument(
-        "--by", action="append", default=[], metavar="WAY", help="print the scores by room_type, class, distance, a factor of the sweep, or all"
+        "--by",
+        action="append",
+        default=[],
+        metavar="WAY",
+        help="print the scores by room_type, class, distance, a factor of the sweep, or all",
     )
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the evaluation: evaluation.json")
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write the scores as a table for a spreadsheet")
@@ -131,9 +136,7 @@ def _judge(bags: Sequence[TruthBag], plan: Plan, notes: Notes, arguments: argpar
     )
 
 
-def _measured(
-    bags: Sequence[TruthBag], plan: Plan, notes: Notes, folder: Path, names: dict[int, str]
-) -> Iterator[MeasuredFrame]:
+def _measured(bags: Sequence[TruthBag], plan: Plan, notes: Notes, folder: Path, names: dict[int, str]) -> Iterator[MeasuredFrame]:
     """Yield the measurements of all bags; put the names of their classes into ``names``."""
     for number, bag in enumerate(bags, 1):
         judged = JudgedBag(bag, plan, notes)

@@ -73,7 +73,9 @@ class Algorithm:
         module = self._load()
         made = getattr(module, name, None)
         if not callable(made):
-            known = sorted(key for key, value in vars(module).items() if callable(value) and getattr(value, "__module__", "") == module.__name__)
+            known = sorted(
+                key for key, value in vars(module).items() if callable(value) and getattr(value, "__module__", "") == module.__name__
+            )
             raise EvaluateError(f"--algorithm {words}: expected a callable or class '{name}' in {file}, got {', '.join(known) or 'none'}")
         inputs = getattr(made, "inputs", DEFAULT_INPUTS)
         if isinstance(inputs, str) or not all(isinstance(word, str) for word in inputs):

@@ -2,36 +2,19 @@
 
 from __future__ import annotations
 
-import json
-from bisect import bisect_right
 from collections import Counter
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
-
-from rclpy.serialization import deserialize_message
-from std_msgs.msg import String
 
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.camera_streams import is_scene
 from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError
 from scene_synth_ros.evaluate.readings import StampedPose, read_message
+from scene_synth_ros.evaluate.rooms import Rooms, json_object
 from scene_synth_ros.evaluate.task_streams import POSES
 from scene_synth_ros.evaluate.topics import TypedTopic
 from scene_synth_ros.messages.stamps import stamp_ns
-
-_STRING = "std_msgs/msg/String"
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RoomOfBag:
-    """A room as its scene description names it; ``start_ns`` is the stamp of its first frame."""
-
-    index: int
-    room_type: str
-    seed: int
-    start_ns: int
 
 
 @dataclass(slots=True, kw_only=True)
@@ -40,7 +23,7 @@ class BagIndex:
 
     Attributes:
         path: of the bag.
-        rooms: by their first stamps; a bag without scene descriptions is one room of the type ``unknown``.
+        rooms: by their first stamps; none, or one, where a bag has no scene descriptions.
         stamps: topic -> stamp -> how many messages have it.
         unstamped: topic -> messages that have no stamp, or cannot be read.
         poses: topic -> stamp -> pose, the newest of each stamp: a trajectory may be sent again, corrected.
@@ -49,16 +32,12 @@ class BagIndex:
     """
 
     path: Path
-    rooms: tuple[RoomOfBag, ...] = ()
+    rooms: Rooms = field(default_factory=Rooms)
     stamps: dict[str, Counter[int]] = field(default_factory=dict)
     unstamped: Counter[str] = field(default_factory=Counter)
     poses: dict[str, dict[int, StampedPose]] = field(default_factory=dict)
     class_names: dict[int, str] = field(default_factory=dict)
     faults: tuple[str, ...] = ()
-
-    def room_at(self, stamp: int) -> int:
-        """Return the position in ``rooms`` of the room that a frame belongs to; what comes before the first room belongs to that."""
-        return max(bisect_right([room.start_ns for room in self.rooms], stamp) - 1, 0)
 
 
 def bag_types(path: Path) -> dict[str, str]:
@@ -87,20 +66,16 @@ def index_bag(path: Path, topics: Collection[TypedTopic], labels: str = "") -> B
     for topic in topics:
         by_name.setdefault(topic.in_bag, []).append(topic)
         index.stamps[topic.name] = Counter()
-    rooms: dict[int, RoomOfBag] = {}
     with BagReader(path) as reader:
         scenes = {topic.name for topic in reader.summary.topics if is_scene(topic.name, topic.type_name)}
         for message in reader.messages({*by_name, *scenes, *((labels,) if labels else ())}):
             if message.topic in scenes:
-                room = _room(message.data, message.log_ns, len(rooms))
-                rooms.setdefault(room.start_ns, room)
+                index.rooms.add(message.data, message.log_ns)
             elif message.topic == labels and not index.class_names:
-                index.class_names = _class_names(message.data)
+                index.class_names = read_class_names(message.data)
             for topic in by_name.get(message.topic, ()):
                 _take(index, topic, message.data)
         index.faults = tuple(reader.faults)
-    found = tuple(rooms[start] for start in sorted(rooms))
-    index.rooms = found or (RoomOfBag(index=0, room_type="unknown", seed=0, start_ns=0),)
     return index
 
 
@@ -123,27 +98,9 @@ def _take(index: BagIndex, topic: TypedTopic, data: bytes) -> None:
         index.stamps[topic.name][stamp] += 1
 
 
-def _json(data: bytes) -> Mapping[str, Any]:
-    try:
-        found = json.loads(deserialize_message(data, String).data)
-    except (RuntimeError, ValueError, RecursionError):
-        return {}
-    return found if isinstance(found, Mapping) else {}
-
-
-def _room(data: bytes, log_ns: int, count: int) -> RoomOfBag:
-    scene, start = _json(data), stamp_ns(_STRING, data)
-    index, seed, kind = scene.get("index"), scene.get("seed"), scene.get("category")
-    return RoomOfBag(
-        index=index if isinstance(index, int) else count,
-        room_type=kind if isinstance(kind, str) else "unknown",
-        seed=seed if isinstance(seed, int) else 0,
-        start_ns=log_ns if start is None else start,
-    )
-
-
-def _class_names(data: bytes) -> dict[int, str]:
-    labels = _json(data).get("labels")
+def read_class_names(data: bytes) -> dict[int, str]:
+    """Return class id -> name of serialised JSON labels; empty if they are none."""
+    labels = json_object(data).get("labels")
     rows = labels.items() if isinstance(labels, Mapping) else ()
     return {int(key): str(row["name"]) for key, row in rows if key.isdecimal() and isinstance(row, Mapping) and "name" in row}
 

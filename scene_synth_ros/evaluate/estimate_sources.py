@@ -22,6 +22,7 @@ from scene_synth_ros.evaluate.stamp_gatherer import StampGatherer
 from scene_synth_ros.evaluate.task_streams import POSES, TASK_STREAMS, read_for_task
 from scene_synth_ros.evaluate.topics import TypedTopic
 
+
 class EstimateSource(Protocol):
     """Gives the estimates of a bag, frame by frame."""
 
@@ -137,7 +138,9 @@ class AlgorithmEstimates:
         images = {name: read_message(topic.type_name, messages[topic.name], topic.name).value for name, topic in self._images.items()}
         for image in images.values():
             image.flags.writeable = False
-        infos = {name: deserialize_message(messages[topic.name], CameraInfo) for name, topic in self._infos.items() if topic.name in messages}
+        infos = {
+            name: deserialize_message(messages[topic.name], CameraInfo) for name, topic in self._infos.items() if topic.name in messages
+        }
         first = next(iter(infos.values()), CameraInfo())
         height, width = next((image.shape[:2] for image in images.values()), (first.height, first.width))
         pose = self._poses.get(stamp_ns)
@@ -219,4 +222,3 @@ def _tried(read: Callable[[], Reading]) -> Reading | EstimateError:
         return error
     except (TypeError, ValueError) as error:  # numpy's, for what an algorithm returns in place of numbers
         return EstimateError(f"expected an estimate as an array of numbers ({' '.join(str(error).split())[:120]})")
-

@@ -12,6 +12,7 @@ from geometry_msgs.msg import PoseStamped
 from rclpy.serialization import serialize_message
 from sensor_msgs.msg import PointCloud2, PointField
 
+from evaluation.metrics.instance import Instances
 from scene_description import CameraPose
 from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.evaluate.readings import BoxList, Cloud, StampedPose
@@ -40,6 +41,8 @@ class EstimatesBag:
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        if error is not None and not self._writer.closed:
+            self._writer.discard()  # a part of the estimates must not look like all of them
         self._writer.close()
 
     def add(self, task: str, value: Any, stamp_ns: int, frame_id: str) -> None:
@@ -64,6 +67,17 @@ def _image(task: str, value: Any, stamp_ns: int, frame_id: str) -> bytes:
     encoding = TASK_STREAMS[task].encoding
     pixels = np.ascontiguousarray(value, ENCODING_CHANNELS[encoding][0])
     return bytes(serialize_message(image_to_msg(pixels, encoding, stamp_ns, frame_id)))
+
+
+def _instances(task: str, value: Any, stamp_ns: int, frame_id: str) -> bytes:
+    """Write masks as an image of ids from 1 on, the surest on top."""
+    if not isinstance(value, Instances):
+        return _image(task, value, stamp_ns, frame_id)
+    ids = np.zeros(value.masks.shape[1:], np.uint16)
+    scores = np.ones(len(value.masks)) if value.scores is None else np.asarray(value.scores)
+    for number in np.argsort(scores, kind="stable"):
+        ids[value.masks[number]] = number + 1
+    return _image(task, ids, stamp_ns, frame_id)
 
 
 def _pose(task: str, value: StampedPose, stamp_ns: int, frame_id: str) -> bytes:
@@ -95,4 +109,4 @@ def _detections(task: str, value: BoxList, stamp_ns: int, frame_id: str) -> byte
     return writer.message()
 
 
-_MESSAGES: dict[str, Callable[[str, Any, int, str], bytes]] = {"poses": _pose, "points": _points, "detections": _detections}
+_MESSAGES: dict[str, Callable[[str, Any, int, str], bytes]] = {"poses": _pose, "points": _points, "detections": _detections, "instance": _instances}

@@ -38,15 +38,19 @@ class EvaluatorConfig:
             fixed=_FIXED,
         ),
     ] = ()
+    breakdown: Annotated[
+        bool, Limits(description="Take classes and depth of the truth too, for scores by class and by distance", fixed=_FIXED)
+    ] = False
     window: Annotated[
-        int, Limits(ge=1, le=10_000, description="Stamps of a task that may wait for their other half before the oldest is given up", fixed=_FIXED)
-    ] = 50
+        int,
+        Limits(ge=1, le=10_000, description="Stamps that may wait for their other messages before the oldest is given up", fixed=_FIXED),
+    ] = 30
     queue: Annotated[
-        int, Limits(ge=1, le=10_000, description="Pairs that may wait to be measured; more are dropped, and counted", fixed=_FIXED)
-    ] = 50
-    scored: Annotated[
-        int, Limits(ge=1, le=1_000_000, description="Newest frames of a task that running scores are of; the file has all", fixed=_FIXED)
-    ] = 1000
+        int, Limits(ge=1, le=10_000, description="Frames that may wait to be measured; more are dropped, and counted", fixed=_FIXED)
+    ] = 30
+    kept: Annotated[
+        int, Limits(ge=1, le=1_000_000, description="Newest frames of a task that scores and results are of", fixed=_FIXED)
+    ] = 3000
     out: Annotated[
         str, Limits(max_length=4096, description="File of the results, written at the end and by ~/write; empty writes none", fixed=_FIXED)
     ] = "evaluation.json"

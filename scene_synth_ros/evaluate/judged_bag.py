@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import closing
+from contextlib import ExitStack, closing
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -102,15 +102,13 @@ class JudgedBag:
         """
         stamps, out = self._stamps(), self._plan.estimates_out
         wanted = {topic.name: self.index.stamps[topic.name] for topic in self._read}
-        with closing(self._source()) as source, StampGatherer(self._bag.path, wanted) as gatherer:
-            written = EstimatesBag(self._bag.beside(out)) if out is not None else None
-            try:
-                for room, of_room in self._by_room(stamps):
-                    source.begin_room(room)
-                    yield from self._measure_room(room, of_room, source, gatherer, written, progress)
-            finally:
-                if written is not None:
-                    written.close()
+        with ExitStack() as stack:
+            source = stack.enter_context(closing(self._source()))
+            gatherer = stack.enter_context(closing(StampGatherer(self._bag.path, wanted)))
+            written = stack.enter_context(EstimatesBag(self._bag.beside(out))) if out is not None else None
+            for room, of_room in self._by_room(stamps):
+                source.begin_room(room)
+                yield from self._measure_room(room, of_room, source, gatherer, written, progress)
 
     def _measure_room(
         self,
@@ -126,7 +124,7 @@ class JudgedBag:
             messages = gatherer.take([topic.name for topic in self._read], stamp)
             found = source.of_frame(stamp, messages)
             truth = TruthFrame(self._layers, messages, f"{self._bag.path}, stamp {stamp} ns", self._class_ids)
-            place = self._place(room, frame, stamp)
+            place, names = self._place(room, frame, stamp), set()
             for task in [task for task in self._plan.tasks if stamp in self.index.stamps[self._topic(task).name]]:
                 estimate = self._usable(task, found.get(task), place)
                 if task not in whole:
@@ -134,12 +132,16 @@ class JudgedBag:
                     yield MeasuredFrame(key=self._key(room, frame, stamp), task=task, measurement=measurement)
                 elif estimate is not None:
                     whole[task].append(estimate)
-                if written is not None and estimate is not None:
+                name = TASK_STREAMS[task].name
+                if written is not None and estimate is not None and name not in names:
+                    names.add(name)
                     self._write(written, task, estimate, truth, stamp)
             progress()
         for task, readings in whole.items():
             poses = self.index.poses[self._topic(task).name]
-            measurement = measure_room(task, [poses[stamp] for stamp in stamps if stamp in poses], [reading.value[0] for reading in readings])
+            measurement = measure_room(
+                task, [poses[stamp] for stamp in stamps if stamp in poses], [reading.value[0] for reading in readings]
+            )
             yield MeasuredFrame(key=self._key(room, 0, stamps[0]), task=task, measurement=measurement)
 
     def _usable(self, task: str, estimate: Reading | EstimateError | None, place: str) -> Reading | None:
@@ -186,7 +188,7 @@ class JudgedBag:
     def _by_room(self, stamps: list[int]) -> Iterator[tuple[int, list[int]]]:
         rooms: dict[int, list[int]] = {}
         for stamp in stamps:
-            rooms.setdefault(self.index.room_at(stamp), []).append(stamp)
+            rooms.setdefault(self.index.rooms.position(stamp), []).append(stamp)
         yield from sorted(rooms.items())
 
     @property
@@ -219,7 +221,9 @@ class JudgedBag:
         if not match.paired:
             advice = "copy the stamp of each image into its estimate"
             count = len(self._estimate_index.stamps[topic.name])
-            raise EvaluateError(f"{self._estimates_path}: topic {topic.name}: expected stamps of the truth, got none among {count}; {advice}")
+            raise EvaluateError(
+                f"{self._estimates_path}: topic {topic.name}: expected stamps of the truth, got none among {count}; {advice}"
+            )
         return match
 
     def _origin(self, task: str) -> str:
@@ -228,4 +232,3 @@ class JudgedBag:
     def _place(self, room: int, frame: int, stamp: int) -> str:
         variant = f"variant {self._bag.variant}, " if self._bag.variant is not None else ""
         return f"{variant}room {room}, frame {frame}, stamp {stamp} ns"
-

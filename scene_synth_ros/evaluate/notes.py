@@ -31,7 +31,13 @@ class Notes:
         told = []
         for line, count in list(self._lines.items())[:_MOST_LINES]:
             often = f", {count} times" if count > 1 else ""
-            where = f" ({'first ' if count > 1 else ''}{self._first[line]}{often})" if self._first[line] else f" ({count} times)" if count > 1 else ""
+            where = (
+                f" ({'first ' if count > 1 else ''}{self._first[line]}{often})"
+                if self._first[line]
+                else f" ({count} times)"
+                if count > 1
+                else ""
+            )
             told.append(line + where)
         more = len(self._lines) - _MOST_LINES
         return [*told, f"and {more} more kinds of faults"] if more > 0 else told

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from pathlib import Path
-from types import TracebackType
 
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.evaluate.errors import EvaluateError
@@ -32,10 +31,8 @@ class StampGatherer:
         self._held: dict[tuple[str, int], bytes] = {}
         self._size = 0
 
-    def __enter__(self) -> StampGatherer:
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def close(self) -> None:
+        """Close the bag."""
         self._reader.close()
 
     def take(self, topics: Collection[str], stamp: int) -> dict[str, bytes]:

@@ -42,7 +42,9 @@ def stamp_notes(task: str, topic: str, match: StampMatch) -> list[str]:
     """Return a line for each way in which the stamps do not fit."""
     lines = []
     if match.foreign:
-        shown = f"{len(match.foreign)} of {len(match.foreign) + len(match.paired)} stamps that no truth has, the first {match.foreign[0]} ns"
+        shown = (
+            f"{len(match.foreign)} of {len(match.foreign) + len(match.paired)} stamps that no truth has, the first {match.foreign[0]} ns"
+        )
         lines.append(f"{task}: {topic}: expected estimates at the stamps of the truth, got {shown}; copy the stamp of the image")
     if match.repeated:
         lines.append(f"{task}: {topic}: {match.repeated} messages repeat a stamp; the first of each stamp counts")

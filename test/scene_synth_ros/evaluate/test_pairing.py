@@ -2,48 +2,44 @@
 
 from __future__ import annotations
 
-from scene_synth_ros.evaluate.pair_buffer import Pair, PairBuffer
+from scene_synth_ros.evaluate.stamp_buffer import Gathered, StampBuffer
 from scene_synth_ros.evaluate.stamp_match import match_stamps, stamp_notes
 
 
-def test_equal_stamps_pair_whichever_comes_first() -> None:
-    buffer = PairBuffer[str](window=4)
+def test_a_stamp_is_whole_when_every_stream_has_brought_it() -> None:
+    buffer = StampBuffer[str](("truth", "estimate"), window=4)
     assert buffer.add("truth", 1, "t1") is None
     assert buffer.add("estimate", 2, "e2") is None
-    assert buffer.add("estimate", 1, "e1") == Pair(1, "t1", "e1")
-    assert buffer.add("truth", 2, "t2") == Pair(2, "t2", "e2")
-    assert (buffer.counts, buffer.waiting) == ({"paired": 2}, 0)
+    assert buffer.add("estimate", 1, "e1") == Gathered(1, {"truth": "t1", "estimate": "e1"})
+    assert buffer.add("truth", 2, "t2") == Gathered(2, {"truth": "t2", "estimate": "e2"})
+    assert (buffer.counts, buffer.waiting) == ({}, 0)
 
 
-def test_swapped_stamps_pair_with_the_truth_of_the_stamp_that_they_claim() -> None:
-    buffer = PairBuffer[str](window=4)
+def test_swapped_stamps_go_with_the_truth_of_the_stamp_that_they_claim() -> None:
+    buffer = StampBuffer[str](("truth", "estimate"), window=4)
     assert [buffer.add("truth", stamp, f"t{stamp}") for stamp in (1, 2)] == [None, None]
-    assert buffer.add("estimate", 2, "of frame 1") == Pair(2, "t2", "of frame 1")
-    assert buffer.add("estimate", 1, "of frame 2") == Pair(1, "t1", "of frame 2")
+    assert buffer.add("estimate", 2, "of frame 1") == Gathered(2, {"truth": "t2", "estimate": "of frame 1"})
+    assert buffer.add("estimate", 1, "of frame 2") == Gathered(1, {"truth": "t1", "estimate": "of frame 2"})
 
 
-def test_what_waits_is_bounded_and_what_is_given_up_is_counted() -> None:
-    buffer = PairBuffer[str](window=2)
-    for stamp in range(1, 6):
-        buffer.add("truth", stamp, "t")
-    assert (buffer.waiting, buffer.counts) == (2, {"missing": 3})
-    assert buffer.add("estimate", 3, "too late") is None
-    assert buffer.counts["late"] == 1
-    for stamp in (7, 8, 9):
-        buffer.add("estimate", stamp, "of nothing")
-    assert (buffer.counts["foreign"], buffer.waiting) == (1, 4)
-    buffer.finish()
-    assert (buffer.counts, buffer.waiting) == ({"missing": 5, "late": 1, "foreign": 3}, 0)
+def test_what_waits_is_bounded_and_what_comes_after_is_late() -> None:
+    buffer = StampBuffer[str](("truth", "estimate"), window=2)
+    given_up = [buffer.add("truth", stamp, f"t{stamp}") for stamp in range(1, 5)]
+    assert given_up == [None, None, Gathered(1, {"truth": "t1"}), Gathered(2, {"truth": "t2"})]
+    assert buffer.add("estimate", 2, "too late") is None
+    assert buffer.add("estimate", 9, "of nothing") == Gathered(3, {"truth": "t3"})
+    assert (buffer.counts, buffer.waiting) == ({"late": 1}, 2)
+    assert buffer.finish() == [Gathered(4, {"truth": "t4"}), Gathered(9, {"estimate": "of nothing"})]
+    assert buffer.waiting == 0
 
 
 def test_a_stamp_counts_once() -> None:
-    buffer = PairBuffer[str](window=2)
+    buffer = StampBuffer[str](("truth", "estimate"), window=2)
     buffer.add("estimate", 1, "first")
     buffer.add("estimate", 1, "again")
-    assert buffer.add("truth", 1, "t") == Pair(1, "t", "first")
+    assert buffer.add("truth", 1, "t") == Gathered(1, {"truth": "t", "estimate": "first"})
     buffer.add("estimate", 1, "after all")
-    buffer.add("truth", 1, "again")
-    assert buffer.counts == {"paired": 1, "repeated": 3}
+    assert buffer.counts == {"repeated": 1, "late": 1}
 
 
 def test_stamps_of_bags_are_matched_before_anything_is_decoded() -> None:
