@@ -24,7 +24,12 @@ def test_it_judges_what_two_other_nodes_publish(tmp_path: Path) -> None:
     settings = {"tasks": "['depth','normals']", "estimates": "['depth:=/my/depth','normals:=/my/normals']", "window": 2, "out": out}
     with node_process("evaluator_node", settings) as context:
         peer = Peer(context)
-        topics = {"depth": "camera/depth/image_raw", "normals": "camera/normals/image_raw", "my depth": "/my/depth", "my normals": "/my/normals"}
+        topics = {
+            "depth": "camera/depth/image_raw",
+            "normals": "camera/normals/image_raw",
+            "my depth": "/my/depth",
+            "my normals": "/my/normals",
+        }
         send = {name: peer.node.create_publisher(Image, topic, stream_qos()) for name, topic in topics.items()}
         heard: list[dict] = []
         peer.node.create_subscription(String, "evaluation", lambda message: heard.append(json.loads(message.data)), latched_qos())
