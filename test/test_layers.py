@@ -66,7 +66,8 @@ FOLDERS = {
         "render": {"messages", "suite"},
         "record": {"bags", "messages", "suite"},
         "replay": {"bags", "messages", "suite"},
-        "cli": {"bags", "generate", "mcap", "messages", "render", "record", "replay", "suite"},
+        "evaluate": {"bags", "messages", "suite"},
+        "cli": {"bags", "evaluate", "generate", "mcap", "messages", "render", "record", "replay", "suite"},
     },
 }
 """Package -> folder -> folders of the package that it may import.  Modules beside the folders are the package's entry points."""
