@@ -94,7 +94,7 @@ def _evaluated_classes(truth: Shapes, estimate: Shapes, kind: Literal["segm", "b
         from pycocotools.cocoeval import COCOeval
     except ImportError:
         raise EvaluationError(
-            "average precision: expected the library pycocotools, got none installed; install it with pip install 'scene_synth_ros[evaluate]'"
+            "average precision: expected the library pycocotools, got none installed; pip install 'scene_synth_ros[evaluate]' brings it"
         ) from None
 
     def coco(objects: Shapes) -> Any:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from evaluation.core.errors import EvaluationError
-from evaluation.core.groups import NO_BIN, VOID, distance_bins, image, layer
+from evaluation.core.groups import VOID, distance_bins, image, layer
 from evaluation.core.sums import Sums, merge_sums, stack
 from evaluation.core.task import Measurement, Metric, Tallying, Task, Truth
 from evaluation.metrics import matches, panoptic
@@ -71,7 +71,8 @@ def _numbers(ids: NDArray[np.integer], whose: str) -> NDArray[np.int64]:
     if not np.issubdtype(ids.dtype, np.integer):
         raise EvaluationError(f"{whose} of instance: expected object ids as integers, got {ids.dtype}")
     numbers = np.unique(ids).astype(np.int64)
-    return numbers[numbers != 0]
+    there: NDArray[np.int64] = numbers[numbers != 0]
+    return there
 
 
 def _classes(masks: NDArray[np.bool_], semantic: NDArray[np.integer]) -> NDArray[np.int64]:
@@ -147,20 +148,22 @@ class _Sums:
         self._covered = (truth.shapes & estimate.shapes.any(axis=0)).sum(axis=(1, 2))
         true_ids, ids = _painted(truth), _painted(estimate)
         true_ids[void & (true_ids == 0)] = -1
-        self._partner, self._iou, self._counts = panoptic.segment_matches(
-            true_ids.ravel(), ids.ravel(), truth.classes, estimate.classes
-        )
+        self._partner, self._iou, self._counts = panoptic.segment_matches(true_ids.ravel(), ids.ravel(), truth.classes, estimate.classes)
 
     def of(self, true: NDArray[np.bool_], estimated: NDArray[np.bool_]) -> Sums:
         """Return the sums of the chosen true objects, and of those of the chosen estimates that match nothing."""
         matched = true & (self._partner > 0)
         free = estimated & self._counts
         free[self._partner[self._partner > 0] - 1] = False
-        table = np.zeros((1 + max([0, *self._truth.classes[true], *self._estimate.classes[free]]), panoptic.COUNTS))
-        np.add.at(table, (self._truth.classes[matched], 0), 1.0)
-        np.add.at(table, (self._estimate.classes[free], 1), 1.0)
-        np.add.at(table, (self._truth.classes[true & ~matched], 2), 1.0)
-        np.add.at(table, (self._truth.classes[matched], 3), self._iou[matched])
+        of_true, of_free = self._truth.classes, self._estimate.classes[free]
+        size = 1 + max([0, *of_true[true].tolist(), *of_free.tolist()])
+        columns = [
+            np.bincount(of_true[matched], minlength=size),
+            np.bincount(of_free, minlength=size),
+            np.bincount(of_true[true & ~matched], minlength=size),
+            np.bincount(of_true[matched], self._iou[matched], minlength=size),
+        ]
+        table = np.column_stack(columns).astype(np.float64)
         return np.concatenate([[self._pixels[true].sum(), self._covered[true].sum()], table.ravel()])
 
 

@@ -47,6 +47,14 @@ def _rows(distances: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.column_stack(columns)
 
 
+def _nearest(cloud: NDArray[np.float64], points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return the distance of each point to the nearest one of a cloud, in m, and that one's index; infinite if the cloud has none."""
+    if not len(cloud):
+        return np.full(len(points), np.inf), np.zeros(len(points), np.int64)
+    distances, indices = cKDTree(cloud).query(points)
+    return np.asarray(distances, np.float64), np.asarray(indices, np.int64)
+
+
 def _measure(truth: Truth, estimate: object) -> Measurement:
     """Return the measurement of one pair of clouds."""
     if truth.get("points") is None:
@@ -59,12 +67,8 @@ def _measure(truth: Truth, estimate: object) -> Measurement:
     true, classes = true[known], classes[known].astype(np.int64)
     found = found[np.isfinite(found).all(axis=1)]
     bins = distance_bins(true[:, 2])
-    to_found = np.full(len(true), np.inf)
-    to_true, nearest = np.full(len(found), np.inf), np.zeros(len(found), np.int64)
-    if len(true) and len(found):
-        to_found = cKDTree(found).query(true)[0]
-        to_true, nearest = cKDTree(true).query(found)
-    true_rows, found_rows = _rows(to_found), _rows(to_true)
+    true_rows, (to_true, nearest) = _rows(_nearest(found, true)[0]), _nearest(true, found)
+    found_rows = _rows(to_true)
 
     def part(of_true: NDArray[np.bool_]) -> Sums:
         of_found = of_true[nearest] if len(true) else np.zeros(len(found), np.bool_)

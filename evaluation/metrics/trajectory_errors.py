@@ -34,7 +34,7 @@ def pose_errors(truth: NDArray[np.float64], aligned: NDArray[np.float64], estima
         from evo.core.trajectory import PosePath3D
     except ImportError:
         raise EvaluationError(
-            "poses: expected the library evo, got none installed; install it with pip install 'scene_synth_ros[evaluate]'"
+            "poses: expected the library evo, got none installed; pip install 'scene_synth_ros[evaluate]' brings it"
         ) from None
 
     true = PosePath3D(poses_se3=list(truth))
