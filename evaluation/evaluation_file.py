@@ -49,9 +49,10 @@ class TaskRow:
 class FrameKey:
     """Which frame it is.
 
-    ``bag`` is the path of its bag from the file's folder, ``variant`` its id in a sweep, ``room`` the room's number in its run, ``seed`` the
-    run's, ``frame`` its number in the room, ``stamp_ns`` its simulated time.  ``factors``: name -> value, of a sweep.  Of a task that is
-    judged by whole rooms it is the room's first frame.
+    ``bag`` is the path of its bag from the file's folder, ``variant`` its id in a sweep, ``room`` the room's number in its run, ``seed``
+    the run's, ``frame`` its number in the room, ``stamp_ns`` its simulated time.  ``factors``: name -> value, of a sweep.
+
+    Of a task that is judged by whole rooms it is the room's first frame.
     """
 
     bag: Text
@@ -77,8 +78,8 @@ class FrameRow:
 class SummaryRow:
     """The metrics of one task over some frames.
 
-    ``by`` says how the frames, or their pixels, were chosen: "all", "room_type", "class", "distance" or the name of a factor; ``key`` is the
-    room type, the class's name, the bin's name or the factor's value ("all" of all).
+    ``by`` says how the frames, or their pixels, were chosen: "all", "room_type", "class", "distance" or the name of a factor; ``key`` is
+    the room type, the class's name, the bin's name or the factor's value ("all" of all).
     """
 
     task: Name

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +19,7 @@ NO_BIN = len(DISTANCE_EDGES_M)
 """Index of pixels that belong to no bin: their true depth is unknown or nothing is hit."""
 
 DISTANCE_NAMES: tuple[str, ...] = (
-    *(f"{low:g} to {high:g} m" for low, high in zip(DISTANCE_EDGES_M, DISTANCE_EDGES_M[1:], strict=False)),
+    *(f"{low:g} to {high:g} m" for low, high in pairwise(DISTANCE_EDGES_M)),
     f"{DISTANCE_EDGES_M[-1]:g} m and more",
 )
 """Index of the bin -> its name."""

@@ -5,7 +5,8 @@ sq rel = mean (e - z)^2 / z, RMSE = sqrt mean (e - z)^2, RMSE log = sqrt mean (l
 delta_k = share with max(e / z, z / e) < 1.25^k.  si log = 100 sqrt(mean d^2 - (mean d)^2) with d = ln e - ln z (the scale-invariant error
 with lambda = 1, as KITTI prints it, Uhrig et al., 3DV 2017); its inner mean is that of one frame, or of one group of a frame's pixels.
 
-A pixel is valid where truth and estimate are finite and positive.  Coverage is the share of pixels with a valid truth whose estimate is valid.
+A pixel is valid where truth and estimate are finite and positive.  Coverage: of the pixels with a valid truth, the share whose estimate is
+valid too.
 """
 
 from __future__ import annotations
