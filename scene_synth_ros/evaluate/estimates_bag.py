@@ -109,4 +109,9 @@ def _detections(task: str, value: BoxList, stamp_ns: int, frame_id: str) -> byte
     return writer.message()
 
 
-_MESSAGES: dict[str, Callable[[str, Any, int, str], bytes]] = {"poses": _pose, "points": _points, "detections": _detections, "instance": _instances}
+_MESSAGES: dict[str, Callable[[str, Any, int, str], bytes]] = {
+    "poses": _pose,
+    "points": _points,
+    "detections": _detections,
+    "instance": _instances,
+}

@@ -48,9 +48,9 @@ class EvaluatorConfig:
     queue: Annotated[
         int, Limits(ge=1, le=10_000, description="Frames that may wait to be measured; more are dropped, and counted", fixed=_FIXED)
     ] = 30
-    kept: Annotated[
-        int, Limits(ge=1, le=1_000_000, description="Newest frames of a task that scores and results are of", fixed=_FIXED)
-    ] = 3000
+    kept: Annotated[int, Limits(ge=1, le=1_000_000, description="Newest frames of a task that scores and results are of", fixed=_FIXED)] = (
+        3000
+    )
     out: Annotated[
         str, Limits(max_length=4096, description="File of the results, written at the end and by ~/write; empty writes none", fixed=_FIXED)
     ] = "evaluation.json"

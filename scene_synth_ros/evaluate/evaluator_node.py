@@ -139,7 +139,9 @@ class EvaluatorNode(SuiteNode):
     def _offer(self, gathered: Gathered[bytes]) -> None:
         if not self._measuring.offer(gathered):
             self._dropped["too_fast"] += 1
-            self.warn(f"measuring has fallen behind: {self._dropped['too_fast']} frames were dropped; judge fewer tasks, or a slower stream")
+            self.warn(
+                f"measuring has fallen behind: {self._dropped['too_fast']} frames were dropped; judge fewer tasks, or a slower stream"
+            )
 
     def _on_scene(self, data: bytes) -> None:
         self._scores.add_room(data, self.get_clock().now().nanoseconds)
@@ -158,7 +160,9 @@ class EvaluatorNode(SuiteNode):
         for line in self._scores.notes():
             self.get_logger().warning(line)
         if not config.out or not frames:
-            return "nothing was measured; no results are written" if config.out else f"{len(frames)} results; out is empty, no file is written"
+            return (
+                "nothing was measured; no results are written" if config.out else f"{len(frames)} results; out is empty, no file is written"
+            )
         evaluation = make_evaluation(
             frames,
             title=config.title,

@@ -11,7 +11,8 @@ from scene_synth_ros.evaluate.task_streams import IMAGES, TASK_STREAMS, TRUTH_TY
 from scene_synth_ros.evaluate.topics import TypedTopic, parse_mapping
 
 LIVE_TYPES = {
-    task: IMAGES[:1] if row.types is IMAGES else (POSE, ODOMETRY) if row.name == "poses" else row.types for task, row in TASK_STREAMS.items()
+    task: IMAGES[:1] if row.types is IMAGES else (POSE, ODOMETRY) if row.name == "poses" else row.types
+    for task, row in TASK_STREAMS.items()
 }
 """Task -> types of live estimates: those whose message has the stamp of one frame, uncompressed."""
 

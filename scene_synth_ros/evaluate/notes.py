@@ -30,14 +30,8 @@ class Notes:
         """Return what is to be told, in the order in which it came up."""
         told = []
         for line, count in list(self._lines.items())[:_MOST_LINES]:
-            often = f", {count} times" if count > 1 else ""
-            where = (
-                f" ({'first ' if count > 1 else ''}{self._first[line]}{often})"
-                if self._first[line]
-                else f" ({count} times)"
-                if count > 1
-                else ""
-            )
-            told.append(line + where)
+            places = [f"first {self._first[line]}" if count > 1 else self._first[line]] if self._first[line] else []
+            places += [f"{count} times"] if count > 1 else []
+            told.append(f"{line} ({', '.join(places)})" if places else line)
         more = len(self._lines) - _MOST_LINES
         return [*told, f"and {more} more kinds of faults"] if more > 0 else told
