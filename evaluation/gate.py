@@ -7,12 +7,14 @@ American Statistician 2015, "t interval with bootstrap standard error": percenti
 err with 5 % at most: the level of each is raised by their number (Bonferroni).  A difference is real where its interval leaves out zero.
 
 An algorithm that computes the same every time has differences of exactly zero, which are the same; one that is worse by the same amount
-in every room has an interval of no width.  Values that a baseline has and the new evaluation lacks are losses, and fail the gate.
+in every room has an interval of no width.  A single difference, as of the poses of one room, cannot be judged and passes.  Values that a
+baseline has and the new evaluation lacks are losses, and fail the gate.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -28,7 +30,7 @@ DRAWS = 2000
 LEVEL = 0.95
 FEWEST_ROOMS = 10
 ROUNDING = 1e-9
-"""Differences below this share of the values themselves are those of rounding, and count as zero."""
+"""Differences below this share of the values themselves, or of 0.001, are those of rounding, and count as zero."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,7 +38,7 @@ class Verdict:
     """How one metric changed.
 
     ``baseline`` and ``new`` are its means over the frames in which both have a value, ``difference`` is new minus baseline, ``low`` and
-    ``high`` its interval; ``units`` says over how many rooms or frames.
+    ``high`` its interval, infinite where there is one room or frame only; ``units`` says over how many rooms or frames.
     """
 
     task: str
@@ -139,7 +141,7 @@ def _told(frame: _FrameId) -> str:
 
 def _check_frames(old: Mapping[str, Mapping[_FrameId, FrameRow]], new: Mapping[str, Mapping[_FrameId, FrameRow]]) -> None:
     """Refuse evaluations of other frames: fewer are a loss, others are no comparison."""
-    for task in old.keys() & new.keys():
+    for task in (task for task in old if task in new):
         only_old, only_new = old[task].keys() - new[task].keys(), new[task].keys() - old[task].keys()
         if only_old and only_new:
             counts = f"{len(only_old)} of the baseline's {len(old[task])} are missing and {len(only_new)} others are there"
@@ -184,12 +186,13 @@ def _paired(old: Mapping[_FrameId, FrameRow], new: Mapping[_FrameId, FrameRow], 
 
 def _verdict(task: str, metric: MetricRow, pairs: _Pairs, *, seed: int, draws: int, level: float) -> Verdict:
     differences = pairs.new - pairs.baseline
-    differences[np.abs(differences) <= ROUNDING * np.maximum(np.abs(pairs.new), np.abs(pairs.baseline))] = 0.0
+    scale = np.maximum(np.abs(pairs.new), np.abs(pairs.baseline))
+    differences[np.abs(differences) <= ROUNDING * np.maximum(scale, 1e-3)] = 0.0
     rooms = int(pairs.rooms.max()) + 1
     by_room = rooms >= FEWEST_ROOMS
     units = pairs.rooms if by_room else np.arange(len(differences))
     difference = float(differences.mean())
-    spread = half_width(np.bincount(units, differences), np.bincount(units), seed=seed, draws=draws, level=level)
+    spread = half_width(np.bincount(units, differences).astype(np.float64), np.bincount(units), seed=seed, draws=draws, level=level)
     low, high = difference - spread, difference + spread
     worse = high < 0.0 if metric.better == "higher" else low > 0.0
     better = low > 0.0 if metric.better == "higher" else high < 0.0
@@ -218,10 +221,14 @@ def half_width(sums: NDArray[np.float64], counts: NDArray[np.int64], *, seed: in
         draws: how many sets of units are drawn.
         level: of the interval.
 
-    A single unit tells nothing of the spread: only a difference of its own decides, the width is 0.
+    Differences that are all the same have no spread.  A single one that is not zero tells nothing of its spread: the width is infinite.
     """
     count = len(sums)
-    if count < 2 or np.ptp(sums / counts) <= ROUNDING * np.abs(sums / counts).max():
+    if not sums.any():
+        return 0.0
+    if count == 1:
+        return math.inf
+    if np.ptp(sums / counts) <= ROUNDING * np.abs(sums / counts).max():
         return 0.0
     weights = resampling_weights(count, draws, seed)
     means = (weights @ sums) / (weights @ counts)
@@ -230,15 +237,16 @@ def half_width(sums: NDArray[np.float64], counts: NDArray[np.int64], *, seed: in
     return float(student_t.ppf(0.5 + 0.5 * level, count - 1) * spread)
 
 
-def lines(report: GateReport) -> Sequence[str]:
-    """Return what a terminal shows: what is lost, then every metric that changed, then how many stayed the same."""
+def gate_table(report: GateReport) -> str:
+    """Return what a terminal shows, in lines: what is lost, every metric that changed or cannot be judged, how many did not change."""
     shown = [f"lost    {loss}" for loss in report.losses]
     for verdict in report.verdicts:
-        if verdict.verdict != "same":
-            unit = f" {verdict.unit}" if verdict.unit else ""
-            change = (
-                f"{verdict.baseline:.4g} -> {verdict.new:.4g}{unit}, {verdict.difference:+.3g} [{verdict.low:+.3g}, {verdict.high:+.3g}]"
-            )
-            shown.append(f"{verdict.verdict:<7} {verdict.task}.{verdict.metric}: {change} over {verdict.units}")
+        unit = f" {verdict.unit}" if verdict.unit else ""
+        change = f"{verdict.task}.{verdict.metric}: {verdict.baseline:.4g} -> {verdict.new:.4g}{unit}"
+        if math.isinf(verdict.high):
+            shown.append(f"unsure  {change}; one difference tells nothing of its spread")
+        elif verdict.verdict != "same":
+            interval = f"{verdict.difference:+.3g} [{verdict.low:+.3g}, {verdict.high:+.3g}]"
+            shown.append(f"{verdict.verdict:<7} {change}, {interval} over {verdict.units}")
     same = sum(verdict.verdict == "same" for verdict in report.verdicts)
-    return [*shown, f"same    {same} of {len(report.verdicts)} metrics"]
+    return "\n".join([*shown, f"same    {same} of {len(report.verdicts)} metrics"])
