@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import itertools
 import os
 import shlex
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -121,37 +122,35 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
 
 
 def _judge(bags: Sequence[TruthBag], plan: Plan, notes: Notes, arguments: argparse.Namespace) -> Evaluation:
+    """Measure all bags, and sum up."""
     folder = (arguments.json or Path("evaluation.json")).absolute().parent
+    measured: list[MeasuredFrame] = []
     names: dict[int, str] = {}
-    measured = list(_measured(bags, plan, notes, folder, names))
-    _say_progress("")
-    own = next(iter(plan.topics.values()), "") or "estimates in the bag"
+    judged = ""
+    try:
+        for number, bag in enumerate(bags, 1):
+            of = f"variant {number} of {len(bags)}, " if len(bags) > 1 else ""
+            _say_progress(f"{of}looking for stamps")
+            one = JudgedBag(bag, plan, notes)
+            names, judged = {**one.index.class_names, **names}, one.judged
+            path = os.path.relpath(bag.path.absolute(), folder)
+            measured += [replace(frame, key=replace(frame.key, bag=path)) for frame in one.measure(_frame_counter(of, one.frames))]
+    finally:
+        _say_progress("")
     return make_evaluation(
         measured,
         title=arguments.title or arguments.truth.absolute().name,
-        algorithm=plan.algorithm.words if plan.algorithm else str(plan.estimates or own),
+        algorithm=f"{plan.estimates}: {judged}" if plan.estimates is not None else judged,
         created_with=shlex.join(["scene_synth", *sys.argv[1:]]),
         seed=arguments.seed,
         **({"class_names": names} if names else {}),
     )
 
 
-def _measured(bags: Sequence[TruthBag], plan: Plan, notes: Notes, folder: Path, names: dict[int, str]) -> Iterator[MeasuredFrame]:
-    """Yield the measurements of all bags; put the names of their classes into ``names``."""
-    for number, bag in enumerate(bags, 1):
-        judged = JudgedBag(bag, plan, notes)
-        names |= {**judged.index.class_names, **names}
-        done = 0
-
-        def tell(judged: JudgedBag = judged, number: int = number) -> None:
-            nonlocal done
-            done += 1
-            of = f"variant {number} of {len(bags)}, " if len(bags) > 1 else ""
-            _say_progress(f"{of}frame {done} of {judged.frames}")
-
-        path = os.path.relpath(bag.path.absolute(), folder)
-        for frame in judged.measure(tell):
-            yield replace(frame, key=replace(frame.key, bag=path))
+def _frame_counter(of: str, frames: int) -> Callable[[], None]:
+    """Return what draws the line of progress, called after each frame."""
+    done = itertools.count(1)
+    return lambda: _say_progress(f"{of}frame {next(done)} of {frames}")
 
 
 def _say_progress(line: str) -> None:

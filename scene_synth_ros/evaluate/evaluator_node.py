@@ -16,6 +16,7 @@ from std_srvs.srv import Trigger
 from evaluation.evaluation_file import write_evaluation
 from evaluation.summary import make_evaluation
 from scene_description import SceneSynthError, error_line
+from scene_synth_ros.evaluate.errors import EvaluateError
 from scene_synth_ros.evaluate.evaluator_config import EvaluatorConfig, check_tasks
 from scene_synth_ros.evaluate.live_scores import LiveScores
 from scene_synth_ros.evaluate.live_topics import LIVE_TYPES, estimate_names, truth_names
@@ -65,9 +66,9 @@ class EvaluatorNode(SuiteNode):
         self._estimate_names = estimate_names(config, self.resolve_topic_name)
         names = {*(topic.name for topic in truth.values()), *self._estimate_names.values()}
         self._buffer = StampBuffer[bytes](names, config.window)
-        self._scores = LiveScores(config.tasks, truth, config.kept, {})
+        self._scores = LiveScores(config.tasks, truth, config.kept)
         self._subscribed: set[str] = set()
-        self._dropped, self._told = Counter[str](), -1
+        self._dropped, self._told = Counter[str](), ""
         self._running = self._scores.scores()
         with ExitStack() as undo:
             self._measuring = MeasuringThread[Gathered[bytes]](self._scores.measure, self._tell_fault, config.queue)
@@ -92,9 +93,7 @@ class EvaluatorNode(SuiteNode):
         self._closed = True
         for gathered in self._buffer.finish():
             self._offer(gathered)
-        if self._measuring.close(_END_S):
-            self._scores.finish_room()
-        else:
+        if not self._measuring.close(_END_S):
             self.get_logger().error(f"{self._measuring.waiting} frames are left out: they were not measured within {_END_S:g} s")
         try:
             self.get_logger().info(self._write())
@@ -112,17 +111,29 @@ class EvaluatorNode(SuiteNode):
                 self.refuse(f"{name}: expected {' or '.join(LIVE_TYPES[task])} as estimates of {task}, got {kind}; publish that type")
             elif kind:
                 self._scores.add_estimates(task, topic)
-                self._subscribe(topic)
+                try:
+                    self._subscribe(topic)
+                except EvaluateError as error:
+                    self.refuse(str(error))
 
     def _subscribe(self, topic: TypedTopic) -> None:
-        """Subscribe once, with a reliability that every publisher of now offers."""
+        """Subscribe once, with a reliability that every publisher of now offers.
+
+        Raises:
+            EvaluateError: the package of the message's type is not installed.
+        """
         if topic.name in self._subscribed:
             return
+        try:
+            message_type = message_class(topic.type_name)
+        except (ImportError, AttributeError):
+            package = topic.type_name.partition("/")[0]
+            raise EvaluateError(f"{topic.name}: expected {topic.type_name}, got no package {package}; install it, or judge a bag") from None
         self._subscribed.add(topic.name)
         offered = self.get_publishers_info_by_topic(topic.name)
         unsure = any(info.qos_profile.reliability == QoSReliabilityPolicy.BEST_EFFORT for info in offered)
         qos = PROFILES["sensor_data" if unsure else "reliable"]
-        self.create_subscription(message_class(topic.type_name), topic.name, partial(self._on_message, topic), qos, raw=True)
+        self.create_subscription(message_type, topic.name, partial(self._on_message, topic), qos, raw=True)
 
     def _on_message(self, topic: TypedTopic, data: bytes) -> None:
         if not self.active:
@@ -180,14 +191,16 @@ class EvaluatorNode(SuiteNode):
 
     def _publish(self) -> None:
         """Publish the running scores, if there is anything new."""
-        counts = self._scores.counts()
-        measured = sum(count["measured"] for count in counts.values())
-        if measured == self._told or not self.active:
+        if not self.active:
             return
-        self._told = measured
+        counts, room = self._scores.counts(), self._scores.room()
         self._running = self._scores.scores()
         tasks = {task: {**counts[task], "metrics": self._running[task]} for task in counts}
-        self._publisher.publish(String(data=json.dumps({"tasks": tasks, "dropped": self._drops()})))
+        told = {"room": {"index": room.index, "room_type": room.room_type, "seed": room.seed}, "tasks": tasks, "dropped": self._drops()}
+        text = json.dumps(told)
+        if text != self._told:
+            self._told = text
+            self._publisher.publish(String(data=text))
 
     def _report(self) -> Report:
         counts, drops = self._scores.counts(), self._drops()

@@ -86,6 +86,11 @@ class JudgedBag:
             refuse_empty(self.index, topic, f"truth of {layer}")
 
     @property
+    def judged(self) -> str:
+        """What gives the estimates: the algorithm, or the topics."""
+        return self._plan.algorithm.words if self._plan.algorithm else ", ".join(sorted({topic.name for topic in self._estimates.values()}))
+
+    @property
     def frames(self) -> int:
         """How many stamps there are to judge."""
         return len(self._stamps())
@@ -139,9 +144,12 @@ class JudgedBag:
             progress()
         for task, readings in whole.items():
             poses = self.index.poses[self._topic(task).name]
-            measurement = measure_room(
-                task, [poses[stamp] for stamp in stamps if stamp in poses], [reading.value[0] for reading in readings]
-            )
+            true = [poses[stamp] for stamp in stamps if stamp in poses]
+            try:
+                measurement = measure_room(task, true, [reading.value[0] for reading in readings])
+            except EvaluationError as error:
+                self._notes.add(f"{task}: {self._origin(task)}: {error}", self._place(room, 0, stamps[0]))
+                measurement = None
             yield MeasuredFrame(key=self._key(room, 0, stamps[0]), task=task, measurement=measurement)
 
     def _usable(self, task: str, estimate: Reading | EstimateError | None, place: str) -> Reading | None:

@@ -49,6 +49,7 @@ def test_it_judges_what_two_other_nodes_publish(tmp_path: Path) -> None:
         send["my depth"].publish(image_to_msg(depth, "32FC1", late, "eye"))
         peer.spin_until(lambda: heard and heard[-1]["tasks"]["depth"]["measured"] == FRAMES, 60, "the scores")
         peer.spin_until(lambda: peer.values.get("dropped_late") == "1", 20, "the late message")
+        peer.spin_until(lambda: heard[-1]["room"]["room_type"] == scene.category, 20, "the room")
         told = heard[-1]["tasks"]
         assert abs(told["depth"]["metrics"]["abs_rel"] - 0.25) < 1e-7
         assert (told["normals"]["measured"], told["normals"]["missing"], told["normals"]["metrics"]["mean"]) == (FRAMES - 1, 1, 0.0)
