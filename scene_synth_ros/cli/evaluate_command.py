@@ -7,7 +7,7 @@ import itertools
 import os
 import shlex
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -126,25 +126,31 @@ def _judge(bags: Sequence[TruthBag], plan: Plan, notes: Notes, arguments: argpar
     folder = (arguments.json or Path("evaluation.json")).absolute().parent
     measured: list[MeasuredFrame] = []
     names: dict[int, str] = {}
-    judged = ""
+    topics: dict[str, str] = {}
     try:
         for number, bag in enumerate(bags, 1):
             of = f"variant {number} of {len(bags)}, " if len(bags) > 1 else ""
             _say_progress(f"{of}looking for stamps")
             one = JudgedBag(bag, plan, notes)
-            names, judged = {**one.index.class_names, **names}, one.judged
+            names, topics = {**one.index.class_names, **names}, one.topics
             path = os.path.relpath(bag.path.absolute(), folder)
             measured += [replace(frame, key=replace(frame.key, bag=path)) for frame in one.measure(_frame_counter(of, one.frames))]
     finally:
         _say_progress("")
+    judged = plan.algorithm.words if plan.algorithm is not None else ", ".join(sorted(topics.values()))
     return make_evaluation(
         measured,
         title=arguments.title or arguments.truth.absolute().name,
         algorithm=f"{plan.estimates}: {judged}" if plan.estimates is not None else judged,
-        created_with=shlex.join(["scene_synth", *sys.argv[1:]]),
+        created_with=shlex.join(["scene_synth", *sys.argv[1:], *_chosen_topics(topics, plan)]),
         seed=arguments.seed,
         **({"class_names": names} if names else {}),
     )
+
+
+def _chosen_topics(topics: Mapping[str, str], plan: Plan) -> list[str]:
+    """Return options that name the topics that were found without being named, for whoever looks at the estimates later."""
+    return [word for name, topic in topics.items() if name not in plan.topics for word in ("--topic", f"{name}:={topic}")]
 
 
 def _frame_counter(of: str, frames: int) -> Callable[[], None]:

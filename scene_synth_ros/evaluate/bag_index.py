@@ -112,5 +112,9 @@ def refuse_empty(index: BagIndex, topic: TypedTopic, what: str) -> None:
         EvaluateError: it has none.
     """
     if not index.stamps[topic.name]:
+        frame = topic.name.partition("@")[2]
+        what += f" with transforms of the frame '{frame}'" if frame else ""
         odd = f", but {index.unstamped[topic.name]} that cannot be read" if index.unstamped[topic.name] else ""
-        raise EvaluateError(f"{index.path}: topic {topic.name}: expected {what}, got no message with a stamp{odd}; record it again")
+        raise EvaluateError(
+            f"{index.path}: topic {topic.name}: expected {what}, got no message with a stamp{odd}; choose another topic, or record it again"
+        )

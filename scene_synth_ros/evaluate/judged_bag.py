@@ -86,9 +86,9 @@ class JudgedBag:
             refuse_empty(self.index, topic, f"truth of {layer}")
 
     @property
-    def judged(self) -> str:
-        """What gives the estimates: the algorithm, or the topics."""
-        return self._plan.algorithm.words if self._plan.algorithm else ", ".join(sorted({topic.name for topic in self._estimates.values()}))
+    def topics(self) -> dict[str, str]:
+        """Name of a stream -> topic of its estimates; empty where an algorithm gives them."""
+        return {TASK_STREAMS[task].name: topic.name for task, topic in self._estimates.items()}
 
     @property
     def frames(self) -> int:
@@ -220,6 +220,7 @@ class JudgedBag:
         return BagEstimates(self._estimates_path, self._estimates, self._estimate_index, stamps)
 
     def _match(self, task: str, topic: TypedTopic) -> StampMatch:
+        refuse_empty(self._estimate_index, topic, f"estimates of {task}")
         match = match_stamps(self.index.stamps[self._topic(task).name], self._estimate_index.stamps[topic.name])
         for line in stamp_notes(task, topic.name, match):
             self._notes.add(line)

@@ -133,9 +133,8 @@ def check_pair(task: str, truth: Reading, estimate: Reading) -> None:
         EstimateError: it has another size, or is meant in another frame.
     """
     stream = TASK_STREAMS[task]
-    shape = getattr(estimate.value, "shape", truth.value.shape)  # masks of an algorithm are no image; the task itself looks at their size
-    if stream.types is IMAGES and truth.value.shape != shape:
-        (height, width), (rows, columns) = truth.value.shape[:2], shape[:2]
+    if stream.types is IMAGES and isinstance(estimate.value, np.ndarray) and truth.value.shape != estimate.value.shape:
+        (height, width), (rows, columns) = truth.value.shape[:2], estimate.value.shape[:2]
         raise EstimateError(f"expected an image of {width}x{height} pixels as the truth is, got {columns}x{rows}; scale it to that size")
     if stream.frame_matters and estimate.frame_id not in (None, truth.frame_id):
         raise EstimateError(f"expected {task} in frame '{truth.frame_id}' as the truth is, got '{estimate.frame_id[:80]}'; transform them")

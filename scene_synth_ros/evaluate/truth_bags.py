@@ -13,6 +13,8 @@ from scene_synth_ros.evaluate.errors import EvaluateError
 
 SWEEP_NAME, SWEEP_SCHEMA = "sweep.json", "scene_synth_sweep/1"
 _MAX_SIZE = 64 * 2**20
+_OF_BASE = ("room_type", "seed", "index")
+_SCALAR = (str, int, float, bool, type(None))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,7 +34,7 @@ class TruthBag:
         path: of the bag.
         variant: its id in a sweep; None outside of one.
         base: the room that the variant changes; None outside of a sweep.
-        factors: factor -> value of every factor of the sweep.
+        factors: factor -> value of every factor of the sweep; lists, as of colours, as JSON text.
     """
 
     path: Path
@@ -86,7 +88,9 @@ def _variant(row: Any, number: int, file: Path) -> TruthBag:
     if not isinstance(factors, dict):
         raise EvaluateError(f"{where}: expected factors as an object; make the sweep again")
     try:
-        base = from_mapping(BaseRoom, row.get("base"), f"variants[{number}].base")
+        told = row.get("base")
+        base = from_mapping(BaseRoom, {key: told[key] for key in _OF_BASE if key in told} if isinstance(told, dict) else told, "base")
     except FieldError as error:
-        raise EvaluateError(f"{file}: {error}") from None
-    return TruthBag(path=file.parent / bag, variant=row["id"], base=base, factors=factors)
+        raise EvaluateError(f"{where}.{error}") from None
+    values = {name: value if isinstance(value, _SCALAR) else json.dumps(value) for name, value in factors.items()}
+    return TruthBag(path=file.parent / bag, variant=row["id"], base=base, factors=values)

@@ -130,19 +130,29 @@ def test_estimates_of_another_size_and_stamp_are_told_and_missing(bag: RoomBag, 
 
 
 def test_the_variants_of_a_sweep_are_told_apart_by_their_factors(bag: RoomBag, tmp_path: Path) -> None:
-    base = {"room_type": "bedroom", "seed": 3, "index": 0}
+    base = {"room_type": "bedroom", "seed": 3, "index": 0, "file": "room.json"}
     rows = []
     for number, scale in enumerate((1.0, 1.2)):
         truth = write_room_bag(tmp_path / "variants" / f"000{number}", rooms=1, frames=1, size=(24, 32))
         frames = {stamp: {"depth": images["depth"] * np.float32(scale)} for stamp, images in truth.images.items()}
         write_estimates(tmp_path / "est" / f"000{number}", frames)
-        rows.append({"id": f"000{number}", "bag": f"variants/000{number}", "base": base, "factors": {"light": scale}, "changed": []})
+        rows.append(
+            {
+                "id": f"000{number}",
+                "bag": f"variants/000{number}",
+                "base": base,
+                "factors": {"light": scale, "color": [0.5, scale]},
+                "changed": [],
+            }
+        )
     (tmp_path / "sweep.json").write_text(json.dumps({"schema": "scene_synth_sweep/1", "factors": [], "variants": rows}))
     out = tmp_path / "e.json"
     assert call(tmp_path, "--task", "depth", "--estimates", tmp_path / "est", "--json", out, "--by", "light") == 0
     found = read_evaluation(out)
     assert {row.key.bag for row in found.frames} == {"variants/0000", "variants/0001"}
     assert {(row.key.room_type, row.key.seed) for row in found.frames} == {("bedroom", 3)}
+    assert set(summary_values(found, "depth", "color")) == {"[0.5, 1.0]", "[0.5, 1.2]"}
+    assert found.created_with.endswith("--topic depth:=/estimates/depth/image_raw")
     by_light = {key: round(values["abs_rel"] or 0.0, 6) for key, values in summary_values(found, "depth", "light").items()}
     assert by_light == {1.0: 0.0, 1.2: 0.2}
 
