@@ -22,6 +22,9 @@ from scene_synth_ros.evaluate.stamp_gatherer import StampGatherer
 from scene_synth_ros.evaluate.task_streams import POSES, TASK_STREAMS, read_for_task
 from scene_synth_ros.evaluate.topics import TypedTopic
 
+OWN_CAMERA = ""
+"""Name among camera infos of that of the camera that is judged."""
+
 
 class EstimateSource(Protocol):
     """Gives the estimates of a bag, frame by frame."""
@@ -86,7 +89,7 @@ class AlgorithmEstimates:
         algorithm: what is called.
         tasks: what is asked of it.
         images: its inputs, by name.
-        infos: topics of their camera infos, by the same names.
+        infos: topics of their camera infos, by the same names, and by ``OWN_CAMERA`` of the camera that is judged.
         poses: stamp -> true pose; empty unless it asks for them.
     """
 
@@ -141,17 +144,16 @@ class AlgorithmEstimates:
         infos = {
             name: deserialize_message(messages[topic.name], CameraInfo) for name, topic in self._infos.items() if topic.name in messages
         }
-        first = next(iter(infos.values()), CameraInfo())
-        height, width = next((image.shape[:2] for image in images.values()), (first.height, first.width))
+        own = infos.get(OWN_CAMERA) or next(iter(infos.values()), CameraInfo())
         pose = self._poses.get(stamp_ns)
         return Frame(
             stamp_ns=stamp_ns,
-            K=np.array(first.k, np.float64).reshape(3, 3),
-            width=width,
-            height=height,
+            K=np.array(own.k, np.float64).reshape(3, 3),
+            width=own.width,
+            height=own.height,
             images=images,
-            D=np.array(first.d, np.float64),
-            projections={name: np.array(info.p, np.float64).reshape(3, 4) for name, info in infos.items()},
+            D=np.array(own.d, np.float64),
+            projections={name: np.array(info.p, np.float64).reshape(3, 4) for name, info in infos.items() if name},
             world_from_camera=None if pose is None else world_from_optical(pose.position_m, pose.quaternion),
             room=self._room,
         )

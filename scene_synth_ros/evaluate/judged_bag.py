@@ -15,7 +15,7 @@ from evaluation.tasks import TASKS
 from scene_synth_ros.evaluate.algorithm import POSE_INPUT, Algorithm
 from scene_synth_ros.evaluate.bag_index import bag_types, index_bag, refuse_empty
 from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError
-from scene_synth_ros.evaluate.estimate_sources import AlgorithmEstimates, BagEstimates, EstimateSource
+from scene_synth_ros.evaluate.estimate_sources import OWN_CAMERA, AlgorithmEstimates, BagEstimates, EstimateSource
 from scene_synth_ros.evaluate.estimates_bag import EstimatesBag
 from scene_synth_ros.evaluate.measuring import GROUP_LAYERS, Estimates, TruthFrame, measure_frame, measure_room, needed_layers
 from scene_synth_ros.evaluate.notes import Notes
@@ -69,7 +69,7 @@ class JudgedBag:
         self._layers = {**layers_present(types, self._camera, GROUP_LAYERS), **self._truth}
         algorithm = plan.algorithm
         self._images = image_topics(types, self._camera, algorithm.layers, str(bag.path)) if algorithm else {}
-        self._infos = info_topics(types, self._images)
+        self._infos = info_topics(types, {OWN_CAMERA: next(iter(self._truth.values())), **self._images}) if algorithm else {}
         self._estimates = {} if algorithm else self._estimate_topics(types)
         read = {*self._layers.values(), *self._images.values(), *self._infos.values()}
         if algorithm and POSE_INPUT in algorithm.inputs:

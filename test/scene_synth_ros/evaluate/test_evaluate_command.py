@@ -26,7 +26,7 @@ class Scaled:
 
     def __call__(self, frame):
         self.frames += 1
-        assert frame.K[0, 0] > 0 and frame.images["color"].shape == (24, 32, 3)
+        assert frame.K[0, 0] > 0 and frame.images["color"].shape == (frame.height, frame.width, 3) == (24, 32, 3)
         assert frame.world_from_camera.shape == (4, 4) and self.frames <= 2, "a new object for each room"
         return {"depth": frame.images["depth"] * 1.1, "poses": frame.world_from_camera} if self.frames == 1 else None
 
