@@ -51,11 +51,9 @@ def _measure(truth: Truth, estimate: object) -> Measurement:
     table = np.zeros((NO_BIN + 1, classes, _COUNTS))
     _tabulate(true.astype(np.int32).ravel(), guess.astype(np.int32).ravel(), bins.ravel(), table)
     whole = table.sum(axis=0)
-    by_class = {}
-    for key in np.flatnonzero(whole[:, _TRUE]):
-        only = np.zeros_like(whole)
-        only[key] = whole[key]
-        by_class[int(key)] = only[: key + 1].ravel()
+    # The part of one class has it alone, behind void.
+    nothing = np.zeros(_COUNTS)
+    by_class = {int(key): np.concatenate([nothing, whole[key]]) for key in np.flatnonzero(whole[:, _TRUE])}
     by_distance = {key: counts.ravel() for key, counts in enumerate(table[:NO_BIN]) if counts[:, _TRUE].any()}
     return Measurement(whole=whole.ravel(), by_class=by_class, by_distance=by_distance)
 
