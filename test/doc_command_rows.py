@@ -314,6 +314,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python examples/depth_sensors.py docs": Listed("takes a minute; test/renderer/sensors measures what it draws"),
     ".venv/bin/python examples/every_layer.py docs": Run(".venv/bin/python examples/every_layer.py docs 1", ("docs/layers.jpg",)),
     ".venv/bin/pip install '.[bench-alignment]'": Listed("needs the network; that the extra exists is tested"),
+    ".venv/bin/pip install '.[evaluate]'": Listed("needs the network; that the extra exists is tested"),
     ".venv/bin/python -m benchmarks.alignment_bench bags/aligned truth/room_0000/scene.glb": Parsed("needs Open3D, which is large"),
     ".venv/bin/python examples/lights_and_lenses.py docs": Run(
         ".venv/bin/python examples/lights_and_lenses.py docs 1", ("docs/lights.jpg", "docs/lenses.jpg")
