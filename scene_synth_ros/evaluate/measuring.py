@@ -111,10 +111,13 @@ def measure_frame(task: str, truth: TruthFrame, estimates: Estimates) -> Measure
 def measure_room(task: str, truth: Sequence[StampedPose], estimate: Sequence[StampedPose]) -> Measurement | None:
     """Return the measurement of a room's trajectory; None without any estimate.
 
+    Poses that say nothing, as of a tracker that is lost (numbers that are not finite, a quaternion of zeros), count as none.
+
     Raises:
         EvaluationError: the trajectories cannot be compared.
     """
-    return TASKS[task].measure({TASK_STREAMS[task].name: _trajectory(truth)}, _trajectory(estimate)) if estimate else None
+    known = [pose for pose in estimate if np.isfinite([*pose.position_m, *pose.quaternion]).all() and any(pose.quaternion)]
+    return TASKS[task].measure({TASK_STREAMS[task].name: _trajectory(truth)}, _trajectory(known)) if known else None
 
 
 def _trajectory(poses: Sequence[StampedPose]) -> Trajectory:

@@ -9,8 +9,8 @@ from rclpy.serialization import serialize_message
 from evaluation.tasks import TASKS
 from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError
 from scene_synth_ros.evaluate.estimates_bag import _detections
-from scene_synth_ros.evaluate.measuring import TruthFrame, measure_frame, needed_layers
-from scene_synth_ros.evaluate.readings import BoxList, Reading
+from scene_synth_ros.evaluate.measuring import TruthFrame, measure_frame, measure_room, needed_layers
+from scene_synth_ros.evaluate.readings import BoxList, Reading, StampedPose
 from scene_synth_ros.evaluate.topics import TypedTopic
 from scene_synth_ros.messages.conversions import image_to_msg
 from scene_synth_ros.messages.image_codec import IMAGE_TYPE
@@ -54,6 +54,16 @@ def test_objects_have_the_classes_that_are_estimated_beside_them() -> None:
     wrong = {"instance": Reading(pixels, "eye"), "semantic": Reading(np.where(classes == 4, 7, classes), "eye")}
     assert TASKS["instance"].score([alone])["pq"] == 1.0
     assert TASKS["instance"].score([measure_frame("instance", frame, wrong)])["pq"] < 1.0
+
+
+def test_a_tracker_that_is_lost_covers_less() -> None:
+    truth = [StampedPose(stamp, (0.1 * stamp, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0)) for stamp in range(4)]
+    lost = [*truth[:3], StampedPose(3, (float("nan"), 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))]
+    found = measure_room("poses", truth, lost)
+    assert found is not None
+    score = TASKS["poses"].score([found])
+    assert (score["coverage"], round(score["rpe_translation"], 12)) == (0.75, 0.0)
+    assert measure_room("poses", truth, [StampedPose(0, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0))]) is None
 
 
 def test_a_frame_without_its_truth_is_told() -> None:
