@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,10 +31,13 @@ class Interval:
     high: float | None = None
 
 
+@lru_cache(maxsize=32)
 def resampling_weights(units: int, draws: int, seed: int) -> NDArray[np.float64]:
-    """Return (draws, units) float64: how often each unit is drawn when as many as there are are drawn with replacement."""
+    """Return (draws, units) float64, read-only: how often each unit is drawn when as many as there are are drawn with replacement."""
     rng = np.random.default_rng([seed, units])
-    return rng.multinomial(units, np.full(units, 1.0 / units), size=draws).astype(np.float64)
+    weights = rng.multinomial(units, np.full(units, 1.0 / units), size=draws).astype(np.float64)
+    weights.flags.writeable = False
+    return weights
 
 
 def intervals(task: Task, rooms: Sequence[Tally], *, seed: int, draws: int = DRAWS, level: float = LEVEL) -> dict[str, Interval]:

@@ -17,7 +17,10 @@ Sums = NDArray[np.float64]
 
 def stack(tallies: Sequence[Sums]) -> Sums:
     """Return (n, longest) float64, shorter vectors filled with zeros."""
-    rows = np.zeros((len(tallies), max(map(len, tallies))))
+    lengths = {len(tally) for tally in tallies}
+    if len(lengths) == 1:
+        return np.array(tallies, np.float64)
+    rows = np.zeros((len(tallies), max(lengths)))
     for row, tally in zip(rows, tallies, strict=True):
         row[: len(tally)] = tally
     return rows

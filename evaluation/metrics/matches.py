@@ -59,6 +59,7 @@ def average_precision(tallies: Sequence[Matches], weights: NDArray[np.float64]) 
     """Return (draws, 3) ap, ap50 and ap75 for (draws, tallies) weights; NaN without a true object."""
     together = merge_matches(tallies)
     owners = np.repeat(np.arange(len(tallies)), [len(tally.scores) for tally in tallies])
+    weights = np.array(weights)  # numba compiles once more for read-only ones
     truths = weights @ stack([tally.truths for tally in tallies])
     precisions = np.full((len(weights), truths.shape[1], len(IOU_THRESHOLDS)), np.nan)
     for label in np.flatnonzero(truths.any(axis=0)):
