@@ -14,8 +14,9 @@ from pathlib import Path
 from evaluation.evaluation_file import Evaluation, read_evaluation, write_evaluation
 from evaluation.gate import compare, gate_table
 from evaluation.summary import MeasuredFrame, make_evaluation
-from evaluation.tables import summary_csv, summary_table
+from evaluation.tables import summary_csv
 from evaluation.tasks import TASKS
+from scene_synth_ros.cli.evaluation_table import table_lines
 from scene_synth_ros.cli.usage import UsageError
 from scene_synth_ros.evaluate.algorithm import Algorithm
 from scene_synth_ros.evaluate.judged_bag import JudgedBag, Plan
@@ -69,8 +70,7 @@ def run(arguments: argparse.Namespace) -> int:
     if unknown:
         raise UsageError(f"--by {unknown[0]}: expected one of {', '.join([*_WAYS, *sorted(factors), 'all'])}")
     by = {*_WAYS, *factors} if "all" in arguments.by else set(arguments.by)
-    shown = replace(evaluation, summary=tuple(row for row in evaluation.summary if row.by == "all" or row.by in by))
-    sys.stdout.write(f"{summary_table(shown).rstrip()}\n")
+    sys.stdout.write("\n".join(table_lines(evaluation, by)) + "\n")
     for line in [*notes.lines(), *(f"{task}: {_NO_ESTIMATE.format(count)}" for task, count in sorted(notes.missing.items()))]:
         sys.stdout.write(f"note: {line}\n")
     if arguments.json is not None:
