@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from renderer.camera.camera_rays import TILE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile
+from renderer.cache.records import SHARP
 from renderer.core import embree as ray
 from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16
 from renderer.core.kernel import entry, inlined
@@ -23,6 +24,7 @@ _ZERO, _ONE, _QUARTER = np.float32(0.0), np.float32(1.0), np.float32(0.25)
 _MIRROR = np.float32(1e-3)
 ROUGH = np.float32(0.03)
 """Width of GGX from which on light is mixed over twice the distance."""
+_FAINT = np.float32(0.06)
 _SAME_WAY = np.float32(0.98)
 _GUESS = np.float32(1e-3)
 _NEAR = np.float32(0.03)
@@ -52,6 +54,14 @@ def make_picture(height: int, width: int) -> Picture:
 
 
 @inlined
+def takes_from_others(x: int, y: int, alpha: np.float32, share: np.float32) -> bool:
+    """Return whether a pixel sends no mirrored ray of its own: three of four on rough surfaces, every second where little is mirrored."""
+    if alpha > ROUGH:
+        return bool((x | y) & 1)
+    return bool((alpha >= SHARP) & (share < _FAINT) & ((x + y) & 1 == 1))
+
+
+@inlined
 def _aligned(surfaces: Surfaces, face: int, other: int) -> np.float32:
     """Return the cosine between the normals of two triangles' first corners."""
     normals, a, b = surfaces.normals, 9 * np.int64(face), 9 * np.int64(other)
@@ -78,8 +88,8 @@ def mix_mirrored(surfaces: Surfaces, hits: Hits, picture: Picture, image: NDArra
                 part = surfaces.face_part[here]
                 for i in range(-2, 3):
                     for j in range(-2, 3):
-                        # Steps of two meet pixels of one colour of the chessboard only; a pixel that sends no ray is of the other.
-                        v, u = y + stride * i, x + stride * j + (1 if alpha < _ZERO else 0)
+                        # Steps of two begin where columns and rows are even, as such pixels send rays on rough surfaces.
+                        v, u = y - (y & (stride - 1)) + stride * i, x - (x & (stride - 1)) + stride * j
                         if (u == x and v == y) or v < 0 or u < 0 or v >= height or u >= width or mirrored[v, u, 3] <= _MIRROR:
                             continue
                         there = face[v, u]

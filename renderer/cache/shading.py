@@ -11,7 +11,7 @@ from renderer.cache.atlas import Atlas, find_nodes
 from renderer.cache.glass import pass_glass
 from renderer.cache.lamps import Lamps, choose_lamp
 from renderer.cache.mirrored import add_gloss, aim_gloss, pixel_noise
-from renderer.cache.reconstruction import ROUGH, Picture
+from renderer.cache.reconstruction import Picture, takes_from_others
 from renderer.cache.records import ALPHA, BASE, KIND, LIGHT, PANE, POINT, SEEN, SHARE, SHARP, UNDER, UNDER_ALPHA, Around, Cache, Gloss
 from renderer.cache.reflectance import coat_albedo, diffuse_albedo, specular_albedo
 from renderer.cache.smoothing import LAMPS, SUN, TOWARD, VALID
@@ -144,9 +144,11 @@ def shade_hits(
                         kept[ALPHA, k] = max(roughness * roughness, np.float32(1e-4))
                         if kept[ALPHA, k] >= SHARP or kept[UNDER_ALPHA, k] < _ONE:
                             lamplit += choose_lamp(surfaces, lamps, k, r + g + b, kept, lanes)
-                        # Of rough surfaces every second pixel sends a ray; the others take what their neighbours see.
-                        left_out = (column + (k & 3) + row + (k >> 2)) & 1 == 1
-                        if left_out and kept[ALPHA, k] > ROUGH and lanes[ln.METALLIC + k] < _HALF and not glass:
+                        if (
+                            not glass
+                            and lanes[ln.METALLIC + k] < _HALF
+                            and takes_from_others(column + (k & 3), row + (k >> 2), kept[ALPHA, k], most)
+                        ):
                             kept[ALPHA, k] = -kept[ALPHA, k]
                             around_share *= _ONE - lamps_share
                             kept[SEEN, k], kept[SEEN + 1, k], kept[SEEN + 2, k] = around_share * ir, around_share * ig, around_share * ib
