@@ -39,7 +39,7 @@ class CachedIntegrator:
         self._memory = (make_picture(0, 0), np.empty((0, 0, 3), np.float32))
         self.filling_s = 0.0
         """How long computing the nodes of the newest view took (s)."""
-        self._cache = Cache(store.atlas, store.rows, store.coarse, store.even, store.worth)
+        self._cache = Cache(store.atlas, store.rows, store.coarse, store.even, store.worth, store.leaving)
 
     @property
     def size_bytes(self) -> int:

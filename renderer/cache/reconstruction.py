@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.cache.records import ROUGH
 from renderer.camera.camera_rays import TILE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile
-from renderer.cache.records import SHARP
 from renderer.core import embree as ray
 from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16
 from renderer.core.kernel import entry, inlined
@@ -22,9 +22,6 @@ from renderer.path.surface_tables import Surfaces
 
 _ZERO, _ONE, _QUARTER = np.float32(0.0), np.float32(1.0), np.float32(0.25)
 _MIRROR = np.float32(1e-3)
-ROUGH = np.float32(0.03)
-"""Width of GGX from which on light is mixed over twice the distance."""
-_FAINT = np.float32(0.06)
 _SAME_WAY = np.float32(0.98)
 _GUESS = np.float32(1e-3)
 _NEAR = np.float32(0.03)
@@ -51,14 +48,6 @@ class Picture(NamedTuple):
 def make_picture(height: int, width: int) -> Picture:
     """Return room for a picture."""
     return Picture(*(np.empty((height, width, channels), np.float32) for channels in (3, 4, 3)))
-
-
-@inlined
-def takes_from_others(x: int, y: int, alpha: np.float32, share: np.float32) -> bool:
-    """Return whether a pixel sends no mirrored ray of its own: three of four on rough surfaces, every second where little is mirrored."""
-    if alpha > ROUGH:
-        return bool((x | y) & 1)
-    return bool((alpha >= SHARP) & (share < _FAINT) & ((x + y) & 1 == 1))
 
 
 @inlined

@@ -11,8 +11,24 @@ from renderer.cache.atlas import Atlas, find_nodes
 from renderer.cache.glass import pass_glass
 from renderer.cache.lamps import Lamps, choose_lamp
 from renderer.cache.mirrored import add_gloss, aim_gloss, pixel_noise
-from renderer.cache.reconstruction import Picture, takes_from_others
-from renderer.cache.records import ALPHA, BASE, KIND, LIGHT, PANE, POINT, SEEN, SHARE, SHARP, UNDER, UNDER_ALPHA, Around, Cache, Gloss
+from renderer.cache.reconstruction import Picture
+from renderer.cache.records import (
+    ALPHA,
+    BASE,
+    KIND,
+    LIGHT,
+    PANE,
+    POINT,
+    SEEN,
+    SHARE,
+    SHARP,
+    UNDER,
+    UNDER_ALPHA,
+    Around,
+    Cache,
+    Gloss,
+    takes_from_others,
+)
 from renderer.cache.reflectance import coat_albedo, diffuse_albedo, specular_albedo
 from renderer.cache.smoothing import LAMPS, SUN, TOWARD, VALID
 from renderer.cache.smoothing import LIGHT as LIT
@@ -144,11 +160,7 @@ def shade_hits(
                         kept[ALPHA, k] = max(roughness * roughness, np.float32(1e-4))
                         if kept[ALPHA, k] >= SHARP or kept[UNDER_ALPHA, k] < _ONE:
                             lamplit += choose_lamp(surfaces, lamps, k, r + g + b, kept, lanes)
-                        if (
-                            not glass
-                            and lanes[ln.METALLIC + k] < _HALF
-                            and takes_from_others(column + (k & 3), row + (k >> 2), kept[ALPHA, k], most)
-                        ):
+                        if not glass and lanes[ln.METALLIC + k] < _HALF and takes_from_others(column + (k & 3), row + (k >> 2), kept, k):
                             kept[ALPHA, k] = -kept[ALPHA, k]
                             around_share *= _ONE - lamps_share
                             kept[SEEN, k], kept[SEEN + 1, k], kept[SEEN + 2, k] = around_share * ir, around_share * ig, around_share * ib
@@ -173,7 +185,7 @@ def shade_hits(
             if has_sun and sunny > 0:
                 _add_sun(scene, surfaces, lights, kinds, camera, column, row, frame_key, scratch, kept)
             if traced > 0:
-                add_gloss(scene, surfaces, lights, cache, spread, camera, column, row, frame_key, scratch, around)
+                add_gloss(scene, surfaces, lights, cache, spread, camera, column, row, scratch, around)
             for k in range(LANES):
                 x, y = column + (k & 3), row + (k >> 2)
                 if x < camera.width and y < camera.height:
