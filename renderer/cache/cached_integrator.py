@@ -76,8 +76,8 @@ class CachedIntegrator:
             shade_hits(self._tree, *tables, view, frame_key, distance, hits, *memory, picture, first, step)
 
         def smooth_rows(worker: int, first: int) -> None:
-            packet = scene.scratch[worker].rays
-            smooth_edges(scene.tree, scene.surfaces, view, distance, hits, OFFSETS, packet, image, smooth, first, step)
+            memory = (scene.scratch[worker].rays, self._around[worker].edges)
+            smooth_edges(scene.tree, scene.surfaces, view, distance, hits, OFFSETS, *memory, image, smooth, first, step)
 
         scene.workers.run(shade, range(step), cancelled)
         scene.in_rows(mix_mirrored, scene.surfaces, hits, picture, image)

@@ -57,11 +57,15 @@ class Gloss(NamedTuple):
 
 
 class Around(NamedTuple):
-    """Memory of one thread: nodes, weights: (4,); kept: (KEPT, 16), of primary hits while their rays are traced."""
+    """Memory of one thread.
+
+    nodes, weights: (4,); kept: (KEPT, 16), of primary hits while their rays are traced; edges: (7, 48), rays of a tile's edges.
+    """
 
     nodes: NDArray[np.int32]
     weights: NDArray[np.float32]
     kept: NDArray[np.float32]
+    edges: NDArray[np.float32]
 
 
 @inlined
@@ -80,4 +84,6 @@ def takes_from_others(x: int, y: int, kept: NDArray[np.float32], k: int) -> bool
 
 def make_around() -> Around:
     """Return that memory."""
-    return Around(np.zeros(4, np.int32), np.zeros(4, np.float32), np.zeros((_KEPT.size, LANES), np.float32))
+    return Around(
+        np.zeros(4, np.int32), np.zeros(4, np.float32), np.zeros((_KEPT.size, LANES), np.float32), np.zeros((7, 3 * LANES), np.float32)
+    )

@@ -192,8 +192,10 @@ def shade_hits(
                     picture.mirrored[y, x, 3] = kept[ALPHA, k]
                     for channel in range(3):
                         picture.light[y, x, channel] = kept[LIGHT + channel, k]
-                        picture.mirrored[y, x, channel] = kept[SEEN + channel, k]
-                        picture.share[y, x, channel] = kept[SHARE + channel, k]
+                    if kept[ALPHA, k] != _ZERO:
+                        for channel in range(3):
+                            picture.mirrored[y, x, channel] = kept[SEEN + channel, k]
+                            picture.share[y, x, channel] = kept[SHARE + channel, k]
 
 
 @inlined
