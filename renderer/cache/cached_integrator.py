@@ -77,7 +77,7 @@ class CachedIntegrator:
 
         def smooth_rows(worker: int, first: int) -> None:
             memory = (scene.scratch[worker].rays, self._around[worker].edges)
-            smooth_edges(scene.tree, scene.surfaces, view, distance, hits, OFFSETS, *memory, image, smooth, first, step)
+            smooth_edges(self._tree, scene.surfaces, view, distance, hits, OFFSETS, *memory, image, smooth, first, step)
 
         scene.workers.run(shade, range(step), cancelled)
         scene.in_rows(mix_mirrored, scene.surfaces, hits, picture, image)

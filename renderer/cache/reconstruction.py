@@ -232,6 +232,8 @@ def _aim_edges(
 @inlined
 def _alike(surfaces: Surfaces, hits: Hits, distance: NDArray[np.float32], x: int, y: int, face: int, far: np.float32) -> tuple[int, int]:
     """Return the pixel (column, row) among (x, y) and its eight neighbours that sees the surface of a triangle at a distance."""
+    if hits.face[y, x] == face:
+        return x, y
     height, width = distance.shape
     best, column, row = np.float32(np.inf), x, y
     for v in range(max(y - 1, 0), min(y + 2, height)):
