@@ -89,7 +89,7 @@ class CachedIntegrator:
         scene, step = self._scene, self._scene.workers.count
         wanted = np.zeros(len(self._store.atlas.face), np.bool_)
 
-        scene.workers.run(lambda worker, first: want_nodes(self._cache.fine, hits, wanted, self._around[worker], first, step), range(step))
+        scene.workers.run(lambda _, first: want_nodes(self._cache.fine, hits, wanted, first, step), range(step))
         began = time.perf_counter()
         new = self._store.fill(wanted, cancelled)
         self.filling_s = time.perf_counter() - began

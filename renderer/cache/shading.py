@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from renderer.bsdf.bsdf import evaluate_bsdf
 from renderer.bsdf.microfacet import fresnel_dielectric, fresnel_thin_dielectric
-from renderer.cache.atlas import Atlas, find_nodes
+from renderer.cache.atlas import CORNERS, GRID, Atlas, find_cell, find_nodes
 from renderer.cache.glass import pass_glass
 from renderer.cache.lamps import Lamps, choose_lamp
 from renderer.cache.mirrored import add_gloss, aim_gloss, pixel_noise
@@ -59,19 +59,36 @@ _LEAST_VALID = np.float32(1e-4)
 
 
 @entry
-def want_nodes(atlas: Atlas, hits: Hits, wanted: NDArray[np.bool_], around: Around, first: int, step: int) -> None:
-    """Mark the nodes that the hits of rows ``first``, ``first + step``, ... read, on both sides where there are two."""
+def want_nodes(atlas: Atlas, hits: Hits, wanted: NDArray[np.bool_], first: int, step: int) -> None:
+    """Mark the nodes around the hits of rows ``first``, ``first + step``, ..., on both sides where there are two."""
     height, width = hits.face.shape
-    nodes = around.nodes
     for y in range(first, height, step):
+        last_face = last_cell = -1
         for x in range(width):
-            if hits.face[y, x] < 0:
+            face = hits.face[y, x]
+            if face < 0 or (face == last_face and atlas.cells[face, 3] != GRID):
                 continue
-            count = find_nodes(atlas, hits.face[y, x], hits.u[y, x], hits.v[y, x], True, nodes, around.weights)
-            for i in range(count):
-                wanted[nodes[i]] = True
-                if atlas.back[nodes[i]] >= 0:
-                    wanted[atlas.back[nodes[i]]] = True
+            last_face = face
+            if atlas.cells[face, 3] == CORNERS:
+                for corner in range(3):
+                    _want(atlas, atlas.cells[face, corner], wanted)
+            elif atlas.cells[face, 3] == GRID:
+                place, _, _ = find_cell(atlas, face, hits.u[y, x], hits.v[y, x])
+                if place == last_cell:
+                    continue
+                last_cell = place
+                columns, rows = atlas.cells[face, 1], atlas.cells[face, 2]
+                for corner in range(4):
+                    beside = place + (corner & 1 if columns > 1 else 0) + (columns if corner >> 1 and rows > 1 else 0)
+                    if atlas.grid[beside] >= 0:
+                        _want(atlas, atlas.grid[beside], wanted)
+
+
+@inlined
+def _want(atlas: Atlas, node: int, wanted: NDArray[np.bool_]) -> None:
+    wanted[node] = True
+    if atlas.back[node] >= 0:
+        wanted[atlas.back[node]] = True
 
 
 @entry
