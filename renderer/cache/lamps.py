@@ -17,7 +17,7 @@ from renderer.scene.flat_scene import FlatScene
 from renderer.scene.spot_lights import profile_toward
 
 _ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
-_INVERSE_PI = np.float32(1.0 / np.pi)
+_LEAST_COSINE = np.float32(0.05)
 
 
 class Lamps(NamedTuple):
@@ -49,12 +49,22 @@ def build_lamps(flat: FlatScene) -> Lamps:
 
 
 @inlined
-def _lobe(facet: np.float32, cosine: np.float32, height: np.float32, alpha: np.float32, size: np.float32) -> np.float32:
-    """Return D G / (4 cos cos) of GGX, widened for a ball of this radius over distance."""
-    square = alpha * alpha
-    wide = square + _HALF * _HALF * size * size
-    t = (_ONE - facet * facet) / square + facet * facet
-    value: np.float32 = _INVERSE_PI / (wide * t * t) * _HALF
+def _mirrored_share(
+    facet: np.float32, half: np.float32, cosine: np.float32, height: np.float32, alpha: np.float32, spread: np.float32
+) -> np.float32:
+    """Return what GGX reflects of even light from a ball, over its luminance and the Fresnel term.
+
+    ``facet``: cosine of the microfacets that mirror the ball's centre; ``half``: that of the view to them; ``spread``: the ball's solid
+    angle over pi.  The slopes of microfacets have the density alpha^2 / (pi (alpha^2 + m^2)^2) (Walter et al., "Microfacet Models for
+    Refraction through Rough Surfaces", 2007).  By stereographic projection that is the uniform one of a sphere, so a disc of slopes has
+    the share of a spherical cap.
+    """
+    square, inverse = alpha * alpha, _ONE / facet
+    radius = spread * inverse * inverse * inverse * np.float32(0.25) / half
+    away = (inverse * inverse - _ONE) + square - radius
+    root = np.sqrt(away * away + np.float32(4.0) * square * radius)
+    share = _TWO * square * radius / (root * (root + away)) if away > _ZERO else _HALF * (root - away) / root
+    value: np.float32 = _TWO * share * half * inverse * cosine
     return value / (cosine * ggx_g1_root(height, alpha) + height * ggx_g1_root(cosine, alpha))
 
 
@@ -62,7 +72,8 @@ def _lobe(facet: np.float32, cosine: np.float32, height: np.float32, alpha: np.f
 def choose_lamp(surfaces: Surfaces, lamps: Lamps, k: int, shown: np.float32, kept: NDArray[np.float32], lanes: NDArray[np.float32]) -> int:
     """Fill TO_LIGHT and LI, what it adds to the pixel, of the lamp that lane k mirrors most, and LIGHT_PDF; return 1 if there is one.
 
-    Karis, "Real Shading in Unreal Engine 4" (2013): the point of a ball that is nearest to the mirrored ray stands for it.
+    Whether it is seen is asked of the point of the ball that is nearest to the mirrored ray, as in Karis, "Real Shading in Unreal Engine 4"
+    (2013).
     """
     balls = lamps.balls
     px, py, pz = lanes[ln.P_X + k], lanes[ln.P_Y + k], lanes[ln.P_Z + k]
@@ -81,25 +92,26 @@ def choose_lamp(surfaces: Surfaces, lamps: Lamps, k: int, shown: np.float32, kep
         aside = np.sqrt(max(ax * ax + ay * ay + az * az, _TINY))
         pull = min(radius / aside, _ONE) * np.float32(0.9)
         tx, ty, tz = cx + pull * ax, cy + pull * ay, cz + pull * az
-        squared = tx * tx + ty * ty + tz * tz
+        squared = cx * cx + cy * cy + cz * cz
         distance = np.sqrt(max(squared, _TINY))
-        lx, ly, lz = tx / distance, ty / distance, tz / distance
+        lx, ly, lz = cx / distance, cy / distance, cz / distance
         cosine = lx * nx + ly * ny + lz * nz
         if cosine <= _ZERO or distance <= radius:
             continue
         hx, hy, hz = lx + wo_x, ly + wo_y, lz + wo_z
         scale = _ONE / np.sqrt(max(hx * hx + hy * hy + hz * hz, _TINY))
-        facet = max((hx * nx + hy * ny + hz * nz) * scale, _ZERO)
-        value = cosine * radius * radius / squared * np.float32(np.pi)
+        facet = max((hx * nx + hy * ny + hz * nz) * scale, _LEAST_COSINE)
+        half = max((hx * lx + hy * ly + hz * lz) * scale, _LEAST_COSINE)
+        spread, value = radius * radius / squared, _ONE
         if balls[i, 10] > _ZERO:
-            value *= max(-(lx * balls[i, 7] + ly * balls[i, 8] + lz * balls[i, 9]), _ZERO)
+            spread *= max(-(lx * balls[i, 7] + ly * balls[i, 8] + lz * balls[i, 9]), _ZERO)
         row = lamps.part[i] * st.ROW_SIZE
         if surfaces.materials[row + st.PROFILE] > _ZERO:
             value *= profile_toward(surfaces.profiles, int(surfaces.materials[row + st.PROFILE]) - 1, -lx, -ly, -lz)
         # The share of the albedo at normal incidence stands for Fresnel's.
         # Sharp lobes see lamps by their ray.
-        over = value * _lobe(facet, cosine, height, alpha, radius / distance) if alpha >= SHARP else _ZERO
-        under = value * _lobe(facet, cosine, height, kept[UNDER_ALPHA, k], radius / distance)
+        over = value * _mirrored_share(facet, half, cosine, height, alpha, spread) if alpha >= SHARP else _ZERO
+        under = value * _mirrored_share(facet, half, cosine, height, kept[UNDER_ALPHA, k], spread)
         r = (over * kept[SHARE, k] + under * kept[UNDER, k]) * balls[i, 4]
         g = (over * kept[SHARE + 1, k] + under * kept[UNDER + 1, k]) * balls[i, 5]
         b = (over * kept[SHARE + 2, k] + under * kept[UNDER + 2, k]) * balls[i, 6]
