@@ -8,22 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.bsdf.microfacet import ggx_g1_root
-from renderer.cache.records import ALPHA, SHARE, SHARP, UNDER, UNDER_ALPHA
+from renderer.cache.records import ALPHA, SHARE, SHARP, UNDER, UNDER_ALPHA, WIDE
 from renderer.core import lanes as ln
 from renderer.core.kernel import inlined
 from renderer.path import surface_tables as st
+from renderer.path.emission import surface_le
 from renderer.path.surface_tables import Surfaces
 from renderer.scene.flat_scene import FlatScene
-from renderer.scene.spot_lights import profile_toward
 
 _ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
 _LEAST_COSINE = np.float32(0.05)
 
 
 class Lamps(NamedTuple):
-    """Lamps as balls, by which rough gloss shows them, for kernels: (n, 11) float32 each.
+    """Lamps and panes as balls, by which rough gloss shows them, for kernels.
 
-    Centre, radius in metres, luminance r, g, b, mean normal; whether it is flat.  part: (n,) int32.
+    balls: (n, 8) float32, centre, radius in metres, mean normal, whether it is flat; part: (n,) int32, one that shines so.
     """
 
     balls: NDArray[np.float32]
@@ -31,21 +31,28 @@ class Lamps(NamedTuple):
 
 
 def build_lamps(flat: FlatScene) -> Lamps:
-    """Return a ball for each part that shines."""
+    """Return a ball for each part that shines, and one for the panes that lie in one plane."""
     corners = flat.mesh.vertices.astype(np.float64)[flat.mesh.faces]
     cross = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    parts = np.flatnonzero((flat.parts.emission > 0.0).any(axis=1) & ~flat.parts.portal)
+    groups = [[part] for part in np.flatnonzero((flat.parts.emission > 0.0).any(axis=1) & ~flat.parts.portal)]
+    planes: dict[tuple[float, ...], list[int]] = {}
+    for pane in np.flatnonzero(flat.parts.portal):
+        faces = np.flatnonzero(flat.face_part == pane)
+        normal = cross[faces].sum(axis=0) / max(np.linalg.norm(cross[faces].sum(axis=0)), 1e-12)
+        planes.setdefault((*normal.round(2), round(float(normal @ corners[faces].mean(axis=(0, 1))), 1)), []).append(pane)
     rows = []
-    for part in parts:
-        faces = np.flatnonzero(flat.face_part == part)
+    for parts in (*groups, *planes.values()):
+        faces = np.flatnonzero(np.isin(flat.face_part, parts))
         area = np.linalg.norm(cross[faces], axis=1)
         center = np.average(corners[faces].mean(axis=1), axis=0, weights=np.maximum(area, 1e-12))
-        seen = max(np.maximum(sign * cross[faces][:, axis], 0.0).sum() for axis in range(3) for sign in (-1.0, 1.0))
         normal = cross[faces].sum(axis=0)
         level = np.linalg.norm(normal) > 0.5 * area.sum()
+        seen = max(np.maximum(sign * cross[faces][:, axis], 0.0).sum() for axis in range(3) for sign in (-1.0, 1.0))
+        if parts in planes.values():
+            seen = np.linalg.norm(normal)
         normal /= max(np.linalg.norm(normal), 1e-12)
-        rows.append([*center, np.sqrt(seen / np.pi), *flat.parts.emission[part], *normal, float(level)])
-    return Lamps(np.array(rows, np.float32).reshape(-1, 11), parts.astype(np.int32))
+        rows.append([*center, np.sqrt(seen / np.pi), *normal, float(level)])
+    return Lamps(np.array(rows, np.float32).reshape(-1, 8), np.array([parts[0] for parts in (*groups, *planes.values())], np.int32))
 
 
 @inlined
@@ -102,23 +109,26 @@ def choose_lamp(surfaces: Surfaces, lamps: Lamps, k: int, shown: np.float32, kep
         scale = _ONE / np.sqrt(max(hx * hx + hy * hy + hz * hz, _TINY))
         facet = max((hx * nx + hy * ny + hz * nz) * scale, _LEAST_COSINE)
         half = max((hx * lx + hy * ly + hz * lz) * scale, _LEAST_COSINE)
-        spread, value = radius * radius / squared, _ONE
-        if balls[i, 10] > _ZERO:
-            spread *= max(-(lx * balls[i, 7] + ly * balls[i, 8] + lz * balls[i, 9]), _ZERO)
-        row = lamps.part[i] * st.ROW_SIZE
-        if surfaces.materials[row + st.PROFILE] > _ZERO:
-            value *= profile_toward(surfaces.profiles, int(surfaces.materials[row + st.PROFILE]) - 1, -lx, -ly, -lz)
+        spread, facing = radius * radius / squared, _ONE
+        if balls[i, 7] > _ZERO:
+            facing = max(-(lx * balls[i, 4] + ly * balls[i, 5] + lz * balls[i, 6]), _ZERO)
+            spread *= facing
+        part = lamps.part[i]
+        pane = surfaces.materials[part * st.ROW_SIZE + st.PORTAL] > _ZERO
+        # Narrower lobes see lamps, and panes, by their rays; under the coat panes are part of the light around.
         # The share of the albedo at normal incidence stands for Fresnel's.
-        # Sharp lobes see lamps by their ray.
-        over = value * _mirrored_share(facet, half, cosine, height, alpha, spread) if alpha >= SHARP else _ZERO
-        under = value * _mirrored_share(facet, half, cosine, height, kept[UNDER_ALPHA, k], spread)
-        r = (over * kept[SHARE, k] + under * kept[UNDER, k]) * balls[i, 4]
-        g = (over * kept[SHARE + 1, k] + under * kept[UNDER + 1, k]) * balls[i, 5]
-        b = (over * kept[SHARE + 2, k] + under * kept[UNDER + 2, k]) * balls[i, 6]
+        over = _mirrored_share(facet, half, cosine, height, alpha, spread) if alpha >= (WIDE if pane else SHARP) else _ZERO
+        under = _ZERO if pane else _mirrored_share(facet, half, cosine, height, kept[UNDER_ALPHA, k], spread)
+        if over + under == _ZERO or facing == _ZERO:
+            continue
+        r, g, b = surface_le(surfaces, part, lx, ly, lz, facing)
+        r = (over * kept[SHARE, k] + under * kept[UNDER, k]) * r
+        g = (over * kept[SHARE + 1, k] + under * kept[UNDER + 1, k]) * g
+        b = (over * kept[SHARE + 2, k] + under * kept[UNDER + 2, k]) * b
         if r + g + b > best:
             best, found = r + g + b, 1
             lanes[ln.LI_R + k], lanes[ln.LI_G + k], lanes[ln.LI_B + k] = r, g, b
-            reach = (distance - radius) / distance if balls[i, 10] == _ZERO else np.float32(0.98)
+            reach = (distance - radius) / distance if balls[i, 7] == _ZERO else np.float32(0.98)
             reach = max(reach, _HALF)
             lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k] = reach * tx, reach * ty, reach * tz
             lanes[ln.LIGHT_PDF + k], lanes[ln.LIGHT_END + k] = _ONE, _ONE

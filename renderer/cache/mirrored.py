@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from renderer.bsdf.microfacet import sample_ggx_wm
 from renderer.cache.atlas import find_nodes
 from renderer.cache.hemisphere import outside_light
-from renderer.cache.records import AHEAD, ALPHA, BASE, KIND, LIGHT, PANE, POINT, ROUGH, SEEN, SHARE, SHARP, Around, Cache, is_faint
+from renderer.cache.records import AHEAD, ALPHA, BASE, KIND, LIGHT, PANE, POINT, ROUGH, SEEN, SHARE, SHARP, WIDE, Around, Cache, is_faint
 from renderer.cache.reflectance import rough_albedo
 from renderer.cache.specular import go_on, is_clear, is_mirror
 from renderer.camera.camera_rays import CENTRE
@@ -163,7 +163,7 @@ def _trace_on(scene: SceneHandle, surfaces: Surfaces, through: bool, scratch: Sc
 def _see_nodes(surfaces: Surfaces, cache: Cache, scratch: Scratch, around: Around) -> int:
     """Fill SEEN, by light and colour of the coarse nodes alone, where the mirror image is rough or faint; return how many rays are left.
 
-    What shines of itself is left to :func:`_see_surfaces`, unless lamps are shown as balls.
+    What shines of itself is left to :func:`_see_surfaces`, unless it is shown as a ball.
     """
     rays, lanes, kept, materials = scratch.rays, scratch.lanes, around.kept, surfaces.materials
     real, integer = rays.real, rays.integer
@@ -174,7 +174,9 @@ def _see_nodes(surfaces: Surfaces, cache: Cache, scratch: Scratch, around: Aroun
         blurred = kept[ALPHA, k] > ROUGH or is_faint(kept, k)
         if blurred and integer[ray.GEOM_ID + k] != INVALID_ID:
             at = surfaces.face_part[integer[ray.PRIM_ID + k]] * st.ROW_SIZE
-            shines = materials[at + st.PORTAL] + materials[at + st.GLOW] + materials[at + st.TRANSMISSION]
+            shines = materials[at + st.GLOW]
+            if kept[ALPHA, k] < WIDE:
+                shines += materials[at + st.PORTAL]
             if kept[ALPHA, k] < SHARP:
                 shines += materials[at + st.EMISSION + 1]
             if shines == _ZERO:
@@ -240,7 +242,8 @@ def _see_surfaces(
             continue
         r, g, b = lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k]
         at = surfaces.face_part[integer[ray.PRIM_ID + k]] * st.ROW_SIZE
-        if not through and kept[ALPHA, k] >= SHARP and surfaces.materials[at + st.EMISSION + 1] > _ZERO:
+        pane = surfaces.materials[at + st.PORTAL] > _ZERO
+        if not through and kept[ALPHA, k] >= (WIDE if pane else SHARP) and (pane or surfaces.materials[at + st.EMISSION + 1] > _ZERO):
             r = g = b = _ZERO
         dr, dg, db = rough_albedo(lanes, k)
         if lanes[ln.OUTSIDE + k] > _ZERO:

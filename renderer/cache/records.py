@@ -16,6 +16,8 @@ SHARP = np.float32(0.01)
 """Width of GGX from which on lamps are shown by :mod:`renderer.cache.lamps`, not by the ray."""
 ROUGH = np.float32(0.03)
 """Width of GGX from which on mirrored light is mixed over twice the distance."""
+WIDE = np.float32(0.1)
+"""Width of GGX from which on window panes are shown as lamps are."""
 _FAINT = np.float32(0.06)
 
 # A row of ``Around.kept``: 16 primary hits while their rays are traced.
