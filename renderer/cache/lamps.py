@@ -76,6 +76,14 @@ def _mirrored_share(
 
 
 @inlined
+def _schlick(cosine: np.float32) -> np.float32:
+    """Return Fresnel's term of dielectrics by Schlick's approximation, for an index of 1.5."""
+    left = max(_ONE - cosine, _ZERO)
+    value: np.float32 = np.float32(0.04) + np.float32(0.96) * left * left * left * left * left
+    return value
+
+
+@inlined
 def choose_lamp(surfaces: Surfaces, lamps: Lamps, k: int, shown: np.float32, kept: NDArray[np.float32], lanes: NDArray[np.float32]) -> int:
     """Fill TO_LIGHT and LI, what it adds to the pixel, of the lamp that lane k mirrors most, and LIGHT_PDF; return 1 if there is one.
 
@@ -116,11 +124,14 @@ def choose_lamp(surfaces: Surfaces, lamps: Lamps, k: int, shown: np.float32, kep
         part = lamps.part[i]
         pane = surfaces.materials[part * st.ROW_SIZE + st.PORTAL] > _ZERO
         # Narrower lobes see lamps, and panes, by their rays; under the coat panes are part of the light around.
-        # The share of the albedo at normal incidence stands for Fresnel's.
         over = _mirrored_share(facet, half, cosine, height, alpha, spread) if alpha >= (WIDE if pane else SHARP) else _ZERO
         under = _ZERO if pane else _mirrored_share(facet, half, cosine, height, kept[UNDER_ALPHA, k], spread)
         if over + under == _ZERO or facing == _ZERO:
             continue
+        if lanes[ln.METALLIC + k] < _HALF:
+            # The share is that of the mirrored direction: Fresnel's term is less where microfacets are seen less aslant.
+            over *= _schlick(half) / _schlick(height)
+            under *= _schlick(half) / _schlick(height)
         r, g, b = surface_le(surfaces, part, lx, ly, lz, facing)
         r = (over * kept[SHARE, k] + under * kept[UNDER, k]) * r
         g = (over * kept[SHARE + 1, k] + under * kept[UNDER + 1, k]) * g
