@@ -73,11 +73,12 @@ def _is_alike(surfaces: Surfaces, face: int, other: int) -> bool:
 def _sum_around(
     surfaces: Surfaces, hits: Hits, mirrored: NDArray[np.float32], x: int, y: int, face: int, stride: int
 ) -> tuple[np.float32, np.float32, np.float32, np.float32]:
-    """Return the sum, and number, of what 5 x 5 pixels around see mirrored by surfaces like a triangle."""
+    """Return the sum, and number, of what 5 x 5 pixels around (6 x 6 for steps of one) see mirrored by surfaces like a triangle."""
     height, width = hits.face.shape
     r = g = b = count = _ZERO
-    for i in range(-2, 3):
-        for j in range(-2, 3):
+    begin = -3 if stride == 1 else -2
+    for i in range(begin, 3):
+        for j in range(begin, 3):
             v, u = y + stride * i, x + stride * j
             if v < 0 or u < 0 or v >= height or u >= width or mirrored[v, u, 3] <= _MIRROR:
                 continue

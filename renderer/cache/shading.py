@@ -154,9 +154,15 @@ def shade_hits(
                         glass = lanes[ln.OPEN + k] == _ZERO
                     elif glass:
                         sr = sg = sb = fresnel_dielectric(lanes[ln.WO_Z + k], lanes[ln.ETA + k])
+                    # Light around to the first order, where no ray asks for it.
+                    dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
+                    cosine = -_TWO * (dx * nx + dy * ny + dz * nz)
+                    mx, my, mz = dx + cosine * nx, dy + cosine * ny, dz + cosine * nz
+                    ahead = tx * mx + ty * my + tz * mz - (mx * nx + my * ny + mz * nz) * along
+                    around_share = min(max(_ONE + _FIRST_ORDER * ahead, _ZERO), _STEEPEST) * _INVERSE_PI
                     if coat > _ZERO:
                         # The coat's mirror image is traced; what lies under it is rough beside that.
-                        share = _INVERSE_PI * (_ONE - lamps_share)
+                        share = around_share * (_ONE - lamps_share)
                         r, g, b = r + share * sr * ir, g + share * sg * ig, b + share * sb * ib
                         kept[UNDER, k], kept[UNDER + 1, k], kept[UNDER + 2, k] = sr, sg, sb
                         kept[UNDER_ALPHA, k] = max(roughness * roughness, SHARP)
@@ -166,12 +172,6 @@ def shade_hits(
                         kept[UNDER, k] = kept[UNDER + 1, k] = kept[UNDER + 2, k] = _ZERO
                         kept[UNDER_ALPHA, k] = _ONE
                     most = max(sr, sg, sb)
-                    dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
-                    # Light around to the first order, where no ray asks for it.
-                    cosine = -_TWO * (dx * nx + dy * ny + dz * nz)
-                    mx, my, mz = dx + cosine * nx, dy + cosine * ny, dz + cosine * nz
-                    ahead = tx * mx + ty * my + tz * mz - (mx * nx + my * ny + mz * nz) * along
-                    around_share = min(max(_ONE + _FIRST_ORDER * ahead, _ZERO), _STEEPEST) * _INVERSE_PI
                     if (most > gloss.least) & (roughness < gloss.roughest) or glass:
                         kept[SHARE, k], kept[SHARE + 1, k], kept[SHARE + 2, k] = sr, sg, sb
                         kept[ALPHA, k] = max(roughness * roughness, np.float32(1e-4))
@@ -189,7 +189,7 @@ def shade_hits(
                                 kept[BASE + channel, k] = lanes[ln.TRANSMISSION + k] if lanes[ln.THIN + k] > _ZERO else tint
                                 kept[POINT + channel, k] = lanes[ln.P_X + LANES * channel + k]
                             traced += 1
-                            aim_gloss(camera, column + (k & 3), row + (k >> 2), frame_key, k, kept, lanes)
+                            aim_gloss(column + (k & 3), row + (k >> 2), k, kept, lanes)
                     else:
                         r, g, b = r + around_share * sr * ir, g + around_share * sg * ig, b + around_share * sb * ib
                 kept[LIGHT, k], kept[LIGHT + 1, k], kept[LIGHT + 2, k] = r, g, b
