@@ -34,29 +34,29 @@ def build_lamps(flat: FlatScene) -> Lamps:
     """Return a ball for each part that shines, and one for the panes that lie in one plane."""
     corners = flat.mesh.vertices.astype(np.float64)[flat.mesh.faces]
     cross = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    groups = [[part] for part in np.flatnonzero((flat.parts.emission > 0.0).any(axis=1) & ~flat.parts.portal)]
+    groups = [[int(part)] for part in np.flatnonzero((flat.parts.emission > 0.0).any(axis=1) & ~flat.parts.portal)]
     planes: dict[tuple[float, ...], list[int]] = {}
-    for pane in np.flatnonzero(flat.parts.portal):
+    for pane in np.flatnonzero(flat.parts.portal).tolist():
         faces = np.flatnonzero(flat.face_part == pane)
         normal = cross[faces].sum(axis=0) / max(np.linalg.norm(cross[faces].sum(axis=0)), 1e-12)
         planes.setdefault((*normal.round(2), round(float(normal @ corners[faces].mean(axis=(0, 1))), 1)), []).append(pane)
     rows = []
-    for parts in (*groups, *planes.values()):
+    for parts in [*groups, *planes.values()]:
         faces = np.flatnonzero(np.isin(flat.face_part, parts))
         area = np.linalg.norm(cross[faces], axis=1)
         center = np.average(corners[faces].mean(axis=1), axis=0, weights=np.maximum(area, 1e-12))
         normal = cross[faces].sum(axis=0)
         level = np.linalg.norm(normal) > 0.5 * area.sum()
         seen = max(np.maximum(sign * cross[faces][:, axis], 0.0).sum() for axis in range(3) for sign in (-1.0, 1.0))
-        if parts in planes.values():
+        if flat.parts.portal[parts[0]]:
             seen = np.linalg.norm(normal)
         normal /= max(np.linalg.norm(normal), 1e-12)
         rows.append([*center, np.sqrt(seen / np.pi), *normal, float(level)])
-    return Lamps(np.array(rows, np.float32).reshape(-1, 8), np.array([parts[0] for parts in (*groups, *planes.values())], np.int32))
+    return Lamps(np.array(rows, np.float32).reshape(-1, 8), np.array([parts[0] for parts in [*groups, *planes.values()]], np.int32))
 
 
 @inlined
-def _mirrored_share(
+def mirrored_share(
     facet: np.float32, half: np.float32, cosine: np.float32, height: np.float32, alpha: np.float32, spread: np.float32
 ) -> np.float32:
     """Return what GGX reflects of even light from a ball, over its luminance and the Fresnel term.
@@ -124,8 +124,8 @@ def choose_lamp(surfaces: Surfaces, lamps: Lamps, k: int, shown: np.float32, kep
         part = lamps.part[i]
         pane = surfaces.materials[part * st.ROW_SIZE + st.PORTAL] > _ZERO
         # Narrower lobes see lamps, and panes, by their rays; under the coat panes are part of the light around.
-        over = _mirrored_share(facet, half, cosine, height, alpha, spread) if alpha >= (WIDE if pane else SHARP) else _ZERO
-        under = _ZERO if pane else _mirrored_share(facet, half, cosine, height, kept[UNDER_ALPHA, k], spread)
+        over = mirrored_share(facet, half, cosine, height, alpha, spread) if alpha >= (WIDE if pane else SHARP) else _ZERO
+        under = _ZERO if pane else mirrored_share(facet, half, cosine, height, kept[UNDER_ALPHA, k], spread)
         if over + under == _ZERO or facing == _ZERO:
             continue
         if lanes[ln.METALLIC + k] < _HALF:

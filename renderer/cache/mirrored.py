@@ -49,7 +49,7 @@ def pixel_noise(camera: PosedCamera, x: int, y: int, key: np.uint32) -> tuple[np
 
 
 @inlined
-def _lobe_point(x: int, y: int, alpha: np.float32) -> tuple[np.float32, np.float32]:
+def lobe_point(x: int, y: int, alpha: np.float32) -> tuple[np.float32, np.float32]:
     """Return the point of the unit square by which a pixel samples its lobe: all that are mixed for a pixel have different ones.
 
     They are of the sequence of Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences" (2018): the first 25 on rough surfaces,
@@ -66,7 +66,7 @@ def _lobe_point(x: int, y: int, alpha: np.float32) -> tuple[np.float32, np.float
 @inlined
 def aim_gloss(x: int, y: int, k: int, kept: NDArray[np.float32], lanes: NDArray[np.float32]) -> None:
     """Keep the direction of lane k's mirrored ray, world: sampled among the microfacets that are seen."""
-    u, v = _lobe_point(x, y, kept[ALPHA, k])
+    u, v = lobe_point(x, y, kept[ALPHA, k])
     wo_x, wo_y, wo_z = lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k]
     wm_x, wm_y, wm_z = sample_ggx_wm(wo_x, wo_y, wo_z, kept[ALPHA, k], u, v)
     twice = _TWO * (wo_x * wm_x + wo_y * wm_y + wo_z * wm_z)

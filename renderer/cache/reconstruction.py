@@ -23,7 +23,7 @@ from renderer.path.surface_tables import Surfaces
 _ZERO, _ONE, _QUARTER = np.float32(0.0), np.float32(1.0), np.float32(0.25)
 _AIMED = (ray.ORG_X, ray.ORG_Y, ray.ORG_Z, ray.DIR_X, ray.DIR_Y, ray.DIR_Z)
 _MIRROR = np.float32(1e-3)
-_SAME_WAY = np.float32(0.98)
+_SAME_WAY = np.float32(0.9)
 _NEAR = np.float32(0.03)
 _BEND = np.float32(0.95)
 _CONTRAST = np.float32(0.03)
@@ -64,9 +64,9 @@ def _is_alike(surfaces: Surfaces, face: int, other: int) -> bool:
     """Return whether two triangles are of one part and face about the same way."""
     if face == other:
         return True
-    return (
-        face >= 0 and other >= 0 and surfaces.face_part[face] == surfaces.face_part[other] and _aligned(surfaces, face, other) >= _SAME_WAY
-    )
+    if face < 0 or other < 0 or surfaces.face_part[face] != surfaces.face_part[other]:
+        return False
+    return bool(_aligned(surfaces, face, other) >= _SAME_WAY)
 
 
 @inlined
