@@ -332,6 +332,23 @@ class ValidityReport:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Counterfactual:
+    """One change of one attribute that this scene differs by from the room that was sampled.
+
+    ``factor`` is a row of the table of factors, ``target`` what was changed, ``value`` the new value as JSON.  ``objects`` are the objects,
+    openings included, that were changed or added, and those ``removed`` are listed apart; ``note`` tells what the change took along.
+    """
+
+    factor: Name
+    target: Annotated[Mapping[str, Text], Limits(max_length=8)]
+    value: Text
+    seed: Seed = 0
+    objects: Annotated[tuple[ObjectId, ...], Limits(max_length=MAX_OBJECTS)] = ()
+    removed: Annotated[tuple[ObjectId, ...], Limits(max_length=MAX_OBJECTS)] = ()
+    note: Text = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class SceneDescription:
     """A furnished room: everything that renderers, recorders and people need to know of it."""
 
@@ -349,3 +366,5 @@ class SceneDescription:
     parse_graph: ParseGraph
     validity: ValidityReport
     luminaires: Annotated[tuple[Luminaire, ...], Limits(max_length=256)] = ()
+    counterfactuals: Annotated[tuple[Counterfactual, ...], Limits(max_length=64)] | None = None
+    """Changes made to the room after it was sampled, in their order; None for a room as it was sampled."""
