@@ -228,7 +228,8 @@ class Daylight:
 
     ``sun_direction`` is the unit vector to the sun in the world, ``turbidity`` the haze of the air (2 very clear, 6 hazy), ``cloud_cover``
     the share of an overcast sky in the mixture, ``ground_color`` the linear base colour of the ground.  The moment that the sun's place
-    follows from is told beside it: day of the year, true solar time in hours, latitude, and the yaw at which north lies.
+    follows from is told beside it: day of the year, true solar time in hours, latitude, and the yaw at which north lies.  ``sun_scale`` and
+    ``sky_scale`` multiply the light of the sun and of the sky; None stands for 1.
     """
 
     sun_direction: tuple[QuaternionItem, QuaternionItem, QuaternionItem]
@@ -240,6 +241,8 @@ class Daylight:
     solar_hour: Annotated[float, Limits(ge=0.0, le=24.0, unit="h")] = 12.0
     latitude_rad: Annotated[float, Limits(ge=-1.5708, le=1.5708, unit="rad")] = 0.0
     north_yaw_rad: Angle = 1.5707963267948966
+    sun_scale: Annotated[float, Limits(ge=0.0, le=1000.0)] | None = None
+    sky_scale: Annotated[float, Limits(ge=0.0, le=1000.0)] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

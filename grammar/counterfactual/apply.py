@@ -21,8 +21,8 @@ _LONGEST_TEXT = 500
 def apply_change(scene: SceneDescription, change: Change, rules: SceneSynthesizer | None = None) -> SceneDescription:
     """Return the scene with one attribute changed and everything else as it is.
 
-    Ids, model seeds and the parse graph of what stays are those of the scene; the change is appended to ``counterfactuals``.  The same scene
-    and change give the same bytes.
+    Ids, model seeds and the parse graph of what stays are those of the scene; the change is appended to ``counterfactuals``.  The same
+    scene and change give the same bytes.
 
     Args:
         scene: stays as it is.

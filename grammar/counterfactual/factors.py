@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from grammar.counterfactual import lamps
+from grammar.counterfactual import cameras, lamps, outdoors, surfaces
 from grammar.counterfactual.factor import Factor
 
-FACTORS: dict[str, Factor] = {factor.name: factor for family in (lamps,) for factor in family.FACTORS}
+FACTORS: dict[str, Factor] = {factor.name: factor for family in (lamps, outdoors, surfaces, cameras) for factor in family.FACTORS}
 """Name -> factor, in the order of the four attributes: illumination, material, objects, camera."""

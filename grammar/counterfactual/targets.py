@@ -35,6 +35,11 @@ def check_keys(change: Change, known: Sequence[str]) -> None:
             raise ChangeError(f"{change.factor}: target: expected {' or '.join(known) or 'none: it is of the whole scene'}, got '{key}'")
 
 
+def all_things(scene: SceneDescription) -> tuple[Thing, ...]:
+    """Return the openings and objects of a scene."""
+    return (*scene.room.openings, *scene.objects)
+
+
 def names(things: Sequence[Thing]) -> dict[int, str]:
     """Return id -> category and number, for example ``chair_2``."""
     count: dict[str, int] = {}
@@ -60,7 +65,7 @@ def chosen_things(scene: SceneDescription, change: Change) -> tuple[Thing, ...]:
     Raises:
         ChangeError: it means none; the line says what there is.
     """
-    return _chosen(change, (*scene.room.openings, *scene.objects))
+    return _chosen(change, all_things(scene))
 
 
 def _chosen(change: Change, things: Sequence[Thing]) -> tuple[Thing, ...]:
