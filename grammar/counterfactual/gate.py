@@ -23,6 +23,9 @@ from scene_description import NYU40, SceneDescription, SceneObject, ValidityChec
 CAMERA_MARGIN_M = 0.05
 """Distance that the lens keeps from everything solid."""
 
+AT_LEAST = ("walkable_share", "side_clear")
+"""Checks whose limit is a lower one."""
+
 _LIMITS = {
     "collision": "penetration_m",
     "out_of_bounds": "outside_m",
@@ -102,14 +105,22 @@ def checked(rules: SceneSynthesizer, before: SceneDescription, after: SceneDescr
     Raises:
         InvalidChangeError: it fails a check that the scene before did not fail as badly.
     """
+    report, failed = new_faults(rules, before, after)
+    if failed:
+        raise InvalidChangeError(refusal(change, failed, after), failed)
+    return replace(after, validity=report)
+
+
+def new_faults(
+    rules: SceneSynthesizer, before: SceneDescription, after: SceneDescription
+) -> tuple[ValidityReport, tuple[ValidityCheck, ...]]:
+    """Return the report of a changed scene, and the checks that it fails and the scene before did not fail as badly."""
     report = report_of(rules, after)
     failed = [check for check in (*report.checks, camera_check(rules, after)) if not check.passed]
     if failed:
         old = {check.name: check for check in (*report_of(rules, before).checks, camera_check(rules, before))}
         failed = [check for check in failed if _is_new(check, old[check.name])]
-    if failed:
-        raise InvalidChangeError(refusal(change, failed, after), failed)
-    return replace(after, validity=report)
+    return report, tuple(failed)
 
 
 def camera_checked(rules: SceneSynthesizer, before: SceneDescription, after: SceneDescription, change: Change) -> SceneDescription:
@@ -128,7 +139,7 @@ def _is_new(check: ValidityCheck, before: ValidityCheck) -> bool:
     """Return whether a failed check is worse than before, or fails at objects that it did not fail at."""
     if before.passed or not set(check.objects) <= set(before.objects):
         return True
-    high = check.name not in ("walkable_share", "side_clear")
+    high = check.name not in AT_LEAST
     return check.value > before.value + 1e-9 if high else check.value < before.value - 1e-9
 
 
@@ -137,7 +148,7 @@ def refusal(change: Change, failed: Sequence[ValidityCheck], scene: SceneDescrip
     names: Mapping[int, str] = {thing.id: thing.category for thing in all_things(scene)}
     told = []
     for check in failed:
-        bound = "at least" if check.name in ("walkable_share", "side_clear") else "at most"
+        bound = "at least" if check.name in AT_LEAST else "at most"
         where = ", ".join(f"{key} {names.get(key, '?')}" for key in check.objects[:6])
         told.append(f"{check.name} {check.value:.3g} ({bound} {check.limit:.3g}){f' at {where}' if where else ''}")
     return f"{change}: value {json.dumps(change.value)}: expected a valid room, got {'; '.join(told)}; take another value, target or seed"
