@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from counterfactual_rooms import ROOM_TYPES, difference, room, rules
 
-from grammar.counterfactual import FACTORS, Change, ChangeError, apply_change
+from grammar.counterfactual import FACTORS, Change, ChangeError, apply_change, as_base
 from renderer import CameraConfig, RenderConfig, Renderer
 from renderer.scene.flatten import flatten
 from scene_description import SceneDescription, scene_from_json, scene_to_json
@@ -122,7 +122,7 @@ def in_turn(scene: SceneDescription, *touches: str) -> SceneDescription:
 
 @pytest.mark.parametrize("room_type", ROOM_TYPES)
 def test_pixels_that_cannot_see_the_change_are_the_same(room_type: str) -> None:
-    before = room(room_type)
+    before = as_base(room(room_type))
     images = seen(before)
     for touches in ("light", "surface"):
         others = seen(in_turn(before, touches))
