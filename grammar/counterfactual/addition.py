@@ -56,7 +56,6 @@ def added(rng: np.random.Generator, work: Work, scene: SceneDescription, rule: O
     """
     rules = work.rules()
     categories, grammar = categories_of(rules, scene), grammar_of(rules, scene)
-    symbols = {node.object: node.symbol for node in scene.parse_graph.nodes if node.kind == "terminal"}
     label = categories[rule.category].label_id if rule.category in categories else 0
     item = SceneObject(
         id=next_id(scene),
@@ -70,8 +69,8 @@ def added(rng: np.random.Generator, work: Work, scene: SceneDescription, rule: O
         parts=(),
     )
     scene, item = dressed(rng, rules, scene, item)
-    cores = _addressed(scene, symbols, rule.cores)
-    supporters = _addressed(scene, symbols, rule.supporters)
+    cores = addressed(scene, rule.cores)
+    supporters = addressed(scene, rule.supporters)
     last = InvalidChangeError(f"{work.change}: expected a place that is free for a {rule.category}, got none", ())
     found = free_places(rng, scene, categories, rule, cores, supporters, item, grammar.validity.penetration_m)
     for _, placed in zip(range(_CHECKED), found, strict=False):
@@ -83,8 +82,9 @@ def added(rng: np.random.Generator, work: Work, scene: SceneDescription, rule: O
     raise last
 
 
-def _addressed(scene: SceneDescription, symbols: Mapping[int | None, str], weights: Mapping[str, float] | None) -> list[SceneObject]:
+def addressed(scene: SceneDescription, weights: Mapping[str, float] | None) -> list[SceneObject]:
     """Return the objects that an address can point to."""
+    symbols = {node.object: node.symbol for node in scene.parse_graph.nodes if node.kind == "terminal"}
     wanted = {symbol for symbol, weight in (weights or {}).items() if weight > 0.0}
     return [item for item in scene.objects if symbols.get(item.id, item.category) in wanted or item.category in wanted]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from grammar.counterfactual.addition import MOST, added
+from grammar.counterfactual.addition import MOST, added, addressed
 from grammar.counterfactual.change import ChangeError, InvalidChangeError, random_numbers
 from grammar.counterfactual.factor import Factor, Outcome, Work
 from grammar.counterfactual.gate import grammar_of
@@ -10,7 +10,7 @@ from grammar.counterfactual.removal import taken_out
 from grammar.counterfactual.values import number
 from scene_description import SceneDescription, SceneObject
 
-_TRIED = 4
+_TRIED = 8
 """Kinds of things that are tried before a place for one more is given up."""
 
 
@@ -42,10 +42,12 @@ def _more(work: Work, there: int, wanted: int) -> Outcome:
     small = [
         rule
         for rule in grammar_of(rules, work.scene).objects.values()
-        if rule.mount == "object" and rule.supporters and rule.category not in rules.lighting.lamps
+        if rule.mount == "object" and rule.category not in rules.lighting.lamps and addressed(work.scene, rule.supporters)
     ]
     if not small:
-        raise ChangeError(f"{work.change}: expected small things in the grammar of a {work.scene.category}, got none; see object_added")
+        raise ChangeError(
+            f"{work.change}: expected furniture that small things of a {work.scene.category} stand on, got none; see object_added"
+        )
     scene, last = work.scene, InvalidChangeError("", ())
     for k in range(wanted - there):
         for trial in range(_TRIED):

@@ -23,6 +23,9 @@ from scene_description import NYU40, SceneDescription, SceneObject, ValidityChec
 CAMERA_MARGIN_M = 0.05
 """Distance that the lens keeps from everything solid."""
 
+CAMERA_CLEAR = "camera_clear"
+"""Name of the check that the lens is free; it is no part of a validity report."""
+
 AT_LEAST = ("walkable_share", "side_clear")
 """Checks whose limit is a lower one."""
 
@@ -96,7 +99,7 @@ def camera_check(rules: SceneSynthesizer, scene: SceneDescription) -> ValidityCh
     out |= (at[:, 2] < CAMERA_MARGIN_M) | (at[:, 2] > scene.room.height_m - CAMERA_MARGIN_M)
     faults = int((inside.any(axis=1) | out).sum())
     objects = tuple(sorted({int(key) for key in owner[inside.any(axis=0)]}))
-    return ValidityCheck(name="camera_clear", value=float(faults), limit=0.0, passed=not faults, objects=objects)
+    return ValidityCheck(name=CAMERA_CLEAR, value=float(faults), limit=0.0, passed=not faults, objects=objects)
 
 
 def checked(rules: SceneSynthesizer, before: SceneDescription, after: SceneDescription, change: Change) -> SceneDescription:
@@ -105,22 +108,22 @@ def checked(rules: SceneSynthesizer, before: SceneDescription, after: SceneDescr
     Raises:
         InvalidChangeError: it fails a check that the scene before did not fail as badly.
     """
-    report, failed = new_faults(rules, before, after)
+    checks = all_checks(rules, after)
+    failed = () if all(check.passed for check in checks.values()) else new_faults(all_checks(rules, before), checks)
     if failed:
         raise InvalidChangeError(refusal(change, failed, after), failed)
-    return replace(after, validity=report)
+    told = tuple(check for name, check in checks.items() if name != CAMERA_CLEAR)
+    return replace(after, validity=replace(after.validity, valid=all(check.passed for check in told), checks=told))
 
 
-def new_faults(
-    rules: SceneSynthesizer, before: SceneDescription, after: SceneDescription
-) -> tuple[ValidityReport, tuple[ValidityCheck, ...]]:
-    """Return the report of a changed scene, and the checks that it fails and the scene before did not fail as badly."""
-    report = report_of(rules, after)
-    failed = [check for check in (*report.checks, camera_check(rules, after)) if not check.passed]
-    if failed:
-        old = {check.name: check for check in (*report_of(rules, before).checks, camera_check(rules, before))}
-        failed = [check for check in failed if _is_new(check, old[check.name])]
-    return report, tuple(failed)
+def all_checks(rules: SceneSynthesizer, scene: SceneDescription) -> dict[str, ValidityCheck]:
+    """Return the exact checks of a scene, and that of its camera, by name."""
+    return {check.name: check for check in (*report_of(rules, scene).checks, camera_check(rules, scene))}
+
+
+def new_faults(before: Mapping[str, ValidityCheck], after: Mapping[str, ValidityCheck]) -> tuple[ValidityCheck, ...]:
+    """Return the checks that a changed scene fails and the scene before did not fail as badly."""
+    return tuple(check for name, check in after.items() if not check.passed and _is_new(check, before[name]))
 
 
 def camera_checked(rules: SceneSynthesizer, before: SceneDescription, after: SceneDescription, change: Change) -> SceneDescription:

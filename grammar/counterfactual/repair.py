@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from grammar.counterfactual.gate import AT_LEAST, new_faults
+from grammar.counterfactual.gate import AT_LEAST, all_checks, new_faults
 from grammar.counterfactual.rearrangement import shifted
 from grammar.counterfactual.removal import carried
 from grammar.geometry.arrays import Floats
@@ -20,8 +20,8 @@ NEAR_WALL_M = 0.25
 
 _PARALLEL = 0.9
 
-TRIALS = 300
-"""Slides that are tried."""
+TRIALS, PATIENCE = 400, 100
+"""Slides that are tried altogether, and without any success."""
 
 _IN_WALL_M = 0.01
 """An object that is deeper in a wall is not at it, but must leave it."""
@@ -45,15 +45,18 @@ def repaired(
     Returns:
         the best scene found, valid or not; the ids of what was slid.
     """
-    _, faults = new_faults(rules, before, after)
+    held = all_checks(rules, before)
+    faults = new_faults(held, all_checks(rules, after))
     slid: frozenset[int] = frozenset()
+    patience = PATIENCE
     for _ in range(TRIALS):
-        if not faults:
+        if not faults or not patience:
             break
         candidate, ids = _slide(rng, after, faults)
-        _, left = new_faults(rules, before, candidate)
+        left = new_faults(held, all_checks(rules, candidate))
+        patience -= 1
         if _badness(left) < _badness(faults):
-            after, faults, slid = candidate, left, slid | ids
+            after, faults, slid, patience = candidate, left, slid | ids, PATIENCE
     return after, slid
 
 

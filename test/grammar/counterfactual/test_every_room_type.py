@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from functools import cache
 
 import numpy as np
 import pytest
@@ -45,7 +46,7 @@ VALUES = {
     "light_intensity": 0.5, "color_temperature_k": 3333.0, "sun_elevation_deg": 33.0, "sun_azimuth_deg": 200.0, "solar_hour": 12.5,
     "sun_intensity": 0.5, "sky_intensity": 0.25, "turbidity": 6.5, "cloud_cover": 0.75, "material": "oak", "base_color": [0.1, 0.2, 0.3],
     "roughness": 0.123, "metallic": 0.456, "texture": "none", "texture_scale": 1.5, "texture_contrast": 0.987, "wall_finish": "walnut",
-    "floor_finish": "walnut", "ceiling_finish": "walnut", "room_size": 1.15, "camera_height_m": 1.0, "camera_pitch_deg": 3.0,
+    "floor_finish": "walnut", "ceiling_finish": "walnut", "room_size": 1.4, "camera_height_m": 1.0, "camera_pitch_deg": 3.0,
     "camera_roll_deg": 4.0, "camera_speed": 2.0, "camera_amplitude": 0.5, "camera_offset_m": 0.01, "camera_path": 1,
 }  # fmt: skip
 SEEN = ("depth", "range", "normals", "instance", "semantic")
@@ -65,6 +66,16 @@ def candidates(scene: SceneDescription, factor: str) -> Iterator[Change]:
     else:
         value = {"object_removed": True, "object_moved": [0.03, 0.02, 0.0], "object_replaced": {"seed": 5}}[factor]
         yield from (Change(factor, {"object": item.id}, value) for item in sorted(scene.objects, key=lambda item: -np.prod(item.size_m)))
+
+
+@cache
+def base(room_type: str) -> SceneDescription:
+    return as_base(room(room_type))
+
+
+@cache
+def variant(room_type: str, factor: str) -> SceneDescription:
+    return changed(base(room_type), factor)
 
 
 def changed(scene: SceneDescription, factor: str) -> SceneDescription:
@@ -87,11 +98,11 @@ def factors_of(scene: SceneDescription) -> list[str]:
 
 @pytest.mark.parametrize("room_type", ROOM_TYPES)
 def test_nothing_else_changes_in_the_description(room_type: str) -> None:
-    before = room(room_type)
+    before = base(room_type)
     text = scene_to_json(before)
     assert set(MAY_CHANGE) == set(FACTORS)
     for name in factors_of(before):
-        after = changed(before, name)
+        after = variant(room_type, name)
         paths = difference(before, after) - {"counterfactuals"}
         assert paths, f"{name} changed nothing"
         unexpected = [path for path in paths if not re.fullmatch(MAY_CHANGE[name], path)]
@@ -101,7 +112,7 @@ def test_nothing_else_changes_in_the_description(room_type: str) -> None:
         assert after.validity.valid and after.materials[: len(before.materials)] == before.materials
         assert scene_from_json(scene_to_json(after)) == after
         assert after.counterfactuals is not None and after.counterfactuals[-1].factor == name
-    assert scene_to_json(before) == text and '"counterfactuals"' not in text
+    assert scene_to_json(before) == text and '"counterfactuals":[]' in text
 
 
 def seen(scene: SceneDescription) -> dict[str, np.ndarray]:
@@ -122,15 +133,14 @@ def in_turn(scene: SceneDescription, *touches: str) -> SceneDescription:
 
 @pytest.mark.parametrize("room_type", ROOM_TYPES)
 def test_pixels_that_cannot_see_the_change_are_the_same(room_type: str) -> None:
-    before = as_base(room(room_type))
+    before = base(room_type)
     images = seen(before)
-    for touches in ("light", "surface"):
-        others = seen(in_turn(before, touches))
-        for layer in SEEN:
-            np.testing.assert_array_equal(others[layer], images[layer], err_msg=f"{touches} {layer}")
+    others = seen(in_turn(before, "light", "surface"))
+    for layer in SEEN:
+        np.testing.assert_array_equal(others[layer], images[layer], err_msg=f"light and surfaces: {layer}")
     for name in factors_of(before):
         if name in OF_OBJECTS:
-            after = changed(before, name)
+            after = variant(room_type, name)
             assert after.counterfactuals is not None
             record = after.counterfactuals[-1]
             touched = [*record.objects, *record.removed]
