@@ -17,6 +17,9 @@ Target = Mapping[str, object]
 class ChangeError(SceneSynthError):
     """A change that cannot be made: an unknown factor or target, or a value that does not fit; one line that says what there is."""
 
+    def __init__(self, text: str) -> None:
+        super().__init__(" ".join(text.split()))
+
 
 class InvalidChangeError(ChangeError):
     """A change that would make the room invalid; ``checks`` are those that it fails, with the objects at fault."""

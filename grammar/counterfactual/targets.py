@@ -22,15 +22,19 @@ OBJECTS = ("object", "name", "category", "group")
 """Keys that choose objects."""
 
 ALL = "all"
+LONGEST = 120
+"""Characters of a target's value."""
 
 
 def check_keys(change: Change, known: Sequence[str]) -> None:
-    """Refuse a target with keys that the factor has no use for.
+    """Refuse a target with keys that the factor has no use for, or with values that are neither whole numbers nor texts.
 
     Raises:
         ChangeError: there is one.
     """
-    for key in change.target:
+    for key, value in change.target.items():
+        if isinstance(value, bool) or not isinstance(value, (int, str)) or len(str(value)) > LONGEST:
+            raise ChangeError(f"{change.factor}: target: {key}: expected a whole number or a text, got {shorten(value)}")
         if key not in known:
             raise ChangeError(f"{change.factor}: target: expected {' or '.join(known) or 'none: it is of the whole scene'}, got '{key}'")
 
