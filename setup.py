@@ -44,7 +44,7 @@ setup(
     extras_require={
         "denoise": ["pyoidn>=2.5"],
         "exr": ["OpenEXR>=3.3"],
-        "evaluate": ["evo>=1.30", "pycocotools>=2.0.8"],
+        "evaluate": ["pycocotools>=2.0.8"],
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "test": [
             "pytest>=8",

@@ -12,7 +12,7 @@ ALLOWED = {
     "scene_description": {"scene_description", "numpy", "numba"},
     "grammar": {"grammar", "scene_description", "numpy", "scipy", "numba", "shapely", "yaml"},
     "renderer": {"renderer", "scene_description", "numpy", "numba", "llvmlite", "trimesh", "PIL", "pyoidn", "OpenEXR"},
-    "evaluation": {"evaluation", "scene_description", "numpy", "scipy", "numba", "evo", "pycocotools"},
+    "evaluation": {"evaluation", "scene_description", "numpy", "scipy", "numba", "pycocotools"},
 }
 ONLY_IN = {
     "yaml": {"grammar/spec/grammar_file.py"},
@@ -21,7 +21,6 @@ ONLY_IN = {
     "PIL": {"renderer/files/image_io.py"},
     "pyoidn": {"renderer/film/denoise.py"},
     "OpenEXR": {"renderer/files/exr_files.py"},
-    "evo": {"evaluation/metrics/trajectory_errors.py"},
     "pycocotools": {"evaluation/metrics/coco_matching.py"},
 }
 FOLDERS = {
@@ -71,7 +70,7 @@ FOLDERS = {
     },
 }
 """Package -> folder -> folders of the package that it may import.  Modules beside the folders are the package's entry points."""
-ABOVE_ENTRY_POINTS = {"grammar/learning"}
+ABOVE_ENTRY_POINTS = {"grammar/counterfactual", "grammar/learning"}
 """Folders that build on their package's entry points."""
 
 

@@ -1,4 +1,4 @@
-"""Camera poses of a whole room: absolute and relative errors of a trajectory, as in Sturm et al. (IROS 2012), by evo.
+"""Camera poses of a whole room: absolute and relative errors of a trajectory, as in Sturm et al. (IROS 2012).
 
 Poses are compared at equal stamps.  ATE is the RMSE of the positions after the rigid motion that takes the estimate to the truth best by
 least squares (Umeyama, PAMI 1991, without scale).  RPE is the RMSE of the error of the motion from each pose to the next that both have,
@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from evaluation.core.errors import EvaluationError
 from evaluation.core.sums import Sums, sums_tallying
 from evaluation.core.task import Measurement, Metric, Task, Truth
-from evaluation.metrics.trajectory_errors import pose_errors
 from scene_description.poses import rotation_from_quaternion
 
 _STURM = "Sturm et al., IROS 2012"
@@ -82,6 +81,19 @@ def best_rigid_motion(source_m: NDArray[np.float64], target_m: NDArray[np.float6
     return motion
 
 
+def step_errors(true: NDArray[np.float64], found: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return how far each motion from a pose to the next is off, (n - 1,) m and (n - 1,) degrees: RPE of Sturm et al., one pose apart.
+
+    ``true``, ``found``: (n, 4, 4) world from camera, each in a world of its own.
+    """
+    off = np.linalg.inv(np.linalg.inv(true[:-1]) @ true[1:]) @ np.linalg.inv(found[:-1]) @ found[1:]
+    # The angle of a rotation by its sine and cosine, which is exact for small ones too.
+    r = off[:, :3, :3]
+    axis = np.stack([r[:, 2, 1] - r[:, 1, 2], r[:, 0, 2] - r[:, 2, 0], r[:, 1, 0] - r[:, 0, 1]], axis=1)
+    angle = np.arctan2(np.linalg.norm(axis, axis=1), np.trace(r, axis1=1, axis2=2) - 1.0)
+    return np.linalg.norm(off[:, :3, 3], axis=1), np.degrees(angle)
+
+
 def _measure(truth: Truth, estimate: object) -> Measurement:
     """Return the measurement of one room."""
     if truth.get("poses") is None:
@@ -93,10 +105,11 @@ def _measure(truth: Truth, estimate: object) -> Measurement:
     if len(common):
         true, found = true[of_true], found[of_found]
         motion = best_rigid_motion(found[:, :3, 3], true[:, :3, 3])
-        errors = pose_errors(true, motion @ found, found)
-        aligned = len(common) >= _FEWEST_POSES
-        sums[2:4] = (len(common), errors.positions_m @ errors.positions_m) if aligned else (0.0, 0.0)
-        sums[4:] = len(errors.steps_m), errors.steps_m @ errors.steps_m, errors.steps_deg @ errors.steps_deg
+        aligned_m = found[:, :3, 3] @ motion[:3, :3].T + motion[:3, 3]
+        if len(common) >= _FEWEST_POSES:
+            sums[2:4] = len(common), ((aligned_m - true[:, :3, 3]) ** 2).sum()
+        steps_m, steps_deg = step_errors(true, found)
+        sums[4:] = len(steps_m), steps_m @ steps_m, steps_deg @ steps_deg
     return Measurement(whole=sums, by_class={}, by_distance={})
 
 
