@@ -59,7 +59,9 @@ FOLDERS = {
         "render": {"messages", "suite"},
         "record": {"bags", "messages", "suite"},
         "replay": {"bags", "messages", "suite"},
-        "cli": {"bags", "generate", "mcap", "messages", "render", "record", "replay", "suite"},
+        "pages": set(),
+        "report": {"bags", "messages", "pages"},
+        "cli": {"bags", "generate", "mcap", "messages", "pages", "render", "record", "replay", "report", "suite"},
     },
 }
 """Package -> folder -> folders of the package that it may import.  Modules beside the folders are the package's entry points."""

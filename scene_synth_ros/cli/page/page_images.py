@@ -18,7 +18,7 @@ from PIL import Image as Picture
 from renderer.film.false_color import DIRECTION, DISTANCE
 from renderer.film.layer import Layer
 from scene_description import SceneSynthError
-from scene_synth_ros.cli.bag_images import layer_picture
+from scene_synth_ros.bags.bag_images import layer_picture
 
 JPEG_QUALITY = 85
 PNG_LEVEL = 6
