@@ -8,6 +8,7 @@ compared stays paired within rooms.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -149,7 +150,7 @@ def _fit(products: Array, ends: Array) -> tuple[Array, Array]:
     slopes = np.einsum("nij,nj->ni", np.linalg.pinv(inner / (scale[:, :, None] * scale[:, None, :]), rcond=1e-9), mixed / scale) / scale
     total = np.where(total > 0.0, total, np.nan)
     parts = []
-    for first, last in zip(ends[:-1], ends[1:], strict=True):
+    for first, last in pairwise(ends):
         own, block = slopes[:, first:last], inner[:, first:last, first:last]
         size = np.sqrt(np.maximum(np.einsum("ni,nij,nj->n", own, block, own), 0.0) / total)
         parts.append(size * np.sign(own[:, 0]) if last - first == 1 else size)

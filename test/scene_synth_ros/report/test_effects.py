@@ -55,7 +55,7 @@ def test_differences_without_a_base_are_to_the_mean_of_the_room() -> None:
 
 
 def test_standardised_coefficients_of_a_known_line() -> None:
-    """y = 3 a - 4 b with independent columns of equal spread: coefficients 0.6 and -0.8, all variance explained, rooms do not matter."""
+    """Y = 3 a - 4 b with independent columns of equal spread: coefficients 0.6 and -0.8, all variance explained, rooms do not matter."""
     a, b = (column.ravel() for column in np.meshgrid([-1.0, 1.0], [-1.0, 1.0]))
     a, b, rooms = np.tile(a, 5), np.tile(b, 5), np.repeat(np.arange(5), 4)
     response = 3.0 * a - 4.0 * b + 100.0 * rooms

@@ -1,0 +1,191 @@
+"""The report of evaluations: what is told, what is missing, and the file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from renderer import LAYERS
+from scene_synth_ros.pages.document import WebFiles, page_document, write_whole
+from scene_synth_ros.report.breakdowns import KINDS, breakdowns
+from scene_synth_ros.report.design import HOW, Design, find_design, value_text
+from scene_synth_ros.report.effects import DRAWS
+from scene_synth_ros.report.error_images import ERROR_IMAGES
+from scene_synth_ros.report.evaluation_file import Evaluation, FrameRow, MetricRow, ReportError, read_evaluation
+from scene_synth_ros.report.frame_pictures import Wanted, frame_pictures
+from scene_synth_ros.report.places import Places
+from scene_synth_ros.report.reactions import Part, comparison, ranking, response_curves, rounded
+from scene_synth_ros.report.samples import RoomKey, take_samples
+from scene_synth_ros.report.worst_frames import command_of, ordering_metric, worst_frames
+
+FILES = WebFiles("scene_synth_ros.report", "report.html", "report.css", ("charts.js", "curves.js", "bars.js", "frames.js", "report.js"))
+MOST_FILES = 6
+"""Evaluations in one report: as many as there are colours."""
+MAX_PICTURE_BYTES = 50_000_000
+
+
+class ReportSummary(NamedTuple):
+    """What a report shows: evaluations, tasks, factors, frames with pictures; the size of the file; what is missing, lines for people."""
+
+    evaluations: int
+    tasks: int
+    factors: int
+    pictured: int
+    size: int
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Shown:
+    """A frame that is shown, with the number of its evaluation."""
+
+    number: int
+    frame: FrameRow
+    metric: MetricRow
+
+
+def write_report(
+    paths: Sequence[Path],
+    out: Path,
+    *,
+    bag_root: Path | None,
+    worst: int,
+    max_size: int,
+    progress: Callable[[str], None] = lambda _what: None,
+) -> ReportSummary:
+    """Write the report of evaluation files.
+
+    Args:
+        paths: of the files; the first is what the others are compared with.
+        out: the page, replaced as a whole.
+        bag_root: what the bags' paths are relative to, in place of each file's folder.
+        worst: frames to show of each task of each evaluation.
+        max_size: pixels of a picture's longer side.
+        progress: told what is done.
+
+    Raises:
+        ReportError: a file is no evaluation, or holds no frame.
+        OSError: a file cannot be read, or the page not be written.
+    """
+    if not 1 <= len(paths) <= MOST_FILES:
+        raise ReportError(f"expected 1 to {MOST_FILES} evaluation files, got {len(paths)}")
+    evaluations = []
+    for path in paths:
+        progress(f"reading {path.name}")
+        evaluations.append(read_evaluation(path))
+        if not evaluations[-1].frames and not evaluations[-1].summary:
+            raise ReportError(f"{path}: expected frames or a summary, got neither; evaluate bags that hold estimates and truth")
+    places = [Places(evaluation, bag_root) for evaluation in evaluations]
+    data, notes, pictured = _page_data(evaluations, places, worst, max_size, progress)
+    document = page_document(FILES, data)
+    write_whole(out, document)
+    return ReportSummary(len(evaluations), len(data["tasks"]), len(data["factors"]), pictured, len(document), notes)
+
+
+def _page_data(
+    evaluations: Sequence[Evaluation], places: Sequence[Places], worst: int, max_size: int, progress: Callable[[str], None]
+) -> tuple[dict[str, Any], tuple[str, ...], int]:
+    design = find_design([frame for one in evaluations for frame in one.frames], [sweep for place in places for sweep in place.sweeps()])
+    tasks = list(dict.fromkeys(task.name for one in evaluations for task in one.tasks))
+    rooms: dict[RoomKey, int] = {}
+    parts: dict[str, dict[int, Part]] = {}
+    for number, (evaluation, place) in enumerate(zip(evaluations, places, strict=True)):
+        for task in evaluation.tasks:
+            frames = [frame for frame in evaluation.frames if frame.task == task.name]
+            samples = take_samples(frames, [metric.name for metric in task.metrics], design, rooms, place.room)
+            parts.setdefault(task.name, {})[number] = Part(evaluation, task, samples)
+    shown, pictures = _frames(evaluations, places, worst, max_size, progress)
+    notes = (*(note for place in places for note in place.notes()), *pictures.notes)
+    progress("drawing intervals")
+    data = {
+        "title": " and ".join(dict.fromkeys(evaluation.title for evaluation in evaluations)),
+        "notes": notes,
+        "evaluations": [_told(evaluation, place) for evaluation, place in zip(evaluations, places, strict=True)],
+        "how": HOW[design.name] if design.factors else "",
+        "design": design.name.replace("_", " ") if design.factors else "",
+        "draws": DRAWS,
+        "kinds": KINDS,
+        "factors": [
+            {
+                "name": factor.name,
+                "label": factor.label,
+                "unit": factor.unit,
+                "columns": factor.columns,
+                "places": [rounded(place) for place in factor.places],
+                "base": factor.base,
+                "base_value": rounded(factor.base_value),
+                "binned": factor.binned,
+            }
+            for factor in design.factors
+        ],
+        "tasks": [_task(name, parts[name], design, len(rooms)) for name in tasks],
+        "frames": [_frame_row(one, places[one.number], design, images) for one, images in zip(shown, pictures.frames, strict=True)],
+        "legends": pictures.legends,
+        "pictures": {name: LAYERS[ERROR_IMAGES[name].layer].picture.words for name in tasks if name in ERROR_IMAGES},
+    }
+    return data, notes, sum(bool(images) for images in pictures.frames)
+
+
+def _task(name: str, parts: Mapping[int, Part], design: Design, rooms: int) -> dict[str, Any]:
+    metrics: dict[str, MetricRow] = {}
+    for part in parts.values():
+        for metric in part.task.metrics:
+            metrics.setdefault(metric.name, metric)
+    return {
+        "name": name,
+        "metrics": [{"name": metric.name, "unit": metric.unit, "lower": metric.lower_is_better} for metric in metrics.values()],
+        "scores": comparison(parts, rooms),
+        "curves": {str(number): response_curves(part, design, rooms) for number, part in parts.items()},
+        "ranking": {str(number): ranking(part, design, rooms) for number, part in parts.items()},
+        "breakdowns": breakdowns(parts),
+    }
+
+
+def _frames(evaluations: Sequence[Evaluation], places: Sequence[Places], worst: int, max_size: int, progress: Callable[[str], None]) -> Any:
+    shown, wanted = [], []
+    for number, (evaluation, place) in enumerate(zip(evaluations, places, strict=True)):
+        for task in evaluation.tasks:
+            frames = [frame for frame in evaluation.frames if frame.task == task.name]
+            metric = ordering_metric(task, frames)
+            for frame in worst_frames(frames, metric, worst) if metric else ():
+                shown.append(_Shown(number=number, frame=frame, metric=metric))
+                wanted.append(Wanted(task.name, place.bag(frame), frame.stamp_ns, *place.estimates(frame)))
+    return shown, frame_pictures(wanted, max_size, MAX_PICTURE_BYTES, lambda bag: progress(f"reading {bag}"))
+
+
+def _told(evaluation: Evaluation, place: Places) -> dict[str, Any]:
+    """Return what is said of an evaluation."""
+    frames = {(frame.bag, frame.room, frame.stamp_ns) for frame in evaluation.frames}
+    types = sorted({frame.room_type.replace("_", " ") for frame in evaluation.frames if frame.room_type})
+    bags = list(dict.fromkeys(frame.bag for frame in evaluation.frames))
+    facts = [
+        ("algorithm", evaluation.algorithm),
+        ("version", evaluation.version),
+        ("file", str(evaluation.path)),
+        ("bags", f"{len(bags)}: {', '.join(bags[:3])}{', ...' if len(bags) > 3 else ''}" if bags else ""),
+        ("rooms", str(len({place.room(frame) for frame in evaluation.frames}))),
+        ("room types", ", ".join(types)),
+        ("frames", str(len(frames))),
+        *((key.replace("_", " "), str(count)) for key, count in evaluation.missing.items()),
+    ]
+    return {"title": evaluation.title, "facts": [fact for fact in facts if fact[1]], "command": evaluation.command}
+
+
+def _frame_row(one: _Shown, place: Places, design: Design, images: Mapping[str, str]) -> dict[str, Any]:
+    frame = one.frame
+    labels = {factor.name: (factor.label, factor.unit) for factor in design.factors}
+    factors = [(*labels[name], value_text(value)) for name, value in frame.factors.items() if name in labels]
+    return {
+        "task": frame.task,
+        "evaluation": one.number,
+        "metric": one.metric.name,
+        "value": rounded(frame.metrics[one.metric.name]),
+        "room_type": frame.room_type.replace("_", " "),
+        "place": f"{frame.bag}, room {frame.room}, frame {frame.frame}",
+        "stamp": str(frame.stamp_ns),
+        "factors": factors,
+        "command": command_of(frame, str(place.bag(frame)), place.command(frame)),
+        "images": images,
+    }

@@ -1,0 +1,56 @@
+"""Which design a set of evaluated frames has, and what its factors' columns are."""
+
+import pytest
+from evaluation_files import combinations, frame
+
+from scene_synth_ros.report.design import Design, find_design
+from scene_synth_ros.report.evaluation_file import FrameRow, factor_value
+from scene_synth_ros.report.sweep_file import Sweep, SweepFactor
+
+VALUES = {"light": [3.0, 0.5, 1.0], "finish": ["paint", "brick"], "lamp": [True, False]}
+BASE = {"light": 1.0, "finish": "paint", "lamp": True}
+
+
+def rows(combos: list[dict[str, object]]) -> list[FrameRow]:
+    found = []
+    for k, factors in enumerate(combos):
+        row = frame(f"{k:04d}", 0, {name: factor_value(value) for name, value in factors.items()}, {})
+        found.append(FrameRow(**row))
+    return found
+
+
+def columns(design: Design) -> dict[str, tuple[tuple[str, ...], int | None]]:
+    return {factor.name: (factor.columns, factor.base) for factor in design.factors}
+
+
+def test_one_at_a_time_is_told_from_a_grid_and_its_base_is_found() -> None:
+    design = find_design(rows(combinations(VALUES, BASE)), [])
+    assert design.name == "one_at_a_time"
+    assert columns(design) == {"light": (("0.5", "1", "3"), 1), "finish": (("paint", "brick"), 0), "lamp": (("on", "off"), 0)}
+    assert find_design(rows(combinations(VALUES)), []).name == "grid"
+    assert find_design(rows(combinations(VALUES)[:-3]), []).name == "mixed"
+    assert {factor.base for factor in find_design(rows(combinations(VALUES)), []).factors} == {None}
+
+
+def test_a_sweep_names_factors_and_says_what_cannot_be_seen() -> None:
+    told = SweepFactor(label="finish of the walls", unit="", values=("brick", "paint"), base="paint")
+    lit = SweepFactor(label="light", unit="lx", values=(0.5, 1.0, 3.0), base=1.0)
+    design = find_design(rows(combinations(VALUES)), [Sweep(design="grid", factors={"finish": told, "light": lit})])
+    factors = {factor.name: factor for factor in design.factors}
+    assert (factors["finish"].label, factors["finish"].columns, factors["finish"].base) == ("finish of the walls", ("brick", "paint"), 1)
+    assert (factors["light"].unit, factors["light"].base, factors["light"].base_value) == ("lx", 1, 1.0)
+
+
+def test_many_values_are_put_into_bins_of_about_equal_count() -> None:
+    combos = [{"light": k / 10.0, "speed": float((7 * k) % 20), "fixed": 1.0} for k in range(20)]
+    design = find_design(rows(combos), [])
+    assert design.name == "latin_hypercube" and [factor.name for factor in design.factors] == ["light", "speed"]
+    light = design.factors[0]
+    assert light.binned and len(light.columns) == 6 and light.columns[0] == "0 to 0.3"
+    assert light.places[0] == pytest.approx(0.15) and light.column_of[0.4] == 1
+    assert [list(light.column_of.values()).count(k) for k in range(6)] == [4, 4, 3, 3, 3, 3]
+
+
+def test_frames_without_factors_have_none() -> None:
+    assert find_design(rows([{}, {}]), []).factors == ()
+    assert find_design([], []).factors == ()
