@@ -20,7 +20,7 @@ MIXED = "mixed"
 HOW = {
     "one_at_a_time": "each factor by itself, all others at their base",
     "grid": "mean over all values of the other factors",
-    "latin_hypercube": "means of bins of about equal count, over all values of the other factors; dots are single variants",
+    "latin_hypercube": "means of bins of about equal count, over all values of the other factors; dots are single variants, their room brought to the mean of all",
     MIXED: "mean over the other factors; not all combinations of values were evaluated, so factors may share an effect",
 }
 """Design -> how a response curve treats the other factors."""

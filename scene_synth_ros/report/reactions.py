@@ -127,9 +127,13 @@ def _coding(samples: Samples, factor: Factor, place: int, chosen: Integers) -> A
 
 
 def _dots(samples: Samples, factor: Factor, metric: int) -> list[list[float | None]]:
+    """Return (value, mean of the frames) of single variants; rooms that have several are brought to the mean of all."""
     known = np.isfinite(samples.values[:, metric])
     _, first, place = np.unique(samples.variants[known], return_index=True, return_inverse=True)
     means = np.bincount(place, samples.values[known, metric]) / np.bincount(place)
+    rooms = samples.rooms[known][first]
+    sizes = np.bincount(rooms)
+    means += means.mean() - (np.bincount(rooms, means) / np.maximum(sizes, 1))[rooms] if sizes.max(initial=0) > 1 else 0.0
     pairs = [(samples.factors[k].get(factor.name), mean) for k, mean in zip(np.flatnonzero(known)[first], means, strict=True)]
     dots = [[rounded(value), rounded(float(mean))] for value, mean in pairs if isinstance(value, float)]
     return dots[:: -(-len(dots) // MOST_DOTS)] if dots else []

@@ -32,6 +32,15 @@ function ticks(low, high, wanted) {
   return found;
 }
 
+/** Returns round numbers between two numbers for a logarithmic axis. */
+function powers(low, high) {
+  const found = [];
+  for (let k = Math.floor(Math.log10(low)); 10 ** k <= high; k++) {
+    for (const factor of high / low > 1e3 ? [1] : [1, 3]) found.push(Number((factor * 10 ** k).toPrecision(3)));
+  }
+  return found.filter((value) => value >= low && value <= high);
+}
+
 /** Returns the smallest and largest of some numbers with some room on both sides. */
 function padded(values) {
   const low = Math.min(...values), high = Math.max(...values), room = 0.06 * (high - low) || 0.1 * Math.abs(high) || 1;

@@ -1,7 +1,7 @@
 // A chart for each factor: numbers as lines with bands, names as marks with bars.  All charts of a metric have one vertical scale.
 
 const WIDE = 380, HIGH = 242, LEFT = 52, RIGHT = 12, TOP = 24, BOTTOM = 42;
-const LOG_FROM = 20; // ratio of the largest to the smallest value from which an axis is logarithmic
+const LOG_FROM = 20; // ratio of the largest to the smallest value from which an axis may be logarithmic
 
 /** Returns where the columns of a factor stand across a chart, and the texts of the axis: [x, text]. */
 function across(factor, dots) {
@@ -12,11 +12,19 @@ function across(factor, dots) {
     return { of: at, at: factor.columns.map((_, k) => at(k)), texts: factor.columns.map((text, k) => [at(k), text]), step, base: factor.base === null ? null : at(factor.base) };
   }
   const places = [...factor.places, ...dots.map(([value]) => value), ...(factor.base_value === null ? [] : [factor.base_value])];
-  const low = Math.min(...places), high = Math.max(...places), log = low > 0 && high / low >= LOG_FROM;
+  const low = Math.min(...places), high = Math.max(...places), log = isLogarithmic(factor.places, low, high);
   const on = log ? Math.log : (value) => value;
   const of = (value) => LEFT + 10 + ((inner - 20) * (on(value) - on(low))) / (on(high) - on(low) || 1);
-  const values = factor.binned ? (log ? factor.places : ticks(low, high, 5)) : factor.places;
+  const values = factor.binned ? (log ? powers(low, high) : ticks(low, high, 5)) : factor.places;
   return { of, at: factor.places.map(of), texts: values.map((value) => [of(value), say(value)]), step: inner / values.length, log, base: factor.base_value === null ? null : of(factor.base_value) };
+}
+
+/** Returns whether values are spread more evenly over a logarithmic axis than over a plain one. */
+function isLogarithmic(values, low, high) {
+  if (low <= 0 || high / low < LOG_FROM) return false;
+  const middle = values.length / 2, half = [Math.floor(middle - 0.5), Math.ceil(middle - 0.5)].map((k) => [...values].sort((a, b) => a - b)[k]);
+  const off = (on) => Math.abs((on(half[0]) + on(half[1]) - on(low) - on(high)) / (on(high) - on(low)));
+  return off(Math.log) < off((value) => value);
 }
 
 /** Returns the vertical range of all charts of a metric. */
@@ -45,7 +53,7 @@ function drawChart(parent, factor, metric, own, shown, [low, high]) {
     label(text.length > 14 ? `${text.slice(0, 13)}…` : text, x, HIGH - BOTTOM + 17, 'axis', drawing);
   }
   label(`${withUnit(spaced(metric.name), metric.unit && `(${metric.unit})`)}, ${metric.lower ? 'lower' : 'higher'} is better`, 4, 11, 'axis', drawing, 'start');
-  label([factor.binned ? 'bins' : '', axis.log ? 'logarithmic scale' : ''].filter(Boolean).join(', '), WIDE - RIGHT, HIGH - 6, 'axis', drawing, 'end');
+  label([factor.binned ? 'bins' : '', axis.log ? 'logarithmic scale' : ''].filter(Boolean).join(', '), WIDE - RIGHT, 11, 'axis', drawing, 'end');
   if (axis.base !== null) {
     shape('line', { x1: axis.base, x2: axis.base, y1: TOP, y2: HIGH - BOTTOM, class: 'base' }, drawing);
     label('base', axis.base, HIGH - BOTTOM + 31, 'axis base-name', drawing);
@@ -65,7 +73,7 @@ function drawSeries(drawing, factor, { points, dots }, k, axis, y, x) {
     if (sure.length > 1) shape('polygon', { points: [...upper, ...lower].join(' '), class: `band e${k}` }, group);
     shape('polyline', { points: known.map(([column, point]) => `${x(column)},${y(point[0])}`).join(' '), class: `line e${k}` }, group);
   } else {
-    for (const [column, point] of sure) shape('line', { x1: x(column), x2: x(column), y1: y(point[1]), y2: y(point[2]), class: `line e${k}` }, group);
+    for (const [column, point] of sure) shape('line', { x1: x(column), x2: x(column), y1: y(point[1]), y2: y(point[2]), class: `stem e${k}` }, group);
   }
   for (const [column, point] of known) mark(k, x(column), y(point[0]), group);
 }

@@ -27,10 +27,10 @@ def test_the_interval_of_a_mean_is_as_wide_as_theory_says() -> None:
 def test_rooms_are_compared_with_themselves() -> None:
     """Rooms differ by tens, the factor adds exactly 1 and 3 in each: pairing leaves no spread at all."""
     rooms = np.array([10.0, 40.0, 90.0, 20.0])[:, None]
-    found = contrast(rooms + [0.0, 1.0, 3.0], base=0)
+    found = contrast(rooms + np.array([0.0, 1.0, 3.0]), base=0)
     assert found is not None and (found.least, found.most) == (0, 2)
     assert np.allclose(found.range, 3.0)
-    found = contrast(rooms + [2.0, 0.0, 1.0], base=None)
+    found = contrast(rooms + np.array([2.0, 0.0, 1.0]), base=None)
     assert found is not None and (found.least, found.most) == (1, 0) and np.allclose(found.range, 2.0)
 
 
