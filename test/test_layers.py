@@ -12,6 +12,7 @@ ALLOWED = {
     "scene_description": {"scene_description", "numpy", "numba"},
     "grammar": {"grammar", "scene_description", "numpy", "scipy", "numba", "shapely", "yaml"},
     "renderer": {"renderer", "scene_description", "numpy", "numba", "llvmlite", "trimesh", "PIL", "pyoidn", "OpenEXR"},
+    "evaluation": {"evaluation", "scene_description", "numpy", "scipy", "numba", "evo", "pycocotools"},
 }
 ONLY_IN = {
     "yaml": {"grammar/spec/grammar_file.py"},
@@ -20,6 +21,8 @@ ONLY_IN = {
     "PIL": {"renderer/files/image_io.py"},
     "pyoidn": {"renderer/film/denoise.py"},
     "OpenEXR": {"renderer/files/exr_files.py"},
+    "evo": {"evaluation/metrics/trajectory_errors.py"},
+    "pycocotools": {"evaluation/metrics/coco_matching.py"},
 }
 FOLDERS = {
     "grammar": {
@@ -49,6 +52,10 @@ FOLDERS = {
         "ground_truth": {"camera", "core", "path", "scene"},
         "cache": {"bsdf", "camera", "core", "geometry", "ground_truth", "path", "scene"},
         "export": {"camera", "core", "files", "geometry", "scene", "textures"},
+    },
+    "evaluation": {
+        "core": set(),
+        "metrics": {"core"},
     },
     "scene_synth_ros": {
         "mcap": set(),
