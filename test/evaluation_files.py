@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-METRICS = [{"name": "abs_rel", "unit": None, "better": "lower"}, {"name": "delta_1", "unit": None, "better": "higher"}]
+METRICS = [{"name": "abs_rel", "unit": "", "better": "lower"}, {"name": "delta_1", "unit": "", "better": "higher"}]
 
 
 def combinations(values: Mapping[str, Sequence[Any]], base: Mapping[str, Any] | None = None) -> list[dict[str, Any]]:

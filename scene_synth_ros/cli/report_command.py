@@ -27,6 +27,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--bag-root", type=Path, metavar="DIR", help="folder that the bags' paths begin at (default: that of each EVALUATION.json)"
     )
     parser.add_argument(
+        "--estimates",
+        type=Path,
+        metavar="DIR",
+        help="bag of the estimates, or the folder with one for each variant (default: what each evaluation's command names)",
+    )
+    parser.add_argument(
         "--worst", type=int, default=WORST, metavar="N", help="worst frames to show of each task of each evaluation (default: %(default)s)"
     )
     parser.add_argument(
@@ -46,6 +52,7 @@ def run(arguments: argparse.Namespace) -> int:
         if not low <= value <= high:
             raise UsageError(f"--{name.replace('_', '-')} {value}: expected {low} to {high}")
     refuse_missing_folder("--bag-root", arguments.bag_root)
+    refuse_missing_folder("--estimates", arguments.estimates)
     out: Path = arguments.out
     if not out.parent.is_dir() or out.is_dir():
         raise UsageError(f"--out {out}: expected a file in a folder that exists")
@@ -53,6 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.evaluations,
         out,
         bag_root=arguments.bag_root,
+        estimates=arguments.estimates,
         worst=arguments.worst,
         max_size=arguments.max_size,
         progress=_progress,

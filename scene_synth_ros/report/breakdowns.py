@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from evaluation.evaluation_file import FactorValue
 from scene_synth_ros.report.design import value_text
-from scene_synth_ros.report.evaluation_file import Value
-from scene_synth_ros.report.reactions import Part, rounded
+from scene_synth_ros.report.reactions import Part, interval
 
 KINDS = {"class": "class", "distance": "distance", "room_type": "room type"}
 """``by`` of a summary row -> heading; distances keep the order of the file, the others are sorted."""
@@ -15,16 +15,18 @@ KINDS = {"class": "class", "distance": "distance", "room_type": "room type"}
 
 def breakdowns(parts: Mapping[int, Part]) -> dict[str, dict[str, list[dict[str, Any]]]]:
     """Return metric -> kind -> rows with the key's text and, by the number of the evaluation, (value, low, high, rooms, frames)."""
-    found: dict[str, dict[str, dict[Value, dict[str, Any]]]] = {}
+    found: dict[str, dict[str, dict[FactorValue, dict[str, Any]]]] = {}
     better: dict[str, bool] = {}
     for number, part in parts.items():
-        better.update((metric.name, metric.lower_is_better) for metric in part.task.metrics)
+        better.update((metric.name, metric.better == "lower") for metric in part.task.metrics)
         for row in part.evaluation.summary:
             if row.task != part.task.name or row.by not in KINDS:
                 continue
             for metric, values in row.metrics.items():
+                if values.value is None:
+                    continue
                 rows = found.setdefault(metric, {}).setdefault(row.by, {})
-                rows.setdefault(row.key, {})[str(number)] = [*map(rounded, values), row.rooms, row.frames]
+                rows.setdefault(row.key, {})[str(number)] = [*interval(values), row.rooms, row.frames]
     return {
         metric: {
             kind: [
@@ -38,7 +40,7 @@ def breakdowns(parts: Mapping[int, Part]) -> dict[str, dict[str, list[dict[str, 
     }
 
 
-def _order(kind: str, item: tuple[Value, dict[str, Any]], lower_is_better: bool) -> tuple[float, str]:
+def _order(kind: str, item: tuple[FactorValue, dict[str, Any]], lower_is_better: bool) -> tuple[float, str]:
     key, values = item
     if kind == "distance":
         return 0.0, ""

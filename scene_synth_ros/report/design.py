@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeGuard
 
 import numpy as np
 
-from scene_synth_ros.report.evaluation_file import FrameRow, Value
+from evaluation.evaluation_file import FactorValue, FrameRow
 from scene_synth_ros.report.sweep_file import Sweep, SweepFactor
 
 MOST_VALUES = 12
@@ -20,7 +20,8 @@ MIXED = "mixed"
 HOW = {
     "one_at_a_time": "each factor by itself, all others at their base",
     "grid": "mean over all values of the other factors",
-    "latin_hypercube": "means of bins of about equal count, over all values of the other factors; dots are single variants, their room brought to the mean of all",
+    "latin_hypercube": "means of bins of about equal count, over all values of the other factors; dots are single variants, their room"
+    " brought to the mean of all",
     MIXED: "mean over the other factors; not all combinations of values were evaluated, so factors may share an effect",
 }
 """Design -> how a response curve treats the other factors."""
@@ -45,7 +46,7 @@ class Factor(NamedTuple):
     places: tuple[float, ...]
     base: int | None
     base_value: float | None
-    column_of: Mapping[Value, int]
+    column_of: Mapping[FactorValue, int]
 
     @property
     def binned(self) -> bool:
@@ -67,12 +68,12 @@ def find_design(frames: Collection[FrameRow], sweeps: Iterable[Sweep]) -> Design
     for sweep in sweeps:
         told = {**dict(sweep.factors), **told}
         name = name or sweep.design
-    values: dict[str, dict[Value, None]] = {}
-    for factors in {id(frame.factors): frame.factors for frame in frames}.values():
-        for factor, value in factors.items():
+    values: dict[str, dict[FactorValue, None]] = {}
+    for frame in frames:
+        for factor, value in frame.key.factors.items():
             values.setdefault(factor, {})[value] = None
     several = [factor for factor, found in values.items() if len(found) > 1]
-    combinations = {tuple(frame.factors.get(factor) for factor in several) for frame in frames}
+    combinations = {tuple(frame.key.factors.get(factor) for factor in several) for frame in frames}
     centre = _centre(combinations)
     name = name or _guess(several, values, combinations, centre)
     bases = dict(zip(several, centre or (), strict=False)) if name == "one_at_a_time" else {}
@@ -80,23 +81,28 @@ def find_design(frames: Collection[FrameRow], sweeps: Iterable[Sweep]) -> Design
     return Design(name, tuple(factors))
 
 
-def value_text(value: Value) -> str:
+def value_text(value: FactorValue) -> str:
     """Return a value for people."""
     if value is None or isinstance(value, bool):
         return {None: "none", True: "on", False: "off"}[value]
-    return f"{value:.4g}" if isinstance(value, float) else value
+    return value if isinstance(value, str) else f"{value:.4g}"
 
 
-def _factor(name: str, found: Sequence[Value], told: SweepFactor | None, centre: Value, spread_out: bool) -> Factor:
+def is_number(value: FactorValue) -> TypeGuard[float]:
+    """Return whether a value is a number, and no switch."""
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _factor(name: str, found: Sequence[FactorValue], told: SweepFactor | None, centre: FactorValue, spread_out: bool) -> Factor:
     label, unit, order, base = (told.label, told.unit, told.values, told.base) if told else (name, "", (), None)
     base = centre if base is None else base
-    numbers = sorted(value for value in found if isinstance(value, float))
+    numbers = sorted(float(value) for value in found if is_number(value))
     if len(numbers) < len(found):
         ranks = {value: k for k, value in enumerate(order)}
         columns = sorted(found, key=lambda value: ranks.get(value, len(ranks)))
         column_of = {value: k for k, value in enumerate(columns)}
         return Factor(name, label, unit, tuple(map(value_text, columns)), (), column_of.get(base), None, column_of)
-    base_value = base if isinstance(base, float) else None
+    base_value = float(base) if is_number(base) else None
     if len(numbers) <= MOST_VALUES and not (spread_out and len(numbers) > MOST_BINS):
         column_of = {value: k for k, value in enumerate(numbers)}
         return Factor(name, label, unit, tuple(map(value_text, numbers)), tuple(numbers), column_of.get(base), base_value, column_of)
@@ -106,7 +112,7 @@ def _factor(name: str, found: Sequence[Value], told: SweepFactor | None, centre:
     return Factor(name, label, unit, texts, tuple(float(part.mean()) for part in bins), None, base_value, column_of)
 
 
-def _centre(combinations: Collection[tuple[Value, ...]]) -> tuple[Value, ...] | None:
+def _centre(combinations: Collection[tuple[FactorValue, ...]]) -> tuple[FactorValue, ...] | None:
     """Return the combination that all others differ from in one factor at most, None where there is none."""
     if not combinations:
         return None
@@ -117,15 +123,15 @@ def _centre(combinations: Collection[tuple[Value, ...]]) -> tuple[Value, ...] | 
 
 def _guess(
     names: Sequence[str],
-    values: Mapping[str, Mapping[Value, None]],
-    combinations: Collection[tuple[Value, ...]],
-    centre: tuple[Value, ...] | None,
+    values: Mapping[str, Mapping[FactorValue, None]],
+    combinations: Collection[tuple[FactorValue, ...]],
+    centre: tuple[FactorValue, ...] | None,
 ) -> str:
     if len(combinations) == math.prod(len(values[name]) for name in names):
         return "grid"
     if centre is not None:
         return "one_at_a_time"
-    numeric = [name for name in names if all(isinstance(value, float) for value in values[name])]
+    numeric = [name for name in names if all(is_number(value) for value in values[name])]
     if any(2 * len(values[name]) > len(combinations) for name in numeric):
         return "latin_hypercube"
     return MIXED

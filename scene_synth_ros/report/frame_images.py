@@ -1,8 +1,8 @@
-"""Images of chosen frames, taken from bags: by their stamps, from the topics of layers or from topics that are named."""
+"""Images of chosen frames, taken from bags by their stamps, and the topics that hold truth and estimates."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,26 +17,52 @@ from scene_synth_ros.messages.stamps import stamp_ns
 
 Images = dict[int, dict[str, NDArray[Any]]]
 """Stamp -> layer -> pixels."""
+TopicsOf = Callable[[Mapping[str, str]], Mapping[str, str]]
+"""Topic -> type of a bag -> layer -> the topic to take it from."""
+ESTIMATES = "/estimates/"
+"""Where the names of topics of estimates begin, unless the user has chosen others."""
 
 _UNREADABLE = (CodecError, RuntimeError, ValueError, KeyError, IndexError, TypeError, OverflowError)
 """What a message that was damaged, or made to do harm, may raise while it is read."""
 
 
-def frame_images(bag: Path, layers: Collection[str], stamps: Collection[int], topics: Mapping[str, str]) -> tuple[Images, list[str]]:
+def truth_topics(camera: str) -> TopicsOf:
+    """Return what finds the topics of the truth, of a camera by its name; empty: of the first."""
+
+    def find(types: Mapping[str, str]) -> Mapping[str, str]:
+        own = {name: kind for name, kind in types.items() if not name.startswith(ESTIMATES)}
+        return layer_topics({name: kind for name, kind in own.items() if f"/{camera}/" in name} if camera else own)
+
+    return find
+
+
+def estimate_topics(chosen: str, layer: str, *, same_bag: bool) -> TopicsOf:
+    """Return what finds the topic of the estimates of a layer: the chosen one, else those of estimates, else in a bag of their own any."""
+
+    def find(types: Mapping[str, str]) -> Mapping[str, str]:
+        if chosen:
+            return {layer: chosen}
+        named = layer_topics({name: kind for name, kind in types.items() if name.startswith(ESTIMATES)})
+        return named if same_bag or layer in named else layer_topics(types)
+
+    return find
+
+
+def frame_images(bag: Path, layers: Collection[str], stamps: Collection[int], topics_of: TopicsOf) -> tuple[Images, list[str]]:
     """Return the images of some frames, and lines for people about what is missing.
 
     Args:
         bag: folder of the bag or one of its files.
         layers: names of the table of layers.
         stamps: of the frames, nanoseconds.
-        topics: layer -> topic, in place of the layer's topic of the first camera.
+        topics_of: finds the topics of the layers.
     """
     found: Images = {stamp: {} for stamp in stamps}
     notes: list[str] = []
     try:
         with BagReader(bag) as reader:
             types = {topic.name: topic.type_name for topic in reader.summary.topics}
-            layer_of = {topic: layer for layer, topic in (layer_topics(types) | topics).items() if layer in layers and topic in types}
+            layer_of = {topic: layer for layer, topic in topics_of(types).items() if layer in layers and topic in types}
             left = {(stamp, layer) for stamp in stamps for layer in layer_of.values()}
             for message in reader.messages(layer_of.keys()) if left else ():
                 stamp, layer = stamp_ns(message.type_name, message.data), layer_of[message.topic]

@@ -15,18 +15,28 @@ from renderer import LAYERS
 from scene_synth_ros.bags.bag_images import layer_picture
 from scene_synth_ros.pages.pictures import data_uri
 from scene_synth_ros.report.error_images import ERROR_IMAGES, ErrorImage, error_picture, legend, same_size, scale_end
-from scene_synth_ros.report.frame_images import Images, fits, frame_images, reduced
+from scene_synth_ros.report.frame_images import Images, TopicsOf, estimate_topics, fits, frame_images, reduced, truth_topics
 
 Pixels = NDArray[Any]
 COLOR = "color"
+_Request = tuple[Path, list[str], int, str, TopicsOf]
+"""Bag, layers, stamp, what tells the topics apart, what finds them."""
 
 
 class Wanted(NamedTuple):
-    """A frame of a task: its bag, the bag of its estimate (None: none is known), the topic of the estimate ("" for that of the layer)."""
+    """A frame of a task.
+
+    Attributes:
+        task: whose.
+        stamp_ns: of the frame.
+        bag: of the frame; ``camera`` is the name of the camera that was judged, "" for the first.
+        estimates: bag of the estimate, None where none is known; ``topic`` is the one that was chosen, "" for none.
+    """
 
     task: str
-    bag: Path
     stamp_ns: int
+    bag: Path
+    camera: str
     estimates: Path | None
     topic: str
 
@@ -61,11 +71,11 @@ def frame_pictures(wanted: Sequence[Wanted], max_size: int, max_bytes: int, prog
         progress: told the bag that is read.
     """
     notes: list[str] = []
-    truths = _read([(w.bag, _layers(w.task), w.stamp_ns, "") for w in wanted], notes, progress)
-    guesses = _read([(w.estimates, _layers(w.task)[1:], w.stamp_ns, w.topic) for w in wanted if w.estimates], notes, progress)
+    truths = _read([(w.bag, _layers(w.task), w.stamp_ns, w.camera, truth_topics(w.camera)) for w in wanted], notes, progress)
+    guesses = _read([_estimate(w) for w in wanted if w.estimates and w.task in ERROR_IMAGES], notes, progress)
     frames = [_frame(w, truths, guesses, max_size) for w in wanted]
     for w, frame in zip(wanted, frames, strict=True):
-        if w.task in ERROR_IMAGES and frame.truth is not None and w.estimates and frame.estimate is None:
+        if w.task in ERROR_IMAGES and frame.truth is not None and w.estimates not in (None, w.bag) and frame.estimate is None:
             notes.append(f"{w.estimates}: no estimate of {w.task} at {w.stamp_ns} ns that fits the truth")
     legends, left = {}, max_bytes
     for task in dict.fromkeys(w.task for w in wanted):
@@ -87,25 +97,31 @@ def _layers(task: str) -> list[str]:
     return [COLOR, ERROR_IMAGES[task].layer] if task in ERROR_IMAGES else [COLOR]
 
 
-def _read(
-    requests: Sequence[tuple[Path, list[str], int, str]], notes: list[str], progress: Callable[[str], None]
-) -> dict[tuple[Path, str], Images]:
-    """Return (bag, topic) -> images; each bag is read once for each topic that is named."""
-    groups: dict[tuple[Path, str], tuple[set[str], set[int]]] = {}
-    for bag, layers, stamp, topic in requests:
-        found = groups.setdefault((bag, topic), (set(), set()))
-        found[0].update(layers)
-        found[1].add(stamp)
+def _estimate(wanted: Wanted) -> _Request:
+    """Return what to read for an estimate."""
+    assert wanted.estimates is not None
+    layer = ERROR_IMAGES[wanted.task].layer
+    topics = estimate_topics(wanted.topic, layer, same_bag=wanted.estimates == wanted.bag)
+    return wanted.estimates, [layer], wanted.stamp_ns, f"{wanted.topic} {layer}", topics
+
+
+def _read(requests: Sequence[_Request], notes: list[str], progress: Callable[[str], None]) -> dict[tuple[Path, str], Images]:
+    """Return (bag, name of the topics) -> images; each bag is read once for each way to find topics."""
+    groups: dict[tuple[Path, str], tuple[set[str], set[int], TopicsOf]] = {}
+    for bag, layers, stamp, name, topics in requests:
+        names, stamps, _ = groups.setdefault((bag, name), (set(), set(), topics))
+        names.update(layers)
+        stamps.add(stamp)
     images = {}
-    for (bag, topic), (names, stamps) in groups.items():
+    for (bag, name), (names, stamps, topics) in groups.items():
         progress(bag.name)
-        images[bag, topic], told = frame_images(bag, names, stamps, dict.fromkeys(names, topic) if topic else {})
+        images[bag, name], told = frame_images(bag, names, stamps, topics)
         notes += told
     return images
 
 
 def _frame(wanted: Wanted, truths: Mapping[tuple[Path, str], Images], guesses: Mapping[tuple[Path, str], Images], max_size: int) -> _Frame:
-    images = truths[wanted.bag, ""][wanted.stamp_ns]
+    images = truths[wanted.bag, wanted.camera][wanted.stamp_ns]
     frame, color, row = _Frame(), images.get(COLOR), ERROR_IMAGES.get(wanted.task)
     if color is not None and (color.ndim == 2 or color.shape[2] == 3):
         frame.color = reduced(color, max_size)
@@ -113,7 +129,7 @@ def _frame(wanted: Wanted, truths: Mapping[tuple[Path, str], Images], guesses: M
         return frame
     truth = images[row.layer]
     frame.truth = row.read(reduced(truth, max_size))
-    guess = guesses[wanted.estimates, wanted.topic][wanted.stamp_ns].get(row.layer) if wanted.estimates else None
+    guess = guesses[wanted.estimates, f"{wanted.topic} {row.layer}"][wanted.stamp_ns].get(row.layer) if wanted.estimates else None
     if guess is not None and fits(guess, row.layer):
         frame.estimate = row.match(frame.truth, row.read(reduced(same_size(truth, guess), max_size)))
         with np.errstate(all="ignore"):

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 
-from scene_synth_ros.report.evaluation_file import Evaluation, FrameRow
+from evaluation.evaluation_file import Evaluation, FrameKey
 from scene_synth_ros.report.samples import RoomKey
 from scene_synth_ros.report.sweep_file import Sweep, find_sweep, read_sweep
 
 MOST_NAMED = 3
+_ESTIMATES = ("--estimates-out", "--estimates")
+"""Options of ``scene_synth evaluate`` that name the folder of the estimates."""
 
 
 class Places:
@@ -17,19 +20,20 @@ class Places:
 
     Args:
         evaluation: whose bags they are.
-        bag_root: what their paths are relative to, in place of the file's folder.
+        path: of its file.
+        bag_root: what the bags' paths are relative to, in place of the file's folder.
+        estimates: the bag of the estimates, or the folder with one for each variant; None: as the evaluation's command says.
     """
 
-    def __init__(self, evaluation: Evaluation, bag_root: Path | None) -> None:
-        self._evaluation = evaluation
-        self._root = bag_root if bag_root is not None else evaluation.path.parent
+    def __init__(self, evaluation: Evaluation, path: Path, bag_root: Path | None, estimates: Path | None) -> None:
+        self._root = bag_root if bag_root is not None else path.parent
+        self._words = _words(evaluation.created_with)
+        self._folder = estimates if estimates is not None else self._told_folder(path)
         self._notes: list[str] = []
         self._sweeps: dict[Path, Sweep] = {}
-        self._sweep_of: dict[str, Sweep] = {}
         self._estimates: dict[str, Path | None] = {}
-        bags = dict.fromkeys(frame.bag for frame in evaluation.frames)
-        for bag in bags:
-            self._sweep_of[bag] = self._find_sweep(self._root / bag)
+        bags = list(dict.fromkeys(frame.key.bag for frame in evaluation.frames))
+        self._sweep_of = {bag: self._find_sweep(self._root / bag) for bag in bags}
         missing = [bag for bag in bags if not (self._root / bag).exists()]
         if missing:
             named = ", ".join(missing[:MOST_NAMED]) + (", ..." if len(missing) > MOST_NAMED else "")
@@ -43,31 +47,47 @@ class Places:
         """Yield the sweeps that the bags belong to."""
         yield from self._sweeps.values()
 
-    def bag(self, frame: FrameRow) -> Path:
+    def bag(self, frame: FrameKey) -> Path:
         """Return the bag of a frame."""
         return self._root / frame.bag
 
-    def room(self, frame: FrameRow) -> RoomKey:
+    def room(self, frame: FrameKey) -> RoomKey:
         """Return the room of a frame, the same in every variant of a sweep."""
         base = self._sweep_of[frame.bag].bases.get(frame.variant or "")
         return base or (frame.room_type, frame.seed, frame.room)
 
-    def command(self, frame: FrameRow) -> str | None:
+    def command(self, frame: FrameKey) -> str | None:
         """Return the command that makes a frame's variant again, None for a bag of no sweep."""
         return self._sweep_of[frame.bag].commands.get(frame.variant or "")
 
-    def estimates(self, frame: FrameRow) -> tuple[Path | None, str]:
-        """Return the bag that has the estimate of a frame, None where none is known, and its topic, "" for that of the layer."""
-        topic = self._evaluation.estimate_topics.get(frame.task, "")
-        if self._evaluation.estimates is None:
-            return (self.bag(frame) if topic else None), topic
+    def camera(self) -> str:
+        """Return the name of the camera that was judged, empty where the evaluation does not say."""
+        return (self._words.get("--camera") or [""])[0]
+
+    def topic(self, task: str, layer: str) -> str:
+        """Return the topic of a task's estimates that the evaluation was told, empty for none."""
+        chosen = dict(word.split(":=", 1) for word in self._words.get("--topic", ()) if ":=" in word)
+        return chosen.get(task, chosen.get(layer, ""))
+
+    def estimates(self, frame: FrameKey) -> Path | None:
+        """Return the bag that has the estimate of a frame; without a folder of estimates that is the frame's own bag."""
+        if self._folder is None:
+            return self.bag(frame)
         if frame.bag not in self._estimates:
-            folder = self._evaluation.path.parent / self._evaluation.estimates
-            choices = (folder / frame.bag, folder / (frame.variant or "."), folder / Path(frame.bag).name, folder)
+            folder, variant = self._folder, frame.variant or "."
+            choices = (folder / "variants" / variant, folder / variant, folder / frame.bag, folder / Path(frame.bag).name, folder)
             self._estimates[frame.bag] = next((path for path in choices if path.is_dir() and any(path.glob("*.mcap*"))), None)
             if self._estimates[frame.bag] is None:
-                self._notes.append(f"{folder}: no bag of estimates for {frame.bag}")
-        return self._estimates[frame.bag], topic
+                self._notes.append(f"{folder}: no bag of estimates for {frame.bag}; give --estimates DIR")
+        return self._estimates[frame.bag]
+
+    def _told_folder(self, path: Path) -> Path | None:
+        """Return the folder of estimates that the command of the evaluation names, from its file's folder or from here."""
+        name = next((self._words[option][0] for option in _ESTIMATES if self._words.get(option)), None)
+        if name is None:
+            return None
+        choices = (path.parent / name, Path(name), path.parent / Path(name).name)
+        return next((choice for choice in choices if choice.is_dir()), choices[0])
 
     def _find_sweep(self, bag: Path) -> Sweep:
         path = find_sweep(bag)
@@ -78,3 +98,20 @@ class Places:
             if note:
                 self._notes.append(note)
         return self._sweeps[path]
+
+
+def _words(command: str) -> dict[str, list[str]]:
+    """Return the options of a command, each with the words that follow it."""
+    try:
+        words = shlex.split(command)
+    except ValueError:
+        return {}
+    found: dict[str, list[str]] = {}
+    option = ""
+    for word in words:
+        if word.startswith("--"):
+            option, _, value = word.partition("=")
+            found.setdefault(option, []).extend([value] if value else [])
+        elif option:
+            found[option].append(word)
+    return found

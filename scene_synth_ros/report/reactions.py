@@ -7,14 +7,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from scene_synth_ros.report.design import Design, Factor
-from scene_synth_ros.report.effects import Interval, contrast, room_means, standardised_regression
-from scene_synth_ros.report.evaluation_file import Evaluation, SummaryRow, TaskRow
+from evaluation.confidence import Interval
+from evaluation.effects import contrast, room_means, standardised_regression
+from evaluation.evaluation_file import Evaluation, SummaryRow, TaskRow
+from scene_synth_ros.report.design import Design, Factor, is_number
 from scene_synth_ros.report.samples import Array, Integers, Samples, room_matrix, shown_frames
 
 MOST_DOTS = 300
 """Single variants in a chart."""
 DIGITS = 6
+Points = list[list[float | None] | None]
 
 
 class Part(NamedTuple):
@@ -32,7 +34,7 @@ def rounded(value: float | None) -> float | None:
 
 def interval(value: Interval) -> list[float | None]:
     """Return value, low, high."""
-    return [rounded(part) for part in value]
+    return [rounded(part) for part in (value.value, value.low, value.high)]
 
 
 def response_curves(part: Part, design: Design, rooms: int) -> dict[str, dict[str, Any]]:
@@ -45,7 +47,7 @@ def response_curves(part: Part, design: Design, rooms: int) -> dict[str, dict[st
     for m, metric in enumerate(part.task.metrics):
         for f, factor in enumerate(design.factors):
             values, counts = _matrix(part.samples, design, f, m, rooms)
-            points = [
+            points: Points = [
                 mean and [*interval(mean), int((counts[:, column] > 0).sum()), int(counts[:, column].sum())]
                 for column, mean in enumerate(room_means(values))
             ]
@@ -79,7 +81,7 @@ def ranking(part: Part, design: Design, rooms: int) -> dict[str, dict[str, Any]]
                         "effect": interval(effect.range),
                         "least": factor.columns[effect.least],
                         "most": factor.columns[effect.most],
-                        "share": rounded(effect.range.value / abs(base.value)) if base is not None and base.value else None,
+                        "share": rounded((effect.range.value or 0.0) / abs(base.value)) if base is not None and base.value else None,
                     }
                 )
         if rows:
@@ -135,18 +137,22 @@ def _dots(samples: Samples, factor: Factor, metric: int) -> list[list[float | No
     sizes = np.bincount(rooms)
     means += means.mean() - (np.bincount(rooms, means) / np.maximum(sizes, 1))[rooms] if sizes.max(initial=0) > 1 else 0.0
     pairs = [(samples.factors[k].get(factor.name), mean) for k, mean in zip(np.flatnonzero(known)[first], means, strict=True)]
-    dots = [[rounded(value), rounded(float(mean))] for value, mean in pairs if isinstance(value, float)]
+    dots = [[rounded(value), rounded(float(mean))] for value, mean in pairs if is_number(value)]
     return dots[:: -(-len(dots) // MOST_DOTS)] if dots else []
 
 
-def _told(summary: Sequence[SummaryRow], task: str, metric: str, factor: Factor) -> list[list[float | None] | None]:
+def _told(summary: Sequence[SummaryRow], task: str, metric: str, factor: Factor) -> Points:
     """Return the points that the evaluation itself tells, for a metric that single frames do not have."""
-    points: list[list[float | None] | None] = [None] * len(factor.columns)
+    points: Points = [None] * len(factor.columns)
     for row in summary:
         column = factor.column_of.get(row.key, -1)
-        if row.task == task and row.by == factor.name and column >= 0 and metric in row.metrics and not factor.binned:
-            points[column] = [*map(rounded, row.metrics[metric]), row.rooms, row.frames]
+        if row.task == task and row.by == factor.name and column >= 0 and _is_known(row, metric) and not factor.binned:
+            points[column] = [*interval(row.metrics[metric]), row.rooms, row.frames]
     return points
+
+
+def _is_known(row: SummaryRow, metric: str) -> bool:
+    return metric in row.metrics and row.metrics[metric].value is not None
 
 
 def comparison(parts: Mapping[int, Part], rooms: int) -> dict[str, Any]:
@@ -158,13 +164,13 @@ def comparison(parts: Mapping[int, Part], rooms: int) -> dict[str, Any]:
             zeros = np.zeros(len(part.samples.rooms), np.int64)
             values, counts = room_matrix(part.samples.rooms, zeros, part.samples.values[:, m], (rooms, 1))
             told = next((row for row in part.evaluation.summary if row.task == part.task.name and row.by == "all"), None)
-            score = told.metrics.get(metric.name) if told else None
+            score = told.metrics[metric.name] if told is not None and _is_known(told, metric.name) else None
             mean = room_means(values[counts[:, 0] > 0])[0] if counts.any() else None
-            shown = [*map(rounded, score)] if score else mean and interval(mean)
+            shown = score or mean
             other = first.setdefault(metric.name, values)
             apart = contrast_of(other, values) if other is not values else None
             if shown:
-                result.setdefault(metric.name, {})[str(number)] = {"score": shown, "difference": apart and interval(apart)}
+                result.setdefault(metric.name, {})[str(number)] = {"score": interval(shown), "difference": apart and interval(apart)}
     return result
 
 

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from evaluation.effects import DRAWS
+from evaluation.evaluation_file import Evaluation, FrameRow, MetricRow, read_evaluation
 from renderer import LAYERS
+from scene_description import SceneSynthError
 from scene_synth_ros.pages.document import WebFiles, page_document, write_whole
 from scene_synth_ros.report.breakdowns import KINDS, breakdowns
 from scene_synth_ros.report.design import HOW, Design, find_design, value_text
-from scene_synth_ros.report.effects import DRAWS
 from scene_synth_ros.report.error_images import ERROR_IMAGES
-from scene_synth_ros.report.evaluation_file import Evaluation, FrameRow, MetricRow, ReportError, read_evaluation
 from scene_synth_ros.report.frame_pictures import Wanted, frame_pictures
 from scene_synth_ros.report.places import Places
 from scene_synth_ros.report.reactions import Part, comparison, ranking, response_curves, rounded
@@ -24,6 +25,10 @@ FILES = WebFiles("scene_synth_ros.report", "report.html", "report.css", ("charts
 MOST_FILES = 6
 """Evaluations in one report: as many as there are colours."""
 MAX_PICTURE_BYTES = 50_000_000
+
+
+class ReportError(SceneSynthError):
+    """What no report can be made of; one line."""
 
 
 class ReportSummary(NamedTuple):
@@ -51,6 +56,7 @@ def write_report(
     out: Path,
     *,
     bag_root: Path | None,
+    estimates: Path | None,
     worst: int,
     max_size: int,
     progress: Callable[[str], None] = lambda _what: None,
@@ -61,12 +67,14 @@ def write_report(
         paths: of the files; the first is what the others are compared with.
         out: the page, replaced as a whole.
         bag_root: what the bags' paths are relative to, in place of each file's folder.
+        estimates: folder of the estimates of all evaluations, in place of the one that each names.
         worst: frames to show of each task of each evaluation.
         max_size: pixels of a picture's longer side.
         progress: told what is done.
 
     Raises:
-        ReportError: a file is no evaluation, or holds no frame.
+        ReportError: there are too many files, or one has neither frames nor a summary.
+        EvaluationError: a file is no evaluation.
         OSError: a file cannot be read, or the page not be written.
     """
     if not 1 <= len(paths) <= MOST_FILES:
@@ -77,15 +85,20 @@ def write_report(
         evaluations.append(read_evaluation(path))
         if not evaluations[-1].frames and not evaluations[-1].summary:
             raise ReportError(f"{path}: expected frames or a summary, got neither; evaluate bags that hold estimates and truth")
-    places = [Places(evaluation, bag_root) for evaluation in evaluations]
-    data, notes, pictured = _page_data(evaluations, places, worst, max_size, progress)
+    places = [Places(one, path, bag_root, estimates) for one, path in zip(evaluations, paths, strict=True)]
+    data, notes, pictured = _page_data(evaluations, paths, places, worst, max_size, progress)
     document = page_document(FILES, data)
     write_whole(out, document)
     return ReportSummary(len(evaluations), len(data["tasks"]), len(data["factors"]), pictured, len(document), notes)
 
 
 def _page_data(
-    evaluations: Sequence[Evaluation], places: Sequence[Places], worst: int, max_size: int, progress: Callable[[str], None]
+    evaluations: Sequence[Evaluation],
+    paths: Sequence[Path],
+    places: Sequence[Places],
+    worst: int,
+    max_size: int,
+    progress: Callable[[str], None],
 ) -> tuple[dict[str, Any], tuple[str, ...], int]:
     design = find_design([frame for one in evaluations for frame in one.frames], [sweep for place in places for sweep in place.sweeps()])
     tasks = list(dict.fromkeys(task.name for one in evaluations for task in one.tasks))
@@ -102,7 +115,7 @@ def _page_data(
     data = {
         "title": " and ".join(dict.fromkeys(evaluation.title for evaluation in evaluations)),
         "notes": notes,
-        "evaluations": [_told(evaluation, place) for evaluation, place in zip(evaluations, places, strict=True)],
+        "evaluations": [_told(*one) for one in zip(evaluations, paths, places, strict=True)],
         "how": HOW[design.name] if design.factors else "",
         "design": design.name.replace("_", " ") if design.factors else "",
         "draws": DRAWS,
@@ -135,7 +148,7 @@ def _task(name: str, parts: Mapping[int, Part], design: Design, rooms: int) -> d
             metrics.setdefault(metric.name, metric)
     return {
         "name": name,
-        "metrics": [{"name": metric.name, "unit": metric.unit, "lower": metric.lower_is_better} for metric in metrics.values()],
+        "metrics": [{"name": metric.name, "unit": metric.unit, "lower": metric.better == "lower"} for metric in metrics.values()],
         "scores": comparison(parts, rooms),
         "curves": {str(number): response_curves(part, design, rooms) for number, part in parts.items()},
         "ranking": {str(number): ranking(part, design, rooms) for number, part in parts.items()},
@@ -151,41 +164,47 @@ def _frames(evaluations: Sequence[Evaluation], places: Sequence[Places], worst: 
             metric = ordering_metric(task, frames)
             for frame in worst_frames(frames, metric, worst) if metric else ():
                 shown.append(_Shown(number=number, frame=frame, metric=metric))
-                wanted.append(Wanted(task.name, place.bag(frame), frame.stamp_ns, *place.estimates(frame)))
+                wanted.append(_wanted(frame, place))
     return shown, frame_pictures(wanted, max_size, MAX_PICTURE_BYTES, lambda bag: progress(f"reading {bag}"))
 
 
-def _told(evaluation: Evaluation, place: Places) -> dict[str, Any]:
+def _wanted(frame: FrameRow, place: Places) -> Wanted:
+    key, row = frame.key, ERROR_IMAGES.get(frame.task)
+    topic = place.topic(frame.task, row.layer) if row else ""
+    return Wanted(frame.task, key.stamp_ns, place.bag(key), place.camera(), place.estimates(key) if row else None, topic)
+
+
+def _told(evaluation: Evaluation, path: Path, place: Places) -> dict[str, Any]:
     """Return what is said of an evaluation."""
-    frames = {(frame.bag, frame.room, frame.stamp_ns) for frame in evaluation.frames}
-    types = sorted({frame.room_type.replace("_", " ") for frame in evaluation.frames if frame.room_type})
-    bags = list(dict.fromkeys(frame.bag for frame in evaluation.frames))
+    keys = [frame.key for frame in evaluation.frames]
+    frames = {(key.bag, key.room, key.stamp_ns) for key in keys}
+    types = sorted({key.room_type.replace("_", " ") for key in keys})
+    bags = list(dict.fromkeys(key.bag for key in keys))
     facts = [
         ("algorithm", evaluation.algorithm),
-        ("version", evaluation.version),
-        ("file", str(evaluation.path)),
+        ("file", str(path)),
         ("bags", f"{len(bags)}: {', '.join(bags[:3])}{', ...' if len(bags) > 3 else ''}" if bags else ""),
-        ("rooms", str(len({place.room(frame) for frame in evaluation.frames}))),
+        ("rooms", str(len({place.room(key) for key in keys}))),
         ("room types", ", ".join(types)),
         ("frames", str(len(frames))),
         *((key.replace("_", " "), str(count)) for key, count in evaluation.missing.items()),
     ]
-    return {"title": evaluation.title, "facts": [fact for fact in facts if fact[1]], "command": evaluation.command}
+    return {"title": evaluation.title, "facts": [fact for fact in facts if fact[1]], "command": evaluation.created_with}
 
 
 def _frame_row(one: _Shown, place: Places, design: Design, images: Mapping[str, str]) -> dict[str, Any]:
-    frame = one.frame
+    frame, key = one.frame, one.frame.key
     labels = {factor.name: (factor.label, factor.unit) for factor in design.factors}
-    factors = [(*labels[name], value_text(value)) for name, value in frame.factors.items() if name in labels]
+    factors = [(*labels[name], value_text(value)) for name, value in key.factors.items() if name in labels]
     return {
         "task": frame.task,
         "evaluation": one.number,
         "metric": one.metric.name,
         "value": rounded(frame.metrics[one.metric.name]),
-        "room_type": frame.room_type.replace("_", " "),
-        "place": f"{frame.bag}, room {frame.room}, frame {frame.frame}",
-        "stamp": str(frame.stamp_ns),
+        "room_type": key.room_type.replace("_", " "),
+        "place": f"{key.bag}, room {key.room}, frame {key.frame}",
+        "stamp": str(key.stamp_ns),
         "factors": factors,
-        "command": command_of(frame, str(place.bag(frame)), place.command(frame)),
+        "command": command_of(str(place.bag(key)), place.command(key)),
         "images": images,
     }

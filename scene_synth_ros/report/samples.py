@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from evaluation.evaluation_file import FactorValue, FrameKey, FrameRow
 from scene_synth_ros.report.design import Design
-from scene_synth_ros.report.evaluation_file import FrameRow, Value
 
 RoomKey = tuple[str, int, int]
 """Type, seed and index of a room: the same room in every variant of a sweep has the same key."""
@@ -32,26 +32,27 @@ class Samples(NamedTuple):
     columns: Integers
     variants: Integers
     values: Array
-    factors: Sequence[Mapping[str, Value]]
+    factors: Sequence[Mapping[str, FactorValue]]
 
 
 def take_samples(
-    frames: Sequence[FrameRow], metrics: Sequence[str], design: Design, rooms: dict[RoomKey, int], room_of: Callable[[FrameRow], RoomKey]
+    frames: Sequence[FrameRow], metrics: Sequence[str], design: Design, rooms: dict[RoomKey, int], room_of: Callable[[FrameKey], RoomKey]
 ) -> Samples:
     """Return the frames of one task; rooms that are new get the next places in ``rooms``."""
-    places = [rooms.setdefault(room_of(frame), len(rooms)) for frame in frames]
-    columns = [[factor.column_of.get(frame.factors.get(factor.name), -1) for factor in design.factors] for frame in frames]
+    places = [rooms.setdefault(room_of(frame.key), len(rooms)) for frame in frames]
+    columns = [[factor.column_of.get(frame.key.factors.get(factor.name), -1) for factor in design.factors] for frame in frames]
     variants: dict[tuple[Any, ...], int] = {}
     numbers = [
-        variants.setdefault((place, *(frame.factors.get(factor.name) for factor in design.factors)), len(variants))
+        variants.setdefault((place, *(frame.key.factors.get(factor.name) for factor in design.factors)), len(variants))
         for place, frame in zip(places, frames, strict=True)
     ]
+    values = [[np.nan if (value := frame.metrics.get(name)) is None else value for name in metrics] for frame in frames]
     return Samples(
         rooms=np.array(places, np.int64),
         columns=np.array(columns, np.int64).reshape(len(frames), len(design.factors)),
         variants=np.array(numbers, np.int64),
-        values=np.array([[frame.metrics.get(name, np.nan) for name in metrics] for frame in frames]).reshape(len(frames), len(metrics)),
-        factors=[frame.factors for frame in frames],
+        values=np.array(values, np.float64).reshape(len(frames), len(metrics)),
+        factors=[frame.key.factors for frame in frames],
     )
 
 

@@ -8,12 +8,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from scene_synth_ros.report.evaluation_file import MAX_TEXT, Value, factor_value
+from evaluation.evaluation_file import FactorValue
 
 NAME = "sweep.json"
 SCHEMA = "scene_synth_sweep/1"
 DESIGNS = ("one_at_a_time", "grid", "latin_hypercube")
-MAX_COMMAND = 4000
+MAX_TEXT, MAX_COMMAND = 400, 4000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -22,8 +22,8 @@ class SweepFactor:
 
     label: str
     unit: str
-    values: tuple[Value, ...]
-    base: Value
+    values: tuple[FactorValue, ...]
+    base: FactorValue
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,6 +34,13 @@ class Sweep:
     factors: Mapping[str, SweepFactor] = field(default_factory=dict)
     commands: Mapping[str, str] = field(default_factory=dict)
     bases: Mapping[str, tuple[str, int, int]] = field(default_factory=dict)
+
+
+def factor_value(value: object) -> FactorValue:
+    """Return a factor's value as an evaluation has it; lists and mappings as their JSON text."""
+    if value is None or isinstance(value, (bool, int, float)):
+        return value
+    return (value if isinstance(value, str) else json.dumps(value))[:MAX_TEXT]
 
 
 def find_sweep(bag: Path) -> Path | None:

@@ -1,22 +1,19 @@
 """Which design a set of evaluated frames has, and what its factors' columns are."""
 
 import pytest
-from evaluation_files import combinations, frame
+from evaluation_files import combinations
 
+from evaluation.evaluation_file import FactorValue, FrameKey, FrameRow
 from scene_synth_ros.report.design import Design, find_design
-from scene_synth_ros.report.evaluation_file import FrameRow, factor_value
 from scene_synth_ros.report.sweep_file import Sweep, SweepFactor
 
 VALUES = {"light": [3.0, 0.5, 1.0], "finish": ["paint", "brick"], "lamp": [True, False]}
 BASE = {"light": 1.0, "finish": "paint", "lamp": True}
 
 
-def rows(combos: list[dict[str, object]]) -> list[FrameRow]:
-    found = []
-    for k, factors in enumerate(combos):
-        row = frame(f"{k:04d}", 0, {name: factor_value(value) for name, value in factors.items()}, {})
-        found.append(FrameRow(**row))
-    return found
+def rows(combos: list[dict[str, FactorValue]]) -> list[FrameRow]:
+    keys = [FrameKey(bag="bag", room=0, room_type="office", seed=1, frame=0, stamp_ns=0, factors=factors) for factors in combos]
+    return [FrameRow(key=key, task="depth", metrics={}) for key in keys]
 
 
 def columns(design: Design) -> dict[str, tuple[tuple[str, ...], int | None]]:

@@ -1,8 +1,7 @@
 """How much a metric reacts to a factor: means over rooms, paired contrasts, standardised regression, all with bootstrap intervals.
 
-Rooms are what is drawn: frames of a room are alike and count as one sample.  Intervals are percentile intervals of a bootstrap over whole
-rooms (Efron and Tibshirani, An Introduction to the Bootstrap, 1993, chapter 13), so a room keeps all its values in every draw and what is
-compared stays paired within rooms.
+Frames of a room are alike and count as one sample.  Intervals are those of :mod:`evaluation.confidence`: whole rooms are drawn again, so a
+room keeps all its values in every draw and what is compared stays paired within rooms.  They have no ends with fewer than two rooms.
 """
 
 from __future__ import annotations
@@ -14,17 +13,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-LEVEL = 0.95
+from evaluation.confidence import LEVEL, Interval, resampling_weights
+
 DRAWS = 2000
 Array = NDArray[np.float64]
-
-
-class Interval(NamedTuple):
-    """A value with the ends of its interval; these are None with fewer than two rooms."""
-
-    value: float
-    low: float | None
-    high: float | None
 
 
 class Contrast(NamedTuple):
@@ -47,11 +39,6 @@ class Regression(NamedTuple):
     r_squared: float
 
 
-def draw_rooms(rooms: int, seed: int, draws: int = DRAWS) -> Array:
-    """Return how often each room is in each draw of the bootstrap, (draws, rooms)."""
-    return np.random.default_rng(seed).multinomial(rooms, np.full(rooms, 1.0 / rooms), draws).astype(np.float64)
-
-
 def room_means(values: Array, seed: int = 0) -> list[Interval | None]:
     """Return the mean of each column over the rooms that have it.
 
@@ -63,7 +50,7 @@ def room_means(values: Array, seed: int = 0) -> list[Interval | None]:
         a mean with its interval for each column, None for a column without rooms.
     """
     means = _means(values, np.ones((1, len(values))))[0]
-    drawn = _means(values, draw_rooms(len(values), seed)) if len(values) > 1 else np.empty((0, values.shape[1]))
+    drawn = _means(values, resampling_weights(len(values), DRAWS, seed)) if len(values) > 1 else np.empty((0, values.shape[1]))
     counts = np.isfinite(values).sum(axis=0)
     return [
         _interval(means[column], drawn[:, column] if counts[column] > 1 else None) if counts[column] else None
@@ -76,7 +63,8 @@ def differences(values: Array, base: int | None) -> Array:
     if base is not None:
         return values - values[:, [base]]
     known = np.isfinite(values)
-    return values - (np.where(known, values, 0.0).sum(axis=1) / np.maximum(known.sum(axis=1), 1))[:, None]
+    means: Array = np.where(known, values, 0.0).sum(axis=1, keepdims=True) / np.maximum(known.sum(axis=1, keepdims=True), 1)
+    return values - means
 
 
 def contrast(values: Array, base: int | None, seed: int = 0) -> Contrast | None:
@@ -100,7 +88,7 @@ def contrast(values: Array, base: int | None, seed: int = 0) -> Contrast | None:
     if least == most:
         least, most = (int(column) for column in np.flatnonzero(np.isfinite(means))[:2])
     several = min(np.isfinite(apart[:, column]).sum() for column in (least, most)) > 1
-    drawn = _means(apart, draw_rooms(len(apart), seed)) if several else None
+    drawn = _means(apart, resampling_weights(len(apart), DRAWS, seed)) if several else None
     span = _interval(means[most] - means[least], None if drawn is None else drawn[:, most] - drawn[:, least])
     return Contrast(span, least, most)
 
@@ -137,7 +125,7 @@ def standardised_regression(response: Array, factors: Sequence[Array], rooms: ND
     values, r_squared = _fit(whole[None], ends)
     drawn = None
     if len(names) > 1:
-        weights = draw_rooms(len(names), seed)
+        weights = resampling_weights(len(names), DRAWS, seed)
         drawn, _ = _fit(np.tensordot(weights, products, axes=1), ends)
     coefficients = tuple(_interval(values[0, k], None if drawn is None else drawn[:, k]) for k in range(len(factors)))
     return Regression(coefficients, float(r_squared[0]))
@@ -168,6 +156,6 @@ def _means(values: Array, weights: Array) -> Array:
 def _interval(value: float, drawn: Array | None) -> Interval:
     """Return a value with the percentiles of what was drawn."""
     if drawn is None or not np.isfinite(drawn).any():
-        return Interval(float(value), None, None)
+        return Interval(value=float(value))
     low, high = np.nanquantile(drawn, [0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL])
-    return Interval(float(value), float(low), float(high))
+    return Interval(value=float(value), low=float(low), high=float(high))

@@ -1,9 +1,12 @@
 """Effects against hand-computed cases: pairing, intervals, missing rooms, standardised coefficients."""
 
+from dataclasses import astuple
+
 import numpy as np
 import pytest
 
-from scene_synth_ros.report.effects import contrast, differences, room_means, standardised_regression
+from evaluation.confidence import Interval
+from evaluation.effects import contrast, differences, room_means, standardised_regression
 
 NAN = np.nan
 
@@ -11,7 +14,7 @@ NAN = np.nan
 def test_means_are_over_the_rooms_that_have_a_value() -> None:
     means = room_means(np.array([[1.0, 10.0, NAN], [3.0, NAN, NAN]]))
     assert means[0] is not None and means[0].value == 2.0 and (means[0].low, means[0].high) == (1.0, 3.0)
-    assert means[1] is not None and tuple(means[1]) == (10.0, None, None), "one room has no interval"
+    assert means[1] == Interval(value=10.0), "one room has no interval"
     assert means[2] is None
 
 
@@ -29,9 +32,9 @@ def test_rooms_are_compared_with_themselves() -> None:
     rooms = np.array([10.0, 40.0, 90.0, 20.0])[:, None]
     found = contrast(rooms + np.array([0.0, 1.0, 3.0]), base=0)
     assert found is not None and (found.least, found.most) == (0, 2)
-    assert np.allclose(found.range, 3.0)
+    assert np.allclose(astuple(found.range), 3.0)
     found = contrast(rooms + np.array([2.0, 0.0, 1.0]), base=None)
-    assert found is not None and (found.least, found.most) == (1, 0) and np.allclose(found.range, 2.0)
+    assert found is not None and (found.least, found.most) == (1, 0) and np.allclose(astuple(found.range), 2.0)
 
 
 def test_an_effect_that_only_some_rooms_have_is_not_sure() -> None:
@@ -47,7 +50,7 @@ def test_missing_rooms_do_not_bias_a_contrast() -> None:
     found = contrast(values, base=0)
     assert found is not None and found.range.value == 1.0
     assert contrast(np.array([[NAN, 1.0], [2.0, NAN]]), base=0) is None
-    assert contrast(np.array([[1.0, 2.0]]), base=0) == ((1.0, None, None), 0, 1)
+    assert contrast(np.array([[1.0, 2.0]]), base=0) == (Interval(value=1.0), 0, 1)
 
 
 def test_differences_without_a_base_are_to_the_mean_of_the_room() -> None:
@@ -61,7 +64,7 @@ def test_standardised_coefficients_of_a_known_line() -> None:
     response = 3.0 * a - 4.0 * b + 100.0 * rooms
     fit = standardised_regression(response, [a[:, None], 7.0 * b[:, None]], rooms)
     assert fit is not None and fit.r_squared == pytest.approx(1.0)
-    np.testing.assert_allclose(fit.coefficients, [[0.6] * 3, [-0.8] * 3])
+    np.testing.assert_allclose([astuple(part) for part in fit.coefficients], [[0.6] * 3, [-0.8] * 3])
 
 
 def test_a_factor_of_names_has_a_coefficient_without_sign() -> None:
