@@ -29,7 +29,7 @@ function fillScores(task, shown, choose) {
   });
   const lines = fillTable(by('scores'), heads, rows, [], 'no metrics');
   lines.forEach((line, k) => line.classList.toggle('chosen', task.metrics[k].name === state.metric));
-  by('scores-hint').textContent = `with 95 % intervals over rooms${others.length ? '; differences are paired within rooms' : ''}`;
+  by('scores-hint').textContent = `with 95 % intervals over rooms${others.length ? '; differences are those of the means of frames, paired within rooms' : ''}`;
 }
 
 function fillRanking(task, metric, shown) {

@@ -19,12 +19,12 @@ function across(factor, dots) {
   return { of, at: factor.places.map(of), texts: values.map((value) => [of(value), say(value)]), step: inner / values.length, log, base: factor.base_value === null ? null : of(factor.base_value) };
 }
 
-/** Returns whether values are spread more evenly over a logarithmic axis than over a plain one. */
+/** Returns whether values are spread much more evenly over a logarithmic axis than over a plain one. */
 function isLogarithmic(values, low, high) {
   if (low <= 0 || high / low < LOG_FROM) return false;
   const middle = values.length / 2, half = [Math.floor(middle - 0.5), Math.ceil(middle - 0.5)].map((k) => [...values].sort((a, b) => a - b)[k]);
   const off = (on) => Math.abs((on(half[0]) + on(half[1]) - on(low) - on(high)) / (on(high) - on(low)));
-  return off(Math.log) < off((value) => value);
+  return off(Math.log) < 0.5 * off((value) => value);
 }
 
 /** Returns the vertical range of all charts of a metric. */
