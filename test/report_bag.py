@@ -44,7 +44,10 @@ def write_sweep(folder: Path, *, shift: float = 0.0, title: str = "SGBM") -> Pat
     frames, variants = [], []
     for number, factors in enumerate(combos):
         name = f"{number:04d}"
-        variants.append({"id": name, "bag": "bag", "factors": factors, "changed": [], "command": f"scene_synth sweep s.yaml --only {name}"})
+        changed = [key for key, value in factors.items() if value != BASE[key]]
+        variants.append(
+            {"id": name, "bag": "bag", "factors": factors, "changed": changed, "command": f"scene_synth sweep s.yaml --only {name}"}
+        )
         for room, k in itertools.product(range(2), range(3)):
             value = abs_rel(room, factors) + shift + 0.001 * k
             place = {"bag": "bag", "room_type": ("office", "study")[room], "frame": k, "stamp_ns": stamps[3 * room + k]}

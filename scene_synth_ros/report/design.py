@@ -8,9 +8,10 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple, TypeGuard
 
 import numpy as np
+from numpy.typing import NDArray
 
 from evaluation.evaluation_file import FactorValue, FrameRow
-from scene_synth_ros.report.sweep_file import Sweep, SweepFactor
+from scene_synth_ros.report.sweep_file import AS_IT_IS, Sweep, SweepFactor
 
 MOST_VALUES = 12
 """Numeric factors with more values are put into bins."""
@@ -33,7 +34,7 @@ class Factor(NamedTuple):
     Attributes:
         name, label, unit: of the sweep; the unit is "" for none.
         columns: texts of its values, or of bins of them.
-        places: the number of each column, empty for a factor of names.
+        places: the number of each column, None for that of base rooms that differ in it; empty for a factor of names.
         base: column of the base, None where there is none.
         base_value: the base itself, where it lies in no column of its own.
         column_of: value -> column.
@@ -43,7 +44,7 @@ class Factor(NamedTuple):
     label: str
     unit: str
     columns: tuple[str, ...]
-    places: tuple[float, ...]
+    places: tuple[float | None, ...]
     base: int | None
     base_value: float | None
     column_of: Mapping[FactorValue, int]
@@ -52,6 +53,11 @@ class Factor(NamedTuple):
     def binned(self) -> bool:
         """Whether columns are bins."""
         return len(self.column_of) > len(self.columns)
+
+    @property
+    def has_numbers(self) -> bool:
+        """Whether the values are numbers."""
+        return bool(self.places)
 
 
 class Design(NamedTuple):
@@ -95,21 +101,32 @@ def is_number(value: FactorValue) -> TypeGuard[float]:
 
 def _factor(name: str, found: Sequence[FactorValue], told: SweepFactor | None, centre: FactorValue, spread_out: bool) -> Factor:
     label, unit, order, base = (told.label, told.unit, told.values, told.base) if told else (name, "", (), None)
-    base = centre if base is None else base
+    own = AS_IT_IS in found
+    base = AS_IT_IS if own else centre if base is None else base
     numbers = sorted(float(value) for value in found if is_number(value))
-    if len(numbers) < len(found):
-        ranks = {value: k for k, value in enumerate(order)}
+    if not numbers or len(numbers) + own < len(found):
+        ranks = {value: k for k, value in enumerate((AS_IT_IS, *order))}
         columns = sorted(found, key=lambda value: ranks.get(value, len(ranks)))
         column_of = {value: k for k, value in enumerate(columns)}
         return Factor(name, label, unit, tuple(map(value_text, columns)), (), column_of.get(base), None, column_of)
-    base_value = float(base) if is_number(base) else None
-    if len(numbers) <= MOST_VALUES and not (spread_out and len(numbers) > MOST_BINS):
-        column_of = {value: k for k, value in enumerate(numbers)}
-        return Factor(name, label, unit, tuple(map(value_text, numbers)), tuple(numbers), column_of.get(base), base_value, column_of)
-    bins = np.array_split(np.array(numbers), max(2, min(MOST_BINS, len(numbers) // 3)))
-    texts = tuple(f"{value_text(float(part[0]))} to {value_text(float(part[-1]))}" for part in bins)
-    column_of = {float(value): k for k, part in enumerate(bins) for value in part}
-    return Factor(name, label, unit, texts, tuple(float(part.mean()) for part in bins), None, base_value, column_of)
+    few = len(numbers) <= (MOST_BINS if spread_out else MOST_VALUES)
+    bins = np.array_split(np.array(numbers), len(numbers) if few else max(2, min(MOST_BINS, len(numbers) // 3)))
+    column_of = {float(value): k + own for k, part in enumerate(bins) for value in part} | ({AS_IT_IS: 0} if own else {})
+    return Factor(
+        name=name,
+        label=label,
+        unit=unit,
+        columns=(*((AS_IT_IS,) if own else ()), *(_bin_text(part) for part in bins)),
+        places=(*((None,) if own else ()), *(float(part.mean()) for part in bins)),
+        base=column_of.get(base) if few or own else None,
+        base_value=float(base) if is_number(base) else None,
+        column_of=column_of,
+    )
+
+
+def _bin_text(values: NDArray[np.float64]) -> str:
+    ends = [value_text(float(values[k])) for k in (0, -1)]
+    return ends[0] if len(values) == 1 else " to ".join(ends)
 
 
 def _centre(combinations: Collection[tuple[FactorValue, ...]]) -> tuple[FactorValue, ...] | None:
@@ -131,7 +148,7 @@ def _guess(
         return "grid"
     if centre is not None:
         return "one_at_a_time"
-    numeric = [name for name in names if all(is_number(value) for value in values[name])]
+    numeric = [name for name in names if all(is_number(value) or value == AS_IT_IS for value in values[name])]
     if any(2 * len(values[name]) > len(combinations) for name in numeric):
         return "latin_hypercube"
     return MIXED

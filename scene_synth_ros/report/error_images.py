@@ -54,7 +54,8 @@ def same_size(truth: Pixels, estimate: Pixels) -> Pixels:
     rows, columns = (
         ((np.arange(wanted) + 0.5) * got / wanted).astype(np.int64) for wanted, got in zip(truth.shape[:2], estimate.shape[:2], strict=True)
     )
-    return estimate[rows][:, columns]
+    resized: Pixels = estimate[rows][:, columns]
+    return resized
 
 
 def metres(depth: Pixels) -> Errors:
@@ -75,7 +76,8 @@ def angle_deg(truth: Pixels, estimate: Pixels) -> Errors:
     a, b = truth.astype(np.float64), estimate.astype(np.float64)
     lengths = np.linalg.norm(a, axis=2) * np.linalg.norm(b, axis=2)
     cosine = np.divide((a * b).sum(axis=2), lengths, out=np.full(lengths.shape, np.nan), where=lengths > 0.0)
-    return np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))).astype(np.float32)
+    angles: Errors = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))).astype(np.float32)
+    return angles
 
 
 def end_point_px(truth: Pixels, estimate: Pixels) -> Errors:

@@ -92,4 +92,5 @@ def reduced(pixels: NDArray[Any], max_size: int) -> NDArray[Any]:
     """Return an image whose longer side has at most so many pixels; whole rows and columns are left out, evenly."""
     step = max(1.0, max(pixels.shape[:2]) / max_size)
     rows, columns = (np.minimum(((np.arange(max(1, round(n / step))) + 0.5) * step).astype(np.int64), n - 1) for n in pixels.shape[:2])
-    return pixels[rows][:, columns]
+    smaller: NDArray[Any] = pixels[rows][:, columns]
+    return smaller

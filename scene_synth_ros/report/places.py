@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import shlex
 from collections.abc import Iterator
 from pathlib import Path
@@ -42,6 +43,14 @@ class Places:
     def notes(self) -> list[str]:
         """Return lines for people about what is missing."""
         return self._notes
+
+    def with_bases(self, evaluation: Evaluation) -> Evaluation:
+        """Return the evaluation with the factors that a variant leaves as they are named as such."""
+        frames = []
+        for frame in evaluation.frames:
+            factors = self._sweep_of[frame.key.bag].factors_of(frame.key.variant or "", frame.key.factors)
+            frames.append(dataclasses.replace(frame, key=dataclasses.replace(frame.key, factors=factors)))
+        return dataclasses.replace(evaluation, frames=tuple(frames))
 
     def sweeps(self) -> Iterator[Sweep]:
         """Yield the sweeps that the bags belong to."""

@@ -48,7 +48,7 @@ def response_curves(part: Part, design: Design, rooms: int) -> dict[str, dict[st
         for f, factor in enumerate(design.factors):
             values, counts = _matrix(part.samples, design, f, m, rooms)
             points: Points = [
-                mean and [*interval(mean), int((counts[:, column] > 0).sum()), int(counts[:, column].sum())]
+                None if mean is None else [*interval(mean), int((counts[:, column] > 0).sum()), int(counts[:, column].sum())]
                 for column, mean in enumerate(room_means(values))
             ]
             if not any(points):
@@ -104,6 +104,8 @@ def _sorted(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
 
 def _regression(samples: Samples, design: Design, metric: int) -> dict[str, Any] | None:
     known = np.isfinite(samples.values[:, metric]) & (samples.columns >= 0).all(axis=1)
+    for factor in design.factors:
+        known &= [not factor.has_numbers or is_number(values[factor.name]) for values in samples.factors]
     if not known.any():
         return None
     _, first, place = np.unique(samples.variants[known], return_index=True, return_inverse=True)
@@ -123,9 +125,10 @@ def _regression(samples: Samples, design: Design, metric: int) -> dict[str, Any]
 
 def _coding(samples: Samples, factor: Factor, place: int, chosen: Integers) -> Array:
     """Return a factor's values as columns of a regression: a column of numbers, or one of 0 and 1 for each name but the first."""
-    if factor.places:
-        return np.array([[float(samples.factors[k][factor.name] or 0.0)] for k in chosen])  # numbers, as the factor has places
-    return (samples.columns[chosen, place][:, None] == np.arange(1, len(factor.columns))).astype(np.float64)
+    if factor.has_numbers:
+        return np.array([[value if is_number(value := samples.factors[k][factor.name]) else np.nan] for k in chosen])
+    names: Array = (samples.columns[chosen, place][:, None] == np.arange(1, len(factor.columns))).astype(np.float64)
+    return names
 
 
 def _dots(samples: Samples, factor: Factor, metric: int) -> list[list[float | None]]:

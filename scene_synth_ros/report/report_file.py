@@ -86,6 +86,7 @@ def write_report(
         if not evaluations[-1].frames and not evaluations[-1].summary:
             raise ReportError(f"{path}: expected frames or a summary, got neither; evaluate bags that hold estimates and truth")
     places = [Places(one, path, bag_root, estimates) for one, path in zip(evaluations, paths, strict=True)]
+    evaluations = [place.with_bases(one) for one, place in zip(evaluations, places, strict=True)]
     data, notes, pictured = _page_data(evaluations, paths, places, worst, max_size, progress)
     document = page_document(FILES, data)
     write_whole(out, document)
@@ -162,9 +163,10 @@ def _frames(evaluations: Sequence[Evaluation], places: Sequence[Places], worst: 
         for task in evaluation.tasks:
             frames = [frame for frame in evaluation.frames if frame.task == task.name]
             metric = ordering_metric(task, frames)
-            for frame in worst_frames(frames, metric, worst) if metric else ():
-                shown.append(_Shown(number=number, frame=frame, metric=metric))
-                wanted.append(_wanted(frame, place))
+            if metric is not None:
+                chosen = worst_frames(frames, metric, worst)
+                shown += [_Shown(number=number, frame=frame, metric=metric) for frame in chosen]
+                wanted += [_wanted(frame, place) for frame in chosen]
     return shown, frame_pictures(wanted, max_size, MAX_PICTURE_BYTES, lambda bag: progress(f"reading {bag}"))
 
 

@@ -13,6 +13,8 @@ from evaluation.evaluation_file import FactorValue
 NAME = "sweep.json"
 SCHEMA = "scene_synth_sweep/1"
 DESIGNS = ("one_at_a_time", "grid", "latin_hypercube")
+AS_IT_IS = "as it is"
+"""Stands for the value of a factor in a base room, where base rooms differ in it."""
 MAX_TEXT, MAX_COMMAND = 400, 4000
 
 
@@ -28,12 +30,28 @@ class SweepFactor:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sweep:
-    """A sweep: ``design`` is one of ``DESIGNS`` or empty; ``commands`` and ``bases`` (room type, seed, index) are those of its variants."""
+    """A sweep: ``design`` is one of ``DESIGNS`` or empty.
+
+    ``commands``, ``bases`` (room type, seed, index) and ``changed``, the factors that are not as in the base room, are of its variants,
+    by their ids.
+    """
 
     design: str = ""
     factors: Mapping[str, SweepFactor] = field(default_factory=dict)
     commands: Mapping[str, str] = field(default_factory=dict)
     bases: Mapping[str, tuple[str, int, int]] = field(default_factory=dict)
+    changed: Mapping[str, frozenset[str]] = field(default_factory=dict)
+
+    def factors_of(self, variant: str, factors: Mapping[str, FactorValue]) -> dict[str, FactorValue]:
+        """Return a variant's factors, with ``AS_IT_IS`` for those that are left as they are in a base room of its own value."""
+        changed = self.changed.get(variant, factors.keys())
+        return {name: value if name in changed else self._base(name, value) for name, value in factors.items()}
+
+    def _base(self, name: str, value: FactorValue) -> FactorValue:
+        if name not in self.factors:
+            return value
+        base = self.factors[name].base
+        return AS_IT_IS if base is None else base
 
 
 def factor_value(value: object) -> FactorValue:
@@ -60,6 +78,7 @@ def read_sweep(path: Path) -> tuple[Sweep, str]:
             design=next((name for name in DESIGNS if name in design), ""),
             factors={str(row["name"]): _factor(row) for row in document.get("factors", ())},
             commands={row["id"]: str(row["command"])[:MAX_COMMAND] for row in variants if row.get("command")},
+            changed={row["id"]: frozenset(map(str, row["changed"])) for row in variants if "changed" in row},
             bases={row["id"]: _base(row["base"]) for row in variants if row.get("base")},
         ), ""
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:

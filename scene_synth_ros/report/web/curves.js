@@ -11,12 +11,16 @@ function across(factor, dots) {
     const at = (k) => LEFT + step * (k + 0.5);
     return { of: at, at: factor.columns.map((_, k) => at(k)), texts: factor.columns.map((text, k) => [at(k), text]), step, base: factor.base === null ? null : at(factor.base) };
   }
-  const places = [...factor.places, ...dots.map(([value]) => value), ...(factor.base_value === null ? [] : [factor.base_value])];
-  const low = Math.min(...places), high = Math.max(...places), log = isLogarithmic(factor.places, low, high);
+  const known = factor.places.filter((place) => place !== null), own = known.length < factor.places.length ? 44 : 0;
+  const places = [...known, ...dots.map(([value]) => value), ...(factor.base_value === null ? [] : [factor.base_value])];
+  const low = Math.min(...places), high = Math.max(...places), log = isLogarithmic(known, low, high);
   const on = log ? Math.log : (value) => value;
-  const of = (value) => LEFT + 10 + ((inner - 20) * (on(value) - on(low))) / (on(high) - on(low) || 1);
-  const values = factor.binned ? (log ? powers(low, high) : ticks(low, high, 5)) : factor.places;
-  return { of, at: factor.places.map(of), texts: values.map((value) => [of(value), say(value)]), step: inner / values.length, log, base: factor.base_value === null ? null : of(factor.base_value) };
+  const of = (value) => LEFT + 10 + own + ((inner - 20 - own) * (on(value) - on(low))) / (on(high) - on(low) || 1);
+  const values = factor.binned ? (log ? powers(low, high) : ticks(low, high, 5)) : known;
+  const at = factor.places.map((place) => (place === null ? LEFT + 18 : of(place)));
+  const texts = [...(own ? [[at[0], factor.columns[0]]] : []), ...values.map((value) => [of(value), say(value)])];
+  const base = factor.base_value !== null ? of(factor.base_value) : factor.base === null ? null : at[factor.base];
+  return { of, at, texts, step: inner / values.length, log, base };
 }
 
 /** Returns whether values are spread much more evenly over a logarithmic axis than over a plain one. */
@@ -69,11 +73,13 @@ function drawSeries(drawing, factor, { points, dots }, k, axis, y, x) {
   const known = points.map((point, column) => [column, point]).filter(([, point]) => point);
   const sure = known.filter(([, point]) => point[1] !== null);
   if (factor.places.length) {
-    const upper = sure.map(([column, point]) => `${x(column)},${y(point[2])}`), lower = sure.map(([column, point]) => `${x(column)},${y(point[1])}`).reverse();
-    if (sure.length > 1) shape('polygon', { points: [...upper, ...lower].join(' '), class: `band e${k}` }, group);
-    shape('polyline', { points: known.map(([column, point]) => `${x(column)},${y(point[0])}`).join(' '), class: `line e${k}` }, group);
-  } else {
-    for (const [column, point] of sure) shape('line', { x1: x(column), x2: x(column), y1: y(point[1]), y2: y(point[2]), class: `stem e${k}` }, group);
+    const joined = known.filter(([column]) => factor.places[column] !== null), inside = sure.filter(([column]) => factor.places[column] !== null);
+    const upper = inside.map(([column, point]) => `${x(column)},${y(point[2])}`), lower = inside.map(([column, point]) => `${x(column)},${y(point[1])}`).reverse();
+    if (inside.length > 1) shape('polygon', { points: [...upper, ...lower].join(' '), class: `band e${k}` }, group);
+    shape('polyline', { points: joined.map(([column, point]) => `${x(column)},${y(point[0])}`).join(' '), class: `line e${k}` }, group);
+  }
+  for (const [column, point] of sure) {
+    if (!factor.places.length || factor.places[column] === null) shape('line', { x1: x(column), x2: x(column), y1: y(point[1]), y2: y(point[2]), class: `stem e${k}` }, group);
   }
   for (const [column, point] of known) mark(k, x(column), y(point[0]), group);
 }

@@ -38,6 +38,19 @@ def test_a_sweep_names_factors_and_says_what_cannot_be_seen() -> None:
     assert (factors["light"].unit, factors["light"].base, factors["light"].base_value) == ("lx", 1, 1.0)
 
 
+def test_a_factor_that_base_rooms_differ_in_has_a_column_for_its_base() -> None:
+    """Rooms have own heights, of which the sweep says nothing; what is changed is 1 m and 2 m."""
+    told = SweepFactor(label="height", unit="m", values=(2.0, 1.0), base=None)
+    sweep = Sweep(design="one_at_a_time", factors={"height": told}, changed={"0": frozenset(), "1": frozenset({"height"})})
+    combos = [sweep.factors_of("0", {"height": own}) for own in (1.31, 1.47)] + [sweep.factors_of("1", {"height": h}) for h in (2, 1)]
+    (factor,) = find_design(rows(combos), [sweep]).factors
+    assert (factor.columns, factor.places, factor.base) == (("as it is", "1", "2"), (None, 1.0, 2.0), 0)
+    assert factor.column_of == {"as it is": 0, 1.0: 1, 2.0: 2} and not factor.binned and factor.base_value is None
+    assert Sweep(factors={"height": SweepFactor(label="", unit="", values=(), base=3.0)}, changed={"0": frozenset()}).factors_of(
+        "0", {"height": 1.31, "light": 2.0}
+    ) == {"height": 3.0, "light": 2.0}
+
+
 def test_many_values_are_put_into_bins_of_about_equal_count() -> None:
     combos = [{"light": k / 10.0, "speed": float((7 * k) % 20), "fixed": 1.0} for k in range(20)]
     design = find_design(rows(combos), [])
