@@ -13,7 +13,7 @@ from scene_synth_ros.report.sweep_file import Sweep, find_sweep, read_sweep
 
 MOST_NAMED = 3
 _ESTIMATES = ("--estimates-out", "--estimates")
-"""Options of ``scene_synth evaluate`` that name the folder of the estimates."""
+"""Options of the command of an evaluation that name the folder of the estimates."""
 
 
 class Places:
