@@ -36,14 +36,20 @@ def truth_topics(camera: str) -> TopicsOf:
     return find
 
 
-def estimate_topics(chosen: str, layer: str, *, same_bag: bool) -> TopicsOf:
-    """Return what finds the topic of the estimates of a layer: the chosen one, else those of estimates, else in a bag of their own any."""
+def estimate_topics(chosen: str, layer: str, camera: str, *, same_bag: bool) -> TopicsOf:
+    """Return what finds the topic of the estimates of a layer: the chosen one, else that of estimates.
+
+    Else it is, in a bag of estimates, the layer's own name; in the bag of the truth what the camera's modelled sensor has read.
+    """
+    ends = f"{camera and f'/{camera}'}/{layer}_sensed/image_raw"
 
     def find(types: Mapping[str, str]) -> Mapping[str, str]:
         if chosen:
             return {layer: chosen}
         named = layer_topics({name: kind for name, kind in types.items() if name.startswith(ESTIMATES)})
-        return named if same_bag or layer in named else layer_topics(types)
+        if layer in named or not same_bag:
+            return named if layer in named else layer_topics(types)
+        return {layer: next((name for name in sorted(types) if name.endswith(ends)), "")}
 
     return find
 

@@ -101,8 +101,12 @@ def _estimate(wanted: Wanted) -> _Request:
     """Return what to read for an estimate."""
     assert wanted.estimates is not None
     layer = ERROR_IMAGES[wanted.task].layer
-    topics = estimate_topics(wanted.topic, layer, same_bag=wanted.estimates == wanted.bag)
-    return wanted.estimates, [layer], wanted.stamp_ns, f"{wanted.topic} {layer}", topics
+    topics = estimate_topics(wanted.topic, layer, wanted.camera, same_bag=wanted.estimates == wanted.bag)
+    return wanted.estimates, [layer], wanted.stamp_ns, _name(wanted, layer), topics
+
+
+def _name(wanted: Wanted, layer: str) -> str:
+    return f"{wanted.topic} {wanted.camera} {layer}"
 
 
 def _read(requests: Sequence[_Request], notes: list[str], progress: Callable[[str], None]) -> dict[tuple[Path, str], Images]:
@@ -129,7 +133,7 @@ def _frame(wanted: Wanted, truths: Mapping[tuple[Path, str], Images], guesses: M
         return frame
     truth = images[row.layer]
     frame.truth = row.read(reduced(truth, max_size))
-    guess = guesses[wanted.estimates, f"{wanted.topic} {row.layer}"][wanted.stamp_ns].get(row.layer) if wanted.estimates else None
+    guess = guesses[wanted.estimates, _name(wanted, row.layer)][wanted.stamp_ns].get(row.layer) if wanted.estimates else None
     if guess is not None and fits(guess, row.layer):
         frame.estimate = row.match(frame.truth, row.read(reduced(same_size(truth, guess), max_size)))
         with np.errstate(all="ignore"):

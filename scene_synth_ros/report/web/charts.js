@@ -1,6 +1,7 @@
 // Numbers as texts, axes and the marks of a chart.  Colours of evaluations are classes e0 to e5.
 
 const MINUS = '\u2212', NONE = '\u2013';
+const WIDEST = 1.5; // largest end of an interval that is drawn, times the longest bar
 const figures = new Intl.NumberFormat('en', { maximumSignificantDigits: 4, useGrouping: false });
 
 /** Returns a number with four digits, for people. */
@@ -74,9 +75,10 @@ function label(text, x, y, kind, parent, anchor = 'middle') {
 /** Fills a table whose rows have a bar for each evaluation: rows are [name, {evaluation: [value, low, high, ...]}, further texts]. */
 function barTable(parent, heads, rows, unit, shown) {
   const table = element('table', null, parent, 'bars');
-  const values = rows.flatMap(([, found]) => shown.filter((k) => found[k]).flatMap((k) => found[k].slice(0, 3))).filter((value) => value !== null);
-  const low = Math.min(0, ...values), high = Math.max(0, ...values), span = high - low || 1;
-  const at = (value) => 2 + (96 * (value - low)) / span;
+  const cells = rows.flatMap(([, found]) => shown.filter((k) => found[k]).map((k) => found[k]));
+  const values = cells.flatMap((cell) => cell.slice(0, 3)).filter((value) => value !== null), most = WIDEST * Math.max(...cells.map(([value]) => Math.abs(value)));
+  const low = Math.max(Math.min(0, ...values), -most), high = Math.min(Math.max(0, ...values), most), span = high - low || 1;
+  const at = (value) => 2 + (96 * (Math.min(Math.max(value, low), high) - low)) / span;
   fillTable(
     table,
     [heads[0], '', withUnit(heads[1], unit && `(${unit})`), ...heads.slice(2)],

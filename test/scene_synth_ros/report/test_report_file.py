@@ -15,8 +15,10 @@ from PIL import Image as Picture
 from report_bag import ERROR_M, write_sweep
 
 from evaluation.core.errors import EvaluationError
+from scene_synth_ros.messages.image_codec import IMAGE_TYPE
 from scene_synth_ros.report import report_file
 from scene_synth_ros.report.error_images import DIVERGING
+from scene_synth_ros.report.frame_images import estimate_topics, truth_topics
 from scene_synth_ros.report.report_file import ReportError, ReportSummary, write_report
 
 EVIL = "</script><script>window.owned = 1</script><img src=x onerror='window.owned = 2'>\u2028&amp;{{data}}"
@@ -102,6 +104,19 @@ def test_estimates_are_found_in_the_bag_itself_or_where_they_are_said_to_be(swee
     assert summary.notes == () and list(data["frames"][0]["images"]) == ["color", "truth"], "the bag has no topic of estimates"
     _, data = report_of(path, bag_root=sweep.parent, estimates=sweep.parent / "estimates")
     assert "error" in data["frames"][0]["images"]
+
+
+def test_topics_of_truth_and_estimates_are_told_apart() -> None:
+    names = ["/estimates/depth", "/synth/left/depth", "/synth/left/depth_sensed", "/synth/right/depth", "/synth/right/depth_sensed"]
+    types = {f"{name}/image_raw": IMAGE_TYPE for name in names}
+    assert truth_topics("")(types)["depth"] == "/synth/left/depth/image_raw"
+    assert truth_topics("right")(types)["depth"] == "/synth/right/depth/image_raw"
+    assert estimate_topics("", "depth", "", same_bag=True)(types)["depth"] == "/estimates/depth/image_raw"
+    assert estimate_topics("/mine", "depth", "", same_bag=True)(types) == {"depth": "/mine"}
+    own = {name: kind for name, kind in types.items() if "estimates" not in name}
+    assert estimate_topics("", "depth", "", same_bag=True)(own) == {"depth": "/synth/left/depth_sensed/image_raw"}
+    assert estimate_topics("", "depth", "right", same_bag=True)(own) == {"depth": "/synth/right/depth_sensed/image_raw"}
+    assert estimate_topics("", "depth", "", same_bag=False)(own)["depth"] == "/synth/left/depth/image_raw"
 
 
 def test_without_bags_there_is_a_report_without_pictures(sweep: Path, tmp_path: Path) -> None:
