@@ -193,11 +193,11 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         "test/scene_synth_ros/report/test_report_file.py::test_estimates_are_found_in_the_bag_itself_or_where_they_are_said_to_be"
     ),
     "scene_synth sweep docs/report_sweep.yaml --out runs/depth_cameras": Listed("takes minutes"),
-    "scene_synth evaluate runs/depth_cameras --task depth --json runs/depth_cameras/evaluation.json": Listed(
+    'scene_synth evaluate runs/depth_cameras --task depth --title "Depth cameras" --json runs/depth_cameras/evaluation.json': Listed(
         "judges what the row above makes"
     ),
     "scene_synth report runs/depth_cameras/evaluation.json --out report.html": Parsed("the rows above"),
-    "chromium --headless=new --hide-scrollbars --window-size=1400,1750 --virtual-time-budget=10000 --screenshot=docs/report.jpg"
+    "chromium --headless=new --hide-scrollbars --window-size=1400,2250 --virtual-time-budget=10000 --screenshot=docs/report.jpg"
     ' "file://$PWD/report.html"': Listed("needs chromium; makes the picture of the page"),
     "scene_synth verify": Named(),
     "scene_synth verify BAG": Run(),

@@ -21,7 +21,7 @@ DIVERGING = ((0.10, 0.25, 0.60), (0.45, 0.68, 0.90), (0.96, 0.96, 0.94), (0.95, 
 UNKNOWN = (0.45, 0.45, 0.45)
 """Colour of pixels without truth or estimate."""
 RIGHT_WRONG = ((0.13, 0.16, 0.22), (0.95, 0.35, 0.20))
-SHARE_IN_SCALE = 0.98
+SHARE_IN_SCALE = 0.9
 """Share of the errors that lies within a scale."""
 
 
@@ -129,7 +129,7 @@ ERROR_IMAGES: dict[str, ErrorImage] = {
 
 
 def scale_end(errors: Sequence[Errors]) -> float:
-    """Return where a scale ends that holds nearly all errors: 1, 2 or 5 times a power of ten; 1 where there are none."""
+    """Return where a scale ends that holds most errors: 1, 2 or 5 times a power of ten; 1 where there are none."""
     sizes = np.concatenate([np.abs(error[np.isfinite(error)]) for error in errors]) if errors else np.empty(0)
     end = float(np.quantile(sizes, SHARE_IN_SCALE)) if sizes.size else 0.0
     if end <= 0.0:
@@ -149,11 +149,12 @@ def error_picture(error: Errors, row: ErrorImage, end: float) -> NDArray[np.uint
 
 
 def legend(row: ErrorImage, end: float) -> dict[str, Any]:
-    """Return the scale of a task's errors: colours, texts at its ends and its middle, what it shows."""
+    """Return the scale of a task's errors: its colours, the last where there is none, texts at its ends and its middle, what it shows."""
     colors = [[round(255.0 * part) for part in stop] for stop in (*row.stops, UNKNOWN)]
     if row.stops is RIGHT_WRONG:
         return {"colors": colors, "ticks": [], "words": "", "names": ["right", "wrong", "no truth"]}
     low = -end if row.stops is DIVERGING else 0.0
     texts = (low, 0.5 * (low + end), end)
     ticks = [f"{value:.3g}{row.unit if row.unit == '°' else f' {row.unit}'}" for value in texts]
-    return {"colors": colors, "ticks": ticks, "words": row.words, "names": []}
+    ticks = [f"{'≤ ' if low else ''}{ticks[0]}", ticks[1], f"≥ {ticks[2]}"]
+    return {"colors": colors, "ticks": ticks, "words": row.words, "names": ["no truth or no estimate"]}

@@ -33,19 +33,17 @@ function compare(stage, images, text) {
 }
 
 function scale(parent, legend) {
-  const box = element('div', null, parent, 'scale'), known = legend.colors.slice(0, -1);
-  if (legend.names.length) {
-    const colors = [...known, legend.colors[legend.colors.length - 1]];
-    legend.names.forEach((name, k) => {
-      swatch(colors[k], box);
-      element('span', name, box);
-    });
-    return;
+  const box = element('div', null, parent, 'scale');
+  if (legend.ticks.length) {
+    const ramp = element('div', null, box, 'ramp');
+    ramp.style.background = `linear-gradient(to right, ${legend.colors.slice(0, -1).map(rgb).join(', ')})`;
+    const list = element('ol', null, box);
+    for (const text of legend.ticks) element('li', text.replace('-', MINUS), list);
   }
-  const ramp = element('div', null, box, 'ramp');
-  ramp.style.background = `linear-gradient(to right, ${known.map(rgb).join(', ')})`;
-  const list = element('ol', null, box);
-  for (const text of legend.ticks) element('li', text.replace('-', MINUS), list);
+  legend.colors.slice(-legend.names.length).forEach((color, k) => {
+    swatch(color, box);
+    element('span', legend.names[k], box);
+  });
 }
 
 /** Shows a command with a button that copies it. */

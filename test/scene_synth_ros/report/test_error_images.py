@@ -59,7 +59,7 @@ def test_colours_are_those_of_the_legend() -> None:
     expected = [DIVERGING[0], DIVERGING[2], DIVERGING[4], UNKNOWN]
     np.testing.assert_array_equal(picture[0], np.rint(np.array(expected) * 255.0))
     told = legend(row, 0.2)
-    assert told["ticks"] == ["-0.2 m", "0 m", "0.2 m"] and told["colors"][0] == picture[0, 0].tolist()
+    assert told["ticks"] == ["≤ -0.2 m", "0 m", "≥ 0.2 m"] and told["colors"][0] == picture[0, 0].tolist()
     assert legend(ERROR_IMAGES["semantic"], 1.0)["names"] == ["right", "wrong", "no truth"]
     picture = error_picture(np.array([[0.0, 1.0]], np.float32), ERROR_IMAGES["semantic"], 1.0)
     np.testing.assert_array_equal(picture[0], np.rint(np.array(RIGHT_WRONG) * 255.0))

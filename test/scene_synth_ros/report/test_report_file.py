@@ -83,7 +83,7 @@ def test_worst_frames_have_their_pictures_and_commands(sweep: Path) -> None:
     assert rows[0]["factors"] == [["light", "lx", "0.5"], ["finish", "", "paint"]]
     assert list(rows[0]["images"]) == ["color", "truth", "estimate", "error"]
     assert all(pixels(image).shape == (48, 64, 3) for image in rows[0]["images"].values())
-    assert data["legends"]["depth"]["ticks"] == [f"-{ERROR_M} m", "0 m", f"{ERROR_M} m"]
+    assert data["legends"]["depth"]["ticks"] == [f"≤ -{ERROR_M} m", "0 m", f"≥ {ERROR_M} m"]
     error = pixels(rows[0]["images"]["error"])[8:40, 8:56].reshape(-1, 3)
     assert np.abs(np.median(error, axis=0) - 255.0 * np.array(DIVERGING[-1])).max() < 6.0, "0.1 m too far is the end of the scale"
     assert report_of(sweep, worst=0)[1]["frames"] == []

@@ -102,7 +102,7 @@ def test_the_slider_moves_the_border_between_estimate_and_truth(browser: Page, r
     browser.evaluate("document.querySelector('.frame .stage input').focus()")
     browser.call("Input.dispatchKeyEvent", type="keyDown", key="ArrowRight", code="ArrowRight", windowsVirtualKeyCode=39)
     assert browser.evaluate(clip) == "inset(0px 74% 0px 0px)"
-    assert texts(browser, ".frame:nth-child(2) .scale li") == ["−0.1 m", "0 m", "0.1 m"]
+    assert texts(browser, ".frame:nth-child(2) .scale li") == ["≤ −0.1 m", "0 m", "≥ 0.1 m"]
 
 
 def test_the_command_of_a_frame_is_copied(browser: Page, report: Path) -> None:
