@@ -7,6 +7,7 @@ room keeps all its values in every draw and what is compared stays paired within
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -50,7 +51,7 @@ def room_means(values: Array, seed: int = 0) -> list[Interval | None]:
         a mean with its interval for each column, None for a column without rooms.
     """
     means = _means(values, np.ones((1, len(values))))[0]
-    drawn = _means(values, resampling_weights(len(values), DRAWS, seed)) if len(values) > 1 else np.empty((0, values.shape[1]))
+    drawn = _means(values, _drawn_rooms(len(values), seed)) if len(values) > 1 else np.empty((0, values.shape[1]))
     counts = np.isfinite(values).sum(axis=0)
     return [
         _interval(means[column], drawn[:, column] if counts[column] > 1 else None) if counts[column] else None
@@ -88,7 +89,7 @@ def contrast(values: Array, base: int | None, seed: int = 0) -> Contrast | None:
     if least == most:
         least, most = (int(column) for column in np.flatnonzero(np.isfinite(means))[:2])
     several = min(np.isfinite(apart[:, column]).sum() for column in (least, most)) > 1
-    drawn = _means(apart, resampling_weights(len(apart), DRAWS, seed)) if several else None
+    drawn = _means(apart, _drawn_rooms(len(apart), seed)) if several else None
     span = _interval(means[most] - means[least], None if drawn is None else drawn[:, most] - drawn[:, least])
     return Contrast(span, least, most)
 
@@ -125,10 +126,18 @@ def standardised_regression(response: Array, factors: Sequence[Array], rooms: ND
     values, r_squared = _fit(whole[None], ends)
     drawn = None
     if len(names) > 1:
-        weights = resampling_weights(len(names), DRAWS, seed)
+        weights = _drawn_rooms(len(names), seed)
         drawn, _ = _fit(np.tensordot(weights, products, axes=1), ends)
     coefficients = tuple(_interval(values[0, k], None if drawn is None else drawn[:, k]) for k in range(len(factors)))
     return Regression(coefficients, float(r_squared[0]))
+
+
+@lru_cache(8)
+def _drawn_rooms(rooms: int, seed: int) -> Array:
+    """Return how often each room is in each draw, (draws, rooms); all metrics and factors of a page ask for the same."""
+    weights = resampling_weights(rooms, DRAWS, seed)
+    weights.flags.writeable = False
+    return weights
 
 
 def _fit(products: Array, ends: Array) -> tuple[Array, Array]:

@@ -5,7 +5,7 @@ Estimates of another size are brought to that of the truth by taking the nearest
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,6 +23,7 @@ UNKNOWN = (0.45, 0.45, 0.45)
 RIGHT_WRONG = ((0.13, 0.16, 0.22), (0.95, 0.35, 0.20))
 SHARE_IN_SCALE = 0.9
 """Share of the errors that lies within a scale."""
+MOST_CONFUSIONS = 3
 
 
 class ErrorImage(NamedTuple):
@@ -107,6 +108,18 @@ def matched_objects(truth: Pixels, estimate: Pixels) -> Pixels:
             names[int(guess)], free = free, free + 1
     ids = np.array(sorted(names), np.int64)
     return np.array([names[int(key)] for key in ids], np.int64)[np.searchsorted(ids, estimate)].astype(np.uint16)
+
+
+def confusions(truth: Pixels, estimate: Pixels, names: Mapping[int, str]) -> str:
+    """Return the classes that are most often taken for others, in words, with their share of the pixels that have a true class."""
+    wrong = (truth != 0) & (truth != estimate)
+    if not wrong.any():
+        return ""
+    pairs, counts = np.unique(np.stack([truth[wrong], estimate[wrong]]).astype(np.int64), axis=1, return_counts=True)
+    most = np.argsort(-counts, kind="stable")[:MOST_CONFUSIONS]
+    called = [[names.get(int(key), f"class {key}") if key else "none" for key in pairs[:, k]] for k in most]
+    shares = 100.0 * counts[most] / np.count_nonzero(truth)
+    return ", ".join(f"{true} taken for {guess} {share:.2g} %" for (true, guess), share in zip(called, shares, strict=True))
 
 
 ERROR_IMAGES: dict[str, ErrorImage] = {

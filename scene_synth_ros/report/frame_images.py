@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from rclpy.serialization import deserialize_message
+from std_msgs.msg import String
 
 from renderer import LAYERS
 from scene_synth_ros.bags.bag_images import layer_topics, read_pixels
@@ -19,9 +22,11 @@ Images = dict[int, dict[str, NDArray[Any]]]
 """Stamp -> layer -> pixels."""
 TopicsOf = Callable[[Mapping[str, str]], Mapping[str, str]]
 """Topic -> type of a bag -> layer -> the topic to take it from."""
+LABELS = "/semantic/labels"
 ESTIMATES = "/estimates/"
 """Where the names of topics of estimates begin, unless the user has chosen others."""
 
+_STRING = "std_msgs/msg/String"
 _UNREADABLE = (CodecError, RuntimeError, ValueError, KeyError, IndexError, TypeError, OverflowError)
 """What a message that was damaged, or made to do harm, may raise while it is read."""
 
@@ -87,6 +92,18 @@ def frame_images(bag: Path, layers: Collection[str], stamps: Collection[int], to
     except (BagReadError, OSError) as error:
         notes.append(" ".join(str(error).split())[:300])
     return found, notes
+
+
+def class_names(bag: Path) -> dict[int, str]:
+    """Return the names of the classes as the labels of a bag tell them, nothing where it has none."""
+    try:
+        with BagReader(bag) as reader:
+            topics = [topic.name for topic in reader.summary.topics if topic.name.endswith(LABELS) and topic.type_name == _STRING]
+            message = next(reader.messages(topics), None) if topics else None
+            labels = json.loads(deserialize_message(message.data, String).data)["labels"] if message else {}
+            return {int(key): str(row["name"])[:100].replace("_", " ") for key, row in labels.items()}
+    except (BagReadError, OSError, AttributeError, *_UNREADABLE):
+        return {}
 
 
 def fits(pixels: NDArray[Any] | None, layer: str) -> bool:

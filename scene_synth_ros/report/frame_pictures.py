@@ -14,8 +14,8 @@ from PIL import Image as Picture
 from renderer import LAYERS
 from scene_synth_ros.bags.bag_images import layer_picture
 from scene_synth_ros.pages.pictures import data_uri
-from scene_synth_ros.report.error_images import ERROR_IMAGES, ErrorImage, error_picture, legend, same_size, scale_end
-from scene_synth_ros.report.frame_images import Images, TopicsOf, estimate_topics, fits, frame_images, reduced, truth_topics
+from scene_synth_ros.report.error_images import ERROR_IMAGES, ErrorImage, confusions, error_picture, legend, same_size, scale_end
+from scene_synth_ros.report.frame_images import Images, TopicsOf, class_names, estimate_topics, fits, frame_images, reduced, truth_topics
 
 Pixels = NDArray[Any]
 COLOR = "color"
@@ -43,9 +43,17 @@ class Wanted(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FramePictures:
-    """Pictures of frames, in their order: name -> ``data:`` address; the scale of each task; lines for people about what is missing."""
+    """Pictures of frames.
+
+    Attributes:
+        frames: in their order, name -> ``data:`` address.
+        words: what is told of each frame's error, "" for nothing.
+        legends: the scale of each task's errors.
+        notes: lines for people about what is missing.
+    """
 
     frames: tuple[Mapping[str, str], ...]
+    words: tuple[str, ...]
     legends: Mapping[str, Mapping[str, Any]]
     notes: tuple[str, ...]
 
@@ -90,7 +98,18 @@ def frame_pictures(wanted: Sequence[Wanted], max_size: int, max_bytes: int, prog
                 left -= sum(map(len, frame.pictures.values()))
     if left <= 0:
         notes.append("the pictures have their largest size; further frames have none: give --worst or --max-size a smaller number")
-    return FramePictures(frames=tuple(frame.pictures for frame in frames), legends=legends, notes=tuple(dict.fromkeys(notes)))
+    return FramePictures(
+        frames=tuple(frame.pictures for frame in frames),
+        words=tuple(_words(w, frame) for w, frame in zip(wanted, frames, strict=True)),
+        legends=legends,
+        notes=tuple(dict.fromkeys(notes)),
+    )
+
+
+def _words(wanted: Wanted, frame: _Frame) -> str:
+    if wanted.task != "semantic" or frame.truth is None or frame.estimate is None:
+        return ""
+    return confusions(frame.truth, frame.estimate, class_names(wanted.bag))
 
 
 def _layers(task: str) -> list[str]:

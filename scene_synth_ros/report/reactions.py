@@ -74,14 +74,14 @@ def ranking(part: Part, design: Design, rooms: int) -> dict[str, dict[str, Any]]
             values, _ = _matrix(part.samples, design, f, m, rooms)
             effect = contrast(values, factor.base)
             if effect is not None:
-                base = None if factor.base is None else room_means(values)[factor.base]
+                base = values[:, factor.base][np.isfinite(values[:, factor.base])] if factor.base is not None else np.empty(0)
                 rows.append(
                     {
                         "factor": factor.name,
                         "effect": interval(effect.range),
                         "least": factor.columns[effect.least],
                         "most": factor.columns[effect.most],
-                        "share": rounded((effect.range.value or 0.0) / abs(base.value)) if base is not None and base.value else None,
+                        "share": rounded((effect.range.value or 0.0) / abs(float(base.mean()))) if base.size and base.mean() else None,
                     }
                 )
         if rows:

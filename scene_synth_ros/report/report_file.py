@@ -135,7 +135,10 @@ def _page_data(
             for factor in design.factors
         ],
         "tasks": [_task(name, parts[name], design, len(rooms)) for name in tasks],
-        "frames": [_frame_row(one, places[one.number], design, images) for one, images in zip(shown, pictures.frames, strict=True)],
+        "frames": [
+            _frame_row(one, places[one.number], design, images) | {"words": words}
+            for one, images, words in zip(shown, pictures.frames, pictures.words, strict=True)
+        ],
         "legends": pictures.legends,
         "pictures": {name: LAYERS[ERROR_IMAGES[name].layer].picture.words for name in tasks if name in ERROR_IMAGES},
     }

@@ -90,6 +90,7 @@ function drawFrame(parent, frame, place, metric) {
     const error = tile(row, 'error', images.error, `error, ${text}`);
     if (images.error && legend) scale(error.parentNode, legend);
   }
+  if (frame.words) element('p', frame.words, box, 'hint');
   commandLine(frame.command, box);
 }
 

@@ -9,6 +9,7 @@ from scene_synth_ros.report.error_images import (
     RIGHT_WRONG,
     UNKNOWN,
     angle_deg,
+    confusions,
     error_picture,
     legend,
     matched_objects,
@@ -41,6 +42,12 @@ def test_objects_have_the_id_of_the_true_object_that_they_cover_most() -> None:
     truth, guess = np.array([[1, 1, 1, 2, 2, 0]]), np.array([[7, 7, 8, 9, 9, 0]])
     np.testing.assert_array_equal(matched_objects(truth, guess), [[1, 1, 3, 2, 2, 0]])
     np.testing.assert_array_equal(ERROR_IMAGES["instance"].of(truth, matched_objects(truth, guess)), [[0, 0, 1, 0, 0, NAN]])
+
+
+def test_confusions_are_told_with_their_share() -> None:
+    truth, guess = np.array([[1, 1, 1, 2, 2, 2, 2, 2, 0, 0]]), np.array([[1, 3, 3, 0, 2, 2, 2, 2, 5, 5]])
+    assert confusions(truth, guess, {1: "wall", 3: "bed", 2: "floor"}) == "wall taken for bed 25 %, floor taken for none 12 %"
+    assert confusions(truth, truth, {}) == ""
 
 
 def test_estimates_of_another_size_are_brought_to_that_of_the_truth() -> None:
