@@ -15,9 +15,9 @@ function say(value) {
 /** Returns a value with its interval; digits that the interval leaves open are left out. */
 function sayInterval([value, low, high]) {
   if (low === null || low === undefined) return say(value);
-  const digits = 1 - Math.floor(Math.log10((high - low) / 2));
-  const text = (number) => (digits > 6 || !Number.isFinite(digits) ? say(number) : number.toFixed(Math.max(digits, 0)).replace('-', MINUS));
-  return `${text(value)}  [${text(low)}, ${text(high)}]`;
+  const places = (size) => 1 - Math.floor(Math.log10(size)), digits = places((high - low) / 2);
+  const text = (number, least) => (least > 6 || !Number.isFinite(least) ? say(number) : number.toFixed(Math.max(least, 0)).replace('-', MINUS));
+  return `${text(value, Math.min(Math.max(digits, value ? places(Math.abs(value)) : 0), digits + 3))}  [${text(low, digits)}, ${text(high, digits)}]`;
 }
 
 const withUnit = (text, unit) => (unit ? `${text} ${unit}` : text);
