@@ -1,7 +1,10 @@
 // What all pages begin with: their contents, elements, and faults told on the page.  Texts of a user's files are set as text, never as markup.
 
 const NS = 'http://www.w3.org/2000/svg';
-const data = JSON.parse(document.getElementById('data').textContent);
+const EMPTY = Object.freeze(Object.create(null));
+// objects without a prototype: a name such as "constructor" is found only where the contents have it
+const plain = (_, value) => (value && typeof value === 'object' && !Array.isArray(value) ? Object.assign(Object.create(null), value) : value);
+const data = JSON.parse(document.getElementById('data').textContent, plain);
 const root = document.documentElement;
 const by = (id) => document.getElementById(id);
 

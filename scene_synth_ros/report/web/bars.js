@@ -6,7 +6,7 @@ function fillScores(task, shown, choose) {
   const others = several ? shown.filter((k) => k !== 0) : [];
   others.forEach((k) => heads.push(`${data.evaluations[k].title} minus first`));
   const rows = task.metrics.map((metric) => {
-    const found = task.scores[metric.name] || {};
+    const found = task.scores[metric.name] || EMPTY;
     const verdict = ([, low, high]) => {
       if (low === null || (low <= 0 && high >= 0)) return 'unsure';
       return high < 0 === metric.lower ? 'better' : 'worse';
@@ -33,7 +33,7 @@ function fillScores(task, shown, choose) {
 }
 
 function fillRanking(task, metric, shown) {
-  const found = Object.fromEntries(shown.map((k) => [k, (task.ranking[k] || {})[metric.name]]).filter(([, part]) => part));
+  const found = Object.fromEntries(shown.map((k) => [k, (task.ranking[k] || EMPTY)[metric.name]]).filter(([, part]) => part));
   const hypercube = data.design === 'latin hypercube';
   by('ranking-part').hidden = !data.factors.length;
   by('ranking').replaceChildren();
@@ -59,7 +59,7 @@ function fillRanking(task, metric, shown) {
 }
 
 function fillBreakdowns(task, metric, shown) {
-  const kinds = task.breakdowns[metric.name] || {};
+  const kinds = task.breakdowns[metric.name] || EMPTY;
   by('breakdowns').replaceChildren();
   by('breakdowns-hint').textContent = Object.keys(kinds).length ? `Worst first${kinds.distance ? ', distances in their order' : ''}; 95 % intervals over rooms.` : 'The evaluation has no breakdown of this metric.';
   for (const [kind, heading] of Object.entries(data.kinds)) {

@@ -33,7 +33,7 @@ function isLogarithmic(values, low, high) {
 
 /** Returns the vertical range of all charts of a metric. */
 function rangeOf(curves, shown) {
-  const values = shown.flatMap((k) => Object.values(curves[k] || {})).flatMap(({ points, dots }) => [...points.filter(Boolean).flatMap((point) => point.slice(0, 3)), ...dots.map(([, value]) => value)]);
+  const values = shown.flatMap((k) => Object.values(curves[k] || EMPTY)).flatMap(({ points, dots }) => [...points.filter(Boolean).flatMap((point) => point.slice(0, 3)), ...dots.map(([, value]) => value)]);
   return padded(values.filter((value) => value !== null));
 }
 

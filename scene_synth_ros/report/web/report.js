@@ -32,7 +32,7 @@ function fillMetrics(task) {
 }
 
 function fillCurves(task, metric, shown) {
-  const curves = Object.fromEntries(shown.map((k) => [k, (task.curves[k] || {})[metric.name] || {}]));
+  const curves = Object.fromEntries(shown.map((k) => [k, (task.curves[k] || EMPTY)[metric.name] || EMPTY]));
   const factors = data.factors.filter((factor) => shown.some((k) => curves[k][factor.name]));
   by('curves').replaceChildren();
   by('curves-part').hidden = !data.factors.length;

@@ -134,6 +134,18 @@ def test_texts_of_a_hostile_evaluation_are_shown_as_texts(browser: Page, tmp_pat
     assert texts(browser, "#runs code") == [EVIL]
 
 
+@pytest.mark.parametrize("name", ["constructor", "__proto__", "toString"])
+def test_names_that_scripts_know_are_names_like_others(browser: Page, tmp_path: Path, name: str) -> None:
+    tasks = [{"name": name, "metrics": [METRICS[0], METRICS[0] | {"name": name}]}, {"name": "depth", "metrics": METRICS[:1]}]
+    frames = [frame("0", room, {name: value}, {"abs_rel": 1.0 + room, name: None}, task=name) for value in ("a", "b") for room in (0, 1)]
+    browser.open(page_of(write(tmp_path / "a.json", document(frames, tasks=tasks))))
+    assert texts(browser, "#curves figcaption") == [name] and texts(browser, "#ranking td:first-child") == [name]
+    change(browser, "metric", name)
+    assert browser.state()["metric"] == name and texts(browser, "#ranking") == [""]
+    change(browser, "task", "1")
+    assert browser.state()["task"] == "depth" and texts(browser, "#curves") == [""]
+
+
 def test_an_evaluation_without_factors_has_a_page(browser: Page, tmp_path: Path) -> None:
     frames = [frame("0", 0, {}, {"abs_rel": None, "delta_1": None})]
     browser.open(page_of(write(tmp_path / "a.json", document(frames))))
