@@ -51,7 +51,8 @@ function fillRanking(task, metric, shown) {
     const factor = data.factors.find((one) => one.name === row.factor);
     const texts = (text) => Object.fromEntries(Object.entries(own).map(([k, one]) => [k, text(one)]));
     const shares = texts((one) => (one.share === null ? NONE : `${say(Math.round(1000 * one.share) / 10)} %`));
-    const ends = texts((one) => `${withUnit(one.least, factor.places.length ? factor.unit : '')} → ${withUnit(one.most, factor.places.length ? factor.unit : '')}`);
+    const unit = factor.places.length ? factor.unit : '';
+    const ends = texts((one) => (one.effect[0] ? `${withUnit(one.least, unit)} → ${withUnit(one.most, unit)}` : NONE));
     return [factor.label, Object.fromEntries(Object.entries(own).map(([k, one]) => [k, one.effect])), ...(hypercube ? [] : [shares, ends])];
   });
   const heads = hypercube ? ['factor', 'coefficient'] : ['factor', 'effect', 'of the base', 'smallest → largest at'];
