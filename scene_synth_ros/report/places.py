@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import shlex
 from collections.abc import Iterator
 from pathlib import Path
 
 from evaluation.evaluation_file import Evaluation, FrameKey
+from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
+from scene_synth_ros.bags.run_info import RECORD_NAME
 from scene_synth_ros.report.samples import RoomKey
-from scene_synth_ros.report.sweep_file import Sweep, find_sweep, read_sweep
+from scene_synth_ros.report.sweep_file import MAX_TEXT, Sweep, find_sweep, read_sweep
 
 MOST_NAMED = 3
 _ESTIMATES = ("--estimates-out", "--estimates")
@@ -68,6 +71,13 @@ class Places:
     def command(self, frame: FrameKey) -> str | None:
         """Return the command that makes a frame's variant again, None for a bag of no sweep."""
         return self._sweep_of[frame.bag].commands.get(frame.variant or "")
+
+    def version(self) -> str:
+        """Return the version of the program that made the first bag that is there, empty where none says it."""
+        for bag in self._sweep_of:
+            with contextlib.suppress(BagReadError, OSError), BagReader(self._root / bag) as reader:
+                return reader.summary.records.get(RECORD_NAME, {}).get("version.scene_synth_ros", "")[:MAX_TEXT]
+        return ""
 
     def camera(self) -> str:
         """Return the name of the camera that was judged, empty where the evaluation does not say."""

@@ -188,6 +188,7 @@ def _told(evaluation: Evaluation, path: Path, place: Places) -> dict[str, Any]:
     facts = [
         ("algorithm", evaluation.algorithm),
         ("file", str(path)),
+        ("made with", f"scene_synth_ros {version}" if (version := place.version()) else ""),
         ("bags", f"{len(bags)}: {', '.join(bags[:3])}{', ...' if len(bags) > 3 else ''}" if bags else ""),
         ("rooms", str(len({place.room(key) for key in keys}))),
         ("room types", ", ".join(types)),

@@ -15,6 +15,7 @@ from PIL import Image as Picture
 from report_bag import ERROR_M, write_sweep
 
 from evaluation.core.errors import EvaluationError
+from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.messages.image_codec import IMAGE_TYPE
 from scene_synth_ros.report import report_file
 from scene_synth_ros.report.error_images import DIVERGING
@@ -104,6 +105,14 @@ def test_estimates_are_found_in_the_bag_itself_or_where_they_are_said_to_be(swee
     assert summary.notes == () and list(data["frames"][0]["images"]) == ["color", "truth"], "the bag has no topic of estimates"
     _, data = report_of(path, bag_root=sweep.parent, estimates=sweep.parent / "estimates")
     assert "error" in data["frames"][0]["images"]
+
+
+def test_the_version_is_that_of_the_bags(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "variants" / "1") as writer:
+        writer.set_record("scene_synth", {"version.scene_synth_ros": "0.1.0"})
+    frames = [frame(name, 0, {}, {"abs_rel": 1.0, "delta_1": None}) for name in ("0", "1")]
+    _, data = report_of(write(tmp_path / "a.json", document(frames)))
+    assert dict(data["evaluations"][0]["facts"])["made with"] == "scene_synth_ros 0.1.0"
 
 
 def test_topics_of_truth_and_estimates_are_told_apart() -> None:
