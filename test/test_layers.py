@@ -66,7 +66,9 @@ FOLDERS = {
         "record": {"bags", "messages", "suite"},
         "replay": {"bags", "messages", "suite"},
         "evaluate": {"bags", "messages", "suite"},
-        "cli": {"bags", "evaluate", "generate", "mcap", "messages", "render", "record", "replay", "suite"},
+        "pages": set(),
+        "report": {"bags", "messages", "pages"},
+        "cli": {"bags", "evaluate", "generate", "mcap", "messages", "pages", "render", "record", "replay", "report", "suite"},
     },
 }
 """Package -> folder -> folders of the package that it may import.  Modules beside the folders are the package's entry points."""
