@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -65,7 +65,16 @@ def exposed(config: RenderConfig, metered: Exposure | None, fixed_ev100: float |
     return Exposure(ev100, white or partly_adapted(metered.white_xy, AUTO_DEGREE))
 
 
-def meter(flat: FlatScene, camera: CameraConfig, config: RenderConfig, scene_key: int, poses: Sequence[CameraPose]) -> Exposure:
+def meter(
+    flat: FlatScene,
+    camera: CameraConfig,
+    config: RenderConfig,
+    scene_key: int,
+    poses: Sequence[CameraPose],
+    *,
+    like: Renderer | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> Exposure:
     """Meter a room from small renderings along a path, one answer for all its frames, whatever the quality of their light.
 
     The exposure value is log2(100 L / K) of the log-average luminance L, or what shows 92 % of all that is seen below 1.5 stops above
@@ -78,14 +87,19 @@ def meter(flat: FlatScene, camera: CameraConfig, config: RenderConfig, scene_key
         config: ``threads`` and ``portable`` are taken from it.
         scene_key: of the scene.
         poses: the path; a few of its views are metered.
+        like: as of ``Renderer``.
+        cancelled: as of ``Renderer.render``.
+
+    Raises:
+        RenderCancelled: ``cancelled`` returned True.
     """
     small = CameraConfig(width=_WIDTH, height=max(1, _WIDTH * camera.height // camera.width), horizontal_fov_rad=camera.horizontal_fov_rad)
     quick = RenderConfig(samples_per_pixel=_SAMPLES, max_depth=_DEPTH, threads=config.threads, portable=config.portable)
     chosen = sorted({round(i) for i in np.linspace(0, len(poses) - 1, _VIEWS)})
     logs, lit, base = [], [], []
-    with Renderer(flat, small, quick, scene_key) as renderer:
+    with Renderer(flat, small, quick, scene_key, like=like) as renderer:
         for index in chosen:
-            frame = renderer.render(poses[index], index, ("color", "albedo"))
+            frame = renderer.render(poses[index], index, ("color", "albedo"), cancelled=cancelled)
             radiance = frame.radiance
             assert radiance is not None
             lit.append(radiance.reshape(-1, 3))

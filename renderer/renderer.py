@@ -15,8 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.annotations.annotator import Annotator
+from renderer.cache.cache_geometry import CacheGeometry
 from renderer.cache.cached_integrator import CachedIntegrator
 from renderer.cache.config import CacheConfig
+from renderer.cache.irradiance_cache import IrradianceCache
 from renderer.camera.camera_rays import CENTRE
 from renderer.camera.cameras import PosedCamera, pose_camera
 from renderer.camera.config import CameraConfig, SensorConfig
@@ -25,7 +27,7 @@ from renderer.camera.shutter import in_motion
 from renderer.camera.thin_lens import focus_on_centre
 from renderer.color_sensor import read_color
 from renderer.core.arrays import empty_together
-from renderer.core.embree import EmbreeScene, SceneHandle
+from renderer.core.embree import SceneHandle
 from renderer.core.errors import RenderError
 from renderer.core.random_numbers import make_frame_key
 from renderer.core.workers import Workers, thread_count
@@ -51,14 +53,15 @@ from renderer.path.config import IntegratorName, RenderConfig
 from renderer.path.film_update import blocked_share, indirect_part
 from renderer.path.ground_truth import GeometricImages, Hits, hit_record_shapes, make_labels, trace_geometry
 from renderer.path.integrator import trace_paths
-from renderer.path.lights import build_lights
+from renderer.path.lights import Lights, build_lights
 from renderer.path.queues import WAVE, WAVE_EDGE
 from renderer.path.records import Film, Transport, Work, make_scratch
 from renderer.path.stopping import is_clean, next_round, variance_of_mean
 from renderer.path.sun_patches import find_sun_patches
-from renderer.path.surface_tables import build_surfaces
+from renderer.path.surface_tables import Surfaces, build_surfaces
 from renderer.scene.flat_scene import FlatScene, PartTable, Sky, tabulate_materials
 from renderer.scene.scene_check import check_scene
+from renderer.scene.scene_trees import SceneTrees
 from renderer.sensors.config import DepthSensorConfig
 from renderer.sensors.depth_sensor import DepthSensor
 from renderer.standpoint import seen_around
@@ -93,8 +96,12 @@ class Renderer:
         sensor: SensorConfig = IDEAL,
         depth_sensor: DepthSensorConfig = IDEAL_DEPTH,
         paths_per_piece: int = PATHS_PER_PIECE,
+        like: Renderer | None = None,
     ) -> None:
         """Check a scene and build what rays need; ``scene_key`` (>= 0) seeds the noise of all its frames.
+
+        ``like``: another renderer, whose trees and nodes of the irradiance cache are shared where the scenes have them in common; images
+        are the same without it.
 
         Raises:
             RenderError: the scene is faulty, the key negative, or Embree missing.
@@ -106,31 +113,32 @@ class Renderer:
         self._sensor, self._depth_config = sensor, depth_sensor
         self.flat = flat
         """What is rendered."""
-        parts = flat.parts
+        parts, portable = flat.parts, config.portable
+        self._trees: SceneTrees = (like._trees.shared(flat, portable=portable) if like else None) or SceneTrees(flat, portable=portable)
         self._labels = make_labels(flat.face_part, parts.label, parts.object_id)
-        self._lights = build_lights(flat)
-        self._surfaces = build_surfaces(flat)
-        self._embree = self._build_tree(watertight=True)
-        self._lights = self._lights._replace(patches=find_sun_patches(flat, self._lights.infinite, self._embree.handle))
-        self._for_light: EmbreeScene | None = None
+        same = like._scene if like is not None and like.flat is flat else None
+        self._surfaces: Surfaces = same.surfaces if same else build_surfaces(flat)
+        self._lights: Lights = same.lights if same else self._find_lights()
+        self._closed = False
         self._denoiser: Denoiser | None = None
         self._depth_sensor: DepthSensor | None = None
-        self._integrator: CachedIntegrator | None = None
         self._workers = Workers(thread_count(config.threads))
         self._scratch = [make_scratch(len(self._lights.groups.area), len(self._lights.patches)) for _ in range(self._workers.count)]
-        self._scene = TracedScene(
-            flat, np.ascontiguousarray(parts.label), self._surfaces, self._lights, self._embree.handle, self._workers, self._scratch
+        self._scene: TracedScene = TracedScene(
+            flat, np.ascontiguousarray(parts.label), self._surfaces, self._lights, self.tree, self._workers, self._scratch
         )
+        self._geometry: CacheGeometry | None = like._light.geometry if like is not None and like._light is not None else None
+        self._light: IrradianceCache | None = None
+        self._integrator: CachedIntegrator | None = None
 
-    def _build_tree(self, *, watertight: bool) -> EmbreeScene:
-        panes = self.flat.parts.portal[self.flat.face_part]
-        mesh, portable = self.flat.mesh, self._config.portable
-        return EmbreeScene(mesh.vertices, mesh.faces, panes=panes, watertight=watertight, portable=portable)
+    def _find_lights(self) -> Lights:
+        lights = build_lights(self.flat)
+        return lights._replace(patches=find_sun_patches(self.flat, lights.infinite, self.tree))
 
     @property
     def tree(self) -> SceneHandle:
         """The scene's triangles, for other sensors; valid until the renderer is closed."""
-        return self._embree.handle
+        return self._trees.precise
 
     def in_this_thread(self) -> AbstractContextManager[None]:
         """Return a context within which everything is computed in the calling thread alone; the same bytes."""
@@ -141,12 +149,12 @@ class Renderer:
 
         Frames are the same without, the first ones later.  Arguments and errors are those of :meth:`render`.
         """
-        self._light_tree()
+        self._trees.for_light()
         if self._config.integrator != "cached":
             return 0
         view = self._view(pose, path)
         _, hits = self._trace_geometry(view, True)
-        return self.cached().prepare(hits, cancelled)
+        return self.cached(cancelled).prepare(hits, cancelled)
 
     def render(
         self,
@@ -188,11 +196,12 @@ class Renderer:
             images |= self._hit_layers(view, geometry, hits, layers, pose, path)
             rays = view.width * view.height
             if annotator is not None:
-                annotations = annotator.annotate(geometry.instance, pose, view, self._embree.handle, self._workers)
+                annotations = annotator.annotate(geometry.instance, pose, view, self.tree, self._workers)
             if looked_up:
                 began = time.perf_counter()
-                radiance = self.cached().radiance(view, geometry.range, hits, self._frame_key(frame_index), cancelled)
-                sampling_s, filling_s = time.perf_counter() - began, self.cached().filling_s
+                cached = self.cached(cancelled)
+                radiance = cached.radiance(view, geometry.range, hits, self._frame_key(frame_index), cancelled)
+                sampling_s, filling_s = time.perf_counter() - began, cached.filling_s
                 self._show(images, layers, view, frame_index, shown, radiance, radiance)
         if sensed:
             images["depth_sensed"] = images["depth"] if ideal else self._read_depth(view, frame_index)
@@ -222,7 +231,7 @@ class Renderer:
 
     def _read_depth(self, view: PosedCamera, frame_index: int) -> NDArray[np.float32]:
         if self._depth_sensor is None:
-            self._depth_sensor = DepthSensor(self._depth_config, self._embree.handle, self._surfaces, self._workers)
+            self._depth_sensor = DepthSensor(self._depth_config, self.tree, self._surfaces, self._workers)
         return self._depth_sensor.read(view, self._frame_key(frame_index))
 
     def _frame_key(self, frame_index: int) -> np.uint32:
@@ -233,7 +242,7 @@ class Renderer:
     def _view(self, pose: CameraPose, path: Sequence[CameraPose]) -> PosedCamera:
         view = pose_camera(self._camera, pose)
         if self._camera.f_stop and not self._camera.focus_distance_m:
-            view = view._replace(focus_m=np.float32(focus_on_centre(self._embree.handle, view, self._scratch[0].rays)))
+            view = view._replace(focus_m=np.float32(focus_on_centre(self.tree, view, self._scratch[0].rays)))
         return in_motion(view, self._camera, pose, path)
 
     def _configured_exposure(self) -> Exposure:
@@ -261,18 +270,23 @@ class Renderer:
             key = self._frame_key(frame_index)
             images["color_sensed"] = read_color(radiance, view, self._sensor, shown, self._config.tone_curve, key)
 
-    def cached(self) -> CachedIntegrator:
-        """Return the room's irradiance cache, whatever the configured integrator; the first call solves its light."""
-        if self._integrator is None:
-            config = self._config
-            fine = CacheConfig(spacing_m=config.cache_spacing_m, gather_rays=config.cache_rays, light_samples=config.cache_light_samples)
-            self._integrator = CachedIntegrator(self._scene, self._light_tree(), self._scene_key, fine)
-        return self._integrator
+    def cached(self, cancelled: Callable[[], bool] | None = None) -> CachedIntegrator:
+        """Return the room's irradiance cache, whatever the configured integrator; the first call solves its light.
 
-    def _light_tree(self) -> SceneHandle:
-        if self._for_light is None:
-            self._for_light = self._build_tree(watertight=False)
-        return self._for_light.handle
+        Raises:
+            RenderCancelled: ``cancelled`` returned True; what was computed stays known.
+        """
+        if self._integrator is None:
+            tree, config = self._trees.for_light(), self._config
+            if self._light is None:
+                fine = CacheConfig(
+                    spacing_m=config.cache_spacing_m, gather_rays=config.cache_rays, light_samples=config.cache_light_samples
+                )
+                self._light = IrradianceCache(replace(self._scene, tree=tree), self._scene_key, fine, self._geometry)
+                self._geometry = None
+            self._light.solve(cancelled)
+            self._integrator = CachedIntegrator(self._scene, tree, self._light)
+        return self._integrator
 
     def _trace_geometry(self, view: PosedCamera, recorded: bool) -> tuple[GeometricImages, Hits]:
         """Return the basic layers, and the hit record if it is asked for."""
@@ -284,7 +298,7 @@ class Renderer:
 
         def trace(worker: int, first: int) -> None:
             packet = self._scratch[worker].rays
-            trace_geometry(self._embree.handle, self._labels, view, packet, CENTRE, images, hits, first, step)
+            trace_geometry(self.tree, self._labels, view, packet, CENTRE, images, hits, first, step)
 
         self._workers.run(trace, range(step))
         return images, hits
@@ -332,7 +346,7 @@ class Renderer:
             np.float32(np.inf) if config.blur_textures else np.float32(1.0) / view.focal_px,
         )
 
-        tree = self._light_tree()
+        tree = self._trees.for_light()
 
         def trace(worker: int, work: Work) -> None:
             trace_paths(tree, self._surfaces, self._lights, view, transport, work, self._scratch[worker], film)
@@ -372,9 +386,9 @@ class Renderer:
         if self._denoiser is not None:
             self._denoiser.close()
             self._denoiser = None
-        if self._for_light is not None:
-            self._for_light.close()
-        self._embree.close()
+        if not self._closed:
+            self._trees.close()
+        self._closed = True
 
     def __enter__(self) -> Renderer:
         """Return the renderer itself."""

@@ -80,6 +80,7 @@ class Rendering:
         self._scan_config: ScanConfig = settings["scan"]
         self._scans: RoomScans | None = None
         self._next = NextRoom(node.faults)
+        self._room: Room | None = None
         self._sent: dict[str, int] = {}
         self._first_room, self._on_path, self._newest_room, self._room_began_s = True, False, -1, 0.0
 
@@ -146,7 +147,8 @@ class Rendering:
         settings = self._room_settings()
         ahead = self._next.take(scene, settings, lambda: self._inbox.must_leave(on_path=True))
         self.made_ahead += ahead is not None
-        with closing(ahead or Room(scene, settings)) as room:
+        self._room = ahead or Room(scene, settings, self._room)
+        with closing(self._room) as room:
             renderer = RoomRenderer(lambda: room.renderer, lambda: room.annotator)
             if not self._pace().realtime:  # else a room that nobody looks at is not even made
                 renderer.prepare()
@@ -178,11 +180,11 @@ class Rendering:
         """Begin with the next room if it is known, in real time and while somebody looks; else nothing would wait for it."""
         config: RendererNodeConfig = self._settings[""]
         layers = self.wanted_layers()
-        if self.scene is None or not layers or not self._pace().realtime or config.share_count > 1:
+        if self._room is None or not layers or not self._pace().realtime or config.share_count > 1:
             return
         text = self._inbox.take_announced()
         if text is not None:
-            self._next.begin(text, self.scene, self._room_settings(), layers)
+            self._next.begin(text, self._room, self._room_settings(), layers)
 
     def _pace(self) -> Pace:
         config: RendererNodeConfig = self._settings[""]
