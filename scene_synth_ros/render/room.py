@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Collection
 from contextlib import ExitStack
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 from threading import Event
@@ -13,7 +13,7 @@ from threading import Event
 from renderer import CameraConfig, DepthSensorConfig, RenderCancelled, RenderConfig, Renderer, SensorConfig
 from renderer.annotations import Annotator
 from renderer.camera.rig import mounted_path
-from renderer.exposure import meter, needs_meter
+from renderer.exposure import LightMeter, needs_meter
 from renderer.film.layers import PHOTOGRAPHS
 from renderer.film.tone import Exposure
 from renderer.scene.flat_scene import FlatScene
@@ -94,12 +94,14 @@ class Room:
         return self._held.enter_context(Annotator(self.flat, self.scene, settings.camera, masks=masks, portable=portable, classes=classes))
 
     @cached_property
+    def _meter(self) -> LightMeter:
+        return LightMeter(self.flat, self.settings.camera, self.settings.render, scene_key(self.scene), self.scene.camera_path)
+
+    @cached_property
     def metered(self) -> Exposure:
         """The exposure as it is metered."""
-        settings, cancelled = self.settings, self._cancelled
-        render = replace(settings.render, threads=1) if cancelled else settings.render
-        shared = {"like": self.renderer, "cancelled": cancelled}
-        exposure = meter(self.flat, settings.camera, render, scene_key(self.scene), self.scene.camera_path, **shared)
+        cancelled = self._cancelled
+        exposure = self._meter.read(1 if cancelled else self.settings.render.threads, like=self.renderer, cancelled=cancelled)
         trim_heap()
         return exposure
 
