@@ -23,16 +23,17 @@ COARSE = CacheConfig(spacing_m=0.2, coarse_spacing_m=0.3)
 
 @contextmanager
 def solved(
-    flat, config: CacheConfig = COARSE, *, threads: int = 1, key: int = 5, geometry: CacheGeometry | None = None
+    flat, config: CacheConfig = COARSE, *, threads: int = 1, key: int = 5, geometry: CacheGeometry | None = None, is_solved: bool = True
 ) -> Iterator[IrradianceCache]:
-    """The cache of a scene, its coarse light solved."""
+    """The cache of a scene, its coarse light solved unless not wanted."""
     lights, workers = build_lights(flat), Workers(threads)
     scratch = [make_scratch(len(lights.groups.area), 0) for _ in range(threads)]
     panes = flat.parts.portal[flat.face_part]
     with EmbreeScene(flat.mesh.vertices, flat.mesh.faces, panes=panes, watertight=False) as tree:
         room = TracedScene(flat, flat.parts.label, build_surfaces(flat), lights, tree.handle, workers, scratch)
         cache = IrradianceCache(room, key, config, geometry)
-        cache.solve()
+        if is_solved:
+            cache.solve()
         yield cache
     workers.close()
 

@@ -26,4 +26,5 @@ class Pieces:
             work(worker, piece)
             self._left.discard(piece)
 
-        workers.run(do, sorted(self._left), cancelled)
+        if self._left:
+            workers.run(do, sorted(self._left), cancelled)
