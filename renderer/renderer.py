@@ -6,7 +6,7 @@ Use: ``with Renderer(flat, CameraConfig(), RenderConfig(), scene_key) as rendere
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from types import TracebackType
@@ -43,34 +43,25 @@ from renderer.film.layers import (
     SENSED_LAYERS,
     check_names,
 )
-from renderer.film.tone import Exposure, to_display, white_luminance
+from renderer.film.tone import Exposure, to_display
 from renderer.film.white_balance import white_of_kelvin
-from renderer.geometry.mesh import Mesh
+from renderer.film_exposer import PATHS_PER_PIECE, FilmExposer
 from renderer.ground_truth.hit_layers import hit_layers
 from renderer.ground_truth.hit_view import HitView, TracedScene
-from renderer.path.clipping import share_clipped
-from renderer.path.config import IntegratorName, RenderConfig
+from renderer.path.config import RenderConfig
 from renderer.path.film_update import blocked_share, indirect_part
 from renderer.path.ground_truth import GeometricImages, Hits, hit_record_shapes, make_labels, trace_geometry
-from renderer.path.integrator import trace_paths
 from renderer.path.lights import Lights, build_lights
-from renderer.path.queues import WAVE, WAVE_EDGE
-from renderer.path.records import Film, Transport, Work, make_scratch
-from renderer.path.stopping import is_clean, next_round, variance_of_mean
+from renderer.path.records import Film, make_scratch
+from renderer.path.stopping import variance_of_mean
 from renderer.path.sun_patches import find_sun_patches
 from renderer.path.surface_tables import Surfaces, build_surfaces
-from renderer.scene.flat_scene import FlatScene, PartTable, Sky, tabulate_materials
+from renderer.scene.flat_scene import FlatScene
 from renderer.scene.scene_check import check_scene
 from renderer.scene.scene_trees import SceneTrees
 from renderer.sensors.config import DepthSensorConfig
 from renderer.sensors.depth_sensor import DepthSensor
-from renderer.standpoint import seen_around
-from scene_description import Material
-from scene_description.poses import look_at
 from scene_description.types import CameraPose
-
-PATHS_PER_PIECE = 8192
-"""How much colour a thread computes at a time, some 10 ms: threads end together, small images have work for all, and stopping is prompt."""
 
 IDEAL = SensorConfig()
 """A sensor that reads light as it is."""
@@ -209,7 +200,7 @@ class Renderer:
         if sampled:
             denoised = any(name in PICTURES for name in sampled) and is_asked(self._config.denoise)
             began = time.perf_counter()
-            film, samples = self._expose_film(view, frame_index, shown.ev100, sampled, denoised, cancelled)
+            film, samples = self._exposer().expose(view, self._frame_key(frame_index), shown.ev100, sampled, denoised, cancelled)
             sampling_s += time.perf_counter() - began
             images |= {name: image for name, image in film._asdict().items() if name in sampled}
             if len(film.direct):
@@ -317,68 +308,14 @@ class Renderer:
             return {}
         return hit_layers(HitView(self._scene, self._camera, view, images, hits, pose, path, layers))
 
-    def _expose_film(
-        self,
-        view: PosedCamera,
-        frame_index: int,
-        ev100: float,
-        layers: Collection[str],
-        aov: bool,
-        cancelled: Callable[[], bool] | None,
-    ) -> tuple[Film, int]:
-        """Return the means of the samples, and how many there are; without colour paths end where they hit first."""
-        size, config, white = (view.height, view.width), self._config, white_luminance(ev100)
-        in_color = any(name in COLOR_LAYERS for name in layers)
-        film = Film(
-            np.zeros((*size, 3), np.float32),
-            np.zeros((*size, 3) if "albedo" in layers else (0, 0, 3), np.float32),
-            np.zeros((*size, 6) if aov else (0, 0, 6), np.float32),
-            np.zeros((*size, 3) if "variance" in layers else (0, 0, 3), np.float32),
-            np.zeros((*size, 3) if config.clamp or "direct" in layers or "indirect" in layers else (0, 0, 3), np.float32),
-            np.zeros((*size, 2) if "shadow" in layers else (0, 0, 2), np.float32),
-            np.zeros((*size, 3) if config.clamp else (0, 0, 3), np.float32),
-        )
-        transport = Transport(
-            self._frame_key(frame_index),
-            config.max_depth if in_color else min(config.max_depth, 2 if "shadow" in layers else 1),
-            np.float32(config.clamp * white or np.inf),
-            np.float32(config.caustic_blur),
-            np.float32(np.inf) if config.blur_textures else np.float32(1.0) / view.focal_px,
-        )
-
-        tree = self._trees.for_light()
-
-        def trace(worker: int, work: Work) -> None:
-            trace_paths(tree, self._surfaces, self._lights, view, transport, work, self._scratch[worker], film)
-
-        began, done = time.monotonic(), 0
-        while count := next_round(config, done, time.monotonic() - began):
-            before = film.light.copy() if config.noise_target else film.light
-            for pieces in self._color_pieces(view, done, done + count):
-                self._workers.run(trace, pieces, cancelled)
-            done += count
-            if is_clean(config, before, film.light, done, white):
-                break
-        for image in film:
-            image *= np.float32(1.0 / done)
-        if config.clamp:
-            share_clipped(film)
-        return film, done
+    def _exposer(self) -> FilmExposer:
+        return FilmExposer(self._scene, self._trees.for_light(), self._config, self._paths_per_piece)
 
     def _denoise(self, film: Film) -> NDArray[np.float32]:
         if self._denoiser is None:
             self._denoiser = Denoiser(self._workers.count)
         albedo, normals = np.minimum(film.aov[:, :, :3], np.float32(1.0)), film.aov[:, :, 3:]
         return self._denoiser.clean(film.light, albedo, normals)
-
-    def _color_pieces(self, view: PosedCamera, begin: int, end: int) -> Iterator[list[Work]]:
-        """Yield rounds of pieces for samples [begin, end); pieces of one round share no pixel, so they may run at the same time."""
-        tiles = -(-view.width // WAVE_EDGE) * -(-view.height // WAVE_EDGE)
-        chunk = min(end - begin, max(1, self._paths_per_piece // WAVE))
-        step = max(1, self._paths_per_piece // (WAVE * chunk))
-        for first in range(begin, end, chunk):
-            last = min(first + chunk, end)
-            yield [Work(tile, min(tile + step, tiles), first, last) for tile in range(0, tiles, step)]
 
     def close(self) -> None:
         """Release threads and memory; harmless when repeated."""
@@ -397,41 +334,3 @@ class Renderer:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         """Release everything."""
         self.close()
-
-
-WARM_LAYERS = (*GEOMETRIC_LAYERS, *SAMPLED_LAYERS)
-"""Layers whose kernels are ready after :func:`warm_up`; each of the others has its own, compiled when it is first asked for."""
-
-
-def warm_up(
-    layers: Collection[str] = WARM_LAYERS, depth_sensor: DepthSensorConfig = IDEAL_DEPTH, integrator: IntegratorName = "path"
-) -> None:
-    """Compile the kernels of some layers, or load them from numba's cache, by rendering one pixel of a lone pane in the sun.
-
-    Those that look for the patches where the sun falls and for where a camera stands are among them.
-
-    ``depth_sensor``: the one that ``depth_sensed`` is to be ready for; ``integrator``: as of ``RenderConfig``.
-
-    Raises:
-        RenderError: Embree is missing.
-    """
-    corners = np.array([[1, -1, -1], [1, 0, 1], [1, 1, -1]], np.float32)
-    mesh = Mesh(corners, np.tile(np.array([[-1, 0, 0]], np.float32), (3, 1)), np.array([[0, 1, 2]], np.uint32), corners[:, 1:].copy())
-    parts = PartTable(
-        np.zeros(1, np.uint16), np.zeros(1, np.uint8), np.zeros(1, np.int32), np.zeros((1, 3), np.float32), np.ones(1, np.bool_)
-    )
-    dark = np.zeros(3, np.float32)
-    sky = Sky(dark, dark, dark, sun=np.array([1, 0, 0, 1e-5, 1, 1, 1], np.float32))
-    flat = FlatScene(
-        mesh,
-        np.zeros(1, np.int32),
-        parts,
-        ("0/pane",),
-        tabulate_materials([Material(id="m", family="m", base_color=(0.5, 0.5, 0.5))]),
-        sky,
-    )
-    pose = CameraPose(stamp_ns=0, position_m=(0.0, 0.0, 0.0), orientation=look_at((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
-    camera, config = CameraConfig(width=1, height=1), RenderConfig(integrator=integrator, samples_per_pixel=1, threads=1)
-    with Renderer(flat, camera, config, 0, depth_sensor=depth_sensor) as renderer:
-        seen_around(renderer.tree, flat, pose.position_m)
-        renderer.render(pose, 0, layers, path=(pose, replace(pose, stamp_ns=1)), exposure=Exposure(0.0, white_of_kelvin(4000.0)))
