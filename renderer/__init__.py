@@ -9,9 +9,10 @@ from renderer.film.frame import Frame
 from renderer.film.layers import GEOMETRIC_LAYERS, LAYERS
 from renderer.geometry.mesh import Mesh
 from renderer.path.config import RenderConfig
-from renderer.renderer import WARM_LAYERS, Renderer, warm_up
+from renderer.renderer import Renderer
 from renderer.scene.flat_scene import FlatScene, MaterialTable, PartTable, Sky, tabulate_materials
 from renderer.sensors.config import DepthSensorConfig
+from renderer.warming import WARM_LAYERS, warm_up
 
 __all__ = [
     "GEOMETRIC_LAYERS",

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from renderer.camera.config import CameraConfig, SensorConfig
 from renderer.core.color import LUMINANCE
@@ -65,8 +66,8 @@ def exposed(config: RenderConfig, metered: Exposure | None, fixed_ev100: float |
     return Exposure(ev100, white or partly_adapted(metered.white_xy, AUTO_DEGREE))
 
 
-def meter(flat: FlatScene, camera: CameraConfig, config: RenderConfig, scene_key: int, poses: Sequence[CameraPose]) -> Exposure:
-    """Meter a room from small renderings along a path, one answer for all its frames, whatever the quality of their light.
+class LightMeter:
+    """Meters a room from small renderings along a path: one answer for all its frames, whatever the quality of their light.
 
     The exposure value is log2(100 L / K) of the log-average luminance L, or what shows 92 % of all that is seen below 1.5 stops above
     white, whichever is darker, in steps of 1/8 EV; the white is that of :func:`renderer.film.white_balance.metered_white`.  Steps keep both
@@ -75,23 +76,41 @@ def meter(flat: FlatScene, camera: CameraConfig, config: RenderConfig, scene_key
     Args:
         flat: the scene.
         camera: whose view is metered.
-        config: ``threads`` and ``portable`` are taken from it.
+        config: ``portable`` is taken from it.
         scene_key: of the scene.
         poses: the path; a few of its views are metered.
     """
-    small = CameraConfig(width=_WIDTH, height=max(1, _WIDTH * camera.height // camera.width), horizontal_fov_rad=camera.horizontal_fov_rad)
-    quick = RenderConfig(samples_per_pixel=_SAMPLES, max_depth=_DEPTH, threads=config.threads, portable=config.portable)
-    chosen = sorted({round(i) for i in np.linspace(0, len(poses) - 1, _VIEWS)})
-    logs, lit, base = [], [], []
-    with Renderer(flat, small, quick, scene_key) as renderer:
-        for index in chosen:
-            frame = renderer.render(poses[index], index, ("color", "albedo"))
-            radiance = frame.radiance
-            assert radiance is not None
-            lit.append(radiance.reshape(-1, 3))
-            base.append(frame.layers["albedo"].reshape(-1, 3).astype(np.float32))
-            logs.append(np.log2(np.maximum(radiance.astype(np.float64) @ LUMINANCE, _DARKEST)).mean())
-    luminance = np.concatenate(lit).astype(np.float64) @ LUMINANCE
-    bright = max(float(np.quantile(luminance, _BRIGHT_SHARE)), _DARKEST)
-    ev100 = max(float(np.mean(logs)) + math.log2(100.0 / METER_CONSTANT), math.log2(bright / white_luminance(_BRIGHT_STOPS)))
-    return Exposure(round(ev100 * _STEPS_PER_EV) / _STEPS_PER_EV, metered_white(np.concatenate(lit), np.concatenate(base)))
+
+    def __init__(self, flat: FlatScene, camera: CameraConfig, config: RenderConfig, scene_key: int, poses: Sequence[CameraPose]) -> None:
+        height = max(1, _WIDTH * camera.height // camera.width)
+        self._flat, self._scene_key, self._poses = flat, scene_key, poses
+        self._camera = CameraConfig(width=_WIDTH, height=height, horizontal_fov_rad=camera.horizontal_fov_rad)
+        self._config = RenderConfig(samples_per_pixel=_SAMPLES, max_depth=_DEPTH, portable=config.portable)
+        self._left = sorted({round(i) for i in np.linspace(0, len(poses) - 1, _VIEWS)})
+        self._seen: list[tuple[NDArray[np.float32], NDArray[np.float32]]] = []
+
+    def read(self, threads: int = 0, *, like: Renderer | None = None, cancelled: Callable[[], bool] | None = None) -> Exposure:
+        """Return the exposure; go on where a call that was cancelled has stopped.
+
+        ``threads``: as of ``RenderConfig``; ``like``: as of ``Renderer``; ``cancelled``: as of ``Renderer.render``.
+
+        Raises:
+            RenderCancelled: ``cancelled`` returned True.
+        """
+        with Renderer(self._flat, self._camera, replace(self._config, threads=threads), self._scene_key, like=like) as renderer:
+            while self._left:
+                frame = renderer.render(self._poses[self._left[0]], self._left[0], ("color", "albedo"), cancelled=cancelled)
+                assert frame.radiance is not None
+                self._seen.append((frame.radiance.reshape(-1, 3), frame.layers["albedo"].reshape(-1, 3).astype(np.float32)))
+                del self._left[0]
+        light, base = (np.concatenate(column) for column in zip(*self._seen, strict=True))
+        luminance = light.astype(np.float64) @ LUMINANCE
+        logs = np.mean([np.log2(np.maximum(view.astype(np.float64) @ LUMINANCE, _DARKEST)).mean() for view, _ in self._seen])
+        bright = max(float(np.quantile(luminance, _BRIGHT_SHARE)), _DARKEST)
+        ev100 = max(float(logs) + math.log2(100.0 / METER_CONSTANT), math.log2(bright / white_luminance(_BRIGHT_STOPS)))
+        return Exposure(round(ev100 * _STEPS_PER_EV) / _STEPS_PER_EV, metered_white(light, base))
+
+
+def meter(flat: FlatScene, camera: CameraConfig, config: RenderConfig, scene_key: int, poses: Sequence[CameraPose]) -> Exposure:
+    """Return what a :class:`LightMeter` reads; ``threads`` is taken from ``config`` too."""
+    return LightMeter(flat, camera, config, scene_key, poses).read(config.threads)

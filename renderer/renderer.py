@@ -6,7 +6,7 @@ Use: ``with Renderer(flat, CameraConfig(), RenderConfig(), scene_key) as rendere
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from types import TracebackType
@@ -15,8 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.annotations.annotator import Annotator
+from renderer.cache.cache_geometry import CacheGeometry
 from renderer.cache.cached_integrator import CachedIntegrator
 from renderer.cache.config import CacheConfig
+from renderer.cache.irradiance_cache import IrradianceCache
 from renderer.camera.camera_rays import CENTRE
 from renderer.camera.cameras import PosedCamera, pose_camera
 from renderer.camera.config import CameraConfig, SensorConfig
@@ -25,7 +27,7 @@ from renderer.camera.shutter import in_motion
 from renderer.camera.thin_lens import focus_on_centre
 from renderer.color_sensor import read_color
 from renderer.core.arrays import empty_together
-from renderer.core.embree import EmbreeScene, SceneHandle
+from renderer.core.embree import SceneHandle
 from renderer.core.errors import RenderError
 from renderer.core.random_numbers import make_frame_key
 from renderer.core.workers import Workers, thread_count
@@ -41,33 +43,25 @@ from renderer.film.layers import (
     SENSED_LAYERS,
     check_names,
 )
-from renderer.film.tone import Exposure, to_display, white_luminance
+from renderer.film.tone import Exposure, to_display
 from renderer.film.white_balance import white_of_kelvin
-from renderer.geometry.mesh import Mesh
+from renderer.film_exposer import PATHS_PER_PIECE, FilmExposer
 from renderer.ground_truth.hit_layers import hit_layers
 from renderer.ground_truth.hit_view import HitView, TracedScene
-from renderer.path.clipping import share_clipped
-from renderer.path.config import IntegratorName, RenderConfig
+from renderer.path.config import RenderConfig
 from renderer.path.film_update import blocked_share, indirect_part
 from renderer.path.ground_truth import GeometricImages, Hits, hit_record_shapes, make_labels, trace_geometry
-from renderer.path.integrator import trace_paths
-from renderer.path.lights import build_lights
-from renderer.path.queues import WAVE, WAVE_EDGE
-from renderer.path.records import Film, Transport, Work, make_scratch
-from renderer.path.stopping import is_clean, next_round, variance_of_mean
+from renderer.path.lights import Lights, build_lights
+from renderer.path.records import Film, make_scratch
+from renderer.path.stopping import variance_of_mean
 from renderer.path.sun_patches import find_sun_patches
-from renderer.path.surface_tables import build_surfaces
-from renderer.scene.flat_scene import FlatScene, PartTable, Sky, tabulate_materials
+from renderer.path.surface_tables import Surfaces, build_surfaces
+from renderer.scene.flat_scene import FlatScene
 from renderer.scene.scene_check import check_scene
+from renderer.scene.scene_trees import SceneTrees
 from renderer.sensors.config import DepthSensorConfig
 from renderer.sensors.depth_sensor import DepthSensor
-from renderer.standpoint import seen_around
-from scene_description import Material
-from scene_description.poses import look_at
 from scene_description.types import CameraPose
-
-PATHS_PER_PIECE = 8192
-"""How much colour a thread computes at a time, some 10 ms: threads end together, small images have work for all, and stopping is prompt."""
 
 IDEAL = SensorConfig()
 """A sensor that reads light as it is."""
@@ -93,8 +87,12 @@ class Renderer:
         sensor: SensorConfig = IDEAL,
         depth_sensor: DepthSensorConfig = IDEAL_DEPTH,
         paths_per_piece: int = PATHS_PER_PIECE,
+        like: Renderer | None = None,
     ) -> None:
         """Check a scene and build what rays need; ``scene_key`` (>= 0) seeds the noise of all its frames.
+
+        ``like``: another renderer, whose trees and nodes of the irradiance cache are shared where the scenes have them in common; images
+        are the same without it.
 
         Raises:
             RenderError: the scene is faulty, the key negative, or Embree missing.
@@ -106,33 +104,32 @@ class Renderer:
         self._sensor, self._depth_config = sensor, depth_sensor
         self.flat = flat
         """What is rendered."""
-        parts = flat.parts
+        parts, portable = flat.parts, config.portable
+        self._trees: SceneTrees = (like._trees.shared(flat, portable=portable) if like else None) or SceneTrees(flat, portable=portable)
         self._labels = make_labels(flat.face_part, parts.label, parts.object_id)
-        self._lights = build_lights(flat)
-        self._surfaces = build_surfaces(flat)
-        self._embree = self._build_tree(watertight=True)
-        self._lights = self._lights._replace(patches=find_sun_patches(flat, self._lights.infinite, self._embree.handle))
-        self._for_light: EmbreeScene | None = None
+        same = like._scene if like is not None and like.flat is flat else None
+        self._surfaces: Surfaces = same.surfaces if same else build_surfaces(flat)
+        self._lights: Lights = same.lights if same else self._find_lights()
+        self._closed = False
         self._denoiser: Denoiser | None = None
         self._depth_sensor: DepthSensor | None = None
-        self._integrator: CachedIntegrator | None = None
         self._workers = Workers(thread_count(config.threads))
         self._scratch = [make_scratch(len(self._lights.groups.area), len(self._lights.patches)) for _ in range(self._workers.count)]
-        self._scene = TracedScene(
-            flat, np.ascontiguousarray(parts.label), self._surfaces, self._lights, self._embree.handle, self._workers, self._scratch
+        self._scene: TracedScene = TracedScene(
+            flat, np.ascontiguousarray(parts.label), self._surfaces, self._lights, self.tree, self._workers, self._scratch
         )
+        self._geometry: CacheGeometry | None = like._light.geometry if like is not None and like._light is not None else None
+        self._light: IrradianceCache | None = None
+        self._integrator: CachedIntegrator | None = None
 
-    def _build_tree(self, *, watertight: bool) -> EmbreeScene:
-        panes = self.flat.parts.portal[self.flat.face_part]
-        mesh, portable = self.flat.mesh, self._config.portable
-        return EmbreeScene(
-            mesh.vertices, mesh.faces, panes=panes, watertight=watertight, portable=portable, steady=watertight and self.flat.steady
-        )
+    def _find_lights(self) -> Lights:
+        lights = build_lights(self.flat)
+        return lights._replace(patches=find_sun_patches(self.flat, lights.infinite, self.tree))
 
     @property
     def tree(self) -> SceneHandle:
         """The scene's triangles, for other sensors; valid until the renderer is closed."""
-        return self._embree.handle
+        return self._trees.precise
 
     def in_this_thread(self) -> AbstractContextManager[None]:
         """Return a context within which everything is computed in the calling thread alone; the same bytes."""
@@ -143,12 +140,12 @@ class Renderer:
 
         Frames are the same without, the first ones later.  Arguments and errors are those of :meth:`render`.
         """
-        self._light_tree()
+        self._trees.for_light()
         if self._config.integrator != "cached":
             return 0
         view = self._view(pose, path)
         _, hits = self._trace_geometry(view, True)
-        return self.cached().prepare(hits, cancelled)
+        return self.cached(cancelled).prepare(hits, cancelled)
 
     def render(
         self,
@@ -190,11 +187,12 @@ class Renderer:
             images |= self._hit_layers(view, geometry, hits, layers, pose, path)
             rays = view.width * view.height
             if annotator is not None:
-                annotations = annotator.annotate(geometry.instance, pose, view, self._embree.handle, self._workers)
+                annotations = annotator.annotate(geometry.instance, pose, view, self.tree, self._workers)
             if looked_up:
                 began = time.perf_counter()
-                radiance = self.cached().radiance(view, geometry.range, hits, self._frame_key(frame_index), cancelled)
-                sampling_s, filling_s = time.perf_counter() - began, self.cached().filling_s
+                cached = self.cached(cancelled)
+                radiance = cached.radiance(view, geometry.range, hits, self._frame_key(frame_index), cancelled)
+                sampling_s, filling_s = time.perf_counter() - began, cached.filling_s
                 self._show(images, layers, view, frame_index, shown, radiance, radiance)
         if sensed:
             images["depth_sensed"] = images["depth"] if ideal else self._read_depth(view, frame_index)
@@ -202,7 +200,7 @@ class Renderer:
         if sampled:
             denoised = any(name in PICTURES for name in sampled) and is_asked(self._config.denoise)
             began = time.perf_counter()
-            film, samples = self._expose_film(view, frame_index, shown.ev100, sampled, denoised, cancelled)
+            film, samples = self._exposer().expose(view, self._frame_key(frame_index), shown.ev100, sampled, denoised, cancelled)
             sampling_s += time.perf_counter() - began
             images |= {name: image for name, image in film._asdict().items() if name in sampled}
             if len(film.direct):
@@ -224,7 +222,7 @@ class Renderer:
 
     def _read_depth(self, view: PosedCamera, frame_index: int) -> NDArray[np.float32]:
         if self._depth_sensor is None:
-            self._depth_sensor = DepthSensor(self._depth_config, self._embree.handle, self._surfaces, self._workers)
+            self._depth_sensor = DepthSensor(self._depth_config, self.tree, self._surfaces, self._workers)
         return self._depth_sensor.read(view, self._frame_key(frame_index))
 
     def _frame_key(self, frame_index: int) -> np.uint32:
@@ -235,7 +233,7 @@ class Renderer:
     def _view(self, pose: CameraPose, path: Sequence[CameraPose]) -> PosedCamera:
         view = pose_camera(self._camera, pose)
         if self._camera.f_stop and not self._camera.focus_distance_m:
-            view = view._replace(focus_m=np.float32(focus_on_centre(self._embree.handle, view, self._scratch[0].rays)))
+            view = view._replace(focus_m=np.float32(focus_on_centre(self.tree, view, self._scratch[0].rays)))
         return in_motion(view, self._camera, pose, path)
 
     def _configured_exposure(self) -> Exposure:
@@ -263,18 +261,23 @@ class Renderer:
             key = self._frame_key(frame_index)
             images["color_sensed"] = read_color(radiance, view, self._sensor, shown, self._config.tone_curve, key)
 
-    def cached(self) -> CachedIntegrator:
-        """Return the room's irradiance cache, whatever the configured integrator; the first call solves its light."""
-        if self._integrator is None:
-            config = self._config
-            fine = CacheConfig(spacing_m=config.cache_spacing_m, gather_rays=config.cache_rays, light_samples=config.cache_light_samples)
-            self._integrator = CachedIntegrator(self._scene, self._light_tree(), self._scene_key, fine)
-        return self._integrator
+    def cached(self, cancelled: Callable[[], bool] | None = None) -> CachedIntegrator:
+        """Return the room's irradiance cache, whatever the configured integrator; the first call solves its light.
 
-    def _light_tree(self) -> SceneHandle:
-        if self._for_light is None:
-            self._for_light = self._build_tree(watertight=False)
-        return self._for_light.handle
+        Raises:
+            RenderCancelled: ``cancelled`` returned True; what was computed stays known.
+        """
+        if self._integrator is None:
+            tree, config = self._trees.for_light(), self._config
+            if self._light is None:
+                fine = CacheConfig(
+                    spacing_m=config.cache_spacing_m, gather_rays=config.cache_rays, light_samples=config.cache_light_samples
+                )
+                self._light = IrradianceCache(replace(self._scene, tree=tree), self._scene_key, fine, self._geometry)
+                self._geometry = None
+            self._light.solve(cancelled)
+            self._integrator = CachedIntegrator(self._scene, tree, self._light)
+        return self._integrator
 
     def _trace_geometry(self, view: PosedCamera, recorded: bool) -> tuple[GeometricImages, Hits]:
         """Return the basic layers, and the hit record if it is asked for."""
@@ -286,7 +289,7 @@ class Renderer:
 
         def trace(worker: int, first: int) -> None:
             packet = self._scratch[worker].rays
-            trace_geometry(self._embree.handle, self._labels, view, packet, CENTRE, images, hits, first, step)
+            trace_geometry(self.tree, self._labels, view, packet, CENTRE, images, hits, first, step)
 
         self._workers.run(trace, range(step))
         return images, hits
@@ -305,53 +308,8 @@ class Renderer:
             return {}
         return hit_layers(HitView(self._scene, self._camera, view, images, hits, pose, path, layers))
 
-    def _expose_film(
-        self,
-        view: PosedCamera,
-        frame_index: int,
-        ev100: float,
-        layers: Collection[str],
-        aov: bool,
-        cancelled: Callable[[], bool] | None,
-    ) -> tuple[Film, int]:
-        """Return the means of the samples, and how many there are; without colour paths end where they hit first."""
-        size, config, white = (view.height, view.width), self._config, white_luminance(ev100)
-        in_color = any(name in COLOR_LAYERS for name in layers)
-        film = Film(
-            np.zeros((*size, 3), np.float32),
-            np.zeros((*size, 3) if "albedo" in layers else (0, 0, 3), np.float32),
-            np.zeros((*size, 6) if aov else (0, 0, 6), np.float32),
-            np.zeros((*size, 3) if "variance" in layers else (0, 0, 3), np.float32),
-            np.zeros((*size, 3) if config.clamp or "direct" in layers or "indirect" in layers else (0, 0, 3), np.float32),
-            np.zeros((*size, 2) if "shadow" in layers else (0, 0, 2), np.float32),
-            np.zeros((*size, 3) if config.clamp else (0, 0, 3), np.float32),
-        )
-        transport = Transport(
-            self._frame_key(frame_index),
-            config.max_depth if in_color else min(config.max_depth, 2 if "shadow" in layers else 1),
-            np.float32(config.clamp * white or np.inf),
-            np.float32(config.caustic_blur),
-            np.float32(np.inf) if config.blur_textures else np.float32(1.0) / view.focal_px,
-        )
-
-        tree = self._light_tree()
-
-        def trace(worker: int, work: Work) -> None:
-            trace_paths(tree, self._surfaces, self._lights, view, transport, work, self._scratch[worker], film)
-
-        began, done = time.monotonic(), 0
-        while count := next_round(config, done, time.monotonic() - began):
-            before = film.light.copy() if config.noise_target else film.light
-            for pieces in self._color_pieces(view, done, done + count):
-                self._workers.run(trace, pieces, cancelled)
-            done += count
-            if is_clean(config, before, film.light, done, white):
-                break
-        for image in film:
-            image *= np.float32(1.0 / done)
-        if config.clamp:
-            share_clipped(film)
-        return film, done
+    def _exposer(self) -> FilmExposer:
+        return FilmExposer(self._scene, self._trees.for_light(), self._config, self._paths_per_piece)
 
     def _denoise(self, film: Film) -> NDArray[np.float32]:
         if self._denoiser is None:
@@ -359,24 +317,15 @@ class Renderer:
         albedo, normals = np.minimum(film.aov[:, :, :3], np.float32(1.0)), film.aov[:, :, 3:]
         return self._denoiser.clean(film.light, albedo, normals)
 
-    def _color_pieces(self, view: PosedCamera, begin: int, end: int) -> Iterator[list[Work]]:
-        """Yield rounds of pieces for samples [begin, end); pieces of one round share no pixel, so they may run at the same time."""
-        tiles = -(-view.width // WAVE_EDGE) * -(-view.height // WAVE_EDGE)
-        chunk = min(end - begin, max(1, self._paths_per_piece // WAVE))
-        step = max(1, self._paths_per_piece // (WAVE * chunk))
-        for first in range(begin, end, chunk):
-            last = min(first + chunk, end)
-            yield [Work(tile, min(tile + step, tiles), first, last) for tile in range(0, tiles, step)]
-
     def close(self) -> None:
         """Release threads and memory; harmless when repeated."""
         self._workers.close()
         if self._denoiser is not None:
             self._denoiser.close()
             self._denoiser = None
-        if self._for_light is not None:
-            self._for_light.close()
-        self._embree.close()
+        if not self._closed:
+            self._trees.close()
+        self._closed = True
 
     def __enter__(self) -> Renderer:
         """Return the renderer itself."""
@@ -385,41 +334,3 @@ class Renderer:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
         """Release everything."""
         self.close()
-
-
-WARM_LAYERS = (*GEOMETRIC_LAYERS, *SAMPLED_LAYERS)
-"""Layers whose kernels are ready after :func:`warm_up`; each of the others has its own, compiled when it is first asked for."""
-
-
-def warm_up(
-    layers: Collection[str] = WARM_LAYERS, depth_sensor: DepthSensorConfig = IDEAL_DEPTH, integrator: IntegratorName = "path"
-) -> None:
-    """Compile the kernels of some layers, or load them from numba's cache, by rendering one pixel of a lone pane in the sun.
-
-    Those that look for the patches where the sun falls and for where a camera stands are among them.
-
-    ``depth_sensor``: the one that ``depth_sensed`` is to be ready for; ``integrator``: as of ``RenderConfig``.
-
-    Raises:
-        RenderError: Embree is missing.
-    """
-    corners = np.array([[1, -1, -1], [1, 0, 1], [1, 1, -1]], np.float32)
-    mesh = Mesh(corners, np.tile(np.array([[-1, 0, 0]], np.float32), (3, 1)), np.array([[0, 1, 2]], np.uint32), corners[:, 1:].copy())
-    parts = PartTable(
-        np.zeros(1, np.uint16), np.zeros(1, np.uint8), np.zeros(1, np.int32), np.zeros((1, 3), np.float32), np.ones(1, np.bool_)
-    )
-    dark = np.zeros(3, np.float32)
-    sky = Sky(dark, dark, dark, sun=np.array([1, 0, 0, 1e-5, 1, 1, 1], np.float32))
-    flat = FlatScene(
-        mesh,
-        np.zeros(1, np.int32),
-        parts,
-        ("0/pane",),
-        tabulate_materials([Material(id="m", family="m", base_color=(0.5, 0.5, 0.5))]),
-        sky,
-    )
-    pose = CameraPose(stamp_ns=0, position_m=(0.0, 0.0, 0.0), orientation=look_at((0.0, 0.0, 0.0), (1.0, 0.0, 0.0)))
-    camera, config = CameraConfig(width=1, height=1), RenderConfig(integrator=integrator, samples_per_pixel=1, threads=1)
-    with Renderer(flat, camera, config, 0, depth_sensor=depth_sensor) as renderer:
-        seen_around(renderer.tree, flat, pose.position_m)
-        renderer.render(pose, 0, layers, path=(pose, replace(pose, stamp_ns=1)), exposure=Exposure(0.0, white_of_kelvin(4000.0)))

@@ -7,10 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from renderer import CameraConfig, RenderConfig, Renderer
+from renderer.cache.cache_geometry import CacheGeometry
 from renderer.cache.config import CacheConfig
 from renderer.cache.irradiance_cache import IrradianceCache
 from renderer.core.embree import EmbreeScene
 from renderer.core.workers import Workers
+from renderer.ground_truth.hit_view import TracedScene
 from renderer.path.lights import build_lights
 from renderer.path.records import make_scratch
 from renderer.path.surface_tables import build_surfaces
@@ -20,13 +22,19 @@ COARSE = CacheConfig(spacing_m=0.2, coarse_spacing_m=0.3)
 
 
 @contextmanager
-def solved(flat, config: CacheConfig = COARSE, *, threads: int = 1, key: int = 5) -> Iterator[IrradianceCache]:
-    """The cache of a scene, its coarse light solved."""
+def solved(
+    flat, config: CacheConfig = COARSE, *, threads: int = 1, key: int = 5, geometry: CacheGeometry | None = None, is_solved: bool = True
+) -> Iterator[IrradianceCache]:
+    """The cache of a scene, its coarse light solved unless not wanted."""
     lights, workers = build_lights(flat), Workers(threads)
     scratch = [make_scratch(len(lights.groups.area), 0) for _ in range(threads)]
     panes = flat.parts.portal[flat.face_part]
     with EmbreeScene(flat.mesh.vertices, flat.mesh.faces, panes=panes, watertight=False) as tree:
-        yield IrradianceCache(flat, build_surfaces(flat), lights, tree.handle, workers, scratch, key, config)
+        room = TracedScene(flat, flat.parts.label, build_surfaces(flat), lights, tree.handle, workers, scratch)
+        cache = IrradianceCache(room, key, config, geometry)
+        if is_solved:
+            cache.solve()
+        yield cache
     workers.close()
 
 

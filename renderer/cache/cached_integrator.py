@@ -8,7 +8,6 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.cache.config import CacheConfig
 from renderer.cache.irradiance_cache import IrradianceCache
 from renderer.cache.lamps import build_lamps
 from renderer.cache.reconstruction import OFFSETS, make_picture, mix_mirrored, smooth_edges
@@ -29,17 +28,16 @@ class CachedIntegrator:
     number, whenever it is computed.
     """
 
-    def __init__(self, scene: TracedScene, tree: SceneHandle, scene_key: int, config: CacheConfig) -> None:
-        """Solve the light of coarse nodes.  ``tree``: the scene's triangles as light is traced through them."""
+    def __init__(self, scene: TracedScene, tree: SceneHandle, store: IrradianceCache) -> None:
+        """Take the room's cache, which is solved.  ``tree``: the scene's triangles as light is traced through them."""
         self._scene, self._tree = scene, tree
         self._lamps = build_lamps(scene.flat)
         self._around = [make_around() for _ in scene.scratch]
-        self._store = IrradianceCache(scene.flat, scene.surfaces, scene.lights, tree, scene.workers, scene.scratch, scene_key, config)
-        store = self._store
+        self._store = store
         self._memory = (make_picture(0, 0), np.empty((0, 0, 3), np.float32))
         self.filling_s = 0.0
         """How long computing the nodes of the newest view took (s)."""
-        self._cache = Cache(store.atlas, store.rows, store.coarse, store.even, store.worth, store.leaving)
+        self._cache = Cache(store.atlas, store.rows, store.coarse, store.even, store.geometry.worth, store.leaving)
 
     @property
     def size_bytes(self) -> int:

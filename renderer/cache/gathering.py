@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from renderer.cache.atlas import Atlas
 from renderer.cache.glass import pass_glass
-from renderer.cache.hemisphere import BEHIND, GatherScratch, aim_hemisphere, choose_node, follow
+from renderer.cache.hemisphere import BEHIND, GatherScratch, aim_hemisphere, choose_node, follow, sighted_light
 from renderer.cache.node_light import NodeLight
 from renderer.cache.node_place import arriving, stand_on, unit_hash
 from renderer.core import embree as ray
@@ -99,7 +99,9 @@ def gather_nodes(
                 directions[j] = rays.real[ray.DIR_X + j]
             follow(scene, source, surfaces, lights, seed + np.uint32(977 * begin), scratch, found)
             for k in range(LANES):
-                red, green, blue = found.seen[k, 0], found.seen[k, 1], found.seen[k, 2]
+                red = green = blue = _ZERO
+                if found.sighted[k] >= 0:
+                    red, green, blue = sighted_light(surfaces, found.sighted[k], found.sights, k)
                 link = found.links[k]
                 if link >= 0:
                     link = choose_node(source, worth, link, found.at[k], found.at[LANES + k], found.at[2 * LANES + k], found)

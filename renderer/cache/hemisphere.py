@@ -14,6 +14,7 @@ from renderer.core import embree as ray
 from renderer.core.color import LUMINANCE, Rgb
 from renderer.core.embree import INVALID_ID, LANES, MEET_ALL, PASS_PANES, SceneHandle, intersect16
 from renderer.core.kernel import inlined
+from renderer.core.layout import Layout
 from renderer.core.random_numbers import mix_bits
 from renderer.core.sampling import coordinate_system, sample_cosine_hemisphere
 from renderer.path import surface_tables as st
@@ -33,20 +34,27 @@ _LEAN = np.float32(0.7)
 DARK, BEHIND = -1, -2
 """Links of rays that end at no node: at a light, a pane or nothing; at the inside of a closed part."""
 
+# A row of sights: how a ray sees a lamp or the sky by way of a mirror, or what is outside.
+_SIGHT = Layout()
+PASSED = _SIGHT.field()  # what panes let through of rays that go outside, 0 of others
+AHEAD = _SIGHT.field(3)  # the ray's unit direction; outside, the normal of what it sees
+COSINE = _SIGHT.field()  # between the ray and the lamp's normal
+SIGHT = _SIGHT.size
+
 
 class GatherScratch(NamedTuple):
     """Memory of one thread.
 
-    nodes, weights: (4,), those around a hit; links: (16,) int32, at: (48,) and seen: (16, 3), of a packet, as :func:`follow` fills them;
-    passed: (16,), what panes have let through of the packet's rays, 0 of rays inside; toward: (48,), directions of a packet.
+    nodes, weights: (4,), those around a hit; links: (16,) int32, at: (48,), sighted: (16,) int32 and sights: (16, SIGHT), of a packet, as
+    :func:`follow` fills them; toward: (48,), directions of a packet.
     """
 
     nodes: NDArray[np.int32]
     weights: NDArray[np.float32]
     links: NDArray[np.int32]
     at: NDArray[np.float32]
-    seen: NDArray[np.float32]
-    passed: NDArray[np.float32]
+    sighted: NDArray[np.int32]
+    sights: NDArray[np.float32]
     toward: NDArray[np.float32]
 
 
@@ -57,8 +65,8 @@ def make_gather_scratch() -> GatherScratch:
         np.zeros(4, np.float32),
         np.zeros(LANES, np.int32),
         np.zeros(3 * LANES, np.float32),
-        np.zeros((LANES, 3), np.float32),
-        np.zeros(LANES, np.float32),
+        np.zeros(LANES, np.int32),
+        np.zeros((LANES, SIGHT), np.float32),
         np.zeros(3 * LANES, np.float32),
     )
 
@@ -109,6 +117,17 @@ def outside_light(sky: Sky, nx: np.float32, ny: np.float32, nz: np.float32) -> R
 
 
 @inlined
+def sighted_light(surfaces: Surfaces, part: int, sights: NDArray[np.float32], i: int) -> Rgb:
+    """Return the luminance (r, g, b) that the ray of row ``i`` of ``sights`` (n, SIGHT) sees of a part, cd/m2."""
+    passed, x, y, z = sights[i, PASSED], sights[i, AHEAD], sights[i, AHEAD + 1], sights[i, AHEAD + 2]
+    if passed > _ZERO:
+        row, table = part * st.ROW_SIZE, surfaces.materials
+        r, g, b = outside_light(surfaces.sky, x, y, z)
+        return passed * table[row + st.BASE] * r, passed * table[row + st.BASE + 1] * g, passed * table[row + st.BASE + 2] * b
+    return surface_le(surfaces, part, x, y, z, sights[i, COSINE])
+
+
+@inlined
 def follow(
     scene: SceneHandle,
     atlas: Atlas,
@@ -120,14 +139,13 @@ def follow(
 ) -> None:
     """Trace the packet's rays, on through clear glass and by mirrors, and write where each ends: a node, DARK or BEHIND.
 
-    ``seen``: (16, 3), luminance of lights and of the sky that only rays by way of a mirror find, and of what is outside.
+    ``sighted``: (16,), the part whose light only such rays find, or -1: lamps and the sky by way of a mirror, and what is outside.
     """
     rays = scratch.rays
     real, integer, alive = rays.real, rays.integer, rays.alive
-    mirrored, links, seen, passed = scratch.sampled, found.links, found.seen, found.passed
+    mirrored, links, sighted, sights = scratch.sampled, found.links, found.sighted, found.sights
     for k in range(LANES):
-        links[k], mirrored[k], passed[k] = DARK, 0, _ZERO
-        seen[k, 0] = seen[k, 1] = seen[k, 2] = _ZERO
+        links[k], mirrored[k], sighted[k], sights[k, PASSED] = DARK, 0, -1, _ZERO
     going = LANES
     for depth in range(_DEEPEST):
         if going == 0:
@@ -150,22 +168,19 @@ def follow(
             table = surfaces.materials
             number = mix_bits(np.uint32(seed + np.uint32(LANES * depth + k)))
             u = np.float32(number >> np.uint32(8)) * np.float32(2.0**-24)
-            if passed[k] > _ZERO:
+            if sights[k, PASSED] > _ZERO:
                 scale = (_ONE if toward > _ZERO else -_ONE) / np.sqrt(max(nx * nx + ny * ny + nz * nz, _TINY))
-                r, g, b = outside_light(surfaces.sky, scale * nx, scale * ny, scale * nz)
-                seen[k, 0] = passed[k] * table[row + st.BASE] * r
-                seen[k, 1] = passed[k] * table[row + st.BASE + 1] * g
-                seen[k, 2] = passed[k] * table[row + st.BASE + 2] * b
+                sighted[k], sights[k, AHEAD], sights[k, AHEAD + 1], sights[k, AHEAD + 2] = part, scale * nx, scale * ny, scale * nz
                 continue
             if lights.face_group[face] >= 0 and toward > _ZERO:
                 if mirrored[k] != 0:
-                    cosine = toward / np.sqrt(max(nx * nx + ny * ny + nz * nz, _TINY))
-                    seen[k, 0], seen[k, 1], seen[k, 2] = surface_le(surfaces, part, dx, dy, dz, cosine)
+                    sighted[k], sights[k, AHEAD], sights[k, AHEAD + 1], sights[k, AHEAD + 2] = part, dx, dy, dz
+                    sights[k, COSINE] = toward / np.sqrt(max(nx * nx + ny * ny + nz * nz, _TINY))
                     continue
                 if table[row + st.PORTAL] > _ZERO:
                     # On to what stands outside; the sky itself is sampled as a light.
                     cosine = toward / np.sqrt(max(nx * nx + ny * ny + nz * nz, _TINY))
-                    passed[k] = pane_transmittance(surfaces, part, cosine)
+                    sights[k, PASSED] = pane_transmittance(surfaces, part, cosine)
                     real[ray.TNEAR + k], real[ray.TFAR + k] = real[ray.TFAR + k], np.inf
                     integer[ray.GEOM_ID + k], integer[ray.MASK + k] = INVALID_ID, PASS_PANES
                     alive[k] = -1

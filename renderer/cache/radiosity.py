@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.cache.atlas import Atlas
-from renderer.cache.hemisphere import BEHIND, GatherScratch, aim_hemisphere, choose_node, follow
+from renderer.cache.hemisphere import BEHIND, SIGHT, GatherScratch, aim_hemisphere, choose_node, follow, sighted_light
 from renderer.cache.node_place import unit_hash
 from renderer.core import embree as ray
 from renderer.core.embree import LANES, SceneHandle
@@ -32,17 +32,18 @@ def link_nodes(
     links: NDArray[np.int32],
     at: NDArray[np.float32],
     far: NDArray[np.float32],
-    seen: NDArray[np.float32],
+    sighted: NDArray[np.int32],
+    sights: NDArray[np.float32],
     far_m: np.float32,
     first: int,
     end: int,
-) -> None:
+) -> int:
     """Fill what the s rays of nodes [first, end) hit: ``links`` (n, s), as of :func:`follow`, and ``at`` (n, 3, s), as of its ``at``.
 
-    ``far``: (n,), the share of rays that end farther away than ``far_m``; ``seen``: (n, 3), illuminance by mirrors.
+    ``far``: (n,), the share of rays that end farther away than ``far_m``.  Rays that see lamps by mirrors, or what is outside, fill rows of
+    ``sighted`` (r, 2), node and part, and ``sights`` (r, SIGHT), as of :func:`follow`; return how many.
     """
-    count = len(pattern)
-    scale = _PI / np.float32(count)
+    count, rows = len(pattern), 0
     for node in range(first, end):
         u, v = unit_hash(node, key)
         seed = mix_bits(np.uint32(np.uint32(node) * np.uint32(0x85EBCA6B)) ^ key)
@@ -54,8 +55,22 @@ def link_nodes(
                 far[node] += (_ONE if scratch.rays.real[ray.TFAR + k] > far_m and found.links[k] != BEHIND else _ZERO) / np.float32(count)
                 for axis in range(3):
                     at[node, axis, begin + k] = found.at[LANES * axis + k]
-                for channel in range(3):
-                    seen[node, channel] += scale * found.seen[k, channel]
+                if found.sighted[k] >= 0:
+                    sighted[rows, 0], sighted[rows, 1] = node, found.sighted[k]
+                    for field in range(SIGHT):
+                        sights[rows, field] = found.sights[k, field]
+                    rows += 1
+    return rows
+
+
+@entry
+def see_lights(surfaces: Surfaces, sighted: NDArray[np.int32], sights: NDArray[np.float32], rays: int, seen: NDArray[np.float32]) -> None:
+    """Fill ``seen`` (n, 3), illuminance by mirrors and from outside, lux, from what the ``rays`` rays of each node have sighted."""
+    scale = _PI / np.float32(rays)
+    for i in range(len(sighted)):
+        node, light = sighted[i, 0], sighted_light(surfaces, sighted[i, 1], sights, i)
+        for channel in range(3):
+            seen[node, channel] += scale * light[channel]
 
 
 @entry
@@ -81,7 +96,7 @@ def solve_links(
 ) -> None:
     """Fill ``luminance`` (n, 3), cd/m2: what leaves each node once light has passed along the links until it settles (Gauss and Seidel).
 
-    ``given``: (n, 3), illuminance by lights and sun, lux; ``seen``: as of :func:`link_nodes`.
+    ``given``: (n, 3), illuminance by lights and sun, lux; ``seen``: as of :func:`see_lights`.
     """
     count = links.shape[1]
     for _ in range(sweeps):

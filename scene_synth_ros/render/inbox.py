@@ -90,10 +90,14 @@ class Inbox:
                 self._rooms.popleft()
             return None if self._stopped else self._rooms.popleft()
 
-    def must_leave(self, on_path: bool) -> bool:
-        """Return whether the room must be left: for the end, or for the next room, unless that waits until the camera path is done."""
+    def must_leave(self, on_path: bool, shown: bool = True) -> bool:
+        """Return whether the room must be left: for the end, or for the next room, unless that waits until the camera path is done.
+
+        A room of whose path nothing was shown yet is left for the end only: where rooms come faster than they can be made, nothing would
+        ever be seen.
+        """
         with self._changed:
-            return self._stopped or (bool(self._rooms) and not (on_path and self._peers.rooms_wait))
+            return self._stopped or (bool(self._rooms) and not (on_path and (self._peers.rooms_wait or not shown)))
 
     def is_turn(self, room: int, first: bool) -> bool:
         """Return whether a room may be published now; ``first`` marks the first one of this life."""

@@ -16,6 +16,9 @@ from scene_synth_ros.suite.faults import Faults
 
 _NICENESS = 5
 """A room that is made ahead gets a third of the processor time that frames get where both want the same processor (sched(7))."""
+_AMPLE_S = 15.0
+"""Frames get more only where the room at work is shown for so long: the next one takes 1 to 2 s of one processor, much more where it must
+give way on a busy machine, and frames would stop until it is there."""
 _POLL_S = 0.05
 
 
@@ -37,21 +40,23 @@ class NextRoom:
         self._former: Future[Room | None] | None = None
         self._enough, self._dropped = threading.Event(), threading.Event()
 
-    def begin(self, text: str, present: SceneDescription, settings: RoomSettings, layers: Collection[str]) -> None:
+    def begin(self, text: str, present: Room, settings: RoomSettings, layers: Collection[str]) -> None:
         """Begin to make a room in place of the one made before, unless it is the one that is present.
 
         Args:
             text: its description, as it came.
-            present: the room at work.
+            present: the room at work, which may be closed meanwhile.
             settings: what it will be rendered with.
             layers: that are wanted now.
         """
         self.drop()
         self._enough, self._dropped = enough, dropped = threading.Event(), threading.Event()
-        layers = tuple(layers)
+        layers, path = tuple(layers), present.scene.camera_path
+        is_ample = path[-1].stamp_ns - path[0].stamp_ns >= _AMPLE_S * 1e9
 
         def make() -> Room | None:
-            _be_nice()
+            if is_ample:
+                _be_nice()
             return _made(text, present, settings, layers, enough, dropped)
 
         self._job = start_daemon_job("next room", make, after=self._former)
@@ -59,8 +64,8 @@ class NextRoom:
     def take(self, scene: SceneDescription, settings: RoomSettings, cancelled: Callable[[], bool]) -> Room | None:
         """Return the room of a scene, if it was begun with these settings; its caller closes it.
 
-        What is under way is waited for, but no more views are prepared.  A room that could not be made is not told of: who makes it again
-        will tell.
+        The step under way is waited for; what is left of the room is made when it is asked for, with all threads.  A room that could not be
+        made is not told of: who makes it again will tell.
 
         Raises:
             RenderCancelled: ``cancelled`` returned True meanwhile.
@@ -109,16 +114,16 @@ class NextRoom:
 
 def _made(
     text: str,
-    present: SceneDescription,
+    present: Room,
     settings: RoomSettings,
     layers: Collection[str],
     enough: threading.Event,
     dropped: threading.Event,
 ) -> Room | None:
     scene = scene_from_json(text)
-    if is_same_room(scene, present):
+    if is_same_room(scene, present.scene):
         return None
-    room = Room(scene, settings)
+    room = Room(scene, settings, present)
     try:
         room.prepare(layers, enough, dropped.is_set)
     except BaseException:

@@ -80,8 +80,9 @@ class Rendering:
         self._scan_config: ScanConfig = settings["scan"]
         self._scans: RoomScans | None = None
         self._next = NextRoom(node.faults)
+        self._room: Room | None = None
         self._sent: dict[str, int] = {}
-        self._first_room, self._on_path, self._newest_room, self._room_began_s = True, False, -1, 0.0
+        self._first_room, self._on_path, self._shown, self._newest_room, self._room_began_s = True, False, False, -1, 0.0
 
     def run(self) -> None:
         """Load the kernels, then render what comes until the inbox is stopped.
@@ -146,11 +147,12 @@ class Rendering:
         settings = self._room_settings()
         ahead = self._next.take(scene, settings, lambda: self._inbox.must_leave(on_path=True))
         self.made_ahead += ahead is not None
-        with closing(ahead or Room(scene, settings)) as room:
+        self._room = ahead or Room(scene, settings, self._room)
+        with closing(self._room) as room:
             renderer = RoomRenderer(lambda: room.renderer, lambda: room.annotator)
             if not self._pace().realtime:  # else a room that nobody looks at is not even made
                 renderer.prepare()
-            self._on_path, self._room_began_s = True, time.perf_counter()
+            self._on_path, self._shown, self._room_began_s = True, False, time.perf_counter()
             self._output.streams.begin_room(scene)
             self._requests.begin_room()
             self.place.begin_room()
@@ -178,11 +180,11 @@ class Rendering:
         """Begin with the next room if it is known, in real time and while somebody looks; else nothing would wait for it."""
         config: RendererNodeConfig = self._settings[""]
         layers = self.wanted_layers()
-        if self.scene is None or not layers or not self._pace().realtime or config.share_count > 1:
+        if self._room is None or not layers or not self._pace().realtime or config.share_count > 1:
             return
         text = self._inbox.take_announced()
         if text is not None:
-            self._next.begin(text, self.scene, self._room_settings(), layers)
+            self._next.begin(text, self._room, self._room_settings(), layers)
 
     def _pace(self) -> Pace:
         config: RendererNodeConfig = self._settings[""]
@@ -192,7 +194,8 @@ class Rendering:
 
     def interrupted(self) -> bool:
         """Return whether the room must be left: for the end, or for the next room, unless that waits until the path is done."""
-        return self._inbox.must_leave(self._on_path)
+        config: RendererNodeConfig = self._settings[""]
+        return self._inbox.must_leave(self._on_path, self._shown or config.share_count > 1 or self.paused())
 
     def paused(self) -> bool:
         """Return whether frames must wait: for *activate*, or for recorders that would lose them."""
@@ -239,6 +242,7 @@ class Rendering:
             sent=self._sent,
         )
         self._output.publish_frame(frame, pose, settings_to_json(settings), with_clock=not self._inbox.wall_clock)
+        self._shown = True
         self.rate.publishing_s = time.perf_counter() - began
         self.throughput.take(time.monotonic(), frame.samples * settings.camera.width * settings.camera.height, frame.rays)
         if not self._on_path:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Collection
 from contextlib import ExitStack
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import cached_property
 from pathlib import Path
 from threading import Event
@@ -13,7 +13,7 @@ from threading import Event
 from renderer import CameraConfig, DepthSensorConfig, RenderCancelled, RenderConfig, Renderer, SensorConfig
 from renderer.annotations import Annotator
 from renderer.camera.rig import mounted_path
-from renderer.exposure import meter, needs_meter
+from renderer.exposure import LightMeter, needs_meter
 from renderer.film.layers import PHOTOGRAPHS
 from renderer.film.tone import Exposure
 from renderer.scene.flat_scene import FlatScene
@@ -52,12 +52,14 @@ class Room:
     Args:
         scene: the room.
         settings: what it is rendered with.
+        former: the room before, which may be closed at any time: its trees and nodes are taken where they are the same.
     """
 
-    def __init__(self, scene: SceneDescription, settings: RoomSettings) -> None:
+    def __init__(self, scene: SceneDescription, settings: RoomSettings, former: Room | None = None) -> None:
         self.scene, self.settings = scene, settings
         self._held = ExitStack()
-        self._one_thread = False
+        self._former = former if former is None or former.made_renderer is not None else former._former
+        self._cancelled: Callable[[], bool] | None = None
 
     @cached_property
     def flat(self) -> FlatScene:
@@ -72,9 +74,16 @@ class Room:
             SceneSynthError: the room cannot be made.
         """
         settings = self.settings
-        sensors = {"sensor": settings.sensor, "depth_sensor": settings.depth_sensor}
-        renderer = self._held.enter_context(Renderer(self.flat, settings.camera, settings.render, scene_key(self.scene), **sensors))
+        former, self._former = self._former, None
+        shared = {"sensor": settings.sensor, "depth_sensor": settings.depth_sensor, "like": former.made_renderer if former else None}
+        renderer = self._held.enter_context(Renderer(self.flat, settings.camera, settings.render, scene_key(self.scene), **shared))
         trim_heap()
+        return renderer
+
+    @property
+    def made_renderer(self) -> Renderer | None:
+        """The renderer, if it was made; may be asked for in any thread."""
+        renderer: Renderer | None = self.__dict__.get("renderer")
         return renderer
 
     @cached_property
@@ -85,11 +94,14 @@ class Room:
         return self._held.enter_context(Annotator(self.flat, self.scene, settings.camera, masks=masks, portable=portable, classes=classes))
 
     @cached_property
+    def _meter(self) -> LightMeter:
+        return LightMeter(self.flat, self.settings.camera, self.settings.render, scene_key(self.scene), self.scene.camera_path)
+
+    @cached_property
     def metered(self) -> Exposure:
         """The exposure as it is metered."""
-        settings = self.settings
-        render = replace(settings.render, threads=1) if self._one_thread else settings.render
-        exposure = meter(self.flat, settings.camera, render, scene_key(self.scene), self.scene.camera_path)
+        cancelled = self._cancelled
+        exposure = self._meter.read(1 if cancelled else self.settings.render.threads, like=self.renderer, cancelled=cancelled)
         trim_heap()
         return exposure
 
@@ -98,31 +110,39 @@ class Room:
 
         Args:
             layers: that will be asked for.
-            enough: set when the first view will do.
+            enough: set when the room is wanted as it is: whoever takes it makes the rest with all threads.
             cancelled: as of ``Renderer.render``; the room is of no use then.
 
         Raises:
             SceneSynthError: the room cannot be made.
             RenderCancelled: ``cancelled`` returned True.
         """
-        self._one_thread = True
+        self._cancelled = lambda: enough.is_set() or cancelled()
+        try:
+            self._prepare(layers, enough, self._cancelled)
+        except RenderCancelled:
+            if cancelled():
+                raise
+        finally:
+            self._cancelled = None
+
+    def _prepare(self, layers: Collection[str], enough: Event, cancelled: Callable[[], bool]) -> None:
+        assert self.flat is not None
+        if cancelled():
+            return
         with self.renderer.in_this_thread():
-            if ANNOTATIONS in layers:
+            if ANNOTATIONS in layers and not cancelled():
                 assert self.annotator is not None
-            if any(layer in PHOTOGRAPHS for layer in layers):
-                if needs_meter(self.settings.render):
-                    assert self.metered is not None
-                path = mounted_path(self.settings.camera, self.scene.camera_path)
-                for index in range(0, len(path), -(-len(path) // _VIEWS)):
-                    began = time.perf_counter()
-                    try:
-                        self.renderer.prepare(path[index], path, (lambda: enough.is_set() or cancelled()) if index else cancelled)
-                    except RenderCancelled:
-                        if cancelled():
-                            raise
-                    if enough.wait(_REST * (time.perf_counter() - began)):
-                        break
-        self._one_thread = False
+            if not any(layer in PHOTOGRAPHS for layer in layers) or cancelled():
+                return
+            if needs_meter(self.settings.render):
+                assert self.metered is not None
+            path = mounted_path(self.settings.camera, self.scene.camera_path)
+            for index in range(0, len(path), -(-len(path) // _VIEWS)):
+                began = time.perf_counter()
+                self.renderer.prepare(path[index], path, cancelled)
+                if enough.wait(_REST * (time.perf_counter() - began)):
+                    return
 
     def shows(self, scene: SceneDescription) -> bool:
         """Return whether a description is of this room, seen from the same places, be it at other times."""

@@ -41,13 +41,26 @@ def test_the_oldest_rooms_give_way_when_too_many_wait() -> None:
     assert inbox.next_room() == "2"
 
 
-@pytest.mark.parametrize(("on_path", "waits", "leave"), [(True, True, False), (False, True, True), (True, False, True)])
-def test_a_room_is_left_for_the_next_unless_its_path_must_be_finished(on_path: bool, waits: bool, leave: bool) -> None:
+@pytest.mark.parametrize(
+    ("on_path", "waits", "shown", "leave"),
+    [
+        (True, True, True, False),
+        (False, True, True, True),
+        (True, False, True, True),
+        (True, False, False, False),
+        (False, False, False, True),
+    ],
+)
+def test_a_room_is_left_for_the_next_unless_its_path_or_its_first_frame_must_be_finished(
+    on_path: bool, waits: bool, shown: bool, leave: bool
+) -> None:
     inbox = make()
     lock_step(inbox, waits)
-    assert not inbox.must_leave(on_path)
+    assert not inbox.must_leave(on_path, shown)
     inbox.put_room("next")
-    assert inbox.must_leave(on_path) is leave
+    assert inbox.must_leave(on_path, shown) is leave
+    inbox.stop()
+    assert inbox.must_leave(on_path, shown)
 
 
 def test_a_stop_ends_every_wait() -> None:

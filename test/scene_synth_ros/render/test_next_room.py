@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Iterator
+from concurrent.futures import wait
 from dataclasses import replace
 
 import pytest
@@ -45,7 +46,7 @@ def ahead(lines: list[str]) -> Iterator[NextRoom]:
 
 
 def begin(ahead: NextRoom, scene: SceneDescription = SCENE) -> None:
-    ahead.begin(scene_to_json(scene), PRESENT, SETTINGS, LAYERS)
+    ahead.begin(scene_to_json(scene), Room(PRESENT, SETTINGS), SETTINGS, LAYERS)
 
 
 def test_a_room_made_ahead_shows_the_same_bytes_at_whatever_time(ahead: NextRoom) -> None:
@@ -65,6 +66,8 @@ def test_a_room_made_ahead_shows_the_same_bytes_at_whatever_time(ahead: NextRoom
 
 def test_light_is_there_before_the_first_frame(ahead: NextRoom) -> None:
     begin(ahead)
+    assert ahead._job is not None
+    wait([ahead._job])
     room = ahead.take(SCENE, SETTINGS, lambda: False)
     assert room is not None
     assert room.renderer.prepare(SCENE.camera_path[0]) == 0
