@@ -33,3 +33,12 @@ def render_table(title: str, rows: Iterable[Row]) -> str:
         verdict = "" if row.met is None else ("  met" if row.met else "  MISSED")
         lines.append(f"  {row.name:<62}{row.value:>12.4g} {row.unit:<10}{row.measure:<10}{verdict}")
     return "\n".join(lines)
+
+
+def markdown_table(rows: Iterable[Row]) -> str:
+    """Return the rows as a table in Markdown."""
+    lines = ["| | measured | asked |", "| --- | --- | --- |"]
+    for row in rows:
+        missed = ", missed" if row.met is False else ""
+        lines.append(f"| {row.name.strip()} | {row.value:.3g} {row.unit} | {row.measure}{missed} |")
+    return "\n".join(lines)
