@@ -54,7 +54,8 @@ class Figures(NamedTuple):
     flip: float
 
 
-TITLES = Figures("frame, known, ms", "on the way, ms", "first picture, s", "everywhere, s", "MB", "mean", "FLIP")  # type: ignore[arg-type]
+TITLES = ("frame, known, ms", "on the way, ms", "first picture, s", "everywhere, s", "MB", "mean", "FLIP")
+"""Of the fields of ``Figures``."""
 
 
 def measure(types: Sequence[str] = ROOM_TYPES, references: References | None = None) -> list[Row]:
@@ -76,6 +77,7 @@ def find_figures(types: Sequence[str], references: References) -> dict[str, Figu
         truth = references.view(room, 0, COMPARED)
         for name, (preset, changes) in CHANGES.items():
             found[name].append(_compare(room, preset_config(preset, threads=1, **changes), truth))
+            print(room.name, name, *(f"{value:.3g}" for value in found[name][-1]), flush=True)
     settings = {}
     for name, figures in found.items():
         columns = Figures(*np.array(figures).T)
@@ -101,7 +103,7 @@ def _markdown(settings: dict[str, Figures], types: Sequence[str], samples: int) 
     names = ", ".join(name.replace("_", " ") for name in types)
     lines = [
         f"Medians of {len(types)} rooms ({names}; the mean is that of the room farthest from 1), {samples} denoised samples:\n",
-        "| | " + " | ".join(str(title) for title in TITLES) + " |",
+        "| | " + " | ".join(TITLES) + " |",
         "|" + " --- |" * (1 + len(TITLES)),
     ]
     for name, figures in settings.items():

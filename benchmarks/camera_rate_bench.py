@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -206,7 +207,9 @@ def main() -> None:
         plain = [room._asdict() | {"errors": {name: error._asdict() for name, error in room.errors.items()}} for room in found]
         arguments.json.write_text(json.dumps(plain, indent=1))
     if arguments.write:
-        write_section(DOCS / "cache.md", "camera_rate", markdown_table(rows))
+        asked = arguments.threads or len(os.sched_getaffinity(0))
+        caption = f"{len(found)} rooms, rates of `{arguments.preset}` by the clock on {asked} threads:\n\n"
+        write_section(DOCS / "cache.md", "camera_rate", caption + markdown_table(rows))
 
 
 if __name__ == "__main__":

@@ -125,7 +125,8 @@ def main() -> None:
     rows = measure(arguments.types, arguments.frames, References(arguments.references, arguments.samples), arguments.preset)
     print(render_table("Flicker", rows))
     if arguments.write:
-        write_section(DOCS / "cache.md", "flicker", markdown_table(rows))
+        caption = f"`{arguments.preset}`; asked is what path-traced frames have, plus 1:\n\n"
+        write_section(DOCS / "cache.md", "flicker", caption + markdown_table(rows))
 
 
 if __name__ == "__main__":

@@ -42,7 +42,8 @@ class Perceived(NamedTuple):
     inlier_share: float
 
 
-UNITS = Perceived("odometry: translation, mm", "odometry: rotation, degrees", "odometry: pairs lost", "ORB: inliers", "ORB: inlier share")  # type: ignore[arg-type]
+TITLES = ("odometry: translation, mm", "odometry: rotation, degrees", "odometry: pairs lost", "ORB: inliers", "ORB: inlier share")
+"""Of the fields of ``Perceived``."""
 
 
 def measure(
@@ -141,7 +142,7 @@ def moved(places: NDArray[np.float64], depth: NDArray[np.float32], true: NDArray
 
 
 def _markdown(found: Sequence[tuple[str, int, Perceived, Perceived]]) -> str:
-    lines = ["| room, frames apart | " + " | ".join(str(unit) for unit in UNITS) + " |", "|" + " --- |" * 6]
+    lines = ["| room, frames apart | " + " | ".join(TITLES) + " |", "|" + " --- |" * 6]
     for name, step, cached, traced in found:
         cells = [
             f"{a:.2g} ({b:.2g})" if isinstance(a, float) and a < 100 else f"{a:.0f} ({b:.0f})" for a, b in zip(cached, traced, strict=True)
@@ -156,7 +157,7 @@ def rows_of(found: Sequence[tuple[str, int, Perceived, Perceived]]) -> list[Row]
         Row(f"{name}, {step} apart, {source}, {unit}", float(value), "")
         for name, step, *both in found
         for source, perceived in zip(("cached", "traced"), both, strict=True)
-        for unit, value in zip(UNITS, perceived, strict=True)
+        for unit, value in zip(TITLES, perceived, strict=True)
     ]
 
 
@@ -168,7 +169,9 @@ def main() -> None:
     found = measure(arguments.types, arguments.frames, References(arguments.references, arguments.samples), arguments.preset)
     print(render_table("Perception", rows_of(found)))
     if arguments.write:
-        write_section(DOCS / "cache.md", "perception", _markdown(found))
+        pictures = f"{arguments.frames} frames of {SIZE[0]}x{SIZE[1]}, `{arguments.preset}` beside {arguments.samples} denoised samples"
+        caption = f"{pictures}; medians of pairs, {FEATURES} features a frame, inliers within {INLIER_PX:g} pixels of their true place:\n\n"
+        write_section(DOCS / "cache.md", "perception", caption + _markdown(found))
 
 
 if __name__ == "__main__":

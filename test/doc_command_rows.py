@@ -299,6 +299,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python -m benchmarks.cache_bench --write": Parsed("takes minutes; speed is never judged in a test"),
     ".venv/bin/python -m benchmarks --only camera_rate": Parsed("takes minutes; speed is never judged in a test"),
     ".venv/bin/python -m benchmarks.camera_rate_bench --rooms 2 --references REFERENCES --write": Parsed("takes hours at first"),
+    ".venv/bin/python -m benchmarks.cached_measures --rooms 2 --references REFERENCES --write": Parsed("takes hours at first"),
     ".venv/bin/python -m benchmarks.cached_picture --references REFERENCES": Parsed("takes minutes"),
     ".venv/bin/python -m benchmarks.rate_curves_bench --clock --write": Parsed("speed is never judged in a test"),
     ".venv/bin/python -m benchmarks.flicker_bench --references REFERENCES --write": Parsed("takes an hour at first"),
