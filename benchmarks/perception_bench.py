@@ -12,6 +12,7 @@ by Hamming distance; a match is an inlier where it lies within 2 pixels of the p
 from __future__ import annotations
 
 import argparse
+import os
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -94,6 +95,7 @@ def pose_error(true: NDArray[np.float64], estimate: NDArray[np.float64]) -> tupl
 
 def odometry(pictures: Sequence[NDArray[np.uint8]], depth: Sequence[NDArray[np.float32]]) -> NDArray[np.float64] | None:
     """Return Open3D's transform (4, 4) from the first of two frames to the second; None where it finds none."""
+    os.environ.setdefault("OMP_NUM_THREADS", "1")  # sums of several threads differ from run to run
     import open3d  # the options are read without it
 
     k, (width, height) = intrinsics(camera_of(SIZE)), SIZE
