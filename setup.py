@@ -27,7 +27,7 @@ setup(
     maintainer=PACKAGE.findtext("maintainer"),
     maintainer_email=PACKAGE.find("maintainer").get("email"),
     python_requires=">=3.10",
-    packages=find_packages(include=["scene_description*", "grammar*", "renderer*", "scene_synth_ros*"]),
+    packages=find_packages(include=["scene_description*", "grammar*", "renderer*", "evaluation*", "scene_synth_ros*"]),
     package_data={
         "scene_description": ["*.csv"],
         "scene_synth_ros.cli.page": ["web/*"],
@@ -44,6 +44,7 @@ setup(
     extras_require={
         "denoise": ["pyoidn>=2.5"],
         "exr": ["OpenEXR>=3.3"],
+        "evaluate": ["pycocotools>=2.0.8"],
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "test": [
             "pytest>=8",
@@ -52,6 +53,8 @@ setup(
             "rosbags>=0.10",
             "mcap-ros2-support>=0.5",
             "pycocotools>=2.0.11",
+            "evo>=1.30",
+            "scikit-learn>=1.4",
             "cyclonedds>=11",
             "colcon-core",
             "colcon-ros",

@@ -12,7 +12,14 @@ from pathlib import Path
 from grammar.drawing.shapes import Drawing, Shape, area, line, to_svg, words
 
 ROOT = Path(__file__).resolve().parent.parent
-PACKAGES = {"scene_description": "#f3e9d2", "grammar": "#dcebd9", "renderer": "#dbe6f4", "scene_synth_ros": "#f2dcdc"}
+PACKAGES = {
+    "scene_description": "#f3e9d2",
+    "grammar": "#dcebd9",
+    "renderer": "#dbe6f4",
+    "evaluation": "#eadcf0",
+    "scene_synth_ros": "#f2dcdc",
+}
+FOOT, TOP = "scene_description", "scene_synth_ros"
 ENTRY = "entry points"
 """The modules beside a package's folders."""
 
@@ -101,33 +108,26 @@ def _arrow(upper: tuple[float, float], lower: tuple[float, float]) -> list[Shape
 
 
 def architecture() -> str:
-    """Return the map as SVG: ``scene_description`` at the foot, grammar and renderer on it, ``scene_synth_ros`` on top."""
+    """Return the map as SVG: ``scene_description`` at the foot, the three packages that build on it, ``scene_synth_ros`` on top."""
     gap = 2.0 * _MARGIN
-    _, grammar_width, grammar_height = draw_package("grammar", 0.0, 0.0)
-    _, renderer_width, renderer_height = draw_package("renderer", 0.0, 0.0)
-    _, _, ros_height = draw_package("scene_synth_ros", 0.0, 0.0)
-    _, _, nouns_height = draw_package("scene_description", 0.0, 0.0)
-    width = grammar_width + gap + renderer_width + 2.0 * _MARGIN
-    middle_height = max(grammar_height, renderer_height)
-    height = ros_height + middle_height + nouns_height + 2.0 * gap + 2.0 * _MARGIN
+    sizes = {package: draw_package(package, 0.0, 0.0)[1:] for package in PACKAGES}
+    middle = [package for package in PACKAGES if package not in (FOOT, TOP)]
+    whole = sum(sizes[package][0] for package in middle) + (len(middle) - 1) * gap
+    middle_height = max(sizes[package][1] for package in middle)
+    height = sizes[TOP][1] + middle_height + sizes[FOOT][1] + 2.0 * gap + 2.0 * _MARGIN
+    width = whole + 2.0 * _MARGIN
     foot = height - _MARGIN
-    second = foot - nouns_height - gap
+    second = foot - sizes[FOOT][1] - gap
     third = second - middle_height - gap
-    left = _MARGIN
-    shapes: list[Shape] = []
-    whole = grammar_width + gap + renderer_width
-    for package, x, y, at_least in (
-        ("scene_description", left, foot, whole),
-        ("grammar", left, second, 0.0),
-        ("renderer", left + grammar_width + gap, second, 0.0),
-        ("scene_synth_ros", left, third, whole),
-    ):
-        shapes += draw_package(package, x, y, at_least)[0]
-    centre = left + 0.5 * grammar_width, left + grammar_width + gap + 0.5 * renderer_width
-    for x, heights in zip(centre, (grammar_height, renderer_height), strict=True):
-        half = 0.5 * _BOX_HEIGHT
-        shapes += _arrow((x, third - half), (x, second - heights + half))
-        shapes += _arrow((x, second - half), (x, foot - nouns_height + half))
+    shapes = [*draw_package(FOOT, _MARGIN, foot, whole)[0], *draw_package(TOP, _MARGIN, third, whole)[0]]
+    left, half = _MARGIN, 0.5 * _BOX_HEIGHT
+    for package in middle:
+        across, up = sizes[package]
+        shapes += draw_package(package, left, second)[0]
+        centre = left + 0.5 * across
+        shapes += _arrow((centre, third - half), (centre, second - up + half))
+        shapes += _arrow((centre, second - half), (centre, foot - sizes[FOOT][1] + half))
+        left += across + gap
     return to_svg(Drawing(width=width, height=height, shapes=tuple(shapes)))
 
 

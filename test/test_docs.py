@@ -8,7 +8,19 @@ from pathlib import Path
 from doc_commands import PAGES
 
 ROOT = Path(__file__).resolve().parent.parent
-FOLDERS = ("docs", "config", "examples", "launch", "test", "benchmarks", "scene_description", "grammar", "renderer", "scene_synth_ros")
+FOLDERS = (
+    "docs",
+    "config",
+    "examples",
+    "launch",
+    "test",
+    "benchmarks",
+    "scene_description",
+    "grammar",
+    "renderer",
+    "evaluation",
+    "scene_synth_ros",
+)
 
 
 def test_the_map_of_the_architecture_is_up_to_date() -> None:

@@ -277,6 +277,18 @@ def _is_cut_off(cuts: NDArray[np.float32], place: int, width: int, right: int, u
 
 
 @inlined
+def find_cell(atlas: Atlas, face: int, u: np.float32, v: np.float32) -> tuple[int, np.float32, np.float32]:
+    """Return the place in ``grid`` of the first corner of the cell that a hit lies in, and where in the cell, from 0 to 1."""
+    offset, width, height, affine = atlas.cells[face, 0], atlas.cells[face, 1], atlas.cells[face, 2], atlas.affine
+    s = affine[face, 0] + u * affine[face, 1] + v * affine[face, 2]
+    r = affine[face, 3] + u * affine[face, 4] + v * affine[face, 5]
+    s = min(max(s, _ZERO), np.float32(width - 1))
+    r = min(max(r, _ZERO), np.float32(height - 1))
+    column, row = min(int(s), max(width - 2, 0)), min(int(r), max(height - 2, 0))
+    return offset + row * width + column, s - np.float32(column), r - np.float32(row)
+
+
+@inlined
 def find_nodes(
     atlas: Atlas, face: int, u: np.float32, v: np.float32, front: bool, nodes: NDArray[np.int32], weights: NDArray[np.float32]
 ) -> int:
@@ -286,21 +298,14 @@ def find_nodes(
     """
     kind, count = atlas.cells[face, 3], 0
     if kind == GRID:
-        offset, width, height = atlas.cells[face, 0], atlas.cells[face, 1], atlas.cells[face, 2]
-        affine = atlas.affine
-        s = affine[face, 0] + u * affine[face, 1] + v * affine[face, 2]
-        r = affine[face, 3] + u * affine[face, 4] + v * affine[face, 5]
-        s = min(max(s, _ZERO), np.float32(width - 1))
-        r = min(max(r, _ZERO), np.float32(height - 1))
-        column, row = min(int(s), max(width - 2, 0)), min(int(r), max(height - 2, 0))
-        s, r = s - np.float32(column), r - np.float32(row)
-        total = _ZERO
+        width, total = atlas.cells[face, 1], _ZERO
+        first, s, r = find_cell(atlas, face, u, v)
         for attempt in range(2):
             for corner in range(4):
                 right, up = corner & 1, corner >> 1
                 weight = (s if right else _ONE - s) * (r if up else _ONE - r)
                 if weight > _ZERO:
-                    place = offset + (row + up) * width + column + right
+                    place = first + up * width + right
                     node = atlas.grid[place]
                     if node >= 0 and (attempt > 0 or not _is_cut_off(atlas.cuts, place, width, right, up, s, r)):
                         nodes[count], weights[count] = node, weight

@@ -39,7 +39,7 @@ class CachedIntegrator:
         self._memory = (make_picture(0, 0), np.empty((0, 0, 3), np.float32))
         self.filling_s = 0.0
         """How long computing the nodes of the newest view took (s)."""
-        self._cache = Cache(store.atlas, store.rows, store.coarse, store.even, store.worth)
+        self._cache = Cache(store.atlas, store.rows, store.coarse, store.even, store.worth, store.leaving)
 
     @property
     def size_bytes(self) -> int:
@@ -76,8 +76,8 @@ class CachedIntegrator:
             shade_hits(self._tree, *tables, view, frame_key, distance, hits, *memory, picture, first, step)
 
         def smooth_rows(worker: int, first: int) -> None:
-            packet = scene.scratch[worker].rays
-            smooth_edges(scene.tree, scene.surfaces, view, distance, hits, OFFSETS, packet, image, smooth, first, step)
+            memory = (scene.scratch[worker].rays, self._around[worker].edges)
+            smooth_edges(self._tree, scene.surfaces, view, distance, hits, OFFSETS, *memory, image, smooth, first, step)
 
         scene.workers.run(shade, range(step), cancelled)
         scene.in_rows(mix_mirrored, scene.surfaces, hits, picture, image)
@@ -89,7 +89,7 @@ class CachedIntegrator:
         scene, step = self._scene, self._scene.workers.count
         wanted = np.zeros(len(self._store.atlas.face), np.bool_)
 
-        scene.workers.run(lambda worker, first: want_nodes(self._cache.fine, hits, wanted, self._around[worker], first, step), range(step))
+        scene.workers.run(lambda _, first: want_nodes(self._cache.fine, hits, wanted, first, step), range(step))
         began = time.perf_counter()
         new = self._store.fill(wanted, cancelled)
         self.filling_s = time.perf_counter() - began

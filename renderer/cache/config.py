@@ -14,10 +14,10 @@ class CacheConfig:
     sun_samples: points on the sun, a multiple of 16.
     """
 
-    spacing_m: float = 0.04
+    spacing_m: float = 0.03
     coarse_spacing_m: float = 0.1
     gather_rays: int = 64
     coarse_rays: int = 32
-    light_samples: int = 32
+    light_samples: int = 128
     coarse_light_samples: int = 16
     sun_samples: int = 16

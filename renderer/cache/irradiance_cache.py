@@ -128,6 +128,7 @@ class IrradianceCache:
         luminance = np.zeros((count, 3), np.float32)
         solve_links(links, light.direct + light.indirect + light.sun[:, :3], seen, albedo, glow, _SWEEPS, luminance)
         self.even = self._smooth_even(luminance - glow, albedo, light, far)[other]
+        self.leaving = self.even * albedo
         luminance = luminance[other]
         # Nodes within things shine by those that stand in for them.
         shining = atlas._replace(area=np.where(valid, np.bincount(other, atlas.area, count), 0.0).astype(np.float32))
@@ -154,7 +155,18 @@ class IrradianceCache:
     def size_bytes(self) -> int:
         """Memory that the cache holds."""
         tables = (*self.coarse, *self.coarse_light, *self.atlas, *self.light, *self.bright[:4], self.albedo, self.links)
-        return _size(*tables, self.luminance, self.worth, self.even, self.rows, self._filled, self._smooth_done, self._place, self.grids)
+        return _size(
+            *tables,
+            self.luminance,
+            self.worth,
+            self.even,
+            self.leaving,
+            self.rows,
+            self._filled,
+            self._smooth_done,
+            self._place,
+            self.grids,
+        )
 
     def fill(self, wanted: NDArray[np.bool_], cancelled: Callable[[], bool] | None = None) -> int:
         """Compute the nodes of ``wanted`` (n,) that are not known yet; return how many."""

@@ -8,22 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.bsdf.microfacet import ggx_g1_root
-from renderer.cache.records import ALPHA, SHARE, SHARP, UNDER, UNDER_ALPHA
+from renderer.cache.records import ALPHA, SHARE, SHARP, UNDER, UNDER_ALPHA, WIDE
 from renderer.core import lanes as ln
 from renderer.core.kernel import inlined
 from renderer.path import surface_tables as st
+from renderer.path.emission import surface_le
 from renderer.path.surface_tables import Surfaces
 from renderer.scene.flat_scene import FlatScene
-from renderer.scene.spot_lights import profile_toward
 
 _ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
-_INVERSE_PI = np.float32(1.0 / np.pi)
+_LEAST_COSINE = np.float32(0.05)
 
 
 class Lamps(NamedTuple):
-    """Lamps as balls, by which rough gloss shows them, for kernels: (n, 11) float32 each.
+    """Lamps and panes as balls, by which rough gloss shows them, for kernels.
 
-    Centre, radius in metres, luminance r, g, b, mean normal; whether it is flat.  part: (n,) int32.
+    balls: (n, 8) float32, centre, radius in metres, mean normal, whether it is flat; part: (n,) int32, one that shines so.
     """
 
     balls: NDArray[np.float32]
@@ -31,38 +31,64 @@ class Lamps(NamedTuple):
 
 
 def build_lamps(flat: FlatScene) -> Lamps:
-    """Return a ball for each part that shines."""
+    """Return a ball for each part that shines, and one for the panes that lie in one plane."""
     corners = flat.mesh.vertices.astype(np.float64)[flat.mesh.faces]
     cross = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    parts = np.flatnonzero((flat.parts.emission > 0.0).any(axis=1) & ~flat.parts.portal)
+    groups = [[int(part)] for part in np.flatnonzero((flat.parts.emission > 0.0).any(axis=1) & ~flat.parts.portal)]
+    planes: dict[tuple[float, ...], list[int]] = {}
+    for pane in np.flatnonzero(flat.parts.portal).tolist():
+        faces = np.flatnonzero(flat.face_part == pane)
+        normal = cross[faces].sum(axis=0) / max(np.linalg.norm(cross[faces].sum(axis=0)), 1e-12)
+        planes.setdefault((*normal.round(2), round(float(normal @ corners[faces].mean(axis=(0, 1))), 1)), []).append(pane)
     rows = []
-    for part in parts:
-        faces = np.flatnonzero(flat.face_part == part)
+    for parts in [*groups, *planes.values()]:
+        faces = np.flatnonzero(np.isin(flat.face_part, parts))
         area = np.linalg.norm(cross[faces], axis=1)
         center = np.average(corners[faces].mean(axis=1), axis=0, weights=np.maximum(area, 1e-12))
-        seen = max(np.maximum(sign * cross[faces][:, axis], 0.0).sum() for axis in range(3) for sign in (-1.0, 1.0))
         normal = cross[faces].sum(axis=0)
         level = np.linalg.norm(normal) > 0.5 * area.sum()
+        seen = max(np.maximum(sign * cross[faces][:, axis], 0.0).sum() for axis in range(3) for sign in (-1.0, 1.0))
+        if flat.parts.portal[parts[0]]:
+            seen = np.linalg.norm(normal)
         normal /= max(np.linalg.norm(normal), 1e-12)
-        rows.append([*center, np.sqrt(seen / np.pi), *flat.parts.emission[part], *normal, float(level)])
-    return Lamps(np.array(rows, np.float32).reshape(-1, 11), parts.astype(np.int32))
+        rows.append([*center, np.sqrt(seen / np.pi), *normal, float(level)])
+    return Lamps(np.array(rows, np.float32).reshape(-1, 8), np.array([parts[0] for parts in [*groups, *planes.values()]], np.int32))
 
 
 @inlined
-def _lobe(facet: np.float32, cosine: np.float32, height: np.float32, alpha: np.float32, size: np.float32) -> np.float32:
-    """Return D G / (4 cos cos) of GGX, widened for a ball of this radius over distance."""
-    square = alpha * alpha
-    wide = square + _HALF * _HALF * size * size
-    t = (_ONE - facet * facet) / square + facet * facet
-    value: np.float32 = _INVERSE_PI / (wide * t * t) * _HALF
+def mirrored_share(
+    facet: np.float32, half: np.float32, cosine: np.float32, height: np.float32, alpha: np.float32, spread: np.float32
+) -> np.float32:
+    """Return what GGX reflects of even light from a ball, over its luminance and the Fresnel term.
+
+    ``facet``: cosine of the microfacets that mirror the ball's centre; ``half``: that of the view to them; ``spread``: the ball's solid
+    angle over pi.  The slopes of microfacets have the density alpha^2 / (pi (alpha^2 + m^2)^2) (Walter et al., "Microfacet Models for
+    Refraction through Rough Surfaces", 2007).  By stereographic projection that is the uniform one of a sphere, so a disc of slopes has
+    the share of a spherical cap.
+    """
+    square, inverse = alpha * alpha, _ONE / facet
+    radius = spread * inverse * inverse * inverse * np.float32(0.25) / half
+    away = (inverse * inverse - _ONE) + square - radius
+    root = np.sqrt(away * away + np.float32(4.0) * square * radius)
+    share = _TWO * square * radius / (root * (root + away)) if away > _ZERO else _HALF * (root - away) / root
+    value: np.float32 = _TWO * share * half * inverse * cosine
     return value / (cosine * ggx_g1_root(height, alpha) + height * ggx_g1_root(cosine, alpha))
+
+
+@inlined
+def _schlick(cosine: np.float32) -> np.float32:
+    """Return Fresnel's term of dielectrics by Schlick's approximation, for an index of 1.5."""
+    left = max(_ONE - cosine, _ZERO)
+    value: np.float32 = np.float32(0.04) + np.float32(0.96) * left * left * left * left * left
+    return value
 
 
 @inlined
 def choose_lamp(surfaces: Surfaces, lamps: Lamps, k: int, shown: np.float32, kept: NDArray[np.float32], lanes: NDArray[np.float32]) -> int:
     """Fill TO_LIGHT and LI, what it adds to the pixel, of the lamp that lane k mirrors most, and LIGHT_PDF; return 1 if there is one.
 
-    Karis, "Real Shading in Unreal Engine 4" (2013): the point of a ball that is nearest to the mirrored ray stands for it.
+    Whether it is seen is asked of the point of the ball that is nearest to the mirrored ray, as in Karis, "Real Shading in Unreal Engine 4"
+    (2013).
     """
     balls = lamps.balls
     px, py, pz = lanes[ln.P_X + k], lanes[ln.P_Y + k], lanes[ln.P_Z + k]
@@ -81,32 +107,39 @@ def choose_lamp(surfaces: Surfaces, lamps: Lamps, k: int, shown: np.float32, kep
         aside = np.sqrt(max(ax * ax + ay * ay + az * az, _TINY))
         pull = min(radius / aside, _ONE) * np.float32(0.9)
         tx, ty, tz = cx + pull * ax, cy + pull * ay, cz + pull * az
-        squared = tx * tx + ty * ty + tz * tz
+        squared = cx * cx + cy * cy + cz * cz
         distance = np.sqrt(max(squared, _TINY))
-        lx, ly, lz = tx / distance, ty / distance, tz / distance
+        lx, ly, lz = cx / distance, cy / distance, cz / distance
         cosine = lx * nx + ly * ny + lz * nz
         if cosine <= _ZERO or distance <= radius:
             continue
         hx, hy, hz = lx + wo_x, ly + wo_y, lz + wo_z
         scale = _ONE / np.sqrt(max(hx * hx + hy * hy + hz * hz, _TINY))
-        facet = max((hx * nx + hy * ny + hz * nz) * scale, _ZERO)
-        value = cosine * radius * radius / squared * np.float32(np.pi)
-        if balls[i, 10] > _ZERO:
-            value *= max(-(lx * balls[i, 7] + ly * balls[i, 8] + lz * balls[i, 9]), _ZERO)
-        row = lamps.part[i] * st.ROW_SIZE
-        if surfaces.materials[row + st.PROFILE] > _ZERO:
-            value *= profile_toward(surfaces.profiles, int(surfaces.materials[row + st.PROFILE]) - 1, -lx, -ly, -lz)
-        # The share of the albedo at normal incidence stands for Fresnel's.
-        # Sharp lobes see lamps by their ray.
-        over = value * _lobe(facet, cosine, height, alpha, radius / distance) if alpha >= SHARP else _ZERO
-        under = value * _lobe(facet, cosine, height, kept[UNDER_ALPHA, k], radius / distance)
-        r = (over * kept[SHARE, k] + under * kept[UNDER, k]) * balls[i, 4]
-        g = (over * kept[SHARE + 1, k] + under * kept[UNDER + 1, k]) * balls[i, 5]
-        b = (over * kept[SHARE + 2, k] + under * kept[UNDER + 2, k]) * balls[i, 6]
+        facet = max((hx * nx + hy * ny + hz * nz) * scale, _LEAST_COSINE)
+        half = max((hx * lx + hy * ly + hz * lz) * scale, _LEAST_COSINE)
+        spread, facing = radius * radius / squared, _ONE
+        if balls[i, 7] > _ZERO:
+            facing = max(-(lx * balls[i, 4] + ly * balls[i, 5] + lz * balls[i, 6]), _ZERO)
+            spread *= facing
+        part = lamps.part[i]
+        pane = surfaces.materials[part * st.ROW_SIZE + st.PORTAL] > _ZERO
+        # Narrower lobes see lamps, and panes, by their rays; under the coat panes are part of the light around.
+        over = mirrored_share(facet, half, cosine, height, alpha, spread) if alpha >= (WIDE if pane else SHARP) else _ZERO
+        under = _ZERO if pane else mirrored_share(facet, half, cosine, height, kept[UNDER_ALPHA, k], spread)
+        if over + under == _ZERO or facing == _ZERO:
+            continue
+        if lanes[ln.METALLIC + k] < _HALF:
+            # The share is that of the mirrored direction: Fresnel's term is less where microfacets are seen less aslant.
+            over *= _schlick(half) / _schlick(height)
+            under *= _schlick(half) / _schlick(height)
+        r, g, b = surface_le(surfaces, part, lx, ly, lz, facing)
+        r = (over * kept[SHARE, k] + under * kept[UNDER, k]) * r
+        g = (over * kept[SHARE + 1, k] + under * kept[UNDER + 1, k]) * g
+        b = (over * kept[SHARE + 2, k] + under * kept[UNDER + 2, k]) * b
         if r + g + b > best:
             best, found = r + g + b, 1
             lanes[ln.LI_R + k], lanes[ln.LI_G + k], lanes[ln.LI_B + k] = r, g, b
-            reach = (distance - radius) / distance if balls[i, 10] == _ZERO else np.float32(0.98)
+            reach = (distance - radius) / distance if balls[i, 7] == _ZERO else np.float32(0.98)
             reach = max(reach, _HALF)
             lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k] = reach * tx, reach * ty, reach * tz
             lanes[ln.LIGHT_PDF + k], lanes[ln.LIGHT_END + k] = _ONE, _ONE

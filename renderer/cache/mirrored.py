@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from renderer.bsdf.microfacet import sample_ggx_wm
 from renderer.cache.atlas import find_nodes
 from renderer.cache.hemisphere import outside_light
-from renderer.cache.records import AHEAD, ALPHA, BASE, KIND, LIGHT, PANE, POINT, SEEN, SHARE, SHARP, Around, Cache
+from renderer.cache.records import AHEAD, ALPHA, BASE, KIND, LIGHT, PANE, POINT, ROUGH, SEEN, SHARE, SHARP, WIDE, Around, Cache, is_faint
 from renderer.cache.reflectance import rough_albedo
 from renderer.cache.specular import go_on, is_clear, is_mirror
 from renderer.camera.camera_rays import CENTRE
@@ -25,9 +25,11 @@ from renderer.path.records import Scratch
 from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import evaluate_surfaces
 
-_ZERO, _ONE, _TWO = np.float32(0.0), np.float32(1.0), np.float32(2.0)
+_ZERO, _HALF, _ONE, _TWO = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0)
 _INFINITE = np.float32(np.inf)
 _DEEPEST = 8
+_BOTH_WAYS = np.float32(1.5)
+"""KIND beyond which rays go through, too."""
 
 
 @inlined
@@ -47,9 +49,24 @@ def pixel_noise(camera: PosedCamera, x: int, y: int, key: np.uint32) -> tuple[np
 
 
 @inlined
-def aim_gloss(camera: PosedCamera, x: int, y: int, key: np.uint32, k: int, kept: NDArray[np.float32], lanes: NDArray[np.float32]) -> None:
+def lobe_point(x: int, y: int, alpha: np.float32) -> tuple[np.float32, np.float32]:
+    """Return the point of the unit square by which a pixel samples its lobe: all that are mixed for a pixel have different ones.
+
+    They are of the sequence of Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences" (2018): the first 25 on rough surfaces,
+    36 on others, the first 18 of these at every second pixel.
+    """
+    if alpha > ROUGH:
+        i = (x >> 1) % 5 + 5 * ((y >> 1) % 5)
+    else:
+        i = (x % 6 >> 1) + 3 * (y % 6) + 18 * ((x + y) & 1)
+    u, v = np.float32(0.7548777) * np.float32(i) + _HALF, np.float32(0.5698403) * np.float32(i) + _HALF
+    return u - np.floor(u), v - np.floor(v)
+
+
+@inlined
+def aim_gloss(x: int, y: int, k: int, kept: NDArray[np.float32], lanes: NDArray[np.float32]) -> None:
     """Keep the direction of lane k's mirrored ray, world: sampled among the microfacets that are seen."""
-    u, v = pixel_noise(camera, x, y, key)
+    u, v = lobe_point(x, y, kept[ALPHA, k])
     wo_x, wo_y, wo_z = lanes[ln.WO_X + k], lanes[ln.WO_Y + k], lanes[ln.WO_Z + k]
     wm_x, wm_y, wm_z = sample_ggx_wm(wo_x, wo_y, wo_z, kept[ALPHA, k], u, v)
     twice = _TWO * (wo_x * wm_x + wo_y * wm_y + wo_z * wm_z)
@@ -69,110 +86,195 @@ def add_gloss(
     camera: PosedCamera,
     column: int,
     row: int,
-    key: np.uint32,
     scratch: Scratch,
     around: Around,
 ) -> None:
     """Trace the kept rays, on by mirrors and through glass, and add what they see by light of the coarse nodes."""
-    rays, lanes, kept = scratch.rays, scratch.lanes, around.kept
-    real, integer, alive = rays.real, rays.integer, rays.alive
-    for side in range(2):
-        chosen = 0
-        for k in range(LANES):
-            kind = kept[KIND, k]
-            use = (kind > _ZERO) if side == 0 else (kind > np.float32(1.5))
-            alive[k] = -1 if use else 0
-            chosen += use
-            integer[ray.GEOM_ID + k] = INVALID_ID
-            real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, np.inf
-            real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k] = _ZERO, _ZERO, _ZERO
-            if not use:
-                continue
+    _aim_mirrored(scratch, around.kept)
+    _trace_on(scene, surfaces, False, scratch, around.kept)
+    left = _see_nodes(surfaces, cache, scratch, around)
+    if left > 0:
+        _see_surfaces(scene, surfaces, lights, cache, spread, False, scratch, around)
+    through = _aim_through(camera, column, row, scratch, around.kept)
+    if through > 0:
+        _trace_on(scene, surfaces, True, scratch, around.kept)
+        _see_surfaces(scene, surfaces, lights, cache, spread, True, scratch, around)
+
+
+@inlined
+def _aim_mirrored(scratch: Scratch, kept: NDArray[np.float32]) -> None:
+    """Aim the rays of all that mirrors."""
+    rays = scratch.rays
+    real, integer = rays.real, rays.integer
+    for k in range(LANES):
+        rays.alive[k] = -1 if kept[KIND, k] > _ZERO else 0
+        integer[ray.GEOM_ID + k] = INVALID_ID
+        real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, np.inf
+        real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k] = _ZERO, _ZERO, _ZERO
+        if kept[KIND, k] > _ZERO:
             real[ray.ORG_X + k], real[ray.ORG_Y + k], real[ray.ORG_Z + k] = kept[POINT, k], kept[POINT + 1, k], kept[POINT + 2, k]
-            if side == 0:
-                real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k] = kept[AHEAD, k], kept[AHEAD + 1, k], kept[AHEAD + 2, k]
-        if side == 1:
-            if chosen == 0:
-                return
-            # Through glass: straight on, as if it were thin.
-            aim_exposed_tile(camera, column, row, CENTRE, rays)
-            for k in range(LANES):
-                alive[k] = -1 if kept[KIND, k] > np.float32(1.5) else 0
-                if kept[PANE, k] > _ZERO:
-                    integer[ray.MASK + k] = PASS_PANES
-                    real[ray.ORG_X + k], real[ray.ORG_Y + k], real[ray.ORG_Z + k] = kept[POINT, k], kept[POINT + 1, k], kept[POINT + 2, k]
-        if chosen == 0:
-            continue
-        waiting = chosen
+            real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k] = kept[AHEAD, k], kept[AHEAD + 1, k], kept[AHEAD + 2, k]
+
+
+@inlined
+def _aim_through(camera: PosedCamera, column: int, row: int, scratch: Scratch, kept: NDArray[np.float32]) -> int:
+    """Aim rays straight on through glass, as if it were thin; return how many there are."""
+    rays = scratch.rays
+    real, integer = rays.real, rays.integer
+    count = 0
+    for k in range(LANES):
+        count += kept[KIND, k] > _BOTH_WAYS
+    if count == 0:
+        return 0
+    aim_exposed_tile(camera, column, row, CENTRE, rays)
+    for k in range(LANES):
+        rays.alive[k] = -1 if kept[KIND, k] > _BOTH_WAYS else 0
+        if kept[PANE, k] > _ZERO:
+            integer[ray.MASK + k] = PASS_PANES
+            real[ray.ORG_X + k], real[ray.ORG_Y + k], real[ray.ORG_Z + k] = kept[POINT, k], kept[POINT + 1, k], kept[POINT + 2, k]
+    return count
+
+
+@inlined
+def _trace_on(scene: SceneHandle, surfaces: Surfaces, through: bool, scratch: Scratch, kept: NDArray[np.float32]) -> None:
+    """Trace the rays that are aimed to what is no mirror and no clear glass, and fill BETA with what those leave of its light.
+
+    ``through``: rays through glass begin at the camera, and what the face that it sees lets through is in BASE already.
+    """
+    rays, lanes = scratch.rays, scratch.lanes
+    real, integer, alive = rays.real, rays.integer, rays.alive
+    waiting = 0
+    for k in range(LANES):
+        lanes[ln.BETA_R + k] = lanes[ln.BETA_G + k] = lanes[ln.BETA_B + k] = _ONE
+        waiting += alive[k] != 0
+    for depth in range(_DEEPEST):
+        if waiting == 0:
+            break
+        intersect16(alive.ctypes.data, scene.address, real.ctypes.data, scene.incoherent)
+        scratch.traced[0] += waiting
+        waiting = 0
         for k in range(LANES):
-            lanes[ln.BETA_R + k] = lanes[ln.BETA_G + k] = lanes[ln.BETA_B + k] = _ONE
-        for depth in range(_DEEPEST):
-            if waiting == 0:
-                break
-            intersect16(alive.ctypes.data, scene.address, real.ctypes.data, scene.incoherent)
-            scratch.traced[0] += waiting
-            waiting = 0
-            for k in range(LANES):
-                if alive[k] == 0 or integer[ray.GEOM_ID + k] == INVALID_ID:
-                    alive[k] = 0
-                    continue
+            if alive[k] == 0 or integer[ray.GEOM_ID + k] == INVALID_ID:
                 alive[k] = 0
-                table, at = surfaces.materials, surfaces.face_part[integer[ray.PRIM_ID + k]] * st.ROW_SIZE
-                clear, mirror = is_clear(table, at), is_mirror(table, at)
-                if (clear or mirror) and depth + 1 < _DEEPEST:
-                    # Rays through glass begin at the camera: what the face that it sees lets through is in BASE already.
-                    if side == 0 or depth > 0 or kept[PANE, k] > _ZERO:
-                        for channel in range(3):
-                            base = table[at + st.BASE + channel]
-                            lanes[ln.BETA_R + LANES * channel + k] *= np.sqrt(base) * np.float32(0.96) if clear else base
-                    go_on(rays, k, mirror)
-                    waiting += 1
-        for k in range(LANES):
-            use = (kept[KIND, k] > _ZERO) if side == 0 else (kept[KIND, k] > np.float32(1.5))
-            alive[k] = -1 if use else 0
-            integer[ray.MASK + k] = MEET_ALL
-            lanes[ln.WIDTH + k], lanes[ln.SPREAD + k] = _ZERO, spread
-            lanes[ln.OUTSIDE + k] = kept[PANE, k] if side == 1 else _ZERO
-            lanes[ln.RAY_PDF + k], lanes[ln.PREV_IMPORTANCE + k] = np.float32(1e-20), _ONE
-            if not use:
-                integer[ray.GEOM_ID + k] = INVALID_ID
-        evaluate_surfaces(scene, surfaces, lights, True, _INFINITE, scratch)
-        for k in range(LANES):
-            if alive[k] == 0 or lanes[ln.HIT + k] == _ZERO:
                 continue
-            r, g, b = lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k]
+            alive[k] = 0
+            table, at = surfaces.materials, surfaces.face_part[integer[ray.PRIM_ID + k]] * st.ROW_SIZE
+            clear, mirror = is_clear(table, at), is_mirror(table, at)
+            if (clear or mirror) and depth + 1 < _DEEPEST:
+                if not through or depth > 0 or kept[PANE, k] > _ZERO:
+                    for channel in range(3):
+                        base = table[at + st.BASE + channel]
+                        lanes[ln.BETA_R + LANES * channel + k] *= np.sqrt(base) * np.float32(0.96) if clear else base
+                go_on(rays, k, mirror)
+                waiting += 1
+    for k in range(LANES):
+        alive[k] = -1 if kept[KIND, k] > (_BOTH_WAYS if through else _ZERO) else 0
+        integer[ray.MASK + k] = MEET_ALL
+        if alive[k] == 0:
+            integer[ray.GEOM_ID + k] = INVALID_ID
+
+
+@inlined
+def _see_nodes(surfaces: Surfaces, cache: Cache, scratch: Scratch, around: Around) -> int:
+    """Fill SEEN, by light and colour of the coarse nodes alone, where the mirror image is rough or faint; return how many rays are left.
+
+    What shines of itself is left to :func:`_see_surfaces`, unless it is shown as a ball.
+    """
+    rays, lanes, kept, materials = scratch.rays, scratch.lanes, around.kept, surfaces.materials
+    real, integer = rays.real, rays.integer
+    left = 0
+    for k in range(LANES):
+        if rays.alive[k] == 0:
+            continue
+        blurred = kept[ALPHA, k] > ROUGH or is_faint(kept, k)
+        if blurred and integer[ray.GEOM_ID + k] != INVALID_ID:
             at = surfaces.face_part[integer[ray.PRIM_ID + k]] * st.ROW_SIZE
-            if side == 0 and kept[ALPHA, k] >= SHARP and surfaces.materials[at + st.EMISSION + 1] > _ZERO:
-                r = g = b = _ZERO
-            dr, dg, db = rough_albedo(lanes, k)
-            count = 0
-            if lanes[ln.OUTSIDE + k] > _ZERO:
-                # What is outside is lit by all of the sky.
-                sky_r, sky_g, sky_b = outside_light(surfaces.sky, lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k])
-                r, g, b = r + dr * sky_r, g + dg * sky_g, b + db * sky_b
-            else:
-                count = find_nodes(
-                    cache.coarse,
-                    integer[ray.PRIM_ID + k],
-                    real[ray.BARY_U + k],
-                    real[ray.BARY_V + k],
-                    lanes[ln.COS_FRONT + k] > _ZERO,
-                    around.nodes,
-                    around.weights,
+            shines = materials[at + st.GLOW]
+            if kept[ALPHA, k] < WIDE:
+                shines += materials[at + st.PORTAL]
+            if kept[ALPHA, k] < SHARP:
+                shines += materials[at + st.EMISSION + 1]
+            if shines == _ZERO:
+                along = (
+                    real[ray.DIR_X + k] * real[ray.NG_X + k]
+                    + real[ray.DIR_Y + k] * real[ray.NG_Y + k]
+                    + real[ray.DIR_Z + k] * real[ray.NG_Z + k]
                 )
-            total = _ZERO
-            for i in range(count):
-                around.weights[i] *= cache.worth[around.nodes[i]]
-                total += around.weights[i]
-            for i in range(count):
-                node, weight = around.nodes[i], around.weights[i] / total if total > _ZERO else _ONE / np.float32(count)
-                r += weight * dr * cache.even[node, 0]
-                g += weight * dg * cache.even[node, 1]
-                b += weight * db * cache.even[node, 2]
-            r, g, b = r * lanes[ln.BETA_R + k], g * lanes[ln.BETA_G + k], b * lanes[ln.BETA_B + k]
-            if side == 0:
-                kept[SEEN, k], kept[SEEN + 1, k], kept[SEEN + 2, k] = r, g, b
-            else:
-                kept[LIGHT, k] += (_ONE - kept[SHARE, k]) * kept[BASE, k] * r
-                kept[LIGHT + 1, k] += (_ONE - kept[SHARE + 1, k]) * kept[BASE + 1, k] * g
-                kept[LIGHT + 2, k] += (_ONE - kept[SHARE + 2, k]) * kept[BASE + 2, k] * b
+                r, g, b = _look_up(
+                    cache, cache.leaving, integer[ray.PRIM_ID + k], real[ray.BARY_U + k], real[ray.BARY_V + k], along < _ZERO, around
+                )
+                kept[SEEN, k], kept[SEEN + 1, k], kept[SEEN + 2, k] = (
+                    r * lanes[ln.BETA_R + k],
+                    g * lanes[ln.BETA_G + k],
+                    b * lanes[ln.BETA_B + k],
+                )
+                rays.alive[k] = 0
+                integer[ray.GEOM_ID + k] = INVALID_ID
+                continue
+        left += 1
+    return left
+
+
+@inlined
+def _look_up(
+    cache: Cache, table: NDArray[np.float32], face: int, u: np.float32, v: np.float32, front: bool, around: Around
+) -> tuple[np.float32, np.float32, np.float32]:
+    """Return what a table of the coarse nodes, (n, 3), says at a hit: their mean, by weight and worth."""
+    nodes, weights = around.nodes, around.weights
+    count = find_nodes(cache.coarse, face, u, v, front, nodes, weights)
+    total = _ZERO
+    for i in range(count):
+        weights[i] *= cache.worth[nodes[i]]
+        total += weights[i]
+    r = g = b = _ZERO
+    for i in range(count):
+        weight = weights[i] / total if total > _ZERO else _ONE / np.float32(count)
+        r, g, b = r + weight * table[nodes[i], 0], g + weight * table[nodes[i], 1], b + weight * table[nodes[i], 2]
+    return r, g, b
+
+
+@inlined
+def _see_surfaces(
+    scene: SceneHandle,
+    surfaces: Surfaces,
+    lights: Lights,
+    cache: Cache,
+    spread: np.float32,
+    through: bool,
+    scratch: Scratch,
+    around: Around,
+) -> None:
+    """Add what the rays that are left see: textures and emission of what they hit, lit by the coarse nodes."""
+    rays, lanes, kept = scratch.rays, scratch.lanes, around.kept
+    real, integer = rays.real, rays.integer
+    for k in range(LANES):
+        lanes[ln.WIDTH + k], lanes[ln.SPREAD + k] = _ZERO, spread
+        lanes[ln.OUTSIDE + k] = kept[PANE, k] if through else _ZERO
+        lanes[ln.RAY_PDF + k], lanes[ln.PREV_IMPORTANCE + k] = np.float32(1e-20), _ONE
+    evaluate_surfaces(scene, surfaces, lights, True, _INFINITE, scratch)
+    for k in range(LANES):
+        if rays.alive[k] == 0 or lanes[ln.HIT + k] == _ZERO:
+            continue
+        r, g, b = lanes[ln.LE_R + k], lanes[ln.LE_G + k], lanes[ln.LE_B + k]
+        at = surfaces.face_part[integer[ray.PRIM_ID + k]] * st.ROW_SIZE
+        pane = surfaces.materials[at + st.PORTAL] > _ZERO
+        if not through and kept[ALPHA, k] >= (WIDE if pane else SHARP) and (pane or surfaces.materials[at + st.EMISSION + 1] > _ZERO):
+            r = g = b = _ZERO
+        dr, dg, db = rough_albedo(lanes, k)
+        if lanes[ln.OUTSIDE + k] > _ZERO:
+            # What is outside is lit by all of the sky.
+            lit_r, lit_g, lit_b = outside_light(surfaces.sky, lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k])
+        else:
+            face, u, v, front = integer[ray.PRIM_ID + k], real[ray.BARY_U + k], real[ray.BARY_V + k], lanes[ln.COS_FRONT + k] > _ZERO
+            lit_r, lit_g, lit_b = _look_up(cache, cache.even, face, u, v, front, around)
+        r, g, b = (
+            (r + dr * lit_r) * lanes[ln.BETA_R + k],
+            (g + dg * lit_g) * lanes[ln.BETA_G + k],
+            (b + db * lit_b) * lanes[ln.BETA_B + k],
+        )
+        if through:
+            kept[LIGHT, k] += (_ONE - kept[SHARE, k]) * kept[BASE, k] * r
+            kept[LIGHT + 1, k] += (_ONE - kept[SHARE + 1, k]) * kept[BASE + 1, k] * g
+            kept[LIGHT + 2, k] += (_ONE - kept[SHARE + 2, k]) * kept[BASE + 2, k] * b
+        else:
+            kept[SEEN, k], kept[SEEN + 1, k], kept[SEEN + 2, k] = r, g, b

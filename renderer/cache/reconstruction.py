@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.cache.records import ROUGH
 from renderer.camera.camera_rays import TILE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile
@@ -20,13 +21,12 @@ from renderer.path.ground_truth import Hits
 from renderer.path.surface_tables import Surfaces
 
 _ZERO, _ONE, _QUARTER = np.float32(0.0), np.float32(1.0), np.float32(0.25)
+_AIMED = (ray.ORG_X, ray.ORG_Y, ray.ORG_Z, ray.DIR_X, ray.DIR_Y, ray.DIR_Z)
 _MIRROR = np.float32(1e-3)
-ROUGH = np.float32(0.03)
-"""Width of GGX from which on light is mixed over twice the distance."""
-_SAME_WAY = np.float32(0.98)
-_GUESS = np.float32(1e-3)
+_SAME_WAY = np.float32(0.9)
 _NEAR = np.float32(0.03)
 _BEND = np.float32(0.95)
+_CONTRAST = np.float32(0.03)
 OFFSETS = np.zeros((3, 2 * LANES), np.float32)
 """Where edge pixels are sampled beside their centre: a rotated grid, as offsets of tiles' rays, in pixels."""
 OFFSETS[:, :LANES] = np.array([-0.375, 0.125, 0.375])[:, None]
@@ -59,47 +59,88 @@ def _aligned(surfaces: Surfaces, face: int, other: int) -> np.float32:
     return cosine
 
 
-@entry
-def mix_mirrored(surfaces: Surfaces, hits: Hits, picture: Picture, image: NDArray[np.float32], first: int, step: int) -> None:
-    """Fill rows ``first``, ``first + step``, ... of ``image`` (height, width, 3) with all light of a picture.
-
-    The rougher the surface, the farther neighbours it shares mirrored light with: each has one sample of the lobe.
-    """
-    height, width, _ = image.shape
-    mirrored, share, face = picture.mirrored, picture.share, hits.face
-    for y in range(first, height, step):
-        for x in range(width):
-            alpha = mirrored[y, x, 3]
-            r, g, b = mirrored[y, x, 0], mirrored[y, x, 1], mirrored[y, x, 2]
-            if alpha > _MIRROR or alpha < _ZERO:
-                stride = 1 if abs(alpha) < ROUGH else 2
-                here, count = face[y, x], _ONE if alpha > _ZERO else _GUESS
-                r, g, b = count * r, count * g, count * b
-                part = surfaces.face_part[here]
-                for i in range(-2, 3):
-                    for j in range(-2, 3):
-                        # Steps of two meet pixels of one colour of the chessboard only; a pixel that sends no ray is of the other.
-                        v, u = y + stride * i, x + stride * j + (1 if alpha < _ZERO else 0)
-                        if (u == x and v == y) or v < 0 or u < 0 or v >= height or u >= width or mirrored[v, u, 3] <= _MIRROR:
-                            continue
-                        there = face[v, u]
-                        if there != here and (surfaces.face_part[there] != part or _aligned(surfaces, here, there) < _SAME_WAY):
-                            continue
-                        r, g, b = r + mirrored[v, u, 0], g + mirrored[v, u, 1], b + mirrored[v, u, 2]
-                        count += _ONE
-                scale = _ONE / count
-                r, g, b = r * scale, g * scale, b * scale
-            if alpha != _ZERO:
-                image[y, x, 0] = picture.light[y, x, 0] + share[y, x, 0] * r
-                image[y, x, 1] = picture.light[y, x, 1] + share[y, x, 1] * g
-                image[y, x, 2] = picture.light[y, x, 2] + share[y, x, 2] * b
-            else:
-                image[y, x, 0], image[y, x, 1], image[y, x, 2] = picture.light[y, x, 0], picture.light[y, x, 1], picture.light[y, x, 2]
+@inlined
+def _is_alike(surfaces: Surfaces, face: int, other: int) -> bool:
+    """Return whether two triangles are of one part and face about the same way."""
+    if face == other:
+        return True
+    if face < 0 or other < 0 or surfaces.face_part[face] != surfaces.face_part[other]:
+        return False
+    return bool(_aligned(surfaces, face, other) >= _SAME_WAY)
 
 
 @inlined
-def _is_edge(surfaces: Surfaces, hits: Hits, distance: NDArray[np.float32], x: int, y: int) -> bool:
-    """Return whether one of the pixels beside, above or below sees another part, or the same one bent or farther away."""
+def _sum_around(
+    surfaces: Surfaces, hits: Hits, mirrored: NDArray[np.float32], x: int, y: int, face: int, stride: int
+) -> tuple[np.float32, np.float32, np.float32, np.float32]:
+    """Return the sum, and number, of what 5 x 5 pixels around (6 x 6 for steps of one) see mirrored by surfaces like a triangle."""
+    height, width = hits.face.shape
+    r = g = b = count = _ZERO
+    begin = -3 if stride == 1 else -2
+    for i in range(begin, 3):
+        for j in range(begin, 3):
+            v, u = y + stride * i, x + stride * j
+            if v < 0 or u < 0 or v >= height or u >= width or mirrored[v, u, 3] <= _MIRROR:
+                continue
+            if _is_alike(surfaces, face, hits.face[v, u]):
+                r, g, b = r + mirrored[v, u, 0], g + mirrored[v, u, 1], b + mirrored[v, u, 2]
+                count += _ONE
+    return r, g, b, count
+
+
+@entry
+def mix_mirrored(surfaces: Surfaces, hits: Hits, picture: Picture, image: NDArray[np.float32], first: int, step: int) -> None:
+    """Fill pairs of rows ``first``, ``first + step``, ... of ``image`` (height, width, 3) with all light of a picture.
+
+    The rougher the surface, the farther neighbours it shares mirrored light with: each has one sample of the lobe.  Where it is rough,
+    blocks of 2 x 2 pixels share one mean, over pixels of even columns and rows.
+    """
+    height, width, _ = image.shape
+    mirrored, share, face = picture.mirrored, picture.share, hits.face
+    for top in range(2 * first, height, 2 * step):
+        for left in range(0, width, 2):
+            block = -1
+            block_r = block_g = block_b = block_count = _ZERO
+            for corner in range(4):
+                y, x = top + (corner >> 1), left + (corner & 1)
+                if y >= height or x >= width:
+                    continue
+                alpha = mirrored[y, x, 3]
+                if alpha == _ZERO:
+                    image[y, x, 0], image[y, x, 1], image[y, x, 2] = picture.light[y, x, 0], picture.light[y, x, 1], picture.light[y, x, 2]
+                    continue
+                r, g, b, count = mirrored[y, x, 0], mirrored[y, x, 1], mirrored[y, x, 2], _ONE
+                if abs(alpha) >= ROUGH:
+                    if block < 0 or not _is_alike(surfaces, face[y, x], block):
+                        block = face[y, x]
+                        block_r, block_g, block_b, block_count = _sum_around(surfaces, hits, mirrored, left, top, block, 2)
+                    if block_count > _ZERO and (alpha < _ZERO or corner == 0):
+                        r, g, b, count = block_r, block_g, block_b, block_count
+                    else:
+                        r, g, b, count = r + block_r, g + block_g, b + block_b, _ONE + block_count
+                elif abs(alpha) > _MIRROR:
+                    around_r, around_g, around_b, around_count = _sum_around(surfaces, hits, mirrored, x, y, face[y, x], 1)
+                    if around_count > _ZERO:
+                        r, g, b, count = around_r, around_g, around_b, around_count
+                scale = _ONE / count
+                image[y, x, 0] = picture.light[y, x, 0] + share[y, x, 0] * r * scale
+                image[y, x, 1] = picture.light[y, x, 1] + share[y, x, 1] * g * scale
+                image[y, x, 2] = picture.light[y, x, 2] + share[y, x, 2] * b * scale
+
+
+@inlined
+def _differ(image: NDArray[np.float32], x: int, y: int, u: int, v: int) -> bool:
+    """Return whether two pixels differ by more than the eye can tell."""
+    for channel in range(3):
+        here, there = image[y, x, channel], image[v, u, channel]
+        if abs(here - there) > _CONTRAST * max(here, there):
+            return True
+    return False
+
+
+@inlined
+def _is_edge(surfaces: Surfaces, hits: Hits, distance: NDArray[np.float32], image: NDArray[np.float32], x: int, y: int) -> bool:
+    """Return whether one of the pixels beside, above or below sees another part, or the same bent or farther away, in other light."""
     height, width = distance.shape
     here = hits.face[y, x]
     for side in range(4):
@@ -107,7 +148,7 @@ def _is_edge(surfaces: Surfaces, hits: Hits, distance: NDArray[np.float32], x: i
         if u < 0 or v < 0 or u >= width or v >= height:
             continue
         there = hits.face[v, u]
-        if here == there:
+        if here == there or not _differ(image, x, y, u, v):
             continue
         if here < 0 or there < 0 or surfaces.face_part[here] != surfaces.face_part[there]:
             return True
@@ -125,6 +166,7 @@ def smooth_edges(
     hits: Hits,
     offsets: NDArray[np.float32],
     packet: Packet,
+    queue: NDArray[np.float32],
     image: NDArray[np.float32],
     smooth: NDArray[np.float32],
     first: int,
@@ -143,33 +185,56 @@ def smooth_edges(
                 for x in range(column, min(column + TILE, width)):
                     for channel in range(3):
                         smooth[y, x, channel] = image[y, x, channel]
-                    if _is_edge(surfaces, hits, distance, x, y):
+                    if _is_edge(surfaces, hits, distance, image, x, y):
                         edges |= 1 << ((y - row) * TILE + x - column)
             if edges == 0:
                 continue
+            queued = _aim_edges(camera, column, row, edges, offsets, packet, queue)
             for k in range(LANES):
                 if edges >> k & 1:
                     for channel in range(3):
                         smooth[row + k // TILE, column + k % TILE, channel] *= _QUARTER
-            for sample in range(len(offsets)):
-                aim_exposed_tile(camera, column, row, offsets[sample], packet)
+            for begin in range(0, queued, LANES):
                 for k in range(LANES):
-                    alive[k] = alive[k] if edges >> k & 1 else 0
+                    alive[k] = -1 if begin + k < queued else 0
+                    for field in range(6):
+                        real[_AIMED[field] + k] = queue[field, begin + k]
+                    real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, np.inf
+                    integer[ray.GEOM_ID + k] = INVALID_ID
                 intersect16(alive.ctypes.data, scene.address, real.ctypes.data, scene.coherent)
-                for k in range(LANES):
-                    if edges >> k & 1:
-                        y, x = row + k // TILE, column + k % TILE
-                        face = int(integer[ray.PRIM_ID + k]) if integer[ray.GEOM_ID + k] != INVALID_ID else -1
-                        dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
-                        far = real[ray.TFAR + k] * np.sqrt(dx * dx + dy * dy + dz * dz)
-                        u, v = _alike(surfaces, hits, distance, x, y, face, far)
-                        for channel in range(3):
-                            smooth[y, x, channel] += _QUARTER * image[v, u, channel]
+                for k in range(min(LANES, queued - begin)):
+                    pixel = int(queue[6, begin + k])
+                    y, x = row + pixel // TILE, column + pixel % TILE
+                    face = int(integer[ray.PRIM_ID + k]) if integer[ray.GEOM_ID + k] != INVALID_ID else -1
+                    dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
+                    far = real[ray.TFAR + k] * np.sqrt(dx * dx + dy * dy + dz * dz)
+                    u, v = _alike(surfaces, hits, distance, x, y, face, far)
+                    for channel in range(3):
+                        smooth[y, x, channel] += _QUARTER * image[v, u, channel]
+
+
+@inlined
+def _aim_edges(
+    camera: PosedCamera, column: int, row: int, edges: int, offsets: NDArray[np.float32], packet: Packet, queue: NDArray[np.float32]
+) -> int:
+    """Fill ``queue`` (7, 48) with origin and direction of the rays of a tile's edge pixels, and the pixel; return how many there are."""
+    queued = 0
+    for sample in range(len(offsets)):
+        aim_exposed_tile(camera, column, row, offsets[sample], packet)
+        for k in range(LANES):
+            if edges >> k & 1 and packet.alive[k] != 0:
+                for field in range(6):
+                    queue[field, queued] = packet.real[_AIMED[field] + k]
+                queue[6, queued] = np.float32(k)
+                queued += 1
+    return queued
 
 
 @inlined
 def _alike(surfaces: Surfaces, hits: Hits, distance: NDArray[np.float32], x: int, y: int, face: int, far: np.float32) -> tuple[int, int]:
     """Return the pixel (column, row) among (x, y) and its eight neighbours that sees the surface of a triangle at a distance."""
+    if hits.face[y, x] == face:
+        return x, y
     height, width = distance.shape
     best, column, row = np.float32(np.inf), x, y
     for v in range(max(y - 1, 0), min(y + 2, height)):

@@ -7,12 +7,28 @@ from numpy.typing import NDArray
 
 from renderer.bsdf.bsdf import evaluate_bsdf
 from renderer.bsdf.microfacet import fresnel_dielectric, fresnel_thin_dielectric
-from renderer.cache.atlas import Atlas, find_nodes
+from renderer.cache.atlas import CORNERS, GRID, Atlas, find_cell, find_nodes
 from renderer.cache.glass import pass_glass
 from renderer.cache.lamps import Lamps, choose_lamp
 from renderer.cache.mirrored import add_gloss, aim_gloss, pixel_noise
-from renderer.cache.reconstruction import ROUGH, Picture
-from renderer.cache.records import ALPHA, BASE, KIND, LIGHT, PANE, POINT, SEEN, SHARE, SHARP, UNDER, UNDER_ALPHA, Around, Cache, Gloss
+from renderer.cache.reconstruction import Picture
+from renderer.cache.records import (
+    ALPHA,
+    BASE,
+    KIND,
+    LIGHT,
+    PANE,
+    POINT,
+    SEEN,
+    SHARE,
+    SHARP,
+    UNDER,
+    UNDER_ALPHA,
+    Around,
+    Cache,
+    Gloss,
+    takes_from_others,
+)
 from renderer.cache.reflectance import coat_albedo, diffuse_albedo, specular_albedo
 from renderer.cache.smoothing import LAMPS, SUN, TOWARD, VALID
 from renderer.cache.smoothing import LIGHT as LIT
@@ -43,19 +59,36 @@ _LEAST_VALID = np.float32(1e-4)
 
 
 @entry
-def want_nodes(atlas: Atlas, hits: Hits, wanted: NDArray[np.bool_], around: Around, first: int, step: int) -> None:
-    """Mark the nodes that the hits of rows ``first``, ``first + step``, ... read, on both sides where there are two."""
+def want_nodes(atlas: Atlas, hits: Hits, wanted: NDArray[np.bool_], first: int, step: int) -> None:
+    """Mark the nodes around the hits of rows ``first``, ``first + step``, ..., on both sides where there are two."""
     height, width = hits.face.shape
-    nodes = around.nodes
     for y in range(first, height, step):
+        last_face = last_cell = -1
         for x in range(width):
-            if hits.face[y, x] < 0:
+            face = hits.face[y, x]
+            if face < 0 or (face == last_face and atlas.cells[face, 3] != GRID):
                 continue
-            count = find_nodes(atlas, hits.face[y, x], hits.u[y, x], hits.v[y, x], True, nodes, around.weights)
-            for i in range(count):
-                wanted[nodes[i]] = True
-                if atlas.back[nodes[i]] >= 0:
-                    wanted[atlas.back[nodes[i]]] = True
+            last_face = face
+            if atlas.cells[face, 3] == CORNERS:
+                for corner in range(3):
+                    _want(atlas, atlas.cells[face, corner], wanted)
+            elif atlas.cells[face, 3] == GRID:
+                place, _, _ = find_cell(atlas, face, hits.u[y, x], hits.v[y, x])
+                if place == last_cell:
+                    continue
+                last_cell = place
+                columns, rows = atlas.cells[face, 1], atlas.cells[face, 2]
+                for corner in range(4):
+                    beside = place + (corner & 1 if columns > 1 else 0) + (columns if corner >> 1 and rows > 1 else 0)
+                    if atlas.grid[beside] >= 0:
+                        _want(atlas, atlas.grid[beside], wanted)
+
+
+@inlined
+def _want(atlas: Atlas, node: int, wanted: NDArray[np.bool_]) -> None:
+    wanted[node] = True
+    if atlas.back[node] >= 0:
+        wanted[atlas.back[node]] = True
 
 
 @entry
@@ -121,9 +154,15 @@ def shade_hits(
                         glass = lanes[ln.OPEN + k] == _ZERO
                     elif glass:
                         sr = sg = sb = fresnel_dielectric(lanes[ln.WO_Z + k], lanes[ln.ETA + k])
+                    # Light around to the first order, where no ray asks for it.
+                    dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
+                    cosine = -_TWO * (dx * nx + dy * ny + dz * nz)
+                    mx, my, mz = dx + cosine * nx, dy + cosine * ny, dz + cosine * nz
+                    ahead = tx * mx + ty * my + tz * mz - (mx * nx + my * ny + mz * nz) * along
+                    around_share = min(max(_ONE + _FIRST_ORDER * ahead, _ZERO), _STEEPEST) * _INVERSE_PI
                     if coat > _ZERO:
                         # The coat's mirror image is traced; what lies under it is rough beside that.
-                        share = _INVERSE_PI * (_ONE - lamps_share)
+                        share = around_share * (_ONE - lamps_share)
                         r, g, b = r + share * sr * ir, g + share * sg * ig, b + share * sb * ib
                         kept[UNDER, k], kept[UNDER + 1, k], kept[UNDER + 2, k] = sr, sg, sb
                         kept[UNDER_ALPHA, k] = max(roughness * roughness, SHARP)
@@ -133,20 +172,12 @@ def shade_hits(
                         kept[UNDER, k] = kept[UNDER + 1, k] = kept[UNDER + 2, k] = _ZERO
                         kept[UNDER_ALPHA, k] = _ONE
                     most = max(sr, sg, sb)
-                    dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
-                    # Light around to the first order, where no ray asks for it.
-                    cosine = -_TWO * (dx * nx + dy * ny + dz * nz)
-                    mx, my, mz = dx + cosine * nx, dy + cosine * ny, dz + cosine * nz
-                    ahead = tx * mx + ty * my + tz * mz - (mx * nx + my * ny + mz * nz) * along
-                    around_share = min(max(_ONE + _FIRST_ORDER * ahead, _ZERO), _STEEPEST) * _INVERSE_PI
                     if (most > gloss.least) & (roughness < gloss.roughest) or glass:
                         kept[SHARE, k], kept[SHARE + 1, k], kept[SHARE + 2, k] = sr, sg, sb
                         kept[ALPHA, k] = max(roughness * roughness, np.float32(1e-4))
                         if kept[ALPHA, k] >= SHARP or kept[UNDER_ALPHA, k] < _ONE:
                             lamplit += choose_lamp(surfaces, lamps, k, r + g + b, kept, lanes)
-                        # Of rough surfaces every second pixel sends a ray; the others take what their neighbours see.
-                        left_out = (column + (k & 3) + row + (k >> 2)) & 1 == 1
-                        if left_out and kept[ALPHA, k] > ROUGH and lanes[ln.METALLIC + k] < _HALF and not glass:
+                        if not glass and lanes[ln.METALLIC + k] < _HALF and takes_from_others(column + (k & 3), row + (k >> 2), kept, k):
                             kept[ALPHA, k] = -kept[ALPHA, k]
                             around_share *= _ONE - lamps_share
                             kept[SEEN, k], kept[SEEN + 1, k], kept[SEEN + 2, k] = around_share * ir, around_share * ig, around_share * ib
@@ -158,7 +189,7 @@ def shade_hits(
                                 kept[BASE + channel, k] = lanes[ln.TRANSMISSION + k] if lanes[ln.THIN + k] > _ZERO else tint
                                 kept[POINT + channel, k] = lanes[ln.P_X + LANES * channel + k]
                             traced += 1
-                            aim_gloss(camera, column + (k & 3), row + (k >> 2), frame_key, k, kept, lanes)
+                            aim_gloss(column + (k & 3), row + (k >> 2), k, kept, lanes)
                     else:
                         r, g, b = r + around_share * sr * ir, g + around_share * sg * ig, b + around_share * sb * ib
                 kept[LIGHT, k], kept[LIGHT + 1, k], kept[LIGHT + 2, k] = r, g, b
@@ -171,15 +202,17 @@ def shade_hits(
             if has_sun and sunny > 0:
                 _add_sun(scene, surfaces, lights, kinds, camera, column, row, frame_key, scratch, kept)
             if traced > 0:
-                add_gloss(scene, surfaces, lights, cache, spread, camera, column, row, frame_key, scratch, around)
+                add_gloss(scene, surfaces, lights, cache, spread, camera, column, row, scratch, around)
             for k in range(LANES):
                 x, y = column + (k & 3), row + (k >> 2)
                 if x < camera.width and y < camera.height:
                     picture.mirrored[y, x, 3] = kept[ALPHA, k]
                     for channel in range(3):
                         picture.light[y, x, channel] = kept[LIGHT + channel, k]
-                        picture.mirrored[y, x, channel] = kept[SEEN + channel, k]
-                        picture.share[y, x, channel] = kept[SHARE + channel, k]
+                    if kept[ALPHA, k] != _ZERO:
+                        for channel in range(3):
+                            picture.mirrored[y, x, channel] = kept[SEEN + channel, k]
+                            picture.share[y, x, channel] = kept[SHARE + channel, k]
 
 
 @inlined

@@ -61,11 +61,11 @@ class RenderConfig:
     ] = "filmic"
     cache_spacing_m: Annotated[
         float, Limits(ge=0.01, le=0.5, unit="m", description="Distance between the points at which the cached integrator knows the light")
-    ] = 0.04
+    ] = 0.03
     cache_rays: Annotated[
         int, Limits(ge=16, le=4096, description="Rays by which such a point looks at what surrounds it, in steps of 16")
     ] = 64
-    cache_light_samples: Annotated[int, Limits(ge=2, le=1024, description="About how many points on lights such a point looks at")] = 32
+    cache_light_samples: Annotated[int, Limits(ge=2, le=1024, description="About how many points on lights such a point looks at")] = 128
     threads: Annotated[int, Limits(ge=0, le=1024, description="Threads of the kernels; 0 takes all", fixed="kernels are set up once")] = 0
     portable: Annotated[
         bool, Limits(description="Pin Embree to AVX2, so that different processors agree", fixed="the ray tracing device is made once")

@@ -20,7 +20,7 @@ _EXPONENT, _MANTISSA = np.float32(127.0), np.float32(1.0 / 8388608.0)
 
 @inlined
 def apply_texture(textures: Textures, row: int, packet: Packet, k: int, lanes: NDArray[np.float32]) -> None:
-    """Change the base colour, roughness, metalness and shading normal of lane k as texture ``row`` says.
+    """Change the base colour, roughnesses, metalness and shading normal of lane k as texture ``row`` says.
 
     NS is the interpolated normal of the mesh on the triangle's front; WIDTH is that of the ray cone, in metres.
     """
@@ -49,11 +49,9 @@ def apply_texture(textures: Textures, row: int, packet: Packet, k: int, lanes: N
     )
     lanes[ln.BASE_R + k], lanes[ln.BASE_G + k], lanes[ln.BASE_B + k] = texture.red, texture.green, texture.blue
     lanes[ln.METALLIC + k] = texture.metallic
-    rough = max(texture.roughness, _LOWEST_ROUGHNESS)
-    rough *= rough
-    # The slopes' variance adds to that of the microfacets: alpha^2 = 2 sigma^2 for Beckmann's distribution.
-    rough = np.sqrt(np.sqrt(rough * rough + texture.spread * texture.spread))
-    lanes[ln.ROUGHNESS + k] = min(rough, _ONE)
+    lanes[ln.ROUGHNESS + k] = _roughen(texture.roughness, texture.spread)
+    if lanes[ln.COAT + k] > _ZERO:
+        lanes[ln.COAT_ROUGHNESS + k] = _roughen(lanes[ln.COAT_ROUGHNESS + k], texture.spread)
     if rows[row, tex.SLOPE] == _ZERO or faces[at + tex.FACE_DENSITY] == _ZERO:
         return
     tx, ty, tz = faces[at + tex.FACE_TX], faces[at + tex.FACE_TY], faces[at + tex.FACE_TZ]
@@ -65,6 +63,17 @@ def apply_texture(textures: Textures, row: int, packet: Packet, k: int, lanes: N
     lanes[ln.NS_X + k] = hx - slope_u * tx - slope_v * sx
     lanes[ln.NS_Y + k] = hy - slope_u * ty - slope_v * sy
     lanes[ln.NS_Z + k] = hz - slope_u * tz - slope_v * sz
+
+
+@kernel
+def _roughen(roughness: np.float32, spread: np.float32) -> np.float32:
+    """Return the roughness of a surface whose slopes vary: their variance adds to that of the microfacets.
+
+    For Beckmann's distribution alpha^2 = 2 sigma^2.
+    """
+    alpha = max(roughness, _LOWEST_ROUGHNESS)
+    alpha *= alpha
+    return min(np.sqrt(np.sqrt(alpha * alpha + spread * spread)), _ONE)
 
 
 @kernel

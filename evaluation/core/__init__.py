@@ -1,0 +1,1 @@
+"""What every task is made of: metrics, measurements, sums and groups of pixels."""

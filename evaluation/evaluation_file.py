@@ -1,0 +1,237 @@
+"""The file of an evaluation, ``scene_synth_evaluation/1``: metrics of every frame, and over all frames, room types, classes and so on.
+
+What it holds is read strictly: what does not fit is refused with the path of the field.  Metrics that are undefined are null.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any, Final, Literal
+
+from evaluation.confidence import Interval
+from evaluation.core.errors import EvaluationError
+from evaluation.core.task import Task
+from scene_description.strict import FieldError, Limits, from_mapping, shorten, to_mapping
+
+SCHEMA: Final = "scene_synth_evaluation/1"
+FactorValue = str | float | bool | None
+"""A factor's value in a sweep."""
+
+Text = Annotated[str, Limits(max_length=10_000)]
+Name = Annotated[str, Limits(min_length=1, max_length=200)]
+Count = Annotated[int, Limits(ge=0)]
+MetricValues = Mapping[str, float | None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MetricRow:
+    """A metric's name, its unit ("" for a share or a plain number), and which way is better."""
+
+    name: Name
+    unit: Text = ""
+    better: Literal["lower", "higher"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskRow:
+    """A task that was evaluated, and its metrics in the order of columns."""
+
+    name: Name
+    metrics: tuple[MetricRow, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrameKey:
+    """Which frame it is.
+
+    ``bag`` is the path of its bag from the file's folder, ``variant`` its id in a sweep, ``room`` the room's number in its run, ``seed``
+    the run's, ``frame`` its number in the room, ``stamp_ns`` its simulated time.  ``factors``: name -> value, of a sweep.
+
+    Of a task that is judged by whole rooms it is the room's first frame.
+    """
+
+    bag: Text
+    room: Count
+    room_type: Name
+    seed: Count
+    frame: Count
+    stamp_ns: int
+    variant: Name | None = None
+    factors: Mapping[str, FactorValue] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrameRow:
+    """The metrics of one task in one frame by name; all are None where the algorithm estimated nothing."""
+
+    key: FrameKey
+    task: Name
+    metrics: MetricValues
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SummaryRow:
+    """The metrics of one task over some frames.
+
+    ``by`` says how the frames, or their pixels, were chosen: "all", "room_type", "class", "distance" or the name of a factor; ``key`` is
+    the room type, the class's name, the bin's name or the factor's value ("all" of all).
+    """
+
+    task: Name
+    by: Name
+    key: FactorValue
+    metrics: Mapping[str, Interval]
+    rooms: Count
+    frames: Count
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Evaluation:
+    """All that one evaluation found.
+
+    ``algorithm`` names what was judged, ``created_with`` is the command that makes the file again; ``missing`` counts what was not there.
+    """
+
+    title: Text
+    algorithm: Text
+    created_with: Text
+    tasks: tuple[TaskRow, ...]
+    frames: tuple[FrameRow, ...]
+    summary: tuple[SummaryRow, ...]
+    missing: Mapping[str, Count] = field(default_factory=dict)
+
+
+def task_row(task: Task) -> TaskRow:
+    """Return the row of a task."""
+    metrics = tuple(MetricRow(name=metric.name, unit=metric.unit, better=metric.better) for metric in task.metrics)
+    return TaskRow(name=task.name, metrics=metrics)
+
+
+def evaluation_to_mapping(evaluation: Evaluation) -> dict[str, Any]:
+    """Return what the file holds, ready for ``json.dumps``."""
+    return {
+        "schema": SCHEMA,
+        "title": evaluation.title,
+        "algorithm": evaluation.algorithm,
+        "created_with": evaluation.created_with,
+        "tasks": to_mapping(evaluation.tasks),
+        "frames": [_frame_mapping(row) for row in evaluation.frames],
+        "summary": [_summary_mapping(row) for row in evaluation.summary],
+        "missing": dict(evaluation.missing),
+    }
+
+
+def _frame_mapping(row: FrameRow) -> dict[str, Any]:
+    key = {name: getattr(row.key, name) for name in ("bag", "variant", "room", "room_type", "seed", "frame", "stamp_ns")}
+    return {**key, "factors": dict(row.key.factors), "task": row.task, "metrics": dict(row.metrics)}
+
+
+def _summary_mapping(row: SummaryRow) -> dict[str, Any]:
+    metrics = {name: dataclasses.asdict(interval) for name, interval in row.metrics.items()}
+    return {"task": row.task, "by": row.by, "key": row.key, "metrics": metrics, "rooms": row.rooms, "frames": row.frames}
+
+
+def evaluation_from_mapping(data: object) -> Evaluation:
+    """Read what the file holds.
+
+    Raises:
+        FieldError: with the path of the first field that does not fit.
+    """
+    if not isinstance(data, Mapping):
+        raise FieldError("", "a mapping (an evaluation)", shorten(data))
+    if data.get("schema") != SCHEMA:
+        raise FieldError("schema", repr(SCHEMA), shorten(data.get("schema")))
+    content: dict[str, Any] = {name: value for name, value in data.items() if name != "schema"}
+    rows: dict[str, Any] = {
+        "frames": tuple(_read_frame(row, f"frames[{i}]") for i, row in enumerate(_rows(content, "frames"))),
+        "summary": tuple(_read_summary(row, f"summary[{i}]") for i, row in enumerate(_rows(content, "summary"))),
+    }
+    head = from_mapping(Evaluation, {**content, "frames": (), "summary": ()})
+    evaluation = dataclasses.replace(head, **rows)
+    _check_names(evaluation)
+    return evaluation
+
+
+def _rows(content: Mapping[str, Any], name: str) -> list[Any]:
+    rows = content.get(name)
+    if not isinstance(rows, list):
+        raise FieldError(name, "a list", "nothing (the key is missing)" if rows is None else shorten(rows))
+    return rows
+
+
+def _mapping(value: object, path: str) -> dict[str, Any]:
+    if not isinstance(value, Mapping):
+        raise FieldError(path, "a mapping", shorten(value))
+    return dict(value)
+
+
+def _read_frame(value: object, path: str) -> FrameRow:
+    row = _mapping(value, path)
+    factors = _mapping(row.pop("factors", {}), f"{path}.factors")
+    values = {name: _read_factor(item, f"{path}.factors.{name}") for name, item in factors.items()}
+    rest = {name: row.pop(name) for name in ("task", "metrics") if name in row}
+    read = from_mapping(_TaskMetrics, rest, path)
+    key = dataclasses.replace(from_mapping(FrameKey, {**row, "factors": {}}, path), factors=values)
+    return FrameRow(key=key, task=read.task, metrics=read.metrics)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _TaskMetrics:
+    task: Name
+    metrics: MetricValues
+
+
+def _read_summary(value: object, path: str) -> SummaryRow:
+    row = _mapping(value, path)
+    if "key" not in row:
+        raise FieldError(f"{path}.key", "a value", "nothing (the key is missing)")
+    key = _read_factor(row["key"], f"{path}.key")
+    return dataclasses.replace(from_mapping(SummaryRow, {**row, "key": None}, path), key=key)
+
+
+def _read_factor(value: object, path: str) -> FactorValue:
+    if value is None or isinstance(value, (str, bool, int, float)):
+        return value
+    raise FieldError(path, "a string, a number, true, false or null", shorten(value))
+
+
+def _check_names(evaluation: Evaluation) -> None:
+    """Refuse rows of tasks and metrics that the file does not list."""
+    known = {task.name: {metric.name for metric in task.metrics} for task in evaluation.tasks}
+    parts: tuple[tuple[str, Sequence[FrameRow | SummaryRow]], ...] = (("frames", evaluation.frames), ("summary", evaluation.summary))
+    for part, rows in parts:
+        for i, row in enumerate(rows):
+            if row.task not in known:
+                raise FieldError(f"{part}[{i}].task", f"one of {', '.join(known) or 'no task'} (tasks)", shorten(row.task))
+            if row.metrics.keys() != known[row.task]:
+                wrong = sorted(row.metrics.keys() ^ known[row.task])[0]
+                got = "another metric" if wrong in row.metrics else "nothing"
+                raise FieldError(f"{part}[{i}].metrics.{wrong}", f"the metrics that tasks lists of {row.task}", got)
+
+
+def read_evaluation(path: Path) -> Evaluation:
+    """Read the file of an evaluation.
+
+    Raises:
+        EvaluationError: it is not one; the text is one line with the file's path and that of the field.
+        OSError: it cannot be read.
+    """
+    try:
+        return evaluation_from_mapping(json.loads(path.read_text(encoding="utf-8")))
+    except FieldError as error:
+        raise EvaluationError(f"{path}: {error}") from None
+    except (ValueError, RecursionError) as error:
+        raise EvaluationError(f"{path}: expected an evaluation as JSON, got {error}; name a file that scene_synth evaluate wrote") from None
+
+
+def write_evaluation(path: Path, evaluation: Evaluation) -> None:
+    """Write the file of an evaluation; it appears under its name when it is whole."""
+    whole = path.with_name(path.name + ".active")
+    text = json.dumps(evaluation_to_mapping(evaluation), allow_nan=False, ensure_ascii=False, separators=(",", ":"))
+    whole.write_text(text + "\n", encoding="utf-8")
+    os.replace(whole, path)

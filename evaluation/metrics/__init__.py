@@ -1,0 +1,1 @@
+"""One task a file: what is measured of a frame, and the formulas of its metrics."""

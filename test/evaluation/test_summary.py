@@ -1,0 +1,80 @@
+"""From frames to an evaluation: groups, rooms, intervals, frames without an estimate."""
+
+import numpy as np
+import pytest
+
+from evaluation.evaluation_file import FrameKey
+from evaluation.summary import WITHOUT_ESTIMATE, MeasuredFrame, make_evaluation
+from evaluation.tasks import TASKS
+
+SHAPE = (4, 6)
+
+
+def measured(room, frame, error_m, room_type="bedroom", variant=None, light=1.0, estimated=True):
+    key = FrameKey(
+        bag="bag",
+        variant=variant,
+        room=room,
+        room_type=room_type,
+        seed=1,
+        frame=frame,
+        stamp_ns=frame,
+        factors={"light": light, "sun": True},
+    )
+    depth = np.full(SHAPE, 0.5)
+    depth[:, 3:] = 2.0
+    semantic = np.where(depth < 1.0, 5, 1)
+    measurement = TASKS["depth"].measure({"depth": depth, "semantic": semantic}, depth + error_m) if estimated else None
+    return MeasuredFrame(key=key, task="depth", measurement=measurement)
+
+
+@pytest.fixture(scope="module")
+def evaluation():
+    frames = [
+        measured(0, 0, 0.1),
+        measured(0, 1, 0.3),
+        measured(1, 0, 0.2, room_type="kitchen"),
+        measured(0, 0, 0.5, variant="0001", light=2.0),
+        measured(1, 1, 0.0, room_type="kitchen", estimated=False),
+    ]
+    return make_evaluation(frames, title="t", algorithm="a", created_with="c", seed=0, draws=50, missing={"tasks without truth": 2})
+
+
+def row_of(evaluation, by, key):
+    (row,) = [row for row in evaluation.summary if (row.by, row.key) == (by, key)]
+    return row
+
+
+def test_each_frame_has_its_metrics(evaluation):
+    assert [row.metrics["rmse"] for row in evaluation.frames] == pytest.approx([0.1, 0.3, 0.2, 0.5, None])
+    assert evaluation.frames[0].metrics["abs_rel"] == pytest.approx((0.1 / 0.5 + 0.1 / 2.0) / 2)
+    assert set(evaluation.frames[4].metrics.values()) == {None}
+    assert evaluation.missing == {WITHOUT_ESTIMATE: 1, "tasks without truth": 2}
+    assert [task.name for task in evaluation.tasks] == ["depth"]
+
+
+def test_groups_are_those_of_all_room_types_classes_distances_and_factors(evaluation):
+    groups = [(row.by, row.key, row.rooms, row.frames) for row in evaluation.summary]
+    assert groups == [
+        ("all", "all", 2, 4),
+        ("room_type", "bedroom", 1, 3),
+        ("room_type", "kitchen", 1, 1),
+        ("class", "wall", 2, 4),
+        ("class", "chair", 2, 4),
+        ("distance", "0 to 1 m", 2, 4),
+        ("distance", "2 to 3 m", 2, 4),
+        ("light", 1.0, 2, 3),
+        ("light", 2.0, 1, 1),
+    ], "a room of two variants is one room, a factor of one value is none"
+
+
+def test_groups_hold_the_metrics_of_their_frames_and_pixels(evaluation):
+    errors = np.array([0.1, 0.3, 0.2, 0.5])
+    rmse = row_of(evaluation, "all", "all").metrics["rmse"]
+    assert rmse.value == pytest.approx(np.sqrt(np.mean(errors**2)))
+    assert rmse.low == pytest.approx(0.2) and rmse.high == pytest.approx(np.sqrt(np.mean(errors[[0, 1, 3]] ** 2)))
+    kitchen = row_of(evaluation, "room_type", "kitchen").metrics["rmse"]
+    assert (kitchen.value, kitchen.low) == (pytest.approx(0.2), None)
+    assert row_of(evaluation, "class", "chair").metrics["abs_rel"].value == pytest.approx(errors.mean() / 0.5)
+    assert row_of(evaluation, "distance", "2 to 3 m").metrics["abs_rel"].value == pytest.approx(errors.mean() / 2.0)
+    assert row_of(evaluation, "light", 2.0).metrics["rmse"].value == pytest.approx(0.5)
