@@ -37,7 +37,7 @@ CHANGES: dict[str, tuple[str, dict[str, float | int]]] = {
     "`stream`, `cache_rays` 16": ("stream", {"cache_rays": 16}),
     "`stream`, `cache_rays` 256": ("stream", {"cache_rays": 256}),
     "`stream`, `cache_light_samples` 8": ("stream", {"cache_light_samples": 8}),
-    "`stream`, `cache_light_samples` 128": ("stream", {"cache_light_samples": 128}),
+    "`stream`, `cache_light_samples` 32": ("stream", {"cache_light_samples": 32}),
 }
 """Name -> preset, and what is changed of it."""
 
