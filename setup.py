@@ -69,6 +69,7 @@ setup(
         ],
         "bench": ["rosbags>=0.10", "flip-evaluator>=1.7"],
         "bench-reference": ["mitsuba>=3.9"],
+        "bench-perception": ["open3d==0.19.0", "opencv-python-headless>=4.10"],
         "bench-alignment": ["open3d==0.19.0", "rosbags>=0.10"],
     },
     entry_points={

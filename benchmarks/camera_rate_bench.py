@@ -1,141 +1,215 @@
-"""Colour by the irradiance cache in sampled rooms of every type: frames a second, a room's first frame, memory, error.
+"""Colour by the irradiance cache in sampled rooms of every type: rates, stages, a new room's first frame, memory, error.
 
-python -m benchmarks.camera_rate_bench [--rooms N] [--reference-samples N] [--pictures DIR]
+python -m benchmarks.camera_rate_bench [--rooms N] [--types TYPE ...] [--references DIR] [--samples N] [--preset NAME] [--threads N]
+    [--json FILE] [--write]
 
-Rates are of colour, depth, normals, semantic and instance ids together, in one process, along the rooms' own camera paths.  Errors are
-against the path tracer with so many samples, both as it is and denoised: FLIP (Andersson et al. 2020, by its authors' package) of what is
-displayed, and mean luminance.
+Rates are of colour, depth, normals, semantic and instance ids together, in one process, along the rooms' own camera paths, by the clock:
+*known* where all light is known that the path sees, *on the way* as the camera comes by for the first time.  Errors are against the path
+tracer with so many samples, denoised and as it is: FLIP of what is displayed, and mean luminance.  A new room begins with its description:
+mesh, textures, metering, the renderer and light of the first view follow.
 """
 
 from __future__ import annotations
 
 import argparse
-import time
+import json
+import os
+from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-import flip_evaluator
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
-from benchmarks.table import Row, at_least, at_most, render_table
-from grammar import SceneRequest, room_types
-from grammar.synthesize import CameraTimes, SceneSynthesizer
-from renderer import CameraConfig, RenderConfig, Renderer, warm_up
-from renderer.camera.rig import mounted_path
-from renderer.core.color import LUMINANCE
-from renderer.exposure import exposed, meter
-from renderer.scene.flatten import flatten
-from renderer.scene.scene_key import scene_key
-from scene_description import SceneDescription
+from benchmarks.compared_pictures import mean_flip, mean_luminance
+from benchmarks.doc_sections import DOCS, write_section
+from benchmarks.frame_times import bare_s, frame_times, new_room_s, seconds, stage_times
+from benchmarks.references import References
+from benchmarks.sampled_rooms import SampledRoom, camera_of, preset_config, sample_rooms
+from benchmarks.table import Row, at_least, at_most, markdown_table, render_table
+from grammar import room_types
+from renderer import RenderConfig, Renderer, warm_up
 
-LAYERS = ("color", "depth", "normals", "semantic", "instance")
-SEED, FRAMES, REFERENCE_DEPTH = 7, 12, 32
-LARGE, SMALL = (640, 480), (320, 240)
+VIEW, LARGE, SMALL = 6, (640, 480), (320, 240)
+COMPARED = {
+    "realtime": preset_config("realtime"),
+    "stream": preset_config("stream"),
+    "path traced, 1 sample": preset_config("stream", integrator="path", denoise="auto"),
+    "balanced": preset_config("balanced"),
+}
+"""What is compared with the reference; ``stream`` once was the path tracer with one sample, denoised."""
 
 
-class Figures(NamedTuple):
-    """Of one room: frames/s at either size, seconds to the first frame, cache in MB; FLIP denoised and raw, share of the mean luminance."""
+class Error(NamedTuple):
+    """Of one picture: FLIP against the denoised and the raw reference, mean luminance over its own, seconds by clock and processor."""
 
-    name: str
-    rate: float
-    small_rate: float
-    first_s: float
-    memory_mb: float
     flip: float
     raw_flip: float
     light: float
+    clock_s: float
+    processor_s: float
 
 
-def measure(rooms: int = 1, samples: int = 0, pictures: Path | None = None) -> list[Row]:
-    """Return the table of ``rooms`` rooms of each type; without ``samples`` no errors."""
+class Figures(NamedTuple):
+    """Of one room: frames/s, milliseconds, seconds, MB; share of bare packets; milliseconds of processor by stage; errors by name."""
+
+    name: str
+    triangles: int
+    known_rate: float
+    way_rate: float
+    processor_ms: float
+    small_rate: float
+    first_s: float
+    filled_s: float
+    memory_mb: float
+    bare_share: float
+    stages: dict[str, float]
+    errors: dict[str, Error]
+
+
+def measure(
+    rooms: int = 1, types: Sequence[str] = (), preset: str = "stream", threads: int = 0, references: References | None = None
+) -> list[Row]:
+    """Return the table of ``rooms`` rooms of each type; without ``references`` no errors."""
+    return tabulate(find_figures(rooms, types, preset, threads, references), references.samples if references else 0)
+
+
+def find_figures(rooms: int, types: Sequence[str], preset: str, threads: int, references: References | None) -> list[Figures]:
+    """Measure rooms one after the other, and print each."""
     warm_up(integrator="cached")
-    synthesizer, times = SceneSynthesizer.from_config(), CameraTimes(frames=FRAMES, start_ns=0, rate_hz=15.0)
-    found = []
-    for room_type in room_types():
-        for index in range(rooms):
-            scene = synthesizer.synthesize(SceneRequest(room_type=room_type), SEED, index, times)
-            found.append(_measure_room(f"{room_type} {index}", scene, samples, pictures))
-            print(" ".join(f"{value:.4g}" if isinstance(value, float) else value for value in found[-1]), flush=True)
-    rate, small, first, memory = (np.array([getattr(item, name) for item in found]) for name in Figures._fields[1:5])
+    next(sample_rooms(1, types))  # what only the first room loads
+    config, found = preset_config(preset, threads=threads), []
+    for room in sample_rooms(rooms, types):
+        found.append(_measure_room(room, config, references))
+        print(describe(found[-1]), flush=True)
+    return found
+
+
+def _measure_room(room: SampledRoom, config: RenderConfig, references: References | None) -> Figures:
+    first_s, filled_s, memory_mb = new_room_s(room, LARGE, config)
+    with Renderer(room.flat, camera_of(LARGE), config, room.key) as renderer:
+        way, known = frame_times(renderer, room), frame_times(renderer, room)
+        stages = stage_times(renderer, room)
+    with Renderer(room.flat, camera_of(SMALL), config, room.key) as renderer:
+        frame_times(renderer, room)
+        small = frame_times(renderer, room)
+    return Figures(
+        name=room.name,
+        triangles=len(room.flat.mesh.faces),
+        known_rate=1.0 / known.clock_s,
+        way_rate=1.0 / way.clock_s,
+        processor_ms=1e3 * known.processor_s,
+        small_rate=1.0 / small.clock_s,
+        first_s=room.made_s + first_s,
+        filled_s=room.made_s + filled_s,
+        memory_mb=memory_mb,
+        bare_share=bare_s(room, LARGE) / known.processor_s,
+        stages=stages,
+        errors=_errors(room, references) if references else {},
+    )
+
+
+def _errors(room: SampledRoom, references: References) -> dict[str, Error]:
+    truth, pose, found = references.view(room, VIEW, LARGE), room.path[VIEW], {}
+    for name, config in COMPARED.items():
+        with Renderer(room.flat, camera_of(LARGE), config, room.key) as renderer:
+            frames: list[Any] = []
+            for _ in range(2 if config.integrator == "cached" else 1):
+                spent = seconds(lambda frames=frames: frames.append(renderer.render(pose, VIEW, ("color",), exposure=room.exposure)))
+            frame = frames[-1]
+        picture, light = frame.layers["color"], mean_luminance(frame.radiance) / mean_luminance(truth.radiance)
+        found[name] = Error(mean_flip(truth.color, picture), mean_flip(truth.color_noisy, picture), light, *spent)
+    return found
+
+
+def describe(room: Figures) -> str:
+    """Return a line on a room."""
+    parts = [
+        f"{room.name}, {room.triangles} triangles: {room.known_rate:.1f} frames/s, {room.way_rate:.1f} on the way",
+        f"{room.small_rate:.1f} at 320x240, {room.processor_ms:.0f} ms of processor",
+        f"first {room.first_s:.2f} s, filled {room.filled_s:.2f} s, {room.memory_mb:.0f} MB",
+        *(f"{name}: FLIP {item.flip:.3f}, raw {item.raw_flip:.3f}, mean {item.light:.3f}" for name, item in room.errors.items()),
+    ]
+    return "; ".join(parts)
+
+
+def tabulate(found: Sequence[Figures], samples: int) -> list[Row]:
+    """Return the measures over rooms; ``samples``: those of the references."""
+
+    def column(name: str) -> NDArray[np.float64]:
+        return np.array([getattr(room, name) for room in found])
+
+    def middle(name: str) -> float:
+        return float(np.median(column(name)))
+
+    rate, first, filled, size = column("known_rate"), column("first_s"), column("filled_s"), f"{LARGE[0]}x{LARGE[1]}"
     rows = [
-        at_least(f"{len(found)} rooms, 640x480, median", float(np.median(rate)), "frames/s", 15.0),
+        at_least(f"{len(found)} rooms, {size}, median", middle("known_rate"), "frames/s", 15.0),
         at_least(f"  slowest, {found[int(rate.argmin())].name}", float(rate.min()), "frames/s", 10.0),
-        at_least("320x240, median", float(np.median(small)), "frames/s", 30.0),
+        Row("  on the way, median", middle("way_rate"), "frames/s"),
+        at_least(f"{SMALL[0]}x{SMALL[1]}, median", middle("small_rate"), "frames/s", 30.0),
         at_most("a new room to its first frame, median", float(np.median(first)), "s", 2.5),
         at_most(f"  slowest, {found[int(first.argmax())].name}", float(first.max()), "s", 4.0),
-        at_most("memory of a room's cache, most", float(memory.max()), "MB", 100.0),
+        at_most(f"  to light everywhere in it, slowest, {found[int(filled.argmax())].name}", float(filled.max()), "s", 6.0),
+        at_most("memory of a room's cache, most", float(column("memory_mb").max()), "MB", 100.0),
+        Row("a frame's time of processor, median", middle("processor_ms"), "ms"),
+        Row("  share of bare Embree packets for its pixels", 100.0 * middle("bare_share"), "%"),
     ]
-    if samples:
-        flip, raw, light = (np.array([getattr(item, name) for item in found]) for name in Figures._fields[5:])
+    for stage in found[0].stages:
+        rows.append(Row(f"  {stage}", float(np.median([room.stages[stage] for room in found])), "ms"))
+    return rows + _error_rows(found, samples)
+
+
+def _error_rows(found: Sequence[Figures], samples: int) -> list[Row]:
+    rows = []
+    for name in found[0].errors:
+        error = Error(*(np.array(values) for values in zip(*(room.errors[name] for room in found), strict=True)))  # type: ignore[arg-type]
+        flip, tail = float(np.median(error.flip)), float(np.quantile(error.flip, 0.9))
+        farthest = int(np.abs(np.asarray(error.light) - 1.0).argmax())
+        off = abs(found[farthest].errors[name].light - 1.0)
+        looked_up = COMPARED[name].integrator == "cached"
+
+        def held(row: Row, limit: float, looked_up: bool = looked_up) -> Row:
+            return at_most(row.name, row.value, row.unit, limit) if looked_up else row
+
         rows += [
-            at_most(f"FLIP against {samples} samples, denoised, median", float(np.median(flip)), "", 0.08),
-            at_most("  90th percentile", float(np.quantile(flip, 0.9)), "", 0.11),
-            Row("  against the raw samples, median", float(np.median(raw)), ""),
-            at_most("mean luminance off by, most", float(np.abs(light - 1.0).max()), "", 0.03),
+            held(Row(f"{name}, FLIP, {samples} samples denoised, median", flip, ""), 0.08),
+            held(Row("  90th percentile", tail, ""), 0.11),
+            Row("  against the raw samples, median", float(np.median(error.raw_flip)), ""),
+            held(Row(f"  mean luminance off by, most, {found[farthest].name}", 100.0 * off, "%"), 3.0),
+            Row("  colour by the clock, median", 1e3 * float(np.median(error.clock_s)), "ms"),
+            Row("  colour, time of processor, median", 1e3 * float(np.median(error.processor_s)), "ms"),
         ]
     return rows
-
-
-def _measure_room(name: str, scene: SceneDescription, samples: int, pictures: Path | None) -> Figures:
-    flat, key = flatten(scene, Path.cwd()), scene_key(scene)
-    large, small = (CameraConfig(width=width, height=height) for width, height in (LARGE, SMALL))
-    path, config = mounted_path(large, scene.camera_path), RenderConfig(integrator="cached")
-    exposure = exposed(RenderConfig(auto_exposure=True), meter(flat, large, config, key, scene.camera_path))
-    began = time.perf_counter()
-    with Renderer(flat, large, config, key) as renderer:
-        first = renderer.render(path[0], 0, LAYERS, exposure=exposure, path=path)
-        first_s = time.perf_counter() - began
-        rate = _rate(renderer, path, exposure)
-        memory_mb = renderer.cached().size_bytes / 1e6
-    with Renderer(flat, small, config, key) as renderer:
-        renderer.render(path[0], 0, LAYERS, exposure=exposure, path=path)
-        small_rate = _rate(renderer, path, exposure)
-    flip = raw_flip = light = float("nan")
-    if samples:
-        exact = RenderConfig(samples_per_pixel=samples, max_depth=REFERENCE_DEPTH, blur_textures=False, denoise="oidn")
-        with Renderer(flat, large, exact, key) as renderer:
-            truth = renderer.render(path[0], 0, ("color", "color_noisy"), exposure=exposure)
-        picture, denoised = first.layers["color"], truth.layers["color"]
-        flip, raw_flip = _flip(denoised, picture), _flip(truth.layers["color_noisy"], picture)
-        light = _mean(first.radiance) / _mean(truth.radiance)
-        if pictures is not None:
-            pictures.mkdir(parents=True, exist_ok=True)
-            Image.fromarray(np.concatenate([picture, denoised], axis=1)).save(pictures / f"{name.replace(' ', '_')}.png")
-    return Figures(name, rate, small_rate, first_s, memory_mb, flip, raw_flip, light)
-
-
-def _rate(renderer: Renderer, path, exposure) -> float:  # type: ignore[no-untyped-def]
-    """Return the frames a second along a path, once its nodes are known."""
-    seconds = []
-    for turn in range(2):
-        for index, pose in enumerate(path):
-            began = time.perf_counter()
-            renderer.render(pose, index, LAYERS, exposure=exposure, path=path)
-            if turn:
-                seconds.append(time.perf_counter() - began)
-    return float(1.0 / np.median(seconds))
-
-
-def _flip(truth: NDArray[np.generic], picture: NDArray[np.generic]) -> float:
-    scaled = [np.asarray(image, np.float32) / np.float32(255.0) for image in (truth, picture)]
-    return float(flip_evaluator.evaluate(*scaled, "LDR")[1])
-
-
-def _mean(radiance: NDArray[np.float32] | None) -> float:
-    assert radiance is not None
-    return float((radiance.astype(np.float64) @ LUMINANCE).mean())
 
 
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.camera_rate_bench")
     parser.add_argument("--rooms", type=int, default=1, help="of each type (default: %(default)s)")
-    parser.add_argument("--reference-samples", type=int, default=0, metavar="N", help="of the path tracer's frames; 0 for no errors")
-    parser.add_argument("--pictures", type=Path, metavar="DIR", help="write the frames, the path tracer's beside them")
+    parser.add_argument("--types", nargs="+", choices=room_types(), default=[], help="room types (default: all)")
+    parser.add_argument(
+        "--preset", choices=("realtime", "stream"), default="stream", help="whose rates are measured (default: %(default)s)"
+    )
+    parser.add_argument("--threads", type=int, default=0, help="of the rates; 0 takes all (default: %(default)s)")
+    parser.add_argument(
+        "--references", type=Path, metavar="DIR", help="measure errors too, against pictures kept here, rendered if missing"
+    )
+    parser.add_argument("--samples", type=int, default=1024, help="of the references (default: %(default)s)")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the figures of every room to this file")
+    parser.add_argument("--write", action="store_true", help="put the table into docs/cache.md")
     arguments = parser.parse_args()
-    print(render_table("Colour by the cache", measure(arguments.rooms, arguments.reference_samples, arguments.pictures)))
+    references = References(arguments.references, arguments.samples) if arguments.references else None
+    found = find_figures(arguments.rooms, arguments.types, arguments.preset, arguments.threads, references)
+    rows = tabulate(found, arguments.samples)
+    print(render_table("Colour by the cache", rows))
+    if arguments.json:
+        plain = [room._asdict() | {"errors": {name: error._asdict() for name, error in room.errors.items()}} for room in found]
+        arguments.json.write_text(json.dumps(plain, indent=1))
+    if arguments.write:
+        asked = arguments.threads or len(os.sched_getaffinity(0))
+        caption = f"{len(found)} rooms, rates of `{arguments.preset}` by the clock on {asked} threads:\n\n"
+        write_section(DOCS / "cache.md", "camera_rate", caption + markdown_table(rows))
 
 
 if __name__ == "__main__":

@@ -2,8 +2,7 @@
 
 python -m benchmarks.color_bench [--size WxH] [--reference-samples N]
 
-FLIP (Andersson et al., "FLIP: A Difference Evaluator for Alternating Images", 2020) is computed by its authors' package ``flip-evaluator``
-on what is displayed, at 67 pixels a degree.  Times are of processor and of clock, on all threads.
+FLIP is that of ``benchmarks/compared_pictures.py``.  Times are of processor and of clock, on all threads.
 """
 
 from __future__ import annotations
@@ -18,12 +17,12 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-import flip_evaluator
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 from reference_scenes import bedroom
 
+from benchmarks.compared_pictures import mean_flip
 from benchmarks.table import Row, at_least, at_most, render_table
 from renderer import CameraConfig, FlatScene, RenderConfig, Renderer
 from renderer.core.embree import (
@@ -147,12 +146,6 @@ def _reference(flat: FlatScene, pose: CameraPose, size: tuple[int, int], samples
     if radiance is None:
         raise RuntimeError("render of the layer 'color' gave no radiance")
     return to_display(radiance, EXPOSURE, config.tone_curve)
-
-
-def mean_flip(reference: NDArray[np.uint8], picture: NDArray[np.uint8]) -> float:
-    """Return the mean FLIP of two sRGB pictures (h, w, 3), 0 where they are equal and at most 1."""
-    a, b = (np.ascontiguousarray(image, np.float32) / np.float32(255.0) for image in (reference, picture))
-    return float(flip_evaluator.evaluate(a, b, "LDR", applyMagma=False)[1])
 
 
 def _kinds_of_bytes(flat: FlatScene, pose: CameraPose, settings: dict[str, object]) -> int:

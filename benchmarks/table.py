@@ -33,3 +33,14 @@ def render_table(title: str, rows: Iterable[Row]) -> str:
         verdict = "" if row.met is None else ("  met" if row.met else "  MISSED")
         lines.append(f"  {row.name:<62}{row.value:>12.4g} {row.unit:<10}{row.measure:<10}{verdict}")
     return "\n".join(lines)
+
+
+def markdown_table(rows: Iterable[Row]) -> str:
+    """Return the rows as a table in Markdown; rows whose names begin with a blank belong to one before."""
+    lines = ["| | measured | asked |", "| --- | --- | --- |"]
+    for row in rows:
+        name = f"- {row.name.strip()}" if row.name.startswith(" ") else row.name
+        value = f"{row.value:.0f}" if abs(row.value) >= 1000.0 else f"{row.value:.3g}"
+        asked = f"{row.measure}, missed" if row.met is False else row.measure
+        lines.append(f"| {name} | {value} {row.unit}".rstrip() + f" | {asked}".rstrip() + " |")
+    return "\n".join(lines)

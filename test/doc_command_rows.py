@@ -339,9 +339,15 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python -c 'from grammar.spec.energy_terms import terms_table; print(terms_table())'": Run(),
     ".venv/bin/python -m pytest test/renderer/path": Listed("is how this test runs; that the folder exists is tested in test/test_docs.py"),
     ".venv/bin/python -m benchmarks --only layout": Parsed("takes minutes, and speed is never judged in a test"),
-    ".venv/bin/python -m benchmarks --only cache": Parsed("takes minutes; speed is never judged in a test"),
+    ".venv/bin/python -m benchmarks.cache_bench --write": Parsed("takes minutes; speed is never judged in a test"),
     ".venv/bin/python -m benchmarks --only camera_rate": Parsed("takes minutes; speed is never judged in a test"),
-    ".venv/bin/python -m benchmarks.camera_rate_bench --reference-samples 192": Parsed("takes an hour or so"),
+    ".venv/bin/python -m benchmarks.camera_rate_bench --rooms 2 --references REFERENCES --write": Parsed("takes hours at first"),
+    ".venv/bin/python -m benchmarks.cached_measures --rooms 2 --references REFERENCES --write": Parsed("takes hours at first"),
+    ".venv/bin/python -m benchmarks.cached_picture --references REFERENCES": Parsed("takes minutes"),
+    ".venv/bin/python -m benchmarks.rate_curves_bench --clock --write": Parsed("speed is never judged in a test"),
+    ".venv/bin/python -m benchmarks.flicker_bench --references REFERENCES --write": Parsed("takes an hour at first"),
+    ".venv/bin/pip install '.[bench-perception]'": Listed("needs the network; that the extra exists is tested"),
+    ".venv/bin/python -m benchmarks.perception_bench --references REFERENCES --write": Parsed("needs Open3D, which is large"),
     ".venv/bin/python -m benchmarks --only presets": Parsed("takes minutes; test/renderer/path/test_clipping.py has known answers"),
     ".venv/bin/python -m benchmarks.realism_bench LAYOUTS.jsonl --folds 5 --rooms 120 --counted 1000": Parsed(
         "takes an hour; test/grammar/learning/test_realism_figures.py has its figures"

@@ -44,8 +44,8 @@ class IrradianceCache:
 
     Attributes:
         geometry: nodes and links; complete once solved.
-        luminance, even: (n, 3) float32, what leaves coarse nodes, cd/m2, and smoothed illuminance over pi there, lux; leaving: what of that is
-            reflected, cd/m2; once solved.
+        luminance, even, leaving: (n, 3) float32, what leaves coarse nodes, cd/m2, smoothed illuminance over pi there, lux, and what of that
+            is reflected, cd/m2; once solved.
         light, rows: what is known of fine nodes.
     """
 
