@@ -10,6 +10,7 @@ import shutil
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -92,13 +93,13 @@ class OfflineBag:
             raise
 
     def add_room(
-        self, scene: SceneDescription, metered: Mapping[str, Exposure] | None = None, rendered: Callable[[], None] = lambda: None
+        self, scene: SceneDescription, metered: Callable[[str], Exposure] | None = None, rendered: Callable[[], None] = lambda: None
     ) -> None:
         """Render a room along its path and write it.
 
         Args:
             scene: the room; its frames come after those of the rooms before.
-            metered: name of a renderer -> exposure as it is metered; None meters the room.
+            metered: returns the exposure as it is metered for a renderer, by its name, where that is needed; None meters the room.
             rendered: called after every frame.
 
         Raises:
@@ -107,7 +108,7 @@ class OfflineBag:
         renderers = {name: renderer for name, renderer in self._renderers.items() if renderer.renders(scene)}
         try:
             for name, renderer in renderers.items():
-                renderer.begin_room(scene, (metered or {}).get(name))
+                renderer.begin_room(scene, partial(metered, name) if metered else None)
             room = scene_to_msgs(scene, scene_to_json(scene), self._floor_of(scene), self._settings.run.world_frame)
             self._write((self._namespace + name, message) for name, message in room.items())
             for index in range(len(scene.camera_path)):

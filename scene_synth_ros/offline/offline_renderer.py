@@ -58,12 +58,12 @@ class OfflineRenderer:
         config: RendererNodeConfig = self._groups[""]
         return scene.index % config.share_count == config.share_index
 
-    def begin_room(self, scene: SceneDescription, metered: Exposure | None = None) -> None:
+    def begin_room(self, scene: SceneDescription, metered: Callable[[], Exposure] | None = None) -> None:
         """Take a room.
 
         Args:
             scene: the room.
-            metered: its exposure as it is metered; None meters it where that is asked for.
+            metered: returns its exposure as it is metered, where that is asked for; None meters the room.
 
         Raises:
             SceneSynthError: the room cannot be made.
@@ -78,7 +78,7 @@ class OfflineRenderer:
         self._path = mounted_path(self._groups["camera"], scene.camera_path)
         scan = self._groups["scan"]
         self._scans = RoomScans(scan, scene.camera_path, lambda: Scanner(room.renderer.tree, room.flat, scan, scene_key(scene)))
-        self._exposure = self._exposed(lambda: metered or room.metered)
+        self._exposure = self._exposed(metered or (lambda: room.metered))
 
     def frame(self, index: int) -> Iterator[Message]:
         """Render a frame of the room's path; yield its messages, and those of the scans that begin up to it.

@@ -10,7 +10,7 @@ import dataclasses
 import difflib
 import re
 from array import array
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, get_args, get_origin
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
@@ -51,7 +51,7 @@ def read_groups(owner: str, groups: Mapping[str, type], overrides: Mapping[str, 
     annotations = annotations_of(groups)
     for name in overrides:
         if name not in annotations and not name.startswith(ROS_OWN):
-            raise ParameterError(f"{owner}: unknown parameter '{name}'{_suggest(name, annotations)}")
+            raise ParameterError(f"{owner}: unknown parameter '{name}'{suggestion(name, annotations)}")
     return {prefix: _read_group(owner, prefix, cls, overrides) for prefix, cls in groups.items()}
 
 
@@ -214,6 +214,7 @@ def _join(prefix: str, name: str) -> str:
     return f"{prefix}.{name}" if prefix else name
 
 
-def _suggest(name: str, known: Mapping[str, Any]) -> str:
-    close = difflib.get_close_matches(name, known, n=1)
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """Return what to append to a line about an unknown name: the known one that it is like, or all of them."""
+    close = difflib.get_close_matches(name, list(known), n=1)
     return f"; did you mean '{close[0]}'?" if close else f"; known: {', '.join(sorted(known))}"
