@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,6 +15,7 @@ from grammar import GrammarError
 from scene_description import error_line
 from scene_synth_ros.cli.run_parameters import RunWords, run_parameters
 from scene_synth_ros.cli.run_profile import NAMESPACE, ProfileError, find_shipped
+from scene_synth_ros.cli.sweep_sheet import write_sheet
 from scene_synth_ros.cli.usage import UsageError
 from scene_synth_ros.offline.settings import OfflineSettings, read_settings
 from scene_synth_ros.suite.parameters import ParameterError
@@ -43,6 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--only", nargs="+", default=[], metavar="ID", help="make these variants only")
     parser.add_argument("--plan", action="store_true", help="print the table of variants and make none")
+    parser.add_argument("--contact-sheet", type=Path, metavar="FILE", help="draw the first frame of each variant, as PNG or JPEG")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -51,6 +54,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise UsageError("--out: expected a folder for the sweep; only --plan can do without")
     if not 1 <= arguments.workers <= MAX_WORKERS:
         raise UsageError(f"--workers: expected 1 to {MAX_WORKERS}, got {arguments.workers}")
+    if arguments.contact_sheet and not arguments.contact_sheet.absolute().parent.is_dir():
+        raise UsageError(f"--contact-sheet {arguments.contact_sheet}: the folder does not exist")
     plan = read_plan(arguments.sweep)
     ids = [variant.id for variant in plan.variants]
     for name in arguments.only:
@@ -65,9 +70,14 @@ def run(arguments: argparse.Namespace) -> int:
             line.total = of
             line.update()
             line.write(_line(plan, made, done, of), file=sys.stdout)
+            sys.stdout.flush()
 
         outcome = run_sweep(plan, arguments.out, arguments.only, arguments.workers, tell)
     sys.stdout.write(_summary(outcome, arguments.out))
+    if arguments.contact_sheet:
+        document = json.loads((arguments.out / DOCUMENT).read_text(encoding="utf-8"))
+        count = write_sheet(document, arguments.out, arguments.contact_sheet)
+        sys.stdout.write(f"contact sheet: {arguments.contact_sheet} ({count} variants)\n")
     return 1 if any(made.refused for made in outcome.made) else 0
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shlex
 from collections.abc import Callable, Mapping, Sequence
 
 from grammar.counterfactual import FACTORS, Change, ChangeError, current_value
@@ -124,9 +123,9 @@ def _variant(
         settings = settings_of(base, parameters) if parameters else base.settings
     except ParameterError as error:
         raise SweepError(f"{where}: factors: {error}") from None
-    name = f"{number:04d}"
-    command = shlex.join(["scene_synth", "sweep", where, "--only", name, "--out", f"sweep_{name}"])
-    return Variant(id=name, base=base, factors=dict(values), changed=changed, changes=tuple(changes), settings=settings, command=command)
+    return Variant(
+        id=f"{number:04d}", base=base, factors=dict(values), changed=changed, changes=tuple(changes), settings=settings, file=where
+    )
 
 
 def _row(factor: SweepFactor, own: Sequence[object], points: Sequence[Mapping[str, object]]) -> FactorRow:

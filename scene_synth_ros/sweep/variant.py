@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
 from grammar.counterfactual import Change
@@ -44,7 +46,7 @@ class Variant:
         changed: names of the factors that differ from the base room.
         changes: of the scene, in their order.
         settings: of its run.
-        command: makes it again.
+        file: of the sweep, as the user has named it.
     """
 
     id: str
@@ -53,7 +55,11 @@ class Variant:
     changed: tuple[str, ...]
     changes: tuple[Change, ...]
     settings: OfflineSettings
-    command: str
+    file: str
+
+    def command(self, file: str) -> str:
+        """Return the command that makes the variant again, by a name of the sweep's file."""
+        return shlex.join(["scene_synth", "sweep", file, "--only", self.id, "--out", f"sweep_{self.id}"])
 
     @property
     def bag(self) -> str:
@@ -63,17 +69,20 @@ class Variant:
     def row(self) -> dict[str, object]:
         """Return what ``sweep.json`` says of it."""
         row = {"id": self.id, "bag": self.bag, "base": self.base.said, "factors": dict(self.factors)}
-        return row | {"changed": list(self.changed), "command": self.command}
+        return row | {"changed": list(self.changed), "command": self.command(self.file)}
 
     def record(self, exposure: str) -> dict[str, str]:
-        """Return what its bag records of it: texts, JSON but for the id, the command and digests (SHA-256) of base room and parameters."""
+        """Return what its bag records of it: texts, JSON but for the id, the command and digests (SHA-256) of base room and parameters.
+
+        The command names the file without its folder, so that bags do not depend on where that is.
+        """
         changes = [{"factor": c.factor, "target": dict(c.target), "value": c.value, "seed": c.seed} for c in self.changes]
         parameters = self.settings.nodes | {"recorder": parameter_values(self.settings.recorder)}
         told = {"schema": VARIANT_SCHEMA, "base": self.base.said, "factors": dict(self.factors), "changed": list(self.changed)}
         texts = {name: json.dumps(value) for name, value in (told | {"changes": changes, "exposure": exposure}).items()}
         scene = hashlib.sha256(scene_to_json(self.base.scene).encode()).hexdigest()
         run = hashlib.sha256(json.dumps(parameters, sort_keys=True).encode()).hexdigest()
-        return {"id": self.id, **texts, "base_sha256": scene, "parameters_sha256": run, "command": self.command}
+        return {"id": self.id, **texts, "base_sha256": scene, "parameters_sha256": run, "command": self.command(Path(self.file).name)}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
