@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image as Picture
 from rclpy.serialization import deserialize_message
 from sample_scene import sample_scene
 from sensor_msgs.msg import Image
@@ -43,7 +44,7 @@ def sweep(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("sweep")
     (folder / "room.json").write_text(scene_to_json(sample_scene()), encoding="utf-8")
     (folder / "sweep.yaml").write_text(SWEEP, encoding="utf-8")
-    assert run(folder, folder / "out") == 1
+    assert run(folder, folder / "out", "--contact-sheet", str(folder / "sheet.png")) == 1
     return folder
 
 
@@ -104,6 +105,13 @@ def test_the_document_lists_what_was_made_and_why_the_rest_was_not(sweep: Path) 
         record = reader.summary.records[RECORD_NAME]
     assert record["id"] == "0001" and record["command"] == "scene_synth sweep sweep.yaml --only 0001 --out sweep_0001"
     assert [json.loads(record[key]) for key in ("base", "factors", "changed")] == [one[key] for key in ("base", "factors", "changed")]
+
+
+def test_the_sheet_has_a_picture_of_each_variant(sweep: Path) -> None:
+    """Four columns of 32 pixels with gaps of 3, and one row of 24 pixels with a line of text below."""
+    with Picture.open(sweep / "sheet.png") as sheet:
+        assert sheet.size == (3 + 4 * 35, 3 + 24 + 15 + 3)
+        assert np.asarray(sheet)[3:27, 3:35].std() > 5.0
 
 
 def test_what_the_change_does_not_touch_is_the_same_to_the_bit_at_the_same_exposure(sweep: Path) -> None:
