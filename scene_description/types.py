@@ -370,4 +370,8 @@ class SceneDescription:
     validity: ValidityReport
     luminaires: Annotated[tuple[Luminaire, ...], Limits(max_length=256)] = ()
     counterfactuals: Annotated[tuple[Counterfactual, ...], Limits(max_length=64)] | None = None
-    """Changes made to the room after it was sampled, in their order; None for a room as it was sampled."""
+    """Changes made to the room after it was sampled, in their order; None for a room as it was sampled.
+
+    Empty for a room that is compared with changed ones: like these it is rendered so that what is seen of an object does not depend, to the
+    last bit, on objects that are not seen.
+    """

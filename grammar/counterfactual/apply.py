@@ -52,6 +52,15 @@ def apply_change(scene: SceneDescription, change: Change, rules: SceneSynthesize
     return changed
 
 
+def as_base(scene: SceneDescription) -> SceneDescription:
+    """Return a scene marked as one that others are compared with: ``counterfactuals`` is there, if empty.
+
+    Where surfaces touch, which of them a ray meets depends on what else is in the scene; frames of scenes with this mark, and of changed
+    ones, do not.
+    """
+    return scene if scene.counterfactuals is not None else replace(scene, counterfactuals=())
+
+
 def current_value(scene: SceneDescription, change: Change, rules: SceneSynthesizer | None = None) -> object:
     """Return the value that leaves a scene as it is, or None where the targets have no one value; the change's own does not matter.
 
