@@ -207,7 +207,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth sweep SWEEP.yaml --out DIR [--workers N] [--only ID ...] [--plan] [--contact-sheet FILE]": Usage(
         f"{_SWEEP}_workers_change_no_byte"
     ),
-    "scene_synth sweep illumination --only 0000 0002 0004 0005 0007 0008 0009 0012"
+    "scene_synth sweep illumination --only 0017 0021 0022 0025 0026 0029 0031 0033"
     " --out runs/illumination --contact-sheet docs/sweeps.jpg": (
         Parsed("takes a minute; test/scene_synth_ros/sweep/test_sweep.py draws a smaller one")
     ),

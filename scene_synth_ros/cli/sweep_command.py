@@ -76,7 +76,7 @@ def run(arguments: argparse.Namespace) -> int:
     sys.stdout.write(_summary(outcome, arguments.out))
     if arguments.contact_sheet:
         document = json.loads((arguments.out / DOCUMENT).read_text(encoding="utf-8"))
-        count = write_sheet(document, arguments.out, arguments.contact_sheet)
+        count = write_sheet(document, arguments.out, arguments.contact_sheet, arguments.only)
         sys.stdout.write(f"contact sheet: {arguments.contact_sheet} ({count} variants)\n")
     return 1 if any(made.refused for made in outcome.made) else 0
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 from renderer import LAYERS
@@ -17,20 +17,21 @@ SHOWN = ("color_sensed", "color", "depth")
 COLUMNS = 4
 
 
-def write_sheet(document: Mapping[str, object], folder: Path, path: Path) -> int:
+def write_sheet(document: Mapping[str, object], folder: Path, path: Path, only: Collection[str] = ()) -> int:
     """Draw the first frame of every variant, as JPEG or PNG by the file's name; return how many there are.
 
     Args:
         document: ``sweep.json``.
         folder: that it lies in.
         path: of the picture.
+        only: ids of the variants to draw; empty: all.
 
     Raises:
         UsageError: there is no variant, or its bag holds none of ``SHOWN``.
     """
     variants = document["variants"]
     assert isinstance(variants, list)
-    tiles = [_tile(variant, folder / variant["bag"]) for variant in variants]
+    tiles = [_tile(variant, folder / variant["bag"]) for variant in variants if not only or variant["id"] in only]
     write_grid(tiles, COLUMNS, path)
     return len(tiles)
 
