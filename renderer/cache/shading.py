@@ -133,11 +133,11 @@ def shade_hits(
                 kept[KIND, k] = kept[ALPHA, k] = lanes[ln.LIGHT_PDF + k] = _ZERO
                 kept[SEEN, k] = kept[SEEN + 1, k] = kept[SEEN + 2, k] = _ZERO
                 if lanes[ln.HIT + k] > _ZERO:
-                    ir, ig, ib, tx, ty, tz, sun, lamps_share = _read(
+                    ir, ig, ib, tx, ty, tz, rest, sun, lamps_share = _read(
                         cache, integer[ray.PRIM_ID + k], real[ray.BARY_U + k], real[ray.BARY_V + k], lanes[ln.COS_FRONT + k] > _ZERO, around
                     )
                     nx, ny, nz = lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k]
-                    along = tx * nx + ty * ny + tz * nz
+                    along = tx * nx + ty * ny + tz * nz + rest
                     bend = (min(max(along, _ZERO), _STEEPEST) if tx * tx + ty * ty + tz * tz > _ZERO else _ONE) * _INVERSE_PI
                     dr, dg, db = diffuse_albedo(lanes, kinds, k)
                     r, g, b = r + bend * dr * ir, g + bend * dg * ig, b + bend * db * ib
@@ -218,8 +218,12 @@ def shade_hits(
 @inlined
 def _read(
     cache: Cache, face: int, u: np.float32, v: np.float32, front: bool, around: Around
-) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
-    """Return illuminance without the sun's, its direction, the most of the sun's share that any node has, and the share of lamps."""
+) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
+    """Return what is known of the light at a hit.
+
+    That is illuminance without the sun's, its direction, what is to be added to the cosine between that and a normal, the most of the
+    sun's share that any node has, and the share of lamps.
+    """
     nodes, weights, rows = around.nodes, around.weights, cache.rows
     count = find_nodes(cache.fine, face, u, v, front, nodes, weights)
     r = g = b = x = y = z = sun = lamps = total = _ZERO
@@ -235,7 +239,9 @@ def _read(
         sun = max(sun, rows[node, SUN])
     if total > _LEAST_VALID:
         scale = _ONE / total
-        return scale * r, scale * g, scale * b, scale * x, scale * y, scale * z, sun, scale * lamps
+        x, y, z = scale * x, scale * y, scale * z
+        rest = _turned(cache.fine, count, x, y, z, around) if cache.fine.cells[face, 3] == CORNERS else _ZERO
+        return scale * r, scale * g, scale * b, x, y, z, rest, sun, scale * lamps
     # All lie within objects: the coarse ones know what is near.
     r = g = b = _ZERO
     count = find_nodes(cache.coarse, face, u, v, front, nodes, weights)
@@ -244,7 +250,24 @@ def _read(
         r += weight * cache.even[nodes[i], 0]
         g += weight * cache.even[nodes[i], 1]
         b += weight * cache.even[nodes[i], 2]
-    return r, g, b, _ZERO, _ZERO, _ZERO, sun, _ZERO
+    return r, g, b, _ZERO, _ZERO, _ZERO, _ZERO, sun, _ZERO
+
+
+@inlined
+def _turned(atlas: Atlas, count: int, x: np.float32, y: np.float32, z: np.float32, around: Around) -> np.float32:
+    """Return what the light's direction lacks of a cosine of 1 with the normal that lies between those of the nodes around.
+
+    Each node knows illuminance for its own normal.  Between nodes of other normals it is interpolated; only how relief turns the
+    normal away from the one in between changes it.
+    """
+    nx = ny = nz = _ZERO
+    for i in range(count):
+        node, weight = around.nodes[i], around.weights[i]
+        nx += weight * atlas.normal[node, 0]
+        ny += weight * atlas.normal[node, 1]
+        nz += weight * atlas.normal[node, 2]
+    cosine: np.float32 = (x * nx + y * ny + z * nz) / max(np.sqrt(nx * nx + ny * ny + nz * nz), np.float32(1e-6))
+    return _ONE - cosine
 
 
 @inlined

@@ -7,17 +7,16 @@ import json
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from grammar import SceneRequest
 from scene_synth_ros.bags.bag_reader import BagSummary
 from scene_synth_ros.bags.bag_yaml import BagYamlError, load_yaml
 from scene_synth_ros.bags.run_info import PARAMETERS_NAME, RECORD_NAME
 from scene_synth_ros.cli.page.bag_index import BagIndex
-from scene_synth_ros.generate.run_config import RunConfig
+from scene_synth_ros.generate.run_config import GRAMMAR_GROUPS
 from scene_synth_ros.messages.stamps import NANOSECONDS
 from scene_synth_ros.render.renderer_config import RENDERER_GROUPS
 
 NODE_GROUPS: dict[str, dict[str, type]] = {
-    "grammar_node": {"": RunConfig, "scene": SceneRequest},
+    "grammar_node": GRAMMAR_GROUPS,
     "renderer_node": RENDERER_GROUPS,
 }
 """How the name of a node begins -> prefix of its parameters -> dataclass that defines them."""
