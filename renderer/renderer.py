@@ -125,7 +125,9 @@ class Renderer:
     def _build_tree(self, *, watertight: bool) -> EmbreeScene:
         panes = self.flat.parts.portal[self.flat.face_part]
         mesh, portable = self.flat.mesh, self._config.portable
-        return EmbreeScene(mesh.vertices, mesh.faces, panes=panes, watertight=watertight, portable=portable)
+        return EmbreeScene(
+            mesh.vertices, mesh.faces, panes=panes, watertight=watertight, portable=portable, steady=watertight and self.flat.steady
+        )
 
     @property
     def tree(self) -> SceneHandle:

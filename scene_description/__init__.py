@@ -9,6 +9,7 @@ from scene_description.scene_json import SCHEMA, scene_from_json, scene_to_json
 from scene_description.strict import FieldError, Limits, from_mapping, to_mapping
 from scene_description.types import (
     CameraPose,
+    Counterfactual,
     Daylight,
     Environment,
     EnvironmentMap,
@@ -35,6 +36,7 @@ __all__ = [
     "NYU40",
     "SCHEMA",
     "CameraPose",
+    "Counterfactual",
     "Daylight",
     "Environment",
     "EnvironmentMap",

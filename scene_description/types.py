@@ -228,7 +228,8 @@ class Daylight:
 
     ``sun_direction`` is the unit vector to the sun in the world, ``turbidity`` the haze of the air (2 very clear, 6 hazy), ``cloud_cover``
     the share of an overcast sky in the mixture, ``ground_color`` the linear base colour of the ground.  The moment that the sun's place
-    follows from is told beside it: day of the year, true solar time in hours, latitude, and the yaw at which north lies.
+    follows from is told beside it: day of the year, true solar time in hours, latitude, and the yaw at which north lies.  ``sun_scale`` and
+    ``sky_scale`` multiply the light of the sun and of the sky; None stands for 1.
     """
 
     sun_direction: tuple[QuaternionItem, QuaternionItem, QuaternionItem]
@@ -240,6 +241,8 @@ class Daylight:
     solar_hour: Annotated[float, Limits(ge=0.0, le=24.0, unit="h")] = 12.0
     latitude_rad: Annotated[float, Limits(ge=-1.5708, le=1.5708, unit="rad")] = 0.0
     north_yaw_rad: Angle = 1.5707963267948966
+    sun_scale: Annotated[float, Limits(ge=0.0, le=1000.0)] | None = None
+    sky_scale: Annotated[float, Limits(ge=0.0, le=1000.0)] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -332,6 +335,23 @@ class ValidityReport:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Counterfactual:
+    """One change of one attribute that this scene differs by from the room that was sampled.
+
+    ``factor`` is a row of the table of factors, ``target`` what was changed, ``value`` the new value as JSON.  ``objects`` are the objects,
+    openings included, that were changed or added, and those ``removed`` are listed apart; ``note`` tells what the change took along.
+    """
+
+    factor: Name
+    target: Annotated[Mapping[str, Text], Limits(max_length=8)]
+    value: Text
+    seed: Seed = 0
+    objects: Annotated[tuple[ObjectId, ...], Limits(max_length=MAX_OBJECTS)] = ()
+    removed: Annotated[tuple[ObjectId, ...], Limits(max_length=MAX_OBJECTS)] = ()
+    note: Text = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class SceneDescription:
     """A furnished room: everything that renderers, recorders and people need to know of it."""
 
@@ -349,3 +369,9 @@ class SceneDescription:
     parse_graph: ParseGraph
     validity: ValidityReport
     luminaires: Annotated[tuple[Luminaire, ...], Limits(max_length=256)] = ()
+    counterfactuals: Annotated[tuple[Counterfactual, ...], Limits(max_length=64)] | None = None
+    """Changes made to the room after it was sampled, in their order; None for a room as it was sampled.
+
+    Empty for a room that is compared with changed ones: like these it is rendered so that what is seen of an object does not depend, to the
+    last bit, on objects that are not seen.
+    """

@@ -70,7 +70,7 @@ FOLDERS = {
     },
 }
 """Package -> folder -> folders of the package that it may import.  Modules beside the folders are the package's entry points."""
-ABOVE_ENTRY_POINTS = {"grammar/learning"}
+ABOVE_ENTRY_POINTS = {"grammar/counterfactual", "grammar/learning"}
 """Folders that build on their package's entry points."""
 
 

@@ -93,6 +93,8 @@ def daylight_map(daylight: Daylight) -> tuple[NDArray[np.float32], NDArray[np.fl
     clear = scale * clear_sky_rgb(upper, toward_sun, daylight.turbidity)
     sky = (1.0 - cover) * clear + cover * overcast_sky_rgb(upper, elevation)
     beam = (1.0 - cover) * sun_illuminance_lx(elevation, daylight.turbidity, daylight.sun_distance_au)
+    sky = sky if daylight.sky_scale is None else daylight.sky_scale * sky
+    beam = beam if daylight.sun_scale is None else daylight.sun_scale * beam
     on_ground = (sky * onto_level).sum(axis=0) + beam * max(math.sin(elevation), 0.0)
     ground = np.array(daylight.ground_color) * on_ground / math.pi
     table = np.concatenate([sky, np.broadcast_to(ground, (len(directions) - half, 3))]).reshape(ROWS, COLUMNS, 3)

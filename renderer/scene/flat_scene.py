@@ -107,7 +107,8 @@ class FlatScene(NamedTuple):
     profiles: as ``renderer.scene.spot_lights.profile_row`` has them.  part_box: (p, 3, 4) float32, affine map from the world to the box of
     the object that each part belongs to, whose corners are (0, 0, 0) and (1, 1, 1); empty where no boxes are told.
     part_id: (p,) uint16, as ``scene_description.labels.part_ids`` has them, 0 for what it does not have; empty where none are told.
-    light_id: the same, as ``scene_description.light_labels.light_ids`` has them.
+    light_id: the same, as ``scene_description.light_labels.light_ids`` has them.  steady: whether what is seen of a part shall not depend
+    on other parts that are not seen, to the last bit, as scenes that are compared with each other need it.
     """
 
     mesh: Mesh
@@ -124,3 +125,4 @@ class FlatScene(NamedTuple):
     part_box: NDArray[np.float32] = NO_BOXES
     part_id: NDArray[np.uint16] = UNNUMBERED
     light_id: NDArray[np.uint16] = UNNUMBERED
+    steady: bool = False

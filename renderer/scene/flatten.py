@@ -122,6 +122,7 @@ def flatten(scene: SceneDescription, catalog_dir: Path | None = None) -> FlatSce
         part_box=_boxes(scene, rows),
         part_id=np.array([ids.get(row.name, 0) for row in rows], np.uint16),
         light_id=np.array([shining.get(row.name, 0) for row in rows], np.uint16),
+        steady=scene.counterfactuals is not None,
     )
 
 

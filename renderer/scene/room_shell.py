@@ -128,12 +128,15 @@ def _slab(polygon: Array, triangles: NDArray[np.int64], low: float, high: float)
 
 
 def _corner_reach(polygon: Array, corner: int, thickness: float) -> float:
-    """How far a wall's outer face runs past this corner: a little more than the mitre, nothing where the room bends outward."""
+    """How far a wall's outer face runs past this corner: a little more than the mitre.
+
+    Where the room bends outward it stops a little short of it, so that the wall's end lies within the next wall and not in its inner face.
+    """
     count = len(polygon)
     before, after = polygon[corner] - polygon[corner - 1], polygon[(corner + 1) % count] - polygon[corner]
     turn = math.atan2(float(_cross(before, after)), float(np.dot(before, after)))
     if turn <= 0.0:
-        return 0.0
+        return -OVERLAP_M if turn < -1e-3 else 0.0
     return thickness * min(math.tan(0.5 * min(turn, 3.1)), LONGEST_MITRE) + OVERLAP_M
 
 

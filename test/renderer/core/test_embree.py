@@ -20,6 +20,7 @@ from renderer.core.embree import (
     INVALID_ID,
     LANES,
     MASK,
+    NEAREST,
     NG_X,
     ORG_X,
     PASS_PANES,
@@ -120,6 +121,32 @@ def test_geometric_normals_follow_the_winding():
     expected = np.cross(b - a, c - a)
     cosine = (expected * ours["Ng"][hit]).sum(1) / np.linalg.norm(expected, axis=1) / np.linalg.norm(ours["Ng"][hit], axis=1)
     assert cosine.min() > 0.9999
+
+
+def test_a_steady_scene_shows_the_first_of_faces_at_one_distance():
+    """Whatever else is there: a square of two triangles lies twice in one plane, behind and beside other triangles."""
+    square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
+    halves = np.array([[0, 1, 2], [0, 2, 3], [1, 2, 3], [0, 1, 3]], np.uint32)  # cut along both diagonals
+    origins = np.column_stack([np.random.default_rng(1).uniform(0.01, 0.99, (256, 2)), np.full(256, 1.0)]).astype(np.float32)
+    origins[:LANES, 1] = origins[:LANES, 0]  # some rays meet the edge between the first two
+    directions = np.tile(np.array([0.0, 0.0, -1.0], np.float32), (256, 1))
+    expected = np.where(origins[:, 0] >= origins[:, 1], 0, 1)
+    for seed in range(4):
+        more = triangle_soup()
+        kept = np.random.default_rng(seed).permutation(len(more.faces))[: 50 * seed]
+        vertices = np.concatenate([square, more.vertices - np.float32(50.0)])
+        faces = np.concatenate([halves, more.faces[kept] + np.uint32(4)])
+        with EmbreeScene(vertices, faces, steady=True) as scene:
+            packet, found = make_packet(), []
+            for first in range(0, 256, LANES):
+                load(packet, origins[first : first + LANES], directions[first : first + LANES])
+                packet.real[NEAREST : NEAREST + LANES] = np.inf
+                cast16(scene.handle._replace(coherent=scene.handle.primary), packet, False, True)
+                found.append(packet.integer[PRIM_ID:][:LANES].copy())
+                np.testing.assert_allclose(packet.real[NEAREST:][:LANES], 1.0, rtol=1e-6)
+        assert np.array_equal(np.concatenate(found), expected)
+    with EmbreeScene(square, halves) as scene:
+        assert scene.handle.primary == scene.handle.coherent
 
 
 def test_single_rays_and_occlusion_agree_with_packets():

@@ -92,6 +92,18 @@ def test_cover_hides_the_sun_and_ground_is_lit_by_both():
     assert math.degrees(2 * ANGULAR_RADIUS_RAD) == pytest.approx(0.533)
 
 
+def test_sun_and_sky_are_scaled_apart():
+    plain, sun = daylight_map(daylight(40.0))
+    half = ROWS // 2
+    dim, same_sun = daylight_map(daylight(40.0, sky_scale=0.25))
+    np.testing.assert_allclose(dim[:half], 0.25 * plain[:half], rtol=1e-6)
+    np.testing.assert_array_equal(same_sun, sun)
+    no_sun, none = daylight_map(daylight(40.0, sun_scale=0.0))
+    np.testing.assert_array_equal(no_sun[:half], plain[:half])
+    assert len(none) == 0 and (no_sun[half:] < plain[half:]).all()  # the ground is lit by the sky alone
+    np.testing.assert_array_equal(daylight_map(daylight(40.0, sun_scale=1.0, sky_scale=1.0))[0], plain)
+
+
 def test_maps_are_read_back_where_their_pixels_lie():
     rng = np.random.default_rng(2)
     table = rng.uniform(0, 1000, (12, 24, 3)).astype(np.float32)

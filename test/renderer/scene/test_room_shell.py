@@ -163,3 +163,16 @@ def test_no_ray_leaves_the_room(name: str, swing: str) -> None:
     reach = np.einsum("ij,ij->i", first - origins, normals) / np.einsum("ij,ij->i", directions, normals)
     behind = np.abs(reach[:20000][~front[:20000]] - 1.0)
     assert (behind < 1e-4).all(), "rays through the very corner stop there"
+
+
+def test_no_wall_ends_in_the_inner_face_of_the_next() -> None:
+    """Inner faces cover the outline once: where they overlapped another face, chance decided which of the two was seen."""
+    mesh = build_shell(room_of(L_SHAPE))["wall"]
+    normals = area_vectors(mesh)
+    for index in range(len(L_SHAPE)):
+        start, _, inward, length = wall_frame(np.array(L_SHAPE), index)
+        corners = mesh.vertices[mesh.faces].astype(np.float64)
+        flush = (np.abs((corners[..., :2] - start) @ inward) < 1e-5).all(axis=1)
+        facing = flush & (normals[:, :2] @ inward > 0.0)
+        beside = np.abs((corners[..., :2].mean(1) - start) @ np.array([inward[1], -inward[0]]) - 0.5 * length) < 0.5 * length
+        assert np.linalg.norm(normals[facing & beside], axis=1).sum() == pytest.approx(length * 2.8, rel=1e-5)

@@ -1,0 +1,207 @@
+"""The camera's path: height, tilt, speed, how far it goes, where it is, or another one through the same room."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from grammar.camera.camera_path import sample_camera_path
+from grammar.counterfactual.change import ChangeError, random_numbers
+from grammar.counterfactual.factor import Factor, Outcome, Work
+from grammar.counterfactual.gate import camera_checked, categories_of
+from grammar.counterfactual.values import number, whole
+from grammar.geometry.solids import object_solids
+from scene_description import CameraPose
+from scene_description.poses import Quaternion, multiply_quaternions, rotation_from_quaternion
+from scene_description.types import MAX_POSES
+
+_STEEPEST_RAD = math.radians(89.0)
+_SECOND_NS = 1_000_000_000
+
+
+def _positions(work: Work) -> NDArray[np.float64]:
+    return np.array([pose.position_m for pose in work.scene.camera_path])
+
+
+def _moved(work: Work, positions: NDArray[np.float64]) -> Outcome:
+    """Return the scene with the camera at other places (n, 3), if these are free."""
+    poses = tuple(replace(pose, position_m=(x, y, z)) for pose, (x, y, z) in zip(work.scene.camera_path, positions.tolist(), strict=True))
+    return Outcome(camera_checked(work.rules(), work.scene, replace(work.scene, camera_path=poses), work.change))
+
+
+def set_height(work: Work) -> Outcome:
+    """Raise or lower the whole path so that its mean height is the value."""
+    height, positions = number(work.change, 0.05, 20.0, "m"), _positions(work)
+    return _moved(work, positions + np.array([0.0, 0.0, height - float(positions[:, 2].mean())]))
+
+
+def scale_path(work: Work) -> Outcome:
+    """Scale the path about its middle pose; times and directions of view stay."""
+    factor, positions = number(work.change, 0.0, 10.0), _positions(work)
+    middle = positions[len(positions) // 2]
+    return _moved(work, positions if factor == 1.0 else middle + factor * (positions - middle))
+
+
+def shift_path(work: Work) -> Outcome:
+    """Move every pose to its own right, as the second camera of a stereo rig is."""
+    offset = number(work.change, -10.0, 10.0, "m")
+    right = np.array([rotation_from_quaternion(pose.orientation)[:, 0] for pose in work.scene.camera_path])
+    return _moved(work, _positions(work) + offset * right)
+
+
+def _turned(work: Work, turn: Quaternion) -> Outcome:
+    """Return the scene with every pose turned in its own optical frame."""
+    poses = tuple(replace(pose, orientation=_unit(multiply_quaternions(pose.orientation, turn))) for pose in work.scene.camera_path)
+    return Outcome(replace(work.scene, camera_path=poses))
+
+
+def _unit(quaternion: Quaternion) -> Quaternion:
+    length = math.hypot(*quaternion)
+    x, y, z, w = (value / length for value in quaternion)
+    return (x, y, z, w)
+
+
+def add_pitch(work: Work) -> Outcome:
+    """Tilt every view, upwards where positive, about the optical frame's x axis."""
+    pitch = math.radians(number(work.change, -89.0, 89.0, "deg"))
+    elevations = [math.asin(float(rotation_from_quaternion(pose.orientation)[2, 2])) for pose in work.scene.camera_path]
+    low, high = min(elevations) + pitch, max(elevations) + pitch
+    if max(high, -low) > _STEEPEST_RAD:
+        least, most = (math.degrees(side) for side in (-_STEEPEST_RAD - min(elevations), _STEEPEST_RAD - max(elevations)))
+        raise ChangeError(f"{work.change}: value: expected a tilt in [{least:.1f}, {most:.1f}] deg for this path, got {work.change.value}")
+    return _turned(work, (math.sin(0.5 * pitch), 0.0, 0.0, math.cos(0.5 * pitch)))
+
+
+def add_roll(work: Work) -> Outcome:
+    """Turn every view clockwise about the optical axis, so that the picture turns the other way."""
+    roll = math.radians(number(work.change, -180.0, 180.0, "deg"))
+    return _turned(work, (0.0, 0.0, math.sin(0.5 * roll), math.cos(0.5 * roll)))
+
+
+def drive_faster(work: Work) -> Outcome:
+    """Drive along the same path at another speed, with frames at the same rate: fewer frames where it is faster, more where slower.
+
+    Places between the path's poses lie on a cubic spline through them, directions on the shortest arc.
+    """
+    factor, path = number(work.change, 0.05, 20.0), work.scene.camera_path
+    count = math.floor((len(path) - 1) / factor + 1e-9) + 1
+    if count > MAX_POSES:
+        raise ChangeError(f"{work.change}: value: expected at most {MAX_POSES} poses, got {count}; drive faster")
+    times = [_stamp(path, k) for k in range(count)]
+    spline = CubicSpline(np.arange(len(path)), _positions(work)) if len(path) > 1 else None
+    poses = []
+    for k in range(count):
+        along = min(factor * k, len(path) - 1.0)
+        before = min(math.floor(along + 1e-9), len(path) - 1)
+        share = along - before
+        if abs(share) < 1e-9 or spline is None:
+            poses.append(replace(path[before], stamp_ns=times[k]))
+            continue
+        x, y, z = (float(value) for value in spline(along))
+        orientation = _between(path[before].orientation, path[before + 1].orientation, share)
+        poses.append(CameraPose(stamp_ns=times[k], position_m=(x, y, z), orientation=orientation))
+    note = f"{count} frames of the same rate in place of {len(path)}"
+    return Outcome(replace(work.scene, camera_path=tuple(poses)), note=note)
+
+
+def _stamp(path: tuple[CameraPose, ...], k: int) -> int:
+    """Return the time of frame ``k``, beyond the path's end at its mean rate."""
+    if k < len(path):
+        return path[k].stamp_ns
+    return path[0].stamp_ns + round(k * (path[-1].stamp_ns - path[0].stamp_ns) / (len(path) - 1))
+
+
+def _between(a: Quaternion, b: Quaternion, share: float) -> Quaternion:
+    """Return the rotation at a share of the shortest arc from ``a`` to ``b`` (slerp; Shoemake, SIGGRAPH 1985)."""
+    cosine = sum(x * y for x, y in zip(a, b, strict=True))
+    angle = math.acos(min(abs(cosine), 1.0))
+    if angle < 1e-6:
+        weights = (1.0 - share, share)
+    else:
+        weights = (math.sin((1.0 - share) * angle) / math.sin(angle), math.sin(share * angle) / math.sin(angle))
+    sign = math.copysign(1.0, cosine)
+    x, y, z, w = (weights[0] * p + sign * weights[1] * q for p, q in zip(a, b, strict=True))
+    return _unit((x, y, z, w))
+
+
+def take_another_path(work: Work) -> Outcome:
+    """Sample another walk through the room, by seed, with the same frames at the same times."""
+    seed, scene, rules = whole(work.change, 0, 2**31 - 1), work.scene, work.rules()
+    path = scene.camera_path
+    span = path[-1].stamp_ns - path[0].stamp_ns
+    rate_hz = (len(path) - 1) * _SECOND_NS / span if span else 10.0
+    boxes, _ = object_solids(categories_of(rules, scene), scene.objects)
+    sampled = sample_camera_path(
+        random_numbers(scene, work.change, seed), rules.camera, scene.room.polygon_m, scene.room.height_m, boxes, len(path), 0, rate_hz, 0
+    )
+    poses = tuple(replace(new, stamp_ns=old.stamp_ns) for new, old in zip(sampled, path, strict=True))
+    return Outcome(replace(scene, camera_path=poses))
+
+
+def _row(name: str, label: str, unit: str | None, value: str, make: Callable[[Work], Outcome], current: Callable[[Work], object]) -> Factor:
+    return Factor(name=name, label=label, unit=unit, value=value, attribute="camera", touches="view", make=make, current=current)
+
+
+FACTORS = (
+    _row(
+        "camera_height_m",
+        "height of the camera",
+        "m",
+        "mean height of the lens above the floor; the path's own ups and downs stay",
+        set_height,
+        lambda work: float(_positions(work)[:, 2].mean()),
+    ),
+    _row(
+        "camera_pitch_deg",
+        "added pitch of the camera",
+        "deg",
+        "tilt added to every pose, positive upwards; 0: as it is",
+        add_pitch,
+        lambda work: 0.0,
+    ),
+    _row(
+        "camera_roll_deg",
+        "added roll of the camera",
+        "deg",
+        "turn about the optical axis added to every pose, positive clockwise as seen from behind; 0: as it is",
+        add_roll,
+        lambda work: 0.0,
+    ),
+    _row(
+        "camera_speed",
+        "speed of the camera",
+        None,
+        "factor on the speed along the same path, 0.05 to 20, frames at the same rate; 1: as it is",
+        drive_faster,
+        lambda work: 1.0,
+    ),
+    _row(
+        "camera_amplitude",
+        "amplitude of the path",
+        None,
+        "factor on the path's extent about its middle pose, 0 (the camera only turns) to 10; 1: as it is",
+        scale_path,
+        lambda work: 1.0,
+    ),
+    _row(
+        "camera_offset_m",
+        "sideways offset of the camera",
+        "m",
+        "distance by which every pose is moved to its own right; 0: as it is",
+        shift_path,
+        lambda work: 0.0,
+    ),
+    _row(
+        "camera_path",
+        "path",
+        None,
+        "seed of another walk through the same room, with the same frames at the same times",
+        take_another_path,
+        lambda work: None,
+    ),
+)

@@ -1,0 +1,57 @@
+"""A change of one attribute of a scene, and why one can be refused."""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from scene_description import SceneDescription, SceneSynthError, ValidityCheck
+
+Target = Mapping[str, object]
+"""What a change is of: keys of ``grammar.counterfactual.targets``; empty for everything that the factor can change."""
+
+
+class ChangeError(SceneSynthError):
+    """A change that cannot be made: an unknown factor or target, or a value that does not fit; one line that says what there is."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(" ".join(text.split()))
+
+
+class InvalidChangeError(ChangeError):
+    """A change that would make the room invalid; ``checks`` are those that it fails, with the objects at fault."""
+
+    def __init__(self, text: str, checks: Sequence[ValidityCheck]) -> None:
+        self.checks = tuple(checks)
+        super().__init__(text)
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """One attribute and its new value.
+
+    ``factor`` is a name in ``FACTORS``, ``target`` what it is changed of, ``value`` what the factor's row says.  ``seed`` chooses among the
+    ways in which a change can be made that leaves something open: where an object goes, which of several, which model.
+    """
+
+    factor: str
+    target: Target = field(default_factory=dict)
+    value: object = None
+    seed: int = 0
+
+    def __str__(self) -> str:
+        """Return the change in a few words, for messages."""
+        of = ", ".join(f"{key} {value}" for key, value in self.target.items())
+        return f"{self.factor}{f' of {of}' if of else ''}"
+
+
+def random_numbers(scene: SceneDescription, change: Change, *key: int) -> np.random.Generator:
+    """Return the source of randomness of a change: of the scene, the factor, the target and the seed, but not of the value.
+
+    So values of one factor draw the same numbers: what is changed at one value is changed at the next one alike.
+    """
+    text = repr((change.factor, sorted((key, str(value)) for key, value in change.target.items())))
+    return np.random.default_rng([scene.seed, scene.index, change.seed, zlib.crc32(text.encode()), *key])

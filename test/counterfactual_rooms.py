@@ -1,0 +1,50 @@
+"""A small sampled room of each type, by day, and how two scenes differ: what tests of counterfactuals share."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cache
+
+from grammar.spec.request import SceneRequest
+from grammar.synthesize import CameraTimes, SceneSynthesizer
+from scene_description import SceneDescription, to_mapping
+
+ROOM_TYPES = (
+    "bathroom", "bedroom", "dining_room", "garage", "guest_room", "gym", "hallway", "kitchen", "living_room", "office", "storage", "study",
+)  # fmt: skip
+SEED = 7
+
+
+@cache
+def rules() -> SceneSynthesizer:
+    return SceneSynthesizer.from_config()
+
+
+@cache
+def room(room_type: str) -> SceneDescription:
+    request = SceneRequest(room_type=room_type, grammar_set="by_hand", daylight="clear")
+    return rules().synthesize(request, SEED, 0, CameraTimes(frames=5, start_ns=1_000, rate_hz=10.0))
+
+
+def difference(before: SceneDescription, after: SceneDescription) -> set[str]:
+    """Return the paths of the JSON at which two scenes differ; objects, openings and materials are compared by id."""
+    return set(_differing(to_mapping(before), to_mapping(after), ""))
+
+
+def _differing(a: object, b: object, path: str) -> Iterator[str]:
+    a, b = _by_id(a), _by_id(b)
+    if isinstance(a, dict) and isinstance(b, dict):
+        for key in [*a, *(key for key in b if key not in a)]:
+            here = f"{path}.{key}" if path else str(key)
+            if key not in a or key not in b:
+                yield here
+            else:
+                yield from _differing(a[key], b[key], here)
+    elif a != b:
+        yield path
+
+
+def _by_id(value: object) -> object:
+    if isinstance(value, list) and value and all(isinstance(item, dict) for item in value):
+        return {item.get("id", k): item for k, item in enumerate(value)}
+    return value
