@@ -52,6 +52,7 @@ _MAIN_JOB = "test/scene_synth_ros/test_main_job.py::test_the_run_reports_no_faul
 _ALIKE = "test/scene_synth_ros/test_several_renderers.py::test_shared_rooms_one_process_and_rooms_ahead_give_the_same_bag"
 _REPLAY = "test/scene_synth_ros/replay/test_player.py::test_loop_begins_again_until_it_is_switched_off"
 _WALL = "test/scene_synth_ros/test_wall_clock.py"
+_SWEEP = "test/scene_synth_ros/sweep/test_sweep.py::test"
 _ROBOTS = (
     "test/scene_synth_ros/cli/test_run_profile.py::test_a_namespace_of_its_own_stands_before_the_frames_unless_the_profile_says_otherwise"
 )
@@ -202,6 +203,16 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         _REPLAY
     ),
     # rooms
+    "scene_synth sweep": Named(),
+    "scene_synth sweep SWEEP.yaml --out DIR [--workers N] [--only ID ...] [--plan] [--contact-sheet FILE]": Usage(
+        f"{_SWEEP}_workers_change_no_byte"
+    ),
+    "scene_synth sweep illumination --only 0017 0021 0022 0025 0026 0029 0031 0033"
+    " --out runs/illumination --contact-sheet docs/sweeps.jpg": (
+        Parsed("takes a minute; test/scene_synth_ros/sweep/test_sweep.py draws a smaller one")
+    ),
+    "scene_synth sweep objects --plan": Run(),
+    "scene_synth sweep objects --out runs/objects --workers 2": Parsed(f"{_SWEEP}_workers_change_no_byte"),
     "scene_synth sample": Named(),
     "scene_synth sample --help": Run(),
     "scene_synth sample -p": Named(),

@@ -66,7 +66,9 @@ FOLDERS = {
         "render": {"messages", "suite"},
         "record": {"bags", "messages", "suite"},
         "replay": {"bags", "messages", "suite"},
-        "cli": {"bags", "generate", "mcap", "messages", "render", "record", "replay", "suite"},
+        "offline": {"bags", "generate", "messages", "record", "render", "suite"},
+        "sweep": {"bags", "generate", "offline", "render", "suite"},
+        "cli": {"bags", "generate", "mcap", "messages", "offline", "render", "record", "replay", "suite", "sweep"},
     },
 }
 """Package -> folder -> folders of the package that it may import.  Modules beside the folders are the package's entry points."""

@@ -3,33 +3,25 @@
 from __future__ import annotations
 
 import argparse
-import json
 import sys
 import tempfile
 import time
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from scene_description.share import config_path
 from scene_synth_ros.cli.node_modules import NODES, ONE_PROCESS_MODULE, PROGRESS_MODULE
+from scene_synth_ros.cli.run_parameters import RunWords, run_parameters
 from scene_synth_ros.cli.run_profile import (
     NAMESPACE,
     NodeParameters,
     ProfileError,
-    apply_overrides,
-    load_profile,
-    with_inheritance,
-    with_namespace,
     write_node_file,
 )
 from scene_synth_ros.cli.supervisor import ONE_PROCESS, Interrupts, NodeProcess, companion, run_nodes
 from scene_synth_ros.generate.run_config import RunConfig
-
-MAX_RENDERERS, MAX_ROOMS_AHEAD = 64, 16
-_MADE_BY = "scene_synth.parameters="
-"""Begins the note of a bag that tells the parameters of the run."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -97,6 +89,10 @@ def run(arguments: argparse.Namespace) -> int:
     return conclude(arguments, outcome, seconds, Path(catalog) if catalog else None)
 
 
+def _parameters(arguments: argparse.Namespace) -> NodeParameters:
+    return run_parameters(RunWords(**{field.name: getattr(arguments, field.name) for field in fields(RunWords)}))
+
+
 def _progress(arguments: argparse.Namespace, grammar: Mapping[str, Any]) -> list[str]:
     """Return the command that draws the line of progress; nothing where no terminal or no number of rooms would make sense of it."""
     rooms, frames = (grammar.get(name, getattr(RunConfig(), name)) for name in ("rooms", "frames_per_room"))
@@ -125,75 +121,6 @@ def _processes(arguments: argparse.Namespace, parameters: NodeParameters, folder
         )
         for name in names
     ]
-
-
-def _share_rooms(parameters: NodeParameters, count: int) -> None:
-    """Add renderers that share the rooms of the run by index."""
-    for number in range(2, count + 1):
-        parameters[f"renderer_node_{number}"] = {"share_index": number - 1}
-    parameters["renderer_node"] |= {"share_count": count, "share_index": 0}
-    parameters["grammar_node"].setdefault("rooms_ahead", min(count, MAX_ROOMS_AHEAD))
-
-
-def _parameters(arguments: argparse.Namespace) -> NodeParameters:
-    profile = arguments.params or config_path("runs/main.yaml" if arguments.record else "runs/live.yaml")
-    parameters = load_profile(profile)
-    for overlay in arguments.overlay:
-        for node, values in load_profile(overlay).items():
-            parameters.setdefault(node, {}).update(values)
-    parameters = with_namespace(parameters, arguments.namespace)
-    grammar = parameters["grammar_node"]
-    for option, name in (("rooms", "rooms"), ("frames", "frames_per_room"), ("seed", "seed")):
-        if getattr(arguments, option) is not None:
-            grammar[name] = getattr(arguments, option)
-    if arguments.grammar is not None:
-        from grammar import read_categories, read_grammar
-
-        own = read_grammar(arguments.grammar, read_categories(config_path("categories.yaml")))
-        grammar |= {"grammar_file": str(arguments.grammar.resolve()), "scene.room_type": own.room_type}
-    if not 1 <= arguments.renderers <= MAX_RENDERERS:
-        raise ProfileError(f"--renderers {arguments.renderers}: expected 1 to {MAX_RENDERERS}")
-    if arguments.renderers > 1:
-        _share_rooms(parameters, arguments.renderers)
-    _forget_other_peers(arguments, parameters)
-    parameters = with_inheritance(apply_overrides(parameters, arguments.overrides))
-    grammar = parameters["grammar_node"]
-    renderers = [values for name, values in parameters.items() if name.startswith("renderer_node")]
-    grammar.setdefault("expected_renderers", len(renderers))
-    if grammar.get("clock") == "wall":
-        for values in renderers:
-            values.setdefault("streams.publish_clock", False)
-    finite = bool(parameters["grammar_node"].get("rooms", 0))
-    for node in parameters.values():
-        node.setdefault("exit_when_done", finite)
-    if arguments.record:
-        parameters["grammar_node"].setdefault("expected_recorders", 1)
-        for values in renderers:
-            values.setdefault("expected_recorders", 1)
-        parameters["recorder_node"]["bag"] = str(arguments.record)
-        notes = parameters["recorder_node"].setdefault("custom_data", [_MADE_BY])
-        if isinstance(notes, list):
-            parameters["recorder_node"]["custom_data"] = [_note(parameters) if str(note).startswith(_MADE_BY) else note for note in notes]
-    return parameters
-
-
-def _forget_other_peers(arguments: argparse.Namespace, parameters: NodeParameters) -> None:
-    """Drop the defaults that the dump of a node carries, where an option of this run decides otherwise."""
-    decided = (
-        ("expected_recorders", 0, bool(arguments.record)),
-        ("expected_renderers", 1, arguments.renderers > 1),
-        ("exit_when_done", False, bool(arguments.rooms)),
-    )
-    for values in parameters.values():
-        for name, default, otherwise in decided:
-            if otherwise and values.get(name) == default:
-                del values[name]
-
-
-def _note(parameters: NodeParameters) -> str:
-    """Return what is kept with the bag: the parameters that made it."""
-    made_by: dict[str, Any] = {node: values for node, values in parameters.items() if node != "recorder_node"}
-    return f"{_MADE_BY}{json.dumps(made_by, sort_keys=True)}"
 
 
 def _check_outputs(arguments: argparse.Namespace) -> list[Path]:

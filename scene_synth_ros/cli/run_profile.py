@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -30,22 +30,36 @@ class ProfileError(SceneSynthError):
 
 
 def find_profile(path: Path) -> Path:
+    """Return the file of a profile or overlay that a user means (:func:`find_shipped`).
+
+    Raises:
+        ProfileError: there is no such file; the line lists the shipped ones.
+    """
+    return find_shipped(path, SHIPPED, "a parameter file")
+
+
+def find_shipped(path: Path, folders: Sequence[str], what: str) -> Path:
     """Return the file that a user means: the path itself, else a shipped file, wherever the package is installed.
 
     Shipped files go by their name (``stream``), with their folder (``presets/stream``), or as in the source tree
     (``config/presets/stream.yaml``).
+
+    Args:
+        path: what the user says.
+        folders: of the configuration.
+        what: is expected, for the error.
 
     Raises:
         ProfileError: there is no such file; the line lists the shipped ones.
     """
     if path.exists():
         return path
-    shipped = {file.stem: file for folder in SHIPPED for file in sorted(config_path(folder).glob("*.yaml"))}
+    shipped = {file.stem: file for folder in folders for file in sorted(config_path(folder).glob("*.yaml"))}
     parts = path.with_suffix("").parts
     parts = parts[1:] if parts[:1] == ("config",) else parts
     found = shipped.get(parts[-1]) if parts and path.suffix in ("", ".yaml") else None
     if found is None or parts[:-1] not in ((), (found.parent.name,)):
-        raise ProfileError(f"{path}: expected a parameter file, or the name of a shipped one: {', '.join(shipped)}")
+        raise ProfileError(f"{path}: expected {what}, or the name of a shipped one: {', '.join(shipped)}")
     return found
 
 

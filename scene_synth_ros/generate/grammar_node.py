@@ -7,10 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from nav_msgs.msg import OccupancyGrid
 from rclpy.duration import Duration
 from std_msgs.msg import String
-from visualization_msgs.msg import MarkerArray
 
 from grammar import SceneRequest
 from grammar.synthesize import SceneSynthesizer
@@ -21,9 +19,9 @@ from scene_synth_ros.generate.grammar_report import grammar_report
 from scene_synth_ros.generate.room_ahead import RoomAhead
 from scene_synth_ros.generate.room_job import Prepared, RoomJob
 from scene_synth_ros.generate.run import Run, Step
-from scene_synth_ros.generate.run_config import RunConfig
+from scene_synth_ros.generate.run_config import GRAMMAR_GROUPS, RunConfig
 from scene_synth_ros.generate.run_services import RunServices
-from scene_synth_ros.messages.conversions import occupancy_to_msg, scene_to_markers
+from scene_synth_ros.generate.scene_messages import SCENE_TOPICS, scene_to_msgs
 from scene_synth_ros.suite.connections import identity_of, publishers_of
 from scene_synth_ros.suite.diagnostics import Diagnostics, Report
 from scene_synth_ros.suite.parameters import Parameters, overrides_of
@@ -58,8 +56,7 @@ class GrammarNode(SuiteNode):
         self._ahead = RoomAhead(self.faults, self.create_guard_condition(self._tick).trigger)
         own = self._override("grammar_file")
         self._synthesizer = with_catalog(SceneSynthesizer.from_config([Path(own)] if own else []), self._override("catalog_dir"))
-        groups = {"": RunConfig, "scene": SceneRequest}
-        self._settings = Parameters(self, groups, self._on_change, self._check)
+        self._settings = Parameters(self, GRAMMAR_GROUPS, self._on_change, self._check)
         self.begin(self._config.autostart)
 
     @property
@@ -82,10 +79,8 @@ class GrammarNode(SuiteNode):
         self._newest_room: Prepared | None = None
         self._announced: Prepared | None = None
         depth = latched_qos(self._config.rooms_ahead)
-        self._scene = self.create_publisher(String, "scene", depth)
+        self._room = {name: self.create_publisher(kind, name, depth) for name, kind in SCENE_TOPICS.items()}
         self._next = self.create_publisher(String, "scene/next", latched_qos())
-        self._markers = self.create_publisher(MarkerArray, "scene/markers", depth)
-        self._map = self.create_publisher(OccupancyGrid, "scene/map", depth)
         self._status = self.create_publisher(String, "status", latched_qos(10))
         run = Run(self._config, time.monotonic(), identity_of(self, self._status))
         self.create_subscription(String, "status", self._on_status, latched_qos(100))
@@ -205,11 +200,9 @@ class GrammarNode(SuiteNode):
         if config.clock == "wall":
             prepared = prepared.starting_at(time.time_ns() + round(ROOM_CHANGE_S * 1e9))
         scene = prepared.scene
-        stamp_ns = scene.camera_path[0].stamp_ns
-        grid = self._synthesizer.floor_map(scene)
-        self._map.publish(occupancy_to_msg(grid.cells, grid.resolution_m, grid.origin_m, stamp_ns, config.world_frame))
-        self._markers.publish(scene_to_markers(scene, stamp_ns, config.world_frame))
-        self._scene.publish(String(data=prepared.text))
+        floor = self._synthesizer.floor_map(scene)
+        for name, message in scene_to_msgs(scene, prepared.text, floor, config.world_frame).items():
+            self._room[name].publish(message)
         self._run.sent(len(scene.camera_path), time.monotonic())
         self._newest_room = prepared
         of = f"/{config.rooms}" if config.rooms else ""

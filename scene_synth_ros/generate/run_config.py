@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
+from grammar import SceneRequest
 from scene_description import Limits, SceneSynthError
 
 _PEERS_FIXED = "the run's peers are counted once"
@@ -67,3 +68,7 @@ class RunConfig:
         """
         if self.clock == "wall" and self.lock_step:
             raise SceneSynthError("grammar_node: parameter clock: 'wall' goes with lock_step false, got true; set lock_step:=false")
+
+
+GRAMMAR_GROUPS: dict[str, type] = {"": RunConfig, "scene": SceneRequest}
+"""Prefix of a grammar node's parameters -> dataclass that defines them."""

@@ -132,6 +132,12 @@ def enabled_clouds(config: StreamConfig, camera: CameraConfig) -> tuple[str, ...
     return tuple(name for name in CLOUDS if getattr(config, name) and (sensed or name != "points_sensed"))
 
 
+def cloud_topics(config: StreamConfig, camera: CameraConfig) -> dict[str, tuple[str, ...]]:
+    """Return topic of each enabled cloud, below the namespace -> layers that it is made of, enabled or not."""
+    names = enabled_clouds(config, camera)
+    return {f"{config.camera}/{name}": cloud_layers(name, config.points_color) for name in names}
+
+
 class FrameMessages:
     """Makes the messages of frames; the same pixels, pose and configuration give the same messages.
 
@@ -145,8 +151,7 @@ class FrameMessages:
         self.layers = enabled_layers(config, camera)
         """Enabled layers."""
         self._rows = layers_in(config.semantic_classes)
-        names = enabled_clouds(config, camera)
-        self.clouds = {f"{config.camera}/{name}": cloud_layers(name, config.points_color) for name in names}
+        self.clouds = cloud_topics(config, camera)
         """Topic of each enabled cloud -> layers that it is made of, enabled or not."""
         self._path: Sequence[CameraPose] = ()
 

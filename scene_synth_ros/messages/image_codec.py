@@ -13,12 +13,13 @@ from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CompressedImage, Image
 
 from renderer.files.image_io import encode_image
 from renderer.film.layers import LAYERS
 from scene_description import Limits, SceneSynthError
+from scene_synth_ros.messages.canonical_cdr import canonical_cdr
 from scene_synth_ros.messages.conversions import ENCODING_CHANNELS, msg_to_image
 
 COMPRESSED_TYPE = "sensor_msgs/msg/CompressedImage"
@@ -121,7 +122,7 @@ def compress(cdr: bytes, topic: str, form: str, quality: int) -> bytes:
     image = deserialize_message(cdr, Image)
     if image.encoding not in ENCODING_CHANNELS:
         raise CodecError(f"{topic}: expected an encoding of {', '.join(ENCODING_CHANNELS)}, got '{image.encoding[:40]}'")
-    return bytes(serialize_message(compress_image(image, msg_to_image(image), compressed_topic(topic), form, quality)))
+    return canonical_cdr(compress_image(image, msg_to_image(image), compressed_topic(topic), form, quality))
 
 
 def compress_image(

@@ -74,6 +74,11 @@ def message_class(type_name: str) -> Any:
     return getattr(importlib.import_module(f"{package}.msg"), name)
 
 
+def type_name_of(message_type: type) -> str:
+    """Return ``package/msg/Type`` of a message's Python class."""
+    return f"{message_type.__module__.partition('.')[0]}/msg/{message_type.__name__}"
+
+
 def share_folders() -> tuple[str, ...]:
     """Return where interface packages are looked for: the prefixes of ``AMENT_PREFIX_PATH``, then the interpreter's own."""
     prefixes = [prefix for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if prefix]

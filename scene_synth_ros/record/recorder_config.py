@@ -7,6 +7,8 @@ from typing import Annotated, Literal
 
 from scene_description import Limits
 from scene_synth_ros.messages.camera_frames import FRAME_PREFIX
+from scene_synth_ros.messages.image_codec import ImageCompression
+from scene_synth_ros.record.split_policy import SplitPolicy
 from scene_synth_ros.suite.parameters import ParameterError
 
 _BAG_FIXED = "a bag is opened once"
@@ -63,6 +65,10 @@ class RecorderConfig:
     ] = 256.0
     autostart: Annotated[bool, Limits(description="Configure and activate at the start", fixed="it is used at the start only")] = True
     exit_when_done: Annotated[bool, Limits(description="Close the bag and end the process when the grammar node has finished")] = False
+
+
+RECORDER_GROUPS: dict[str, type] = {"": RecorderConfig, "split": SplitPolicy, "images": ImageCompression}
+"""Prefix of a recorder's parameters -> dataclass that defines them."""
 
 
 def read_pairs(items: tuple[str, ...]) -> dict[str, str]:

@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import time
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from std_msgs.msg import String
 
 from scene_description import FieldError
-from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
-from scene_synth_ros.bags.run_info import JPEG_QUALITY, PARAMETERS_NAME, RECORD_NAME, parameters_file, run_record
-from scene_synth_ros.messages.image_codec import ImageCompression
+from scene_synth_ros.bags.bag_writer import BagWriteError
 from scene_synth_ros.record.accounting import Accounting
-from scene_synth_ros.record.bag_output import BagNumbers, RecordingOptions
+from scene_synth_ros.record.bag_output import BagNumbers
 from scene_synth_ros.record.bag_services import BagServices
 from scene_synth_ros.record.parameter_collector import ParameterCollector
-from scene_synth_ros.record.recorder_config import RecorderConfig, read_pairs
+from scene_synth_ros.record.recorder_config import RECORDER_GROUPS, RecorderConfig, read_pairs
 from scene_synth_ros.record.recording import Recording
+from scene_synth_ros.record.recording_setup import describe_run, make_writer, recording_options
 from scene_synth_ros.record.room_progress import RoomProgress
-from scene_synth_ros.record.split_policy import SplitPolicy
 from scene_synth_ros.record.topic_inputs import TopicInputs
 from scene_synth_ros.suite.connections import Connections, publishers_of
 from scene_synth_ros.suite.diagnostics import ERROR, OK, WARN, Diagnostics, Report
@@ -50,11 +49,11 @@ class RecorderNode(SuiteNode):
 
     def __init__(self, **options: Any) -> None:
         super().__init__("recorder_node", **options)
-        self._settings = Parameters(self, {"": RecorderConfig, "split": SplitPolicy, "images": ImageCompression})
+        self._settings = Parameters(self, RECORDER_GROUPS)
         config: RecorderConfig = self._settings[""]
         if not config.bag:
             raise ParameterError("recorder_node: parameter bag: expected a folder that does not exist yet, got ''; set -p bag:=FOLDER")
-        self._custom_data = read_pairs(config.custom_data)
+        read_pairs(config.custom_data)
         self._numbers = BagNumbers()
         self._closed = True
         self.begin(config.autostart)
@@ -62,18 +61,12 @@ class RecorderNode(SuiteNode):
     def open(self) -> None:
         """Make subscriptions, services and the thread that writes; no bag yet."""
         config: RecorderConfig = self._settings[""]
-        options = RecordingOptions(
-            split=self._settings["split"],
-            compression=self._settings["images"],
-            snapshot_s=config.snapshot_s,
-            snapshot_bytes=round(config.snapshot_mb * 1e6),
-            incidental=frozenset() if config.topics or config.extra_topics else frozenset({"/diagnostics"}),
-            frame_prefix=config.frame_prefix,
-        )
         self._state, self._reason, self._last_status = "starting", "", ""
         self._finish_asked = ""
         with ExitStack() as undo:
-            self._recording = Recording(self._make_writer, options, self.refuse, self._tell_fault, self._numbers)
+            self._recording = Recording(
+                partial(make_writer, self._settings), recording_options(self._settings), self.refuse, self._tell_fault, self._numbers
+            )
             undo.callback(self._recording.close)
             self._accounting = Accounting()
             self._inputs = TopicInputs(self, config, self._recording, self._accounting.received, self.refuse)
@@ -126,19 +119,8 @@ class RecorderNode(SuiteNode):
         written = self._recording.written.copy()
         self.get_logger().info(f"bag closed: {sum(written.values())} messages on {len(written)} topics")
 
-    def _make_writer(self, folder: Path) -> BagWriter:
-        config: RecorderConfig = self._settings[""]
-        return BagWriter(
-            folder,
-            metadata_version=config.metadata_version,
-            compression=config.compression,
-            compression_level=config.compression_level,
-            custom_data=self._custom_data,
-        )
-
     def _describe_run(self, values: dict[str, dict[str, Any]]) -> None:
-        record = run_record(values) | {JPEG_QUALITY: str(self._settings["images"].jpeg_quality)}
-        self._recording.describe_run(RECORD_NAME, record, PARAMETERS_NAME, parameters_file(values))
+        describe_run(self._recording, self._settings, values)
 
     def _tell_fault(self, error: Exception) -> str:
         return self.faults.tell(error, f"{self.get_name()} wrote a bag")

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from scene_synth_ros.messages.detections import ANNOTATIONS, detection_topics
-from scene_synth_ros.messages.label_info import label_info_topic
-from scene_synth_ros.messages.scan_messages import has_own_stamps
 from scene_synth_ros.record.accounting import Accounting
+from scene_synth_ros.record.frame_topics import frame_topics, with_derived
 from scene_synth_ros.record.recording import Recording
 from scene_synth_ros.record.shared_frames import stand_ins
 from scene_synth_ros.suite.status import NodeStatus
@@ -43,9 +41,7 @@ class RoomProgress:
                 self.run, self.done_scene = status.run, -1
             return
         self._accounting.take_status(status)
-        self._frame_topics[status.node] = frozenset(
-            topic for topic in status.counts if not topic.startswith("/tf") and not has_own_stamps(topic)
-        )
+        self._frame_topics[status.node] = frame_topics(status.counts)
 
     def step(self, now_s: float, loss_timeout_s: float) -> None:
         """Write a room that is done; give up messages that were published so long ago that they are lost.
@@ -55,11 +51,7 @@ class RoomProgress:
             loss_timeout_s: how long to wait for messages.
         """
         recorded = {topic for topics in self._frame_topics.values() for topic in topics if self._known.get(topic, -1) >= 0}
-        derived = {label_info_topic(topic) for topic in recorded if topic.endswith("/labels")}
-        derived |= {name for topic in recorded if topic.endswith(f"/{ANNOTATIONS}") for name in detection_topics(topic)}
-        if any(topic.endswith("/pose") for topic in recorded):
-            derived.add("/tf")
-        self._recording.expect(recorded | derived, stand_ins(self._frame_topics))
+        self._recording.expect(with_derived(recorded), stand_ins(self._frame_topics))
         done = self._accounting.done_scene(self.run)
         self.done_scene = min(self.done_scene, done)  # a renderer has started again
         missing = self._accounting.missing(self._known)

@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-import fnmatch
 from collections import Counter
 from collections.abc import Callable
-from typing import Any
 
 from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 
-from scene_synth_ros.messages.detections import AnnotationsReadError, annotations_topic, is_annotations, read_annotations
-from scene_synth_ros.messages.image_codec import raw_topic
-from scene_synth_ros.messages.label_info import LabelReadError, is_labels, labels_topic, read_labels
 from scene_synth_ros.messages.message_definitions import MessageDefinitionError, message_class
-from scene_synth_ros.messages.scan_messages import LASER, has_own_stamps
-from scene_synth_ros.messages.stamps import sent_before
-from scene_synth_ros.messages.timed_pose import PoseReadError, read_pose
+from scene_synth_ros.record.message_taker import message_taker
 from scene_synth_ros.record.recorder_config import RecorderConfig
 from scene_synth_ros.record.recorder_qos import complete_qos, matching_qos
 from scene_synth_ros.record.recording import Recording
 from scene_synth_ros.record.senders import Senders
+from scene_synth_ros.record.topic_choice import is_chosen
 from scene_synth_ros.suite.connections import publishers_of
 from scene_synth_ros.suite.status import NodeStatus
 
@@ -82,24 +76,7 @@ class TopicInputs:
                 self._recording.set_origin(topic, self._senders.judge(topic))
 
     def _is_recorded(self, topic: str) -> bool:
-        """Return whether the parameters ask for a topic.
-
-        What comes next is left out, as it will come on ``scene``, and what the recorder makes itself: of the suite's images the form that
-        ``images.*`` asks for, of labels the LabelInfo, of annotations the detections.
-        """
-        config = self._config
-        if topic in ("/tf", "/tf_static") or topic == self._node.resolve_topic_name("status"):
-            return False
-        if not config.topics and (topic.endswith("/transition_event") or topic == self._node.resolve_topic_name("scene/next")):
-            return False
-        made_of = raw_topic(topic) or labels_topic(topic) or annotations_topic(topic)
-        source = made_of if topic.startswith(self._namespace) else ""
-        if source and self._node.count_publishers(source) and self._is_recorded(source):
-            return False
-        chosen = (*(config.topics or (f"{self._namespace}*", "/clock", "/diagnostics")), *config.extra_topics)
-        return any(fnmatch.fnmatchcase(topic, pattern) for pattern in chosen) and not any(
-            fnmatch.fnmatchcase(topic, pattern) for pattern in config.exclude
-        )
+        return is_chosen(topic, self._config, self._namespace, self._node.count_publishers)
 
     def _subscribe(self, topic: str, type_name: str) -> bool:
         offered = [complete_qos(info.qos_profile) for info in self._node.get_publishers_info_by_topic(topic)]
@@ -115,37 +92,11 @@ class TopicInputs:
         self._publishers[topic] = self._node.count_publishers(topic)
         return True
 
-    def _make_callback(self, topic: str, type_name: str) -> Any:
-        camera = topic.rsplit("/", 2)[-2] if type_name == "geometry_msgs/msg/PoseStamped" and topic.endswith("/pose") else ""
-        own_stamps = has_own_stamps(topic)
-        settings = topic.endswith("/settings") and type_name == "std_msgs/msg/String"
-        labels = is_labels(topic, type_name)
-        annotations = topic.startswith(self._namespace) and is_annotations(topic, type_name)
+    def _make_callback(self, topic: str, type_name: str) -> Callable[[bytes], None]:
+        take = message_taker(self._recording, topic, type_name, self._namespace, self._warn)
 
         def on_message(data: bytes) -> None:
             self._received[topic] += 1
-            if settings and (sent := sent_before(data)) is not None:
-                self._recording.add_sent(sent.stamp_ns, {self._namespace + name: stamp for name, stamp in sent.stamps_ns.items()})
-            if self._recording.add(topic, data):
-                derive(data)
-            if own_stamps:
-                self._recording.reach(topic, data)
-
-        def derive(data: bytes) -> None:
-            try:
-                if camera == LASER:
-                    self._recording.add_laser_pose(read_pose(data))
-                elif camera:
-                    self._recording.add_pose(read_pose(data), camera)
-                if labels:
-                    self._recording.add_labels(read_labels(data), topic)
-                if annotations:
-                    self._recording.add_annotations(read_annotations(data), topic)
-            except PoseReadError as error:
-                self._warn(f"{topic}: {error}; it has no transform")
-            except LabelReadError as error:
-                self._warn(f"{topic}: {error}; it has no LabelInfo")
-            except AnnotationsReadError as error:
-                self._warn(f"{topic}: {error}; it has no detections")
+            take(data)
 
         return on_message

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Any
 
 from renderer import CameraConfig, DepthSensorConfig, RenderConfig, SensorConfig
 from renderer.lidar.config import ScanConfig
 from scene_description import Limits
 from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.messages.image_codec import LiveCompression
+from scene_synth_ros.messages.scan_messages import LASER
 from scene_synth_ros.render.teleop import DriveConfig
+from scene_synth_ros.suite.parameters import ParameterError
 
 _SHARE_FIXED = "the rooms of a run are shared once"
 
@@ -56,3 +59,20 @@ RENDERER_GROUPS: dict[str, type] = {
     "scan": ScanConfig,
 }
 """Prefix of a renderer's parameters -> dataclass that defines them."""
+
+
+def refuse_contradictions(owner: str, values: Mapping[str, Any]) -> None:
+    """Refuse what is fixed at the start and does not go together.
+
+    Args:
+        owner: name of the node.
+        values: prefix -> dataclass.
+
+    Raises:
+        ParameterError: a share of the rooms that is none, or a camera that is called as the scanner.
+    """
+    own: RendererNodeConfig = values[""]
+    if own.share_index >= own.share_count:
+        raise ParameterError(f"{owner}: parameter share_index: expected less than share_count = {own.share_count}, got {own.share_index}")
+    if values["scan"].enabled and values["streams"].camera == LASER:
+        raise ParameterError(f"{owner}: parameter streams.camera: expected another name than the scanner's, got '{LASER}'")

@@ -14,18 +14,17 @@ from renderer.exposure import sensor_ev100
 from renderer.lidar.config import ScanConfig
 from scene_description import FieldError, error_line
 from scene_synth_ros.messages.frame_messages import StreamConfig
-from scene_synth_ros.messages.scan_messages import LASER
 from scene_synth_ros.render.camera_requests import MAX_WAITING, CameraRequests
 from scene_synth_ros.render.inbox import MAX_ROOMS_WAITING, Inbox
 from scene_synth_ros.render.output import Output
 from scene_synth_ros.render.peers import Peers
-from scene_synth_ros.render.renderer_config import RENDERER_GROUPS, RendererNodeConfig
+from scene_synth_ros.render.renderer_config import RENDERER_GROUPS, RendererNodeConfig, refuse_contradictions
 from scene_synth_ros.render.renderer_report import WARNING_S, RendererReport
 from scene_synth_ros.render.rendering import Rendering, room_name
 from scene_synth_ros.suite.daemon_job import start_daemon_job
 from scene_synth_ros.suite.diagnostics import Diagnostics, Report
 from scene_synth_ros.suite.faults import FAULT_STATUS
-from scene_synth_ros.suite.parameters import ParameterError, Parameters
+from scene_synth_ros.suite.parameters import Parameters
 from scene_synth_ros.suite.process import run_node
 from scene_synth_ros.suite.qos import latched_qos, stream_qos
 from scene_synth_ros.suite.status import status_from_json
@@ -60,9 +59,7 @@ class RendererNode(SuiteNode):
         super().__init__("renderer_node", **options)
         self._settings = Parameters(self, RENDERER_GROUPS, self._on_change, lambda values: sensor_ev100(values["camera"], values["sensor"]))
         config: RendererNodeConfig = self._settings[""]
-        if config.share_index >= config.share_count:
-            got = f"expected less than share_count = {config.share_count}, got {config.share_index}"
-            raise ParameterError(f"{self.get_name()}: parameter share_index: {got}")
+        refuse_contradictions(self.get_name(), {prefix: self._settings[prefix] for prefix in RENDERER_GROUPS})
         self._life: Future[None] | None = None
         self._former_life: Future[None] | None = None
         self.begin(config.autostart)
@@ -71,8 +68,6 @@ class RendererNode(SuiteNode):
         """Make publishers and subscriptions, and let a new life begin."""
         streams: StreamConfig = self._settings["streams"]
         scan: ScanConfig = self._settings["scan"]
-        if scan.enabled and streams.camera == LASER:
-            raise ParameterError(f"{self.get_name()}: parameter streams.camera: expected another name than the scanner's, got '{LASER}'")
         self._output = Output(self, streams, self._settings["camera"], lambda: self._settings["compressed"], scan)
         self._inbox = Inbox(Peers(self.get_fully_qualified_name(), self._output.streams.frame_topic, self._settings[""].share_count))
         self._requests = CameraRequests(streams.world_frame, self._settings["drive"])

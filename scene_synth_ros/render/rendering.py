@@ -17,7 +17,6 @@ from renderer.lidar.scanner import Scanner
 from renderer.scene.scene_key import scene_key
 from renderer.standpoint import standpoint
 from scene_description import CameraPose, SceneDescription, SceneSynthError, error_line, scene_from_json
-from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_to_json
 from scene_synth_ros.render.camera_place import CameraPlace
 from scene_synth_ros.render.camera_requests import CameraRequests
@@ -26,7 +25,7 @@ from scene_synth_ros.render.next_room import NextRoom
 from scene_synth_ros.render.output import Output
 from scene_synth_ros.render.rate_report import RateReport
 from scene_synth_ros.render.renderer_config import RendererNodeConfig
-from scene_synth_ros.render.room import Room, RoomSettings
+from scene_synth_ros.render.room import Room, RoomSettings, room_settings
 from scene_synth_ros.render.room_loop import Pace, RoomLoop
 from scene_synth_ros.render.room_meter import RoomMeter
 from scene_synth_ros.render.room_renderer import RoomRenderer
@@ -163,16 +162,7 @@ class Rendering:
             RoomLoop(scene, renderer, settings.camera, self, self._requests, self._pace).run()
 
     def _room_settings(self) -> RoomSettings:
-        streams: StreamConfig = self._settings["streams"]
-        return RoomSettings(
-            camera=self._settings["camera"],
-            render=self._settings["render"],
-            sensor=self._settings["sensor"],
-            depth_sensor=self._settings["depth_sensor"],
-            semantic_classes=streams.semantic_classes,
-            annotation_masks=streams.annotation_masks,
-            catalog_dir=self._catalog_dir,
-        )
+        return room_settings(self._settings, self._catalog_dir)
 
     def _look_ahead(self) -> None:
         """Begin with the next room if it is known, in real time and while somebody looks; else nothing would wait for it."""

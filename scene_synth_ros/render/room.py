@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
 from threading import Event
+from typing import Any
 
 from renderer import CameraConfig, DepthSensorConfig, RenderCancelled, RenderConfig, Renderer, SensorConfig
 from renderer.annotations import Annotator
@@ -23,7 +24,9 @@ from renderer.scene.semantic_classes import with_classes
 from scene_description import SceneDescription
 from scene_description.label_standards import StandardName
 from scene_synth_ros.messages.detections import ANNOTATIONS
+from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.suite.heap import trim_heap
+from scene_synth_ros.suite.parameters import Parameters
 
 _REST = 2.0
 """Seconds of rest for each that went into a view: frames find most light by themselves, and shall not wait for what they need not yet."""
@@ -42,6 +45,20 @@ class RoomSettings:
     semantic_classes: StandardName
     annotation_masks: bool
     catalog_dir: Path | None
+
+
+def room_settings(values: Mapping[str, Any] | Parameters, catalog_dir: Path | None) -> RoomSettings:
+    """Return what rooms are rendered with by a renderer's parameters, prefix -> dataclass."""
+    streams: StreamConfig = values["streams"]
+    return RoomSettings(
+        camera=values["camera"],
+        render=values["render"],
+        sensor=values["sensor"],
+        depth_sensor=values["depth_sensor"],
+        semantic_classes=streams.semantic_classes,
+        annotation_masks=streams.annotation_masks,
+        catalog_dir=catalog_dir,
+    )
 
 
 class Room:

@@ -10,7 +10,7 @@ import dataclasses
 import difflib
 import re
 from array import array
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, get_args, get_origin
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
@@ -37,6 +37,54 @@ def overrides_of(node: Node) -> dict[str, Any]:
     return {name: parameter.value for name, parameter in node._parameter_overrides.items()}
 
 
+def annotations_of(groups: Mapping[str, type]) -> dict[str, Any]:
+    """Return the name of every parameter of some groups -> annotation of its field."""
+    return {_join(prefix, name): annotation for prefix, cls in groups.items() for name, annotation in field_types(cls).items()}
+
+
+def read_groups(owner: str, groups: Mapping[str, type], overrides: Mapping[str, Any]) -> dict[str, Any]:
+    """Return prefix -> frozen dataclass, of values by parameter name over the defaults; no node here.
+
+    Raises:
+        ParameterError: a value is of no parameter, of the wrong type or out of range; the line begins with ``owner``.
+    """
+    annotations = annotations_of(groups)
+    for name in overrides:
+        if name not in annotations and not name.startswith(ROS_OWN):
+            raise ParameterError(f"{owner}: unknown parameter '{name}'{suggestion(name, annotations)}")
+    return {prefix: _read_group(owner, prefix, cls, overrides) for prefix, cls in groups.items()}
+
+
+def _read_group(owner: str, prefix: str, cls: type, overrides: Mapping[str, Any]) -> Any:
+    names = {name: _join(prefix, name) for name in field_types(cls) if _join(prefix, name) in overrides}
+    try:
+        values = {name: _read(field_types(cls)[name], overrides[full], full) for name, full in names.items()}
+    except FieldError as error:
+        raise ParameterError(f"{owner}: parameter {error}") from None
+    try:
+        return cls(**values)
+    except FieldError as error:
+        raise ParameterError(f"{owner}: parameter {_join(prefix, str(error))}") from None
+
+
+def parameter_values(groups: Mapping[str, Any]) -> dict[str, Any]:
+    """Return parameter name -> value, as ROS has it, of prefix -> dataclass."""
+    return {
+        _join(prefix, field.name): _to_ros(getattr(values, field.name))
+        for prefix, values in groups.items()
+        for field in dataclasses.fields(values)
+    }
+
+
+def _read(annotation: Any, value: object, name: str) -> Any:
+    """Read a value; None is what ROS makes of an empty list in a parameter file.
+
+    Raises:
+        FieldError: it does not fit.
+    """
+    return read_value(annotation, () if value is None and _is_list(annotation) else value, name)
+
+
 class Parameters:
     """Declares groups of dataclass fields on a node and keeps their current values as frozen dataclasses.
 
@@ -61,12 +109,10 @@ class Parameters:
         self._on_change = on_change
         self._check_values = check
         self._groups = dict(groups)
-        self._annotations = {
-            _join(prefix, name): annotation for prefix, cls in groups.items() for name, annotation in field_types(cls).items()
-        }
-        overrides = overrides_of(node)
-        self._refuse_unknown(overrides)
-        self._values = {prefix: self._declare(prefix, cls, overrides) for prefix, cls in groups.items()}
+        self._annotations = annotations_of(groups)
+        self._values = read_groups(node.get_name(), groups, overrides_of(node))
+        for name, value in parameter_values(self._values).items():
+            node.declare_parameter(name, value, describe(self._annotations[name]), ignore_override=True)
         try:
             if check is not None:
                 check(self._values)
@@ -78,30 +124,6 @@ class Parameters:
     def __getitem__(self, prefix: str) -> Any:
         """Return the current values of a group, a frozen dataclass."""
         return self._values[prefix]
-
-    def _refuse_unknown(self, overrides: Mapping[str, Any]) -> None:
-        for name in overrides:
-            if name not in self._annotations and not name.startswith(ROS_OWN):
-                raise ParameterError(f"{self._node.get_name()}: unknown parameter '{name}'{_suggest(name, self._annotations)}")
-
-    def _declare(self, prefix: str, cls: type, overrides: Mapping[str, Any]) -> Any:
-        values = {}
-        for field in dataclasses.fields(cls):
-            name = _join(prefix, field.name)
-            value = self._read(name, overrides[name]) if name in overrides else field.default
-            self._node.declare_parameter(name, _to_ros(value), describe(self._annotations[name]), ignore_override=True)
-            values[field.name] = value
-        try:
-            return cls(**values)
-        except FieldError as error:
-            raise ParameterError(f"{self._node.get_name()}: parameter {_join(prefix, str(error))}") from None
-
-    def _read(self, name: str, value: object) -> Any:
-        annotation = self._annotations[name]
-        try:
-            return read_value(annotation, () if value is None and _is_list(annotation) else value, name)
-        except FieldError as error:
-            raise ParameterError(f"{self._node.get_name()}: parameter {error}") from None
 
     def _check(self, parameters: list[Parameter]) -> SetParametersResult:
         try:
@@ -192,6 +214,7 @@ def _join(prefix: str, name: str) -> str:
     return f"{prefix}.{name}" if prefix else name
 
 
-def _suggest(name: str, known: Mapping[str, Any]) -> str:
-    close = difflib.get_close_matches(name, known, n=1)
+def suggestion(name: str, known: Iterable[str]) -> str:
+    """Return what to append to a line about an unknown name: the known one that it is like, or all of them."""
+    close = difflib.get_close_matches(name, list(known), n=1)
     return f"; did you mean '{close[0]}'?" if close else f"; known: {', '.join(sorted(known))}"

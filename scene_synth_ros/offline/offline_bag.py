@@ -1,0 +1,197 @@
+"""A bag that is written without DDS: the same bytes on every topic as the recorder of the live suite writes.
+
+``/diagnostics`` is missing, which nobody publishes here; everything else is as in a recorded run, whatever the order in which that had
+found its topics.
+"""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from grammar.synthesize import FloorMap
+from renderer.film.tone import Exposure
+from scene_description import SceneDescription, scene_to_json
+from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
+from scene_synth_ros.generate.scene_messages import SCENE_TOPICS, scene_to_msgs
+from scene_synth_ros.messages.canonical_cdr import canonical_cdr
+from scene_synth_ros.messages.message_definitions import type_name_of
+from scene_synth_ros.offline.offline_renderer import OfflineRenderer
+from scene_synth_ros.offline.settings import OfflineSettings
+from scene_synth_ros.record.frame_topics import frame_topics, with_derived
+from scene_synth_ros.record.message_taker import message_taker
+from scene_synth_ros.record.recorder_qos import complete_qos
+from scene_synth_ros.record.recording import Recording
+from scene_synth_ros.record.recording_setup import describe_run, make_writer, recording_options
+from scene_synth_ros.record.senders import Origin
+from scene_synth_ros.record.shared_frames import stand_ins
+from scene_synth_ros.record.topic_choice import is_chosen
+from scene_synth_ros.suite.heap import trim_heap
+from scene_synth_ros.suite.qos import latched_qos
+
+_JOBS_WAITING = 2
+"""Batches of messages that may wait for the disk: about a frame, while the next is rendered."""
+
+
+def _tell(line: str) -> None:
+    sys.stderr.write(f"{line}\n")
+
+
+class OfflineBag:
+    """A bag in the making; its folder has its name only once it is whole.  A context manager: after an exception nothing is left.
+
+    Rendering and writing overlap: a thread of :class:`Recording` compresses and writes a frame while the next is rendered.  Memory is
+    bounded by one room and about two frames.
+
+    Threads: one calls every method.
+
+    Args:
+        directory: folder of the bag; must not exist, its parents are made.
+        settings: parameters of the run.
+        floor_of: returns the free floor of a room.
+        records: further metadata records of the bag, by name.
+        warn: called with one line for a message that cannot be kept.
+
+    Raises:
+        BagWriteError: the folder exists or cannot be made.
+        ParameterError: a parameter does not fit.
+    """
+
+    def __init__(
+        self,
+        directory: Path,
+        settings: OfflineSettings,
+        floor_of: Callable[[SceneDescription], FloorMap],
+        records: Mapping[str, Mapping[str, str]] | None = None,
+        warn: Callable[[str], None] = _tell,
+    ) -> None:
+        if directory.exists():
+            raise BagWriteError(f"{directory} exists; choose another name or remove it")
+        self._directory, self._partial = directory, directory.with_name(f".{directory.name}.partial")
+        self._settings, self._floor_of, self._records = settings, floor_of, dict(records or {})
+        self._namespace = f"{settings.namespace}/"
+        self._renderers = {
+            name: OfflineRenderer(groups, lambda topic, name=name: self._is_recorded(self._full_name(name, topic)))  # type: ignore[misc]
+            for name, groups in settings.renderers.items()
+        }
+        with suppress(FileNotFoundError):  # of a run that was interrupted
+            shutil.rmtree(self._partial)
+        self._recording = Recording(self._make_writer, recording_options(settings.recorder), warn, repr, jobs_waiting=_JOBS_WAITING)
+        self._takers: dict[str, Callable[[bytes], None]] = {}
+        self._add_topics(warn)
+        describe_run(self._recording, settings.recorder, settings.nodes)
+        try:
+            self._recording.begin(self._partial / directory.name).result()
+        except BaseException:
+            self.discard()
+            raise
+
+    def add_room(
+        self, scene: SceneDescription, metered: Callable[[str], Exposure] | None = None, rendered: Callable[[], None] = lambda: None
+    ) -> None:
+        """Render a room along its path and write it.
+
+        Args:
+            scene: the room; its frames come after those of the rooms before.
+            metered: returns the exposure as it is metered for a renderer, by its name, where that is needed; None meters the room.
+            rendered: called after every frame.
+
+        Raises:
+            SceneSynthError: the room cannot be made or rendered; a BagWriteError where it cannot be written.
+        """
+        renderers = {name: renderer for name, renderer in self._renderers.items() if renderer.renders(scene)}
+        try:
+            for name, renderer in renderers.items():
+                renderer.begin_room(scene, partial(metered, name) if metered else None)
+            room = scene_to_msgs(scene, scene_to_json(scene), self._floor_of(scene), self._settings.run.world_frame)
+            self._write((self._namespace + name, message) for name, message in room.items())
+            for index in range(len(scene.camera_path)):
+                for name, renderer in renderers.items():
+                    self._write((self._full_name(name, topic), message) for topic, message in renderer.frame(index))
+                rendered()
+        finally:
+            for renderer in renderers.values():
+                renderer.end_room()
+            trim_heap()
+
+    def close(self) -> None:
+        """Write what waits and give the folder its name.
+
+        Raises:
+            BagWriteError: something was not written; nothing is left.
+        """
+        try:
+            self._recording.close()
+            (self._partial / self._directory.name).rename(self._directory)
+        except BaseException:
+            self.discard()
+            raise
+        self._partial.rmdir()
+
+    def discard(self) -> None:
+        """Remove what there is of the bag."""
+        with suppress(BagWriteError):
+            self._recording.close()
+        shutil.rmtree(self._partial, ignore_errors=True)
+
+    def __enter__(self) -> OfflineBag:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        if kind is None:
+            self.close()
+        else:
+            self.discard()
+
+    def _make_writer(self, folder: Path) -> BagWriter:
+        writer = make_writer(self._settings.recorder, folder)
+        for name, record in self._records.items():
+            writer.set_record(name, record)
+        return writer
+
+    def _full_name(self, renderer: str, topic: str) -> str:
+        """Return the full name of a topic of a renderer: absolute, private or below the namespace."""
+        if topic.startswith("/"):
+            return topic
+        return f"{self._namespace}{renderer}/{topic[2:]}" if topic.startswith("~/") else self._namespace + topic
+
+    def _is_recorded(self, topic: str) -> bool:
+        return is_chosen(topic, self._settings.recorder[""], self._namespace, lambda source: True)
+
+    def _add_topics(self, warn: Callable[[str], None]) -> None:
+        """Open the channels of all topics that are recorded, in the order of their names, as the recorder does; say what frames have."""
+        offered: dict[str, tuple[type, list[Any]]] = {}
+        for name, message_type in SCENE_TOPICS.items():
+            offered[self._namespace + name] = message_type, [latched_qos(self._settings.run.rooms_ahead)]
+        published: dict[str, list[str]] = {}
+        for renderer, of_renderer in self._renderers.items():
+            for topic in of_renderer.topics.values():
+                full = self._full_name(renderer, topic.name)
+                offered.setdefault(full, (topic.message_type, []))[1].append(topic.qos)
+                published.setdefault(f"{self._namespace}{renderer}", []).append(full)
+        for full, (message_type, profiles) in sorted(offered.items()):
+            if self._is_recorded(full):
+                type_name = type_name_of(message_type)
+                self._recording.add_topic(full, type_name, [complete_qos(profile) for profile in profiles], Origin.SUITE)
+                self._takers[full] = message_taker(self._recording, full, type_name, self._namespace, warn)
+        of_frames = {node: frame_topics(topics) for node, topics in published.items()}
+        recorded = {topic for topics in of_frames.values() for topic in topics if topic in self._takers}
+        self._recording.expect(with_derived(recorded), stand_ins(of_frames))
+
+    def _write(self, messages: Iterable[tuple[str, object]]) -> None:
+        """Hand messages over to the thread that writes.
+
+        Raises:
+            BagWriteError: writing has ended.
+        """
+        for topic, message in messages:
+            if topic in self._takers:
+                self._takers[topic](canonical_cdr(message))
+        if self._recording.fault:
+            raise BagWriteError(self._recording.fault)

@@ -1,0 +1,122 @@
+"""Makes what is missing of a sweep, in one process or several; the bags do not depend on how many."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import json
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.sharedctypes import Synchronized
+from pathlib import Path
+from typing import NamedTuple
+
+from scene_synth_ros.suite.heap import limit_arenas
+from scene_synth_ros.sweep.sweep_document import sweep_document
+from scene_synth_ros.sweep.sweep_file import SweepError
+from scene_synth_ros.sweep.variant import SweepPlan, Variant
+from scene_synth_ros.sweep.variant_bag import Made, is_done, make_variant
+
+DOCUMENT = "sweep.json"
+
+
+class Outcome(NamedTuple):
+    """How a sweep ended: ids of the variants that were there already, what became of the others."""
+
+    found: tuple[str, ...]
+    made: tuple[Made, ...]
+
+
+def run_sweep(
+    plan: SweepPlan, folder: Path, only: Sequence[str] = (), workers: int = 1, tell: Callable[[Made, int, int], None] = lambda *_: None
+) -> Outcome:
+    """Make the variants of a sweep whose bags are not there; write ``sweep.json`` at the end, also of a run that is interrupted.
+
+    Args:
+        plan: the sweep.
+        folder: of the sweep; made if it is missing.
+        only: ids of the variants to make; empty: all.
+        workers: processes; each has its share of the processors.
+        tell: called with every variant that is made or refused, how many are done with, and of how many.
+
+    Raises:
+        SweepError: the folder holds something else, or another run is at work in it.
+        BagWriteError: a bag cannot be written.
+    """
+    exposure = plan.spec.run.exposure
+    with _folder_of_one(folder):
+        chosen = [variant for variant in plan.variants if not only or variant.id in only]
+        found = [variant.id for variant in chosen if is_done(variant, folder, exposure)]
+        left = [variant for variant in chosen if variant.id not in found]
+        made: list[Made] = []
+        try:
+            for done in _make_all(left, folder, exposure, workers):
+                made.append(done)
+                tell(done, len(made), len(left))
+        finally:
+            there = [variant.id for variant in plan.variants if is_done(variant, folder, exposure)]
+            refused = {done.id: done.refused for done in made if done.refused}
+            _write(folder / DOCUMENT, sweep_document(plan, there, refused))
+    return Outcome(tuple(found), tuple(made))
+
+
+@contextlib.contextmanager
+def _folder_of_one(folder: Path) -> Iterator[None]:
+    """Make the folder and hold it for this run alone."""
+    if folder.is_dir() and any(folder.iterdir()) and not ((folder / DOCUMENT).exists() or (folder / "variants").exists()):
+        raise SweepError(f"--out {folder}: expected a new folder or one of a sweep, got one that holds other things")
+    folder.mkdir(parents=True, exist_ok=True)
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise SweepError(f"--out {folder}: another sweep is at work there; wait for it, or choose another folder") from None
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def _make_all(variants: Sequence[Variant], folder: Path, exposure: str, workers: int) -> Iterator[Made]:
+    """Yield what becomes of the variants, as they are made."""
+    if workers == 1 or len(variants) < 2:
+        yield from (make_variant(variant, folder, exposure) for variant in variants)
+        return
+    context = multiprocessing.get_context("spawn")
+    number, count = context.Value("i", 0), min(workers, len(variants))
+    with ProcessPoolExecutor(count, context, _start_worker, (number, count)) as pool:
+        try:
+            jobs = [pool.submit(make_variant, variant, folder, exposure) for variant in variants]
+            for job in as_completed(jobs):
+                yield job.result()
+        except BrokenProcessPool:
+            raise SweepError(
+                "a worker was killed, by lack of memory perhaps; take fewer --workers and run again for what is missing"
+            ) from None
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            for process in multiprocessing.active_children():  # what they have half made is removed by the next run
+                process.terminate()
+            raise
+
+
+def _start_worker(number: Synchronized[int], count: int) -> None:
+    """Take this worker's share of the processors, by which kernels choose their threads; Ctrl-C is left to the first process."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    limit_arenas()
+    with number.get_lock():
+        place = number.value
+        number.value += 1
+    processors = sorted(os.sched_getaffinity(0))
+    os.sched_setaffinity(0, processors[place % len(processors) :: count] or processors)
+
+
+def _write(path: Path, document: object) -> None:
+    """Write a file that has its name only once it is whole."""
+    partial = path.with_name(f".{path.name}.partial")
+    partial.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+    partial.replace(path)

@@ -1,0 +1,45 @@
+"""Equal messages are equal bytes, whatever the serialiser leaves between their fields."""
+
+import pytest
+from rclpy.serialization import deserialize_message, serialize_message
+from sample_scene import sample_scene
+from sensor_msgs.msg import Image, PointCloud2
+from std_msgs.msg import String
+from visualization_msgs.msg import MarkerArray
+
+from renderer import CameraConfig
+from scene_synth_ros.messages import canonical_cdr as module
+from scene_synth_ros.messages.canonical_cdr import canonical_cdr
+from scene_synth_ros.messages.conversions import camera_info_to_msg, scene_to_markers
+
+
+def test_gaps_are_zero_and_fields_stay(monkeypatch: pytest.MonkeyPatch) -> None:
+    """``frame_id`` "ab" ends at byte 15 of the payload, so one byte is skipped before ``height``; "rgb8" ends at 33, ``step`` is at 36."""
+    message = Image(height=7, width=9, encoding="rgb8", step=27)
+    message.header.frame_id = "ab"
+    message.data.frombytes(bytes(range(1, 8)))
+    dirty = bytearray(serialize_message(message))
+    for place in (4 + 15, 4 + 34, 4 + 35):
+        dirty[place] = 0xEE
+    monkeypatch.setattr(module, "serialize_message", lambda _: bytes(dirty))
+    clean = canonical_cdr(message)
+    assert 0xEE not in clean and len(clean) == len(dirty)
+    assert deserialize_message(clean, Image) == message
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        String(data="é"),
+        PointCloud2(),
+        MarkerArray(),
+        scene_to_markers(sample_scene(), 5, "map"),
+        camera_info_to_msg(CameraConfig(), 5, "a"),
+    ],
+    ids=lambda message: type(message).__name__,
+)
+def test_every_kind_of_field_is_passed(message: object) -> None:
+    """Empty lists of doubles are not aligned; lists of messages, of strings in them, and fixed arrays are gone through."""
+    clean = canonical_cdr(message)
+    dirty = bytes(serialize_message(message))
+    assert len(clean) == len(dirty) and deserialize_message(clean, type(message)) == deserialize_message(dirty, type(message))
