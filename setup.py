@@ -75,6 +75,7 @@ setup(
             "grammar_node = scene_synth_ros.generate.grammar_node:main",
             "renderer_node = scene_synth_ros.render.renderer_node:main",
             "recorder_node = scene_synth_ros.record.recorder_node:main",
+            "evaluator_node = scene_synth_ros.evaluate.evaluator_node:main",
             "replay_node = scene_synth_ros.replay.replay_node:main",
         ],
     },

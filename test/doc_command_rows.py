@@ -56,6 +56,8 @@ _SWEEP = "test/scene_synth_ros/sweep/test_sweep.py::test"
 _ROBOTS = (
     "test/scene_synth_ros/cli/test_run_profile.py::test_a_namespace_of_its_own_stands_before_the_frames_unless_the_profile_says_otherwise"
 )
+_EVALUATE_TESTS = "test/scene_synth_ros/evaluate/test_evaluate_command.py"
+_EVALUATE = f"{_EVALUATE_TESTS}::test_the_truth_as_estimate_is_perfect"
 _FAST = "-p grammar_node.rate_hz:=30.0 -p renderer_node.camera.width:=320 -p renderer_node.camera.height:=240"
 _TINY = "-p renderer_node.camera.width:=96 -p renderer_node.camera.height:=72 -p renderer_node.render.samples_per_pixel:=1"
 
@@ -278,6 +280,31 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth run --record BAG --rooms 4 --truth": Parsed(
         f"{_MAIN_JOB.partition('::')[0]}::test_what_is_true_of_each_room_is_beside_the_bag"
     ),
+    # evaluation
+    "scene_synth evaluate": Named(),
+    "scene_synth evaluate TRUTH --task TASK [--estimates BAG] [--topic TASK:=TOPIC] [--algorithm FILE.py:NAME] [--by WAY]"
+    " [--json FILE] [--csv FILE] [--baseline FILE]": Usage(_EVALUATE),
+    "scene_synth evaluate BAG --task depth": Run(
+        "scene_synth evaluate BAG --task depth --topic depth:=/synth/camera/depth/image_raw --json perfect.json", ("perfect.json",)
+    ),
+    "scene_synth evaluate BAG --task depth --estimates MY_BAG --topic depth:=/my/depth": Parsed(_EVALUATE),
+    "scene_synth evaluate BAG --task depth --algorithm my_depth.py:estimate": Parsed(
+        f"{_EVALUATE_TESTS}::test_an_algorithm_gets_its_inputs_and_its_known_error_comes_out"
+    ),
+    "scene_synth evaluate SWEEP --task depth --estimates MY_BAGS --by all --json evaluation.json": Parsed(
+        f"{_EVALUATE_TESTS}::test_the_variants_of_a_sweep_are_told_apart_by_their_factors"
+    ),
+    "scene_synth evaluate BAG --task depth,poses --estimates MY_BAG --topic depth:=/my/depth --topic poses:=/my/odometry"
+    " --json evaluation.json": Parsed(_EVALUATE),
+    "scene_synth evaluate BAG --task depth,normals --estimates MY_BAG --baseline baseline.json --json evaluation.json": Parsed(
+        f"{_EVALUATE_TESTS}::test_every_regression_fails_the_gate_and_no_clean_rerun_does"
+    ),
+    "scene_synth replay BAG --clock 100": Parsed(_REPLAY),
+    "ros2 bag record -s mcap -o MY_BAG /my/depth /my/odometry": _ROS2CLI,
+    "ros2 launch scene_synth_ros evaluate.launch.py tasks:=depth,normals estimates:=depth:=/my/depth,normals:=/my/normals"
+    " out:=evaluation.json": _ROS2CLI,
+    "ros2 run scene_synth_ros evaluator_node --ros-args -r __ns:=/synth -p \"tasks:=['depth']\" -p"
+    " \"estimates:=['depth:=/my/depth']\"": _ROS2CLI,
     "scene_synth layers [--markdown]": Usage("the row below"),
     "scene_synth layers --markdown > docs/layers.md": Run(makes=("docs/layers.md",)),
     "scene_synth gallery --out DIR [--only WORD]": Usage("takes minutes; test/scene_synth_ros/cli/test_gallery.py draws single models"),
@@ -298,6 +325,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python examples/depth_sensors.py docs": Listed("takes a minute; test/renderer/sensors measures what it draws"),
     ".venv/bin/python examples/every_layer.py docs": Run(".venv/bin/python examples/every_layer.py docs 1", ("docs/layers.jpg",)),
     ".venv/bin/pip install '.[bench-alignment]'": Listed("needs the network; that the extra exists is tested"),
+    ".venv/bin/pip install '.[evaluate]'": Listed("needs the network; that the extra exists is tested"),
     ".venv/bin/python -m benchmarks.alignment_bench bags/aligned truth/room_0000/scene.glb": Parsed("needs Open3D, which is large"),
     ".venv/bin/python examples/lights_and_lenses.py docs": Run(
         ".venv/bin/python examples/lights_and_lenses.py docs 1", ("docs/lights.jpg", "docs/lenses.jpg")

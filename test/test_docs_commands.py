@@ -209,7 +209,7 @@ def test_lines_of_ros2_name_what_the_package_has() -> None:
     assert len(launched) > 4
     for _, _, _, file, *arguments in launched:
         text = (ROOT / "launch" / file).read_text(encoding="utf-8")
-        for name, value in (argument.split(":=") for argument in arguments):
+        for name, value in (argument.split(":=", 1) for argument in arguments):
             assert f'"{name}"' in text, f"launch/{file} has no argument {name}"
             if name in ("params_file", "overlay_file"):
                 load_profile(Path(value))

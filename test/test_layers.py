@@ -68,7 +68,8 @@ FOLDERS = {
         "replay": {"bags", "messages", "suite"},
         "offline": {"bags", "generate", "messages", "record", "render", "suite"},
         "sweep": {"bags", "generate", "offline", "render", "suite"},
-        "cli": {"bags", "generate", "mcap", "messages", "offline", "render", "record", "replay", "suite", "sweep"},
+        "evaluate": {"bags", "messages", "suite"},
+        "cli": {"bags", "evaluate", "generate", "mcap", "messages", "offline", "render", "record", "replay", "suite", "sweep"},
     },
 }
 """Package -> folder -> folders of the package that it may import.  Modules beside the folders are the package's entry points."""

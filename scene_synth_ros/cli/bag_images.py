@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable, Mapping, Sequence
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image as Picture
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CompressedImage, Image
 
@@ -16,7 +14,7 @@ from renderer import LAYERS
 from renderer.film.layer import Layer
 from scene_synth_ros.bags.bag_reader import BagMessage
 from scene_synth_ros.messages.conversions import msg_to_image
-from scene_synth_ros.messages.image_codec import COMPRESSED_TYPE, IMAGE_TYPE, CodecError, depth_from_codes, split_depth
+from scene_synth_ros.messages.image_codec import COMPRESSED_TYPE, IMAGE_TYPE, decode_pixels
 
 Item = TypeVar("Item")
 
@@ -44,15 +42,7 @@ def read_pixels(message: BagMessage) -> NDArray[np.generic]:
     """
     if message.type_name == IMAGE_TYPE:
         return msg_to_image(deserialize_message(message.data, Image))
-    data, a, b = bytes(deserialize_message(message.data, CompressedImage).data), 0.0, 0.0
-    if message.topic.endswith("/compressedDepth"):
-        a, b, data = split_depth(data)
-    try:
-        with Picture.open(io.BytesIO(data), formats=("PNG", "JPEG")) as picture:
-            pixels = np.asarray(picture)
-    except (OSError, ValueError, Picture.DecompressionBombError) as error:
-        raise CodecError(f"{message.topic}: expected PNG or JPEG ({' '.join(str(error).split())[:100]})") from None
-    return depth_from_codes(pixels, a, b)
+    return decode_pixels(message.topic, bytes(deserialize_message(message.data, CompressedImage).data))
 
 
 def layer_picture(layer: Layer, pixels: NDArray[np.generic]) -> NDArray[np.uint8]:

@@ -27,6 +27,7 @@ COMMANDS = {
     "inspect": Command("print what a bag holds and every fault of it", "inspect_command"),
     "verify": Command("render a bag's frames again and compare every message", "verify_command"),
     "repair": Command("make a whole bag of what is left of a cut or damaged one", "repair_command"),
+    "evaluate": Command("judge estimates by the truth of a bag or of a sweep", "evaluate_command"),
     "show": Command("write a bag as one page for a browser", "show_command"),
     "replay": Command("publish a bag again", "replay_command"),
     "sample": Command("sample rooms and write their scene descriptions and top views", "sample_command"),

@@ -7,13 +7,15 @@ is stored as it is.
 
 from __future__ import annotations
 
+import io
 import struct
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from rclpy.serialization import deserialize_message
+from PIL import Image as Picture
+from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CompressedImage, Image
 
 from renderer.files.image_io import encode_image
@@ -186,3 +188,24 @@ def depth_from_codes(codes: NDArray[np.uint16], a: float, b: float) -> NDArray[n
         return codes
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(codes > 0, a / (codes - np.float64(b)), np.inf).astype(np.float32)
+
+
+def decode_pixels(topic: str, data: bytes) -> NDArray[np.generic]:
+    """Return the pixels of a compressed image.
+
+    Args:
+        topic: compressed; says whether it is depth.
+        data: of the message.
+
+    Raises:
+        CodecError: it is neither PNG nor JPEG.
+    """
+    a = b = 0.0
+    if topic.endswith("/compressedDepth"):
+        a, b, data = split_depth(data)
+    try:
+        with Picture.open(io.BytesIO(data), formats=("PNG", "JPEG")) as picture:
+            pixels = np.asarray(picture)
+    except (OSError, ValueError, Picture.DecompressionBombError) as error:
+        raise CodecError(f"{topic}: expected PNG or JPEG ({' '.join(str(error).split())[:100]})") from None
+    return depth_from_codes(pixels, a, b)

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-NODES = ("grammar_node", "renderer_node", "recorder_node", "replay_node")
+NODES = ("grammar_node", "renderer_node", "recorder_node", "evaluator_node", "replay_node")
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,37 @@
+"""What is told beside the scores: frames without an estimate, and what was wrong with estimates, each kind in one line."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+_MOST_LINES = 20
+
+
+class Notes:
+    """Counts of what went wrong.
+
+    Threads: one thread only.
+
+    Attributes:
+        missing: task -> frames without an estimate that could be measured.
+    """
+
+    def __init__(self) -> None:
+        self.missing: Counter[str] = Counter()
+        self._lines: Counter[str] = Counter()
+        self._first: dict[str, str] = {}
+
+    def add(self, line: str, where: str = "") -> None:
+        """Take a line; the same line from several frames is told once, with how often, and where it was first."""
+        self._lines[line] += 1
+        self._first.setdefault(line, where)
+
+    def lines(self) -> list[str]:
+        """Return what is to be told, in the order in which it came up."""
+        told = []
+        for line, count in list(self._lines.items())[:_MOST_LINES]:
+            places = [f"first {self._first[line]}" if count > 1 else self._first[line]] if self._first[line] else []
+            places += [f"{count} times"] if count > 1 else []
+            told.append(f"{line} ({', '.join(places)})" if places else line)
+        more = len(self._lines) - _MOST_LINES
+        return [*told, f"and {more} more kinds of faults"] if more > 0 else told

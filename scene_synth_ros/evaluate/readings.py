@@ -1,0 +1,238 @@
+"""Serialised messages as arrays: one reader a message type, for truth and estimates alike.
+
+A reader takes the bytes of a message and returns a :class:`Reading`.  Images come as (height, width) or (height, width, channels) with the
+dtype that their encoding says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from geometry_msgs.msg import Pose, PoseStamped
+from nav_msgs.msg import Odometry, Path
+from numpy.typing import NDArray
+from rclpy.serialization import deserialize_message
+from sensor_msgs.msg import CompressedImage, Image, PointCloud2, PointField
+
+from scene_synth_ros.evaluate.errors import EstimateError
+from scene_synth_ros.messages.cdr_reader import CdrReader, CdrReadError
+from scene_synth_ros.messages.image_codec import COMPRESSED_TYPE, IMAGE_TYPE, CodecError, decode_pixels
+from scene_synth_ros.messages.message_definitions import DETECTIONS_2D, DETECTIONS_3D, TF_MESSAGE
+from scene_synth_ros.messages.stamps import NANOSECONDS
+
+POSE, ODOMETRY, PATH = "geometry_msgs/msg/PoseStamped", "nav_msgs/msg/Odometry", "nav_msgs/msg/Path"
+CLOUD = "sensor_msgs/msg/PointCloud2"
+
+_ENCODINGS: Mapping[str, tuple[str, int]] = {
+    "mono8": ("u1", 1), "8UC1": ("u1", 1), "mono16": ("u2", 1), "16UC1": ("u2", 1), "16SC1": ("i2", 1), "32SC1": ("i4", 1),
+    "32FC1": ("f4", 1), "64FC1": ("f8", 1), "32FC2": ("f4", 2), "64FC2": ("f8", 2), "32FC3": ("f4", 3), "64FC3": ("f8", 3),
+    "rgb8": ("u1", 3), "bgr8": ("u1", 3), "8UC3": ("u1", 3),
+}  # fmt: skip
+"""Image encoding -> kind and size of a number, numbers a pixel."""
+_POINT_TYPES = {PointField.FLOAT32: "f4", PointField.FLOAT64: "f8"}
+_LABEL_TYPES = {PointField.UINT8: "u1", PointField.UINT16: "u2", PointField.UINT32: "u4", PointField.INT32: "i4"}
+
+
+class StampedPose(NamedTuple):
+    """A pose of a camera: metres, unit quaternion (x, y, z, w), in a world of its own."""
+
+    stamp_ns: int
+    position_m: tuple[float, float, float]
+    quaternion: tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BoxList:
+    """What a detector has found in a frame.
+
+    Attributes:
+        class_ids: (n,) the class of each box, as text.
+        scores: (n,) float64, in [0, 1].
+        boxes: (n, 4) float64, left, top, width and height in pixels; or (n, 10): centre [m], quaternion (x, y, z, w), size [m].
+        ids: (n,) of the objects; empty texts where a detector does not track.
+        distances_m: (n,) float64, where the objects are along the optical axis, as the poses in the message say; None where it has none.
+    """
+
+    class_ids: tuple[str, ...]
+    scores: NDArray[np.float64]
+    boxes: NDArray[np.float64]
+    ids: tuple[str, ...]
+    distances_m: NDArray[np.float64] | None = None
+
+
+class Cloud(NamedTuple):
+    """The finite points of a cloud: (n, 3) float64, metres; class ids (n,) where the cloud has the field ``label``."""
+
+    points: NDArray[np.float64]
+    labels: NDArray[np.int64] | None = None
+
+
+class Reading(NamedTuple):
+    """What a message says: an array, a Cloud, a BoxList or a tuple of StampedPose; and the frame that its header names.
+
+    What an algorithm has returned has no header; it is meant in the frame of the truth, and ``frame_id`` is None.
+    """
+
+    value: Any
+    frame_id: str | None
+
+
+def image_pixels(message: Image) -> NDArray[Any]:
+    """Return the pixels of an image in the order of this machine's bytes, with no padding between rows.
+
+    Raises:
+        EstimateError: the encoding is unknown, or there are too few bytes.
+    """
+    if message.encoding not in _ENCODINGS:
+        raise EstimateError(f"expected an image encoded as one of {', '.join(_ENCODINGS)}, got '{message.encoding[:40]}'")
+    kind, channels = _ENCODINGS[message.encoding]
+    dtype = np.dtype(f"{'>' if message.is_bigendian else '<'}{kind}")
+    width = message.width * channels * dtype.itemsize
+    step = message.step or width
+    if step < width or len(message.data) < step * message.height:
+        got = f"{len(message.data)} bytes in rows of {message.step}"
+        raise EstimateError(f"expected {message.height} rows of {width} bytes ({message.encoding}), got {got}")
+    rows = np.frombuffer(message.data, np.uint8, step * message.height).reshape(message.height, step)[:, :width]
+    pixels = np.ascontiguousarray(rows).view(dtype).astype(dtype.newbyteorder("="), copy=False)
+    shaped = pixels if channels == 1 else pixels.reshape(message.height, message.width, channels)
+    return np.ascontiguousarray(shaped[..., ::-1]) if message.encoding == "bgr8" else shaped
+
+
+def _read_image(data: bytes, topic: str) -> Reading:
+    message = deserialize_message(data, Image)
+    return Reading(image_pixels(message), message.header.frame_id)
+
+
+def _read_compressed(data: bytes, topic: str) -> Reading:
+    message = deserialize_message(data, CompressedImage)
+    return Reading(decode_pixels(topic, bytes(message.data)), message.header.frame_id)
+
+
+def _read_cloud(data: bytes, topic: str) -> Reading:
+    message = deserialize_message(data, PointCloud2)
+    fields = {field.name: field for field in message.fields}
+    if not {"x", "y", "z"} <= fields.keys() or any(fields[axis].datatype not in _POINT_TYPES for axis in "xyz"):
+        raise EstimateError(f"expected points with x, y and z as float32 or float64, got {', '.join(fields) or 'no fields'}")
+    kinds = {axis: _POINT_TYPES[fields[axis].datatype] for axis in "xyz"}
+    if "label" in fields and fields["label"].datatype in _LABEL_TYPES:
+        kinds["label"] = _LABEL_TYPES[fields["label"].datatype]
+    order = ">" if message.is_bigendian else "<"
+    record = {
+        "names": list(kinds),
+        "formats": [f"{order}{kind}" for kind in kinds.values()],
+        "offsets": [fields[name].offset for name in kinds],
+        "itemsize": message.point_step,
+    }
+    try:
+        form = np.dtype(record)
+        rows = np.frombuffer(message.data, np.uint8, message.row_step * message.height).reshape(message.height, message.row_step)
+        octets = np.ascontiguousarray(rows[:, : message.point_step * message.width])
+        records = octets.reshape(-1).view(form) if octets.size else np.empty(0, form)
+    except ValueError:  # numpy's, for fields outside of a point and for too few bytes
+        got = f"{len(message.data)} bytes in rows of {message.row_step}"
+        raise EstimateError(f"expected {message.width}x{message.height} points of {message.point_step} bytes, got {got}") from None
+    points = np.stack([records[axis].astype(np.float64) for axis in "xyz"], axis=1)
+    finite = np.isfinite(points).all(axis=1)
+    labels = records["label"].astype(np.int64)[finite] if "label" in kinds else None
+    return Reading(Cloud(points[finite], labels), message.header.frame_id)
+
+
+def _stamped(header: Any, pose: Pose) -> StampedPose:
+    p, q = pose.position, pose.orientation
+    return StampedPose(header.stamp.sec * NANOSECONDS + header.stamp.nanosec, (p.x, p.y, p.z), (q.x, q.y, q.z, q.w))
+
+
+def _read_pose(data: bytes, topic: str) -> Reading:
+    message = deserialize_message(data, PoseStamped)
+    return Reading((_stamped(message.header, message.pose),), message.header.frame_id)
+
+
+def _read_odometry(data: bytes, topic: str) -> Reading:
+    message = deserialize_message(data, Odometry)
+    return Reading((_stamped(message.header, message.pose.pose),), message.header.frame_id)
+
+
+def _read_path(data: bytes, topic: str) -> Reading:
+    message = deserialize_message(data, Path)
+    return Reading(tuple(_stamped(pose.header, pose.pose) for pose in message.poses), message.header.frame_id)
+
+
+def read_transforms(data: bytes, child: str) -> Reading:
+    """Return the poses of one frame in a ``tf2_msgs/msg/TFMessage``, in whatever frame is above it.
+
+    Args:
+        data: the message.
+        child: the frame; empty takes every transform.
+    """
+    reader = CdrReader(data)
+    poses, parent = [], ""
+    for _ in range(reader.number("I")):
+        header, name, numbers = reader.header(), reader.text(), reader.numbers("d", 7)
+        if name == child or not child:
+            parent = header.frame_id
+            x, y, z, *quaternion = numbers
+            poses.append(StampedPose(header.stamp_ns, (x, y, z), (quaternion[0], quaternion[1], quaternion[2], quaternion[3])))
+    return Reading(tuple(poses), parent)
+
+
+def _read_detections_2d(data: bytes, topic: str) -> Reading:
+    def box(reader: CdrReader) -> tuple[float, ...]:
+        x, y, _, width, height = reader.numbers("d", 5)
+        return x - 0.5 * width, y - 0.5 * height, width, height
+
+    return _read_detections(data, box, 4)
+
+
+def _read_detections_3d(data: bytes, topic: str) -> Reading:
+    return _read_detections(data, lambda reader: reader.numbers("d", 10), 10)
+
+
+def _read_detections(data: bytes, read_box: Callable[[CdrReader], tuple[float, ...]], width: int) -> Reading:
+    reader = CdrReader(data)
+    header = reader.header()
+    classes, scores, boxes, ids, distances = [], [], [], [], []
+    for _ in range(reader.number("I")):
+        reader.header()
+        best, score, distance = "", -np.inf, np.nan
+        for _ in range(reader.number("I")):
+            name, value = reader.text(), reader.numbers("d")[0]
+            pose = reader.numbers("d", 7 + 36)
+            if value > score:
+                best, score, distance = name, value, pose[2]
+        classes.append(best)
+        scores.append(max(score, 0.0))
+        boxes.append(read_box(reader))
+        ids.append(reader.text())
+        distances.append(distance)
+    numbers = np.array(boxes, np.float64).reshape(-1, width)
+    found = BoxList(tuple(classes), np.array(scores, np.float64), numbers, tuple(ids), np.array(distances, np.float64))
+    return Reading(found, header.frame_id)
+
+
+READERS: dict[str, Callable[[bytes, str], Reading]] = {
+    IMAGE_TYPE: _read_image,
+    COMPRESSED_TYPE: _read_compressed,
+    CLOUD: _read_cloud,
+    POSE: _read_pose,
+    ODOMETRY: _read_odometry,
+    PATH: _read_path,
+    TF_MESSAGE: lambda data, topic: read_transforms(data, topic.partition("@")[2]),
+    DETECTIONS_2D: _read_detections_2d,
+    DETECTIONS_3D: _read_detections_3d,
+}
+"""Message type -> its reader, which takes the bytes and the topic; a topic of transforms says which frame after an @: ``/tf@base_link``."""
+
+
+def read_message(type_name: str, data: bytes, topic: str) -> Reading:
+    """Return what a message says.
+
+    Raises:
+        EstimateError: it is damaged, or of a form that no task takes; one line without the topic.
+    """
+    try:
+        return READERS[type_name](bytes(data), topic)
+    except (RuntimeError, UnicodeDecodeError, CdrReadError, CodecError) as error:  # of Fast CDR, of a frame id that is no text
+        raise EstimateError(f"a {type_name} cannot be read ({len(data)} bytes): {' '.join(str(error).split())[:200]}") from None

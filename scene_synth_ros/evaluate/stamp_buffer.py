@@ -1,0 +1,66 @@
+"""Gathers what arrives live, each message in its own time, by equal stamps, with a bound on what waits."""
+
+from __future__ import annotations
+
+from collections import Counter, OrderedDict, deque
+from collections.abc import Collection
+from typing import Generic, NamedTuple, TypeVar
+
+Item = TypeVar("Item")
+
+_REMEMBERED = 8
+"""How many windows of past stamps are known, by which late messages are told from early ones."""
+
+
+class Gathered(NamedTuple, Generic[Item]):
+    """What has come with a stamp: name -> item; whole, or what had come when it was given up."""
+
+    stamp_ns: int
+    items: dict[str, Item]
+
+
+class StampBuffer(Generic[Item]):
+    """What waits for the other messages of its stamp.
+
+    Threads: one thread only.
+
+    Args:
+        names: of the streams; a stamp is whole when each has brought it.
+        window: how many stamps may wait; of more, the one that came first is given up.
+
+    Attributes:
+        counts: what was left out: ``late``, messages of a stamp that was whole or given up before; ``repeated``, of one that waits.
+    """
+
+    def __init__(self, names: Collection[str], window: int) -> None:
+        self._names, self._window = frozenset(names), window
+        self._waiting: OrderedDict[int, dict[str, Item]] = OrderedDict()
+        self._past: deque[int] = deque(maxlen=_REMEMBERED * window)
+        self.counts: Counter[str] = Counter()
+
+    @property
+    def waiting(self) -> int:
+        """How many stamps wait."""
+        return len(self._waiting)
+
+    def add(self, name: str, stamp_ns: int, item: Item) -> Gathered[Item] | None:
+        """Take a message; return the stamp that it makes whole, or that is given up for it."""
+        if stamp_ns in self._past:
+            self.counts["late"] += 1
+            return None
+        items = self._waiting.setdefault(stamp_ns, {})
+        if name in items:
+            self.counts["repeated"] += 1
+            return None
+        items[name] = item
+        if items.keys() == self._names:
+            return self._release(stamp_ns)
+        return self._release(next(iter(self._waiting))) if len(self._waiting) > self._window else None
+
+    def finish(self) -> list[Gathered[Item]]:
+        """Give up what still waits, by stamps."""
+        return [self._release(stamp) for stamp in sorted(self._waiting)]
+
+    def _release(self, stamp_ns: int) -> Gathered[Item]:
+        self._past.append(stamp_ns)
+        return Gathered(stamp_ns, self._waiting.pop(stamp_ns))

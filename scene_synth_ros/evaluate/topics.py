@@ -1,0 +1,177 @@
+"""Which topics of bags hold the truth, the estimates and an algorithm's images of each task."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from scene_synth_ros.evaluate.errors import EvaluateError
+from scene_synth_ros.evaluate.readings import READERS
+from scene_synth_ros.evaluate.task_streams import IMAGES, TASK_STREAMS, TRUTH_TYPES
+
+_TRANSPORTS = ("", "/compressed", "/compressedDepth")
+"""What is appended to the name of an image's topic."""
+_INFO = "sensor_msgs/msg/CameraInfo"
+
+
+class TypedTopic(NamedTuple):
+    """A topic and the type of its messages; of transforms the name ends in ``@`` and the frame that is meant."""
+
+    name: str
+    type_name: str
+
+    @property
+    def in_bag(self) -> str:
+        """The name as bags have it."""
+        return self.name.partition("@")[0]
+
+
+def parse_mapping(words: Sequence[str]) -> dict[str, str]:
+    """Return task -> topic of words ``TASK:=TOPIC``; tasks that judge the same messages have the same topic, unless they have their own.
+
+    Raises:
+        EvaluateError: a word has another form, or names no task.
+    """
+    found = {}
+    for word in words:
+        task, separator, topic = word.partition(":=")
+        if not separator or not topic.startswith("/"):
+            raise EvaluateError(f"--topic {word}: expected TASK:=/TOPIC, for example depth:=/my/depth")
+        if task not in TASK_STREAMS:
+            raise EvaluateError(f"--topic {word}: expected a task of {', '.join(TASK_STREAMS)}, got '{task}'")
+        found[task] = topic
+    return found | {task: found[row.name] for task, row in TASK_STREAMS.items() if task not in found and row.name in found}
+
+
+def truth_topics(types: Mapping[str, str], layers: Sequence[str], camera: str, where: str) -> dict[str, TypedTopic]:
+    """Return layer -> topic of its truth, all of one camera.
+
+    Args:
+        types: topic -> type.
+        layers: names of streams in ``TASK_STREAMS``.
+        camera: its name, the last word before ``/depth/image_raw``, or with its namespace; empty takes the only one, or the first that has
+            all that is asked for.
+        where: the bag, for messages.
+
+    Raises:
+        EvaluateError: no camera has the truth of a layer.
+    """
+    by_camera: dict[str, dict[str, TypedTopic]] = {}
+    for layer in layers:
+        for base, topic in _ending(types, TASK_STREAMS[layer].truth, TRUTH_TYPES.get(layer, TASK_STREAMS[layer].types)).items():
+            if camera in ("", base, base.rsplit("/", 1)[-1]):
+                by_camera.setdefault(base, {})[layer] = topic
+    best = max(sorted(by_camera), key=lambda base: len(by_camera[base]), default="")
+    found = by_camera.get(best, {})
+    lacking = [layer for layer in layers if layer not in found]
+    if lacking:
+        expected = " and ".join(f"{best or '<camera>'}/{TASK_STREAMS[layer].truth[0]}" for layer in lacking)
+        of = f" of camera '{camera}'" if camera else ""
+        raise EvaluateError(f"{where}: expected truth of {', '.join(lacking)}{of} on {expected}, got {_named(types)}; record that stream")
+    return found
+
+
+def layers_present(types: Mapping[str, str], camera: str, layers: Sequence[str]) -> dict[str, TypedTopic]:
+    """Return layer -> topic of its truth, of those that a camera has.
+
+    Args:
+        types: topic -> type.
+        camera: with its namespace.
+        layers: names of streams in ``TASK_STREAMS``.
+    """
+    by_layer = {layer: _ending(types, TASK_STREAMS[layer].truth, TASK_STREAMS[layer].types) for layer in layers}
+    return {layer: topics[camera] for layer, topics in by_layer.items() if camera in topics}
+
+
+def camera_of(topics: Mapping[str, TypedTopic]) -> str:
+    """Return what stands before the names of a truth's layers: the camera with its namespace."""
+    layer, topic = next(iter(topics.items()))
+    names = [topic.name.removesuffix(transport) for transport in _TRANSPORTS]
+    return next(name.removesuffix(f"/{end}") for end in TASK_STREAMS[layer].truth for name in names if name.endswith(f"/{end}"))
+
+
+def estimate_topic(
+    types: Mapping[str, str], task: str, chosen: str, truth: TypedTopic, camera: str, where: str, *, same_bag: bool
+) -> TypedTopic:
+    """Return the topic of a task's estimates.
+
+    Without a choice it is, of a bag of estimates, the default name of the task, then the truth's own name, then the only topic of a type
+    that fits; of the truth's bag the default name, then what a modelled sensor has read.
+
+    Args:
+        types: topic -> type, of the bag that has the estimates.
+        task: a key of ``TASK_STREAMS``.
+        chosen: by the user; empty for none.
+        truth: of the task.
+        camera: what stands before the truth's names.
+        where: the bag, for messages.
+        same_bag: the bag is that of the truth.
+
+    Raises:
+        EvaluateError: there is none, or there are several, or it is of a type that is not taken.
+    """
+    stream = TASK_STREAMS[task]
+    own = f"{camera}/{stream.own}" if stream.own else ""
+    names = [chosen] if chosen else [stream.estimate, own] if same_bag else [stream.estimate, truth.name]
+    for name in names:
+        for transport in _TRANSPORTS:
+            kind = types.get(f"{name.partition('@')[0]}{transport}")
+            if kind is not None and kind not in stream.types:
+                expected = " or ".join(stream.types)
+                raise EvaluateError(f"{where}: topic {name}: expected {expected} as estimates of {task}, got {kind}; choose another topic")
+            if kind is not None:
+                return TypedTopic(f"{name}{transport}", kind)
+    fitting = [] if chosen or same_bag else [name for name, kind in sorted(types.items()) if kind in stream.types]
+    if len(fitting) == 1:
+        return TypedTopic(fitting[0], types[fitting[0]])
+    got = f"topics {', '.join(fitting)} that could be" if fitting else _named(types)
+    advice = "check the name" if chosen else f"name it: --topic {task}:=/TOPIC"
+    raise EvaluateError(f"{where}: expected estimates of {task} on {names[0]}, got {got}; {advice}")
+
+
+def image_topics(types: Mapping[str, str], camera: str, names: Sequence[str], where: str) -> dict[str, TypedTopic]:
+    """Return layer -> topic of the images that an algorithm asks for.
+
+    Args:
+        types: topic -> type.
+        camera: of the truth, with its namespace.
+        names: layers of that camera, ``color``, or of another, ``right/color``.
+        where: the bag, for messages.
+
+    Raises:
+        EvaluateError: the bag lacks one.
+    """
+    found = {}
+    for name in names:
+        other, _, layer = name.rpartition("/")
+        base = f"{camera.rpartition('/')[0]}/{other}" if other else camera
+        raw = f"{base}/{layer}/image_raw"
+        topic = next((raw + transport for transport in _TRANSPORTS if types.get(raw + transport) in IMAGES), None)
+        if topic is None:
+            raise EvaluateError(f"{where}: expected images '{name}' for the algorithm on {raw}, got {_named(types)}; record that stream")
+        found[name] = TypedTopic(topic, types[topic])
+    return found
+
+
+def info_topics(types: Mapping[str, str], images: Mapping[str, TypedTopic]) -> dict[str, TypedTopic]:
+    """Return layer -> topic of the camera infos beside images, of those that have one."""
+    names = {name: f"{topic.name.partition('/image_raw')[0]}/camera_info" for name, topic in images.items()}
+    return {name: TypedTopic(info, _INFO) for name, info in names.items() if types.get(info) == _INFO}
+
+
+def _ending(types: Mapping[str, str], ends: Sequence[str], kinds: Sequence[str]) -> dict[str, TypedTopic]:
+    """Return what stands before the end of a name -> its topic, of the first form that each has."""
+    found: dict[str, TypedTopic] = {}
+    for end in ends:
+        for transport in _TRANSPORTS:
+            suffix = f"/{end}{transport}"
+            for name, kind in types.items():
+                if name.endswith(suffix) and kind in kinds:
+                    found.setdefault(name.removesuffix(suffix), TypedTopic(name, kind))
+    return found
+
+
+def _named(types: Mapping[str, str]) -> str:
+    """Return the topics that could be meant, in a few words."""
+    names = sorted(name for name, kind in types.items() if kind in READERS)
+    return (", ".join(names[:6]) + (f" and {len(names) - 6} more" if len(names) > 6 else "")) if names else "no such topic"

@@ -1,0 +1,62 @@
+"""The evaluator node as a process of its own, over DDS: what it says of known estimates, what it drops, what it writes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+from room_bag import room_scene
+from scene_synth_ros_suite import Peer, node_process
+from sensor_msgs.msg import Image
+from std_msgs.msg import String
+
+from evaluation.evaluation_file import read_evaluation
+from scene_description import scene_to_json
+from scene_synth_ros.messages.conversions import image_to_msg
+from scene_synth_ros.suite.qos import latched_qos, stream_qos
+
+FRAMES = 3
+
+
+def test_it_judges_what_two_other_nodes_publish(tmp_path: Path) -> None:
+    out = tmp_path / "evaluation.json"
+    settings = {"tasks": "['depth','normals']", "estimates": "['depth:=/my/depth','normals:=/my/normals']", "window": 2, "out": out}
+    with node_process("evaluator_node", settings) as context:
+        peer = Peer(context)
+        topics = {
+            "depth": "camera/depth/image_raw",
+            "normals": "camera/normals/image_raw",
+            "my depth": "/my/depth",
+            "my normals": "/my/normals",
+        }
+        send = {name: peer.node.create_publisher(Image, topic, stream_qos()) for name, topic in topics.items()}
+        heard: list[dict] = []
+        peer.node.create_subscription(String, "evaluation", lambda message: heard.append(json.loads(message.data)), latched_qos())
+        scene = room_scene(0, FRAMES)
+        peer.node.create_publisher(String, "scene", latched_qos()).publish(String(data=scene_to_json(scene)))
+        peer.spin_until(lambda: all(publisher.get_subscription_count() for publisher in send.values()), 60, "the evaluator")
+        depth = np.linspace(1.0, 4.0, 24 * 32, dtype=np.float32).reshape(24, 32)
+        normals = np.zeros((24, 32, 3), np.float32)
+        normals[..., 2] = -1.0
+        for number, pose in enumerate(scene.camera_path):
+            stamp = pose.stamp_ns
+            send["my depth"].publish(image_to_msg(depth * np.float32(1.25), "32FC1", stamp, "eye"))
+            send["depth"].publish(image_to_msg(depth, "32FC1", stamp, "eye"))
+            send["normals"].publish(image_to_msg(normals, "32FC3", stamp, "eye"))
+            send["my normals"].publish(image_to_msg(normals, "32FC3", stamp, "world" if number == 1 else "eye"))
+        late = scene.camera_path[0].stamp_ns
+        send["my depth"].publish(image_to_msg(depth, "32FC1", late, "eye"))
+        peer.spin_until(lambda: heard and heard[-1]["tasks"]["depth"]["measured"] == FRAMES, 60, "the scores")
+        peer.spin_until(lambda: peer.values.get("dropped_late") == "1", 20, "the late message")
+        peer.spin_until(lambda: heard[-1]["room"]["room_type"] == scene.category, 20, "the room")
+        told = heard[-1]["tasks"]
+        assert abs(told["depth"]["metrics"]["abs_rel"] - 0.25) < 1e-7
+        assert (told["normals"]["measured"], told["normals"]["missing"], told["normals"]["metrics"]["mean"]) == (FRAMES - 1, 1, 0.0)
+        done, said = peer.trigger("evaluator_node/write")
+        assert done and said == f"{out}: {2 * FRAMES} results"
+        assert any("expected normals in frame 'eye' as the truth is, got 'world'" in line for line in peer.warnings)
+    found = read_evaluation(out)
+    (key,) = {(row.key.room_type, row.key.room) for row in found.frames}
+    assert key == (scene.category, scene.index)
+    assert found.missing["frames without an estimate"] == 1 and found.missing["late"] == 1
