@@ -31,6 +31,8 @@ setup(
     package_data={
         "scene_description": ["*.csv"],
         "scene_synth_ros.cli.page": ["web/*"],
+        "scene_synth_ros.pages": ["web/*"],
+        "scene_synth_ros.report": ["web/*"],
         "scene_synth_ros.messages": ["interfaces/*/msg/*.msg"],
     },
     data_files=[

@@ -187,6 +187,21 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth show BAG [--out FILE.html] [--rooms N] [--frames N] [--max-size PX] [--open]": Usage(
         "test/scene_synth_ros/cli/test_show_command.py::test_the_command_says_what_it_wrote"
     ),
+    "scene_synth report": Named(),
+    "scene_synth report EVALUATION.json ... [--bag-root DIR] [--estimates DIR] [--out FILE.html] [--worst N] [--max-size PX]"
+    " [--open]": Usage("test/scene_synth_ros/cli/test_report_command.py::test_it_says_what_the_page_has_and_opens_it"),
+    "scene_synth report evaluation.json": Run(makes=("report.html",)),
+    "scene_synth report before.json after.json --out report.html --open": Run(makes=("report.html",)),
+    "scene_synth report evaluation.json --bag-root bags --estimates estimates --worst 12 --max-size 640": Parsed(
+        "test/scene_synth_ros/report/test_report_file.py::test_estimates_are_found_in_the_bag_itself_or_where_they_are_said_to_be"
+    ),
+    "scene_synth sweep docs/report_sweep.yaml --out runs/depth_cameras": Listed("takes minutes"),
+    'scene_synth evaluate runs/depth_cameras --task depth --title "Depth cameras" --json runs/depth_cameras/evaluation.json': Listed(
+        "judges what the row above makes"
+    ),
+    "scene_synth report runs/depth_cameras/evaluation.json --out report.html": Parsed("the rows above"),
+    "chromium --headless=new --hide-scrollbars --window-size=1400,2250 --virtual-time-budget=10000 --screenshot=docs/report.jpg"
+    ' "file://$PWD/report.html"': Listed("needs chromium; makes the picture of the page"),
     "scene_synth verify": Named(),
     "scene_synth verify BAG": Run(),
     "scene_synth repair BAG": Run(makes=("BAG_repaired/metadata.yaml",)),

@@ -22,6 +22,9 @@ import numpy as np
 import pytest
 from doc_command_rows import RECORD, ROWS, Listed, Named, Parsed, Run, Usage
 from doc_commands import PAGES, ROOT, code_in_text, commands_in, doc_commands
+from evaluation_files import document as evaluation
+from evaluation_files import frame
+from evaluation_files import write as write_evaluation
 from sample_scene import sample_scene
 from scene_synth_ros_suite import environment
 
@@ -238,7 +241,7 @@ def block_of(page: str, language: str, sign: str) -> str:
 
 
 def fill_folder(folder: Path) -> None:
-    """Put what the pages' lines read into a folder: a scene, a grammar and layouts as the pages have them, an environment map."""
+    """Put what the pages' lines read into a folder: a scene, a grammar, layouts, evaluations, an environment map."""
     for name in ("room.json", "SCENE.json"):
         (folder / name).write_text(scene_to_json(sample_scene()), encoding="utf-8")
     (folder / "waiting_room.yaml").write_text(block_of("docs/grammar.md", "yaml", "room_type: waiting_room"), encoding="utf-8")
@@ -249,6 +252,8 @@ def fill_folder(folder: Path) -> None:
     (folder / "my_files").mkdir()
     pixels = np.full((8, 16, 4), 128, np.uint8)
     (folder / "my_files" / "street.hdr").write_bytes(b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8 +X 16\n" + pixels.tobytes())
+    for name in ("evaluation.json", "before.json", "after.json"):
+        write_evaluation(folder / name, evaluation([frame("0", 0, {"light": 1.0}, {"abs_rel": 0.5, "delta_1": 1.0})]))
     (folder / "docs").mkdir()
     (folder / "examples").symlink_to(ROOT / "examples")
     programs = folder / ".venv" / "bin"

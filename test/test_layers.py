@@ -69,7 +69,9 @@ FOLDERS = {
         "offline": {"bags", "generate", "messages", "record", "render", "suite"},
         "sweep": {"bags", "generate", "offline", "render", "suite"},
         "evaluate": {"bags", "messages", "suite"},
-        "cli": {"bags", "evaluate", "generate", "mcap", "messages", "offline", "render", "record", "replay", "suite", "sweep"},
+        "pages": set(),
+        "report": {"bags", "messages", "pages"},
+        "cli": {"bags", "evaluate", "generate", "mcap", "messages", "offline", "pages", "render", "record", "replay", "report", "suite", "sweep"},
     },
 }
 """Package -> folder -> folders of the package that it may import.  Modules beside the folders are the package's entry points."""

@@ -29,6 +29,7 @@ COMMANDS = {
     "repair": Command("make a whole bag of what is left of a cut or damaged one", "repair_command"),
     "evaluate": Command("judge estimates by the truth of a bag or of a sweep", "evaluate_command"),
     "show": Command("write a bag as one page for a browser", "show_command"),
+    "report": Command("write evaluations as one page for a browser: factors, curves, worst frames", "report_command"),
     "replay": Command("publish a bag again", "replay_command"),
     "sample": Command("sample rooms and write their scene descriptions and top views", "sample_command"),
     "sweep": Command("make variants of rooms that differ in what a file says, a bag for each", "sweep_command"),

@@ -15,8 +15,8 @@ from std_msgs.msg import String
 from renderer.film.layer import Layer
 from renderer.film.semantic_rows import layers_in
 from scene_description.label_standards import STANDARDS, StandardName
+from scene_synth_ros.bags.bag_images import layer_picture, layer_topics, read_pixels, spread
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
-from scene_synth_ros.cli.bag_images import layer_picture, layer_topics, read_pixels, spread
 from scene_synth_ros.cli.picture_grid import FORMATS, INK, PAPER
 from scene_synth_ros.cli.usage import UsageError
 from scene_synth_ros.messages.stamps import stamp_ns

@@ -12,8 +12,8 @@ from contextlib import suppress
 from pathlib import Path
 
 from scene_synth_ros.cli import run_command
-from scene_synth_ros.cli.show_command import open_page
 from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.pages.document import open_page
 
 PROFILE = "demo"
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
-import webbrowser
 from pathlib import Path
 
 from scene_synth_ros.cli.page.page_file import PageReport, write_page
 from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.pages.document import open_page
 
 ROOMS, FRAMES, MAX_SIZE = 8, 8, 640
 LIMITS = {"rooms": (1, 1000), "frames": (1, 1000), "max_size": (16, 4096)}
@@ -59,14 +58,6 @@ def show_bag(bag: Path, out: Path, rooms: int = ROOMS, frames: int = FRAMES, max
     if sys.stderr.isatty():
         sys.stderr.write("\r\033[K")
     return report
-
-
-def open_page(path: Path) -> str:
-    """Open a page in the user's browser; return the line that says what to do where that is not possible, else nothing."""
-    graphical = not sys.platform.startswith("linux") or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")
-    if graphical and webbrowser.open(path.resolve().as_uri()):
-        return ""
-    return f"{'no browser' if graphical else 'no display'} found; open {path} in a browser\n"
 
 
 def describe(report: PageReport, path: Path) -> str:

@@ -84,8 +84,12 @@ def test_shipped_files_go_by_their_names_in_the_installed_copy(installed: Path, 
     assert room_type == "bedroom"
 
 
-def test_the_installed_copy_finds_the_files_of_its_web_page(installed: Path) -> None:
-    code = "from scene_synth_ros.cli.page import page_file as p; [p.web_file(name) for name in ('page.html', 'page.css', *p.SCRIPTS)]"
+def test_the_installed_copy_finds_the_files_of_its_web_pages(installed: Path) -> None:
+    code = (
+        "from scene_synth_ros.cli.page import page_file; from scene_synth_ros.pages.document import page_document\n"
+        "from scene_synth_ros.report import report_file\n"
+        "[page_document(module.FILES, {'title': ''}) for module in (page_file, report_file)]"
+    )
     process = run_in(installed, "-c", code)
     assert process.returncode == 0, process.stderr
 

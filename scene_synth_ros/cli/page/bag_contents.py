@@ -16,8 +16,8 @@ from std_msgs.msg import String
 
 from renderer import LAYERS
 from scene_description import FieldError, scene_from_json
+from scene_synth_ros.bags.bag_images import read_pixels
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
-from scene_synth_ros.cli.bag_images import read_pixels
 from scene_synth_ros.cli.page.bag_index import OTHERS, STRING, BagIndex, is_scene
 from scene_synth_ros.cli.page.id_labels import color_ids, label_rows
 from scene_synth_ros.cli.page.page_images import PageImageError, form_of, page_image

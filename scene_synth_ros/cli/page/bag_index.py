@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer import LAYERS
+from scene_synth_ros.bags.bag_images import FORMS, spread
 from scene_synth_ros.bags.bag_reader import BagReader
-from scene_synth_ros.cli.bag_images import FORMS, spread
 from scene_synth_ros.messages.image_codec import IMAGE_TYPE
 from scene_synth_ros.messages.stamps import stamp_ns
 

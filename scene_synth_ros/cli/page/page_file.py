@@ -1,17 +1,8 @@
-"""One HTML file of a bag: style, script and contents in it, nothing loaded from elsewhere.
-
-Whatever a bag says reaches the page as JSON in which no character can end the element, and the script sets it as text, never as markup.
-A content security policy beside it lets the browser run this script alone and load nothing.
-"""
+"""The page of a bag: what is shown of it, what is missing, and the file."""
 
 from __future__ import annotations
 
-import base64
-import hashlib
-import html
-import json
-from collections.abc import Callable, Mapping
-from importlib import resources
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,13 +12,13 @@ from scene_synth_ros.cli.page.bag_contents import BagContents
 from scene_synth_ros.cli.page.bag_index import BagIndex, index_bag
 from scene_synth_ros.cli.page.page_images import MOST_MM, NO_HIT_MM
 from scene_synth_ros.cli.page.run_facts import changed_parameters, run_facts
+from scene_synth_ros.pages.document import WebFiles, page_document, write_whole
 
 MAX_BYTES = 200_000_000
 """Of all images of a page."""
-SCRIPTS = ("values.js", "plan.js", "tables.js", "tiles.js", "viewer.js", "controls.js")
-"""In this order; they share one scope."""
-
-_ESCAPED = {ord(character): f"\\u{ord(character):04x}" for character in "<>&\u2028\u2029"}
+FILES = WebFiles(
+    "scene_synth_ros.cli.page", "page.html", "page.css", ("values.js", "plan.js", "tables.js", "tiles.js", "viewer.js", "controls.js")
+)
 
 
 class PageReport(NamedTuple):
@@ -62,45 +53,10 @@ def write_page(
         index = index_bag(reader, rooms, frames, lambda count: progress("looked at", count))
         contents = BagContents(reader, index, max_size, MAX_BYTES, lambda count: progress("taken", count))
         notes = (*_missing(index, contents), *contents.notes, *reader.faults)
-        document = page_document(_page_data(reader, index, contents, notes))
-    partial = path.with_name(f".{path.name}.partial")
-    try:
-        partial.write_bytes(document)
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
+        document = page_document(FILES, _page_data(reader, index, contents, notes))
+    write_whole(path, document)
     shown = sum(len(room.stamps_ns) for room in index.rooms)
     return PageReport(len(index.rooms), index.rooms_found, shown, index.frames_found, len(document), notes)
-
-
-def page_document(data: Mapping[str, Any]) -> bytes:
-    """Return the HTML file that shows ``data``, UTF-8."""
-    style = web_file("page.css")
-    script = f"(() => {{\n'use strict';\n{''.join(map(web_file, SCRIPTS))}}})();\n"
-    sources = {"default": "'none'", "img": "data:", "style": f"'{_digest(style)}'", "script": f"'{_digest(script)}'"}
-    policy = "; ".join(f"{kind}-src {source}" for kind, source in sources.items())
-    pieces = {
-        "title": html.escape(str(data["title"])),
-        "policy": html.escape(f"{policy}; base-uri 'none'; form-action 'none'"),
-        "style": style,
-        "script": script,
-        "data": json.dumps(data, allow_nan=False, separators=(",", ":")).translate(_ESCAPED),
-    }
-    first, *rest = web_file("page.html").split("{{")
-    page = [first]
-    for piece in rest:
-        name, _, after = piece.partition("}}")
-        page += [pieces[name], after]
-    return "".join(page).encode("utf-8", "replace")
-
-
-def web_file(name: str) -> str:
-    """Return the text of one of the page's own files."""
-    return resources.files("scene_synth_ros.cli.page").joinpath("web", name).read_text(encoding="utf-8")
-
-
-def _digest(text: str) -> str:
-    return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode('ascii')}"
 
 
 def _page_data(reader: BagReader, index: BagIndex, contents: BagContents, notes: tuple[str, ...]) -> dict[str, Any]:

@@ -6,8 +6,6 @@ would not do for 16-bit PNG.  An image that is larger than asked loses whole row
 
 from __future__ import annotations
 
-import base64
-import io
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -18,11 +16,8 @@ from PIL import Image as Picture
 from renderer.film.false_color import DIRECTION, DISTANCE
 from renderer.film.layer import Layer
 from scene_description import SceneSynthError
-from scene_synth_ros.cli.bag_images import layer_picture
-
-JPEG_QUALITY = 85
-PNG_LEVEL = 6
-"""Level 9 takes twelve times as long for depth, and saves a fifth."""
+from scene_synth_ros.bags.bag_images import layer_picture
+from scene_synth_ros.pages.pictures import picture_base64
 
 NO_HIT_MM, MOST_MM = 65535, 65534
 """Codes of distances: 0 is invalid, ``NO_HIT_MM`` infinity, ``MOST_MM`` all that is as far or farther; the others are millimetres."""
@@ -112,20 +107,9 @@ def page_image(pixels: Pixels, form: str, layer: Layer | None, max_size: int) ->
         picture = Picture.fromarray(FORMS[form].keep(pixels if layer is None else layer_picture(layer, pixels)))
         picture = picture.resize(shown, Picture.Resampling.LANCZOS) if picture.size != shown else picture
     kind = "PNG" if FORMS[form].lossless else "JPEG"
-    return entry | {"type": f"image/{kind.lower()}", "data": _file(picture, kind)}
+    return entry | {"type": f"image/{kind.lower()}", "data": picture_base64(picture, kind)}
 
 
 def _taken(length: int, shown: int) -> NDArray[np.int64]:
     """Return which rows or columns stay: those under the middles of the pixels shown."""
     return ((np.arange(shown) + 0.5) * length / shown).astype(np.int64)
-
-
-def png_data_uri(picture: Picture.Image) -> str:
-    """Return a picture as a ``data:`` address."""
-    return f"data:image/png;base64,{_file(picture, 'PNG')}"
-
-
-def _file(picture: Picture.Image, kind: str) -> str:
-    out = io.BytesIO()
-    picture.save(out, format=kind, quality=JPEG_QUALITY, compress_level=PNG_LEVEL)
-    return base64.b64encode(out.getvalue()).decode("ascii")

@@ -17,7 +17,8 @@ from grammar.drawing.top_view_plan import door_swing, offset_outline, wall_point
 from scene_description import NYU40, Opening, Room, SceneDescription, SceneObject
 from scene_description.polygons import signed_area_m2
 from scene_description.poses import rotation_from_quaternion
-from scene_synth_ros.cli.page.page_images import PageImageError, png_data_uri
+from scene_synth_ros.cli.page.page_images import PageImageError
+from scene_synth_ros.pages.pictures import data_uri
 
 PIXELS_PER_METRE = 90.0
 """For the layout of names only."""
@@ -107,7 +108,7 @@ def map_picture(grid: OccupancyGrid) -> dict[str, Any]:
     rows = np.flipud(cells.view(np.uint8).reshape(height, width))
     x, y, step = place
     return {
-        "picture": png_data_uri(Picture.fromarray(colors[rows])),
+        "picture": data_uri(Picture.fromarray(colors[rows])),
         "rectangle": [_short(value) for value in (x, y, x + width * step, y + height * step)],
     }
 

@@ -5,7 +5,6 @@ import base64
 import io
 import json
 import struct
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ import numpy as np
 import pytest
 from bag_samples import write_bag as write_small_bag
 from geometry_msgs.msg import PoseStamped
+from html_page import parse
 from nav_msgs.msg import OccupancyGrid
 from PIL import Image as Picture
 from room_bag import CAMERA, RoomBag, write, write_room_bag
@@ -32,30 +32,6 @@ from scene_synth_ros.cli.page.page_images import MOST_MM, NO_HIT_MM, PageImageEr
 from scene_synth_ros.messages.image_codec import COMPRESSED_TYPE, IMAGE_TYPE
 
 EVIL = "</script><script>window.owned = 1</script><img src=x onerror='window.owned = 2'>\u2028&amp;{{data}}"
-
-
-class _Parser(HTMLParser):
-    """Reads a page as a browser would: its elements, and the text of each script."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.tags: list[tuple[str, dict[str, str | None]]] = []
-        self.scripts: list[str] = []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append((tag, dict(attrs)))
-        if tag == "script":
-            self.scripts.append("")
-
-    def handle_data(self, data: str) -> None:
-        if self.tags and self.tags[-1][0] == "script":
-            self.scripts[-1] += data
-
-
-def parse(page: Path) -> _Parser:
-    parser = _Parser()
-    parser.feed(page.read_text(encoding="utf-8"))
-    return parser
 
 
 def page_of(bag: Path, page: Path, rooms: int = 8, frames: int = 8, max_size: int = 640) -> tuple[PageReport, dict[str, Any]]:

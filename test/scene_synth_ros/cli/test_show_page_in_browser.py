@@ -4,14 +4,13 @@
 """
 
 import json
-import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import pytest
-from chromium import Page, find_chromium
+from chromium import Page, need_chromium
 from room_bag import RoomBag, write, write_room_bag
 
 from renderer.camera.cameras import intrinsics
@@ -36,9 +35,7 @@ class Shown(NamedTuple):
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    if find_chromium() is None:
-        tell = pytest.fail if os.environ.get("BROWSER_TESTS") == "required" else pytest.skip
-        tell("no Chromium found; apt install chromium")
+    need_chromium()
     with Page(tmp_path_factory.mktemp("profile")) as page:
         yield page
 

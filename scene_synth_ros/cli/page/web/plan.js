@@ -1,15 +1,7 @@
 // The room from above: free floor, walls, objects, the camera's way, and the camera of the frame.  World metres, north up.
 
-const NS = 'http://www.w3.org/2000/svg';
 const planBox = document.getElementById('plan');
 const VIEW_M = 0.9; // length of the camera's view, on the plan
-
-function shape(name, attributes, parent) {
-  const node = document.createElementNS(NS, name);
-  for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
-  if (parent) parent.append(node);
-  return node;
-}
 
 const flat = (points) => points.map(([x, y]) => `${x},${-y}`).join(' ');
 

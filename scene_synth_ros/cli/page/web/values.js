@@ -1,6 +1,5 @@
 // Images of the page as numbers: decoded, told in words, painted.  A form is one row of FORMS, as in page_images.py.
 
-const data = JSON.parse(document.getElementById('data').textContent);
 const MOST_HELD = 80;
 const held = new Map();
 const { stops, far_m: farM, no_hit: noHit, most } = data.distances;

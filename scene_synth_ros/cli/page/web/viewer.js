@@ -1,17 +1,7 @@
 // The viewer: which room, frame, camera and pixel is shown.
 
-const root = document.documentElement;
-const by = (id) => document.getElementById(id);
 const state = { room: 0, frame: 0, camera: 0, view: 'all', point: null, kept: false, chosen: null, playing: 0, turn: 0 };
 let tiles = [], pixelCells = {}, showCounts = () => {}, shown = { images: {}, camera: null };
-
-function tell(error) {
-  by('error').hidden = false;
-  by('error').textContent = `The page has a fault: ${error.message || error}`;
-  root.dataset.error = String(error.message || error);
-}
-window.addEventListener('error', (event) => tell(event.error || event.message));
-window.addEventListener('unhandledrejection', (event) => tell(event.reason));
 
 const room = () => data.rooms[state.room];
 const cameraRow = () => data.cameras[state.camera] || { name: '', layers: [] };

@@ -1,0 +1,119 @@
+"""Images of chosen frames, taken from bags by their stamps, and the topics that hold truth and estimates."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Collection, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.serialization import deserialize_message
+from std_msgs.msg import String
+
+from renderer import LAYERS
+from scene_synth_ros.bags.bag_images import layer_topics, read_pixels
+from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
+from scene_synth_ros.messages.image_codec import CodecError
+from scene_synth_ros.messages.stamps import stamp_ns
+
+Images = dict[int, dict[str, NDArray[Any]]]
+"""Stamp -> layer -> pixels."""
+TopicsOf = Callable[[Mapping[str, str]], Mapping[str, str]]
+"""Topic -> type of a bag -> layer -> the topic to take it from."""
+LABELS = "/semantic/labels"
+ESTIMATES = "/estimates/"
+"""Where the names of topics of estimates begin, unless the user has chosen others."""
+
+_STRING = "std_msgs/msg/String"
+_UNREADABLE = (CodecError, RuntimeError, ValueError, KeyError, IndexError, TypeError, OverflowError)
+"""What a message that was damaged, or made to do harm, may raise while it is read."""
+
+
+def truth_topics(camera: str) -> TopicsOf:
+    """Return what finds the topics of the truth, of a camera by its name; empty: of the first."""
+
+    def find(types: Mapping[str, str]) -> Mapping[str, str]:
+        own = {name: kind for name, kind in types.items() if not name.startswith(ESTIMATES)}
+        return layer_topics({name: kind for name, kind in own.items() if f"/{camera}/" in name} if camera else own)
+
+    return find
+
+
+def estimate_topics(chosen: str, layer: str, camera: str, *, same_bag: bool) -> TopicsOf:
+    """Return what finds the topic of the estimates of a layer: the chosen one, else that of estimates.
+
+    Else it is, in a bag of estimates, the layer's own name; in the bag of the truth what the camera's modelled sensor has read.
+    """
+    ends = f"{camera and f'/{camera}'}/{layer}_sensed/image_raw"
+
+    def find(types: Mapping[str, str]) -> Mapping[str, str]:
+        if chosen:
+            return {layer: chosen}
+        named = layer_topics({name: kind for name, kind in types.items() if name.startswith(ESTIMATES)})
+        if layer in named or not same_bag:
+            return named if layer in named else layer_topics(types)
+        return {layer: next((name for name in sorted(types) if name.endswith(ends)), "")}
+
+    return find
+
+
+def frame_images(bag: Path, layers: Collection[str], stamps: Collection[int], topics_of: TopicsOf) -> tuple[Images, list[str]]:
+    """Return the images of some frames, and lines for people about what is missing.
+
+    Args:
+        bag: folder of the bag or one of its files.
+        layers: names of the table of layers.
+        stamps: of the frames, nanoseconds.
+        topics_of: finds the topics of the layers.
+    """
+    found: Images = {stamp: {} for stamp in stamps}
+    notes: list[str] = []
+    try:
+        with BagReader(bag) as reader:
+            types = {topic.name: topic.type_name for topic in reader.summary.topics}
+            layer_of = {topic: layer for layer, topic in topics_of(types).items() if layer in layers and topic in types}
+            left = {(stamp, layer) for stamp in stamps for layer in layer_of.values()}
+            for message in reader.messages(layer_of.keys()) if left else ():
+                stamp, layer = stamp_ns(message.type_name, message.data), layer_of[message.topic]
+                if (stamp, layer) not in left or stamp is None:
+                    continue
+                left.remove((stamp, layer))
+                try:
+                    pixels = read_pixels(message)
+                    if not pixels.size or pixels.dtype.kind not in "uif":
+                        raise ValueError("an image without numbers")
+                    found[stamp][layer] = pixels
+                except _UNREADABLE as error:
+                    notes.append(f"{bag}: {message.topic}: an image cannot be shown ({' '.join(str(error).split())[:100]})")
+                if not left:
+                    break
+    except (BagReadError, OSError) as error:
+        notes.append(" ".join(str(error).split())[:300])
+    return found, notes
+
+
+def class_names(bag: Path) -> dict[int, str]:
+    """Return the names of the classes as the labels of a bag tell them, nothing where it has none."""
+    try:
+        with BagReader(bag) as reader:
+            topics = [topic.name for topic in reader.summary.topics if topic.name.endswith(LABELS) and topic.type_name == _STRING]
+            message = next(reader.messages(topics), None) if topics else None
+            labels = json.loads(deserialize_message(message.data, String).data)["labels"] if message else {}
+            return {int(key): str(row["name"])[:100].replace("_", " ") for key, row in labels.items()}
+    except (BagReadError, OSError, AttributeError, *_UNREADABLE):
+        return {}
+
+
+def fits(pixels: NDArray[Any] | None, layer: str) -> bool:
+    """Return whether there is an image, and it has the channels of its layer."""
+    return pixels is not None and (pixels.shape[2] if pixels.ndim == 3 else 1) == LAYERS[layer].channels
+
+
+def reduced(pixels: NDArray[Any], max_size: int) -> NDArray[Any]:
+    """Return an image whose longer side has at most so many pixels; whole rows and columns are left out, evenly."""
+    step = max(1.0, max(pixels.shape[:2]) / max_size)
+    rows, columns = (np.minimum(((np.arange(max(1, round(n / step))) + 0.5) * step).astype(np.int64), n - 1) for n in pixels.shape[:2])
+    smaller: NDArray[Any] = pixels[rows][:, columns]
+    return smaller
