@@ -46,6 +46,7 @@ setup(
     extras_require={
         "denoise": ["pyoidn>=2.5"],
         "exr": ["OpenEXR>=3.3"],
+        "examples": ["open3d==0.19.0", "opencv-python-headless>=4.8", "evo>=1.30", "pycocotools>=2.0.8"],
         "evaluate": ["evo>=1.30", "pycocotools>=2.0.8"],
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "test": [
