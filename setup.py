@@ -58,6 +58,7 @@ setup(
             "pycocotools>=2.0.11",
             "evo>=1.30",
             "scikit-learn>=1.4",
+            "opencv-python-headless>=4.8",
             "cyclonedds>=11",
             "colcon-core",
             "colcon-ros",
