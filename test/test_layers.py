@@ -71,7 +71,21 @@ FOLDERS = {
         "evaluate": {"bags", "messages", "suite"},
         "pages": set(),
         "report": {"bags", "messages", "pages"},
-        "cli": {"bags", "evaluate", "generate", "mcap", "messages", "offline", "pages", "render", "record", "replay", "report", "suite", "sweep"},
+        "cli": {
+            "bags",
+            "evaluate",
+            "generate",
+            "mcap",
+            "messages",
+            "offline",
+            "pages",
+            "render",
+            "record",
+            "replay",
+            "report",
+            "suite",
+            "sweep",
+        },
     },
 }
 """Package -> folder -> folders of the package that it may import.  Modules beside the folders are the package's entry points."""
