@@ -3,7 +3,7 @@
 scene_synth evaluate BAG --task poses --algorithm examples/rgbd_odometry.py:Hybrid
 
 ``Color`` aligns colours (Steinbruecker, Sturm and Cremers, ICCV Workshops 2011), ``Hybrid`` colours and depths (Park, Zhou and Koltun,
-ICCV 2017).  Both start each step from rest, and take a step that does not converge as rest.  Needs the extra ``examples``.
+ICCV 2017).  Both start each step from rest, and take one that does not converge, or leaps, as rest.  Needs the extra ``examples``.
 """
 
 import os
@@ -14,7 +14,14 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")  # small images are slower on seve
 import open3d as o3d
 
 FARTHEST_M = 5.0
+LONGEST_STEP_M, GREATEST_TURN_RAD = 0.6, 0.5
 OPTION = o3d.pipelines.odometry.OdometryOption(depth_min=0.4, depth_max=FARTHEST_M, depth_diff_max=0.07)
+
+
+def plausible(motion):
+    """Say whether a hand or a robot may have moved the camera so between two frames."""
+    turn_rad = np.arccos(np.clip((np.trace(motion[:3, :3]) - 1.0) / 2.0, -1.0, 1.0))
+    return np.linalg.norm(motion[:3, 3]) < LONGEST_STEP_M and turn_rad < GREATEST_TURN_RAD
 
 
 class Odometry:
@@ -43,7 +50,7 @@ class Odometry:
             converged, before_from_now, _ = o3d.pipelines.odometry.compute_rgbd_odometry(
                 now, self.before, lens, np.eye(4), self.jacobian(), OPTION
             )
-            if converged:
+            if converged and plausible(before_from_now):
                 self.pose = self.pose @ before_from_now
         self.before = now
         return {"poses": self.pose}
