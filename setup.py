@@ -46,6 +46,7 @@ setup(
     extras_require={
         "denoise": ["pyoidn>=2.5"],
         "exr": ["OpenEXR>=3.3"],
+        "examples": ["open3d==0.19.0", "opencv-python-headless>=4.8", "pycocotools>=2.0.8"],
         "evaluate": ["pycocotools>=2.0.8"],
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "test": [
@@ -57,6 +58,7 @@ setup(
             "pycocotools>=2.0.11",
             "evo>=1.30",
             "scikit-learn>=1.4",
+            "opencv-python-headless>=4.8",
             "cyclonedds>=11",
             "colcon-core",
             "colcon-ros",

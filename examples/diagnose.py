@@ -1,0 +1,46 @@
+"""Run a worked example of docs/examples.md: rooms and their variants, two algorithms judged on them, and a report.
+
+python examples/diagnose.py rgbd_odometry|stereo_matching|orb_odometry [FOLDER]
+
+Prints the commands that it runs; FOLDER is runs/NAME unless it is given.  A second run makes only the variants that are missing.
+"""
+
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+EXAMPLES = {
+    "rgbd_odometry": ("--task poses", ("Hybrid", "Color")),
+    "stereo_matching": ("--task depth --camera left", ("SemiGlobal", "Block")),
+    "orb_odometry": ("--task poses", ("Orb", "Equalized")),
+}
+"""Name of the sweep and of the Python file -> what is judged, and the classes of the file; the first is the one that is looked into."""
+SCENE_SYNTH = (sys.executable, "-m", "scene_synth_ros")
+
+
+def scene_synth(line):
+    """Print and run a command; end with its status where it fails."""
+    print(f"scene_synth {line}", flush=True)
+    status = subprocess.run([*SCENE_SYNTH, *shlex.split(line)], check=False).returncode
+    if status:
+        sys.exit(status)
+
+
+def diagnose(name, folder):
+    """Make the bags, the evaluations and the report of an example in a folder."""
+    task, algorithms = EXAMPLES[name]
+    file, out = shlex.quote(str(Path(__file__).with_name(f"{name}.py"))), shlex.quote(str(folder))
+    scene_synth(f"sweep {name} --out {out} --workers 2")
+    evaluations = [f"{out}/evaluation.json", *(f"{out}/evaluation_{other.lower()}.json" for other in algorithms[1:])]
+    for algorithm, evaluation in zip(algorithms, evaluations, strict=True):
+        estimates = f"{out}/estimates_{algorithm.lower()}"
+        command = f"evaluate {out} {task} --algorithm {file}:{algorithm} --title {algorithm} --json {evaluation}"
+        scene_synth(f"{command} --estimates-out {estimates}" if "depth" in task else command)
+    scene_synth(f"report {' '.join(evaluations)} --out {out}/report.html")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) not in (2, 3) or sys.argv[1] not in EXAMPLES:
+        sys.exit(f"expected one of {', '.join(EXAMPLES)} and perhaps a folder, got {' '.join(sys.argv[1:]) or 'nothing'}")
+    diagnose(sys.argv[1], Path(sys.argv[2] if len(sys.argv) == 3 else f"runs/{sys.argv[1]}"))
