@@ -44,6 +44,7 @@ setup(
     extras_require={
         "denoise": ["pyoidn>=2.5"],
         "exr": ["OpenEXR>=3.3"],
+        "train": ["jax>=0.4.35", "optax>=0.2.3"],
         "evaluate": ["evo>=1.30", "pycocotools>=2.0.8"],
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "test": [
