@@ -88,7 +88,7 @@ def _options(words: list[str]) -> argparse.Namespace:
     parser.add_argument("--json", type=Path, help="file for all metrics with their intervals")
     parser.add_argument("--rooms", type=int, nargs="+", default=[4, 16, 64], help="numbers of rooms to train on")
     parser.add_argument("--test-rooms", type=int, default=32, help="rooms to test on, of the unseen types in turn")
-    parser.add_argument("--steps", type=int, default=500, help="steps of each training, 8 pictures a step")
+    parser.add_argument("--steps", type=int, default=1000, help="steps of each training, 8 pictures a step")
     parser.add_argument("--seed", type=int, default=1, help="of rooms, weights, order and intervals")
     options = parser.parse_args(words)
     if min(options.rooms) < 1 or options.test_rooms < len(TEST_TYPES) or options.steps < 20 or options.seed < 0:
