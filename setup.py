@@ -48,6 +48,7 @@ setup(
         "exr": ["OpenEXR>=3.3"],
         "examples": ["open3d==0.19.0", "opencv-python-headless>=4.8", "pycocotools>=2.0.8"],
         "evaluate": ["pycocotools>=2.0.8"],
+        "train": ["jax>=0.4.35", "optax>=0.2.3"],
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "test": [
             "pytest>=8",

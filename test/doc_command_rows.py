@@ -352,6 +352,8 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         ".venv/bin/python examples/lights_and_lenses.py docs 1", ("docs/lights.jpg", "docs/lenses.jpg")
     ),
     ".venv/bin/python examples/color_sensor.py docs": Run(".venv/bin/python examples/color_sensor.py docs 1", ("docs/color_sensor.jpg",)),
+    ".venv/bin/pip install '.[train]'": Listed("needs the network; that the extra exists is tested"),
+    ".venv/bin/python -m examples.train_normals --out docs": Listed("takes minutes; test/test_train_normals.py runs its parts"),
     # the program from within
     ".venv/bin/python -c 'from grammar.spec.energy_terms import terms_table; print(terms_table())'": Run(),
     ".venv/bin/python -m pytest test/renderer/path": Listed("is how this test runs; that the folder exists is tested in test/test_docs.py"),
