@@ -2,7 +2,8 @@
 
 python examples/diagnose.py rgbd_odometry|stereo_matching|orb_odometry [FOLDER]
 
-Prints the commands that it runs; FOLDER is runs/NAME unless it is given.  A second run makes only the variants that are missing, and judges all anew.
+Prints the commands that it runs; FOLDER is runs/NAME unless it is given.
+A second run makes only the variants that are missing, and judges all anew.
 """
 
 import os
