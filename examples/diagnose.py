@@ -2,10 +2,13 @@
 
 python examples/diagnose.py rgbd_odometry|stereo_matching|orb_odometry [FOLDER]
 
-Prints the commands that it runs; FOLDER is runs/NAME unless it is given.  A second run makes only the variants that are missing.
+Prints the commands that it runs; FOLDER is runs/NAME unless it is given.
+A second run makes only the variants that are missing, and judges all anew.
 """
 
+import os
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -30,11 +33,12 @@ def scene_synth(line):
 def diagnose(name, folder):
     """Make the bags, the evaluations and the report of an example in a folder."""
     task, algorithms = EXAMPLES[name]
-    file, out = shlex.quote(str(Path(__file__).with_name(f"{name}.py"))), shlex.quote(str(folder))
+    file, out = shlex.quote(os.path.relpath(Path(__file__).with_name(f"{name}.py"))), shlex.quote(str(folder))
     scene_synth(f"sweep {name} --out {out} --workers 2")
     evaluations = [f"{out}/evaluation.json", *(f"{out}/evaluation_{other.lower()}.json" for other in algorithms[1:])]
     for algorithm, evaluation in zip(algorithms, evaluations, strict=True):
         estimates = f"{out}/estimates_{algorithm.lower()}"
+        shutil.rmtree(folder / f"estimates_{algorithm.lower()}", ignore_errors=True)
         command = f"evaluate {out} {task} --algorithm {file}:{algorithm} --title {algorithm} --json {evaluation}"
         scene_synth(f"{command} --estimates-out {estimates}" if "depth" in task else command)
     scene_synth(f"report {' '.join(evaluations)} --out {out}/report.html")
