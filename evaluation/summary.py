@@ -49,7 +49,7 @@ def make_evaluation(
         seed: of the confidence intervals.
         draws: of the bootstrap.
         class_names: class id -> name, of the standard that the truth has.
-        missing: further counts of what was not there, beside ``WITHOUT_ESTIMATE``.
+        missing: further counts of what was not there, or one of ``WITHOUT_ESTIMATE`` that counts frames of whole rooms too.
     """
     frames = list(measured)
     tasks = [task for name, task in TASKS.items() if any(frame.task == name for frame in frames)]

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from evaluation.evaluation_file import Evaluation, read_evaluation, write_evaluation
 from evaluation.gate import compare, gate_table
-from evaluation.summary import MeasuredFrame, make_evaluation
+from evaluation.summary import WITHOUT_ESTIMATE, MeasuredFrame, make_evaluation
 from evaluation.tables import summary_csv
 from evaluation.tasks import TASKS
 from scene_synth_ros.cli.evaluation_table import table_lines
@@ -144,6 +144,7 @@ def _judge(bags: Sequence[TruthBag], plan: Plan, notes: Notes, arguments: argpar
         algorithm=f"{plan.estimates}: {judged}" if plan.estimates is not None else judged,
         created_with=shlex.join(["scene_synth", *sys.argv[1:], *_chosen_topics(topics, plan)]),
         seed=arguments.seed,
+        missing={WITHOUT_ESTIMATE: sum(notes.missing.values())},
         **({"class_names": names} if names else {}),
     )
 

@@ -81,12 +81,12 @@ def test_an_algorithm_gets_its_inputs_and_its_known_error_comes_out(
     bag: RoomBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder, out = bag.path.parent, tmp_path / "e.json"
-    words = ["--task", "depth,depth_aligned", "--algorithm", f"{folder}/algorithms.py:Scaled", "--json", out]
+    words = ["--task", "depth,depth_aligned,poses", "--algorithm", f"{folder}/algorithms.py:Scaled", "--json", out]
     assert call(bag.path, *words, "--estimates-out", tmp_path / "est") == 0
     found = read_evaluation(out)
     assert summary_values(found, "depth")["all"]["abs_rel"] == pytest.approx(0.1, abs=1e-7)
     assert summary_values(found, "depth_aligned")["all"]["abs_rel"] == pytest.approx(0.0, abs=1e-7)
-    assert found.missing["frames without an estimate"] == 2 * 6
+    assert found.missing["frames without an estimate"] == 3 * 6
     assert "note: depth: 6 frames without an estimate" in capsys.readouterr().out
     with BagReader(tmp_path / "est") as reader:
         written = [message.log_ns for message in reader.messages()]
