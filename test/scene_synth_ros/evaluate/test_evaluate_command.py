@@ -90,7 +90,7 @@ def test_an_algorithm_gets_its_inputs_and_its_known_error_comes_out(
     assert "note: depth: 6 frames without an estimate" in capsys.readouterr().out
     with BagReader(tmp_path / "est") as reader:
         written = [message.log_ns for message in reader.messages()]
-    assert written == [stamp for stamp in sorted(bag.images)][::2]
+    assert sorted(set(written)) == sorted(bag.images)[::2] and len(written) == 2 * 6, "a depth and a pose each"
     again = tmp_path / "again.json"
     assert call(bag.path, "--task", "depth", "--estimates", tmp_path / "est", "--json", again) == 0
     assert summary_values(read_evaluation(again), "depth") == summary_values(found, "depth")
