@@ -40,8 +40,9 @@ def build_lamps(flat: FlatScene) -> Lamps:
         faces = np.flatnonzero(flat.face_part == pane)
         normal = cross[faces].sum(axis=0) / max(np.linalg.norm(cross[faces].sum(axis=0)), 1e-12)
         planes.setdefault((*normal.round(2), round(float(normal @ corners[faces].mean(axis=(0, 1))), 1)), []).append(pane)
+    groups += planes.values()
     rows = []
-    for parts in [*groups, *planes.values()]:
+    for parts in groups:
         faces = np.flatnonzero(np.isin(flat.face_part, parts))
         area = np.linalg.norm(cross[faces], axis=1)
         center = np.average(corners[faces].mean(axis=1), axis=0, weights=np.maximum(area, 1e-12))
@@ -52,7 +53,7 @@ def build_lamps(flat: FlatScene) -> Lamps:
             seen = np.linalg.norm(normal)
         normal /= max(np.linalg.norm(normal), 1e-12)
         rows.append([*center, np.sqrt(seen / np.pi), *normal, float(level)])
-    return Lamps(np.array(rows, np.float32).reshape(-1, 8), np.array([parts[0] for parts in [*groups, *planes.values()]], np.int32))
+    return Lamps(np.array(rows, np.float32).reshape(-1, 8), np.array([parts[0] for parts in groups], np.int32))
 
 
 @inlined

@@ -33,7 +33,7 @@ _BOTH_WAYS = np.float32(1.5)
 
 
 @inlined
-def pixel_noise(camera: PosedCamera, x: int, y: int, key: np.uint32) -> tuple[np.float32, np.float32]:
+def pixel_noise(x: int, y: int, key: np.uint32) -> tuple[np.float32, np.float32]:
     """Return two numbers in [0, 1) for a pixel, far from those of its neighbours."""
     a = (
         np.float32(mix_bits(key) >> np.uint32(8)) * np.float32(2.0**-24)

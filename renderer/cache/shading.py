@@ -200,7 +200,7 @@ def shade_hits(
                         for channel in range(3):
                             kept[LIGHT + channel, k] += lanes[ln.LI_R + LANES * channel + k]
             if has_sun and sunny > 0:
-                _add_sun(scene, surfaces, lights, kinds, camera, column, row, frame_key, scratch, kept)
+                _add_sun(scene, surfaces, lights, kinds, column, row, frame_key, scratch, kept)
             if traced > 0:
                 add_gloss(scene, surfaces, lights, cache, spread, camera, column, row, scratch, around)
             for k in range(LANES):
@@ -276,7 +276,6 @@ def _add_sun(
     surfaces: Surfaces,
     lights: Lights,
     kinds: int,
-    camera: PosedCamera,
     column: int,
     row: int,
     key: np.uint32,
@@ -287,7 +286,7 @@ def _add_sun(
     lanes = scratch.lanes
     for sample in range(_SUN_RAYS):
         for k in range(LANES):
-            u, v = pixel_noise(camera, column + (k & 3), row + (k >> 2), np.uint32(key + np.uint32(7)))
+            u, v = pixel_noise(column + (k & 3), row + (k >> 2), np.uint32(key + np.uint32(7)))
             v += np.float32(sample) / np.float32(_SUN_RAYS)
             lanes[ln.U_INFINITE_0 + k], lanes[ln.U_INFINITE_1 + k] = u, v - np.floor(v)
         sample_sun(surfaces, lights, scratch)

@@ -6,15 +6,14 @@ import argparse
 import sys
 from pathlib import Path
 
-from scene_synth_ros.cli.usage import UsageError, refuse_missing_folder
+from scene_synth_ros.cli.page_options import check_bounds, check_page, told_lines
+from scene_synth_ros.cli.usage import refuse_missing_folder
 from scene_synth_ros.pages.document import open_page
 from scene_synth_ros.report.report_file import ReportSummary, write_report
 
 WORST, MAX_SIZE = 6, 320
 LIMITS = {"worst": (0, 100), "max_size": (16, 2048)}
 """Option -> smallest and largest value."""
-
-MAX_NOTES = 10
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -47,15 +46,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the page, say what it shows and what is missing; return 0 if there is a page."""
-    for name, (low, high) in LIMITS.items():
-        value = getattr(arguments, name)
-        if not low <= value <= high:
-            raise UsageError(f"--{name.replace('_', '-')} {value}: expected {low} to {high}")
+    check_bounds(arguments, LIMITS)
     refuse_missing_folder("--bag-root", arguments.bag_root)
     refuse_missing_folder("--estimates", arguments.estimates)
     out: Path = arguments.out
-    if not out.parent.is_dir() or out.is_dir():
-        raise UsageError(f"--out {out}: expected a file in a folder that exists")
+    check_page(out)
     summary = write_report(
         arguments.evaluations,
         out,
@@ -81,10 +76,7 @@ def describe(summary: ReportSummary, path: Path) -> str:
         (summary.pictured, "pictured frame"),
     )
     told = ", ".join(f"{count} {noun}{'' if count == 1 else 's'}" for count, noun in counts)
-    lines = [f"report: {path} ({told}, {summary.size / 1e6:.1f} MB)", *(f"note: {note}" for note in summary.notes[:MAX_NOTES])]
-    if len(summary.notes) > MAX_NOTES:
-        lines.append(f"note: {len(summary.notes) - MAX_NOTES} more on the page")
-    return "".join("".join(c if c.isprintable() else "?" for c in line)[:1000] + "\n" for line in lines)
+    return told_lines(f"report: {path} ({told}, {summary.size / 1e6:.1f} MB)", summary.notes)
 
 
 def _progress(what: str) -> None:

@@ -7,14 +7,12 @@ import sys
 from pathlib import Path
 
 from scene_synth_ros.cli.page.page_file import PageReport, write_page
-from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.cli.page_options import check_bounds, check_page, told_lines
 from scene_synth_ros.pages.document import open_page
 
 ROOMS, FRAMES, MAX_SIZE = 8, 8, 640
 LIMITS = {"rooms": (1, 1000), "frames": (1, 1000), "max_size": (16, 4096)}
 """Option -> smallest and largest value."""
-
-MAX_NOTES = 10
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -37,14 +35,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the page, say what it shows and what is missing; return 0 if there is a page."""
-    for name, (low, high) in LIMITS.items():
-        value = getattr(arguments, name)
-        if not low <= value <= high:
-            raise UsageError(f"--{name.replace('_', '-')} {value}: expected {low} to {high}")
+    check_bounds(arguments, LIMITS)
     bag = arguments.bag.resolve()
     out = arguments.out or bag.with_name(f"{bag.name}.html")
-    if not out.parent.is_dir() or out.is_dir():
-        raise UsageError(f"--out {out}: expected a file in a folder that exists")
+    check_page(out)
     report = show_bag(arguments.bag, out, arguments.rooms, arguments.frames, arguments.max_size)
     sys.stdout.write(describe(report, out))
     if arguments.open:
@@ -66,10 +60,7 @@ def describe(report: PageReport, path: Path) -> str:
         f"{'' if shown == found else f'{shown} of '}{found} {noun}{'' if found == 1 else 's'}"
         for shown, found, noun in ((report.rooms, report.rooms_found, "room"), (report.frames, report.frames_found, "frame"))
     )
-    lines = [f"page: {path} ({rooms}, {frames}, {report.size / 1e6:.1f} MB)", *(f"note: {note}" for note in report.notes[:MAX_NOTES])]
-    if len(report.notes) > MAX_NOTES:
-        lines.append(f"note: {len(report.notes) - MAX_NOTES} more on the page")
-    return "".join("".join(c if c.isprintable() else "?" for c in line)[:1000] + "\n" for line in lines)
+    return told_lines(f"page: {path} ({rooms}, {frames}, {report.size / 1e6:.1f} MB)", report.notes)
 
 
 def _progress(what: str, messages: int) -> None:
