@@ -59,6 +59,7 @@ def judge(room_type: str, seed: int, indices: Sequence[int]) -> list[Judged]:
     synthesizer, rooms = SceneSynthesizer.from_config(), []
     request = SceneRequest(room_type=room_type)
     grammar = synthesizer.grammar_of(request)
+    sample_room(grammar, synthesizer.categories, request, np.random.default_rng(seed))  # loads the kernels
     for index in indices:
         began = time.process_time()
         try:
