@@ -8,12 +8,12 @@ import numpy as np
 
 from grammar.checks.furnished import Furnished, back_gap, in_boxes, taken_share, whole_box, world_points
 from grammar.geometry.boxes import footprint_penetration
+from grammar.spec.categories import BACK_GAP_M
 from scene_description import SceneObject
 
 VIEW_RAD, VIEW_M = math.radians(60.0), 8.0
 FACING_RAD, FACING_M = math.radians(40.0), 0.6
 FRONT_SHARE, FRONT_GAP_M, FRONT_DEPTH_M = 0.5, 0.05, 0.35
-OFF_WALL_M = {"shelf": 0.1, "wardrobe": 0.1, "bed": 0.15, "fridge": 0.15}
 BEDSIDE_M = 0.3
 
 
@@ -52,11 +52,11 @@ def front_blocked(found: Furnished) -> list[int]:
 def shelf_off_wall(found: Furnished) -> list[int]:
     """Return shelves with no wall behind their backs; back to back with another one is as good."""
     shelves = found.standing("shelf")
-    return [item.id for item in shelves if back_gap(found, item) > OFF_WALL_M["shelf"] and not _back_to_back(item, shelves)]
+    return [item.id for item in shelves if back_gap(found, item) > BACK_GAP_M["shelf"] and not _back_to_back(item, shelves)]
 
 
 def _back_to_back(item: SceneObject, others: list[SceneObject]) -> bool:
-    behind = world_points(item, np.array([-0.5 * item.size_m[0] - OFF_WALL_M["shelf"]]), np.zeros(1))
+    behind = world_points(item, np.array([-0.5 * item.size_m[0] - BACK_GAP_M["shelf"]]), np.zeros(1))
     return any(
         other.id != item.id
         and abs(math.remainder(other.yaw_rad - item.yaw_rad - math.pi, 2.0 * math.pi)) < VIEW_RAD
@@ -67,17 +67,17 @@ def _back_to_back(item: SceneObject, others: list[SceneObject]) -> bool:
 
 def wardrobe_off_wall(found: Furnished) -> list[int]:
     """Return wardrobes with no wall behind their backs."""
-    return [item.id for item in found.standing("wardrobe") if back_gap(found, item) > OFF_WALL_M["wardrobe"]]
+    return [item.id for item in found.standing("wardrobe") if back_gap(found, item) > BACK_GAP_M["wardrobe"]]
 
 
 def bed_off_wall(found: Furnished) -> list[int]:
     """Return beds whose head is not at a wall."""
-    return [item.id for item in found.standing("bed") if back_gap(found, item) > OFF_WALL_M["bed"]]
+    return [item.id for item in found.standing("bed") if back_gap(found, item) > BACK_GAP_M["bed"]]
 
 
 def fridge_off_wall(found: Furnished) -> list[int]:
     """Return refrigerators with no wall behind their backs."""
-    return [item.id for item in found.standing("fridge") if back_gap(found, item) > OFF_WALL_M["fridge"]]
+    return [item.id for item in found.standing("fridge") if back_gap(found, item) > BACK_GAP_M["fridge"]]
 
 
 def bedside_astray(found: Furnished) -> list[int]:

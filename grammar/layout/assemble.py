@@ -80,7 +80,7 @@ def assemble(grammar: Grammar, categories: Categories, tree: ParseTree, beta: fl
     polygon = np.array(tree.room.polygon_m)
     (x_low, y_low), (x_high, y_high), (x_centre, y_centre) = polygon.min(0), polygon.max(0), centroid_m(tree.room.polygon_m)
     problem = Problem(
-        object=_object_table(tree, sizes, parts),
+        object=_object_table(categories, tree, sizes, parts),
         link=_link_table(grammar.validity, tree, surfaces, parts),
         box=_table([row for p in parts for rows in p.boxes for row in rows], len(BoxRow._fields)),
         mode=_table([row for p in parts for rows in p.modes for row in rows], len(ModeRow._fields)),
@@ -160,9 +160,10 @@ def _sizes(tree: ParseTree) -> dict[int, Size]:
     return sizes | {last + k + 1: (0.0, 0.0, 0.0) for k in range(len(tree.corners))}
 
 
-def _object_table(tree: ParseTree, sizes: Mapping[int, Size], parts: Sequence[_Parts]) -> Floats:
+def _object_table(categories: Categories, tree: ParseTree, sizes: Mapping[int, Size], parts: Sequence[_Parts]) -> Floats:
     """Return ``Problem.object``."""
-    table, first = np.zeros((len(parts), 6)), len(tree.room.openings)
+    table, first = np.zeros((len(parts), 7)), len(tree.room.openings)
+    table[:, col.BACK_GAP] = np.inf
     for i, part in enumerate(parts):
         half_d, half_w = 0.5 * sizes[i + 1][0], 0.5 * sizes[i + 1][1]
         inner = max(_radius(part.solids), math.hypot(half_d, half_w))
@@ -171,6 +172,8 @@ def _object_table(tree: ParseTree, sizes: Mapping[int, Size], parts: Sequence[_P
     table[:first, col.BOTTOM] = [opening.sill_m for opening in tree.room.openings]
     for i, item in enumerate(tree.items, first):
         table[i, col.BOTTOM] = item.bottom_m
+        if item.rule.mount == "floor" and item.pinned is None:
+            table[i, col.BACK_GAP] = categories[item.rule.category].back_gap_m
         table[i, col.CENTRED] = float(item.rule.room_centre and item.core is None and item.pinned is None)
     return table
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,9 @@ Role = Literal[
     "unit", "wall_unit", "sink", "hob", "hood", "fridge", "bathing",
 ]  # fmt: skip
 """How people use an object, as far as the checks of use ask for it; ``config/categories.yaml`` says what each stands for."""
+
+BACK_GAP_M: Mapping[Role, float] = {"shelf": 0.1, "wardrobe": 0.1, "bed": 0.15, "fridge": 0.15}
+"""Roles of what stands with its back to a wall, and the gap behind it that a person would still leave."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -57,6 +61,11 @@ class Category:
     surfaces: Annotated[tuple[SupportSurface, ...], Limits(max_length=32)] = ()
     underlay: bool = False
     roles: Annotated[tuple[Role, ...], Limits(max_length=8)] = ()
+
+    @property
+    def back_gap_m(self) -> float:
+        """Greatest gap between its back and a wall; infinite for what may stand anywhere."""
+        return min((BACK_GAP_M[role] for role in self.roles if role in BACK_GAP_M), default=math.inf)
 
     @property
     def label_id(self) -> int:
