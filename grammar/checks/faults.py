@@ -18,11 +18,15 @@ from scene_description import SceneDescription
 
 
 class Fault(NamedTuple):
-    """A fault: its name, what it says, and the function that returns the ids of the objects at fault (0: the room itself)."""
+    """A fault: its name, what it says, and the function that returns the ids of the objects at fault (0: the room itself).
+
+    ``of_layout``: another layout of the same objects may do without it, so layouts with it are passed over.
+    """
 
     name: str
     says: str
     find: Callable[[Furnished], list[int]]
+    of_layout: bool = True
 
 
 FAULTS = (
@@ -38,20 +42,20 @@ FAULTS = (
     Fault("wardrobe_off_wall", "a wardrobe has no wall behind its back", furniture.wardrobe_off_wall),
     Fault("bed_off_wall", "the head of a bed is not at a wall", furniture.bed_off_wall),
     Fault("bedside_astray", "a nightstand is further than 0.3 m from the bed", furniture.bedside_astray),
-    Fault("no_bathing", "a bathroom has neither bath nor shower", furniture.no_bathing),
+    Fault("no_bathing", "a bathroom has neither bath nor shower", furniture.no_bathing, of_layout=False),
     Fault("gap_in_run", "a gap of 3 to 35 cm parts two kitchen units at a wall", kitchens.gap_in_run),
     Fault("run_in_pieces", "kitchen units at one wall stand apart with no door between them, or one stands alone", kitchens.run_in_pieces),
     Fault("fridge_off_wall", "a refrigerator has no wall behind its back", furniture.fridge_off_wall),
     Fault("hood_off_hob", "a hood is not over a hob", kitchens.hood_off_hob),
-    Fault("kitchen_lacks", "a kitchen has no sink or no hob", kitchens.kitchen_lacks),
-    Fault("no_vehicle_door", "a garage has no door for a vehicle", kitchens.no_vehicle_door),
+    Fault("kitchen_lacks", "a kitchen has no sink or no hob", kitchens.kitchen_lacks, of_layout=False),
+    Fault("no_vehicle_door", "a garage has no door for a vehicle", kitchens.no_vehicle_door, of_layout=False),
 )
 """All faults, in the order of the tables that print them."""
 
 
-def find_faults(found: Furnished) -> dict[str, list[int]]:
-    """Return the faults that a room has: name -> ids of the objects at fault, 0 for the room itself."""
-    all_found = ((fault.name, fault.find(found)) for fault in FAULTS)
+def find_faults(found: Furnished, *, of_layout: bool = False) -> dict[str, list[int]]:
+    """Return the faults that a room has, or only those of its layout: name -> ids of the objects at fault, 0 for the room itself."""
+    all_found = ((fault.name, fault.find(found)) for fault in FAULTS if fault.of_layout or not of_layout)
     return {name: ids for name, ids in all_found if ids}
 
 
