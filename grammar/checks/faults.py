@@ -62,3 +62,10 @@ def find_faults(found: Furnished, *, of_layout: bool = False) -> dict[str, list[
 def scene_faults(scene: SceneDescription, categories: Categories) -> dict[str, list[int]]:
     """Return :func:`find_faults` of a scene description."""
     return find_faults(furnished(scene.category, scene.room, scene.objects, categories))
+
+
+def faults_table() -> str:
+    """Return all rows as a Markdown table."""
+    lines = ["| fault | what it says | another layout may do without it |", "|---|---|---|"]
+    lines += [f"| `{fault.name}` | {fault.says} | {'yes' if fault.of_layout else 'no'} |" for fault in FAULTS]
+    return "\n".join(lines) + "\n"

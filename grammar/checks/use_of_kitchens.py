@@ -15,7 +15,7 @@ from scene_description import SceneObject
 TOUCHING_M = 0.05
 GAP_LOW_M, GAP_HIGH_M = 0.03, 0.35
 AT_WALL_M = 0.3
-HOOD_OFF_M = 0.15
+HOOD_OFF_M = 0.1
 VEHICLE_DOOR_M = 2.0
 
 

@@ -2,11 +2,12 @@
 
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from small_grammar import CATEGORIES
 
-from grammar.checks.faults import FAULTS, find_faults
+from grammar.checks.faults import FAULTS, faults_table, find_faults
 from grammar.checks.furnished import furnished
 from scene_description import ModelReference, Opening, Room, SceneObject, Support
 
@@ -91,6 +92,11 @@ def test_a_thing_moved_is_that_fault(change: Things, expected: dict[str, list[in
     if "chair_at_no_table" in expected and "before_window" in expected:
         del things["desk"]
     assert faults(things) == expected
+
+
+def test_the_manual_lists_them() -> None:
+    manual = (Path(__file__).resolve().parents[3] / "docs" / "grammar.md").read_text(encoding="utf-8")
+    assert faults_table() in manual, "docs/grammar.md: expected the table of faults_table(); put it there"
 
 
 def test_a_switch_beside_a_door_that_opens_outwards_is_never_behind_it() -> None:
