@@ -59,6 +59,22 @@ def before_window(found: Furnished) -> list[int]:
     return sorted(bad)
 
 
+def curtain_off_window(found: Furnished) -> list[int]:
+    """Return curtains of which less than half hangs along a window."""
+    bad = []
+    for item in found.having("curtain"):
+        lengths = []
+        for opening in found.room.openings:
+            if opening.category == "window" and opening.wall == item.support.wall:
+                x, y, yaw = opening_frame(found.room, opening)
+                left = (item.position_m[1] - y) * math.cos(yaw) - (item.position_m[0] - x) * math.sin(yaw)
+                high = min(left + 0.5 * item.size_m[1], 0.5 * opening.width_m)
+                lengths.append(high - max(left - 0.5 * item.size_m[1], -0.5 * opening.width_m))
+        if max(lengths, default=0.0) < 0.5 * item.size_m[1]:
+            bad.append(item.id)
+    return bad
+
+
 def rug_in_swing(found: Furnished) -> list[int]:
     """Return rugs and mats that lie where a door into the room swings."""
     flat = [item for item in found.objects if found.categories[item.category].underlay and item.support.kind == "floor"]

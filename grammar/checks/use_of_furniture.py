@@ -75,6 +75,11 @@ def bed_off_wall(found: Furnished) -> list[int]:
     return [item.id for item in found.standing("bed") if back_gap(found, item) > BACK_GAP_M["bed"]]
 
 
+def back_off_wall(found: Furnished) -> list[int]:
+    """Return what else belongs with its back to a wall and has none behind it."""
+    return [item.id for item in found.standing("backed") if back_gap(found, item) > BACK_GAP_M["backed"]]
+
+
 def fridge_off_wall(found: Furnished) -> list[int]:
     """Return refrigerators with no wall behind their backs."""
     return [item.id for item in found.standing("fridge") if back_gap(found, item) > BACK_GAP_M["fridge"]]

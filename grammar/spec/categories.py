@@ -17,12 +17,12 @@ Offset = Annotated[float, Limits(ge=-10.0, le=10.0, unit="m")]
 Fraction = Annotated[float, Limits(ge=0.0, le=1.0)]
 
 Role = Literal[
-    "seat", "pulled_up", "table", "store", "shelf", "wardrobe", "bed", "bedside", "screen", "shown", "switch", "drape",
+    "seat", "pulled_up", "table", "store", "shelf", "wardrobe", "bed", "backed", "bedside", "screen", "shown", "switch", "drape", "curtain",
     "unit", "wall_unit", "sink", "hob", "hood", "fridge", "bathing",
 ]  # fmt: skip
 """How people use an object, as far as the checks of use ask for it; ``config/categories.yaml`` says what each stands for."""
 
-BACK_GAP_M: Mapping[Role, float] = {"shelf": 0.1, "wardrobe": 0.1, "bed": 0.15, "fridge": 0.15}
+BACK_GAP_M: Mapping[Role, float] = {"shelf": 0.1, "wardrobe": 0.1, "bed": 0.15, "backed": 0.15, "fridge": 0.15}
 """Roles of what stands with its back to a wall, and the gap behind it that a person would still leave."""
 
 

@@ -94,6 +94,14 @@ def test_a_thing_moved_is_that_fault(change: Things, expected: dict[str, list[in
     assert faults(things) == expected
 
 
+def test_a_curtain_hangs_at_its_window_and_a_sideboard_at_a_wall() -> None:
+    curtain = replace(thing(12, "curtain", 2.5, 5.95, SOUTH, (0.1, 1.4, 2.0), 0.1), support=Support(kind="wall", wall=2))
+    assert faults({"curtain": curtain}) == {}
+    assert faults({"curtain": replace(curtain, position_m=(1.4, 5.95, 0.1))}) == {"curtain_off_window": [12]}
+    assert faults({"curtain": replace(curtain, support=Support(kind="wall", wall=1))}) == {"curtain_off_window": [12]}
+    assert faults({"sideboard": thing(13, "sideboard", 0.5, 4.0, 0.0, (0.4, 1.2, 0.8))}) == {"back_off_wall": [13]}
+
+
 def test_the_manual_lists_them() -> None:
     manual = (Path(__file__).resolve().parents[3] / "docs" / "grammar.md").read_text(encoding="utf-8")
     assert faults_table() in manual, "docs/grammar.md: expected the table of faults_table(); put it there"
