@@ -1,6 +1,7 @@
 """Floor outlines: rectangles, L-, T- and U-shapes drawn by the grammar's probabilities, and outlines that a user gives.
 
-A shape is a rectangle that lost one corner (L), both corners of one side (T) or the middle of one side (U).
+A shape is a rectangle that lost one corner (L), both corners of one side (T) or the middle of one side (U).  A chimney breast is a small
+U, whose size is drawn in metres; an alcove is the middle arm of a T with such a size.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from grammar.derivation.densities import draw_index
 from grammar.derivation.openings import Attribute
 from grammar.geometry.walls import wall_lengths
 from grammar.spec.request import RequestError
-from grammar.spec.room_rules import RoomShapes
+from grammar.spec.room_rules import SHAPES, RoomShapes
 from scene_description.polygons import signed_area_m2
 from scene_description.types import Point2
 
@@ -24,7 +25,6 @@ _LEAST_WALL_M = 0.1
 _LEAST_AREA_M2 = 2.0
 _LARGEST_SIDE_M = 60.0
 _TOUCH_M = 1e-6
-_SHAPES = ("rectangle", "l_shape", "t_shape", "u_shape")
 
 
 def draw_outline(
@@ -38,25 +38,51 @@ def draw_outline(
         width_m: size along x.
         depth_m: size along y.
     """
-    probabilities = [getattr(shapes, name) for name in _SHAPES]
+    probabilities = [getattr(shapes, name) for name in SHAPES]
     chosen = 0 if probabilities[0] == 1.0 else draw_index(rng, probabilities)
-    log, name = math.log(probabilities[chosen]), _SHAPES[chosen]
+    log, name = math.log(probabilities[chosen]), SHAPES[chosen]
     if name == "rectangle":
         x, y = 0.5 * width_m, 0.5 * depth_m
         return ((-x, -y), (x, -y), (x, y), (-x, y)), Attribute("shape", name, log)
     # draw which side is notched, and the size of the notch
     turns = int(rng.integers(4))
     along, across = (width_m, depth_m) if turns % 2 == 0 else (depth_m, width_m)
+    if name in ("chimney_breast", "alcove"):
+        return _with_jut(rng, shapes, name, turns, along, across, log)
     span = shapes.notch_high - shapes.notch_low
     first, second, deep = (shapes.notch_low + span * rng.random() for _ in range(3))
     points, narrowest = _notched(name, along, across, first, second, deep)
     if narrowest < shapes.narrowest_m:
         return None
-    for _ in range(turns):
-        points = [(-y, x) for x, y in points]
+    points = _turned(points, turns)
     log -= math.log(4.0) + (3 if name == "t_shape" else 2) * math.log(span)
     text = f"{name}, notch {first:.3f}, depth {deep:.3f}, {turns} quarter turns"
     return tuple(points), Attribute("shape", text, log)
+
+
+def _turned(points: list[Point2], turns: int) -> list[Point2]:
+    """Return an outline after so many quarter turns."""
+    for _ in range(turns):
+        points = [(-y, x) for x, y in points]
+    return points
+
+
+def _with_jut(
+    rng: np.random.Generator, shapes: RoomShapes, name: str, turns: int, along: float, across: float, log: float
+) -> tuple[tuple[Point2, ...], Attribute] | None:
+    """Return an outline with a chimney breast or an alcove at the side y > 0, turned; None: what is left of the floor is too narrow."""
+    spans = (shapes.breast_width_m, shapes.breast_depth_m) if name == "chimney_breast" else (shapes.alcove_width_m, shapes.alcove_depth_m)
+    width, deep = (low + (high - low) * rng.random() for low, high in spans)
+    beside, rest = 0.5 * (along - width), across - deep
+    if rest < shapes.narrowest_m or beside <= _LEAST_WALL_M:
+        return None
+    if name == "chimney_breast":
+        points, _ = _notched("u_shape", along, across, width / along, 0.0, deep / across)
+    else:
+        share = 2.0 * beside / along
+        points, _ = _notched("t_shape", along, across, share, share, deep / across)
+    log -= math.log(4.0) + sum(math.log(high - low) for low, high in spans)
+    return tuple(_turned(points, turns)), Attribute("shape", f"{name}, {width:.3f} x {deep:.3f} m, {turns} quarter turns", log)
 
 
 def _notched(name: str, along: float, across: float, first: float, second: float, deep: float) -> tuple[list[Point2], float]:

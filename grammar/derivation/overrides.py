@@ -18,7 +18,7 @@ from grammar.derivation.densities import truncated_normal_log_density
 from grammar.spec.and_or_graph import Branch, Node
 from grammar.spec.object_rules import ObjectRule
 from grammar.spec.request import RequestError, SceneRequest
-from grammar.spec.room_rules import RoomRule
+from grammar.spec.room_rules import SHAPES, RoomRule
 from grammar.spec.rules import Grammar
 from grammar.spec.values import TruncatedNormal
 from scene_description import FieldError
@@ -29,7 +29,6 @@ Range = tuple[float, float]
 _AXES = ("depth", "width", "height")
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
 _RANGE = re.compile(rf"({_NUMBER})(?:\.\.({_NUMBER}))?")
-_SHAPES = ("rectangle", "l_shape", "t_shape", "u_shape")
 
 
 def overridden(grammar: Grammar, request: SceneRequest) -> Grammar:
@@ -73,7 +72,7 @@ def _room(grammar: Grammar, request: SceneRequest) -> RoomRule:
     if request.room_shape != "any":
         if request.room_polygon_m:
             raise RequestError(f"room_shape: expected 'any' beside room_polygon_m, got '{request.room_shape}'; leave out one of them")
-        shapes = {name: float(name == request.room_shape) for name in _SHAPES}
+        shapes = {name: float(name == request.room_shape) for name in SHAPES}
         room = replace(room, shapes=replace(room.shapes, **shapes))
     if request.room_height_m > 0.0:
         least = 2.0

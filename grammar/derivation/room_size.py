@@ -18,11 +18,10 @@ from grammar.geometry.arrays import Floats
 from grammar.spec.and_or_graph import Branch
 from grammar.spec.categories import Categories
 from grammar.spec.request import RequestError
-from grammar.spec.room_rules import RoomShapes
+from grammar.spec.room_rules import SHAPES, RoomShapes
 from grammar.spec.rules import Grammar
 from scene_description.polygons import signed_area_m2
 
-_SHAPES = ("rectangle", "l_shape", "t_shape", "u_shape")
 _ROUNDING = 1e-9
 _SIDES = ("width_m", "depth_m")
 
@@ -73,7 +72,7 @@ def _span(plan: Plan, name: str) -> Interval:
 
 def _bounds(shapes: RoomShapes, other: Interval, area: Interval) -> Interval:
     """Return what a side must lie within, given the range of the other one and of the floor's area; empty if no shape can have it."""
-    spans = [_bounds_of_shape(shapes, name, other, area) for name in _SHAPES if getattr(shapes, name) > 0.0]
+    spans = [_bounds_of_shape(shapes, name, other, area) for name in SHAPES if getattr(shapes, name) > 0.0]
     possible = [span for span in spans if span[0] <= span[1]]
     return min((low for low, _ in possible), default=math.inf), max((high for _, high in possible), default=-math.inf)
 
@@ -82,10 +81,20 @@ def _bounds_of_shape(shapes: RoomShapes, name: str, other: Interval, area: Inter
     """Return the bounds of a side for one shape: what its notch takes of the bounding rectangle, and how wide its arms stay at most."""
     if name == "rectangle":
         return area[0] / other[1], area[1] / other[0]
+    if name in ("chimney_breast", "alcove"):
+        return _bounds_with_jut(shapes, name, other, area)
     low, high = area[0] / (other[1] * (1.0 - shapes.notch_low**2)), area[1] / (other[0] * (1.0 - shapes.notch_high**2))
     arm = shapes.narrowest_m / (1.0 - shapes.notch_low)
     beside = 2.0 * arm if name == "u_shape" and other[1] < 2.0 * arm else arm  # a U has two arms beside each other along one side
     return max(low, beside), high if other[1] >= arm else -math.inf
+
+
+def _bounds_with_jut(shapes: RoomShapes, name: str, other: Interval, area: Interval) -> Interval:
+    """Return the bounds of a side for a shape with a chimney breast or an alcove, as wide and deep as it may be."""
+    if name == "chimney_breast":
+        return area[0] / other[1], (area[1] + shapes.breast_width_m[1] * shapes.breast_depth_m[1]) / other[0]
+    shallow = other[0] - shapes.alcove_depth_m[1]
+    return area[0] / other[1], area[1] / shallow if shallow > 0.0 else math.inf
 
 
 def _least_covered(plan: Plan, categories: Categories) -> float:

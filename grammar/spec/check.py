@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 
 from grammar.spec.and_or_graph import Branch, Node
 from grammar.spec.object_rules import CORNER, NONE, Mode, ObjectRule
-from grammar.spec.room_rules import OpeningRule, RoomRule
+from grammar.spec.room_rules import SHAPES, OpeningRule, RoomRule
 from grammar.spec.rules import MOVES, Convergence, Grammar, MoveRule, truncated_normals
 from grammar.spec.values import range_error
 from scene_description import FieldError
@@ -41,9 +41,13 @@ def _check_room(room: RoomRule) -> None:
     if room.area_low_m2 >= room.area_high_m2:
         raise range_error("room.area_low_m2", room.area_low_m2, room.area_high_m2)
     shapes = room.shapes
-    _check_sum("room.shapes", [shapes.rectangle, shapes.l_shape, shapes.t_shape, shapes.u_shape])
+    _check_sum("room.shapes", [getattr(shapes, name) for name in SHAPES])
     if shapes.notch_low >= shapes.notch_high:
         raise range_error("room.shapes.notch_low", shapes.notch_low, shapes.notch_high)
+    for name in ("breast_width_m", "breast_depth_m", "alcove_width_m", "alcove_depth_m"):
+        low, high = getattr(shapes, name)
+        if low >= high:
+            raise range_error(f"room.shapes.{name}", low, high)
 
 
 def _check_openings(openings: Mapping[str, OpeningRule]) -> None:

@@ -13,16 +13,27 @@ from scene_description import Limits
 class RoomShapes:
     """Probabilities of the shapes of a floor, and the proportions of those that are not rectangles.
 
-    A notch takes a share between ``notch_low`` and ``notch_high`` of a side.  No arm of the floor is narrower than ``narrowest_m``.
+    A notch takes a share between ``notch_low`` and ``notch_high`` of a side.  A chimney breast juts out from the middle of a side, an
+    alcove is let into one; both are as wide and as deep as their ranges say.  No arm of the floor is narrower than ``narrowest_m``.
     """
 
     rectangle: Probability = 1.0
     l_shape: Probability = 0.0
     t_shape: Probability = 0.0
     u_shape: Probability = 0.0
+    chimney_breast: Probability = 0.0
+    alcove: Probability = 0.0
     notch_low: Annotated[float, Limits(ge=0.05, le=0.9)] = 0.25
     notch_high: Annotated[float, Limits(ge=0.05, le=0.9)] = 0.45
     narrowest_m: Annotated[float, Limits(ge=0.3, le=20.0, unit="m")] = 1.6
+    breast_width_m: tuple[Extent, Extent] = (1.0, 1.6)
+    breast_depth_m: tuple[Extent, Extent] = (0.3, 0.45)
+    alcove_width_m: tuple[Extent, Extent] = (1.1, 2.6)
+    alcove_depth_m: tuple[Extent, Extent] = (0.4, 0.65)
+
+
+SHAPES = ("rectangle", "l_shape", "t_shape", "u_shape", "chimney_breast", "alcove")
+"""Fields of :class:`RoomShapes` that are probabilities."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -19,7 +19,7 @@ from grammar.geometry.walls import rectangle_outside, wall_rows
 from grammar.spec.room_rules import RoomShapes
 from scene_description.polygons import signed_area_m2
 
-VERTICES = {"rectangle": 4, "l_shape": 6, "t_shape": 8, "u_shape": 8}
+VERTICES = {"rectangle": 4, "l_shape": 6, "t_shape": 8, "u_shape": 8, "chimney_breast": 8, "alcove": 8}
 U_ROOM = (0.0, 0.0, 6.0, 0.0, 6.0, 5.0, 4.0, 5.0, 4.0, 2.4, 2.2, 2.4, 2.2, 5.0, 0.0, 5.0)
 
 
@@ -38,7 +38,7 @@ def rectangle(x, y, half_d, half_w, yaw):
 
 
 def test_shapes_come_by_their_odds_and_fill_the_rectangle():
-    shapes = RoomShapes(rectangle=0.4, l_shape=0.3, t_shape=0.2, u_shape=0.1, narrowest_m=0.5)
+    shapes = RoomShapes(rectangle=0.3, l_shape=0.3, t_shape=0.1, u_shape=0.1, chimney_breast=0.1, alcove=0.1, narrowest_m=0.5)
     rng, seen = np.random.default_rng(0), Counter()
     for _ in range(2000):
         points, attribute = draw_outline(rng, shapes, 6.0, 5.0)
@@ -47,9 +47,19 @@ def test_shapes_come_by_their_odds_and_fill_the_rectangle():
         assert polygon.is_valid and polygon.exterior.is_ccw and len(points) == VERTICES[name]
         assert polygon.bounds == pytest.approx((-3.0, -2.5, 3.0, 2.5))
         assert signed_area_m2(points) == pytest.approx(polygon.area)
-        reflex = {"rectangle": 0, "l_shape": 1, "t_shape": 2, "u_shape": 2}[name]
+        reflex = {"rectangle": 0, "l_shape": 1}.get(name, 2)
         assert wall_rows(points)[:, 8].sum() == reflex
-    assert stats.chisquare([seen[name] for name in VERTICES], [800, 600, 400, 200]).pvalue > 1e-4
+    assert stats.chisquare([seen[name] for name in VERTICES], [600, 600, 200, 200, 200, 200]).pvalue > 1e-4
+
+
+@pytest.mark.parametrize("name", ["chimney_breast", "alcove"])
+def test_breasts_jut_out_and_alcoves_are_let_in_by_metres(name):
+    size = {"breast_width_m": (1.2, 1.201), "breast_depth_m": (0.4, 0.401), "alcove_width_m": (1.2, 1.201), "alcove_depth_m": (0.4, 0.401)}
+    points, attribute = draw_outline(np.random.default_rng(2), RoomShapes(rectangle=0.0, **{name: 1.0}, **size), 5.0, 5.0)
+    whole = {"chimney_breast": 25.0 - 1.2 * 0.4, "alcove": 5.0 * 4.6 + 1.2 * 0.4}[name]
+    assert Polygon(points).area == pytest.approx(whole, abs=0.01)
+    assert math.exp(attribute.log_probability) == pytest.approx(0.25 / 0.001**2)
+    assert draw_outline(np.random.default_rng(0), RoomShapes(rectangle=0.0, **{name: 1.0}, narrowest_m=4.9), 5.0, 5.0) is None
 
 
 def test_an_arm_that_is_too_narrow_is_refused():

@@ -34,16 +34,16 @@ def check(room_type: str, **fields: object) -> None:
 @pytest.mark.parametrize(
     ("fields", "line"),
     [
-        ({"room_width_m": 0.1}, r"room_width_m: expected 1\.61 to 10\.21 m for a bedroom with a depth of 2\.7 to 5\.6 m, got 0\.1; 0 lets"),
-        ({"room_depth_m": 29.0}, r"room_depth_m: expected 1\.61 to 10\.21 m for a bedroom with a width of 2\.7 to 5\.6 m, got 29"),
+        ({"room_width_m": 0.1}, r"room_width_m: expected 1\.61 to 11\.68 m for a bedroom with a depth of 2\.7 to 5\.6 m, got 0\.1; 0 lets"),
+        ({"room_depth_m": 29.0}, r"room_depth_m: expected 1\.61 to 11\.68 m for a bedroom with a width of 2\.7 to 5\.6 m, got 29"),
         (
             {"room_width_m": 0.5, "room_depth_m": 4.0},
             r"room_width_m: expected at least 0\.\d+ m for a bedroom with a depth of 4 m, got 0\.5",
         ),
-        ({"room_width_m": 2.0, "room_shape": "l_shape"}, r"room_width_m: expected 2\.14 to "),
-        ({"room_width_m": 2.0, "room_depth_m": 9.0, "room_shape": "u_shape"}, r"room_width_m: expected at least 2\.14 m"),
+        ({"room_width_m": 1.7, "room_shape": "l_shape"}, r"room_width_m: expected 1\.78 to "),
+        ({"room_width_m": 1.7, "room_depth_m": 9.0, "room_shape": "u_shape"}, r"room_width_m: expected at least 1\.78 m"),
         (
-            {"room_width_m": 4.2, "room_depth_m": 2.0, "room_shape": "u_shape"},
+            {"room_width_m": 4.2, "room_depth_m": 1.7, "room_shape": "u_shape"},
             r"room_depth_m: expected a side that a bedroom of this shape",
         ),
         (
@@ -66,7 +66,7 @@ def test_a_size_that_cannot_be_is_refused_at_once_with_its_bounds(fields: dict[s
 
 def test_a_size_at_the_bound_that_is_told_is_taken() -> None:
     check("bedroom", room_width_m=1.61)
-    check("bedroom", room_width_m=10.21)
+    check("bedroom", room_width_m=11.68)
     check("bedroom")
 
 
