@@ -73,7 +73,7 @@ def _room(grammar: Grammar, request: SceneRequest) -> RoomRule:
         if request.room_polygon_m:
             raise RequestError(f"room_shape: expected 'any' beside room_polygon_m, got '{request.room_shape}'; leave out one of them")
         shapes = {name: float(name == request.room_shape) for name in SHAPES}
-        room = replace(room, shapes=replace(room.shapes, **shapes))
+        room = replace(room, shapes=replace(room.shapes, **cast(Any, shapes)))
     if request.room_height_m > 0.0:
         least = 2.0
         if request.room_height_m < least:
