@@ -44,6 +44,7 @@ FAULTS = (
     Fault("bed_off_wall", "the head of a bed is not at a wall", furniture.bed_off_wall),
     Fault("back_off_wall", "a toilet, washbasin, sideboard or the like has no wall behind its back", furniture.back_off_wall),
     Fault("bedside_astray", "a nightstand is further than 0.3 m from the bed", furniture.bedside_astray),
+    Fault("basin_off_mirror", "no mirror hangs over a washbasin, though the room has one", furniture.basin_off_mirror),
     Fault("no_bathing", "a bathroom has neither bath nor shower", furniture.no_bathing, of_layout=False),
     Fault("gap_in_run", "a gap of 3 to 35 cm parts two kitchen units at a wall", kitchens.gap_in_run),
     Fault("run_in_pieces", "kitchen units at one wall stand apart with no door between them, or one stands alone", kitchens.run_in_pieces),

@@ -15,6 +15,7 @@ VIEW_RAD, VIEW_M = math.radians(60.0), 8.0
 FACING_RAD, FACING_M = math.radians(40.0), 0.6
 FRONT_SHARE, FRONT_GAP_M, FRONT_DEPTH_M = 0.5, 0.05, 0.35
 BEDSIDE_M = 0.3
+BEFORE_MIRROR_M = 0.8
 
 
 def screen_unseen(found: Furnished) -> list[int]:
@@ -90,6 +91,23 @@ def bedside_astray(found: Furnished) -> list[int]:
     beds = [whole_box(item) for item in found.standing("bed")]
     stands = found.standing("bedside")
     return [item.id for item in stands if beds and max(footprint_penetration(whole_box(item), bed) for bed in beds) < -BEDSIDE_M]
+
+
+def basin_off_mirror(found: Furnished) -> list[int]:
+    """Return washbasins of a room with mirrors, of which none hangs over any of them."""
+    basins, mirrors = found.standing("basin"), found.having("mirror")
+    if not basins or not mirrors:
+        return []
+    shown = [_before(mirror, basin) for mirror in mirrors for basin in basins]
+    return [] if any(shown) else [basin.id for basin in basins]
+
+
+def _before(mirror: SceneObject, basin: SceneObject) -> bool:
+    """Return whether the middle of a basin is before a mirror, by half its own width at most to a side, and looks as that does."""
+    dx, dy = basin.position_m[0] - mirror.position_m[0], basin.position_m[1] - mirror.position_m[1]
+    c, s = math.cos(mirror.yaw_rad), math.sin(mirror.yaw_rad)
+    turned = abs(math.remainder(basin.yaw_rad - mirror.yaw_rad, 2.0 * math.pi))
+    return turned < VIEW_RAD and 0.0 <= dx * c + dy * s < BEFORE_MIRROR_M and abs(dy * c - dx * s) <= 0.5 * basin.size_m[1]
 
 
 def no_bathing(found: Furnished) -> list[int]:

@@ -102,6 +102,14 @@ def test_a_curtain_hangs_at_its_window_and_a_sideboard_at_a_wall() -> None:
     assert faults({"sideboard": thing(13, "sideboard", 0.5, 4.0, 0.0, (0.4, 1.2, 0.8))}) == {"back_off_wall": [13]}
 
 
+def test_a_mirror_hangs_over_the_basin() -> None:
+    basin, mirror = thing(14, "washbasin", 0.25, 4.0, 0.0, (0.5, 0.6, 0.9)), thing(15, "wall_mirror", 0.01, 4.1, 0.0, (0.02, 0.6, 0.8), 1.2)
+    assert faults({"basin": basin, "mirror": mirror}) == {}
+    assert faults({"basin": basin}) == {}
+    assert faults({"basin": basin, "mirror": replace(mirror, position_m=(0.01, 4.4, 1.2))}) == {"basin_off_mirror": [14]}
+    assert faults({"basin": replace(basin, yaw_rad=NORTH, position_m=(0.3, 0.25, 0.0)), "mirror": mirror}) == {"basin_off_mirror": [14]}
+
+
 def test_the_manual_lists_them() -> None:
     manual = (Path(__file__).resolve().parents[3] / "docs" / "grammar.md").read_text(encoding="utf-8")
     assert faults_table() in manual, "docs/grammar.md: expected the table of faults_table(); put it there"
