@@ -53,7 +53,8 @@ def draw_addresses(
 def _draw_core(draft: Draft, context: Context, rng: np.random.Generator) -> None:
     if draft.rule.cores is None or draft.pinned is not None:
         return
-    targets, probabilities = target_probabilities(draft.rule.cores, draft, context)
+    allowed = _carriers(draft, context) if draft.rule.in_line else None
+    targets, probabilities = target_probabilities(draft.rule.cores, draft, context, allowed)
     if not targets:
         raise RejectedError(f"an object that {draft.symbol} belongs to")
     chosen = draw_index(rng, probabilities)
@@ -63,6 +64,12 @@ def _draw_core(draft: Draft, context: Context, rng: np.random.Generator) -> None
         name = f"{CORNER} {context.corners[draft.core - context.first_corner].vertex}"
     log_probability = math.log(probabilities[chosen])
     draft.below.append(ParseNode(symbol="core", kind="address", choice=name, log_probability=log_probability, object=draft.id))
+
+
+def _carriers(draft: Draft, context: Context) -> list[int]:
+    """Return the objects above which ``draft`` may hang in line: units of runs under free wall, that carry nothing yet."""
+    taken = {other.core for other in context.drafts.values() if other.rule.in_line}
+    return [key for key, other in context.drafts.items() if other.carries and key not in taken]
 
 
 def _finish(draft: Draft, context: Context, renumbered: Mapping[int, int]) -> tuple[Item, list[ParseNode]]:
