@@ -37,15 +37,17 @@ def fit_legs(rule: RunRule, frame: Frame, order: Sequence[Draft], turning: Seque
     for cuts in _cuts(len(order), len(turning)):
         edges = (0, *cuts, len(order))
         legs = [[*order[a:b], *turning[k : k + 1]] for k, (a, b) in enumerate(zip(edges, edges[1:], strict=False))]
-        cost, widths = 0.0, []
+        cost, widths, bare = 0.0, [], 0.0
         for k, leg in enumerate(legs):
             fitted = _fit_leg(rule, frame, k, leg)
             if fitted is None or (best is not None and cost + fitted[0] >= best.cost):
                 break
             cost += fitted[0]
             widths.append(fitted[1])
+            bare += frame.legs[k].high - frame.legs[k].low - sum(fitted[1])
         else:
-            best = LegFit(cost, legs, widths)
+            if bare <= rule.most_bare_m + _ROUNDING_M:
+                best = LegFit(cost, legs, widths)
     return best
 
 

@@ -170,7 +170,7 @@ def _try(
     cost, legs, widths = fit.cost, fit.legs, fit.widths
     units = [unit for leg in legs for unit in leg]
     sizes = [[(unit.size_m[0], width) for unit, width in zip(leg, row, strict=True)] for leg, row in zip(legs, widths, strict=True)]
-    places = slots(shell.wall, frame, [sum(row) for row in widths], rule.end_gap_m)
+    places = slots(shell.wall, frame, [sum(row) for row in widths], rule.end_gap_m, rule.flush)
     if not places:
         return None
     slot = places[int(rng.integers(len(places)))]
@@ -240,7 +240,7 @@ def _plan(rule: RunRule, shell: _Shell, chosen: _Candidate) -> RunPlan:
     found = [
         slot
         for frame in frames(shell.wall, spans, len(chosen.legs), corner_m, rule.wall_gap_m)
-        for slot in slots(shell.wall, frame, lengths, rule.end_gap_m)
+        for slot in slots(shell.wall, frame, lengths, rule.end_gap_m, rule.flush)
     ]
     if chosen.slot not in found:
         found.append(chosen.slot)

@@ -19,15 +19,18 @@ Cost = Annotated[float, Limits(ge=0.0, le=100.0, unit="nat")]
 class RunRule:
     """What makes the objects below a node that stand on the floor one run.
 
-    They stand with their backs ``wall_gap_m`` off the wall and touch each other.  A run that ends at a side wall touches it, or leaves
-    ``end_gap_m`` at least.  Before units that face each other ``aisle_m`` stays free.  A metre of wall that a run could take and leaves bare
-    makes an arrangement less likely by ``bare_cost`` nat.
+    They stand with their backs ``wall_gap_m`` off the wall and touch each other.  A run that does not touch a side wall leaves ``end_gap_m``
+    at least; with ``flush`` it touches one where its stretch of wall ends at one.  Before units that face each other ``aisle_m`` stays free.
+    A metre of wall that a run could take and leaves bare makes an arrangement less likely by ``bare_cost`` nat; it leaves at most
+    ``most_bare_m``.
     """
 
     wall_gap_m: Distance = 0.005
     end_gap_m: Distance = 0.4
     aisle_m: Distance = 0.8
     bare_cost: Cost = 4.0
+    most_bare_m: Distance = 50.0
+    flush: bool = True
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
