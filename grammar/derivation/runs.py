@@ -113,9 +113,7 @@ def _unit(draft: Draft) -> RunUnit:
     return draft.rule.in_run or _PLAIN
 
 
-def _begin(
-    symbol: str, rule: RunRule, shell: _Shell, units: Sequence[Draft], taken: Boxes, rng: np.random.Generator
-) -> _Candidate:
+def _begin(symbol: str, rule: RunRule, shell: _Shell, units: Sequence[Draft], taken: Boxes, rng: np.random.Generator) -> _Candidate:
     """Draw how a run begins.
 
     Raises:

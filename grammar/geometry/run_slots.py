@@ -180,6 +180,9 @@ def unit_poses(
             along, across = at + slot.direction * (walked + 0.5 * width), gap_m + 0.5 * depth
             walked += width
             yaw = row[WALL_YAW] - (0.5 * math.pi if turns[len(poses)] and slot.direction < 0.0 else 0.0)
-            x, y = row[START_X] + row[ALONG_X] * along + row[NORMAL_X] * across, row[START_Y] + row[ALONG_Y] * along + row[NORMAL_Y] * across
+            x, y = (
+                row[START_X] + row[ALONG_X] * along + row[NORMAL_X] * across,
+                row[START_Y] + row[ALONG_Y] * along + row[NORMAL_Y] * across,
+            )
             poses.append((float(x), float(y), float(yaw), int(w)))
     return poses

@@ -93,7 +93,9 @@ def build_oven_tower(rng: np.random.Generator, size_m: Size, style: str) -> Part
         ovens.append(rounded_box((front - 0.04, -half_w + 0.003, low + 0.003), (front, half_w - 0.003, high - 0.003), 0.004))
         strip = 0.2 * (high - low)
         panes.append(block((front - 0.004, -0.86 * half_w, low + 0.04), (front + 0.002, 0.86 * half_w, high - strip - 0.045), 0.001))
-        panes.append(block((front - 0.002, -0.25 * half_w, high - 0.75 * strip), (front + 0.001, 0.25 * half_w, high - 0.35 * strip), 0.0005))
+        panes.append(
+            block((front - 0.002, -0.25 * half_w, high - 0.75 * strip), (front + 0.001, 0.25 * half_w, high - 0.35 * strip), 0.0005)
+        )
         pulls.append(bar_handle(front, 0.0, high - strip - 0.012, 1.5 * half_w, OVERHANG_M - 0.004))
     parts = {**_tower(size_m, style), **_tall_fronts(front, areas, style)}
     return fitted({**parts, "oven": merged(*ovens), "glass": merged(*panes), "bars": merged(*pulls)}, size_m)
