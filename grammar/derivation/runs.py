@@ -153,8 +153,9 @@ def _ordered(units: Sequence[Draft], rng: np.random.Generator) -> list[Draft]:
     shuffled = [straight[k] for k in rng.permutation(len(straight))]
     ends = [unit for unit in shuffled if END in (_unit(unit).near or ())]
     order = [unit for unit in shuffled if unit not in ends]
-    for unit in ends:
-        order.insert(0 if rng.random() < 0.5 else len(order), unit)
+    together = rng.random() < 0.5
+    for k, unit in enumerate(ends):
+        order.insert(0 if together or k % 2 == 0 else len(order), unit)
     return order
 
 
@@ -200,13 +201,14 @@ def order_cost(units: Sequence[tuple[str, RunUnit]], below_window: Sequence[bool
     The compiled twin is :func:`grammar.layout.runs.add_run_order`.
     """
     cost, last = 0.0, len(units) - 1
+    likes_end = [END in (unit.near or ()) for _, unit in units]
     held = {symbol for symbol, _ in units} | {END}
     held |= {CORNER_UNIT} if any(unit.turns for _, unit in units) else set()
     held |= {WINDOW} if has_window else set()
     for k, (_, unit) in enumerate(units):
         beside = [units[n] for n in (k - 1, k + 1) if 0 <= n <= last]
         met = {symbol for symbol, _ in beside} | ({CORNER_UNIT} if any(other.turns for _, other in beside) else set())
-        met |= ({END} if k in (0, last) else set()) | ({WINDOW} if below_window[k] else set())
+        met |= ({END} if all(likes_end[:k]) or all(likes_end[k + 1 :]) else set()) | ({WINDOW} if below_window[k] else set())
         cost += sum(nat for target, nat in (unit.near or {}).items() if target in held - met)
         cost += sum(nat for target, nat in (unit.apart or {}).items() if target in met)
     return cost

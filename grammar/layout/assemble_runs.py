@@ -43,6 +43,7 @@ def write_links(tree: ParseTree, link: Ints) -> None:
             rule = items[key].rule.in_run
             link[key - 1, [col.RUN, col.LEG]] = k, leg
             link[key - 1, [col.TURNS, col.UNIT_KIND]] = rule is not None and rule.turns, kinds[items[key].symbol]
+            link[key - 1, col.LIKES_END] = rule is not None and END in (rule.near or ())
     for item in tree.items:
         link[item.id - 1, col.IN_LINE] = _is_in_line(item, link)
 

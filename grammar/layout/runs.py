@@ -153,6 +153,15 @@ def _below_window(problem, state, i):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def _only_alike(problem, state, run, first, end):  # type: ignore[no-untyped-def]
+    """Return whether all units in the places ``first`` to ``end - 1`` of a run like its end."""
+    for place in range(first, end):
+        if problem.link[unit_at(problem, state, run, place), col.LIKES_END] == 0:
+            return False
+    return True
+
+
+@kernel
 def add_run_order(problem, state, run, out):  # type: ignore[no-untyped-def]
     """Add what the wishes of a run's units cost that its order does not meet."""
     last = problem.run[run, col.RUN_UNITS] - 1
@@ -164,7 +173,7 @@ def add_run_order(problem, state, run, out):  # type: ignore[no-untyped-def]
         for k in range(problem.link[i, col.MODE_END], problem.link[i, col.WISH_END]):
             target = int(problem.mode[k, col.WISH_TARGET])
             if target == col.END:
-                met = place == 0 or place == last
+                met = _only_alike(problem, state, run, 0, place) or _only_alike(problem, state, run, place + 1, last + 1)
             elif target == col.WINDOW:
                 met = _below_window(problem, state, i)
             elif target == col.CORNER_UNIT:

@@ -39,7 +39,8 @@ class RunUnit:
 
     ``turns``: it fills a corner of the room, its width is its depth, and the run goes on along the next wall.  ``stretches``: its width is
     what the run lacks to the end of the wall, within the bounds of the size.  ``near`` and ``apart`` are what it costs (nat) if the unit is
-    not beside one of these, or is beside one: symbols of units, "end", "corner", "window".
+    not beside one of these, or is beside one: symbols of units, "end", "corner", "window".  At an end is also what has only units between
+    itself and the end that like to be near it too, so several tall units stand together there.
     """
 
     turns: bool = False
