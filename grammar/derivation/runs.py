@@ -26,8 +26,8 @@ from grammar.spec.rules import Grammar
 from grammar.spec.run_rules import CORNER_UNIT, END, WINDOW, RunRule, RunUnit
 from scene_description import Room
 
-_TRIES = 60
-_ENOUGH = 10
+_TRIES = 120
+_ENOUGH = 40
 _PLAIN = RunUnit()
 
 Pose = tuple[float, float, float, int]
@@ -224,6 +224,7 @@ def _note(symbol: str, chosen: _Candidate, shell: _Shell) -> None:
     for k, (unit, width, pose) in enumerate(zip(chosen.units, chosen.widths, chosen.poses, strict=True)):
         if width != unit.size_m[1]:
             _set_width(unit, width)
+        unit.beside = tuple(other.id for other in (*chosen.units[max(k - 1, 0) : k], *chosen.units[k + 1 : k + 2]))
         unit.below.append(attribute_node(Attribute("place_in_run", f"{symbol} {k}", 0.0), unit.id))
         above = _box(unit, pose)
         above[0, 2:4] = unit.size_m[2], shell.room.height_m
@@ -248,6 +249,7 @@ def _plan(rule: RunRule, shell: _Shell, chosen: _Candidate) -> RunPlan:
         units=tuple(unit.id for unit in chosen.units),
         legs=chosen.legs,
         wall_gap_m=rule.wall_gap_m,
+        line_cost=rule.line_cost,
         slots=tuple(found),
         slot=found.index(chosen.slot),
         slide_m=chosen.slide_m,

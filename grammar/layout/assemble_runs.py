@@ -12,7 +12,7 @@ from grammar.layout import columns as col
 from grammar.layout.frames import place_object
 from grammar.layout.problem import Problem, State
 from grammar.layout.runs import arrange, hang_in_line
-from grammar.spec.run_rules import CORNER_UNIT, END, WINDOW
+from grammar.spec.run_rules import CORNER_UNIT, END, HANGING_LOW_M, WINDOW
 
 Wish = tuple[float, float, float]
 """Columns WISH_TARGET, WISH_NEAR and WISH_COST of a row of ``Problem.mode``."""
@@ -44,8 +44,11 @@ def write_links(tree: ParseTree, link: Ints) -> None:
             link[key - 1, [col.RUN, col.LEG]] = k, leg
             link[key - 1, [col.TURNS, col.UNIT_KIND]] = rule is not None and rule.turns, kinds[items[key].symbol]
             link[key - 1, col.LIKES_END] = rule is not None and END in (rule.near or ())
+            link[key - 1, col.FILLS] = items[key].size_m[2] > HANGING_LOW_M
     for item in tree.items:
         link[item.id - 1, col.IN_LINE] = _is_in_line(item, link)
+        if item.core is not None and link[item.id - 1, col.IN_LINE]:
+            link[item.core - 1, col.FILLS] = 1
 
 
 def _is_in_line(item: Item, link: Ints) -> bool:
@@ -61,6 +64,7 @@ def wishes(tree: ParseTree, beta: float) -> Mapping[int, list[Wish]]:
     """Return the wishes of units by their ids that the room and the run can meet or break."""
     items, kinds = {item.id: item for item in tree.items}, _kinds(tree)
     has_window = any(opening.category == "window" for opening in tree.room.openings)
+    carrying = {item.core for item in tree.items if item.rule.in_line}
     found: dict[int, list[Wish]] = {}
     for run in tree.runs:
         units = [items[key] for key in run.units]
@@ -70,6 +74,8 @@ def wishes(tree: ParseTree, beta: float) -> Mapping[int, list[Wish]]:
             found[unit.id] = [
                 (float(_CODES.get(target, kinds.get(target, -9))), near, cost / beta) for target, near, cost in _declared(unit, held)
             ]
+            if unit.id in carrying and run.line_cost > 0.0:
+                found[unit.id].append((float(col.LINE), 1.0, run.line_cost / beta))
     return found
 
 

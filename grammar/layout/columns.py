@@ -14,7 +14,7 @@ MOUNT, CORE, LEADS, BLOCKS, SOLIDS, ZONES, STRIPS, BOX_END, WALL_MODES, AROUND_M
 )
 """Columns of ``Problem.link`` that every problem fills."""
 
-RUN, LEG, TURNS, UNIT_KIND, LIKES_END, IN_LINE = range(15, 21)
+RUN, LEG, TURNS, UNIT_KIND, LIKES_END, FILLS, IN_LINE = range(15, 22)
 """Columns of ``Problem.link`` about runs."""
 
 ZONE_KIND, ZONE_DEPTH = 6, 7
@@ -38,7 +38,7 @@ TARGET, ADDRESS_COST = 0, 1
 WISH_TARGET, WISH_NEAR, WISH_COST = range(3)
 """Columns of ``Problem.mode`` in the wishes of a unit of a run."""
 
-END, CORNER_UNIT, WINDOW = -1, -2, -3
+END, CORNER_UNIT, WINDOW, LINE = -1, -2, -3, -4
 """Values of column ``WISH_TARGET`` beside kinds of units."""
 
 RUN_HEAD, RUN_UNITS, RUN_SLOTS, RUN_SLOTS_END = range(4)

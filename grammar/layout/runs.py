@@ -176,6 +176,8 @@ def add_run_order(problem, state, run, out):  # type: ignore[no-untyped-def]
                 met = _only_alike(problem, state, run, 0, place) or _only_alike(problem, state, run, place + 1, last + 1)
             elif target == col.WINDOW:
                 met = _below_window(problem, state, i)
+            elif target == col.LINE:
+                met = (before >= 0 and problem.link[before, col.FILLS] > 0) or (after >= 0 and problem.link[after, col.FILLS] > 0)
             elif target == col.CORNER_UNIT:
                 met = (before >= 0 and problem.link[before, col.TURNS] > 0) or (after >= 0 and problem.link[after, col.TURNS] > 0)
             else:

@@ -12,6 +12,9 @@ from scene_description import Limits
 END, CORNER_UNIT, WINDOW = "end", "corner", "window"
 """What a unit may be near to or apart from beside symbols of objects: an end of its run, a unit that turns, the wall below a window."""
 
+HANGING_LOW_M = 1.3
+"""Units that are higher close the line of what hangs above the others."""
+
 Cost = Annotated[float, Limits(ge=0.0, le=100.0, unit="nat")]
 
 
@@ -22,7 +25,7 @@ class RunRule:
     They stand with their backs ``wall_gap_m`` off the wall and touch each other.  A run that does not touch a side wall leaves ``end_gap_m``
     at least; with ``flush`` it touches one where its stretch of wall ends at one.  Before units that face each other ``aisle_m`` stays free.
     A metre of wall that a run could take and leaves bare makes an arrangement less likely by ``bare_cost`` nat; it leaves at most
-    ``most_bare_m``.
+    ``most_bare_m``.  A unit that carries something in line costs ``line_cost`` nat if neither unit beside it does, nor stands as high.
     """
 
     wall_gap_m: Distance = 0.005
@@ -31,6 +34,7 @@ class RunRule:
     bare_cost: Cost = 4.0
     most_bare_m: Distance = 50.0
     flush: bool = True
+    line_cost: Cost = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
