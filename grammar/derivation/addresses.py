@@ -24,7 +24,6 @@ from grammar.spec.object_rules import CORNER, NONE
 from grammar.spec.run_rules import HANGING_LOW_M
 from scene_description import ParseNode, Room
 
-
 _LINE_ODDS = 8.0
 """How many times as likely as elsewhere something hangs in line beside what hangs or stands there."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -36,7 +37,7 @@ def fit_legs(rule: RunRule, frame: Frame, order: Sequence[Draft], turning: Seque
     best: LegFit | None = None
     for cuts in _cuts(len(order), len(turning)):
         edges = (0, *cuts, len(order))
-        legs = [[*order[a:b], *turning[k : k + 1]] for k, (a, b) in enumerate(zip(edges, edges[1:], strict=False))]
+        legs = [[*order[a:b], *turning[k : k + 1]] for k, (a, b) in enumerate(itertools.pairwise(edges))]
         cost, widths, bare = 0.0, [], 0.0
         for k, leg in enumerate(legs):
             fitted = _fit_leg(rule, frame, k, leg)

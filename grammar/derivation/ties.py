@@ -79,7 +79,7 @@ def _draw_about(rng: np.random.Generator, distribution: Distribution) -> tuple[f
 
 
 def _target(tie: Tie, draft: Draft, context: Context) -> int | None:
-    """Return the id of what a tie follows: the core if it is asked for or if it has that symbol, else the first object of that symbol within the unit."""
+    """Return the id of what a tie follows: the core if that is asked for by its symbol or as such, else the first other such object."""
     if tie.to == CORE:
         return draft.core
     found = targets_of(tie.to, draft, context)

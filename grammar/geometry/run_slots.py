@@ -162,7 +162,8 @@ def _slot(wall: Floats, frame: Frame, starts: Sequence[float], slide: float) -> 
         (float(leg.wall), at if frame.forward else float(wall[leg.wall, LENGTH]) - at) for leg, at in zip(frame.legs, starts, strict=True)
     ]
     rows += [(-1.0, 0.0)] * (MOST_LEGS - len(rows))
-    return Slot(1.0 if frame.forward else -1.0, *(value for row in rows for value in row), slide)
+    (wall_a, start_a), (wall_b, start_b), (wall_c, start_c) = rows
+    return Slot(1.0 if frame.forward else -1.0, wall_a, start_a, wall_b, start_b, wall_c, start_c, slide)
 
 
 def unit_poses(

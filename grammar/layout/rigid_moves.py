@@ -1,7 +1,8 @@
 """What moves along with the leaders of a proposal, and how all of it moves and comes back.
 
-A moved unit takes its whole run along.  What stands on a moved object moves along rigidly, and, when the draw says so, what is grouped around it too.  What hangs above a core that
-stands follows it from wall to wall.  A rigid motion keeps volume, so it adds nothing to the Hastings ratio.
+A moved unit takes its whole run along.  What stands on a moved object moves along rigidly, and, when the draw says so, what is grouped
+around it too.  What hangs above a core that stands follows it from wall to wall.  A rigid motion keeps volume, so it adds nothing to the
+Hastings ratio.
 """
 
 from __future__ import annotations

@@ -7,8 +7,8 @@ from collections.abc import Collection, Mapping, Sequence
 from grammar.spec.and_or_graph import Branch, Node
 from grammar.spec.object_rules import CORE, CORNER, NONE, Mode, ObjectRule
 from grammar.spec.room_rules import OpeningRule, RoomRule
-from grammar.spec.run_rules import CORNER_UNIT, END, WINDOW
 from grammar.spec.rules import MOVES, Convergence, Grammar, MoveRule, truncated_normals
+from grammar.spec.run_rules import CORNER_UNIT, END, WINDOW
 from grammar.spec.values import range_error
 from scene_description import FieldError
 

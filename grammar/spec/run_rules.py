@@ -22,10 +22,11 @@ Cost = Annotated[float, Limits(ge=0.0, le=100.0, unit="nat")]
 class RunRule:
     """What makes the objects below a node that stand on the floor one run.
 
-    They stand with their backs ``wall_gap_m`` off the wall and touch each other.  A run that does not touch a side wall leaves ``end_gap_m``
-    at least; with ``flush`` it touches one where its stretch of wall ends at one.  Before units that face each other ``aisle_m`` stays free.
-    A metre of wall that a run could take and leaves bare makes an arrangement less likely by ``bare_cost`` nat; it leaves at most
-    ``most_bare_m``.  A unit that carries something in line costs ``line_cost`` nat if neither unit beside it does, nor stands as high.
+    They stand with their backs ``wall_gap_m`` off the wall and touch each other.  A run that does not touch a side wall leaves
+    ``end_gap_m`` at least; with ``flush`` it touches one where its stretch of wall ends at one.  Before units that face each other
+    ``aisle_m`` stays free.  A metre of wall that a run could take and leaves bare makes an arrangement less likely by ``bare_cost`` nat; it
+    leaves at most ``most_bare_m``.  A unit that carries something in line costs ``line_cost`` nat if neither unit beside it does, nor
+    stands as high.
     """
 
     wall_gap_m: Distance = 0.005

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -108,7 +109,7 @@ def build_larder(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     edges = np.linspace(-half_w, half_w, 3 if size_m[1] > 0.65 else 2)
     split = 0.66 * height
     levels = ((PLINTH_M, split), (split, height - 0.002))
-    areas = [Front(float(a), float(b), low, high) for low, high in levels for a, b in zip(edges, edges[1:], strict=False)]
+    areas = [Front(float(a), float(b), low, high) for low, high in levels for a, b in itertools.pairwise(edges)]
     return fitted({**_tower(size_m, style), **_tall_fronts(front, areas, style)}, size_m)
 
 
