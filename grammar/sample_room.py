@@ -1,7 +1,8 @@
 """Request -> valid furnished room: parse tree, layout, exact checks, and again until it passes.
 
 A structure gets several layouts before another one is drawn, and a chain several rounds before it starts afresh, so that the checks change
-the distribution of structures as little as possible.
+the distribution of structures as little as possible.  Valid layouts that a person would find odd are passed over, so many as the budget
+has; then the least odd one is taken.
 """
 
 from __future__ import annotations
@@ -10,9 +11,12 @@ import time
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
+from grammar.checks.faults import find_faults
+from grammar.checks.furnished import furnished
 from grammar.checks.metrics import SamplingCost
 from grammar.checks.validity import check_room, door_start_m
 from grammar.derivation.derive import derive
@@ -71,34 +75,53 @@ def sample_room_with_cost(
         )
     grammar = overridden(grammar, request)
     beta = request.beta if request.beta > 0.0 else grammar.schedule.beta
-    attempts, meter = 0, _Meter()
+    attempts, odd, meter = 0, 0, _Meter()
+    best: _Candidate | None = None
     failures: Counter[str] = Counter()
-    for _ in range(grammar.budget.structures):
-        tree = derive(grammar, categories, request, rng)
-        rules = {item.id: item.rule for item in tree.items}
-        problem, start = assemble(grammar, categories, tree, beta)
-        chain = Chain(problem, move_settings(grammar.moves), room_floor(grammar, tree.room))
-        for layout, energy in _layouts(grammar, chain, start, beta, rng, meter):
-            attempts += 1
-            if layout is None:
-                failures["layout without overlaps"] += 1
-                continue
-            objects = _objects(tree, categories, problem, layout)
-            report = check_room(grammar, categories, tree.room, objects, rules, attempts)
-            if report.valid:
-                objects = tuple(
-                    replace(item, model=replace(item.model, seed=int(seed)))
-                    for item, seed in zip(objects, rng.integers(_MAX_SEED, size=len(objects)), strict=True)
-                )
-                graph = _parse_graph(grammar, tree, layout, problem, energy)
-                cost = SamplingCost(attempts=attempts, proposals=meter.proposals, chain_s=meter.seconds)
-                return SampledRoom(room=tree.room, objects=objects, parse_graph=graph, validity=report), cost
-            failures.update(check.name for check in report.checks if not check.passed)
+    for tree, problem, layout, energy in _tries(grammar, categories, request, beta, rng, meter):
+        attempts += 1
+        if layout is None:
+            failures["layout without overlaps"] += 1
+            continue
+        objects = _objects(tree, categories, problem, layout)
+        report = check_room(grammar, categories, tree.room, objects, {item.id: item.rule for item in tree.items}, attempts)
+        failures.update(check.name for check in report.checks if not check.passed)
+        if not report.valid:
+            continue
+        # keep the layout that a person would find least odd
+        faults = find_faults(furnished(grammar.room_type, tree.room, objects, categories), of_layout=True)
+        found = sum(map(len, faults.values()))
+        if best is None or found < best.faults:
+            best = _Candidate(found, tree.room, objects, report, _parse_graph(grammar, tree, layout, problem, energy))
+        odd += found > 0
+        if not found or odd > grammar.budget.odd:
+            break
+    if best is not None:
+        cost = SamplingCost(attempts=attempts, proposals=meter.proposals, chain_s=meter.seconds)
+        return _finished(best, attempts, rng), cost
     worst = ", ".join(f"{name} ({count})" for name, count in failures.most_common(3))
     raise RequestError(
         f"request: expected a valid {grammar.room_type} within {attempts} layouts, got none; most failed at {worst}; "
         "ask for a larger room or fewer objects, or raise the budget"
     )
+
+
+class _Candidate(NamedTuple):
+    """A valid layout and how many objects it has at fault."""
+
+    faults: int
+    room: Room
+    objects: tuple[SceneObject, ...]
+    report: ValidityReport
+    graph: ParseGraph
+
+
+def _finished(best: _Candidate, attempts: int, rng: np.random.Generator) -> SampledRoom:
+    """Return a layout as the room, with seeds for the models of its objects."""
+    seeds = rng.integers(_MAX_SEED, size=len(best.objects))
+    objects = tuple(replace(item, model=replace(item.model, seed=int(seed))) for item, seed in zip(best.objects, seeds, strict=True))
+    report = replace(best.report, attempts=attempts)
+    return SampledRoom(room=best.room, objects=objects, parse_graph=best.graph, validity=report)
 
 
 class _Meter:
@@ -119,6 +142,23 @@ def room_floor(grammar: Grammar, room: Room) -> Floor:
     if not any(getattr(grammar.weights, name) for name in FLOOR_TERMS):
         return NO_FLOOR
     return empty_floor(room.polygon_m, door_start_m(room, grammar.validity.robot_radius_m), grammar.validity)
+
+
+def _tries(
+    grammar: Grammar, categories: Categories, request: SceneRequest, beta: float, rng: np.random.Generator, meter: _Meter
+) -> Iterator[tuple[ParseTree, Problem, State | None, Floats]]:
+    """Yield layouts of one structure after the other until the budget is spent, or no further structure is found."""
+    for number in range(grammar.budget.structures):
+        try:
+            tree = derive(grammar, categories, request, rng)
+        except RequestError:
+            if not number:
+                raise
+            return
+        problem, start = assemble(grammar, categories, tree, beta)
+        chain = Chain(problem, move_settings(grammar.moves), room_floor(grammar, tree.room))
+        for layout, energy in _layouts(grammar, chain, start, beta, rng, meter):
+            yield tree, problem, layout, energy
 
 
 def _layouts(

@@ -371,6 +371,10 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python -m benchmarks.realism_bench LAYOUTS.jsonl --folds 5 --rooms 120 --counted 1000": Parsed(
         "takes an hour; test/grammar/learning/test_realism_figures.py has its figures"
     ),
+    ".venv/bin/python -c 'from grammar.checks.faults import faults_table; print(faults_table())'": Run(),
+    ".venv/bin/python -m benchmarks.rooms_bench --rooms 1000 --real LAYOUTS.jsonl --sheets sheets": Parsed(
+        "takes minutes; test/benchmarks/test_rooms_bench.py has its measures"
+    ),
     ".venv/bin/python -m benchmarks.recovery_bench": Parsed("test/grammar/learning/test_learn.py"),
     ".venv/bin/python -m benchmarks.reference_bench --pictures docs/reference": Parsed("takes an hour, and needs Mitsuba"),
     ".venv/bin/python -m benchmarks.export_bench": Parsed("needs Mitsuba; test/renderer/export reads the files"),

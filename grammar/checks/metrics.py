@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from grammar.checks.faults import scene_faults
 from grammar.checks.relations import KINDS, RelationCounts, satisfied_relations
 from grammar.checks.validity import door_start_m
 from grammar.geometry.free_space import rasterize, reachable
@@ -41,7 +42,8 @@ class SamplingCost:
 class RoomMetrics:
     """Metrics of one room.
 
-    ``checks`` maps the name of a validity check to (value, limit, objects at fault), ``relations`` a kind to (satisfied, declared).
+    ``checks`` maps the name of a validity check to (value, limit, objects at fault), ``faults`` that of a fault of use to the objects at
+    fault, ``relations`` a kind to (satisfied, declared).
     """
 
     index: int
@@ -49,6 +51,7 @@ class RoomMetrics:
     objects: int
     valid: bool
     checks: dict[str, tuple[float, float, int]]
+    faults: dict[str, list[int]]
     to_be_reached: int
     pair_iou: float
     pairs_with_iou: float
@@ -89,6 +92,7 @@ def measure_room(grammar: Grammar, categories: Categories, scene: SceneDescripti
         objects=len(scene.objects),
         valid=scene.validity.valid,
         checks={check.name: (check.value, check.limit, len(check.objects)) for check in scene.validity.checks},
+        faults=scene_faults(scene, categories),
         to_be_reached=sum(rule is not None and bool(rule.reach_any) for rule in rules),
         pair_iou=mean_iou,
         pairs_with_iou=share,
@@ -163,6 +167,7 @@ def summarise(rooms: Rooms, failures: int) -> list[Metric]:
         Metric("R_reach", "seats, beds and stores that the robot gets to / all of them", 1.0 - share("reachable", needed),
                "", ">= 1", _at_fault(rooms, "reachable") == 0),
         _side(rooms),
+        _figure("odd rooms", "rooms with a fault of use, as docs/grammar.md lists them / rooms", _odd(rooms), ""),
         Metric("room reachability", f"rooms with at least {LEAST_CELLS} reachable cells of {REACHABLE_CELL_M} m / rooms",
                float(np.mean([room.reachable_m2 >= LEAST_CELLS * REACHABLE_CELL_M**2 for room in rooms])), "", ">= 1",
                all(room.reachable_m2 >= LEAST_CELLS * REACHABLE_CELL_M**2 for room in rooms)),
@@ -196,6 +201,10 @@ def _figure(name: str, definition: str, value: float, unit: str) -> Metric:
 
 def _mean(rooms: Rooms, field: str) -> float:
     return float(np.mean([getattr(room, field) for room in rooms]))
+
+
+def _odd(rooms: Rooms) -> float:
+    return sum(bool(room.faults) for room in rooms) / len(rooms)
 
 
 def _at_fault(rooms: Rooms, name: str) -> int:

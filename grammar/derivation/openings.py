@@ -1,7 +1,7 @@
 """Doors and windows, drawn on the walls of a room.
 
 A wall is drawn with a probability proportional to its length; along it an opening lies either near one end or anywhere.  Openings that come
-too close to each other or to the ceiling are rejected, and the caller draws again.
+too close to each other or to the ceiling are rejected, as are those that an open door would get before, and the caller draws again.
 """
 
 from __future__ import annotations
@@ -13,12 +13,16 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from grammar.derivation.densities import draw_index, draw_truncated_normal, draw_with_log_density, truncated_normal_log_density
+from grammar.geometry.boxes import footprint_penetration
 from grammar.geometry.walls import wall_lengths
+from grammar.geometry.zones import face_box, leaf_boxes
 from grammar.spec.room_rules import OpeningRule
 from scene_description import ModelReference, Opening
 from scene_description.types import Point2
 
 _MAX_SEED = 2**63 - 1
+_CURTAIN_M = 0.3
+"""What curtains take to both sides of their window, about."""
 
 
 class Attribute(NamedTuple):
@@ -94,6 +98,8 @@ def draw_opening(
         model=ModelReference(generator=kind, seed=int(rng.integers(_MAX_SEED))),
         parts=(),
     )
+    if any(_in_the_way(polygon_m, opening, other) for other in others):
+        return None
     attributes = [
         Attribute("size", f"{width:.3f} x {tall:.3f} m, sill {sill:.3f} m", width_log + tall_log + sill_log),
         Attribute("wall", str(wall), math.log(shares[wall])),
@@ -102,6 +108,17 @@ def draw_opening(
     if kind == "door":
         attributes.append(Attribute("swing", opening.swing, math.log(rule.swing_in if swings_in else 1.0 - rule.swing_in)))
     return DrawnOpening(opening, tuple(attributes))
+
+
+def _in_the_way(polygon_m: Sequence[Point2], opening: Opening, other: Opening) -> bool:
+    """Return whether the leaf of one of two openings, a door into the room, gets before the other one or meets its leaf."""
+    pairs = []
+    for one, two in ((opening, other), (other, opening)):
+        face = face_box(polygon_m, two, _CURTAIN_M if two.category == "window" else 0.0)
+        pairs += [(leaf, face) for leaf in leaf_boxes(polygon_m, one)]
+    swings = [leaf_boxes(polygon_m, one)[:1] for one in (opening, other)]
+    pairs += [(a, b) for a in swings[0] for b in swings[1]]
+    return any(footprint_penetration(a, b) > 0.0 for a, b in pairs)
 
 
 def _draw_offset(rng: np.random.Generator, rule: OpeningRule, slack: float) -> float:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from grammar.geometry.arrays import Boxes
+from grammar.geometry.solids import SHEET_M
 from grammar.spec.object_rules import ObjectRule
 from grammar.spec.room_rules import OpeningRule
 from scene_description import Opening, Room
+from scene_description.types import Point2
 
 # Everything that hangs touches its wall and everything that blocks access stands on the floor, so these two bound no distance.
 _FACE_DEPTH_M = 0.05
@@ -38,13 +41,45 @@ class Zone(NamedTuple):
 
 
 def opening_zones(opening: Opening, rule: OpeningRule) -> list[Zone]:
-    """Return what must stay free before an opening; the frame has its origin at the middle of the lower edge, x into the room."""
-    depth = opening.width_m if opening.category == "door" and opening.swing == "in" else rule.clear_depth_m
+    """Return what must stay free before an opening; the frame has its origin at the middle of the lower edge, x into the room.
+
+    What a door into the room sweeps is free of rugs too, whose sheets lie below the floor, and nothing hangs where its leaf gets to behind
+    it.
+    """
+    opens_in = opening.category == "door" and opening.swing == "in"
+    depth = opening.width_m if opens_in else rule.clear_depth_m
     kind = SWING if opening.category == "door" else VIEW
     half_width, casing = 0.5 * opening.width_m, rule.casing_m
     clear = Zone(0.5 * depth, 0.0, rule.clear_above_sill_m, opening.height_m, 0.5 * depth, half_width, kind, depth)
     half = 0.5 * _FACE_DEPTH_M
-    return [clear, Zone(half, 0.0, 0.0, opening.height_m + casing, half, half_width + casing, FACE, _FACE_DEPTH_M)]
+    face = Zone(half, 0.0, 0.0, opening.height_m + casing, half, half_width + casing, FACE, _FACE_DEPTH_M)
+    if not opens_in:
+        return [clear, face]
+    return [clear._replace(z_low=-SHEET_M), face, _behind(opening)]
+
+
+def _behind(opening: Opening) -> Zone:
+    """Return where the leaf of a door into the room gets to beyond a right angle."""
+    half, hinge = 0.5 * opening.width_m, 1.0 if opening.hinge == "start" else -1.0
+    return Zone(half, 2.0 * hinge * half, 0.0, opening.height_m, half, half, FACE, opening.width_m)
+
+
+def leaf_boxes(polygon_m: Sequence[Point2], opening: Opening) -> list[Boxes]:
+    """Return the boxes (8,) that the leaf of a door into the room gets to: up to a right angle, and behind it; of others none."""
+    if opening.category != "door" or opening.swing != "in":
+        return []
+    half = 0.5 * opening.width_m
+    swing = Zone(half, 0.0, 0.0, opening.height_m, half, half, SWING, opening.width_m)
+    x, y, yaw = frame_in(polygon_m, opening)
+    return list(placed_zones([swing, _behind(opening)], x, y, 0.0, yaw))
+
+
+def face_box(polygon_m: Sequence[Point2], opening: Opening, beside_m: float) -> Boxes:
+    """Return the flat box (8,) of an opening's own stretch of wall, and so much to both sides."""
+    half = 0.5 * _FACE_DEPTH_M
+    x, y, yaw = frame_in(polygon_m, opening)
+    zone = Zone(half, 0.0, 0.0, opening.height_m, half, 0.5 * opening.width_m + beside_m, FACE, _FACE_DEPTH_M)
+    return np.asarray(placed_zones([zone], x, y, 0.0, yaw)[0])
 
 
 def object_zones(rule: ObjectRule, size_m: Size) -> list[Zone]:
@@ -73,7 +108,12 @@ def side_rectangle(side: str, depth_m: float, size_m: Size) -> tuple[float, floa
 
 def opening_frame(room: Room, opening: Opening) -> tuple[float, float, float]:
     """Return x, y of the middle of an opening on its wall and the yaw of the direction into the room."""
-    (ax, ay), (bx, by) = room.polygon_m[opening.wall], room.polygon_m[(opening.wall + 1) % len(room.polygon_m)]
+    return frame_in(room.polygon_m, opening)
+
+
+def frame_in(polygon_m: Sequence[Point2], opening: Opening) -> tuple[float, float, float]:
+    """Return :func:`opening_frame` in the room of a floor outline."""
+    (ax, ay), (bx, by) = polygon_m[opening.wall], polygon_m[(opening.wall + 1) % len(polygon_m)]
     length = math.hypot(bx - ax, by - ay)
     along = (opening.offset_m + 0.5 * opening.width_m) / length
     return ax + along * (bx - ax), ay + along * (by - ay), math.atan2(bx - ax, ay - by)

@@ -10,7 +10,7 @@ import numpy as np
 
 from grammar.derivation.parse_tree import Item, ParseTree
 from grammar.geometry.arrays import Floats, Ints
-from grammar.geometry.solids import local_solids, surface_top
+from grammar.geometry.solids import layout_solids, surface_top
 from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, WALL_YAW, wall_rows
 from grammar.geometry.zones import Zone, object_zones, opening_zones, side_rectangle
 from grammar.layout import columns as col
@@ -85,7 +85,7 @@ def assemble(grammar: Grammar, categories: Categories, tree: ParseTree, beta: fl
     polygon = np.array(tree.room.polygon_m)
     (x_low, y_low), (x_high, y_high), (x_centre, y_centre) = polygon.min(0), polygon.max(0), centroid_m(tree.room.polygon_m)
     problem = Problem(
-        object=_object_table(tree, sizes, parts),
+        object=_object_table(categories, tree, sizes, parts),
         link=_link_table(grammar.validity, tree, surfaces, parts),
         box=_table([row for p in parts for rows in p.boxes for row in rows], len(BoxRow._fields)),
         mode=_table([row for p in parts for rows in p.modes for row in rows], len(ModeRow._fields)),
@@ -147,7 +147,7 @@ def _item_parts(
         ModeRow(_or_nan(mode.depth_fraction), _or_nan(mode.width_fraction), _or_nan(mode.orientation_rad)) for mode in rule.placements
     ]
     return _Parts(
-        solids=[BoxRow(*row) for row in local_solids(categories[rule.category], item.size_m).tolist()],
+        solids=[BoxRow(*row) for row in layout_solids(categories[rule.category], item.size_m).tolist()],
         zones=[_zone_row(zone) for zone in object_zones(rule, item.size_m)],
         strips=[_strip_row(side, grammar.validity.reach_depth_m, item.size_m) for side in rule.reach_any],
         wall_modes=_with_odds(at_walls, rule.wall, [1] * len(at_walls), beta),
@@ -175,9 +175,10 @@ def _sizes(tree: ParseTree) -> dict[int, Size]:
     return sizes | {last + k + 1: (0.0, 0.0, 0.0) for k in range(len(tree.corners))}
 
 
-def _object_table(tree: ParseTree, sizes: Mapping[int, Size], parts: Sequence[_Parts]) -> Floats:
+def _object_table(categories: Categories, tree: ParseTree, sizes: Mapping[int, Size], parts: Sequence[_Parts]) -> Floats:
     """Return ``Problem.object``."""
-    table, first = np.zeros((len(parts), 6)), len(tree.room.openings)
+    table, first = np.zeros((len(parts), 7)), len(tree.room.openings)
+    table[:, col.BACK_GAP] = np.inf
     for i, part in enumerate(parts):
         half_d, half_w = 0.5 * sizes[i + 1][0], 0.5 * sizes[i + 1][1]
         inner = max(_radius(part.solids), math.hypot(half_d, half_w))
@@ -186,6 +187,8 @@ def _object_table(tree: ParseTree, sizes: Mapping[int, Size], parts: Sequence[_P
     table[:first, col.BOTTOM] = [opening.sill_m for opening in tree.room.openings]
     for i, item in enumerate(tree.items, first):
         table[i, col.BOTTOM] = item.bottom_m
+        if item.rule.mount == "floor" and item.pinned is None:
+            table[i, col.BACK_GAP] = categories[item.rule.category].back_gap_m
         table[i, col.CENTRED] = float(item.rule.room_centre and item.core is None and item.pinned is None)
     return table
 
@@ -206,8 +209,8 @@ def _link_table(limits: Thresholds, tree: ParseTree, surfaces: Sequence[SurfaceR
 
 
 def _blocks(item: Item, limits: Thresholds, parts: _Parts) -> bool:
-    """Return whether an object takes floor from a robot; what stands on an object lies within its footprint."""
-    low = min((row.z_low for row in parts.solids), default=math.inf)
+    """Return whether an object takes floor from a robot; what stands on an object lies within its footprint, rugs below the floor."""
+    low = min((row.z_low for row in parts.solids if row.z_high > 0.0), default=math.inf)
     return item.rule.mount != "object" and item.bottom_m + low < limits.robot_height_m
 
 

@@ -22,6 +22,7 @@ OVERLAP = TERMS.index("overlap")
 OUT_OF_ROOM = TERMS.index("out_of_room")
 BLOCKED = TERMS.index("blocked")
 OVERHANG = TERMS.index("overhang")
+OFF_WALL = TERMS.index("off_wall")
 WALL_DISTANCE = TERMS.index("wall_distance")
 WALL_ORIENTATION = TERMS.index("wall_orientation")
 OCCLUSION = TERMS.index("occlusion")
@@ -186,6 +187,28 @@ def add_occlusion_by_walls(problem, state, i, out):  # type: ignore[no-untyped-d
             x, y, c, s = placed[k, boxes.X], placed[k, boxes.Y], placed[k, boxes.COS_YAW], placed[k, boxes.SIN_YAW]
             outside = rectangle_outside(problem.wall, x, y, c, s, placed[k, boxes.HALF_DEPTH], placed[k, boxes.HALF_WIDTH])
             out[OCCLUSION] += min(outside / problem.box[k, col.ZONE_DEPTH], 1.0)
+
+
+@kernel
+def add_off_wall(problem, state, i, out):  # type: ignore[no-untyped-def]
+    """Add how far the further end of the back of object ``i`` is from the wall that it is nearest to, beyond its greatest gap.
+
+    Beyond a wall's ends the distance to its nearer end takes the place of that to the wall.
+    """
+    wall, x, y, yaw = problem.wall, state.where[i, col.X], state.where[i, col.Y], state.where[i, col.YAW]
+    half_d, half_w, c, s = problem.object[i, col.HALF_DEPTH], problem.object[i, col.HALF_WIDTH], math.cos(yaw), math.sin(yaw)
+    nearest = np.inf
+    for w in range(len(wall)):
+        furthest = 0.0
+        for side in (-1.0, 1.0):
+            dx = x - half_d * c - side * half_w * s - wall[w, walls.START_X]
+            dy = y - half_d * s + side * half_w * c - wall[w, walls.START_Y]
+            along = dx * wall[w, walls.ALONG_X] + dy * wall[w, walls.ALONG_Y]
+            across = abs(dx * wall[w, walls.NORMAL_X] + dy * wall[w, walls.NORMAL_Y])
+            beyond = max(-along, along - wall[w, walls.LENGTH], 0.0)
+            furthest = max(furthest, math.sqrt(across * across + beyond * beyond))
+        nearest = min(nearest, furthest)
+    out[OFF_WALL] += max(nearest - problem.object[i, col.BACK_GAP], 0.0)
 
 
 @inlined

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from grammar.spec.grammar_file import read_yaml
 from grammar.spec.rules import GrammarError
@@ -14,6 +15,15 @@ from scene_description.labels import LABEL_ID
 
 Offset = Annotated[float, Limits(ge=-10.0, le=10.0, unit="m")]
 Fraction = Annotated[float, Limits(ge=0.0, le=1.0)]
+
+Role = Literal[
+    "seat", "pulled_up", "table", "store", "shelf", "wardrobe", "bed", "backed", "bedside", "screen", "shown", "switch", "drape", "curtain",
+    "unit", "wall_unit", "sink", "hob", "hood", "fridge", "bathing",
+]  # fmt: skip
+"""How people use an object, as far as the checks of use ask for it; ``config/categories.yaml`` says what each stands for."""
+
+BACK_GAP_M: Mapping[Role, float] = {"shelf": 0.1, "wardrobe": 0.1, "bed": 0.15, "backed": 0.15, "fridge": 0.15}
+"""Roles of what stands with its back to a wall, and the gap behind it that a person would still leave."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,12 +51,21 @@ class SupportSurface:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Category:
-    """One category.  ``solids`` None stands for one box of the object's whole size.  An ``underlay`` lies under objects on the floor."""
+    """One category.  ``solids`` None stands for one box of the object's whole size.  An ``underlay`` lies under objects on the floor.
+
+    ``roles`` say how people use it, for the checks of :mod:`grammar.checks.faults`.
+    """
 
     label: str
     solids: Annotated[tuple[Solid, ...], Limits(max_length=32)] | None = None
     surfaces: Annotated[tuple[SupportSurface, ...], Limits(max_length=32)] = ()
     underlay: bool = False
+    roles: Annotated[tuple[Role, ...], Limits(max_length=8)] = ()
+
+    @property
+    def back_gap_m(self) -> float:
+        """Greatest gap between its back and a wall; infinite for what may stand anywhere."""
+        return min((BACK_GAP_M[role] for role in self.roles if role in BACK_GAP_M), default=math.inf)
 
     @property
     def label_id(self) -> int:

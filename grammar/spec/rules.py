@@ -92,12 +92,16 @@ class Schedule:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Budget:
-    """Greatest numbers of derivations for one structure, of structures for one room, of layouts of a structure, of rounds of a chain."""
+    """Greatest numbers of derivations for one structure, of structures for one room, of layouts of a structure, of rounds of a chain.
+
+    ``odd``: so many valid layouts with faults of use (:mod:`grammar.checks.faults`) are passed over; then the one with fewest is taken.
+    """
 
     derivations: Annotated[int, Limits(ge=1, le=1_000_000)]
     structures: Annotated[int, Limits(ge=1, le=10_000)]
     layouts: Annotated[int, Limits(ge=1, le=10_000)]
     rounds: Annotated[int, Limits(ge=1, le=10_000)]
+    odd: Annotated[int, Limits(ge=0, le=10_000)] = 24
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

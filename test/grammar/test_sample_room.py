@@ -12,11 +12,14 @@ from small_grammar import CATEGORIES, closet, small_grammar
 from small_grammar import item as object_text
 
 from grammar import RequestError, SceneRequest, object_solids, read_room_type, sample_room
+from grammar.checks.faults import find_faults
+from grammar.checks.furnished import furnished
 from scene_description import to_mapping
 from scene_description.scene_json import check_scene
 from scene_description.types import Environment, Material, Part, SceneDescription
 
 ROOMS = 50
+CLOSET = SceneRequest(room_type="closet")
 
 
 @pytest.fixture(scope="module")
@@ -171,3 +174,27 @@ def test_a_room_that_is_never_valid_ends_in_a_named_error():
 def test_a_request_for_another_room_type_is_refused(grammar):
     with pytest.raises(RequestError, match="room_type: expected the grammar's 'bedroom', got 'kitchen'"):
         sample_room(grammar, CATEGORIES, SceneRequest(room_type="kitchen"), np.random.default_rng(0))
+
+
+LOOSE = """
+nodes:
+  closet: {kind: and, branches: [{symbol: table}, {symbol: seat}]}
+objects:
+  table: {category: desk, sizes: [{mean_m: [0.7, 1.4, 0.75], sd_m: [0.01, 0.01, 0.01]}], low_m: [0.6, 1.2, 0.7], high_m: [0.8, 1.5, 0.8]}
+  seat: {category: desk_chair, sizes: [{mean_m: [0.5, 0.5, 0.9], sd_m: [0.01, 0.01, 0.01]}],
+         low_m: [0.4, 0.4, 0.8], high_m: [0.6, 0.6, 1.0]}
+"""
+
+
+def test_odd_layouts_are_passed_over_until_the_budget_for_them_is_spent():
+    grammar = small_grammar(LOOSE)
+    careless = replace(grammar, budget=replace(grammar.budget, odd=0))
+
+    def odd(of, request=CLOSET):
+        rooms = [sample_room(of, CATEGORIES, request, np.random.default_rng(seed)) for seed in range(5)]
+        return sum(bool(find_faults(furnished("closet", room.room, room.objects, CATEGORIES))) for room in rooms)
+
+    assert odd(careless) >= 3
+    assert odd(grammar) == 0
+    # no layout can mend what is fixed: the room comes all the same
+    assert odd(grammar, replace(CLOSET, fixed=("desk:1:1:0", "desk_chair:-1:1:3.14"))) == 5

@@ -29,6 +29,7 @@ def room(**changes: object) -> RoomMetrics:
         objects=10,
         valid=True,
         checks=CHECKS,
+        faults={},
         to_be_reached=4,
         pair_iou=0.01,
         pairs_with_iou=0.1,
@@ -49,9 +50,12 @@ def test_rates_are_over_objects_or_rooms_as_their_definitions_say():
         "door_clear": (0.1, 0.001, 1),
     }
     some = {"wall": (0, 4), "group": (1, 2), "support": (0, 0)}
-    metric = {m.name: m for m in summarise([room(), room(checks=bad, objects=30, reachable_m2=0.2, seconds=0.6, relations=some)], 3)}
+    odd = {"chair_at_no_table": [3]}
+    metric = {
+        m.name: m for m in summarise([room(), room(checks=bad, faults=odd, objects=30, reachable_m2=0.2, seconds=0.6, relations=some)], 3)
+    }
     expected = {
-        "failures": 3.0, "Col_obj": 2 / 40, "Col_scene": 0.5, "penetration": 20.0, "R_out": 0.0, "doors blocked": 0.5,
+        "failures": 3.0, "odd rooms": 0.5, "Col_obj": 2 / 40, "Col_scene": 0.5, "penetration": 20.0, "R_out": 0.0, "doors blocked": 0.5,
         "R_walkable, least": 0.9, "R_walkable, mean": 0.935, "R_reach": 7 / 8, "room reachability": 0.5, "functional side, least": 0.8,
         "relation satisfaction": 6 / 12, "relations, wall": 3 / 8, "relations, group": 3 / 4, "relations, support": 0.0,
         "objects": 20.0, "time p50": 0.4, "attempts": 1.0, "proposals": 1000.0, "proposals/s": 100_000.0,

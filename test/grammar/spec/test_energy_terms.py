@@ -23,7 +23,7 @@ DOCS = Path(__file__).resolve().parents[3] / "docs"
 
 
 def test_terms_by_kind():
-    assert HARD_TERMS == ("overlap", "out_of_room", "blocked", "overhang")
+    assert HARD_TERMS == ("overlap", "out_of_room", "blocked", "overhang", "off_wall")
     assert FLOOR_TERMS == ("circulation", "reach")
     learned = {name for name, term in ENERGY_TERMS.items() if term.learned_from}
     assert learned == {
