@@ -174,8 +174,9 @@ def _check_dependencies(grammar: Grammar, symbol: str, rule: ObjectRule) -> None
             expected = f"an object with one_each: place and as many places around its core as this one has placements ({count})"
             raise FieldError(f"{path}.same_place_as", expected, repr(rule.same_place_as))
     for i, tie in enumerate(rule.tied):
-        if tie.to not in grammar.objects and tie.to not in (*OPENINGS, *([CORE] if cores else [])):
-            raise FieldError(f"{path}.tied[{i}].to", f"the symbol of an object, {', '.join(OPENINGS)} or {CORE}", repr(tie.to))
+        openings = f"{', '.join(OPENINGS)} or {CORE}" if cores else " or ".join(OPENINGS)
+        if tie.to not in grammar.objects and tie.to not in OPENINGS and not (cores and tie.to == CORE):
+            raise FieldError(f"{path}.tied[{i}].to", f"the symbol of an object, {openings}", repr(tie.to))
         if tie.axis == "middle" and rule.mount != "wall":
             raise FieldError(f"{path}.tied[{i}].axis", "no 'middle' unless mount is 'wall'", "'middle'")
 
