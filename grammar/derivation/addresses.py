@@ -21,7 +21,11 @@ from grammar.derivation.ties import resolve_ties
 from grammar.geometry.solids import surface_top
 from grammar.spec.categories import Categories
 from grammar.spec.object_rules import CORNER, NONE, ObjectRule
+from grammar.spec.run_rules import HANGING_LOW_M
 from scene_description import ParseNode, Room
+
+_LINE_ODDS = 8.0
+"""How many times as likely as elsewhere something hangs in line beside what hangs or stands there."""
 
 
 def draw_addresses(
@@ -53,9 +57,12 @@ def draw_addresses(
 def _draw_core(draft: Draft, context: Context, rng: np.random.Generator) -> None:
     if draft.rule.cores is None or draft.pinned is not None:
         return
-    targets, probabilities = target_probabilities(draft.rule.cores, draft, context)
+    allowed = _carriers(draft, context) if draft.rule.in_line else None
+    targets, probabilities = target_probabilities(draft.rule.cores, draft, context, allowed)
     if not targets:
         raise RejectedError(f"an object that {draft.symbol} belongs to")
+    if draft.rule.in_line:
+        probabilities = _closing_line(targets, probabilities, context)
     chosen = draw_index(rng, probabilities)
     draft.core = targets[chosen]
     name = NONE if draft.core is None else str(draft.core)
@@ -63,6 +70,23 @@ def _draw_core(draft: Draft, context: Context, rng: np.random.Generator) -> None
         name = f"{CORNER} {context.corners[draft.core - context.first_corner].vertex}"
     log_probability = math.log(probabilities[chosen])
     draft.below.append(ParseNode(symbol="core", kind="address", choice=name, log_probability=log_probability, object=draft.id))
+
+
+def _carriers(draft: Draft, context: Context) -> list[int]:
+    """Return the objects above which ``draft`` may hang in line: units of runs under free wall, that carry nothing yet."""
+    taken = {other.core for other in context.drafts.values() if other.rule.in_line}
+    return [key for key, other in context.drafts.items() if other.carries and key not in taken]
+
+
+def _closing_line(targets: Sequence[int | None], probabilities: Sequence[float], context: Context) -> list[float]:
+    """Return the probabilities of targets, those raised whose neighbours in the run carry something already or stand as high."""
+    filled = {other.core for other in context.drafts.values() if other.rule.in_line}
+    filled |= {key for key, other in context.drafts.items() if other.beside and other.size_m[2] > HANGING_LOW_M}
+    weights = [
+        share * (_LINE_ODDS if target is not None and filled.intersection(context.drafts[target].beside) else 1.0)
+        for target, share in zip(targets, probabilities, strict=True)
+    ]
+    return [weight / sum(weights) for weight in weights]
 
 
 def _finish(draft: Draft, context: Context, renumbered: Mapping[int, int]) -> tuple[Item, list[ParseNode]]:

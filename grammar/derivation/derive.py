@@ -23,6 +23,7 @@ from grammar.derivation.parse_tree import Item, ParseTree
 from grammar.derivation.pinning import Pinned, check_pinned, pin
 from grammar.derivation.plan import Plan, make_plan
 from grammar.derivation.rejection import RejectedError
+from grammar.derivation.runs import place_runs
 from grammar.derivation.shell import draw_openings, draw_room
 from grammar.derivation.structure import Vertex, draw_structure
 from grammar.spec.categories import Categories
@@ -86,8 +87,9 @@ def _derive_once(plan: Plan, categories: Categories, rng: np.random.Generator) -
         room,
         [(plan.fixed[terminals.fixed[k]], terminals.rules[k], terminals.sizes[k], place) for k, place in pinned.items()],
     )
-    # draw the addresses
+    # place the runs, and draw the addresses
     drafts = _drafts(structure, terminals, pinned, len(openings) + 1)
+    runs = place_runs(plan.grammar, room, drafts, rng)
     items, corners = draw_addresses(categories, room, drafts, rng)
     # write all choices down
     nodes = _shell_nodes(plan.grammar, (*room_attributes, *opening_counts), openings)
@@ -96,6 +98,7 @@ def _derive_once(plan: Plan, categories: Categories, rng: np.random.Generator) -
         items=_append_items(structure, items, nodes),
         nodes=tuple(nodes),
         corners=tuple((corner.x_m, corner.y_m, corner.yaw_rad) for corner in corners),
+        runs=runs,
     )
 
 

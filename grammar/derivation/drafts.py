@@ -42,8 +42,9 @@ class Draft:
     """One object while its addresses are drawn.
 
     ``units`` maps the symbols of the nodes above it to the nearest vertex of each.  ``core`` is what its address points to.
-    ``mode`` is the number of the mode around the core that is its own.  ``drawn_axes`` are the axes whose size was drawn from the rule's
-    mixture.  ``below`` are the nodes of the parse tree below its terminal.
+    ``mode`` is the number of the mode around the core that is its own.  ``carries`` is whether something may hang in line above it,
+    ``beside`` the units beside it in its run.  ``drawn_axes`` are the axes whose size was drawn from the rule's mixture.  ``below`` are the
+    nodes of the parse tree below its terminal.
     """
 
     id: int
@@ -57,6 +58,8 @@ class Draft:
     mode: int | None = None
     drawn_axes: tuple[int, ...] = (0, 1, 2)
     ties_resolved: bool = False
+    carries: bool = False
+    beside: tuple[int, ...] = ()
     below: list[ParseNode] = field(default_factory=list)
 
 

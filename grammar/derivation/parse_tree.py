@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from grammar.derivation.pinning import Pinned
+from grammar.geometry.run_slots import Slot
 from grammar.spec.object_rules import ObjectRule
 from scene_description import ParseNode, Room
 
@@ -38,6 +39,22 @@ class Item:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class RunPlan:
+    """A run: its units' ids in the order of the walk, how many of them stand in each leg, and where it can stand.
+
+    ``slot`` is the number of the slot, and ``slide_m`` the shift along it, in which it begins.
+    """
+
+    units: tuple[int, ...]
+    legs: tuple[int, ...]
+    wall_gap_m: float
+    line_cost: float
+    slots: tuple[Slot, ...]
+    slot: int
+    slide_m: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ParseTree:
     """A derivation: the shell of the room with its openings, the objects, and the choices in depth-first order.
 
@@ -50,3 +67,5 @@ class ParseTree:
     nodes: tuple[ParseNode, ...]
     corners: tuple[tuple[float, float, float], ...] = ()
     """x, y and yaw of the room's corners that are cores of objects; their ids follow those of the objects."""
+    runs: tuple[RunPlan, ...] = ()
+    """Objects that stand in rows; no object is in two of them."""

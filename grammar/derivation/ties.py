@@ -9,7 +9,7 @@ from grammar.derivation.drafts import Context, Draft, attribute_node, targets_of
 from grammar.derivation.openings import Attribute
 from grammar.derivation.rejection import RejectedError
 from grammar.geometry.walls import wall_lengths
-from grammar.spec.object_rules import ObjectRule, Tie
+from grammar.spec.object_rules import CORE, ObjectRule, Tie
 from scene_description import Room
 
 Distribution = tuple[float, float, float, float]
@@ -79,7 +79,9 @@ def _draw_about(rng: np.random.Generator, distribution: Distribution) -> tuple[f
 
 
 def _target(tie: Tie, draft: Draft, context: Context) -> int | None:
-    """Return the id of what a tie follows: the core if it has that symbol, else the first object of that symbol within the unit."""
+    """Return the id of what a tie follows: the core if that is asked for by its symbol or as such, else the first other such object."""
+    if tie.to == CORE:
+        return draft.core
     found = targets_of(tie.to, draft, context)
     return draft.core if draft.core in found else next(iter(found), None)
 

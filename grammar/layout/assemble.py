@@ -14,6 +14,7 @@ from grammar.geometry.solids import layout_solids, surface_top
 from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, WALL_YAW, wall_rows
 from grammar.geometry.zones import Zone, object_zones, opening_zones, side_rectangle
 from grammar.layout import columns as col
+from grammar.layout.assemble_runs import Wish, begin_runs, run_table, slot_table, wishes, write_links
 from grammar.layout.frames import place_object
 from grammar.layout.problem import Problem, State, zero_state
 from grammar.spec.categories import Categories
@@ -64,7 +65,9 @@ class SurfaceRow(NamedTuple):
 
 
 def assemble(grammar: Grammar, categories: Categories, tree: ParseTree, beta: float | None = None) -> tuple[Problem, State]:
-    """Return the layout problem of a parse tree and a state in which only what stays put is placed: openings, corners, fixed objects.
+    """Return the layout problem of a parse tree and a state in which all is placed that stays put or begins at a place of its own.
+
+    These are openings, corners, fixed objects, and the runs with what hangs in line above them.
 
     ``beta``: inverse temperature at which the chain will run, by default the grammar's; it shall not temper the probabilities of modes and
     addresses.
@@ -72,9 +75,11 @@ def assemble(grammar: Grammar, categories: Categories, tree: ParseTree, beta: fl
     openings, items, corners = tree.room.openings, tree.items, tree.corners
     sizes = _sizes(tree)
     surfaces = _surfaces(categories, items)
+    at_beta = grammar.schedule.beta if beta is None else beta
+    wished = wishes(tree, at_beta)
     parts = [
         *(_opening_parts([_zone_row(zone) for zone in opening_zones(o, grammar.openings[o.category])]) for o in openings),
-        *(_item_parts(grammar, categories, item, sizes, surfaces, grammar.schedule.beta if beta is None else beta) for item in items),
+        *(_item_parts(grammar, categories, item, sizes, surfaces, at_beta, wished.get(item.id, [])) for item in items),
         *(_opening_parts([]) for _ in corners),
     ]
     polygon = np.array(tree.room.polygon_m)
@@ -86,6 +91,8 @@ def assemble(grammar: Grammar, categories: Categories, tree: ParseTree, beta: fl
         mode=_table([row for p in parts for rows in p.modes for row in rows], len(ModeRow._fields)),
         surface=_table(surfaces, len(SurfaceRow._fields)),
         wall=wall_rows(tree.room.polygon_m),
+        run=run_table(tree),
+        slot=slot_table(tree),
         weight=weight_vector(grammar.weights),
         x_low=x_low,
         y_low=y_low,
@@ -107,6 +114,7 @@ class _Parts(NamedTuple):
     around_modes: list[ModeRow]
     placements: list[ModeRow]
     targets: list[ModeRow]
+    wishes: list[ModeRow]
 
     @property
     def boxes(self) -> tuple[list[BoxRow], ...]:
@@ -114,16 +122,22 @@ class _Parts(NamedTuple):
 
     @property
     def modes(self) -> tuple[list[ModeRow], ...]:
-        return self.wall_modes, self.around_modes, self.placements, self.targets
+        return self.wall_modes, self.around_modes, self.placements, self.targets, self.wishes
 
 
 def _opening_parts(zones: list[BoxRow]) -> _Parts:
     """Return the rows of an opening, or of a corner, which has no zones."""
-    return _Parts([], zones, [], [], [], [], [])
+    return _Parts([], zones, [], [], [], [], [], [])
 
 
 def _item_parts(
-    grammar: Grammar, categories: Categories, item: Item, sizes: Mapping[int, Size], surfaces: Sequence[SurfaceRow], beta: float
+    grammar: Grammar,
+    categories: Categories,
+    item: Item,
+    sizes: Mapping[int, Size],
+    surfaces: Sequence[SurfaceRow],
+    beta: float,
+    wished: Sequence[Wish],
 ) -> _Parts:
     """Return the rows of a placed object."""
     rule = item.rule
@@ -140,6 +154,7 @@ def _item_parts(
         around_modes=_with_odds(around, rule.around, [1 if rule.mount == "wall" else 2] * len(around), beta),
         placements=_with_odds(places, rule.placements, [2 - math.isnan(row.x) - math.isnan(row.y) for row in places], beta),
         targets=[ModeRow(float(surface), cost / beta, 0.0) for surface, cost in _targets(item, surfaces)],
+        wishes=[ModeRow(*wish) for wish in wished],
     )
 
 
@@ -180,15 +195,16 @@ def _object_table(categories: Categories, tree: ParseTree, sizes: Mapping[int, S
 
 def _link_table(limits: Thresholds, tree: ParseTree, surfaces: Sequence[SurfaceRow], parts: Sequence[_Parts]) -> Ints:
     """Return ``Problem.link``."""
-    table, first = np.zeros((len(parts), 14), np.int64), len(tree.room.openings)
+    table, first = np.zeros((len(parts), 22), np.int64), len(tree.room.openings)
     table[:, col.MOUNT], table[:, col.CORE], table[:, col.PINNED] = col.FIXED, -1, 1
     for i, item in enumerate(tree.items, first):
         table[i, [col.MOUNT, col.CORE]] = _MOUNT[item.rule.mount], -1 if item.core is None else item.core - 1
         table[i, [col.BLOCKS, col.PINNED]] = _blocks(item, limits, parts[i]), item.pinned is not None
     owners = {row.owner for row in surfaces}
     table[:, col.LEADS] = [i in owners or i in table[:, col.CORE] for i in range(len(table))]
+    write_links(tree, table)
     table[:, col.SOLIDS : col.BOX_END + 1] = _firsts([part.boxes for part in parts])
-    table[:, col.WALL_MODES : col.MODE_END + 1] = _firsts([part.modes for part in parts])
+    table[:, col.WALL_MODES : col.WISH_END + 1] = _firsts([part.modes for part in parts])
     return table
 
 
@@ -223,7 +239,7 @@ def _radius(rows: Sequence[BoxRow]) -> float:
 
 
 def _with_fixed(problem: Problem, tree: ParseTree) -> State:
-    """Return a state in which openings, corners and the objects that stay put have their places."""
+    """Return a state in which openings, corners, the objects that stay put, and runs have their places."""
     state = zero_state(problem)
     for i, opening in enumerate(tree.room.openings):
         wall, along = problem.wall[opening.wall], opening.offset_m + 0.5 * opening.width_m
@@ -240,6 +256,7 @@ def _with_fixed(problem: Problem, tree: ParseTree) -> State:
     for i in np.flatnonzero(problem.pinned).tolist():
         state.active[i] = 1
         place_object(problem, state, i)
+    begin_runs(problem, tree, state)
     return state
 
 

@@ -9,8 +9,13 @@ FLOOR, WALL, CEILING, OBJECT, FIXED = range(5)
 HALF_DEPTH, HALF_WIDTH, INNER_RADIUS, OUTER_RADIUS, BOTTOM, CENTRED, BACK_GAP = range(7)
 """Columns of ``Problem.object``."""
 
-MOUNT, CORE, LEADS, BLOCKS, SOLIDS, ZONES, STRIPS, BOX_END, WALL_MODES, AROUND_MODES, PLACEMENTS, TARGETS, MODE_END, PINNED = range(14)
-"""Columns of ``Problem.link``."""
+MOUNT, CORE, LEADS, BLOCKS, SOLIDS, ZONES, STRIPS, BOX_END, WALL_MODES, AROUND_MODES, PLACEMENTS, TARGETS, MODE_END, WISH_END, PINNED = (
+    range(15)
+)
+"""Columns of ``Problem.link`` that every problem fills."""
+
+RUN, LEG, TURNS, UNIT_KIND, LIKES_END, FILLS, IN_LINE = range(15, 22)
+"""Columns of ``Problem.link`` about runs."""
 
 ZONE_KIND, ZONE_DEPTH = 6, 7
 """Columns of ``Problem.box`` after those of :mod:`grammar.geometry.boxes`."""
@@ -30,17 +35,32 @@ MODE_YAW, ODDS_COST, PROBABILITY, NEAR, STRAIGHT = range(2, 7)
 TARGET, ADDRESS_COST = 0, 1
 """Columns of ``Problem.mode`` in the targets of a support address."""
 
+WISH_TARGET, WISH_NEAR, WISH_COST = range(3)
+"""Columns of ``Problem.mode`` in the wishes of a unit of a run."""
+
+END, CORNER_UNIT, WINDOW, LINE = -1, -2, -3, -4
+"""Values of column ``WISH_TARGET`` beside kinds of units."""
+
+RUN_HEAD, RUN_UNITS, RUN_SLOTS, RUN_SLOTS_END = range(4)
+"""Columns of ``Problem.run``."""
+
+DIRECTION, LEG_WALL, LEG_START, SLIDE, RUN_GAP = 0, 1, 2, 7, 8
+"""Columns of ``Problem.slot``; ``LEG_WALL`` and ``LEG_START`` are those of the first leg, each next leg has two more."""
+
 SURFACE_X, SURFACE_Y, SURFACE_Z, SURFACE_HALF_DEPTH, SURFACE_HALF_WIDTH, SURFACE_OWNER = range(6)
 """Columns of ``Problem.surface``."""
 
 X, Y, YAW, Z = range(4)
 """Columns of ``State.where``, and the first three of ``Proposal.pose``."""
 
-SURFACE, ON_WALL, ACTIVE = range(3)
+SURFACE, ON_WALL, ACTIVE, PLACE, SLOT = range(5)
 """Columns of ``State.hold``."""
 
 LEADER, NEW_SURFACE, NEW_WALL = range(3)
 """Columns of ``Proposal.tag``."""
+
+NEW_SLOT, NEW_SLIDE, FIRST_UNIT, SECOND_UNIT = 1, 0, 0, 1
+"""Of a run that is moved: columns of ``Proposal.tag[0]`` and ``Proposal.pose[0]``, and of ``Proposal.tag[1]``."""
 
 TRIED, ACCEPTED = range(2)
 """Columns of the counts of proposals by move."""

@@ -11,6 +11,7 @@ IJCV 2018, section 2.2):
 - group: the same as for walls, in the frame of the core object
 - overlap, out_of_room, blocked (zones of doors, windows and pictures), overhang, off_wall (backs of shelves, wardrobes, beds and the like):
   metres, zero in a valid room
+- run_order: the wishes of a run's units that their order does not meet
 - relation_odds: for the mode taken in each wall, support and group relation, what it is less dense than the object's densest mode there
 - circulation, reach: see :mod:`grammar.layout.circulation`, which adds them where they have a weight
 
@@ -43,6 +44,7 @@ from grammar.layout.losses import (
     add_zones,
 )
 from grammar.layout.problem import Problem, State
+from grammar.layout.runs import add_run_order, is_head
 
 
 @kernel
@@ -64,6 +66,8 @@ def _add_unary(problem, state, i, moved, out):  # type: ignore[no-untyped-def]
         add_support(problem, state, i, out)
     if problem.object[i, col.CENTRED] > 0.0:
         add_room_centre(problem, state, i, out)
+    if is_head(problem, i):
+        add_run_order(problem, state, link[i, col.RUN], out)
 
 
 @inlined

@@ -21,17 +21,22 @@ class Problem(NamedTuple):
     object: (n, 7) half depth, half width, radius of the circle about the origin around the solids, radius around solids and zones, height
     of the underside of what does not stand on an object, 1 where it is drawn to the centroid of the floor, greatest gap between its back
     and a wall (infinite where it may stand anywhere).
-    link: (n, 14) mount; index of the core object or -1; 1 where something may stand on it or be grouped around it; 1 where it takes floor
+    link: (n, 22) mount; index of the core object or -1; 1 where something may stand on it or be grouped around it; 1 where it takes floor
     from a robot; first row in ``box`` of its solids, of its zones and of the strips by which it is reached, and the end of these; first row
-    in ``mode`` of its wall modes, of its modes around the core, of its placements and of the targets of its support address, and the end of
-    these; 1 where it stays put.
+    in ``mode`` of its wall modes, of its modes around the core, of its placements, of the targets of its support address and of its wishes
+    in a run, and the end of these; 1 where it stays put.  Of units: run or -1, number of a leg, 1 where it turns, kind, 1 where it likes
+    the end, 1 where it carries something in line or stands as high; then 1 where it hangs in line, and moves only with its unit.  Legs
+    belong to places: the k-th unit of a run, by index, has that of place k.
     box: (m, 8) in the object's frame the first six columns of a box, then the kind and the depth of a zone.
     mode: (k, 7) wall modes: gap, 0, yaw against the wall; around the core: x, y, yaw in the core's frame; placements: depth fraction, width
     fraction, yaw against the surface (NaN: any).  Then of all these: -log of the density at the mode's middle over that of the object's
     densest mode, divided by the inverse temperature; probability; factors of the distance and of the angle, 1 over the mode's spreads.
-    Targets of a support address: index of a support surface, -log of its probability divided by the inverse temperature, 0.
+    Targets of a support address: index of a support surface, -log of its probability divided by the inverse temperature, 0.  Wishes: kind
+    of unit or a code, 1 for near and -1 for apart, cost (nat) divided by the inverse temperature.
     surface: (s, 6) support surfaces: x, y, z of the middle, half depth, half width in the owner's frame, index of the owner.
     wall: (w, 9) rows of :func:`grammar.geometry.walls.wall_rows`.
+    run: (r, 4) runs: index of the head, the unit that stands for all of them in moves; number of units; first row in ``slot`` and the end.
+    slot: (q, 9) places of runs, see :class:`grammar.geometry.run_slots.Slot`, and the gap between units and walls.
     weight: (t,) lambda of the energy terms.
     x_low, y_low, x_high, y_high: bounding box of the floor; x_centre, y_centre: its centroid.
     """
@@ -42,6 +47,8 @@ class Problem(NamedTuple):
     mode: Floats
     surface: Floats
     wall: Floats
+    run: Ints
+    slot: Floats
     weight: Floats
     x_low: float
     y_low: float
@@ -82,8 +89,9 @@ class Problem(NamedTuple):
 class State(NamedTuple):
     """Where everything is; the chain writes these arrays in place.
 
-    where: (n, 4) x, y, yaw, height of the underside; hold: (n, 3) the support surface that an object stands on, else -1; the wall that it
-    hangs on, else -1; 1 once it takes part; placed: (m, 8) the problem's boxes in the world.
+    where: (n, 4) x, y, yaw, height of the underside; hold: (n, 5) the support surface that an object stands on, else -1; the wall that it
+    hangs on, else -1; 1 once it takes part; the place of a unit in its run and the slot of that run, else -1; placed: (m, 8) the problem's
+    boxes in the world.  How far a run is shifted along its slot follows from the pose of the unit in place 0.
     """
 
     where: Floats
@@ -119,7 +127,7 @@ class State(NamedTuple):
 def zero_state(problem: Problem) -> State:
     """Return a state in which nothing takes part yet; x, y, yaw and boxes are zero, and nothing stands on an object or hangs on a wall."""
     n = len(problem.object)
-    where, hold = np.zeros((n, 4)), np.full((n, 3), -1, np.int64)
+    where, hold = np.zeros((n, 4)), np.full((n, 5), -1, np.int64)
     where[:, col.Z], hold[:, col.ACTIVE] = problem.object[:, col.BOTTOM], 0
     return State(where, hold, np.zeros((len(problem.box), 8)))
 

@@ -1,7 +1,8 @@
 """What moves along with the leaders of a proposal, and how all of it moves and comes back.
 
-What stands on a moved object moves along rigidly, and, when the draw says so, what is grouped around it too.  What hangs above a core that
-stands follows it from wall to wall.  A rigid motion keeps volume, so it adds nothing to the Hastings ratio.
+A moved unit takes its whole run along.  What stands on a moved object moves along rigidly, and, when the draw says so, what is grouped
+around it too.  What hangs above a core that stands follows it from wall to wall.  A rigid motion keeps volume, so it adds nothing to the
+Hastings ratio.
 """
 
 from __future__ import annotations
@@ -17,11 +18,12 @@ from grammar.geometry.kernels import inlined, kernel
 from grammar.layout import columns as col
 from grammar.layout.frames import along_wall, place_object, point_at_wall, surface_owner, wall_of_core, wrap
 from grammar.layout.problem import Problem, State, zero_state
+from grammar.layout.runs import is_head, move_run
 
 _HUNG = 3
-"""What moves with leader k is marked k + 1; what follows its core from wall to wall, and what stands on it, this plus its own index."""
+"""What moves with leader k is marked k + 1; units of a moved run, and what follows its core from wall to wall, this plus its own index."""
 
-_POSE_COLUMNS, _HOLD_COLUMNS, _BOX_COLUMNS = 4, 3, 8
+_POSE_COLUMNS, _HOLD_COLUMNS, _BOX_COLUMNS = 4, 5, 8
 
 
 class Moved(NamedTuple):
@@ -62,6 +64,11 @@ def gather(problem, state, i, leader, carry, count, moved):  # type: ignore[no-u
         return -1
     members[count], moved.leader[count], mark[i] = i, leader, leader + 1
     count += 1
+    if is_head(problem, i):
+        for j in range(len(link)):
+            if link[j, col.RUN] == link[i, col.RUN] and j != i:
+                members[count], moved.leader[count], mark[j] = j, leader, _HUNG + j
+                count += 1
     # Go through the members in the order in which they came in; each appends its own followers.
     while first < count:
         owner = members[first]
@@ -88,7 +95,9 @@ def _copy_object(problem, source, target, i):  # type: ignore[no-untyped-def]
     """Copy what a state holds for object ``i``, but whether it takes part."""
     for k in range(_POSE_COLUMNS):
         target.where[i, k] = source.where[i, k]
-    target.hold[i, col.SURFACE], target.hold[i, col.ON_WALL] = source.hold[i, col.SURFACE], source.hold[i, col.ON_WALL]
+    for k in range(_HOLD_COLUMNS):
+        if k != col.ACTIVE:
+            target.hold[i, k] = source.hold[i, k]
     for b in range(problem.link[i, col.SOLIDS], problem.link[i, col.BOX_END]):
         for k in range(_BOX_COLUMNS):
             target.placed[b, k] = source.placed[b, k]
@@ -135,10 +144,15 @@ def _follow(state, i, head, moved):  # type: ignore[no-untyped-def]
 def apply_move(problem, state, proposal, count, moved):  # type: ignore[no-untyped-def]
     """Write the leaders' new poses and move their followers; what was there before goes to ``moved.before``."""
     for m in range(count):
+        _copy_object(problem, state, moved.before, moved.members[m])
+    if is_head(problem, proposal.tag[0, col.LEADER]):
+        move_run(problem, state, proposal)
+    for m in range(count):
         i, place, mark = moved.members[m], moved.leader[m], moved.mark[moved.members[m]]
         leader = proposal.tag[place, col.LEADER]
-        _copy_object(problem, state, moved.before, i)
-        if leader == i:
+        if problem.link[i, col.RUN] >= 0:
+            pass  # a run moves as a whole
+        elif leader == i:
             _lead(problem, state, i, proposal, place)
         elif mark == _HUNG + i:
             _hang_again(problem, state, i, moved)
@@ -166,8 +180,9 @@ def copy_layout(state, kept, count, moved):  # type: ignore[no-untyped-def]
         i = moved.members[m]
         for k in range(_POSE_COLUMNS):
             kept.where[i, k] = moved.before.where[i, k]
-        for k in (col.SURFACE, col.ON_WALL):
-            kept.hold[i, k] = moved.before.hold[i, k]
+        for k in range(_HOLD_COLUMNS):
+            if k != col.ACTIVE:
+                kept.hold[i, k] = moved.before.hold[i, k]
 
 
 @kernel

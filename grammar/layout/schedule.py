@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammar.geometry.arrays import Floats, Ints
+from grammar.geometry.arrays import Bools, Floats, Ints
 from grammar.layout import columns as col
 from grammar.layout.circulation import CIRCULATION, REACH, circulation_losses
 from grammar.layout.energies import full_energy
@@ -75,7 +75,7 @@ def run_together(
         sweeps: proposals for each object that moves, if the energies do not stand still before.
         beta_first: inverse temperature at the beginning, from which it grows geometrically; a chain that is annealed does not end early.
     """
-    movable, test = np.flatnonzero(~chain.problem.pinned), schedule.convergence
+    movable, test = leaders(chain.problem), schedule.convergence
     best, least, converged = None, np.inf, False
     counts, trace, energy = empty_counts(), empty_trace(0), full_energy(chain.problem, state)
     while len(trace.energy) < sweeps and not converged:
@@ -124,10 +124,27 @@ def has_converged(energies: Floats, test: Convergence) -> bool:
     return bool(0.5 * np.abs(counts[0] - counts[1]).sum() / test.window < test.epsilon)
 
 
+def _moves_alone(problem: Problem) -> Bools:
+    """Return which objects are no units of a run and do not hang in line above one, (n,)."""
+    alone: Bools = (problem.link[:, col.RUN] < 0) & (problem.link[:, col.IN_LINE] == 0)
+    return alone
+
+
+def leaders(problem: Problem) -> Ints:
+    """Return the objects that lead moves: all that do not stay put and move alone, and the head of each run."""
+    found = ~problem.pinned & _moves_alone(problem)
+    found[problem.run[:, col.RUN_HEAD]] = True
+    return np.flatnonzero(found)
+
+
 def _stages(problem: Problem, schedule: Schedule) -> list[Stage]:
-    """Return the stages that bring in what hangs, cores, what groups around these, what stands alone, what stands on objects."""
+    """Return the stages that bring in what hangs, cores, what groups around these, what stands alone, what stands on objects.
+
+    Runs are there from the beginning and move, each by its head, as soon as cores do.
+    """
     n = len(problem.link)
-    mount, grouped = np.where(problem.pinned, col.FIXED, problem.mount), problem.core >= 0
+    mount = np.where(problem.pinned | ~_moves_alone(problem), col.FIXED, problem.mount)
+    heads, grouped = problem.run[:, col.RUN_HEAD], problem.core >= 0
     is_core = np.isin(np.arange(n), problem.core)
     follows = (mount == col.WALL) & grouped & (problem.mount[problem.core] == col.FLOOR)
     hangs = np.flatnonzero(((mount == col.WALL) & ~follows) | (mount == col.CEILING))
@@ -137,10 +154,10 @@ def _stages(problem: Problem, schedule: Schedule) -> list[Stage]:
     over_cores, over_associates = (np.flatnonzero(follows & np.isin(problem.core, below)) for below in (cores, associates))
     over_others = np.setdiff1d(np.flatnonzero(follows), np.concatenate([over_cores, over_associates]))
     supported = _bottom_up(problem, np.flatnonzero(mount == col.OBJECT))
-    gathered = np.concatenate([cores, over_cores, associates, over_associates])
+    gathered = np.concatenate([heads, cores, over_cores, associates, over_associates])
     return [
         Stage(hangs, hangs, schedule.walls),
-        Stage(np.concatenate([cores, over_cores]), np.concatenate([cores, over_cores]), schedule.cores),
+        Stage(np.concatenate([cores, over_cores]), np.concatenate([heads, cores, over_cores]), schedule.cores),
         Stage(np.concatenate([_cores_first(problem, associates), over_associates]), gathered, schedule.associates),
         Stage(np.concatenate([over_others, unpaired]), np.concatenate([gathered, over_others, unpaired]), schedule.unpaired),
         Stage(supported, supported, schedule.supported),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
+from grammar.spec.run_rules import RunRule
 from grammar.spec.values import Probability, Symbol
 from scene_description import Limits
 
@@ -24,7 +25,8 @@ class Branch:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Node:
-    """An And, Or or Set node."""
+    """An And, Or or Set node; with ``run`` the objects below it that stand on the floor make a run."""
 
     kind: Literal["and", "or", "set"]
     branches: Annotated[tuple[Branch, ...], Limits(min_length=1, max_length=256)]
+    run: RunRule | None = None

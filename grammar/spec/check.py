@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 
 from grammar.spec.and_or_graph import Branch, Node
-from grammar.spec.object_rules import CORNER, NONE, Mode, ObjectRule
+from grammar.spec.object_rules import CORE, CORNER, NONE, Mode, ObjectRule
 from grammar.spec.room_rules import SHAPES, OpeningRule, RoomRule
 from grammar.spec.rules import MOVES, Convergence, Grammar, MoveRule, truncated_normals
+from grammar.spec.run_rules import CORNER_UNIT, END, WINDOW
 from grammar.spec.values import range_error
 from scene_description import FieldError
 
@@ -130,9 +131,26 @@ def _check_object(grammar: Grammar, symbol: str, rule: ObjectRule, categories: C
             raise FieldError(f"{path}.{name}", f"{'a value' if needed else 'no value'} with {reason}", "a value" if given else "nothing")
     for name in ("wall", "around", "placements"):
         _check_modes(f"{path}.{name}", getattr(rule, name))
+    _check_run_unit(grammar, path, rule)
     if rule.wall and rule.mount != "floor":
         raise FieldError(f"{path}.wall", "no value unless mount is 'floor'", "a value")
     _check_dependencies(grammar, symbol, rule)
+
+
+def _check_run_unit(grammar: Grammar, path: str, rule: ObjectRule) -> None:
+    """Check how an object stands in a run, or hangs in line above one."""
+    if rule.in_line and (rule.mount != "wall" or not rule.cores):
+        raise FieldError(f"{path}.in_line", "mount 'wall' and cores with it", f"mount '{rule.mount}'{'' if rule.cores else ', no cores'}")
+    unit = rule.in_run
+    if unit is None:
+        return
+    if rule.mount != "floor" or rule.cores:
+        raise FieldError(f"{path}.in_run", "no value unless mount is 'floor' and without cores", "a value")
+    for name in ("near", "apart"):
+        for target in getattr(unit, name) or ():
+            if target not in grammar.objects and target not in (END, CORNER_UNIT, WINDOW):
+                expected = f"symbols of objects, {END}, {CORNER_UNIT} or {WINDOW}"
+                raise FieldError(f"{path}.in_run.{name}", expected, repr(target))
 
 
 def _check_dependencies(grammar: Grammar, symbol: str, rule: ObjectRule) -> None:
@@ -160,8 +178,9 @@ def _check_dependencies(grammar: Grammar, symbol: str, rule: ObjectRule) -> None
             expected = f"an object with one_each: place and as many places around its core as this one has placements ({count})"
             raise FieldError(f"{path}.same_place_as", expected, repr(rule.same_place_as))
     for i, tie in enumerate(rule.tied):
-        if tie.to not in grammar.objects and tie.to not in OPENINGS:
-            raise FieldError(f"{path}.tied[{i}].to", f"the symbol of an object, {' or '.join(OPENINGS)}", repr(tie.to))
+        openings = f"{', '.join(OPENINGS)} or {CORE}" if cores else " or ".join(OPENINGS)
+        if tie.to not in grammar.objects and tie.to not in OPENINGS and not (cores and tie.to == CORE):
+            raise FieldError(f"{path}.tied[{i}].to", f"the symbol of an object, {openings}", repr(tie.to))
         if tie.axis == "middle" and rule.mount != "wall":
             raise FieldError(f"{path}.tied[{i}].axis", "no 'middle' unless mount is 'wall'", "'middle'")
 
@@ -203,6 +222,6 @@ def _check_address_cycles(grammar: Grammar, symbol: str, above: tuple[str, ...])
         raise FieldError(f"objects.{symbol}", "addresses without cycles", " -> ".join((*above[above.index(symbol) :], symbol)))
     rule = grammar.objects.get(symbol)
     if rule is not None:
-        others = [tie.to for tie in rule.tied] + ([rule.same_place_as] if rule.same_place_as else [])
+        others = [tie.to for tie in rule.tied if tie.to != CORE] + ([rule.same_place_as] if rule.same_place_as else [])
         for target in dict.fromkeys((*(rule.cores or ()), *(rule.supporters or ()), *others)):
             _check_address_cycles(grammar, target, (*above, symbol))

@@ -86,6 +86,7 @@ class Weights:
     group_distance: Annotated[Weight, _soft("m", "distance to the place around the core object that fits best", "group")]
     group_orientation: Annotated[Weight, _soft("rad", "yaw against the core object, less the mean of the mode", "group")]
     room_centre: Annotated[Weight, _soft("m", "distance to the centroid of the floor", "centre")]
+    run_order: Annotated[Weight, _soft("nat", "what the order of a run's units costs", not_learned=_PROBABILITY)] = 1.0
     relation_odds: Annotated[Weight, _soft("nat", "what the modes taken are less dense than the densest", not_learned=_PROBABILITY)] = 1.0
     circulation: Annotated[Weight, _floor("", "what the share of the floor that a robot reaches lacks of the wanted one")] = 0.0
     reach: Annotated[Weight, _floor("", "number of seats, beds and stores that a robot does not get to")] = 0.0

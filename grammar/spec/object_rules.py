@@ -11,11 +11,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
+from grammar.spec.run_rules import RunUnit
 from grammar.spec.values import Distance, Extent, Looseness, Metres, Probability, Radians, Side, Spread, Symbol, TruncatedNormal
 from scene_description import Limits
 
 NONE = "none"
 """Target of an address that points to nothing: the object stands for itself."""
+
+CORE = "core"
+"""What a tie follows: the core, whatever its symbol."""
 
 CORNER = "corner"
 """Target of an address that points to a free corner of the room."""
@@ -100,7 +104,7 @@ class Tie:
     """A dependency of one attribute on another object or an opening: a side of the object, or the height of its middle.
 
     The attribute is normal about ``factor`` times the other's measure plus ``add_m``, with standard deviation ``sd_m`` (0: exactly that
-    value), truncated to the object's own bounds.  ``to`` is the symbol of the core, or of an object of the same unit.
+    value), truncated to the object's own bounds.  ``to`` is "core", the symbol of the core, or that of an object of the same unit.
     """
 
     axis: Literal["depth", "width", "height", "middle"]
@@ -149,3 +153,7 @@ class ObjectRule:
     access: Annotated[tuple[Access, ...], Limits(max_length=8)] = ()
     reach_any: Annotated[tuple[Side, ...], Limits(max_length=4)] = ()
     view_depth_m: Distance = 0.0
+    in_run: RunUnit | None = None
+    """How the object stands in the run of a node above it."""
+    in_line: bool = False
+    """What hangs keeps to the middle of its core, a unit of a run, which carries one such object, and moves only with it."""

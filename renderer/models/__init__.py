@@ -21,6 +21,7 @@ from renderer.models import (
     dining_things,
     electronics,
     exercise_bikes,
+    fitted_kitchen,
     gym,
     hallway,
     kitchen,
@@ -46,7 +47,8 @@ MODELS: dict[str, Model] = {
     for family in (
         *(beds, cabinets, desks, chairs, seats, rugs, shelves, lamps, plants, small, electronics, wall_things),
         *(bathroom, bathroom_things, office, gym, exercise_bikes, workshop, storage),
-        *(sofas, tables, cases, living_things, curtains, dining_chairs, dining_things, kitchen, appliances, kitchen_things, hallway),
+        *(sofas, tables, cases, living_things, curtains, dining_chairs, dining_things, hallway),
+        *(kitchen, fitted_kitchen, appliances, kitchen_things),
     )
     for name, model in family.MODELS.items()
 }

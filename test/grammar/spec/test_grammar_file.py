@@ -112,6 +112,17 @@ BAD = {
         [{"axis": "width", "to": "throne", "of": "width"}],
         r"objects\.bed\.tied\[0\]\.to: expected the symbol of an object, door or window, got 'throne'",
     ),
+    "tied_to_no_core": (
+        ["objects", "bed", "tied"],
+        [{"axis": "width", "to": "core", "of": "width"}],
+        r"objects\.bed\.tied\[0\]\.to: expected the symbol of an object, door or window, got 'core'",
+    ),
+    "wish_for_nothing": (
+        ["objects", "bed", "in_run"],
+        {"near": {"throne": 1}},
+        r"objects\.bed\.in_run\.near: expected symbols of objects, end, corner or window, got 'throne'",
+    ),
+    "in_line_on_the_floor": (["objects", "bed", "in_line"], True, r"objects\.bed\.in_line: expected mount 'wall' and cores with it"),
     "tied_in_a_circle": (
         ["objects", "bed", "tied"],
         [{"axis": "width", "to": "bed", "of": "width"}],

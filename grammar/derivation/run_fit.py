@@ -1,0 +1,111 @@
+"""How the units of a run are cut into legs, and how wide those become that stretch to the end of a wall."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from grammar.derivation.drafts import Draft
+from grammar.geometry.run_slots import Frame, leaves_gap
+from grammar.spec.run_rules import RunRule
+
+_STRETCH_COST = 4.0
+"""Nat for each stretched unit at a squared logarithm of 1 of its width over the drawn one."""
+
+_ROUNDING_M = 1e-9
+
+
+class LegFit(NamedTuple):
+    """What the best cut costs (nat), its legs, and the widths of their units."""
+
+    cost: float
+    legs: list[list[Draft]]
+    widths: list[list[float]]
+
+
+def fit_legs(rule: RunRule, frame: Frame, order: Sequence[Draft], turning: Sequence[Draft]) -> LegFit | None:
+    """Return the cheapest way to share units between the legs of a frame; None if there is none.
+
+    Args:
+        rule: of the run.
+        frame: with one leg more than there are units that turn.
+        order: the units that do not turn, in order.
+        turning: the units that turn; each ends a leg.
+    """
+    best: LegFit | None = None
+    for cuts in _cuts(len(order), len(turning)):
+        edges = (0, *cuts, len(order))
+        legs = [[*order[a:b], *turning[k : k + 1]] for k, (a, b) in enumerate(itertools.pairwise(edges))]
+        cost, widths, bare = 0.0, [], 0.0
+        for k, leg in enumerate(legs):
+            fitted = _fit_leg(rule, frame, k, leg)
+            if fitted is None or (best is not None and cost + fitted[0] >= best.cost):
+                break
+            cost += fitted[0]
+            widths.append(fitted[1])
+            bare += frame.legs[k].high - frame.legs[k].low - sum(fitted[1])
+        else:
+            if bare <= rule.most_bare_m + _ROUNDING_M:
+                best = LegFit(cost, legs, widths)
+    return best
+
+
+def _cuts(count: int, turns: int) -> Iterator[tuple[int, ...]]:
+    """Yield the numbers of units before each turn; no leg is without a unit that does not turn."""
+    if turns == 0:
+        yield ()
+    elif turns == 1:
+        yield from ((k,) for k in range(1, count))
+    else:
+        yield from ((j, k) for j in range(1, count) for k in range(j + 1, count))
+
+
+def _fit_leg(rule: RunRule, frame: Frame, k: int, leg: Sequence[Draft]) -> tuple[float, list[float]] | None:
+    """Return cost and widths of leg ``k``: filled up to its end, or with its units as wide as they were drawn, or as that end asks."""
+    room = frame.legs[k].high - frame.legs[k].low
+    bounds = [_bounds(unit) for unit in leg]
+    least, most = sum(low for low, _ in bounds), sum(high for _, high in bounds)
+    if least > room:
+        return None
+    only = len(frame.legs) == 1
+    between = not only and 0 < k < len(frame.legs) - 1
+    closed = (frame.closed_start and frame.closed_end) if only else frame.closed_start if k == 0 else frame.closed_end
+    found: list[tuple[float, list[float]]] = []
+    if most >= room - _ROUNDING_M:
+        found.append(_stretched(leg, bounds, room))
+    if not between:
+        drawn = min(max(sum(unit.size_m[1] for unit in leg), least), most)
+        if leaves_gap(closed, room - drawn, rule.end_gap_m):
+            drawn = room - rule.end_gap_m
+        if least <= drawn <= min(room, most):
+            cost, widths = _stretched(leg, bounds, drawn)
+            found.append((cost + rule.bare_cost * (room - drawn), widths))
+    return min(found, default=None, key=lambda one: one[0])
+
+
+def _bounds(unit: Draft) -> tuple[float, float]:
+    width = unit.size_m[1]
+    if unit.rule.in_run is None or not unit.rule.in_run.stretches:
+        return width, width
+    return unit.rule.low_m[1], unit.rule.high_m[1]
+
+
+def _stretched(leg: Sequence[Draft], bounds: Sequence[tuple[float, float]], length: float) -> tuple[float, list[float]]:
+    """Return cost and widths of units that together are ``length`` wide: all scaled by one factor, as far as their bounds let them."""
+    drawn = [unit.size_m[1] for unit in leg]
+    widths, free = list(drawn), [low < high for low, high in bounds]
+    while any(free):
+        # scale the free ones, and hold those at their bounds that would miss them by most
+        loose = sum(w for w, f in zip(drawn, free, strict=True) if f)
+        factor = (length - sum(w for w, f in zip(widths, free, strict=True) if not f)) / loose
+        widths = [d * factor if f else w for d, w, f in zip(drawn, widths, free, strict=True)]
+        above = [max(w - high, 0.0) if f else 0.0 for w, f, (_, high) in zip(widths, free, bounds, strict=True)]
+        below = [max(low - w, 0.0) if f else 0.0 for w, f, (low, _) in zip(widths, free, bounds, strict=True)]
+        worst = above if sum(above) >= sum(below) else below
+        if not any(worst):
+            break
+        widths = [min(max(w, low), high) if miss else w for w, miss, (low, high) in zip(widths, worst, bounds, strict=True)]
+        free = [f and not miss for f, miss in zip(free, worst, strict=True)]
+    return _STRETCH_COST * sum(math.log(w / d) ** 2 for w, d in zip(widths, drawn, strict=True)), widths

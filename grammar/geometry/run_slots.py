@@ -1,0 +1,189 @@
+"""Where a run can stand: frames, stretches of one or more walls round corners of the room, and slots, places of a run in these.
+
+A run is walked from its first unit to its last one, along the walls as the outline numbers them or against that, so a run and its mirror
+image have slots of their own.  A leg is the part of a run that stands at one wall; all legs but the last end with a unit that turns.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from grammar.geometry.arrays import Floats
+from grammar.geometry.wall_spans import Span
+from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, REFLEX, START_X, START_Y, WALL_YAW
+
+MOST_LEGS = 3
+_SQUARE = 0.02
+"""Greatest cosine of the angle between two walls round which a run goes."""
+
+_FIT_M = 1e-4
+_TOUCH_M = 1e-6
+_CLOSED_M = 0.01
+
+
+class Leg(NamedTuple):
+    """What a leg may take of a wall: metres ``low`` to ``high`` along it in the direction of the walk."""
+
+    wall: int
+    low: float
+    high: float
+
+
+class Frame(NamedTuple):
+    """Where the legs of a run may stand.
+
+    forward: the walk follows the numbers of the walls; closed_start, closed_end: whether a side wall ends the first and the last leg there.
+    """
+
+    forward: bool
+    legs: tuple[Leg, ...]
+    closed_start: bool
+    closed_end: bool
+
+
+class Slot(NamedTuple):
+    """One place of a run whose legs have given lengths.
+
+    direction: 1 if the walk follows the walls' direction, else -1; wall_a, start_a, ...: number of each leg's wall and where the leg begins
+    (metres from the wall's start; -1, 0 where there is no such leg); slide: how far the run may be shifted along from there.
+    """
+
+    direction: float
+    wall_a: float
+    start_a: float
+    wall_b: float
+    start_b: float
+    wall_c: float
+    start_c: float
+    slide: float
+
+
+def frames(wall: Floats, spans: Sequence[Sequence[Span]], legs: int, corner_m: float, gap_m: float) -> list[Frame]:
+    """Return all frames of a run.
+
+    Args:
+        wall: (w, 9) rows of :func:`grammar.geometry.walls.wall_rows`.
+        spans: the free stretches of each wall.
+        legs: their number.
+        corner_m: side of the units that turn.
+        gap_m: between units and walls.
+    """
+    found: list[Frame] = []
+    for forward in (True, False):
+        lengths, ordered = [float(row[LENGTH]) for row in wall], [_walked(spans, w, wall, forward) for w in range(len(wall))]
+        for w in range(len(wall)):
+            found.extend(_frames_from(wall, lengths, ordered, w, forward, (legs, corner_m, gap_m)))
+    return found
+
+
+def _walked(spans: Sequence[Sequence[Span]], w: int, wall: Floats, forward: bool) -> list[Span]:
+    """Return the free stretches of a wall in the direction of the walk."""
+    if forward:
+        return list(spans[w])
+    length = float(wall[w, LENGTH])
+    return [Span(length - s.high, length - s.low, s.closed_high, s.closed_low) for s in reversed(spans[w])]
+
+
+def _turns(wall: Floats, w: int, forward: bool) -> bool:
+    """Return whether a run can go on from wall ``w`` round the corner at its end."""
+    following = (w + 1) % len(wall) if forward else w
+    before = (following - 1) % len(wall)
+    cosine = wall[before, ALONG_X] * wall[following, ALONG_X] + wall[before, ALONG_Y] * wall[following, ALONG_Y]
+    return not wall[following, REFLEX] and abs(cosine) < _SQUARE
+
+
+def _frames_from(
+    wall: Floats, lengths: Sequence[float], spans: Sequence[list[Span]], w: int, forward: bool, measures: tuple[int, float, float]
+) -> Iterator[Frame]:
+    """Yield the frames whose first leg stands at wall ``w``."""
+    legs, corner_m, gap_m = measures
+    if legs == 1:
+        for span in spans[w]:
+            low, high = span.low + gap_m * span.closed_low, span.high - gap_m * span.closed_high
+            yield Frame(forward, (Leg(w, low, high),), span.closed_low, span.closed_high)
+        return
+    path = [(w + (k if forward else -k)) % len(wall) for k in range(legs)]
+    if any(not spans[v] for v in path) or len(set(path)) < legs or not all(_turns(wall, v, forward) for v in path[:-1]):
+        return
+    # each leg but the first begins behind a corner unit, each but the last reaches the end of its wall
+    first, last = spans[path[0]][-1], spans[path[-1]][0]
+    if first.high < lengths[path[0]] - _TOUCH_M or last.low > _TOUCH_M:
+        return
+    if any(len(spans[v]) != 1 or spans[v][0].low > _TOUCH_M or spans[v][0].high < lengths[v] - _TOUCH_M for v in path[1:-1]):
+        return
+    found = [Leg(path[0], first.low + gap_m * first.closed_low, lengths[path[0]] - gap_m)]
+    found += [Leg(v, gap_m + corner_m, lengths[v] - gap_m) for v in path[1:-1]]
+    found.append(Leg(path[-1], gap_m + corner_m, last.high - gap_m * last.closed_high))
+    yield Frame(forward, tuple(found), first.closed_low, last.closed_high)
+
+
+def leaves_gap(closed: bool, rest_m: float, end_gap_m: float) -> bool:
+    """Return whether what is left between the end of a run and a side wall is too much for a joint and too little to be of use."""
+    return closed and _CLOSED_M < rest_m < end_gap_m
+
+
+def slots(wall: Floats, frame: Frame, lengths: Sequence[float], end_gap_m: float, flush: bool) -> list[Slot]:
+    """Return the places in a frame of a run whose legs are ``lengths`` long; none where it does not fit or would leave a narrow gap.
+
+    ``flush``: a run with one leg touches a side wall where the frame has one.
+    """
+    rests = [leg.high - leg.low - length for leg, length in zip(frame.legs, lengths, strict=True)]
+    if min(rests) < -_FIT_M or any(rest > _FIT_M for rest in rests[1:-1]):
+        return []
+    if len(lengths) == 1:
+        return [_slot(wall, frame, [at], slide) for at, slide in _straight(frame, rests[0], end_gap_m, flush)]
+    if leaves_gap(frame.closed_start, rests[0], end_gap_m) or leaves_gap(frame.closed_end, rests[-1], end_gap_m):
+        return []
+    return [_slot(wall, frame, [frame.legs[0].low + rests[0], *(leg.low for leg in frame.legs[1:])], 0.0)]
+
+
+def _straight(frame: Frame, rest: float, end_gap_m: float, flush: bool) -> Iterator[tuple[float, float]]:
+    """Yield where a run with one leg begins and how far it can be shifted: at either end of the frame, and between these."""
+    low = frame.legs[0].low
+    if rest <= _CLOSED_M:
+        yield low + 0.5 * max(rest, 0.0), 0.0
+        return
+    if frame.closed_start and not leaves_gap(frame.closed_end, rest, end_gap_m):
+        yield low, 0.0
+    if frame.closed_end and not leaves_gap(frame.closed_start, rest, end_gap_m):
+        yield low + rest, 0.0
+    if flush and (frame.closed_start or frame.closed_end):
+        return
+    first, last = end_gap_m * frame.closed_start, rest - end_gap_m * frame.closed_end
+    if last > first:
+        yield low + first, last - first
+
+
+def _slot(wall: Floats, frame: Frame, starts: Sequence[float], slide: float) -> Slot:
+    """Return a slot; ``starts`` are measured in the direction of the walk."""
+    rows = [
+        (float(leg.wall), at if frame.forward else float(wall[leg.wall, LENGTH]) - at) for leg, at in zip(frame.legs, starts, strict=True)
+    ]
+    rows += [(-1.0, 0.0)] * (MOST_LEGS - len(rows))
+    (wall_a, start_a), (wall_b, start_b), (wall_c, start_c) = rows
+    return Slot(1.0 if frame.forward else -1.0, wall_a, start_a, wall_b, start_b, wall_c, start_c, slide)
+
+
+def unit_poses(
+    wall: Floats, slot: Slot, slide_m: float, legs: Sequence[Sequence[tuple[float, float]]], turns: Sequence[bool], gap_m: float
+) -> list[tuple[float, float, float, int]]:
+    """Return x, y, yaw (world) and wall of each unit of a run; ``legs`` holds the (depth, width) of the units of each leg in order.
+
+    The compiled twin is :func:`grammar.layout.runs.arrange`.
+    """
+    poses: list[tuple[float, float, float, int]] = []
+    starts = ((slot.wall_a, slot.start_a + slot.direction * slide_m), (slot.wall_b, slot.start_b), (slot.wall_c, slot.start_c))
+    for (w, at), units in zip(starts, legs, strict=False):
+        row, walked = wall[int(w)], 0.0
+        for depth, width in units:
+            along, across = at + slot.direction * (walked + 0.5 * width), gap_m + 0.5 * depth
+            walked += width
+            yaw = row[WALL_YAW] - (0.5 * math.pi if turns[len(poses)] and slot.direction < 0.0 else 0.0)
+            x, y = (
+                row[START_X] + row[ALONG_X] * along + row[NORMAL_X] * across,
+                row[START_Y] + row[ALONG_Y] * along + row[NORMAL_Y] * across,
+            )
+            poses.append((float(x), float(y), float(yaw), int(w)))
+    return poses

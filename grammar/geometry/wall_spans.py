@@ -1,0 +1,77 @@
+"""Free stretches of walls: where a row of furniture of some depth can stand with its back to a wall."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+from numpy.typing import ArrayLike
+
+from grammar.geometry.arrays import Boxes, Floats
+from grammar.geometry.boxes import footprint_corners
+from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, REFLEX, START_X, START_Y, wall_rows
+
+_TOUCH_M = 1e-6
+
+Point = tuple[float, float]
+
+
+class Span(NamedTuple):
+    """A stretch of a wall from ``low`` to ``high`` metres after the wall's start; ``closed``: whether another wall ends it there."""
+
+    low: float
+    high: float
+    closed_low: bool
+    closed_high: bool
+
+
+def free_spans(polygon_m: ArrayLike, obstacles: Boxes, depth_m: float) -> list[list[Span]]:
+    """Return for each wall the stretches along which nothing comes nearer than ``depth_m`` to it.
+
+    Args:
+        polygon_m: (w, 2) floor outline, counter-clockwise.
+        obstacles: (n, 8) world boxes that keep their floor free, whatever their heights.
+        depth_m: of the strip along the walls.
+    """
+    rows = wall_rows(polygon_m)
+    corners = [[(float(x), float(y)) for x, y in footprint_corners(box)] for box in obstacles]
+    return [_spans_of(rows, w, corners, depth_m) for w in range(len(rows))]
+
+
+def _spans_of(rows: Floats, w: int, obstacles: Sequence[Sequence[Point]], depth_m: float) -> list[Span]:
+    """Return the free stretches of wall ``w``."""
+    row, length = rows[w], float(rows[w, LENGTH])
+    blocked: list[tuple[float, float, bool]] = []
+    for v in range(len(rows)):
+        if v != w:
+            end = rows[(v + 1) % len(rows)]
+            ends = (float(rows[v, START_X]), float(rows[v, START_Y])), (float(end[START_X]), float(end[START_Y]))
+            blocked.extend((*found, True) for found in _in_strip(_at_wall(row, ends), depth_m))
+    for corners in obstacles:
+        blocked.extend((*found, False) for found in _in_strip(_at_wall(row, corners), depth_m))
+    # walk along the wall from one blocked stretch to the next
+    spans, at, closed = [], 0.0, not rows[w, REFLEX]
+    for low, high, by_wall in sorted(blocked):
+        if min(low, length) > at + _TOUCH_M:
+            spans.append(Span(at, min(low, length), closed, by_wall))
+        if high > at + _TOUCH_M:
+            at, closed = high, by_wall
+    if at < length - _TOUCH_M:
+        spans.append(Span(at, length, closed, not rows[(w + 1) % len(rows), REFLEX]))
+    return spans
+
+
+def _at_wall(row: Floats, points: Iterable[Point]) -> list[Point]:
+    """Return points as metres along a wall and into the room."""
+    offsets = [(x - row[START_X], y - row[START_Y]) for x, y in points]
+    return [(dx * row[ALONG_X] + dy * row[ALONG_Y], dx * row[NORMAL_X] + dy * row[NORMAL_Y]) for dx, dy in offsets]
+
+
+def _in_strip(points: Sequence[Point], depth_m: float) -> list[tuple[float, float]]:
+    """Return the stretch that a convex outline, or a segment, takes of the open strip before a wall; nothing if it lies outside."""
+    low, high, along = _TOUCH_M, depth_m - _TOUCH_M, []
+    for (s, t), (u, v) in zip(points, [*points[1:], points[0]], strict=True):
+        if low < t < high:
+            along.append(s)
+        along.extend(s + (u - s) * (edge - t) / (v - t) for edge in (low, high) if min(t, v) < edge < max(t, v))
+    return [(float(min(along)), float(max(along)))] if along else []

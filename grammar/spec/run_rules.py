@@ -1,0 +1,54 @@
+"""Runs: rows of units that stand side by side along walls, round corners of the room, and move as one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated
+
+from grammar.spec.values import Distance
+from scene_description import Limits
+
+END, CORNER_UNIT, WINDOW = "end", "corner", "window"
+"""What a unit may be near to or apart from beside symbols of objects: an end of its run, a unit that turns, the wall below a window."""
+
+HANGING_LOW_M = 1.3
+"""Units that are higher close the line of what hangs above the others."""
+
+Cost = Annotated[float, Limits(ge=0.0, le=100.0, unit="nat")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunRule:
+    """What makes the objects below a node that stand on the floor one run.
+
+    They stand with their backs ``wall_gap_m`` off the wall and touch each other.  A run that does not touch a side wall leaves
+    ``end_gap_m`` at least; with ``flush`` it touches one where its stretch of wall ends at one.  Before units that face each other
+    ``aisle_m`` stays free.  A metre of wall that a run could take and leaves bare makes an arrangement less likely by ``bare_cost`` nat; it
+    leaves at most ``most_bare_m``.  A unit that carries something in line costs ``line_cost`` nat if neither unit beside it does, nor
+    stands as high.
+    """
+
+    wall_gap_m: Distance = 0.005
+    end_gap_m: Distance = 0.4
+    aisle_m: Distance = 0.8
+    bare_cost: Cost = 4.0
+    most_bare_m: Distance = 50.0
+    flush: bool = True
+    line_cost: Cost = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunUnit:
+    """How a unit stands in its run.
+
+    ``turns``: it fills a corner of the room, its width is its depth, and the run goes on along the next wall.  ``stretches``: its width is
+    what the run lacks to the end of the wall, within the bounds of the size.  ``near`` and ``apart`` are what it costs (nat) if the unit is
+    not beside one of these, or is beside one: symbols of units, "end", "corner", "window".  At an end is also what has only units between
+    itself and the end that like to be near it too, so several tall units stand together there.
+    """
+
+    turns: bool = False
+    stretches: bool = False
+    near: Mapping[str, Cost] | None = None
+    apart: Mapping[str, Cost] | None = None
