@@ -186,7 +186,8 @@ def _check_openings(
 ) -> tuple[ValidityCheck, ValidityCheck]:
     standing = _supported_by(objects, owner, "floor")
     limit = grammar.validity.penetration_m
-    doors, windows = _opening_boxes(grammar, room, "door", False), _opening_boxes(grammar, room, "window", False)
+    doors = np.concatenate([_opening_boxes(grammar, room, kind, False) for kind in ("door", "garage_door")])
+    windows = _opening_boxes(grammar, room, "window", False)
     return (
         _zone_check("door_clear", limit, doors, boxes, owner, np.zeros(len(doors), np.int64)),
         _zone_check("window_clear", limit, windows, boxes[standing], owner[standing], np.zeros(len(windows), np.int64)),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
 
 import numpy as np
 
@@ -13,12 +12,11 @@ from grammar.derivation.outlines import draw_outline
 from grammar.derivation.rejection import RejectedError
 from grammar.spec.categories import Categories
 from grammar.spec.request import SceneRequest
+from grammar.spec.room_rules import OPENINGS
 from grammar.spec.rules import Grammar
 from scene_description import Opening, Room
 from scene_description.polygons import signed_area_m2
 from scene_description.types import Point2
-
-_KINDS: tuple[Literal["door", "window"], ...] = ("door", "window")
 
 
 def draw_room(
@@ -69,8 +67,10 @@ def draw_openings(
     """
     drawn: list[DrawnOpening] = []
     counts: list[Attribute] = []
-    for kind in _KINDS:
-        rule = grammar.openings[kind]
+    for kind in OPENINGS:
+        rule = grammar.openings.get(kind)
+        if rule is None:
+            continue
         copies = draw_index(rng, rule.multiplicity)
         counts.append(Attribute(f"{kind}_count", str(copies), math.log(rule.multiplicity[copies])))
         for _ in range(copies):

@@ -40,7 +40,7 @@ class Zone(NamedTuple):
 def opening_zones(opening: Opening, rule: OpeningRule) -> list[Zone]:
     """Return what must stay free before an opening; the frame has its origin at the middle of the lower edge, x into the room."""
     depth = opening.width_m if opening.category == "door" and opening.swing == "in" else rule.clear_depth_m
-    kind = SWING if opening.category == "door" else VIEW
+    kind = VIEW if opening.category == "window" else SWING
     half_width, casing = 0.5 * opening.width_m, rule.casing_m
     clear = Zone(0.5 * depth, 0.0, rule.clear_above_sill_m, opening.height_m, 0.5 * depth, half_width, kind, depth)
     half = 0.5 * _FACE_DEPTH_M

@@ -6,14 +6,12 @@ from collections.abc import Collection, Mapping, Sequence
 
 from grammar.spec.and_or_graph import Branch, Node
 from grammar.spec.object_rules import CORNER, NONE, Mode, ObjectRule
-from grammar.spec.room_rules import OpeningRule, RoomRule
+from grammar.spec.room_rules import OPENINGS, OpeningRule, RoomRule
 from grammar.spec.rules import MOVES, Convergence, Grammar, MoveRule, truncated_normals
 from grammar.spec.values import range_error
 from scene_description import FieldError
 
 _SUM_TOLERANCE = 1e-6
-OPENINGS = ("door", "window")
-"""Kinds of openings."""
 
 
 def check_grammar(grammar: Grammar, categories: Collection[str]) -> None:
@@ -51,7 +49,7 @@ def _check_openings(openings: Mapping[str, OpeningRule]) -> None:
         if kind not in OPENINGS:
             raise FieldError(f"openings.{kind}", f"one of {', '.join(OPENINGS)}", "an unknown key")
         _check_sum(f"openings.{kind}.multiplicity", rule.multiplicity)
-    for kind in OPENINGS:
+    for kind in ("door", "window"):
         if kind not in openings:
             raise FieldError(f"openings.{kind}", "a value", "nothing (the key is missing)")
     if sum(openings["door"].multiplicity[1:]) < 1.0 - _SUM_TOLERANCE:

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, get_args
 
 from grammar.spec.values import Distance, Extent, Probability, TruncatedNormal
 from scene_description import Limits
+from scene_description.types import OpeningKind
+
+OPENINGS: tuple[OpeningKind, ...] = get_args(OpeningKind)
+"""Kinds of openings, in the order in which they are drawn; every grammar has doors and windows."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,11 +48,11 @@ class RoomRule:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OpeningRule:
-    """Doors or windows: how many, how large, where in a wall, and what must stay free before them.
+    """Doors, overhead doors or windows: how many, how large, where in a wall, and what must stay free before them.
 
     ``near_corner`` is the probability that the opening lies ``corner_gap_m`` from one end of its wall; else its offset is uniform.
     Furniture keeps out of ``clear_depth_m`` before the opening above ``sill + clear_above_sill_m``.  Nothing hangs within ``casing_m``
-    of its sides and top.
+    of its sides and top.  The floor is at least ``floor_depth_m`` deep before its wall.
     """
 
     multiplicity: Annotated[tuple[Probability, ...], Limits(min_length=1, max_length=16)]
@@ -63,3 +67,4 @@ class OpeningRule:
     casing_m: Distance
     swing_in: Probability = 0.0
     wall_without_door: bool = False
+    floor_depth_m: Distance = 0.0
