@@ -156,7 +156,7 @@ def _pillars(cabin: list[Array]) -> list[Mesh]:
 
 def _wing_mirror(shell: _Shell, side: float, half_width: float) -> Mesh:
     """Return the housing of a mirror at the foot of the windscreen, out to half the width of the car."""
-    x, z, near = shell.x(0.665), shell.belt(0.665) + 0.02, 0.86 * shell.half
+    x, z, near = shell.x(0.665), shell.belt(0.665) + 0.02, 0.74 * shell.half
     a, b = sorted((side * near, side * half_width))
     return rounded_box((x - 0.05, a, z), (x + 0.09, b, z + 0.13), 0.04, 3)
 
@@ -175,8 +175,8 @@ def _handles(shell: _Shell) -> list[Mesh]:
 def _lamp(shell: _Shell, share: float, side: float, level: float, size: tuple[float, float, float]) -> Mesh:
     """Return a lamp in a corner of the body, a little proud of it."""
     end = 1.0 if share > 0.5 else -1.0
-    x = shell.x(share) + end * 0.4 * size[0]
-    y = side * (shell.half_width(share) - 0.42 * size[1])
+    x = shell.x(share) + end * 0.28 * size[0]
+    y = side * (shell.half_width(share) - 0.46 * size[1])
     z = level * shell.height
     return rounded_box(
         (x - 0.5 * size[0], y - 0.5 * size[1], z - 0.5 * size[2]), (x + 0.5 * size[0], y + 0.5 * size[1], z + 0.5 * size[2]), 0.045, 3
