@@ -20,6 +20,7 @@ TABLES = {
     "ground_truth": "Ground truth against bare Embree packets",
     "layers": "Layers of the hit record",
     "layout": "Rooms",
+    "rooms": "What is odd in rooms",
     "geometry": "Geometry",
     "color": "Colour",
     "camera_rate": "Colour at camera rate",

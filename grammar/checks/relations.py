@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 from grammar.derivation.drafts import corners_of
 from grammar.geometry.solids import surface_top
@@ -35,6 +35,7 @@ class _Reference(NamedTuple):
     y_m: float
     yaw_rad: float
     size_m: tuple[float, float, float]
+    hinge: Literal["start", "end"] = "start"
 
 
 class _Deviation(NamedTuple):
@@ -99,7 +100,7 @@ def _references(room: Room, objects: Sequence[SceneObject], graph: ParseGraph) -
     for opening in room.openings:
         along = opening.offset_m + 0.5 * opening.width_m
         x, y = wall[opening.wall, [START_X, START_Y]] + wall[opening.wall, [ALONG_X, ALONG_Y]] * along
-        at[opening.id] = _Reference(float(x), float(y), float(wall[opening.wall, WALL_YAW]), (0.0, opening.width_m, opening.height_m))
+        at[opening.id] = _Reference(float(x), float(y), float(wall[opening.wall, WALL_YAW]), (0.0, opening.width_m, opening.height_m), opening.hinge)
     corners = {
         f"{CORNER} {corner.vertex}": _Reference(corner.x_m, corner.y_m, corner.yaw_rad, (0.0, 0.0, 0.0)) for corner in corners_of(room)
     }
@@ -138,7 +139,7 @@ def _around_core(rule: ObjectRule, item: SceneObject, reference: _Reference | No
         return
     x, y, turn = _relative_pose(reference, item)
     for mode in rule.around:
-        mean_x, mean_y, _ = around_target(mode, item.size_m, reference.size_m)
+        mean_x, mean_y, _ = around_target(mode.at_door(reference.hinge), item.size_m, reference.size_m)
         off = abs(y - mean_y) if rule.mount == "wall" else math.hypot(x - mean_x, y - mean_y)
         yield _Deviation(mode, off, 0.0 if rule.mount == "wall" else _angle(turn, mode.orientation_rad))
 

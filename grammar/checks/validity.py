@@ -4,8 +4,8 @@
   only touches it)
 - out_of_bounds: every solid lies inside the floor polygon, above the floor and under the ceiling
 - floating: gap to the floor, wall, ceiling or support surface of the object; overhang: how far its footprint sticks out of that surface
-- door_clear, window_clear: depth of solids in the zones before doors and windows; wall_clear: the same before pictures and mirrors, and
-  for what hangs over an opening
+- door_clear, window_clear: depth of solids in the zones before doors and windows, of rugs in what a door sweeps; wall_clear: the same
+  before pictures and mirrors, and for what hangs over an opening or behind an open door
 - walkable_share: share of the free floor that a robot reaches from the door; reachable: number of seats, beds and stores that it does not
 - side_clear: free share of a strip along the freest side by which a seat, bed or store is used, the least over these
 """
@@ -32,7 +32,7 @@ from grammar.geometry.boxes import (
     segment_inside_length,
 )
 from grammar.geometry.free_space import rasterize, reachable, walkable_share
-from grammar.geometry.solids import object_solids, surface_top
+from grammar.geometry.solids import object_sheets, object_solids, surface_top
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, START_X, START_Y, outside_distance, wall_rows
 from grammar.geometry.zones import FACE, object_zones, opening_frame, opening_zones, placed_zones, side_rectangle
 from grammar.spec.categories import Categories
@@ -63,7 +63,7 @@ def check_room(
         _check_collision(limits, boxes, owner),
         _check_bounds(limits, room, objects, boxes, owner),
         *_check_support(limits, categories, room, objects),
-        *_check_openings(grammar, room, objects, boxes, owner),
+        *_check_openings(grammar, categories, room, objects, boxes, owner),
         _check_wall_space(grammar, room, objects, rules, boxes, owner),
         *_check_floor(limits, room, objects, rules, boxes),
         _check_sides(limits, room, objects, rules, boxes, owner),
@@ -182,14 +182,16 @@ def _opening_boxes(grammar: Grammar, room: Room, kind: str, faces: bool) -> Boxe
 
 
 def _check_openings(
-    grammar: Grammar, room: Room, objects: Sequence[SceneObject], boxes: Boxes, owner: Ints
+    grammar: Grammar, categories: Categories, room: Room, objects: Sequence[SceneObject], boxes: Boxes, owner: Ints
 ) -> tuple[ValidityCheck, ValidityCheck]:
     standing = _supported_by(objects, owner, "floor")
     limit = grammar.validity.penetration_m
     doors = np.concatenate([_opening_boxes(grammar, room, kind, False) for kind in ("door", "garage_door")])
     windows = _opening_boxes(grammar, room, "window", False)
+    sheets, of = object_sheets(categories, objects)
+    low, low_owner = np.concatenate([boxes, sheets]), np.concatenate([owner, of])
     return (
-        _zone_check("door_clear", limit, doors, boxes, owner, np.zeros(len(doors), np.int64)),
+        _zone_check("door_clear", limit, doors, low, low_owner, np.zeros(len(doors), np.int64)),
         _zone_check("window_clear", limit, windows, boxes[standing], owner[standing], np.zeros(len(windows), np.int64)),
     )
 

@@ -20,7 +20,7 @@ from grammar.derivation.rejection import RejectedError
 from grammar.derivation.ties import resolve_ties
 from grammar.geometry.solids import surface_top
 from grammar.spec.categories import Categories
-from grammar.spec.object_rules import CORNER, NONE
+from grammar.spec.object_rules import CORNER, NONE, ObjectRule
 from scene_description import ParseNode, Room
 
 
@@ -75,7 +75,7 @@ def _finish(draft: Draft, context: Context, renumbered: Mapping[int, int]) -> tu
     item = Item(
         id=draft.id,
         symbol=draft.symbol,
-        rule=rule if pinned is None else replace(rule, wall=(), around=(), cores=None),
+        rule=_at_opening(rule, draft, context) if pinned is None else replace(rule, wall=(), around=(), cores=None),
         size_m=draft.size_m,
         core=None if draft.core is None else renumbered.get(draft.core, draft.core),
         supporters=tuple(supporters),
@@ -86,6 +86,12 @@ def _finish(draft: Draft, context: Context, renumbered: Mapping[int, int]) -> tu
         pinned=pinned,
     )
     return item, below
+
+
+def _at_opening(rule: ObjectRule, draft: Draft, context: Context) -> ObjectRule:
+    """Return the rule with the sides of its places told for the hinge of the door that the object belongs to, if it does to one."""
+    door = context.openings.get(draft.core or 0)
+    return rule if door is None else replace(rule, around=tuple(mode.at_door(door.hinge) for mode in rule.around))
 
 
 def _size_node(draft: Draft) -> ParseNode:

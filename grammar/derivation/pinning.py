@@ -12,7 +12,7 @@ from grammar.derivation.fixed import FixedObject, Size
 from grammar.derivation.rejection import RejectedError
 from grammar.geometry.arrays import Boxes, Floats, Ints
 from grammar.geometry.boxes import deepest_penetrations, place_boxes
-from grammar.geometry.solids import local_solids, surface_top
+from grammar.geometry.solids import layout_solids, surface_top
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, START_X, START_Y, rectangle_outside, wall_rows
 from grammar.geometry.zones import FACE, SWING, VIEW, opening_frame, opening_zones, placed_zones
 from grammar.spec.categories import Categories
@@ -163,7 +163,7 @@ def _distance_to_wall(row: Floats, x: float, y: float) -> float:
 
 
 def _solids(categories: Categories, category: str, size_m: Size, place: Pinned) -> Boxes:
-    local = local_solids(categories[category], size_m)
+    local = layout_solids(categories[category], size_m)
     placed = np.empty((len(local), 8))
     place_boxes(local, 0, len(local), place.x_m, place.y_m, place.z_m, place.yaw_rad, placed)
     return placed

@@ -13,6 +13,9 @@ from scene_description import SceneObject
 
 Size = tuple[float, float, float]
 
+SHEET_M = 0.01
+"""To the layout, rugs and mats lie this deep below the floor."""
+
 _WHOLE = (Solid(),)
 
 
@@ -31,6 +34,13 @@ def local_solids(category: Category, size_m: Size) -> Boxes:
             centre, half = 0.5 * (low + high) - 0.5 * size, 0.5 * (high - low)
             rows.append((centre[0], centre[1], low[2], high[2], half[0], half[1]))
     return np.array(rows, np.float64).reshape(-1, 6)
+
+
+def layout_solids(category: Category, size_m: Size) -> Boxes:
+    """Return :func:`local_solids`, of a rug or mat its sheet below the floor, where it meets doors and its like but no furniture."""
+    if not category.underlay:
+        return local_solids(category, size_m)
+    return np.array([[0.0, 0.0, -SHEET_M, 0.0, 0.5 * size_m[0], 0.5 * size_m[1]]])
 
 
 def surface_top(surface: SupportSurface, size_m: Size) -> tuple[float, float, float]:
@@ -54,9 +64,19 @@ def object_solids(categories: Categories, objects: Sequence[SceneObject]) -> tup
         boxes: (n, 8) float64, rows as :mod:`grammar.geometry.boxes` defines them.
         owner_id: (n,) int64, the id of the object that each box belongs to.
     """
+    return _placed([(item, local_solids(categories[item.category], item.size_m)) for item in objects])
+
+
+def object_sheets(categories: Categories, objects: Sequence[SceneObject]) -> tuple[Boxes, Ints]:
+    """Return the sheets of all rugs and mats on the floor and whose they are, in the form of :func:`object_solids`."""
+    flat = [item for item in objects if categories[item.category].underlay and item.support.kind == "floor"]
+    return _placed([(item, layout_solids(categories[item.category], item.size_m)) for item in flat])
+
+
+def _placed(parts: Sequence[tuple[SceneObject, Boxes]]) -> tuple[Boxes, Ints]:
+    """Return the boxes of objects in the world, and whose they are."""
     boxes, owners = [], []
-    for item in objects:
-        local = local_solids(categories[item.category], item.size_m)
+    for item, local in parts:
         placed = np.empty((len(local), 8))
         place_boxes(local, 0, len(local), *item.position_m, item.yaw_rad, placed)
         boxes.append(placed)

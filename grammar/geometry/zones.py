@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grammar.geometry.arrays import Boxes
+from grammar.geometry.solids import SHEET_M
 from grammar.spec.object_rules import ObjectRule
 from grammar.spec.room_rules import OpeningRule
 from scene_description import Opening, Room
@@ -38,13 +39,23 @@ class Zone(NamedTuple):
 
 
 def opening_zones(opening: Opening, rule: OpeningRule) -> list[Zone]:
-    """Return what must stay free before an opening; the frame has its origin at the middle of the lower edge, x into the room."""
-    depth = opening.width_m if opening.category == "door" and opening.swing == "in" else rule.clear_depth_m
+    """Return what must stay free before an opening; the frame has its origin at the middle of the lower edge, x into the room.
+
+    What a door into the room sweeps is free of rugs too, whose sheets lie below the floor, and nothing hangs where its leaf gets to behind
+    it.
+    """
+    opens_in = opening.category == "door" and opening.swing == "in"
+    depth = opening.width_m if opens_in else rule.clear_depth_m
     kind = VIEW if opening.category == "window" else SWING
     half_width, casing = 0.5 * opening.width_m, rule.casing_m
     clear = Zone(0.5 * depth, 0.0, rule.clear_above_sill_m, opening.height_m, 0.5 * depth, half_width, kind, depth)
     half = 0.5 * _FACE_DEPTH_M
-    return [clear, Zone(half, 0.0, 0.0, opening.height_m + casing, half, half_width + casing, FACE, _FACE_DEPTH_M)]
+    face = Zone(half, 0.0, 0.0, opening.height_m + casing, half, half_width + casing, FACE, _FACE_DEPTH_M)
+    if not opens_in:
+        return [clear, face]
+    hinge = 1.0 if opening.hinge == "start" else -1.0
+    behind = Zone(half_width, 2.0 * hinge * half_width, 0.0, opening.height_m, half_width, half_width, FACE, opening.width_m)
+    return [clear._replace(z_low=-SHEET_M), face, behind]
 
 
 def object_zones(rule: ObjectRule, size_m: Size) -> list[Zone]:

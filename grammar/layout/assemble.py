@@ -10,7 +10,7 @@ import numpy as np
 
 from grammar.derivation.parse_tree import Item, ParseTree
 from grammar.geometry.arrays import Floats, Ints
-from grammar.geometry.solids import local_solids, surface_top
+from grammar.geometry.solids import layout_solids, surface_top
 from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, WALL_YAW, wall_rows
 from grammar.geometry.zones import Zone, object_zones, opening_zones, side_rectangle
 from grammar.layout import columns as col
@@ -133,7 +133,7 @@ def _item_parts(
         ModeRow(_or_nan(mode.depth_fraction), _or_nan(mode.width_fraction), _or_nan(mode.orientation_rad)) for mode in rule.placements
     ]
     return _Parts(
-        solids=[BoxRow(*row) for row in local_solids(categories[rule.category], item.size_m).tolist()],
+        solids=[BoxRow(*row) for row in layout_solids(categories[rule.category], item.size_m).tolist()],
         zones=[_zone_row(zone) for zone in object_zones(rule, item.size_m)],
         strips=[_strip_row(side, grammar.validity.reach_depth_m, item.size_m) for side in rule.reach_any],
         wall_modes=_with_odds(at_walls, rule.wall, [1] * len(at_walls), beta),
@@ -190,8 +190,8 @@ def _link_table(limits: Thresholds, tree: ParseTree, surfaces: Sequence[SurfaceR
 
 
 def _blocks(item: Item, limits: Thresholds, parts: _Parts) -> bool:
-    """Return whether an object takes floor from a robot; what stands on an object lies within its footprint."""
-    low = min((row.z_low for row in parts.solids), default=math.inf)
+    """Return whether an object takes floor from a robot; what stands on an object lies within its footprint, rugs below the floor."""
+    low = min((row.z_low for row in parts.solids if row.z_high > 0.0), default=math.inf)
     return item.rule.mount != "object" and item.bottom_m + low < limits.robot_height_m
 
 

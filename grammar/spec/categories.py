@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from grammar.spec.grammar_file import read_yaml
 from grammar.spec.rules import GrammarError
@@ -14,6 +14,12 @@ from scene_description.labels import LABEL_ID
 
 Offset = Annotated[float, Limits(ge=-10.0, le=10.0, unit="m")]
 Fraction = Annotated[float, Limits(ge=0.0, le=1.0)]
+
+Role = Literal[
+    "seat", "pulled_up", "table", "store", "shelf", "wardrobe", "bed", "bedside", "screen", "shown", "switch", "drape",
+    "unit", "wall_unit", "sink", "hob", "hood", "fridge", "bathing",
+]  # fmt: skip
+"""How people use an object, as far as the checks of use ask for it; ``config/categories.yaml`` says what each stands for."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,12 +47,16 @@ class SupportSurface:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Category:
-    """One category.  ``solids`` None stands for one box of the object's whole size.  An ``underlay`` lies under objects on the floor."""
+    """One category.  ``solids`` None stands for one box of the object's whole size.  An ``underlay`` lies under objects on the floor.
+
+    ``roles`` say how people use it, for the checks of :mod:`grammar.checks.faults`.
+    """
 
     label: str
     solids: Annotated[tuple[Solid, ...], Limits(max_length=32)] | None = None
     surfaces: Annotated[tuple[SupportSurface, ...], Limits(max_length=32)] = ()
     underlay: bool = False
+    roles: Annotated[tuple[Role, ...], Limits(max_length=8)] = ()
 
     @property
     def label_id(self) -> int:

@@ -140,6 +140,8 @@ def _check_dependencies(grammar: Grammar, symbol: str, rule: ObjectRule) -> None
         for target in mode.of:
             if target not in cores:
                 raise FieldError(f"{path}.around[{i}].of", f"cores of the object ({', '.join(cores)})", repr(target))
+        if mode.side in ("latch", "hinge") and set(mode.of or cores) != {"door"}:
+            raise FieldError(f"{path}.around[{i}].side", "latch or hinge for the core 'door' only", f"cores {', '.join(mode.of or cores)}")
     for core in cores:
         if core != NONE and not any(not mode.of or core in mode.of for mode in rule.around):
             raise FieldError(f"{path}.around", f"a place that is meant for '{core}'", "none")

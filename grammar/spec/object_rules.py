@@ -8,7 +8,7 @@ refers to (Jiang et al., IJCV 2018, section 2).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 from grammar.spec.values import Distance, Extent, Looseness, Metres, Probability, Radians, Side, Spread, Symbol, TruncatedNormal
@@ -58,18 +58,24 @@ class WallMode(Mode):
 class AroundMode(Mode):
     """A preferred pose in the frame of the core object.
 
-    ``gap_m`` separates the two boxes at ``side`` ("centre": on the core's centre line).  Along that side ``align`` -1 makes the backs (or
-    right ends) flush, 1 the fronts (or left ends), 0 the middles; ``along_m`` is added.  ``orientation_rad`` is relative to the core's
-    yaw (null: any).
+    ``gap_m`` separates the two boxes at ``side`` ("centre": on the core's centre line; of a door also "latch" and "hinge").  Along that
+    side ``align`` -1 makes the backs (or right ends) flush, 1 the fronts (or left ends), 0 the middles; ``along_m`` is added.
+    ``orientation_rad`` is relative to the core's yaw (null: any).
     """
 
-    side: Literal["front", "back", "left", "right", "centre"]
+    side: Literal["front", "back", "left", "right", "centre", "latch", "hinge"]
     gap_m: Metres = 0.0
     align: Annotated[float, Limits(ge=-1.0, le=1.0)] = 0.0
     along_m: Metres = 0.0
     orientation_rad: Radians | None = 0.0
     of: Annotated[tuple[Symbol, ...], Limits(max_length=16)] = ()
     """Cores that the place is meant for; empty: all."""
+
+    def at_door(self, hinge: Literal["start", "end"]) -> AroundMode:
+        """Return the mode with "latch" or "hinge" told as the side of a door with that hinge; the start is at the left, seen from it."""
+        if self.side not in ("latch", "hinge"):
+            return self
+        return replace(self, side="left" if (self.side == "hinge") == (hinge == "start") else "right")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

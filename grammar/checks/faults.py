@@ -1,0 +1,60 @@
+"""What a person finds odd in a furnished room: faults of use, one row each.
+
+No fault makes objects overlap or float; :mod:`grammar.checks.validity` looks after that.  The functions read where things stand and the
+roles of their categories (``config/categories.yaml``), so they judge sampled rooms and real ones alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+from grammar.checks import use_of_doors as doors
+from grammar.checks import use_of_furniture as furniture
+from grammar.checks import use_of_kitchens as kitchens
+from grammar.checks.furnished import Furnished, furnished
+from grammar.spec.categories import Categories
+from scene_description import SceneDescription
+
+
+class Fault(NamedTuple):
+    """A fault: its name, what it says, and the function that returns the ids of the objects at fault (0: the room itself)."""
+
+    name: str
+    says: str
+    find: Callable[[Furnished], list[int]]
+
+
+FAULTS = (
+    Fault("switch_behind_door", "a light switch is on the hinge side of a door that opens into the room", doors.switch_behind_door),
+    Fault("shown_behind_door", "a picture, mirror, clock or board is behind an open door", doors.shown_behind_door),
+    Fault("shown_hidden", "a picture, mirror, clock or board is hidden to a quarter by what stands before it", doors.shown_hidden),
+    Fault("rug_in_swing", "a rug or mat lies where a door swings", doors.rug_in_swing),
+    Fault("before_window", "a thing covers 15 % of a window", doors.before_window),
+    Fault("screen_unseen", "no seat faces a television that faces it", furniture.screen_unseen),
+    Fault("chair_at_no_table", "a chair or stool faces no table or desk", furniture.chair_at_no_table),
+    Fault("front_blocked", "the front of a store or appliance is blocked to more than half", furniture.front_blocked),
+    Fault("shelf_off_wall", "a shelf has no wall behind its back", furniture.shelf_off_wall),
+    Fault("wardrobe_off_wall", "a wardrobe has no wall behind its back", furniture.wardrobe_off_wall),
+    Fault("bed_off_wall", "the head of a bed is not at a wall", furniture.bed_off_wall),
+    Fault("bedside_astray", "a nightstand is further than 0.3 m from the bed", furniture.bedside_astray),
+    Fault("no_bathing", "a bathroom has neither bath nor shower", furniture.no_bathing),
+    Fault("gap_in_run", "a gap of 3 to 35 cm parts two kitchen units at a wall", kitchens.gap_in_run),
+    Fault("run_in_pieces", "kitchen units at one wall stand apart with no door between them, or one stands alone", kitchens.run_in_pieces),
+    Fault("fridge_off_wall", "a refrigerator has no wall behind its back", furniture.fridge_off_wall),
+    Fault("hood_off_hob", "a hood is not over a hob", kitchens.hood_off_hob),
+    Fault("kitchen_lacks", "a kitchen has no sink or no hob", kitchens.kitchen_lacks),
+    Fault("no_vehicle_door", "a garage has no door for a vehicle", kitchens.no_vehicle_door),
+)
+"""All faults, in the order of the tables that print them."""
+
+
+def find_faults(found: Furnished) -> dict[str, list[int]]:
+    """Return the faults that a room has: name -> ids of the objects at fault, 0 for the room itself."""
+    all_found = ((fault.name, fault.find(found)) for fault in FAULTS)
+    return {name: ids for name, ids in all_found if ids}
+
+
+def scene_faults(scene: SceneDescription, categories: Categories) -> dict[str, list[int]]:
+    """Return :func:`find_faults` of a scene description."""
+    return find_faults(furnished(scene.category, scene.room, scene.objects, categories))

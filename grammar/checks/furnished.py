@@ -1,0 +1,158 @@
+"""A furnished room as the checks of use look at it, and what they measure: strips of floor, gaps behind backs, reach of doors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from grammar.geometry.arrays import Bools, Boxes, Floats, Ints
+from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, SIN_YAW, Z_HIGH, Z_LOW, X, Y
+from grammar.geometry.solids import object_solids
+from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, START_X, START_Y, WALL_YAW, outside_distance, wall_rows
+from grammar.geometry.zones import opening_frame, side_rectangle
+from grammar.spec.categories import Categories, Role
+from scene_description import Opening, Room, SceneObject
+
+STRAIGHT_RAD = math.radians(15.0)
+"""A back is to a wall if it is turned from it by less than this."""
+
+_POINTS = 12
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Furnished:
+    """A room with its objects, their solids (m, 8) and whose these are (m,), and the rows of its walls."""
+
+    room_type: str
+    room: Room
+    objects: tuple[SceneObject, ...]
+    categories: Categories
+    boxes: Boxes
+    owner: Ints
+    wall: Floats
+
+    def having(self, *roles: Role) -> list[SceneObject]:
+        """Return the objects whose category has one of these roles."""
+        return [item for item in self.objects if any(role in self.categories[item.category].roles for role in roles)]
+
+    def standing(self, *roles: Role) -> list[SceneObject]:
+        """Return those of :meth:`having` that stand on the floor."""
+        return [item for item in self.having(*roles) if item.support.kind == "floor"]
+
+
+class Against(NamedTuple):
+    """An object with its back to a wall: the gap, and which stretch of that wall it takes, metres."""
+
+    wall: int
+    gap_m: float
+    low_m: float
+    high_m: float
+
+
+def furnished(room_type: str, room: Room, objects: Sequence[SceneObject], categories: Categories) -> Furnished:
+    """Return a room as the checks need it; the table of categories holds that of every object."""
+    boxes, owner = object_solids(categories, objects)
+    return Furnished(
+        room_type=room_type,
+        room=room,
+        objects=tuple(objects),
+        categories=categories,
+        boxes=boxes,
+        owner=owner,
+        wall=wall_rows(room.polygon_m),
+    )
+
+
+def world_points(item: SceneObject, forward_m: Floats, left_m: Floats) -> Floats:
+    """Return (n, 2) points given in an object's frame, in the world."""
+    c, s = math.cos(item.yaw_rad), math.sin(item.yaw_rad)
+    u, v = np.ravel(forward_m), np.ravel(left_m)
+    return np.column_stack([item.position_m[0] + u * c - v * s, item.position_m[1] + u * s + v * c])
+
+
+def in_boxes(points: Floats, boxes: Boxes) -> Bools:
+    """Return (n,) whether points (n, 2) lie in the footprint of any of the boxes (m, 8)."""
+    return np.asarray(_hits(points, boxes).any(1))
+
+
+def _hits(points: Floats, boxes: Boxes) -> Bools:
+    dx, dy = points[:, :1] - boxes[:, X], points[:, 1:] - boxes[:, Y]
+    c, s = boxes[:, COS_YAW], boxes[:, SIN_YAW]
+    return np.asarray((np.abs(dx * c + dy * s) < boxes[:, HALF_DEPTH]) & (np.abs(dy * c - dx * s) < boxes[:, HALF_WIDTH]))
+
+
+def taken_share(found: Furnished, item: SceneObject, side: str, gap_m: float, depth_m: float) -> float:
+    """Return the share of a strip along a side of an object that others' solids or walls take, up to the object's own height."""
+    x, y, half_d, half_w = side_rectangle(side, depth_m, item.size_m)
+    steps = (np.arange(_POINTS) + 0.5) / (0.5 * _POINTS) - 1.0
+    u, v = np.meshgrid(x + np.sign(x) * gap_m + half_d * steps, y + np.sign(y) * gap_m + half_w * steps)
+    points = world_points(item, u, v)
+    low, high = item.position_m[2], item.position_m[2] + item.size_m[2]
+    beside = (found.owner != item.id) & (found.boxes[:, Z_LOW] < high) & (found.boxes[:, Z_HIGH] > low)
+    taken = in_boxes(points, found.boxes[beside])
+    outside = [outside_distance(found.wall, float(a), float(b)) > 0.0 for a, b in points[~taken]]
+    return float((taken.sum() + sum(outside)) / len(points))
+
+
+def against_wall(found: Furnished, item: SceneObject) -> Against | None:
+    """Return the wall nearest to an object's back that the back is turned to, None if there is none."""
+    back = world_points(item, np.array([-0.5 * item.size_m[0]]), np.array([0.0]))[0]
+    best: Against | None = None
+    for index, row in enumerate(found.wall):
+        if abs(math.remainder(item.yaw_rad - row[WALL_YAW], 2.0 * math.pi)) > STRAIGHT_RAD:
+            continue
+        dx, dy = back[0] - row[START_X], back[1] - row[START_Y]
+        along, across = dx * row[ALONG_X] + dy * row[ALONG_Y], dx * row[NORMAL_X] + dy * row[NORMAL_Y]
+        inside = 0.0 <= along <= row[LENGTH] and across > -0.5 * item.size_m[0]
+        if inside and (best is None or across < best.gap_m):
+            best = Against(index, float(across), float(along) - 0.5 * item.size_m[1], float(along) + 0.5 * item.size_m[1])
+    return best
+
+
+def back_gap(found: Furnished, item: SceneObject) -> float:
+    """Return the gap in metres behind an object's back to the wall that it is turned to; infinite where there is none."""
+    wall = against_wall(found, item)
+    return math.inf if wall is None else wall.gap_m
+
+
+def leaf_frames(room: Room) -> Iterator[tuple[Opening, float, float, float, float]]:
+    """Yield for every door that opens into the room: the door, x and y of its hinge, yaw into the room, and on which side the latch is.
+
+    The last number is 1 where the latch is to the left of the hinge, as one looks into the room, else -1.
+    """
+    for opening in room.openings:
+        if opening.category == "door" and opening.swing == "in":
+            x, y, yaw = opening_frame(room, opening)
+            side = -1.0 if opening.hinge == "start" else 1.0
+            half = 0.5 * opening.width_m * side
+            yield opening, x + half * math.sin(yaw), y - half * math.cos(yaw), yaw, side
+
+
+def behind_doors(room: Room, points: Floats) -> Bools:
+    """Return (n,) whether points (n, 2) lie behind a door that opens into the room: where its leaf gets to beyond a right angle."""
+    hidden = np.zeros(len(points), bool)
+    for opening, x, y, yaw, side in leaf_frames(room):
+        dx, dy = points[:, 0] - x, points[:, 1] - y
+        into, to_latch = dx * math.cos(yaw) + dy * math.sin(yaw), side * (dy * math.cos(yaw) - dx * math.sin(yaw))
+        hidden |= (to_latch < 0.0) & (into > -0.01) & (np.hypot(dx, dy) < opening.width_m)
+    return hidden
+
+
+def swept_points(room: Room) -> Iterator[Floats]:
+    """Yield (n, 2) points of the floor that each door into the room sweeps until it stands at a right angle."""
+    radius, angle = np.meshgrid(np.linspace(0.1, 0.97, 12), np.linspace(0.05, 0.5 * math.pi - 0.05, 12))
+    for opening, x, y, yaw, side in leaf_frames(room):
+        into, left = opening.width_m * radius * np.sin(angle), side * opening.width_m * radius * np.cos(angle)
+        c, s = math.cos(yaw), math.sin(yaw)
+        yield np.column_stack([(x + into * c - left * s).ravel(), (y + into * s + left * c).ravel()])
+
+
+def whole_box(item: SceneObject) -> Boxes:
+    """Return an object's own box, (8,), whatever its solids are."""
+    x, y, z = item.position_m
+    depth, width, height = item.size_m
+    return np.array([x, y, z, z + height, 0.5 * depth, 0.5 * width, math.cos(item.yaw_rad), math.sin(item.yaw_rad)])

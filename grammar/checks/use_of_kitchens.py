@@ -1,0 +1,118 @@
+"""Faults of use about runs of base units: gaps in them, pieces of them, what a kitchen lacks; and of garages."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from grammar.checks.furnished import Against, Furnished, against_wall, whole_box
+from grammar.geometry.boxes import footprint_penetration
+from grammar.geometry.walls import ALONG_X, ALONG_Y, NORMAL_X, NORMAL_Y, START_X, START_Y
+from scene_description import SceneObject
+
+TOUCHING_M = 0.05
+GAP_LOW_M, GAP_HIGH_M = 0.03, 0.35
+AT_WALL_M = 0.3
+HOOD_OFF_M = 0.15
+VEHICLE_DOOR_M = 2.0
+
+
+class Run(NamedTuple):
+    """Base units that touch one another."""
+
+    units: tuple[SceneObject, ...]
+
+
+def runs_of(found: Furnished) -> list[Run]:
+    """Return the groups of base units that stand within ``TOUCHING_M`` of one another, tall units between them counted as links."""
+    units = found.standing("unit", "fridge")
+    boxes = [whole_box(item) for item in units]
+    group = list(range(len(units)))
+    for i in range(len(units)):
+        for j in range(i):
+            if group[i] != group[j] and footprint_penetration(boxes[i], boxes[j]) > -TOUCHING_M:
+                old, new = group[i], group[j]
+                group = [new if key == old else key for key in group]
+    members = [tuple(unit for unit, key in zip(units, group, strict=True) if key == name) for name in dict.fromkeys(group)]
+    fridges = {item.id for item in found.having("fridge")}
+    return [Run(run) for run in members if any(unit.id not in fridges for unit in run)]
+
+
+def gap_in_run(found: Furnished) -> list[int]:
+    """Return base units with a gap of ``GAP_LOW_M`` to ``GAP_HIGH_M`` to their neighbour at the same wall that nothing fills."""
+    bad = []
+    for wall in range(len(found.wall)):
+        row = sorted(_at_wall(found, found.standing("unit", "fridge"), wall), key=lambda pair: pair[1].low_m)
+        for (_, left), (item, right) in itertools.pairwise(row):
+            if GAP_LOW_M < right.low_m - left.high_m <= GAP_HIGH_M and not _filled(found, wall, left.high_m, right.low_m):
+                bad.append(item.id)
+    return bad
+
+
+def run_in_pieces(found: Furnished) -> list[int]:
+    """Return the first unit of every further run at a wall that has one already with no door between them, and of runs of one unit."""
+    runs, bad = runs_of(found), set()
+    for wall in range(len(found.wall)):
+        here = [[at for _, at in _at_wall(found, run.units, wall)] for run in runs]
+        spans = sorted((min(at.low_m for at in ats), max(at.high_m for at in ats), k) for k, ats in enumerate(here) if ats)
+        for (_, end, _), (begin, _, k) in itertools.pairwise(spans):
+            if not _door_between(found, wall, end, begin):
+                bad.add(runs[k].units[0].id)
+    if len(runs) > 1:
+        bad |= {run.units[0].id for run in runs if len(run.units) == 1 and max(run.units[0].size_m[:2]) < 0.9}
+    return sorted(bad)
+
+
+def _at_wall(found: Furnished, units: Sequence[SceneObject], wall: int) -> list[tuple[SceneObject, Against]]:
+    pairs = ((item, against_wall(found, item)) for item in units)
+    return [(item, at) for item, at in pairs if at is not None and at.wall == wall and at.gap_m < AT_WALL_M]
+
+
+def _filled(found: Furnished, wall: int, low_m: float, high_m: float) -> bool:
+    """Return whether something that stands at a wall reaches into a stretch of it for more than half."""
+    row, covered = found.wall[wall], 0.0
+    for item in found.objects:
+        if item.support.kind == "floor" and not found.categories[item.category].underlay:
+            dx, dy = item.position_m[0] - row[START_X], item.position_m[1] - row[START_Y]
+            turn = item.yaw_rad - math.atan2(row[NORMAL_Y], row[NORMAL_X])
+            half_into = 0.5 * (item.size_m[0] * abs(math.cos(turn)) + item.size_m[1] * abs(math.sin(turn)))
+            half = 0.5 * (item.size_m[1] * abs(math.cos(turn)) + item.size_m[0] * abs(math.sin(turn)))
+            if dx * row[NORMAL_X] + dy * row[NORMAL_Y] - half_into < AT_WALL_M:
+                along = dx * row[ALONG_X] + dy * row[ALONG_Y]
+                covered += max(min(along + half, high_m) - max(along - half, low_m), 0.0)
+    return covered > 0.5 * (high_m - low_m)
+
+
+def _door_between(found: Furnished, wall: int, low_m: float, high_m: float) -> bool:
+    return any(
+        opening.wall == wall and opening.category == "door" and low_m - 0.1 <= opening.offset_m + 0.5 * opening.width_m <= high_m + 0.1
+        for opening in found.room.openings
+    )
+
+
+def kitchen_lacks(found: Furnished) -> list[int]:
+    """Return the room (0) if it is a kitchen without sink or without hob."""
+    return [0] if found.room_type == "kitchen" and not (found.having("sink") and found.having("hob")) else []
+
+
+def hood_off_hob(found: Furnished) -> list[int]:
+    """Return hoods whose middle is further than ``HOOD_OFF_M`` along the wall from that of any hob."""
+    hobs, bad = found.having("hob"), []
+    for item in found.having("hood"):
+        c, s = math.cos(item.yaw_rad), math.sin(item.yaw_rad)
+        offsets = [
+            (abs((hob.position_m[1] - item.position_m[1]) * c - (hob.position_m[0] - item.position_m[0]) * s),
+             (hob.position_m[0] - item.position_m[0]) * c + (hob.position_m[1] - item.position_m[1]) * s)
+            for hob in hobs
+        ]  # fmt: skip
+        if not any(along <= HOOD_OFF_M and abs(into) < 1.0 for along, into in offsets):
+            bad.append(item.id)
+    return bad
+
+
+def no_vehicle_door(found: Furnished) -> list[int]:
+    """Return the room (0) if it is a garage without a door that a car fits through."""
+    wide = any(opening.category != "window" and opening.width_m >= VEHICLE_DOOR_M for opening in found.room.openings)
+    return [0] if found.room_type == "garage" and not wide else []

@@ -1,0 +1,134 @@
+"""Faults of use, each made by moving one thing of a room that has none."""
+
+import math
+from dataclasses import replace
+
+import pytest
+from small_grammar import CATEGORIES
+
+from grammar.checks.faults import FAULTS, find_faults
+from grammar.checks.furnished import furnished
+from scene_description import ModelReference, Opening, Room, SceneObject, Support
+
+NORTH, SOUTH, WEST = 0.5 * math.pi, -0.5 * math.pi, math.pi
+
+Things = dict[str, SceneObject]
+
+
+def opening(kind: str, wall: int, offset_m: float, width_m: float, sill_m: float = 0.0, hinge: str = "start") -> Opening:
+    return Opening(
+        id=900 + wall, category=kind, label=0, wall=wall, offset_m=offset_m, sill_m=sill_m, width_m=width_m, height_m=2.0 - sill_m,
+        hinge=hinge, model=ModelReference(generator=kind), parts=(),
+    )  # fmt: skip
+
+
+# 4 m along x, 6 m along y; the door's hinge is 0.1 m from the corner (0, 0), its latch at x = 1; the window is in the wall y = 6.
+ROOM = Room(
+    polygon_m=((0.0, 0.0), (4.0, 0.0), (4.0, 6.0), (0.0, 6.0)),
+    height_m=2.5,
+    wall_thickness_m=0.1,
+    openings=(opening("door", 0, 0.1, 0.9), opening("window", 2, 1.0, 1.0, sill_m=0.9)),
+    surfaces=(),
+)
+
+
+def thing(number: int, category: str, x: float, y: float, yaw: float, size: tuple[float, float, float], z: float = 0.0) -> SceneObject:
+    support = Support(kind="wall", wall=0) if z > 0.0 else Support(kind="floor")
+    return SceneObject(
+        id=number, category=category, label=0, size_m=size, position_m=(x, y, z), yaw_rad=yaw, support=support,
+        model=ModelReference(generator=category), parts=(),
+    )  # fmt: skip
+
+
+GOOD: Things = {
+    "switch": thing(1, "light_switch", 1.15, 0.01, NORTH, (0.01, 0.08, 0.08), 1.1),
+    "bed": thing(2, "bed", 3.0, 3.0, WEST, (2.0, 1.4, 0.9)),
+    "nightstand": thing(3, "nightstand", 3.8, 2.0, WEST, (0.4, 0.4, 0.5)),
+    "wardrobe": thing(4, "wardrobe", 3.0, 0.3, NORTH, (0.6, 1.2, 2.0)),
+    "bookshelf": thing(5, "bookshelf", 0.15, 5.0, 0.0, (0.3, 0.8, 1.8)),
+    "picture": thing(6, "picture", 0.01, 2.0, 0.0, (0.02, 0.6, 0.5), 1.4),
+    "rug": thing(7, "rug", 2.0, 4.5, 0.0, (1.0, 1.0, 0.01)),
+    "television": thing(8, "television", 0.1, 3.0, 0.0, (0.1, 0.9, 0.6)),
+    "desk": thing(9, "desk", 1.5, 5.7, SOUTH, (0.6, 1.2, 0.75)),
+    "chair": thing(10, "desk_chair", 1.5, 5.2, NORTH, (0.5, 0.5, 0.9)),
+}
+
+
+def moved(name: str, x: float, y: float, yaw: float | None = None) -> Things:
+    item = GOOD[name]
+    turned = item.yaw_rad if yaw is None else yaw
+    return {name: replace(item, position_m=(x, y, item.position_m[2]), yaw_rad=turned)}
+
+
+def faults(things: Things, room_type: str = "bedroom", room: Room = ROOM) -> dict[str, list[int]]:
+    return find_faults(furnished(room_type, room, list(things.values()), CATEGORIES))
+
+
+def test_a_good_room_has_no_fault_and_names_are_unique() -> None:
+    assert faults(GOOD) == {}
+    assert len({fault.name for fault in FAULTS}) == len(FAULTS)
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        (moved("switch", 0.05, 0.01), {"switch_behind_door": [1]}),
+        (moved("picture", 0.01, 0.5), {"shown_behind_door": [6]}),
+        (moved("picture", 0.01, 5.0), {"shown_hidden": [6]}),
+        (moved("rug", 1.0, 1.0), {"rug_in_swing": [7]}),
+        (moved("television", 0.1, 3.0, WEST), {"screen_unseen": [8]}),
+        (moved("chair", 1.5, 5.2, SOUTH), {"chair_at_no_table": [10]}),
+        (moved("bookshelf", 0.35, 5.0), {"shelf_off_wall": [5]}),
+        (moved("bookshelf", 0.4, 5.0, SOUTH), {"shelf_off_wall": [5]}),
+        (moved("wardrobe", 3.0, 0.5), {"wardrobe_off_wall": [4]}),
+        (moved("bed", 2.8, 3.0), {"bed_off_wall": [2]}),
+        (moved("nightstand", 3.8, 1.7), {"bedside_astray": [3]}),
+        (moved("wardrobe", 2.2, 5.7, SOUTH), {"before_window": [4], "chair_at_no_table": [10]}),
+    ],
+)  # fmt: skip
+def test_a_thing_moved_is_that_fault(change: Things, expected: dict[str, list[int]]) -> None:
+    things = GOOD | change
+    if "chair_at_no_table" in expected and "before_window" in expected:
+        del things["desk"]
+    assert faults(things) == expected
+
+
+def test_a_switch_beside_a_door_that_opens_outwards_is_never_behind_it() -> None:
+    door, window = ROOM.openings
+    outwards = replace(ROOM, openings=(replace(door, swing="out"), window))
+    assert faults(GOOD | moved("switch", 0.05, 0.01), room=outwards) == {}
+
+
+def test_what_stands_before_a_store_blocks_its_front() -> None:
+    things = GOOD | {"pouf": thing(11, "pouf", 3.0, 0.85, 0.0, (1.0, 0.4, 0.4))}
+    assert faults(things) == {"front_blocked": [4]}
+    assert faults(things | {"pouf": thing(11, "pouf", 3.5, 0.85, 0.0, (0.5, 0.4, 0.4))}) == {}
+
+
+def run(*units: tuple[str, float]) -> Things:
+    """Return base units with their backs to the wall y = 0, by category and the x of their right ends, 0.6 m wide."""
+    return {f"{name} {x}": thing(20 + k, name, x + 0.3, 0.3, NORTH, (0.6, 0.6, 0.9)) for k, (name, x) in enumerate(units)}
+
+
+def test_runs_of_units_are_whole_or_parted_by_doors() -> None:
+    whole = run(("stove", 1.1), ("kitchen_counter", 1.7), ("sink_counter", 2.3), ("refrigerator", 2.9))
+    assert faults(whole, "kitchen") == {}
+    apart = run(("stove", 1.1), ("kitchen_counter", 1.7), ("sink_counter", 2.45), ("refrigerator", 3.05))
+    assert faults(apart, "kitchen") == {"gap_in_run": [22], "run_in_pieces": [22]}
+    filled = apart | {"bin": thing(40, "waste_bin", 2.375, 0.2, 0.0, (0.3, 0.14, 0.4))}
+    assert faults(filled, "kitchen") == {"run_in_pieces": [22]}
+    door = replace(ROOM, openings=(opening("door", 0, 1.75, 0.9),))
+    parted = run(("stove", 0.5), ("kitchen_counter", 1.1), ("sink_counter", 2.75), ("kitchen_counter", 3.35))
+    assert faults(parted, "kitchen", door) == {}
+
+
+def test_hoods_fridges_and_rooms_that_lack_something() -> None:
+    units = run(("stove", 1.1), ("sink_counter", 1.7))
+    hood = thing(41, "range_hood", 1.7, 0.25, NORTH, (0.5, 0.6, 0.5), 1.6)
+    fridge = thing(42, "refrigerator", 3.0, 0.6, NORTH, (0.6, 0.6, 1.8))
+    assert faults(units | {"hood": hood, "fridge": fridge}, "kitchen") == {"hood_off_hob": [41], "fridge_off_wall": [42]}
+    assert faults({}, "kitchen") == {"kitchen_lacks": [0]}
+    assert faults({}, "bathroom") == {"no_bathing": [0]}
+    assert faults({}, "garage") == {"no_vehicle_door": [0]}
+    wide = replace(ROOM, openings=(opening("door", 0, 0.5, 2.5),))
+    assert faults({}, "garage", wide) == {}
