@@ -145,8 +145,8 @@ def _learn_rules(
         counts.update({f"openings.{name}": count for name, count in found.items()})
     shape = grammar.room
     if "room" not in options.keep:
-        shape = learn_room(grammar.room, [room.room for room in assigned], [_covered_floor(grammar, categories, room) for room in assigned])
-        names = ("width_m", "depth_m", "height_m", "area_low_m2", "area_high_m2", "floor_share_max")
+        shape = learn_room(grammar.room, [room.room for room in assigned], [_covered_floor(grammar, categories, room) for room in assigned], options.alpha)
+        names = ("width_m", "depth_m", "height_m", "area_low_m2", "area_high_m2", "floor_share_max", "shapes", "floor_share", "proportion")
         counts.update({f"room.{name}": len(assigned) for name in names})
     budget = _patient(grammar.budget)
     return replace(grammar, room=shape, openings=openings, nodes=branching.nodes, objects=objects, budget=budget), counts
