@@ -28,6 +28,9 @@ _STRAIGHT_RAD = 0.1
 _EXACT_RAD = math.radians(3.0)
 _LEAST_SPREAD, _MOST_SPREAD = 0.01, 500.0
 _LEAST_PLACE_M = 0.004
+_RAYLEIGH = 4.6
+"""n R^2 that uniform angles exceed with probability 0.01."""
+
 _LEAST_ANGLE_RAD = 0.0002
 """What is closer than the records tell is not distinguished."""
 
@@ -77,6 +80,14 @@ def turn_group(angle: float, turned: bool) -> tuple[int, int]:
     quarter = quarter_of(angle)
     off = abs(wrapped(angle - 0.5 * math.pi * quarter))
     return quarter, (off > _ALIGNED_RAD) + (off > _STRAIGHT_RAD)
+
+
+def has_direction(angles: Sequence[float]) -> bool:
+    """Return whether angles gather about one direction: their mean resultant length is beyond what chance makes it (Rayleigh)."""
+    if not angles:
+        return False
+    length = abs(np.mean(np.exp(1j * np.asarray(angles))))
+    return bool(len(angles) * length**2 > _RAYLEIGH)
 
 
 def typical_angle(angles: Sequence[float], quarter: int) -> tuple[float, float]:
