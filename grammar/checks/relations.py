@@ -100,7 +100,9 @@ def _references(room: Room, objects: Sequence[SceneObject], graph: ParseGraph) -
     for opening in room.openings:
         along = opening.offset_m + 0.5 * opening.width_m
         x, y = wall[opening.wall, [START_X, START_Y]] + wall[opening.wall, [ALONG_X, ALONG_Y]] * along
-        at[opening.id] = _Reference(float(x), float(y), float(wall[opening.wall, WALL_YAW]), (0.0, opening.width_m, opening.height_m), opening.hinge)
+        at[opening.id] = _Reference(
+            float(x), float(y), float(wall[opening.wall, WALL_YAW]), (0.0, opening.width_m, opening.height_m), opening.hinge
+        )
     corners = {
         f"{CORNER} {corner.vertex}": _Reference(corner.x_m, corner.y_m, corner.yaw_rad, (0.0, 0.0, 0.0)) for corner in corners_of(room)
     }

@@ -33,7 +33,9 @@ class RoomShapes:
 class RoomRule:
     """Size of the bounding rectangle of a room, and the shape of the floor within it.
 
-    ``floor_share_max`` bounds the share of the floor that furniture may cover.
+    ``floor_share_max`` bounds the share of the floor that furniture may cover.  With ``floor_share`` a room is as large as its furniture
+    asks for: the area is what that covers over the share drawn, and ``proportion`` (long side over short one) takes the place of the sides.
+    Sides and outlines that a request gives stay.
     """
 
     width_m: TruncatedNormal
@@ -44,6 +46,8 @@ class RoomRule:
     area_high_m2: Annotated[float, Limits(ge=1.0, le=10_000.0, unit="m2")]
     floor_share_max: Annotated[float, Limits(ge=0.01, le=1.0)]
     shapes: RoomShapes = RoomShapes()
+    floor_share: TruncatedNormal | None = None
+    proportion: TruncatedNormal | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
