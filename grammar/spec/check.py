@@ -155,7 +155,7 @@ def _check_dependencies(grammar: Grammar, symbol: str, rule: ObjectRule) -> None
             raise FieldError(f"{path}.same_place_as", expected, repr(rule.same_place_as))
     for i, tie in enumerate(rule.tied):
         if tie.to not in grammar.objects and tie.to not in OPENINGS:
-            raise FieldError(f"{path}.tied[{i}].to", f"the symbol of an object, {' or '.join(OPENINGS)}", repr(tie.to))
+            raise FieldError(f"{path}.tied[{i}].to", f"the symbol of an object, {', '.join(OPENINGS[:-1])} or {OPENINGS[-1]}", repr(tie.to))
         if tie.axis == "middle" and rule.mount != "wall":
             raise FieldError(f"{path}.tied[{i}].axis", "no 'middle' unless mount is 'wall'", "'middle'")
 

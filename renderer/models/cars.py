@@ -21,6 +21,8 @@ _REAR_AXLE, _FRONT_AXLE = 0.19, 0.805
 _MIRROR_SHARE = 0.9
 """Width of the body, over that with mirrors."""
 
+_SECTION = 34
+"""Points round a section of the body."""
 _DOOR_SEAMS = (0.34, 0.5, 0.69)
 _PLATE_M = (0.52, 0.11)
 """Width and height of a number plate of the European Union."""
@@ -108,19 +110,19 @@ class _Shell:
     def rings(self) -> list[Array]:
         """Return the sections from the tail to the nose, close together where an arch begins."""
         reach = self.arch / self.length
-        arches = [axle + reach * math.cos(a) for axle in (_REAR_AXLE, _FRONT_AXLE) for a in np.linspace(0.0, math.pi, 19)]
+        arches = [axle + reach * math.cos(a) for axle in (_REAR_AXLE, _FRONT_AXLE) for a in np.linspace(0.0, math.pi, 15)]
         ends = [0.0, 0.004, 0.012, 0.025, 0.96, 0.975, 0.985, 0.993, 1.0]
         steps = [axle + s * (reach + 0.0005) for axle in (_REAR_AXLE, _FRONT_AXLE) for s in (-1.0, 1.0)]
-        return [self.section(f, self._bottom(f)) for f in sorted({*ends, *arches, *steps, *np.linspace(0.05, 0.94, 28).tolist()})]
+        return [self.section(f, self._bottom(f)) for f in sorted({*ends, *arches, *steps, *np.linspace(0.05, 0.94, 22).tolist()})]
 
     def section(self, share: float, bottom: float) -> Array:
-        """Return the section (48, 3) at a share of the length, from ``bottom`` to the belt, counter-clockwise seen from the front."""
+        """Return the section (n, 3) at a share of the length, from ``bottom`` to the belt, counter-clockwise seen from the front."""
         top, w = self.belt(share), self.half_width(share)
-        flat = oval(w, 0.5 * (top - bottom), 0.0, power=4.6, points=48)
+        flat = oval(w, 0.5 * (top - bottom), 0.0, power=4.6, points=_SECTION)
         z = 0.5 * (top + bottom) + flat[:, 1]
         waist = (z / self.height - 0.36) / 0.3
         crown = 0.012 * self.height * (1.0 - (flat[:, 0] / w) ** 2) * (flat[:, 1] > 0.0)
-        return np.column_stack([np.full(48, self.x(share)), flat[:, 0] * (1.0 - 0.05 * waist**2), z + crown])
+        return np.column_stack([np.full(_SECTION, self.x(share)), flat[:, 0] * (1.0 - 0.05 * waist**2), z + crown])
 
     def seam(self, share: float, side: float) -> Mesh:
         """Return the gap at the edge of a door: a thin dark line down the side of the body."""
@@ -158,7 +160,7 @@ def _wing_mirror(shell: _Shell, side: float, half_width: float) -> Mesh:
     """Return the housing of a mirror at the foot of the windscreen, out to half the width of the car."""
     x, z, near = shell.x(0.665), shell.belt(0.665) + 0.02, 0.74 * shell.half
     a, b = sorted((side * near, side * half_width))
-    return rounded_box((x - 0.05, a, z), (x + 0.09, b, z + 0.13), 0.04, 3)
+    return rounded_box((x - 0.05, a, z), (x + 0.09, b, z + 0.13), 0.04, 2)
 
 
 def _handles(shell: _Shell) -> list[Mesh]:
@@ -179,7 +181,7 @@ def _lamp(shell: _Shell, share: float, side: float, level: float, size: tuple[fl
     y = side * (shell.half_width(share) - 0.46 * size[1])
     z = level * shell.height
     return rounded_box(
-        (x - 0.5 * size[0], y - 0.5 * size[1], z - 0.5 * size[2]), (x + 0.5 * size[0], y + 0.5 * size[1], z + 0.5 * size[2]), 0.045, 3
+        (x - 0.5 * size[0], y - 0.5 * size[1], z - 0.5 * size[2]), (x + 0.5 * size[0], y + 0.5 * size[1], z + 0.5 * size[2]), 0.03, 2
     )
 
 
@@ -205,8 +207,8 @@ def _wheel(radius: float, width: float, spokes: int) -> tuple[Mesh, Mesh]:
         for k in range(spokes)
     ]
     hub = disc("y", (0.0, half - 0.04, 0.0), 0.075, 0.05, 24, 0.012)
-    back = disc("y", (0.0, -half + 0.05, 0.0), inner - 0.01, 0.02, 32)
-    return lying(lathe(tread, 40, closed=True), "y"), merged(lying(lathe(barrel, 40, closed=True), "y"), *bars, hub, back)
+    back = disc("y", (0.0, -half + 0.05, 0.0), inner - 0.01, 0.02, 20)
+    return lying(lathe(tread, 28, closed=True), "y"), merged(lying(lathe(barrel, 28, closed=True), "y"), *bars, hub, back)
 
 
 MODELS = {"car": Model(build_car, ("hatchback", "estate", "saloon"))}
