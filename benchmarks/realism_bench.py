@@ -24,7 +24,7 @@ import numpy as np
 from realism_figures import UNITS, Figures, by_chance, compare
 
 from benchmarks.table import Row, at_most, render_table
-from grammar import Categories, Grammar, RequestError, SceneRequest, read_categories, read_room_type, sample_room
+from grammar import Grammar, RequestError, SceneRequest, read_categories, read_room_type, sample_room
 from grammar.learning import LearnOptions, ObservedRoom, learn, read_category_map, read_layouts, split_houses
 from grammar.learning.assign import assign
 from grammar.learning.learn import Part
@@ -113,14 +113,20 @@ class _Table:
         return rows
 
     def _sampled(self, grammar: Grammar, count: int, stream: int) -> Sampled:
-        parts = [range(count)[k :: self._workers] for k in range(self._workers)]
-        jobs = [self._pool.submit(_sample, grammar, self._categories, stream, part) for part in parts]
-        found = [job.result() for job in jobs]
-        return Sampled([r for part in found for r in part.rooms], [s for part in found for s in part.seconds], sum(p.failed for p in found))
+        return sample_layouts(grammar, count, stream, self._pool, self._workers)
 
 
-def _sample(grammar: Grammar, categories: Categories, stream: int, indices: Sequence[int]) -> Sampled:
+def sample_layouts(grammar: Grammar, count: int, stream: int, pool: ProcessPoolExecutor, workers: int) -> Sampled:
+    """Sample rooms of a grammar in several processes; which rooms they are depends on the stream of random numbers only."""
+    parts = [range(count)[k::workers] for k in range(workers)]
+    jobs = [pool.submit(_sample, grammar, stream, part) for part in parts]
+    found = [job.result() for job in jobs]
+    return Sampled([r for part in found for r in part.rooms], [s for part in found for s in part.seconds], sum(p.failed for p in found))
+
+
+def _sample(grammar: Grammar, stream: int, indices: Sequence[int]) -> Sampled:
     found, seconds, failed = [], [], 0
+    categories = read_categories(config_path("categories.yaml"))
     for index in indices:
         began = time.process_time()
         try:

@@ -28,6 +28,7 @@ Luminance = Annotated[float, Limits(ge=0.0, le=1e6, unit="cd/m2")]
 Point2 = tuple[Coordinate, Coordinate]
 Point3 = tuple[Coordinate, Coordinate, Coordinate]
 Color = tuple[Unit, Unit, Unit]
+OpeningKind = Literal["door", "garage_door", "window"]
 Axis = Literal["+x", "-x", "+y", "-y", "+z", "-z"]
 FilePath = Annotated[str, Limits(min_length=1, max_length=240)]
 QuaternionItem = Annotated[float, Limits(ge=-1.0001, le=1.0001)]
@@ -156,14 +157,15 @@ class SceneObject:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Opening:
-    """A door or window in a wall.
+    """A door, an overhead door for vehicles or a window in a wall.
 
     ``wall`` is the index i of the polygon edge from vertex i to i + 1; ``offset_m`` runs along it to the opening's near end; ``sill_m`` is
-    the height of its lower edge.  A door's hinge is at the near ("start") or far ("end") end; it opens into the room ("in") or out of it.
+    the height of its lower edge.  A door's hinge is at the near ("start") or far ("end") end; it opens into the room ("in") or out of it;
+    neither says anything of windows and overhead doors.
     """
 
     id: ObjectId
-    category: Literal["door", "window"]
+    category: OpeningKind
     label: Annotated[int, Limits(ge=0, le=40)]
     wall: Annotated[int, Limits(ge=0, le=255)]
     offset_m: Annotated[float, Limits(ge=0.0, le=1000.0, unit="m")]

@@ -186,7 +186,8 @@ def _check_openings(
 ) -> tuple[ValidityCheck, ValidityCheck]:
     standing = _supported_by(objects, owner, "floor")
     limit = grammar.validity.penetration_m
-    doors, windows = _opening_boxes(grammar, room, "door", False), _opening_boxes(grammar, room, "window", False)
+    doors = np.concatenate([_opening_boxes(grammar, room, kind, False) for kind in ("door", "garage_door")])
+    windows = _opening_boxes(grammar, room, "window", False)
     sheets, of = object_sheets(categories, objects)
     low, low_owner = np.concatenate([boxes, sheets]), np.concatenate([owner, of])
     return (

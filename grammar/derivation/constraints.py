@@ -18,9 +18,8 @@ from typing import NamedTuple
 from grammar.derivation.fixed import read_fixed
 from grammar.derivation.overrides import overridden
 from grammar.spec.and_or_graph import Branch, Node
-from grammar.spec.check import OPENINGS
 from grammar.spec.request import RequestError, SceneRequest
-from grammar.spec.room_rules import OpeningRule
+from grammar.spec.room_rules import OPENINGS, OpeningRule
 from grammar.spec.rules import Grammar
 
 _COUNT = re.compile(r"([a-z][a-z0-9_]*):(\d{1,4}):(\d{1,4})")
@@ -62,7 +61,9 @@ def category_bounds(grammar: Grammar, request: SceneRequest) -> dict[str, CountB
         bounds[category] = bound
     # compare the bounds with what the grammar can give
     for category, bound in bounds.items():
-        if category in OPENINGS:
+        if category in OPENINGS and category not in grammar.openings:
+            least = most = 0
+        elif category in OPENINGS:
             drawn = [k for k, p in enumerate(grammar.openings[category].multiplicity) if p > 0.0]
             least, most = min(drawn), max(drawn)
         else:

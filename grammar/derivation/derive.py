@@ -76,8 +76,10 @@ def _derive_once(plan: Plan, categories: Categories, rng: np.random.Generator) -
     structure = _draw_structure(plan, rng)
     terminals = _draw_terminals(plan, structure, rng)
     # draw the shell
-    room, room_attributes = draw_room(plan.grammar, plan.request, plan.outline, rng)
-    _check_floor(plan.grammar, categories, room, terminals)
+    covered = _covered_m2(categories, terminals)
+    room, room_attributes = draw_room(plan.grammar, plan.request, plan.outline, covered, rng)
+    if covered > plan.grammar.room.floor_share_max * signed_area_m2(room.polygon_m):
+        raise RejectedError(f"furniture on at most {plan.grammar.room.floor_share_max:g} of the floor")
     pinned = _pin(plan, categories, room, terminals, rng)
     openings, opening_counts = draw_openings(plan.grammar, categories, room, rng)
     room = replace(room, openings=tuple(drawn.opening for drawn in openings))
@@ -137,15 +139,13 @@ def _draw_terminals(plan: Plan, structure: Sequence[Vertex], rng: np.random.Gene
     return _Terminals(vertices, symbols, rules, sizes, taken)
 
 
-def _check_floor(grammar: Grammar, categories: Categories, room: Room, terminals: _Terminals) -> None:
-    """Reject a room whose furniture covers too much of the floor."""
-    covered = sum(
+def _covered_m2(categories: Categories, terminals: _Terminals) -> float:
+    """Return the area that what stands on the floor covers."""
+    return sum(
         size[0] * size[1]
         for rule, size in zip(terminals.rules, terminals.sizes, strict=True)
         if rule.mount == "floor" and not categories[rule.category].underlay
     )
-    if covered > grammar.room.floor_share_max * signed_area_m2(room.polygon_m):
-        raise RejectedError(f"furniture on at most {grammar.room.floor_share_max:g} of the floor")
 
 
 def _pin(plan: Plan, categories: Categories, room: Room, terminals: _Terminals, rng: np.random.Generator) -> dict[int, Pinned]:

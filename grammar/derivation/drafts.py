@@ -18,6 +18,7 @@ from grammar.derivation.structure import Vertex
 from grammar.geometry.walls import ALONG_X, ALONG_Y, REFLEX, START_X, START_Y, WALL_YAW, wall_lengths, wall_rows
 from grammar.spec.categories import Categories
 from grammar.spec.object_rules import CORNER, NONE, ObjectRule
+from grammar.spec.room_rules import OPENINGS
 from scene_description import Opening, ParseNode, Room
 
 Size = tuple[float, float, float]
@@ -106,7 +107,7 @@ def targets_of(symbol: str, draft: Draft, context: Context) -> list[int | None]:
     """Return the ids of what an address of an object can point to under one symbol; None stands for no target."""
     if symbol == NONE:
         return [None]
-    if symbol in ("door", "window"):
+    if symbol in OPENINGS:
         return [key for key, opening in context.openings.items() if opening.category == symbol]
     if symbol == CORNER:
         return [context.first_corner + k for k, corner in enumerate(context.corners) if _is_free(corner, draft, context)]

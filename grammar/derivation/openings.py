@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from grammar.geometry.walls import wall_lengths
 from grammar.geometry.zones import face_box, leaf_boxes
 from grammar.spec.room_rules import OpeningRule
 from scene_description import ModelReference, Opening
-from scene_description.types import Point2
+from scene_description.types import OpeningKind, Point2
 
 _MAX_SEED = 2**63 - 1
 _CURTAIN_M = 0.3
@@ -41,7 +41,7 @@ class DrawnOpening(NamedTuple):
 
 
 def draw_opening(
-    kind: Literal["door", "window"],
+    kind: OpeningKind,
     rule: OpeningRule,
     identifier: int,
     label: int,
@@ -53,7 +53,7 @@ def draw_opening(
     """Draw one opening, or None where it does not fit.
 
     Args:
-        kind: door or window.
+        kind: what it is.
         rule: its distributions.
         identifier: object id that it gets.
         label: class id that it gets.
@@ -67,7 +67,9 @@ def draw_opening(
         draw_with_log_density(rng, n) for n in (rule.width_m, rule.height_m, rule.sill_m)
     )
     lengths = wall_lengths(polygon_m)
-    excluded = {other.wall for other in others if other.category == "door"} if rule.wall_without_door else set()
+    excluded = {other.wall for other in others if other.category != "window"} if rule.wall_without_door else set()
+    if rule.floor_depth_m > 0.0:
+        excluded |= {wall for wall, depth in enumerate(_floor_depths(polygon_m)) if depth < rule.floor_depth_m}
     usable = [0.0 if i in excluded or length < width + 2.0 * rule.end_gap_m else length for i, length in enumerate(lengths)]
     if sum(usable) <= 0.0 or sill + tall > height_m - rule.casing_m:
         return None
@@ -119,6 +121,15 @@ def _in_the_way(polygon_m: Sequence[Point2], opening: Opening, other: Opening) -
     swings = [leaf_boxes(polygon_m, one)[:1] for one in (opening, other)]
     pairs += [(a, b) for a in swings[0] for b in swings[1]]
     return any(footprint_penetration(a, b) > 0.0 for a, b in pairs)
+
+
+def _floor_depths(polygon_m: Sequence[Point2]) -> list[float]:
+    """Return how far the floor reaches at most from the line of each wall, metres."""
+    points = np.array(polygon_m)
+    along = np.roll(points, -1, axis=0) - points
+    inward = np.stack([-along[:, 1], along[:, 0]], axis=1) / np.linalg.norm(along, axis=1, keepdims=True)
+    depths: list[float] = np.max(np.einsum("wpk,wk->wp", points[None] - points[:, None], inward), axis=1).tolist()
+    return depths
 
 
 def _draw_offset(rng: np.random.Generator, rule: OpeningRule, slack: float) -> float:

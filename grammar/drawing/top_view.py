@@ -75,6 +75,10 @@ def _draw_opening(plan: Plan, room: Room, opening: Opening) -> None:
         glass = [wall_point(room, opening, along, 0.5 * t) for along in (near, far)]
         plan.shapes.append(line(plan.points(glass), "#3a7ca5", 2.0))
         return
+    if opening.category == "garage_door":
+        leaf = [wall_point(room, opening, along, 0.5 * t) for along in (near, far)]
+        plan.shapes.append(line(plan.points(leaf), DOOR, 3.0))
+        return
     hinge, *arc = plan.points(door_swing(room, opening))
     plan.shapes.append(line(arc, DOOR, 1.2, (4.0, 3.0)))
     plan.shapes.append(line([hinge, arc[-1]], DOOR, 3.0))

@@ -48,7 +48,7 @@ def opening_zones(opening: Opening, rule: OpeningRule) -> list[Zone]:
     """
     opens_in = opening.category == "door" and opening.swing == "in"
     depth = opening.width_m if opens_in else rule.clear_depth_m
-    kind = SWING if opening.category == "door" else VIEW
+    kind = VIEW if opening.category == "window" else SWING
     half_width, casing = 0.5 * opening.width_m, rule.casing_m
     clear = Zone(0.5 * depth, 0.0, rule.clear_above_sill_m, opening.height_m, 0.5 * depth, half_width, kind, depth)
     half = 0.5 * _FACE_DEPTH_M

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammar.learning.geometry import box_gap, is_supported_by
+from grammar.layout.assemble import around_target
+from grammar.learning.geometry import box_gap, is_supported_by, relative_pose
 from grammar.learning.observed import ObservedObject, ObservedRoom
 from grammar.spec.object_rules import NONE, AroundMode, ObjectRule
 from grammar.spec.rules import Grammar
@@ -18,6 +19,11 @@ _SPREAD = 2.0
 _NO_TARGET = math.log(1e-3)
 _BOUNDS_FACTOR = 1.6
 _GROUP_GAP_M = 1.0
+_NEAR_PLACE_M = 0.3
+_ALONE = 2.0
+"""Cost of what stands for itself though a symbol of its category belongs to a core: less than what is 0.6 m off its place there."""
+
+_RAISED_M = 0.3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,11 +43,11 @@ class AssignedObject:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class AssignedRoom:
-    """A room with its objects that match objects of the grammar, and the categories of the ``unmatched`` ones."""
+    """A room with its objects that match objects of the grammar, and those ``left_over``, each with the index of what it stands on."""
 
     room: ObservedRoom
     objects: tuple[AssignedObject, ...]
-    unmatched: tuple[str, ...]
+    left_over: tuple[tuple[ObservedObject, int | None], ...]
 
 
 def assign(grammar: Grammar, room: ObservedRoom, any_size: bool = False) -> AssignedRoom:
@@ -53,7 +59,7 @@ def assign(grammar: Grammar, room: ObservedRoom, any_size: bool = False) -> Assi
     on = [item.on if item.on is not None else _below(room.objects, i) for i, item in enumerate(room.objects)]
     for i in sorted(range(len(room.objects)), key=lambda i: (on[i] is not None, i)):
         below = on[i]
-        symbols[i] = _symbol(grammar, room.objects[i], symbols[below] if below is not None else None, any_size)
+        symbols[i] = _symbol(grammar, room.objects[i], symbols[below] if below is not None else None, any_size, others=room.objects)
     _move_surplus(grammar, room.objects, symbols, on, any_size)
     kept = [i for i, symbol in enumerate(symbols) if symbol is not None]
     place = {i: k for k, i in enumerate(kept)}
@@ -74,8 +80,8 @@ def assign(grammar: Grammar, room: ObservedRoom, any_size: bool = False) -> Assi
                 core_offered=bool(offered),
             )
         )
-    unmatched = tuple(room.objects[i].category for i, symbol in enumerate(symbols) if symbol is None)
-    return AssignedRoom(room=room, objects=tuple(items), unmatched=unmatched)
+    left_over = tuple((room.objects[i], on[i]) for i, symbol in enumerate(symbols) if symbol is None)
+    return AssignedRoom(room=room, objects=tuple(items), left_over=left_over)
 
 
 def _move_surplus(
@@ -94,7 +100,7 @@ def _move_surplus(
         taken[j, around] += 1
         if taken[j, around] > len(around):
             below = on[i]
-            symbols[i] = _symbol(grammar, objects[i], symbols[below] if below is not None else None, any_size, symbol) or symbol
+            symbols[i] = _symbol(grammar, objects[i], symbols[below] if below is not None else None, any_size, symbol, objects) or symbol
 
 
 def _below(objects: Sequence[ObservedObject], i: int) -> int | None:
@@ -103,22 +109,58 @@ def _below(objects: Sequence[ObservedObject], i: int) -> int | None:
     return max(found, key=lambda j: (objects[j].position_m[2] + objects[j].size_m[2], -j), default=None)
 
 
-def _symbol(grammar: Grammar, item: ObservedObject, below: str | None, any_size: bool, other_than: str | None = None) -> str | None:
+def _symbol(
+    grammar: Grammar,
+    item: ObservedObject,
+    below: str | None,
+    any_size: bool,
+    other_than: str | None = None,
+    others: Sequence[ObservedObject] = (),
+) -> str | None:
     """Return the most likely symbol of an object, or None if no rule of its category is near its size.
 
-    ``below`` is the symbol of its supporter; ``other_than`` a symbol that does not count.
+    ``below`` is the symbol of its supporter; ``other_than`` a symbol that does not count; ``others`` the objects of the room.
     """
+    rivals = [
+        (symbol, rule)
+        for symbol, rule in grammar.objects.items()
+        if symbol != other_than and is_of(symbol, rule, item) and (any_size or _plausible(rule, item.size_m))
+    ]
+    if len(rivals) < 2:
+        return rivals[0][0] if rivals else None
     scores: list[tuple[float, str]] = []
-    for symbol, rule in grammar.objects.items():
-        if symbol != other_than and rule.category == item.category and (any_size or _plausible(rule, item.size_m)):
-            score = _wide_log_density(item.size_m, rule)
-            if rule.mount == "object":
-                share = (rule.supporters or {}).get(below or NONE, 0.0)
-                score += math.log(share) if share > 0.0 else _NO_TARGET
-            elif below is not None:
-                score += _NO_TARGET
-            scores.append((score, symbol))
-    return max(scores, key=lambda scored: scored[0])[1] if scores else None
+    for symbol, rule in rivals:
+        score = _wide_log_density(item.size_m, rule) - _place_cost(grammar, rule, item, others)
+        if rule.mount == "object":
+            share = (rule.supporters or {}).get(below or NONE, 0.0)
+            score += math.log(share) if share > 0.0 else _NO_TARGET
+        elif below is not None or (rule.mount == "wall") != (item.position_m[2] > _RAISED_M):
+            score += _NO_TARGET
+        scores.append((score, symbol))
+    return max(scores, key=lambda scored: scored[0])[1]
+
+
+def is_of(symbol: str, rule: ObjectRule, item: ObservedObject) -> bool:
+    """Return whether an object can be of a symbol: of its category, and of its name where the category is one of many unknown names."""
+    return rule.category == item.category and (not item.name or item.name == symbol)
+
+
+def _place_cost(grammar: Grammar, rule: ObjectRule, item: ObservedObject, others: Sequence[ObservedObject]) -> float:
+    """Return what it costs a symbol that an object is far from all places around the cores in the room, or stands for itself."""
+    if not rule.cores or not rule.around:
+        return _ALONE
+    categories = {grammar.objects[core].category for core in rule.cores if core in grammar.objects}
+    if not categories:
+        return 0.0
+    least = _ALONE if NONE in rule.cores else -_NO_TARGET
+    for other in others:
+        if other is not item and other.category in categories:
+            place = relative_pose(item, other)
+            for mode in rule.around:
+                x, y, _ = around_target(mode, item.size_m, other.size_m)
+                x = place.x_m if rule.mount == "wall" else x
+                least = min(least, math.hypot(place.x_m - x, place.y_m - y) / _NEAR_PLACE_M)
+    return least
 
 
 def _plausible(rule: ObjectRule, size_m: Sequence[float]) -> bool:

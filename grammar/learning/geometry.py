@@ -6,12 +6,17 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from shapely.geometry import Polygon
+from shapely.geometry.polygon import orient
+
 from grammar.geometry.walls import WALL_YAW, wall_rows
 from grammar.learning.observed import ObservedObject
 from scene_description.types import Point2
 
 _TOP_TOLERANCE_M = 0.1
 _TURN_COST_M = 0.25
+_NICHE_M, _LEAST_KEPT, _STRAIGHT_M = 0.45, 0.8, 0.02
+"""Half the width of the widest niche; a room of which less is left is all niches."""
 
 
 class WallPose(NamedTuple):
@@ -28,6 +33,16 @@ class RelativePose(NamedTuple):
     x_m: float
     y_m: float
     turn_rad: float
+
+
+def filled_outline(polygon_m: Sequence[Point2]) -> tuple[Point2, ...]:
+    """Return an outline without its narrow niches, counter-clockwise: sources count the thickness of the wall in a door to the room."""
+    whole = Polygon(polygon_m)
+    filled = whole.buffer(-_NICHE_M, join_style="mitre").buffer(_NICHE_M, join_style="mitre")
+    if filled.geom_type != "Polygon" or filled.area < _LEAST_KEPT * whole.area:
+        return tuple(polygon_m)
+    points = orient(filled.simplify(_STRAIGHT_M)).exterior.coords[:-1]
+    return tuple((float(x), float(y)) for x, y in points)
 
 
 def wrapped(angle: float) -> float:

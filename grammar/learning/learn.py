@@ -15,6 +15,7 @@ import numpy as np
 from grammar.learning.assign import AssignedRoom, assign
 from grammar.learning.branching import learn_branching
 from grammar.learning.contrastive import ContrastiveOptions, CurveRow, learn_weights
+from grammar.learning.graph import completed
 from grammar.learning.observed import ObservedRoom
 from grammar.learning.openings import learn_openings
 from grammar.learning.relations import learn_object
@@ -59,6 +60,8 @@ class LearnedGrammar:
     objects: int
     counts: Mapping[str, float]
     unmatched: Mapping[str, int]
+    added: Mapping[str, int]
+    """Symbols that the base lacks -> number of objects that asked for them."""
     weight_rooms: int
     curve: tuple[CurveRow, ...]
     wanted: Mapping[str, float]
@@ -94,7 +97,8 @@ def learn(
     Raises:
         GrammarError: there are fewer than five rooms with objects that the grammar knows.
     """
-    # match the observed objects with the grammar's
+    # give the graph what it lacks, and match the observed objects with the grammar's
+    grammar, added = completed(grammar, categories, rooms, options.least, "sizes" in options.keep)
     assigned = [room for room in (assign(grammar, room, "sizes" in options.keep) for room in rooms) if room.objects]
     if len(assigned) < _LEAST_ROOMS:
         raise GrammarError(
@@ -120,7 +124,8 @@ def learn(
         rooms=len(assigned),
         objects=sum(seen.values()),
         counts=counts,
-        unmatched=Counter(category for room in assigned for category in room.unmatched),
+        unmatched=Counter(item.category for room in assigned for item, _ in room.left_over),
+        added=added,
         weight_rooms=weights.rooms,
         curve=weights.curve,
         wanted=wanted,
@@ -145,8 +150,10 @@ def _learn_rules(
         counts.update({f"openings.{name}": count for name, count in found.items()})
     shape = grammar.room
     if "room" not in options.keep:
-        shape = learn_room(grammar.room, [room.room for room in assigned], [_covered_floor(grammar, categories, room) for room in assigned])
-        names = ("width_m", "depth_m", "height_m", "area_low_m2", "area_high_m2", "floor_share_max")
+        shape = learn_room(
+            grammar.room, [room.room for room in assigned], [_covered_floor(grammar, categories, room) for room in assigned], options.alpha
+        )
+        names = ("width_m", "depth_m", "height_m", "area_low_m2", "area_high_m2", "floor_share_max", "shapes", "floor_share", "proportion")
         counts.update({f"room.{name}": len(assigned) for name in names})
     budget = _patient(grammar.budget)
     return replace(grammar, room=shape, openings=openings, nodes=branching.nodes, objects=objects, budget=budget), counts

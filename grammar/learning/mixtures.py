@@ -2,7 +2,8 @@
 
 They are fitted by expectation maximisation, with the number of components, one to three, that the Bayesian information criterion prefers
 (Schwarz, Annals of Statistics 1978).  Places have two dimensions and the density ``exp(-r / b) / (2 pi b^2)`` at the distance r from the
-middle.  Gaps have one dimension and are truncated at zero, where the wall is.
+middle.  Gaps have one dimension and are truncated at zero, where the wall is; what is flush with the wall is as narrow a component as the
+data makes it, all others are at least as wide as places are recorded.
 """
 
 from __future__ import annotations
@@ -21,6 +22,11 @@ _LEAST_OF_ONE = 3.0
 
 _ROUNDS = 40
 _GRID = 17
+
+FLUSH_M = 0.00025
+"""Least length scale of what is flush with a wall: recorded to 1 mm, it stands within half of that."""
+
+_FLUSH_MIDDLE_M = 0.001
 
 
 class Component(NamedTuple):
@@ -99,6 +105,9 @@ def _truncated_component(data: Floats, weights: Floats, least: float) -> tuple[F
     median = _weighted_median(data[:, 0], weights)
     mass = max(float(weights.sum()), 1e-12)
     scale = max(float(weights @ np.abs(data[:, 0] - median)) / mass, least)
+    if median < _FLUSH_MIDDLE_M:
+        scale = max(float(weights @ np.abs(data[:, 0] - median)) / mass, FLUSH_M)
+        least = FLUSH_M
     if median > 3.0 * scale:
         return np.array([median]), scale
     best = (-math.inf, median, scale)

@@ -1,8 +1,8 @@
 """From observed poses to the modes of a grammar's relations, each with its probability and its spreads.
 
-Poses are grouped by the nearest quarter turn, by whether they are straight in it, and around a core by side.  (The authors' statistics have
-von Mises components about the quarter turns.)  Within each group the gaps or places are a small mixture.  A spread is the mean deviation of
-the data divided by that which the weight of the energy term gives, and at least 1, since no mode is tighter than the weight makes it.
+Poses are grouped by the nearest quarter turn, by how straight they are in it (exactly, nearly, not), and around a core by side.  (The
+authors' statistics have von Mises components about the quarter turns.)  Within each group the gaps or places are a small mixture.  A spread
+is the mean deviation of the data divided by that which the weight of the energy term gives: a mode is as tight or as loose as what was seen.
 """
 
 from __future__ import annotations
@@ -23,9 +23,16 @@ _SEEN_TWICE = 1.5
 _MOST_MODES = {WallMode: 6, AroundMode: 10, PlaceMode: 6}
 """Greatest number of modes by kind: more cost time and add little."""
 
+_ALIGNED_RAD = 0.002
 _STRAIGHT_RAD = 0.1
 _EXACT_RAD = math.radians(3.0)
-_MOST_SPREAD = 500.0
+_LEAST_SPREAD, _MOST_SPREAD = 0.01, 500.0
+_LEAST_PLACE_M = 0.004
+_RAYLEIGH = 4.6
+"""n R^2 that uniform angles exceed with probability 0.01."""
+
+_LEAST_ANGLE_RAD = 0.0002
+"""What is closer than the records tell is not distinguished."""
 
 AnyMode = TypeVar("AnyMode", WallMode, AroundMode, PlaceMode)
 
@@ -38,11 +45,11 @@ class Scale(NamedTuple):
 
     def spread(self, distance_m: float) -> float:
         """Return the spread of a mode with this mean deviation in distance."""
-        return min(max(distance_m / self.distance_m, 1.0), _MOST_SPREAD)
+        return min(max(distance_m / self.distance_m, _LEAST_SPREAD), _MOST_SPREAD)
 
     def orientation_spread(self, angle_rad: float) -> float:
         """Return the orientation spread of a mode with this mean deviation in angle."""
-        return min(max(angle_rad / self.angle_rad, 1.0), _MOST_SPREAD)
+        return min(max(angle_rad / self.angle_rad, _LEAST_SPREAD), _MOST_SPREAD)
 
 
 class GroupPose(NamedTuple):
@@ -66,12 +73,21 @@ def quarter_of(angle: float) -> int:
     return round(wrapped(angle) / (0.5 * math.pi)) % 4
 
 
-def turn_group(angle: float, turned: bool) -> tuple[int, bool]:
-    """Return the nearest quarter turn of an angle and whether the angle is straight; without ``turned`` all angles are alike."""
+def turn_group(angle: float, turned: bool) -> tuple[int, int]:
+    """Return the nearest quarter turn of an angle and how straight it is (0: aligned, 1: nearly, 2: not); without ``turned`` all are alike."""
     if not turned:
-        return 0, True
+        return 0, 0
     quarter = quarter_of(angle)
-    return quarter, abs(wrapped(angle - 0.5 * math.pi * quarter)) <= _STRAIGHT_RAD
+    off = abs(wrapped(angle - 0.5 * math.pi * quarter))
+    return quarter, (off > _ALIGNED_RAD) + (off > _STRAIGHT_RAD)
+
+
+def has_direction(angles: Sequence[float]) -> bool:
+    """Return whether angles gather about one direction: their mean resultant length is beyond what chance makes it (Rayleigh)."""
+    if not angles:
+        return False
+    length = abs(np.mean(np.exp(1j * np.asarray(angles))))
+    return bool(len(angles) * length**2 > _RAYLEIGH)
 
 
 def typical_angle(angles: Sequence[float], quarter: int) -> tuple[float, float]:
@@ -80,7 +96,7 @@ def typical_angle(angles: Sequence[float], quarter: int) -> tuple[float, float]:
     off = np.array([wrapped(angle - base) for angle in angles])
     middle = float(np.median(off))
     middle = middle if abs(middle) > _EXACT_RAD else 0.0
-    return wrapped(base + middle), float(np.abs(off - middle).mean())
+    return wrapped(base + middle), max(float(np.abs(off - middle).mean()), _LEAST_ANGLE_RAD)
 
 
 def wall_modes(seen: Sequence[tuple[float, float]], turned: bool, scale: Scale) -> tuple[WallMode, ...]:
@@ -88,7 +104,7 @@ def wall_modes(seen: Sequence[tuple[float, float]], turned: bool, scale: Scale) 
     modes: list[WallMode] = []
     for (quarter, _), group in _grouped((turn_group(turn, turned), (gap, turn)) for gap, turn in seen).items():
         angle, off = typical_angle([turn for _, turn in group], quarter)
-        for part in gap_mixture([gap for gap, _ in group], scale.distance_m):
+        for part in gap_mixture([gap for gap, _ in group], _LEAST_PLACE_M):
             modes.append(
                 WallMode(
                     probability=part.share * len(group) / len(seen),
@@ -108,7 +124,7 @@ def around_modes(seen: Sequence[GroupPose], turned: bool, scale: Scale) -> tuple
     for (side, quarter, _), group in groups.items():
         angle, off = typical_angle([pose.frame.turn_rad for pose in group], quarter)
         align = _alignment(side, group)
-        for part in place_mixture([(_side(pose)[1], _along(side, pose, align)) for pose in group], scale.distance_m):
+        for part in place_mixture([(_side(pose)[1], _along(side, pose, align)) for pose in group], _LEAST_PLACE_M):
             modes.append(
                 AroundMode(
                     probability=part.share * len(group) / len(seen),

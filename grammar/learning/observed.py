@@ -14,13 +14,18 @@ from scene_description.types import Point2
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ObservedObject:
-    """One object.  ``category`` is one of ours; ``on`` the index of the object of the same room that it stands on, where that is known."""
+    """One object.
+
+    ``category`` is one of ours; ``on`` the index of the object of the same room that it stands on, where that is known; ``name`` what the
+    source calls it, where no category of ours is like it and ``category`` only says that it is furniture or a thing.
+    """
 
     category: str
     size_m: tuple[float, float, float]
     position_m: tuple[float, float, float]
     yaw_rad: float
     on: int | None = None
+    name: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,7 +13,7 @@ import numpy as np
 from grammar.geometry.solids import surface_top
 from grammar.learning.assign import AssignedObject, AssignedRoom
 from grammar.learning.geometry import WallPose, fitting_wall, nearest_wall, relative_pose, wrapped
-from grammar.learning.modes import GroupPose, Scale, SupportPose, around_modes, place_modes, quarter_of, wall_modes
+from grammar.learning.modes import GroupPose, Scale, SupportPose, around_modes, has_direction, place_modes, quarter_of, wall_modes
 from grammar.learning.sizes import learn_normal, learn_size
 from grammar.spec.categories import Categories
 from grammar.spec.energy_terms import Weights
@@ -167,7 +167,7 @@ def _learn_support(
         rule = replace(rule, supporters=supporters)
     if len(poses) >= least and rule.same_place_as is None:
         counts["placements"] = len(poses)
-        turned = any(mode.orientation_rad is not None for mode in rule.placements)
+        turned = any(mode.orientation_rad is not None for mode in rule.placements) or has_direction([pose.frame.turn_rad for pose in poses])
         scale = _scale(grammar.weights.support_position, grammar.weights.support_orientation, grammar.schedule.beta)
         rule = replace(rule, placements=place_modes(poses, turned, scale))
     return rule

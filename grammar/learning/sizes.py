@@ -10,11 +10,17 @@ from dataclasses import replace
 import numpy as np
 
 from grammar.geometry.arrays import Floats
+from grammar.learning.geometry import filled_outline
 from grammar.learning.observed import ObservedRoom
 from grammar.spec.object_rules import ObjectRule, SizeMode
-from grammar.spec.room_rules import RoomRule
+from grammar.spec.room_rules import RoomRule, RoomShapes
 from grammar.spec.values import TruncatedNormal
 from scene_description.polygons import signed_area_m2
+from scene_description.types import Point2
+
+_FURNISHED_SHARE = 0.2
+_WHOLE = 0.97
+"""Share of its bounding box that a rectangle fills at least."""
 
 Size = tuple[float, float, float]
 Kernel = tuple[float, Floats, Floats]
@@ -24,12 +30,16 @@ _MAX_KERNELS = 24
 _LEAST_SD_M = (0.01, 0.01, 0.01)
 _LEAST_RELATIVE_SD = 0.03
 
+_MODEL_SHARE, _MODEL_COUNT = 0.1, 3
+_MODEL_SD_M = 0.0002
+"""A side that recurs to the millimetre, in a tenth of the objects and three times at least, is that of a model that people have."""
+
 
 def learn_size(rule: ObjectRule, seen: Sequence[Size], alpha: float) -> ObjectRule:
     """Return a rule whose sizes are a kernel density estimate over the observed ones.
 
-    Kernels are products of normal distributions, their widths by Scott's rule, 1.06 sd n^(-1/5) of each side, at least 1 cm or 3 %.  Equal
-    sizes share a kernel; where there are more than 24, the closest are merged.  The base's components stay with the weight of ``alpha``
+    Kernels are products of normal distributions, their widths by Scott's rule, 1.06 sd n^(-1/5) of each side, at least 1 cm or 3 %; a side
+    that recurs exactly is that of a common model and keeps its value.  Equal sizes share a kernel; where there are more than 24, the closest are merged.  The base's components stay with the weight of ``alpha``
     observations.  The bounds are widened to hold all observed sizes.
     """
     data = np.array(seen, np.float64)
@@ -38,15 +48,24 @@ def learn_size(rule: ObjectRule, seen: Sequence[Size], alpha: float) -> ObjectRu
     kernels: list[Kernel] = [(float(count), np.array(size), np.zeros(3)) for size, count in sorted(weights.items())]
     while len(kernels) > _MAX_KERNELS:
         kernels = _merge_closest(kernels)
+    recurring = [_recurring(data[:, axis]) for axis in range(3)]
     total = len(seen) + alpha
     modes = [replace(mode, probability=mode.probability * alpha / total) for mode in rule.sizes if alpha > 0.0]
     for count, mean, variance in kernels:
         floor = np.maximum(_LEAST_SD_M, _LEAST_RELATIVE_SD * mean)
         floor = np.minimum(floor, 0.2 * mean)
         sd = np.maximum(np.sqrt(spread**2 + variance), floor)
+        same = [round(float(side), 3) in values for side, values in zip(mean, recurring, strict=True)]
+        sd = np.where(np.array(same) & (variance < _MODEL_SD_M**2), _MODEL_SD_M, sd)
         modes.append(SizeMode(probability=count / total, mean_m=_three(mean), sd_m=_three(sd)))
     low, high = np.minimum(rule.low_m, data.min(0)), np.maximum(rule.high_m, data.max(0))
     return replace(rule, sizes=tuple(modes), low_m=_three(low), high_m=_three(high))
+
+
+def _recurring(sides: Floats) -> set[float]:
+    """Return the lengths, to the millimetre, that are so common that they are those of models."""
+    counts = Counter(round(float(side), 3) for side in sides)
+    return {side for side, count in counts.items() if count >= max(_MODEL_COUNT, _MODEL_SHARE * len(sides))}
 
 
 def _merge_closest(kernels: Sequence[Kernel]) -> list[Kernel]:
@@ -81,22 +100,20 @@ def _height(seen: Sequence[float]) -> TruncatedNormal:
     return TruncatedNormal(mean=float(np.mean(seen)), sd=max(float(np.std(seen)), 0.005), low=low, high=max(high, low + 0.01))
 
 
-def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequence[float]) -> RoomRule:
-    """Return the rule of the room's size, from rectangles with the proportions of the outlines' bounding boxes and the outlines' areas.
+def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequence[float], alpha: float) -> RoomRule:
+    """Return the rule of the room's size and shape, from the outlines without the niches of their doors.
 
-    Both sides follow one distribution, since a room turned by a quarter is as likely.  ``covered_m2`` is the floor that the furniture of
-    each room covers; the bound on its share rises to the third quartile over the rooms.
+    ``covered_m2`` is the floor that the furniture of each room covers.  Where that is a fifth of the floor and more, the area of a room
+    follows from it and the share.  Both sides follow one distribution, since a room turned by a quarter is as likely; ``alpha`` pseudo-counts
+    of the base smooth the shapes.
     """
-    sides, areas = [], []
-    for room in rooms:
-        extent = np.ptp(np.array(room.polygon_m), axis=0)
-        area = signed_area_m2(room.polygon_m)
-        scale = math.sqrt(area / float(extent[0] * extent[1]))
-        sides.extend((scale * extent).tolist())
-        areas.append(area)
-    side = learn_normal(base.width_m, sides)
+    outlines = [filled_outline(room.polygon_m) for room in rooms]
+    extents = np.array([np.ptp(np.array(outline), axis=0) for outline in outlines])
+    areas = np.array([signed_area_m2(outline) for outline in outlines])
+    side = learn_normal(base.width_m, (extents * np.sqrt(areas / extents.prod(1))[:, None]).ravel().tolist())
+    shares = np.divide(covered_m2, areas)
+    fitted = float(np.median(shares)) >= _FURNISHED_SHARE
     low, high = float(np.quantile(areas, 0.05)), float(np.quantile(areas, 0.95))
-    share = float(np.quantile(np.divide(covered_m2, areas), 0.75))
     return replace(
         base,
         width_m=side,
@@ -104,5 +121,27 @@ def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequen
         height_m=_height([room.height_m for room in rooms]),
         area_low_m2=min(base.area_low_m2, low),
         area_high_m2=max(min(base.area_high_m2, 1.5 * high), high),
-        floor_share_max=min(max(base.floor_share_max, share), 1.0),
+        floor_share_max=min(max(base.floor_share_max, float(np.max(shares)) if fitted else float(np.quantile(shares, 0.75))), 1.0),
+        shapes=_learn_shapes(base.shapes, outlines, extents, areas, alpha),
+        floor_share=_normal(shares) if fitted else None,
+        proportion=_normal(extents.max(1) / extents.min(1)) if fitted else None,
     )
+
+
+def _normal(values: Floats) -> TruncatedNormal:
+    """Return a normal with the moments of what was seen, within what was seen."""
+    return TruncatedNormal(mean=float(values.mean()), sd=max(float(values.std()), 0.005), low=float(values.min()), high=float(values.max()))
+
+
+def _learn_shapes(base: RoomShapes, outlines: Sequence[Sequence[Point2]], extents: Floats, areas: Floats, alpha: float) -> RoomShapes:
+    """Return the probabilities of shapes by the corners of outlines; those of eight corners are shared out as the base does."""
+    filled = areas / extents.prod(1) > _WHOLE
+    corners = [4 if whole else len(outline) for whole, outline in zip(filled, outlines, strict=True)]
+    counts = {"rectangle": corners.count(4), "l_shape": sum(count in (5, 6) for count in corners)}
+    rest, others = len(corners) - sum(counts.values()), base.t_shape + base.u_shape
+    if others <= 0.0:
+        counts["l_shape"] += rest
+    else:
+        counts |= {name: rest * getattr(base, name) / others for name in ("t_shape", "u_shape")}
+    total = len(corners) + alpha
+    return replace(base, **{name: (count + alpha * getattr(base, name)) / total for name, count in counts.items()})

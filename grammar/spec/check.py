@@ -6,15 +6,13 @@ from collections.abc import Collection, Mapping, Sequence
 
 from grammar.spec.and_or_graph import Branch, Node
 from grammar.spec.object_rules import CORE, CORNER, NONE, Mode, ObjectRule
-from grammar.spec.room_rules import SHAPES, OpeningRule, RoomRule
+from grammar.spec.room_rules import OPENINGS, SHAPES, OpeningRule, RoomRule
 from grammar.spec.rules import MOVES, Convergence, Grammar, MoveRule, truncated_normals
 from grammar.spec.run_rules import CORNER_UNIT, END, WINDOW
 from grammar.spec.values import range_error
 from scene_description import FieldError
 
 _SUM_TOLERANCE = 1e-6
-OPENINGS = ("door", "window")
-"""Kinds of openings."""
 
 
 def check_grammar(grammar: Grammar, categories: Collection[str]) -> None:
@@ -56,7 +54,7 @@ def _check_openings(openings: Mapping[str, OpeningRule]) -> None:
         if kind not in OPENINGS:
             raise FieldError(f"openings.{kind}", f"one of {', '.join(OPENINGS)}", "an unknown key")
         _check_sum(f"openings.{kind}.multiplicity", rule.multiplicity)
-    for kind in OPENINGS:
+    for kind in ("door", "window"):
         if kind not in openings:
             raise FieldError(f"openings.{kind}", "a value", "nothing (the key is missing)")
     if sum(openings["door"].multiplicity[1:]) < 1.0 - _SUM_TOLERANCE:
@@ -178,9 +176,9 @@ def _check_dependencies(grammar: Grammar, symbol: str, rule: ObjectRule) -> None
             expected = f"an object with one_each: place and as many places around its core as this one has placements ({count})"
             raise FieldError(f"{path}.same_place_as", expected, repr(rule.same_place_as))
     for i, tie in enumerate(rule.tied):
-        openings = f"{', '.join(OPENINGS)} or {CORE}" if cores else " or ".join(OPENINGS)
-        if tie.to not in grammar.objects and tie.to not in OPENINGS and not (cores and tie.to == CORE):
-            raise FieldError(f"{path}.tied[{i}].to", f"the symbol of an object, {openings}", repr(tie.to))
+        names = (*OPENINGS, CORE) if cores else OPENINGS
+        if tie.to not in grammar.objects and tie.to not in names:
+            raise FieldError(f"{path}.tied[{i}].to", f"the symbol of an object, {', '.join(names[:-1])} or {names[-1]}", repr(tie.to))
         if tie.axis == "middle" and rule.mount != "wall":
             raise FieldError(f"{path}.tied[{i}].axis", "no 'middle' unless mount is 'wall'", "'middle'")
 

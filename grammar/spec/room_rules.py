@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, get_args
 
 from grammar.spec.values import Distance, Extent, Probability, TruncatedNormal
 from scene_description import Limits
+from scene_description.types import OpeningKind
+
+OPENINGS: tuple[OpeningKind, ...] = get_args(OpeningKind)
+"""Kinds of openings, in the order in which they are drawn; every grammar has doors and windows."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,7 +44,9 @@ SHAPES = ("rectangle", "l_shape", "t_shape", "u_shape", "chimney_breast", "alcov
 class RoomRule:
     """Size of the bounding rectangle of a room, and the shape of the floor within it.
 
-    ``floor_share_max`` bounds the share of the floor that furniture may cover.
+    ``floor_share_max`` bounds the share of the floor that furniture may cover.  With ``floor_share`` a room is as large as its furniture
+    asks for: the area is what that covers over the share drawn, and ``proportion`` (long side over short one) takes the place of the sides.
+    Sides and outlines that a request gives stay.
     """
 
     width_m: TruncatedNormal
@@ -51,15 +57,17 @@ class RoomRule:
     area_high_m2: Annotated[float, Limits(ge=1.0, le=10_000.0, unit="m2")]
     floor_share_max: Annotated[float, Limits(ge=0.01, le=1.0)]
     shapes: RoomShapes = RoomShapes()
+    floor_share: TruncatedNormal | None = None
+    proportion: TruncatedNormal | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OpeningRule:
-    """Doors or windows: how many, how large, where in a wall, and what must stay free before them.
+    """Doors, overhead doors or windows: how many, how large, where in a wall, and what must stay free before them.
 
     ``near_corner`` is the probability that the opening lies ``corner_gap_m`` from one end of its wall; else its offset is uniform.
     Furniture keeps out of ``clear_depth_m`` before the opening above ``sill + clear_above_sill_m``.  Nothing hangs within ``casing_m``
-    of its sides and top.
+    of its sides and top.  The floor is at least ``floor_depth_m`` deep before its wall.
     """
 
     multiplicity: Annotated[tuple[Probability, ...], Limits(min_length=1, max_length=16)]
@@ -74,3 +82,4 @@ class OpeningRule:
     casing_m: Distance
     swing_in: Probability = 0.0
     wall_without_door: bool = False
+    floor_depth_m: Distance = 0.0

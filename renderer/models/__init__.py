@@ -13,6 +13,7 @@ from renderer.models import (
     bathroom_things,
     beds,
     cabinets,
+    cars,
     cases,
     chairs,
     curtains,
@@ -46,7 +47,7 @@ MODELS: dict[str, Model] = {
     name: model
     for family in (
         *(beds, cabinets, desks, chairs, seats, rugs, shelves, lamps, plants, small, electronics, wall_things),
-        *(bathroom, bathroom_things, office, gym, exercise_bikes, workshop, storage),
+        *(bathroom, bathroom_things, office, gym, exercise_bikes, workshop, storage, cars),
         *(sofas, tables, cases, living_things, curtains, dining_chairs, dining_things, hallway),
         *(kitchen, fitted_kitchen, appliances, kitchen_things),
     )

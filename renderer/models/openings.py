@@ -70,6 +70,51 @@ def build_door(rng: np.random.Generator, hole: Hole, style: str) -> Parts:
     return {"frame": frame, "leaf": leaf, "handle": merged(*handles, *pins)}
 
 
+def build_garage_door(rng: np.random.Generator, hole: Hole, style: str) -> Parts:
+    """Return a closed overhead door: lining, casing and threshold (``frame``), ``leaf`` of hinged sections or slats, ``handle``."""
+    half, top, deep = 0.5 * hole.width_m, hole.height_m, hole.thickness_m
+    lining, gap, thick = 0.03, 0.004, min(0.045, 0.5 * deep)
+    casing = min(0.07, hole.headroom_m + lining)
+    back = -0.5 * deep - 0.5 * thick
+    inner, high = half - lining, top - lining
+    frame = merged(
+        _surround(-deep, 0.001, half + EMBED_M, inner, top + EMBED_M, high, 0.0),
+        _surround(-0.004, 0.012, inner + casing, inner + 0.006, high + casing, high + 0.006, 0.0),
+        _surround(back - 0.014, back - 0.002, inner + 0.002, inner - 0.04, high + 0.002, high - 0.04, 0.0),
+        _surround(back + thick + 0.002, back + thick + 0.03, inner + 0.002, inner - 0.03, high + 0.002, high - 0.03, 0.0),
+        block((-deep, -half - EMBED_M, -EMBED_M), (0.0, half + EMBED_M, 0.003), 0.001),
+    )
+    count = round(high / 0.09) if style == "slats" else max(4, round(high / rng.uniform(0.48, 0.56)))
+    levels = np.linspace(0.005, high - gap, count + 1)
+    low_rows = [(back, -inner + gap, z + 0.001) for z in levels[:-1]]
+    high_rows = [(back + thick, inner - gap, z - 0.001) for z in levels[1:]]
+    core = block((back + 0.012, -inner + gap + 0.002, levels[0] + 0.002), (back + thick - 0.012, inner - gap - 0.002, levels[-1] - 0.002))
+    pieces = [blocks(low_rows, high_rows, 0.009 if style == "slats" else 0.004), core]
+    if style == "cassettes":
+        columns = np.linspace(-inner + 0.08, inner - 0.08, max(3, round(2.0 * inner / 0.6)) + 1)
+        fields = [(a, b, c, d) for a, b in itertools.pairwise(columns) for c, d in itertools.pairwise(levels)]
+        pieces.append(
+            blocks(
+                [(back + thick - 0.01, a + 0.04, c + 0.08) for a, _, c, _ in fields],
+                [(back + thick + 0.009, b - 0.04, d - 0.08) for _, b, _, d in fields],
+                0.006,
+            )
+        )
+    plate = block((back + thick - 0.004, -0.03, levels[1] + 0.08), (back + thick + 0.012, 0.03, levels[1] + 0.2), 0.003)
+    grip_x = back + thick + 0.012
+    grip = sweep(
+        [
+            (grip_x, -0.08, levels[1] + 0.14),
+            (grip_x + 0.022, -0.05, levels[1] + 0.14),
+            (grip_x + 0.022, 0.05, levels[1] + 0.14),
+            (grip_x, 0.08, levels[1] + 0.14),
+        ],
+        0.009,
+        8,
+    )
+    return {"frame": frame, "leaf": merged(*pieces), "handle": merged(plate, grip)}
+
+
 def _surround(x0: float, x1: float, outer: float, inner: float, top: float, inner_top: float, low: float) -> Mesh:
     """Return two jambs and a head between half widths ``inner`` and ``outer``."""
     return blocks(
@@ -215,6 +260,7 @@ def _window_rim(x0: float, x1: float, outer: float, inner: float, low: float, to
 
 OPENING_MODELS = {
     "door": OpeningModel(build_door, ("panelled", "flush", "planked")),
+    "garage_door": OpeningModel(build_garage_door, ("sections", "cassettes", "slats")),
     "window": OpeningModel(build_window, ("double", "single", "grid")),
 }
 """Generator name -> model of an opening."""

@@ -110,7 +110,7 @@ BAD = {
     "tied_nowhere": (
         ["objects", "bed", "tied"],
         [{"axis": "width", "to": "throne", "of": "width"}],
-        r"objects\.bed\.tied\[0\]\.to: expected the symbol of an object, door or window, got 'throne'",
+        r"objects\.bed\.tied\[0\]\.to: expected the symbol of an object, door, garage_door or window, got 'throne'",
     ),
     "tied_to_no_core": (
         ["objects", "bed", "tied"],

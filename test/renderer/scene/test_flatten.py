@@ -191,7 +191,7 @@ def test_faults_are_named_in_one_line() -> None:
         r"light of object 4, part 'shade': expected a colour, got black": replace(
             scene, lights=(replace(scene.lights[0], color=(0.0, 0.0, 0.0)),)
         ),
-        r"door 1: expected one of the generators 'door', 'window', got 'gate'": replace(
+        r"door 1: expected one of the generators 'door', 'garage_door', 'window', got 'gate'": replace(
             scene, room=replace(scene.room, openings=(replace(door, model=ModelReference(generator="gate")),))
         ),
         r"door 1: expected style .*, got 'barn'": replace(
