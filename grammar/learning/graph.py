@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -55,8 +56,9 @@ def completed(
     """
     found: dict[str, list[Seen]] = {}
     assigned = [assign(grammar, room, any_size) for room in rooms]
+    recorded = {item.category for room in rooms for item in room.objects}
     for room in assigned:
-        for name, seen in _unexplained(grammar, room):
+        for name, seen in _unexplained(grammar, room, recorded):
             if seen.item.category in categories:
                 found.setdefault(name, []).append(seen)
     added = {name: items for name, items in sorted(found.items()) if len(items) >= least}
@@ -98,12 +100,16 @@ def _carrying(nodes: Mapping[str, Node], supporter: str, branch: Branch) -> dict
     return nodes
 
 
-def _unexplained(grammar: Grammar, room: AssignedRoom) -> list[tuple[str, Seen]]:
-    """Return what has no symbol, or one that does not fit how it stands, with the name of the symbol that it asks for."""
+def _unexplained(grammar: Grammar, room: AssignedRoom, recorded: AbstractSet[str]) -> list[tuple[str, Seen]]:
+    """Return what has no symbol, or one that does not fit how it stands, with the name of the symbol that it asks for.
+
+    A core that the rooms do not hold is missed only if its category is among the ``recorded`` ones.
+    """
     found = [(_name(grammar, seen), Seen(room.room, seen, below)) for seen, below in room.left_over]
     for item in room.objects:
         rule = grammar.objects[item.symbol]
-        alone = bool(rule.cores) and NONE not in (rule.cores or {}) and item.core is None and rule.around and rule.mount == "floor"
+        cores = {grammar.objects[core].category for core in rule.cores or () if core in grammar.objects}
+        alone = rule.mount == "floor" and bool(cores & recorded) and NONE not in (rule.cores or {}) and not item.core_offered
         raised = rule.mount == "object" and item.on is None
         if alone or raised:
             found.append((_name(grammar, item.seen), Seen(room.room, item.seen, None)))

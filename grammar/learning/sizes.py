@@ -144,4 +144,5 @@ def _learn_shapes(base: RoomShapes, outlines: Sequence[Sequence[Point2]], extent
     else:
         counts |= {name: rest * getattr(base, name) / others for name in ("t_shape", "u_shape")}
     total = len(corners) + alpha
-    return replace(base, **{name: (count + alpha * getattr(base, name)) / total for name, count in counts.items()})
+    shares = {name: round((counts.get(name, 0.0) + alpha * getattr(base, name)) / total, 4) for name in ("l_shape", "t_shape", "u_shape")}
+    return replace(base, rectangle=round(1.0 - sum(shares.values()), 4), **shares)
