@@ -69,6 +69,7 @@ def completed(
             del added[name]
         else:
             objects[name] = rule
+    objects |= _with_loners(grammar, assigned, least)
     nodes = _with_optional(grammar, assigned)
     free = {name: items for name, items in added.items() if objects[name].mount != "object"}
     if free:
@@ -205,6 +206,22 @@ def _core(grammar: Grammar, items: Sequence[Seen]) -> dict[str, float] | None:
     if count < _MOST_HAVE * len(items) or not symbols:
         return None
     return {**{symbol: 0.8 / len(symbols) for symbol in symbols}, NONE: 0.2}
+
+
+def _with_loners(grammar: Grammar, rooms: Sequence[AssignedRoom], least: int) -> dict[str, ObjectRule]:
+    """Return the rules of what often stands far from every core in the room: it may have none, and stands at walls then."""
+    found: dict[str, ObjectRule] = {}
+    for symbol, rule in grammar.objects.items():
+        followed = any(other.same_place_as == symbol for other in grammar.objects.values())
+        if rule.mount != "floor" or not rule.cores or NONE in rule.cores or followed:
+            continue
+        offered = [item for room in rooms for item in room.objects if item.symbol == symbol and item.core_offered]
+        alone = sum(item.core is None for item in offered)
+        if alone >= least and alone > _OFTEN_MISSING * len(offered):
+            share = alone / len(offered)
+            cores = {**{name: weight * (1.0 - share) for name, weight in rule.cores.items()}, NONE: share}
+            found[symbol] = replace(rule, cores=cores, wall=rule.wall or (WallMode(distance_m=0.02),))
+    return found
 
 
 def _with_optional(grammar: Grammar, rooms: Sequence[AssignedRoom]) -> dict[str, Node]:

@@ -162,6 +162,13 @@ def place_modes(seen: Sequence[SupportPose], turned: bool, scale: Scale) -> tupl
     return _kept(modes)
 
 
+def blended(first: Sequence[AnyMode], second: Sequence[AnyMode], share: float) -> tuple[AnyMode, ...]:
+    """Return the modes of two sets, the first with ``share`` of the probability."""
+    return _kept(
+        [replace(mode, probability=part * _share(mode)) for part, modes in ((share, first), (1.0 - share, second)) for mode in modes]
+    )
+
+
 _Key = TypeVar("_Key", bound=tuple[object, ...])
 _Item = TypeVar("_Item")
 

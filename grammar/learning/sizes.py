@@ -8,7 +8,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.optimize import minimize
 
+from grammar.derivation.densities import truncated_normal_log_density
 from grammar.geometry.arrays import Floats
 from grammar.learning.geometry import filled_outline
 from grammar.learning.observed import ObservedRoom
@@ -19,6 +21,7 @@ from scene_description.polygons import signed_area_m2
 from scene_description.types import Point2
 
 _FURNISHED_SHARE = 0.2
+_LEAST_FITTED, _LEAST_RANGE_M, _NARROW_M = 8, 0.005, 0.02
 _WHOLE = 0.97
 """Share of its bounding box that a rectangle fills at least."""
 
@@ -35,7 +38,9 @@ _MODEL_SD_M = 0.0002
 """A side that recurs to the millimetre, in a tenth of the objects and three times at least, is that of a model that people have."""
 
 
-def learn_size(rule: ObjectRule, seen: Sequence[Size], alpha: float) -> ObjectRule:
+def learn_size(
+    rule: ObjectRule, seen: Sequence[Size], alpha: float, elsewhere: Sequence[Size] = (), pooled: float = 0.0
+) -> ObjectRule:
     """Return a rule whose sizes are a kernel density estimate over the observed ones.
 
     Kernels are products of normal distributions, their widths by Scott's rule, 1.06 sd n^(-1/5) of each side, at least 1 cm or 3 %; a side
@@ -123,14 +128,27 @@ def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequen
         area_high_m2=max(min(base.area_high_m2, 1.5 * high), high),
         floor_share_max=min(max(base.floor_share_max, float(np.max(shares)) if fitted else float(np.quantile(shares, 0.75))), 1.0),
         shapes=_learn_shapes(base.shapes, outlines, extents, areas, alpha),
-        floor_share=_normal(shares) if fitted else None,
-        proportion=_normal(extents.max(1) / extents.min(1)) if fitted else None,
+        floor_share=fitted_normal(shares) if fitted else None,
+        proportion=fitted_normal(extents.max(1) / extents.min(1)) if fitted else None,
     )
 
 
-def _normal(values: Floats) -> TruncatedNormal:
-    """Return a normal with the moments of what was seen, within what was seen."""
-    return TruncatedNormal(mean=float(values.mean()), sd=max(float(values.std()), 0.005), low=float(values.min()), high=float(values.max()))
+def fitted_normal(values: Floats) -> TruncatedNormal:
+    """Return the normal, truncated to what was seen, of greatest likelihood; its mean may lie at a bound, where the values gather."""
+    low, high = float(values.min()), float(values.max())
+    high = max(high, low + _LEAST_RANGE_M)
+    mean, sd = float(values.mean()), max(float(values.std()), _LEAST_RANGE_M)
+    if len(values) < _LEAST_FITTED or high - low < _NARROW_M:
+        return TruncatedNormal(mean=mean, sd=sd, low=low, high=high)
+
+    def loss(parameters: Floats) -> float:
+        m, s = float(parameters[0]), math.exp(float(parameters[1]))
+        return -sum(truncated_normal_log_density(float(value), m, s, low, high) for value in values)
+
+    span = high - low
+    bounds = ((max(low - span, 0.0), high + span), (math.log(0.05 * span), math.log(2.0 * span)))
+    found = minimize(loss, np.array([mean, math.log(sd)]), bounds=bounds, method="L-BFGS-B")
+    return TruncatedNormal(mean=float(found.x[0]), sd=math.exp(float(found.x[1])), low=low, high=high)
 
 
 def _learn_shapes(base: RoomShapes, outlines: Sequence[Sequence[Point2]], extents: Floats, areas: Floats, alpha: float) -> RoomShapes:

@@ -6,7 +6,8 @@ branch is as frequent among valid rooms as in the data: the gradient in a log-pr
 passes does not depend on the probabilities, so rooms that were sampled under some tell the frequencies under all others by importance
 weights, the ratios of the structures' probabilities (Monte Carlo maximum likelihood: Geyer and Thompson, J. Royal Statistical Society B
 1992).  Under these weights iterative scaling moves the probabilities by the ratio of wanted to actual frequencies until both agree; then
-rooms are sampled with the new probabilities, and again.  The wanted frequency of a branch is first what counting gave, then shifted until
+rooms are sampled with the new probabilities, and again.  The share of the floor that furniture covers, by which small rooms fail, is shifted
+likewise until its mean among valid rooms is that of the data.  The wanted frequency of a branch is first what counting gave, then shifted until
 each category is as frequent as in the data.
 """
 
@@ -84,9 +85,12 @@ def correct_truncation(
         grammar, {key: branching for key, branching in _branching_of(grammar).items() if _counted(grammar, key, covered)}, sorted(wanted)
     )
     logs, rows, pool = choices.target, [], _Pool([], [], [])
+    wanted_share = grammar.room.floor_share
     for iteration in range(options.iterations):
         rooms = sampler(_with_branching(grammar, choices.branching(logs)), iteration, range(options.rooms))
         passed = [room for room in rooms if not room.failed]
+        if wanted_share is not None and passed:
+            grammar = _with_shifted_share(grammar, wanted_share.mean - sum(room.floor_share for room in passed) / len(passed))
         if not passed:
             raise RequestError(f"{grammar.room_type}: expected some valid rooms of {len(rooms)}, got none; widen the room or its budget")
         seen = {name: sum(room.categories.get(name, 0) for room in passed) / len(passed) for name in wanted}
@@ -103,6 +107,15 @@ def correct_truncation(
         pool.counts.append(np.array([[room.categories.get(name, 0) for name in choices.names] for room in passed], np.float64))
         logs = _scaled(choices, pool, np.array([wanted[name] for name in choices.names]), logs)
     return _with_branching(grammar, choices.branching(logs)), tuple(rows)
+
+
+def _with_shifted_share(grammar: Grammar, shift: float) -> Grammar:
+    """Return the grammar whose rooms are fuller or emptier by a share of the floor; they never get fuller than any that was seen."""
+    share = grammar.room.floor_share
+    if share is None:
+        return grammar
+    moved = min(max(share.mean + shift, share.low), share.high + 0.5 * (share.high - share.low))
+    return replace(grammar, room=replace(grammar.room, floor_share=replace(share, mean=moved)))
 
 
 class _Pool(NamedTuple):
