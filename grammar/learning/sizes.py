@@ -45,8 +45,16 @@ def learn_size(
 
     Kernels are products of normal distributions, their widths by Scott's rule, 1.06 sd n^(-1/5) of each side, at least 1 cm or 3 %; a side
     that recurs exactly is that of a common model and keeps its value.  Equal sizes share a kernel; where there are more than 24, the closest are merged.  The base's components stay with the weight of ``alpha``
-    observations.  The bounds are widened to hold all observed sizes.
+    observations, or of none where the sizes seen ``elsewhere``, in other room types, count as ``pooled`` observations.  The bounds are
+    widened to hold all observed sizes.
     """
+    if elsewhere and pooled > 0.0:
+        own, shared = learn_size(rule, seen, 0.0), learn_size(rule, elsewhere, 0.0)
+        share = len(seen) / (len(seen) + pooled)
+        parts = ((share, own), (1.0 - share, shared))
+        blend = [replace(mode, probability=part * mode.probability) for part, learned in parts for mode in learned.sizes]
+        low, high = np.minimum(own.low_m, shared.low_m), np.maximum(own.high_m, shared.high_m)
+        return replace(rule, sizes=tuple(blend), low_m=_three(low), high_m=_three(high))
     data = np.array(seen, np.float64)
     spread = 1.06 * data.std(0) * len(data) ** -0.2
     weights = Counter(tuple(round(side, 3) for side in size) for size in seen)
@@ -146,8 +154,8 @@ def fitted_normal(values: Floats) -> TruncatedNormal:
         return -sum(truncated_normal_log_density(float(value), m, s, low, high) for value in values)
 
     span = high - low
-    bounds = ((max(low - span, 0.0), high + span), (math.log(0.05 * span), math.log(2.0 * span)))
-    found = minimize(loss, np.array([mean, math.log(sd)]), bounds=bounds, method="L-BFGS-B")
+    bounds = ((max(low - 0.5 * span, 0.0), high + 0.5 * span), (math.log(0.2 * span), math.log(1.5 * span)))
+    found = minimize(loss, np.array([mean, math.log(max(sd, 0.2 * span))]), bounds=bounds, method="L-BFGS-B")
     return TruncatedNormal(mean=float(found.x[0]), sd=math.exp(float(found.x[1])), low=low, high=high)
 
 
