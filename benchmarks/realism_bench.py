@@ -26,7 +26,6 @@ from realism_figures import UNITS, Figures, by_chance, compare
 from benchmarks.table import Row, at_most, render_table
 from grammar import Grammar, RequestError, SceneRequest, read_categories, read_room_type, sample_room
 from grammar.learning import LearnOptions, ObservedRoom, learn, read_category_map, read_layouts, split_houses
-from grammar.learning.assign import assign
 from grammar.learning.learn import Part
 from grammar.learning.truncation import category_kl, frequencies
 from grammar.learning.write_layouts import layout_from_objects
@@ -34,7 +33,6 @@ from grammar.spec.grammar_file import learned_types
 from scene_description.share import config_path
 
 SHARE = 0.2
-LEAST = 3
 KEPT: dict[str, frozenset[Part]] = {"kitchen": frozenset(("sizes", "relations", "weights"))}
 """Parts that the shipped grammar of a room type keeps from its base."""
 
@@ -82,9 +80,8 @@ class _Table:
     def counts(self, count: int) -> list[Row]:
         """Compare the shipped grammar's categories with those of the rooms that it was learned from."""
         taught, _ = split_houses(self._seen, SHARE)
-        assigned = [assign(self._base, room, "sizes" in self._options.keep) for room in taught]
-        wanted = Counter(thing.seen.category for room in assigned for thing in room.objects)
-        known = {name for name, number in wanted.items() if number >= LEAST}
+        wanted = Counter(thing.category for room in taught for thing in room.objects)
+        known = set(wanted)
         drawn = self._sampled(read_room_type(self._base.room_type, self._categories, "learned"), count, 0)
         have = Counter(thing.category for room in drawn.rooms for thing in room.objects)
         kl = category_kl(frequencies(wanted, known), frequencies(have, known))

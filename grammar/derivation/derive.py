@@ -29,7 +29,7 @@ from grammar.spec.categories import Categories
 from grammar.spec.object_rules import ObjectRule
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar
-from scene_description import ParseNode
+from scene_description import ParseNode, Room
 from scene_description.polygons import signed_area_m2
 
 _CONDITIONAL_COST = 10

@@ -40,7 +40,9 @@ def draw_room(
         RejectedError: an arm of the room is too narrow, or the area is out of bounds.
     """
     # draw the sides of the bounding rectangle, then the height, then the shape
-    attributes, sides, fitted_m2 = [], [], None
+    attributes: list[Attribute] = []
+    sides: list[float] = []
+    fitted_m2 = None
     if not (outline or request.room_width_m > 0.0 or request.room_depth_m > 0.0) and covered_m2 > 0.0:
         fitted_m2, sides, attributes = _fitted(grammar.room, covered_m2, rng)
     for name in () if outline or sides else ("width_m", "depth_m"):
@@ -72,7 +74,9 @@ def _fitted(room: RoomRule, covered_m2: float, rng: np.random.Generator) -> tupl
     """Return the area, the sides of a rectangle of that area, and how they were drawn; None and nothing for a room of given sides."""
     if room.floor_share is None or room.proportion is None:
         return None, [], []
-    (share, share_log), (proportion, proportion_log) = (draw_with_log_density(rng, normal) for normal in (room.floor_share, room.proportion))
+    (share, share_log), (proportion, proportion_log) = (
+        draw_with_log_density(rng, normal) for normal in (room.floor_share, room.proportion)
+    )
     area = covered_m2 / max(share, _LEAST_SHARE)
     proportion = max(proportion, 1.0)
     long = math.sqrt(area * proportion)

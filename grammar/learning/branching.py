@@ -59,9 +59,9 @@ class BranchingResult:
 class _Model(NamedTuple):
     """The graph and where its parameters are.
 
-    nodes: of the grammar; covered: symbols that the data records; visible: those that a room holds -> their index in its bag; place: slice of the vector of parameters for each Or node,
-    (node, -1), and each Set branch, (node, branch); below: symbol -> how often each terminal occurs below it; closes: node -> terminals
-    whose counts are final at it.
+    nodes: of the grammar; covered: symbols that the data records; visible: those that a room holds -> their index in its bag; place: slice
+    of the vector of parameters for each Or node, (node, -1), and each Set branch, (node, branch); below: symbol -> how often each terminal
+    occurs below it; closes: node -> terminals whose counts are final at it.
     """
 
     nodes: Mapping[str, Node]

@@ -199,7 +199,13 @@ def _core(grammar: Grammar, items: Sequence[Seen]) -> dict[str, float] | None:
     """Return the symbols of the category that most of the objects stand by, or None."""
     near: Counter[str] = Counter()
     for seen in items:
-        near.update({o.category for o in seen.room.objects if o is not seen.item and box_gap(seen.item, o) < _BESIDE_M and o.position_m[2] < _RAISED_M})
+        near.update(
+            {
+                o.category
+                for o in seen.room.objects
+                if o is not seen.item and box_gap(seen.item, o) < _BESIDE_M and o.position_m[2] < _RAISED_M
+            }
+        )
     near.pop(items[0].item.category, None)
     category, count = near.most_common(1)[0] if near else ("", 0)
     symbols = [symbol for symbol, rule in grammar.objects.items() if rule.category == category and rule.mount == "floor" and not rule.cores]

@@ -37,9 +37,10 @@ _POOLED = 5.0
 class LearnOptions:
     """How to learn.
 
-    ``alpha``: pseudo-counts with which the base grammar smooths every count, size and address; ``least``: a size or relation that was
-    seen fewer times than this stays as in the base; numbers are learned of every category that the source records in any room type.  ``pooled``: pseudo-counts with which other room types of
-    the source speak about sizes and places of an object, so that they decide where there are few observations.  ``keep``: parts that stay as in the base altogether.
+    ``alpha``: pseudo-counts with which the base grammar smooths every count, size and address; ``least``: a size or relation that was seen
+    fewer times than this stays as in the base; numbers are learned of every category that the source records in any room type.  ``pooled``:
+    pseudo-counts with which other room types of the source speak about sizes and places of an object, so that they decide where there are
+    few observations.  ``keep``: parts that stay as in the base altogether.
     """
 
     alpha: float = 2.0
@@ -166,7 +167,9 @@ def _learn_rules(
         counts.update({f"openings.{name}": count for name, count in found.items()})
     shape = grammar.room
     if "room" not in options.keep:
-        shape = learn_room(grammar.room, [room.room for room in assigned], [_covered_floor(grammar, categories, room) for room in assigned], options.alpha)
+        shape = learn_room(
+            grammar.room, [room.room for room in assigned], [_covered_floor(grammar, categories, room) for room in assigned], options.alpha
+        )
         names = ("width_m", "depth_m", "height_m", "area_low_m2", "area_high_m2", "floor_share_max", "shapes", "floor_share", "proportion")
         counts.update({f"room.{name}": len(assigned) for name in names})
     budget = _patient(grammar.budget)

@@ -29,8 +29,8 @@ def symbol_of(name: str) -> str:
 def nearest_category(name: str, catalogue: Collection[str]) -> str | None:
     """Return the category whose words a name has, or that is spelled nearly alike; None if there is none.
 
-    Of several the one with most words counts: a ``white desk lamp`` is a ``desk_lamp``, not a ``desk``.  The last word says what a thing is,
-    so a ``lamp table`` is no ``lamp``.
+    Of several the one with most words counts: a ``white desk lamp`` is a ``desk_lamp``, not a ``desk``.  The last word says what a thing
+    is, so a ``lamp table`` is no ``lamp``.
     """
     words = words_of(name)
     if not words:

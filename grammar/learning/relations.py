@@ -12,9 +12,21 @@ from typing import NamedTuple
 import numpy as np
 
 from grammar.geometry.solids import surface_top
+from grammar.layout.assemble import around_target
 from grammar.learning.assign import AssignedObject, AssignedRoom
 from grammar.learning.geometry import WallPose, fitting_wall, nearest_wall, relative_pose, wrapped
-from grammar.learning.modes import GroupPose, Scale, SupportPose, around_modes, blended, has_direction, place_modes, quarter_of, wall_modes
+from grammar.learning.modes import (
+    LEAST_PLACE_M,
+    GroupPose,
+    Scale,
+    SupportPose,
+    around_modes,
+    blended,
+    has_direction,
+    place_modes,
+    quarter_of,
+    wall_modes,
+)
 from grammar.learning.sizes import fitted_normal, learn_size
 from grammar.spec.categories import Categories
 from grammar.spec.energy_terms import Weights
@@ -30,6 +42,7 @@ _PLENTY = 20
 
 
 _TIED_M = 0.1
+_MEDIAN_OF_ROUND = 1.678
 _AXES = {"depth": 0, "width": 1, "height": 2}
 
 Seen = Sequence[tuple[AssignedRoom, AssignedObject]]
@@ -71,9 +84,7 @@ def learn_object(
         the new rule, and for each field of it that changed how many observations made it.
     """
     rule = grammar.objects[symbol]
-    seen, elsewhere = (
-        [(room, item) for room in places for item in room.objects if item.symbol == symbol] for places in (rooms, others)
-    )
+    seen, elsewhere = ([(room, item) for room in places for item in room.objects if item.symbol == symbol] for places in (rooms, others))
     counts: dict[str, int] = {}
     beta = grammar.schedule.beta
     if len(seen) >= shares.least and "sizes" not in keep:
@@ -117,8 +128,8 @@ def _learn_wall(
 ) -> ObjectRule:
     """Learn poses at walls, from objects without a core if they are enough, else from all objects near a wall.
 
-    Of n poses and the ``pooled`` pseudo-counts of those in other room types, the modes of each have the share n / (n + pooled) and the rest;
-    too few poses of a room type are taken together with those.
+    Of n poses and the ``pooled`` pseudo-counts of those in other room types, the modes of each have the share n / (n + pooled) and the
+    rest; too few poses of a room type are taken together with those.
     """
     turned = any(mode.orientation_rad is not None for mode in rule.wall)
     found, more = (_wall_poses(rule, items, turned, least) for items in (seen, elsewhere))
@@ -176,6 +187,9 @@ def _learn_group(rule: ObjectRule, scale: Scale, seen: Seen, alpha: float, least
             poses.append((core.symbol, GroupPose(relative_pose(item.seen, core.seen), item.seen.size_m, core.seen.size_m)))
     kept = matched or all(mode.side == "centre" for mode in rule.around)
     modes, used = _learn_places(rule, scale, poses, least) if not kept else ((), 0)
+    if kept and not matched and len(poses) >= least:
+        counts["around"] = len(poses)
+        rule = replace(rule, around=_as_close(rule, scale, [pose for _, pose in poses]))
     if used:
         counts["around"] = used
         rule = replace(rule, around=modes, one_each=None if rule.one_each == "place" else rule.one_each)
@@ -189,6 +203,19 @@ def _learn_group(rule: ObjectRule, scale: Scale, seen: Seen, alpha: float, least
             counts["cores"] = len(offered)
             rule = replace(rule, cores=cores)
     return rule
+
+
+def _as_close(rule: ObjectRule, scale: Scale, poses: Sequence[GroupPose]) -> tuple[AroundMode, ...]:
+    """Return the places of a rule, which stay where they are, as tight or loose as the median object keeps to the nearest of them.
+
+    The distance from a place in the plane falls off exponentially with the length b, so half of all are within 1.68 b.
+    """
+    off = []
+    for pose in poses:
+        targets = [around_target(mode, pose.size_m, pose.core_m) for mode in rule.around]
+        off.append(min(math.hypot(pose.frame.x_m - x, pose.frame.y_m - y) for x, y, _ in targets))
+    spread = scale.spread(max(float(np.median(off)) / _MEDIAN_OF_ROUND, LEAST_PLACE_M))
+    return tuple(replace(mode, spread=spread) for mode in rule.around)
 
 
 def _learn_places(rule: ObjectRule, scale: Scale, poses: Sequence[tuple[str, GroupPose]], least: int) -> tuple[tuple[AroundMode, ...], int]:

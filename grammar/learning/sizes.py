@@ -38,15 +38,13 @@ _MODEL_SD_M = 0.0002
 """A side that recurs to the millimetre, in a tenth of the objects and three times at least, is that of a model that people have."""
 
 
-def learn_size(
-    rule: ObjectRule, seen: Sequence[Size], alpha: float, elsewhere: Sequence[Size] = (), pooled: float = 0.0
-) -> ObjectRule:
+def learn_size(rule: ObjectRule, seen: Sequence[Size], alpha: float, elsewhere: Sequence[Size] = (), pooled: float = 0.0) -> ObjectRule:
     """Return a rule whose sizes are a kernel density estimate over the observed ones.
 
     Kernels are products of normal distributions, their widths by Scott's rule, 1.06 sd n^(-1/5) of each side, at least 1 cm or 3 %; a side
-    that recurs exactly is that of a common model and keeps its value.  Equal sizes share a kernel; where there are more than 24, the closest are merged.  The base's components stay with the weight of ``alpha``
-    observations, or of none where the sizes seen ``elsewhere``, in other room types, count as ``pooled`` observations.  The bounds are
-    widened to hold all observed sizes.
+    that recurs exactly is that of a common model and keeps its value.  Equal sizes share a kernel; where there are more than 24, the
+    closest are merged.  The base's components stay with the weight of ``alpha`` observations, or of none where the sizes seen
+    ``elsewhere``, in other room types, count as ``pooled`` observations.  The bounds are widened to hold all observed sizes.
     """
     if elsewhere and pooled > 0.0:
         own, shared = learn_size(rule, seen, 0.0), learn_size(rule, elsewhere, 0.0)
@@ -117,8 +115,8 @@ def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequen
     """Return the rule of the room's size and shape, from the outlines without the niches of their doors.
 
     ``covered_m2`` is the floor that the furniture of each room covers.  Where that is a fifth of the floor and more, the area of a room
-    follows from it and the share.  Both sides follow one distribution, since a room turned by a quarter is as likely; ``alpha`` pseudo-counts
-    of the base smooth the shapes.
+    follows from it and the share.  Both sides follow one distribution, since a room turned by a quarter is as likely; ``alpha``
+    pseudo-counts of the base smooth the shapes.
     """
     outlines = [filled_outline(room.polygon_m) for room in rooms]
     extents = np.array([np.ptp(np.array(outline), axis=0) for outline in outlines])

@@ -48,7 +48,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
     defaults = LearnOptions()
     parser.add_argument(
-        "layouts", nargs="+", metavar="LAYOUTS.jsonl[:WEIGHT]", help="files of furnished rooms, one a line; a room counts by its file's weight"
+        "layouts",
+        nargs="+",
+        metavar="LAYOUTS.jsonl[:WEIGHT]",
+        help="files of furnished rooms, one a line; a room counts by its file's weight",
     )
     parser.add_argument("--room", default="bedroom", metavar="TYPE", help="room type (default: %(default)s)")
     parser.add_argument("--base", type=Path, metavar="YAML", help="grammar to start from (default: the one of that room type)")
