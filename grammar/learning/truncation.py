@@ -87,7 +87,7 @@ def correct_truncation(
         grammar, {key: branching for key, branching in _branching_of(grammar).items() if _counted(grammar, key, covered)}, sorted(wanted)
     )
     logs, rows, pool = choices.target, [], _Pool([], [], [])
-    wanted_share = grammar.room.floor_share and truncated_mean(grammar.room.floor_share)
+    wanted_share = None if grammar.room.floor_share is None else truncated_mean(grammar.room.floor_share)
     for iteration in range(options.iterations):
         rooms = sampler(_with_branching(grammar, choices.branching(logs)), iteration, range(options.rooms))
         passed = [room for room in rooms if not room.failed]
