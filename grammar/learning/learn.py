@@ -29,7 +29,7 @@ Part = Literal["sizes", "relations", "openings", "room", "weights"]
 PARTS: tuple[Part, ...] = ("sizes", "relations", "openings", "room", "weights")
 
 _LEAST_ROOMS = 5
-_STRUCTURES, _LAYOUTS, _ROUNDS, _DERIVATIONS = 80, 1, 2, 20_000
+_STRUCTURES, _LAYOUTS, _ROUNDS, _DERIVATIONS = 160, 1, 1, 20_000
 _POOLED = 5.0
 
 
