@@ -25,8 +25,16 @@ from realism_figures import UNITS, Figures, by_chance, compare
 
 from benchmarks.table import Row, at_most, render_table
 from grammar import Grammar, RequestError, SceneRequest, read_categories, read_room_type, sample_room
-from grammar.learning import LearnOptions, ObservedRoom, learn, read_category_map, read_layouts, split_houses
-from grammar.learning.assign import assign
+from grammar.learning import (
+    ContrastiveOptions,
+    LearnOptions,
+    ObservedRoom,
+    TruncationOptions,
+    learn,
+    read_category_map,
+    read_layouts,
+    split_houses,
+)
 from grammar.learning.learn import Part
 from grammar.learning.truncation import category_kl, frequencies
 from grammar.learning.write_layouts import layout_from_objects
@@ -34,7 +42,9 @@ from grammar.spec.grammar_file import learned_types
 from scene_description.share import config_path
 
 SHARE = 0.2
-LEAST = 3
+CORRECTIONS, CORRECTED = 2, 60
+"""Rounds of corrections of each fold's grammar, and the rooms sampled in each."""
+
 KEPT: dict[str, frozenset[Part]] = {"kitchen": frozenset(("sizes", "relations", "weights"))}
 """Parts that the shipped grammar of a room type keeps from its base."""
 
@@ -76,15 +86,18 @@ class _Table:
         self._categories = read_categories(config_path("categories.yaml"))
         self._base = read_room_type(room_type, self._categories)
         self._seen = read_layouts(layouts, read_category_map(config_path("learning/category_map.yaml")), room_type).rooms
-        self._options = LearnOptions(keep=KEPT.get(room_type, frozenset()))
+        self._options = LearnOptions(
+            keep=KEPT.get(room_type, frozenset()),
+            contrastive=ContrastiveOptions(iterations=0),
+            truncation=TruncationOptions(iterations=CORRECTIONS, rooms=CORRECTED),
+        )
         self._pool, self._workers = pool, workers
 
     def counts(self, count: int) -> list[Row]:
         """Compare the shipped grammar's categories with those of the rooms that it was learned from."""
         taught, _ = split_houses(self._seen, SHARE)
-        assigned = [assign(self._base, room, "sizes" in self._options.keep) for room in taught]
-        wanted = Counter(thing.seen.category for room in assigned for thing in room.objects)
-        known = {name for name, number in wanted.items() if number >= LEAST}
+        wanted = Counter(thing.category for room in taught for thing in room.objects)
+        known = set(wanted)
         drawn = self._sampled(read_room_type(self._base.room_type, self._categories, "learned"), count, 0)
         have = Counter(thing.category for room in drawn.rooms for thing in room.objects)
         kl = category_kl(frequencies(wanted, known), frequencies(have, known))

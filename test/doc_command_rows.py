@@ -245,8 +245,8 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth learn LAYOUTS.jsonl ... --room TYPE --out GRAMMAR.yaml": Usage(
         "test/scene_synth_ros/cli/test_learn_command.py::test_learns_from_sampled_scenes"
     ),
-    "scene_synth learn LAYOUTS.jsonl [MORE.jsonl ...] --room bedroom --out my_bedroom.yaml": Run(
-        "scene_synth learn LAYOUTS.jsonl MORE.jsonl --room bedroom --out my_bedroom.yaml --hold-out 0 --iterations 0 --corrections 0",
+    "scene_synth learn LAYOUTS.jsonl [MORE.jsonl:0.3 ...] --room bedroom --out my_bedroom.yaml": Run(
+        "scene_synth learn LAYOUTS.jsonl MORE.jsonl:0.3 --room bedroom --out my_bedroom.yaml --hold-out 0 --iterations 0 --corrections 0",
         ("my_bedroom.yaml",),
     ),
     # pictures
@@ -374,6 +374,12 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python -c 'from grammar.checks.faults import faults_table; print(faults_table())'": Run(),
     ".venv/bin/python -m benchmarks.rooms_bench --rooms 1000 --real LAYOUTS.jsonl --sheets sheets": Parsed(
         "takes minutes; test/benchmarks/test_rooms_bench.py has its measures"
+    ),
+    ".venv/bin/python -m benchmarks.classifier_bench LAYOUTS.jsonl": Parsed(
+        "takes minutes; test/grammar/learning/test_room_features.py has its figures"
+    ),
+    ".venv/bin/python -m benchmarks.sources_bench LAYOUTS.jsonl MORE.jsonl --room bedroom": Parsed(
+        "takes minutes; test/grammar/learning/test_learn.py learns"
     ),
     ".venv/bin/python -m benchmarks.recovery_bench": Parsed("test/grammar/learning/test_learn.py"),
     ".venv/bin/python -m benchmarks.reference_bench --pictures docs/reference": Parsed("takes an hour, and needs Mitsuba"),

@@ -40,6 +40,8 @@ SIZES = {
     "workbench": (0.7, 1.6, 0.9),
     "tool_cabinet": (0.46, 0.7, 0.95),
     "storage_shelf": (0.45, 1.0, 1.85),
+    "other_furniture": (0.5, 0.8, 0.9),
+    "other_prop": (0.2, 0.2, 0.2),
     "cardboard_box": (0.4, 0.5, 0.36),
     "plastic_crate": (0.4, 0.6, 0.32),
     "bicycle": (1.75, 0.58, 1.05),

@@ -1,7 +1,7 @@
 """Rooms as vectors of features, and how well a classifier tells two sets of rooms apart by them.
 
-Features are those of what is recorded of both: categories that the real rooms have, at the precision of the source (1 mm, 1 mrad).  A box that
-a source puts into a wall touches that wall.
+Features are those of what is recorded of both: categories that the real rooms have, at the precision of the source (1 mm, 1 mrad).  A box
+that a source puts into a wall touches that wall.
 """
 
 from __future__ import annotations
@@ -137,7 +137,8 @@ def told_apart(names: Sequence[str], real: Floats, drawn: Floats, folds: tuple[I
 
     Args:
         names: of the features.
-        real, drawn: (rooms, features).
+        real: (rooms, features).
+        drawn: (rooms, features).
         folds: (rooms,) of both.
         trees: of the forest; leaves hold two rooms at least, and both kinds weigh the same.
     """

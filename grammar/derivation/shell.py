@@ -38,7 +38,9 @@ def draw_room(
         RejectedError: an arm of the room is too narrow, or the area is out of bounds.
     """
     # draw the sides of the bounding rectangle, then the height, then the shape
-    attributes, sides, fitted_m2 = [], [], None
+    attributes: list[Attribute] = []
+    sides: list[float] = []
+    fitted_m2 = None
     if not (outline or request.room_width_m > 0.0 or request.room_depth_m > 0.0) and covered_m2 > 0.0:
         fitted_m2, sides, attributes = _fitted(grammar.room, covered_m2, rng)
     for name in () if outline or sides else ("width_m", "depth_m"):

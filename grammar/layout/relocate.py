@@ -1,8 +1,10 @@
 """The relocation: a pose drawn afresh from a mixture of a uniform pose, poses at walls and poses around the core or on a support surface.
 
-An object's modes are drawn by their probabilities, and widths grow with a mode's spread.  The mixture's density is computed for any pose,
-which the Hastings ratio needs.  A pose's base measure is area times angle (length along the walls for what hangs there), over the bounding
-box of the room, the walls, or the support surfaces.
+What belongs to a core and stands at walls is drawn half the time at the wall that a place around its core is nearest to, beside that place:
+both relations hold at once, which independent draws hardly ever reach where both are tight.  An object's modes are drawn by their
+probabilities, and widths grow with a mode's spread.  The mixture's density is computed for any pose, which the Hastings ratio needs.  A
+pose's base measure is area times angle (length along the walls for what hangs there), over the bounding box of the room, the walls, or the
+support surfaces.
 """
 
 from __future__ import annotations
@@ -19,6 +21,9 @@ from grammar.layout.proposal import hang, pick, put_on_surface, uniform_on_surfa
 
 _TWO_PI = 2.0 * math.pi
 _LEAST_LENGTH_M = 1e-9
+_AT_WALL_SHARE = 0.5
+"""Share of the poses around a core that are drawn at a wall, for what stands at walls too."""
+
 _FAR_SDS = 40.0
 """Beyond so many standard deviations a normal density is zero in float64."""
 
@@ -116,8 +121,57 @@ def relocate(rng, problem, state, settings, i, proposal):  # type: ignore[no-unt
     elif mount == col.CEILING:
         pose[0, col.X] = problem.x_centre + settings.around_sd_m * rng.standard_normal()
         pose[0, col.Y] = problem.y_centre + settings.around_sd_m * rng.standard_normal()
+    elif _at_wall_too(problem, i) and rng.random() < _AT_WALL_SHARE:
+        _draw_beside_core(rng, problem, state, settings, i, proposal)
     else:
         _draw_around_core(rng, problem, state, settings, i, proposal)
+
+
+@kernel
+def _at_wall_too(problem, i):  # type: ignore[no-untyped-def]
+    """Return whether an object has places at walls beside those around its core."""
+    return problem.link[i, col.AROUND_MODES] > problem.link[i, col.WALL_MODES]
+
+
+@kernel
+def _wall_by_place(problem, state, i, k):  # type: ignore[no-untyped-def]
+    """Return the wall that mode ``k`` around the core of object ``i`` is nearest to, and how far along it the place is."""
+    where, wall, mode, core = state.where, problem.wall, problem.mode, problem.link[i, col.CORE]
+    yaw = where[core, col.YAW]
+    c, s = math.cos(yaw), math.sin(yaw)
+    x = where[core, col.X] + mode[k, col.MODE_X] * c - mode[k, col.MODE_Y] * s
+    y = where[core, col.Y] + mode[k, col.MODE_X] * s + mode[k, col.MODE_Y] * c
+    best, chosen, place = np.inf, 0, 0.0
+    for w in range(len(wall)):
+        along = along_wall(wall, w, x, y)
+        across = (x - wall[w, walls.START_X]) * wall[w, walls.NORMAL_X] + (y - wall[w, walls.START_Y]) * wall[w, walls.NORMAL_Y]
+        off = abs(across) + max(-along, along - wall[w, walls.LENGTH], 0.0)
+        if off < best:
+            best, chosen, place = off, w, along
+    return chosen, place
+
+
+@inlined
+def _draw_beside_core(rng, problem, state, settings, i, proposal):  # type: ignore[no-untyped-def]
+    """Draw a pose at one of an object's wall modes, along the wall beside one of its modes around its core."""
+    link, mode = problem.link, problem.mode
+    m = _draw_mode(rng, mode, link[i, col.AROUND_MODES], link[i, col.PLACEMENTS])
+    w, along = _wall_by_place(problem, state, i, m)
+    along += settings.around_sd_m / mode[m, col.NEAR] * rng.standard_normal()
+    _put_at_wall(rng, problem, settings, i, w, along, proposal.pose)
+
+
+@inlined
+def _put_at_wall(rng, problem, settings, i, w, along, pose):  # type: ignore[no-untyped-def]
+    """Draw gap and yaw at wall ``w`` by one of an object's wall modes."""
+    link, mode, wall = problem.link, problem.mode, problem.wall
+    half_d, half_w = problem.object[i, col.HALF_DEPTH], problem.object[i, col.HALF_WIDTH]
+    k = _draw_mode(rng, mode, link[i, col.WALL_MODES], link[i, col.AROUND_MODES])
+    turn = _draw_yaw(rng, mode[k, col.MODE_YAW], settings.wall_orientation_sd_rad / mode[k, col.STRAIGHT])
+    across = mode[k, col.GAP] + settings.wall_gap_sd_m / mode[k, col.NEAR] * rng.standard_normal()
+    across += half_d * abs(math.cos(turn)) + half_w * abs(math.sin(turn))
+    pose[0, col.X], pose[0, col.Y] = point_at_wall(wall, w, along, across)
+    pose[0, col.YAW] = wrap(wall[w, walls.WALL_YAW] + turn)
 
 
 @inlined
@@ -140,15 +194,8 @@ def _draw_hanging(rng, problem, state, settings, i, is_uniform):  # type: ignore
 @inlined
 def _draw_at_wall(rng, problem, settings, i, proposal):  # type: ignore[no-untyped-def]
     """Draw a pose at one of an object's wall modes, anywhere along the walls."""
-    link, mode, wall, pose = problem.link, problem.mode, problem.wall, proposal.pose
-    half_d, half_w = problem.object[i, col.HALF_DEPTH], problem.object[i, col.HALF_WIDTH]
     w, along = _draw_wall(rng, problem, 0.0)
-    k = _draw_mode(rng, mode, link[i, col.WALL_MODES], link[i, col.AROUND_MODES])
-    turn = _draw_yaw(rng, mode[k, col.MODE_YAW], settings.wall_orientation_sd_rad / mode[k, col.STRAIGHT])
-    across = mode[k, col.GAP] + settings.wall_gap_sd_m / mode[k, col.NEAR] * rng.standard_normal()
-    across += half_d * abs(math.cos(turn)) + half_w * abs(math.sin(turn))
-    pose[0, col.X], pose[0, col.Y] = point_at_wall(wall, w, along, across)
-    pose[0, col.YAW] = wrap(wall[w, walls.WALL_YAW] + turn)
+    _put_at_wall(rng, problem, settings, i, w, along, proposal.pose)
 
 
 @inlined
@@ -202,7 +249,10 @@ def relocation_density(problem, state, settings, i, proposal):  # type: ignore[n
     if wall > 0.0:
         density += wall * _at_wall_density(problem, settings, i, x, y, yaw)
     if around > 0.0:
-        density = _add_core_density(problem, state, settings, i, x, y, yaw, around, density)
+        beside = _AT_WALL_SHARE if _at_wall_too(problem, i) else 0.0
+        if beside > 0.0:
+            density += around * beside * _beside_core_density(problem, state, settings, i, x, y, yaw)
+        density = _add_core_density(problem, state, settings, i, x, y, yaw, around * (1.0 - beside), density)
     return density
 
 
@@ -239,24 +289,43 @@ def _add_core_density(problem, state, settings, i, x, y, yaw, around, density): 
 
 
 @kernel
-def _at_wall_density(problem, settings, i, x, y, yaw):  # type: ignore[no-untyped-def]
-    """Return the density of a pose drawn at the walls: the sum over walls and modes, over the walls' summed length."""
+def _pose_at_wall_density(problem, settings, i, w, x, y, yaw):  # type: ignore[no-untyped-def]
+    """Return the density of gap and yaw at wall ``w``, the sum over an object's wall modes."""
     wall, mode, first, last = problem.wall, problem.mode, problem.link[i, col.WALL_MODES], problem.link[i, col.AROUND_MODES]
     half_d, half_w = problem.object[i, col.HALF_DEPTH], problem.object[i, col.HALF_WIDTH]
-    density, length, c, s = 0.0, 0.0, math.cos(yaw), math.sin(yaw)
+    nx, ny, c, s, density = wall[w, walls.NORMAL_X], wall[w, walls.NORMAL_Y], math.cos(yaw), math.sin(yaw), 0.0
+    across = (x - wall[w, walls.START_X]) * nx + (y - wall[w, walls.START_Y]) * ny
+    gap = across - half_d * abs(c * nx + s * ny) - half_w * abs(s * nx - c * ny)
+    for k in range(first, last):
+        off, sd = gap - mode[k, col.GAP], settings.wall_gap_sd_m / mode[k, col.NEAR]
+        if abs(off) < _FAR_SDS * sd:
+            turn_sd = settings.wall_orientation_sd_rad / mode[k, col.STRAIGHT]
+            turn = _yaw_density(yaw - wall[w, walls.WALL_YAW], mode[k, col.MODE_YAW], turn_sd)
+            density += mode[k, col.PROBABILITY] * _normal_density(off, sd) * turn
+    return density
+
+
+@kernel
+def _at_wall_density(problem, settings, i, x, y, yaw):  # type: ignore[no-untyped-def]
+    """Return the density of a pose drawn at the walls: the sum over walls and modes, over the walls' summed length."""
+    wall, density, length = problem.wall, 0.0, 0.0
     for w in range(len(wall)):
-        nx, ny = wall[w, walls.NORMAL_X], wall[w, walls.NORMAL_Y]
         length += wall[w, walls.LENGTH]
         if 0.0 <= along_wall(wall, w, x, y) <= wall[w, walls.LENGTH]:
-            across = (x - wall[w, walls.START_X]) * nx + (y - wall[w, walls.START_Y]) * ny
-            gap = across - half_d * abs(c * nx + s * ny) - half_w * abs(s * nx - c * ny)
-            for k in range(first, last):
-                off, sd = gap - mode[k, col.GAP], settings.wall_gap_sd_m / mode[k, col.NEAR]
-                if abs(off) < _FAR_SDS * sd:
-                    turn_sd = settings.wall_orientation_sd_rad / mode[k, col.STRAIGHT]
-                    turn = _yaw_density(yaw - wall[w, walls.WALL_YAW], mode[k, col.MODE_YAW], turn_sd)
-                    density += mode[k, col.PROBABILITY] * _normal_density(off, sd) * turn
+            density += _pose_at_wall_density(problem, settings, i, w, x, y, yaw)
     return density / length
+
+
+@kernel
+def _beside_core_density(problem, state, settings, i, x, y, yaw):  # type: ignore[no-untyped-def]
+    """Return the density of a pose drawn at a wall beside the places around the core: the sum over these."""
+    mode, density = problem.mode, 0.0
+    for m in range(problem.link[i, col.AROUND_MODES], problem.link[i, col.PLACEMENTS]):
+        w, along = _wall_by_place(problem, state, i, m)
+        off, sd = along_wall(problem.wall, w, x, y) - along, settings.around_sd_m / mode[m, col.NEAR]
+        if abs(off) < _FAR_SDS * sd:
+            density += mode[m, col.PROBABILITY] * _normal_density(off, sd) * _pose_at_wall_density(problem, settings, i, w, x, y, yaw)
+    return density
 
 
 @kernel

@@ -6,6 +6,7 @@ from grammar.learning.learn import LearnedGrammar, LearnOptions, learn, room_sam
 from grammar.learning.observed import ObservedObject, ObservedOpening, ObservedRoom
 from grammar.learning.read_layouts import LayoutFile, read_layouts
 from grammar.learning.sampled_counts import RoomSampler, SampledCounts
+from grammar.learning.sources import mixed
 from grammar.learning.truncation import TruncationOptions, TruncationRow, truncation_csv
 from grammar.learning.write_grammar import grammar_yaml
 from grammar.learning.write_layouts import layout_from_scene, layout_line
@@ -28,6 +29,7 @@ __all__ = [
     "layout_from_scene",
     "layout_line",
     "learn",
+    "mixed",
     "read_category_map",
     "read_layouts",
     "room_sampler",

@@ -17,7 +17,9 @@ from grammar.spec.rules import Grammar
 
 _SPREAD = 2.0
 _NO_TARGET = math.log(1e-3)
-_BOUNDS_FACTOR = 1.6
+_BOUNDS_FACTOR, _ABSURD_FACTOR = 1.6, 3.0
+"""An object that is of no symbol's size by the first factor goes to the likeliest symbol of its category by the second."""
+
 _GROUP_GAP_M = 1.0
 _NEAR_PLACE_M = 0.3
 _ALONE = 2.0
@@ -121,11 +123,9 @@ def _symbol(
 
     ``below`` is the symbol of its supporter; ``other_than`` a symbol that does not count; ``others`` the objects of the room.
     """
-    rivals = [
-        (symbol, rule)
-        for symbol, rule in grammar.objects.items()
-        if symbol != other_than and is_of(symbol, rule, item) and (any_size or _plausible(rule, item.size_m))
-    ]
+    known = [(symbol, rule) for symbol, rule in grammar.objects.items() if symbol != other_than and is_of(symbol, rule, item)]
+    rivals = [(symbol, rule) for symbol, rule in known if _plausible(rule, item.size_m, _BOUNDS_FACTOR)]
+    rivals = rivals or [(symbol, rule) for symbol, rule in known if any_size or _plausible(rule, item.size_m, _ABSURD_FACTOR)]
     if len(rivals) < 2:
         return rivals[0][0] if rivals else None
     scores: list[tuple[float, str]] = []
@@ -163,10 +163,10 @@ def _place_cost(grammar: Grammar, rule: ObjectRule, item: ObservedObject, others
     return least
 
 
-def _plausible(rule: ObjectRule, size_m: Sequence[float]) -> bool:
-    """Return whether no side is far outside the rule's bounds; thin sides get an absolute tolerance."""
+def _plausible(rule: ObjectRule, size_m: Sequence[float], factor: float) -> bool:
+    """Return whether no side is beyond the rule's bounds by more than a factor; thin sides get an absolute tolerance."""
     axes = zip(size_m, rule.low_m, rule.high_m, strict=True)
-    return all(low / _BOUNDS_FACTOR - 0.05 <= side <= high * _BOUNDS_FACTOR + 0.05 for side, low, high in axes)
+    return all(low / factor - 0.05 <= side <= high * factor + 0.05 for side, low, high in axes)
 
 
 def _wide_log_density(size_m: Sequence[float], rule: ObjectRule) -> float:

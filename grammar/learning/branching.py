@@ -15,6 +15,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
+from operator import add, le, sub
 from typing import NamedTuple
 
 import numpy as np
@@ -41,7 +42,10 @@ _UNSEEN_SHARE = 0.02
 _MOST_COPIES = 64
 """Multiplicities of one branch, as many as a grammar may give."""
 
-_ROUNDS = 30
+_ROUNDS, _CONVERGED = 30, 1e-3
+
+_NEGLIGIBLE = 1e-12
+"""Share of a part's likeliest bag below which a bag is left out."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,12 +59,13 @@ class BranchingResult:
 class _Model(NamedTuple):
     """The graph and where its parameters are.
 
-    nodes: of the grammar; visible: covered symbol -> its index in a bag; place: slice of the vector of parameters for each Or node,
-    (node, -1), and each Set branch, (node, branch); below: symbol -> how often each terminal occurs below it; closes: node -> terminals
-    whose counts are final at it.
+    nodes: of the grammar; covered: symbols that the data records; visible: those that a room holds -> their index in its bag; place: slice
+    of the vector of parameters for each Or node, (node, -1), and each Set branch, (node, branch); below: symbol -> how often each terminal
+    occurs below it; closes: node -> terminals whose counts are final at it.
     """
 
     nodes: Mapping[str, Node]
+    covered: AbstractSet[str]
     visible: Mapping[str, int]
     place: Mapping[tuple[str, int], slice]
     below: Mapping[str, Counter[str]]
@@ -84,14 +89,17 @@ def learn_branching(grammar: Grammar, rooms: Sequence[Iterable[str]], covered: A
         bags[tuple(counted[symbol] for symbol in visible)] += 1
     model, prior = _model(grammar, visible, below, bags)
     parameters, expected = prior, np.zeros_like(prior)
+    held = [(_held(model, bag), times) for bag, times in bags.items()]
     # alternate expected counts and probabilities
     for _ in range(_ROUNDS):
         expected = np.zeros_like(prior)
-        for bag, times in bags.items():
-            probability, counts = _room_table(model, grammar.root, parameters, bag)
+        for (room, bag), times in held:
+            probability, counts = _room_table(room, grammar.root, parameters, bag)
             if probability > _LEAST_PROBABILITY:
                 expected += times * counts / probability
-        parameters = _normalised(model, expected + alpha * prior)
+        before, parameters = parameters, _normalised(model, expected + alpha * prior)
+        if float(np.abs(parameters - before).max()) < _CONVERGED:
+            break
     return _result(grammar, model, prior, parameters, expected)
 
 
@@ -115,7 +123,15 @@ def _model(grammar: Grammar, visible: Mapping[str, int], below: Mapping[str, Cou
             place[name, i] = slice(len(prior), len(prior) + len(values))
             prior.extend(values)
     closes = _owners(grammar, visible, below)
-    return _Model(grammar.nodes, visible, place, below, closes), np.array(prior)
+    return _Model(grammar.nodes, visible.keys(), visible, place, below, closes), np.array(prior)
+
+
+def _held(model: _Model, bag: Bag) -> tuple[_Model, Bag]:
+    """Return the model and the bag of a room over those symbols only that the room holds."""
+    symbols = [symbol for symbol, i in model.visible.items() if bag[i]]
+    visible = {symbol: k for k, symbol in enumerate(symbols)}
+    closes = {node: tuple(symbol for symbol in closed if symbol in visible) for node, closed in model.closes.items()}
+    return model._replace(visible=visible, closes=closes), tuple(bag[model.visible[symbol]] for symbol in symbols)
 
 
 def _terminals_below(grammar: Grammar, symbol: str, below: dict[str, Counter[str]]) -> Counter[str]:
@@ -169,7 +185,7 @@ def _table(model: _Model, parameters: Floats, bag: Bag, symbol: str, done: dict[
     table: Table = {}
     if node is None:
         if symbol not in model.visible:
-            table = {empty: (1.0, zero)}
+            table = {empty: (_MISSED if symbol in model.covered else 1.0, zero)}
         else:
             i = model.visible[symbol]
             table = {empty: (_MISSED, zero)}
@@ -216,18 +232,23 @@ def _copies(inner: Table, parameters: Floats, where: slice, bag: Bag) -> Table:
 
 
 def _product(first: Table, second: Table, bag: Bag) -> Table:
-    """Return the table of two independent parts, without bags that hold more than the room does."""
+    """Return the table of two independent parts, without bags that hold more than the room does or that are next to impossible."""
+    if len(second) == 1:
+        ((b, (q, w)),) = second.items()
+        if not any(b):
+            return {a: (p * q, p * w + q * v) for a, (p, v) in first.items()}
     table: Table = {}
     for a, (p, v) in first.items():
+        free = tuple(map(sub, bag, a))
         for b, (q, w) in second.items():
-            key = tuple(x + y for x, y in zip(a, b, strict=True))
-            if all(x <= y for x, y in zip(key, bag, strict=True)):
+            if all(map(le, b, free)):
+                key = tuple(map(add, a, b))
+                old = table.get(key)
+                both = p * q
                 counts = p * w + q * v
-                if key in table:
-                    table[key] = (table[key][0] + p * q, table[key][1] + counts)
-                else:
-                    table[key] = (p * q, counts)
-    return table
+                table[key] = (both, counts) if old is None else (old[0] + both, old[1] + counts)
+    least = _NEGLIGIBLE * max((p for p, _ in table.values()), default=0.0)
+    return {key: value for key, value in table.items() if value[0] >= least}
 
 
 def _close(model: _Model, table: Table, bag: Bag, symbols: Sequence[str]) -> Table:
@@ -237,8 +258,11 @@ def _close(model: _Model, table: Table, bag: Bag, symbols: Sequence[str]) -> Tab
     places = [model.visible[symbol] for symbol in symbols]
     closed: Table = {}
     for key, (p, v) in table.items():
-        factor = _EXTRA ** sum(bag[i] - key[i] for i in places)
-        short = tuple(0 if i in places else count for i, count in enumerate(key))
+        factor, short_ = 1.0, list(key)
+        for i in places:
+            factor *= _EXTRA ** (bag[i] - key[i])
+            short_[i] = 0
+        short = tuple(short_)
         old = closed.get(short)
         closed[short] = (factor * p, factor * v) if old is None else (old[0] + factor * p, old[1] + factor * v)
     return closed

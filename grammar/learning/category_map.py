@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
 from grammar.spec.grammar_file import read_yaml
 from grammar.spec.rules import GrammarError
-from grammar.spec.values import Symbol
+from grammar.spec.values import Extent, Symbol
 from scene_description import FieldError, Limits, from_mapping
 
 Names = Mapping[str, Annotated[str, Limits(max_length=60)]]
@@ -20,6 +20,10 @@ class CategoryMap:
     """Names of categories and room types; an empty target means: known, but nothing that the grammars speak of.
 
     ``wide``: categories whose front is a long side; what is recorded deeper than wide is turned so that its back is at the nearer wall.
+    ``backed``: categories whose box does not tell the front, so that sources guess it: what stands at a wall has its back there.
+    ``highest_m``: categories that sources record with what is above them (taps, mirrors); they are cut to this height.
+    ``catalogue``: categories that exist; with it a name that is in no table is taken for the nearest of them
+    (:func:`grammar.learning.name_guess.nearest_category`) or, of none, for furniture or a thing by its size.
     ``raw`` (the source's own names) wins over ``rooms`` (normalised names whose meaning depends on the room type), that over ``names``.
     """
 
@@ -28,6 +32,9 @@ class CategoryMap:
     raw: Names
     rooms: Mapping[str, Names]
     wide: tuple[Symbol, ...] = ()
+    backed: tuple[Symbol, ...] = ()
+    highest_m: Mapping[str, Extent] = field(default_factory=dict)
+    catalogue: frozenset[str] = frozenset()
 
     def room_type(self, name: str) -> str:
         """Return our name of a room type."""

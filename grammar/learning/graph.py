@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -55,8 +56,9 @@ def completed(
     """
     found: dict[str, list[Seen]] = {}
     assigned = [assign(grammar, room, any_size) for room in rooms]
+    recorded = {item.category for room in rooms for item in room.objects}
     for room in assigned:
-        for name, seen in _unexplained(grammar, room):
+        for name, seen in _unexplained(grammar, room, recorded):
             if seen.item.category in categories:
                 found.setdefault(name, []).append(seen)
     added = {name: items for name, items in sorted(found.items()) if len(items) >= least}
@@ -67,6 +69,7 @@ def completed(
             del added[name]
         else:
             objects[name] = rule
+    objects |= _with_loners(grammar, assigned, least)
     nodes = _with_optional(grammar, assigned)
     free = {name: items for name, items in added.items() if objects[name].mount != "object"}
     if free:
@@ -98,12 +101,16 @@ def _carrying(nodes: Mapping[str, Node], supporter: str, branch: Branch) -> dict
     return nodes
 
 
-def _unexplained(grammar: Grammar, room: AssignedRoom) -> list[tuple[str, Seen]]:
-    """Return what has no symbol, or one that does not fit how it stands, with the name of the symbol that it asks for."""
+def _unexplained(grammar: Grammar, room: AssignedRoom, recorded: AbstractSet[str]) -> list[tuple[str, Seen]]:
+    """Return what has no symbol, or one that does not fit how it stands, with the name of the symbol that it asks for.
+
+    A core that the rooms do not hold is missed only if its category is among the ``recorded`` ones.
+    """
     found = [(_name(grammar, seen), Seen(room.room, seen, below)) for seen, below in room.left_over]
     for item in room.objects:
         rule = grammar.objects[item.symbol]
-        alone = bool(rule.cores) and NONE not in (rule.cores or {}) and item.core is None and rule.around and rule.mount == "floor"
+        cores = {grammar.objects[core].category for core in rule.cores or () if core in grammar.objects}
+        alone = rule.mount == "floor" and bool(cores & recorded) and NONE not in (rule.cores or {}) and not item.core_offered
         raised = rule.mount == "object" and item.on is None
         if alone or raised:
             found.append((_name(grammar, item.seen), Seen(room.room, item.seen, None)))
@@ -205,6 +212,22 @@ def _core(grammar: Grammar, items: Sequence[Seen]) -> dict[str, float] | None:
     if count < _MOST_HAVE * len(items) or not symbols:
         return None
     return {**{symbol: 0.8 / len(symbols) for symbol in symbols}, NONE: 0.2}
+
+
+def _with_loners(grammar: Grammar, rooms: Sequence[AssignedRoom], least: int) -> dict[str, ObjectRule]:
+    """Return the rules of what often stands far from every core in the room: it may have none, and stands at walls then."""
+    found: dict[str, ObjectRule] = {}
+    for symbol, rule in grammar.objects.items():
+        followed = any(other.same_place_as == symbol for other in grammar.objects.values())
+        if rule.mount != "floor" or not rule.cores or NONE in rule.cores or followed:
+            continue
+        offered = [item for room in rooms for item in room.objects if item.symbol == symbol and item.core_offered]
+        alone = sum(item.core is None for item in offered)
+        if alone >= least and alone > _OFTEN_MISSING * len(offered):
+            share = alone / len(offered)
+            cores = {**{name: weight * (1.0 - share) for name, weight in rule.cores.items()}, NONE: share}
+            found[symbol] = replace(rule, cores=cores, wall=rule.wall or (WallMode(distance_m=0.02),))
+    return found
 
 
 def _with_optional(grammar: Grammar, rooms: Sequence[AssignedRoom]) -> dict[str, Node]:

@@ -5,16 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from grammar.learning.category_map import CategoryMap
 from grammar.learning.geometry import wall_poses
 from grammar.learning.layout_fields import UnfitError, read_number, read_numbers
+from grammar.learning.name_guess import kind_of, nearest_category, symbol_of
 from grammar.learning.observed import ObservedObject
 from scene_description.types import Point2
 
+Size = tuple[float, float, float]
+
 _SIDE_LOW_M, _SIDE_HIGH_M = 0.002, 12.0
 _BEYOND_WALLS_M = 0.5
+_AT_WALL_M, _STRAIGHT_RAD, _SQUARE = 0.15, 0.1, 1.2
 
 
 def read_objects(
@@ -36,13 +40,19 @@ def read_objects(
     reasons: list[str] = []
     for index, data in enumerate(objects):
         try:
-            item, supporter = read(data, names, room_type)
+            item, supporter, unturned, told = read(data, names, room_type)
             _check_inside(item, polygon)
             if item.category in names.wide and item.size_m[0] > item.size_m[1]:
                 item = _turned_wide(item, polygon)
+            if (item.category in names.backed or unturned) and supporter is None:
+                item = _turned_back(item, polygon)
+            if item.category in names.highest_m:
+                item = replace(item, size_m=(*item.size_m[:2], min(item.size_m[2], names.highest_m[item.category])))
         except UnfitError as unfit:
             reasons.append(str(unfit))
             continue
+        if told:
+            reasons.append(told)
         place[index] = len(kept)
         kept.append(item)
         supporters.append(supporter)
@@ -51,7 +61,16 @@ def read_objects(
     return tuple(replace(item, on=None if on[i] == i else on[i]) for i, item in enumerate(kept)), reasons
 
 
-def _foreign_object(data: Any, names: CategoryMap, room_type: str) -> tuple[ObservedObject, int | None]:
+class _Read(NamedTuple):
+    """An object as a line has it: its supporter's place in the line, whether the line tells no front, and what was made of its name."""
+
+    item: ObservedObject
+    supporter: int | None
+    unturned: bool = False
+    told: str = ""
+
+
+def _foreign_object(data: Any, names: CategoryMap, room_type: str) -> _Read:
     """Read a box given by centre and [width, depth, height], front -y: its yaw is a quarter turn behind ours, its ``on`` counts from 1."""
     if not isinstance(data, Mapping):
         raise UnfitError("object: not a JSON object")
@@ -59,18 +78,35 @@ def _foreign_object(data: Any, names: CategoryMap, room_type: str) -> tuple[Obse
     if not isinstance(name, str):
         raise UnfitError("object: no category")
     category = names.category(room_type, name, raw if isinstance(raw, str) else "")
-    if category is None:
+    if category is None and not names.catalogue:
         raise UnfitError(f"object: unknown category '{name[:60]}'")
     if category == "":
         raise UnfitError(f"object: category '{name[:60]}' is not learned")
     width, depth, height = read_numbers(data.get("size"), "object: absurd or missing size", _SIDE_LOW_M, _SIDE_HIGH_M)
     x, y, z = read_numbers(data.get("pos"), "object: absurd or missing position", -1e5, 1e5)
-    yaw = read_number(data.get("yaw"), "object: no yaw", -100.0, 100.0)
+    unturned = "yaw" in data and data["yaw"] is None
+    yaw = 0.0 if unturned else read_number(data.get("yaw"), "object: no yaw", -100.0, 100.0)
     on = data.get("on")
     target = on - 1 if isinstance(on, int) and not isinstance(on, bool) and on >= 1 else None
     turned = math.remainder(yaw - 0.5 * math.pi, 2.0 * math.pi)
-    item = ObservedObject(category=category, size_m=(depth, width, height), position_m=(x, y, z - 0.5 * height), yaw_rad=turned)
-    return item, target
+    size, position = (depth, width, height), (x, y, z - 0.5 * height)
+    category, own_name = (category, "") if category is not None else _guessed(names, name, size, target is not None)
+    return _Read(
+        ObservedObject(category=category, size_m=size, position_m=position, yaw_rad=turned, name=own_name),
+        target,
+        unturned,
+        "" if names.category(room_type, name, raw if isinstance(raw, str) else "") else _told(name, category, own_name),
+    )
+
+
+def _guessed(names: CategoryMap, name: str, size_m: Size, raised: bool) -> tuple[str, str]:
+    """Return a category for a name that no table has, and the symbol that keeps the name where the category is a general one."""
+    nearest = nearest_category(name, names.catalogue)
+    return (nearest, "") if nearest is not None else (kind_of(size_m, raised), symbol_of(name))
+
+
+def _told(name: str, category: str, own_name: str) -> str:
+    return f"name: '{name[:60]}' is taken for {category}{', a plain box' if own_name else ''}"
 
 
 def _turned_wide(item: ObservedObject, polygon: Sequence[Point2]) -> ObservedObject:
@@ -84,8 +120,30 @@ def _turned_wide(item: ObservedObject, polygon: Sequence[Point2]) -> ObservedObj
     return turned[0] if gaps[0] <= gaps[1] else turned[1]
 
 
-def _own_object(data: Any, names: CategoryMap, room_type: str) -> tuple[ObservedObject, int | None]:
-    del names, room_type
+def _turned_back(item: ObservedObject, polygon: Sequence[Point2]) -> ObservedObject:
+    """Return an object in its box with its back to the wall that one of its sides is at, a long side rather than a short one.
+
+    What is at no wall with its back or another side stays as it is.
+    """
+    depth, width, height = item.size_m
+    ways = [
+        replace(
+            item,
+            size_m=(depth, width, height) if quarter % 2 == 0 else (width, depth, height),
+            yaw_rad=math.remainder(item.yaw_rad + 0.5 * math.pi * quarter, 2.0 * math.pi),
+        )
+        for quarter in range(4)
+    ]
+    found = []
+    for quarter, way in enumerate(ways):
+        backs = [pose.gap_m for pose in wall_poses(polygon, way) if abs(pose.turn_rad) < _STRAIGHT_RAD]
+        if backs and min(backs) <= _AT_WALL_M:
+            found.append((way.size_m[0] > _SQUARE * way.size_m[1], max(min(backs), 0.0), quarter))
+    return ways[min(found)[2]] if found else item
+
+
+def _own_object(data: Any, names: CategoryMap, room_type: str) -> _Read:
+    del room_type
     if not isinstance(data, Mapping) or not isinstance(data.get("category"), str):
         raise UnfitError("object: no category")
     size = read_numbers(data.get("size_m"), "object: absurd or missing size", _SIDE_LOW_M, _SIDE_HIGH_M)
@@ -94,7 +152,11 @@ def _own_object(data: Any, names: CategoryMap, room_type: str) -> tuple[Observed
     on = data.get("on")
     target = on if isinstance(on, int) and not isinstance(on, bool) and on >= 0 else None
     turned = math.remainder(yaw, 2.0 * math.pi)
-    return ObservedObject(category=data["category"], size_m=size, position_m=position, yaw_rad=turned), target
+    name = data["category"]
+    known = not names.catalogue or name in names.catalogue
+    category, own_name = (name, "") if known else _guessed(names, name, size, target is not None)
+    item = ObservedObject(category=category, size_m=size, position_m=position, yaw_rad=turned, name=own_name)
+    return _Read(item, target, told="" if known else _told(name, category, own_name))
 
 
 def _check_inside(item: ObservedObject, polygon: Sequence[Point2]) -> None:

@@ -18,7 +18,7 @@ from grammar.learning.contrastive import ContrastiveOptions, CurveRow, learn_wei
 from grammar.learning.graph import completed
 from grammar.learning.observed import ObservedRoom
 from grammar.learning.openings import learn_openings
-from grammar.learning.relations import learn_object
+from grammar.learning.relations import LearnShares, learn_object
 from grammar.learning.sampled_counts import RoomSampler, SampledCounts, count_room
 from grammar.learning.sizes import learn_room
 from grammar.learning.truncation import TruncationOptions, TruncationRow, correct_truncation
@@ -29,19 +29,23 @@ Part = Literal["sizes", "relations", "openings", "room", "weights"]
 PARTS: tuple[Part, ...] = ("sizes", "relations", "openings", "room", "weights")
 
 _LEAST_ROOMS = 5
-_STRUCTURES, _DERIVATIONS = 40, 20_000
+_STRUCTURES, _LAYOUTS, _ROUNDS, _DERIVATIONS = 160, 1, 1, 20_000
+_POOLED = 5.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LearnOptions:
     """How to learn.
 
-    ``alpha``: pseudo-counts with which the base grammar smooths every count, size and address; ``least``: a category or relation that was
-    seen fewer times than this is not covered by the data and stays as in the base.  ``keep``: parts that stay as in the base altogether.
+    ``alpha``: pseudo-counts with which the base grammar smooths every count, size and address; ``least``: a size or relation that was seen
+    fewer times than this stays as in the base; numbers are learned of every category that the source records in any room type.  ``pooled``:
+    pseudo-counts with which other room types of the source speak about sizes and places of an object, so that they decide where there are
+    few observations.  ``keep``: parts that stay as in the base altogether.
     """
 
     alpha: float = 2.0
     least: int = 3
+    pooled: float = _POOLED
     keep: frozenset[Part] = frozenset()
     contrastive: ContrastiveOptions = field(default_factory=ContrastiveOptions)
     truncation: TruncationOptions = field(default_factory=TruncationOptions)
@@ -65,7 +69,7 @@ class LearnedGrammar:
     weight_rooms: int
     curve: tuple[CurveRow, ...]
     wanted: Mapping[str, float]
-    """Category -> mean number in a room of the data, of the categories that it covers."""
+    """Category -> mean number in a room of the data, over everything that was observed."""
     truncation_curve: tuple[TruncationRow, ...]
 
 
@@ -89,10 +93,12 @@ def learn(
     options: LearnOptions,
     rng: np.random.Generator,
     sampler: RoomSampler | None = None,
+    elsewhere: Sequence[ObservedRoom] = (),
 ) -> LearnedGrammar:
     """Learn from rooms of one type; equal inputs and an equal state of ``rng`` give an equal grammar.
 
-    ``sampler`` samples the rooms that correct for truncation, by default one after the other with :func:`room_sampler`.
+    ``sampler`` samples the rooms that correct for truncation, by default one after the other with :func:`room_sampler`; ``elsewhere`` are
+    rooms of other types that share their sizes and places.
 
     Raises:
         GrammarError: there are fewer than five rooms with objects that the grammar knows.
@@ -106,15 +112,19 @@ def learn(
             f"got {len(assigned)} of {len(rooms)}; give more files, or check room types and categories in the category map"
         )
     seen = Counter(grammar.objects[item.symbol].category for room in assigned for item in room.objects)
-    covered = {symbol for symbol, rule in grammar.objects.items() if seen[rule.category] >= options.least}
+    recorded = {item.category for room in (*rooms, *elsewhere) for item in room.objects}
+    covered = {symbol for symbol, rule in grammar.objects.items() if rule.category in recorded}
     # learn structure, sizes and relations
-    related, counts = _learn_rules(grammar, categories, assigned, covered, options)
+    others = [assign(grammar, room, True) for room in elsewhere] if options.pooled > 0.0 else []
+    related, counts = _learn_rules(grammar, categories, assigned, others, covered, options)
     # learn the weights of the energy
     contrastive = replace(options.contrastive, iterations=0) if "weights" in options.keep else options.contrastive
     weights = learn_weights(related, categories, assigned, contrastive, rng)
     counts.update({f"weights.{name}": weights.rooms for name in weights.learned})
     # correct the structure for rooms that find no valid layout
-    wanted = {name: count / len(assigned) for name, count in sorted(seen.items()) if count >= options.least}
+    everything = Counter(item.category for room in rooms for item in room.objects)
+    known = {grammar.objects[symbol].category for symbol in covered}
+    wanted = {name: everything[name] / len(assigned) for name in sorted(known | set(everything))}
     seed = int(rng.integers(2**62))
     final, truncation = correct_truncation(
         replace(related, weights=weights.weights), wanted, covered, options.truncation, sampler or room_sampler(categories, seed)
@@ -134,7 +144,12 @@ def learn(
 
 
 def _learn_rules(
-    grammar: Grammar, categories: Categories, assigned: Sequence[AssignedRoom], covered: AbstractSet[str], options: LearnOptions
+    grammar: Grammar,
+    categories: Categories,
+    assigned: Sequence[AssignedRoom],
+    others: Sequence[AssignedRoom],
+    covered: AbstractSet[str],
+    options: LearnOptions,
 ) -> tuple[Grammar, dict[str, float]]:
     """Return the grammar with learned branching, objects, openings and room, and for each learned path the observations behind it."""
     counts: dict[str, float] = {}
@@ -142,7 +157,9 @@ def _learn_rules(
     counts.update({f"nodes.{name}": count for name, count in branching.counts.items()})
     objects = dict(grammar.objects)
     for symbol in grammar.objects:
-        objects[symbol], found = learn_object(grammar, categories, symbol, assigned, options.alpha, options.least, options.keep)
+        objects[symbol], found = learn_object(
+            grammar, categories, symbol, assigned, others, LearnShares(options.alpha, options.pooled, options.least), options.keep
+        )
         counts.update({f"objects.{symbol}.{name}": count for name, count in found.items()})
     openings = dict(grammar.openings)
     if "openings" not in options.keep:
@@ -169,8 +186,17 @@ def room_sampler(categories: Categories, seed: int) -> RoomSampler:
 
 
 def _patient(budget: Budget) -> Budget:
-    """Return a budget with more structures: real rooms are smaller and fuller, and probabilities are corrected for rejected ones."""
-    return replace(budget, structures=max(budget.structures, _STRUCTURES), derivations=max(budget.derivations, _DERIVATIONS))
+    """Return a budget of more structures with fewer layouts of each.
+
+    Real rooms are small and full, many structures fit into none, and probabilities are corrected for those that are rejected.
+    """
+    return replace(
+        budget,
+        structures=max(budget.structures, _STRUCTURES),
+        layouts=_LAYOUTS,
+        rounds=_ROUNDS,
+        derivations=max(budget.derivations, _DERIVATIONS),
+    )
 
 
 def _covered_floor(grammar: Grammar, categories: Categories, room: AssignedRoom) -> float:

@@ -20,8 +20,8 @@ _MOST_COMPONENTS = 3
 _LEAST_OF_ONE = 3.0
 """Least number of observations in a component, where there is more than one component."""
 
-_ROUNDS = 40
-_GRID = 17
+_ROUNDS, _CONVERGED = 40, 1e-7
+_GRID = 13
 
 FLUSH_M = 0.00025
 """Least length scale of what is flush with a wall: recorded to 1 mm, it stands within half of that."""
@@ -79,7 +79,9 @@ def _maximised(data: Floats, count: int, least: float, fit: _Fit, log_density: _
         parts = [(float(row.mean()), *fit(data, row, least)) for row in responsibility]
         logs = np.array([math.log(max(share, 1e-12)) + log_density(data, middle, scale) for share, middle, scale in parts])
         total = np.logaddexp.reduce(logs, axis=0)
-        responsibility = np.exp(logs - total)
+        before, responsibility = responsibility, np.exp(logs - total)
+        if float(np.abs(responsibility - before).max()) < _CONVERGED:
+            break
     components = [Component(share, tuple(middle.tolist()), scale) for share, middle, scale in parts]
     return components, float(total.sum())
 

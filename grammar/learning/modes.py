@@ -1,8 +1,9 @@
 """From observed poses to the modes of a grammar's relations, each with its probability and its spreads.
 
 Poses are grouped by the nearest quarter turn, by how straight they are in it (exactly, nearly, not), and around a core by side.  (The
-authors' statistics have von Mises components about the quarter turns.)  Within each group the gaps or places are a small mixture.  A spread
-is the mean deviation of the data divided by that which the weight of the energy term gives: a mode is as tight or as loose as what was seen.
+authors' statistics have von Mises components about the quarter turns.) Within each group the gaps or places are a small mixture.  A spread
+is the mean deviation of the data divided by that which the weight of the energy term gives: a mode is as tight or as loose as what was
+seen.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ _ALIGNED_RAD = 0.002
 _STRAIGHT_RAD = 0.1
 _EXACT_RAD = math.radians(3.0)
 _LEAST_SPREAD, _MOST_SPREAD = 0.01, 500.0
-_LEAST_PLACE_M = 0.004
+LEAST_PLACE_M = 0.004
 _RAYLEIGH = 4.6
 """n R^2 that uniform angles exceed with probability 0.01."""
 
@@ -74,7 +75,7 @@ def quarter_of(angle: float) -> int:
 
 
 def turn_group(angle: float, turned: bool) -> tuple[int, int]:
-    """Return the nearest quarter turn of an angle and how straight it is (0: aligned, 1: nearly, 2: not); without ``turned`` all are alike."""
+    """Return the nearest quarter turn of an angle and how straight it is, 0 aligned to 2 not; without ``turned`` all are alike."""
     if not turned:
         return 0, 0
     quarter = quarter_of(angle)
@@ -104,7 +105,7 @@ def wall_modes(seen: Sequence[tuple[float, float]], turned: bool, scale: Scale) 
     modes: list[WallMode] = []
     for (quarter, _), group in _grouped((turn_group(turn, turned), (gap, turn)) for gap, turn in seen).items():
         angle, off = typical_angle([turn for _, turn in group], quarter)
-        for part in gap_mixture([gap for gap, _ in group], _LEAST_PLACE_M):
+        for part in gap_mixture([gap for gap, _ in group], LEAST_PLACE_M):
             modes.append(
                 WallMode(
                     probability=part.share * len(group) / len(seen),
@@ -124,7 +125,7 @@ def around_modes(seen: Sequence[GroupPose], turned: bool, scale: Scale) -> tuple
     for (side, quarter, _), group in groups.items():
         angle, off = typical_angle([pose.frame.turn_rad for pose in group], quarter)
         align = _alignment(side, group)
-        for part in place_mixture([(_side(pose)[1], _along(side, pose, align)) for pose in group], _LEAST_PLACE_M):
+        for part in place_mixture([(_side(pose)[1], _along(side, pose, align)) for pose in group], LEAST_PLACE_M):
             modes.append(
                 AroundMode(
                     probability=part.share * len(group) / len(seen),
@@ -160,6 +161,13 @@ def place_modes(seen: Sequence[SupportPose], turned: bool, scale: Scale) -> tupl
                 )
             )
     return _kept(modes)
+
+
+def blended(first: Sequence[AnyMode], second: Sequence[AnyMode], share: float) -> tuple[AnyMode, ...]:
+    """Return the modes of two sets, the first with ``share`` of the probability."""
+    return _kept(
+        [replace(mode, probability=part * _share(mode)) for part, modes in ((share, first), (1.0 - share, second)) for mode in modes]
+    )
 
 
 _Key = TypeVar("_Key", bound=tuple[object, ...])

@@ -7,29 +7,67 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from grammar.geometry.solids import surface_top
+from grammar.layout.assemble import around_target
 from grammar.learning.assign import AssignedObject, AssignedRoom
 from grammar.learning.geometry import WallPose, fitting_wall, nearest_wall, relative_pose, wrapped
-from grammar.learning.modes import GroupPose, Scale, SupportPose, around_modes, has_direction, place_modes, quarter_of, wall_modes
-from grammar.learning.sizes import learn_normal, learn_size
+from grammar.learning.modes import (
+    LEAST_PLACE_M,
+    GroupPose,
+    Scale,
+    SupportPose,
+    around_modes,
+    blended,
+    has_direction,
+    place_modes,
+    quarter_of,
+    wall_modes,
+)
+from grammar.learning.sizes import fitted_normal, learn_size
 from grammar.spec.categories import Categories
 from grammar.spec.energy_terms import Weights
-from grammar.spec.object_rules import NONE, AroundMode, ObjectRule
+from grammar.spec.object_rules import NONE, AroundMode, ObjectRule, WallMode
 from grammar.spec.rules import Grammar
 from grammar.spec.values import TruncatedNormal
 
 _AT_WALL_M = 1.0
 _USED_FROM_M = 0.4
 _LEAST_POSES = 5
+_PLENTY = 20
+"""Poses beyond which other room types are not asked."""
+
+
+_TIED_M = 0.1
+_MEDIAN_OF_ROUND = 1.678
+_AXES = {"depth": 0, "width": 1, "height": 2}
 
 Seen = Sequence[tuple[AssignedRoom, AssignedObject]]
 
 
+class LearnShares(NamedTuple):
+    """How much the base, other room types and the data count.
+
+    alpha: pseudo-counts of the base in sizes and addresses; pooled: pseudo-counts of other room types in sizes and places; least: with
+    fewer observations a size stays as it is (for relations the bound is at least five).
+    """
+
+    alpha: float
+    pooled: float
+    least: int
+
+
 def learn_object(
-    grammar: Grammar, categories: Categories, symbol: str, rooms: Sequence[AssignedRoom], alpha: float, least: int, keep: AbstractSet[str]
+    grammar: Grammar,
+    categories: Categories,
+    symbol: str,
+    rooms: Sequence[AssignedRoom],
+    others: Sequence[AssignedRoom],
+    shares: LearnShares,
+    keep: AbstractSet[str],
 ) -> tuple[ObjectRule, Mapping[str, int]]:
     """Learn one object's attributes and relations.
 
@@ -38,48 +76,88 @@ def learn_object(
         categories: support surfaces of the supporters.
         symbol: the object.
         rooms: what was observed.
-        alpha: pseudo-counts of the base in sizes and addresses.
-        least: with fewer observations a size stays as it is; for relations the bound is at least five.
+        others: rooms of other types, matched with the same grammar.
+        shares: how much the base, other room types and the data count.
         keep: "sizes", "relations": parts that stay as they are.
 
     Returns:
         the new rule, and for each field of it that changed how many observations made it.
     """
     rule = grammar.objects[symbol]
-    seen = [(room, item) for room in rooms for item in room.objects if item.symbol == symbol]
+    seen, elsewhere = ([(room, item) for room in places for item in room.objects if item.symbol == symbol] for places in (rooms, others))
     counts: dict[str, int] = {}
     beta = grammar.schedule.beta
-    if len(seen) >= least and "sizes" not in keep:
-        rule, counts["sizes"] = learn_size(rule, [item.seen.size_m for _, item in seen], alpha), len(seen)
+    if len(seen) >= shares.least and "sizes" not in keep:
+        sizes, more = ([item.seen.size_m for _, item in found] for found in (seen, elsewhere))
+        rule = _without_broken_ties(rule, seen, {other: r.category for other, r in grammar.objects.items()})
+        rule, counts["sizes"] = learn_size(rule, sizes, shares.alpha, more, shares.pooled), len(seen)
     if "relations" in keep:
         return rule, counts
-    enough = max(least, _LEAST_POSES)
+    enough = max(shares.least, _LEAST_POSES)
     if rule.wall:
-        rule = _learn_wall(rule, grammar.weights, beta, seen, enough, counts)
+        rule = _learn_wall(rule, grammar.weights, beta, seen, elsewhere, shares.pooled, enough, counts)
     if rule.cores and rule.around:
         scale = _scale(grammar.weights.group_distance, grammar.weights.group_orientation, beta)
         matched = any(other.same_place_as == symbol for other in grammar.objects.values())
-        rule = _learn_group(rule, scale, seen, alpha, enough, matched, counts)
+        rule = _learn_group(rule, scale, seen, shares.alpha, enough, matched, counts)
     if rule.mount == "object" and rule.supporters:
-        rule = _learn_support(grammar, categories, rule, seen, alpha, enough, counts)
+        rule = _learn_support(grammar, categories, rule, seen, shares.alpha, enough, counts)
     if rule.centre_height_m is not None:
         rule = _learn_height(rule, rule.centre_height_m, seen, counts)
     return rule, counts
 
 
-def _learn_wall(rule: ObjectRule, weights: Weights, beta: float, seen: Seen, least: int, counts: dict[str, int]) -> ObjectRule:
-    """Learn poses at walls, from objects without a core if they are enough, else from all objects near a wall."""
+def _without_broken_ties(rule: ObjectRule, seen: Seen, category_of: Mapping[str, str]) -> ObjectRule:
+    """Return the rule without ties to other objects that the observed ones do not keep to: their sizes follow their own distribution."""
+    kept = []
+    for tie in rule.tied:
+        axis, of = _AXES.get(tie.axis), _AXES.get(tie.of)
+        off = [
+            abs(item.seen.size_m[axis] - tie.factor * other.seen.size_m[of] - tie.add_m)
+            for room, item in seen
+            for other in room.objects
+            if axis is not None and of is not None and category_of[other.symbol] == category_of.get(tie.to)
+        ]
+        if len(off) < _LEAST_POSES or float(np.median(off)) <= max(_TIED_M, 2.0 * tie.sd_m):
+            kept.append(tie)
+    return replace(rule, tied=tuple(kept))
+
+
+def _learn_wall(
+    rule: ObjectRule, weights: Weights, beta: float, seen: Seen, elsewhere: Seen, pooled: float, least: int, counts: dict[str, int]
+) -> ObjectRule:
+    """Learn poses at walls, from objects without a core if they are enough, else from all objects near a wall.
+
+    Of n poses and the ``pooled`` pseudo-counts of those in other room types, the modes of each have the share n / (n + pooled) and the
+    rest; too few poses of a room type are taken together with those.
+    """
     turned = any(mode.orientation_rad is not None for mode in rule.wall)
+    found, more = (_wall_poses(rule, items, turned, least) for items in (seen, elsewhere))
+    scale = _scale(weights.wall_distance, weights.wall_orientation, beta)
+
+    def modes(poses: Sequence[WallPose]) -> tuple[WallMode, ...]:
+        return wall_modes([(pose.gap_m, _usable(rule, pose)) for pose in poses], turned, scale)
+
+    if len(found) < least:
+        if not found or len(found) + len(more) < least:
+            return rule
+        counts["wall"] = len(found) + len(more)
+        return replace(rule, wall=modes([*found, *more]))
+    counts["wall"] = len(found)
+    if len(more) < least or len(found) >= _PLENTY:
+        return replace(rule, wall=modes(found))
+    own = len(found) / (len(found) + pooled)
+    return replace(rule, wall=blended(modes(found), modes(more), own))
+
+
+def _wall_poses(rule: ObjectRule, seen: Seen, turned: bool, least: int) -> list[WallPose]:
+    """Return the poses of objects without a core, or where these are too few those of all near a wall."""
     chosen = fitting_wall if turned else nearest_wall
     found = [pose for room, item in seen if item.core is None and (pose := chosen(room.room.polygon_m, item.seen)) is not None]
     if rule.cores and len(found) < least:
         grouped = [pose for room, item in seen if (pose := chosen(room.room.polygon_m, item.seen)) is not None]
         found = [pose for pose in grouped if pose.gap_m <= _AT_WALL_M]
-    if len(found) < least:
-        return rule
-    counts["wall"] = len(found)
-    scale = _scale(weights.wall_distance, weights.wall_orientation, beta)
-    return replace(rule, wall=wall_modes([(pose.gap_m, _usable(rule, pose)) for pose in found], turned, scale))
+    return found
 
 
 def _usable(rule: ObjectRule, seen: WallPose) -> float:
@@ -109,6 +187,9 @@ def _learn_group(rule: ObjectRule, scale: Scale, seen: Seen, alpha: float, least
             poses.append((core.symbol, GroupPose(relative_pose(item.seen, core.seen), item.seen.size_m, core.seen.size_m)))
     kept = matched or all(mode.side == "centre" for mode in rule.around)
     modes, used = _learn_places(rule, scale, poses, least) if not kept else ((), 0)
+    if kept and not matched and len(poses) >= least:
+        counts["around"] = len(poses)
+        rule = replace(rule, around=_as_close(rule, scale, [pose for _, pose in poses]))
     if used:
         counts["around"] = used
         rule = replace(rule, around=modes, one_each=None if rule.one_each == "place" else rule.one_each)
@@ -122,6 +203,19 @@ def _learn_group(rule: ObjectRule, scale: Scale, seen: Seen, alpha: float, least
             counts["cores"] = len(offered)
             rule = replace(rule, cores=cores)
     return rule
+
+
+def _as_close(rule: ObjectRule, scale: Scale, poses: Sequence[GroupPose]) -> tuple[AroundMode, ...]:
+    """Return the places of a rule, which stay where they are, as tight or loose as the median object keeps to the nearest of them.
+
+    The distance from a place in the plane falls off exponentially with the length b, so half of all are within 1.68 b.
+    """
+    off = []
+    for pose in poses:
+        targets = [around_target(mode, pose.size_m, pose.core_m) for mode in rule.around]
+        off.append(min(math.hypot(pose.frame.x_m - x, pose.frame.y_m - y) for x, y, _ in targets))
+    spread = scale.spread(max(float(np.median(off)) / _MEDIAN_OF_ROUND, LEAST_PLACE_M))
+    return tuple(replace(mode, spread=spread) for mode in rule.around)
 
 
 def _learn_places(rule: ObjectRule, scale: Scale, poses: Sequence[tuple[str, GroupPose]], least: int) -> tuple[tuple[AroundMode, ...], int]:
@@ -180,5 +274,4 @@ def _learn_height(rule: ObjectRule, base: TruncatedNormal, seen: Seen, counts: d
     if len(off_floor) < _LEAST_POSES:
         return rule
     counts["centre_height_m"] = len(off_floor)
-    learned = learn_normal(base, off_floor)
-    return replace(rule, centre_height_m=replace(learned, low=float(np.min(off_floor)), high=float(np.max(off_floor)) + 1e-3))
+    return replace(rule, centre_height_m=fitted_normal(np.array(off_floor)))

@@ -13,6 +13,7 @@ from grammar.spec.categories import Categories
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar
 from scene_description import ParseNode
+from scene_description.polygons import signed_area_m2
 
 RoomSampler = Callable[[Grammar, int, Sequence[int]], list["SampledCounts"]]
 """Grammar, stream of random numbers, indices of rooms -> what was in each of them."""
@@ -20,11 +21,15 @@ RoomSampler = Callable[[Grammar, int, Sequence[int]], list["SampledCounts"]]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SampledCounts:
-    """One sampled room, or none (``failed``): the choices of its derivation, (node, branch, choice), and its objects by category."""
+    """One sampled room, or none (``failed``): the choices of its derivation, (node, branch, choice), and its objects by category.
+
+    ``floor_share``: share of the floor that what stands on it covers.
+    """
 
     failed: bool
     branches: tuple[tuple[str, int, int], ...]
     categories: Mapping[str, int]
+    floor_share: float = 0.0
 
 
 def count_room(grammar: Grammar, categories: Categories, rng: np.random.Generator) -> SampledCounts:
@@ -34,7 +39,14 @@ def count_room(grammar: Grammar, categories: Categories, rng: np.random.Generato
     except RequestError:
         return SampledCounts(failed=True, branches=(), categories={})
     found = Counter(item.category for item in room.objects)
-    return SampledCounts(failed=False, branches=tuple(_taken(grammar, room.parse_graph.nodes)), categories=dict(found))
+    standing = [item for item in room.objects if item.support.kind == "floor" and not categories[item.category].underlay]
+    covered = sum(item.size_m[0] * item.size_m[1] for item in standing)
+    return SampledCounts(
+        failed=False,
+        branches=tuple(_taken(grammar, room.parse_graph.nodes)),
+        categories=dict(found),
+        floor_share=covered / signed_area_m2(room.room.polygon_m),
+    )
 
 
 def _taken(grammar: Grammar, nodes: Sequence[ParseNode]) -> Iterable[tuple[str, int, int]]:

@@ -8,7 +8,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.optimize import minimize
 
+from grammar.derivation.densities import truncated_normal_log_density
 from grammar.geometry.arrays import Floats
 from grammar.learning.geometry import filled_outline
 from grammar.learning.observed import ObservedRoom
@@ -19,6 +21,7 @@ from scene_description.polygons import signed_area_m2
 from scene_description.types import Point2
 
 _FURNISHED_SHARE = 0.2
+_LEAST_FITTED, _LEAST_RANGE_M, _NARROW_M = 8, 0.005, 0.02
 _WHOLE = 0.97
 """Share of its bounding box that a rectangle fills at least."""
 
@@ -35,13 +38,21 @@ _MODEL_SD_M = 0.0002
 """A side that recurs to the millimetre, in a tenth of the objects and three times at least, is that of a model that people have."""
 
 
-def learn_size(rule: ObjectRule, seen: Sequence[Size], alpha: float) -> ObjectRule:
+def learn_size(rule: ObjectRule, seen: Sequence[Size], alpha: float, elsewhere: Sequence[Size] = (), pooled: float = 0.0) -> ObjectRule:
     """Return a rule whose sizes are a kernel density estimate over the observed ones.
 
     Kernels are products of normal distributions, their widths by Scott's rule, 1.06 sd n^(-1/5) of each side, at least 1 cm or 3 %; a side
-    that recurs exactly is that of a common model and keeps its value.  Equal sizes share a kernel; where there are more than 24, the closest are merged.  The base's components stay with the weight of ``alpha``
-    observations.  The bounds are widened to hold all observed sizes.
+    that recurs exactly is that of a common model and keeps its value.  Equal sizes share a kernel; where there are more than 24, the
+    closest are merged.  The base's components stay with the weight of ``alpha`` observations, or of none where the sizes seen
+    ``elsewhere``, in other room types, count as ``pooled`` observations.  The bounds are widened to hold all observed sizes.
     """
+    if elsewhere and pooled > 0.0:
+        own, shared = learn_size(rule, seen, 0.0), learn_size(rule, elsewhere, 0.0)
+        share = len(seen) / (len(seen) + pooled)
+        parts = ((share, own), (1.0 - share, shared))
+        blend = [replace(mode, probability=part * mode.probability) for part, learned in parts for mode in learned.sizes]
+        low, high = np.minimum(own.low_m, shared.low_m), np.maximum(own.high_m, shared.high_m)
+        return replace(rule, sizes=tuple(blend), low_m=_three(low), high_m=_three(high))
     data = np.array(seen, np.float64)
     spread = 1.06 * data.std(0) * len(data) ** -0.2
     weights = Counter(tuple(round(side, 3) for side in size) for size in seen)
@@ -104,8 +115,8 @@ def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequen
     """Return the rule of the room's size and shape, from the outlines without the niches of their doors.
 
     ``covered_m2`` is the floor that the furniture of each room covers.  Where that is a fifth of the floor and more, the area of a room
-    follows from it and the share.  Both sides follow one distribution, since a room turned by a quarter is as likely; ``alpha`` pseudo-counts
-    of the base smooth the shapes.
+    follows from it and the share.  Both sides follow one distribution, since a room turned by a quarter is as likely; ``alpha``
+    pseudo-counts of the base smooth the shapes.
     """
     outlines = [filled_outline(room.polygon_m) for room in rooms]
     extents = np.array([np.ptp(np.array(outline), axis=0) for outline in outlines])
@@ -123,14 +134,27 @@ def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequen
         area_high_m2=max(min(base.area_high_m2, 1.5 * high), high),
         floor_share_max=min(max(base.floor_share_max, float(np.max(shares)) if fitted else float(np.quantile(shares, 0.75))), 1.0),
         shapes=_learn_shapes(base.shapes, outlines, extents, areas, alpha),
-        floor_share=_normal(shares) if fitted else None,
-        proportion=_normal(extents.max(1) / extents.min(1)) if fitted else None,
+        floor_share=fitted_normal(shares) if fitted else None,
+        proportion=fitted_normal(extents.max(1) / extents.min(1)) if fitted else None,
     )
 
 
-def _normal(values: Floats) -> TruncatedNormal:
-    """Return a normal with the moments of what was seen, within what was seen."""
-    return TruncatedNormal(mean=float(values.mean()), sd=max(float(values.std()), 0.005), low=float(values.min()), high=float(values.max()))
+def fitted_normal(values: Floats) -> TruncatedNormal:
+    """Return the normal, truncated to what was seen, of greatest likelihood; its mean may lie at a bound, where the values gather."""
+    low, high = float(values.min()), float(values.max())
+    high = max(high, low + _LEAST_RANGE_M)
+    mean, sd = float(values.mean()), max(float(values.std()), _LEAST_RANGE_M)
+    if len(values) < _LEAST_FITTED or high - low < _NARROW_M:
+        return TruncatedNormal(mean=mean, sd=sd, low=low, high=high)
+
+    def loss(parameters: Floats) -> float:
+        m, s = float(parameters[0]), math.exp(float(parameters[1]))
+        return -sum(truncated_normal_log_density(float(value), m, s, low, high) for value in values)
+
+    span = high - low
+    bounds = ((max(low - 0.5 * span, 0.0), high + 0.5 * span), (math.log(0.2 * span), math.log(1.5 * span)))
+    found = minimize(loss, np.array([mean, math.log(max(sd, 0.2 * span))]), bounds=bounds, method="L-BFGS-B")
+    return TruncatedNormal(mean=float(found.x[0]), sd=math.exp(float(found.x[1])), low=low, high=high)
 
 
 def _learn_shapes(base: RoomShapes, outlines: Sequence[Sequence[Point2]], extents: Floats, areas: Floats, alpha: float) -> RoomShapes:
@@ -144,4 +168,5 @@ def _learn_shapes(base: RoomShapes, outlines: Sequence[Sequence[Point2]], extent
     else:
         counts |= {name: rest * getattr(base, name) / others for name in ("t_shape", "u_shape")}
     total = len(corners) + alpha
-    return replace(base, **{name: (count + alpha * getattr(base, name)) / total for name, count in counts.items()})
+    shares = {name: round((counts.get(name, 0.0) + alpha * getattr(base, name)) / total, 4) for name in ("l_shape", "t_shape", "u_shape")}
+    return replace(base, rectangle=round(1.0 - sum(shares.values()), 4), **shares)

@@ -134,6 +134,14 @@ def build_cardboard_box(rng: np.random.Generator, size_m: Size, style: str) -> P
     return fitted({"body": merged(*body), "tape": merged(*tape), "label": label}, size_m)
 
 
+def build_plain_box(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a box with rounded edges: what stands for objects of no known kind."""
+    del rng, style
+    depth, width, height = size_m
+    edge = min(0.01, 0.1 * min(size_m))
+    return fitted({"body": block((-0.5 * depth, -0.5 * width, 0.0), (0.5 * depth, 0.5 * width, height), edge)}, size_m)
+
+
 def build_plastic_crate(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     """Return an open stacking crate with slotted sides, or a box with a lid and latches."""
     depth, width, height = size_m
@@ -310,6 +318,8 @@ def _drive(rng: np.random.Generator, crank: Corner, rear: Corner, r: float) -> M
 MODELS = {
     "storage_shelf": Model(build_storage_shelf, ("steel", "wooden", "tubes")),
     "cardboard_box": Model(build_cardboard_box, ("closed", "strapped")),
+    "other_furniture": Model(build_plain_box, ("plain",)),
+    "other_prop": Model(build_plain_box, ("plain",)),
     "plastic_crate": Model(build_plastic_crate, ("slotted", "lidded")),
     "suitcase": Model(build_suitcase, ("hard", "soft")),
     "bicycle": Model(build_bicycle, ("diamond", "step_through")),

@@ -6,23 +6,28 @@ import argparse
 import math
 import multiprocessing
 import sys
+from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from grammar import Categories, read_categories, read_grammar
 from grammar.learning import (
+    CategoryMap,
     ContrastiveOptions,
     LayoutFile,
     LearnedGrammar,
     LearnOptions,
+    ObservedRoom,
     SampledCounts,
     TruncationOptions,
     curve_csv,
     grammar_yaml,
     learn,
+    mixed,
     read_category_map,
     read_layouts,
     room_sampler,
@@ -31,17 +36,23 @@ from grammar.learning import (
 )
 from grammar.learning.learn import PARTS
 from grammar.spec.energy_terms import TERMS
+from grammar.spec.grammar_file import room_types
 from grammar.spec.rules import Grammar
 from scene_description.share import config_path
 from scene_synth_ros.cli.usage import UsageError
 
-_SHOWN_LINES = 8
+_SHOWN_LINES, _SHOWN_REASONS = 8, 4
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
     defaults = LearnOptions()
-    parser.add_argument("layouts", type=Path, nargs="+", metavar="LAYOUTS.jsonl", help="files of furnished rooms, one a line")
+    parser.add_argument(
+        "layouts",
+        nargs="+",
+        metavar="LAYOUTS.jsonl[:WEIGHT]",
+        help="files of furnished rooms, one a line; a room counts by its file's weight",
+    )
     parser.add_argument("--room", default="bedroom", metavar="TYPE", help="room type (default: %(default)s)")
     parser.add_argument("--base", type=Path, metavar="YAML", help="grammar to start from (default: the one of that room type)")
     parser.add_argument("--out", type=Path, required=True, metavar="YAML", help="new file for the learned grammar")
@@ -52,6 +63,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--alpha", type=float, default=defaults.alpha, help="pseudo-counts of the base grammar (default: %(default)s)")
     parser.add_argument(
         "--least", type=int, default=defaults.least, help="observations below which nothing is learned (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--pooled",
+        type=float,
+        default=defaults.pooled,
+        help="pseudo-counts of other room types in sizes and places; 0: none (default: %(default)s)",
     )
     parser.add_argument(
         "--keep", nargs="*", choices=PARTS, default=[], metavar="PART", help=f"parts that stay as in the base: {', '.join(PARTS)}"
@@ -85,20 +102,26 @@ def run(arguments: argparse.Namespace) -> int:
     categories = read_categories(config_path("categories.yaml"))
     base = read_grammar(arguments.base or config_path(f"grammars/{arguments.room}.yaml"), categories)
     names = read_category_map(arguments.names or config_path("learning/category_map.yaml"))
-    files = [read_layouts(path, names, arguments.room) for path in arguments.layouts]
-    rooms, held = split_houses([room for file in files for room in file.rooms], arguments.hold_out)
+    names = replace(names, catalogue=frozenset(categories))
+    sources = [_source(text) for text in arguments.layouts]
+    files = [read_layouts(path, names, arguments.room) for path, _ in sources]
+    rooms, held = split_houses(_mixed(files, sources), arguments.hold_out)
+    kept = {room.house for room in held}
+    elsewhere = [room for room in _elsewhere(sources, names, arguments) if room.house not in kept]
     for file in files:
         _print_file(file, arguments.bad_lines)
     options = LearnOptions(
         alpha=arguments.alpha,
         least=arguments.least,
+        pooled=arguments.pooled,
         keep=frozenset(arguments.keep),
         contrastive=ContrastiveOptions(iterations=arguments.iterations),
         truncation=TruncationOptions(iterations=arguments.corrections, rooms=arguments.rooms),
     )
     rng = np.random.default_rng(np.random.SeedSequence(arguments.seed))
     with ProcessPoolExecutor(arguments.workers, multiprocessing.get_context("spawn")) as pool:
-        learned = learn(base, categories, rooms, options, rng, _Sampler(pool, categories, arguments.seed, arguments.workers))
+        sampler = _Sampler(pool, categories, arguments.seed, arguments.workers)
+        learned = learn(base, categories, rooms, options, rng, sampler, elsewhere)
     text = grammar_yaml(learned.grammar, _header(arguments, files, learned, len(held)), learned.counts)
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
     with arguments.out.open("x", encoding="utf-8") as out:
@@ -108,8 +131,32 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.correction_curve is not None:
         arguments.correction_curve.write_text(truncation_csv(learned.truncation_curve), encoding="utf-8")
     read_grammar(arguments.out, categories)
-    _print_summary(learned, len(held), arguments.out)
+    _print_summary(learned, len(held), _left_out(files), arguments.out)
     return 0
+
+
+def _source(text: str) -> tuple[Path, float]:
+    """Return the file and the weight of an argument ``FILE`` or ``FILE:WEIGHT``."""
+    head, colon, tail = text.rpartition(":")
+    if not colon or Path(text).exists():
+        return Path(text), 1.0
+    try:
+        weight = float(tail)
+    except ValueError:
+        return Path(text), 1.0
+    if not (head and 0.0 < weight < math.inf):
+        raise UsageError(f"LAYOUTS: expected FILE or FILE:WEIGHT with a positive weight, got {text}")
+    return Path(head), weight
+
+
+def _mixed(files: Sequence[LayoutFile], sources: Sequence[tuple[Path, float]]) -> list[ObservedRoom]:
+    return mixed([(file.rooms, weight) for file, (_, weight) in zip(files, sources, strict=True)])
+
+
+def _elsewhere(sources: Sequence[tuple[Path, float]], names: CategoryMap, arguments: argparse.Namespace) -> list[ObservedRoom]:
+    """Return the rooms of all other types that have a grammar."""
+    types = [name for name in room_types() if name != arguments.room] if arguments.pooled > 0.0 else []
+    return [room for name in types for room in _mixed([read_layouts(path, names, name) for path, _ in sources], sources)]
 
 
 class _Sampler:
@@ -140,6 +187,7 @@ def _check(arguments: argparse.Namespace) -> None:
         ("hold_out", 0.0, 0.9),
         ("alpha", 0.0, 1e6),
         ("least", 1, 10**6),
+        ("pooled", 0.0, 1e6),
         ("iterations", 0, 10**5),
         ("seed", 0, 2**63),
         ("corrections", 0, 1000),
@@ -154,19 +202,31 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _header(arguments: argparse.Namespace, files: Sequence[LayoutFile], learned: LearnedGrammar, held: int) -> list[str]:
-    used = " ".join(file.name for file in files)
+    used = " ".join(text.rpartition("/")[2] for text in arguments.layouts)
     base = f" --base {arguments.base.name}" if arguments.base else ""
     base += f" --keep {' '.join(arguments.keep)}" if arguments.keep else ""
     command = f"scene_synth learn {used} --room {arguments.room}{base} --hold-out {arguments.hold_out:g} --alpha {arguments.alpha:g}"
     return [
         f"A grammar of {arguments.room}s whose numbers were learned from furnished rooms.",
         f"Made by: {command} --least {arguments.least} --iterations {arguments.iterations} --corrections {arguments.corrections}",
-        f"  --rooms {arguments.rooms} --seed {arguments.seed}",
+        f"  --rooms {arguments.rooms} --pooled {arguments.pooled:g} --seed {arguments.seed}",
         f"Source: {learned.rooms} rooms with {learned.objects} objects; {held} more rooms, of other houses, were held out.",
+        _left_out(files),
+        *sorted({reason for file in files for reason in file.reasons() if reason.startswith("name:")}),
         *arguments.note,
         '"learned from n": n observations made it (nodes: expected number; weights: rooms).  "base": the data does not cover it, so it is',
         "as in the grammar that the learning began with.  The other sections are the base's too.",
     ]
+
+
+def _left_out(files: Sequence[LayoutFile]) -> str:
+    """Return which share of the objects could not be used, and which these were most."""
+    reasons: Counter[str] = Counter()
+    for file in files:
+        reasons.update({reason.removeprefix("object: "): n for reason, n in file.reasons().items() if reason.startswith("object:")})
+    kept = sum(len(room.objects) for file in files for room in file.rooms)
+    most = "; ".join(f"{reason} ({count})" for reason, count in reasons.most_common(_SHOWN_REASONS))
+    return f"Left out: {sum(reasons.values()) / max(sum(reasons.values()) + kept, 1):.1%} of the objects{': ' if most else ''}{most}"
 
 
 def _print_file(file: LayoutFile, every: bool) -> None:
@@ -178,8 +238,10 @@ def _print_file(file: LayoutFile, every: bool) -> None:
         sys.stdout.write(f"  {reason}: {count} (lines {', '.join(map(str, shown))}{more})\n")
 
 
-def _print_summary(learned: LearnedGrammar, held: int, out: Path) -> None:
-    sys.stdout.write(f"{learned.rooms} rooms with {learned.objects} objects learned from, {held} rooms held out\n")
+def _print_summary(learned: LearnedGrammar, held: int, left_out: str, out: Path) -> None:
+    sys.stdout.write(f"{learned.rooms} rooms with {learned.objects} objects learned from, {held} rooms held out\n{left_out}\n")
+    for symbol, count in sorted(learned.added.items()):
+        sys.stdout.write(f"  new in the graph: {symbol} ({learned.grammar.objects[symbol].category}, asked for by {count} objects)\n")
     for category, count in sorted(learned.unmatched.items()):
         sys.stdout.write(f"  not in the grammar, or of no size that it has: {category} ({count})\n")
     if learned.curve:
@@ -191,7 +253,7 @@ def _print_summary(learned: LearnedGrammar, held: int, out: Path) -> None:
             sys.stdout.write(f"  {name:20s}{row[0]:10.4g}{row[1]:10.4g}{row[2]:9.4f}{row[3]:16.4f}{row[4]:9.4f}\n")
     for row in learned.truncation_curve:
         sys.stdout.write(
-            f"corrections: round {row.iteration + 1}, category KL {row.category_kl:.4f}, {row.objects:.2f} objects a room, "
+            f"corrections: round {row.iteration + 1}, KL of all categories {row.category_kl:.4f}, {row.objects:.2f} objects a room, "
             f"{row.failed} rooms failed\n"
         )
     sys.stdout.write(f"wrote {out}\n")

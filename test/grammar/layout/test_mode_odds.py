@@ -126,3 +126,21 @@ def test_incremental_energy_follows_the_full_energy_with_odds(relation):
 def test_odds_that_do_not_fit_are_refused(modes, message):
     with pytest.raises(FieldError, match=message):
         small_grammar(closet("thing") + item("thing", "dresser", (0.3, 0.3, 0.3), f", wall: [{modes}]"))
+
+
+def test_relocation_beside_a_core_at_a_wall_has_the_density_that_it_says():
+    # Without energy the chain's poses are uniform, whatever is proposed, if the ratio of the proposals' densities is right.
+    head = closet("table", "thing") + item("table", "desk", (1.0, 1.2, 0.7))
+    more = ", cores: {table: 1}, wall: [{distance_m: 0.1}], around: [{side: left, gap_m: 0.1}, {side: front, gap_m: 0.1, spread: 2}]"
+    moves = {"relocate": 1.0, "relocate_uniform": 0.4, "relocate_wall": 0.2, "relocate_around": 0.4}
+    text = head + item("thing", "desk_chair", (0.3, 0.4, 0.3), more)
+    problem, state, settings = entered(small_grammar(text, {"relation_odds": 0.0}, moves), np.random.default_rng(1))
+    state.pose[len(problem.link) - 2] = 0.9, -1.0, 0.4
+    rng, thing, poses = np.random.default_rng(4), len(problem.link) - 1, []
+    for _ in range(1500):
+        step(rng, problem, state, settings, 1.0, 40)
+        poses.append(state.pose[thing].copy())
+    places = np.array(poses)
+    cells = (np.clip((places[:, :2] + 2.0), 0.0, 3.999) // 1.0).astype(int) @ (4, 1)
+    assert stats.chisquare(np.bincount(cells, minlength=16)).pvalue > 1e-3
+    assert stats.kstest((places[:, 2] + math.pi) / (2.0 * math.pi), "uniform").pvalue > 1e-3

@@ -1,9 +1,11 @@
 """Mixtures against numbers that the data was drawn with."""
 
+import math
+
 import numpy as np
 import pytest
 
-from grammar.learning.mixtures import gap_mixture, place_mixture
+from grammar.learning.mixtures import FLUSH_M, gap_mixture, place_mixture
 
 
 def test_two_gaps_come_back_with_their_shares_and_scales() -> None:
@@ -43,4 +45,16 @@ def test_places_in_a_plane() -> None:
 def test_few_or_equal_gaps_are_one_component(values: list[float]) -> None:
     (part,) = gap_mixture(values, 0.004)
     assert (part.share, part.middle[0]) == (pytest.approx(1.0), pytest.approx(values[0]))
-    assert 0.004 <= part.scale < 0.01
+    # What is flush is as narrow as records tell, all else at least as wide as asked.
+    assert (FLUSH_M if values[0] == 0.0 else 0.004) <= part.scale < 0.01
+
+
+def test_flush_and_spread_gaps_come_back_as_they_were_drawn() -> None:
+    # Three tenths touch the wall, recorded as 0; the others fall off from 3 cm with a length of 1 cm.
+    rng, count = np.random.default_rng(5), 600
+    spread = np.abs(0.03 + rng.laplace(0.0, 0.01, int(0.7 * count)))
+    flush, wide = sorted(gap_mixture([*([0.0] * int(0.3 * count)), *spread.tolist()], 0.004), key=lambda part: part.middle[0])[:2]
+    assert flush.share == pytest.approx(0.3, abs=4.0 * math.sqrt(0.3 * 0.7 / count))
+    assert (flush.middle[0], flush.scale) == (0.0, FLUSH_M)
+    assert wide.middle[0] == pytest.approx(0.03, abs=0.003)
+    assert wide.scale == pytest.approx(0.01, rel=4.0 / math.sqrt(0.7 * count) + 0.05)

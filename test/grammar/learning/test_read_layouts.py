@@ -64,7 +64,7 @@ def test_bad_lines_and_objects_are_counted_with_their_lines(tmp_path: Path) -> N
         BED | {"cat": "hovercraft"},
         BED | {"cat": "small"},
         BED | {"pos": [9.0, 1.0, 0.5]},
-        BED | {"yaw": None},
+        BED | {"yaw": "north"},
         {"raw": "Bed"},
         7,
     ]

@@ -1,11 +1,16 @@
 """Sizes of rooms and kernels from numbers made by hand."""
 
+import math
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from small_grammar import CATEGORIES
 
 from grammar import read_room_type
+from grammar.derivation.densities import draw_truncated_normal
 from grammar.learning import ObservedRoom
-from grammar.learning.sizes import learn_room, learn_size
+from grammar.learning.sizes import fitted_normal, learn_room, learn_size
 
 BASE = read_room_type("bedroom", CATEGORIES)
 
@@ -16,12 +21,46 @@ def room(width_m: float, depth_m: float) -> ObservedRoom:
 
 
 def test_room() -> None:
-    # Sides 3, 4, 3, 4: mean 3.5, standard deviation 0.5; floor shares 3/12, 6/12: the upper quartile between them is 0.4375.
-    learned = learn_room(BASE.room, [room(3.0, 4.0), room(4.0, 3.0)], [3.0, 6.0])
+    # Sides 3, 4, 3, 4: mean 3.5, standard deviation 0.5; less than a fifth of the floor is covered, so the area does not follow from that.
+    learned = learn_room(BASE.room, [room(3.0, 4.0), room(4.0, 3.0)], [1.2, 2.4], 0.0)
     assert (learned.width_m.mean, learned.width_m.sd) == (pytest.approx(3.5), pytest.approx(0.5))
     assert learned.depth_m == learned.width_m
-    assert learned.floor_share_max == pytest.approx(0.4375)
-    assert learn_room(BASE.room, [room(3.0, 4.0)], [1.0]).floor_share_max == BASE.room.floor_share_max
+    assert (learned.floor_share_max, learned.floor_share, learned.shapes.rectangle) == (BASE.room.floor_share_max, None, 1.0)
+
+
+def test_area_follows_from_the_furniture_where_that_covers_much() -> None:
+    # Shares 3/12 and 6/12, proportion 4/3 throughout; the niche of a door, 0.1 m deep and 0.8 m wide, is none of the outline.
+    niche = ((0.0, 0.0), (1.0, 0.0), (1.0, -0.1), (1.8, -0.1), (1.8, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0))
+    learned = learn_room(BASE.room, [replace(room(3.0, 4.0), polygon_m=niche), room(4.0, 3.0)], [3.0, 6.0], 2.0)
+    assert learned.floor_share is not None
+    assert learned.proportion is not None
+    assert (learned.floor_share.mean, learned.floor_share.low, learned.floor_share.high) == pytest.approx((0.375, 0.25, 0.5))
+    assert learned.proportion.mean == pytest.approx(4.0 / 3.0)
+    assert learned.floor_share_max == pytest.approx(0.5)
+    # Two rectangles and two pseudo-counts of the base.
+    assert learned.shapes.rectangle == pytest.approx((2.0 + 2.0 * BASE.room.shapes.rectangle) / 4.0, abs=1e-4)
+
+
+def test_a_normal_that_gathers_at_its_bound() -> None:
+    values = np.array([draw_truncated_normal(np.random.default_rng(k), 1.3, 0.2, 0.7, 1.25) for k in range(400)])
+    fitted = fitted_normal(values)
+    drawn = [draw_truncated_normal(np.random.default_rng(1000 + k), fitted.mean, fitted.sd, fitted.low, fitted.high) for k in range(400)]
+    # The means of both samples differ by no more than four standard errors.
+    assert float(np.mean(drawn)) == pytest.approx(float(values.mean()), abs=4.0 * float(values.std()) * math.sqrt(2.0 / 400.0))
+
+
+def test_other_room_types_count_as_pseudo_observations() -> None:
+    # Six own observations and a pool of 2: the own kernels share 6/8, the pooled ones 2/8, those of equal sizes 1/8 each.
+    rule = BASE.objects["nightstand"]
+    modes = learn_size(rule, [(0.4, 0.5, 0.5)] * 6, 2.0, [(0.5, 0.6, 0.5), (0.5, 0.7, 0.5)], 2.0).sizes
+    assert [mode.probability for mode in modes] == pytest.approx([6 / 8, 1 / 8, 1 / 8])
+    assert [mode.mean_m[1] for mode in modes] == pytest.approx([0.5, 0.6, 0.7])
+
+
+def test_a_side_that_recurs_exactly_is_kept() -> None:
+    seen = [(0.32, 0.9 + 0.01 * k, 0.5) for k in range(6)]
+    modes = learn_size(BASE.objects["dresser"], seen, 0.0).sizes
+    assert all(mode.sd_m[0] < 0.001 and mode.sd_m[2] < 0.001 < mode.sd_m[1] for mode in modes)
 
 
 def test_equal_sizes_share_a_kernel_and_the_base_keeps_alpha() -> None:

@@ -49,14 +49,14 @@ def test_every_term_is_counted():
     """A row whose kernel is missing, or adds to another column, has no loss in any layout."""
     met = np.zeros(len(TERMS), bool)
     for room_type, set_name, seed in (
-        ("bedroom", "by_hand", 0), ("bedroom", "learned", 1), ("living_room", "by_hand", 2), ("kitchen", "by_hand", 3)
+        ("bedroom", "by_hand", 0), ("bedroom", "learned", 20), ("living_room", "by_hand", 2), ("kitchen", "by_hand", 3)
     ):  # fmt: skip
         grammar, rng = read_room_type(room_type, CATEGORIES, set_name), np.random.default_rng(seed)
         tree = derive(grammar, CATEGORIES, SceneRequest(room_type=room_type, min_objects=14), rng)
         problem, state = assemble(grammar, CATEGORIES, tree)
         chain = Chain(problem, move_settings(grammar.moves), room_floor(grammar, tree.room))
         for i in sorted(np.flatnonzero(state.active == 0), key=lambda i, p=problem: len(p.targets(i)) > 0):
-            assert enter(rng, problem, state, chain.moves, i, 1 if room_type != "kitchen" else 20)
+            assert enter(rng, problem, state, chain.moves, i, 20)
         met |= layout_energy(chain, state) > 0.0
     assert met.all(), [name for name, is_met in zip(TERMS, met, strict=True) if not is_met]
 
