@@ -70,6 +70,7 @@ FOLDERS = {
         "report": {"bags", "messages", "pages"},
         "offline": {"bags", "generate", "messages", "record", "render", "suite"},
         "sweep": {"bags", "generate", "offline", "render", "suite"},
+        "shards": {"bags", "generate", "messages", "offline", "suite"},
         "cli": {
             "bags",
             "evaluate",
@@ -82,6 +83,7 @@ FOLDERS = {
             "record",
             "replay",
             "report",
+            "shards",
             "suite",
             "sweep",
         },
