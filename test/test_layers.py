@@ -71,8 +71,10 @@ FOLDERS = {
         "offline": {"bags", "generate", "messages", "record", "render", "suite"},
         "sweep": {"bags", "generate", "offline", "render", "suite"},
         "shards": {"bags", "generate", "messages", "offline", "suite"},
+        "estimate": {"generate", "mcap", "messages", "offline", "shards", "suite"},
         "cli": {
             "bags",
+            "estimate",
             "evaluate",
             "generate",
             "mcap",

@@ -80,11 +80,9 @@ def test_an_interrupted_upload_leaves_nothing_that_is_listed_and_is_dropped(stor
     assert [upload["Key"] for upload in files.list_multipart_uploads(bucket)] == [other]
 
 
-def test_workspaces_end_and_those_of_killed_processes_are_removed(
-    store: UrlStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_workspaces_end_and_those_of_killed_processes_are_removed(store: UrlStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    say = "import os, sys; from scene_synth_ros.shards.url_store import UrlStore\nwith UrlStore('memory://x').workspace('7') as w: print(w); sys.stdout.flush(); os._exit(9)"
+    say = "import os; from scene_synth_ros.shards.url_store import UrlStore\nwith UrlStore('').workspace('7') as w: print(w, flush=True); os._exit(9)"
     root = str(Path(__file__).parents[3])
     env = {**os.environ, "TMPDIR": str(tmp_path), "PYTHONPATH": root}
     left = Path(subprocess.run([sys.executable, "-c", say], env=env, capture_output=True, text=True, check=False).stdout.strip())
@@ -100,7 +98,11 @@ def test_workspaces_end_and_those_of_killed_processes_are_removed(
 
 
 @pytest.mark.parametrize(
-    ("url", "says"), [("nowhere://bucket/x", "nowhere://bucket/x: expected a URL that fsspec knows"), ("s3://absent/x", "s3://absent/x/dataset.json: The specified bucket does not exist")]
+    ("url", "says"),
+    [
+        ("nowhere://bucket/x", "nowhere://bucket/x: expected a URL that fsspec knows"),
+        ("s3://absent/x", "s3://absent/x/dataset.json: The specified bucket does not exist"),
+    ],
 )
 def test_what_cannot_be_used_is_said_in_one_line(server: None, url: str, says: str) -> None:
     with pytest.raises(StoreError, match=says) as raised:
