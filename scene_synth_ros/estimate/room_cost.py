@@ -86,8 +86,8 @@ class RoomCost:
 def measure_room(settings: OfflineSettings, rules: SceneSynthesizer, index: int, most_frames: int) -> RoomCost:
     """Make a room of a dataset in a temporary folder, measure it, and remove it.
 
-    Where it has more frames than are asked for, neighbours from the middle of its path are rendered: what one frame takes is the time between
-    the first and the last of them, so at least 2 are.
+    Where it has more frames than are asked for, neighbours from the middle of its path are rendered: what one frame takes is the time
+    between the first and the last of them, so at least 2 are.
 
     Args:
         settings: of the dataset.

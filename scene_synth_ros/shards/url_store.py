@@ -1,8 +1,8 @@
 """A dataset in an object store, by an fsspec URL: ``s3://bucket/folder``, or any other that writes whole objects (GCS, Azure, ``memory://``).
 
 A shard is made in a temporary folder of the machine and uploaded file by file; an object is there whole or not at all, and nothing of a
-shard counts without its completion file, which comes last.  What is uploaded twice, by a task that was started again while the first still lived,
-is replaced by the same bytes.  Extra ``cloud``.
+shard counts without its completion file, which comes last.  What is uploaded twice, by a task that was started again while the first
+still lived, is replaced by the same bytes.  Extra ``cloud``.
 """
 
 from __future__ import annotations

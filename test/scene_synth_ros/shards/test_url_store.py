@@ -82,7 +82,7 @@ def test_an_interrupted_upload_leaves_nothing_that_is_listed_and_is_dropped(stor
 
 def test_workspaces_end_and_those_of_killed_processes_are_removed(store: UrlStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    say = "import os; from scene_synth_ros.shards.url_store import UrlStore\nwith UrlStore('').workspace('7') as w: print(w, flush=True); os._exit(9)"
+    say = "import os, sys; from scene_synth_ros.shards.url_store import UrlStore as S\nwith S('').workspace('7') as w: os.write(1, bytes(w)), os._exit(9)"
     root = str(Path(__file__).parents[3])
     env = {**os.environ, "TMPDIR": str(tmp_path), "PYTHONPATH": root}
     left = Path(subprocess.run([sys.executable, "-c", say], env=env, capture_output=True, text=True, check=False).stdout.strip())
