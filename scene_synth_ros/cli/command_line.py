@@ -24,6 +24,7 @@ class Command(NamedTuple):
 COMMANDS = {
     "demo": Command("record a few rooms and open what was recorded in a browser", "demo_command"),
     "run": Command("run the node suite: grammar, renderer and, with --record, recorder", "run_command"),
+    "generate": Command("make a dataset of rooms in shards, with all processors, without DDS", "generate_command"),
     "inspect": Command("print what a bag holds and every fault of it", "inspect_command"),
     "verify": Command("render a bag's frames again and compare every message", "verify_command"),
     "repair": Command("make a whole bag of what is left of a cut or damaged one", "repair_command"),

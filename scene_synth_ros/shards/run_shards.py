@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 
-from scene_synth_ros.shards.completion import FOLDER, completion_name, faults_of, read_completion, shard_name
+from scene_synth_ros.shards.completion import completion_name, faults_of, read_completion
 from scene_synth_ros.shards.manifest import MANIFEST_NAME, Manifest, make_manifest, manifest_json
 from scene_synth_ros.shards.plan import PLAN_NAME, DatasetPlan, PlanError, read_plan
 from scene_synth_ros.shards.store import LocalStore, Store
@@ -58,30 +58,20 @@ def run_shards(
         processes.make(shards, told)
 
 
-def check_shards(plan: DatasetPlan, store: Store, shards: Sequence[int], told: Callable[[int], None]) -> list[str]:
-    """Read the files of complete shards; remove the completion files of those that are damaged, and return a line for each fault.
+def check_shards(plan: DatasetPlan, store: Store, shards: Sequence[int]) -> Iterator[str]:
+    """Read the files of complete shards; yield a line for each that is not what was made, and let its shard count as missing.
 
     Args:
         plan: of the dataset.
         store: where it is.
         shards: to check.
-        told: called with every shard when it has been read.
     """
-    found: list[str] = []
     for shard in shards:
         completion = read_completion(store, plan, shard)
         faults = list(faults_of(store, completion)) if completion is not None else []
         if faults:
             store.remove(completion_name(shard))
-        found += faults
-        told(shard)
-    return found
-
-
-def remove_unfinished(store: Store, shards: Sequence[int]) -> None:
-    """Remove what there is of shards that are not complete."""
-    for shard in shards:
-        store.remove(f"{FOLDER}/{shard_name(shard)}")
+        yield from faults
 
 
 def finish_dataset(plan: DatasetPlan, store: Store) -> Manifest | None:

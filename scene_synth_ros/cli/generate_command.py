@@ -1,0 +1,164 @@
+"""``scene_synth generate``: a dataset of rooms in shards, without DDS, with all processors, as often interrupted as need be."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import signal
+import sys
+from dataclasses import fields, replace
+from pathlib import Path
+
+from scene_synth_ros.cli.dataset_card import write_card
+from scene_synth_ros.cli.dataset_progress import DatasetProgress
+from scene_synth_ros.cli.run_parameters import RunWords, run_parameters
+from scene_synth_ros.cli.run_profile import NAMESPACE
+from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.shards.completion import ShardError
+from scene_synth_ros.shards.folder_lock import folder_lock
+from scene_synth_ros.shards.manifest import Manifest, missing_shards
+from scene_synth_ros.shards.plan import PLAN_NAME, DatasetPlan, make_plan, read_plan
+from scene_synth_ros.shards.run_shards import begin_dataset, check_shards, finish_dataset, run_shards
+from scene_synth_ros.shards.shard_size import read_size, sized_plan
+from scene_synth_ros.shards.store import LocalStore
+
+MAX_WORKERS = 1024
+_OF_PLAN = ("frames", "seed", "params", "overlay", "overrides", "grammar", "shard_rooms", "shard_size")
+"""Options that decide the plan, with ``--rooms``."""
+_SHOWN = 10
+"""How many failed rooms are listed on the terminal; the manifest lists all."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's options."""
+    parser.add_argument("--rooms", type=int, help="number of rooms of the dataset")
+    parser.add_argument("--frames", type=int, help="frames of each room (default: of the profile)")
+    parser.add_argument("--seed", type=int, help="seed of the rooms (default: of the profile)")
+    parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="folder of the dataset: shards, manifest, card")
+    parser.add_argument("--params", type=Path, help="run profile, a file or a shipped one by its name: ground_truth, say (default: main)")
+    parser.add_argument(
+        "--overlay",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="parameters over the profile: balanced, say; may be repeated",
+    )
+    parser.add_argument(
+        "-p", dest="overrides", action="append", default=[], metavar="NODE.NAME:=VALUE", help="one parameter; may be repeated"
+    )
+    parser.add_argument("--grammar", type=Path, metavar="FILE", help="grammar file of the rooms")
+    parser.add_argument("--namespace", default=NAMESPACE, help="namespace of the topics (default: %(default)s)")
+    parser.add_argument(
+        "--workers", type=int, metavar="N", help="processes; they change nothing but the time (default: as processors allow)"
+    )
+    parser.add_argument("--threads", type=int, default=1, metavar="N", help="processors of each worker (default: %(default)s)")
+    size = parser.add_mutually_exclusive_group()
+    size.add_argument("--shard-rooms", type=int, metavar="R", help="rooms of a shard (default: 1 to 16, by the number of rooms)")
+    size.add_argument("--shard-size", metavar="SIZE", help="about the size of a shard, 1GB, say: R follows from the first room's bytes")
+    parser.add_argument("--resume", action="store_true", help="make what is missing of a dataset; without --rooms, by its own plan")
+    parser.add_argument("--check", action="store_true", help="with --resume: read the complete shards, too, and make damaged ones again")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Make a dataset; return 0, or 1 if a room could not be made."""
+    _check_options(arguments)
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    store = LocalStore(arguments.out)
+    if arguments.resume and store.read(PLAN_NAME) is None and arguments.rooms is None:
+        raise UsageError(f"--resume: {arguments.out} holds no dataset; give --rooms and the other options of a new one")
+    plan = _plan(arguments, store)
+    workers = arguments.workers or max(1, len(os.sched_getaffinity(0)) // arguments.threads)
+    with folder_lock(arguments.out) as lock:
+        store.clean()
+        try:
+            plan = _begun(plan, store, arguments, lock)
+            manifest = _complete(plan, store, arguments, workers, lock)
+        except (KeyboardInterrupt, SystemExit):
+            _say(f"interrupted; what is complete stays: scene_synth generate --out {arguments.out} --resume")
+            raise
+        finally:
+            store.clean()
+        write_card(plan, manifest, arguments.out)
+    _say(_summary(manifest, arguments.out))
+    return 1 if manifest["failed"] else 0
+
+
+def _check_options(arguments: argparse.Namespace) -> None:
+    if arguments.rooms is None and not arguments.resume:
+        raise UsageError("--rooms: expected a number of rooms; only --resume takes that of the folder's own plan")
+    if arguments.rooms is None:
+        given = [name for name in _OF_PLAN if getattr(arguments, name) not in (None, [])]
+        if given:
+            raise UsageError(
+                f"--resume: expected --rooms, too, with --{given[0].replace('_', '-')}; without any of them the folder's plan holds"
+            )
+    if arguments.check and not arguments.resume:
+        raise UsageError("--check: expected together with --resume: what it finds damaged is made again")
+    for option, low, high in (("rooms", 1, 10**9), ("workers", 1, MAX_WORKERS), ("threads", 1, MAX_WORKERS), ("shard_rooms", 1, 10**9)):
+        value = getattr(arguments, option)
+        if value is not None and not low <= value <= high:
+            raise UsageError(f"--{option.replace('_', '-')}: expected {low} to {high}, got {value}")
+    if not arguments.namespace.startswith("/"):
+        raise UsageError(f"--namespace {arguments.namespace}: expected a name that begins with /")
+
+
+def _plan(arguments: argparse.Namespace, store: LocalStore) -> DatasetPlan:
+    """Return the plan that the options ask for, or that of the folder where they say nothing; how a folder is cut is kept."""
+    data = store.read(PLAN_NAME) if arguments.resume else None
+    there = read_plan(data, str(store.root / PLAN_NAME)) if data is not None else None
+    if there is not None and arguments.rooms is None:
+        return there
+    given = {field.name: getattr(arguments, field.name) for field in fields(RunWords) if hasattr(arguments, field.name)}
+    size = read_size(arguments.shard_size) if arguments.shard_size else 0
+    plan = make_plan(
+        run_parameters(RunWords(**given, record=Path("bag"))),
+        rooms_per_shard=arguments.shard_rooms or 0,
+        shard_bytes=size,
+        namespace=arguments.namespace,
+    )
+    if there is not None and not arguments.shard_rooms and size in (0, there.shard_bytes):
+        return replace(plan, rooms_per_shard=min(there.rooms_per_shard, plan.rooms), shard_bytes=there.shard_bytes)
+    return plan
+
+
+def _begun(plan: DatasetPlan, store: LocalStore, arguments: argparse.Namespace, lock: int) -> DatasetPlan:
+    """Write the plan, or see that it is the folder's; return it with the size of its shards."""
+    if plan.shard_bytes and store.read(PLAN_NAME) is None and not store.names(""):
+        _say("making a room to know its size")
+        plan = sized_plan(plan, store, threads=arguments.threads, lock=lock)
+    begin_dataset(plan, store, str(arguments.out), resume=arguments.resume)
+    return plan
+
+
+def _complete(plan: DatasetPlan, store: LocalStore, arguments: argparse.Namespace, workers: int, lock: int) -> Manifest:
+    """Make the shards that are missing, and write the manifest."""
+    missing = missing_shards(plan, store)
+    if arguments.check:
+        complete = sorted(set(range(plan.shards)) - set(missing))
+        for line in check_shards(plan, store, complete):
+            _say(f"{line}; its shard is made again")
+        missing = missing_shards(plan, store)
+    if missing:
+        shards = f"{len(missing)} of {plan.shards} shards to make, {plan.rooms_per_shard} rooms each"
+        _say(f"{shards}; {workers} workers; kernels are compiled on the first run")
+    with DatasetProgress(plan, plan.shards - len(missing), len(missing)) as progress:
+        run_shards(plan, store, missing, workers=workers, threads=arguments.threads, lock=lock, told=progress.take)
+    manifest = finish_dataset(plan, store)
+    if manifest is None:
+        raise ShardError(f"{arguments.out}: a shard is gone that was complete; --resume makes it again")
+    return manifest
+
+
+def _summary(manifest: Manifest, folder: Path) -> str:
+    size = sum(row["bytes"] for completion in manifest["shards"] for row in completion["files"])
+    lines = [f"{folder}: {manifest['rooms']} rooms, {manifest['frames']} frames, {size / 1e6:.1f} MB in {len(manifest['shards'])} shards"]
+    failed = manifest["failed"]
+    lines += [f"failed after {row['attempts']} attempts: room {row['index']}: {row['error']}" for row in failed[:_SHOWN]]
+    lines += [f"... {len(failed) - _SHOWN} more in manifest.json"] if len(failed) > _SHOWN else []
+    return "\n".join(lines)
+
+
+def _say(text: str) -> None:
+    sys.stdout.write(text + "\n")
+    sys.stdout.flush()
