@@ -70,7 +70,7 @@ FOLDERS = {
         "report": {"bags", "messages", "pages"},
         "offline": {"bags", "generate", "messages", "record", "render", "suite"},
         "sweep": {"bags", "generate", "offline", "render", "suite"},
-        "shards": {"bags", "generate", "messages", "offline", "suite"},
+        "shards": {"bags", "generate", "mcap", "messages", "offline", "suite"},
         "cli": {
             "bags",
             "evaluate",
