@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 
 import fsspec
+
+from scene_synth_ros.suite.environment import environment
 
 BUCKET = "rooms"
 _SERVE = """
@@ -43,19 +44,13 @@ def s3_server() -> Iterator[Mapping[str, str]]:
                 "AWS_DEFAULT_REGION": "us-east-1",
                 "AWS_EC2_METADATA_DISABLED": "true",
             }
-            before = {name: os.environ.get(name) for name in variables}
-            os.environ.update(variables)
-            forget_clients()
-            fsspec.filesystem("s3").mkdir(BUCKET)
-            yield variables
+            with environment(variables):
+                forget_clients()
+                fsspec.filesystem("s3").mkdir(BUCKET)
+                yield variables
         finally:
             process.stdin.close()
             process.wait(timeout=20)
-    for name, value in before.items():
-        if value is None:
-            del os.environ[name]
-        else:
-            os.environ[name] = value
     forget_clients()
 
 

@@ -70,10 +70,12 @@ FOLDERS = {
         "report": {"bags", "messages", "pages"},
         "offline": {"bags", "generate", "messages", "record", "render", "suite"},
         "sweep": {"bags", "generate", "offline", "render", "suite"},
-        "shards": {"bags", "generate", "messages", "offline", "suite"},
+        "shards": {"bags", "generate", "mcap", "messages", "offline", "suite"},
+        "cluster": {"bags", "shards", "suite"},
         "estimate": {"generate", "mcap", "messages", "offline", "shards", "suite"},
         "cli": {
             "bags",
+            "cluster",
             "estimate",
             "evaluate",
             "generate",

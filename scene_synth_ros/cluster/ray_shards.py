@@ -1,5 +1,6 @@
-"""Makes what is missing of a dataset as tasks of Ray Core: each makes a shard on whatever node has room, and returns only what its
-completion file says.  Pixels never pass through Ray.  Extra ``ray``.
+"""Makes what is missing of a dataset as tasks of Ray Core: each makes a shard on whatever node has room for it.
+
+A task returns what its completion file says; pixels never pass through Ray.  Extra ``ray``.
 """
 
 from __future__ import annotations
@@ -7,8 +8,7 @@ from __future__ import annotations
 import contextlib
 import importlib
 import logging
-import os
-import shutil
+import secrets
 import tempfile
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -19,9 +19,10 @@ from scene_synth_ros.cluster.ray_task import make_on_node
 from scene_synth_ros.shards.completion import ShardError
 from scene_synth_ros.shards.plan import DatasetPlan
 from scene_synth_ros.shards.url_store import StoreError
+from scene_synth_ros.suite.environment import environment
 
 LOCAL, AUTO = "local", "auto"
-"""Addresses: a Ray of this run's own on this machine; the cluster that Ray itself finds (``RAY_ADDRESS``, or one started on this machine)."""
+"""Addresses: a Ray of this run's own on this machine; the cluster that Ray finds (``RAY_ADDRESS``, or one started on this machine)."""
 RETRIES = 5
 """How often Ray starts a task again whose worker or node is lost, or that could not reach the store."""
 _OBJECT_STORE_BYTES = 80 * 2**20
@@ -83,27 +84,23 @@ def _connected(address: str, processors: int) -> Iterator[Any]:
     Raises:
         ShardError: it is not installed, or cannot be reached.
     """
-    own = tempfile.mkdtemp(prefix="ray_", dir=_temporary()) if address == LOCAL else ""
-    try:
-        if own:
-            os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
+    with contextlib.ExitStack() as ends:
+        options: dict[str, Any] = {"log_to_driver": False, "logging_level": logging.ERROR, "address": address}
+        if address == LOCAL:
+            own = ends.enter_context(tempfile.TemporaryDirectory(prefix="ray_", dir=_temporary(), ignore_cleanup_errors=True))
+            ends.enter_context(
+                environment({"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32), "RAY_USAGE_STATS_ENABLED": "0"})
+            )
+            options |= {"num_cpus": processors, "include_dashboard": False, "object_store_memory": _OBJECT_STORE_BYTES, "_temp_dir": own}
         try:
             ray = importlib.import_module("ray")
+            ray.init(**options)
         except ImportError:
             raise ShardError("--ray: Ray is not installed: pip install 'scene_synth_ros[ray]'") from None
-        common = {"log_to_driver": False, "logging_level": logging.ERROR, "configure_logging": False}
-        ours = {"num_cpus": processors, "include_dashboard": False, "object_store_memory": _OBJECT_STORE_BYTES, "_temp_dir": own}
-        try:
-            ray.init(**common, **(ours if own else {"address": address}))
         except Exception as error:  # of many kinds, some of the system's
             raise ShardError(f"--ray {address}: cannot be reached: {_line(error)}") from None
-        try:
-            yield ray
-        finally:
-            ray.shutdown()
-    finally:
-        if own:
-            shutil.rmtree(own, ignore_errors=True)
+        ends.callback(ray.shutdown)
+        yield ray
 
 
 def _most_at_once(ray: Any) -> int:

@@ -84,7 +84,8 @@ class Estimate:
             f"{min(self.workers, len(rooms))} at once",
             f"{'':<34}{'mean':>12}   {100.0 * CONFIDENCE:.0f} % interval",
             *self._rows(),
-            f"a room: {_means(self, 'synthesis')} to sample, {_mean_room(self)} to prepare, {_means(self, 'frame')} a frame, of a processor",
+            f"a room: {_means(self, 'synthesis')} to sample, {_mean_room(self)} to prepare, {_means(self, 'frame')} a frame "
+            "(processor time)",
             f"a frame: {size(per_frame)}; a worker: {size(self.measured.memory_bytes)} of memory, {span(self.measured.start_s)} to start",
         ]
         return "\n".join(lines) + "\n"

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import contextlib
 import multiprocessing
 import os
 import resource
 import signal
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing.sharedctypes import Synchronized
@@ -19,6 +18,7 @@ from scene_synth_ros.estimate.room_cost import RoomCost, measure_room
 from scene_synth_ros.offline.rules import rules_of
 from scene_synth_ros.offline.settings import OfflineSettings
 from scene_synth_ros.shards.worker_start import pin, processors_of, thread_environment
+from scene_synth_ros.suite.environment import environment
 from scene_synth_ros.suite.heap import limit_arenas
 
 _WARM_FRAMES = 2
@@ -77,7 +77,7 @@ def measure_rooms(
     samples: list[_Sample] = []
     with ProcessPoolExecutor(count, context, _start_worker, (context.Value("i", 0), threads, time.time())) as pool:
         try:
-            with _environment(thread_environment(threads)):  # as processes find it that start now
+            with environment(thread_environment(threads)):  # as processes find it that start now
                 jobs = [pool.submit(_measure, settings, index, most_frames) for index in indices]
             for job in as_completed(jobs):
                 samples.append(job.result())
@@ -94,21 +94,6 @@ def measure_rooms(
         start_s=max(sample.start_s for sample in samples),
         memory_bytes=max(sample.memory_bytes for sample in samples),
     )
-
-
-@contextlib.contextmanager
-def _environment(variables: Mapping[str, str]) -> Iterator[None]:
-    """Set environment variables for a while."""
-    before = {name: os.environ.get(name) for name in variables}
-    os.environ.update(variables)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
 
 
 _started: list[float] = []

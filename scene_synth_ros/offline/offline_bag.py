@@ -101,8 +101,8 @@ class OfflineBag:
 
     def add_room(
         self, scene: SceneDescription, metered: Callable[[str], Exposure] | None = None, rendered: Callable[[], None] = lambda: None
-    ) -> None:
-        """Render a room along its path and write it.
+    ) -> str:
+        """Render a room along its path and write it; return its description as it was written, JSON.
 
         Args:
             scene: the room; its frames come after those of the rooms before.
@@ -116,7 +116,8 @@ class OfflineBag:
         try:
             for name, renderer in renderers.items():
                 renderer.begin_room(scene, partial(metered, name) if metered else None)
-            room = scene_to_msgs(scene, scene_to_json(scene), self._floor_of(scene), self._settings.run.world_frame)
+            text = scene_to_json(scene)
+            room = scene_to_msgs(scene, text, self._floor_of(scene), self._settings.run.world_frame)
             self.rooms += 1
             self._write((self._namespace + name, message) for name, message in room.items())
             for index in range(len(scene.camera_path)):
@@ -127,6 +128,7 @@ class OfflineBag:
             for renderer in renderers.values():
                 renderer.end_room()
             trim_heap()
+        return text
 
     def close(self) -> None:
         """Write what waits and give the folder its name.

@@ -9,11 +9,11 @@ import hashlib
 import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, TypedDict
+from typing import Any, BinaryIO, TypedDict
 
 from scene_description import SceneSynthError
-from scene_synth_ros.bags.bag_manifest import read_manifest
-from scene_synth_ros.bags.bag_reader import BagReader
+from scene_synth_ros.bags.bag_manifest import MANIFEST_NAME, read_manifest
+from scene_synth_ros.mcap.contents import McapContents
 from scene_synth_ros.shards.plan import DatasetPlan
 from scene_synth_ros.shards.store import Store
 
@@ -94,14 +94,14 @@ def describe_shard(plan: DatasetPlan, shard: int, rooms: Sequence[RoomRow], fail
     """
     layers, messages, files = {}, 0, []
     if bag is not None:
-        with BagReader(bag) as reader:
-            ((_, manifest),) = reader.manifests()
-        digests = read_manifest(manifest)
+        (file,) = bag.glob("*.mcap")
+        with McapContents(file, _refuse) as contents:
+            digests = read_manifest(contents.attachments[MANIFEST_NAME])
         layers = {topic: digest.sha256 for topic, digest in digests.items()}
         messages = sum(digest.messages for digest in digests.values())
         for path in sorted(bag.iterdir()):
-            with path.open("rb") as file:
-                sha256 = _sha256(iter(lambda: file.read(_PIECE), b""))
+            with path.open("rb") as written:
+                sha256 = _sha256(written)
             files.append(FileRow(name=f"{bag.name}/{path.name}", bytes=path.stat().st_size, sha256=sha256))
     return Completion(
         schema=SCHEMA,
@@ -143,7 +143,7 @@ def faults_of(store: Store, completion: Completion) -> Iterator[str]:
         name = f"{FOLDER}/{row['name']}"
         try:
             with store.open(name) as file:
-                found = _sha256(iter(lambda: file.read(_PIECE), b""))
+                found = _sha256(file)
         except FileNotFoundError:
             yield f"{name}: expected a file, got none"
             continue
@@ -151,8 +151,12 @@ def faults_of(store: Store, completion: Completion) -> Iterator[str]:
             yield f"{name}: expected SHA-256 {row['sha256'][:16]}..., got {found[:16]}..."
 
 
-def _sha256(pieces: Iterator[bytes]) -> str:
+def _refuse(fault: str) -> None:
+    raise ShardError(f"a bag that was just written cannot be read: {fault}")
+
+
+def _sha256(file: BinaryIO) -> str:
     digest = hashlib.sha256()
-    for piece in pieces:
+    while piece := file.read(_PIECE):
         digest.update(piece)
     return digest.hexdigest()

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from grammar.synthesize import SceneSynthesizer
-from scene_description import SceneDescription, SceneSynthError, error_line, scene_to_json
+from scene_description import SceneDescription, SceneSynthError, error_line
 from scene_description.polygons import signed_area_m2
 from scene_synth_ros.bags.bag_writer import BagWriteError
 from scene_synth_ros.offline.offline_bag import OfflineBag
@@ -123,8 +123,8 @@ class _Maker:
         bag = OfflineBag(folder, self._settings, self._rules.floor_map, machine=False)
         try:
             with RoomsAhead(self._rules, self._settings, self._plan.rooms_of(self._shard)) as ahead:
-                scenes = (self._add(bag, ahead, index) for index in self._plan.rooms_of(self._shard))
-                rows = [_row(scene) for scene in scenes if scene is not None]
+                tried = [self._add(bag, ahead, index) for index in self._plan.rooms_of(self._shard)]
+            rows = [row for row in tried if row is not None]
             if rows:
                 bag.close()
         except BaseException:
@@ -134,14 +134,14 @@ class _Maker:
             bag.discard()
         return rows
 
-    def _add(self, bag: OfflineBag, ahead: RoomsAhead, index: int) -> SceneDescription | None:
-        """Add a room and return it; None if it has failed too often."""
+    def _add(self, bag: OfflineBag, ahead: RoomsAhead, index: int) -> RoomRow | None:
+        """Add a room and say what it is; None if it has failed too often."""
         while index not in self.tries or self.tries[index]["attempts"] < MAX_ATTEMPTS:
             self._tell(Progress("room", index))
             before = bag.rooms
             try:
                 scene = ahead.take(index)
-                bag.add_room(scene, rendered=lambda: self._tell(Progress("frame", index)))
+                text = bag.add_room(scene, rendered=lambda: self._tell(Progress("frame", index)))
             except (BagWriteError, OSError, MemoryError):  # of the disk and the machine, not of the room
                 raise
             except Exception as error:  # whatever it is, the other rooms are made, and this one is listed
@@ -149,7 +149,7 @@ class _Maker:
                 if bag.rooms > before:
                     raise _Spoiled from error
             else:
-                return scene
+                return _row(scene, text)
         return None
 
     def _count(self, index: int, error: Exception) -> None:
@@ -158,13 +158,13 @@ class _Maker:
         self._tell(Progress("failed", index, self.tries[index]["error"]))
 
 
-def _row(scene: SceneDescription) -> RoomRow:
+def _row(scene: SceneDescription, text: str) -> RoomRow:
     return RoomRow(
         index=scene.index,
         seed=scene.seed,
         room_type=scene.category,
         scene_id=scene.id,
-        scene_sha256=hashlib.sha256(scene_to_json(scene).encode()).hexdigest(),
+        scene_sha256=hashlib.sha256(text.encode()).hexdigest(),
         frames=len(scene.camera_path),
         floor_area_m2=round(signed_area_m2(scene.room.polygon_m), 6),
         objects=dict(sorted(Counter(thing.category for thing in scene.objects).items())),

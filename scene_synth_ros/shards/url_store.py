@@ -13,13 +13,14 @@ import importlib
 import os
 import shutil
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
 from scene_description import SceneSynthError
 
+_SHARDS = "shards"
 _WORKSPACES = "scene_synth_shards"
 _LOCK = ".lock"
 
@@ -40,6 +41,11 @@ class UrlStore:
     """
 
     url: str
+
+    @property
+    def where(self) -> str:
+        """The URL."""
+        return self.url
 
     def read(self, name: str) -> bytes | None:
         """Return a small file, None where there is none."""
@@ -91,14 +97,29 @@ class UrlStore:
                 files.put_file(str(file), target)
             self._remove([found for found in self._found(path) if found not in wanted])
 
-    def remove(self, name: str) -> None:
-        """Remove a file or a folder, and uploads to it that were interrupted; harmless where there is none."""
-        with self._told(name) as (files, path):
-            self._remove(self._found(path))
-            _abort_uploads(files, path)
+    @contextlib.contextmanager
+    def fetched(self, name: str) -> Iterator[Path]:
+        """Give a folder of files, downloaded into a temporary one."""
+        with tempfile.TemporaryDirectory(prefix="scene_synth_") as folder:
+            with self._told(name) as (files, path):
+                for found in self._found(path):
+                    files.get_file(found, str(Path(folder) / found.rpartition("/")[2]))
+            yield Path(folder)
 
-    def clean(self) -> None:
-        """Do nothing: workspaces are of the machines that work, and each removes what is left there."""
+    def remove(self, name: str) -> None:
+        """Remove a file or a folder; harmless where there is none."""
+        with self._told(name) as (_, path):
+            self._remove(self._found(path))
+
+    def clean(self, shards: Collection[str] | None = None) -> int:
+        """Remove the files of shards that have no completion file, and the parts of uploads that were interrupted."""
+        there = set(self.names(_SHARDS))
+        unfinished = {name for name in there if not name.endswith(".json") and f"{name}.json" not in there}
+        for name in sorted(unfinished if shards is None else unfinished & set(shards)):
+            self.remove(f"{_SHARDS}/{name}")
+        with self._told(_SHARDS) as (files, path):
+            aborted = _abort_uploads(files, path, shards)
+        return len(unfinished if shards is None else unfinished & set(shards)) + aborted
 
     @contextlib.contextmanager
     def _told(self, name: str) -> Iterator[tuple[Any, str]]:
@@ -142,16 +163,19 @@ def file_system(url: str) -> tuple[Any, str]:
     return files, path.rstrip("/")
 
 
-def _abort_uploads(files: Any, path: str) -> None:
-    """Drop the parts of interrupted uploads to S3 below a path: they are in no listing, but they are paid for."""
+def _abort_uploads(files: Any, path: str, shards: Collection[str] | None) -> int:
+    """Drop what was uploaded of interrupted uploads to S3, in no listing but paid for; return how many there were of the shards."""
     if "s3" not in files.protocol:
-        return
+        return 0
     bucket, key, _ = files.split_path(path)
+    aborted = 0
     with contextlib.suppress(PermissionError, NotImplementedError):  # it is no more than tidy
-        found = files.call_s3("list_multipart_uploads", Bucket=bucket, Prefix=key)
+        found = files.call_s3("list_multipart_uploads", Bucket=bucket, Prefix=f"{key}/")
         for upload in found.get("Uploads", []):
-            if upload["Key"] == key or upload["Key"].startswith(f"{key}/"):
+            if shards is None or upload["Key"].removeprefix(f"{key}/").partition("/")[0] in shards:
                 files.call_s3("abort_multipart_upload", Bucket=bucket, Key=upload["Key"], UploadId=upload["UploadId"])
+                aborted += 1
+    return aborted
 
 
 def _remove_abandoned(parent: Path) -> None:

@@ -76,13 +76,26 @@ def test_an_interrupted_upload_leaves_nothing_that_is_listed_and_is_dropped(stor
         begun = files.call_s3("create_multipart_upload", Bucket=bucket, Key=each)
         files.call_s3("upload_part", Bucket=bucket, Key=each, UploadId=begun["UploadId"], PartNumber=1, Body=b"half")
     assert store.names("shards") == []
-    store.remove("shards/00002")
+    assert store.clean({"00002"}) == 1
     assert [upload["Key"] for upload in files.list_multipart_uploads(bucket)] == [other]
+    assert store.clean() == 1
+    assert files.list_multipart_uploads(bucket) == []
+
+
+def test_shards_without_a_completion_file_are_removed_those_that_are_asked_for(store: UrlStore, tmp_path: Path) -> None:
+    for name in ("00000", "00001", "00002"):
+        store.put_folder(folder_of(tmp_path / name, a=name), f"shards/{name}")
+    store.write("shards/00000.json", b"{}")
+    assert store.clean({"00000", "00001"}) == 1
+    assert store.names("shards") == ["00000", "00000.json", "00002"]
+    with store.fetched("shards/00000") as local:
+        assert [path.read_text() for path in local.iterdir()] == ["00000"]
 
 
 def test_workspaces_end_and_those_of_killed_processes_are_removed(store: UrlStore, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    say = "import os, sys; from scene_synth_ros.shards.url_store import UrlStore as S\nwith S('').workspace('7') as w: os.write(1, bytes(w)), os._exit(9)"
+    call = "S('').workspace('7') as w: os.write(1, bytes(w)), os._exit(9)"
+    say = f"import os; from scene_synth_ros.shards.url_store import UrlStore as S\nwith {call}"
     root = str(Path(__file__).parents[3])
     env = {**os.environ, "TMPDIR": str(tmp_path), "PYTHONPATH": root}
     left = Path(subprocess.run([sys.executable, "-c", say], env=env, capture_output=True, text=True, check=False).stdout.strip())
