@@ -71,8 +71,12 @@ FOLDERS = {
         "offline": {"bags", "generate", "messages", "record", "render", "suite"},
         "sweep": {"bags", "generate", "offline", "render", "suite"},
         "shards": {"bags", "generate", "mcap", "messages", "offline", "suite"},
+        "cluster": {"bags", "shards", "suite"},
+        "estimate": {"generate", "mcap", "messages", "offline", "shards", "suite"},
         "cli": {
             "bags",
+            "cluster",
+            "estimate",
             "evaluate",
             "generate",
             "mcap",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from itertools import groupby
 from pathlib import Path
 from typing import NamedTuple
@@ -33,21 +34,21 @@ class SampledFrame(NamedTuple):
 
 
 def sampled_frames(
-    plan: DatasetPlan, manifest: Manifest, bag_of: Callable[[int], Path], count: int = ROOMS_SAMPLED
+    plan: DatasetPlan, manifest: Manifest, bag_of: Callable[[int], AbstractContextManager[Path]], count: int = ROOMS_SAMPLED
 ) -> Iterator[SampledFrame]:
     """Yield the middle frame of rooms all over a dataset.
 
     Args:
         plan: of the dataset.
         manifest: of the dataset.
-        bag_of: returns the folder of a shard's bag.
+        bag_of: gives the folder of a shard's bag.
         count: of rooms at most.
     """
     run = plan.settings_of(0).run
     times = FrameTimes(round(run.start_time_s * 1e9), run.rate_hz)
     rooms = spread([(completion["shard"], row["index"]) for completion in manifest["shards"] for row in completion["rooms"]], count)
     for shard, of_shard in groupby(rooms, lambda room: room[0]):
-        with BagReader(bag_of(shard)) as reader:
+        with bag_of(shard) as bag, BagReader(bag) as reader:
             for _, room in of_shard:
                 first = room * plan.frames
                 yield _frame(reader, times.stamp_ns(first), times.stamp_ns(first + plan.frames // 2))

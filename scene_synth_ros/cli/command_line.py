@@ -34,6 +34,7 @@ COMMANDS = {
     "replay": Command("publish a bag again", "replay_command"),
     "sample": Command("sample rooms and write their scene descriptions and top views", "sample_command"),
     "sweep": Command("make variants of rooms that differ in what a file says, a bag for each", "sweep_command"),
+    "estimate": Command("measure a few rooms and say what time, processors and space a dataset will take", "estimate_command"),
     "learn": Command("learn a grammar's numbers from furnished rooms", "learn_command"),
     "gallery": Command("draw contact sheets of the models and of a room of each type", "gallery_command"),
     "catalog": Command("check the models of a user's catalogue", "catalog_command"),

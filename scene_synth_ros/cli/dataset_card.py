@@ -22,7 +22,7 @@ from scene_synth_ros.cli.picture_grid import Tile, write_grid
 from scene_synth_ros.shards.completion import FOLDER, RoomRow, shard_name
 from scene_synth_ros.shards.manifest import Manifest
 from scene_synth_ros.shards.plan import DatasetPlan
-from scene_synth_ros.shards.store import LocalStore
+from scene_synth_ros.shards.store import Store
 
 CARD_NAME, PICTURES = "README.md", "card"
 _TILE_WIDTH, _COLUMNS = 256, 4
@@ -32,26 +32,28 @@ _SPREAD = ("", "least", "median", "mean", "most")
 _PICTURES = {"rooms.jpg": "A frame of some rooms", "layers.jpg": "Every layer of one frame", "layouts.jpg": "Some rooms from above"}
 
 
-def write_card(plan: DatasetPlan, manifest: Manifest, folder: Path) -> None:
-    """Write the card of a dataset and its pictures into its folder; the same dataset gives the same card.
+def write_card(plan: DatasetPlan, manifest: Manifest, store: Store) -> None:
+    """Write the card of a dataset and its pictures beside its shards; the same dataset gives the same card.
 
     Args:
         plan: of the dataset.
         manifest: of the dataset.
-        folder: of the dataset.
+        store: of the dataset.
 
     Raises:
         OSError: it cannot be written.
         BagReadError: a shard cannot be read.
     """
     numbers, shown = ImageNumbers(), []
-    for frame in sampled_frames(plan, manifest, lambda shard: folder / FOLDER / shard_name(shard)):
+    for frame in sampled_frames(plan, manifest, lambda shard: store.fetched(f"{FOLDER}/{shard_name(shard)}")):
         numbers.take(frame)
         shown += [frame] if len(shown) < _SHOWN else []
     rows = layers_in(plan.settings_of(0).renderers["renderer_node"]["streams"].semantic_classes)
-    (folder / PICTURES).mkdir(exist_ok=True)
-    drawn = _draw(shown, rows, folder / PICTURES)
-    LocalStore(folder).write(CARD_NAME, card_text(plan, manifest, numbers, drawn).encode())
+    with store.workspace(PICTURES) as work:
+        (work / PICTURES).mkdir()
+        drawn = _draw(shown, rows, work / PICTURES)
+        store.put_folder(work / PICTURES, PICTURES)
+    store.write(CARD_NAME, card_text(plan, manifest, numbers, drawn).encode())
 
 
 def card_text(plan: DatasetPlan, manifest: Manifest, numbers: ImageNumbers, pictures: Sequence[str]) -> str:

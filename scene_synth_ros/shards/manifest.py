@@ -6,15 +6,17 @@ The same bytes whoever has made the shards, in whatever order and however often 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import TypedDict
 
-from scene_synth_ros.shards.completion import Completion, FailedRow, read_completion
+from scene_synth_ros.shards.completion import Completion, FailedRow, read_completion, shard_name
 from scene_synth_ros.shards.plan import DatasetPlan
 from scene_synth_ros.shards.store import Store
 
 MANIFEST_NAME = "manifest.json"
 SCHEMA = "scene_synth_manifest/1"
+_READERS = 16
 
 
 class Manifest(TypedDict):
@@ -34,18 +36,25 @@ def missing_shards(plan: DatasetPlan, store: Store, shards: Sequence[int] | None
     One of whose completion file the folder of files is gone is not complete either.
     """
     files = set(store.names("shards"))
-    missing = []
-    for shard in range(plan.shards) if shards is None else shards:
-        completion = read_completion(store, plan, shard) if f"{shard:05d}.json" in files else None
-        if completion is None or (completion["files"] and f"{shard:05d}" not in files):
-            missing.append(shard)
-    return missing
+    asked = range(plan.shards) if shards is None else shards
+    there = [shard for shard in asked if f"{shard_name(shard)}.json" in files]
+    complete = {
+        shard
+        for shard, completion in zip(there, read_completions(store, plan, there), strict=True)
+        if completion is not None and (not completion["files"] or shard_name(shard) in files)
+    }
+    return [shard for shard in asked if shard not in complete]
+
+
+def read_completions(store: Store, plan: DatasetPlan, shards: Sequence[int]) -> Iterator[Completion | None]:
+    """Yield the completion files of shards in their order, several read at once: an object store takes its time for each."""
+    with ThreadPoolExecutor(_READERS, "completion") as readers:
+        yield from readers.map(lambda shard: read_completion(store, plan, shard), shards)
 
 
 def make_manifest(plan: DatasetPlan, store: Store) -> Manifest | None:
     """Return the manifest of a dataset; None while a shard is missing."""
-    shards = [read_completion(store, plan, shard) for shard in range(plan.shards)]
-    complete = [completion for completion in shards if completion is not None]
+    complete = [completion for completion in read_completions(store, plan, range(plan.shards)) if completion is not None]
     if len(complete) < plan.shards:
         return None
     return Manifest(

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from scene_synth_ros.shards.completion import completion_name, faults_of, read_completion
 from scene_synth_ros.shards.manifest import MANIFEST_NAME, Manifest, make_manifest, manifest_json
 from scene_synth_ros.shards.plan import PLAN_NAME, DatasetPlan, PlanError, read_plan
-from scene_synth_ros.shards.store import LocalStore, Store
+from scene_synth_ros.shards.store import Store
 from scene_synth_ros.shards.workers import Told, Workers
 
 
@@ -38,7 +38,7 @@ def begin_dataset(plan: DatasetPlan, store: Store, where: str, *, resume: bool) 
 
 
 def run_shards(
-    plan: DatasetPlan, store: LocalStore, shards: Sequence[int], *, workers: int, threads: int, lock: int, told: Told = lambda _: None
+    plan: DatasetPlan, store: Store, shards: Sequence[int], *, workers: int, threads: int, lock: int, told: Told = lambda _: None
 ) -> None:
     """Make shards with worker processes.
 
@@ -54,7 +54,7 @@ def run_shards(
     Raises:
         ShardError: a shard could not be made.
     """
-    with Workers(plan, store.root, workers, threads, lock) as processes:
+    with Workers(plan, store.where, workers, threads, lock) as processes:
         processes.make(shards, told)
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 from scene_synth_ros.shards.completion import ShardError, read_completion
 from scene_synth_ros.shards.plan import DatasetPlan, PlanError
 from scene_synth_ros.shards.run_shards import run_shards
-from scene_synth_ros.shards.store import LocalStore
+from scene_synth_ros.shards.store import LocalStore, Store
 
 _UNITS = {"": 1, "KB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12, "KIB": 2**10, "MIB": 2**20, "GIB": 2**30, "TIB": 2**40}
 _SIZE = re.compile(r"([0-9]+(?:\.[0-9]+)?) *([KMGT]?I?B|)")
@@ -28,12 +28,12 @@ def read_size(text: str) -> int:
     return size
 
 
-def sized_plan(plan: DatasetPlan, store: LocalStore, *, threads: int, lock: int) -> DatasetPlan:
+def sized_plan(plan: DatasetPlan, store: Store, *, threads: int, lock: int) -> DatasetPlan:
     """Return a plan whose shards are about as large as its ``shard_bytes``: the first room that can be made is made to know its bytes.
 
     Args:
         plan: with ``shard_bytes``.
-        store: of the dataset; the room is made in a temporary folder there.
+        store: of the dataset; the room is made in a workspace of it.
         threads: processors of the worker that makes it.
         lock: descriptor of the folder's lock.
 

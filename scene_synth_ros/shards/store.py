@@ -8,7 +8,7 @@ from __future__ import annotations
 import contextlib
 import os
 import shutil
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +17,10 @@ from typing import BinaryIO, Protocol
 
 class Store(Protocol):
     """The folder of a dataset, wherever it is.  Names are relative, with slashes.  Can be pickled; any process may use its copy."""
+
+    @property
+    def where(self) -> str:
+        """What :func:`scene_synth_ros.shards.open_store.open_store` opens it by: a URL, or the folder's path."""
 
     def read(self, name: str) -> bytes | None:
         """Return a small file, None where there is none."""
@@ -36,11 +40,18 @@ class Store(Protocol):
     def put_folder(self, made: Path, name: str) -> None:
         """Take a folder out of a workspace, in place of one of its name, which may be there from an interrupted run."""
 
+    def fetched(self, name: str) -> AbstractContextManager[Path]:
+        """Give a folder of files as a local one, to be read only."""
+
     def remove(self, name: str) -> None:
         """Remove a file or a folder; harmless where there is none."""
 
-    def clean(self) -> None:
-        """Remove what interrupted runs have left of their workspaces; call it while none is at work."""
+    def clean(self, shards: Collection[str] | None = None) -> int:
+        """Remove what interrupted runs have left of some shards, None for all; call it while nobody makes these.
+
+        Returns:
+            How many things were removed.
+        """
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +63,11 @@ class LocalStore:
     """
 
     root: Path
+
+    @property
+    def where(self) -> str:
+        """Do as the protocol says."""
+        return str(self.root.absolute())
 
     def read(self, name: str) -> bytes | None:
         """Do as the protocol says."""
@@ -90,7 +106,7 @@ class LocalStore:
     @contextlib.contextmanager
     def workspace(self, shard: str) -> Iterator[Path]:
         """Do as the protocol says."""
-        folder = self.root / "shards" / f".{shard}.{os.getpid()}.partial"
+        folder = self.root / "shards" / f".{shard}.{os.uname().nodename}.{os.getpid()}.partial"
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
         try:
@@ -106,6 +122,11 @@ class LocalStore:
         made.rename(target)
         _sync_folder(target.parent)
 
+    @contextlib.contextmanager
+    def fetched(self, name: str) -> Iterator[Path]:
+        """Do as the protocol says."""
+        yield self.root / name
+
     def remove(self, name: str) -> None:
         """Do as the protocol says."""
         path = self.root / name
@@ -114,10 +135,13 @@ class LocalStore:
         else:
             path.unlink(missing_ok=True)
 
-    def clean(self) -> None:
+    def clean(self, shards: Collection[str] | None = None) -> int:
         """Do as the protocol says."""
-        for partial in (*self.root.glob(".*.partial"), *self.root.glob("*/.*.partial")):
-            self.remove(str(partial.relative_to(self.root)))
+        left = [*(self.root.glob(".*.partial") if shards is None else ()), *self.root.glob("*/.*.partial")]
+        mine = [path for path in left if shards is None or path.name[1:].partition(".")[0] in shards]
+        for path in mine:
+            self.remove(str(path.relative_to(self.root)))
+        return len(mine)
 
 
 def _sync_folder(folder: Path) -> None:

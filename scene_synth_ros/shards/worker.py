@@ -1,6 +1,6 @@
 """A worker: makes shard after shard of a dataset on its own processors.  ``python -m scene_synth_ros.shards.worker`` with lines of JSON.
 
-On stdin come ``{"processors", "plan", "root"}`` once, then ``{"shard", "given_up"}`` for each shard; the end of stdin ends the worker at
+On stdin come ``{"processors", "plan", "where"}`` once, then ``{"shard", "given_up"}`` for each shard; the end of stdin ends the worker at
 once, even at work, so that none outlives a run that was killed.  On stdout go ``{"what", "room", "error"}`` as a shard proceeds,
 ``{"what": "done", "shard"}``, or ``{"what": "broken", "error"}`` where it could not be made, after which the worker ends.
 """
@@ -42,7 +42,7 @@ def main() -> int:
     threading.Thread(target=listen, name="orders", daemon=True).start()
     from scene_synth_ros.shards.worker_job import work  # numba, Embree and BLAS load now, on the worker's processors
 
-    return work(begin["plan"], begin["root"], orders.get, tell)
+    return work(begin["plan"], begin["where"], orders.get, tell)
 
 
 if __name__ == "__main__":

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, Protocol
 
 from scene_description import SceneSynthError, error_line
 from scene_synth_ros.shards.make_shard import Progress, make_shard
+from scene_synth_ros.shards.open_store import open_store
 from scene_synth_ros.shards.plan import read_plan
-from scene_synth_ros.shards.store import LocalStore
 from scene_synth_ros.suite.heap import collect_rarely, limit_arenas
 
 
@@ -21,18 +20,18 @@ class Tell(Protocol):
         """Say what has happened, with its values."""
 
 
-def work(plan_text: str, root: str, next_order: Callable[[], dict[str, Any]], tell: Tell) -> int:
+def work(plan_text: str, where: str, next_order: Callable[[], dict[str, Any]], tell: Tell) -> int:
     """Make the shards that are asked for, without end; return 1 when one could not be made.
 
     Args:
         plan_text: ``dataset.json``.
-        root: folder of the dataset.
+        where: folder or URL of the dataset.
         next_order: waits for the next shard: its number, and the rooms that are not tried any more.
         tell: says what is done.
     """
     limit_arenas()
     collect_rarely()
-    plan, store = read_plan(plan_text.encode(), "dataset.json"), LocalStore(Path(root))
+    plan, store = read_plan(plan_text.encode(), "dataset.json"), open_store(where)
 
     def tell_progress(progress: Progress) -> None:
         tell(progress.what, room=progress.room, error=progress.error)

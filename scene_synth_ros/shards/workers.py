@@ -11,7 +11,6 @@ import sys
 import threading
 from collections import Counter, deque
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from types import TracebackType
 from typing import Any
 
@@ -89,14 +88,14 @@ class Workers:
 
     Args:
         plan: of the dataset.
-        root: its folder.
+        where: its folder or URL.
         count: of workers.
         threads: processors of each.
         lock: descriptor of the folder's lock, which they inherit.
     """
 
-    def __init__(self, plan: DatasetPlan, root: Path, count: int, threads: int, lock: int) -> None:
-        self._begin = {"plan": plan.to_json().decode(), "root": str(root)}
+    def __init__(self, plan: DatasetPlan, where: str, count: int, threads: int, lock: int) -> None:
+        self._begin = {"plan": plan.to_json().decode(), "where": where}
         self._count, self._threads, self._lock = count, threads, lock
         self._events: queue.Queue[tuple[_Worker, dict[str, Any]]] = queue.Queue()
         self._workers: list[_Worker] = []
