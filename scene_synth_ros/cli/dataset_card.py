@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import shlex
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -73,7 +72,7 @@ def card_text(plan: DatasetPlan, manifest: Manifest, numbers: ImageNumbers, pict
     what = ", ".join(f"{count} {name.replace('_', ' ')}" for name, count in types.most_common())
     parts = [
         "# Dataset of synthetic rooms",
-        f"{len(rooms)} rooms ({what}), {frames} frames, {size / 1e6:.1f} MB in {plan.shards} shards of {plan.rooms_per_shard} rooms"
+        f"{len(rooms)} rooms ({what}), {frames} frames, {size / 1e6:.1f} MB in {plan.shards} shards"
         + (f", {size / frames / 1e6:.2f} MB a frame." if frames else ".")
         + f" Made by scene_synth_ros {plan.version} with seed {plan.seed}; the same plan gives the same bytes.",
         *(f"**{_PICTURES[name]}**\n\n![{_PICTURES[name]}]({PICTURES}/{name})" for name in pictures),
@@ -87,7 +86,7 @@ def card_text(plan: DatasetPlan, manifest: Manifest, numbers: ImageNumbers, pict
                 ("`manifest.json`", "the same of all shards"),
             ],
         ),
-        "Made again, or made complete, by `" + remake_command(plan) + "`.",
+        "Made again by `scene_synth generate --plan dataset.json --out DIR`, made complete by `scene_synth generate --resume --out DIR`.",
         "## Topics",
         _table(("topic", "shards that have it"), _topics(manifest)),
         *_failed(manifest),
@@ -105,17 +104,6 @@ def card_text(plan: DatasetPlan, manifest: Manifest, numbers: ImageNumbers, pict
         f"```json\n{json.dumps(plan.parameters, indent=1, sort_keys=True)}\n```",
     ]
     return "\n\n".join(part for part in parts if part) + "\n"
-
-
-def remake_command(plan: DatasetPlan) -> str:
-    """Return the command that makes the dataset again."""
-    words = ["--rooms", plan.rooms, "--frames", plan.frames, "--seed", plan.seed, "--shard-rooms", plan.rooms_per_shard, "--out", "DIR"]
-    words += ["--namespace", plan.namespace] if plan.namespace != "/synth" else []
-    for node, values in sorted(plan.parameters.items()):
-        for name, value in sorted(values.items()):
-            if name not in ("custom_data", "exit_when_done", "expected_renderers", "expected_recorders"):
-                words += ["-p", f"{node}.{name}:={json.dumps(value)}"]
-    return shlex.join(["scene_synth", "generate", *map(str, words)])
 
 
 def _topics(manifest: Manifest) -> list[tuple[str, str]]:

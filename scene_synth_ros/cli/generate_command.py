@@ -9,6 +9,7 @@ import sys
 from dataclasses import fields, replace
 from pathlib import Path
 
+from scene_synth_ros.bags.run_info import versions
 from scene_synth_ros.cli.dataset_card import write_card
 from scene_synth_ros.cli.dataset_progress import DatasetProgress
 from scene_synth_ros.cli.dataset_share import Share, read_share
@@ -16,6 +17,7 @@ from scene_synth_ros.cli.run_parameters import RunWords, run_parameters
 from scene_synth_ros.cli.run_profile import NAMESPACE
 from scene_synth_ros.cli.usage import UsageError
 from scene_synth_ros.cluster.ray_shards import LOCAL, make_on_ray
+from scene_synth_ros.offline.rules import rules_of
 from scene_synth_ros.shards.completion import ShardError, shard_name
 from scene_synth_ros.shards.manifest import Manifest, missing_shards
 from scene_synth_ros.shards.open_store import held, open_store
@@ -26,7 +28,7 @@ from scene_synth_ros.shards.store import Store
 
 MAX_WORKERS = 1024
 _OF_PLAN = ("frames", "seed", "params", "overlay", "overrides", "grammar", "shard_rooms", "shard_size")
-"""Options that decide the plan, with ``--rooms``."""
+"""Options that decide the plan, beside ``--rooms``."""
 _SHOWN = 10
 """How many failed rooms are listed on the terminal; the manifest lists all."""
 
@@ -36,6 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--rooms", type=int, help="number of rooms of the dataset")
     parser.add_argument("--frames", type=int, help="frames of each room (default: of the profile)")
     parser.add_argument("--seed", type=int, help="seed of the rooms (default: of the profile)")
+    parser.add_argument("--plan", type=Path, metavar="FILE", help="dataset.json of another folder, in place of --rooms and the like")
     parser.add_argument(
         "--out", required=True, metavar="DIR|URL", help="folder of the dataset, or s3://bucket/folder: shards, manifest, card"
     )
@@ -81,10 +84,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Make a dataset; return 0, or 1 if a room could not be made."""
     _check_options(arguments)
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    former = signal.signal(signal.SIGTERM, lambda *_: sys.exit(128 + signal.SIGTERM))
+    try:
+        return _generate(arguments)
+    finally:
+        signal.signal(signal.SIGTERM, former)
+
+
+def _generate(arguments: argparse.Namespace) -> int:
     store, share = open_store(arguments.out), read_share(arguments.shard) if arguments.shard else Share()
-    if store.read(PLAN_NAME) is None and arguments.rooms is None:
-        raise UsageError(f"{arguments.out}: holds no dataset; give --rooms and the other options of a new one")
     plan = _plan(arguments, store)
     if not arguments.finish:
         plan = _make(plan, store, share, arguments)
@@ -127,14 +135,14 @@ def _finish(plan: DatasetPlan, store: Store, arguments: argparse.Namespace) -> i
 
 
 def _check_options(arguments: argparse.Namespace) -> None:
-    if arguments.rooms is None and not _goes_on(arguments):
-        raise UsageError("--rooms: expected a number of rooms; only --resume, --shard and --finish take that of the folder's own plan")
     if arguments.rooms is None:
         given = [name for name in _OF_PLAN if getattr(arguments, name) not in (None, [])]
         if given:
-            raise UsageError(
-                f"--resume: expected --rooms, too, with --{given[0].replace('_', '-')}; without any of them the folder's plan holds"
-            )
+            raise UsageError(f"--{given[0].replace('_', '-')}: expected together with --rooms; a plan that there is already has its own")
+        if arguments.plan is None and not _goes_on(arguments):
+            raise UsageError("--rooms: expected a number of rooms, or --plan; --resume, --shard and --finish take the plan of the folder")
+    elif arguments.plan is not None:
+        raise UsageError("--rooms: expected this or --plan, got both")
     if arguments.check and not arguments.resume:
         raise UsageError("--check: expected together with --resume: what it finds damaged is made again")
     for option, low, high in (("rooms", 1, 10**9), ("workers", 1, MAX_WORKERS), ("threads", 1, MAX_WORKERS), ("shard_rooms", 1, 10**9)):
@@ -146,19 +154,32 @@ def _check_options(arguments: argparse.Namespace) -> None:
 
 
 def _plan(arguments: argparse.Namespace, store: Store) -> DatasetPlan:
-    """Return the plan that the options ask for, or that of the folder where they say nothing; how a folder is cut is kept."""
+    """Return the plan that the options ask for, that of a file, or that of the folder."""
     data = store.read(PLAN_NAME) if _goes_on(arguments) else None
     there = read_plan(data, f"{arguments.out}/{PLAN_NAME}") if data is not None else None
-    if there is not None and arguments.rooms is None:
-        return there
+    if arguments.rooms is not None:
+        plan = _given_plan(arguments, there)
+    elif arguments.plan is not None:
+        plan = read_plan(arguments.plan.read_bytes(), str(arguments.plan))
+    elif there is not None:
+        plan = there
+    else:
+        raise UsageError(f"{arguments.out}: holds no dataset; give --rooms and the other options of a new one")
+    if plan.version != (installed := versions()["scene_synth_ros"]):
+        raise UsageError(
+            f"the plan is of version {plan.version}, this is {installed}: its bytes may differ; install that or make a new plan"
+        )
+    settings = plan.settings_of(0)
+    rules_of(settings).check(settings.grammar["scene"])
+    return plan
+
+
+def _given_plan(arguments: argparse.Namespace, there: DatasetPlan | None) -> DatasetPlan:
+    """Return the plan of the options; one that is there already keeps how it is cut unless they say otherwise."""
     given = {field.name: getattr(arguments, field.name) for field in fields(RunWords) if hasattr(arguments, field.name)}
     size = read_size(arguments.shard_size) if arguments.shard_size else 0
-    plan = make_plan(
-        run_parameters(RunWords(**given, record=Path("bag"))),
-        rooms_per_shard=arguments.shard_rooms or 0,
-        shard_bytes=size,
-        namespace=arguments.namespace,
-    )
+    parameters = run_parameters(RunWords(**given, record=Path("bag")))
+    plan = make_plan(parameters, rooms_per_shard=arguments.shard_rooms or 0, shard_bytes=size, namespace=arguments.namespace)
     if there is not None and not arguments.shard_rooms and size in (0, there.shard_bytes):
         return replace(plan, rooms_per_shard=min(there.rooms_per_shard, plan.rooms), shard_bytes=there.shard_bytes)
     return plan

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import importlib
 import struct
+from functools import cache
 from typing import Any
 
 from rclpy.serialization import serialize_message
@@ -108,4 +109,9 @@ class _Walk:
 
 
 def _class_of(field: NamespacedType) -> Any:
-    return getattr(importlib.import_module(".".join(field.namespaces)), field.name)
+    return _class(tuple(field.namespaces), field.name)
+
+
+@cache
+def _class(namespaces: tuple[str, ...], name: str) -> Any:
+    return getattr(importlib.import_module(".".join(namespaces)), name)
