@@ -107,6 +107,35 @@ def cost_table(made: Sequence[Cost]) -> str:
     return "\n".join(lines)
 
 
+def machine_table(made: Sequence[Cost], disk_bytes_s: float) -> str:
+    """Return, in Markdown, how many workers of each profile the disk and the memory of this machine could take."""
+    memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    lines = [
+        f"This machine: {len(os.sched_getaffinity(0))} processors, {size(memory)} of memory, a disk that takes {size(disk_bytes_s)}/s.",
+        "",
+        "| profile | a worker writes | workers that the disk could take | workers that the memory could take |",
+        "| --- | --- | --- | --- |",
+    ]
+    for name, estimate in made:
+        seconds = sum(cost.of_frames(estimate.frames).wall_s for cost in estimate.measured.rooms)
+        rate = sum(cost.bytes_of_frames(estimate.frames) for cost in estimate.measured.rooms) / seconds
+        room_for = f"{disk_bytes_s / rate:,.0f} | {memory // estimate.measured.memory_bytes}"
+        lines.append(f"| `{name}` | {size(rate)}/s | {room_for} |")
+    return "\n".join(lines)
+
+
+def disk_bytes_s(count: int = 2**30) -> float:
+    """Return how fast a new file of random bytes comes to the disk of the working directory, bytes/s."""
+    piece = np.random.default_rng(0).bytes(2**24)
+    with tempfile.NamedTemporaryFile(dir=".") as file:
+        began = time.perf_counter()
+        for _ in range(count // len(piece)):
+            file.write(piece)
+        file.flush()
+        os.fsync(file.fileno())
+        return count / (time.perf_counter() - began)
+
+
 def simulated_dataset(estimate: Estimate) -> Dataset:
     """Return a million rooms as the simulation takes them."""
     seconds = np.array([cost.of_frames(estimate.frames).wall_s for cost in estimate.measured.rooms])
@@ -190,7 +219,12 @@ def main() -> None:
     arguments = parser.parse_args()
     made = costs(arguments.rooms, arguments.frames)
     on_clusters = [cost for cost in made if cost.name in (GROUND_TRUTH, "balanced")]
-    parts = {"costs": cost_table(made), "clusters": cluster_table(on_clusters), "manifest": manifest_figures()}
+    parts = {
+        "costs": cost_table(made),
+        "machine": machine_table(made, disk_bytes_s()),
+        "clusters": cluster_table(on_clusters),
+        "manifest": manifest_figures(),
+    }
     print("\n\n".join(parts.values()))
     if arguments.write:
         for name, text in parts.items():
