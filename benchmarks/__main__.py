@@ -27,6 +27,7 @@ TABLES = {
     "cache": "What the irradiance cache trades",
     "stream": "Messages",
     "bag": "Bags",
+    "generate": "Datasets",
     "cost": "Processor hours",
     "start": "Start",
 }
