@@ -18,27 +18,26 @@ from scene_synth_ros.shards.run_shards import finish_dataset
 from scene_synth_ros.shards.store import LocalStore
 from scene_synth_ros.suite.environment import environment
 
-ROOMS = 4
+ROOMS = 5
 WORDS = ["--rooms", str(ROOMS), "--frames", "2", "--seed", "3", "--shard-rooms", "1", "--params", "ground_truth"]
 WORDS += ["-p", "renderer_node.camera.width:=48", "-p", "renderer_node.camera.height:=36"]
 RAY = {"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": "0" * 64, "RAY_USAGE_STATS_ENABLED": "0", "RAY_NUM_REDIS_GET_RETRIES": "120"}
 """One token for all that this process speaks to, which it reads once; a busy machine has two minutes to start Ray."""
-NODE = {"num_cpus": 1, "object_store_memory": 80 * 2**20, "include_dashboard": False}
+NODE = {"num_cpus": 1, "object_store_memory": 80 * 2**20, "include_dashboard": False, "include_log_monitor": False}
 
 
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[Any]:
-    """A head that works on nothing, and two nodes with a processor each; their files are in a folder that goes."""
+    """Two nodes with a processor each, one of them the head; their files are in a folder that goes."""
     with (
         tempfile.TemporaryDirectory(prefix="ray_", dir="/tmp", ignore_cleanup_errors=True) as folder,
         environment({**RAY, "RAY_TMPDIR": folder}),
     ):
         from ray.cluster_utils import Cluster  # reads the environment
 
-        cluster = Cluster(initialize_head=True, head_node_args={**NODE, "num_cpus": 0})
+        cluster = Cluster(initialize_head=True, head_node_args=NODE)
         try:
-            for _ in range(2):
-                cluster.add_node(**NODE)
+            cluster.add_node(**NODE)
             yield cluster
         finally:
             cluster.shutdown()
@@ -53,20 +52,21 @@ def parent_of(process: int) -> int:
 
 
 def kill_a_node_at_work(cluster: Any, shards: Path) -> Callable[[dict[str, Any]], None]:
-    """Return what kills the raylet of a node in the middle of a shard, once; it is called when a shard is done."""
+    """Return what kills the raylet of the second node in the middle of a shard; it is called when shards are done."""
+    (node,) = cluster.worker_nodes
+    raylet = node.all_processes["raylet"][0].process.pid
     killed: list[int] = []
 
     def take(event: dict[str, Any]) -> None:
         end = time.monotonic() + 60.0
-        while not killed and event["what"] == "done":
-            assert time.monotonic() < end, "no node is at work"
-            raylets = {node.all_processes["raylet"][0].process.pid: node for node in cluster.worker_nodes}
-            for at_work in shards.glob(".*.partial"):
-                raylet = parent_of(int(at_work.name.split(".")[-2]))
-                if raylet in raylets:
-                    raylets[raylet].kill_raylet(check_alive=False)
-                    killed.append(raylet)
-                    break
+        while not killed:
+            assert time.monotonic() < end, "the node is never at work"
+            at_work = (int(path.name.split(".")[-2]) for path in shards.glob(".*.partial"))
+            if any(parent_of(process) == raylet for process in at_work):
+                node.kill_raylet(check_alive=False)
+                killed.append(raylet)
+            else:
+                time.sleep(0.01)
 
     return take
 
