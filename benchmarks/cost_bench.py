@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import sys
 import tempfile
 import time
 from collections.abc import Sequence
@@ -42,9 +43,12 @@ CLUSTERS = {
     "shares (`--shard I/N`), nothing fails": Cluster(nodes=NODES, workers=CORES, shares=True),
     "tasks, a node fails every 100 h": Cluster(nodes=NODES, workers=CORES, between_failures_h=100.0),
     "tasks, a node fails every 4 h (spot)": Cluster(nodes=NODES, workers=CORES, between_failures_h=4.0),
+    "the same, shards of 4 rooms": Cluster(nodes=NODES, workers=CORES, between_failures_h=4.0),
     "shares, a node fails every 4 h (spot)": Cluster(nodes=NODES, workers=CORES, between_failures_h=4.0, shares=True),
     "tasks, 1 Gbit/s for each node": Cluster(nodes=NODES, workers=CORES, node_bytes_s=1.25e8),
 }
+SMALLER = {"the same, shards of 4 rooms": 4}
+"""Rooms of a shard, where they are not the usual number."""
 _SAMPLE, _SAMPLE_FRAMES, _SEED = 6, 2, 1
 _MANIFEST_ROOMS = 100_000
 
@@ -59,23 +63,24 @@ class Cost(NamedTuple):
 def measure() -> list[Row]:
     """Return processor hours for 1,000 frames of each profile, with the ends of their intervals."""
     rows = []
-    for cost in costs(_SAMPLE, _SAMPLE_FRAMES):
+    for cost in costs(PROFILES, _SAMPLE, _SAMPLE_FRAMES):
         for end, hours in zip(("", ", low", ", high"), thousand_frames_h(cost.estimate), strict=True):
             rows.append(Row(f"{cost.name}{end}, processor hours for 1,000 frames", hours, "h"))
     return rows
 
 
-def costs(rooms: int, frames: int) -> list[Cost]:
+def costs(profiles: Sequence[str], rooms: int, frames: int) -> list[Cost]:
     """Measure some rooms of each profile, some frames of each."""
     workers = len(os.sched_getaffinity(0))
     made = []
-    for name in PROFILES:
+    for name in profiles:
         plan = make_plan(run_parameters(words_of(name)))
         measured = measure_rooms(plan.settings_of(0), sample_indices(plan.rooms, rooms, len(TYPES)), frames, workers)
         estimate = Estimate(
             rooms=plan.rooms, frames=plan.frames, rooms_per_shard=plan.rooms_per_shard, workers=workers, machines=NODES, measured=measured
         )
         made.append(Cost(name, estimate))
+        print(f"{name}\n{estimate.text()}", file=sys.stderr, flush=True)
     return made
 
 
@@ -155,8 +160,9 @@ def cluster_table(made: Sequence[Cost]) -> str:
         "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for name, estimate in made:
-        dataset = simulated_dataset(estimate)
+        usual = simulated_dataset(estimate)
         for cluster_name, cluster in CLUSTERS.items():
+            dataset = replace(usual, rooms_per_shard=SMALLER.get(cluster_name, usual.rooms_per_shard))
             lines.append(_cluster_row(name, cluster_name, dataset, simulate(dataset, cluster, np.random.default_rng(_SEED))))
     return "\n".join(lines)
 
@@ -215,9 +221,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.cost_bench")
     parser.add_argument("--rooms", type=int, default=12, help="to measure of each profile (default: 12)")
     parser.add_argument("--frames", type=int, default=2, help="to render of each room (default: 2)")
+    parser.add_argument("--profiles", nargs="+", choices=PROFILES, default=PROFILES, help="that are measured (default: all)")
     parser.add_argument("--write", action="store_true", help="write the tables into docs/scale.md")
     arguments = parser.parse_args()
-    made = costs(arguments.rooms, arguments.frames)
+    made = costs(arguments.profiles, arguments.rooms, arguments.frames)
     on_clusters = [cost for cost in made if cost.name in (GROUND_TRUTH, "balanced")]
     parts = {
         "costs": cost_table(made),

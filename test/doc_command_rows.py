@@ -360,6 +360,9 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/pip install '.[train]'": Listed("needs the network; that the extra exists is tested"),
     ".venv/bin/python -m examples.train_normals --out docs": Listed("takes minutes; test/test_train_normals.py runs its parts"),
     # scene_synth generate on many machines, estimate
+    "scene_synth estimate": Named(),
+    "scene_synth estimate --rooms N [--frames N] [--seed S] [--params FILE] [--overlay FILE] [-p NODE.NAME:=VALUE] [--machines N]"
+    " [--sample N] [--json]": Usage(_ESTIMATE),
     "scene_synth estimate --rooms 100000 --params ground_truth --machines 20": Parsed(_ESTIMATE),
     "scene_synth estimate --rooms 1000000 --overlay balanced --machines 100 --sample 16 --json": Parsed(_ESTIMATE),
     "scene_synth generate --rooms 5000 --seed 1 --params ground_truth --out s3://my-bucket/rooms": Parsed(_SHARES),
