@@ -6,6 +6,7 @@ import hashlib
 import os
 import random
 import resource
+import shutil
 import signal
 import subprocess
 import sys
@@ -53,10 +54,11 @@ def manifest_sha256(folder: Path) -> str:
     return hashlib.sha256((folder / "manifest.json").read_bytes()).hexdigest()
 
 
-def killed(out: Path, kills: int, rooms: int, frames: int, seed: int) -> Iterator[tuple[float, int]]:
-    """Make a dataset while every run is ended by SIGKILL at a random moment; yield when that was (s) and how many shards were there.
+def killed(out: Path, kills: int, rooms: int, frames: int, seed: int) -> Iterator[int]:
+    """Make a dataset while every run is ended by SIGKILL at a random moment; yield how many shards were there then.
 
-    A run that ends by itself before its moment begins the dataset anew until there were as many kills; the last run is let through.
+    A moment is so many new shards, 0 to 3, and so many seconds, 0 to 1, after that.  The last run is let through; so is one that ends by
+    itself, whereupon the dataset is begun anew, until there were as many kills.
 
     Args:
         out: folder of the dataset.
@@ -69,19 +71,23 @@ def killed(out: Path, kills: int, rooms: int, frames: int, seed: int) -> Iterato
     words = dataset_words(out, rooms, frames, *GROUND_TRUTH, *SMALL, "--shard-rooms", "1", "--resume")
     done = 0
     while done < kills:
-        moment = rng.uniform(0.3, 9.0)
+        there, delay_s = len(_complete(out)) + rng.randint(0, 3), rng.uniform(0.0, 1.0)
         run = subprocess.Popen([*SCENE_SYNTH, *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        try:
-            run.wait(moment)
-            (out / "dataset.json").unlink()  # whole too soon: the next run begins anew
-            for path in sorted(out.rglob("*"), reverse=True):
-                path.rmdir() if path.is_dir() else path.unlink()
-        except subprocess.TimeoutExpired:
+        while run.poll() is None and len(_complete(out)) < there:
+            time.sleep(0.01)
+        time.sleep(delay_s)
+        if run.poll() is None:
             os.kill(run.pid, signal.SIGKILL)
             run.wait()
             done += 1
-            yield moment, len(list(out.glob("shards/*.json")))
+            yield len(_complete(out))
+        else:
+            shutil.rmtree(out)
     subprocess.run([*SCENE_SYNTH, *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True)
+
+
+def _complete(out: Path) -> list[Path]:
+    return list(out.glob("shards/*.json"))
 
 
 def memory_of_worker(out: Path, rooms: int, frames: int, *more: str) -> list[tuple[int, float]]:
@@ -90,7 +96,7 @@ def memory_of_worker(out: Path, rooms: int, frames: int, *more: str) -> list[tup
     run = subprocess.Popen([*SCENE_SYNTH, *words], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     series: list[tuple[int, float]] = []
     while run.poll() is None:
-        done = len(list(out.glob("shards/*.json")))
+        done = len(_complete(out))
         workers = [pid for pid in _children(run.pid) if "scene_synth_ros.shards.worker" in _command(pid)]
         if workers and (not series or done > series[-1][0]) and (resident := _resident_mb(workers[0])):
             series.append((done, resident))

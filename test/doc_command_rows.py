@@ -56,6 +56,8 @@ _SWEEP = "test/scene_synth_ros/sweep/test_sweep.py::test"
 _ROBOTS = (
     "test/scene_synth_ros/cli/test_run_profile.py::test_a_namespace_of_its_own_stands_before_the_frames_unless_the_profile_says_otherwise"
 )
+_GENERATE_TESTS = "test/scene_synth_ros/cli/test_generate_command.py"
+_GENERATE = f"{_GENERATE_TESTS}::test_a_run_that_was_killed_goes_on_with_more_workers_to_the_same_bytes"
 _EVALUATE_TESTS = "test/scene_synth_ros/evaluate/test_evaluate_command.py"
 _EVALUATE = f"{_EVALUATE_TESTS}::test_the_truth_as_estimate_is_perfect"
 _FAST = "-p grammar_node.rate_hz:=30.0 -p renderer_node.camera.width:=320 -p renderer_node.camera.height:=240"
@@ -225,6 +227,20 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         _REPLAY
     ),
     # rooms
+    "scene_synth generate --rooms N --out DIR": Usage(_GENERATE),
+    "scene_synth generate --rooms N [--frames N] [--seed S] [--params FILE] [--overlay FILE] [-p NODE.NAME:=VALUE] [--workers N]"
+    " [--threads N] [--shard-rooms R] [--resume] --out DIR": Usage(_GENERATE),
+    "scene_synth generate --rooms 1000 --frames 8 --seed 1 --params ground_truth --out runs/rooms": Parsed(_GENERATE),
+    "scene_synth generate --rooms 5000 --seed 1 --overlay balanced --shard-size 1GB --out runs/pictures": Parsed(_GENERATE),
+    "scene_synth generate --rooms 200 --seed 3 --out runs/kitchens --params ground_truth"
+    " -p grammar_node.scene.room_type:=kitchen,dining_room": Parsed(_GENERATE),
+    "scene_synth generate --resume --out runs/rooms": Parsed(_GENERATE),
+    "scene_synth generate --resume --check --out runs/rooms": Parsed(f"{_GENERATE_TESTS}::test_a_damaged_shard_is_found_and_made_again"),
+    "scene_synth generate --plan runs/rooms/dataset.json --out runs/again": Parsed(
+        f"{_GENERATE_TESTS}::test_a_plan_makes_its_dataset_again_elsewhere_but_not_in_another_version"
+    ),
+    ".venv/bin/python -m benchmarks.generate_bench --write": Parsed("takes half an hour; speed is never judged in a test"),
+    "ros2 bag play": _ROS2CLI,
     "scene_synth sweep": Named(),
     "scene_synth sweep SWEEP.yaml --out DIR [--workers N] [--only ID ...] [--plan] [--contact-sheet FILE]": Usage(
         f"{_SWEEP}_workers_change_no_byte"

@@ -15,8 +15,9 @@ from PIL import Image
 from grammar.drawing.top_view import top_view
 from renderer.film.layer import Layer
 from renderer.film.semantic_rows import layers_in
-from scene_synth_ros.bags.bag_images import layer_picture
-from scene_synth_ros.cli.card_samples import ImageNumbers, SampledFrame, sampled_frames, spread_row
+from scene_synth_ros.bags.bag_images import layer_picture, spread
+from scene_synth_ros.cli.card_samples import ROOMS_SAMPLED, ImageNumbers, SampledFrame, sampled_frames, spread_row
+from scene_synth_ros.cli.contact_sheet import small_picture
 from scene_synth_ros.cli.drawing_png import png_bytes
 from scene_synth_ros.cli.picture_grid import Tile, write_grid
 from scene_synth_ros.shards.completion import FOLDER, RoomRow, shard_name
@@ -45,9 +46,10 @@ def write_card(plan: DatasetPlan, manifest: Manifest, store: Store) -> None:
         BagReadError: a shard cannot be read.
     """
     numbers, shown = ImageNumbers(), []
-    for frame in sampled_frames(plan, manifest, lambda shard: store.fetched(f"{FOLDER}/{shard_name(shard)}")):
+    drawn_rooms = spread(range(min(ROOMS_SAMPLED, manifest["rooms"])), _SHOWN)
+    for number, frame in enumerate(sampled_frames(plan, manifest, lambda shard: store.fetched(f"{FOLDER}/{shard_name(shard)}"))):
         numbers.take(frame)
-        shown += [frame] if len(shown) < _SHOWN else []
+        shown += [frame] if number in drawn_rooms else []
     rows = layers_in(plan.settings_of(0).renderers["renderer_node"]["streams"].semantic_classes)
     with store.workspace(PICTURES) as work:
         (work / PICTURES).mkdir()
@@ -162,10 +164,10 @@ def _draw(frames: Sequence[SampledFrame], rows: Mapping[str, Layer], folder: Pat
     drawn = []
     layer = next((name for name in ("color", "semantic", *rows) if frames and name in frames[0].images), None)
     if layer is not None:
-        tiles = [Tile(_title(frame), _small(layer_picture(rows[layer], frame.images[layer]))) for frame in frames]
+        tiles = [Tile(_title(frame), _small(rows[layer], frame.images[layer])) for frame in frames]
         write_grid(tiles, _COLUMNS, folder / "rooms.jpg")
         images = frames[0].images
-        write_grid([Tile(name, _small(layer_picture(rows[name], images[name]))) for name in images], _COLUMNS, folder / "layers.jpg")
+        write_grid([Tile(name, _small(rows[name], images[name])) for name in images], _COLUMNS, folder / "layers.jpg")
         drawn += ["rooms.jpg", "layers.jpg"]
     if frames:
         write_grid([Tile(_title(frame), _plan(frame)) for frame in frames[:_PLANS]], _COLUMNS, folder / "layouts.jpg")
@@ -177,9 +179,9 @@ def _title(frame: SampledFrame) -> str:
     return f"room {frame.scene.index}: {frame.scene.category.replace('_', ' ')}, {len(frame.scene.objects)} objects"
 
 
-def _small(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    image = Image.fromarray(picture).convert("RGB")
-    return np.asarray(image.resize((_TILE_WIDTH, max(1, round(_TILE_WIDTH * image.height / image.width))), Image.Resampling.BOX))
+def _small(layer: Layer, pixels: NDArray[np.generic]) -> NDArray[np.uint8]:
+    picture = Image.fromarray(layer_picture(layer, pixels)).convert("RGB")
+    return np.asarray(small_picture(layer, picture, _TILE_WIDTH))
 
 
 def _plan(frame: SampledFrame) -> NDArray[np.uint8]:

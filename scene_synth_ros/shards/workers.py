@@ -122,7 +122,7 @@ class Workers:
                 worker.shard = worker.room = -1
                 self._give(worker)
             elif event["what"] == "broken":
-                raise ShardError(event["error"])
+                raise ShardError(f"{event['error']}; --resume goes on from here")
             elif event["what"] == "ended" and worker.shard >= 0:
                 self._replace(worker, event["status"])
             told(event)
