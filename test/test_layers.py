@@ -70,8 +70,10 @@ FOLDERS = {
         "report": {"bags", "messages", "pages"},
         "offline": {"bags", "generate", "messages", "record", "render", "suite"},
         "sweep": {"bags", "generate", "offline", "render", "suite"},
+        "convert": set(),
         "cli": {
             "bags",
+            "convert",
             "evaluate",
             "generate",
             "mcap",

@@ -38,6 +38,7 @@ COMMANDS = {
     "catalog": Command("check the models of a user's catalogue", "catalog_command"),
     "export": Command("write a scene description as a GLB file, without ROS", "export_command"),
     "truth": Command("write what is true of a room, or of the rooms of a bag: lights, map, mesh, parse graph", "truth_command"),
+    "convert": Command("write the frames of a bag or a dataset in the form that other programs read", "convert_command"),
     "render": Command("render a scene description to image files, without ROS", "render_command"),
     "layers": Command("print the table of layers", "layers_command"),
 }

@@ -1,0 +1,116 @@
+"""What the writer of a format does, and what it is told of its source.
+
+Frames come in *sequences*: those of one room by one camera, in the order of their stamps.  :mod:`scene_synth_ros.convert.pipeline` calls
+
+    begin(out, source)
+    for each sequence: begin_sequence(sequence) -> state, then for each frame encode(frame, state) -> item and take(item, state),
+                       end_sequence(state)
+    finish()
+
+``encode`` runs in several threads and in any order: it decodes pixels and writes the frame's own files.  Everything else runs in one
+thread, ``take`` in the order of the frames.  What an encoder needs of its sequence is made by ``begin_sequence``, which may run while
+frames of the sequence before are still encoded.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from scene_synth_ros.dataset import Dataset, Frame
+
+
+class Role(NamedTuple):
+    """What a layer is for in a format.
+
+    Attributes:
+        name: of the role, for the writer.
+        layers: those that can play it, the usual one first.
+        required: whether the format is nothing without it.
+    """
+
+    name: str
+    layers: tuple[str, ...]
+    required: bool = True
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sequence:
+    """The frames of a room by one camera that are converted.
+
+    Attributes:
+        name: ``room_0003``, with the camera where the source has several: ``room_0003_left``; unique, fit for a folder.
+        room: index of the room.
+        camera: name of the camera.
+        frames: indices in the dataset, by stamp.
+    """
+
+    name: str
+    room: int
+    camera: str
+    frames: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Source:
+    """What is converted.
+
+    Attributes:
+        data: the frames.
+        name: of the source as the user gave it, for messages.
+        sequences: by room, then camera.
+        roles: role -> layer that plays it; roles that nothing plays are left out.
+        layers: layers beside the roles that were asked for, for formats that carry any.
+        split: that was asked for; None for none.
+        catalog: folder of the user's models; None for none.
+    """
+
+    data: Dataset
+    name: str
+    sequences: tuple[Sequence, ...]
+    roles: Mapping[str, str]
+    layers: tuple[str, ...] = ()
+    split: str | None = None
+    catalog: Path | None = None
+    frames: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Count the frames."""
+        object.__setattr__(self, "frames", sum(len(sequence.frames) for sequence in self.sequences))
+
+
+class Writer(ABC):
+    """Writes one format; made anew for each conversion."""
+
+    @abstractmethod
+    def begin(self, out: Path, source: Source) -> None:
+        """Take the folder, which is new and empty, and the source.
+
+        Raises:
+            ConvertError: the source has what the format cannot carry.
+        """
+
+    def begin_sequence(self, sequence: Sequence) -> Any:
+        """Return the state of a sequence; None where a format knows no sequences."""
+        del sequence
+        return None
+
+    @abstractmethod
+    def encode(self, frame: Frame, state: Any) -> Any:
+        """Return what ``take`` wants of a frame; called in several threads."""
+
+    @abstractmethod
+    def take(self, item: Any, state: Any) -> None:
+        """Take the next frame, as ``encode`` has it."""
+
+    def end_sequence(self, state: Any) -> None:
+        """Write what belongs to a whole sequence."""
+        del state
+
+    @abstractmethod
+    def finish(self) -> None:
+        """Write what belongs to the whole."""
