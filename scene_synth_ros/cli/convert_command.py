@@ -54,9 +54,11 @@ def run(arguments: argparse.Namespace) -> int:
         with open_dataset(arguments.source, split=arguments.split, camera=arguments.camera) as data:
             source = choose(data, name, form, choice, arguments.source)
             with tqdm(total=source.frames, unit=" frames", disable=None, leave=False) as line:
-                convert(folder, source, writer_of(name), threads=arguments.threads, progress=lambda done: line.update())
+                notes = convert(folder, source, writer_of(name), threads=arguments.threads, progress=lambda done: line.update())
         size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
     rooms = len({sequence.room for sequence in source.sequences})
+    for note in notes:
+        sys.stderr.write(f"scene_synth convert: {note}\n")
     sys.stdout.write(f"{arguments.out}: {name}, {rooms} rooms, {source.frames} frames, {size / 1e6:.1f} MB\n")
     return 0
 

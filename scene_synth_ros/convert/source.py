@@ -81,9 +81,20 @@ def choose_frames(data: Dataset, choice: Choice, source: str) -> tuple[Sequence,
         asked = "no room" if choice.rooms is None else f"none of rooms {choice.rooms[0]} to {choice.rooms[1] - 1}"
         raise ConvertError(f"{source}: expected frames, got {asked}; see what is there: scene_synth inspect")
     several = len({camera for _, camera in found}) > 1
+    cameras: dict[int, list[str]] = {}
+    for room, camera in sorted(found):
+        cameras.setdefault(room, []).append(camera)
     return tuple(
-        Sequence(name=sequence_name(room, camera if several else ""), room=room, camera=camera, frames=tuple(frames[:: choice.every]))
-        for (room, camera), frames in sorted(found.items())
+        Sequence(
+            name=sequence_name(room, camera if several else ""),
+            room=room,
+            camera=camera,
+            place=place,
+            cameras=len(of_room),
+            frames=tuple(found[room, camera][:: choice.every]),
+        )
+        for room, of_room in cameras.items()
+        for place, camera in enumerate(of_room)
     )
 
 

@@ -3,9 +3,9 @@
 Frames come in *sequences*: those of one room by one camera, in the order of their stamps.  :mod:`scene_synth_ros.convert.pipeline` calls
 
     begin(out, source)
-    for each sequence: begin_sequence(sequence) -> state, then for each frame encode(frame, state) -> item and take(item, state),
+    for each sequence: begin_sequence(sequence) -> state, then for each frame encode(frame, number, state) -> item and take(item, state),
                        end_sequence(state)
-    finish()
+    finish() -> notes
 
 ``encode`` runs in several threads and in any order: it decodes pixels and writes the frame's own files.  Everything else runs in one
 thread, ``take`` in the order of the frames.  What an encoder needs of its sequence is made by ``begin_sequence``, which may run while
@@ -46,12 +46,16 @@ class Sequence:
         name: ``room_0003``, with the camera where the source has several: ``room_0003_left``; unique, fit for a folder.
         room: index of the room.
         camera: name of the camera.
+        place: of the camera among those of the room, from 0.
+        cameras: how many the room has.
         frames: indices in the dataset, by stamp.
     """
 
     name: str
     room: int
     camera: str
+    place: int
+    cameras: int
     frames: tuple[int, ...]
 
 
@@ -100,8 +104,8 @@ class Writer(ABC):
         return None
 
     @abstractmethod
-    def encode(self, frame: Frame, state: Any) -> Any:
-        """Return what ``take`` wants of a frame; called in several threads."""
+    def encode(self, frame: Frame, number: int, state: Any) -> Any:
+        """Return what ``take`` wants of a frame, the one in place ``number``, from 0, of its sequence; called in several threads."""
 
     @abstractmethod
     def take(self, item: Any, state: Any) -> None:
@@ -112,5 +116,5 @@ class Writer(ABC):
         del state
 
     @abstractmethod
-    def finish(self) -> None:
-        """Write what belongs to the whole."""
+    def finish(self) -> tuple[str, ...]:
+        """Write what belongs to the whole; return lines for people, as what the format could not hold of single pixels."""
