@@ -61,6 +61,7 @@ FOLDERS = {
         "messages": set(),
         "suite": {"messages"},
         "bags": {"mcap", "messages"},
+        "dataset": {"bags", "mcap", "messages"},
         "generate": {"messages", "suite"},
         "render": {"messages", "suite"},
         "record": {"bags", "messages", "suite"},

@@ -15,7 +15,7 @@ from std_msgs.msg import String
 from renderer import LAYERS
 from scene_synth_ros.bags.bag_images import layer_topics, read_pixels
 from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
-from scene_synth_ros.messages.image_codec import CodecError
+from scene_synth_ros.messages.image_reader import CodecError
 from scene_synth_ros.messages.stamps import stamp_ns
 
 Images = dict[int, dict[str, NDArray[Any]]]
