@@ -13,7 +13,7 @@ from scene_synth_ros.cli.new_folder import new_folder
 from scene_synth_ros.cli.usage import UsageError, refuse_missing_folder
 from scene_synth_ros.convert.formats import FORMATS, writer_of
 from scene_synth_ros.convert.pipeline import convert
-from scene_synth_ros.convert.source import Choice, choose
+from scene_synth_ros.convert.source import Choice, open_source
 
 MAX_THREADS = 64
 
@@ -35,8 +35,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Convert; return 0."""
-    from scene_synth_ros.dataset import open_dataset
-
     refuse_missing_folder("--catalog", arguments.catalog)
     if arguments.every < 1:
         raise UsageError(f"--every: expected at least 1, got {arguments.every}")
@@ -47,16 +45,18 @@ def run(arguments: argparse.Namespace) -> int:
         layers=tuple(word.strip() for word in arguments.layers.split(",") if word.strip()),
         rooms=read_range(arguments.rooms),
         every=arguments.every,
-        catalog=arguments.catalog,
+        camera=arguments.camera or "",
         split=arguments.split,
+        catalog=arguments.catalog,
     )
     with new_folder(arguments.out) as folder:
-        with open_dataset(arguments.source, split=arguments.split, camera=arguments.camera) as data:
-            source = choose(data, name, form, choice, arguments.source)
-            with tqdm(total=source.frames, unit=" frames", disable=None, leave=False) as line:
-                convert(folder, source, writer_of(name), threads=arguments.threads, progress=lambda done: line.update())
+        source = open_source(arguments.source, name, form, choice)
+        with tqdm(total=source.frames, unit=" frames", disable=None, leave=False) as line:
+            notes = convert(folder, source, writer_of(name), threads=arguments.threads, progress=lambda done: line.update())
         size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
-    rooms = len({sequence.room for sequence in source.sequences})
+    rooms = len({sequence.folder for sequence in source.sequences})
+    for note in notes:
+        sys.stderr.write(f"scene_synth convert: {note}\n")
     sys.stdout.write(f"{arguments.out}: {name}, {rooms} rooms, {source.frames} frames, {size / 1e6:.1f} MB\n")
     return 0
 

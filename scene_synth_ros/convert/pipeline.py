@@ -8,7 +8,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from scene_synth_ros.convert.writer import Source, Writer
+from scene_synth_ros.convert.writer import Sequence, Source, Writer
 
 _AHEAD = 2
 """Frames for each thread that are encoded, or wait to be, before the oldest is taken: bounds memory."""
@@ -22,8 +22,10 @@ class _Step(NamedTuple):
     last: bool
 
 
-def convert(out: Path, source: Source, writer: Writer, *, threads: int = 2, progress: Callable[[int], None] = lambda _: None) -> None:
-    """Write a source into a folder.
+def convert(
+    out: Path, source: Source, writer: Writer, *, threads: int = 2, progress: Callable[[int], None] = lambda _: None
+) -> tuple[str, ...]:
+    """Write a source into a folder; return lines for people, the source's and the writer's.
 
     Args:
         out: the folder, empty.
@@ -48,19 +50,19 @@ def convert(out: Path, source: Source, writer: Writer, *, threads: int = 2, prog
             progress(done)
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
-    writer.finish()
+    return source.notes + writer.finish()
 
 
 def _steps(source: Source, writer: Writer, pool: ThreadPoolExecutor) -> Iterator[_Step]:
     """Yield every frame, handed over to the pool."""
 
-    def encode(index: int, state: Any) -> Any:
-        return writer.encode(source.data[index], state)
+    def encode(sequence: Sequence, number: int, state: Any) -> Any:
+        return writer.encode(source.frame(sequence, number), number, state)
 
     for sequence in source.sequences:
         state = writer.begin_sequence(sequence)
-        for index in sequence.frames:
-            yield _Step(pool.submit(encode, index, state), state, index == sequence.frames[-1])
+        for number in range(len(sequence.frames)):
+            yield _Step(pool.submit(encode, sequence, number, state), state, number == len(sequence.frames) - 1)
 
 
 def _ahead(steps: Iterator[_Step], count: int) -> Iterator[_Step]:

@@ -1,12 +1,14 @@
-"""Chooses what of a dataset is converted: layers for the roles of a format, rooms, a camera, every n-th frame."""
+"""Chooses what is converted: the layers that play the roles of a format, cameras, rooms, every n-th frame."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from collections.abc import Sequence as Items
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from renderer import LAYERS
 from scene_synth_ros.convert.errors import ConvertError
@@ -25,26 +27,97 @@ class Choice:
         layers: by name; empty: those that a format takes by itself.
         rooms: indices from the first to before the second; None for all.
         every: the first frame of each sequence and every n-th after it.
+        camera: its name; empty for all.
+        split: name of a split of the dataset.
         catalog: folder of the user's models.
-        split: name of the split that the dataset was opened with.
     """
 
     layers: tuple[str, ...] = ()
     rooms: tuple[int, int] | None = None
     every: int = 1
-    catalog: Path | None = None
+    camera: str = ""
     split: str | None = None
+    catalog: Path | None = None
 
 
-def choose_layers(name: str, form: Format, recorded: Items[str], asked: Items[str], source: str) -> tuple[dict[str, str], tuple[str, ...]]:
-    """Return role -> layer, and the layers beside the roles.
+class Chosen(NamedTuple):
+    """Role -> layer, and the layers beside the roles."""
+
+    roles: dict[str, str]
+    beside: tuple[str, ...]
+
+    @property
+    def layers(self) -> tuple[str, ...]:
+        """All of them."""
+        return (*self.roles.values(), *self.beside)
+
+
+def open_source(place: str, name: str, form: Format, choice: Choice) -> Source:
+    """Open what is converted.
+
+    Args:
+        place: path or URL of a bag, a folder of bags or a dataset.
+        name: of the format.
+        form: its row.
+        choice: what the options ask for.
+
+    Raises:
+        ConvertError: a layer is not recorded, the format has no place for one, or no frame is left.
+        DatasetError: the source cannot be read.
+    """
+    from scene_synth_ros.dataset import open_dataset
+
+    whole = open_dataset(place, camera=choice.camera or None)
+    cameras = (whole.camera,) if choice.camera else whole.cameras
+    recorded = {camera: open_dataset(place, camera=camera).layers for camera in cameras}
+    chosen, left_out = choose_cameras(name, form, recorded, choice.layers, place)
+    data = {camera: open_dataset(place, layers=it.layers, split=choice.split, camera=camera) for camera, it in chosen.items()}
+    first = next(iter(chosen.values()))
+    return Source(
+        data=data,
+        name=place,
+        sequences=choose_frames(data, choice, place),
+        roles=first.roles,
+        layers=first.beside,
+        split=choice.split,
+        catalog=choice.catalog,
+        notes=(*dict.fromkeys(note for frames in data.values() for note in frames.notes), *left_out),
+    )
+
+
+def choose_cameras(
+    name: str, form: Format, recorded: Mapping[str, Items[str]], asked: Items[str], source: str
+) -> tuple[dict[str, Chosen], tuple[str, ...]]:
+    """Return the cameras that have what a format needs, each with the same layers, and lines about the others.
 
     Args:
         name: of the format.
         form: its row.
-        recorded: the layers of the source.
-        asked: for, by name; a layer that can play a role does so in place of the usual one.
+        recorded: camera -> its layers.
+        asked: layers that are asked for.
         source: name of the source, for messages.
+
+    Raises:
+        ConvertError: no camera has it.
+    """
+    found: dict[str, Chosen] = {}
+    refused: dict[str, ConvertError] = {}
+    for camera, layers in recorded.items():
+        try:
+            found[camera] = choose_layers(name, form, layers, asked, source)
+        except ConvertError as error:
+            refused[camera] = error
+    if not found:
+        raise next(iter(refused.values()), ConvertError(f"{source}: expected images of a camera, got none"))
+    first = next(iter(found.values()))
+    for camera in [camera for camera, it in found.items() if it != first]:
+        missing = ", ".join(sorted(set(first.layers) ^ set(found.pop(camera).layers)))
+        refused[camera] = ConvertError(f"{source}: the cameras differ in {missing}")
+    return found, tuple(f"camera {camera} is left out: {error}" for camera, error in refused.items())
+
+
+def choose_layers(name: str, form: Format, recorded: Items[str], asked: Items[str], source: str) -> Chosen:
+    """Return the layers for a format; a layer that is asked for and can play a role does so in place of the usual one.
 
     Raises:
         ConvertError: a layer is not recorded, or the format has no place for it.
@@ -64,43 +137,49 @@ def choose_layers(name: str, form: Format, recorded: Items[str], asked: Items[st
         _recorded(layer, recorded, source, name)
     if form.any_layer and form.unasked and not asked:
         beside = tuple(layer for layer in recorded if layer not in roles.values())
-    return roles, beside
+    return Chosen(roles, beside)
 
 
-def choose_frames(data: Dataset, choice: Choice, source: str) -> tuple[Sequence, ...]:
+def choose_frames(data: Mapping[str, Dataset], choice: Choice, source: str) -> tuple[Sequence, ...]:
     """Return the sequences that are converted, by room, then camera.
 
     Raises:
         ConvertError: nothing is left.
     """
-    found: dict[tuple[int, str], list[int]] = {}
-    for number, (room, camera, _) in enumerate(data.index):
-        if choice.rooms is None or choice.rooms[0] <= room < choice.rooms[1]:
-            found.setdefault((room, camera), []).append(number)
+    found: dict[tuple[int, int], dict[str, tuple[int, ...]]] = {}
+    for camera, frames in data.items():
+        times: dict[int, int] = {}
+        for info, indices in groupby(range(len(frames)), lambda index: frames.frame(index).info):  # noqa: B023
+            times[info.index] = times.get(info.index, 0) + 1
+            if choice.rooms is None or choice.rooms[0] <= info.index < choice.rooms[1]:
+                found.setdefault((info.index, times[info.index]), {})[camera] = tuple(indices)[:: choice.every]
     if not found:
-        asked = "no room" if choice.rooms is None else f"none of rooms {choice.rooms[0]} to {choice.rooms[1] - 1}"
-        raise ConvertError(f"{source}: expected frames, got {asked}; see what is there: scene_synth inspect")
-    several = len({camera for _, camera in found}) > 1
+        asked = "none" if choice.rooms is None else f"none in rooms {choice.rooms[0]} to {choice.rooms[1] - 1}"
+        raise ConvertError(f"{source}: expected frames with all layers of the format, got {asked}; see scene_synth inspect")
+    short = {camera: camera.rsplit("/", 1)[-1] for camera in data}
+    names = short if len(set(short.values())) == len(short) else {camera: camera.strip("/") for camera in data}
     return tuple(
-        Sequence(name=sequence_name(room, camera if several else ""), room=room, camera=camera, frames=tuple(frames[:: choice.every]))
-        for (room, camera), frames in sorted(found.items())
+        Sequence(
+            folder=room_name(room, again),
+            name=room_name(room, again) + (f"_{_word(names[camera])}" if len(data) > 1 else ""),
+            room=room,
+            camera=camera,
+            place=place,
+            cameras=len(cameras),
+            frames=frames,
+        )
+        for (room, again), cameras in sorted(found.items())
+        for place, (camera, frames) in enumerate(cameras.items())
     )
 
 
-def sequence_name(room: int, camera: str) -> str:
-    """Return the name of a sequence; ``camera`` is empty where there is one."""
-    return f"room_{room:04d}" + (f"_{re.sub(r'[^A-Za-z0-9_.-]', '_', camera)}" if camera else "")
+def room_name(room: int, again: int = 1) -> str:
+    """Return the name of a room; ``again``: how often its index has come."""
+    return f"room_{room:04d}" + (f"_{again}" if again > 1 else "")
 
 
-def choose(data: Dataset, name: str, form: Format, choice: Choice, source: str) -> Source:
-    """Return what is converted of a dataset.
-
-    Raises:
-        ConvertError: a layer is not recorded, the format has no place for one, or no frame is left.
-    """
-    roles, beside = choose_layers(name, form, tuple(data.layers), choice.layers, source)
-    sequences = choose_frames(data, choice, source)
-    return Source(data=data, name=source, sequences=sequences, roles=roles, layers=beside, split=choice.split, catalog=choice.catalog)
+def _word(text: str) -> str:
+    return re.sub(r"[^A-Za-z0-9-]", "_", text)
 
 
 def _recorded(layer: str, recorded: Items[str], source: str, name: str) -> str:
@@ -112,6 +191,6 @@ def _recorded(layer: str, recorded: Items[str], source: str, name: str) -> str:
 def _missing(role: Role, source: str, name: str) -> ConvertError:
     layer = role.layers[0]
     if layer not in LAYERS:
-        return ConvertError(f"--layers {layer}: expected layers as of scene_synth layers")
+        return ConvertError(f"--layers {layer}: expected layers as scene_synth layers lists them")
     kinds = " or ".join(role.layers)
     return ConvertError(f"{source}: {name} needs {kinds}, which is not recorded; record it: -p renderer_node.streams.{layer}:=true")

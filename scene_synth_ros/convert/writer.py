@@ -3,9 +3,9 @@
 Frames come in *sequences*: those of one room by one camera, in the order of their stamps.  :mod:`scene_synth_ros.convert.pipeline` calls
 
     begin(out, source)
-    for each sequence: begin_sequence(sequence) -> state, then for each frame encode(frame, state) -> item and take(item, state),
+    for each sequence: begin_sequence(sequence) -> state, then for each frame encode(frame, number, state) -> item and take(item, state),
                        end_sequence(state)
-    finish()
+    finish() -> notes
 
 ``encode`` runs in several threads and in any order: it decodes pixels and writes the frame's own files.  Everything else runs in one
 thread, ``take`` in the order of the frames.  What an encoder needs of its sequence is made by ``begin_sequence``, which may run while
@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
-    from scene_synth_ros.dataset import Dataset, Frame
+    from scene_synth_ros.dataset import Camera, Dataset, Frame
 
 
 class Role(NamedTuple):
@@ -43,15 +43,21 @@ class Sequence:
     """The frames of a room by one camera that are converted.
 
     Attributes:
-        name: ``room_0003``, with the camera where the source has several: ``room_0003_left``; unique, fit for a folder.
+        folder: ``room_0003``, the same for all cameras of the room; ``room_0003_2`` where a second room has that index.
+        name: the folder, with the camera where several are converted: ``room_0003_left``; unique.
         room: index of the room.
-        camera: name of the camera.
-        frames: indices in the dataset, by stamp.
+        camera: name of the camera, with its namespace.
+        place: of the camera among those of the room, from 0.
+        cameras: how many the room has.
+        frames: indices in the camera's dataset, by stamp.
     """
 
+    folder: str
     name: str
     room: int
     camera: str
+    place: int
+    cameras: int
     frames: tuple[int, ...]
 
 
@@ -60,27 +66,37 @@ class Source:
     """What is converted.
 
     Attributes:
-        data: the frames.
+        data: camera -> its frames.
         name: of the source as the user gave it, for messages.
         sequences: by room, then camera.
         roles: role -> layer that plays it; roles that nothing plays are left out.
         layers: layers beside the roles that were asked for, for formats that carry any.
         split: that was asked for; None for none.
         catalog: folder of the user's models; None for none.
+        notes: lines for people about what is not whole, or left out.
     """
 
-    data: Dataset
+    data: Mapping[str, Dataset]
     name: str
     sequences: tuple[Sequence, ...]
     roles: Mapping[str, str]
     layers: tuple[str, ...] = ()
     split: str | None = None
     catalog: Path | None = None
+    notes: tuple[str, ...] = ()
     frames: int = field(init=False)
 
     def __post_init__(self) -> None:
         """Count the frames."""
         object.__setattr__(self, "frames", sum(len(sequence.frames) for sequence in self.sequences))
+
+    def camera(self, sequence: Sequence) -> Camera:
+        """Return the camera of a sequence, as its first frame has it."""
+        return self.frame(sequence, 0).camera
+
+    def frame(self, sequence: Sequence, number: int) -> Frame:
+        """Return the frame in place ``number``, from 0, of a sequence."""
+        return self.data[sequence.camera].frame(sequence.frames[number])
 
 
 class Writer(ABC):
@@ -100,8 +116,8 @@ class Writer(ABC):
         return None
 
     @abstractmethod
-    def encode(self, frame: Frame, state: Any) -> Any:
-        """Return what ``take`` wants of a frame; called in several threads."""
+    def encode(self, frame: Frame, number: int, state: Any) -> Any:
+        """Return what ``take`` wants of a frame, the one in place ``number``, from 0, of its sequence; called in several threads."""
 
     @abstractmethod
     def take(self, item: Any, state: Any) -> None:
@@ -112,5 +128,5 @@ class Writer(ABC):
         del state
 
     @abstractmethod
-    def finish(self) -> None:
-        """Write what belongs to the whole."""
+    def finish(self) -> tuple[str, ...]:
+        """Write what belongs to the whole; return lines for people, as what the format could not hold of single pixels."""

@@ -1,0 +1,70 @@
+"""Pictures and depth of frames as files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from renderer.files.image_io import encode_image
+
+if TYPE_CHECKING:
+    from scene_synth_ros.dataset import Frame
+
+_LARGEST = 2**16 - 1
+
+
+class DepthFile(NamedTuple):
+    """Depth as it is stored: (height, width) uint16, 0 where there is none; how many pixels have a depth that is too large to be stored."""
+
+    stored: NDArray[np.uint16]
+    beyond: int
+
+
+def write_picture(frame: Frame, layer: str, base: Path, forms: tuple[str, ...] = ("png", "jpeg")) -> str:
+    """Write the picture of a frame and return the file's name: that of ``base`` with ``.png`` or ``.jpg``.
+
+    What the source has compressed already is copied as it is, where the format takes it; everything else becomes PNG.
+
+    Args:
+        frame: has the layer.
+        layer: uint8 (height, width, 3).
+        base: file without its ending.
+        forms: those that the format takes.
+    """
+    data, form = frame.encoded(layer) or (b"", "")
+    if form not in forms:
+        data, form = encode_image(frame[layer], "png"), "png"
+    path = base.with_name(f"{base.name}.{'jpg' if form == 'jpeg' else form}")
+    path.write_bytes(data)
+    return path.name
+
+
+def write_png(path: Path, pixels: NDArray[np.uint8] | NDArray[np.uint16]) -> None:
+    """Write a PNG, quickly compressed: uint8 (height, width) or (height, width, 3), or uint16 (height, width)."""
+    path.write_bytes(encode_image(pixels, "png"))
+
+
+def depth_steps(depth_m: NDArray[np.float32], steps_a_metre: float) -> DepthFile:
+    """Return depth in whole steps.
+
+    Misses (+inf) and what is invalid (NaN) have none, 0, as has what lies beyond the last step.
+
+    Args:
+        depth_m: (height, width) float32, metres along the optical axis.
+        steps_a_metre: scale of the format.
+    """
+    with np.errstate(invalid="ignore", over="ignore"):
+        steps = np.rint(depth_m * np.float32(steps_a_metre))
+        there = np.isfinite(depth_m) & (steps >= 1.0)
+        fits = there & (steps <= _LARGEST)
+    return DepthFile(np.where(fits, steps, 0.0).astype(np.uint16), int(there.sum() - fits.sum()))
+
+
+def beyond_note(form: str, pixels: int, steps_a_metre: float) -> tuple[str, ...]:
+    """Return the line for people about pixels whose depth was too large; none where there are none."""
+    if not pixels:
+        return ()
+    return (f"{form}: {pixels} pixels lie beyond {_LARGEST / steps_a_metre:.1f} m, the largest depth that it stores; they have none there",)
