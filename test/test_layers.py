@@ -71,7 +71,7 @@ FOLDERS = {
         "report": {"bags", "messages", "pages"},
         "offline": {"bags", "generate", "messages", "record", "render", "suite"},
         "sweep": {"bags", "generate", "offline", "render", "suite"},
-        "convert": set(),
+        "convert": {"dataset"},
         "cli": {
             "bags",
             "convert",

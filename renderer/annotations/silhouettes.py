@@ -13,7 +13,7 @@ from renderer.annotations.extents import project_extent
 from renderer.annotations.object_meshes import ObjectMeshes
 from renderer.annotations.pixels import paint_cover
 from renderer.annotations.projection import Projection
-from renderer.camera.camera_rays import CENTRE
+from renderer.camera.camera_rays import CENTRE, TILE
 from renderer.camera.cameras import pose_camera
 from renderer.camera.config import CameraConfig
 from renderer.core.embree import make_packet
@@ -68,19 +68,25 @@ class Silhouettes:
                 extent, tree = project_extent(self._meshes, key, projection), self._meshes.tree(key).handle
             tiles = tiles_of(extent, MARGIN_PX, view, True)
             paint_cover(tree, view, packet, CENTRE, tiles, cover)
-            found[key] = self._cut(cover)
-            cover[:] = False
+            left, right, top, bottom = (int(edge) for edge in TILE * np.add(tiles, (0, 1, 0, 1)))
+            found[key] = self._cut(cover, cover[top:bottom, left:right], left, top)
+            cover[top:bottom, left:right] = False
         return found
 
-    def _cut(self, cover: NDArray[np.bool_]) -> Silhouette | None:
-        rows, columns = np.flatnonzero(cover.any(axis=1)), np.flatnonzero(cover.any(axis=0))
+    def _cut(self, cover: NDArray[np.bool_], part: NDArray[np.bool_], left: int, top: int) -> Silhouette | None:
+        """Return what was painted on the canvas, given the part of it that was painted on, and where that is."""
+        rows, columns = np.flatnonzero(part.any(axis=1)), np.flatnonzero(part.any(axis=0))
         if not len(rows):
             return None
-        inside = cover[self._height : 2 * self._height, self._width : 2 * self._width].copy()
-        edges = [
-            int(edge) for edge in (columns[0] - self._width, rows[0] - self._height, columns[-1] - self._width, rows[-1] - self._height)
-        ]
-        return Silhouette(int(cover.sum()), edges[0], edges[1], edges[2], edges[3], inside)
+        first, above = left - self._width, top - self._height
+        return Silhouette(
+            pixels=int(part.sum()),
+            left=first + int(columns[0]),
+            top=above + int(rows[0]),
+            right=first + int(columns[-1]),
+            bottom=above + int(rows[-1]),
+            inside=cover[self._height : 2 * self._height, self._width : 2 * self._width].copy(),
+        )
 
 
 def _canvas(camera: CameraConfig) -> CameraConfig:

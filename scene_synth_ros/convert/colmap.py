@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from scene_synth_ros.convert.colmap_files import ColmapImage, Model, cameras_bin, images_bin, model_of, points_bin
 from scene_synth_ros.convert.image_files import write_picture
@@ -16,9 +16,7 @@ from scene_synth_ros.convert.lens import Lens, lens_of, refuse_lens
 from scene_synth_ros.convert.poses import camera_pose
 from scene_synth_ros.convert.sparse_points import Cells, Glimpse, SparsePoints, cells_of, glimpse
 from scene_synth_ros.convert.writer import Sequence, Source, Writer
-
-if TYPE_CHECKING:
-    from scene_synth_ros.dataset import Frame
+from scene_synth_ros.dataset import Frame
 
 
 @dataclass(slots=True)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +19,7 @@ from scene_synth_ros.convert.image_files import write_png
 from scene_synth_ros.convert.lens import Lens, lens_of, refuse_lens
 from scene_synth_ros.convert.poses import camera_from_world, camera_pose, world_from_camera
 from scene_synth_ros.convert.writer import Sequence, Source, Writer
-
-if TYPE_CHECKING:
-    from scene_synth_ros.dataset import Frame
+from scene_synth_ros.dataset import Frame
 
 _LUMA = np.array([0.299, 0.587, 0.114], np.float32)
 _STATE = (

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderer.files.image_io import encode_image
-
-if TYPE_CHECKING:
-    from scene_synth_ros.dataset import Frame
+from scene_synth_ros.dataset import Frame
 
 _LARGEST = 2**16 - 1
 
@@ -23,22 +21,10 @@ class DepthFile(NamedTuple):
     beyond: int
 
 
-def write_picture(frame: Frame, layer: str, base: Path, forms: tuple[str, ...] = ("png", "jpeg")) -> str:
-    """Write the picture of a frame and return the file's name: that of ``base`` with ``.png`` or ``.jpg``.
-
-    What the source has compressed already is copied as it is, where the format takes it; everything else becomes PNG.
-
-    Args:
-        frame: has the layer.
-        layer: uint8 (height, width, 3).
-        base: file without its ending.
-        forms: those that the format takes.
-    """
-    data, form = frame.encoded(layer) or (b"", "")
-    if form not in forms:
-        data, form = encode_image(frame[layer], "png"), "png"
-    path = base.with_name(f"{base.name}.{'jpg' if form == 'jpeg' else form}")
-    path.write_bytes(data)
+def write_picture(frame: Frame, layer: str, base: Path) -> str:
+    """Write the picture of a frame, uint8 (height, width, 3), as PNG; return the file's name, that of ``base`` with its ending."""
+    path = base.with_name(f"{base.name}.png")
+    write_png(path, frame[layer])
     return path.name
 
 

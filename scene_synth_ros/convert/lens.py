@@ -6,16 +6,14 @@ Pixel coordinates have the centre of the upper left pixel at (0, 0), as CameraIn
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderer.camera.lenses import LENSES
 from scene_synth_ros.convert.errors import ConvertError
-
-if TYPE_CHECKING:
-    from scene_synth_ros.dataset import Camera
+from scene_synth_ros.dataset import Camera
 
 HALF_PIXEL = 0.5
 _MODELS = {"plumb_bob": "brown_conrady", "rational_polynomial": "rational", "equidistant": "kannala_brandt"}

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from scene_synth_ros.convert.image_files import beyond_note, depth_steps, write_picture, write_png
 from scene_synth_ros.convert.lens import HALF_PIXEL, Lens, lens_of, refuse_lens
@@ -17,9 +17,7 @@ from scene_synth_ros.convert.ply_files import ply_points
 from scene_synth_ros.convert.poses import camera_pose, world_from_opengl
 from scene_synth_ros.convert.sparse_points import Cells, Glimpse, SparsePoints, cells_of, glimpse
 from scene_synth_ros.convert.writer import Sequence, Source, Writer
-
-if TYPE_CHECKING:
-    from scene_synth_ros.dataset import Frame
+from scene_synth_ros.dataset import Frame
 
 STEPS_A_METRE = 1000.0
 _POINTS = "sparse_pc.ply"

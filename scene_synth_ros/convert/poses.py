@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import NDArray
 
 from scene_description import CameraPose
 from scene_description.poses import world_from_optical
-
-if TYPE_CHECKING:
-    from scene_synth_ros.dataset import Frame
+from scene_synth_ros.dataset import Frame
 
 _OPTICAL_FROM_OPENGL = np.diag([1.0, -1.0, -1.0, 1.0])
 """OpenGL's camera has x right, y up and looks along -z."""

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from collections.abc import Sequence as Items
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from renderer import LAYERS
 from scene_synth_ros.convert.errors import ConvertError
 from scene_synth_ros.convert.formats import Format
 from scene_synth_ros.convert.writer import Role, Sequence, Source
-
-if TYPE_CHECKING:
-    from scene_synth_ros.dataset import Dataset
+from scene_synth_ros.dataset import Dataset, open_dataset
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,11 +63,9 @@ def open_source(place: str, name: str, form: Format, choice: Choice) -> Source:
         ConvertError: a layer is not recorded, the format has no place for one, or no frame is left.
         DatasetError: the source cannot be read.
     """
-    from scene_synth_ros.dataset import open_dataset
-
-    whole = open_dataset(place, camera=choice.camera or None)
+    whole = open_dataset(place, None, camera=choice.camera or None)
     cameras = (whole.camera,) if choice.camera else whole.cameras
-    recorded = {camera: open_dataset(place, camera=camera).layers for camera in cameras}
+    recorded = {camera: open_dataset(place, None, camera=camera).layers for camera in cameras}
     chosen, left_out = choose_cameras(name, form, recorded, choice.layers, place)
     data = {camera: open_dataset(place, layers=it.layers, split=choice.split, camera=camera) for camera, it in chosen.items()}
     first = next(iter(chosen.values()))
@@ -149,10 +145,10 @@ def choose_frames(data: Mapping[str, Dataset], choice: Choice, source: str) -> t
     found: dict[tuple[int, int], dict[str, tuple[int, ...]]] = {}
     for camera, frames in data.items():
         times: dict[int, int] = {}
-        for info, indices in groupby(range(len(frames)), lambda index: frames.frame(index).info):  # noqa: B023
-            times[info.index] = times.get(info.index, 0) + 1
-            if choice.rooms is None or choice.rooms[0] <= info.index < choice.rooms[1]:
-                found.setdefault((info.index, times[info.index]), {})[camera] = tuple(indices)[:: choice.every]
+        for room, indices in _rooms(frames):
+            times[room] = times.get(room, 0) + 1
+            if choice.rooms is None or choice.rooms[0] <= room < choice.rooms[1]:
+                found.setdefault((room, times[room]), {})[camera] = indices[:: choice.every]
     if not found:
         asked = "none" if choice.rooms is None else f"none in rooms {choice.rooms[0]} to {choice.rooms[1] - 1}"
         raise ConvertError(f"{source}: expected frames with all layers of the format, got {asked}; see scene_synth inspect")
@@ -171,6 +167,16 @@ def choose_frames(data: Mapping[str, Dataset], choice: Choice, source: str) -> t
         for (room, again), cameras in sorted(found.items())
         for place, (camera, frames) in enumerate(cameras.items())
     )
+
+
+def _rooms(frames: Dataset) -> Iterator[tuple[int, tuple[int, ...]]]:
+    """Yield the index of each room with its frames."""
+    rooms = [info.index for info in frames.rooms]
+    if len(set(rooms)) == len(rooms):
+        yield from ((room, tuple(indices)) for room in rooms if len(indices := frames.frames_of(room)))
+    else:
+        for info, indices in groupby(range(len(frames)), lambda index: frames.frame(index).info):
+            yield info.index, tuple(indices)
 
 
 def room_name(room: int, again: int = 1) -> str:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from scene_description import CameraPose
 from scene_synth_ros.convert.image_files import beyond_note, depth_steps, write_picture, write_png
@@ -18,9 +17,7 @@ from scene_synth_ros.convert.lens import lens_of, refuse_lens
 from scene_synth_ros.convert.poses import camera_pose
 from scene_synth_ros.convert.tum_trajectory import stamp_text, trajectory_to_tum
 from scene_synth_ros.convert.writer import Sequence, Source, Writer
-
-if TYPE_CHECKING:
-    from scene_synth_ros.dataset import Frame
+from scene_synth_ros.dataset import Frame
 
 STEPS_A_METRE = 5000.0
 _LENSES = ("pinhole", "brown_conrady")
@@ -63,7 +60,7 @@ class FormatWriter(Writer):
         """Write picture and depth; return the pose, and how many pixels are too far away."""
         del number
         name = stamp_text(frame.stamp_ns)
-        write_picture(frame, self._source.roles["picture"], state.path / "rgb" / name, ("png",))
+        write_picture(frame, self._source.roles["picture"], state.path / "rgb" / name)
         depth = depth_steps(frame[self._source.roles["depth"]], STEPS_A_METRE)
         write_png(state.path / "depth" / f"{name}.png", depth.stored)
         return camera_pose(frame), depth.beyond

@@ -18,10 +18,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
-if TYPE_CHECKING:
-    from scene_synth_ros.dataset import Camera, Dataset, Frame
+from scene_synth_ros.dataset import Camera, Dataset, Frame
 
 
 class Role(NamedTuple):

@@ -1,0 +1,102 @@
+"""The objects of rooms as BOP's models: millimetres, z up, the origin in the middle of the box around them."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, QhullError
+from scipy.spatial.distance import pdist
+
+from renderer.annotations.object_meshes import ObjectMeshes
+from renderer.annotations.things import things_of
+from renderer.geometry.mesh import Mesh
+from renderer.scene.flat_scene import FlatScene
+from scene_description import SceneDescription
+from scene_description.label_standards import label_standard
+from scene_description.poses import rotation_from_quaternion
+
+_SAME_M = 1e-4
+"""Vertices of equal models differ by less: they were moved into the world and back in float32."""
+
+
+class ObjectPose(NamedTuple):
+    """An object of a room: the number of its model, and the rotation (3, 3) and the place (3,), metres, of the model in the map."""
+
+    model: int
+    rotation: NDArray[np.float64]
+    place_m: NDArray[np.float64]
+
+
+class _Model(NamedTuple):
+    """A model: its mesh, metres, and what it is."""
+
+    mesh: Mesh
+    category: str
+
+
+class ModelLibrary:
+    """The models of all rooms, each once, numbered from 1 in the order in which they come."""
+
+    def __init__(self) -> None:
+        self._models: list[_Model] = []
+        self._alike: dict[tuple[Any, ...], list[int]] = {}
+
+    def add_room(self, scene: SceneDescription, flat: FlatScene, meshes: ObjectMeshes) -> tuple[dict[int, ObjectPose], list[int]]:
+        """Return the objects and openings of a room by their ids, and the numbers of the models that were not there before."""
+        poses: dict[int, ObjectPose] = {}
+        known = len(self._models)
+        for key, thing in things_of(scene, meshes, label_standard("nyu40")).items():
+            rotation = rotation_from_quaternion(thing.box.orientation)
+            mesh, place = _local(flat, key, rotation)
+            poses[key] = ObjectPose(self._number(_Model(mesh, thing.category)), rotation, place)
+        return poses, list(range(known + 1, len(self._models) + 1))
+
+    def mesh(self, number: int) -> Mesh:
+        """Return the mesh of a model, metres."""
+        return self._models[number - 1].mesh
+
+    def info(self, number: int) -> dict[str, Any]:
+        """Return a model's row of ``models_info.json``: millimetres, with its category as ``name``."""
+        vertices = self.mesh(number).vertices.astype(np.float64) * 1000.0
+        low, size = vertices.min(axis=0), np.ptp(vertices, axis=0)
+        row: dict[str, Any] = {"diameter": diameter(vertices)}
+        row |= {f"min_{axis}": float(value) for axis, value in zip("xyz", low, strict=True)}
+        row |= {f"size_{axis}": float(value) for axis, value in zip("xyz", size, strict=True)}
+        return row | {"name": self._models[number - 1].category}
+
+    def __len__(self) -> int:
+        return len(self._models)
+
+    def _number(self, model: _Model) -> int:
+        """Return the number of a model, that of an equal one if there is one."""
+        mesh = model.mesh
+        alike = self._alike.setdefault((model.category, len(mesh.vertices), mesh.faces.tobytes()), [])
+        for number in alike:
+            if float(np.abs(self.mesh(number).vertices - mesh.vertices).max()) < _SAME_M:
+                return number
+        self._models.append(model)
+        alike.append(len(self._models))
+        return len(self._models)
+
+
+def diameter(vertices: NDArray[np.float64]) -> float:
+    """Return the largest distance between two of the vertices (n, 3)."""
+    try:
+        corners = vertices[ConvexHull(vertices).vertices]
+    except QhullError:  # all in a plane
+        corners = vertices[ConvexHull(vertices, qhull_options="QJ").vertices] if len(vertices) > 5 else vertices
+    return float(pdist(corners).max())
+
+
+def _local(flat: FlatScene, key: int, rotation: NDArray[np.float64]) -> tuple[Mesh, NDArray[np.float64]]:
+    """Return the mesh of an object in its own frame, and where the middle of the box around it lies in the map."""
+    own = flat.parts.object_id[flat.face_part] == key
+    used, faces = np.unique(flat.mesh.faces[own], return_inverse=True)
+    turned = flat.mesh.vertices[used].astype(np.float64) @ rotation
+    middle = 0.5 * (turned.min(axis=0) + turned.max(axis=0))
+    normals = flat.mesh.normals[used].astype(np.float64) @ rotation
+    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
+    local = Mesh((turned - middle).astype(np.float32), normals.astype(np.float32), faces.reshape(-1, 3).astype(np.uint32))
+    return local, rotation @ middle
