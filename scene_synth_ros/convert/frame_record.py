@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderer import LAYERS
+from scene_description import scene_to_json
+from scene_synth_ros.dataset import DatasetError
 
 if TYPE_CHECKING:
     from scene_synth_ros.dataset import Frame
 
 
 def frame_record(frame: Frame) -> dict[str, Any]:
-    """Return the room, the camera and the pose of a frame as JSON values; ``frame`` is the number of the stamp in the room."""
-    camera, (position, quaternion) = frame.camera, frame.pose
+    """Return room, camera and pose of a frame as JSON values; ``frame`` is its number in the room.
+
+    Raises:
+        DatasetError: camera or pose was not recorded.
+    """
+    camera, pose = frame.camera, frame.pose
     return {
         "room": frame.room,
         "frame": frame.number,
@@ -27,10 +34,10 @@ def frame_record(frame: Frame) -> dict[str, Any]:
         "width": camera.width,
         "height": camera.height,
         "K": _rows(camera.K),
-        "distortion_model": camera.distortion_model,
+        "distortion_model": camera.model,
         "D": [float(value) for value in camera.D],
-        "position_m": [float(value) for value in position],
-        "quaternion_xyzw": [float(value) for value in quaternion],
+        "position_m": [float(value) for value in pose.position_m],
+        "quaternion_xyzw": [float(value) for value in pose.quaternion_xyzw],
         "world_from_optical": _rows(frame.matrix),
     }
 
@@ -41,8 +48,19 @@ def id_layers(layers: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def label_tables(frame: Frame, layers: tuple[str, ...]) -> dict[str, dict[str, Any]]:
-    """Return layer -> id as text -> what it means, of the layers whose pixels are ids."""
-    return {layer: {str(number): row for number, row in frame.labels(layer).items()} for layer in id_layers(layers)}
+    """Return layer -> id as text -> what it means, of the layers whose pixels are ids and whose labels were recorded."""
+    tables = {}
+    for layer in id_layers(layers):
+        with suppress(DatasetError):
+            tables[layer] = {str(number): row for number, row in frame.labels(layer).items()}
+    return tables
+
+
+def scene_text(frame: Frame) -> str | None:
+    """Return the description of a frame's room as JSON; None where none was recorded."""
+    with suppress(DatasetError):
+        return scene_to_json(frame.scene)
+    return None
 
 
 def json_bytes(value: Any) -> bytes:

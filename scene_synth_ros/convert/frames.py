@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_description import scene_to_json
-from scene_synth_ros.convert.frame_record import frame_record, json_bytes, label_tables
+from scene_synth_ros.convert.frame_record import frame_record, json_bytes, label_tables, scene_text
 from scene_synth_ros.convert.layer_files import npz_file, picture_file
 from scene_synth_ros.convert.writer import Sequence, Source, Writer
 
@@ -21,16 +20,9 @@ SCHEMA = "scene_synth_frames/1"
 
 
 class _Room(NamedTuple):
-    """A sequence on its way.
-
-    Attributes:
-        folder: of the sequence.
-        first: index in the dataset of its first frame.
-        records: one for each frame taken.
-    """
+    """A sequence on its way: its folder, and a record for each frame taken."""
 
     folder: Path
-    first: int
     records: list[dict[str, Any]]
 
 
@@ -46,9 +38,9 @@ class FormatWriter(Writer):
         folder = self._out / sequence.name
         for layer in self._layers:
             (folder / layer).mkdir(parents=True)
-        return _Room(folder, sequence.frames[0], [])
+        return _Room(folder, [])
 
-    def encode(self, frame: Frame, state: _Room) -> dict[str, Any]:
+    def encode(self, frame: Frame, number: int, state: _Room) -> dict[str, Any]:
         """Write the files of a frame; return its record."""
         names = {}
         for layer in self._layers:
@@ -60,10 +52,10 @@ class FormatWriter(Writer):
                 path.write_bytes(found[1])
             else:
                 self.write_floats(path, layer, frame[layer])
-        if frame.index == state.first:
+        if number == 0:
             (state.folder / "labels.json").write_bytes(json_bytes(label_tables(frame, self._layers)))
-            if frame.scene is not None:
-                (state.folder / "scene.json").write_text(scene_to_json(frame.scene), encoding="utf-8")
+            if (scene := scene_text(frame)) is not None:
+                (state.folder / "scene.json").write_text(scene, encoding="utf-8")
         return frame_record(frame) | {"files": names}
 
     def take(self, item: dict[str, Any], state: _Room) -> None:
@@ -75,8 +67,9 @@ class FormatWriter(Writer):
         document = {"schema": SCHEMA, "frames": state.records}
         (state.folder / "frames.json").write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
 
-    def finish(self) -> None:
-        """Everything is written."""
+    def finish(self) -> tuple[str, ...]:
+        """Return nothing: all is written."""
+        return ()
 
     float_suffix = "npz"
 

@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_description import scene_to_json
 from scene_synth_ros.convert.errors import ConvertError
-from scene_synth_ros.convert.frame_record import frame_record, json_bytes, label_tables
+from scene_synth_ros.convert.frame_record import frame_record, json_bytes, label_tables, scene_text
 from scene_synth_ros.convert.writer import Sequence, Source, Writer
 
 if TYPE_CHECKING:
@@ -84,14 +83,14 @@ class FormatWriter(Writer):
         """Return what is gathered of a sequence."""
         return _Group(sequence)
 
-    def encode(self, frame: Frame, state: _Group) -> _Encoded:
+    def encode(self, frame: Frame, number: int, state: _Group) -> _Encoded:
         """Compress the layers of a frame."""
         chunks = {layer: _chunk(frame[layer]) for layer in self._layers}
         texts = {}
-        if frame.index == state.sequence.frames[0]:
+        if number == 0:
             texts["labels"] = json_bytes(label_tables(frame, self._layers)).decode()
-            if frame.scene is not None:
-                texts["scene"] = scene_to_json(frame.scene)
+            if (scene := scene_text(frame)) is not None:
+                texts["scene"] = scene
         return _Encoded(frame_record(frame), chunks, texts)
 
     def take(self, item: _Encoded, state: _Group) -> None:
@@ -132,9 +131,10 @@ class FormatWriter(Writer):
             values = np.array([record[key] for record in state.records], dtype)
             group.create_dataset(key, data=values, track_times=False)
 
-    def finish(self) -> None:
+    def finish(self) -> tuple[str, ...]:
         """Close the file."""
         self._file.close()
+        return ()
 
 
 def _chunk(pixels: NDArray[Any]) -> _Chunk:

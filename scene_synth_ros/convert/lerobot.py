@@ -52,8 +52,8 @@ class FormatWriter(Writer):
         self._parquet = pyarrow.parquet
         self._out, self._split = out, source.split or "train"
         self._layers = (*source.roles.values(), *source.layers)
-        index = source.data.index
-        self._fps = whole_rate([[index[number][2] for number in sequence.frames] for sequence in source.sequences])
+        sequences = source.sequences
+        self._fps = whole_rate([[source.frame(one, place).stamp_ns for place in range(len(one.frames))] for one in sequences])
         self._features: dict[str, schema.Feature] = {}
         self._tasks: list[str] = []
         self._episodes: list[dict[str, Any]] = []
@@ -66,7 +66,7 @@ class FormatWriter(Writer):
         del sequence
         return []
 
-    def encode(self, frame: Frame, state: list[_Item]) -> _Item:
+    def encode(self, frame: Frame, number: int, state: list[_Item]) -> _Item:
         """Encode the images of a frame.
 
         Raises:
@@ -101,7 +101,7 @@ class FormatWriter(Writer):
         for run in runs([item.record["stamp_ns"] for item in state], self._fps):
             self._write_episode(state[run])
 
-    def finish(self) -> None:
+    def finish(self) -> tuple[str, ...]:
         """Write what is known of the whole."""
         self._close_rows()
         meta = self._out / "meta"
@@ -120,6 +120,7 @@ class FormatWriter(Writer):
         (meta / "info.json").write_text(json.dumps(info, indent=4) + "\n", encoding="utf-8")
         stats = {key: _plain(values) for key, values in together(self._stats).items()}
         (meta / "stats.json").write_text(json.dumps(stats, indent=4) + "\n", encoding="utf-8")
+        return ()
 
     def _write_episode(self, items: list[_Item]) -> None:
         first, number = items[0].record, len(self._episodes)

@@ -9,13 +9,11 @@ from __future__ import annotations
 import hashlib
 import io
 import json
-import re
 import tarfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scene_description import scene_to_json
-from scene_synth_ros.convert.frame_record import frame_record, id_layers, json_bytes, label_tables
+from scene_synth_ros.convert.frame_record import frame_record, id_layers, json_bytes, label_tables, scene_text
 from scene_synth_ros.convert.layer_files import npy_file, picture_file
 from scene_synth_ros.convert.writer import Sequence, Source, Writer
 
@@ -29,12 +27,11 @@ _BLOCK = tarfile.BLOCKSIZE
 
 
 class FormatWriter(Writer):
-    """Writes ``shard-<n>.tar``, ``rooms/<room>.json`` and ``shards.json``."""
+    """Writes ``shard-<number>.tar``, ``rooms/<room>.json`` and ``shards.json``."""
 
     def begin(self, out: Path, source: Source) -> None:
         """Take folder and source."""
         self._out, self._layers = out, source.layers
-        self._several = len({sequence.camera for sequence in source.sequences}) > 1
         self._members: dict[str, str] = {}
         self._shards: list[dict[str, Any]] = []
         self._tar: tarfile.TarFile | None = None
@@ -45,9 +42,8 @@ class FormatWriter(Writer):
         """Return what names the sequence's frames."""
         return sequence
 
-    def encode(self, frame: Frame, state: Sequence) -> tuple[str, list[tuple[str, bytes]]]:
+    def encode(self, frame: Frame, number: int, state: Sequence) -> tuple[str, list[tuple[str, bytes]]]:
         """Return key and members of a sample, by name."""
-        camera = f"{_plain(state.camera)}_" if self._several else ""
         files = {"frame.json": json_bytes(frame_record(frame))}
         if id_layers(self._layers):
             files["labels.json"] = json_bytes(label_tables(frame, self._layers))
@@ -55,10 +51,9 @@ class FormatWriter(Writer):
             suffix, data = picture_file(frame, layer) or ("npy", npy_file(frame[layer]))
             files[f"{layer}.{suffix}"] = data
             self._members[layer] = f"{layer}.{suffix}"
-        scene = self._out / "rooms" / f"{frame.room:06d}.json"
-        if frame.index == state.frames[0] and frame.scene is not None:
-            scene.write_text(scene_to_json(frame.scene), encoding="utf-8")
-        return f"{frame.room:06d}_{camera}{frame.number:06d}", sorted(files.items())
+        if number == 0 and state.place == 0 and (scene := scene_text(frame)) is not None:
+            (self._out / "rooms" / f"{state.folder}.json").write_text(scene, encoding="utf-8")
+        return f"{state.name}_{frame.number:06d}", sorted(files.items())
 
     def take(self, item: tuple[str, list[tuple[str, bytes]]], state: Sequence) -> None:
         """Append a sample, to a new shard where the old one is full."""
@@ -74,7 +69,7 @@ class FormatWriter(Writer):
         self._size += size
         self._samples += 1
 
-    def finish(self) -> None:
+    def finish(self) -> tuple[str, ...]:
         """Close the last shard and write the index."""
         self._close_shard()
         document = {
@@ -84,6 +79,7 @@ class FormatWriter(Writer):
             "shards": self._shards,
         }
         (self._out / "shards.json").write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
+        return ()
 
     def _next_shard(self) -> None:
         self._close_shard()
@@ -125,7 +121,3 @@ class _HashedFile:
         """Of what was written."""
         return self._hash.hexdigest()
 
-
-def _plain(name: str) -> str:
-    """Return a name without what ends a key or a folder."""
-    return re.sub(r"[^A-Za-z0-9_-]", "_", name)

@@ -33,9 +33,7 @@ class FrameFacts:
     """What filters ask of a frame; None is what was not asked for or is not recorded.
 
     Attributes:
-        room: index of the room.
-        number: of the stamp in the room, from 0.
-        camera: name.
+        number: of the frame in its room, from 0.
         objects: those in view, the room's shell not among them.
         brightness: mean of the colour's luma, 0 to 1.
         exposure_ev100: that the colour was exposed with.
@@ -45,9 +43,7 @@ class FrameFacts:
         thumbnail: luma at the points of ``GRID``, 0 to 255, uint8; means over cells.
     """
 
-    room: int
     number: int
-    camera: str
     objects: tuple[SeenObject, ...] | None = None
     brightness: float | None = None
     exposure_ev100: float | None = None

@@ -7,7 +7,6 @@ grows with the number of views, not with its square, as long as views that look 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import product
 
@@ -82,13 +81,6 @@ def turn_rad(one: FrameFacts, other: FrameFacts) -> float:
     """Return the angle of the rotation that takes one camera's axes to the other's, from the trace of their product."""
     cosine = (float(np.sum(one.axes * other.axes)) - 1.0) / 2.0
     return math.acos(min(1.0, max(-1.0, cosine)))
-
-
-def near_views(views: Iterable[FrameFacts], near: Nearness) -> dict[int, int]:
-    """Return number of a view -> number of the one that stays in its place, of the views of a room by one camera in their order."""
-    kept = KeptViews(near)
-    found = {facts.number: kept.equal_to(facts) for facts in views}
-    return {number: stays for number, stays in found.items() if stays is not None}
 
 
 def read_nearness(words: str) -> Nearness:
