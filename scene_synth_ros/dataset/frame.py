@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_description import SceneDescription, SceneSynthError, scene_from_json
+from scene_description import SceneDescription, SceneSynthError, error_line, scene_from_json
 from scene_description.annotations import FrameAnnotations, annotations_from_json
 from scene_description.labels import LabelTable
 from scene_description.poses import world_from_optical
@@ -19,6 +19,7 @@ from scene_synth_ros.dataset.camera import Camera, Pose, read_camera, read_pose
 from scene_synth_ros.dataset.errors import DatasetError
 from scene_synth_ros.dataset.part import Part
 from scene_synth_ros.dataset.rooms import RoomInfo, read_string
+from scene_synth_ros.mcap.contents import McapReadError
 from scene_synth_ros.messages.cdr_reader import CdrReadError
 from scene_synth_ros.messages.image_reader import COMPRESSED_TYPE, CodecError, read_compressed, read_image
 
@@ -235,8 +236,8 @@ class Frame(Mapping[str, NDArray[Any]]):
     def _message(self, topic: str, stamp: int | None = None) -> memoryview:
         try:
             return self._open().bag.read(topic, self.stamp_ns if stamp is None else stamp)
-        except (MessageReadError, OSError) as error:
-            raise DatasetError(f"{self}: {error}") from None
+        except (MessageReadError, McapReadError, OSError) as error:
+            raise DatasetError(f"{self}: {error_line(error)}") from None
 
     def _decode(self, topic: str, read: Any) -> Any:
         try:
