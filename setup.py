@@ -57,6 +57,7 @@ setup(
             "rosbags>=0.10",
             "mcap-ros2-support>=0.5",
             "pycocotools>=2.0.11",
+            "pycolmap>=3.12",
             "evo>=1.30",
             "scikit-learn>=1.4",
             "opencv-python-headless>=4.8",

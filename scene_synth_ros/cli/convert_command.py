@@ -57,8 +57,12 @@ def run(arguments: argparse.Namespace) -> int:
     rooms = len({sequence.folder for sequence in source.sequences})
     for note in notes:
         sys.stderr.write(f"scene_synth convert: {note}\n")
-    sys.stdout.write(f"{arguments.out}: {name}, {rooms} rooms, {source.frames} frames, {size / 1e6:.1f} MB\n")
+    sys.stdout.write(f"{arguments.out}: {name}, {_count(rooms, "room")}, {_count(source.frames, "frame")}, {size / 1e6:.1f} MB\n")
     return 0
+
+
+def _count(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def read_range(text: str | None) -> tuple[int, int] | None:
