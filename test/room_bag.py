@@ -90,6 +90,9 @@ def write_room_bag(
     layers: Collection[str] = ("color", "depth", "normals", "semantic", "instance"),
     labels: Mapping[str, Any] | None = None,
     attachments: Mapping[str, bytes] | None = None,
+    records: Mapping[str, Mapping[str, str]] | None = None,
+    first_room: int = 0,
+    **options: Any,
 ) -> RoomBag:
     """Write a bag of some rooms.
 
@@ -101,11 +104,16 @@ def write_room_bag(
         layers: those that are recorded.
         labels: id -> row, in place of the semantic labels.
         attachments: files in the bag.
+        records: metadata records of the bag, by name.
+        first_room: index of the first room.
+        options: of :class:`BagWriter`.
     """
     height, width = size
     camera = CameraConfig(width=width, height=height)
-    scenes, images = [room_scene(index, frames) for index in range(rooms)], {}
-    with BagWriter(folder) as writer:
+    scenes, images = [room_scene(index, frames) for index in range(first_room, first_room + rooms)], {}
+    with BagWriter(folder, **options) as writer:
+        for name, record in (records or {}).items():
+            writer.set_record(name, record)
         for name, data in (attachments or {}).items():
             writer.set_attachment(name, data)
         for scene in scenes:

@@ -6,7 +6,8 @@ are read through once, when a topic is asked for first.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from threading import RLock
 from typing import NamedTuple
 
 import numpy as np
@@ -16,9 +17,9 @@ from scene_description import SceneSynthError
 from scene_synth_ros.bags.run_info import RECORD_NAME
 from scene_synth_ros.mcap.block_cache import BlockCache
 from scene_synth_ros.mcap.contents import McapReadError
-from scene_synth_ros.mcap.message_places import PLACE, MessagePlaces, find_messages
+from scene_synth_ros.mcap.message_places import PLACE, FileIndex, Places, find_messages, read_index
 from scene_synth_ros.mcap.records import RecordError, message_at
-from scene_synth_ros.mcap.stored_file import StoredFile
+from scene_synth_ros.mcap.stored_file import Span, StoredFile
 from scene_synth_ros.messages.stamps import STAMP_READERS, stamp_ns
 
 
@@ -31,14 +32,14 @@ class _Found(NamedTuple):
 
     stamps: NDArray[np.int64]
     files: NDArray[np.int32]
-    places: NDArray[np.void]
+    places: Places
 
 
 _NOTHING = _Found(np.empty(0, np.int64), np.empty(0, np.int32), np.empty(0, PLACE))
 
 
 class IndexedBag:
-    """Messages of a bag by topic and stamp.  Holds no open file; memory: 28 bytes a message, and the cache's.
+    """Messages of a bag by topic and stamp.  Holds no open file; memory: 28 bytes for each message of the topics that were asked for.
 
     Threads: any may read.
 
@@ -46,6 +47,7 @@ class IndexedBag:
         files: of the bag, in their order.
         cache: decompressed chunks are kept there.
         report: called with one line for everything that is wrong; what is sound can be read all the same.
+        wanted: returns the topics that will be asked for, of topic -> type; others are found when they are.
 
     Attributes:
         types: topic -> type of its messages.
@@ -55,26 +57,30 @@ class IndexedBag:
         OSError: a file cannot be read.
     """
 
-    def __init__(self, files: Sequence[StoredFile], cache: BlockCache, report: Callable[[str], None]) -> None:
-        self._cache, self._report = cache, report
-        self._files: list[StoredFile] = []
-        self._contents: list[MessagePlaces] = []
+    def __init__(
+        self,
+        files: Sequence[StoredFile],
+        cache: BlockCache,
+        report: Callable[[str], None],
+        wanted: Callable[[Mapping[str, str]], Collection[str]] = lambda types: (),
+    ) -> None:
+        self._cache, self._report, self._lock = cache, report, RLock()
+        self._topics: dict[str, _Found] = {}
+        indexes: dict[StoredFile, FileIndex] = {}
         refused: list[McapReadError] = []
         for file in files:
             try:
-                contents = find_messages(file, report)
+                indexes[file] = read_index(file, report)
             except McapReadError as error:
                 refused.append(error)
-                continue
-            self._files.append(file)
-            self._contents.append(contents)
-        if refused and not self._files:
+        if refused and not indexes:
             raise refused[0]
         for error in refused:
             report(str(error))
-        self.types = {channel.topic: channel.type_name for contents in self._contents for channel in contents.channels.values()}
-        self._by_stamp = all(RECORD_NAME in contents.records for contents in self._contents)
-        self._topics: dict[str, _Found] = {}
+        self._files = tuple(indexes)
+        self.types = {channel.topic: channel.type_name for index in indexes.values() for channel in index.channels.values()}
+        self._by_stamp = all(RECORD_NAME in index.records for index in indexes.values())
+        self._find(wanted(self.types), list(indexes.values()))
 
     def stamps(self, topic: str) -> NDArray[np.int64]:
         """Return the stamps of a topic's messages, ascending, each once; log times of messages without a stamp."""
@@ -106,49 +112,47 @@ class IndexedBag:
         file, place = int(found.files[number]), found.places[number]
         stored = self._files[file]
         try:
-            records = self._cache.read(stored, self._contents[file].blocks[place["block"]])
+            start, length = self._blocks[file][place["block"]]
+            records = self._cache.read(stored, Span(int(start), int(length)))
             return message_at(records, int(place["offset"])).data
         except RecordError as error:
             raise MessageReadError(f"{stored}: topic {topic}, stamp {stamp} ns: {error}") from None
 
+    def prepare(self, topics: Collection[str]) -> None:
+        """Find the messages of topics, all that were not found before in one reading.
+
+        Raises:
+            McapReadError: a file cannot be read any more.
+            OSError: likewise.
+        """
+        with self._lock:
+            missing = [topic for topic in topics if topic not in self._topics]
+            if missing:
+                self._find(missing, [read_index(file, lambda line: None) for file in self._files])
+
     def _found(self, topic: str) -> _Found:
-        if topic not in self._topics:
-            self.prepare([topic])
+        self.prepare([topic])
         return self._topics[topic]
 
-    def prepare(self, topics: Collection[str]) -> None:
-        """Find the messages of topics, those of bags that are read through together."""
-        wanted = [topic for topic in topics if topic not in self._topics]
-        log_times = {topic: self._logged(topic) for topic in wanted}
-        self._topics |= log_times if self._by_stamp else self._stamped(log_times)
-
-    def _logged(self, topic: str) -> _Found:
-        """Return the messages of a topic by log time."""
-        parts = [
-            (file, contents.places[channel_id])
-            for file, contents in enumerate(self._contents)
-            for channel_id, channel in contents.channels.items()
-            if channel.topic == topic and channel_id in contents.places
-        ]
-        if not parts:
-            return _NOTHING
-        places = np.concatenate([rows for _, rows in parts])
-        files = np.repeat([file for file, _ in parts], [len(rows) for _, rows in parts]).astype(np.int32)
-        return _sorted(places["log_ns"].astype(np.int64), files, places)
+    def _find(self, topics: Collection[str], indexes: Sequence[FileIndex]) -> None:
+        files = [find_messages(file, index, topics, self._report) for file, index in zip(self._files, indexes, strict=True)]
+        self._blocks = [found.blocks for found in files]
+        logged = {topic: _joined([found.places.get(topic, _NOTHING.places) for found in files]) for topic in topics}
+        self._topics |= logged if self._by_stamp else self._stamped(logged)
 
     def _stamped(self, logged: dict[str, _Found]) -> dict[str, _Found]:
         """Return the messages by the stamps that they hold; those that are damaged are left out and reported."""
-        stamps = {topic: found.stamps.copy() for topic, found in logged.items()}
-        sound = {topic: np.ones(len(found.stamps), bool) for topic, found in logged.items()}
         rows = [
             (int(found.files[number]), int(found.places[number]["block"]), topic, number)
             for topic, found in logged.items()
             if self.types.get(topic) in STAMP_READERS
             for number in range(len(found.stamps))
         ]
+        stamps = {topic: found.stamps.copy() for topic, found in logged.items()}
+        sound = {topic: np.ones(len(found.stamps), bool) for topic, found in logged.items()}
         for _, _, topic, number in sorted(rows):
             try:
-                own = stamp_ns(self.types[topic], self._message(logged[topic], number, topic, int(logged[topic].stamps[number])))
+                own = stamp_ns(self.types[topic], self._message(logged[topic], number, topic, int(stamps[topic][number])))
             except MessageReadError as error:
                 self._report(str(error))
                 sound[topic][number] = False
@@ -161,6 +165,13 @@ class IndexedBag:
         }
 
 
-def _sorted(stamps: NDArray[np.int64], files: NDArray[np.int32], places: NDArray[np.void]) -> _Found:
+def _joined(of_files: Sequence[Places]) -> _Found:
+    """Return the messages of a topic by log time."""
+    places = np.concatenate(of_files)
+    files = np.repeat(np.arange(len(of_files), dtype=np.int32), [len(rows) for rows in of_files])
+    return _sorted(places["log_ns"].astype(np.int64), files, places)
+
+
+def _sorted(stamps: NDArray[np.int64], files: NDArray[np.int32], places: Places) -> _Found:
     order = np.lexsort((places["offset"], places["block"], files, stamps))
     return _Found(stamps[order], files[order], places[order])

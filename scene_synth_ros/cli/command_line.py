@@ -33,6 +33,7 @@ COMMANDS = {
     "replay": Command("publish a bag again", "replay_command"),
     "sample": Command("sample rooms and write their scene descriptions and top views", "sample_command"),
     "sweep": Command("make variants of rooms that differ in what a file says, a bag for each", "sweep_command"),
+    "split": Command("choose the rooms and frames of a dataset that are for training, validation and testing", "split_command"),
     "learn": Command("learn a grammar's numbers from furnished rooms", "learn_command"),
     "gallery": Command("draw contact sheets of the models and of a room of each type", "gallery_command"),
     "catalog": Command("check the models of a user's catalogue", "catalog_command"),

@@ -21,12 +21,14 @@ class Format(NamedTuple):
         module: below ``scene_synth_ros.convert``; has a class ``FormatWriter`` without arguments.
         roles: the layers that it has a place for.
         any_layer: whether it carries other layers too, those that ``--layers`` names.
+        unasked: whether it takes them all where ``--layers`` names none.
     """
 
     summary: str
     module: str
     roles: tuple[Role, ...]
     any_layer: bool = False
+    unasked: bool = True
 
 
 FORMATS: dict[str, Format] = {
@@ -40,6 +42,17 @@ FORMATS: dict[str, Format] = {
         "nerfstudio: transforms.json with pictures and depth", "nerfstudio", (_PICTURE, Role("depth", DEPTH, required=False))
     ),
     "colmap": Format("COLMAP: a sparse model with exact poses, points from depth", "colmap", (_PICTURE, _DEPTH)),
+    "webdataset": Format("WebDataset: tar files with everything of a frame, for training", "webdataset", (), any_layer=True),
+    "lerobot": Format(
+        "LeRobot v3.0: camera paths as episodes, images in Parquet",
+        "lerobot",
+        (_PICTURE, Role("depth", DEPTH, required=False)),
+        any_layer=True,
+        unasked=False,
+    ),
+    "hdf5": Format("HDF5: one file, an array for each layer of a room", "hdf5", (), any_layer=True),
+    "frames": Format("plain folders: PNG, NPZ and JSON", "frames", (), any_layer=True),
+    "frames_exr": Format("plain folders: PNG, OpenEXR and JSON", "frames_exr", (), any_layer=True),
 }
 """Name, as of ``--to`` -> format."""
 

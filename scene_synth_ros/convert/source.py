@@ -131,7 +131,7 @@ def choose_layers(name: str, form: Format, recorded: Items[str], asked: Items[st
             known = [layer for role in form.roles for layer in role.layers]
             raise ConvertError(f"--layers {layer}: {name} has no place for it; expected some of {', '.join(known)}, one for each role")
         _recorded(layer, recorded, source, name)
-    if form.any_layer and not asked:
+    if form.any_layer and form.unasked and not asked:
         beside = tuple(layer for layer in recorded if layer not in roles.values())
     return Chosen(roles, beside)
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
+from scene_synth_ros.dataset.url_folder import UrlFolder
 from scene_synth_ros.mcap.stored_file import LocalFile, StoredFile
 
 
@@ -65,4 +66,4 @@ class LocalFolder:
 
 def open_folder(place: str | Path) -> Folder:
     """Return the folder at a path or URL."""
-    return LocalFolder(Path(place))
+    return UrlFolder(str(place)) if "://" in str(place) else LocalFolder(Path(place))

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from scene_description import SceneDescription, SceneSynthError, scene_from_json
+from scene_description import SceneDescription, SceneSynthError, error_line, scene_from_json
 from scene_description.annotations import FrameAnnotations, annotations_from_json
 from scene_description.labels import LabelTable
 from scene_description.poses import world_from_optical
@@ -19,10 +19,13 @@ from scene_synth_ros.dataset.camera import Camera, Pose, read_camera, read_pose
 from scene_synth_ros.dataset.errors import DatasetError
 from scene_synth_ros.dataset.part import Part
 from scene_synth_ros.dataset.rooms import RoomInfo, read_string
+from scene_synth_ros.mcap.contents import McapReadError
 from scene_synth_ros.messages.cdr_reader import CdrReadError
-from scene_synth_ros.messages.image_reader import CodecError, read_image
+from scene_synth_ros.messages.image_reader import COMPRESSED_TYPE, CodecError, read_compressed, read_image
 
 _MILLIMETRE_M = np.float32(0.001)
+_FORMS = {b"\x89PNG": "png", b"\xff\xd8\xff": "jpeg"}
+"""First bytes of a file -> its form."""
 
 
 class FrameSource(Protocol):
@@ -197,14 +200,44 @@ class Frame(Mapping[str, NDArray[Any]]):
         except (CdrReadError, SceneSynthError) as error:
             raise DatasetError(f"{self}: annotations: {error}") from None
 
+    @property
+    def settings(self) -> Mapping[str, Any] | None:
+        """What the frame was rendered with, the JSON of ``<renderer>/settings``: exposure, camera, streams; None where it was not recorded.
+
+        Raises:
+            DatasetError: it is no JSON of settings.
+        """
+        part = self._open()
+        there = [topic for topic in part.topics.settings if (topic, self.stamp_ns) in part.bag]
+        try:
+            found = [json.loads(read_string(self._message(topic))) for topic in there]
+            own = [told for told in found if told["streams"]["camera"] == part.camera.rsplit("/", 1)[-1]]
+        except (CdrReadError, ValueError, KeyError, TypeError, RecursionError):
+            raise DatasetError(f"{self}: expected JSON of settings on {' or '.join(there)}, got other text") from None
+        return own[0] if own else None
+
+    def encoded(self, layer: str) -> tuple[bytes, str] | None:
+        """Return the file of a layer that was recorded as ``png`` or ``jpeg``, and which of the two; None of one that was recorded otherwise.
+
+        Raises:
+            DatasetError: the image is damaged, or was not recorded at this stamp.
+        """
+        part = self._open()
+        topic = part.topics.images.get(layer, "")
+        if part.bag.types.get(topic) != COMPRESSED_TYPE or not topic.endswith("/compressed"):
+            return None
+        data = self._decode(topic, read_compressed)
+        form = next((form for start, form in _FORMS.items() if data.startswith(start)), None)
+        return None if form is None else (data, form)
+
     def _open(self) -> Part:
         return self._dataset.part(self._part)
 
     def _message(self, topic: str, stamp: int | None = None) -> memoryview:
         try:
             return self._open().bag.read(topic, self.stamp_ns if stamp is None else stamp)
-        except (MessageReadError, OSError) as error:
-            raise DatasetError(f"{self}: {error}") from None
+        except (MessageReadError, McapReadError, OSError) as error:
+            raise DatasetError(f"{self}: {error_line(error)}") from None
 
     def _decode(self, topic: str, read: Any) -> Any:
         try:

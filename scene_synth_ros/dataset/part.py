@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -52,18 +52,19 @@ class Part:
         report: Callable[[str], None],
     ) -> None:
         try:
-            self.bag = IndexedBag(files, cache, report)
+            self.bag = IndexedBag(files, cache, report, lambda types: self._take_topics(types, name, layers, camera))
         except McapReadError as error:
             raise DatasetError(f"{error}; scene_synth repair saves what can be read") from None
-        self.cameras = find_cameras(self.bag.types)
+        self.stamps = self._frames(name, report)
+        self._scenes = {int(stamp): topic for topic in reversed(find_scenes(self.bag.types)) for stamp in self.bag.stamps(topic)}
+        self.starts = np.array(sorted(self._scenes), np.int64)
+
+    def _take_topics(self, types: Mapping[str, str], name: str, layers: Sequence[str] | None, camera: str | None) -> list[str]:
+        """Choose camera and layers; return the topics that every reading needs."""
+        self.cameras = find_cameras(types)
         self.camera, self.topics = self._choose(name, layers, camera)
         self.layers = tuple(self.topics.images if layers is None else layers)
-        scenes = find_scenes(self.bag.types)
-        images = [self.topics.images[layer] for layer in self.layers]
-        self.bag.prepare([*images, *scenes])
-        self.stamps = self._frames(name, images, report)
-        self._scenes = {int(stamp): topic for topic in reversed(scenes) for stamp in self.bag.stamps(topic)}
-        self.starts = np.array(sorted(self._scenes), np.int64)
+        return [*(self.topics.images[layer] for layer in self.layers), *find_scenes(types)]
 
     def _choose(self, name: str, layers: Sequence[str] | None, camera: str | None) -> tuple[str, CameraTopics]:
         fitting = {key: row for key, row in self.cameras.items() if camera in (None, key, key.rsplit("/", 1)[-1])}
@@ -77,8 +78,8 @@ class Part:
             raise DatasetError(f"{name}: expected layers {', '.join(lacking[best])}, got none; {got}")
         return best, fitting[best]
 
-    def _frames(self, name: str, images: Sequence[str], report: Callable[[str], None]) -> NDArray[np.int64]:
-        stamps = [self.bag.stamps(topic) for topic in images]
+    def _frames(self, name: str, report: Callable[[str], None]) -> NDArray[np.int64]:
+        stamps = [self.bag.stamps(self.topics.images[layer]) for layer in self.layers]
         found, counts = np.unique(np.concatenate(stamps), return_counts=True)
         whole: NDArray[np.int64] = found[counts == len(stamps)]
         if len(whole) < len(found):

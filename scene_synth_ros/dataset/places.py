@@ -85,7 +85,10 @@ def _shards(folder: Folder, names: list[str], report: Callable[[str], None]) -> 
             )
     if not isinstance(rows, list) or not rows:
         raise DatasetError(f"{where}: expected complete shards, got none; let scene_synth generate finish one")
-    return [_shard(below, row, f"{where}: shards[{number}]") for number, row in enumerate(rows)]
+    found = [_shard(below, row, f"{where}: shards[{number}]") for number, row in enumerate(rows)]
+    if not any(bag.files for bag in found):
+        raise DatasetError(f"{where}: expected a shard with rooms, got {len(found)} without; their completion files say what failed")
+    return [bag for bag in found if bag.files]
 
 
 def _planned(folder: Folder, names: list[str]) -> int | None:
@@ -99,9 +102,10 @@ def _shard(below: Folder, row: Any, where: str) -> BagPlace:
     try:
         rooms = tuple(_room(room, f"rooms[{number}]") for number, room in enumerate(row["rooms"]))
         files = tuple(below.file(_inside(file["name"])) for file in row["files"])
-    except (LookupError, TypeError, SceneSynthError) as error:
+        name = f"{below / format(row['shard'], '05d')}"
+    except (LookupError, TypeError, ValueError, SceneSynthError) as error:
         raise DatasetError(f"{where}: expected rooms and files of a shard, got {' '.join(str(error).split())[:200]}") from None
-    return BagPlace(name=str(below / f"{row.get('shard', 0):05d}"), files=files, rooms=rooms)
+    return BagPlace(name=name, files=files, rooms=rooms)
 
 
 def _inside(name: Any) -> str:

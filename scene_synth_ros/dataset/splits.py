@@ -37,12 +37,16 @@ def read_split(folder: Folder, name: str, rooms: Sequence[RoomInfo]) -> NDArray[
     if not isinstance(splits, dict) or name not in splits:
         raise DatasetError(f"{file}: expected split '{name}', got {', '.join(splits) if isinstance(splits, dict) else 'no splits'}")
     starts = np.concatenate([[0], np.cumsum([room.frames for room in rooms])]).astype(np.int64)
-    place_of = {room.index: place for place, room in reversed(list(enumerate(rooms)))}
+    places: dict[tuple[int, str | None], list[int]] = {}
+    for place, info in enumerate(rooms):
+        places.setdefault((info.index, info.scene_id), []).append(place)
+        places.setdefault((info.index, None), []).append(place)
     chosen = [np.empty(0, np.int64)]
     for number, row in enumerate(splits[name]):
-        room, frames = _row(row, f"{file}: splits.{name}[{number}]")
-        if room in place_of:
-            place = place_of[room]
+        room, scene, copy, frames = _row(row, f"{file}: splits.{name}[{number}]")
+        alike = places.get((room, scene), [])
+        if copy < len(alike):
+            place = alike[copy]
             count = rooms[place].frames
             own = np.arange(count) if frames is None else np.array(frames, np.int64)
             if own.size and (own.min() < 0 or own.max() >= count):
@@ -53,8 +57,12 @@ def read_split(folder: Folder, name: str, rooms: Sequence[RoomInfo]) -> NDArray[
     return np.concatenate(chosen)
 
 
-def _row(row: Any, where: str) -> tuple[int, list[int] | None]:
-    room, frames = (row.get("room"), row.get("frames")) if isinstance(row, dict) else (None, None)
-    if not isinstance(room, int) or not (frames is None or (isinstance(frames, list) and all(isinstance(item, int) for item in frames))):
+def _row(row: Any, where: str) -> tuple[int, str | None, int, list[int] | None]:
+    """Return a room's index, the id of its scene (None: any), how many rooms of both come before it, and its frames (None: all)."""
+    values = [row.get("room"), row.get("scene"), row.get("copy", 0), row.get("frames")] if isinstance(row, dict) else [None] * 4
+    room, scene, copy, frames = values
+    numbers = [room, copy, *(frames if isinstance(frames, list) else ())]
+    fits = all(isinstance(item, int) and item >= 0 for item in numbers) and isinstance(scene, str | None) and isinstance(frames, list | None)
+    if not fits:
         raise DatasetError(f"{where}: expected a room and its frames or null, got {row!r:.80}")
-    return room, frames
+    return room, scene, copy, frames

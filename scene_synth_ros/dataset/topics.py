@@ -14,13 +14,14 @@ _FORMS = (("/image_raw", IMAGE_TYPE), ("/image_raw/compressed", COMPRESSED_TYPE)
 
 @dataclass(slots=True, kw_only=True)
 class CameraTopics:
-    """The topics of one camera: layer -> image, layer -> camera info, layer -> labels; "" where there is none."""
+    """The topics of one camera: layer -> image, layer -> camera info, layer -> labels; "" where there is none; settings of all renderers."""
 
     images: dict[str, str] = field(default_factory=dict)
     infos: dict[str, str] = field(default_factory=dict)
     labels: dict[str, str] = field(default_factory=dict)
     pose: str = ""
     annotations: str = ""
+    settings: tuple[str, ...] = ()
 
 
 def find_cameras(types: Mapping[str, str]) -> dict[str, CameraTopics]:
@@ -35,11 +36,13 @@ def find_cameras(types: Mapping[str, str]) -> dict[str, CameraTopics]:
             camera, _, layer = topic.removesuffix(end).rpartition("/")
             if types[topic] == kind and topic.endswith(end) and camera:
                 found.setdefault(camera, CameraTopics()).images.setdefault(layer, topic)
+    settings = tuple(sorted(topic for topic, kind in types.items() if kind == STRING and topic.endswith("/settings")))
     for camera, topics in found.items():
         for layer in topics.images:
             topics.infos |= _named(types, f"{camera}/{layer}/camera_info", INFO_TYPE, layer)
             topics.labels |= _named(types, f"{camera}/{layer}/labels", STRING, layer)
         topics.pose = _named(types, f"{camera}/pose", POSE_TYPE, "").get("", "")
+        topics.settings = settings
         topics.annotations = _named(types, f"{camera}/annotations", STRING, "").get("", "")
     return dict(sorted(found.items()))
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import NamedTuple
 
 import numpy as np
 from mcap.opcode import Opcode
+from mcap.records import ChunkIndex
 from numpy.typing import NDArray
 
 from scene_synth_ros.mcap.contents import MAGIC, ChannelInfo, McapContents
@@ -17,55 +18,80 @@ from scene_synth_ros.mcap.stored_file import Span, StoredFile
 PLACE = np.dtype([("log_ns", "<i8"), ("block", "<i4"), ("offset", "<i4")])
 """A message: its log time, the number of its block in the file, and where it begins in the block's records (bytes)."""
 
+Places = NDArray[np.void]
+"""(messages,) of ``PLACE``, as they stand in the file."""
+
 _INDEX_HEAD = struct.Struct("<HI")
 _ENTRY = np.dtype([("log_ns", "<u8"), ("offset", "<u8")])
+
+
+class FileIndex(NamedTuple):
+    """What a file says of itself: channels by id, metadata records by name, its chunks (None for a file without an index)."""
+
+    channels: Mapping[int, ChannelInfo]
+    records: Mapping[str, Mapping[str, str]]
+    chunks: list[ChunkIndex] | None
 
 
 class MessagePlaces(NamedTuple):
     """The messages of one file.
 
     Attributes:
-        channels: by id.
-        records: metadata records of the file, by name.
-        blocks: where records stand that hold messages: chunks, or single messages outside of chunks.
-        places: channel id -> array of ``PLACE``, as they stand in the file.
+        blocks: (blocks, 2) int64, first byte and length of the records that hold messages: chunks, or single messages outside of chunks.
+        places: topic -> its messages.
     """
 
-    channels: Mapping[int, ChannelInfo]
-    records: Mapping[str, Mapping[str, str]]
-    blocks: tuple[Span, ...]
-    places: Mapping[int, NDArray[np.void]]
+    blocks: NDArray[np.int64]
+    places: Mapping[str, Places]
 
 
-def find_messages(file: StoredFile, report: Callable[[str], None]) -> MessagePlaces:
-    """Find the messages of a file.
+def read_index(file: StoredFile, report: Callable[[str], None]) -> FileIndex:
+    """Read what a file says of itself.
 
     Args:
         file: finished, unfinished or damaged.
-        report: called with one line for everything that is wrong; what is sound is found all the same.
+        report: called with one line for everything that is wrong.
 
     Raises:
         McapReadError: it cannot be read, or is no MCAP file.
-        OSError: it cannot be read.
     """
-    with McapContents(file, report) as contents:  # type: ignore[arg-type]
-        channels, records, chunks = contents.channels, contents.metadata, contents.chunks
-        if chunks is None:
-            blocks, found = _read_through(file, report)
-            return MessagePlaces(channels, records, blocks, found)
-    chunks = sorted(chunks, key=lambda chunk: chunk.chunk_start_offset)
-    blocks = tuple(Span(chunk.chunk_start_offset, chunk.chunk_length) for chunk in chunks)
-    indexes = file.read([Span(chunk.chunk_start_offset + chunk.chunk_length, chunk.message_index_length) for chunk in chunks])
-    parts: dict[int, list[NDArray[np.void]]] = {}
-    for number, (chunk, index) in enumerate(zip(chunks, indexes, strict=True)):
-        try:
-            entries = list(_index_entries(index)) if chunk.message_index_length else list(_walk(read_block(file, blocks[number])))
-        except RecordError as error:
-            report(f"{file.name}: at byte {chunk.chunk_start_offset}: {error}")
-            continue
-        for channel_id, rows in entries:
-            parts.setdefault(channel_id, []).append(_placed(rows, number))
-    return MessagePlaces(channels, records, blocks, {channel_id: np.concatenate(rows) for channel_id, rows in parts.items()})
+    with McapContents(file, report) as contents:
+        return FileIndex(contents.channels, contents.metadata, contents.chunks)
+
+
+def find_messages(file: StoredFile, index: FileIndex, topics: Collection[str], report: Callable[[str], None]) -> MessagePlaces:
+    """Find the messages of some topics.
+
+    Args:
+        file: where they are.
+        index: of the file.
+        topics: names.
+        report: called with one line for every part of the index that is damaged.
+
+    Raises:
+        OSError: the file cannot be read.
+    """
+    wanted = {channel_id: channel.topic for channel_id, channel in index.channels.items() if channel.topic in topics}
+    parts: dict[str, list[Places]] = {}
+    if index.chunks is None:
+        blocks = []
+        for block, records in _read_through(file):
+            _take(parts, wanted, _walk(records), len(blocks))
+            blocks.append(block)
+    else:
+        chunks = sorted(index.chunks, key=lambda chunk: chunk.chunk_start_offset)
+        blocks = [Span(chunk.chunk_start_offset, chunk.chunk_length) for chunk in chunks]
+        told = file.read(
+            [Span(block.start + block.length, chunk.message_index_length) for block, chunk in zip(blocks, chunks, strict=True)]
+        )
+        for number, (chunk, data) in enumerate(zip(chunks, told, strict=True)):
+            try:
+                entries = _indexed(data, chunk, wanted) if chunk.message_index_length else _walk(read_block(file, blocks[number]))
+                _take(parts, wanted, entries, number)
+            except RecordError as error:
+                report(f"{file.name}: at byte {chunk.chunk_start_offset}: {error}")
+    places = {topic: np.concatenate(rows) for topic, rows in parts.items()}
+    return MessagePlaces(np.array(blocks, np.int64).reshape(-1, 2), places)
 
 
 def read_block(file: StoredFile, block: Span) -> bytes:
@@ -84,15 +110,26 @@ def read_block(file: StoredFile, block: Span) -> bytes:
     return chunk_records(data[PREFIX_SIZE:]) if opcode == Opcode.CHUNK else data
 
 
-def _index_entries(data: bytes) -> Iterator[tuple[int, NDArray[np.void]]]:
-    """Yield channel id and entries of the message index records behind a chunk."""
-    for record in records_in(data):
-        start, size = record.offset + PREFIX_SIZE + _INDEX_HEAD.size, record.length - _INDEX_HEAD.size
-        if record.opcode != Opcode.MESSAGE_INDEX or size < 0 or size % _ENTRY.itemsize:
-            raise RecordError("index damaged, expected the places of a chunk's messages")
-        channel_id, told = _INDEX_HEAD.unpack_from(data, start - _INDEX_HEAD.size)
-        if told != size:
-            raise RecordError(f"index damaged, expected {size} bytes of places, got {told}")
+def _take(parts: dict[str, list[Places]], wanted: Mapping[int, str], entries: Iterator[tuple[int, NDArray[np.void]]], block: int) -> None:
+    for channel_id, rows in entries:
+        if channel_id in wanted:
+            places = np.empty(len(rows), PLACE)
+            places["log_ns"], places["block"], places["offset"] = rows["log_ns"], block, rows["offset"]
+            parts.setdefault(wanted[channel_id], []).append(places)
+
+
+def _indexed(data: bytes, chunk: ChunkIndex, wanted: Mapping[int, str]) -> Iterator[tuple[int, NDArray[np.void]]]:
+    """Yield channel id and entries of the message index records behind a chunk, those that are wanted."""
+    for told, offset in chunk.message_index_offsets.items():
+        if told not in wanted:
+            continue
+        start = offset - chunk.chunk_start_offset - chunk.chunk_length + PREFIX_SIZE
+        if not PREFIX_SIZE <= start <= len(data) - _INDEX_HEAD.size:
+            raise RecordError(f"index damaged, no places of messages at byte {offset}")
+        channel_id, size = _INDEX_HEAD.unpack_from(data, start)
+        start += _INDEX_HEAD.size
+        if channel_id != told or size > len(data) - start or size % _ENTRY.itemsize:
+            raise RecordError(f"index damaged, no places of messages at byte {offset}")
         yield channel_id, np.frombuffer(data, _ENTRY, size // _ENTRY.itemsize, start)
 
 
@@ -107,32 +144,19 @@ def _walk(records: bytes) -> Iterator[tuple[int, NDArray[np.void]]]:
         yield channel_id, np.array(entries, _ENTRY)
 
 
-def _placed(entries: NDArray[np.void], block: int) -> NDArray[np.void]:
-    places = np.empty(len(entries), PLACE)
-    places["log_ns"], places["block"], places["offset"] = entries["log_ns"], block, entries["offset"]
-    return places
-
-
-def _read_through(file: StoredFile, report: Callable[[str], None]) -> tuple[tuple[Span, ...], dict[int, NDArray[np.void]]]:
-    """Find blocks and places up to the end of the last whole record; what is damaged was reported when the file was opened."""
-    blocks: list[Span] = []
-    parts: dict[int, list[NDArray[np.void]]] = {}
+def _read_through(file: StoredFile) -> Iterator[tuple[Span, bytes]]:
+    """Yield blocks with their records up to the last whole record; what is damaged was told when the index was read."""
     with file.open("rb") as stream:
         size = stream.seek(0, 2)
         try:
             for record in read_records(stream, len(MAGIC), size):
                 if record.opcode == Opcode.DATA_END:
-                    break
-                if record.opcode not in (Opcode.CHUNK, Opcode.MESSAGE):
-                    continue
-                block = Span(record.offset, PREFIX_SIZE + len(record.body))
-                try:
-                    entries = list(_walk(read_block(file, block)))
-                except RecordError:
-                    continue
-                for channel_id, rows in entries:
-                    parts.setdefault(channel_id, []).append(_placed(rows, len(blocks)))
-                blocks.append(block)
+                    return
+                if record.opcode in (Opcode.CHUNK, Opcode.MESSAGE):
+                    block = Span(record.offset, PREFIX_SIZE + len(record.body))
+                    try:
+                        yield block, read_block(file, block)
+                    except RecordError:
+                        continue
         except RecordError:
-            pass
-    return tuple(blocks), {channel_id: np.concatenate(rows) for channel_id, rows in parts.items()}
+            return

@@ -57,6 +57,18 @@ def read_image(type_name: str, data: bytes | memoryview, topic: str) -> ReadImag
         raise CodecError(f"{topic}: {error}") from None
 
 
+def read_compressed(data: bytes | memoryview) -> bytes:
+    """Return the file in a serialised CompressedImage.
+
+    Raises:
+        CdrReadError: the message is cut off.
+    """
+    reader = CdrReader(data)
+    reader.header()
+    reader.text()
+    return bytes(reader.octets())
+
+
 def _read_raw(reader: CdrReader, topic: str) -> ReadImage:
     head, height, width, encoding = reader.header(), reader.number("I"), reader.number("I"), reader.text()
     order, step = ">" if reader.number("B") else "<", reader.number("I")
