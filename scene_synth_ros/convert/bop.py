@@ -85,11 +85,10 @@ class FormatWriter(Writer):
         flat = flatten(frame.scene, self._source.catalog)
         meshes = ObjectMeshes(flat)
         objects, fresh = self._library.add_room(frame.scene, flat, meshes)
-        for number in fresh:
-            mesh = self._library.mesh(number)
-            data = ply_mesh(mesh.vertices * np.float32(_MM), mesh.normals, mesh.faces)
-            (self._out / "models" / f"obj_{number:06d}.ply").write_bytes(data)
-            self._models[str(number)] = self._library.info(number)
+        for model in fresh:
+            data = ply_mesh(model.mesh.vertices * np.float32(_MM), model.mesh.normals, model.mesh.faces)
+            (self._out / "models" / f"obj_{model.number:06d}.ply").write_bytes(data)
+            self._models[str(model.number)] = model.info()
         path = self._out / _FOLDERS.get(self._source.split, self._source.split or "") / f"{self._scenes:06d}"
         for name in ("rgb", "depth", "mask", "mask_visib"):
             (path / name).mkdir(parents=True)

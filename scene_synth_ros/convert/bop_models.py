@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +20,8 @@ from scene_description.poses import rotation_from_quaternion
 
 _SAME_M = 1e-4
 """Vertices of equal models differ by less: they were moved into the world and back in float32."""
+_KEPT = 64
+"""Vertices of a model that are kept to know an equal one by, so that memory does not grow with the meshes of all rooms."""
 
 
 class ObjectPose(NamedTuple):
@@ -29,56 +32,56 @@ class ObjectPose(NamedTuple):
     place_m: NDArray[np.float64]
 
 
-class _Model(NamedTuple):
-    """A model: its mesh, metres, and what it is."""
+class Model(NamedTuple):
+    """A model: its number, its mesh in metres, its category."""
 
+    number: int
     mesh: Mesh
     category: str
 
-
-class ModelLibrary:
-    """The models of all rooms, each once, numbered from 1 in the order in which they come."""
-
-    def __init__(self) -> None:
-        self._models: list[_Model] = []
-        self._alike: dict[tuple[Any, ...], list[int]] = {}
-
-    def add_room(self, scene: SceneDescription, flat: FlatScene, meshes: ObjectMeshes) -> tuple[dict[int, ObjectPose], list[int]]:
-        """Return the objects and openings of a room by their ids, and the numbers of the models that were not there before."""
-        poses: dict[int, ObjectPose] = {}
-        known = len(self._models)
-        for key, thing in things_of(scene, meshes, label_standard("nyu40")).items():
-            rotation = rotation_from_quaternion(thing.box.orientation)
-            mesh, place = _local(flat, key, rotation)
-            poses[key] = ObjectPose(self._number(_Model(mesh, thing.category)), rotation, place)
-        return poses, list(range(known + 1, len(self._models) + 1))
-
-    def mesh(self, number: int) -> Mesh:
-        """Return the mesh of a model, metres."""
-        return self._models[number - 1].mesh
-
-    def info(self, number: int) -> dict[str, Any]:
-        """Return a model's row of ``models_info.json``: millimetres, with its category as ``name``."""
-        vertices = self.mesh(number).vertices.astype(np.float64) * 1000.0
+    def info(self) -> dict[str, Any]:
+        """Return the model's row of ``models_info.json``: millimetres, with its category as ``name``."""
+        vertices = self.mesh.vertices.astype(np.float64) * 1000.0
         low, size = vertices.min(axis=0), np.ptp(vertices, axis=0)
         row: dict[str, Any] = {"diameter": diameter(vertices)}
         row |= {f"min_{axis}": float(value) for axis, value in zip("xyz", low, strict=True)}
         row |= {f"size_{axis}": float(value) for axis, value in zip("xyz", size, strict=True)}
-        return row | {"name": self._models[number - 1].category}
+        return row | {"name": self.category}
 
-    def __len__(self) -> int:
-        return len(self._models)
 
-    def _number(self, model: _Model) -> int:
-        """Return the number of a model, that of an equal one if there is one."""
-        mesh = model.mesh
-        alike = self._alike.setdefault((model.category, len(mesh.vertices), mesh.faces.tobytes()), [])
-        for number in alike:
-            if float(np.abs(self.mesh(number).vertices - mesh.vertices).max()) < _SAME_M:
-                return number
-        self._models.append(model)
-        alike.append(len(self._models))
-        return len(self._models)
+class ModelLibrary:
+    """Knows the models of all rooms, each once, numbered from 1 in the order in which they come.
+
+    Two objects have one model if category and triangles are equal and the kept vertices lie within ``_SAME_M`` of each other.
+    """
+
+    def __init__(self) -> None:
+        self._count = 0
+        self._alike: dict[tuple[str, int, bytes], list[tuple[int, NDArray[np.float32]]]] = {}
+
+    def add_room(self, scene: SceneDescription, flat: FlatScene, meshes: ObjectMeshes) -> tuple[dict[int, ObjectPose], list[Model]]:
+        """Return the objects and openings of a room by their ids, and the models that were not there before."""
+        poses: dict[int, ObjectPose] = {}
+        fresh: list[Model] = []
+        for key, thing in things_of(scene, meshes, label_standard("nyu40")).items():
+            rotation = rotation_from_quaternion(thing.box.orientation)
+            mesh, place = _local(flat, key, rotation)
+            number, is_new = self._number(mesh, thing.category)
+            poses[key] = ObjectPose(number, rotation, place)
+            if is_new:
+                fresh.append(Model(number, mesh, thing.category))
+        return poses, fresh
+
+    def _number(self, mesh: Mesh, category: str) -> tuple[int, bool]:
+        """Return the number of a model, that of an equal one if there is one, and whether there is none."""
+        kept = mesh.vertices[:: max(len(mesh.vertices) // _KEPT, 1)].copy()
+        alike = self._alike.setdefault((category, len(mesh.vertices), hashlib.sha256(mesh.faces.tobytes()).digest()), [])
+        for number, vertices in alike:
+            if float(np.abs(vertices - kept).max()) < _SAME_M:
+                return number, False
+        self._count += 1
+        alike.append((self._count, kept))
+        return self._count, True
 
 
 def diameter(vertices: NDArray[np.float64]) -> float:
