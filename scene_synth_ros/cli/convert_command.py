@@ -57,7 +57,7 @@ def run(arguments: argparse.Namespace) -> int:
     rooms = len({sequence.folder for sequence in source.sequences})
     for note in notes:
         sys.stderr.write(f"scene_synth convert: {note}\n")
-    sys.stdout.write(f"{arguments.out}: {name}, {_count(rooms, "room")}, {_count(source.frames, "frame")}, {size / 1e6:.1f} MB\n")
+    sys.stdout.write(f"{arguments.out}: {name}, {_count(rooms, 'room')}, {_count(source.frames, 'frame')}, {size / 1e6:.1f} MB\n")
     return 0
 
 

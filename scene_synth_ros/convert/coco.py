@@ -69,9 +69,7 @@ class FormatWriter(Writer):
         """
         names = class_names(self._source.frame(sequence, 0))
         if any(self._names.get(key, name) != name for key, name in names.items()):
-            raise ConvertError(
-                f"coco: {self._source.name}: expected classes of one standard, got another in {sequence.name}; use --rooms"
-            )
+            raise ConvertError(f"coco: {self._source.name}: expected classes of one standard, got another in {sequence.name}; use --rooms")
         self._names |= names
         return sequence
 

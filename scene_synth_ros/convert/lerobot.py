@@ -76,7 +76,9 @@ class FormatWriter(Writer):
         for layer in self._layers:
             pixels = frame[layer]
             if pixels.dtype.kind == "f" and pixels.ndim == 3:
-                raise ConvertError(f"--layers {layer}: lerobot has no images of three floating-point numbers; convert to webdataset or hdf5")
+                raise ConvertError(
+                    f"--layers {layer}: lerobot has no images of three floating-point numbers; convert to webdataset or hdf5"
+                )
             channels = 1 if pixels.ndim == 2 else pixels.shape[2]
             name, row = schema.image_feature(layer, *pixels.shape[:2], channels, metres=pixels.dtype.kind == "f")
             images[name], samples[name], features[name] = _image(frame, layer, pixels), thinned(pixels), row
@@ -93,7 +95,9 @@ class FormatWriter(Writer):
         for name, row in item.features.items():
             if row != self._features[name]:
                 expected = self._features[name].shape
-                raise ConvertError(f"lerobot: {name}: expected images of one size, got {expected} and {row.shape}; take --rooms or --camera")
+                raise ConvertError(
+                    f"lerobot: {name}: expected images of one size, got {expected} and {row.shape}; take --rooms or --camera"
+                )
         state.append(item)
 
     def end_sequence(self, state: list[_Item]) -> None:

@@ -85,7 +85,7 @@ class FormatWriter(Writer):
         self._close_shard()
         self._path = self._out / f"shard-{len(self._shards):06d}.tar"
         self._file = _HashedFile(self._path)
-        self._tar = tarfile.open(fileobj=self._file, mode="w|", format=tarfile.USTAR_FORMAT)  # noqa: SIM115
+        self._tar = tarfile.open(fileobj=self._file, mode="w|", format=tarfile.USTAR_FORMAT)
         self._size = self._samples = 0
 
     def _close_shard(self) -> None:
@@ -120,4 +120,3 @@ class _HashedFile:
     def sha256(self) -> str:
         """Of what was written."""
         return self._hash.hexdigest()
-

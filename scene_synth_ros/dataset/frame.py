@@ -217,7 +217,7 @@ class Frame(Mapping[str, NDArray[Any]]):
         return own[0] if own else None
 
     def encoded(self, layer: str) -> tuple[bytes, str] | None:
-        """Return the file of a layer that was recorded as ``png`` or ``jpeg``, and which of the two; None of one that was recorded otherwise.
+        """Return the file of a layer that was recorded as ``png`` or ``jpeg``, and which of the two it is; None of other layers.
 
         Raises:
             DatasetError: the image is damaged, or was not recorded at this stamp.
