@@ -23,7 +23,8 @@ from scene_synth_ros.mcap.contents import McapReadError
 from scene_synth_ros.messages.cdr_reader import CdrReadError
 from scene_synth_ros.messages.image_reader import CodecError, read_image
 
-_MILLIMETRE_M = np.float32(0.001)
+_MILLIMETRES = np.float32(1000.0)
+"""Of a metre."""
 
 
 class FrameSource(Protocol):
@@ -223,7 +224,7 @@ def _unpickled(state: tuple[Any, ...], decoded: dict[str, NDArray[Any]]) -> Fram
 def _metres(depth: NDArray[Any]) -> NDArray[Any]:
     if depth.dtype != np.uint16:
         return depth
-    metres = depth * _MILLIMETRE_M
+    metres = depth / _MILLIMETRES
     metres[depth == 0] = np.nan
     return metres
 
