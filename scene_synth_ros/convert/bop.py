@@ -26,6 +26,7 @@ from scene_synth_ros.convert.image_files import depth_steps, write_picture, writ
 from scene_synth_ros.convert.lens import Lens, lens_of, refuse_lens
 from scene_synth_ros.convert.ply_files import ply_mesh
 from scene_synth_ros.convert.poses import camera_from_world, camera_pose
+from scene_synth_ros.convert.shutter import refuse_rolling_shutter
 from scene_synth_ros.convert.writer import Sequence, Source, Writer
 from scene_synth_ros.dataset import Frame
 
@@ -73,10 +74,11 @@ class FormatWriter(Writer):
         """Make the room again for its meshes, and write those models that are new.
 
         Raises:
-            ConvertError: the camera is no pinhole.
+            ConvertError: the camera is no pinhole, or its shutter rolls.
             SceneSynthError: the room cannot be made: its own models are not in the catalogue.
         """
         frame = self._source.frame(sequence, 0)
+        refuse_rolling_shutter(frame, sequence.camera, "bop")
         lens = lens_of(frame.camera)
         if lens.model != "pinhole":
             raise refuse_lens(lens, sequence.camera, "bop", "without distortion", "choose --to coco, or record with camera.model pinhole")

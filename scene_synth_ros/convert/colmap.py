@@ -14,6 +14,7 @@ from scene_synth_ros.convert.colmap_files import ColmapImage, Model, cameras_bin
 from scene_synth_ros.convert.image_files import write_picture
 from scene_synth_ros.convert.lens import Lens, lens_of, refuse_lens
 from scene_synth_ros.convert.poses import camera_pose
+from scene_synth_ros.convert.shutter import refuse_rolling_shutter
 from scene_synth_ros.convert.sparse_points import Cells, Glimpse, SparsePoints, cells_of, glimpse
 from scene_synth_ros.convert.writer import Sequence, Source, Writer
 from scene_synth_ros.dataset import Frame
@@ -52,8 +53,9 @@ class FormatWriter(Writer):
         """Make the folders of a room and of a camera in it.
 
         Raises:
-            ConvertError: COLMAP has no model of the lens.
+            ConvertError: COLMAP has no model of the lens, or the shutter rolls.
         """
+        refuse_rolling_shutter(self._source.frame(sequence, 0), sequence.camera, "colmap")
         lens = lens_of(self._source.camera(sequence))
         model = model_of(lens)
         if model is None:

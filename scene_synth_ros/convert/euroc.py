@@ -18,6 +18,7 @@ from scene_synth_ros.convert.errors import ConvertError
 from scene_synth_ros.convert.image_files import write_png
 from scene_synth_ros.convert.lens import Lens, lens_of, refuse_lens
 from scene_synth_ros.convert.poses import camera_from_world, camera_pose, world_from_camera
+from scene_synth_ros.convert.shutter import shutter_notes
 from scene_synth_ros.convert.writer import Sequence, Source, Writer
 from scene_synth_ros.dataset import Frame
 
@@ -55,6 +56,7 @@ class FormatWriter(Writer):
         """Take the folder and the source."""
         self._out, self._source = out, source
         self._bodies: dict[str, list[CameraPose]] = {}
+        self._notes: dict[str, None] = {}
 
     def begin_sequence(self, sequence: Sequence) -> _Camera:
         """Make the folders of a camera.
@@ -65,6 +67,7 @@ class FormatWriter(Writer):
         lens = lens_of(self._source.camera(sequence))
         if lens.model not in _DISTORTION or (lens.model == "brown_conrady" and lens.coefficients[4]):
             raise refuse_lens(lens, sequence.camera, "euroc", "of plumb_bob without k3, or equidistant", "choose --to colmap")
+        self._notes |= shutter_notes(self._source.frame(sequence, 0), sequence.camera, "euroc")
         state = _Camera(self._out / sequence.folder, sequence, lens)
         (state.path / "data").mkdir(parents=True)
         return state
@@ -101,8 +104,8 @@ class FormatWriter(Writer):
             del self._bodies[state.sequence.folder]
 
     def finish(self) -> tuple[str, ...]:
-        """Return no notes."""
-        return ()
+        """Tell of rolling shutters."""
+        return tuple(self._notes)
 
     def _mounted(self, body: list[CameraPose], state: _Camera) -> NDArray[np.float64]:
         """Return where a camera is against the first one, (4, 4)."""

@@ -12,6 +12,7 @@ from renderer.files.image_io import encode_image
 from scene_synth_ros.dataset import Frame
 
 _LARGEST = 2**16 - 1
+_ENDINGS = {"png": "png", "jpeg": "jpg"}
 
 
 class DepthFile(NamedTuple):
@@ -21,10 +22,22 @@ class DepthFile(NamedTuple):
     beyond: int
 
 
-def write_picture(frame: Frame, layer: str, base: Path) -> str:
-    """Write the picture of a frame, uint8 (height, width, 3), as PNG; return the file's name, that of ``base`` with its ending."""
-    path = base.with_name(f"{base.name}.png")
-    write_png(path, frame[layer])
+def write_picture(frame: Frame, layer: str, base: Path, *, jpeg: bool = True) -> str:
+    """Write the picture of a frame, uint8 (height, width, 3); return the file's name, that of ``base`` with its ending.
+
+    The file of a picture that was recorded as PNG or JPEG is copied as it is; everything else becomes PNG.
+
+    Args:
+        frame: has the layer.
+        layer: of the picture.
+        base: file without its ending.
+        jpeg: whether the format takes JPEG.
+    """
+    data, form = frame.encoded(layer) or (b"", "")
+    if not data or (form == "jpeg" and not jpeg):
+        data, form = encode_image(frame[layer], "png"), "png"
+    path = base.with_name(f"{base.name}.{_ENDINGS[form]}")
+    path.write_bytes(data)
     return path.name
 
 

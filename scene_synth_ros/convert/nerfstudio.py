@@ -15,6 +15,7 @@ from scene_synth_ros.convert.image_files import beyond_note, depth_steps, write_
 from scene_synth_ros.convert.lens import HALF_PIXEL, Lens, lens_of, refuse_lens
 from scene_synth_ros.convert.ply_files import ply_points
 from scene_synth_ros.convert.poses import camera_pose, world_from_opengl
+from scene_synth_ros.convert.shutter import refuse_rolling_shutter
 from scene_synth_ros.convert.sparse_points import Cells, Glimpse, SparsePoints, cells_of, glimpse
 from scene_synth_ros.convert.writer import Sequence, Source, Writer
 from scene_synth_ros.dataset import Frame
@@ -61,8 +62,9 @@ class FormatWriter(Writer):
         """Make the folders of a sequence.
 
         Raises:
-            ConvertError: nerfstudio has no model of the lens.
+            ConvertError: nerfstudio has no model of the lens, or the shutter rolls.
         """
+        refuse_rolling_shutter(self._source.frame(sequence, 0), sequence.camera, "nerfstudio")
         lens = lens_of(self._source.camera(sequence))
         if lens.model not in _COEFFICIENTS:
             raise refuse_lens(lens, sequence.camera, "nerfstudio", "of plumb_bob, equidistant or equirectangular", "choose --to colmap")

@@ -15,6 +15,7 @@ from scene_description import CameraPose
 from scene_synth_ros.convert.image_files import beyond_note, depth_steps, write_picture, write_png
 from scene_synth_ros.convert.lens import lens_of, refuse_lens
 from scene_synth_ros.convert.poses import camera_pose
+from scene_synth_ros.convert.shutter import shutter_notes
 from scene_synth_ros.convert.tum_trajectory import stamp_text, trajectory_to_tum
 from scene_synth_ros.convert.writer import Sequence, Source, Writer
 from scene_synth_ros.dataset import Frame
@@ -38,6 +39,7 @@ class FormatWriter(Writer):
     def begin(self, out: Path, source: Source) -> None:
         """Take the folder and the source."""
         self._out, self._source, self._beyond = out, source, 0
+        self._notes: dict[str, None] = {}
 
     def begin_sequence(self, sequence: Sequence) -> _Folder:
         """Make the folders of a sequence, and write its intrinsics.
@@ -48,6 +50,7 @@ class FormatWriter(Writer):
         lens = lens_of(self._source.camera(sequence))
         if lens.model not in _LENSES:
             raise refuse_lens(lens, sequence.camera, "tum", "pinhole or plumb_bob", "choose --to colmap or nerfstudio")
+        self._notes |= shutter_notes(self._source.frame(sequence, 0), sequence.camera, "tum")
         path = self._out / sequence.name
         for name in ("rgb", "depth"):
             (path / name).mkdir(parents=True)
@@ -60,7 +63,7 @@ class FormatWriter(Writer):
         """Write picture and depth; return the pose, and how many pixels are too far away."""
         del number
         name = stamp_text(frame.stamp_ns)
-        write_picture(frame, self._source.roles["picture"], state.path / "rgb" / name)
+        write_picture(frame, self._source.roles["picture"], state.path / "rgb" / name, jpeg=False)
         depth = depth_steps(frame[self._source.roles["depth"]], STEPS_A_METRE)
         write_png(state.path / "depth" / f"{name}.png", depth.stored)
         return camera_pose(frame), depth.beyond
@@ -86,5 +89,5 @@ class FormatWriter(Writer):
         (state.path / "groundtruth.txt").write_text(trajectory_to_tum(state.poses), encoding="utf-8")
 
     def finish(self) -> tuple[str, ...]:
-        """Tell of pixels that are too far away."""
-        return beyond_note("tum", self._beyond, STEPS_A_METRE)
+        """Tell of pixels that are too far away, and of rolling shutters."""
+        return (*self._notes, *beyond_note("tum", self._beyond, STEPS_A_METRE))
