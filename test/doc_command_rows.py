@@ -221,7 +221,8 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         _REPLAY
     ),
     # rooms
-    "scene_synth split BAG|SHARDS [--shares NAME=SHARE,...] [--ranges NAME=A:B,...] [--sees CATEGORY,...] [--near METRES:DEGREES] [--out FILE]": (
+    "scene_synth split BAG|SHARDS [--shares NAME=SHARE,...] [--ranges NAME=A:B,...] [--sees CATEGORY,...]"
+    " [--near METRES:DEGREES] [--out FILE]": (
         Usage(f"{_SPLIT}_every_room_is_in_one_split_and_datasets_read_it")
     ),
     "scene_synth split rooms": Parsed(f"{_SPLIT}_every_room_is_in_one_split_and_datasets_read_it"),

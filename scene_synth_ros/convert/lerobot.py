@@ -18,7 +18,7 @@ from renderer.files.image_io import encode_image
 from scene_synth_ros.convert import lerobot_schema as schema
 from scene_synth_ros.convert.errors import ConvertError
 from scene_synth_ros.convert.frame_record import frame_record
-from scene_synth_ros.convert.layer_files import picture_file
+from scene_synth_ros.convert.image_files import picture_file
 from scene_synth_ros.convert.lerobot_motion import camera_twists, runs, whole_rate
 from scene_synth_ros.convert.lerobot_stats import Stats, image_stats, thinned, together, vector_stats
 from scene_synth_ros.convert.writer import Sequence, Source, Writer
@@ -160,6 +160,7 @@ class FormatWriter(Writer):
             "camera.K": np.array([record["K"] for record in records]).reshape(count, 9),
             "camera.D": distortion,
             "camera.distortion_model": [record["distortion_model"] for record in records],
+            "camera.row_time_s": np.array([record["row_time_s"] for record in records]),
             "stamp_ns": np.array([record["stamp_ns"] for record in records]),
             "room": np.array([record["room"] for record in records]),
             "room_frame": np.array([record["frame"] for record in records]),

@@ -13,8 +13,9 @@ import tarfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from scene_synth_ros.convert.array_files import npy_file
 from scene_synth_ros.convert.frame_record import frame_record, id_layers, json_bytes, label_tables, scene_text
-from scene_synth_ros.convert.layer_files import npy_file, picture_file
+from scene_synth_ros.convert.image_files import picture_file
 from scene_synth_ros.convert.writer import Sequence, Source, Writer
 
 if TYPE_CHECKING:
