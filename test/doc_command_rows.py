@@ -59,6 +59,7 @@ _ROBOTS = (
 )
 _EVALUATE_TESTS = "test/scene_synth_ros/evaluate/test_evaluate_command.py"
 _EVALUATE = f"{_EVALUATE_TESTS}::test_the_truth_as_estimate_is_perfect"
+_CONVERT = "test/scene_synth_ros/cli/test_convert_command.py::test_the_folder_appears_whole_and_the_line_says_what_is_in_it"
 _FAST = "-p grammar_node.rate_hz:=30.0 -p renderer_node.camera.width:=320 -p renderer_node.camera.height:=240"
 _TINY = "-p renderer_node.camera.width:=96 -p renderer_node.camera.height:=72 -p renderer_node.render.samples_per_pixel:=1"
 
@@ -309,6 +310,18 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth run --record BAG --rooms 4 --truth": Parsed(
         f"{_MAIN_JOB.partition('::')[0]}::test_what_is_true_of_each_room_is_beside_the_bag"
     ),
+    # exports
+    "scene_synth convert": Named(),
+    "scene_synth convert BAG|SHARDS --to FORMAT --out DIR [--rooms A:B] [--every N] [--camera NAME] [--split NAME] [--layers NAMES]": Usage(
+        _CONVERT
+    ),
+    "scene_synth convert BAG --to coco --out DIR": Run(
+        "scene_synth convert BAG --to coco --out coco --every 8", ("coco/annotations/instances.json", "coco/annotations/panoptic.json")
+    ),
+    "scene_synth convert BAG --to colmap --out DIR --rooms 0:2 --every 2": Parsed(_CONVERT),
+    "scene_synth convert BAG --to tum --out DIR --layers color_sensed,depth_sensed": Parsed(_CONVERT),
+    "evo_traj tum DIR/room_0000/groundtruth.txt": Listed("another program; test/scene_synth_ros/convert/test_tum.py reads with its library"),
+    ".venv/bin/python -m benchmarks.convert_bench": Parsed("takes minutes; speed is never judged in a test"),
     # evaluation
     "scene_synth evaluate": Named(),
     "scene_synth evaluate TRUTH --task TASK [--estimates BAG] [--topic TASK:=TOPIC] [--algorithm FILE.py:NAME] [--by WAY]"
