@@ -27,6 +27,7 @@ TABLES = {
     "cache": "What the irradiance cache trades",
     "stream": "Messages",
     "bag": "Bags",
+    "dataset": "Reading datasets",
     "start": "Start",
 }
 """Module ``<name>_bench`` with ``measure() -> list[Row]`` -> title; each runs in a process of its own."""
