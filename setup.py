@@ -48,6 +48,8 @@ setup(
         "exr": ["OpenEXR>=3.3"],
         "examples": ["open3d==0.19.0", "opencv-python-headless>=4.8", "pycocotools>=2.0.8"],
         "evaluate": ["pycocotools>=2.0.8"],
+        "hdf5": ["h5py>=3.12"],
+        "lerobot": ["pyarrow>=18"],
         "train": ["jax>=0.4.35", "optax>=0.2.3"],
         "ros": ["ros-jazzy-rclpy[fastrtps]", "ros-jazzy-common-interfaces"],
         "test": [
@@ -57,6 +59,9 @@ setup(
             "rosbags>=0.10",
             "mcap-ros2-support>=0.5",
             "pycocotools>=2.0.11",
+            "h5py>=3.12",
+            "pyarrow>=18",
+            "webdataset>=0.2.100",
             "pycolmap>=4",
             "evo>=1.30",
             "scikit-learn>=1.4",

@@ -28,6 +28,7 @@ TABLES = {
     "stream": "Messages",
     "bag": "Bags",
     "convert": "Conversions",
+    "dataset": "Reading datasets",
     "start": "Start",
 }
 """Module ``<name>_bench`` with ``measure() -> list[Row]`` -> title; each runs in a process of its own."""

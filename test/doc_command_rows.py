@@ -52,6 +52,7 @@ _MAIN_JOB = "test/scene_synth_ros/test_main_job.py::test_the_run_reports_no_faul
 _ALIKE = "test/scene_synth_ros/test_several_renderers.py::test_shared_rooms_one_process_and_rooms_ahead_give_the_same_bag"
 _REPLAY = "test/scene_synth_ros/replay/test_player.py::test_loop_begins_again_until_it_is_switched_off"
 _WALL = "test/scene_synth_ros/test_wall_clock.py"
+_SPLIT = "test/scene_synth_ros/splits/test_split_command.py::test"
 _SWEEP = "test/scene_synth_ros/sweep/test_sweep.py::test"
 _ROBOTS = (
     "test/scene_synth_ros/cli/test_run_profile.py::test_a_namespace_of_its_own_stands_before_the_frames_unless_the_profile_says_otherwise"
@@ -221,6 +222,19 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         _REPLAY
     ),
     # rooms
+    "scene_synth split BAG|SHARDS [--shares NAME=SHARE,...] [--ranges NAME=A:B,...] [--sees CATEGORY,...]"
+    " [--near METRES:DEGREES] [--out FILE]": (
+        Usage(f"{_SPLIT}_every_room_is_in_one_split_and_datasets_read_it")
+    ),
+    "scene_synth split rooms": Parsed(f"{_SPLIT}_every_room_is_in_one_split_and_datasets_read_it"),
+    "scene_synth split rooms --shares fit=2/3,check=1/3 --seed 7": Parsed(f"{_SPLIT}_every_room_is_in_one_split_and_datasets_read_it"),
+    "scene_synth split rooms --ranges train=0:8000,val=8000:9000": Parsed(f"{_SPLIT}_filters_and_what_they_leave_out"),
+    "scene_synth split rooms --sees bed,sofa --image-share 0.02 --objects 3: --brightness 0.15:0.85 --near 0.1:5": Parsed(
+        f"{_SPLIT}_filters_and_what_they_leave_out"
+    ),
+    "scene_synth convert rooms --split train --to coco --out train_coco": Parsed(
+        "test/scene_synth_ros/convert/test_coco.py::test_masks_boxes_and_classes_are_those_of_the_pixels"
+    ),
     "scene_synth sweep": Named(),
     "scene_synth sweep SWEEP.yaml --out DIR [--workers N] [--only ID ...] [--plan] [--contact-sheet FILE]": Usage(
         f"{_SWEEP}_workers_change_no_byte"

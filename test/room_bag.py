@@ -122,7 +122,7 @@ def write_room_bag(
             write(writer, "/synth/scene/map", occupancy_to_msg(np.zeros((7, 8), np.int8), 0.5, (0.0, 0.0), first, "map"), first)
             for pose in scene.camera_path:
                 stamp = pose.stamp_ns
-                images[stamp] = {k: v for k, v in frame_images(len(images), height, width).items() if k in layers}
+                images[stamp] = {k: v for k, v in frame_images(first_room * frames + len(images), height, width).items() if k in layers}
                 for layer, pixels in images[stamp].items():
                     message = image_to_msg(pixels, layer_encoding(LAYERS[layer]), stamp, "eye")
                     write(writer, f"{CAMERA}/{layer}/image_raw", message, stamp)

@@ -72,6 +72,7 @@ FOLDERS = {
         "offline": {"bags", "generate", "messages", "record", "render", "suite"},
         "sweep": {"bags", "generate", "offline", "render", "suite"},
         "convert": {"dataset"},
+        "splits": {"dataset"},
         "cli": {
             "bags",
             "convert",
@@ -85,6 +86,7 @@ FOLDERS = {
             "record",
             "replay",
             "report",
+            "splits",
             "suite",
             "sweep",
         },

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import sys
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +32,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--sees", action="append", default=[], metavar="CATEGORY,...", help="frames that see one of these; given again, also one of those"
     )
-    parser.add_argument("--image-share", type=float, default=0.0, metavar="X", help="of the image that an object covers at least to be seen")
+    parser.add_argument(
+        "--image-share", type=float, default=0.0, metavar="X", help="of the image that an object covers at least to be seen"
+    )
     parser.add_argument("--visible-fraction", type=float, default=0.0, metavar="X", help="of an object that nothing hides, at least")
     parser.add_argument("--objects", metavar="LOW:HIGH", help="frames that see so many objects")
     parser.add_argument("--brightness", metavar="LOW:HIGH", help="frames whose mean luma is within, 0 to 1")

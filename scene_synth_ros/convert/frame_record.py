@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from renderer import LAYERS
 from scene_description import scene_to_json
+from scene_synth_ros.convert.shutter import row_time_s
 from scene_synth_ros.dataset import DatasetError
 
 if TYPE_CHECKING:
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 
 def frame_record(frame: Frame) -> dict[str, Any]:
     """Return room, camera and pose of a frame as JSON values; ``frame`` is its number in the room.
+
+    With a rolling shutter, ``row_time_s`` above 0, the pose is that of the first row.
 
     Raises:
         DatasetError: camera or pose was not recorded.
@@ -36,6 +39,7 @@ def frame_record(frame: Frame) -> dict[str, Any]:
         "K": _rows(camera.K),
         "distortion_model": camera.model,
         "D": [float(value) for value in camera.D],
+        "row_time_s": row_time_s(frame),
         "position_m": [float(value) for value in pose.position_m],
         "quaternion_xyzw": [float(value) for value in pose.quaternion_xyzw],
         "world_from_optical": _rows(frame.matrix),

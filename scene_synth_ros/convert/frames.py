@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_synth_ros.convert.array_files import npz_file
 from scene_synth_ros.convert.frame_record import frame_record, json_bytes, label_tables, scene_text
-from scene_synth_ros.convert.layer_files import npz_file, picture_file
+from scene_synth_ros.convert.image_files import picture_file
 from scene_synth_ros.convert.writer import Sequence, Source, Writer
 
 if TYPE_CHECKING:

@@ -33,7 +33,7 @@ _COLUMNS = {
     "world_from_optical": np.float64,
 }
 """Key of a frame's record -> dtype of the array that holds it for all frames."""
-_CONSTANTS = ("room", "room_type", "seed", "camera", "width", "height", "distortion_model")
+_CONSTANTS = ("room", "room_type", "seed", "camera", "width", "height", "distortion_model", "row_time_s")
 """Keys of a frame's record that are attributes of the group."""
 
 

@@ -22,10 +22,25 @@ class DepthFile(NamedTuple):
     beyond: int
 
 
+def picture_file(frame: Frame, layer: str, *, jpeg: bool = True) -> tuple[str, bytes] | None:
+    """Return a layer of 8 or 16 bits as a file, ending and bytes; None of a layer of floating-point numbers.
+
+    The file of a picture that was recorded as PNG or JPEG is taken as it is; everything else becomes PNG.
+
+    Args:
+        frame: has the layer.
+        layer: its name.
+        jpeg: whether the format takes JPEG.
+    """
+    data, form = frame.encoded(layer) or (b"", "")
+    if data and (jpeg or form != "jpeg"):
+        return _ENDINGS[form], data
+    pixels = frame[layer]
+    return None if pixels.dtype.kind == "f" else ("png", encode_image(pixels, "png"))
+
+
 def write_picture(frame: Frame, layer: str, base: Path, *, jpeg: bool = True) -> str:
     """Write the picture of a frame, uint8 (height, width, 3); return the file's name, that of ``base`` with its ending.
-
-    The file of a picture that was recorded as PNG or JPEG is copied as it is; everything else becomes PNG.
 
     Args:
         frame: has the layer.
@@ -33,11 +48,10 @@ def write_picture(frame: Frame, layer: str, base: Path, *, jpeg: bool = True) ->
         base: file without its ending.
         jpeg: whether the format takes JPEG.
     """
-    data, form = frame.encoded(layer) or (b"", "")
-    if not data or (form == "jpeg" and not jpeg):
-        data, form = encode_image(frame[layer], "png"), "png"
-    path = base.with_name(f"{base.name}.{_ENDINGS[form]}")
-    path.write_bytes(data)
+    found = picture_file(frame, layer, jpeg=jpeg)
+    assert found is not None
+    path = base.with_name(f"{base.name}.{found[0]}")
+    path.write_bytes(found[1])
     return path.name
 
 

@@ -18,7 +18,7 @@ from renderer.files.image_io import encode_image
 from scene_synth_ros.convert import lerobot_schema as schema
 from scene_synth_ros.convert.errors import ConvertError
 from scene_synth_ros.convert.frame_record import frame_record
-from scene_synth_ros.convert.layer_files import picture_file
+from scene_synth_ros.convert.image_files import picture_file
 from scene_synth_ros.convert.lerobot_motion import camera_twists, runs, whole_rate
 from scene_synth_ros.convert.lerobot_stats import Stats, image_stats, thinned, together, vector_stats
 from scene_synth_ros.convert.writer import Sequence, Source, Writer
@@ -76,7 +76,9 @@ class FormatWriter(Writer):
         for layer in self._layers:
             pixels = frame[layer]
             if pixels.dtype.kind == "f" and pixels.ndim == 3:
-                raise ConvertError(f"--layers {layer}: lerobot has no images of three floating-point numbers; convert to webdataset or hdf5")
+                raise ConvertError(
+                    f"--layers {layer}: lerobot has no images of three floating-point numbers; convert to webdataset or hdf5"
+                )
             channels = 1 if pixels.ndim == 2 else pixels.shape[2]
             name, row = schema.image_feature(layer, *pixels.shape[:2], channels, metres=pixels.dtype.kind == "f")
             images[name], samples[name], features[name] = _image(frame, layer, pixels), thinned(pixels), row
@@ -93,7 +95,9 @@ class FormatWriter(Writer):
         for name, row in item.features.items():
             if row != self._features[name]:
                 expected = self._features[name].shape
-                raise ConvertError(f"lerobot: {name}: expected images of one size, got {expected} and {row.shape}; take --rooms or --camera")
+                raise ConvertError(
+                    f"lerobot: {name}: expected images of one size, got {expected} and {row.shape}; take --rooms or --camera"
+                )
         state.append(item)
 
     def end_sequence(self, state: list[_Item]) -> None:
@@ -156,6 +160,7 @@ class FormatWriter(Writer):
             "camera.K": np.array([record["K"] for record in records]).reshape(count, 9),
             "camera.D": distortion,
             "camera.distortion_model": [record["distortion_model"] for record in records],
+            "camera.row_time_s": np.array([record["row_time_s"] for record in records]),
             "stamp_ns": np.array([record["stamp_ns"] for record in records]),
             "room": np.array([record["room"] for record in records]),
             "room_frame": np.array([record["frame"] for record in records]),

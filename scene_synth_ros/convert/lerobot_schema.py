@@ -47,6 +47,7 @@ VALUES: dict[str, Feature] = {
     "camera.K": Feature("float64", (9,)),
     "camera.D": Feature("float64", (DISTORTION_LENGTH,)),
     "camera.distortion_model": Feature("string", (1,)),
+    "camera.row_time_s": Feature("float64", (1,)),
     "stamp_ns": Feature("int64", (1,)),
     "room": Feature("int64", (1,)),
     "room_frame": Feature("int64", (1,)),

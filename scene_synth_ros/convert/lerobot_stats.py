@@ -2,7 +2,7 @@
 
 As ``lerobot/datasets/compute_stats.py`` (huggingface/lerobot 7427f318, Apache-2.0) defines them: minimum, maximum, mean, standard deviation
 and quantiles over the frames; of images per channel and over some pixels, with a shape (channels, 1, 1); ``count`` is the number of frames.
-Quantiles here are those of the values, there of histograms.
+Quantiles here are values that occur (the inverse of the distribution function), there they are read off histograms.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def _stats(values: NDArray[np.float64], count: int) -> Stats:
         "std": values.std(axis=0),
         "count": np.array([count], np.int64),
     }
-    quantiles = np.quantile(values, list(QUANTILES.values()), axis=0)
+    quantiles = np.quantile(values, list(QUANTILES.values()), axis=0, method="inverted_cdf")
     return stats | dict(zip(QUANTILES, quantiles, strict=True))
 
 

@@ -13,8 +13,9 @@ import tarfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from scene_synth_ros.convert.array_files import npy_file
 from scene_synth_ros.convert.frame_record import frame_record, id_layers, json_bytes, label_tables, scene_text
-from scene_synth_ros.convert.layer_files import npy_file, picture_file
+from scene_synth_ros.convert.image_files import picture_file
 from scene_synth_ros.convert.writer import Sequence, Source, Writer
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ class FormatWriter(Writer):
         self._close_shard()
         self._path = self._out / f"shard-{len(self._shards):06d}.tar"
         self._file = _HashedFile(self._path)
-        self._tar = tarfile.open(fileobj=self._file, mode="w|", format=tarfile.USTAR_FORMAT)  # noqa: SIM115
+        self._tar = tarfile.open(fileobj=self._file, mode="w|", format=tarfile.USTAR_FORMAT)
         self._size = self._samples = 0
 
     def _close_shard(self) -> None:
@@ -120,4 +121,3 @@ class _HashedFile:
     def sha256(self) -> str:
         """Of what was written."""
         return self._hash.hexdigest()
-

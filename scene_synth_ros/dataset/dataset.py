@@ -143,6 +143,20 @@ class Dataset(Sequence[Any]):
         view._chosen = chosen if self._chosen is None else self._chosen[chosen]
         return view
 
+    def shuffled(self, seed: int, bags: int = 64) -> Dataset:
+        """Return the dataset with its frames in a random order that goes from bag to bag, so that few are open at a time.
+
+        Args:
+            seed: the same seed gives the same order.
+            bags: so many, drawn at random, are mixed with each other, then the next.
+        """
+        random = np.random.default_rng(seed)
+        whole = np.arange(len(self)) if self._chosen is None else self._chosen
+        places = np.searchsorted(self._bag_starts, whole, side="right") - 1
+        groups = random.permutation(len(self._bags)) // bags
+        order = np.lexsort((random.random(len(whole)), groups[places]))
+        return self.frames_at(order)
+
     def frames_of(self, room: int) -> Sequence[int]:
         """Return the indices of the frames of a room, by its number in the run.
 

@@ -23,9 +23,10 @@ from scene_synth_ros.mcap.contents import McapReadError
 from scene_synth_ros.messages.cdr_reader import CdrReadError
 from scene_synth_ros.messages.image_reader import COMPRESSED_TYPE, CodecError, read_compressed, read_image
 
-_MILLIMETRE_M = np.float32(0.001)
 _FORMS = {b"\x89PNG": "png", b"\xff\xd8\xff": "jpeg"}
 """First bytes of a file -> its form."""
+_MILLIMETRES = np.float32(1000.0)
+"""Of a metre."""
 
 
 class FrameSource(Protocol):
@@ -217,7 +218,7 @@ class Frame(Mapping[str, NDArray[Any]]):
         return own[0] if own else None
 
     def encoded(self, layer: str) -> tuple[bytes, str] | None:
-        """Return the file of a layer that was recorded as ``png`` or ``jpeg``, and which of the two; None of one that was recorded otherwise.
+        """Return the file of a layer that was recorded as ``png`` or ``jpeg``, and which of the two it is; None of other layers.
 
         Raises:
             DatasetError: the image is damaged, or was not recorded at this stamp.
@@ -255,7 +256,7 @@ def _unpickled(state: tuple[Any, ...], decoded: dict[str, NDArray[Any]]) -> Fram
 def _metres(depth: NDArray[Any]) -> NDArray[Any]:
     if depth.dtype != np.uint16:
         return depth
-    metres = depth * _MILLIMETRE_M
+    metres = depth / _MILLIMETRES
     metres[depth == 0] = np.nan
     return metres
 

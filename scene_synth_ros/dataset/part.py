@@ -54,7 +54,7 @@ class Part:
         try:
             self.bag = IndexedBag(files, cache, report, lambda types: self._take_topics(types, name, layers, camera))
         except McapReadError as error:
-            raise DatasetError(f"{error}; scene_synth repair saves what can be read") from None
+            raise DatasetError(str(error)) from None
         self.stamps = self._frames(name, report)
         self._scenes = {int(stamp): topic for topic in reversed(find_scenes(self.bag.types)) for stamp in self.bag.stamps(topic)}
         self.starts = np.array(sorted(self._scenes), np.int64)

@@ -62,7 +62,9 @@ def _row(row: Any, where: str) -> tuple[int, str | None, int, list[int] | None]:
     values = [row.get("room"), row.get("scene"), row.get("copy", 0), row.get("frames")] if isinstance(row, dict) else [None] * 4
     room, scene, copy, frames = values
     numbers = [room, copy, *(frames if isinstance(frames, list) else ())]
-    fits = all(isinstance(item, int) and item >= 0 for item in numbers) and isinstance(scene, str | None) and isinstance(frames, list | None)
+    fits = (
+        all(isinstance(item, int) and item >= 0 for item in numbers) and isinstance(scene, str | None) and isinstance(frames, list | None)
+    )
     if not fits:
         raise DatasetError(f"{where}: expected a room and its frames or null, got {row!r:.80}")
     return room, scene, copy, frames

@@ -14,7 +14,7 @@ _FORMS = (("/image_raw", IMAGE_TYPE), ("/image_raw/compressed", COMPRESSED_TYPE)
 
 @dataclass(slots=True, kw_only=True)
 class CameraTopics:
-    """The topics of one camera: layer -> image, layer -> camera info, layer -> labels; "" where there is none; settings of all renderers."""
+    """The topics of one camera: layer -> image, layer -> camera info, layer -> labels; "" where there is none; all settings."""
 
     images: dict[str, str] = field(default_factory=dict)
     infos: dict[str, str] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""Folders and files behind URLs, read in pieces through fsspec (extra ``cloud``): ``s3://``, ``gs://``, ``https://`` and what else it knows."""
+"""Folders and files behind URLs, read in pieces through fsspec (extra ``cloud``): ``s3://``, ``gs://``, ``https://`` and others."""
 
 from __future__ import annotations
 
@@ -79,12 +79,8 @@ class UrlFolder:
             system.invalidate_cache(path)
             if not system.isdir(path):
                 return None
-            found = [
-                str(name).rstrip("/").rsplit("/", 1)[-1]
-                for name in system.ls(path, detail=False)
-                if str(name).strip("/") != path.strip("/")
-            ]
-            return sorted(set(found))
+            below = [str(name).strip("/") for name in system.ls(path, detail=False)]
+            return sorted({name.rsplit("/", 1)[-1] for name in below if name != path.strip("/")})
 
     def is_file(self) -> bool:
         """Return whether it is a file.

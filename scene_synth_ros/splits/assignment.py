@@ -1,11 +1,11 @@
 """Which split a room belongs to: in even shares of every room type, and without regard to what other rooms there are.
 
-A room is the triple of its type, the seed of its run and its index in the run: the same triple is the same room, wherever it is found.  In a
-run the types go in turn, so the rooms of one type stand at even distances, and a room's number among them is its index over that distance.
-Room ``k`` of a type and run takes the point ``frac(phase + k a)`` of the additive recurrence with the golden ratio ``a`` (Niederreiter,
-*Random Number Generation and Quasi-Monte Carlo Methods*, 1992, chapter 3), whose points fill [0, 1) more evenly than random ones, and the
-splits are intervals of [0, 1).  The phase is a hash of type, run and the split's own seed.  Two neighbouring rooms of a type tell the distance;
-from then on, adding rooms, at the end or in between, moves none.
+A room is the triple of its type, the seed of its run and its index in the run: the same triple is the same room, wherever it is found.  In
+a run the types go in turn, so the rooms of one type stand at even distances, and a room's number among them is its index over that
+distance.  Room ``k`` of a type and run takes the point ``frac(phase + k a)`` of the additive recurrence with the golden ratio ``a``
+(Niederreiter, *Random Number Generation and Quasi-Monte Carlo Methods*, 1992, chapter 3), whose points fill [0, 1) more evenly than
+random ones, and the splits are intervals of [0, 1).  The phase is a hash of type, run and the split's own seed.  Two neighbouring rooms of
+a type tell the distance; from then on, adding rooms, at the end or in between, moves none.
 """
 
 from __future__ import annotations

@@ -104,7 +104,7 @@ FILTERS: dict[str, Filter] = {
         lambda asked: f"EV {_span(asked.exposure_ev100)}",
     ),
 }
-"""Name, as in the report -> filter of frames, in the order in which they are asked; ``room_types`` is asked of rooms before any frame is read."""
+"""Name, as in the report -> filter of frames, in the order of the report; ``room_types`` is asked of rooms before any frame is read."""
 
 
 def needs_of(asked: Asked) -> set[Need]:

@@ -42,7 +42,9 @@ def _objects(frame: Frame, annotated: bool) -> tuple:
     fractions = None
     if annotated:
         if frame.detections is None:
-            raise SplitError(f"{frame}: --visible-fraction needs annotations, got none; record them: -p renderer_node.streams.annotations:=true")
+            raise SplitError(
+                f"{frame}: --visible-fraction needs annotations, got none; record them: -p renderer_node.streams.annotations:=true"
+            )
         fractions = {item.id: item.visible_fraction for item in frame.detections.objects}
     return seen_objects(frame["instance"], categories, fractions)
 

@@ -1,4 +1,4 @@
-"""``splits.json``, which :func:`scene_synth_ros.dataset.open_dataset` reads: the rooms and frames of each split, and how they were chosen."""
+"""``splits.json``, which :func:`scene_synth_ros.dataset.open_dataset` reads: rooms and frames of each split, and how they were chosen."""
 
 from __future__ import annotations
 

@@ -4,7 +4,6 @@ import json
 
 import h5py
 import numpy as np
-import pytest
 from convert_bag import BROWN, PINHOLE, convert_bag, export
 from exported_camera import pixel_error
 

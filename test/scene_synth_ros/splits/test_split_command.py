@@ -40,7 +40,10 @@ def test_every_room_is_in_one_split_and_datasets_read_it(bag: RoomBag, capsys: p
 
 
 def test_filters_and_what_they_leave_out(bag: RoomBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    brightness = {stamp: float(layers["color"].astype(float).mean(axis=(0, 1)) @ (0.2126, 0.7152, 0.0722)) / 255.0 for stamp, layers in bag.images.items()}
+    brightness = {
+        stamp: float(layers["color"].astype(float).mean(axis=(0, 1)) @ (0.2126, 0.7152, 0.0722)) / 255.0
+        for stamp, layers in bag.images.items()
+    }
     low = float(np.median(list(brightness.values()))) - 0.001
     stays = [brightness[stamp] >= low for stamp in sorted(bag.images)]
     out = tmp_path / "splits.json"
@@ -93,7 +96,9 @@ def test_rooms_of_one_index_in_two_bags_are_told_apart(tmp_path: Path) -> None:
         (("--out", "nowhere/here/splits.json"), "expected a file in a folder that exists"),
     ],
 )
-def test_what_cannot_be_done_is_one_line(bag: RoomBag, tmp_path: Path, capsys: pytest.CaptureFixture[str], words: tuple[str, ...], told: str) -> None:
+def test_what_cannot_be_done_is_one_line(
+    bag: RoomBag, tmp_path: Path, capsys: pytest.CaptureFixture[str], words: tuple[str, ...], told: str
+) -> None:
     assert split(bag.path, *(() if "--out" in words else ("--out", tmp_path / "s.json")), *words) == 2
     line = capsys.readouterr().err.strip()
     assert told in line

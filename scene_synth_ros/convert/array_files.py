@@ -1,33 +1,13 @@
-"""A layer of a frame as the bytes of a file: pictures as PNG or as the JPEG that was recorded, numbers as NPY, NPZ or TIFF."""
+"""Arrays as the bytes of files: NPY, and NPZ of one array."""
 
 from __future__ import annotations
 
 import io
 import zipfile
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from renderer.files.image_io import encode_image
-
-if TYPE_CHECKING:
-    from scene_synth_ros.dataset import Frame
-
-_SUFFIX = {"png": "png", "jpeg": "jpg"}
-
-
-def picture_file(frame: Frame, layer: str) -> tuple[str, bytes] | None:
-    """Return suffix and bytes of a layer of 8 or 16 bits; None of a layer of floating-point numbers.
-
-    What the bag holds as PNG or JPEG is taken as it is.
-    """
-    recorded = frame.encoded(layer)
-    if recorded is not None:
-        data, form = recorded
-        return _SUFFIX[form], data
-    pixels = frame[layer]
-    return None if pixels.dtype.kind == "f" else ("png", encode_image(pixels, "png"))
 
 
 def npy_file(pixels: NDArray[Any]) -> bytes:
