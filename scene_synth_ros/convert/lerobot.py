@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer import LAYERS
 from renderer.files.image_io import encode_image
 from scene_synth_ros.convert import lerobot_schema as schema
 from scene_synth_ros.convert.errors import ConvertError
@@ -83,10 +84,10 @@ class FormatWriter(Writer):
             pixels = frame[layer]
             if pixels.dtype.kind == "f" and pixels.ndim == 3:
                 raise ConvertError(
-                    f"--layers {layer}: lerobot has no images of three floating-point numbers; convert to webdataset or hdf5"
+                    f"--layers {layer}: lerobot has no images of several floating-point numbers a pixel; convert to webdataset or hdf5"
                 )
             channels = 1 if pixels.ndim == 2 else pixels.shape[2]
-            name, row = schema.image_feature(layer, *pixels.shape[:2], channels, metres=pixels.dtype.kind == "f")
+            name, row = schema.image_feature(layer, *pixels.shape[:2], channels, metres=layer in LAYERS and LAYERS[layer].unit == "m")
             images[name], samples[name], features[name] = _image(frame, layer, pixels), thinned(pixels), row
         return _Item(frame_record(frame), images, samples, features)
 
