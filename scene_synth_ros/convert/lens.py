@@ -54,6 +54,12 @@ class Lens(NamedTuple):
         places = (np.asarray(pixels, np.float64) - (self.cx, self.cy)) / (self.fx, self.fy)
         return np.asarray(LENSES[self.model].bearing(places, self.coefficients))
 
+    def sees(self) -> NDArray[np.bool_]:
+        """Return which pixels (height, width) have a direction: all, or those within the circle of a fisheye."""
+        rows, columns = np.mgrid[: self.height, : self.width]
+        seen = np.isfinite(self.directions(np.stack([columns.ravel(), rows.ravel()], axis=1))).all(axis=1)
+        return np.asarray(seen.reshape(self.height, self.width))
+
 
 def lens_of(camera: Camera) -> Lens:
     """Return the lens of a camera.

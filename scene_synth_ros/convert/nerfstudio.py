@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from scene_synth_ros.convert.image_files import beyond_note, depth_steps, write_picture, write_png
 from scene_synth_ros.convert.lens import HALF_PIXEL, Lens, lens_of, refuse_lens
 from scene_synth_ros.convert.ply_files import ply_points
@@ -22,6 +24,8 @@ from scene_synth_ros.dataset import Frame
 
 STEPS_A_METRE = 1000.0
 _POINTS = "sparse_pc.ply"
+_MASK = "mask.png"
+"""White where the lens sees something; written where that is not everywhere."""
 _COEFFICIENTS = {
     "pinhole": ("OPENCV", ()),
     "brown_conrady": ("OPENCV", ("k1", "k2", "p1", "p2", "k3")),
@@ -39,6 +43,7 @@ class _Folder:
     camera: dict[str, Any]
     lens: Lens
     cells: Cells | None
+    is_masked: bool
     frames: list[dict[str, Any]] = field(default_factory=list)
     points: SparsePoints = field(default_factory=SparsePoints)
 
@@ -73,13 +78,18 @@ class FormatWriter(Writer):
         has_depth = "depth" in self._source.roles
         if has_depth:
             (path / "depth").mkdir()
-        return _Folder(path, camera_entries(lens), lens, cells_of(lens) if has_depth else None)
+        seen = lens.sees()
+        if not seen.all():
+            write_png(path / _MASK, seen.astype(np.uint8) * np.uint8(255))
+        return _Folder(path, camera_entries(lens), lens, cells_of(lens) if has_depth else None, not seen.all())
 
     def encode(self, frame: Frame, number: int, state: _Folder) -> _Item:
         """Write picture and depth; return the frame's row."""
         pose, roles = camera_pose(frame), self._source.roles
         picture = write_picture(frame, roles["picture"], state.path / "images" / f"frame_{number:05d}")
         row: dict[str, Any] = {"file_path": f"images/{picture}", "transform_matrix": world_from_opengl(pose).tolist()}
+        if state.is_masked:
+            row["mask_path"] = _MASK
         if state.cells is None:
             return _Item(row, None, 0)
         depth_m = frame[roles["depth"]]

@@ -1,5 +1,6 @@
 """nerfstudio's folders, read as its data conventions and its rays say (nerfstudio/cameras/cameras.py); nerfstudio itself is too large."""
 
+import dataclasses
 import json
 
 import cv2
@@ -69,3 +70,13 @@ def test_a_panorama_has_the_rays_of_nerfstudio(tmp_path):
 def test_a_rational_lens_is_refused(tmp_path):
     with pytest.raises(ConvertError, match=r"^nerfstudio: camera /synth/camera: .*got rational .*choose --to colmap"):
         export(convert_bag(rooms=1, frames=1, camera=RATIONAL), "nerfstudio", tmp_path / "out")
+
+
+def test_what_lies_beyond_the_circle_of_a_fisheye_is_masked(tmp_path):
+    wide = dataclasses.replace(FISHEYE, horizontal_fov_rad=2.0 * np.pi, distortion=())
+    bag = convert_bag(rooms=1, frames=1, camera=wide)
+    export(bag, "nerfstudio", tmp_path / "out")
+    (row,) = json.loads((tmp_path / "out/room_0000/transforms.json").read_text())["frames"]
+    mask = cv2.imread(str(tmp_path / "out/room_0000" / row["mask_path"]), cv2.IMREAD_UNCHANGED)
+    np.testing.assert_array_equal(mask, 255 * ~np.isnan(bag.frames["camera"][0].layers["depth"]))
+    assert 0.4 < (mask > 0).mean() < 0.99

@@ -1,11 +1,14 @@
 """What is chosen of a source: layers, cameras, rooms, frames."""
 
+import json
+
 import numpy as np
 import pytest
 from convert_bag import PINHOLE, convert_bag
 
 from scene_synth_ros.convert.errors import ConvertError
-from scene_synth_ros.convert.formats import FORMATS, Format
+from scene_synth_ros.convert.formats import FORMATS, Format, writer_of
+from scene_synth_ros.convert.pipeline import convert
 from scene_synth_ros.convert.source import Choice, choose_cameras, choose_layers, open_source
 
 ANY = Format("anything", "nothing", (), any_layer=True)
@@ -69,3 +72,17 @@ def test_sequences_are_rooms_and_cameras_in_order():
 def test_no_frame_is_refused():
     with pytest.raises(ConvertError, match=r"bag: expected frames with all layers of the format, got none in rooms 7 to 8; see"):
         open_source(str(convert_bag().path), "tum", FORMATS["tum"], Choice(rooms=(7, 9)))
+
+
+def test_a_split_chooses_rooms_and_frames(tmp_path):
+    (tmp_path / "bag").symlink_to(convert_bag().path)
+    rows = {"val": [{"room": 1, "frames": [0, 2]}], "train": [{"room": 0, "frames": None}]}
+    (tmp_path / "splits.json").write_text(json.dumps({"schema": "scene_synth_splits/1", "splits": rows}))
+    chosen = {name: open_source(str(tmp_path), "coco", FORMATS["coco"], Choice(split=name)) for name in rows}
+    assert {name: [(it.name, len(it.frames)) for it in source.sequences] for name, source in chosen.items()} == {
+        "val": [("room_0001", 2)],
+        "train": [("room_0000", 3)],
+    }
+    convert(tmp_path, chosen["val"], writer_of("coco"))
+    images = json.loads((tmp_path / "annotations/instances_val.json").read_text())["images"]
+    assert [image["stamp_ns"] for image in images] == [convert_bag().frames["camera"][number].pose.stamp_ns for number in (3, 5)]
