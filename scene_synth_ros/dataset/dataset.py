@@ -23,7 +23,7 @@ from scene_synth_ros.mcap.block_cache import BlockCache
 
 CACHE_SIZE = 64 * 2**20
 """Bytes of decompressed chunks that a process keeps of a dataset."""
-OPEN_BAGS = 128
+OPEN_BAGS = 512
 """Bags whose index a process keeps."""
 
 
