@@ -223,9 +223,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ),
     # rooms
     "scene_synth split BAG|SHARDS [--shares NAME=SHARE,...] [--ranges NAME=A:B,...] [--sees CATEGORY,...]"
-    " [--near METRES:DEGREES] [--out FILE]": (
-        Usage(f"{_SPLIT}_every_room_is_in_one_split_and_datasets_read_it")
-    ),
+    " [--near METRES:DEGREES] [--out FILE]": (Usage(f"{_SPLIT}_every_room_is_in_one_split_and_datasets_read_it")),
     "scene_synth split rooms": Parsed(f"{_SPLIT}_every_room_is_in_one_split_and_datasets_read_it"),
     "scene_synth split rooms --shares fit=2/3,check=1/3 --seed 7": Parsed(f"{_SPLIT}_every_room_is_in_one_split_and_datasets_read_it"),
     "scene_synth split rooms --ranges train=0:8000,val=8000:9000": Parsed(f"{_SPLIT}_filters_and_what_they_leave_out"),
@@ -322,6 +320,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth convert BAG --to tum --out DIR --layers color_sensed,depth_sensed": Parsed(_CONVERT),
     "evo_traj tum DIR/room_0000/groundtruth.txt": Listed("another program; test_tum.py reads with its library"),
     ".venv/bin/python -m benchmarks.convert_bench": Parsed("takes minutes; speed is never judged in a test"),
+    ".venv/bin/python examples/web_dataset.py DIR": Listed("needs a converted bag; its reading is that of test_webdataset.py"),
     # evaluation
     "scene_synth evaluate": Named(),
     "scene_synth evaluate TRUTH --task TASK [--estimates BAG] [--topic TASK:=TOPIC] [--algorithm FILE.py:NAME] [--by WAY]"

@@ -30,6 +30,7 @@ CAMERA = "/synth/camera"
 PERIOD_NS = 200_000_000
 START_NS = 1_000_000_000
 MESSAGE_TYPES = {"String": "std_msgs/msg", "Image": "sensor_msgs/msg", "CameraInfo": "sensor_msgs/msg"} | {
+    "CompressedImage": "sensor_msgs/msg",
     "PoseStamped": "geometry_msgs/msg",
     "OccupancyGrid": "nav_msgs/msg",
 }

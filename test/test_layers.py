@@ -76,6 +76,7 @@ FOLDERS = {
         "cli": {
             "bags",
             "convert",
+            "dataset",
             "evaluate",
             "generate",
             "mcap",

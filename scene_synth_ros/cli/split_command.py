@@ -19,6 +19,7 @@ from scene_synth_ros.splits.split_file import splits_json, write_whole
 
 SHARES = "train=0.8,val=0.1,test=0.1"
 FILE = "splits.json"
+MAX_THREADS = 64
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -48,6 +49,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the splits and print what they hold; return 0."""
+    if not 1 <= arguments.threads <= MAX_THREADS:
+        raise UsageError(f"--threads: expected 1 to {MAX_THREADS}, got {arguments.threads}")
     rule = read_rule(arguments)
     asked, near = read_asked(arguments), read_nearness(arguments.near) if arguments.near else None
     out = arguments.out or default_out(arguments.source)
@@ -62,7 +65,7 @@ def run(arguments: argparse.Namespace) -> int:
         found = split_dataset(data, rule, asked, near, wanted, threads=arguments.threads, progress=line.update)
     text = splits_json(found.rooms, rule=told_rule(rule), filters=told_filters(asked, near), left_out=found.left_out)
     write_whole(out, text)
-    for note in data.notes:
+    for note in (*data.notes, *unseen(asked, found)):
         sys.stderr.write(f"scene_synth split: {note}\n")
     sys.stdout.write(summary(found, out))
     return 0
@@ -130,6 +133,12 @@ def told_filters(asked: Asked, near: Nearness | None) -> dict[str, Any]:
         if value != item.default:
             told[item.name] = _finite(value) if item.default == EVERYTHING else value
     return told if near is None else told | {"near": dataclasses.asdict(near)}
+
+
+def unseen(asked: Asked, found: Splits) -> tuple[str, ...]:
+    """Return a line about the categories of ``--sees`` that no frame sees; none where each is seen."""
+    missing = sorted({name for group in asked.sees for name in group if not found.seen[name]})
+    return (f"--sees {','.join(missing)}: no frame sees one; frames see {', '.join(sorted(found.seen))}",) if missing else ()
 
 
 def summary(found: Splits, out: Path) -> str:

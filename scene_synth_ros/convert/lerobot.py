@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer import LAYERS
 from renderer.files.image_io import encode_image
 from scene_synth_ros.convert import lerobot_schema as schema
 from scene_synth_ros.convert.errors import ConvertError
@@ -25,6 +26,11 @@ from scene_synth_ros.convert.writer import Sequence, Source, Writer
 
 if TYPE_CHECKING:
     from scene_synth_ros.dataset import Frame
+
+_TIMED = 100
+"""Rooms from whose stamps the rate is told."""
+_EPISODES = 1000
+"""Episodes that are kept until they are written."""
 
 
 class _Item(NamedTuple):
@@ -52,14 +58,15 @@ class FormatWriter(Writer):
         self._parquet = pyarrow.parquet
         self._out, self._split = out, source.split or "train"
         self._layers = (*source.roles.values(), *source.layers)
-        sequences = source.sequences
+        sequences = source.sequences[:_TIMED]
         self._fps = whole_rate([[source.frame(one, place).stamp_ns for place in range(len(one.frames))] for one in sequences])
         self._features: dict[str, schema.Feature] = {}
         self._tasks: list[str] = []
         self._episodes: list[dict[str, Any]] = []
-        self._stats: list[dict[str, Stats]] = []
+        self._stats: dict[str, Stats] | None = None
         self._rows: Any = None
-        self._file_index = self._frames = 0
+        self._episode_rows: Any = None
+        self._file_index = self._frames = self._count = 0
 
     def begin_sequence(self, sequence: Sequence) -> list[_Item]:
         """Return what gathers the frames of a room."""
@@ -77,10 +84,10 @@ class FormatWriter(Writer):
             pixels = frame[layer]
             if pixels.dtype.kind == "f" and pixels.ndim == 3:
                 raise ConvertError(
-                    f"--layers {layer}: lerobot has no images of three floating-point numbers; convert to webdataset or hdf5"
+                    f"--layers {layer}: lerobot has no images of several floating-point numbers a pixel; convert to webdataset or hdf5"
                 )
             channels = 1 if pixels.ndim == 2 else pixels.shape[2]
-            name, row = schema.image_feature(layer, *pixels.shape[:2], channels, metres=pixels.dtype.kind == "f")
+            name, row = schema.image_feature(layer, *pixels.shape[:2], channels, metres=layer in LAYERS and LAYERS[layer].unit == "m")
             images[name], samples[name], features[name] = _image(frame, layer, pixels), thinned(pixels), row
         return _Item(frame_record(frame), images, samples, features)
 
@@ -112,22 +119,21 @@ class FormatWriter(Writer):
         info = schema.info_document(
             self._features,
             fps=self._fps,
-            episodes=len(self._episodes),
+            episodes=self._count,
             frames=self._frames,
             tasks=len(self._tasks),
             split=self._split,
         )
-        self._write_table(schema.tasks_table(self._tasks), meta / "tasks.parquet")
-        import pyarrow as pa
-
-        self._write_table(pa.Table.from_pylist(self._episodes), self._out / schema.EPISODES_PATH.format(chunk_index=0, file_index=0))
+        self._write_episodes()
+        self._episode_rows.close()
+        self._parquet.write_table(schema.tasks_table(self._tasks), meta / "tasks.parquet", compression="snappy")
         (meta / "info.json").write_text(json.dumps(info, indent=4) + "\n", encoding="utf-8")
-        stats = {key: _plain(values) for key, values in together(self._stats).items()}
+        stats = {key: _plain(values) for key, values in (self._stats or {}).items()}
         (meta / "stats.json").write_text(json.dumps(stats, indent=4) + "\n", encoding="utf-8")
         return ()
 
     def _write_episode(self, items: list[_Item]) -> None:
-        first, number = items[0].record, len(self._episodes)
+        first, number = items[0].record, self._count
         task = f"Look around the {first['room_type'].replace('_', ' ')}."
         if task not in self._tasks:
             self._tasks.append(task)
@@ -137,7 +143,7 @@ class FormatWriter(Writer):
         for name in items[0].images:
             scale = 255.0 if items[0].samples[name].dtype == np.uint8 and self._features[name].shape[2] == 3 else 1.0
             stats[name] = image_stats([item.samples[name] for item in items], scale)
-        self._stats.append(stats)
+        self._stats = stats if self._stats is None else together([self._stats, stats])
         episode = {"episode_index": number, "tasks": [task], "length": len(items), **where}
         episode |= {"dataset_from_index": self._frames, "dataset_to_index": self._frames + len(items)}
         episode |= {"meta/episodes/chunk_index": 0, "meta/episodes/file_index": 0}
@@ -145,6 +151,22 @@ class FormatWriter(Writer):
         episode |= {f"stats/{key}/{name}": value for key, values in stats.items() for name, value in _plain(values).items()}
         self._episodes.append(episode)
         self._frames += len(items)
+        self._count += 1
+        if len(self._episodes) == _EPISODES:
+            self._write_episodes()
+
+    def _write_episodes(self) -> None:
+        """Write what is known of the episodes since the last time."""
+        import pyarrow as pa
+
+        if self._episode_rows is None:
+            path = self._out / schema.EPISODES_PATH.format(chunk_index=0, file_index=0)
+            path.parent.mkdir(parents=True)
+            types = pa.Table.from_pylist(self._episodes).schema
+            self._episode_rows = self._parquet.ParquetWriter(path, types, compression="snappy")
+        if self._episodes:
+            self._episode_rows.write_table(pa.Table.from_pylist(self._episodes, self._episode_rows.schema))
+            self._episodes = []
 
     def _columns(self, items: list[_Item], episode: int, task: int) -> dict[str, Any]:
         records, count = [item.record for item in items], len(items)
@@ -198,10 +220,6 @@ class FormatWriter(Writer):
         if self._rows is not None:
             self._rows.close()
             self._rows = None
-
-    def _write_table(self, table: Any, path: Path) -> None:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        self._parquet.write_table(table, path, compression="snappy")
 
 
 def _image(frame: Frame, layer: str, pixels: NDArray[Any]) -> bytes:

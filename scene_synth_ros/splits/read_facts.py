@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 from scene_description.labels import instance_labels
 from scene_synth_ros.splits.errors import SplitError
 from scene_synth_ros.splits.filters import Need
-from scene_synth_ros.splits.frame_facts import FrameFacts, seen_objects, small_ids, small_luma
+from scene_synth_ros.splits.frame_facts import FrameFacts, SeenObject, seen_objects, small_ids, small_luma
 
 if TYPE_CHECKING:
     from scene_synth_ros.dataset import Frame
@@ -37,7 +37,7 @@ def facts_of(frame: Frame, wanted: AbstractSet[Wanted]) -> FrameFacts:
     )
 
 
-def _objects(frame: Frame, annotated: bool) -> tuple:
+def _objects(frame: Frame, annotated: bool) -> tuple[SeenObject, ...]:
     categories = {number: str(row["name"]) for number, row in instance_labels(frame.scene).items() if number}
     fractions = None
     if annotated:
@@ -50,7 +50,7 @@ def _objects(frame: Frame, annotated: bool) -> tuple:
 
 
 def _exposure(frame: Frame) -> float:
-    settings = frame.settings
-    if settings is None:
-        raise SplitError(f"{frame}: --ev100 needs the renderer's settings, got none; record the topic <renderer>/settings")
-    return float(settings["exposure_ev100"])
+    told = (frame.settings or {}).get("exposure_ev100")
+    if not isinstance(told, int | float):
+        raise SplitError(f"{frame}: --ev100 needs the exposure in the renderer's settings, got none; record the topic <renderer>/settings")
+    return float(told)

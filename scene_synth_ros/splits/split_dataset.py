@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from scene_synth_ros.splits.assignment import Ranges, RoomKey, Shares, assign
+from scene_synth_ros.splits.errors import SplitError
 from scene_synth_ros.splits.filters import Asked, needs_of, refused_by
 from scene_synth_ros.splits.frame_facts import FrameFacts
 from scene_synth_ros.splits.near_views import KeptViews, Nearness
@@ -24,12 +25,21 @@ _AHEAD = 8
 
 @dataclass(frozen=True, slots=True)
 class Splits:
-    """What was chosen, and what was left out by each filter; ``types``: split -> room type -> rooms with a frame left."""
+    """What was chosen.
+
+    Attributes:
+        rooms: split -> its rooms, in the order of the dataset.
+        left_out: filter -> what it left out.
+        types: split -> room type -> rooms with a frame left.
+        frames: split -> how many.
+        seen: category -> frames that see it, where filters asked for objects.
+    """
 
     rooms: dict[str, list[RoomFrames]]
     left_out: dict[str, LeftOut]
     types: dict[str, Counter[str]]
     frames: dict[str, int]
+    seen: Counter[str]
 
 
 @dataclass(slots=True)
@@ -96,12 +106,16 @@ def split_dataset(
         progress: called after every frame that was read.
 
     Raises:
-        SplitError: what a filter needs was not recorded.
+        SplitError: what a filter needs was not recorded, or no room has a type that is asked for.
         DatasetError: a frame cannot be read.
     """
+    types = {info.room_type for info in data.rooms}
+    if not set(asked.room_types) <= types:
+        raise SplitError(f"--room-types {','.join(asked.room_types)}: expected types of the rooms, {', '.join(sorted(types))}")
     keys = [RoomKey(info.room_type, info.seed, info.index) for info in data.rooms]
     placed = assign(keys, rule)
     refused: dict[str, _Refused] = {}
+    seen: Counter[str] = Counter()
     rooms, copies, first = [], Counter[tuple[int, str]](), 0
     jobs: list[tuple[_Room, range]] = []
     for info, key in zip(data.rooms, keys, strict=True):
@@ -118,12 +132,14 @@ def split_dataset(
         jobs.append((room, own))
     if wanted:
         for room, facts in _read(data, jobs, wanted, threads):
+            seen.update({item.category for item in facts.objects or ()})
             _judge(room, facts, asked, refused)
             progress()
     else:
         for room, own in jobs:
             room.kept.extend(range(len(own)))
-    return _chosen(rooms, list(rule.of), {name: LeftOut(rooms=it.rooms, frames=it.frames, alone=it.alone) for name, it in refused.items()})
+    left_out = {name: LeftOut(rooms=it.rooms, frames=it.frames, alone=it.alone) for name, it in refused.items()}
+    return _chosen(rooms, list(rule.of), left_out, seen)
 
 
 def _judge(room: _Room, facts: FrameFacts, asked: Asked, refused: dict[str, _Refused]) -> None:
@@ -152,8 +168,8 @@ def _read(data: Dataset, jobs: list[tuple[_Room, range]], wanted: set[Wanted], t
             yield room_of, facts.result()
 
 
-def _chosen(rooms: list[_Room], names: list[str], left_out: dict[str, LeftOut]) -> Splits:
-    splits = Splits({name: [] for name in names}, left_out, {name: Counter() for name in names}, dict.fromkeys(names, 0))
+def _chosen(rooms: list[_Room], names: list[str], left_out: dict[str, LeftOut], seen: Counter[str]) -> Splits:
+    splits = Splits({name: [] for name in names}, left_out, {name: Counter() for name in names}, dict.fromkeys(names, 0), seen)
     for room in rooms:
         if room.kept:
             whole = len(room.kept) == room.info.frames

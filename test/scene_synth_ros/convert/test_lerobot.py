@@ -91,5 +91,5 @@ def test_statistics_together_are_those_of_all_values():
 
 def test_what_cannot_be_an_image_is_refused(tmp_path):
     bag = convert_bag(rooms=1, frames=1, layers=("normals",))
-    with pytest.raises(ConvertError, match=r"--layers normals: lerobot has no images of three floating-point numbers"):
+    with pytest.raises(ConvertError, match=r"--layers normals: lerobot has no images of several floating-point numbers a pixel"):
         export(bag, "lerobot", tmp_path / "out", layers=("color", "normals"))

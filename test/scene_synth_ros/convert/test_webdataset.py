@@ -10,9 +10,18 @@ import webdataset
 from convert_bag import BROWN, FISHEYE, PINHOLE, RATIONAL, convert_bag, export
 from exported_camera import pixel_error
 from PIL import Image
+from room_bag import START_NS, write
 
-from scene_description import scene_to_json
+from renderer import LAYERS, CameraConfig
+from renderer.files.image_io import encode_image
+from scene_description import CameraPose, scene_to_json
+from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.convert import webdataset as written
+from scene_synth_ros.convert.formats import FORMATS, writer_of
+from scene_synth_ros.convert.pipeline import convert
+from scene_synth_ros.convert.source import Choice, open_source
+from scene_synth_ros.messages.conversions import camera_info_to_msg, image_to_msg, layer_encoding, pose_to_msg
+from scene_synth_ros.messages.image_codec import compress_image, compressed_topic
 
 
 def samples(folder):
@@ -61,3 +70,24 @@ def test_frames_of_several_cameras_have_keys_of_their_own(tmp_path):
     found = samples(tmp_path / "out")
     assert [sample["__key__"] for sample in found] == [f"room_0001_{side}_{n:06d}" for side in ("left", "right") for n in range(3)]
     assert {key for key in found[0] if not key.startswith("_")} == {"color.png", "frame.json"}
+
+
+def test_recorded_files_are_copied_and_rooms_need_no_description(tmp_path):
+    color = np.random.default_rng(1).integers(0, 256, (8, 12, 3), np.uint8)
+    classes = np.full((8, 12), 4, np.uint8)
+    config, camera = CameraConfig(width=12, height=8), "/synth/camera"
+    with BagWriter(tmp_path / "bag") as writer:
+        for layer, pixels, form in (("color", color, "jpeg"), ("semantic", classes, "png")):
+            topic = compressed_topic(f"{camera}/{layer}/image_raw")
+            raw = image_to_msg(pixels, layer_encoding(LAYERS[layer]), START_NS, "eye")
+            write(writer, topic, compress_image(raw, pixels, topic, form, 90), START_NS)
+        write(writer, f"{camera}/color/camera_info", camera_info_to_msg(config, START_NS, "eye"), START_NS)
+        pose = CameraPose(stamp_ns=START_NS, position_m=(1.0, 2.0, 3.0), orientation=(0.0, 0.0, 0.0, 1.0))
+        write(writer, f"{camera}/pose", pose_to_msg(pose, "map"), START_NS)
+    (tmp_path / "out").mkdir()
+    convert(tmp_path / "out", open_source(str(tmp_path / "bag"), "webdataset", FORMATS["webdataset"], Choice()), writer_of("webdataset"))
+    (sample,) = webdataset.WebDataset(str(tmp_path / "out/shard-000000.tar"), shardshuffle=False)
+    assert sample["color.jpg"] == encode_image(color, "jpeg", quality=90)
+    assert sample["semantic.png"] == encode_image(classes, "png")
+    assert json.loads(sample["frame.json"])["position_m"] == [1.0, 2.0, 3.0] and json.loads(sample["labels.json"]) == {}
+    assert not list((tmp_path / "out/rooms").iterdir())

@@ -72,6 +72,18 @@ def test_near_views_of_a_room_that_differ_in_colour_stay(bag: RoomBag, tmp_path:
     assert document["left_out"]["near"]["frames"] == ROOMS * (FRAMES - 1)
 
 
+def test_categories_that_no_frame_sees_are_told(bag: RoomBag, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert split(bag.path, "--out", tmp_path / "splits.json", "--sees", "beds,bed", "--shares", "all=1") == 0
+    told = capsys.readouterr()
+    assert told.err.startswith("scene_synth split: --sees beds: no frame sees one; frames see bed,")
+    seen = [
+        stamp
+        for stamp, layers in bag.images.items()
+        if np.isin(layers["instance"], [item.id for item in bag.scenes[0].objects if item.category == "bed"]).any()
+    ]
+    assert f"all: {ROOMS} rooms, {len(seen)} frames" in told.out
+
+
 def test_rooms_of_one_index_in_two_bags_are_told_apart(tmp_path: Path) -> None:
     for name in ("a", "b"):
         write_room_bag(tmp_path / "bags" / name, rooms=2, frames=1, size=(8, 8), layers=("color",))
@@ -88,9 +100,11 @@ def test_rooms_of_one_index_in_two_bags_are_told_apart(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (("--ev100", "5:9"), "--ev100 needs the renderer's settings, got none"),
+        (("--ev100", "5:9"), "--ev100 needs the exposure in the renderer's settings, got none"),
         (("--sees", "bed", "--visible-fraction", "0.5"), "--visible-fraction needs annotations, got none"),
         (("--ranges", "a=0:1", "--shares", "a=1"), "expected either ranges or shares"),
+        (("--room-types", "kitchens"), "--room-types kitchens: expected types of the rooms, bedroom"),
+        (("--threads", "0"), "--threads: expected 1 to 64, got 0"),
         (("--image-share", "0.5"), "expected --sees or --objects"),
         (("--image-share", "2", "--sees", "bed"), "--image-share: expected 0 to 1"),
         (("--out", "nowhere/here/splits.json"), "expected a file in a folder that exists"),
