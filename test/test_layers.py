@@ -68,7 +68,7 @@ FOLDERS = {
         "replay": {"bags", "messages", "suite"},
         "evaluate": {"bags", "messages", "suite"},
         "pages": set(),
-        "report": {"bags", "messages", "pages"},
+        "report": {"bags", "mcap", "messages", "pages"},
         "offline": {"bags", "generate", "messages", "record", "render", "suite"},
         "sweep": {"bags", "generate", "offline", "render", "suite"},
         "convert": {"dataset"},

@@ -7,6 +7,7 @@ are read through once, when a topic is asked for first.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from pathlib import Path
 from threading import RLock
 from typing import NamedTuple
 
@@ -14,12 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_description import SceneSynthError
+from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.run_info import RECORD_NAME
 from scene_synth_ros.mcap.block_cache import BlockCache
 from scene_synth_ros.mcap.contents import McapReadError
 from scene_synth_ros.mcap.message_places import PLACE, FileIndex, Places, find_messages, read_index
 from scene_synth_ros.mcap.records import RecordError, message_at
-from scene_synth_ros.mcap.stored_file import Span, StoredFile
+from scene_synth_ros.mcap.stored_file import LocalFile, Span, StoredFile
 from scene_synth_ros.messages.stamps import STAMP_READERS, stamp_ns
 
 
@@ -36,6 +38,22 @@ class _Found(NamedTuple):
 
 
 _NOTHING = _Found(np.empty(0, np.int64), np.empty(0, np.int32), np.empty(0, PLACE))
+
+
+CACHE_SIZE = 64 * 2**20
+"""Bytes of decompressed chunks that are kept."""
+
+
+def open_bag(path: Path) -> IndexedBag:
+    """Return the bag at a path, a folder or one of its files.
+
+    Raises:
+        BagReadError: there is nothing to read, with the reason.
+        OSError: it cannot be read.
+    """
+    with BagReader(path) as reader:
+        files = [LocalFile(file) for file in reader.summary.files]
+    return IndexedBag(files, BlockCache(CACHE_SIZE), lambda line: None)
 
 
 class IndexedBag:

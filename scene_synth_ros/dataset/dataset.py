@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from scene_description import error_line
+from scene_synth_ros.bags.indexed_bag import CACHE_SIZE
 from scene_synth_ros.dataset.errors import DatasetError
 from scene_synth_ros.dataset.folders import Folder, open_folder
 from scene_synth_ros.dataset.frame import Frame
@@ -21,9 +22,7 @@ from scene_synth_ros.dataset.rooms import RoomInfo
 from scene_synth_ros.dataset.splits import read_split
 from scene_synth_ros.mcap.block_cache import BlockCache
 
-CACHE_SIZE = 64 * 2**20
-"""Bytes of decompressed chunks that a process keeps of a dataset."""
-OPEN_BAGS = 128
+OPEN_BAGS = 512
 """Bags whose index a process keeps."""
 
 
