@@ -31,7 +31,7 @@ class _Room:
 
 
 class _View(NamedTuple):
-    """A camera of a room; ``folder``: of its images, below ``images``, empty where there is one camera."""
+    """A camera of a room; ``folder``: of its images, below ``images``, by the camera's name; empty where there is one camera."""
 
     room: _Room
     sequence: Sequence
@@ -62,7 +62,7 @@ class FormatWriter(Writer):
             raise refuse_lens(lens, sequence.camera, "colmap", "with a field of view below 180 degrees", "choose --to nerfstudio")
         room = self._rooms.setdefault(sequence.folder, _Room(self._out / sequence.folder))
         room.cameras.append((model, lens))
-        folder = f"camera{sequence.place}" if sequence.cameras > 1 else ""
+        folder = sequence.name.removeprefix(sequence.folder).lstrip("_") if sequence.cameras > 1 else ""
         (room.path / "images" / folder).mkdir(parents=True)
         return _View(room, sequence, lens, cells_of(lens), len(room.cameras), folder)
 

@@ -123,6 +123,8 @@ def choose_layers(name: str, form: Format, recorded: Items[str], asked: Items[st
         wanted = [layer for layer in role.layers if layer in asked] or [layer for layer in role.layers if layer in recorded]
         if wanted:
             roles[role.name] = _recorded(wanted[0], recorded, source, name)
+        elif role.required and "range" in recorded and "depth" in role.layers:
+            raise ConvertError(f"{source}: {name} needs depth, got range alone, as of a panorama; choose --to nerfstudio or coco")
         elif role.required:
             raise _missing(role, source, name)
     beside = tuple(layer for layer in asked if layer not in roles.values())

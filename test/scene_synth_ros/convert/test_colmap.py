@@ -37,7 +37,7 @@ def test_points_have_tracks_of_the_frames_that_see_them(tmp_path):
         found = pycolmap.Reconstruction(tmp_path / f"out/room_{room:04d}/sparse/0")
         assert found.num_cameras() == 2 and found.num_images() == 6 and found.compute_mean_track_length() > 2.5
         names = {image.name for image in found.images.values()}
-        assert names == {f"camera{place}/{number:06d}.png" for place in (0, 1) for number in range(3)}
+        assert names == {f"{camera}/{number:06d}.png" for camera in ("left", "right") for number in range(3)}
         truths = {
             image: truth
             for image, truth in zip(

@@ -46,6 +46,11 @@ def test_what_cannot_be_had_is_refused_in_one_line(form, asked, told):
         choose_layers("x", form, RECORDED, asked, "bag")
 
 
+def test_a_panorama_is_told_that_it_has_no_depth():
+    with pytest.raises(ConvertError, match=r"^bag: colmap needs depth, got range alone, as of a panorama; choose --to nerfstudio or coco$"):
+        choose_layers("colmap", FORMATS["colmap"], ("color", "range"), (), "bag")
+
+
 def test_cameras_that_lack_something_are_left_out_and_told():
     found, notes = choose_cameras("tum", FORMATS["tum"], {"/left": ("color", "depth"), "/right": ("color",)}, (), "bag")
     assert list(found) == ["/left"] and len(notes) == 1
