@@ -310,9 +310,8 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ),
     # exports
     "scene_synth convert": Named(),
-    "scene_synth convert BAG|SHARDS --to FORMAT --out DIR [--rooms A:B] [--every N] [--camera NAME] [--split NAME] [--layers NAMES]": Usage(
-        _CONVERT
-    ),
+    "scene_synth convert BAG|SHARDS --to coco|bop|tum|euroc|nerfstudio|colmap|webdataset|lerobot|hdf5|frames --out DIR"
+    " [--rooms A:B] [--every N] [--camera NAME] [--split NAME] [--layers NAMES]": Usage(_CONVERT),
     "scene_synth convert BAG --to coco --out DIR": Run(
         "scene_synth convert BAG --to coco --out coco --every 8", ("coco/annotations/instances.json", "coco/annotations/panoptic.json")
     ),

@@ -9,7 +9,7 @@ from exported_camera import pixel_error
 from lerobot_reader import LeRobotFolder
 
 from scene_description.poses import world_from_optical
-from scene_synth_ros.convert import lerobot_schema
+from scene_synth_ros.convert import lerobot, lerobot_schema
 from scene_synth_ros.convert.errors import ConvertError
 from scene_synth_ros.convert.lerobot_motion import camera_twists, rotation_vector, runs, whole_rate
 from scene_synth_ros.convert.lerobot_stats import image_stats, thinned, together, vector_stats
@@ -41,6 +41,7 @@ def test_paths_are_episodes_and_points_fall_on_their_pixels(tmp_path, camera):
 def test_ids_are_asked_for_and_a_gap_ends_an_episode(tmp_path, monkeypatch):
     bag = convert_bag(rooms=1, frames=4)
     monkeypatch.setattr(lerobot_schema, "DATA_FILE_MB", 0)
+    monkeypatch.setattr(lerobot, "_EPISODES", 1)
     export(bag, "lerobot", tmp_path / "out", layers=("color", "instance"), every=3)
     found = LeRobotFolder(tmp_path / "out")
     assert (found.info["fps"], [row["length"] for row in found.episodes]) == (10, [2])
