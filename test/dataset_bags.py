@@ -56,5 +56,5 @@ def completion(bag: RoomBag, shard: int, first: int) -> Mapping[str, Any]:
         }
         for scene in bag.scenes
     ]
-    files = [{"name": f"{bag.path.name}/{file.name}", "bytes": file.stat().st_size} for file in sorted(bag.path.glob("*.mcap"))]
+    files = [{"name": f"{bag.path.name}/{file.name}", "bytes": file.stat().st_size} for file in sorted(bag.path.iterdir())]
     return {"schema": "scene_synth_shard/1", "shard": shard, "first_room": first, "rooms": rooms, "failed": [], "files": files}

@@ -1,12 +1,13 @@
 """A bag whose messages are read one by one, by topic and stamp, in any order: each reading opens the one chunk that holds the message.
 
-The recorder of this package logs messages at their stamps, so that the index of its files tells where each stamp is.  Bags of others
-are read through once, when a topic is asked for first.
+The recorder of this package logs messages at their stamps, so that the index of its files tells where each stamp is; only the beginnings
+of later files are read, where latched messages are repeated.  Bags of others are read through, when a topic is asked for first.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from threading import RLock
 from typing import NamedTuple
@@ -23,6 +24,8 @@ from scene_synth_ros.mcap.message_places import PLACE, FileIndex, Places, find_m
 from scene_synth_ros.mcap.records import RecordError, message_at
 from scene_synth_ros.mcap.stored_file import LocalFile, Span, StoredFile
 from scene_synth_ros.messages.stamps import STAMP_READERS, stamp_ns
+
+_STRING = "std_msgs/msg/String"
 
 
 class MessageReadError(SceneSynthError):
@@ -44,16 +47,22 @@ CACHE_SIZE = 64 * 2**20
 """Bytes of decompressed chunks that are kept."""
 
 
-def open_bag(path: Path) -> IndexedBag:
+def open_bag(path: Path, report: Callable[[str], None] = lambda line: None) -> IndexedBag:
     """Return the bag at a path, a folder or one of its files.
+
+    Args:
+        path: of the bag.
+        report: called with one line for everything that is wrong.
 
     Raises:
         BagReadError: there is nothing to read, with the reason.
         OSError: it cannot be read.
     """
     with BagReader(path) as reader:
-        files = [LocalFile(file) for file in reader.summary.files]
-    return IndexedBag(files, BlockCache(CACHE_SIZE), lambda line: None)
+        files, faults = [LocalFile(file) for file in reader.summary.files], reader.faults
+    for fault in faults:
+        report(fault)
+    return IndexedBag(files, BlockCache(CACHE_SIZE), lambda line: None if line in faults else report(line))
 
 
 class IndexedBag:
@@ -69,6 +78,8 @@ class IndexedBag:
 
     Attributes:
         types: topic -> type of its messages.
+        unstamped: topic -> how many of its messages are left out because their stamps cannot be read; they are counted when the topic is
+            asked for first.
 
     Raises:
         McapReadError: no file can be read.
@@ -84,6 +95,7 @@ class IndexedBag:
     ) -> None:
         self._cache, self._report, self._lock = cache, report, RLock()
         self._topics: dict[str, _Found] = {}
+        self.unstamped: Counter[str] = Counter()
         indexes: dict[StoredFile, FileIndex] = {}
         refused: list[McapReadError] = []
         for file in files:
@@ -101,7 +113,7 @@ class IndexedBag:
         self._find(wanted(self.types), list(indexes.values()))
 
     def stamps(self, topic: str) -> NDArray[np.int64]:
-        """Return the stamps of a topic's messages, ascending, each once; log times of messages without a stamp."""
+        """Return the stamps of a topic's messages, ascending, each once; log times of types that have none, and of texts without one."""
         return np.unique(self._found(topic).stamps)
 
     def __contains__(self, message: tuple[str, int]) -> bool:
@@ -109,6 +121,35 @@ class IndexedBag:
         found = self._found(message[0])
         place = int(np.searchsorted(found.stamps, message[1]))
         return place < len(found.stamps) and int(found.stamps[place]) == message[1]
+
+    def messages(self, topic: str) -> Iterator[tuple[int, memoryview]]:
+        """Yield stamp and message of a topic by stamp, equal ones as files have them; damaged ones are reported and left out."""
+        found = self._found(topic)
+        for number, stamp in enumerate(found.stamps):
+            try:
+                yield int(stamp), self._message(found, number, topic, int(stamp))
+            except MessageReadError as error:
+                self._report(str(error))
+
+    def counts(self, topic: str) -> dict[int, int]:
+        """Return the stamps of a topic's messages, ascending, each with how many messages have it."""
+        stamps, counts = np.unique(self._found(topic).stamps, return_counts=True)
+        return dict(zip(stamps.tolist(), counts.tolist(), strict=True))
+
+    def read_all(self, topics: Collection[str], stamp: int) -> dict[str, memoryview]:
+        """Return topic -> message of a stamp, of those topics that have it; damaged ones are reported and passed over.
+
+        Raises:
+            OSError: a file cannot be read.
+        """
+        found = {}
+        for topic in topics:
+            if (topic, stamp) in self:
+                try:
+                    found[topic] = self.read(topic, stamp)
+                except MessageReadError as error:
+                    self._report(str(error))
+        return found
 
     def read(self, topic: str, stamp: int) -> memoryview:
         """Return the serialised message of a topic with a stamp, the first where several have the same.
@@ -156,19 +197,23 @@ class IndexedBag:
         files = [find_messages(file, index, topics, self._report) for file, index in zip(self._files, indexes, strict=True)]
         self._blocks = [found.blocks for found in files]
         logged = {topic: _joined([found.places.get(topic, _NOTHING.places) for found in files]) for topic in topics}
-        self._topics |= logged if self._by_stamp else self._stamped(logged)
+        begins = np.array([-1 if index.start_ns is None else index.start_ns for index in indexes])
+        self._topics |= self._stamped(logged, begins)
 
-    def _stamped(self, logged: dict[str, _Found]) -> dict[str, _Found]:
-        """Return the messages by the stamps that they hold; those that are damaged are left out and reported."""
-        rows = [
-            (int(found.files[number]), int(found.places[number]["block"]), topic, number)
-            for topic, found in logged.items()
-            if self.types.get(topic) in STAMP_READERS
-            for number in range(len(found.stamps))
-        ]
+    def _stamped(self, logged: Mapping[str, _Found], begins: NDArray[np.int64]) -> dict[str, _Found]:
+        """Return the messages by the stamps that they hold, reading those whose log times may be others, chunk by chunk.
+
+        What is damaged or has no stamp is left out.  ``begins``: first log time of each file.
+        """
         stamps = {topic: found.stamps.copy() for topic, found in logged.items()}
         sound = {topic: np.ones(len(found.stamps), bool) for topic, found in logged.items()}
-        for _, _, topic, number in sorted(rows):
+        doubtful = [
+            (int(found.files[number]), int(found.places[number]["block"]), topic, int(number))
+            for topic, found in logged.items()
+            if self.types.get(topic) in STAMP_READERS
+            for number in np.flatnonzero((found.files > 0) & (found.stamps == begins[found.files]) | (not self._by_stamp))
+        ]
+        for _, _, topic, number in sorted(doubtful):
             try:
                 own = stamp_ns(self.types[topic], self._message(logged[topic], number, topic, int(stamps[topic][number])))
             except MessageReadError as error:
@@ -177,6 +222,9 @@ class IndexedBag:
                 continue
             if own is not None:
                 stamps[topic][number] = own
+            elif self.types[topic] != _STRING:
+                sound[topic][number] = False
+                self.unstamped[topic] += 1
         return {
             topic: _sorted(stamps[topic][sound[topic]], found.files[sound[topic]], found.places[sound[topic]])
             for topic, found in logged.items()

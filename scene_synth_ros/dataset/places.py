@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -59,11 +59,16 @@ def find_bags(folder: Folder, report: Callable[[str], None]) -> list[BagPlace]:
 
 
 def _bag(folder: Folder, names: list[str], report: Callable[[str], None]) -> BagPlace:
-    files = sorted((name for name in names if name.endswith(_ENDINGS)), key=lambda name: (len(name), name))
+    files = _in_order(names)
     for name in files:
         if name.endswith(_ENDINGS[1]):
             report(f"{folder / name}: unfinished, its recorder was not closed; read as far as it goes")
     return BagPlace(name=str(folder), files=tuple(folder.file(name) for name in files))
+
+
+def _in_order(names: Iterable[str]) -> list[str]:
+    """Return the names of MCAP files in the order in which a recorder numbers them."""
+    return sorted((name for name in names if name.endswith(_ENDINGS)), key=lambda name: (len(name), name))
 
 
 def _shards(folder: Folder, names: list[str], report: Callable[[str], None]) -> list[BagPlace]:
@@ -101,7 +106,7 @@ def _planned(folder: Folder, names: list[str]) -> int | None:
 def _shard(below: Folder, row: Any, where: str) -> BagPlace:
     try:
         rooms = tuple(_room(room, f"rooms[{number}]") for number, room in enumerate(row["rooms"]))
-        files = tuple(below.file(_inside(file["name"])) for file in row["files"])
+        files = tuple(below.file(name) for name in _in_order(_inside(file["name"]) for file in row["files"]))
         name = f"{below / format(row['shard'], '05d')}"
     except (LookupError, TypeError, ValueError, SceneSynthError) as error:
         raise DatasetError(f"{where}: expected rooms and files of a shard, got {' '.join(str(error).split())[:200]}") from None

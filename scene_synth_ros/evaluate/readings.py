@@ -22,7 +22,7 @@ from scene_synth_ros.evaluate.errors import EstimateError
 from scene_synth_ros.messages.cdr_reader import CdrReader, CdrReadError
 from scene_synth_ros.messages.image_reader import COMPRESSED_TYPE, IMAGE_TYPE, CodecError, read_image
 from scene_synth_ros.messages.message_definitions import DETECTIONS_2D, DETECTIONS_3D, TF_MESSAGE
-from scene_synth_ros.messages.stamps import NANOSECONDS
+from scene_synth_ros.messages.stamps import NANOSECONDS, CdrBytes
 
 POSE, ODOMETRY, PATH = "geometry_msgs/msg/PoseStamped", "nav_msgs/msg/Odometry", "nav_msgs/msg/Path"
 CLOUD = "sensor_msgs/msg/PointCloud2"
@@ -195,7 +195,7 @@ READERS: dict[str, Callable[[bytes, str], Reading]] = {
 """Message type -> its reader, which takes the bytes and the topic; a topic of transforms says which frame after an @: ``/tf@base_link``."""
 
 
-def read_message(type_name: str, data: bytes, topic: str) -> Reading:
+def read_message(type_name: str, data: CdrBytes, topic: str) -> Reading:
     """Return what a message says.
 
     Raises:

@@ -26,11 +26,19 @@ _ENTRY = np.dtype([("log_ns", "<u8"), ("offset", "<u8")])
 
 
 class FileIndex(NamedTuple):
-    """What a file says of itself: channels by id, metadata records by name, its chunks (None for a file without an index)."""
+    """What a file says of itself.
+
+    Attributes:
+        channels: by id.
+        records: metadata records by name.
+        chunks: None for a file without an index.
+        start_ns: log time of its first message; None without messages.
+    """
 
     channels: Mapping[int, ChannelInfo]
     records: Mapping[str, Mapping[str, str]]
     chunks: list[ChunkIndex] | None
+    start_ns: int | None
 
 
 class MessagePlaces(NamedTuple):
@@ -56,7 +64,8 @@ def read_index(file: StoredFile, report: Callable[[str], None]) -> FileIndex:
         McapReadError: it cannot be read, or is no MCAP file.
     """
     with McapContents(file, report) as contents:
-        return FileIndex(contents.channels, contents.metadata, contents.chunks)
+        start_ns = contents.time_range_ns[0] if contents.time_range_ns else None
+        return FileIndex(contents.channels, contents.metadata, contents.chunks, start_ns)
 
 
 def find_messages(file: StoredFile, index: FileIndex, topics: Collection[str], report: Callable[[str], None]) -> MessagePlaces:
