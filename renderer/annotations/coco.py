@@ -38,23 +38,24 @@ def coco_instances(images: Sequence[CocoImage], classes: StandardName = "nyu40")
         RenderError: an object has no mask.
     """
     rows = [(number, item) for number, image in enumerate(images, start=1) for item in image.annotations.objects]
-    return coco_file(
-        [
+    head = coco_head({key: label.name for key, label in label_standard(classes).classes.items()})
+    return {
+        "info": head["info"],
+        "licenses": head["licenses"],
+        "images": [
             image_row(number, name, told.width, told.height, told.scene, told.stamp_ns)
             for number, (name, told) in enumerate(images, start=1)
         ],
-        [segment_row(number, image, _segment(item), seen_share(item)) for number, (image, item) in enumerate(rows, start=1)],
-        {key: label.name for key, label in label_standard(classes).classes.items()},
-    )
+        "annotations": [segment_row(number, image, _segment(item), seen_share(item)) for number, (image, item) in enumerate(rows, start=1)],
+        "categories": head["categories"],
+    }
 
 
-def coco_file(images: Sequence[dict[str, Any]], annotations: Sequence[dict[str, Any]], categories: Mapping[int, str]) -> dict[str, Any]:
-    """Return the content of a file of rows; ``categories``: id -> name."""
+def coco_head(categories: Mapping[int, str]) -> dict[str, Any]:
+    """Return what a file has besides its images and annotations; ``categories``: id -> name."""
     return {
         "info": {"description": "scene_synth_ros", "version": "1"},
         "licenses": [],
-        "images": list(images),
-        "annotations": list(annotations),
         "categories": [{"id": key, "name": name, "supercategory": "indoor"} for key, name in categories.items()],
     }
 

@@ -86,7 +86,7 @@ class FormatWriter(Writer):
         meshes = ObjectMeshes(flat)
         objects, fresh = self._library.add_room(frame.scene, flat, meshes)
         for model in fresh:
-            data = ply_mesh(model.mesh.vertices * np.float32(_MM), model.mesh.normals, model.mesh.faces)
+            data = ply_mesh(model.mesh.vertices * np.float32(_MM), model.mesh.normals, model.colors, model.mesh.faces)
             (self._out / "models" / f"obj_{model.number:06d}.ply").write_bytes(data)
             self._models[str(model.number)] = model.info()
         path = self._out / _FOLDERS.get(self._source.split, self._source.split or "") / f"{self._scenes:06d}"

@@ -12,6 +12,7 @@ from scipy.spatial.distance import pdist
 
 from renderer.annotations.object_meshes import ObjectMeshes
 from renderer.annotations.things import things_of
+from renderer.core.color import srgb_from_linear
 from renderer.geometry.mesh import Mesh
 from renderer.scene.flat_scene import FlatScene
 from scene_description import SceneDescription
@@ -33,10 +34,11 @@ class ObjectPose(NamedTuple):
 
 
 class Model(NamedTuple):
-    """A model: its number, its mesh in metres, its category."""
+    """A model: its number, its mesh in metres, the colours (n, 3) of its vertices, 8-bit sRGB, its category."""
 
     number: int
     mesh: Mesh
+    colors: NDArray[np.uint8]
     category: str
 
     def info(self) -> dict[str, Any]:
@@ -52,7 +54,7 @@ class Model(NamedTuple):
 class ModelLibrary:
     """Knows the models of all rooms, each once, numbered from 1 in the order in which they come.
 
-    Two objects have one model if category and triangles are equal and the kept vertices lie within ``_SAME_M`` of each other.
+    Two objects have one model if category, triangles and colours are equal and the kept vertices lie within ``_SAME_M`` of each other.
     """
 
     def __init__(self) -> None:
@@ -65,17 +67,18 @@ class ModelLibrary:
         fresh: list[Model] = []
         for key, thing in things_of(scene, meshes, label_standard("nyu40")).items():
             rotation = rotation_from_quaternion(thing.box.orientation)
-            mesh, place = _local(flat, key, rotation)
-            number, is_new = self._number(mesh, thing.category)
+            mesh, colors, place = _local(flat, key, rotation)
+            number, is_new = self._number(mesh, colors, thing.category)
             poses[key] = ObjectPose(number, rotation, place)
             if is_new:
-                fresh.append(Model(number, mesh, thing.category))
+                fresh.append(Model(number, mesh, colors, thing.category))
         return poses, fresh
 
-    def _number(self, mesh: Mesh, category: str) -> tuple[int, bool]:
+    def _number(self, mesh: Mesh, colors: NDArray[np.uint8], category: str) -> tuple[int, bool]:
         """Return the number of a model, that of an equal one if there is one, and whether there is none."""
         kept = mesh.vertices[:: max(len(mesh.vertices) // _KEPT, 1)].copy()
-        alike = self._alike.setdefault((category, len(mesh.vertices), hashlib.sha256(mesh.faces.tobytes()).digest()), [])
+        exact = hashlib.sha256(mesh.faces.tobytes() + colors.tobytes()).digest()
+        alike = self._alike.setdefault((category, len(mesh.vertices), exact), [])
         for number, vertices in alike:
             if float(np.abs(vertices - kept).max()) < _SAME_M:
                 return number, False
@@ -93,13 +96,20 @@ def diameter(vertices: NDArray[np.float64]) -> float:
     return float(pdist(corners).max())
 
 
-def _local(flat: FlatScene, key: int, rotation: NDArray[np.float64]) -> tuple[Mesh, NDArray[np.float64]]:
-    """Return the mesh of an object in its own frame, and where the middle of the box around it lies in the map."""
+def _local(flat: FlatScene, key: int, rotation: NDArray[np.float64]) -> tuple[Mesh, NDArray[np.uint8], NDArray[np.float64]]:
+    """Return the mesh of an object in its own frame, its vertices' colours, and where the middle of the box around it lies in the map.
+
+    A colour is that of the material, without its texture.
+    """
     own = flat.parts.object_id[flat.face_part] == key
-    used, faces = np.unique(flat.mesh.faces[own], return_inverse=True)
+    used, places = np.unique(flat.mesh.faces[own], return_inverse=True)
+    faces = places.reshape(-1, 3)
     turned = flat.mesh.vertices[used].astype(np.float64) @ rotation
     middle = 0.5 * (turned.min(axis=0) + turned.max(axis=0))
     normals = flat.mesh.normals[used].astype(np.float64) @ rotation
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
-    local = Mesh((turned - middle).astype(np.float32), normals.astype(np.float32), faces.reshape(-1, 3).astype(np.uint32))
-    return local, rotation @ middle
+    linear = flat.materials.base_color[flat.parts.material[flat.face_part[own]]]
+    colors = np.zeros((len(used), 3), np.uint8)
+    colors[faces] = np.rint(255.0 * np.clip(srgb_from_linear(linear), 0.0, 1.0)).astype(np.uint8)[:, None]
+    local = Mesh((turned - middle).astype(np.float32), normals.astype(np.float32), faces.astype(np.uint32))
+    return local, colors, rotation @ middle

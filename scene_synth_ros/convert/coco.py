@@ -7,7 +7,6 @@ walls, floor and ceiling ``STUFF`` plus their class; as in every panoptic PNG it
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -16,19 +15,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.annotations.annotator import pixel_box
-from renderer.annotations.coco import Segment, coco_file, image_row, seen_share, segment_row
+from renderer.annotations.coco import Segment, coco_head, image_row, seen_share, segment_row
 from renderer.annotations.pixels import COUNT, LEFT, RIGHT, empty_tally, tally_ids
 from renderer.annotations.run_lengths import mask_of
 from scene_description import SceneSynthError
 from scene_description.annotations import Box2D
 from scene_synth_ros.convert.errors import ConvertError
 from scene_synth_ros.convert.image_files import write_picture, write_png
+from scene_synth_ros.convert.json_rows import JsonRows, write_document
 from scene_synth_ros.convert.writer import Sequence, Source, Writer
 from scene_synth_ros.dataset import Frame
 
 STUFF = 65536
 """Added to the class of pixels without an object, for the ids of their segments."""
 _STUFF_NAMES = ("wall", "floor", "ceiling")
+
+
+_INSTANCES = {"images": "images", "annotations": "instances"}
+_PANOPTIC = {"images": "images", "annotations": "panoptic"}
+"""List of a document -> its rows."""
 
 
 class _Stuff(NamedTuple):
@@ -56,9 +61,7 @@ class FormatWriter(Writer):
         self._out, self._source, self._is_panoptic = out, source, "semantic" in source.roles
         for name in ("images", "annotations", *(("panoptic",) if self._is_panoptic else ())):
             (out / name).mkdir()
-        self._images: list[dict[str, Any]] = []
-        self._instances: list[dict[str, Any]] = []
-        self._panoptic: list[dict[str, Any]] = []
+        self._lists = {name: JsonRows(out / f"{name}.part") for name in ("images", "instances", "panoptic")}
         self._names: dict[int, str] = {}
 
     def begin_sequence(self, sequence: Sequence) -> Sequence:
@@ -94,31 +97,30 @@ class FormatWriter(Writer):
     def take(self, item: _Item, state: Sequence) -> None:
         """Number the rows."""
         del state
-        number = len(self._images) + 1
-        self._images.append(item.row | {"id": number})
+        images, instances = self._lists["images"], self._lists["instances"]
+        number = images.count + 1
+        images.add(item.row | {"id": number})
         for segment in item.segments:
-            shares = item.shares.get(segment.instance, {})
-            self._instances.append(segment_row(len(self._instances) + 1, number, segment, shares))
+            instances.add(segment_row(instances.count + 1, number, segment, item.shares.get(segment.instance, {})))
         if self._is_panoptic:
             rows = [_segment_info(segment.instance, segment.label, segment.pixels, segment.box) for segment in item.segments]
             rows += [_segment_info(STUFF + stuff.label, stuff.label, stuff.pixels, stuff.box) for stuff in item.stuff]
             name = Path(item.row["file_name"]).with_suffix(".png").name
-            self._panoptic.append({"image_id": number, "file_name": name, "segments_info": rows})
+            self._lists["panoptic"].add({"image_id": number, "file_name": name, "segments_info": rows})
 
     def finish(self) -> tuple[str, ...]:
         """Write the JSON files."""
         ending = f"_{self._source.split}.json" if self._source.split else ".json"
-        names = dict(sorted(self._names.items()))
-        self._write(f"instances{ending}", coco_file(self._images, self._instances, names))
+        names, folder = dict(sorted(self._names.items())), self._out / "annotations"
+        write_document(folder / f"instances{ending}", coco_head(names), {key: self._lists[name] for key, name in _INSTANCES.items()})
         if self._is_panoptic:
-            document = coco_file(self._images, self._panoptic, names)
-            for row in document["categories"]:
+            head = coco_head(names)
+            for row in head["categories"]:
                 row["isthing"] = int(row["name"] not in _STUFF_NAMES)
-            self._write(f"panoptic{ending}", document)
+            write_document(folder / f"panoptic{ending}", head, {key: self._lists[name] for key, name in _PANOPTIC.items()})
+        for rows in self._lists.values():
+            rows.close().unlink()
         return ()
-
-    def _write(self, name: str, document: dict[str, Any]) -> None:
-        (self._out / "annotations" / name).write_text(json.dumps(document), encoding="utf-8")
 
 
 def class_names(frame: Frame) -> dict[int, str]:

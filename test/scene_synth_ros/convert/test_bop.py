@@ -83,6 +83,11 @@ def test_models_are_centred_upright_and_have_their_size(exported):
         np.testing.assert_allclose([row[f"size_{axis}"] for axis in "xyz"], np.ptp(mesh.bounds, axis=0), atol=0.01)
         assert row["diameter"] == pytest.approx(pdist(mesh.vertices[:: max(len(mesh.vertices) // 500, 1)]).max(), rel=0.02)
         np.testing.assert_allclose(np.linalg.norm(mesh.vertex_normals, axis=1), 1.0, atol=1e-4)
+    frame = trimesh.load(out / "models/obj_000006.ply", process=False).visual.vertex_colors[:, :3]
+    colors = {
+        tuple(round(255 * (1.055 * item ** (1 / 2.4) - 0.055)) for item in material.base_color) for material in bag.scenes[0].materials
+    }
+    assert {tuple(map(int, color)) for color in frame} < colors
     bed = json.loads((out / "models/models_info.json").read_text())["3"]
     size = np.multiply(bag.scenes[0].objects[0].size_m, 1000.0)
     np.testing.assert_allclose([bed[f"size_{axis}"] for axis in "xyz"], size, rtol=0.01)
