@@ -29,6 +29,8 @@ TABLES = {
     "bag": "Bags",
     "generate": "Datasets",
     "cost": "Processor hours",
+    "convert": "Conversions",
+    "dataset": "Reading datasets",
     "start": "Start",
 }
 """Module ``<name>_bench`` with ``measure() -> list[Row]`` -> title; each runs in a process of its own."""

@@ -43,6 +43,7 @@ def make_writer(values: Groups, folder: Path) -> BagWriter:
         metadata_version=config.metadata_version,
         compression=config.compression,
         compression_level=config.compression_level,
+        chunk_size=config.chunk_size,
         custom_data=read_pairs(config.custom_data),
     )
 

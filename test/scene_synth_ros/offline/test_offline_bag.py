@@ -6,6 +6,7 @@ That they are what a recorded run holds is tested with that run, in ``test_main_
 from pathlib import Path
 
 import pytest
+from mcap.reader import make_reader
 from sample_scene import sample_scene
 
 from grammar.synthesize import FloorMap, SceneSynthesizer
@@ -56,11 +57,18 @@ def test_a_stereo_rig_with_everything_is_a_bag_without_faults_that_renders_again
 
 
 def test_what_is_left_out_is_neither_recorded_nor_rendered(tmp_path: Path) -> None:
-    bag = written(tmp_path / "bag", settings_of(nodes=('recorder_node.exclude:=["*/normals/*", "*/color/*", "/tf"]',)))
+    bag = written(
+        tmp_path / "bag",
+        settings_of(nodes=('recorder_node.exclude:=["*/normals/*", "*/color/*", "/tf"]', "recorder_node.chunk_size:=1024")),
+    )
     with BagReader(bag) as reader:
         names = {topic.name for topic in reader.summary.topics}
     assert not [name for name in names if "/normals/" in name or "/color/" in name]
     assert "/synth/camera/depth/image_raw" in names
+    with next(bag.glob("*.mcap")).open("rb") as file:
+        summary = make_reader(file).get_summary()
+    images = [channel.id for channel in summary.channels.values() if channel.topic.endswith("/image_raw")]
+    assert all(len(chunk.message_index_offsets.keys() & images) <= 1 for chunk in summary.chunk_indexes)
 
 
 def test_an_exposure_that_is_held_is_that_of_every_frame(tmp_path: Path) -> None:
