@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from threading import Lock
 from typing import NamedTuple
 
@@ -19,6 +20,8 @@ from renderer.camera.config import CameraConfig
 from renderer.core.embree import make_packet
 from scene_description.types import CameraPose
 
+_NEAR_M = 1e-4
+"""What lies nearer before the camera is not looked for, so that an object that reaches behind it is looked for on one side only."""
 CANVAS = 3
 """Sides of the canvas against the image, which is in its middle: silhouettes are known one image's width and height beyond its border."""
 
@@ -65,8 +68,11 @@ class Silhouettes:
         cover = np.zeros((view.height, view.width), np.bool_)
         for key in keys:
             with self._lock:
-                extent, tree = project_extent(self._meshes, key, projection), self._meshes.tree(key).handle
-            tiles = tiles_of(extent, MARGIN_PX, view, True)
+                extent, tree = project_extent(self._meshes, key, projection, _NEAR_M), self._meshes.tree(key).handle
+            if math.isnan(extent.left):
+                found[key] = None
+                continue
+            tiles = tiles_of(extent._replace(whole=True), MARGIN_PX, view, True)
             paint_cover(tree, view, packet, CENTRE, tiles, cover)
             left, right, top, bottom = (int(edge) for edge in TILE * np.add(tiles, (0, 1, 0, 1)))
             found[key] = self._cut(cover, cover[top:bottom, left:right], left, top)

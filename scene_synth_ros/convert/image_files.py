@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.files.image_io import encode_image
+from scene_synth_ros.convert.png_bytes import png_bytes
 from scene_synth_ros.dataset import Frame
 
 _LARGEST = 2**16 - 1
@@ -36,7 +36,7 @@ def picture_file(frame: Frame, layer: str, *, jpeg: bool = True) -> tuple[str, b
     if data and (jpeg or form != "jpeg"):
         return _ENDINGS[form], data
     pixels = frame[layer]
-    return None if pixels.dtype.kind == "f" else ("png", encode_image(pixels, "png"))
+    return None if pixels.dtype.kind == "f" else ("png", png_bytes(pixels))
 
 
 def write_picture(frame: Frame, layer: str, base: Path, *, jpeg: bool = True) -> str:
@@ -57,7 +57,7 @@ def write_picture(frame: Frame, layer: str, base: Path, *, jpeg: bool = True) ->
 
 def write_png(path: Path, pixels: NDArray[np.uint8] | NDArray[np.uint16]) -> None:
     """Write a PNG, quickly compressed: uint8 (height, width) or (height, width, 3), or uint16 (height, width)."""
-    path.write_bytes(encode_image(pixels, "png"))
+    path.write_bytes(png_bytes(pixels))
 
 
 def depth_steps(depth_m: NDArray[np.float32], steps_a_metre: float) -> DepthFile:

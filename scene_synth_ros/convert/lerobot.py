@@ -22,6 +22,7 @@ from scene_synth_ros.convert.frame_record import frame_record
 from scene_synth_ros.convert.image_files import picture_file
 from scene_synth_ros.convert.lerobot_motion import camera_twists, runs, whole_rate
 from scene_synth_ros.convert.lerobot_stats import Stats, image_stats, thinned, together, vector_stats
+from scene_synth_ros.convert.png_bytes import png_bytes
 from scene_synth_ros.convert.writer import Sequence, Source, Writer
 
 if TYPE_CHECKING:
@@ -227,7 +228,7 @@ def _image(frame: Frame, layer: str, pixels: NDArray[Any]) -> bytes:
     if pixels.dtype.kind == "f":
         return encode_image(pixels, "tiff")
     if pixels.ndim == 2:
-        return encode_image(pixels.astype(np.uint16, copy=False), "png")
+        return png_bytes(pixels.astype(np.uint16, copy=False))
     found = picture_file(frame, layer)
     assert found is not None
     return found[1]
