@@ -68,6 +68,7 @@ setup(
             "moto[s3]>=5.0",
             "flask",
             "flask-cors",
+            "jinja2",
             "colcon-core",
             "colcon-ros",
             "colcon-python-setup-py",

@@ -28,6 +28,7 @@ TABLES = {
     "stream": "Messages",
     "bag": "Bags",
     "generate": "Datasets",
+    "cost": "Processor hours",
     "start": "Start",
 }
 """Module ``<name>_bench`` with ``measure() -> list[Row]`` -> title; each runs in a process of its own."""

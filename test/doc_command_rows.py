@@ -66,6 +66,11 @@ _TINY = "-p renderer_node.camera.width:=96 -p renderer_node.camera.height:=72 -p
 RECORD = "scene_synth run --record BAG --rooms 4 --show page.html"
 """Makes the bag of the other rows; runs once."""
 
+_ESTIMATE = "test/scene_synth_ros/estimate/test_estimate_command.py::test_bytes_are_those_of_the_dataset_where_all_rooms_are_measured"
+_RAY = "test/scene_synth_ros/cluster/test_ray_shards.py::test_a_node_that_is_killed_at_work_changes_nothing_of_the_dataset"
+_OWN_RAY = "test/scene_synth_ros/cluster/test_ray_shards.py::test_a_ray_of_the_runs_own_begins_and_ends_with_it"
+_SHARES = "test/scene_synth_ros/cli/test_generate_shares.py::test_the_last_share_writes_the_manifest_that_a_single_run_writes"
+
 ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     # make
     "make run": Parsed(_MAIN_JOB),
@@ -370,6 +375,22 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python examples/color_sensor.py docs": Run(".venv/bin/python examples/color_sensor.py docs 1", ("docs/color_sensor.jpg",)),
     ".venv/bin/pip install '.[train]'": Listed("needs the network; that the extra exists is tested"),
     ".venv/bin/python -m examples.train_normals --out docs": Listed("takes minutes; test/test_train_normals.py runs its parts"),
+    # scene_synth generate on many machines, estimate
+    "scene_synth estimate": Named(),
+    "scene_synth estimate --rooms N [--frames N] [--seed S] [--params FILE] [--overlay FILE] [-p NODE.NAME:=VALUE] [--machines N]"
+    " [--sample N] [--json]": Usage(_ESTIMATE),
+    "scene_synth estimate --rooms 100000 --params ground_truth --machines 20": Parsed(_ESTIMATE),
+    "scene_synth estimate --rooms 1000000 --overlay balanced --machines 100 --sample 16 --json": Parsed(_ESTIMATE),
+    "scene_synth generate --rooms 5000 --seed 1 --params ground_truth --out s3://my-bucket/rooms": Parsed(_SHARES),
+    "scene_synth generate --rooms 5000 --seed 1 --params ground_truth --out runs/rooms --ray": Parsed(_OWN_RAY),
+    "scene_synth generate --rooms 5000 --seed 1 --params ground_truth --out s3://my-bucket/rooms --ray auto": Parsed(_RAY),
+    "scene_synth generate --rooms 5000 --seed 1 --params ground_truth --out s3://my-bucket/rooms --ray 10.0.0.1:6379": Parsed(_RAY),
+    "scene_synth generate --rooms 5000 --seed 1 --params ground_truth --out runs/shared --shard 0/4": Parsed(_SHARES),
+    "scene_synth generate --rooms 5000 --seed 1 --params ground_truth --out runs/shared --shard 1/4": Parsed(_SHARES),
+    "scene_synth generate --out runs/shared --finish": Parsed(_SHARES),
+    ".venv/bin/python -m benchmarks.cost_bench --rooms 12 --write": Parsed("takes an hour; speed is never judged in a test"),
+    ".venv/bin/pip install '.[cloud]'": Listed("needs the network; that the extra exists is tested"),
+    ".venv/bin/pip install '.[ray]'": Listed("needs the network; that the extra exists is tested"),
     # the program from within
     ".venv/bin/python -c 'from grammar.spec.energy_terms import terms_table; print(terms_table())'": Run(),
     ".venv/bin/python -m pytest test/renderer/path": Listed("is how this test runs; that the folder exists is tested in test/test_docs.py"),

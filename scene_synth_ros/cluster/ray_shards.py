@@ -8,7 +8,9 @@ from __future__ import annotations
 import contextlib
 import importlib
 import logging
+import os
 import secrets
+import socket
 import tempfile
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
@@ -27,7 +29,10 @@ RETRIES = 5
 """How often Ray starts a task again whose worker or node is lost, or that could not reach the store."""
 _OBJECT_STORE_BYTES = 80 * 2**20
 """Ray's least; manifests are small and do not go through it."""
+_OWN = {"RAY_AUTH_MODE": "token", "RAY_USAGE_STATS_ENABLED": "0", "RAY_NUM_REDIS_GET_RETRIES": "120"}
+"""Environment of a Ray of this run's own: nobody else may use it, it reports to nobody, and a busy machine has two minutes to start it."""
 _POLL_S = 1.0
+_KNOCK_S = 5.0
 _LONGEST_TEMPORARY = 40
 """Characters: Ray's sockets lie below its folder, and their paths may have 107."""
 
@@ -88,10 +93,16 @@ def _connected(address: str, processors: int) -> Iterator[Any]:
         options: dict[str, Any] = {"log_to_driver": False, "logging_level": logging.ERROR, "address": address}
         if address == LOCAL:
             own = ends.enter_context(tempfile.TemporaryDirectory(prefix="ray_", dir=_temporary(), ignore_cleanup_errors=True))
-            ends.enter_context(
-                environment({"RAY_AUTH_MODE": "token", "RAY_AUTH_TOKEN": secrets.token_hex(32), "RAY_USAGE_STATS_ENABLED": "0"})
-            )
-            options |= {"num_cpus": processors, "include_dashboard": False, "object_store_memory": _OBJECT_STORE_BYTES, "_temp_dir": own}
+            ends.enter_context(environment({**_OWN, "RAY_AUTH_TOKEN": os.environ.get("RAY_AUTH_TOKEN") or secrets.token_hex(32)}))
+            options |= {
+                "num_cpus": processors,
+                "_node_ip_address": "127.0.0.1",
+                "include_dashboard": False,
+                "object_store_memory": _OBJECT_STORE_BYTES,
+                "_temp_dir": own,
+            }
+        elif address != AUTO:
+            _refuse_unreachable(address)
         try:
             ray = importlib.import_module("ray")
             ray.init(**options)
@@ -101,6 +112,21 @@ def _connected(address: str, processors: int) -> Iterator[Any]:
             raise ShardError(f"--ray {address}: cannot be reached: {_line(error)}") from None
         ends.callback(ray.shutdown)
         yield ray
+
+
+def _refuse_unreachable(address: str) -> None:
+    """Knock at an address first: Ray ends the whole process, after a minute, where nobody answers.
+
+    Raises:
+        ShardError: nobody answers.
+    """
+    host, colon, port = address.rpartition(":")
+    if not colon or not port.isdigit() or "/" in host:
+        raise ShardError(f"--ray {address}: expected HOST:PORT of a cluster's head, auto, or no address; run this on a node of the cluster")
+    try:
+        socket.create_connection((host, int(port)), _KNOCK_S).close()
+    except (OSError, OverflowError) as error:
+        raise ShardError(f"--ray {address}: cannot be reached ({error}); see that ray start --head runs there") from None
 
 
 def _most_at_once(ray: Any) -> int:

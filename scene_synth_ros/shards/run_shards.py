@@ -24,10 +24,11 @@ def begin_dataset(plan: DatasetPlan, store: Store, where: str, *, resume: bool) 
         PlanError: there is a dataset, and it shall not go on, or has another plan; or there is something else.
     """
     data = store.read(PLAN_NAME)
-    if data is None:
-        strangers = store.names("")
-        if strangers:
+    if data is None and (strangers := store.names("")):
+        data = store.read(PLAN_NAME)  # another share may just have begun
+        if data is None:
             raise PlanError(f"{where}: expected a new folder or one of a dataset, got one that holds {strangers[0]}")
+    if data is None:
         store.write(PLAN_NAME, plan.to_json())
         return
     if not resume:
