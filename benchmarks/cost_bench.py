@@ -170,7 +170,7 @@ def cluster_table(made: Sequence[Cost]) -> str:
 def _cluster_row(profile: str, cluster: str, dataset: Dataset, outcome: Outcome) -> str:
     cells = [f"`{profile}`", cluster, span(outcome.seconds), f"{100.0 * outcome.busy:.1f} %", f"{100.0 * outcome.lost:.2f} %"]
     cells += [str(outcome.failures), f"{size(outcome.mean_bytes_s)}/s", f"{size(outcome.peak_bytes_s)}/s"]
-    return f"| {' | '.join(cells)} | {dataset.shards / outcome.seconds:.2g}/s |"
+    return f"| {' | '.join(cells)} | {dataset.shards / outcome.seconds:.3g}/s |"
 
 
 def manifest_figures(rooms: int = _MANIFEST_ROOMS) -> str:

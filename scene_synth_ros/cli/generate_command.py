@@ -143,6 +143,8 @@ def _check_options(arguments: argparse.Namespace) -> None:
             raise UsageError("--rooms: expected a number of rooms, or --plan; --resume, --shard and --finish take the plan of the folder")
     elif arguments.plan is not None:
         raise UsageError("--rooms: expected this or --plan, got both")
+    if arguments.finish and (arguments.rooms, arguments.plan) != (None, None):
+        raise UsageError("--finish: expected neither --rooms nor --plan: what is there has its own plan")
     if arguments.check and not arguments.resume:
         raise UsageError("--check: expected together with --resume: what it finds damaged is made again")
     for option, low, high in (("rooms", 1, 10**9), ("workers", 1, MAX_WORKERS), ("threads", 1, MAX_WORKERS), ("shard_rooms", 1, 10**9)):

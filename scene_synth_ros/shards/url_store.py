@@ -68,7 +68,6 @@ class UrlStore:
     def names(self, folder: str) -> list[str]:
         """Return the names of what lies in a folder, in order; temporary things are left out; nothing where there is no folder."""
         with self._told(folder) as (files, path):
-            files.invalidate_cache()  # others write there, too
             try:
                 found = [entry.rstrip("/").rpartition("/")[2] for entry in files.ls(path, detail=False)]
             except FileNotFoundError:
@@ -138,7 +137,6 @@ class UrlStore:
 
     def _found(self, path: str) -> list[str]:
         files, _ = file_system(self.url)
-        files.invalidate_cache()
         return cast("list[str]", files.find(path))
 
     def _remove(self, paths: list[str]) -> None:
@@ -155,7 +153,7 @@ def file_system(url: str) -> tuple[Any, str]:
     """
     try:
         core = importlib.import_module("fsspec.core")
-        files, path = core.url_to_fs(url)
+        files, path = core.url_to_fs(url, use_listings_cache=False)  # others write there, too
     except ImportError as error:
         raise StoreError(f"{url}: needs a library that is not installed ({error.msg}): pip install 'scene_synth_ros[cloud]'") from None
     except ValueError as error:

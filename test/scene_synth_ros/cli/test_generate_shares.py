@@ -65,6 +65,24 @@ def test_the_last_share_writes_the_manifest_that_a_single_run_writes(url: str, t
     assert "layouts.jpg" in store.names("card")
 
 
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (["--rooms", "3", "--finish"], "--finish: expected neither"),
+        (["--finish"], "holds no dataset"),
+        (["--shard", "0/2"], "holds no dataset"),
+        (["--rooms", "3", "--shard", "2/2"], "--shard 2/2: expected I/N"),
+        (["--rooms", "3", "--ray", "--shard", "0/2"], "not allowed with argument"),
+    ],
+)
+def test_options_that_contradict_each_other_are_refused(
+    words: list[str], says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert generate(*words, "--out", str(tmp_path / "rooms")) == 2
+    assert says in capsys.readouterr().err
+    assert not (tmp_path / "rooms").exists()
+
+
 @pytest.mark.parametrize("text", ["2/2", "0/0", "1", "a/b", "-1/2", "1/2/3"])
 def test_a_share_that_is_none_is_refused(text: str) -> None:
     with pytest.raises(UsageError, match="expected I/N"):

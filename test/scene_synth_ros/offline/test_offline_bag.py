@@ -3,6 +3,8 @@
 That they are what a recorded run holds is tested with that run, in ``test_main_job.py``.
 """
 
+import gc
+import weakref
 from pathlib import Path
 
 import pytest
@@ -20,6 +22,7 @@ from scene_synth_ros.cli.run_parameters import RunWords, run_parameters
 from scene_synth_ros.messages.frame_settings import settings_from_json
 from scene_synth_ros.offline.offline_bag import OfflineBag
 from scene_synth_ros.offline.settings import OfflineSettings, read_settings
+from scene_synth_ros.render.room import Room
 from scene_synth_ros.suite.parameters import ParameterError
 
 TINY = ("camera.width:=32", "camera.height:=24", "render.samples_per_pixel:=1", "render.threads:=1")
@@ -78,6 +81,26 @@ def test_an_exposure_that_is_held_is_that_of_every_frame(tmp_path: Path) -> None
     with BagReader(tmp_path / "bag") as reader:
         told = [bytes(message.data)[8:].rstrip(b"\0").decode() for message in reader.messages(["/synth/renderer_node/settings"])]
     assert {settings_from_json(text).exposure_ev100 for text in told} == {3.0}
+
+
+def test_of_a_room_that_is_written_nothing_stays_in_memory(tmp_path: Path) -> None:
+    """Without the collector of cycles, which would come when it likes."""
+    rooms = []
+    make = Room.__init__
+
+    def made(self: Room, *values: object, **named: object) -> None:
+        make(self, *values, **named)  # type: ignore[arg-type]
+        rooms.append(weakref.ref(self))
+
+    gc.collect()
+    gc.disable()
+    try:
+        with pytest.MonkeyPatch.context() as patch, OfflineBag(tmp_path / "bag", settings_of(*ALL), floor_of) as bag:
+            patch.setattr(Room, "__init__", made)
+            bag.add_room(sample_scene())
+            assert [room() for room in rooms] == [None]
+    finally:
+        gc.enable()
 
 
 def test_after_an_exception_nothing_is_left_and_a_bag_is_never_overwritten(tmp_path: Path) -> None:

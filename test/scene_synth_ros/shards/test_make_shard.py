@@ -90,7 +90,7 @@ def failing(monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, int]]:
         return sample(rooms, index)
 
     def frame_or_fail(renderer: OfflineRenderer, index: int) -> object:
-        if renderer._scene.index == index == 1 and left["rendered"]:
+        if renderer._work.scene.index == index == 1 and left["rendered"]:
             left["rendered"] -= 1
             raise ZeroDivisionError("in a frame")
         return frame(renderer, index)

@@ -10,7 +10,7 @@ import fsspec
 import pytest
 from s3_server import BUCKET, s3_server
 
-from scene_synth_ros.shards.url_store import StoreError, UrlStore
+from scene_synth_ros.shards.url_store import StoreError, UrlStore, file_system
 
 
 @pytest.fixture(scope="module")
@@ -53,10 +53,22 @@ def test_files_are_read_listed_and_removed(store: UrlStore, tmp_path: Path) -> N
         store.open("shards/00000/b.mcap")
 
 
+def test_what_others_have_written_since_a_listing_is_read(store: UrlStore) -> None:
+    store.write("shards/00000.json", b"0")
+    assert store.names("shards") == ["00000.json"]
+    assert store.read("shards/00001.json") is None
+    bucket, key, _ = fsspec.filesystem("s3").split_path(f"{store.url}/shards/00001.json")
+    fsspec.filesystem("s3").call_s3("put_object", Bucket=bucket, Key=key, Body=b"1")
+    assert store.read("shards/00001.json") == b"1"
+    with store.open("shards/00001.json") as file:
+        assert file.read() == b"1"
+    assert store.names("shards") == ["00000.json", "00001.json"]
+
+
 def test_a_folder_replaces_what_was_there_and_no_object_is_missing_meanwhile(store: UrlStore, tmp_path: Path) -> None:
     store.put_folder(folder_of(tmp_path / "one", a="A", old="O"), "shards/00001")
     removed: list[list[str]] = []
-    files = fsspec.filesystem("s3")
+    files, _ = file_system(store.url)
     rm = files.rm
     files.rm = lambda paths, **more: (removed.append([path.rpartition("/")[2] for path in paths]), rm(paths, **more))
     try:
