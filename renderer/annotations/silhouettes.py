@@ -14,7 +14,7 @@ from renderer.annotations.extents import project_extent
 from renderer.annotations.object_meshes import ObjectMeshes
 from renderer.annotations.pixels import paint_cover
 from renderer.annotations.projection import Projection
-from renderer.camera.camera_rays import CENTRE, TILE
+from renderer.camera.camera_rays import CENTRE
 from renderer.camera.cameras import pose_camera
 from renderer.camera.config import CameraConfig
 from renderer.core.embree import make_packet
@@ -59,39 +59,47 @@ class Silhouettes:
         self._width, self._height = camera.width, camera.height
         self._canvas = _canvas(camera)
 
-    def of_frame(self, pose: CameraPose, keys: list[int]) -> dict[int, Silhouette | None]:
-        """Return object -> silhouette from a pose; None where nothing of it falls on the canvas."""
+    def of_frame(self, pose: CameraPose, instance: NDArray[np.uint16], keys: list[int]) -> dict[int, Silhouette | None]:
+        """Return object -> silhouette from a pose; None where nothing of it falls on the canvas.
+
+        A pixel that an object has belongs to its silhouette, whatever rounding says of the ray that is cast at it alone.
+
+        Args:
+            pose: of the optical frame.
+            instance: (height, width), ids of the frame.
+            keys: the objects.
+        """
         view = pose_camera(self._canvas, pose)
         projection = Projection(self._canvas, pose, view)
         packet = make_packet()
         found: dict[int, Silhouette | None] = {}
         cover = np.zeros((view.height, view.width), np.bool_)
+        inside = cover[self._height : 2 * self._height, self._width : 2 * self._width]
         for key in keys:
             with self._lock:
                 extent, tree = project_extent(self._meshes, key, projection, _NEAR_M), self._meshes.tree(key).handle
-            if math.isnan(extent.left):
-                found[key] = None
-                continue
-            tiles = tiles_of(extent._replace(whole=True), MARGIN_PX, view, True)
-            paint_cover(tree, view, packet, CENTRE, tiles, cover)
-            left, right, top, bottom = (int(edge) for edge in TILE * np.add(tiles, (0, 1, 0, 1)))
-            found[key] = self._cut(cover, cover[top:bottom, left:right], left, top)
-            cover[top:bottom, left:right] = False
+            np.equal(instance, key, out=inside)
+            if not math.isnan(extent.left):
+                tiles = tiles_of(extent._replace(whole=True), MARGIN_PX, view, True)
+                paint_cover(tree, view, packet, CENTRE, tiles, cover)
+            found[key] = self._cut(cover, inside)
+            cover[:] = False
         return found
 
-    def _cut(self, cover: NDArray[np.bool_], part: NDArray[np.bool_], left: int, top: int) -> Silhouette | None:
-        """Return what was painted on the canvas, given the part of it that was painted on, and where that is."""
-        rows, columns = np.flatnonzero(part.any(axis=1)), np.flatnonzero(part.any(axis=0))
+    def _cut(self, cover: NDArray[np.bool_], inside: NDArray[np.bool_]) -> Silhouette | None:
+        """Return what was painted on the canvas, given the part of it that is the image."""
+        rows = np.flatnonzero(cover.any(axis=1))
         if not len(rows):
             return None
-        first, above = left - self._width, top - self._height
+        part = cover[rows[0] : rows[-1] + 1]
+        columns = np.flatnonzero(part.any(axis=0))
         return Silhouette(
-            pixels=int(part.sum()),
-            left=first + int(columns[0]),
-            top=above + int(rows[0]),
-            right=first + int(columns[-1]),
-            bottom=above + int(rows[-1]),
-            inside=cover[self._height : 2 * self._height, self._width : 2 * self._width].copy(),
+            pixels=int(np.count_nonzero(part)),
+            left=int(columns[0]) - self._width,
+            top=int(rows[0]) - self._height,
+            right=int(columns[-1]) - self._width,
+            bottom=int(rows[-1]) - self._height,
+            inside=inside.copy(),
         )
 
 

@@ -104,17 +104,17 @@ class FormatWriter(Writer):
         write_picture(frame, roles["picture"], state.path / "rgb" / f"{number:06d}")
         depth, scale = stored_depth(frame[roles["depth"]])
         write_png(state.path / "depth" / f"{number:06d}.png", depth)
-        instance = frame[roles["instance"]]
+        instance = np.asarray(frame[roles["instance"]], np.uint16)
         keys = [int(key) for key in np.unique(instance) if int(key) in state.objects]
-        whole = state.silhouettes.of_frame(pose, keys)
+        silhouettes = state.silhouettes.of_frame(pose, instance, keys)
         matrix = camera_from_world(pose)
         truth, info = [], []
         for place, key in enumerate(keys):
-            visible = instance == key
-            all_of_it, cover = silhouette_info(visible, whole[key], depth)
-            info.append(all_of_it)
+            visible, whole = instance == key, silhouettes[key]
+            assert whole is not None  # it has pixels
+            info.append(silhouette_info(visible, whole, depth))
             truth.append(_pose_row(state.objects[key], matrix))
-            for name, mask in (("mask", cover), ("mask_visib", visible)):
+            for name, mask in (("mask", whole.inside), ("mask_visib", visible)):
                 write_png(state.path / name / f"{number:06d}_{place:06d}.png", mask.astype(np.uint8) * np.uint8(255))
         lens = state.lens
         camera = {
@@ -153,40 +153,24 @@ def stored_depth(depth_m: NDArray[np.float32]) -> tuple[NDArray[np.uint16], floa
     return found.stored, scale
 
 
-def silhouette_info(
-    visible: NDArray[np.bool_], whole: Silhouette | None, depth: NDArray[np.uint16]
-) -> tuple[dict[str, Any], NDArray[np.bool_]]:
-    """Return an object's row of ``scene_gt_info.json``, and its silhouette in the image (height, width).
-
-    A pixel that the object has belongs to its silhouette, whatever rounding says of the ray that was cast at it alone.
+def silhouette_info(visible: NDArray[np.bool_], whole: Silhouette, depth: NDArray[np.uint16]) -> dict[str, Any]:
+    """Return an object's row of ``scene_gt_info.json``.
 
     Args:
         visible: (height, width), its pixels.
-        whole: its silhouette alone; None where nothing was hit.
+        whole: its silhouette, of which they are part.
         depth: (height, width), 0 where there is none.
     """
     rows, columns = np.flatnonzero(visible.any(axis=1)), np.flatnonzero(visible.any(axis=0))
-    own = [int(columns[0]), int(rows[0]), int(columns[-1]), int(rows[-1])]
-    count = int(visible.sum())
-    cover = visible if whole is None else whole.inside | visible
-    edges, pixels = own, count
-    if whole is not None:
-        edges = [min(own[0], whole.left), min(own[1], whole.top), max(own[2], whole.right), max(own[3], whole.bottom)]
-        pixels = whole.pixels + int(cover.sum()) - int(whole.inside.sum())
-    row = {
-        "px_count_all": pixels,
-        "px_count_valid": int((depth[cover] > 0).sum()),
+    count = int(np.count_nonzero(visible))
+    return {
+        "px_count_all": whole.pixels,
+        "px_count_valid": int(np.count_nonzero(depth[whole.inside])),
         "px_count_visib": count,
-        "visib_fract": count / pixels,
-        "bbox_obj": _box(edges),
-        "bbox_visib": _box(own),
+        "visib_fract": count / whole.pixels,
+        "bbox_obj": [whole.left, whole.top, whole.right - whole.left, whole.bottom - whole.top],
+        "bbox_visib": [int(columns[0]), int(rows[0]), int(columns[-1] - columns[0]), int(rows[-1] - rows[0])],
     }
-    return row, cover
-
-
-def _box(edges: list[int]) -> list[int]:
-    left, top, right, bottom = edges
-    return [left, top, right - left, bottom - top]
 
 
 def _pose_row(thing: ObjectPose, camera_from_map: NDArray[np.float64]) -> dict[str, Any]:

@@ -17,6 +17,8 @@ CAMERAS = (
     CameraConfig(width=160, height=120, focal_x_px=100.0),
     CameraConfig(width=160, height=120, focal_x_px=100.0, focal_y_px=104.0, principal_x_px=70.3, principal_y_px=64.8),
 )
+NOTHING = np.zeros((120, 160), np.uint16)
+"""An instance image without objects: every pixel of a silhouette comes from a ray."""
 
 
 def in_hull(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
@@ -30,7 +32,7 @@ def test_a_box_covers_its_projection(camera):
     boxes = [crate(2, (0.0, 0.5, 0.0), (0.5, 0.5, 1.5), 0.3), crate(7, (-1.0, 1.8, 0.0), (1.0, 1.0, 1.0))]
     scene, flat = crates_scene(boxes)
     view, meshes = pose((-3.0, 0.0, 1.0), (0.0, 0.0, 1.0)), ObjectMeshes(flat)
-    found = Silhouettes(meshes, camera).of_frame(view, [2, 7])
+    found = Silhouettes(meshes, camera).of_frame(view, NOTHING, [2, 7])
     things = things_of(scene, meshes, label_standard("nyu40"))
     xs, ys = np.meshgrid(np.arange(-160, 320), np.arange(-120, 240))
     centres = np.stack([xs.ravel(), ys.ravel()], axis=1) + 0.5
@@ -50,5 +52,16 @@ def test_a_box_covers_its_projection(camera):
 def test_what_is_behind_the_camera_has_none():
     _, flat = crates_scene([crate(2, (0.0, 0.0, 0.0), (0.5, 0.5, 1.0))])
     meshes = ObjectMeshes(flat)
-    assert Silhouettes(meshes, CAMERAS[0]).of_frame(pose((-3.0, 0.0, 1.0), (-4.0, 0.0, 1.0)), [2]) == {2: None}
+    assert Silhouettes(meshes, CAMERAS[0]).of_frame(pose((-3.0, 0.0, 1.0), (-4.0, 0.0, 1.0)), NOTHING, [2]) == {2: None}
+    meshes.close()
+
+
+def test_pixels_of_an_object_are_in_its_silhouette_without_a_ray():
+    _, flat = crates_scene([crate(2, (0.0, 0.0, 0.0), (0.5, 0.5, 1.0))])
+    meshes, view = ObjectMeshes(flat), pose((-3.0, 0.0, 1.0), (0.0, 0.0, 1.0))
+    instance = NOTHING.copy()
+    instance[3:9, 10:12] = 2
+    alone, told = (Silhouettes(meshes, CAMERAS[0]).of_frame(view, image, [2])[2] for image in (NOTHING, instance))
+    np.testing.assert_array_equal(told.inside, alone.inside | (instance == 2))
+    assert told.pixels == alone.pixels + 12 and (told.left, told.top) == (10, 3)
     meshes.close()

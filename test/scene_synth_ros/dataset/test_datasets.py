@@ -1,6 +1,7 @@
 """Shards, folders of bags and URLs are one dataset; what is not whole is told, what is wrong is one line."""
 
 import json
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -28,7 +29,8 @@ def test_shards_are_one_dataset_whose_bags_are_opened_when_they_are_read(tmp_pat
     assert len(data) == 18 and [room.index for room in data.rooms] == [0, 1, 2, 3, 4, 5] and data.notes == []
     assert list(data._open) == [0]
     assert data[17].room == 5 and list(data._open) == [0, 2]
-    assert pixels_of(data) == bytes_of(images)
+    files = os.listdir("/proc/self/fd")
+    assert pixels_of(data) == bytes_of(images) and os.listdir("/proc/self/fd") == files
     assert [frame.room for frame in data] == [index // FRAMES for index in range(18)]
     monkeypatch.setattr("scene_synth_ros.dataset.dataset.OPEN_BAGS", 1)
     again = open_dataset(tmp_path / "rooms")
