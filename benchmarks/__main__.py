@@ -28,6 +28,10 @@ TABLES = {
     "cache": "What the irradiance cache trades",
     "stream": "Messages",
     "bag": "Bags",
+    "generate": "Datasets",
+    "cost": "Processor hours",
+    "convert": "Conversions",
+    "dataset": "Reading datasets",
     "start": "Start",
 }
 """Module ``<name>_bench`` with ``measure() -> list[Row]`` -> title; each runs in a process of its own."""

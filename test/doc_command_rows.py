@@ -52,17 +52,26 @@ _MAIN_JOB = "test/scene_synth_ros/test_main_job.py::test_the_run_reports_no_faul
 _ALIKE = "test/scene_synth_ros/test_several_renderers.py::test_shared_rooms_one_process_and_rooms_ahead_give_the_same_bag"
 _REPLAY = "test/scene_synth_ros/replay/test_player.py::test_loop_begins_again_until_it_is_switched_off"
 _WALL = "test/scene_synth_ros/test_wall_clock.py"
+_SPLIT = "test/scene_synth_ros/splits/test_split_command.py::test"
 _SWEEP = "test/scene_synth_ros/sweep/test_sweep.py::test"
 _ROBOTS = (
     "test/scene_synth_ros/cli/test_run_profile.py::test_a_namespace_of_its_own_stands_before_the_frames_unless_the_profile_says_otherwise"
 )
+_GENERATE_TESTS = "test/scene_synth_ros/cli/test_generate_command.py"
+_GENERATE = f"{_GENERATE_TESTS}::test_a_run_that_was_killed_goes_on_with_more_workers_to_the_same_bytes"
 _EVALUATE_TESTS = "test/scene_synth_ros/evaluate/test_evaluate_command.py"
 _EVALUATE = f"{_EVALUATE_TESTS}::test_the_truth_as_estimate_is_perfect"
+_CONVERT = "test/scene_synth_ros/cli/test_convert_command.py::test_the_folder_appears_whole_and_the_line_says_what_is_in_it"
 _FAST = "-p grammar_node.rate_hz:=30.0 -p renderer_node.camera.width:=320 -p renderer_node.camera.height:=240"
 _TINY = "-p renderer_node.camera.width:=96 -p renderer_node.camera.height:=72 -p renderer_node.render.samples_per_pixel:=1"
 
 RECORD = "scene_synth run --record BAG --rooms 4 --show page.html"
 """Makes the bag of the other rows; runs once."""
+
+_ESTIMATE = "test/scene_synth_ros/estimate/test_estimate_command.py::test_bytes_are_those_of_the_dataset_where_all_rooms_are_measured"
+_RAY = "test/scene_synth_ros/cluster/test_ray_shards.py::test_a_node_that_is_killed_at_work_changes_nothing_of_the_dataset"
+_OWN_RAY = "test/scene_synth_ros/cluster/test_ray_shards.py::test_a_ray_of_the_runs_own_begins_and_ends_with_it"
+_SHARES = "test/scene_synth_ros/cli/test_generate_shares.py::test_the_last_share_writes_the_manifest_that_a_single_run_writes"
 
 ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     # make
@@ -220,6 +229,31 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         _REPLAY
     ),
     # rooms
+    "scene_synth generate --rooms N --out DIR": Usage(_GENERATE),
+    "scene_synth generate --rooms N [--frames N] [--seed S] [--params FILE] [--overlay FILE] [-p NODE.NAME:=VALUE] [--workers N]"
+    " [--threads N] [--shard-rooms R] [--resume] --out DIR": Usage(_GENERATE),
+    "scene_synth generate --rooms 1000 --frames 8 --seed 1 --params ground_truth --out runs/rooms": Parsed(_GENERATE),
+    "scene_synth generate --rooms 5000 --seed 1 --overlay balanced --shard-size 1GB --out runs/pictures": Parsed(_GENERATE),
+    "scene_synth generate --rooms 200 --seed 3 --out runs/kitchens --params ground_truth"
+    " -p grammar_node.scene.room_type:=kitchen,dining_room": Parsed(_GENERATE),
+    "scene_synth generate --resume --out runs/rooms": Parsed(_GENERATE),
+    "scene_synth generate --resume --check --out runs/rooms": Parsed(f"{_GENERATE_TESTS}::test_a_damaged_shard_is_found_and_made_again"),
+    "scene_synth generate --plan runs/rooms/dataset.json --out runs/again": Parsed(
+        f"{_GENERATE_TESTS}::test_a_plan_makes_its_dataset_again_elsewhere_but_not_in_another_version"
+    ),
+    ".venv/bin/python -m benchmarks.generate_bench --write": Parsed("takes half an hour; speed is never judged in a test"),
+    "ros2 bag play": _ROS2CLI,
+    "scene_synth split BAG|SHARDS [--shares NAME=SHARE,...] [--ranges NAME=A:B,...] [--sees CATEGORY,...]"
+    " [--near METRES:DEGREES] [--out FILE]": (Usage(f"{_SPLIT}_every_room_is_in_one_split_and_datasets_read_it")),
+    "scene_synth split rooms": Parsed(f"{_SPLIT}_every_room_is_in_one_split_and_datasets_read_it"),
+    "scene_synth split rooms --shares fit=2/3,check=1/3 --seed 7": Parsed(f"{_SPLIT}_every_room_is_in_one_split_and_datasets_read_it"),
+    "scene_synth split rooms --ranges train=0:8000,val=8000:9000": Parsed(f"{_SPLIT}_filters_and_what_they_leave_out"),
+    "scene_synth split rooms --sees bed,sofa --image-share 0.02 --objects 3: --brightness 0.15:0.85 --near 0.1:5": Parsed(
+        f"{_SPLIT}_filters_and_what_they_leave_out"
+    ),
+    "scene_synth convert rooms --split train --to coco --out train_coco": Parsed(
+        "test/scene_synth_ros/convert/test_coco.py::test_masks_boxes_and_classes_are_those_of_the_pixels"
+    ),
     "scene_synth sweep": Named(),
     "scene_synth sweep SWEEP.yaml --out DIR [--workers N] [--only ID ...] [--plan] [--contact-sheet FILE]": Usage(
         f"{_SWEEP}_workers_change_no_byte"
@@ -295,6 +329,18 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth run --record BAG --rooms 4 --truth": Parsed(
         f"{_MAIN_JOB.partition('::')[0]}::test_what_is_true_of_each_room_is_beside_the_bag"
     ),
+    # exports
+    "scene_synth convert": Named(),
+    "scene_synth convert BAG|SHARDS --to coco|bop|tum|euroc|nerfstudio|colmap|webdataset|lerobot|hdf5|frames --out DIR"
+    " [--rooms A:B] [--every N] [--camera NAME] [--split NAME] [--layers NAMES]": Usage(_CONVERT),
+    "scene_synth convert BAG --to coco --out DIR": Run(
+        "scene_synth convert BAG --to coco --out coco --every 8", ("coco/annotations/instances.json", "coco/annotations/panoptic.json")
+    ),
+    "scene_synth convert BAG --to colmap --out DIR --rooms 0:2 --every 2": Parsed(_CONVERT),
+    "scene_synth convert BAG --to tum --out DIR --layers color_sensed,depth_sensed": Parsed(_CONVERT),
+    "evo_traj tum DIR/room_0000/groundtruth.txt": Listed("another program; test_tum.py reads with its library"),
+    ".venv/bin/python -m benchmarks.convert_bench": Parsed("takes minutes; speed is never judged in a test"),
+    ".venv/bin/python examples/web_dataset.py DIR": Listed("needs a converted bag; its reading is that of test_webdataset.py"),
     # evaluation
     "scene_synth evaluate": Named(),
     "scene_synth evaluate TRUTH --task TASK [--estimates BAG] [--topic TASK:=TOPIC] [--algorithm FILE.py:NAME] [--by WAY]"
@@ -354,9 +400,26 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python examples/color_sensor.py docs": Run(".venv/bin/python examples/color_sensor.py docs 1", ("docs/color_sensor.jpg",)),
     ".venv/bin/pip install '.[train]'": Listed("needs the network; that the extra exists is tested"),
     ".venv/bin/python -m examples.train_normals --out docs": Listed("takes minutes; test/test_train_normals.py runs its parts"),
+    # scene_synth generate on many machines, estimate
+    "scene_synth estimate": Named(),
+    "scene_synth estimate --rooms N [--frames N] [--seed S] [--params FILE] [--overlay FILE] [-p NODE.NAME:=VALUE] [--machines N]"
+    " [--sample N] [--json]": Usage(_ESTIMATE),
+    "scene_synth estimate --rooms 100000 --params ground_truth --machines 20": Parsed(_ESTIMATE),
+    "scene_synth estimate --rooms 1000000 --overlay balanced --machines 100 --sample 16 --json": Parsed(_ESTIMATE),
+    "scene_synth generate --rooms 5000 --seed 1 --params ground_truth --out s3://my-bucket/rooms": Parsed(_SHARES),
+    "scene_synth generate --rooms 5000 --seed 1 --params ground_truth --out runs/rooms --ray": Parsed(_OWN_RAY),
+    "scene_synth generate --rooms 5000 --seed 1 --params ground_truth --out s3://my-bucket/rooms --ray auto": Parsed(_RAY),
+    "scene_synth generate --rooms 5000 --seed 1 --params ground_truth --out s3://my-bucket/rooms --ray 10.0.0.1:6379": Parsed(_RAY),
+    "scene_synth generate --rooms 5000 --seed 1 --params ground_truth --out runs/shared --shard 0/4": Parsed(_SHARES),
+    "scene_synth generate --rooms 5000 --seed 1 --params ground_truth --out runs/shared --shard 1/4": Parsed(_SHARES),
+    "scene_synth generate --out runs/shared --finish": Parsed(_SHARES),
+    ".venv/bin/python -m benchmarks.cost_bench --rooms 12 --write": Parsed("takes an hour; speed is never judged in a test"),
+    ".venv/bin/pip install '.[cloud]'": Listed("needs the network; that the extra exists is tested"),
+    ".venv/bin/pip install '.[ray]'": Listed("needs the network; that the extra exists is tested"),
     # the program from within
     ".venv/bin/python -c 'from grammar.spec.energy_terms import terms_table; print(terms_table())'": Run(),
     ".venv/bin/python -m pytest test/renderer/path": Listed("is how this test runs; that the folder exists is tested in test/test_docs.py"),
+    ".venv/bin/python -m benchmarks --only dataset": Parsed("takes minutes, and speed is never judged in a test"),
     ".venv/bin/python -m benchmarks --only layout": Parsed("takes minutes, and speed is never judged in a test"),
     ".venv/bin/python -m benchmarks.cache_bench --write": Parsed("takes minutes; speed is never judged in a test"),
     ".venv/bin/python -m benchmarks --only camera_rate": Parsed("takes minutes; speed is never judged in a test"),

@@ -30,6 +30,7 @@ CAMERA = "/synth/camera"
 PERIOD_NS = 200_000_000
 START_NS = 1_000_000_000
 MESSAGE_TYPES = {"String": "std_msgs/msg", "Image": "sensor_msgs/msg", "CameraInfo": "sensor_msgs/msg"} | {
+    "CompressedImage": "sensor_msgs/msg",
     "PoseStamped": "geometry_msgs/msg",
     "OccupancyGrid": "nav_msgs/msg",
 }
@@ -90,6 +91,9 @@ def write_room_bag(
     layers: Collection[str] = ("color", "depth", "normals", "semantic", "instance"),
     labels: Mapping[str, Any] | None = None,
     attachments: Mapping[str, bytes] | None = None,
+    records: Mapping[str, Mapping[str, str]] | None = None,
+    first_room: int = 0,
+    **options: Any,
 ) -> RoomBag:
     """Write a bag of some rooms.
 
@@ -101,11 +105,16 @@ def write_room_bag(
         layers: those that are recorded.
         labels: id -> row, in place of the semantic labels.
         attachments: files in the bag.
+        records: metadata records of the bag, by name.
+        first_room: index of the first room.
+        options: of :class:`BagWriter`.
     """
     height, width = size
     camera = CameraConfig(width=width, height=height)
-    scenes, images = [room_scene(index, frames) for index in range(rooms)], {}
-    with BagWriter(folder) as writer:
+    scenes, images = [room_scene(index, frames) for index in range(first_room, first_room + rooms)], {}
+    with BagWriter(folder, **options) as writer:
+        for name, record in (records or {}).items():
+            writer.set_record(name, record)
         for name, data in (attachments or {}).items():
             writer.set_attachment(name, data)
         for scene in scenes:
@@ -114,7 +123,7 @@ def write_room_bag(
             write(writer, "/synth/scene/map", occupancy_to_msg(np.zeros((7, 8), np.int8), 0.5, (0.0, 0.0), first, "map"), first)
             for pose in scene.camera_path:
                 stamp = pose.stamp_ns
-                images[stamp] = {k: v for k, v in frame_images(len(images), height, width).items() if k in layers}
+                images[stamp] = {k: v for k, v in frame_images(first_room * frames + len(images), height, width).items() if k in layers}
                 for layer, pixels in images[stamp].items():
                     message = image_to_msg(pixels, layer_encoding(LAYERS[layer]), stamp, "eye")
                     write(writer, f"{CAMERA}/{layer}/image_raw", message, stamp)

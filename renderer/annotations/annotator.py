@@ -30,7 +30,7 @@ from scene_description.annotations import Box2D, FrameAnnotations, KeyPoint, Obj
 from scene_description.label_standards import StandardName, label_standard
 from scene_description.types import CameraPose
 
-_MARGIN_PX, _BENT_MARGIN_PX = 2.0, 8.0
+MARGIN_PX, _BENT_MARGIN_PX = 2.0, 8.0
 """How far beyond its projected triangles an object is looked for; between the points that bound it, a bent edge may bulge."""
 
 
@@ -94,7 +94,7 @@ class Annotator:
                     category=thing.category,
                     label=thing.label,
                     label_name=thing.label_name,
-                    visible_box=_pixel_box(own),
+                    visible_box=pixel_box(own),
                     full_box=full,
                     visible_pixels=int(own[COUNT]),
                     full_pixels=int(cover[COUNT]),
@@ -126,10 +126,10 @@ class Annotator:
         covers = {key: empty_tally(1, view.width, view.height)[0] for key in extents}
         trees = {key: self._meshes.tree(key).handle for key in extents}
         packets = [make_packet() for _ in range(workers.count)]
-        margin = _MARGIN_PX if projection.is_straight else _BENT_MARGIN_PX
+        margin = MARGIN_PX if projection.is_straight else _BENT_MARGIN_PX
 
         def count(worker: int, key: int) -> None:
-            tiles = _tiles(extents[key], margin, view, projection.is_planar)
+            tiles = tiles_of(extents[key], margin, view, projection.is_planar)
             tally_cover(trees[key], view, packets[worker], CENTRE, instance, key, tiles, covers[key])
 
         workers.run(count, extents)
@@ -168,7 +168,7 @@ def _key_point(place: list[float], depth: float, inside: bool, hidden: bool) -> 
     return KeyPoint(depth_m=round(depth, 6) + 0.0, in_image=inside, behind=behind, occluded=hidden, u_px=u, v_px=v)
 
 
-def _tiles(extent: Extent, margin: float, view: PosedCamera, planar: bool) -> NDArray[np.int64]:
+def tiles_of(extent: Extent, margin: float, view: PosedCamera, planar: bool) -> NDArray[np.int64]:
     """Return first and last column and row of the tiles where an object may be; all, where its extent does not bound it."""
     last = np.array([(view.width - 1) // TILE, (view.height - 1) // TILE])
     if not (planar and extent.whole):
@@ -180,7 +180,8 @@ def _tiles(extent: Extent, margin: float, view: PosedCamera, planar: bool) -> ND
     return np.array([first[0], end[0], first[1], end[1]], np.int64)
 
 
-def _pixel_box(tally: NDArray[np.int64]) -> Box2D:
+def pixel_box(tally: NDArray[np.int64]) -> Box2D:
+    """Return the box around the pixels of a tally (5,), which has some."""
     x, y = float(tally[LEFT]), float(tally[TOP])
     return Box2D(x=x, y=y, width=float(tally[RIGHT]) + 1.0 - x, height=float(tally[BOTTOM]) + 1.0 - y)
 
@@ -191,7 +192,7 @@ def _full_box(cover: NDArray[np.int64], extent: Extent, width: int, height: int)
     An object that ends within the image has the box of the pixels that it would cover; one that does not, the box of these and of its
     projected triangles.
     """
-    box = _pixel_box(cover)
+    box = pixel_box(cover)
     if not (extent.left < 0.0 or extent.top < 0.0 or extent.right > width or extent.bottom > height):
         return box, 0.0
     low: Array = np.minimum([box.x, box.y], [extent.left, extent.top])

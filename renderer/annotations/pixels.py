@@ -82,6 +82,36 @@ def tally_cover(
 
 
 @entry
+def paint_cover(
+    tree: SceneHandle,
+    camera: PosedCamera,
+    packet: Packet,
+    centre: NDArray[np.float32],
+    tiles: NDArray[np.int64],
+    cover: NDArray[np.bool_],
+) -> None:
+    """Set in ``cover`` (height, width) the pixels that an object would cover if it were alone; arguments as of :func:`tally_cover`.
+
+    No ray is cast where a whole tile is set already.
+    """
+    real = packet.real
+    for row in range(tiles[2] * TILE, (tiles[3] + 1) * TILE, TILE):
+        for column in range(tiles[0] * TILE, (tiles[1] + 1) * TILE, TILE):
+            missing = 0
+            for y in range(row, min(row + TILE, camera.height)):
+                for x in range(column, min(column + TILE, camera.width)):
+                    missing += not cover[y, x]
+            if not missing:
+                continue
+            aim_exposed_tile(camera, column, row, centre, packet)
+            occluded16(packet.alive.ctypes.data, tree.address, real.ctypes.data, tree.coherent)
+            for k in range(LANES):
+                x, y = column + (k & 3), row + (k >> 2)
+                if x < camera.width and y < camera.height and real[ray.TFAR + k] < _ZERO:
+                    cover[y, x] = True
+
+
+@entry
 def find_hidden(
     tree: SceneHandle, packet: Packet, origins: NDArray[np.float32], points: NDArray[np.float32], hidden: NDArray[np.bool_]
 ) -> None:

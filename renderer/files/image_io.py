@@ -76,15 +76,15 @@ def _opened(data: bytes, path: str) -> Image.Image:
             raise MeshFileError(f"{path}: expected a PNG, JPEG or WebP image, got {reason}") from None
 
 
-def encode_image(image: NDArray[np.uint8] | NDArray[np.uint16], form: str, *, quality: int = 90) -> bytes:
+def encode_image(image: NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32], form: str, *, quality: int = 90) -> bytes:
     """Return an image as the bytes of a file.
 
     Args:
-        image: uint8 (height, width) or (height, width, 3), for PNG also uint16 (height, width).
-        form: ``png`` (lossless, compressed quickly) or ``jpeg``.
+        image: uint8 (height, width) or (height, width, 3), for PNG also uint16 (height, width), for TIFF also float32 (height, width).
+        form: ``png`` (lossless, compressed quickly), ``tiff`` (lossless, not compressed) or ``jpeg``.
         quality: of JPEG, 1 to 100.
     """
-    options: dict[str, int] = {"compress_level": 1} if form == "png" else {"quality": quality}
+    options: dict[str, int] = {"png": {"compress_level": 1}, "tiff": {}}.get(form, {"quality": quality})
     buffer = io.BytesIO()
     Image.fromarray(np.ascontiguousarray(image)).save(buffer, format=form.upper(), **options)
     return buffer.getvalue()

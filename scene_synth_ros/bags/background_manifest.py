@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from scene_synth_ros.bags.bag_manifest import ManifestBuilder
 from scene_synth_ros.bags.bounded_thread import BoundedThread
 
-_MAX_WAITING = 64
+_MAX_WAITING = 16
+_JOB_BYTES, _JOB_MESSAGES = 2**20, 64
+"""Messages are handed over so many bytes, or so many of them, at a time: a thread that is woken for each costs as much as a small hash."""
 
 
 class BackgroundManifest:
@@ -19,20 +23,31 @@ class BackgroundManifest:
         self._builder = ManifestBuilder()
         self._pool = BoundedThread("manifest", _MAX_WAITING)
         self._fault: Exception | None = None
+        self._job: list[tuple[str, int, bytes]] = []
+        self._job_bytes = 0
 
     def add(self, topic: str, log_ns: int, data: bytes) -> None:
         """Take a message."""
         self._refuse_fault()
-        self._pool.submit(self._take, topic, log_ns, data)
+        self._job.append((topic, log_ns, data))
+        self._job_bytes += len(data)
+        if self._job_bytes >= _JOB_BYTES or len(self._job) >= _JOB_MESSAGES:
+            self._hand_over()
 
-    def _take(self, topic: str, log_ns: int, data: bytes) -> None:
+    def _hand_over(self) -> None:
+        job, self._job, self._job_bytes = self._job, [], 0
+        self._pool.submit(self._take, job)
+
+    def _take(self, messages: Sequence[tuple[str, int, bytes]]) -> None:
         try:
-            self._builder.add(topic, log_ns, data)
+            for topic, log_ns, data in messages:
+                self._builder.add(topic, log_ns, data)
         except Exception as error:  # kept for whoever writes the file
             self._fault = self._fault or error
 
     def to_json(self) -> bytes:
         """Return the manifest of all messages taken so far, as it is attached to a file."""
+        self._hand_over()
         text = self._pool.submit(self._builder.to_json).result()
         self._refuse_fault()
         return text

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from rclpy.serialization import deserialize_message
-from sensor_msgs.msg import CompressedImage, Image
 
 from renderer import LAYERS
 from renderer.film.layer import Layer
 from scene_synth_ros.bags.bag_reader import BagMessage
-from scene_synth_ros.messages.conversions import msg_to_image
-from scene_synth_ros.messages.image_codec import COMPRESSED_TYPE, IMAGE_TYPE, decode_pixels
+from scene_synth_ros.messages.image_reader import COMPRESSED_TYPE, IMAGE_TYPE, read_image
 
 Item = TypeVar("Item")
 
@@ -34,15 +31,13 @@ def layer_topics(types: Mapping[str, str]) -> dict[str, str]:
     return {layer: topic for layer, topic in found.items() if topic is not None}
 
 
-def read_pixels(message: BagMessage) -> NDArray[np.generic]:
+def read_pixels(message: BagMessage) -> NDArray[Any]:
     """Return the image of a message, compressed or not.
 
     Raises:
-        CodecError: it is neither PNG nor JPEG.
+        CodecError: it cannot be read.
     """
-    if message.type_name == IMAGE_TYPE:
-        return msg_to_image(deserialize_message(message.data, Image))
-    return decode_pixels(message.topic, bytes(deserialize_message(message.data, CompressedImage).data))
+    return read_image(message.type_name, message.data, message.topic).pixels
 
 
 def layer_picture(layer: Layer, pixels: NDArray[np.generic]) -> NDArray[np.uint8]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import platform
 from collections.abc import Mapping
 from functools import lru_cache
@@ -15,6 +16,10 @@ RECORD_NAME = "scene_synth"
 JPEG_QUALITY = "jpeg_quality"
 PARAMETERS_NAME = "parameters.yaml"
 PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "embreex", "trimesh", "mcap", "pillow")
+
+MADE_BY = "scene_synth.parameters="
+"""Begins the note of a bag, in its ``custom_data``, that tells the parameters of the run as they were given."""
+_MACHINE = ("python", "system", "processor")
 
 NodeValues = Mapping[str, Mapping[str, Any]]
 """Fully qualified node name -> parameter name with dots -> value."""
@@ -40,13 +45,23 @@ def _processor() -> str:
     return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.machine())
 
 
-def run_record(nodes: NodeValues) -> dict[str, str]:
-    """Return the metadata record of a run: versions, and seed and room type of its grammar node."""
-    record = {f"version.{name}": version for name, version in versions().items()}
+def run_record(nodes: NodeValues, *, machine: bool = True) -> dict[str, str]:
+    """Return the metadata record of a run: versions, and seed and room type of its grammar node.
+
+    Args:
+        nodes: their parameters.
+        machine: whether Python, system and processor are told, too, so that the record is of this machine.
+    """
+    record = {f"version.{name}": version for name, version in versions().items() if machine or name not in _MACHINE}
     for name, values in sorted(nodes.items()):
         if "seed" in values:
             record |= {"seed": str(values["seed"]), "room_type": str(values.get("scene.room_type", "")), "grammar_node": name}
     return record
+
+
+def parameters_note(parameters: NodeValues) -> str:
+    """Return the note of the parameters that made a bag, those of its recorder excepted; node name -> parameter -> value as given."""
+    return f"{MADE_BY}{json.dumps({node: values for node, values in parameters.items() if node != 'recorder_node'}, sort_keys=True)}"
 
 
 def parameters_file(nodes: NodeValues) -> bytes:

@@ -24,6 +24,7 @@ class Command(NamedTuple):
 COMMANDS = {
     "demo": Command("record a few rooms and open what was recorded in a browser", "demo_command"),
     "run": Command("run the node suite: grammar, renderer and, with --record, recorder", "run_command"),
+    "generate": Command("make a dataset of rooms in shards, with all processors, without DDS", "generate_command"),
     "inspect": Command("print what a bag holds and every fault of it", "inspect_command"),
     "verify": Command("render a bag's frames again and compare every message", "verify_command"),
     "repair": Command("make a whole bag of what is left of a cut or damaged one", "repair_command"),
@@ -33,11 +34,14 @@ COMMANDS = {
     "replay": Command("publish a bag again", "replay_command"),
     "sample": Command("sample rooms and write their scene descriptions and top views", "sample_command"),
     "sweep": Command("make variants of rooms that differ in what a file says, a bag for each", "sweep_command"),
+    "estimate": Command("measure a few rooms and say what time, processors and space a dataset will take", "estimate_command"),
+    "split": Command("choose the rooms and frames of a dataset that are for training, validation and testing", "split_command"),
     "learn": Command("learn a grammar's numbers from furnished rooms", "learn_command"),
     "gallery": Command("draw contact sheets of the models and of a room of each type", "gallery_command"),
     "catalog": Command("check the models of a user's catalogue", "catalog_command"),
     "export": Command("write a scene description as a GLB file, without ROS", "export_command"),
     "truth": Command("write what is true of a room, or of the rooms of a bag: lights, map, mesh, parse graph", "truth_command"),
+    "convert": Command("write the frames of a bag or a dataset in the form that other programs read", "convert_command"),
     "render": Command("render a scene description to image files, without ROS", "render_command"),
     "layers": Command("print the table of layers", "layers_command"),
 }

@@ -81,10 +81,14 @@ def _tiles(
         if stamp in stamps:
             layer = layers[message.topic]
             picture = Picture.fromarray(layer_picture(rows[layer], read_pixels(message)))
-            height = max(1, round(TILE_WIDTH * picture.height / picture.width))
-            one_ray = rows[layer].group in ("geometric", "sensed")  # its pixels mean nothing when they are mixed
-            resample = Picture.Resampling.NEAREST if one_ray else Picture.Resampling.LANCZOS
-            yield stamp, layer, picture.resize((TILE_WIDTH, height), resample)
+            yield stamp, layer, small_picture(rows[layer], picture, TILE_WIDTH)
+
+
+def small_picture(layer: Layer, picture: Picture.Image, width: int) -> Picture.Image:
+    """Return the picture of a layer in another width."""
+    height = max(1, round(width * picture.height / picture.width))
+    one_ray = layer.group in ("geometric", "sensed")  # its pixels mean nothing when they are mixed
+    return picture.resize((width, height), Picture.Resampling.NEAREST if one_ray else Picture.Resampling.LANCZOS)
 
 
 def _draw(rooms: list[SheetRoom], layers: list[str], tiles: dict[tuple[int, str], Picture.Image]) -> Picture.Image:

@@ -32,8 +32,8 @@ from scene_synth_ros.cli.frame_files import write_frame
 from scene_synth_ros.cli.render_settings import PRESETS, preset_settings, read_settings
 from scene_synth_ros.cli.render_settings import add_arguments as add_settings
 from scene_synth_ros.cli.scan_files import write_scans
-from scene_synth_ros.cli.tum_trajectory import MAX_TEXT_LENGTH, trajectory_from_tum, trajectory_to_tum
 from scene_synth_ros.cli.usage import UsageError, refuse_missing_folder
+from scene_synth_ros.convert.tum_trajectory import MAX_TEXT_LENGTH, trajectory_from_tum, trajectory_to_tum
 
 __all__ = ["PRESETS", "add_arguments", "preset_settings", "run"]
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from scene_description.share import config_path
+from scene_synth_ros.bags.run_info import MADE_BY, parameters_note
 from scene_synth_ros.cli.run_profile import (
     NAMESPACE,
     NodeParameters,
@@ -19,8 +18,6 @@ from scene_synth_ros.cli.run_profile import (
 )
 
 MAX_RENDERERS, MAX_ROOMS_AHEAD = 64, 16
-_MADE_BY = "scene_synth.parameters="
-"""Begins the note of a bag that tells the parameters of the run."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,9 +78,11 @@ def run_parameters(words: RunWords) -> NodeParameters:
         for values in renderers:
             values.setdefault("expected_recorders", 1)
         parameters["recorder_node"]["bag"] = str(words.record)
-        notes = parameters["recorder_node"].setdefault("custom_data", [_MADE_BY])
+        notes = parameters["recorder_node"].setdefault("custom_data", [MADE_BY])
         if isinstance(notes, list):
-            parameters["recorder_node"]["custom_data"] = [_note(parameters) if str(note).startswith(_MADE_BY) else note for note in notes]
+            parameters["recorder_node"]["custom_data"] = [
+                parameters_note(parameters) if str(note).startswith(MADE_BY) else note for note in notes
+            ]
     return parameters
 
 
@@ -106,9 +105,3 @@ def _forget_other_peers(words: RunWords, parameters: NodeParameters) -> None:
         for name, default, otherwise in decided:
             if otherwise and values.get(name) == default:
                 del values[name]
-
-
-def _note(parameters: NodeParameters) -> str:
-    """Return what is kept with the bag: the parameters that made it."""
-    made_by: dict[str, Any] = {node: values for node, values in parameters.items() if node != "recorder_node"}
-    return f"{_MADE_BY}{json.dumps(made_by, sort_keys=True)}"

@@ -17,6 +17,7 @@ from scene_synth_ros.cli.run_parameters import RunWords, run_parameters
 from scene_synth_ros.cli.run_profile import NAMESPACE, ProfileError, find_shipped
 from scene_synth_ros.cli.sweep_sheet import write_sheet
 from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.offline.rules import rules_of
 from scene_synth_ros.offline.settings import OfflineSettings, read_settings
 from scene_synth_ros.suite.parameters import ParameterError
 from scene_synth_ros.sweep.base_rooms import base_rooms
@@ -25,7 +26,7 @@ from scene_synth_ros.sweep.run_sweep import DOCUMENT, Outcome, run_sweep
 from scene_synth_ros.sweep.sweep_document import plan_table, short
 from scene_synth_ros.sweep.sweep_file import SweepError, SweepSpec, read_sweep
 from scene_synth_ros.sweep.variant import BaseRoom, SweepPlan
-from scene_synth_ros.sweep.variant_bag import Made, rules_of
+from scene_synth_ros.sweep.variant_bag import Made
 
 SHIPPED = ("sweeps",)
 """Folders of the configuration that hold sweeps."""

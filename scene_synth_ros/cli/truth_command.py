@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import argparse
-import os
-import shutil
 import sys
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 
 from grammar.spec.categories import read_categories
@@ -16,6 +13,7 @@ from grammar.synthesize import FloorMap, floor_map
 from scene_description import SceneDescription, scene_from_json
 from scene_description.share import config_path
 from scene_synth_ros.cli.bag_rooms import read_rooms, room_names
+from scene_synth_ros.cli.new_folder import new_folder
 from scene_synth_ros.cli.truth_files import truth_files
 from scene_synth_ros.cli.usage import UsageError, refuse_missing_folder
 
@@ -45,7 +43,7 @@ def write_scene_truth(scene_file: Path, out: Path, catalog_dir: Path | None = No
         SceneSynthError: the scene cannot be used.
         OSError: a file cannot be read or written.
     """
-    with _new_folder(out) as folder:
+    with new_folder(out) as folder:
         scene = scene_from_json(scene_file.read_text(encoding="utf-8"))
         files = truth_files(scene, catalog_dir, scene_floor(scene, grammar_file), {})
         size = _write(folder, files)
@@ -62,7 +60,7 @@ def write_bag_truth(bag: Path, out: Path, catalog_dir: Path | None = None, gramm
         OSError: a file cannot be written.
     """
     count = size = 0
-    with _new_folder(out) as folder:
+    with new_folder(out) as folder:
         rooms = read_rooms(bag)
         for number, (name, scene, room) in enumerate(room_names(rooms), 1):
             floor = room.floor or scene_floor(scene, grammar_file)
@@ -89,22 +87,6 @@ def scene_floor(scene: SceneDescription, grammar_file: Path | None) -> FloorMap:
         raise UsageError(f"{scene.id}: expected a room type of ours for the map, got '{scene.category}'; name its grammar: --grammar FILE")
     grammar = read_room_type(scene.category, categories) if grammar_file is None else read_grammar(grammar_file, categories)
     return floor_map(scene, categories, grammar.validity)
-
-
-@contextmanager
-def _new_folder(out: Path) -> Iterator[Path]:
-    """Yield a folder under another name, which gets its own when all has been written, and goes if not."""
-    if out.exists():
-        raise UsageError(f"--out {out}: exists already; choose another folder or remove it")
-    if not out.absolute().parent.is_dir():
-        raise UsageError(f"--out {out}: expected a folder in a folder that exists")
-    part = out.with_name(f".{out.name}.{os.getpid()}.part")
-    part.mkdir()
-    try:
-        yield part
-        part.rename(out)
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
 
 
 def _write(folder: Path, files: Mapping[str, bytes]) -> int:

@@ -20,7 +20,7 @@ from scene_description.label_standards import STANDARDS, label_standard
 from scene_description.labels import instance_labels, part_ids
 from scene_description.strict import to_mapping
 from scene_synth_ros.cli.map_files import map_pgm, map_yaml
-from scene_synth_ros.cli.tum_trajectory import trajectory_to_tum
+from scene_synth_ros.convert.tum_trajectory import trajectory_to_tum
 
 MAP_IMAGE = "map.pgm"
 _NUMBERS = re.compile(r"\[\n[-+0-9.eE,\s]+\]")

@@ -7,14 +7,14 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.camera_streams import is_scene
+from scene_synth_ros.bags.indexed_bag import IndexedBag
 from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError
 from scene_synth_ros.evaluate.readings import StampedPose, read_message
 from scene_synth_ros.evaluate.rooms import Rooms, json_object
 from scene_synth_ros.evaluate.task_streams import POSES
 from scene_synth_ros.evaluate.topics import TypedTopic
-from scene_synth_ros.messages.stamps import stamp_ns
+from scene_synth_ros.messages.stamps import CdrBytes
 
 
 @dataclass(slots=True, kw_only=True)
@@ -28,7 +28,6 @@ class BagIndex:
         unstamped: topic -> messages that have no stamp, or cannot be read.
         poses: topic -> stamp -> pose, the newest of each stamp: a trajectory may be sent again, corrected.
         class_names: class id -> name, as the truth's labels say.
-        faults: of the bag; lines for people.
     """
 
     path: Path
@@ -37,68 +36,49 @@ class BagIndex:
     unstamped: Counter[str] = field(default_factory=Counter)
     poses: dict[str, dict[int, StampedPose]] = field(default_factory=dict)
     class_names: dict[int, str] = field(default_factory=dict)
-    faults: tuple[str, ...] = ()
 
 
-def bag_types(path: Path) -> dict[str, str]:
-    """Return the topics of a bag, with their types.
-
-    Raises:
-        BagReadError: the bag cannot be read at all.
-    """
-    with BagReader(path) as reader:
-        return {topic.name: topic.type_name for topic in reader.summary.topics}
-
-
-def index_bag(path: Path, topics: Collection[TypedTopic], labels: str = "") -> BagIndex:
-    """Read a bag once.
+def index_bag(bag: IndexedBag, path: Path, topics: Collection[TypedTopic], labels: str = "") -> BagIndex:
+    """Find out what a bag holds; of images nothing is read where the bag's own index tells their stamps.
 
     Args:
+        bag: what is read.
         path: of the bag.
         topics: whose stamps are asked for.
         labels: topic of the JSON labels of classes; empty for none.
-
-    Raises:
-        BagReadError: the bag cannot be read at all.
     """
     index = BagIndex(path=path)
-    by_name: dict[str, list[TypedTopic]] = {}
+    scenes = [name for name, kind in bag.types.items() if is_scene(name, kind)]
+    bag.prepare({*(topic.in_bag for topic in topics), *scenes, *((labels,) if labels else ())})
+    for scene in scenes:
+        for stamp, message in bag.messages(scene):
+            index.rooms.add(message, stamp)
+    if labels:
+        index.class_names = next((names for _, message in bag.messages(labels) if (names := read_class_names(message))), {})
     for topic in topics:
-        by_name.setdefault(topic.in_bag, []).append(topic)
-        index.stamps[topic.name] = Counter()
-    with BagReader(path) as reader:
-        scenes = {topic.name for topic in reader.summary.topics if is_scene(topic.name, topic.type_name)}
-        for message in reader.messages({*by_name, *scenes, *((labels,) if labels else ())}):
-            if message.topic in scenes:
-                index.rooms.add(message.data, message.log_ns)
-            elif message.topic == labels and not index.class_names:
-                index.class_names = read_class_names(message.data)
-            for topic in by_name.get(message.topic, ()):
-                _take(index, topic, message.data)
-        index.faults = tuple(reader.faults)
+        _take(index, topic, bag)
     return index
 
 
-def _take(index: BagIndex, topic: TypedTopic, data: bytes) -> None:
-    if topic.type_name in POSES:
+def _take(index: BagIndex, topic: TypedTopic, bag: IndexedBag) -> None:
+    index.unstamped[topic.name] = bag.unstamped[topic.in_bag]
+    if topic.type_name not in POSES:
+        index.stamps[topic.name] = Counter(bag.counts(topic.in_bag))
+        return
+    index.stamps[topic.name] = Counter()
+    found = index.poses.setdefault(topic.name, {})
+    for _, message in bag.messages(topic.in_bag):
         try:
-            reading = read_message(topic.type_name, data, topic.name)
+            poses = read_message(topic.type_name, message, topic.name).value
         except EstimateError:
             index.unstamped[topic.name] += 1
-            return
-        found = index.poses.setdefault(topic.name, {})
-        for pose in reading.value:
+            continue
+        for pose in poses:
             index.stamps[topic.name][pose.stamp_ns] = 1
             found[pose.stamp_ns] = pose
-        return
-    stamp = stamp_ns(topic.type_name, data)
-    if stamp is None:
-        index.unstamped[topic.name] += 1
-    else:
-        index.stamps[topic.name][stamp] += 1
 
 
-def read_class_names(data: bytes) -> dict[int, str]:
+def read_class_names(data: CdrBytes) -> dict[int, str]:
     """Return class id -> name of serialised JSON labels; empty if they are none."""
     labels = json_object(data).get("labels")
     rows = labels.items() if isinstance(labels, Mapping) else ()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -13,14 +12,15 @@ from sensor_msgs.msg import CameraInfo
 
 from evaluation.metrics.instance import Instances
 from scene_description.poses import quaternion_from_rotation, world_from_optical
+from scene_synth_ros.bags.indexed_bag import IndexedBag
 from scene_synth_ros.evaluate.algorithm import Algorithm, Frame
 from scene_synth_ros.evaluate.bag_index import BagIndex
 from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError
 from scene_synth_ros.evaluate.measuring import Estimates
 from scene_synth_ros.evaluate.readings import BoxList, Cloud, Reading, StampedPose, read_message
-from scene_synth_ros.evaluate.stamp_gatherer import StampGatherer
 from scene_synth_ros.evaluate.task_streams import POSES, TASK_STREAMS, read_for_task
 from scene_synth_ros.evaluate.topics import TypedTopic
+from scene_synth_ros.messages.stamps import CdrBytes
 
 OWN_CAMERA = ""
 """Name among camera infos of that of the camera that is judged."""
@@ -32,41 +32,28 @@ class EstimateSource(Protocol):
     def begin_room(self, room: int) -> None:
         """Take that the frames to come are those of another room."""
 
-    def of_frame(self, stamp_ns: int, messages: Mapping[str, bytes]) -> Estimates:
+    def of_frame(self, stamp_ns: int, messages: Mapping[str, CdrBytes]) -> Estimates:
         """Return the estimates of a frame, given the messages of the truth's bag with its stamp."""
-
-    def close(self) -> None:
-        """Free what is open."""
 
 
 class BagEstimates:
     """Estimates on topics of a bag.
 
     Args:
-        path: of the bag.
+        bag: what is read.
         topics: task -> topic.
         index: of the bag.
-        stamps: stamps that will be asked for, by task.
     """
 
-    def __init__(self, path: Path, topics: Mapping[str, TypedTopic], index: BagIndex, stamps: Mapping[str, Sequence[int]]) -> None:
-        self._topics, self._index = topics, index
-        wanted: dict[str, set[int]] = {}
-        for task, topic in topics.items():
-            if topic.type_name not in POSES:
-                wanted.setdefault(topic.name, set()).update(stamps[task])
-        self._gatherer = StampGatherer(path, wanted)
+    def __init__(self, bag: IndexedBag, topics: Mapping[str, TypedTopic], index: BagIndex) -> None:
+        self._bag, self._topics, self._index = bag, topics, index
 
     def begin_room(self, room: int) -> None:
         """Do nothing: a bag has all rooms."""
 
-    def of_frame(self, stamp_ns: int, messages: Mapping[str, bytes]) -> Estimates:
-        """Return what the bag has at a stamp.
-
-        Raises:
-            EvaluateError: the bag is too much out of order.
-        """
-        found = self._gatherer.take({topic.name for topic in self._topics.values()}, stamp_ns)
+    def of_frame(self, stamp_ns: int, messages: Mapping[str, CdrBytes]) -> Estimates:
+        """Return what the bag has at a stamp."""
+        found = self._bag.read_all({topic.name for topic in self._topics.values() if topic.type_name not in POSES}, stamp_ns)
         estimates: dict[str, Reading | EstimateError] = {}
         for task, topic in self._topics.items():
             if topic.type_name in POSES:
@@ -76,10 +63,6 @@ class BagEstimates:
             elif topic.name in found:
                 estimates[task] = _tried(lambda task=task, topic=topic: read_for_task(task, topic.type_name, found[topic.name], topic.name))
         return estimates
-
-    def close(self) -> None:
-        """Close the bag."""
-        self._gatherer.close()
 
 
 class AlgorithmEstimates:
@@ -113,7 +96,7 @@ class AlgorithmEstimates:
         self._room = room
         self._algorithm.begin_room(room)
 
-    def of_frame(self, stamp_ns: int, messages: Mapping[str, bytes]) -> Estimates:
+    def of_frame(self, stamp_ns: int, messages: Mapping[str, CdrBytes]) -> Estimates:
         """Return what the algorithm makes of a frame; nothing where the bag lacks one of its inputs at this stamp.
 
         Raises:
@@ -134,15 +117,14 @@ class AlgorithmEstimates:
             if value is not None
         }
 
-    def close(self) -> None:
-        """Do nothing: the algorithm ends with its process."""
-
-    def _frame(self, stamp_ns: int, messages: Mapping[str, bytes]) -> Frame:
+    def _frame(self, stamp_ns: int, messages: Mapping[str, CdrBytes]) -> Frame:
         images = {name: read_message(topic.type_name, messages[topic.name], topic.name).value for name, topic in self._images.items()}
         for image in images.values():
             image.flags.writeable = False
         infos = {
-            name: deserialize_message(messages[topic.name], CameraInfo) for name, topic in self._infos.items() if topic.name in messages
+            name: deserialize_message(bytes(messages[topic.name]), CameraInfo)
+            for name, topic in self._infos.items()
+            if topic.name in messages
         }
         own = infos.get(OWN_CAMERA) or next(iter(infos.values()), CameraInfo())
         pose = self._poses.get(stamp_ns)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, closing
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,19 +12,20 @@ from evaluation.core.task import Measurement
 from evaluation.evaluation_file import FrameKey
 from evaluation.summary import MeasuredFrame
 from evaluation.tasks import TASKS
+from scene_synth_ros.bags.indexed_bag import IndexedBag, open_bag
 from scene_synth_ros.evaluate.algorithm import POSE_INPUT, Algorithm
-from scene_synth_ros.evaluate.bag_index import bag_types, index_bag, refuse_empty
+from scene_synth_ros.evaluate.bag_index import index_bag, refuse_empty
 from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError
 from scene_synth_ros.evaluate.estimate_sources import OWN_CAMERA, AlgorithmEstimates, BagEstimates, EstimateSource
 from scene_synth_ros.evaluate.estimates_bag import EstimatesBag
 from scene_synth_ros.evaluate.measuring import GROUP_LAYERS, Estimates, TruthFrame, measure_frame, measure_room, needed_layers
 from scene_synth_ros.evaluate.notes import Notes
 from scene_synth_ros.evaluate.readings import Reading
-from scene_synth_ros.evaluate.stamp_gatherer import StampGatherer
-from scene_synth_ros.evaluate.stamp_match import StampMatch, match_stamps, stamp_notes
+from scene_synth_ros.evaluate.stamp_match import match_stamps, stamp_notes
 from scene_synth_ros.evaluate.task_streams import POSES, TASK_STREAMS
 from scene_synth_ros.evaluate.topics import TypedTopic, camera_of, estimate_topic, image_topics, info_topics, layers_present, truth_topics
 from scene_synth_ros.evaluate.truth_bags import TruthBag
+from scene_synth_ros.messages.stamps import CdrBytes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,25 +64,26 @@ class JudgedBag:
 
     def __init__(self, bag: TruthBag, plan: Plan, notes: Notes) -> None:
         self._bag, self._plan, self._notes = bag, plan, notes
-        types = bag_types(bag.path)
+        self._opened = open_bag(bag.path, lambda line: notes.add(f"{bag.path}: {line}"))
+        types = self._opened.types
+        self._estimates_bag = self._open_estimates()
         self._truth = truth_topics(types, needed_layers(plan.tasks), plan.camera, str(bag.path))
         self._camera = camera_of(self._truth)
         self._layers = {**layers_present(types, self._camera, GROUP_LAYERS), **self._truth}
         algorithm = plan.algorithm
         self._images = image_topics(types, self._camera, algorithm.layers, str(bag.path)) if algorithm else {}
         self._infos = info_topics(types, {OWN_CAMERA: next(iter(self._truth.values())), **self._images}) if algorithm else {}
-        self._estimates = {} if algorithm else self._estimate_topics(types)
+        self._estimates = {} if algorithm else self._estimate_topics()
         read = {*self._layers.values(), *self._images.values(), *self._infos.values()}
         if algorithm and POSE_INPUT in algorithm.inputs:
             self._poses = truth_topics(types, ["poses"], self._camera, str(bag.path))["poses"]
             read.add(self._poses)
         own = set(self._estimates.values()) if plan.estimates is None else set()
         self._read = tuple(topic for topic in read if topic.type_name not in POSES)
-        self.index = index_bag(bag.path, read | own, f"{self._camera}/semantic/labels")
-        self._estimate_index = self.index if plan.estimates is None else index_bag(self._estimates_path, set(self._estimates.values()))
+        self.index = index_bag(self._opened, bag.path, read | own, f"{self._camera}/semantic/labels")
+        judged = self._estimates_bag, self._estimates_path, set(self._estimates.values())
+        self._estimate_index = self.index if plan.estimates is None else index_bag(*judged)
         self._class_ids = {name: number for number, name in self.index.class_names.items()}
-        for fault in self.index.faults:
-            notes.add(f"{bag.path}: {fault}")
         for layer, topic in self._truth.items():
             refuse_empty(self.index, topic, f"truth of {layer}")
 
@@ -105,32 +107,27 @@ class JudgedBag:
             EvaluateError: the truth cannot be read, or the algorithm raised something.
             BagWriteError: estimates cannot be written.
         """
-        stamps, out = self._stamps(), self._plan.estimates_out
-        wanted = {topic.name: self.index.stamps[topic.name] for topic in self._read}
-        with ExitStack() as stack:
-            source = stack.enter_context(closing(self._source()))
-            gatherer = stack.enter_context(closing(StampGatherer(self._bag.path, wanted)))
-            written = stack.enter_context(EstimatesBag(self._bag.beside(out))) if out is not None else None
+        stamps, out, source = self._stamps(), self._plan.estimates_out, self._source()
+        with EstimatesBag(self._bag.beside(out)) if out is not None else nullcontext() as written:
             for room, of_room in self._by_room(stamps):
                 source.begin_room(room)
-                yield from self._measure_room(room, of_room, source, gatherer, written, progress)
+                yield from self._measure_room(room, of_room, source, written, progress)
 
     def _measure_room(
         self,
         room: int,
         stamps: list[int],
         source: EstimateSource,
-        gatherer: StampGatherer,
         written: EstimatesBag | None,
         progress: Callable[[], None],
     ) -> Iterator[MeasuredFrame]:
         whole: dict[str, list[Reading]] = {task: [] for task in self._plan.tasks if TASKS[task].whole_rooms}
         for frame, stamp in enumerate(stamps):
-            messages = gatherer.take([topic.name for topic in self._read], stamp)
+            messages = self._opened.read_all([topic.name for topic in self._read], stamp)
             found = source.of_frame(stamp, messages)
             truth = TruthFrame(self._layers, messages, f"{self._bag.path}, stamp {stamp} ns", self._class_ids)
             place, names = self._place(room, frame, stamp), set()
-            for task in [task for task in self._plan.tasks if stamp in self.index.stamps[self._topic(task).name]]:
+            for task in [task for task in self._plan.tasks if self._has_truth(task, stamp, messages)]:
                 estimate = self._usable(task, found.get(task), place)
                 if task not in whole:
                     measurement = self._measured(task, truth, found, place) if estimate is not None else None
@@ -151,6 +148,11 @@ class JudgedBag:
                 self._notes.add(f"{task}: {self._origin(task)}: {error}", self._place(room, 0, stamps[0]))
                 measurement = None
             yield MeasuredFrame(key=self._key(room, 0, stamps[0]), task=task, measurement=measurement)
+
+    def _has_truth(self, task: str, stamp: int, messages: Mapping[str, CdrBytes]) -> bool:
+        """Return whether a task has a truth at a stamp that could be read; what is damaged was told when it was read."""
+        topic = self._topic(task)
+        return stamp in self.index.stamps[topic.name] if topic.type_name in POSES else topic.name in messages
 
     def _usable(self, task: str, estimate: Reading | EstimateError | None, place: str) -> Reading | None:
         """Return the estimate; None, told of, where there is none that can be measured."""
@@ -203,11 +205,15 @@ class JudgedBag:
     def _estimates_path(self) -> Path:
         return self._bag.path if self._plan.estimates is None else self._bag.beside(self._plan.estimates)
 
-    def _estimate_topics(self, types: Mapping[str, str]) -> dict[str, TypedTopic]:
-        same = self._plan.estimates is None
-        offered, where = types if same else bag_types(self._estimates_path), str(self._estimates_path)
+    def _open_estimates(self) -> IndexedBag:
+        return self._opened if self._plan.estimates is None else open_bag(self._estimates_path)
+
+    def _estimate_topics(self) -> dict[str, TypedTopic]:
+        same, where = self._plan.estimates is None, str(self._estimates_path)
         return {
-            task: estimate_topic(offered, task, self._plan.topics.get(task, ""), self._topic(task), self._camera, where, same_bag=same)
+            task: estimate_topic(
+                self._estimates_bag.types, task, self._plan.topics.get(task, ""), self._topic(task), self._camera, where, same_bag=same
+            )
             for task in self._plan.tasks
         }
 
@@ -215,11 +221,11 @@ class JudgedBag:
         if self._plan.algorithm is not None:
             poses = self.index.poses[self._poses.name] if POSE_INPUT in self._plan.algorithm.inputs else {}
             return AlgorithmEstimates(self._plan.algorithm, self._plan.tasks, self._images, self._infos, poses)
-        matches = {task: self._match(task, topic) for task, topic in self._estimates.items()}
-        stamps = {task: match.paired for task, match in matches.items()}
-        return BagEstimates(self._estimates_path, self._estimates, self._estimate_index, stamps)
+        for task, topic in self._estimates.items():
+            self._check_stamps(task, topic)
+        return BagEstimates(self._estimates_bag, self._estimates, self._estimate_index)
 
-    def _match(self, task: str, topic: TypedTopic) -> StampMatch:
+    def _check_stamps(self, task: str, topic: TypedTopic) -> None:
         refuse_empty(self._estimate_index, topic, f"estimates of {task}")
         match = match_stamps(self.index.stamps[self._topic(task).name], self._estimate_index.stamps[topic.name])
         for line in stamp_notes(task, topic.name, match):
@@ -233,7 +239,6 @@ class JudgedBag:
             raise EvaluateError(
                 f"{self._estimates_path}: topic {topic.name}: expected stamps of the truth, got none among {count}; {advice}"
             )
-        return match
 
     def _origin(self, task: str) -> str:
         return self._plan.algorithm.words if self._plan.algorithm else self._estimates[task].name

@@ -17,6 +17,7 @@ from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError
 from scene_synth_ros.evaluate.readings import BoxList, Reading, StampedPose
 from scene_synth_ros.evaluate.task_streams import TASK_STREAMS, check_pair, read_for_task
 from scene_synth_ros.evaluate.topics import TypedTopic
+from scene_synth_ros.messages.stamps import CdrBytes
 
 GROUP_LAYERS = ("semantic", "depth")
 """Layers of truth by which pixels are grouped, by class and by distance, where they are there."""
@@ -41,7 +42,7 @@ class TruthFrame:
     """
 
     def __init__(
-        self, topics: Mapping[str, TypedTopic], messages: Mapping[str, bytes], where: str, class_ids: Mapping[str, int] | None = None
+        self, topics: Mapping[str, TypedTopic], messages: Mapping[str, CdrBytes], where: str, class_ids: Mapping[str, int] | None = None
     ) -> None:
         self._topics, self._messages, self._where = topics, messages, where
         self.class_ids = class_ids or {}

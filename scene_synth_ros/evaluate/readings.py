@@ -6,8 +6,9 @@ dtype that their encoding says.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,23 +16,17 @@ from geometry_msgs.msg import Pose, PoseStamped
 from nav_msgs.msg import Odometry, Path
 from numpy.typing import NDArray
 from rclpy.serialization import deserialize_message
-from sensor_msgs.msg import CompressedImage, Image, PointCloud2, PointField
+from sensor_msgs.msg import PointCloud2, PointField
 
 from scene_synth_ros.evaluate.errors import EstimateError
 from scene_synth_ros.messages.cdr_reader import CdrReader, CdrReadError
-from scene_synth_ros.messages.image_codec import COMPRESSED_TYPE, IMAGE_TYPE, CodecError, decode_pixels
+from scene_synth_ros.messages.image_reader import COMPRESSED_TYPE, IMAGE_TYPE, CodecError, read_image
 from scene_synth_ros.messages.message_definitions import DETECTIONS_2D, DETECTIONS_3D, TF_MESSAGE
-from scene_synth_ros.messages.stamps import NANOSECONDS
+from scene_synth_ros.messages.stamps import NANOSECONDS, CdrBytes
 
 POSE, ODOMETRY, PATH = "geometry_msgs/msg/PoseStamped", "nav_msgs/msg/Odometry", "nav_msgs/msg/Path"
 CLOUD = "sensor_msgs/msg/PointCloud2"
 
-_ENCODINGS: Mapping[str, tuple[str, int]] = {
-    "mono8": ("u1", 1), "8UC1": ("u1", 1), "mono16": ("u2", 1), "16UC1": ("u2", 1), "16SC1": ("i2", 1), "32SC1": ("i4", 1),
-    "32FC1": ("f4", 1), "64FC1": ("f8", 1), "32FC2": ("f4", 2), "64FC2": ("f8", 2), "32FC3": ("f4", 3), "64FC3": ("f8", 3),
-    "rgb8": ("u1", 3), "bgr8": ("u1", 3), "8UC3": ("u1", 3),
-}  # fmt: skip
-"""Image encoding -> kind and size of a number, numbers a pixel."""
 _POINT_TYPES = {PointField.FLOAT32: "f4", PointField.FLOAT64: "f8"}
 _LABEL_TYPES = {PointField.UINT8: "u1", PointField.UINT16: "u2", PointField.UINT32: "u4", PointField.INT32: "i4"}
 
@@ -80,35 +75,9 @@ class Reading(NamedTuple):
     frame_id: str | None
 
 
-def image_pixels(message: Image) -> NDArray[Any]:
-    """Return the pixels of an image in the order of this machine's bytes, with no padding between rows.
-
-    Raises:
-        EstimateError: the encoding is unknown, or there are too few bytes.
-    """
-    if message.encoding not in _ENCODINGS:
-        raise EstimateError(f"expected an image encoded as one of {', '.join(_ENCODINGS)}, got '{message.encoding[:40]}'")
-    kind, channels = _ENCODINGS[message.encoding]
-    dtype = np.dtype(f"{'>' if message.is_bigendian else '<'}{kind}")
-    width = message.width * channels * dtype.itemsize
-    step = message.step or width
-    if step < width or len(message.data) < step * message.height:
-        got = f"{len(message.data)} bytes in rows of {message.step}"
-        raise EstimateError(f"expected {message.height} rows of {width} bytes ({message.encoding}), got {got}")
-    rows = np.frombuffer(message.data, np.uint8, step * message.height).reshape(message.height, step)[:, :width]
-    pixels = np.ascontiguousarray(rows).view(dtype).astype(dtype.newbyteorder("="), copy=False)
-    shaped = pixels if channels == 1 else pixels.reshape(message.height, message.width, channels)
-    return np.ascontiguousarray(shaped[..., ::-1]) if message.encoding == "bgr8" else shaped
-
-
-def _read_image(data: bytes, topic: str) -> Reading:
-    message = deserialize_message(data, Image)
-    return Reading(image_pixels(message), message.header.frame_id)
-
-
-def _read_compressed(data: bytes, topic: str) -> Reading:
-    message = deserialize_message(data, CompressedImage)
-    return Reading(decode_pixels(topic, bytes(message.data)), message.header.frame_id)
+def _read_image(type_name: str, data: bytes, topic: str) -> Reading:
+    image = read_image(type_name, data, topic)
+    return Reading(image.pixels, image.header.frame_id)
 
 
 def _read_cloud(data: bytes, topic: str) -> Reading:
@@ -213,8 +182,8 @@ def _read_detections(data: bytes, read_box: Callable[[CdrReader], tuple[float, .
 
 
 READERS: dict[str, Callable[[bytes, str], Reading]] = {
-    IMAGE_TYPE: _read_image,
-    COMPRESSED_TYPE: _read_compressed,
+    IMAGE_TYPE: partial(_read_image, IMAGE_TYPE),
+    COMPRESSED_TYPE: partial(_read_image, COMPRESSED_TYPE),
     CLOUD: _read_cloud,
     POSE: _read_pose,
     ODOMETRY: _read_odometry,
@@ -226,7 +195,7 @@ READERS: dict[str, Callable[[bytes, str], Reading]] = {
 """Message type -> its reader, which takes the bytes and the topic; a topic of transforms says which frame after an @: ``/tf@base_link``."""
 
 
-def read_message(type_name: str, data: bytes, topic: str) -> Reading:
+def read_message(type_name: str, data: CdrBytes, topic: str) -> Reading:
     """Return what a message says.
 
     Raises:

@@ -8,10 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from rclpy.serialization import deserialize_message
-from std_msgs.msg import String
-
-from scene_synth_ros.messages.stamps import stamp_ns
+from scene_synth_ros.messages.cdr_reader import CdrReader, CdrReadError
+from scene_synth_ros.messages.stamps import CdrBytes, stamp_ns
 
 STRING = "std_msgs/msg/String"
 
@@ -37,7 +35,7 @@ class Rooms:
         self._rooms: dict[int, Room] = {}
         self._starts: list[int] = []
 
-    def add(self, data: bytes, log_ns: int) -> None:
+    def add(self, data: CdrBytes, log_ns: int) -> None:
         """Take a serialised scene description.
 
         Args:
@@ -65,10 +63,10 @@ class Rooms:
         return self._rooms[self._starts[position]] if self._starts else UNKNOWN_ROOM
 
 
-def json_object(data: bytes) -> Mapping[str, Any]:
+def json_object(data: CdrBytes) -> Mapping[str, Any]:
     """Return the JSON object in a serialised std_msgs/String; empty if there is none."""
     try:
-        found = json.loads(deserialize_message(data, String).data)
-    except (RuntimeError, ValueError, RecursionError):
+        found = json.loads(CdrReader(data).text())
+    except (CdrReadError, ValueError, RecursionError):
         return {}
     return found if isinstance(found, Mapping) else {}

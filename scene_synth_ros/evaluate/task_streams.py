@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from scene_synth_ros.evaluate.errors import EstimateError
 from scene_synth_ros.evaluate.readings import CLOUD, ODOMETRY, PATH, POSE, Reading, read_message
-from scene_synth_ros.messages.image_codec import COMPRESSED_TYPE, IMAGE_TYPE
+from scene_synth_ros.messages.image_reader import COMPRESSED_TYPE, IMAGE_TYPE
 from scene_synth_ros.messages.message_definitions import DETECTIONS_2D, TF_MESSAGE
 
 IMAGES, POSES = (IMAGE_TYPE, COMPRESSED_TYPE), (POSE, ODOMETRY, PATH, TF_MESSAGE)

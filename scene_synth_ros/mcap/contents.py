@@ -7,9 +7,8 @@ import struct
 import zlib
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from pathlib import Path
 from types import TracebackType
-from typing import NamedTuple
+from typing import BinaryIO, Literal, NamedTuple, Protocol
 
 from mcap.opcode import Opcode
 from mcap.records import Attachment, AttachmentIndex, Channel, ChunkIndex, Footer, Header, Metadata, Schema, Statistics
@@ -50,11 +49,26 @@ class ChannelInfo(NamedTuple):
     schema_text: str = ""
 
 
+class OpenableFile(Protocol):
+    """A file that can be opened: a :class:`pathlib.Path`, or one that lies elsewhere."""
+
+    @property
+    def name(self) -> str:
+        """Last part of its path."""
+
+    def open(self, mode: Literal["rb"]) -> BinaryIO:
+        """Return it open for reading, seekable.
+
+        Raises:
+            OSError: it cannot be opened.
+        """
+
+
 class McapContents:
     """One open MCAP file; memory is bounded by its largest chunk.
 
     Args:
-        path: the file.
+        path: the file; its text is its whole path.
         report: called with one line for everything that is wrong; reading goes on with what is sound.
 
     Attributes:
@@ -69,7 +83,7 @@ class McapContents:
         McapReadError: the file cannot be read or is no MCAP file.
     """
 
-    def __init__(self, path: Path, report: Callable[[str], None]) -> None:
+    def __init__(self, path: OpenableFile, report: Callable[[str], None]) -> None:
         self.path = path
         self.channels: dict[int, ChannelInfo] = {}
         self.counts: dict[int, int] = {}
@@ -83,7 +97,8 @@ class McapContents:
         with ExitStack() as undo:
             try:
                 self._file = undo.enter_context(path.open("rb"))
-                self._size = os.fstat(self._file.fileno()).st_size
+                self._size = self._file.seek(0, os.SEEK_END)
+                self._file.seek(0)
                 self._open()
             except OSError as error:
                 raise McapReadError(f"{path}: {error.strerror or error}") from None
@@ -98,6 +113,11 @@ class McapContents:
     def close(self) -> None:
         """Close the file."""
         self._file.close()
+
+    @property
+    def chunks(self) -> list[ChunkIndex] | None:
+        """Where the index says that chunks stand; None for a file without an index that can be used."""
+        return self._chunks
 
     @property
     def size(self) -> int:

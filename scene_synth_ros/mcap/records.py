@@ -52,6 +52,22 @@ class RawMessage(NamedTuple):
     data: bytes
 
 
+class PlacedRecord(NamedTuple):
+    """Where a record stands: ``offset`` of its opcode, ``length`` of its body (bytes)."""
+
+    opcode: int
+    offset: int
+    length: int
+
+
+class PlacedMessage(NamedTuple):
+    """A message record that was found by its place."""
+
+    channel_id: int
+    log_ns: int
+    data: memoryview
+
+
 class ChunkContent(NamedTuple):
     """What a chunk holds, in its order."""
 
@@ -136,24 +152,59 @@ def open_chunk(body: bytes) -> ChunkContent:
     Raises:
         RecordError: the chunk is damaged or compressed in an unknown way.
     """
+    data = chunk_records(body)
+    content = ChunkContent([], [])
+    for record in records_in(data):
+        take_record(content, record.opcode, data[record.offset + PREFIX_SIZE : record.offset + PREFIX_SIZE + record.length])
+    return content
+
+
+def chunk_records(body: bytes) -> bytes:
+    """Decompress and verify the body of a chunk record; return the records in it as bytes.
+
+    Raises:
+        RecordError: the chunk is damaged or compressed in an unknown way.
+    """
     chunk = decode(Chunk, body)
     data = _decompress(chunk)
     if len(data) != chunk.uncompressed_size:
         raise RecordError(f"chunk: expected {chunk.uncompressed_size} bytes, got {len(data)}")
     if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
         raise RecordError("chunk: its checksum does not match")
-    content = ChunkContent([], [])
+    return data
+
+
+def records_in(data: bytes) -> Iterator[PlacedRecord]:
+    """Yield where the records of a decompressed chunk stand.
+
+    Raises:
+        RecordError: at the first byte that is no whole record.
+    """
     offset = 0
     while offset < len(data):
         if len(data) - offset < PREFIX_SIZE:
             raise RecordError("chunk: it ends within a record")
         opcode, length = _PREFIX.unpack_from(data, offset)
-        offset += PREFIX_SIZE
-        if length > len(data) - offset:
+        if length > len(data) - offset - PREFIX_SIZE:
             raise RecordError("chunk: it ends within a record")
-        take_record(content, opcode, data[offset : offset + length])
-        offset += length
-    return content
+        yield PlacedRecord(opcode, offset, length)
+        offset += PREFIX_SIZE + length
+
+
+def message_at(data: bytes, offset: int) -> PlacedMessage:
+    """Return the message record that begins at ``offset`` of decompressed records; its data are a view of them.
+
+    Raises:
+        RecordError: there is none.
+    """
+    if not 0 <= offset <= len(data) - PREFIX_SIZE:
+        raise RecordError(f"no message at byte {offset} of a chunk of {len(data)} bytes")
+    opcode, length = _PREFIX.unpack_from(data, offset)
+    start = offset + PREFIX_SIZE
+    if opcode != Opcode.MESSAGE or not _MESSAGE_HEAD.size <= length <= len(data) - start:
+        raise RecordError(f"no message at byte {offset} of a chunk")
+    channel_id, _, log_ns, _ = _MESSAGE_HEAD.unpack_from(data, start)
+    return PlacedMessage(channel_id, log_ns, memoryview(data)[start + _MESSAGE_HEAD.size : start + length])
 
 
 def take_record(content: ChunkContent, opcode: int, body: bytes) -> None:

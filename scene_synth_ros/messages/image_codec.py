@@ -7,25 +7,21 @@ is stored as it is.
 
 from __future__ import annotations
 
-import io
 import struct
 from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image as Picture
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CompressedImage, Image
 
 from renderer.files.image_io import encode_image
 from renderer.film.layers import LAYERS
-from scene_description import Limits, SceneSynthError
+from scene_description import Limits
 from scene_synth_ros.messages.canonical_cdr import canonical_cdr
 from scene_synth_ros.messages.conversions import ENCODING_CHANNELS, msg_to_image
-
-COMPRESSED_TYPE = "sensor_msgs/msg/CompressedImage"
-IMAGE_TYPE = "sensor_msgs/msg/Image"
+from scene_synth_ros.messages.image_reader import IMAGE_TYPE, CodecError
 
 
 class DepthCoding(NamedTuple):
@@ -44,10 +40,6 @@ _CODED = 2**16 - 1
 _FIXED = "a bag has one form of each image"
 _HEAD = struct.Struct("<iff")
 _BAG_CODING = DepthCoding()
-
-
-class CodecError(SceneSynthError):
-    """An image that cannot be compressed as asked; one line."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -168,44 +160,3 @@ def _depth(pixels: NDArray[np.generic], encoding: str, topic: str, coding: Depth
     with np.errstate(divide="ignore", invalid="ignore"):
         inverse = np.where((depth > 0.0) & (depth < coding.max_m), a / depth + b, 0.0)
     return _HEAD.pack(0, a, b) + encode_image(np.rint(np.clip(inverse, 0, _CODED)).astype(np.uint16), "png")
-
-
-def split_depth(data: bytes) -> tuple[float, float, bytes]:
-    """Return A, B and the PNG of a ``compressedDepth``.
-
-    Raises:
-        CodecError: it is too short.
-    """
-    if len(data) <= _HEAD.size:
-        raise CodecError(f"compressedDepth: expected more than {_HEAD.size} bytes, got {len(data)}")
-    _, a, b = _HEAD.unpack_from(data)
-    return a, b, data[_HEAD.size :]
-
-
-def depth_from_codes(codes: NDArray[np.uint16], a: float, b: float) -> NDArray[np.generic]:
-    """Return depth: float32 metres of inverse depth, +inf where none is stored; millimetres (A is 0) as they are."""
-    if not a:
-        return codes
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(codes > 0, a / (codes - np.float64(b)), np.inf).astype(np.float32)
-
-
-def decode_pixels(topic: str, data: bytes) -> NDArray[np.generic]:
-    """Return the pixels of a compressed image.
-
-    Args:
-        topic: compressed; says whether it is depth.
-        data: of the message.
-
-    Raises:
-        CodecError: it is neither PNG nor JPEG.
-    """
-    a = b = 0.0
-    if topic.endswith("/compressedDepth"):
-        a, b, data = split_depth(data)
-    try:
-        with Picture.open(io.BytesIO(data), formats=("PNG", "JPEG")) as picture:
-            pixels = np.asarray(picture)
-    except (OSError, ValueError, Picture.DecompressionBombError) as error:
-        raise CodecError(f"{topic}: expected PNG or JPEG ({' '.join(str(error).split())[:100]})") from None
-    return depth_from_codes(pixels, a, b)

@@ -57,6 +57,10 @@ class OfflineBag:
         floor_of: returns the free floor of a room.
         records: further metadata records of the bag, by name.
         warn: called with one line for a message that cannot be kept.
+        machine: whether the bag tells the machine that made it; without, equal machines and others make the same file.
+
+    Attributes:
+        rooms: how many rooms have messages in the bag, one that failed half-way included.
 
     Raises:
         BagWriteError: the folder exists or cannot be made.
@@ -70,6 +74,8 @@ class OfflineBag:
         floor_of: Callable[[SceneDescription], FloorMap],
         records: Mapping[str, Mapping[str, str]] | None = None,
         warn: Callable[[str], None] = _tell,
+        *,
+        machine: bool = True,
     ) -> None:
         if directory.exists():
             raise BagWriteError(f"{directory} exists; choose another name or remove it")
@@ -85,7 +91,8 @@ class OfflineBag:
         self._recording = Recording(self._make_writer, recording_options(settings.recorder), warn, repr, jobs_waiting=_JOBS_WAITING)
         self._takers: dict[str, Callable[[bytes], None]] = {}
         self._add_topics(warn)
-        describe_run(self._recording, settings.recorder, settings.nodes)
+        describe_run(self._recording, settings.recorder, settings.nodes, machine=machine)
+        self.rooms = 0
         try:
             self._recording.begin(self._partial / directory.name).result()
         except BaseException:
@@ -94,8 +101,8 @@ class OfflineBag:
 
     def add_room(
         self, scene: SceneDescription, metered: Callable[[str], Exposure] | None = None, rendered: Callable[[], None] = lambda: None
-    ) -> None:
-        """Render a room along its path and write it.
+    ) -> str:
+        """Render a room along its path and write it; return its description as it was written, JSON.
 
         Args:
             scene: the room; its frames come after those of the rooms before.
@@ -109,7 +116,9 @@ class OfflineBag:
         try:
             for name, renderer in renderers.items():
                 renderer.begin_room(scene, partial(metered, name) if metered else None)
-            room = scene_to_msgs(scene, scene_to_json(scene), self._floor_of(scene), self._settings.run.world_frame)
+            text = scene_to_json(scene)
+            room = scene_to_msgs(scene, text, self._floor_of(scene), self._settings.run.world_frame)
+            self.rooms += 1
             self._write((self._namespace + name, message) for name, message in room.items())
             for index in range(len(scene.camera_path)):
                 for name, renderer in renderers.items():
@@ -119,6 +128,7 @@ class OfflineBag:
             for renderer in renderers.values():
                 renderer.end_room()
             trim_heap()
+        return text
 
     def close(self) -> None:
         """Write what waits and give the folder its name.

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
+from typing import NamedTuple
 
 from std_msgs.msg import String
 
@@ -13,7 +14,7 @@ from renderer.film.layers import PHOTOGRAPHS
 from renderer.film.tone import Exposure
 from renderer.lidar.scanner import Scanner
 from renderer.scene.scene_key import scene_key
-from scene_description import SceneDescription
+from scene_description import CameraPose, SceneDescription
 from scene_synth_ros.messages.conversions import clock_to_msg
 from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_to_json
@@ -28,6 +29,16 @@ from scene_synth_ros.render.stream_topics import CLOCK, SETTINGS, stream_topics
 
 Message = tuple[str, object]
 """Topic as in ``stream_topics``, and message."""
+
+
+class _Work(NamedTuple):
+    """The room at work, what renders and scans it, the camera's path through it, and the exposure of its frames."""
+
+    scene: SceneDescription
+    renderer: RoomRenderer
+    scans: RoomScans
+    path: Sequence[CameraPose]
+    exposure: Exposure
 
 
 class OfflineRenderer:
@@ -52,6 +63,7 @@ class OfflineRenderer:
         self._layers = {layer for name, topic in self.topics.items() if topic.layers and is_recorded(name) for layer in topic.layers}
         self._sent: dict[str, int] = {}
         self._held = ExitStack()
+        self._work: _Work | None = None
 
     def renders(self, scene: SceneDescription) -> bool:
         """Return whether a room is this renderer's, where several share the rooms."""
@@ -71,14 +83,12 @@ class OfflineRenderer:
         self.end_room()
         room = Room(scene, room_settings(self._groups, self._catalog_dir))
         self._held.callback(room.close)
-        self._scene = scene
-        self._room = RoomRenderer(lambda: room.renderer, lambda: room.annotator)
-        self._room.prepare()
+        renderer = RoomRenderer(lambda: room.renderer, lambda: room.annotator)
+        renderer.prepare()
         self._messages.begin_room(scene)
-        self._path = mounted_path(self._groups["camera"], scene.camera_path)
-        scan = self._groups["scan"]
-        self._scans = RoomScans(scan, scene.camera_path, lambda: Scanner(room.renderer.tree, room.flat, scan, scene_key(scene)))
-        self._exposure = self._exposed(metered or (lambda: room.metered))
+        path, scan = mounted_path(self._groups["camera"], scene.camera_path), self._groups["scan"]
+        scans = RoomScans(scan, scene.camera_path, lambda: Scanner(room.renderer.tree, room.flat, scan, scene_key(scene)))
+        self._work = _Work(scene, renderer, scans, path, self._exposed(metered or (lambda: room.metered)))
 
     def frame(self, index: int) -> Iterator[Message]:
         """Render a frame of the room's path; yield its messages, and those of the scans that begin up to it.
@@ -86,20 +96,22 @@ class OfflineRenderer:
         Raises:
             SceneSynthError: it cannot be rendered.
         """
-        camera, pose = self._groups["camera"], self._scene.camera_path[index]
-        placed, number = mounted(camera, pose), frame_index(self._scene, pose)
+        work = self._work
+        assert work is not None
+        camera, pose = self._groups["camera"], work.scene.camera_path[index]
+        placed, number = mounted(camera, pose), frame_index(work.scene, pose)
         if self._groups["scan"].enabled:
-            self._scans.go(pose)
-        frame = self._room.render(placed, number, self._layers, exposure=self._exposure, path=self._path)
-        yield from self._due_scans(pose.stamp_ns)
+            work.scans.go(pose)
+        frame = work.renderer.render(placed, number, self._layers, exposure=work.exposure, path=work.path)
+        yield from self._due_scans(work.scans, pose.stamp_ns)
         if CLOCK in self.topics:
             yield CLOCK, clock_to_msg(pose.stamp_ns)
         settings = FrameSettings(
             stamp_ns=pose.stamp_ns,
-            scene=self._scene.id,
+            scene=work.scene.id,
             frame=number,
-            exposure_ev100=self._exposure.ev100,
-            white_xy=self._exposure.white_xy,
+            exposure_ev100=work.exposure.ev100,
+            white_xy=work.exposure.white_xy,
             sent=self._sent,
             **{group: self._groups[group] for group in ("camera", "render", "sensor", "depth_sensor", "streams", "scan")},
         )
@@ -107,8 +119,9 @@ class OfflineRenderer:
         yield from self._messages.of_frame(frame, placed, self._is_recorded)
 
     def end_room(self) -> None:
-        """Release what the room has taken; harmless when repeated."""
+        """Release what the room has taken, so that no more than one is in memory; harmless when repeated."""
         self._held.close()
+        self._work = None
 
     def _exposed(self, meter: Callable[[], Exposure]) -> Exposure:
         """Return the exposure of the room's frames: metered only where colour is wanted, as in the node."""
@@ -116,10 +129,10 @@ class OfflineRenderer:
         metered = meter() if needs_meter(render) and any(layer in PHOTOGRAPHS for layer in self._layers) else None
         return exposed(render, metered, sensor_ev100(self._groups["camera"], self._groups["sensor"]))
 
-    def _due_scans(self, stamp_ns: int) -> Iterator[Message]:
+    def _due_scans(self, scans: RoomScans, stamp_ns: int) -> Iterator[Message]:
         """Yield the scans that begin up to a frame's stamp, and remember the stamps of the last ones."""
         laser = laser_frame(self._streams.frame_prefix)
-        for poses, scan in self._scans.due(stamp_ns, lambda: self._is_recorded(SCAN) or self._is_recorded(SCAN_IDEAL)):
+        for poses, scan in scans.due(stamp_ns, lambda: self._is_recorded(SCAN) or self._is_recorded(SCAN_IDEAL)):
             sent = {}
             for pose in poses:
                 yield LASER_POSE, laser_pose_to_msgs(pose, self._streams.world_frame, laser)[0]

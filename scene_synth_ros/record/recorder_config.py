@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 from scene_description import Limits
+from scene_synth_ros.bags.bag_writer import DEFAULT_CHUNK_SIZE
 from scene_synth_ros.messages.camera_frames import FRAME_PREFIX
 from scene_synth_ros.messages.image_codec import ImageCompression
 from scene_synth_ros.record.split_policy import SplitPolicy
@@ -37,6 +38,10 @@ class RecorderConfig:
     ] = ()
     compression: Annotated[Literal["zstd", "lz4", "none"], Limits(description="Compression of the chunks", fixed=_BAG_FIXED)] = "zstd"
     compression_level: Annotated[int, Limits(ge=1, le=22, description="Level of zstd or lz4; higher is smaller", fixed=_BAG_FIXED)] = 1
+    chunk_size: Annotated[
+        int,
+        Limits(ge=1024, le=2**26, unit="B", description="A chunk is written when it is larger; small: faster at random", fixed=_BAG_FIXED),
+    ] = DEFAULT_CHUNK_SIZE
     metadata_version: Annotated[
         Literal[9, 5], Limits(description="Version of metadata.yaml: 9 for Jazzy, 5 for Humble", fixed=_BAG_FIXED)
     ] = 9

@@ -43,11 +43,12 @@ def make_writer(values: Groups, folder: Path) -> BagWriter:
         metadata_version=config.metadata_version,
         compression=config.compression,
         compression_level=config.compression_level,
+        chunk_size=config.chunk_size,
         custom_data=read_pairs(config.custom_data),
     )
 
 
-def describe_run(recording: Recording, values: Groups, nodes: NodeValues) -> None:
-    """Keep with the bags of a recording what made them: versions, seed, the parameters of all nodes."""
-    record = run_record(nodes) | {JPEG_QUALITY: str(values["images"].jpeg_quality)}
+def describe_run(recording: Recording, values: Groups, nodes: NodeValues, *, machine: bool = True) -> None:
+    """Keep with the bags of a recording what made them: versions, seed, the parameters of all nodes; the ``machine``, too, if asked."""
+    record = run_record(nodes, machine=machine) | {JPEG_QUALITY: str(values["images"].jpeg_quality)}
     recording.describe_run(RECORD_NAME, record, PARAMETERS_NAME, parameters_file(nodes))

@@ -13,10 +13,11 @@ from rclpy.serialization import deserialize_message
 from std_msgs.msg import String
 
 from renderer import LAYERS
-from scene_synth_ros.bags.bag_images import layer_topics, read_pixels
+from scene_synth_ros.bags.bag_images import layer_topics
 from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
-from scene_synth_ros.messages.image_codec import CodecError
-from scene_synth_ros.messages.stamps import stamp_ns
+from scene_synth_ros.bags.indexed_bag import IndexedBag, MessageReadError, open_bag
+from scene_synth_ros.mcap.contents import McapReadError
+from scene_synth_ros.messages.image_reader import CodecError, read_image
 
 Images = dict[int, dict[str, NDArray[Any]]]
 """Stamp -> layer -> pixels."""
@@ -27,7 +28,7 @@ ESTIMATES = "/estimates/"
 """Where the names of topics of estimates begin, unless the user has chosen others."""
 
 _STRING = "std_msgs/msg/String"
-_UNREADABLE = (CodecError, RuntimeError, ValueError, KeyError, IndexError, TypeError, OverflowError)
+_UNREADABLE = (CodecError, MessageReadError, RuntimeError, ValueError, KeyError, IndexError, TypeError, OverflowError)
 """What a message that was damaged, or made to do harm, may raise while it is read."""
 
 
@@ -71,27 +72,26 @@ def frame_images(bag: Path, layers: Collection[str], stamps: Collection[int], to
     found: Images = {stamp: {} for stamp in stamps}
     notes: list[str] = []
     try:
-        with BagReader(bag) as reader:
-            types = {topic.name: topic.type_name for topic in reader.summary.topics}
-            layer_of = {topic: layer for layer, topic in topics_of(types).items() if layer in layers and topic in types}
-            left = {(stamp, layer) for stamp in stamps for layer in layer_of.values()}
-            for message in reader.messages(layer_of.keys()) if left else ():
-                stamp, layer = stamp_ns(message.type_name, message.data), layer_of[message.topic]
-                if (stamp, layer) not in left or stamp is None:
-                    continue
-                left.remove((stamp, layer))
+        opened = open_bag(bag)
+        topics = {layer: topic for layer, topic in topics_of(opened.types).items() if layer in layers and topic in opened.types}
+        opened.prepare(topics.values())
+        for layer, topic in topics.items():
+            for stamp in stamps:
                 try:
-                    pixels = read_pixels(message)
-                    if not pixels.size or pixels.dtype.kind not in "uif":
-                        raise ValueError("an image without numbers")
-                    found[stamp][layer] = pixels
+                    if (topic, stamp) in opened:
+                        found[stamp][layer] = _image(opened, topic, stamp)
                 except _UNREADABLE as error:
-                    notes.append(f"{bag}: {message.topic}: an image cannot be shown ({' '.join(str(error).split())[:100]})")
-                if not left:
-                    break
-    except (BagReadError, OSError) as error:
+                    notes.append(f"{bag}: {topic}: an image cannot be shown ({' '.join(str(error).split())[:100]})")
+    except (BagReadError, McapReadError, OSError) as error:
         notes.append(" ".join(str(error).split())[:300])
     return found, notes
+
+
+def _image(bag: IndexedBag, topic: str, stamp: int) -> NDArray[Any]:
+    pixels = read_image(bag.types[topic], bag.read(topic, stamp), topic).pixels
+    if not pixels.size or pixels.dtype.kind not in "uif":
+        raise ValueError("an image without numbers")
+    return pixels
 
 
 def class_names(bag: Path) -> dict[int, str]:

@@ -5,20 +5,17 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Callable, Mapping
-from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
 from grammar.counterfactual import apply_change
-from grammar.synthesize import SceneSynthesizer
 from renderer.film.tone import Exposure
 from scene_description import SceneSynthError, error_line
 from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
 from scene_synth_ros.bags.bag_writer import BagWriteError
-from scene_synth_ros.generate.catalogs import with_catalog
 from scene_synth_ros.offline.offline_bag import OfflineBag
 from scene_synth_ros.offline.offline_renderer import meter_room
-from scene_synth_ros.offline.settings import OfflineSettings
+from scene_synth_ros.offline.rules import rules_of
 from scene_synth_ros.sweep.sweep_file import SweepError
 from scene_synth_ros.sweep.variant import RECORD_NAME, BaseRoom, Variant
 
@@ -85,20 +82,6 @@ def remove_stale(bag: Path) -> None:
     if strangers:
         raise SweepError(f"{bag}: expected a bag of this sweep, got a folder that holds {strangers[0]}; choose another --out")
     shutil.rmtree(bag)
-
-
-@lru_cache(maxsize=1)
-def _rules(grammar_file: str, catalog_dir: str) -> SceneSynthesizer:
-    return with_catalog(SceneSynthesizer.from_config([Path(grammar_file)] if grammar_file else []), catalog_dir)
-
-
-def rules_of(settings: OfflineSettings) -> SceneSynthesizer:
-    """Return what the rooms of a run are sampled by.
-
-    Raises:
-        GrammarError: a file of it does not fit.
-    """
-    return _rules(settings.run.grammar_file, settings.run.catalog_dir)
 
 
 _held: dict[str, Exposure] = {}

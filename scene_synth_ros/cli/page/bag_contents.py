@@ -23,7 +23,7 @@ from scene_synth_ros.cli.page.id_labels import color_ids, label_rows
 from scene_synth_ros.cli.page.page_images import PageImageError, form_of, page_image
 from scene_synth_ros.cli.page.room_plan import camera_pose, map_picture, object_rows, room_facts, room_plan
 from scene_synth_ros.messages.conversions import msg_to_image
-from scene_synth_ros.messages.image_codec import IMAGE_TYPE, CodecError
+from scene_synth_ros.messages.image_reader import IMAGE_TYPE, CodecError
 from scene_synth_ros.messages.stamps import stamp_ns
 
 MAX_NOTES = 40

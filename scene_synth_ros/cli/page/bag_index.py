@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from renderer import LAYERS
 from scene_synth_ros.bags.bag_images import FORMS, spread
 from scene_synth_ros.bags.bag_reader import BagReader
-from scene_synth_ros.messages.image_codec import IMAGE_TYPE
+from scene_synth_ros.messages.image_reader import IMAGE_TYPE
 from scene_synth_ros.messages.stamps import stamp_ns
 
 STRING = "std_msgs/msg/String"

@@ -13,7 +13,7 @@ from scene_synth_ros.evaluate.measuring import TruthFrame, measure_frame, measur
 from scene_synth_ros.evaluate.readings import BoxList, Reading, StampedPose
 from scene_synth_ros.evaluate.topics import TypedTopic
 from scene_synth_ros.messages.conversions import image_to_msg
-from scene_synth_ros.messages.image_codec import IMAGE_TYPE
+from scene_synth_ros.messages.image_reader import IMAGE_TYPE
 from scene_synth_ros.messages.message_definitions import DETECTIONS_2D
 
 BOXES = np.array([[2.0, 3.0, 10.0, 8.0], [20.0, 5.0, 6.0, 6.0]])

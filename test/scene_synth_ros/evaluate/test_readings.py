@@ -15,7 +15,7 @@ from scene_synth_ros.evaluate.estimates_bag import _detections, _image, _points
 from scene_synth_ros.evaluate.readings import CLOUD, ODOMETRY, PATH, BoxList, Cloud, Reading, StampedPose, read_message
 from scene_synth_ros.evaluate.task_streams import check_pair, read_for_task
 from scene_synth_ros.messages.conversions import header, image_to_msg, pose_to_msg
-from scene_synth_ros.messages.image_codec import IMAGE_TYPE
+from scene_synth_ros.messages.image_reader import IMAGE_TYPE
 from scene_synth_ros.messages.message_definitions import DETECTIONS_2D, TF_MESSAGE
 from scene_synth_ros.messages.transforms_cdr import StampedTransform, encode_tf_message
 

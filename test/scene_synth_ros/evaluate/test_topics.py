@@ -7,7 +7,7 @@ import pytest
 from scene_synth_ros.evaluate.errors import EvaluateError
 from scene_synth_ros.evaluate.readings import CLOUD, ODOMETRY, POSE
 from scene_synth_ros.evaluate.topics import TypedTopic, camera_of, estimate_topic, image_topics, parse_mapping, truth_topics
-from scene_synth_ros.messages.image_codec import COMPRESSED_TYPE, IMAGE_TYPE
+from scene_synth_ros.messages.image_reader import COMPRESSED_TYPE, IMAGE_TYPE
 from scene_synth_ros.messages.message_definitions import TF_MESSAGE
 
 LEFT = {

@@ -14,17 +14,29 @@ from scene_synth_ros.messages.conversions import camera_info_to_msg, scene_to_ma
 
 
 def test_gaps_are_zero_and_fields_stay(monkeypatch: pytest.MonkeyPatch) -> None:
-    """``frame_id`` "ab" ends at byte 15 of the payload, so one byte is skipped before ``height``; "rgb8" ends at 33, ``step`` is at 36."""
-    message = Image(height=7, width=9, encoding="rgb8", step=27)
+    """``frame_id`` "ab" ends at byte 15 of the payload, so one is skipped before ``height``; ``is_bigendian`` is at 28, its step at 32."""
+    message = PointCloud2(height=7, width=9, point_step=3)
     message.header.frame_id = "ab"
     message.data.frombytes(bytes(range(1, 8)))
     dirty = bytearray(serialize_message(message))
-    for place in (4 + 15, 4 + 34, 4 + 35):
+    for place in (4 + 15, 4 + 29, 4 + 31):
         dirty[place] = 0xEE
     monkeypatch.setattr(module, "serialize_message", lambda _: bytes(dirty))
     clean = canonical_cdr(message)
     assert 0xEE not in clean and len(clean) == len(dirty)
-    assert deserialize_message(clean, Image) == message
+    assert deserialize_message(clean, PointCloud2) == message
+
+
+@pytest.mark.parametrize("length", [0, 7])
+def test_an_image_is_what_the_serialiser_makes_of_it_with_zero_gaps(length: int) -> None:
+    """The same gaps as above; "rgb8" ends at byte 33 of the payload, ``is_bigendian`` at 34, ``step`` is at 36."""
+    message = Image(height=7, width=9, encoding="rgb8", is_bigendian=1, step=27)
+    message.header.frame_id, message.header.stamp.sec, message.header.stamp.nanosec = "ab", -3, 999_999_999
+    message.data.frombytes(bytes(range(1, 1 + length)))
+    expected = bytearray(serialize_message(message))
+    for place in (4 + 15, 4 + 34, 4 + 35):
+        expected[place] = 0
+    assert canonical_cdr(message) == expected[: 4 + 44 + length]
 
 
 @pytest.mark.parametrize(

@@ -10,15 +10,8 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CompressedImage
 
 from scene_synth_ros.messages.conversions import image_to_msg
-from scene_synth_ros.messages.image_codec import (
-    CodecError,
-    ImageCompression,
-    compress,
-    compressed_topic,
-    depth_from_codes,
-    image_form,
-    split_depth,
-)
+from scene_synth_ros.messages.image_codec import ImageCompression, compress, compressed_topic, image_form
+from scene_synth_ros.messages.image_reader import CodecError, depth_from_codes, split_depth
 
 SETTINGS = ImageCompression(color="jpeg", ids="png", depth="png")
 

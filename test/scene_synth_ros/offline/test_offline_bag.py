@@ -3,9 +3,12 @@
 That they are what a recorded run holds is tested with that run, in ``test_main_job.py``.
 """
 
+import gc
+import weakref
 from pathlib import Path
 
 import pytest
+from mcap.reader import make_reader
 from sample_scene import sample_scene
 
 from grammar.synthesize import FloorMap, SceneSynthesizer
@@ -19,6 +22,7 @@ from scene_synth_ros.cli.run_parameters import RunWords, run_parameters
 from scene_synth_ros.messages.frame_settings import settings_from_json
 from scene_synth_ros.offline.offline_bag import OfflineBag
 from scene_synth_ros.offline.settings import OfflineSettings, read_settings
+from scene_synth_ros.render.room import Room
 from scene_synth_ros.suite.parameters import ParameterError
 
 TINY = ("camera.width:=32", "camera.height:=24", "render.samples_per_pixel:=1", "render.threads:=1")
@@ -56,11 +60,18 @@ def test_a_stereo_rig_with_everything_is_a_bag_without_faults_that_renders_again
 
 
 def test_what_is_left_out_is_neither_recorded_nor_rendered(tmp_path: Path) -> None:
-    bag = written(tmp_path / "bag", settings_of(nodes=('recorder_node.exclude:=["*/normals/*", "*/color/*", "/tf"]',)))
+    bag = written(
+        tmp_path / "bag",
+        settings_of(nodes=('recorder_node.exclude:=["*/normals/*", "*/color/*", "/tf"]', "recorder_node.chunk_size:=1024")),
+    )
     with BagReader(bag) as reader:
         names = {topic.name for topic in reader.summary.topics}
     assert not [name for name in names if "/normals/" in name or "/color/" in name]
     assert "/synth/camera/depth/image_raw" in names
+    with next(bag.glob("*.mcap")).open("rb") as file:
+        summary = make_reader(file).get_summary()
+    images = [channel.id for channel in summary.channels.values() if channel.topic.endswith("/image_raw")]
+    assert all(len(chunk.message_index_offsets.keys() & images) <= 1 for chunk in summary.chunk_indexes)
 
 
 def test_an_exposure_that_is_held_is_that_of_every_frame(tmp_path: Path) -> None:
@@ -70,6 +81,26 @@ def test_an_exposure_that_is_held_is_that_of_every_frame(tmp_path: Path) -> None
     with BagReader(tmp_path / "bag") as reader:
         told = [bytes(message.data)[8:].rstrip(b"\0").decode() for message in reader.messages(["/synth/renderer_node/settings"])]
     assert {settings_from_json(text).exposure_ev100 for text in told} == {3.0}
+
+
+def test_of_a_room_that_is_written_nothing_stays_in_memory(tmp_path: Path) -> None:
+    """Without the collector of cycles, which would come when it likes."""
+    rooms = []
+    make = Room.__init__
+
+    def made(self: Room, *values: object, **named: object) -> None:
+        make(self, *values, **named)  # type: ignore[arg-type]
+        rooms.append(weakref.ref(self))
+
+    gc.collect()
+    gc.disable()
+    try:
+        with pytest.MonkeyPatch.context() as patch, OfflineBag(tmp_path / "bag", settings_of(*ALL), floor_of) as bag:
+            patch.setattr(Room, "__init__", made)
+            bag.add_room(sample_scene())
+            assert [room() for room in rooms] == [None]
+    finally:
+        gc.enable()
 
 
 def test_after_an_exception_nothing_is_left_and_a_bag_is_never_overwritten(tmp_path: Path) -> None:

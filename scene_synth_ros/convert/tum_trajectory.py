@@ -22,10 +22,15 @@ def trajectory_to_tum(poses: Sequence[CameraPose]) -> str:
     """Return the text of a trajectory; numbers are exact, stamps to the nanosecond."""
     lines = ["# timestamp tx ty tz qx qy qz qw"]
     for pose in poses:
-        seconds, nanoseconds = divmod(pose.stamp_ns, _SECOND_NS)
         numbers = " ".join(repr(float(value)) for value in (*pose.position_m, *pose.orientation))
-        lines.append(f"{seconds}.{nanoseconds:09d} {numbers}")
+        lines.append(f"{stamp_text(pose.stamp_ns)} {numbers}")
     return "\n".join(lines) + "\n"
+
+
+def stamp_text(stamp_ns: int) -> str:
+    """Return a stamp in seconds, exact."""
+    seconds, nanoseconds = divmod(stamp_ns, _SECOND_NS)
+    return f"{seconds}.{nanoseconds:09d}"
 
 
 def trajectory_from_tum(text: str, name: str = "trajectory") -> tuple[CameraPose, ...]:

@@ -1,0 +1,165 @@
+"""Reading datasets: frames a second by layers, layout of the bag, order and loader; what a recorded bag costs to decode."""
+
+from __future__ import annotations
+
+import os
+import resource
+import tempfile
+import time
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from benchmarks.process_loader import batches
+from benchmarks.table import Row, at_least
+from grammar import SceneRequest
+from grammar.synthesize import CameraTimes, SceneSynthesizer
+from scene_synth_ros.bags.bag_reader import BagReader
+from scene_synth_ros.bags.bag_writer import DEFAULT_CHUNK_SIZE, BagWriter
+from scene_synth_ros.cli.run_parameters import RunWords, run_parameters
+from scene_synth_ros.dataset import Dataset, Frame, open_dataset
+from scene_synth_ros.offline.offline_bag import OfflineBag
+from scene_synth_ros.offline.settings import read_settings
+
+FRAMES, COPIES, ROUNDS, BATCH = 10, 12, 4, 8
+"""Frames that are rendered, bags of them (links to one file), how often all are read, frames of a batch."""
+ASKED = 200.0
+"""Frames of colour, depth and classes that two workers shall give a second, at 640x480."""
+THREE = ("color", "depth", "semantic")
+FIVE = (*THREE, "instance", "normals")
+SMALL = 2**18
+
+
+class Layout(NamedTuple):
+    """How the messages of a bag lie in its files."""
+
+    compression: str
+    chunk_size: int
+
+    def __str__(self) -> str:
+        return f"{self.compression}, chunks of {self.chunk_size / 2**20:g} MiB"
+
+
+RECORDED = Layout("zstd", DEFAULT_CHUNK_SIZE)
+LAYOUTS = (RECORDED, Layout("lz4", DEFAULT_CHUNK_SIZE), Layout("none", DEFAULT_CHUNK_SIZE), Layout("zstd", SMALL), Layout("none", SMALL))
+
+
+def measure() -> list[Row]:
+    """Render a room at 640x480, write its bag in several layouts, and read each."""
+    rows: list[Row] = []
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        _render(folder / "rendered")
+        for layout in LAYOUTS:
+            bags = folder / f"{layout.compression}_{layout.chunk_size}"
+            size = _copy(folder / "rendered", bags, layout)
+            rows.append(Row(f"{layout}: a frame with all its topics", size / FRAMES / 1e6, "MB"))
+            rows += _decoding(bags, layout)
+            if layout in (RECORDED, Layout("zstd", SMALL)):
+                rows += _loading(bags, layout)
+    return rows
+
+
+def _render(bag: Path) -> None:
+    settings = read_settings(run_parameters(RunWords(params=Path("demo"), record=bag)))
+    synthesizer = SceneSynthesizer.from_config()
+    times = CameraTimes(frames=FRAMES, start_ns=1_000_000_000, rate_hz=10.0)
+    scene = synthesizer.synthesize(SceneRequest(room_type="bedroom", max_objects=25), seed=7, index=0, times=times)
+    with OfflineBag(bag, settings, synthesizer.floor_map) as writer:
+        writer.add_room(scene)
+
+
+def _copy(source: Path, folder: Path, layout: Layout) -> int:
+    """Write the bag anew in a layout, ``COPIES`` times over as links; return the bytes of one."""
+    first = folder / "bag_00"
+    with BagReader(source) as reader, BagWriter(first, compression=layout.compression, chunk_size=layout.chunk_size) as writer:
+        for name, record in reader.summary.records.items():
+            if name != "rosbag2":
+                writer.set_record(name, record)
+        for message in reader.messages(file_order=True):
+            writer.add_topic(message.topic, message.type_name)
+            writer.write(message.topic, message.data, message.log_ns, message.publish_ns)
+    (file,) = first.glob("*.mcap")
+    for number in range(1, COPIES):
+        copy = folder / f"bag_{number:02d}"
+        copy.mkdir()
+        os.link(file, copy / file.name)
+    return file.stat().st_size
+
+
+def _decoding(bags: Path, layout: Layout) -> list[Row]:
+    """Return the processor time of a frame on one thread."""
+    rows = []
+    for layers in (THREE, FIVE):
+        data = open_dataset(bags, layers=layers)
+        for name, order in (("in order", np.arange(len(data))), ("at random", _random(data))):
+            dict(data.frame(int(order[-1])))
+            began = time.process_time()
+            for index in order:
+                dict(data.frame(int(index)))
+            spent = 1000.0 * (time.process_time() - began) / len(order)
+            rows.append(Row(f"  {len(layers)} layers {name}, processor time of a frame", spent, "ms"))
+    return rows
+
+
+def _loading(bags: Path, layout: Layout) -> list[Row]:
+    """Return frames a second of colour, depth and classes at random, with two workers."""
+    data = open_dataset(bags, layers=THREE)
+    order = np.concatenate([_random(data, seed) for seed in range(ROUNDS)])
+    loaders: dict[str, Callable[[], Iterable[int]]] = {
+        "two threads": lambda: _threads(data, order),
+        "two processes, shared memory": lambda: (len(batch["color"]) for batch in batches(data, order, BATCH, workers=2)),
+    }
+    if _has_torch():
+        loaders["PyTorch DataLoader, two workers"] = lambda: _torch(bags, order)
+    rows = []
+    for name, load in loaders.items():
+        spent, began = _spent(), time.perf_counter()
+        count = sum(load())
+        seconds, spent = time.perf_counter() - began, _spent() - spent
+        asked = layout == RECORDED and name != "two threads"
+        words = f"  3 layers at random, {name}"
+        rows.append(at_least(words, count / seconds, "frames/s", ASKED) if asked else Row(words, count / seconds, "frames/s"))
+        rows.append(Row("    processor time of a frame, all processes", 1000.0 * spent / count, "ms"))
+    return rows
+
+
+def _threads(data: Dataset, order: Sequence[int]) -> Iterable[int]:
+    with ThreadPoolExecutor(2) as pool:
+        for frame in pool.map(lambda index: dict(data.frame(int(index))), order):
+            yield len(frame) // len(THREE)
+
+
+def _has_torch() -> bool:
+    try:
+        import torch  # noqa: F401
+    except ImportError:
+        return False
+    return True
+
+
+def _tensors(frame: Frame) -> dict[str, Any]:
+    import torch
+
+    return {layer: torch.from_numpy(pixels) for layer, pixels in frame.items()}
+
+
+def _torch(bags: Path, order: Sequence[int]) -> Iterable[int]:
+    from torch.utils.data import DataLoader
+
+    data = open_dataset(bags, layers=THREE, transform=_tensors).frames_at(order)
+    for batch in DataLoader(data, batch_size=BATCH, num_workers=2, prefetch_factor=4):
+        yield len(batch["color"])
+
+
+def _random(data: Dataset, seed: int = 0) -> Any:
+    return np.random.default_rng(seed).permutation(len(data))
+
+
+def _spent() -> float:
+    """Return the processor seconds of this process and of its children that have ended."""
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(one.ru_utime + one.ru_stime for one in used)

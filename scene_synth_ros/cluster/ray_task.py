@@ -1,0 +1,48 @@
+"""What a Ray task does: one shard, on processors of its own.
+
+Everything but the standard library is imported inside, once the process is on its processors: numba, Embree and BLAS count them.
+"""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from scene_synth_ros.cluster.claimed_processors import claimed_processors
+from scene_synth_ros.shards.worker_start import pin
+
+_ALL = sorted(os.sched_getaffinity(0))
+"""The processors that Ray has left to this process."""
+
+
+def make_on_node(plan_text: str, where: str, shard: int, threads: int) -> dict[str, Any]:
+    """Make a shard, put it where the dataset is, and return what its completion file says.
+
+    Args:
+        plan_text: ``dataset.json``.
+        where: URL of the dataset, or a folder that all nodes share.
+        shard: its number.
+        threads: processors to use.
+
+    Raises:
+        SceneSynthError, OSError: it cannot be made; nothing of it counts.
+    """
+    os.sched_setaffinity(0, _ALL)  # a process makes many shards
+    with claimed_processors(threads) as processors:
+        pin(processors)
+        from scene_synth_ros.bags.run_info import versions
+        from scene_synth_ros.shards.completion import ShardError
+        from scene_synth_ros.shards.make_shard import make_shard
+        from scene_synth_ros.shards.open_store import open_store
+        from scene_synth_ros.shards.plan import PLAN_NAME, read_plan
+        from scene_synth_ros.suite.heap import collect_rarely, limit_arenas
+
+        limit_arenas()
+        collect_rarely()
+        plan, store, node = read_plan(plan_text.encode(), PLAN_NAME), open_store(where), os.uname().nodename
+        own = versions()["scene_synth_ros"]
+        if own != plan.version:
+            raise ShardError(f"node {node}: expected scene_synth_ros {plan.version} as where the run began, got {own}")
+        if store.read(PLAN_NAME) != plan_text.encode():
+            raise ShardError(f"node {node}: expected the run's {PLAN_NAME} in {where}, got none or another; take a URL or a shared folder")
+        return dict(make_shard(plan, shard, store))

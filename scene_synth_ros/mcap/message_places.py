@@ -1,0 +1,171 @@
+"""Where the messages of an MCAP file stand, so that each can be read alone: by its index, or by reading through a file without one."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Collection, Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+from mcap.opcode import Opcode
+from mcap.records import ChunkIndex
+from numpy.typing import NDArray
+
+from scene_synth_ros.mcap.contents import MAGIC, ChannelInfo, McapContents
+from scene_synth_ros.mcap.records import PREFIX_SIZE, RecordError, chunk_records, message_at, read_records, records_in
+from scene_synth_ros.mcap.stored_file import Span, StoredFile
+
+PLACE = np.dtype([("log_ns", "<i8"), ("block", "<i4"), ("offset", "<i4")])
+"""A message: its log time, the number of its block in the file, and where it begins in the block's records (bytes)."""
+
+Places = NDArray[np.void]
+"""(messages,) of ``PLACE``, as they stand in the file."""
+
+_INDEX_HEAD = struct.Struct("<HI")
+_ENTRY = np.dtype([("log_ns", "<u8"), ("offset", "<u8")])
+
+
+class FileIndex(NamedTuple):
+    """What a file says of itself.
+
+    Attributes:
+        channels: by id.
+        records: metadata records by name.
+        chunks: None for a file without an index.
+        start_ns: log time of its first message; None without messages.
+    """
+
+    channels: Mapping[int, ChannelInfo]
+    records: Mapping[str, Mapping[str, str]]
+    chunks: list[ChunkIndex] | None
+    start_ns: int | None
+
+
+class MessagePlaces(NamedTuple):
+    """The messages of one file.
+
+    Attributes:
+        blocks: (blocks, 2) int64, first byte and length of the records that hold messages: chunks, or single messages outside of chunks.
+        places: topic -> its messages.
+    """
+
+    blocks: NDArray[np.int64]
+    places: Mapping[str, Places]
+
+
+def read_index(file: StoredFile, report: Callable[[str], None]) -> FileIndex:
+    """Read what a file says of itself.
+
+    Args:
+        file: finished, unfinished or damaged.
+        report: called with one line for everything that is wrong.
+
+    Raises:
+        McapReadError: it cannot be read, or is no MCAP file.
+    """
+    with McapContents(file, report) as contents:
+        start_ns = contents.time_range_ns[0] if contents.time_range_ns else None
+        return FileIndex(contents.channels, contents.metadata, contents.chunks, start_ns)
+
+
+def find_messages(file: StoredFile, index: FileIndex, topics: Collection[str], report: Callable[[str], None]) -> MessagePlaces:
+    """Find the messages of some topics.
+
+    Args:
+        file: where they are.
+        index: of the file.
+        topics: names.
+        report: called with one line for every part of the index that is damaged.
+
+    Raises:
+        OSError: the file cannot be read.
+    """
+    wanted = {channel_id: channel.topic for channel_id, channel in index.channels.items() if channel.topic in topics}
+    parts: dict[str, list[Places]] = {}
+    if index.chunks is None:
+        blocks = []
+        for block, records in _read_through(file):
+            _take(parts, wanted, _walk(records), len(blocks))
+            blocks.append(block)
+    else:
+        chunks = sorted(index.chunks, key=lambda chunk: chunk.chunk_start_offset)
+        blocks = [Span(chunk.chunk_start_offset, chunk.chunk_length) for chunk in chunks]
+        told = file.read(
+            [Span(block.start + block.length, chunk.message_index_length) for block, chunk in zip(blocks, chunks, strict=True)]
+        )
+        for number, (chunk, data) in enumerate(zip(chunks, told, strict=True)):
+            try:
+                entries = _indexed(data, chunk, wanted) if chunk.message_index_length else _walk(read_block(file, blocks[number]))
+                _take(parts, wanted, entries, number)
+            except RecordError as error:
+                report(f"{file.name}: at byte {chunk.chunk_start_offset}: {error}")
+    places = {topic: np.concatenate(rows) for topic, rows in parts.items()}
+    return MessagePlaces(np.array(blocks, np.int64).reshape(-1, 2), places)
+
+
+def read_block(file: StoredFile, block: Span) -> bytes:
+    """Return the decompressed and verified records of a block.
+
+    Raises:
+        RecordError: it is damaged.
+        OSError: the file cannot be read.
+    """
+    (data,) = file.read([block])
+    if len(data) < block.length:
+        raise RecordError(f"the file ends within a record at byte {block.start}")
+    opcode, length = data[0], int.from_bytes(data[1:PREFIX_SIZE], "little")
+    if opcode not in (Opcode.CHUNK, Opcode.MESSAGE) or length != block.length - PREFIX_SIZE:
+        raise RecordError("the index says that a chunk begins here")
+    return chunk_records(data[PREFIX_SIZE:]) if opcode == Opcode.CHUNK else data
+
+
+def _take(parts: dict[str, list[Places]], wanted: Mapping[int, str], entries: Iterator[tuple[int, NDArray[np.void]]], block: int) -> None:
+    for channel_id, rows in entries:
+        if channel_id in wanted:
+            places = np.empty(len(rows), PLACE)
+            places["log_ns"], places["block"], places["offset"] = rows["log_ns"], block, rows["offset"]
+            parts.setdefault(wanted[channel_id], []).append(places)
+
+
+def _indexed(data: bytes, chunk: ChunkIndex, wanted: Mapping[int, str]) -> Iterator[tuple[int, NDArray[np.void]]]:
+    """Yield channel id and entries of the message index records behind a chunk, those that are wanted."""
+    for told, offset in chunk.message_index_offsets.items():
+        if told not in wanted:
+            continue
+        start = offset - chunk.chunk_start_offset - chunk.chunk_length + PREFIX_SIZE
+        if not PREFIX_SIZE <= start <= len(data) - _INDEX_HEAD.size:
+            raise RecordError(f"index damaged, no places of messages at byte {offset}")
+        channel_id, size = _INDEX_HEAD.unpack_from(data, start)
+        start += _INDEX_HEAD.size
+        if channel_id != told or size > len(data) - start or size % _ENTRY.itemsize:
+            raise RecordError(f"index damaged, no places of messages at byte {offset}")
+        yield channel_id, np.frombuffer(data, _ENTRY, size // _ENTRY.itemsize, start)
+
+
+def _walk(records: bytes) -> Iterator[tuple[int, NDArray[np.void]]]:
+    """Yield channel id and entries of the messages in a chunk without an index."""
+    found: dict[int, list[tuple[int, int]]] = {}
+    for record in records_in(records):
+        if record.opcode == Opcode.MESSAGE:
+            message = message_at(records, record.offset)
+            found.setdefault(message.channel_id, []).append((message.log_ns, record.offset))
+    for channel_id, entries in found.items():
+        yield channel_id, np.array(entries, _ENTRY)
+
+
+def _read_through(file: StoredFile) -> Iterator[tuple[Span, bytes]]:
+    """Yield blocks with their records up to the last whole record; what is damaged was told when the index was read."""
+    with file.open("rb") as stream:
+        size = stream.seek(0, 2)
+        try:
+            for record in read_records(stream, len(MAGIC), size):
+                if record.opcode == Opcode.DATA_END:
+                    return
+                if record.opcode in (Opcode.CHUNK, Opcode.MESSAGE):
+                    block = Span(record.offset, PREFIX_SIZE + len(record.body))
+                    try:
+                        yield block, read_block(file, block)
+                    except RecordError:
+                        continue
+        except RecordError:
+            return

@@ -1,0 +1,47 @@
+"""The store of a dataset by what a user says: a folder, or a URL."""
+
+from __future__ import annotations
+
+import contextlib
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from scene_synth_ros.shards.folder_lock import folder_lock
+from scene_synth_ros.shards.store import LocalStore, Store
+from scene_synth_ros.shards.url_store import UrlStore
+
+_FILE = "file://"
+
+
+def is_url(where: str) -> bool:
+    """Return whether a dataset is elsewhere than in a folder of this machine."""
+    return "://" in where and not where.startswith(_FILE)
+
+
+def open_store(where: str) -> Store:
+    """Return the store of a dataset; a folder need not exist.
+
+    Raises:
+        StoreError: the URL is of no kind that can be used.
+    """
+    return UrlStore(where.rstrip("/")) if is_url(where) else LocalStore(Path(where.removeprefix(_FILE)))
+
+
+@contextlib.contextmanager
+def held(where: str, name: str) -> Iterator[int]:
+    """Hold a dataset for this run (:func:`folder_lock`); yield the descriptor of the lock.  In an object store nothing can be held.
+
+    Args:
+        where: folder or URL.
+        name: of the lock.
+
+    Raises:
+        ShardError: another run is at work there.
+    """
+    if not is_url(where):
+        with folder_lock(Path(where.removeprefix(_FILE)), name) as descriptor:
+            yield descriptor
+    else:
+        with tempfile.TemporaryFile() as file:
+            yield file.fileno()

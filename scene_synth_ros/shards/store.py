@@ -1,0 +1,153 @@
+"""Where a dataset goes: small files that are there whole or not at all, and the folders of shards.
+
+What is temporary in a store has a name that begins with a dot.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+from collections.abc import Collection, Iterator
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import BinaryIO, Protocol
+
+
+class Store(Protocol):
+    """The folder of a dataset, wherever it is.  Names are relative, with slashes.  Can be pickled; any process may use its copy."""
+
+    @property
+    def where(self) -> str:
+        """What :func:`scene_synth_ros.shards.open_store.open_store` opens it by: a URL, or the folder's path."""
+
+    def read(self, name: str) -> bytes | None:
+        """Return a small file, None where there is none."""
+
+    def open(self, name: str) -> BinaryIO:
+        """Open a file for reading in pieces; FileNotFoundError where there is none."""
+
+    def write(self, name: str, data: bytes) -> None:
+        """Write a small file, in place of one of its name; it has its name only once it is whole and on disk."""
+
+    def names(self, folder: str) -> list[str]:
+        """Return the names of what lies in a folder, in order; temporary things are left out; nothing where there is no folder."""
+
+    def workspace(self, shard: str) -> AbstractContextManager[Path]:
+        """Give a local folder in which a shard is made, for this process alone; it is removed in the end."""
+
+    def put_folder(self, made: Path, name: str) -> None:
+        """Take a folder out of a workspace, in place of one of its name, which may be there from an interrupted run."""
+
+    def fetched(self, name: str) -> AbstractContextManager[Path]:
+        """Give a folder of files as a local one, to be read only."""
+
+    def remove(self, name: str) -> None:
+        """Remove a file or a folder; harmless where there is none."""
+
+    def clean(self, shards: Collection[str] | None = None) -> int:
+        """Remove what interrupted runs have left of some shards, None for all; call it while nobody makes these.
+
+        Returns:
+            How many things were removed.
+        """
+
+
+@dataclass(frozen=True, slots=True)
+class LocalStore:
+    """A dataset in a local folder; workspaces lie in it, so that what is made needs only its name.
+
+    Args:
+        root: the folder; made where it is missing.
+    """
+
+    root: Path
+
+    @property
+    def where(self) -> str:
+        """Do as the protocol says."""
+        return str(self.root.absolute())
+
+    def read(self, name: str) -> bytes | None:
+        """Do as the protocol says."""
+        try:
+            return (self.root / name).read_bytes()
+        except FileNotFoundError:
+            return None
+
+    def open(self, name: str) -> BinaryIO:
+        """Do as the protocol says."""
+        return (self.root / name).open("rb")
+
+    def write(self, name: str, data: bytes) -> None:
+        """Do as the protocol says."""
+        path = self.root / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+        try:
+            with partial.open("wb") as file:
+                file.write(data)
+                file.flush()
+                os.fsync(file.fileno())
+            partial.replace(path)
+        except BaseException:
+            partial.unlink(missing_ok=True)
+            raise
+        _sync_folder(path.parent)
+
+    def names(self, folder: str) -> list[str]:
+        """Do as the protocol says."""
+        try:
+            return sorted(path.name for path in (self.root / folder).iterdir() if not path.name.startswith("."))
+        except FileNotFoundError:
+            return []
+
+    @contextlib.contextmanager
+    def workspace(self, shard: str) -> Iterator[Path]:
+        """Do as the protocol says."""
+        folder = self.root / "shards" / f".{shard}.{os.uname().nodename}.{os.getpid()}.partial"
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+        try:
+            yield folder
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+
+    def put_folder(self, made: Path, name: str) -> None:
+        """Do as the protocol says."""
+        self.remove(name)
+        target = self.root / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        made.rename(target)
+        _sync_folder(target.parent)
+
+    @contextlib.contextmanager
+    def fetched(self, name: str) -> Iterator[Path]:
+        """Do as the protocol says."""
+        yield self.root / name
+
+    def remove(self, name: str) -> None:
+        """Do as the protocol says."""
+        path = self.root / name
+        if path.is_dir():
+            shutil.rmtree(path)
+        else:
+            path.unlink(missing_ok=True)
+
+    def clean(self, shards: Collection[str] | None = None) -> int:
+        """Do as the protocol says."""
+        left = [*(self.root.glob(".*.partial") if shards is None else ()), *self.root.glob("*/.*.partial")]
+        mine = [path for path in left if shards is None or path.name[1:].partition(".")[0] in shards]
+        for path in mine:
+            self.remove(str(path.relative_to(self.root)))
+        return len(mine)
+
+
+def _sync_folder(folder: Path) -> None:
+    """Bring the names in a folder to the disk."""
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

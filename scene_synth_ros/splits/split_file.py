@@ -1,0 +1,74 @@
+"""``splits.json``, which :func:`scene_synth_ros.dataset.open_dataset` reads: rooms and frames of each split, and how they were chosen."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+SCHEMA = "scene_synth_splits/1"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RoomFrames:
+    """What of a room is in a split.
+
+    Attributes:
+        room: index.
+        scene: id of its description, empty if it has none.
+        copy: how many rooms of that index and id come before it in the source.
+        frames: numbers of its frames; None for all.
+    """
+
+    room: int
+    scene: str
+    copy: int
+    frames: tuple[int, ...] | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LeftOut:
+    """What a filter leaves out: rooms that it refuses as a whole, frames that it refuses, and how many of these no other refuses."""
+
+    rooms: int
+    frames: int
+    alone: int
+
+
+def splits_json(
+    splits: Mapping[str, Sequence[RoomFrames]], *, rule: Mapping[str, Any], filters: Mapping[str, Any], left_out: Mapping[str, LeftOut]
+) -> str:
+    """Return the text of the file; a room stands on a line of its own."""
+    lines = []
+    for name, rooms in splits.items():
+        rows = ",\n".join(f"   {_compact(_row(room))}" for room in rooms)
+        lines.append(f"  {json.dumps(name)}: [{chr(10) + rows if rows else ''}]")
+    told = {name: {"rooms": it.rooms, "frames": it.frames, "alone": it.alone} for name, it in left_out.items()}
+    parts = [f' "schema": "{SCHEMA}"', f' "rule": {_compact(rule)}', f' "filters": {_compact(filters)}', f' "left_out": {_compact(told)}']
+    return "{\n" + ",\n".join([*parts, ' "splits": {\n' + ",\n".join(lines) + "\n }"]) + "\n}\n"
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a file that gets its name, in place of one that may be there, when all of it is written."""
+    part = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        part.write_text(text, encoding="utf-8")
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _row(room: RoomFrames) -> dict[str, Any]:
+    row: dict[str, Any] = {"room": room.room}
+    if room.scene:
+        row["scene"] = room.scene
+    if room.copy:
+        row["copy"] = room.copy
+    return row | {"frames": None if room.frames is None else list(room.frames)}
+
+
+def _compact(value: Any) -> str:
+    return json.dumps(value, ensure_ascii=False)

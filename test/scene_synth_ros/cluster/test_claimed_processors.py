@@ -1,0 +1,42 @@
+"""Processors that processes take without knowing each other, and what a Ray task refuses."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from scene_synth_ros.bags.run_info import versions
+from scene_synth_ros.cluster.claimed_processors import claimed_processors
+from scene_synth_ros.cluster.ray_task import make_on_node
+from scene_synth_ros.shards.completion import ShardError
+from scene_synth_ros.shards.plan import DatasetPlan
+
+
+@pytest.fixture
+def three_processors(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {4, 5, 9})
+
+
+@pytest.mark.usefixtures("three_processors")
+def test_claims_do_not_meet_while_there_are_free_processors() -> None:
+    with claimed_processors(1) as one, claimed_processors(1) as two:
+        with claimed_processors(1) as three:
+            assert (one, two, three) == ([4], [5], [9])
+            with claimed_processors(2) as shared:
+                assert shared == [4, 5]
+        with claimed_processors(2) as last:
+            assert last == [4, 9]
+    with claimed_processors(7) as everything:
+        assert everything == [4, 5, 9]
+
+
+def test_a_node_that_does_not_see_the_dataset_makes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(os, "sched_setaffinity", lambda *_: None)  # of the process that tests
+    monkeypatch.setattr("scene_synth_ros.cluster.ray_task.pin", lambda _: None)
+    node = {"grammar_node": {}, "renderer_node": {}, "recorder_node": {}}
+    for version, says in (("0.0.0", "expected scene_synth_ros 0.0.0"), ("", "take a URL or a shared folder")):
+        plan = DatasetPlan(rooms=1, frames=1, seed=1, rooms_per_shard=1, parameters=node, version=version or versions()["scene_synth_ros"])
+        with pytest.raises(ShardError, match=says):
+            make_on_node(plan.to_json().decode(), str(tmp_path / "elsewhere"), 0, 1)
+    assert not (tmp_path / "elsewhere").exists()
