@@ -22,7 +22,7 @@ from grammar.layout.schedule import leaders
 from grammar.spec.grammar_file import read_room_type
 from grammar.spec.request import SceneRequest
 from grammar.spec.rules import Grammar
-from scene_description import from_mapping
+from scene_description import FieldError, from_mapping
 
 WISHES = {
     "small": "near: {end: 1.5}",
@@ -58,6 +58,13 @@ def settings_of(moves):
 def order_of(problem, state, run=0):
     units = np.flatnonzero(problem.link[:, col.RUN] == run)
     return tuple(units[np.argsort(state.hold[units, col.PLACE])].tolist())
+
+
+def test_a_unit_that_belongs_to_something_else_is_refused():
+    text = row_text("{}", "a", "b") + item("a", "dresser", (0.5, 0.5, 0.5))
+    text += item("b", "dresser", (0.5, 0.5, 0.5), ", cores: {a: 1}, around: [{side: left}]")
+    with pytest.raises(FieldError, match=r"objects\.b\.cores: expected no value below the run 'closet', got a"):
+        small_grammar(text)
 
 
 def test_units_touch_each_other_and_keep_off_the_wall():
