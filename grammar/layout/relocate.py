@@ -1,10 +1,10 @@
 """The relocation: a pose drawn afresh from a mixture of a uniform pose, poses at walls and poses around the core or on a support surface.
 
 What belongs to a core and stands at walls is drawn, with the share ``relocate_beside``, at the wall that a place around its core is nearest
-to, beside that place: both relations hold at once, which independent draws hardly ever reach where both are tight.  An object's modes are drawn by their
-probabilities, and widths grow with a mode's spread.  The mixture's density is computed for any pose, which the Hastings ratio needs.  A
-pose's base measure is area times angle (length along the walls for what hangs there), over the bounding box of the room, the walls, or the
-support surfaces.
+to, beside that place: both relations hold at once, which independent draws hardly ever reach where both are tight.  An object's modes are
+drawn by their probabilities, and widths grow with a mode's spread.  The mixture's density is computed for any pose, which the Hastings
+ratio needs.  A pose's base measure is area times angle (length along the walls for what hangs there), over the bounding box of the room,
+the walls, or the support surfaces.
 """
 
 from __future__ import annotations
