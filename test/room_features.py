@@ -151,7 +151,8 @@ def told_apart(names: Sequence[str], real: Floats, drawn: Floats, folds: tuple[I
         forest.fit(data[~held], label[~held])
         score[held] = forest.predict_proba(data[held])[:, 1]
         importance += forest.feature_importances_
-    auc = float(np.mean([roc_auc_score(label[fold == k], score[fold == k]) for k in range(int(fold.max()) + 1)]))
+    judged = [fold == k for k in range(int(fold.max()) + 1)]
+    auc = float(np.mean([roc_auc_score(label[held], score[held]) for held in judged if len(np.unique(label[held])) == 2]))
     return Told(auc, dict(zip(names, (importance / importance.sum()).tolist(), strict=True)))
 
 
