@@ -280,7 +280,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         "test/scene_synth_ros/cli/test_learn_command.py::test_learns_from_sampled_scenes"
     ),
     "scene_synth learn LAYOUTS.jsonl [MORE.jsonl:0.3 ...] --room bedroom --out my_bedroom.yaml": Run(
-        "scene_synth learn LAYOUTS.jsonl MORE.jsonl:0.3 --room bedroom --out my_bedroom.yaml --hold-out 0 --iterations 0 --corrections 0",
+        "scene_synth learn LAYOUTS.jsonl MORE.jsonl:1 --room bedroom --out my_bedroom.yaml --hold-out 0 --iterations 0 --corrections 0",
         ("my_bedroom.yaml",),
     ),
     # pictures

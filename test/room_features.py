@@ -151,8 +151,29 @@ def told_apart(names: Sequence[str], real: Floats, drawn: Floats, folds: tuple[I
         forest.fit(data[~held], label[~held])
         score[held] = forest.predict_proba(data[held])[:, 1]
         importance += forest.feature_importances_
-    auc = float(np.mean([roc_auc_score(label[fold == k], score[fold == k]) for k in range(int(fold.max()) + 1)]))
+    judged = [fold == k for k in range(int(fold.max()) + 1)]
+    auc = float(np.mean([roc_auc_score(label[held], score[held]) for held in judged if len(np.unique(label[held])) == 2]))
     return Told(auc, dict(zip(names, (importance / importance.sum()).tolist(), strict=True)))
+
+
+def told_of_unseen(real: Floats, unseen: Floats, drawn: Floats, folds: int, trees: int = 300) -> float:
+    """Return the area under the curve for real rooms that neither the grammar nor the forest has seen, against sampled rooms.
+
+    Args:
+        real: (rooms, features) of rooms that taught the grammar; they teach the forest.
+        unseen: (rooms, features) of rooms of other houses.
+        drawn: (rooms, features) of sampled rooms; one fold after the other is judged, the rest teaches.
+        folds: their number.
+        trees: of the forest.
+    """
+    found = []
+    for k in range(folds):
+        held = np.arange(len(drawn)) % folds == k
+        forest = RandomForestClassifier(trees, min_samples_leaf=2, class_weight="balanced", random_state=k, max_features="sqrt")
+        forest.fit(np.concatenate([real, drawn[~held]]), np.repeat([1, 0], [len(real), int((~held).sum())]))
+        scores = forest.predict_proba(np.concatenate([unseen, drawn[held]]))[:, 1]
+        found.append(roc_auc_score(np.repeat([1, 0], [len(unseen), int(held.sum())]), scores))
+    return float(np.mean(found))
 
 
 def real_against_real(names: Sequence[str], real: Floats, fold: Ints, rng: np.random.Generator, repeats: int = 4) -> float:

@@ -32,7 +32,7 @@ def truncated_normal_log_density(value: float, mean: float, sd: float, low: floa
 
 
 def truncated_mean(normal: TruncatedNormal) -> float:
-    """Return the mean of a truncated normal: ``mean + sd (phi(a) - phi(b)) / (Phi(b) - Phi(a))`` at its bounds a and b in sds."""
+    """Return the mean of a truncated normal, ``mean + sd (phi(a) - phi(b)) / (Phi(b) - Phi(a))`` with the bounds a and b in sds."""
     a, b = (normal.low - normal.mean) / normal.sd, (normal.high - normal.mean) / normal.sd
     share = float(ndtr(b) - ndtr(a))
     peaks = (math.exp(-0.5 * a * a) - math.exp(-0.5 * b * b)) / math.exp(_LOG_SQRT_2PI)

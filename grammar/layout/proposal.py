@@ -30,6 +30,7 @@ class MoveSettings(NamedTuple):
     relocate_uniform: float
     relocate_wall: float
     relocate_around: float
+    relocate_beside: float
     wall_gap_sd_m: float
     wall_orientation_sd_rad: float
     around_sd_m: float

@@ -1,10 +1,10 @@
 """The relocation: a pose drawn afresh from a mixture of a uniform pose, poses at walls and poses around the core or on a support surface.
 
-What belongs to a core and stands at walls is drawn half the time at the wall that a place around its core is nearest to, beside that place:
-both relations hold at once, which independent draws hardly ever reach where both are tight.  An object's modes are drawn by their
-probabilities, and widths grow with a mode's spread.  The mixture's density is computed for any pose, which the Hastings ratio needs.  A
-pose's base measure is area times angle (length along the walls for what hangs there), over the bounding box of the room, the walls, or the
-support surfaces.
+What belongs to a core and stands at walls is drawn, with the share ``relocate_beside``, at the wall that a place around its core is nearest
+to, beside that place: both relations hold at once, which independent draws hardly ever reach where both are tight.  An object's modes are
+drawn by their probabilities, and widths grow with a mode's spread.  The mixture's density is computed for any pose, which the Hastings
+ratio needs.  A pose's base measure is area times angle (length along the walls for what hangs there), over the bounding box of the room,
+the walls, or the support surfaces.
 """
 
 from __future__ import annotations
@@ -21,9 +21,6 @@ from grammar.layout.proposal import hang, pick, put_on_surface, uniform_on_surfa
 
 _TWO_PI = 2.0 * math.pi
 _LEAST_LENGTH_M = 1e-9
-_AT_WALL_SHARE = 0.5
-"""Share of the poses around a core that are drawn at a wall, for what stands at walls too."""
-
 _FAR_SDS = 40.0
 """Beyond so many standard deviations a normal density is zero in float64."""
 
@@ -121,16 +118,16 @@ def relocate(rng, problem, state, settings, i, proposal):  # type: ignore[no-unt
     elif mount == col.CEILING:
         pose[0, col.X] = problem.x_centre + settings.around_sd_m * rng.standard_normal()
         pose[0, col.Y] = problem.y_centre + settings.around_sd_m * rng.standard_normal()
-    elif _at_wall_too(problem, i) and rng.random() < _AT_WALL_SHARE:
+    elif _beside_share(problem, settings, i) > 0.0 and rng.random() < settings.relocate_beside:
         _draw_beside_core(rng, problem, state, settings, i, proposal)
     else:
         _draw_around_core(rng, problem, state, settings, i, proposal)
 
 
 @kernel
-def _at_wall_too(problem, i):  # type: ignore[no-untyped-def]
-    """Return whether an object has places at walls beside those around its core."""
-    return problem.link[i, col.AROUND_MODES] > problem.link[i, col.WALL_MODES]
+def _beside_share(problem, settings, i):  # type: ignore[no-untyped-def]
+    """Return the share of the poses around its core at which an object is drawn at a wall; 0 for what has no places at walls."""
+    return settings.relocate_beside if problem.link[i, col.AROUND_MODES] > problem.link[i, col.WALL_MODES] else 0.0
 
 
 @kernel
@@ -249,7 +246,7 @@ def relocation_density(problem, state, settings, i, proposal):  # type: ignore[n
     if wall > 0.0:
         density += wall * _at_wall_density(problem, settings, i, x, y, yaw)
     if around > 0.0:
-        beside = _AT_WALL_SHARE if _at_wall_too(problem, i) else 0.0
+        beside = _beside_share(problem, settings, i)
         if beside > 0.0:
             density += around * beside * _beside_core_density(problem, state, settings, i, x, y, yaw)
         density = _add_core_density(problem, state, settings, i, x, y, yaw, around * (1.0 - beside), density)

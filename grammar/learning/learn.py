@@ -31,6 +31,8 @@ PARTS: tuple[Part, ...] = ("sizes", "relations", "openings", "room", "weights")
 _LEAST_ROOMS = 5
 _STRUCTURES, _LAYOUTS, _ROUNDS, _DERIVATIONS = 160, 1, 1, 20_000
 _POOLED = 5.0
+_BESIDE = 0.5
+"""Learned places are as tight as those of the data, and what has some around a core and at walls is proposed where both hold."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -173,7 +175,8 @@ def _learn_rules(
         names = ("width_m", "depth_m", "height_m", "area_low_m2", "area_high_m2", "floor_share_max", "shapes", "floor_share", "proportion")
         counts.update({f"room.{name}": len(assigned) for name in names})
     budget = _patient(grammar.budget)
-    return replace(grammar, room=shape, openings=openings, nodes=branching.nodes, objects=objects, budget=budget), counts
+    moves = replace(grammar.moves, relocate_beside=max(grammar.moves.relocate_beside, _BESIDE))
+    return replace(grammar, room=shape, openings=openings, nodes=branching.nodes, objects=objects, moves=moves, budget=budget), counts
 
 
 def room_sampler(categories: Categories, seed: int) -> RoomSampler:

@@ -42,6 +42,8 @@ class MoveRule:
     relocate_wall: Probability
     relocate_around: Probability
     """Shares of the relocation's mixture; those that an object has no relation for leave their share to the others."""
+    relocate_beside: Probability = 0.0
+    """Share of the poses around a core that are drawn at the wall nearest to them, for what stands at walls too."""
     wall_gap_sd_m: Spread
     wall_orientation_sd_rad: SpreadAngle
     around_sd_m: Spread

@@ -132,7 +132,7 @@ def test_relocation_beside_a_core_at_a_wall_has_the_density_that_it_says():
     # Without energy the chain's poses are uniform, whatever is proposed, if the ratio of the proposals' densities is right.
     head = closet("table", "thing") + item("table", "desk", (1.0, 1.2, 0.7))
     more = ", cores: {table: 1}, wall: [{distance_m: 0.1}], around: [{side: left, gap_m: 0.1}, {side: front, gap_m: 0.1, spread: 2}]"
-    moves = {"relocate": 1.0, "relocate_uniform": 0.4, "relocate_wall": 0.2, "relocate_around": 0.4}
+    moves = {"relocate": 1.0, "relocate_uniform": 0.4, "relocate_wall": 0.2, "relocate_around": 0.4, "relocate_beside": 0.5}
     text = head + item("thing", "desk_chair", (0.3, 0.4, 0.3), more)
     problem, state, settings = entered(small_grammar(text, {"relation_odds": 0.0}, moves), np.random.default_rng(1))
     state.pose[len(problem.link) - 2] = 0.9, -1.0, 0.4
