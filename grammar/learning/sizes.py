@@ -15,7 +15,7 @@ from grammar.geometry.arrays import Floats
 from grammar.learning.geometry import filled_outline
 from grammar.learning.observed import ObservedRoom
 from grammar.spec.object_rules import ObjectRule, SizeMode
-from grammar.spec.room_rules import RoomRule, RoomShapes
+from grammar.spec.room_rules import SHAPES, RoomRule, RoomShapes
 from grammar.spec.values import TruncatedNormal
 from scene_description.polygons import signed_area_m2
 from scene_description.types import Point2
@@ -158,15 +158,16 @@ def fitted_normal(values: Floats) -> TruncatedNormal:
 
 
 def _learn_shapes(base: RoomShapes, outlines: Sequence[Sequence[Point2]], extents: Floats, areas: Floats, alpha: float) -> RoomShapes:
-    """Return the probabilities of shapes by the corners of outlines; those of eight corners are shared out as the base does."""
+    """Return the probabilities of shapes by the corners of outlines; those of eight and more corners are shared out as the base does."""
     filled = areas / extents.prod(1) > _WHOLE
     corners = [4 if whole else len(outline) for whole, outline in zip(filled, outlines, strict=True)]
     counts = {"rectangle": corners.count(4), "l_shape": sum(count in (5, 6) for count in corners)}
-    rest, others = len(corners) - sum(counts.values()), base.t_shape + base.u_shape
+    eight = [name for name in SHAPES if name not in counts]
+    rest, others = len(corners) - sum(counts.values()), sum(getattr(base, name) for name in eight)
     if others <= 0.0:
         counts["l_shape"] += rest
     else:
-        counts |= {name: rest * getattr(base, name) / others for name in ("t_shape", "u_shape")}
+        counts |= {name: rest * getattr(base, name) / others for name in eight}
     total = len(corners) + alpha
-    shares = {name: round((counts.get(name, 0.0) + alpha * getattr(base, name)) / total, 4) for name in ("l_shape", "t_shape", "u_shape")}
+    shares = {name: round((counts.get(name, 0.0) + alpha * getattr(base, name)) / total, 4) for name in SHAPES if name != "rectangle"}
     return replace(base, rectangle=round(1.0 - sum(shares.values()), 4), **shares)

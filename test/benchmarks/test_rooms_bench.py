@@ -34,6 +34,6 @@ def test_a_room_of_a_layout_file_is_measured_with_all_that_it_holds(tmp_path) ->
     assert found.proportion == pytest.approx(3.0 / 4.1)
     assert found.covered == pytest.approx(0.5 / 12.1)
     assert found.bare_wall_m == pytest.approx(3.0)
-    assert found.by_category == {"cabinet": 1, "table_lamp": 1}
+    assert found.by_category == {"sideboard": 1, "table_lamp": 1}
     area = next(row for row in beside([found], [found]) if row["measure"] == "area_m2")
     assert (area["ours"], area["ratio"]) == (pytest.approx(12.1), 1.0)

@@ -115,7 +115,7 @@ BAD = {
     "tied_to_no_core": (
         ["objects", "bed", "tied"],
         [{"axis": "width", "to": "core", "of": "width"}],
-        r"objects\.bed\.tied\[0\]\.to: expected the symbol of an object, door or window, got 'core'",
+        r"objects\.bed\.tied\[0\]\.to: expected the symbol of an object, door, garage_door or window, got 'core'",
     ),
     "wish_for_nothing": (
         ["objects", "bed", "in_run"],
