@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -81,6 +82,16 @@ def test_a_damaged_shard_is_found_and_made_again(dataset: Path, capfd: pytest.Ca
     file.write_bytes(data)
     assert generate("--out", dataset, "--resume", "--check") == 0
     assert "shards/00002/00002_0.mcap: expected SHA-256" in capfd.readouterr().out and digests(dataset) == before
+
+
+def test_a_shard_that_was_cut_since_ends_the_card_in_one_line_that_says_what_to_do(
+    dataset: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cut = shutil.copytree(dataset, tmp_path / "cut")
+    os.truncate(cut / "shards" / "00002" / "00002_0.mcap", 2000)
+    assert generate("--out", cut, "--resume") == 2
+    told = capsys.readouterr().err.splitlines()
+    assert len(told) == 1 and "shards/00002: expected the description of room 2, got none" in told[0] and "--resume --check" in told[0]
 
 
 @pytest.mark.parametrize(
