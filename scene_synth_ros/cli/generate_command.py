@@ -16,7 +16,7 @@ from scene_synth_ros.cli.dataset_share import Share, read_share
 from scene_synth_ros.cli.run_parameters import RunWords, run_parameters
 from scene_synth_ros.cli.run_profile import NAMESPACE
 from scene_synth_ros.cli.usage import UsageError
-from scene_synth_ros.cluster.ray_shards import LOCAL, make_on_ray
+from scene_synth_ros.cluster.ray_shards import LOCAL, make_on_ray, refuse_no_ray
 from scene_synth_ros.offline.rules import rules_of
 from scene_synth_ros.shards.completion import ShardError, shard_name
 from scene_synth_ros.shards.manifest import Manifest, missing_shards
@@ -94,6 +94,8 @@ def run(arguments: argparse.Namespace) -> int:
 def _generate(arguments: argparse.Namespace) -> int:
     store, share = open_store(arguments.out), read_share(arguments.shard) if arguments.shard else Share()
     plan = _plan(arguments, store)
+    if arguments.ray:
+        refuse_no_ray(arguments.ray)
     if not arguments.finish:
         plan = _make(plan, store, share, arguments)
     return _finish(plan, store, arguments)
@@ -211,7 +213,7 @@ def _complete(plan: DatasetPlan, store: Store, shards: range, arguments: argpars
     _say(
         f"{len(missing)} of {plan.shards} shards to make, {plan.rooms_per_shard} rooms each; {where}; kernels are compiled on the first run"
     )
-    with DatasetProgress(plan, plan.shards - len(missing), len(missing)) as progress:
+    with DatasetProgress(plan, shards, missing) as progress:
         if arguments.ray:
             make_on_ray(plan, store.where, missing, address=arguments.ray, workers=workers, threads=arguments.threads, told=progress.take)
         else:

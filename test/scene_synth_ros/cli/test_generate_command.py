@@ -115,6 +115,17 @@ def test_words_that_do_not_fit_end_in_one_line(words: list[str], error: str, tmp
     assert not list(tmp_path.glob("d/*"))
 
 
+def test_ray_that_is_not_there_is_told_before_a_dataset_begins(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert generate("--rooms", 2, "--out", tmp_path / "d", "--ray", "127.0.0.1:9") == 2
+    monkeypatch.setitem(sys.modules, "ray", None)
+    assert generate("--rooms", 2, "--out", tmp_path / "d", "--ray") == 2
+    told = capsys.readouterr()
+    assert "cannot be reached" in told.err and "Ray is not installed" in told.err
+    assert told.out == "" and not (tmp_path / "d").exists()
+
+
 def test_another_plan_and_another_run_are_refused(
     dataset: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
