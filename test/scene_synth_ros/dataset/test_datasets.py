@@ -152,7 +152,7 @@ def test_what_is_not_there_is_one_line(tmp_path: Path) -> None:
         open_dataset(tmp_path)
     with pytest.raises(DatasetError, match=r"nosuch://x: .*not known"):
         open_dataset("nosuch://x")
-    with pytest.raises(DatasetError, match="memory://nothing: not found"):
+    with pytest.raises(DatasetError, match="memory://nothing: expected a bag, .*, got nothing there"):
         open_dataset("memory://nothing")
     write_room_bag(tmp_path / "bag", rooms=1, layers=LAYERS)
     with pytest.raises(KeyError, match="expected one of color, depth, semantic, got layer 'flow'"):
