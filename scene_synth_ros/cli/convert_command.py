@@ -9,6 +9,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from scene_synth_ros.cli.counted import counted
 from scene_synth_ros.cli.new_folder import new_folder
 from scene_synth_ros.cli.usage import UsageError, refuse_missing_folder
 from scene_synth_ros.convert.formats import FORMATS, writer_of
@@ -57,12 +58,8 @@ def run(arguments: argparse.Namespace) -> int:
     rooms = len({sequence.folder for sequence in source.sequences})
     for note in notes:
         sys.stderr.write(f"scene_synth convert: {note}\n")
-    sys.stdout.write(f"{arguments.out}: {name}, {_count(rooms, 'room')}, {_count(source.frames, 'frame')}, {size / 1e6:.1f} MB\n")
+    sys.stdout.write(f"{arguments.out}: {name}, {counted(rooms, 'room')}, {counted(source.frames, 'frame')}, {size / 1e6:.1f} MB\n")
     return 0
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def read_range(text: str | None) -> tuple[int, int] | None:

@@ -10,6 +10,7 @@ from typing import Any
 
 from tqdm import tqdm
 
+from scene_synth_ros.cli.counted import counted
 from scene_synth_ros.cli.usage import UsageError
 from scene_synth_ros.splits.assignment import Ranges, Shares, read_ranges, read_shares
 from scene_synth_ros.splits.errors import SplitError
@@ -154,11 +155,11 @@ def summary(found: Splits, out: Path) -> str:
     lines = [f"{out}"]
     for name, rooms in found.rooms.items():
         types = ", ".join(f"{kind} {count}" for kind, count in sorted(found.types[name].items()))
-        lines.append(f"  {name}: {len(rooms)} rooms, {found.frames[name]} frames{f' ({types})' if types else ''}")
+        lines.append(f"  {name}: {counted(len(rooms), 'room')}, {counted(found.frames[name], 'frame')}{f' ({types})' if types else ''}")
     order = ["ranges", "room_types", *FILTERS, "near"]
     for name, left in sorted(found.left_out.items(), key=lambda item: order.index(item[0])):
-        rooms_too = f"{left.rooms} rooms with " if left.rooms else ""
-        lines.append(f"  left out by {name}: {rooms_too}{left.frames} frames, {left.alone} of them by it alone")
+        rooms_too = f"{counted(left.rooms, 'room')} with " if left.rooms else ""
+        lines.append(f"  left out by {name}: {rooms_too}{counted(left.frames, 'frame')}, {left.alone} of them by it alone")
     return "\n".join(lines) + "\n"
 
 

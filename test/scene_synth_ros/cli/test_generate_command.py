@@ -103,6 +103,7 @@ def test_a_shard_that_was_cut_since_ends_the_card_in_one_line_that_says_what_to_
         (["--rooms", "2", "--shard-size", "big"], "--shard-size big: expected a number of bytes"),
         (["--rooms", "2", "--params", "nothing"], "nothing: expected a parameter file"),
         (["--rooms", "2", "-p", "grammar_node.scene.room_type:=castle"], "castle"),
+        (["--rooms", "2", "--namespace", "/1a//"], "--namespace /1a//: expected a name that begins with /"),
         (["--rooms", "2", "--plan", "x"], "--rooms: expected this or --plan"),
         (["--plan", "nowhere.json"], "nowhere.json: no such file"),
         (["--resume"], "holds no dataset"),

@@ -146,13 +146,13 @@ def edit(folder: Path, old: str, new: str) -> None:
 
 
 def test_what_is_not_there_is_one_line(tmp_path: Path) -> None:
-    with pytest.raises(DatasetError, match="expected a bag, .*, got nothing there"):
+    with pytest.raises(DatasetError, match=r"expected a bag, .*, got nothing there"):
         open_dataset(tmp_path / "nothing")
     with pytest.raises(DatasetError, match="expected a bag, bags in folders, or a dataset, got an empty folder"):
         open_dataset(tmp_path)
     with pytest.raises(DatasetError, match=r"nosuch://x: .*not known"):
         open_dataset("nosuch://x")
-    with pytest.raises(DatasetError, match="memory://nothing: expected a bag, .*, got nothing there"):
+    with pytest.raises(DatasetError, match=r"memory://nothing: expected a bag, .*, got nothing there"):
         open_dataset("memory://nothing")
     write_room_bag(tmp_path / "bag", rooms=1, layers=LAYERS)
     with pytest.raises(KeyError, match="expected one of color, depth, semantic, got layer 'flow'"):
