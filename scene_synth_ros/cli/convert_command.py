@@ -37,6 +37,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Convert; return 0."""
     refuse_missing_folder("--catalog", arguments.catalog)
+    if re.match(r"\w+:/", str(arguments.out)):
+        raise UsageError(f"--out {arguments.out}: expected a folder on this machine, got a URL; convert into a folder and copy that")
     if arguments.every < 1:
         raise UsageError(f"--every: expected at least 1, got {arguments.every}")
     if not 1 <= arguments.threads <= MAX_THREADS:
