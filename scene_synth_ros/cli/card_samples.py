@@ -17,8 +17,9 @@ from std_msgs.msg import String
 
 from scene_description import SceneDescription, scene_from_json
 from scene_synth_ros.bags.bag_images import layer_topics, read_pixels, spread
-from scene_synth_ros.bags.bag_reader import BagReader
+from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
 from scene_synth_ros.generate.frame_times import FrameTimes
+from scene_synth_ros.shards.completion import FOLDER, ShardError, shard_name
 from scene_synth_ros.shards.manifest import Manifest
 from scene_synth_ros.shards.plan import DatasetPlan
 
@@ -43,22 +44,42 @@ def sampled_frames(
         manifest: of the dataset.
         bag_of: gives the folder of a shard's bag.
         count: of rooms at most.
+
+    Raises:
+        ShardError: a shard cannot be read, or has lost a room since it was made.
     """
     run = plan.settings_of(0).run
     times = FrameTimes(round(run.start_time_s * 1e9), run.rate_hz)
     rooms = spread([(completion["shard"], row["index"]) for completion in manifest["shards"] for row in completion["rooms"]], count)
     for shard, of_shard in groupby(rooms, lambda room: room[0]):
-        with bag_of(shard) as bag, BagReader(bag) as reader:
+        with bag_of(shard) as bag, _opened(bag, shard) as reader:
             for _, room in of_shard:
                 first = room * plan.frames
-                yield _frame(reader, times.stamp_ns(first), times.stamp_ns(first + plan.frames // 2))
+                frame = _frame(reader, times.stamp_ns(first), times.stamp_ns(first + plan.frames // 2))
+                if frame is None:
+                    raise _damaged(shard, f"expected the description of room {room}, got none")
+                yield frame
 
 
-def _frame(reader: BagReader, start_ns: int, stamp_ns: int) -> SampledFrame:
+def _opened(bag: Path, shard: int) -> BagReader:
+    try:
+        return BagReader(bag)
+    except BagReadError as error:
+        raise _damaged(shard, str(error)) from None
+
+
+def _damaged(shard: int, fault: str) -> ShardError:
+    return ShardError(f"{FOLDER}/{shard_name(shard)}: {fault}; scene_synth generate --resume --check makes a damaged shard again")
+
+
+def _frame(reader: BagReader, start_ns: int, stamp_ns: int) -> SampledFrame | None:
+    """Return the frame at a stamp of the room that begins at another; None if the bag has no description of the room."""
     types = {topic.name: topic.type_name for topic in reader.summary.topics}
     layers = {topic: layer for layer, topic in layer_topics(types).items()}
     scenes, labels = ({name for name in types if name.endswith(f"/{end}")} for end in ("scene", "semantic/labels"))
-    text = next(message.data for message in reader.messages(scenes, start_ns) if message.log_ns == start_ns)
+    text = next((message.data for message in reader.messages(scenes, start_ns) if message.log_ns == start_ns), None)
+    if text is None:
+        return None
     images, classes = {}, {}
     for message in reader.messages({*layers, *labels}, stamp_ns):
         if message.log_ns > stamp_ns:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
+from scene_synth_ros.cli.counted import counted
 from scene_synth_ros.cli.new_folder import new_folder
 from scene_synth_ros.cli.usage import UsageError, refuse_missing_folder
 from scene_synth_ros.convert.formats import FORMATS, writer_of
@@ -36,6 +37,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Convert; return 0."""
     refuse_missing_folder("--catalog", arguments.catalog)
+    if re.match(r"\w+:/", str(arguments.out)):
+        raise UsageError(f"--out {arguments.out}: expected a folder on this machine, got a URL; convert into a folder and copy that")
     if arguments.every < 1:
         raise UsageError(f"--every: expected at least 1, got {arguments.every}")
     if not 1 <= arguments.threads <= MAX_THREADS:
@@ -57,12 +60,8 @@ def run(arguments: argparse.Namespace) -> int:
     rooms = len({sequence.folder for sequence in source.sequences})
     for note in notes:
         sys.stderr.write(f"scene_synth convert: {note}\n")
-    sys.stdout.write(f"{arguments.out}: {name}, {_count(rooms, 'room')}, {_count(source.frames, 'frame')}, {size / 1e6:.1f} MB\n")
+    sys.stdout.write(f"{arguments.out}: {name}, {counted(rooms, 'room')}, {counted(source.frames, 'frame')}, {size / 1e6:.1f} MB\n")
     return 0
-
-
-def _count(number: int, what: str) -> str:
-    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 def read_range(text: str | None) -> tuple[int, int] | None:

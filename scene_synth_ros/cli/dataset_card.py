@@ -43,7 +43,7 @@ def write_card(plan: DatasetPlan, manifest: Manifest, store: Store) -> None:
 
     Raises:
         OSError: it cannot be written.
-        BagReadError: a shard cannot be read.
+        ShardError: a shard cannot be read, or has lost a room since it was made.
     """
     numbers, shown = ImageNumbers(), []
     drawn_rooms = spread(range(min(ROOMS_SAMPLED, manifest["rooms"])), _SHOWN)

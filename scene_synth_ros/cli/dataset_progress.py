@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import sys
-import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from time import monotonic
 from types import TracebackType
 from typing import Any
 
@@ -21,19 +21,18 @@ class DatasetProgress:
 
     Args:
         plan: of the dataset.
-        complete: shards that are complete already.
-        missing: shards that are made in this run.
+        shards: that this run is to complete, all or those of a share.
+        missing: those of them that are made in this run.
     """
 
-    def __init__(self, plan: DatasetPlan, complete: int, missing: int) -> None:
-        self._plan, self._shards_done, self._shards = plan, complete, complete + missing
-        self._began = self._plain_s = time.monotonic()
+    def __init__(self, plan: DatasetPlan, shards: Sequence[int], missing: Sequence[int]) -> None:
+        self._plan, self._shards_done, self._shards = plan, len(shards) - len(missing), len(shards)
+        self._began = self._plain_s = monotonic()
         self._of_rooms: dict[int, int] = {}
-        total = plan.rooms * plan.frames
-        left = min(total, missing * plan.rooms_per_shard * plan.frames)
-        self._first = self._frames = total - left
+        self._total, left = (plan.frames * sum(len(plan.rooms_of(shard)) for shard in some) for some in (shards, missing))
+        self._first = self._frames = self._total - left
         self._bar = tqdm(
-            total=total,
+            total=self._total,
             initial=self._first,
             bar_format=_FORM,
             dynamic_ncols=True,
@@ -58,22 +57,21 @@ class DatasetProgress:
             self._shards_done += 1
             for room in self._plan.rooms_of(event["shard"]):
                 self._frames += self._plan.frames - self._of_rooms.pop(room, 0)
-        self._show(what == "done")
+        self._show(what == "done" and self._shards_done == self._shards)
 
-    def _show(self, shard_done: bool) -> None:
+    def _show(self, last: bool) -> None:
         if not self._bar.disable:
             self._bar.set_description_str(f"shard {self._shards_done} of {self._shards}", refresh=False)
             self._bar.update(self._frames - self._bar.n)
-        elif shard_done and (time.monotonic() - self._plain_s > _PLAIN_EVERY_S or self._shards_done == self._shards):
-            self._plain_s = time.monotonic()
+        elif last or monotonic() - self._plain_s > _PLAIN_EVERY_S:
+            self._plain_s = monotonic()
             self._say(self.line(self._plain_s - self._began))
 
     def line(self, seconds: float) -> str:
         """Return where the dataset is after so long a time of this run."""
         rate = (self._frames - self._first) / max(seconds, 1e-9)
-        total = self._plan.rooms * self._plan.frames
-        left = f"{tqdm.format_interval((total - self._frames) / rate)} left" if rate else "no frame yet"
-        return f"shard {self._shards_done} of {self._shards}: {self._frames} of {total} frames, {rate:.2f} frames/s, {left}"
+        left = f"{tqdm.format_interval((self._total - self._frames) / rate)} left" if rate else "no frame yet"
+        return f"shard {self._shards_done} of {self._shards}: {self._frames} of {self._total} frames, {rate:.2f} frames/s, {left}"
 
     def _say(self, text: str) -> None:
         self._bar.write(text, file=sys.stderr)

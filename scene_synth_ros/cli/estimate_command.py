@@ -15,7 +15,7 @@ from scene_synth_ros.cli.usage import UsageError
 from scene_synth_ros.estimate.estimate import Estimate
 from scene_synth_ros.estimate.measuring import measure_rooms
 from scene_synth_ros.estimate.totals import sample_indices
-from scene_synth_ros.shards.plan import make_plan
+from scene_synth_ros.shards.plan import MAX_ROOMS, make_plan
 
 MAX_SAMPLE, MAX_MACHINES, MAX_WORKERS = 10_000, 10**6, 1024
 
@@ -50,6 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
         ("--threads", arguments.threads, 1, processors),
         ("--machines", arguments.machines, 1, MAX_MACHINES),
         ("--workers", workers, 1, MAX_WORKERS),
+        ("--shard-rooms", 1 if arguments.shard_rooms is None else arguments.shard_rooms, 1, MAX_ROOMS),
         ("--sample", arguments.sample, 1, MAX_SAMPLE),
         ("--sample-frames", arguments.sample_frames, 2, MAX_SAMPLE),
     )

@@ -10,13 +10,14 @@ from dataclasses import fields, replace
 from pathlib import Path
 
 from scene_synth_ros.bags.run_info import versions
+from scene_synth_ros.cli.counted import counted
 from scene_synth_ros.cli.dataset_card import write_card
 from scene_synth_ros.cli.dataset_progress import DatasetProgress
 from scene_synth_ros.cli.dataset_share import Share, read_share
 from scene_synth_ros.cli.run_parameters import RunWords, run_parameters
-from scene_synth_ros.cli.run_profile import NAMESPACE
+from scene_synth_ros.cli.run_profile import NAMESPACE, check_namespace
 from scene_synth_ros.cli.usage import UsageError
-from scene_synth_ros.cluster.ray_shards import LOCAL, make_on_ray
+from scene_synth_ros.cluster.ray_shards import LOCAL, make_on_ray, refuse_no_ray
 from scene_synth_ros.offline.rules import rules_of
 from scene_synth_ros.shards.completion import ShardError, shard_name
 from scene_synth_ros.shards.manifest import Manifest, missing_shards
@@ -94,6 +95,8 @@ def run(arguments: argparse.Namespace) -> int:
 def _generate(arguments: argparse.Namespace) -> int:
     store, share = open_store(arguments.out), read_share(arguments.shard) if arguments.shard else Share()
     plan = _plan(arguments, store)
+    if arguments.ray:
+        refuse_no_ray(arguments.ray)
     if not arguments.finish:
         plan = _make(plan, store, share, arguments)
     return _finish(plan, store, arguments)
@@ -106,7 +109,7 @@ def _make(plan: DatasetPlan, store: Store, share: Share, arguments: argparse.Nam
         shards = share.shards(plan)
         names = None if share.count == 1 else {shard_name(shard) for shard in shards}
         if left := store.clean(names):
-            _say(f"removed what an interrupted run has left of {left} shards")
+            _say(f"removed what an interrupted run has left of {counted(left, 'shard')}")
         try:
             _complete(plan, store, shards, arguments, lock)
         except (KeyboardInterrupt, SystemExit):
@@ -151,8 +154,7 @@ def _check_options(arguments: argparse.Namespace) -> None:
         value = getattr(arguments, option)
         if value is not None and not low <= value <= high:
             raise UsageError(f"--{option.replace('_', '-')}: expected {low} to {high}, got {value}")
-    if not arguments.namespace.startswith("/"):
-        raise UsageError(f"--namespace {arguments.namespace}: expected a name that begins with /")
+    check_namespace(arguments.namespace)
 
 
 def _plan(arguments: argparse.Namespace, store: Store) -> DatasetPlan:
@@ -207,11 +209,10 @@ def _complete(plan: DatasetPlan, store: Store, shards: range, arguments: argpars
         missing = missing_shards(plan, store, shards)
     if not missing:
         return
-    where = f"Ray ({arguments.ray})" if arguments.ray else f"{workers} workers"
-    _say(
-        f"{len(missing)} of {plan.shards} shards to make, {plan.rooms_per_shard} rooms each; {where}; kernels are compiled on the first run"
-    )
-    with DatasetProgress(plan, plan.shards - len(missing), len(missing)) as progress:
+    where = f"Ray ({arguments.ray})" if arguments.ray else counted(workers, "worker")
+    each = counted(plan.rooms_per_shard, "room")
+    _say(f"{len(missing)} of {plan.shards} shards to make, {each} each; {where}; kernels are compiled on the first run")
+    with DatasetProgress(plan, shards, missing) as progress:
         if arguments.ray:
             make_on_ray(plan, store.where, missing, address=arguments.ray, workers=workers, threads=arguments.threads, told=progress.take)
         else:
@@ -225,7 +226,8 @@ def _goes_on(arguments: argparse.Namespace) -> bool:
 
 def _summary(manifest: Manifest, folder: str) -> str:
     size = sum(row["bytes"] for completion in manifest["shards"] for row in completion["files"])
-    lines = [f"{folder}: {manifest['rooms']} rooms, {manifest['frames']} frames, {size / 1e6:.1f} MB in {len(manifest['shards'])} shards"]
+    told = f"{counted(manifest['rooms'], 'room')}, {counted(manifest['frames'], 'frame')}"
+    lines = [f"{folder}: {told}, {size / 1e6:.1f} MB in {counted(len(manifest['shards']), 'shard')}"]
     failed = manifest["failed"]
     lines += [f"failed after {row['attempts']} attempts: room {row['index']}: {row['error']}" for row in failed[:_SHOWN]]
     lines += [f"... {len(failed) - _SHOWN} more in manifest.json"] if len(failed) > _SHOWN else []

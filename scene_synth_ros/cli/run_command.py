@@ -18,6 +18,7 @@ from scene_synth_ros.cli.run_profile import (
     NAMESPACE,
     NodeParameters,
     ProfileError,
+    check_namespace,
     write_node_file,
 )
 from scene_synth_ros.cli.supervisor import ONE_PROCESS, Interrupts, NodeProcess, companion, run_nodes
@@ -139,8 +140,7 @@ def _check_outputs(arguments: argparse.Namespace) -> list[Path]:
         raise ProfileError("--truth: expected together with --record, which makes the bag that it is read from")
     if arguments.truth and truth_folder(arguments.record).exists():
         raise ProfileError(f"--truth: {truth_folder(arguments.record)} exists already; record into another folder or remove it")
-    if not arguments.namespace.startswith("/"):
-        raise ProfileError(f"--namespace {arguments.namespace}: expected a name that begins with /")
+    check_namespace(arguments.namespace)
     if not arguments.record:
         return []
     missing = [folder for folder in arguments.record.parents if not folder.exists()]

@@ -104,6 +104,16 @@ def with_inheritance(parameters: NodeParameters) -> NodeParameters:
     return {name: {**base, **values} if EXTRA_RENDERER.fullmatch(name) else values for name, values in parameters.items()}
 
 
+def check_namespace(namespace: str) -> None:
+    """Refuse what is no absolute ROS namespace (https://design.ros2.org/articles/topic_and_service_names.html); a slash may end it.
+
+    Raises:
+        ProfileError: it is none.
+    """
+    if not re.fullmatch(r"/|(/[A-Za-z_][A-Za-z0-9_]*)+/?", namespace) or "__" in namespace:
+        raise ProfileError(f"--namespace {namespace}: expected a name that begins with /, of letters, digits and _, as /lab/robot_1")
+
+
 def with_namespace(parameters: NodeParameters, namespace: str) -> NodeParameters:
     """Return the parameters over those that keep the frames of a suite in a namespace of its own apart from others'."""
     defaults = namespace_defaults(namespace)

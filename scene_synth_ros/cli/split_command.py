@@ -10,8 +10,10 @@ from typing import Any
 
 from tqdm import tqdm
 
+from scene_synth_ros.cli.counted import counted
 from scene_synth_ros.cli.usage import UsageError
 from scene_synth_ros.splits.assignment import Ranges, Shares, read_ranges, read_shares
+from scene_synth_ros.splits.errors import SplitError
 from scene_synth_ros.splits.filters import EVERYTHING, FILTERS, Asked, Interval, read_interval
 from scene_synth_ros.splits.near_views import Nearness, read_nearness
 from scene_synth_ros.splits.split_dataset import Splits, layers_of, split_dataset
@@ -56,6 +58,8 @@ def run(arguments: argparse.Namespace) -> int:
     out = arguments.out or default_out(arguments.source)
     if not out.absolute().parent.is_dir():
         raise UsageError(f"--out {out}: expected a file in a folder that exists")
+    if out.is_dir():
+        raise UsageError(f"--out {out}: expected a file, got a folder; name a file in it")
     from scene_synth_ros.dataset import open_dataset
 
     recorded = open_dataset(arguments.source, layers=None, camera=arguments.camera).layers
@@ -63,6 +67,11 @@ def run(arguments: argparse.Namespace) -> int:
     data = open_dataset(arguments.source, layers=layers or None, camera=arguments.camera)
     with tqdm(total=len(data) if wanted else 0, unit=" frames", disable=None if wanted else True, leave=False) as line:
         found = split_dataset(data, rule, asked, near, wanted, threads=arguments.threads, progress=line.update)
+    if not any(found.frames.values()):
+        left_out = ", ".join(f"{name} leaves out {left.frames}" for name, left in found.left_out.items())
+        raise SplitError(
+            "; ".join((f"{data.source}: expected frames that stay, got none of {len(data)}: {left_out}", *unseen(asked, found)))
+        )
     text = splits_json(found.rooms, rule=told_rule(rule), filters=told_filters(asked, near), left_out=found.left_out)
     write_whole(out, text)
     for note in (*data.notes, *unseen(asked, found)):
@@ -146,11 +155,11 @@ def summary(found: Splits, out: Path) -> str:
     lines = [f"{out}"]
     for name, rooms in found.rooms.items():
         types = ", ".join(f"{kind} {count}" for kind, count in sorted(found.types[name].items()))
-        lines.append(f"  {name}: {len(rooms)} rooms, {found.frames[name]} frames{f' ({types})' if types else ''}")
+        lines.append(f"  {name}: {counted(len(rooms), 'room')}, {counted(found.frames[name], 'frame')}{f' ({types})' if types else ''}")
     order = ["ranges", "room_types", *FILTERS, "near"]
     for name, left in sorted(found.left_out.items(), key=lambda item: order.index(item[0])):
-        rooms_too = f"{left.rooms} rooms with " if left.rooms else ""
-        lines.append(f"  left out by {name}: {rooms_too}{left.frames} frames, {left.alone} of them by it alone")
+        rooms_too = f"{counted(left.rooms, 'room')} with " if left.rooms else ""
+        lines.append(f"  left out by {name}: {rooms_too}{counted(left.frames, 'frame')}, {left.alone} of them by it alone")
     return "\n".join(lines) + "\n"
 
 

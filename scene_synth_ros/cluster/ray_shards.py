@@ -6,7 +6,7 @@ A task returns what its completion file says; pixels never pass through Ray.  Ex
 from __future__ import annotations
 
 import contextlib
-import importlib
+import importlib.util
 import logging
 import os
 import secrets
@@ -61,6 +61,7 @@ def make_on_ray(
     Raises:
         ShardError: Ray is missing or cannot be reached, or a shard could not be made; the others are made first.
     """
+    refuse_no_ray(address)
     failed: list[str] = []
     with _connected(address, workers * threads) as ray:
         options = {"num_cpus": threads, "max_retries": RETRIES, "retry_exceptions": [OSError, StoreError]}
@@ -87,7 +88,7 @@ def _connected(address: str, processors: int) -> Iterator[Any]:
     """Give Ray, connected; a Ray of this run's own ends with it, and its folder goes.
 
     Raises:
-        ShardError: it is not installed, or cannot be reached.
+        ShardError: it cannot be reached.
     """
     with contextlib.ExitStack() as ends:
         options: dict[str, Any] = {"log_to_driver": False, "logging_level": logging.ERROR, "address": address}
@@ -101,25 +102,28 @@ def _connected(address: str, processors: int) -> Iterator[Any]:
                 "object_store_memory": _OBJECT_STORE_BYTES,
                 "_temp_dir": own,
             }
-        elif address != AUTO:
-            _refuse_unreachable(address)
+        ray = importlib.import_module("ray")
         try:
-            ray = importlib.import_module("ray")
             ray.init(**options)
-        except ImportError:
-            raise ShardError("--ray: Ray is not installed: pip install 'scene_synth_ros[ray]'") from None
         except Exception as error:  # of many kinds, some of the system's
             raise ShardError(f"--ray {address}: cannot be reached: {_line(error)}") from None
         ends.callback(ray.shutdown)
         yield ray
 
 
-def _refuse_unreachable(address: str) -> None:
-    """Knock at an address first: Ray ends the whole process, after a minute, where nobody answers.
+def refuse_no_ray(address: str) -> None:
+    """Refuse to begin where Ray is not installed, or nobody answers at an address: Ray would end the whole process, after a minute.
+
+    Args:
+        address: as :func:`make_on_ray` has it; nothing is asked of ``auto``.
 
     Raises:
-        ShardError: nobody answers.
+        ShardError: Ray is missing, or nobody answers.
     """
+    if importlib.util.find_spec("ray") is None:
+        raise ShardError("--ray: Ray is not installed: pip install 'scene_synth_ros[ray]'")
+    if address in (LOCAL, AUTO):
+        return
     host, colon, port = address.rpartition(":")
     if not colon or not port.isdigit() or "/" in host:
         raise ShardError(f"--ray {address}: expected HOST:PORT of a cluster's head, auto, or no address; run this on a node of the cluster")

@@ -50,6 +50,10 @@ def open_dataset(
         DatasetError: there is nothing to read, no such layer, camera or split.
     """
     folder = open_folder(place)
+    if isinstance(layers, str):
+        raise DatasetError(f"{folder}: layers: expected names of layers, got the single text {layers!r}; write it as ({layers!r},)")
+    if layers is not None and not layers:
+        raise DatasetError(f"{folder}: layers: expected a layer at least, got none")
     notes: list[str] = []
     try:
         bags = find_bags(folder, notes.append)

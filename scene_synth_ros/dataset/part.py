@@ -51,10 +51,18 @@ class Part:
         cache: BlockCache,
         report: Callable[[str], None],
     ) -> None:
+        faults: list[str] = []
+
+        def tell(line: str) -> None:
+            faults.append(line)
+            report(line)
+
         try:
-            self.bag = IndexedBag(files, cache, report, lambda types: self._take_topics(types, name, layers, camera))
+            self.bag = IndexedBag(files, cache, tell, lambda types: self._take_topics(types, name, layers, camera))
         except McapReadError as error:
             raise DatasetError(str(error)) from None
+        except DatasetError as error:
+            raise DatasetError("; ".join((str(error), *faults[-1:]))) from None
         self.stamps = self._frames(name, report)
         self._scenes = {int(stamp): topic for topic in reversed(find_scenes(self.bag.types)) for stamp in self.bag.stamps(topic)}
         self.starts = np.array(sorted(self._scenes), np.int64)

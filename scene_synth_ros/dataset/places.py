@@ -44,7 +44,8 @@ def find_bags(folder: Folder, report: Callable[[str], None]) -> list[BagPlace]:
         return [BagPlace(name=str(folder), files=(folder.file(""),))]
     names = folder.names()
     if names is None:
-        raise DatasetError(f"{folder}: not found; give a bag, the folder of a dataset, or an .mcap file")
+        got = "a file of another kind" if folder.is_file() else "nothing there"
+        raise DatasetError(f"{folder}: expected a bag, the folder of a dataset, or an .mcap file, got {got}; check the path")
     if any(name.endswith(_ENDINGS) for name in names):
         return [_bag(folder, names, report)]
     if PLAN_NAME in names or MANIFEST_NAME in names or SHARDS_NAME in names:

@@ -96,7 +96,8 @@ class Estimate:
         thousand = processor_h.times(1000.0 / (self.rooms * self.frames))
         yield _row("processor hours per 1,000 frames", *(f"{value:.3g}" for value in thousand))
         for count in sorted({1, self.machines}):
-            where = f"time here, {self.workers} workers" if count == 1 else f"time on {count:,} such machines"
+            workers = f"{self.workers} worker{'s' if self.workers > 1 else ''}"
+            where = f"time here, {workers}" if count == 1 else f"time on {count:,} such machines"
             yield _row(where, *(span(value) for value in self.seconds(count)))
         yield _row("bytes", *(size(value) for value in self.bytes))
 

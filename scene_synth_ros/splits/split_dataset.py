@@ -110,8 +110,8 @@ def split_dataset(
         DatasetError: a frame cannot be read.
     """
     types = {info.room_type for info in data.rooms}
-    if not set(asked.room_types) <= types:
-        raise SplitError(f"--room-types {','.join(asked.room_types)}: expected types of the rooms, {', '.join(sorted(types))}")
+    if unknown := [name for name in asked.room_types if name not in types]:
+        raise SplitError(f"--room-types {','.join(unknown)}: expected types that the source has: {', '.join(sorted(types))}")
     keys = [RoomKey(info.room_type, info.seed, info.index) for info in data.rooms]
     placed = assign(keys, rule)
     refused: dict[str, _Refused] = {}

@@ -30,6 +30,7 @@ def test_the_folder_appears_whole_and_the_line_says_what_is_in_it(tmp_path, caps
         (("--rooms", "3"), "^--rooms: expected A:B with A below B, as 0:100, got '3'$"),
         (("--rooms", "4:4"), "^--rooms: expected A:B with A below B"),
         (("--every", "0"), "^--every: expected at least 1, got 0$"),
+        (("--out", "s3://bucket/coco"), "^--out s3:/bucket/coco: expected a folder on this machine, got a URL"),
         (("--threads", "0"), "^--threads: expected 1 to 64, got 0$"),
         (("--catalog", "/nowhere"), "^--catalog /nowhere: expected a folder, got none; check the path$"),
         (("--camera", "nose"), "nose"),

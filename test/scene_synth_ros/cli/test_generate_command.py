@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -83,6 +84,16 @@ def test_a_damaged_shard_is_found_and_made_again(dataset: Path, capfd: pytest.Ca
     assert "shards/00002/00002_0.mcap: expected SHA-256" in capfd.readouterr().out and digests(dataset) == before
 
 
+def test_a_shard_that_was_cut_since_ends_the_card_in_one_line_that_says_what_to_do(
+    dataset: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cut = shutil.copytree(dataset, tmp_path / "cut")
+    os.truncate(cut / "shards" / "00002" / "00002_0.mcap", 2000)
+    assert generate("--out", cut, "--resume") == 2
+    told = capsys.readouterr().err.splitlines()
+    assert len(told) == 1 and "shards/00002: expected the description of room 2, got none" in told[0] and "--resume --check" in told[0]
+
+
 @pytest.mark.parametrize(
     ("words", "error"),
     [
@@ -92,6 +103,7 @@ def test_a_damaged_shard_is_found_and_made_again(dataset: Path, capfd: pytest.Ca
         (["--rooms", "2", "--shard-size", "big"], "--shard-size big: expected a number of bytes"),
         (["--rooms", "2", "--params", "nothing"], "nothing: expected a parameter file"),
         (["--rooms", "2", "-p", "grammar_node.scene.room_type:=castle"], "castle"),
+        (["--rooms", "2", "--namespace", "/1a//"], "--namespace /1a//: expected a name that begins with /"),
         (["--rooms", "2", "--plan", "x"], "--rooms: expected this or --plan"),
         (["--plan", "nowhere.json"], "nowhere.json: no such file"),
         (["--resume"], "holds no dataset"),
@@ -102,6 +114,17 @@ def test_words_that_do_not_fit_end_in_one_line(words: list[str], error: str, tmp
     told = capsys.readouterr().err.splitlines()
     assert len(told) == 1 and told[0].startswith("scene_synth generate: ") and error in told[0]
     assert not list(tmp_path.glob("d/*"))
+
+
+def test_ray_that_is_not_there_is_told_before_a_dataset_begins(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert generate("--rooms", 2, "--out", tmp_path / "d", "--ray", "127.0.0.1:9") == 2
+    monkeypatch.setitem(sys.modules, "ray", None)
+    assert generate("--rooms", 2, "--out", tmp_path / "d", "--ray") == 2
+    told = capsys.readouterr()
+    assert "cannot be reached" in told.err and "Ray is not installed" in told.err
+    assert told.out == "" and not (tmp_path / "d").exists()
 
 
 def test_another_plan_and_another_run_are_refused(

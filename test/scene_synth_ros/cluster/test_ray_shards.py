@@ -79,7 +79,7 @@ def test_a_node_that_is_killed_at_work_changes_nothing_of_the_dataset(
     class Progress:
         """In place of the line of progress: kills a node."""
 
-        def __init__(self, plan: DatasetPlan, complete: int, missing: int) -> None:
+        def __init__(self, plan: DatasetPlan, shards: range, missing: list[int]) -> None:
             self._kill = kill_a_node_at_work(cluster, tmp_path / "ray" / "shards")
 
         def take(self, event: dict[str, Any]) -> None:

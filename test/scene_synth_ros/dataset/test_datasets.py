@@ -146,13 +146,13 @@ def edit(folder: Path, old: str, new: str) -> None:
 
 
 def test_what_is_not_there_is_one_line(tmp_path: Path) -> None:
-    with pytest.raises(DatasetError, match="not found; give a bag"):
+    with pytest.raises(DatasetError, match=r"expected a bag, .*, got nothing there"):
         open_dataset(tmp_path / "nothing")
     with pytest.raises(DatasetError, match="expected a bag, bags in folders, or a dataset, got an empty folder"):
         open_dataset(tmp_path)
     with pytest.raises(DatasetError, match=r"nosuch://x: .*not known"):
         open_dataset("nosuch://x")
-    with pytest.raises(DatasetError, match="memory://nothing: not found"):
+    with pytest.raises(DatasetError, match=r"memory://nothing: expected a bag, .*, got nothing there"):
         open_dataset("memory://nothing")
     write_room_bag(tmp_path / "bag", rooms=1, layers=LAYERS)
     with pytest.raises(KeyError, match="expected one of color, depth, semantic, got layer 'flow'"):
@@ -180,3 +180,28 @@ def test_a_url_is_read_in_pieces(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         assert pixels_of(data) == bytes_of(images)
     finally:
         memory.rm("/rooms", recursive=True)
+
+
+@pytest.mark.parametrize(
+    ("layers", "error"),
+    [
+        ("color", "expected names of layers, got the single text 'color'; write it as ('color',)"),
+        ((), "expected a layer at least, got none"),
+    ],
+)
+def test_layers_that_are_no_names_are_one_line(layers: Any, error: str, tmp_path: Path) -> None:
+    write_room_bag(tmp_path / "bag", rooms=1, layers=LAYERS)
+    with pytest.raises(DatasetError) as raised:
+        open_dataset(tmp_path / "bag", layers=layers)
+    assert str(raised.value) == f"{tmp_path / 'bag'}: layers: {error}"
+
+
+def test_what_is_no_bag_and_a_bag_without_images_are_told_apart(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("none")
+    with pytest.raises(DatasetError, match=r"notes.txt: expected a bag, .*got a file of another kind"):
+        open_dataset(tmp_path / "notes.txt")
+    write_dataset(tmp_path / "rooms", layers=LAYERS)
+    (file,) = (tmp_path / "rooms" / "shards" / "00000").glob("*.mcap")
+    os.truncate(file, 2000)
+    with pytest.raises(DatasetError, match=r"shards/00000: expected images of a camera, got no camera with images; .*00000.*mcap: "):
+        open_dataset(tmp_path / "rooms")

@@ -79,6 +79,7 @@ def test_sizes_and_spans_read_as_people_say_them() -> None:
         (["--rooms", "0"], "rooms"),
         (["--rooms", "9", "--sample", "0"], "--sample: expected 1 to"),
         (["--rooms", "9", "--machines", "0"], "--mac"),
+        (["--rooms", "9", "--shard-rooms", "0"], "--shard-rooms: expected 1 to"),
     ],
 )
 def test_what_cannot_be_is_refused_in_one_line(words: list[str], says: str, capsys: pytest.CaptureFixture[str]) -> None:
