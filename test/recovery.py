@@ -28,7 +28,7 @@ Numbers = dict[str, tuple[float, ...]]
 """The numbers that are to come back, by name."""
 
 TRUTH: Numbers = dict(
-    units=(0.2, 0.3, 0.5), dresser=(0.3, 0.7), on=(0.3, 0.7), bed_gap=(0.1,), dresser_gaps=(0.05, 0.5), dresser_odds=(0.7, 0.3),
+    units=(0.2, 0.3, 0.5), dresser=(0.3, 0.7), on=(0.3, 0.7), bed_gap=(0.1,), dresser_gaps=(0.02, 0.12), dresser_odds=(0.7, 0.3),
     side_gap=(0.15,), top=(0.6, 0.5), door=(0.8,),
 )  # fmt: skip
 BEGIN: Numbers = dict(
@@ -119,7 +119,7 @@ def recovered(grammar: Grammar, rooms: Sequence[ObservedRoom]) -> list[tuple[str
     bed, dresser = grammar.objects["bed"].wall, grammar.objects["dresser"].wall
     rows.append(("gap of the bed, m", TRUTH["bed_gap"][0], _main(bed).distance_m, 0.01))
     for truth, odds in zip(TRUTH["dresser_gaps"], TRUTH["dresser_odds"], strict=True):
-        near = [mode for mode in dresser if abs(mode.distance_m - truth) < 0.1]
+        near = [mode for mode in dresser if abs(mode.distance_m - truth) < 0.05]
         rows.append((f"gap of the dresser near {truth:g}, m", truth, _main(near).distance_m if near else math.nan, 0.015))
         rows.append(_share(f"P(dresser near {truth:g})", odds, sum(mode.probability or 0.0 for mode in near), dressers, 0.03))
     for side in ("left", "right"):
