@@ -6,7 +6,6 @@ import yaml
 
 from scene_description import SceneSynthError
 
-
 _FAST_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 """That of libyaml, which not every PyYAML has."""
 

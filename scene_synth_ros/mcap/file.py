@@ -72,7 +72,9 @@ class _OpenChunk:
 
     def put(self, data: bytes) -> None:
         end = self.size + len(data)
-        self.buffer[self.size : end] = data
+        self.buffer += bytes(max(0, end - len(self.buffer)))
+        with memoryview(self.buffer) as view:
+            view[self.size : end] = data
         self.size = end
 
 
