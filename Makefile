@@ -16,10 +16,10 @@ WORKERS ?= 2
 SYSTEM_ROS := $(shell $(PYTHON) -c 'import rclpy' 2>/dev/null && echo yes)
 ifeq ($(SYSTEM_ROS),yes)
 VENV_FLAGS := --system-site-packages
-RUNNING := denoise
+RUNNING := denoise,fast
 else
 VENV_FLAGS :=
-RUNNING := ros,denoise
+RUNNING := ros,denoise,fast
 endif
 DEVELOPING := $(RUNNING),exr,test,bench
 PIP := $(BIN)/pip install --quiet --disable-pip-version-check

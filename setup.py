@@ -45,6 +45,7 @@ setup(
     install_requires=[line for line in Path("requirements.txt").read_text().splitlines() if not line.startswith("#")],
     extras_require={
         "denoise": ["pyoidn>=2.5"],
+        "fast": ["isal>=1.6"],
         "exr": ["OpenEXR>=3.3"],
         "examples": ["open3d==0.19.0", "opencv-python-headless>=4.8", "pycocotools>=2.0.8"],
         "evaluate": ["pycocotools>=2.0.8"],
@@ -62,6 +63,7 @@ setup(
             "mcap-ros2-support>=0.5",
             "pycocotools>=2.0.11",
             "h5py>=3.12",
+            "isal>=1.6",
             "pyarrow>=18",
             "webdataset>=0.2.100",
             "pycolmap>=4",

@@ -147,14 +147,21 @@ def _make_reader(annotation: Any) -> tuple[_Read, Any, Limits]:
 
 def to_mapping(value: Any) -> Any:
     """Return dataclasses as dicts and tuples as lists, recursively; fields that are None are left out."""
+    if isinstance(value, (str, int, float)):
+        return value
     if dataclasses.is_dataclass(value):
-        pairs = ((field.name, getattr(value, field.name)) for field in dataclasses.fields(value))
+        pairs = ((name, getattr(value, name)) for name in _field_names(value.__class__))
         return {name: to_mapping(item) for name, item in pairs if item is not None}
     if isinstance(value, (tuple, list)):
         return [to_mapping(item) for item in value]
     if isinstance(value, Mapping):
         return {key: to_mapping(item) for key, item in value.items()}
     return value
+
+
+@cache
+def _field_names(cls: type) -> tuple[str, ...]:
+    return tuple(field.name for field in dataclasses.fields(cls))
 
 
 def _join(path: str, key: str) -> str:

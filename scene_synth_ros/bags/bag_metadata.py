@@ -7,11 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from scene_description import SceneSynthError
 from scene_description.strict import shorten
-from scene_synth_ros.bags.bag_yaml import BagYamlError, load_yaml
+from scene_synth_ros.bags.bag_yaml import BagYamlError, dump_yaml, load_yaml
 from scene_synth_ros.bags.qos_metadata import NAMED_QOS_VERSION, OfferedQos, QosMetadataError, qos_items, qos_text, read_qos
 
 METADATA_NAME = "metadata.yaml"
@@ -100,12 +98,12 @@ def metadata_mapping(metadata: BagMetadata) -> dict[str, Any]:
 
 def metadata_record(metadata: BagMetadata) -> str:
     """Return the text of the MCAP metadata record ``rosbag2``, key ``serialized_metadata``."""
-    return yaml.safe_dump(metadata_mapping(metadata), sort_keys=False, allow_unicode=True)
+    return dump_yaml(metadata_mapping(metadata))
 
 
 def metadata_file(metadata: BagMetadata) -> str:
     """Return the text of ``metadata.yaml``."""
-    return yaml.safe_dump({_WRAPPER: metadata_mapping(metadata)}, sort_keys=False, allow_unicode=True)
+    return dump_yaml({_WRAPPER: metadata_mapping(metadata)})
 
 
 def _topic_item(topic: TopicInfo, version: int) -> dict[str, Any]:

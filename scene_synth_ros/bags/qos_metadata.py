@@ -6,11 +6,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-import yaml
-
 from scene_description import SceneSynthError
 from scene_description.strict import shorten
-from scene_synth_ros.bags.bag_yaml import BagYamlError, load_yaml
+from scene_synth_ros.bags.bag_yaml import BagYamlError, dump_yaml, load_yaml
 
 NAMED_QOS_VERSION = 9
 INFINITE_NS = 2**63 - 1
@@ -100,7 +98,7 @@ def qos_items(profiles: Iterable[OfferedQos], version: int) -> list[dict[str, An
 
 def qos_text(profiles: Sequence[OfferedQos], version: int) -> str:
     """Return the YAML sequence that stands in channel metadata and, before version 9, in ``metadata.yaml``; empty for no profiles."""
-    return yaml.safe_dump(qos_items(profiles, version), sort_keys=False).strip() if profiles else ""
+    return dump_yaml(qos_items(profiles, version)).strip() if profiles else ""
 
 
 def read_qos(stored: object) -> tuple[OfferedQos, ...]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import struct
-import zlib
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from types import TracebackType
@@ -14,6 +13,7 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, AttachmentIndex, Channel, ChunkIndex, Footer, Header, Metadata, Schema, Statistics
 
 from scene_description import SceneSynthError
+from scene_synth_ros.mcap.checksum import crc32
 from scene_synth_ros.mcap.records import (
     PREFIX_SIZE,
     ChunkContent,
@@ -168,7 +168,7 @@ class McapContents:
         crc, left = 0, end - 4 - footer.summary_start
         self._file.seek(footer.summary_start)
         while left > 0 and (block := self._file.read(min(left, 2**20))):
-            crc = zlib.crc32(block, crc)
+            crc = crc32(block, crc)
             left -= len(block)
         if crc != footer.summary_crc:
             raise RecordError("index damaged, its checksum does not match")

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 import struct
-import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from io import RawIOBase
@@ -22,13 +21,11 @@ from mcap.records import (
     Attachment,
     AttachmentIndex,
     Channel,
-    Chunk,
     ChunkIndex,
     DataEnd,
     Footer,
     Header,
     McapRecord,
-    MessageIndex,
     Metadata,
     MetadataIndex,
     Schema,
@@ -37,6 +34,7 @@ from mcap.records import (
 )
 from mcap.writer import LIBRARY_IDENTIFIER, MCAP0_MAGIC
 
+from scene_synth_ros.mcap.checksum import crc32
 from scene_synth_ros.mcap.synced_file import SyncedFile
 from scene_synth_ros.mcap.written_chunks import WrittenChunks
 
@@ -47,30 +45,43 @@ _LZ4_MAX_LEVEL = 12
 _MEDIA_TYPES = {"json": "application/json", "yaml": "application/yaml", "txt": "text/plain"}
 _MESSAGE_PREFIX = struct.Struct("<BQHIQQ")
 _MESSAGE_FIXED_SIZE = 22
+_CHUNK_PREFIX = struct.Struct("<BQQQQI")
+_CHUNK_FIXED_SIZE = 40
+_MESSAGE_INDEX_FIXED_SIZE = 6
 _FOOTER_PREFIX = struct.Struct("<BQQQ")
 _FOOTER_FIXED_SIZE = 20
 
 
 @dataclass(slots=True)
 class _OpenChunk:
-    """The chunk in progress: encoded records, message index, log time range."""
+    """The chunk in progress: encoded records in a buffer that later chunks take over, message index, log time range.
 
-    parts: list[bytes] = field(default_factory=list)
+    ``index``: channel id -> log time and offset of its messages, one after the other.
+    """
+
+    buffer: bytearray
     size: int = 0
-    index: dict[int, list[tuple[int, int]]] = field(default_factory=dict)
+    index: dict[int, list[int]] = field(default_factory=dict)
     message_count: int = 0
     start_ns: int = MAX_TIME_NS
     end_ns: int = 0
 
+    @property
+    def records(self) -> memoryview:
+        return memoryview(self.buffer)[: self.size]
+
     def put(self, data: bytes) -> None:
-        self.parts.append(data)
-        self.size += len(data)
+        end = self.size + len(data)
+        self.buffer += bytes(max(0, end - len(self.buffer)))
+        with memoryview(self.buffer) as view:
+            view[self.size : end] = data
+        self.size = end
 
 
-COMPRESSORS: Mapping[str, Callable[[int], Callable[[bytes], bytes]]] = {
+COMPRESSORS: Mapping[str, Callable[[int], Callable[[memoryview], bytes]]] = {
     "zstd": lambda level: zstandard.ZstdCompressor(level=level).compress,
     "lz4": lambda level: lambda data: bytes(lz4.frame.compress(data, compression_level=min(level, _LZ4_MAX_LEVEL))),
-    "none": lambda level: lambda data: data,
+    "none": lambda level: bytes,
 }
 """Compression -> level -> function; ``none`` has no levels."""
 
@@ -103,7 +114,7 @@ class McapFile:
         self._definitions: list[bytes] = []
         self._unsynced: list[bytes] = []
         self._counts: dict[int, int] = {}
-        self._open = _OpenChunk()
+        self._open = _OpenChunk(bytearray(chunk_size))
         self._append(MCAP0_MAGIC + _encode(Header(profile, f"scene_synth_ros {LIBRARY_IDENTIFIER}")))
 
     @property
@@ -147,7 +158,7 @@ class McapFile:
     def add_message(self, channel_id: int, log_ns: int, publish_ns: int, data: bytes) -> None:
         """Add a message to the chunk, which is written when it is full."""
         chunk = self._open
-        chunk.index.setdefault(channel_id, []).append((log_ns, chunk.size))
+        chunk.index.setdefault(channel_id, []).extend((log_ns, chunk.size))
         chunk.message_count += 1
         chunk.start_ns = min(chunk.start_ns, log_ns)
         chunk.end_ns = max(chunk.end_ns, log_ns)
@@ -165,11 +176,11 @@ class McapFile:
         chunk = self._open
         if not chunk.message_count:
             return
-        self._open = _OpenChunk()
-        index_record, encoded = self._encode_chunk(chunk)
-        offset, counts = self._file.size, {channel_id: len(entries) for channel_id, entries in chunk.index.items()}
+        self._open = _OpenChunk(chunk.buffer)
+        index_record, pieces = self._encode_chunk(chunk)
+        offset, counts = self._file.size, {channel_id: len(entries) // 2 for channel_id, entries in chunk.index.items()}
         try:
-            self._append(encoded)
+            self._append(*pieces)
         except OSError:
             for definition in self._definitions:
                 self._open.put(definition)
@@ -179,36 +190,37 @@ class McapFile:
         for channel_id, count in counts.items():
             self._counts[channel_id] += count
 
-    def _encode_chunk(self, chunk: _OpenChunk) -> tuple[bytes, bytes]:
-        """Return the index record of a chunk and its bytes, message indexes included, for the end of the file."""
-        records = b"".join(chunk.parts)
-        compressed, compression = self._compress(records), self._compression
-        builder = RecordBuilder()
-        Chunk(
-            compression=compression,
-            data=compressed,
-            message_start_time=chunk.start_ns,
-            message_end_time=chunk.end_ns,
-            uncompressed_crc=zlib.crc32(records),
-            uncompressed_size=len(records),
-        ).write(builder)
-        length = builder.count
-        offsets = {}
+    def _encode_chunk(self, chunk: _OpenChunk) -> tuple[bytes, tuple[bytes | bytearray, ...]]:
+        """Return the index record of a chunk and its bytes in pieces, message indexes included, for the end of the file."""
+        compressed, compression = self._compress(chunk.records), self._compression.encode()
+        length = _CHUNK_FIXED_SIZE + len(compression) + len(compressed)
+        head = b"".join(
+            (
+                _CHUNK_PREFIX.pack(Opcode.CHUNK, length, chunk.start_ns, chunk.end_ns, chunk.size, crc32(chunk.records)),
+                struct.pack("<I", len(compression)) + compression,
+                struct.pack("<Q", len(compressed)),
+            )
+        )
+        start = self._file.size
+        offsets, indexes = {}, bytearray()
         for channel_id, entries in chunk.index.items():
-            offsets[channel_id] = self._file.size + builder.count
-            MessageIndex(channel_id=channel_id, records=entries).write(builder)
+            offsets[channel_id] = start + len(head) + len(compressed) + len(indexes)
+            size = 8 * len(entries)
+            indexes += struct.pack(
+                f"<BQHI{len(entries)}Q", Opcode.MESSAGE_INDEX, _MESSAGE_INDEX_FIXED_SIZE + size, channel_id, size, *entries
+            )
         index = ChunkIndex(
-            chunk_length=length,
-            chunk_start_offset=self._file.size,
-            compression=compression,
+            chunk_length=len(head) + len(compressed),
+            chunk_start_offset=start,
+            compression=self._compression,
             compressed_size=len(compressed),
             message_end_time=chunk.end_ns,
-            message_index_length=builder.count - length,
+            message_index_length=len(indexes),
             message_index_offsets=offsets,
             message_start_time=chunk.start_ns,
-            uncompressed_size=len(records),
+            uncompressed_size=chunk.size,
         )
-        return _encode(index), bytes(builder.end())  # type: ignore[no-untyped-call]
+        return _encode(index), (head, compressed, indexes)
 
     def add_metadata(self, name: str, data: Mapping[str, str]) -> None:
         """Write the chunk in progress, then a metadata record."""
@@ -297,7 +309,7 @@ class McapFile:
                 summary += encoded
         offset_start = start + len(summary)
         summary += offsets
-        crc = zlib.crc32(_FOOTER_PREFIX.pack(Opcode.FOOTER, _FOOTER_FIXED_SIZE, start, offset_start), zlib.crc32(summary))
+        crc = crc32(_FOOTER_PREFIX.pack(Opcode.FOOTER, _FOOTER_FIXED_SIZE, start, offset_start), crc32(summary))
         return bytes(summary) + _encode(Footer(summary_start=start, summary_offset_start=offset_start, summary_crc=crc))
 
     def _statistics(self, metadata_count: int, attachment_count: int) -> Statistics:
@@ -320,14 +332,14 @@ class McapFile:
         self._definitions.append(record)
         self._open.put(record)
 
-    def _append(self, data: bytes) -> None:
+    def _append(self, *pieces: bytes | bytearray) -> None:
         """Write at the end of the file while nothing before waits for the disk, or leave the file as it was.
 
         Raises:
             OSError: this could not be written, or what was written before it could not be synced and is cut off.
         """
         self.sync()
-        self._file.append(data)
+        self._file.append(*pieces)
 
     def sync(self) -> None:
         """Wait until everything written is on disk.

@@ -6,7 +6,6 @@ Format: https://mcap.dev/spec; the records are those of the ``mcap`` library.
 from __future__ import annotations
 
 import struct
-import zlib
 from collections.abc import Iterator, Mapping
 from io import BytesIO
 from types import MappingProxyType
@@ -20,6 +19,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, McapRecord, Schema
 
 from scene_description import SceneSynthError
+from scene_synth_ros.mcap.checksum import crc32
 
 MAX_RECORD_SIZE = 2**30
 PREFIX_SIZE = 9
@@ -169,7 +169,7 @@ def chunk_records(body: bytes) -> bytes:
     data = _decompress(chunk)
     if len(data) != chunk.uncompressed_size:
         raise RecordError(f"chunk: expected {chunk.uncompressed_size} bytes, got {len(data)}")
-    if chunk.uncompressed_crc and zlib.crc32(data) != chunk.uncompressed_crc:
+    if chunk.uncompressed_crc and crc32(data) != chunk.uncompressed_crc:
         raise RecordError("chunk: its checksum does not match")
     return data
 

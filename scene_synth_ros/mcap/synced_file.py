@@ -27,24 +27,25 @@ class SyncedFile:
         self._synced = 0
         self.size = 0
 
-    def append(self, data: bytes) -> None:
-        """Write at the end and begin to sync.
+    def append(self, *pieces: bytes | bytearray) -> None:
+        """Write pieces at the end, one after the other, and begin to sync.
 
         Raises:
             OSError: the file is as it was; or the append before could not be synced, and the file ends before that.
         """
         self.sync()
         try:
-            view = memoryview(data)
-            while view:
-                written = self._file.write(view)
-                if not written:
-                    raise OSError(errno.EIO, "nothing was written")
-                view = view[written:]
+            for piece in pieces:
+                view = memoryview(piece)
+                while view:
+                    written = self._file.write(view)
+                    if not written:
+                        raise OSError(errno.EIO, "nothing was written")
+                    view = view[written:]
         except OSError:
             self.cut(self.size)
             raise
-        self.size += len(data)
+        self.size += sum(map(len, pieces))
         self._syncing = self._pool.submit(os.fdatasync, self._file.fileno())
 
     def sync(self) -> None:

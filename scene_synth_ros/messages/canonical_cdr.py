@@ -7,14 +7,20 @@ from __future__ import annotations
 
 import importlib
 import struct
-from functools import cache
+from collections.abc import Callable
+from functools import cache, lru_cache
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from rclpy.serialization import serialize_message
 from rosidl_parser.definition import AbstractNestedType, AbstractSequence, AbstractString, Array, BasicType, NamespacedType
 from sensor_msgs.msg import Image
+from std_msgs.msg import String
 
+from renderer.camera.config import CameraConfig
 from scene_synth_ros.messages.cdr_writer import CdrWriter
+from scene_synth_ros.messages.conversions import camera_info_to_msg, image_step
 from scene_synth_ros.messages.stamps import NANOSECONDS
 
 _START = 4
@@ -29,13 +35,14 @@ _SIZES = {
 
 
 def canonical_cdr(message: Any) -> bytes:
-    """Return a message as plain little-endian CDR with its encapsulation header.
+    """Return a message as plain little-endian CDR with its encapsulation header; bytes are such a message already.
 
     Raises:
         ValueError: it holds a kind of field that no message of this suite has.
     """
-    if type(message) is Image:
-        return _image_cdr(message)
+    writer = _WRITERS.get(type(message))
+    if writer is not None:
+        return writer(message)
     data = bytes(serialize_message(message))
     walk = _Walk(data)
     walk.structure(type(message))
@@ -49,16 +56,52 @@ def canonical_cdr(message: Any) -> bytes:
     return b"".join([*pieces, data[begin : _START + walk.position]])
 
 
-def _image_cdr(message: Image) -> bytes:
-    """Return an image without going through the serialiser, which copies the pixels three times."""
-    stamp = message.header.stamp
+def image_cdr(image: NDArray[np.generic], encoding: str, stamp_ns: int, frame_id: str) -> bytes:
+    """Return what ``image_to_msg`` makes of the same values, serialised; the pixels are copied once.
+
+    Raises:
+        ValueError: dtype, channels or memory layout do not fit the encoding.
+    """
+    step = image_step(image, encoding)
+    return _image(stamp_ns, frame_id, image.shape[0], image.shape[1], encoding, 0, step, memoryview(image).cast("B"))
+
+
+def camera_info_cdr(camera: CameraConfig, stamp_ns: int, frame_id: str) -> bytes:
+    """Return what ``camera_info_to_msg`` makes of the same values, serialised; all but the stamp is kept from call to call."""
+    unstamped = _unstamped_camera_info(camera, frame_id)
+    return unstamped[:_START] + struct.pack("<iI", *divmod(stamp_ns, NANOSECONDS)) + unstamped[_START + 8 :]
+
+
+@lru_cache(16)
+def _unstamped_camera_info(camera: CameraConfig, frame_id: str) -> bytes:
+    return canonical_cdr(camera_info_to_msg(camera, 0, frame_id))
+
+
+def _image(stamp_ns: int, frame_id: str, height: int, width: int, encoding: str, is_bigendian: int, step: int, pixels: memoryview) -> bytes:
     fields = CdrWriter()
-    fields.header(stamp.sec * NANOSECONDS + stamp.nanosec, message.header.frame_id)
-    fields.numbers("I", message.height, message.width)
-    fields.text(message.encoding)
-    fields.numbers("B", message.is_bigendian)
-    fields.numbers("I", message.step, len(message.data))
-    return b"".join([fields.message(), memoryview(message.data)])
+    fields.header(stamp_ns, frame_id)
+    fields.numbers("I", height, width)
+    fields.text(encoding)
+    fields.numbers("B", is_bigendian)
+    fields.numbers("I", step, len(pixels))
+    return b"".join([fields.message(), pixels])
+
+
+def _image_message(message: Image) -> bytes:
+    """Return an image without going through the serialiser, which copies the pixels three times."""
+    stamp, frame_id = message.header.stamp, message.header.frame_id
+    stamp_ns, size = stamp.sec * NANOSECONDS + stamp.nanosec, (message.height, message.width)
+    return _image(stamp_ns, frame_id, *size, message.encoding, message.is_bigendian, message.step, memoryview(message.data))
+
+
+def _text_message(message: String) -> bytes:
+    fields = CdrWriter()
+    fields.text(message.data)
+    return fields.message()
+
+
+_WRITERS: dict[type, Callable[[Any], bytes]] = {bytes: bytes, Image: _image_message, String: _text_message}
+"""Type of a message -> what serialises it without looking for gaps."""
 
 
 class _Walk:

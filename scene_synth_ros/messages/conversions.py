@@ -64,6 +64,19 @@ def layer_encoding(layer: Layer) -> str:
     return _ENCODINGS[layer.dtype, layer.channels]
 
 
+def image_step(image: NDArray[np.generic], encoding: str) -> int:
+    """Return how many bytes a row of an image has in an encoding, a key of ``ENCODING_CHANNELS``.
+
+    Raises:
+        ValueError: dtype, channels or memory layout do not fit the encoding.
+    """
+    dtype, channels = ENCODING_CHANNELS[encoding]
+    shape_channels = image.shape[2] if image.ndim == 3 else 1
+    if image.dtype != dtype or shape_channels != channels or not image.flags.c_contiguous:
+        raise ValueError(f"image for {encoding}: expected contiguous {np.dtype(dtype)} x {channels}, got {image.dtype} x {shape_channels}")
+    return image.shape[1] * channels * np.dtype(dtype).itemsize
+
+
 def image_to_msg(image: NDArray[np.generic], encoding: str, stamp_ns: int, frame_id: str) -> Image:
     """Return an image as a message.
 
@@ -76,12 +89,9 @@ def image_to_msg(image: NDArray[np.generic], encoding: str, stamp_ns: int, frame
     Raises:
         ValueError: dtype, channels or memory layout do not fit the encoding.
     """
-    dtype, channels = ENCODING_CHANNELS[encoding]
-    shape_channels = image.shape[2] if image.ndim == 3 else 1
-    if image.dtype != dtype or shape_channels != channels or not image.flags.c_contiguous:
-        raise ValueError(f"image for {encoding}: expected contiguous {np.dtype(dtype)} x {channels}, got {image.dtype} x {shape_channels}")
+    step = image_step(image, encoding)
     message = Image(header=header(stamp_ns, frame_id), height=image.shape[0], width=image.shape[1], encoding=encoding, is_bigendian=0)
-    message.step = image.shape[1] * channels * np.dtype(dtype).itemsize
+    message.step = step
     message.data.frombytes(memoryview(image).cast("B"))
     return message
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, make_dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from scene_description import CameraPose, Limits, SceneDescription
 from scene_description.label_standards import StandardName
 from scene_description.labels import LabelTable
 from scene_synth_ros.messages.camera_frames import FRAME_PREFIX, camera_frames
+from scene_synth_ros.messages.canonical_cdr import camera_info_cdr, image_cdr
 from scene_synth_ros.messages.cloud_messages import CLOUDS, cloud_layers, cloud_of_layers
 from scene_synth_ros.messages.conversions import (
     camera_info_to_msg,
@@ -138,16 +139,28 @@ def cloud_topics(config: StreamConfig, camera: CameraConfig) -> dict[str, tuple[
     return {f"{config.camera}/{name}": cloud_layers(name, config.points_color) for name in names}
 
 
+class MessageForm(NamedTuple):
+    """What makes images of pixels, encoding, stamp and frame, and camera infos of camera, stamp and frame: as messages or as CDR."""
+
+    image: Callable[[NDArray[Any], str, int, str], object]
+    camera_info: Callable[[CameraConfig, int, str], object]
+
+
+MESSAGES = MessageForm(image_to_msg, camera_info_to_msg)
+SERIALISED = MessageForm(image_cdr, camera_info_cdr)
+
+
 class FrameMessages:
     """Makes the messages of frames; the same pixels, pose and configuration give the same messages.
 
     Args:
         config: names and encodings.
         camera: for the camera info.
+        form: of images and camera infos; nothing else is ever serialised here.
     """
 
-    def __init__(self, config: StreamConfig, camera: CameraConfig) -> None:
-        self._config, self._camera = config, camera
+    def __init__(self, config: StreamConfig, camera: CameraConfig, form: MessageForm = MESSAGES) -> None:
+        self._config, self._camera, self._form = config, camera, form
         self.layers = enabled_layers(config, camera)
         """Enabled layers."""
         self._rows = layers_in(config.semantic_classes)
@@ -198,7 +211,7 @@ class FrameMessages:
         """Yield what goes with a layer's images and needs no pixels."""
         info, labels, classes = (f"{self._config.camera}/{layer}/{name}" for name in ("camera_info", "labels", "label_info"))
         if wanted(info):
-            yield info, camera_info_to_msg(self._camera, stamp_ns, self._frame_id)
+            yield info, self._form.camera_info(self._camera, stamp_ns, self._frame_id)
         if layer in self._labels and wanted(labels):
             yield labels, labels_to_msg(self._labels[layer], stamp_ns, self._config.semantic_classes)
         if layer in self._labels and LabelInfo is not None and wanted(classes):
@@ -210,7 +223,7 @@ class FrameMessages:
         if row.compression == "depth" and self._config.depth_encoding == "16UC1":
             raw, encoding = depth_to_millimetres(image), "16UC1"
         yield from self._beside_layer(layer, stamp_ns, lambda _: True)
-        yield f"{base}/image_raw", image_to_msg(raw, encoding, stamp_ns, frame_id)
+        yield f"{base}/image_raw", self._form.image(raw, encoding, stamp_ns, frame_id)
         color = f"{base}/image_color"
         if has_companion(row) and self._config.color_companions and wanted(color):
-            yield color, image_to_msg(companion(row, image), "rgb8", stamp_ns, frame_id)
+            yield color, self._form.image(companion(row, image), "rgb8", stamp_ns, frame_id)

@@ -16,7 +16,7 @@ from renderer.lidar.scanner import Scanner
 from renderer.scene.scene_key import scene_key
 from scene_description import CameraPose, SceneDescription
 from scene_synth_ros.messages.conversions import clock_to_msg
-from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig
+from scene_synth_ros.messages.frame_messages import SERIALISED, FrameMessages, StreamConfig
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_to_json
 from scene_synth_ros.messages.scan_messages import LASER_POSE, SCAN, SCAN_IDEAL, laser_frame, laser_pose_to_msgs, scan_to_msgs
 from scene_synth_ros.offline.settings import Groups, catalog_of
@@ -28,7 +28,7 @@ from scene_synth_ros.render.room_scans import RoomScans
 from scene_synth_ros.render.stream_topics import CLOCK, SETTINGS, stream_topics
 
 Message = tuple[str, object]
-"""Topic as in ``stream_topics``, and message."""
+"""Topic as in ``stream_topics``, and message; images and camera infos as CDR bytes."""
 
 
 class _Work(NamedTuple):
@@ -59,7 +59,7 @@ class OfflineRenderer:
         self._catalog_dir = catalog_of(groups)
         self._streams: StreamConfig = groups["streams"]
         self.topics = stream_topics(self._streams, groups["camera"], groups["scan"])
-        self._messages = FrameMessages(self._streams, groups["camera"])
+        self._messages = FrameMessages(self._streams, groups["camera"], SERIALISED)
         self._layers = {layer for name, topic in self.topics.items() if topic.layers and is_recorded(name) for layer in topic.layers}
         self._sent: dict[str, int] = {}
         self._held = ExitStack()

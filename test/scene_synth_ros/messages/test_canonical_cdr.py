@@ -1,5 +1,6 @@
 """Equal messages are equal bytes, whatever the serialiser leaves between their fields."""
 
+import numpy as np
 import pytest
 from rclpy.serialization import deserialize_message, serialize_message
 from sample_scene import sample_scene
@@ -9,8 +10,10 @@ from visualization_msgs.msg import MarkerArray
 
 from renderer import CameraConfig
 from scene_synth_ros.messages import canonical_cdr as module
-from scene_synth_ros.messages.canonical_cdr import canonical_cdr
-from scene_synth_ros.messages.conversions import camera_info_to_msg, scene_to_markers
+from scene_synth_ros.messages.canonical_cdr import camera_info_cdr, canonical_cdr, image_cdr
+from scene_synth_ros.messages.conversions import camera_info_to_msg, image_to_msg, scene_to_markers
+
+STAMP_NS = 7_000_000_003
 
 
 def test_gaps_are_zero_and_fields_stay(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -37,6 +40,17 @@ def test_an_image_is_what_the_serialiser_makes_of_it_with_zero_gaps(length: int)
     for place in (4 + 15, 4 + 34, 4 + 35):
         expected[place] = 0
     assert canonical_cdr(message) == expected[: 4 + 44 + length]
+
+
+def test_images_and_camera_infos_are_serialised_as_their_messages() -> None:
+    """Twice for the camera info, of which only the stamp may differ."""
+    normals = np.arange(18, dtype=np.float32).reshape(2, 3, 3)
+    assert image_cdr(normals, "32FC3", STAMP_NS, "eye") == canonical_cdr(image_to_msg(normals, "32FC3", STAMP_NS, "eye"))
+    camera = CameraConfig(width=64, model="brown_conrady", distortion=(0.1, -0.02))
+    for stamp_ns in (STAMP_NS, 5):
+        assert camera_info_cdr(camera, stamp_ns, "eye") == canonical_cdr(camera_info_to_msg(camera, stamp_ns, "eye"))
+    with pytest.raises(ValueError, match="expected contiguous float32 x 1, got float32 x 3"):
+        image_cdr(normals, "32FC1", STAMP_NS, "eye")
 
 
 @pytest.mark.parametrize(
