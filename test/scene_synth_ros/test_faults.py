@@ -31,7 +31,10 @@ def run_briefly(*words: object) -> subprocess.CompletedProcess[str]:
         (["-p", "renderer_node.camera.widht:=3"], "renderer_node: unknown parameter 'camera.widht'; did you mean 'camera.width'?"),
         (["-p", "grammar_node.romms:=3"], "grammar_node: unknown parameter 'romms'; did you mean 'rooms'?"),
         (["-p", "king_node.rooms:=3"], "unknown node 'king_node'; known: grammar_node, renderer_node, recorder_node"),
-        (["--params", "nowhere.yaml"], "nowhere.yaml: expected a parameter file, or the name of a shipped one: demo, live, main, "),
+        (
+            ["--params", "nowhere.yaml"],
+            "nowhere.yaml: expected a parameter file, or the name of a shipped one: demo, ground_truth, live, main, ",
+        ),
     ],
 )
 def test_bad_settings_end_the_run_with_one_line(tmp_path: Path, words: list[str], line: str) -> None:
