@@ -10,7 +10,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from scene_synth_ros.cli.run_parameters import RunWords, run_parameters
+from scene_synth_ros.cli.run_parameters import RunWords, add_parameter_options, run_parameters
 from scene_synth_ros.cli.usage import UsageError
 from scene_synth_ros.estimate.estimate import Estimate
 from scene_synth_ros.estimate.measuring import measure_rooms
@@ -26,10 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--frames", type=int, metavar="N", help="frames of each room (default: the profile's)")
     parser.add_argument("--seed", type=int, metavar="S", help="seed of the dataset: the rooms measured are among its own")
     parser.add_argument("--params", type=Path, metavar="FILE", help="run profile, as of scene_synth generate (default: main)")
-    parser.add_argument(
-        "--overlay", type=Path, action="append", default=[], metavar="FILE", help="parameters laid over the profile; may be repeated"
-    )
-    parser.add_argument("-p", dest="overrides", action="append", default=[], metavar="NODE.NAME:=VALUE", help="one parameter")
+    add_parameter_options(parser)
     parser.add_argument("--grammar", type=Path, metavar="FILE", help="grammar file of the rooms")
     parser.add_argument("--shard-rooms", type=int, metavar="N", help="rooms of a shard, as of scene_synth generate")
     parser.add_argument("--machines", type=int, default=1, metavar="K", help="say it for so many machines like this one, too")

@@ -14,7 +14,7 @@ from scene_synth_ros.cli.counted import counted
 from scene_synth_ros.cli.dataset_card import write_card
 from scene_synth_ros.cli.dataset_progress import DatasetProgress
 from scene_synth_ros.cli.dataset_share import Share, read_share
-from scene_synth_ros.cli.run_parameters import RunWords, run_parameters
+from scene_synth_ros.cli.run_parameters import RunWords, add_parameter_options, run_parameters
 from scene_synth_ros.cli.run_profile import NAMESPACE, check_namespace
 from scene_synth_ros.cli.usage import UsageError
 from scene_synth_ros.cluster.ray_shards import LOCAL, make_on_ray, refuse_no_ray
@@ -44,17 +44,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--out", required=True, metavar="DIR|URL", help="folder of the dataset, or s3://bucket/folder: shards, manifest, card"
     )
     parser.add_argument("--params", type=Path, help="run profile, a file or a shipped one by its name: ground_truth, say (default: main)")
-    parser.add_argument(
-        "--overlay",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="FILE",
-        help="parameters over the profile: balanced, say; may be repeated",
-    )
-    parser.add_argument(
-        "-p", dest="overrides", action="append", default=[], metavar="NODE.NAME:=VALUE", help="one parameter; may be repeated"
-    )
+    add_parameter_options(parser)
     parser.add_argument("--grammar", type=Path, metavar="FILE", help="grammar file of the rooms")
     parser.add_argument("--namespace", default=NAMESPACE, help="namespace of the topics (default: %(default)s)")
     parser.add_argument(

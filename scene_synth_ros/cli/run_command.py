@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from scene_synth_ros.cli.node_modules import NODES, ONE_PROCESS_MODULE, PROGRESS_MODULE
-from scene_synth_ros.cli.run_parameters import RunWords, run_parameters
+from scene_synth_ros.cli.run_parameters import RunWords, add_parameter_options, run_parameters
 from scene_synth_ros.cli.run_profile import (
     NAMESPACE,
     NodeParameters,
@@ -32,17 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help="run profile: a ROS parameter file, or a shipped one by its name (default: main, or live without --record)",
     )
-    parser.add_argument(
-        "--overlay",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="FILE",
-        help="parameters laid over the profile: a file, or a shipped one by its name, kinect_v1, say; may be repeated, later ones win",
-    )
-    parser.add_argument(
-        "-p", dest="overrides", action="append", default=[], metavar="NODE.NAME:=VALUE", help="one parameter; may be repeated"
-    )
+    add_parameter_options(parser)
     parser.add_argument("--rooms", type=int, help="number of rooms (grammar_node.rooms); the run ends with the last one")
     parser.add_argument("--frames", type=int, help="frames of each room (grammar_node.frames_per_room)")
     parser.add_argument("--seed", type=int, help="seed of the run (grammar_node.seed)")

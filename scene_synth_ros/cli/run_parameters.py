@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -34,6 +35,21 @@ class RunWords:
     renderers: int = 1
     record: Path | None = None
     namespace: str = NAMESPACE
+
+
+def add_parameter_options(parser: argparse.ArgumentParser) -> None:
+    """Declare what is laid over a run profile: ``--overlay`` and ``-p``."""
+    parser.add_argument(
+        "--overlay",
+        type=Path,
+        action="append",
+        default=[],
+        metavar="FILE",
+        help="parameters laid over the profile: a file, or a shipped one by its name, kinect_v1, say; may be repeated, later ones win",
+    )
+    parser.add_argument(
+        "-p", dest="overrides", action="append", default=[], metavar="NODE.NAME:=VALUE", help="one parameter; may be repeated"
+    )
 
 
 def run_parameters(words: RunWords) -> NodeParameters:
