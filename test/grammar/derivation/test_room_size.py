@@ -18,7 +18,7 @@ from grammar.synthesize import SceneSynthesizer
 from scene_description.share import config_path
 
 CATEGORIES = read_categories(config_path("categories.yaml"))
-ROOMS = 40
+ROOMS = 20
 
 
 @cache
@@ -78,7 +78,7 @@ def test_a_synthesizer_refuses_before_it_samples() -> None:
 @pytest.mark.parametrize("room_type", room_types())
 def test_no_room_that_the_grammar_draws_is_refused(room_type: str) -> None:
     rng = np.random.default_rng(7)
-    for name in ("by_hand", "learned"):
+    for name in ("by_hand", "learned") if room_type in synthesizer().learned else ("by_hand",):
         grammar = synthesizer().grammar_of(SceneRequest(room_type=room_type, grammar_set=name))
         plan = make_plan(grammar, CATEGORIES, SceneRequest(room_type=room_type))
         by_number = _least_by_number(
