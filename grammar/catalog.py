@@ -234,7 +234,7 @@ def _sized(rng: np.random.Generator, rule: ObjectRule, model: CatalogModel) -> O
         return rule
     size = model.size_m
     if model.entry.scale == "uniform":
-        drawn, _ = draw_size(rng, rule)
+        drawn = draw_size(rng, rule)
         longest = max(range(3), key=lambda axis: size[axis])
         factor = drawn[longest] / size[longest]
         size = (size[0] * factor, size[1] * factor, size[2] * factor)

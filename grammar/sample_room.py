@@ -19,9 +19,10 @@ from grammar.checks.faults import find_faults
 from grammar.checks.furnished import furnished
 from grammar.checks.metrics import SamplingCost
 from grammar.checks.validity import check_room, door_start_m
-from grammar.derivation.derive import derive
+from grammar.derivation.derive import derive_from
 from grammar.derivation.overrides import overridden
 from grammar.derivation.parse_tree import Item, ParseTree
+from grammar.derivation.plan import make_plan
 from grammar.geometry.arrays import Floats
 from grammar.layout.assemble import assemble
 from grammar.layout.circulation import empty_floor
@@ -148,9 +149,10 @@ def _tries(
     grammar: Grammar, categories: Categories, request: SceneRequest, beta: float, rng: np.random.Generator, meter: _Meter
 ) -> Iterator[tuple[ParseTree, Problem, State | None, Floats]]:
     """Yield layouts of one structure after the other until the budget is spent, or no further structure is found."""
+    plan = make_plan(grammar, categories, request)
     for number in range(grammar.budget.structures):
         try:
-            tree = derive(grammar, categories, request, rng)
+            tree = derive_from(plan, categories, rng)
         except RequestError:
             if not number:
                 raise

@@ -61,7 +61,7 @@ def added(rng: np.random.Generator, work: Work, scene: SceneDescription, rule: O
         id=next_id(scene),
         category=rule.category,
         label=label,
-        size_m=draw_size(rng, rule)[0],
+        size_m=draw_size(rng, rule),
         position_m=(0.0, 0.0, 0.0),
         yaw_rad=0.0,
         support=Support(kind="floor" if rule.mount == "object" else rule.mount),

@@ -150,7 +150,7 @@ def _of_category(
     rng: np.random.Generator, rules: SceneSynthesizer, scene: SceneDescription, item: SceneObject, category: str
 ) -> SceneObject:
     """Return an object of another category with its back where the old one's was, and its underside, middle or top at the same height."""
-    size = draw_size(rng, rules_of_category(rules, scene, category)[0])[0]
+    size = draw_size(rng, rules_of_category(rules, scene, category)[0])
     ahead = 0.5 * (size[0] - item.size_m[0]) if item.support.kind in ("floor", "wall") else 0.0
     up = {"wall": 0.5, "ceiling": 1.0}.get(item.support.kind, 0.0) * (item.size_m[2] - size[2])
     x, y, z = item.position_m

@@ -6,7 +6,7 @@ Cores, ties and places are drawn here once, before the layout.  Supporters are o
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -21,11 +21,34 @@ from grammar.derivation.ties import resolve_ties
 from grammar.geometry.solids import surface_top
 from grammar.spec.categories import Categories
 from grammar.spec.object_rules import CORNER, NONE, ObjectRule
+from grammar.spec.room_rules import OPENINGS
 from grammar.spec.run_rules import HANGING_LOW_M
 from scene_description import ParseNode, Room
 
 _LINE_ODDS = 8.0
 """How many times as likely as elsewhere something hangs in line beside what hangs or stands there."""
+
+
+_OF_THE_ROOM = frozenset({NONE, CORNER, *OPENINGS})
+"""What addresses name beside objects."""
+
+
+def check_targets(addressed: Iterable[tuple[str, ObjectRule]], symbols: Collection[str]) -> None:
+    """Reject a structure that lacks all objects that an address may point to, before anything else of it is drawn.
+
+    Args:
+        addressed: symbols and rules of the objects whose addresses are drawn.
+        symbols: of all objects.
+
+    Raises:
+        RejectedError: an address has no target, whatever the room and the sizes are.
+    """
+    present = _OF_THE_ROOM.union(symbols)
+    for symbol, rule in addressed:
+        if rule.cores is not None and present.isdisjoint(rule.cores):
+            raise RejectedError(f"an object that {symbol} belongs to")
+        if rule.supporters is not None and present.isdisjoint(rule.supporters):
+            raise RejectedError(f"an object that {symbol} can stand on")
 
 
 def draw_addresses(
@@ -92,8 +115,8 @@ def _closing_line(targets: Sequence[int | None], probabilities: Sequence[float],
 def _finish(draft: Draft, context: Context, renumbered: Mapping[int, int]) -> tuple[Item, list[ParseNode]]:
     """Return an object with its supporters, and the nodes below its terminal."""
     rule, pinned = draft.rule, draft.pinned
-    below = [_size_node(draft), *draft.below]
     supporters, probabilities = _supporters(draft, context)
+    below = [_size_node(draft), *draft.below]
     if supporters:
         below.append(ParseNode(symbol="supporter", kind="address", object=draft.id))
     item = Item(

@@ -57,11 +57,11 @@ def draw_index(rng: np.random.Generator, probabilities: Sequence[float]) -> int:
     return last
 
 
-def draw_size(rng: np.random.Generator, rule: ObjectRule) -> tuple[tuple[float, float, float], float]:
-    """Return (depth, width, height) in metres drawn from the rule's mixture, and the log-density of the whole mixture there."""
+def draw_size(rng: np.random.Generator, rule: ObjectRule) -> tuple[float, float, float]:
+    """Return (depth, width, height) in metres drawn from the rule's mixture."""
     mode = rule.sizes[draw_index(rng, [mode.probability for mode in rule.sizes])]
-    size = tuple(draw_truncated_normal(rng, *axis) for axis in zip(mode.mean_m, mode.sd_m, rule.low_m, rule.high_m, strict=True))
-    return (size[0], size[1], size[2]), size_log_density(size, rule)
+    depth, width, height = (draw_truncated_normal(rng, *axis) for axis in zip(mode.mean_m, mode.sd_m, rule.low_m, rule.high_m, strict=True))
+    return depth, width, height
 
 
 def size_log_density(size_m: Sequence[float], rule: ObjectRule, axes: Sequence[int] = (0, 1, 2)) -> float:

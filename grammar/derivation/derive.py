@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammar.derivation.addresses import draw_addresses
+from grammar.derivation.addresses import check_targets, draw_addresses
 from grammar.derivation.densities import draw_size, draw_with_log_density
 from grammar.derivation.drafts import Draft, Size, attribute_node, units_above
 from grammar.derivation.fixed import FixedObject, match_terminals, rule_of_fixed
@@ -43,9 +43,13 @@ def derive(grammar: Grammar, categories: Categories, request: SceneRequest, rng:
     Raises:
         RequestError: no derivation can meet it, or none did within the budget; the line names the constraint.
     """
-    plan = make_plan(grammar, categories, request)
+    return derive_from(make_plan(grammar, categories, request), categories, rng)
+
+
+def derive_from(plan: Plan, categories: Categories, rng: np.random.Generator) -> ParseTree:
+    """Draw one parse tree of a plan; see :func:`derive`."""
     reasons: Counter[str] = Counter()
-    budget = grammar.budget.derivations if plan.conditional is None else max(grammar.budget.derivations // _CONDITIONAL_COST, 1)
+    budget = plan.grammar.budget.derivations if plan.conditional is None else max(plan.grammar.budget.derivations // _CONDITIONAL_COST, 1)
     for _ in range(budget):
         try:
             return _derive_once(plan, categories, rng)
@@ -53,7 +57,7 @@ def derive(grammar: Grammar, categories: Categories, request: SceneRequest, rng:
             reasons[str(rejected)] += 1
     worst = "; ".join(f"{count} failed at: {reason}" for reason, count in reasons.most_common(3))
     raise RequestError(
-        f"request: expected a {grammar.room_type} within {budget} derivations, got none; {worst}; "
+        f"request: expected a {plan.grammar.room_type} within {budget} derivations, got none; {worst}; "
         "relax that constraint or raise budget.derivations"
     )
 
@@ -132,10 +136,11 @@ def _draw_terminals(plan: Plan, structure: Sequence[Vertex], rng: np.random.Gene
     taken = match_terminals(plan.fixed, symbols, rules)
     if taken is None:
         raise RejectedError("fixed: an object of the grammar for each fixed one")
+    check_targets([pair for k, pair in enumerate(zip(symbols, rules, strict=True)) if k not in taken], symbols)
     sizes = []
     for k, rule in enumerate(rules):
         given = plan.fixed[taken[k]].size_m if k in taken else None
-        sizes.append(draw_size(rng, rule)[0] if given is None else given)
+        sizes.append(draw_size(rng, rule) if given is None else given)
     return _Terminals(vertices, symbols, rules, sizes, taken)
 
 

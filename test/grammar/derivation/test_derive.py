@@ -94,7 +94,7 @@ def test_cut_normals_and_their_mixtures_integrate_to_one():
     assert total == pytest.approx(1.0, abs=1e-9)
     rule = small_grammar(TEXT).objects["bin"]
     rng = np.random.default_rng(6)
-    depths = [draw_size(rng, rule)[0][0] for _ in range(3000)]
+    depths = [draw_size(rng, rule)[0] for _ in range(3000)]
 
     def cdf(x):
         parts = [(0.3, 0.3, 0.05), (0.7, 0.36, 0.02)]

@@ -192,7 +192,7 @@ def test_recovers_sizes(rooms: list[ObservedRoom]) -> None:
     learned = learn(quick(WRONG), CATEGORIES, rooms, OPTIONS, np.random.default_rng(0)).grammar
     rng = np.random.default_rng(1)
     seen = np.array([item.size_m for room in rooms for item in room.objects if item.category == "dresser"])
-    drawn = np.array([draw_size(rng, learned.objects["dresser"])[0] for _ in range(4000)])
+    drawn = np.array([draw_size(rng, learned.objects["dresser"]) for _ in range(4000)])
     # A kernel estimate keeps the mean, moved by alpha / (n + alpha) = 2 / 50 towards the base; its spread is at most a third wider.
     assert drawn.mean(0) == pytest.approx(seen.mean(0), abs=0.02)
     assert np.all(drawn.std(0) < 1.35 * seen.std(0) + 0.01)
