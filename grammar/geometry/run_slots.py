@@ -85,7 +85,7 @@ class Slot(NamedTuple):
 def slot_at(direction: float, lines: Sequence[Line], slide: float) -> Slot:
     """Return the slot whose legs have these lines."""
     numbers = [number for line in lines for number in line]
-    return Slot(direction, *numbers, *[0.0] * (3 * MOST_LEGS - len(numbers)), slide)
+    return Slot._make((direction, *numbers, *[0.0] * (3 * MOST_LEGS - len(numbers)), slide))
 
 
 def frames(wall: Floats, spans: Sequence[Sequence[Span]], legs: int, corner_m: float, gap_m: float) -> list[Frame]:

@@ -47,8 +47,8 @@ def learn_size(rule: ObjectRule, seen: Sequence[Size], alpha: float, elsewhere: 
     Kernels are products of normal distributions, their widths by Scott's rule, 1.06 sd n^(-1/5) of each side, at least 1 cm or 3 %; a side
     that recurs exactly is that of a common model and keeps its value.  Equal sizes share a kernel; where there are more than 24, the
     closest are merged.  The base's components stay with the weight of ``alpha`` observations, or of none where the sizes seen
-    ``elsewhere``, in other room types, count as ``pooled`` observations.  The bounds are widened to hold all observed sizes.  A side that the
-    base holds within 6 mm is a norm (the height of worktops) and stays.
+    ``elsewhere``, in other room types, count as ``pooled`` observations.  The bounds are widened to hold all observed sizes.  A side that
+    the base holds within 6 mm is a norm (the height of worktops) and stays.
     """
     norms = np.array([is_norm(low, high) for low, high in zip(rule.low_m, rule.high_m, strict=True)])
     if norms.any():

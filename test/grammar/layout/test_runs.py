@@ -23,7 +23,7 @@ from grammar.layout.schedule import leaders
 from grammar.spec.grammar_file import read_room_type
 from grammar.spec.request import SceneRequest
 from grammar.spec.rules import Grammar
-from scene_description import FieldError, from_mapping
+from scene_description import from_mapping
 
 WISHES = {
     "small": "near: {end: 1.5}",
