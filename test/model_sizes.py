@@ -102,6 +102,8 @@ SIZES = {
     "corner_wall_cabinet": (0.62, 0.62, 0.7),
     "oven_tower": (0.62, 0.6, 2.1),
     "larder": (0.62, 0.6, 2.1),
+    "peninsula_corner": (0.62, 0.62, 0.9),
+    "island_counter": (0.92, 0.8, 0.9),
     "built_in_washer": (0.62, 0.62, 0.9),
     "range_hood": (0.48, 0.6, 0.7),
     "microwave": (0.38, 0.5, 0.29),
@@ -112,6 +114,7 @@ SIZES = {
     "knife_block": (0.2, 0.12, 0.33),
     "cutting_board": (0.26, 0.4, 0.035),
     "bar_stool": (0.42, 0.42, 0.85),
+    "stool": (0.33, 0.33, 0.45),
     # hallway
     "coat_rack": (0.5, 0.5, 1.75),
     "wall_hooks": (0.09, 0.7, 0.18),

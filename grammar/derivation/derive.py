@@ -81,7 +81,7 @@ def _derive_once(plan: Plan, categories: Categories, rng: np.random.Generator) -
     terminals = _draw_terminals(plan, structure, rng)
     # draw the shell
     covered = _covered_m2(categories, terminals)
-    room, room_attributes = draw_room(plan.grammar, plan.request, plan.outline, covered, rng)
+    room, room_attributes = draw_room(plan.grammar, plan.request, plan.outline, covered + _asked_m2(plan.grammar, structure), rng)
     if covered > plan.grammar.room.floor_share_max * signed_area_m2(room.polygon_m):
         raise RejectedError(f"furniture on at most {plan.grammar.room.floor_share_max:g} of the floor")
     pinned = _pin(plan, categories, room, terminals, rng)
@@ -151,6 +151,12 @@ def _covered_m2(categories: Categories, terminals: _Terminals) -> float:
         for rule, size in zip(terminals.rules, terminals.sizes, strict=True)
         if rule.mount == "floor" and not categories[rule.category].underlay
     )
+
+
+def _asked_m2(grammar: Grammar, structure: Sequence[Vertex]) -> float:
+    """Return the area that runs ask for beyond what their units cover."""
+    runs = (grammar.nodes[vertex.symbol].run for vertex in structure if vertex.symbol in grammar.nodes)
+    return sum(run.floor_m2 for run in runs if run is not None)
 
 
 def _pin(plan: Plan, categories: Categories, room: Room, terminals: _Terminals, rng: np.random.Generator) -> dict[int, Pinned]:

@@ -30,12 +30,12 @@ def fit_legs(rule: RunRule, frame: Frame, order: Sequence[Draft], turning: Seque
 
     Args:
         rule: of the run.
-        frame: with one leg more than there are units that turn.
+        frame: the legs at walls.
         order: the units that do not turn, in order.
-        turning: the units that turn; each ends a leg.
+        turning: the units that turn; each ends a leg.  The last leg has one only if another leg juts out behind it.
     """
     best: LegFit | None = None
-    for cuts in _cuts(len(order), len(turning)):
+    for cuts in _cuts(len(order), len(frame.legs) - 1):
         edges = (0, *cuts, len(order))
         legs = [[*order[a:b], *turning[k : k + 1]] for k, (a, b) in enumerate(itertools.pairwise(edges))]
         cost, widths, bare = 0.0, [], 0.0

@@ -1,47 +1,64 @@
-"""Runs of a derivation: which walls a run takes, in which order its units begin, and how wide those are that fill it up to the wall's end.
+"""Runs of a derivation: where a run begins, in which order its units stand, and how wide those are that fill it up to the wall's end.
 
-The order in which a run begins is drawn among some that fit, the likelier the less they cost; the chain goes on from there.
+How a run begins is drawn among some ways that fit, the likelier the less they cost, and units that cost less in each other's places change
+these; the chain goes on from there.  Runs that stand free come last, before the units of those at walls.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from grammar.derivation.drafts import Draft, attribute_node
+from grammar.derivation.free_runs import Standing, free_slots, juts_clear
 from grammar.derivation.openings import Attribute
 from grammar.derivation.parse_tree import RunPlan
 from grammar.derivation.rejection import RejectedError
 from grammar.derivation.run_fit import fit_legs
-from grammar.geometry.arrays import Boxes, Floats
-from grammar.geometry.boxes import penetration
-from grammar.geometry.run_slots import MOST_LEGS, Frame, Slot, frames, slots, unit_poses
+from grammar.derivation.run_order import order_cost
+from grammar.derivation.run_shell import OFF_WALL, Pose, Shell, box_of, shell_of
+from grammar.geometry.arrays import Boxes
+from grammar.geometry.run_slots import MOST_LEGS, Frame, Slot, frames, jutting, slots, unit_poses
 from grammar.geometry.wall_spans import free_spans
-from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, START_X, START_Y, wall_rows
-from grammar.geometry.zones import FACE, SWING, VIEW, opening_frame, opening_zones, placed_zones
+from grammar.geometry.walls import LENGTH
 from grammar.spec.rules import Grammar
-from grammar.spec.run_rules import CORNER_UNIT, END, WINDOW, RunRule, RunUnit
+from grammar.spec.run_rules import END, RunRule, RunUnit
 from scene_description import Room
 
 _TRIES = 120
 _ENOUGH = 40
+_EXCHANGES = 60
+_LACKING_COST = 6.0
+"""Nat for each object that hangs in line and would find no unit to hang above."""
+
 _PLAIN = RunUnit()
 
-Pose = tuple[float, float, float, int]
 
+class _Run(NamedTuple):
+    """A run that is to be placed: its units at walls, those of them that turn, and those that jut out.
 
-class _Shell(NamedTuple):
-    """The room as runs see it: walls, (n, 8) boxes that doors, windows, and windows' frames keep free, and windows by wall and stretch."""
+    taken: (n, 8) boxes that other runs keep free; hanging: all that hangs in line above some run.
+    """
 
-    room: Room
-    wall: Floats
-    swings: Boxes
-    views: Boxes
-    faces: Boxes
-    windows: tuple[tuple[int, float, float], ...]
+    rule: RunRule
+    shell: Shell
+    units: list[Draft]
+    turning: list[Draft]
+    juts: list[Draft]
+    taken: Boxes
+    hanging: list[Draft]
+
+    @property
+    def corner_m(self) -> float:
+        """Return the side of the units that turn."""
+        return max((unit.size_m[0] for unit in self.turning), default=0.0)
+
+    @property
+    def jut_m(self) -> float:
+        """Return the depth of the units that jut out."""
+        return max((unit.size_m[0] for unit in self.juts), default=0.0)
 
 
 class _Candidate(NamedTuple):
@@ -51,10 +68,27 @@ class _Candidate(NamedTuple):
     units: list[Draft]
     legs: tuple[int, ...]
     widths: list[float]
-    frame: Frame
     slot: Slot
     slide_m: float
     poses: list[Pose]
+
+
+class _Taken(NamedTuple):
+    """What runs take: (n, 8) boxes of their units, the same with the aisles before them, and those that stand at walls."""
+
+    units: Boxes
+    aisles: Boxes
+    standing: tuple[Standing, ...] = ()
+
+    def and_run(self, rule: RunRule, shell: Shell, run: _Candidate) -> _Taken:
+        """Return what is taken with a run more."""
+        pairs, standing = list(zip(run.units, run.poses, strict=True)), list(self.standing)
+        for (unit, pose), width in zip(pairs, run.widths, strict=True):
+            if pose[3] != OFF_WALL:
+                along = shell.along(pose)
+                standing.append(Standing(pose[3], along - 0.5 * width, along + 0.5 * width, rule.wall_gap_m + unit.size_m[0]))
+        boxes = np.concatenate([self.units, *(box_of(*pair) for pair in pairs)])
+        return _Taken(boxes, np.concatenate([self.aisles, *(box_of(*pair, rule.aisle_m) for pair in pairs)]), tuple(standing))
 
 
 def place_runs(grammar: Grammar, room: Room, drafts: Sequence[Draft], rng: np.random.Generator) -> tuple[RunPlan, ...]:
@@ -66,22 +100,35 @@ def place_runs(grammar: Grammar, room: Room, drafts: Sequence[Draft], rng: np.ra
     groups = _groups(grammar, drafts)
     if not groups:
         return ()
-    shell, plans, taken = _shell(grammar, room), [], np.zeros((0, 8))
-    for (symbol, _), units in groups.items():
-        rule = grammar.nodes[symbol].run
-        assert rule is not None
-        chosen = _begin(symbol, rule, shell, units, taken, rng)
-        taken = np.concatenate([taken, *(_box(unit, pose, rule.aisle_m) for unit, pose in zip(chosen.units, chosen.poses, strict=True))])
+    shell, plans, taken = shell_of(grammar, room), [], _Taken(np.zeros((0, 8)), np.zeros((0, 8)))
+    rules = {symbol: _rule(grammar, symbol) for symbol, _ in groups}
+    faced = any(rule.free for rule in rules.values())
+    for (symbol, _), units in sorted(groups.items(), key=lambda pair: rules[pair[0][0]].free):
+        rule = rules[symbol]
+        if rule.free:
+            chosen, places = _begin_free(symbol, rule, shell, units, taken, rng)
+        else:
+            run = _run(symbol, rule, shell, units, taken.aisles)._replace(hanging=[draft for draft in drafts if draft.rule.in_line])
+            chosen = _begin(symbol, run, rng)
+            # what an island stands before stays where it is
+            places = [chosen.slot] if faced else _places(run, chosen)
         _note(symbol, chosen, shell)
-        plans.append(_plan(rule, shell, chosen))
+        taken = taken.and_run(rule, shell, chosen)
+        plans.append(_plan(rule, chosen, places))
     return tuple(plans)
+
+
+def _rule(grammar: Grammar, symbol: str) -> RunRule:
+    rule = grammar.nodes[symbol].run
+    assert rule is not None
+    return rule
 
 
 def _groups(grammar: Grammar, drafts: Sequence[Draft]) -> Mapping[tuple[str, int], list[Draft]]:
     """Return the units of each run; its key is the symbol and the vertex of its node."""
     groups: dict[tuple[str, int], list[Draft]] = {}
     for draft in drafts:
-        if draft.rule.mount == "floor" and draft.pinned is None:
+        if draft.rule.mount == "floor" and draft.pinned is None and not draft.rule.cores:
             for symbol, vertex in draft.units.items():
                 if symbol in grammar.nodes and grammar.nodes[symbol].run is not None:
                     groups.setdefault((symbol, vertex), []).append(draft)
@@ -89,54 +136,56 @@ def _groups(grammar: Grammar, drafts: Sequence[Draft]) -> Mapping[tuple[str, int
     return groups
 
 
-def _shell(grammar: Grammar, room: Room) -> _Shell:
-    found: dict[int, list[Boxes]] = {SWING: [], VIEW: [], FACE: []}
-    for opening in room.openings:
-        x, y, yaw = opening_frame(room, opening)
-        for zone in opening_zones(opening, grammar.openings[opening.category]):
-            found[zone.kind].append(placed_zones([zone], x, y, opening.sill_m, yaw))
-    boxes = {kind: np.concatenate([np.zeros((0, 8)), *rows]) for kind, rows in found.items()}
-    windows = tuple((o.wall, o.offset_m, o.offset_m + o.width_m) for o in room.openings if o.category == "window")
-    return _Shell(room, wall_rows(room.polygon_m), boxes[SWING], boxes[VIEW], boxes[FACE], windows)
-
-
-def _box(unit: Draft, pose: Pose, before_m: float = 0.0) -> Boxes:
-    """Return the (1, 8) world box of a unit, ``before_m`` deeper to its front."""
-    x, y, yaw, _ = pose
-    c, s = math.cos(yaw), math.sin(yaw)
-    depth, width, height = unit.size_m
-    middle = 0.5 * before_m
-    return np.array([[x + middle * c, y + middle * s, 0.0, height, 0.5 * depth + middle, 0.5 * width, c, s]])
-
-
 def _unit(draft: Draft) -> RunUnit:
     return draft.rule.in_run or _PLAIN
 
 
-def _begin(symbol: str, rule: RunRule, shell: _Shell, units: Sequence[Draft], taken: Boxes, rng: np.random.Generator) -> _Candidate:
-    """Draw how a run begins.
+def _run(symbol: str, rule: RunRule, shell: Shell, units: Sequence[Draft], taken: Boxes) -> _Run:
+    """Return a run at walls.
+
+    Raises:
+        RejectedError: it has more legs than a run can have, or no unit behind which a leg could jut out.
+    """
+    turning, juts = [unit for unit in units if _unit(unit).turns], [unit for unit in units if _unit(unit).juts]
+    if len(turning) >= MOST_LEGS:
+        raise RejectedError(f"at most {MOST_LEGS - 1} units that turn in {symbol}")
+    if juts and not turning:
+        raise RejectedError(f"a unit that turns before those that jut out of {symbol}")
+    for unit in turning:
+        _set_width(unit, unit.size_m[0])
+    return _Run(rule, shell, [unit for unit in units if unit not in juts], turning, juts, taken, [])
+
+
+def _frames(run: _Run, taken: Boxes) -> list[Frame]:
+    """Return where the legs at walls may stand, with ``taken`` boxes kept free; room is left behind a leg that juts out."""
+    rule, shell = run.rule, run.shell
+    depth = rule.wall_gap_m + max(unit.size_m[0] for unit in run.units)
+    low = min(unit.size_m[2] for unit in run.units)
+    windows = shell.views[shell.views[:, 2] < low]
+    spans = free_spans(shell.room.polygon_m, np.concatenate([shell.swings, windows, taken]), depth)
+    legs = len(run.turning) + (not run.juts)
+    found = [
+        frame
+        for frame in frames(shell.wall, spans, legs, run.corner_m, rule.wall_gap_m)
+        if legs < MOST_LEGS or shell.wall[frame.legs[1].wall, LENGTH] >= 2.0 * depth + rule.aisle_m
+    ]
+    if not run.juts:
+        return found
+    behind = max(run.jut_m - run.corner_m, 0.0) + rule.around_m
+    shorter = [(frame, frame.legs[-1]._replace(high=frame.legs[-1].high - behind)) for frame in found]
+    return [frame._replace(legs=(*frame.legs[:-1], leg), closed_end=False) for frame, leg in shorter if leg.high > leg.low]
+
+
+def _begin(symbol: str, run: _Run, rng: np.random.Generator) -> _Candidate:
+    """Draw how a run at walls begins.
 
     Raises:
         RejectedError: nothing that was tried fits.
     """
-    turning = [unit for unit in units if _unit(unit).turns]
-    if len(turning) >= MOST_LEGS:
-        raise RejectedError(f"at most {MOST_LEGS - 1} units that turn in {symbol}")
-    for unit in turning:
-        _set_width(unit, unit.size_m[0])
-    depth = rule.wall_gap_m + max(unit.size_m[0] for unit in units)
-    low = min(unit.size_m[2] for unit in units)
-    windows = shell.views[shell.views[:, 2] < low]
-    spans = free_spans(shell.room.polygon_m, np.concatenate([shell.swings, windows, taken]), depth)
-    corner_m = max((unit.size_m[0] for unit in turning), default=0.0)
-    found = [
-        frame
-        for frame in frames(shell.wall, spans, len(turning) + 1, corner_m, rule.wall_gap_m)
-        if len(frame.legs) < MOST_LEGS or shell.wall[frame.legs[1].wall, LENGTH] >= 2.0 * depth + rule.aisle_m
-    ]
+    found = _frames(run, run.taken)
     candidates: list[_Candidate] = []
     for _ in range(_TRIES if found else 0):
-        candidate = _try(rule, shell, found[int(rng.integers(len(found)))], _ordered(units, rng), turning, rng)
+        candidate = _try(run, found[int(rng.integers(len(found)))], rng)
         if candidate is not None:
             candidates.append(candidate)
             if len(candidates) == _ENOUGH:
@@ -144,7 +193,7 @@ def _begin(symbol: str, rule: RunRule, shell: _Shell, units: Sequence[Draft], ta
     if not candidates:
         raise RejectedError(f"walls that {symbol} fits at")
     odds = np.exp(min(c.cost for c in candidates) - np.array([c.cost for c in candidates]))
-    return candidates[int(rng.choice(len(candidates), p=odds / odds.sum()))]
+    return _improved(run, candidates[int(rng.choice(len(candidates), p=odds / odds.sum()))], rng)
 
 
 def _ordered(units: Sequence[Draft], rng: np.random.Generator) -> list[Draft]:
@@ -159,59 +208,101 @@ def _ordered(units: Sequence[Draft], rng: np.random.Generator) -> list[Draft]:
     return order
 
 
-def _try(
-    rule: RunRule, shell: _Shell, frame: Frame, order: list[Draft], turning: Sequence[Draft], rng: np.random.Generator
-) -> _Candidate | None:
-    """Return how the units fit into a frame in an order, cut into legs in the best way; None if they do not."""
-    fit = fit_legs(rule, frame, order, turning)
+def _try(run: _Run, frame: Frame, rng: np.random.Generator) -> _Candidate | None:
+    """Return how the units fit into a frame in some order, cut into legs in the best way; None if they do not."""
+    fit = fit_legs(run.rule, frame, _ordered(run.units, rng), run.turning)
     if fit is None:
         return None
-    cost, legs, widths = fit.cost, fit.legs, fit.widths
-    units = [unit for leg in legs for unit in leg]
-    sizes = [[(unit.size_m[0], width) for unit, width in zip(leg, row, strict=True)] for leg, row in zip(legs, widths, strict=True)]
-    places = slots(shell.wall, frame, [sum(row) for row in widths], rule.end_gap_m, rule.flush)
+    places = slots(run.shell.wall, frame, [sum(row) for row in fit.widths], run.rule.end_gap_m, run.rule.flush)
     if not places:
         return None
-    slot = places[int(rng.integers(len(places)))]
-    slide = slot.slide * rng.random()
-    poses = unit_poses(shell.wall, slot, slide, sizes, [_unit(unit).turns for unit in units], rule.wall_gap_m)
-    flat = [width for row in widths for width in row]
-    for unit, width, pose in zip(units, flat, poses, strict=True):
-        box = _box(unit, pose)
-        box[0, 5] = 0.5 * width
-        if any(penetration(box, 0, shell.views, k) > 0.0 for k in range(len(shell.views))):
+    slot, walls = places[int(rng.integers(len(places)))], [leg.wall for leg in frame.legs]
+    legs, widths = list(fit.legs), list(fit.widths)
+    if run.juts:
+        legs.append([run.juts[k] for k in rng.permutation(len(run.juts))])
+        widths.append([unit.size_m[1] for unit in legs[-1]])
+        slot = jutting(slot, len(walls) - 1, sum(widths[-2]), run.corner_m, run.jut_m, run.rule.wall_gap_m)
+        walls.append(OFF_WALL)
+    units, flat = [unit for leg in legs for unit in leg], [width for row in widths for width in row]
+    counts, slide = tuple(map(len, legs)), slot.slide * rng.random()
+    poses = _poses(run.rule, slot, slide, counts, walls, units, flat)
+    if any(run.shell.hides_window(*row) for row in zip(units, flat, poses, strict=True)):
+        return None
+    if run.juts:
+        size = run.rule.wall_gap_m + run.jut_m, sum(widths[-1])
+        own = [box_of(unit, pose) for unit, pose in zip(units[: -counts[-1]], poses, strict=False) if not _unit(unit).turns]
+        if not _leaves_aisles(run, slot, len(counts) - 1, size, [run.taken, *own]):
             return None
-    cost += order_cost([(unit.symbol, _unit(unit)) for unit in units], _below_window(shell, poses), bool(shell.windows))
-    return _Candidate(cost, units, tuple(map(len, legs)), flat, frame, slot, slide, poses)
+    return _Candidate(fit.cost + _order_cost(run, units, flat, poses), units, counts, flat, slot, slide, poses)
 
 
-def _below_window(shell: _Shell, poses: Sequence[Pose]) -> list[bool]:
-    """Return for each unit whether its middle is below a window of its wall."""
-
-    def along(pose: Pose) -> float:
-        row = shell.wall[pose[3]]
-        return float((pose[0] - row[START_X]) * row[ALONG_X] + (pose[1] - row[START_Y]) * row[ALONG_Y])
-
-    return [any(w == pose[3] and low <= along(pose) <= high for w, low, high in shell.windows) for pose in poses]
+def _leaves_aisles(run: _Run, slot: Slot, leg: int, size: tuple[float, float], standing: Sequence[Boxes]) -> bool:
+    obstacles = np.concatenate([run.shell.swings, *standing])
+    return juts_clear(run.shell.wall, obstacles, slot, leg, size, run.rule.aisle_m, run.rule.around_m)
 
 
-def order_cost(units: Sequence[tuple[str, RunUnit]], below_window: Sequence[bool], has_window: bool) -> float:
-    """Return what the order of a run costs in nat: wishes that are not met; what the room or the run lacks costs nothing.
+def _poses(
+    rule: RunRule, slot: Slot, slide: float, legs: Sequence[int], walls: Sequence[int], units: Sequence[Draft], widths: Sequence[float]
+) -> list[Pose]:
+    sizes = iter([(unit.size_m[0], width) for unit, width in zip(units, widths, strict=True)])
+    rows = [[next(sizes) for _ in range(count)] for count in legs]
+    at = [wall for wall, count in zip(walls, legs, strict=True) for _ in range(count)]
+    found = unit_poses(slot, slide, rows, [_unit(unit).turns for unit in units], rule.wall_gap_m)
+    return [(*pose, wall) for pose, wall in zip(found, at, strict=True)]
 
-    The compiled twin is :func:`grammar.layout.runs.add_run_order`.
-    """
-    cost, last = 0.0, len(units) - 1
-    likes_end = [END in (unit.near or ()) for _, unit in units]
-    held = {symbol for symbol, _ in units} | {END}
-    held |= {CORNER_UNIT} if any(unit.turns for _, unit in units) else set()
-    held |= {WINDOW} if has_window else set()
-    for k, (_, unit) in enumerate(units):
-        beside = [units[n] for n in (k - 1, k + 1) if 0 <= n <= last]
-        met = {symbol for symbol, _ in beside} | ({CORNER_UNIT} if any(other.turns for _, other in beside) else set())
-        met |= ({END} if all(likes_end[:k]) or all(likes_end[k + 1 :]) else set()) | ({WINDOW} if below_window[k] else set())
-        cost += sum(nat for target, nat in (unit.near or {}).items() if target in held - met)
-        cost += sum(nat for target, nat in (unit.apart or {}).items() if target in met)
+
+def _order_cost(run: _Run, units: Sequence[Draft], widths: Sequence[float], poses: Sequence[Pose]) -> float:
+    """Return what an order costs in nat, and what hangs in line and finds no unit under free wall to hang above."""
+    shell = run.shell
+    cost = order_cost([(unit.symbol, _unit(unit)) for unit in units], shell.below_window(poses), bool(shell.windows))
+    free = [unit.symbol for unit, width, pose in zip(units, widths, poses, strict=True) if shell.carries(unit, width, pose)]
+    for draft in run.hanging:
+        cores = draft.rule.cores or {}
+        if not cores.keys() & {unit.symbol for unit in units}:
+            continue
+        above = next((symbol for symbol in free if symbol in cores), None)
+        if above is None:
+            cost += _LACKING_COST
+        else:
+            free.remove(above)
     return cost
+
+
+def _improved(run: _Run, begun: _Candidate, rng: np.random.Generator) -> _Candidate:
+    """Return a way to begin in which pairs of units of one leg have changed places where that cost less."""
+    best, before = begun, _order_cost(run, begun.units, begun.widths, begun.poses)
+    leg_of = [leg for leg, count in enumerate(begun.legs) for _ in range(count)]
+    walls = [begun.poses[leg_of.index(leg)][3] for leg in range(len(begun.legs))]
+    for _ in range(_EXCHANGES):
+        p, q = (int(k) for k in rng.integers(len(leg_of), size=2))
+        if p == q or leg_of[p] != leg_of[q] or _unit(best.units[p]).turns or _unit(best.units[q]).turns:
+            continue
+        units, widths = list(best.units), list(best.widths)
+        units[p], units[q], widths[p], widths[q] = units[q], units[p], widths[q], widths[p]
+        poses = _poses(run.rule, best.slot, best.slide_m, best.legs, walls, units, widths)
+        cost = _order_cost(run, units, widths, poses)
+        if cost < before and not any(run.shell.hides_window(*row) for row in zip(units, widths, poses, strict=True)):
+            best, before = best._replace(units=units, widths=widths, poses=poses), cost
+    return best
+
+
+def _begin_free(
+    symbol: str, rule: RunRule, shell: Shell, units: Sequence[Draft], taken: _Taken, rng: np.random.Generator
+) -> tuple[_Candidate, list[Slot]]:
+    """Draw how a run that stands free begins, and all its places.
+
+    Raises:
+        RejectedError: the room has no floor for it.
+    """
+    order = [units[k] for k in rng.permutation(len(units))]
+    widths = [unit.size_m[1] for unit in order]
+    size = rule.wall_gap_m + max(unit.size_m[0] for unit in order), sum(widths)
+    places = free_slots(shell.wall, np.concatenate([shell.swings, taken.units]), taken.standing, size, rule.aisle_m, rule.around_m)
+    if not places:
+        raise RejectedError(f"floor that {symbol} stands free on")
+    slot = places[int(rng.integers(len(places)))]
+    slide, counts = slot.slide * rng.random(), (len(order),)
+    return _Candidate(0.0, order, counts, widths, slot, slide, _poses(rule, slot, slide, counts, [OFF_WALL], order, widths)), places
 
 
 def _set_width(unit: Draft, width: float) -> None:
@@ -219,32 +310,35 @@ def _set_width(unit: Draft, width: float) -> None:
     unit.drawn_axes = tuple(axis for axis in unit.drawn_axes if axis != 1)
 
 
-def _note(symbol: str, chosen: _Candidate, shell: _Shell) -> None:
+def _note(symbol: str, chosen: _Candidate, shell: Shell) -> None:
     """Give the units their widths, write down the run that they are in, and tell what may hang above them."""
     for k, (unit, width, pose) in enumerate(zip(chosen.units, chosen.widths, chosen.poses, strict=True)):
         if width != unit.size_m[1]:
             _set_width(unit, width)
         unit.beside = tuple(other.id for other in (*chosen.units[max(k - 1, 0) : k], *chosen.units[k + 1 : k + 2]))
         unit.below.append(attribute_node(Attribute("place_in_run", f"{symbol} {k}", 0.0), unit.id))
-        above = _box(unit, pose)
-        above[0, 2:4] = unit.size_m[2], shell.room.height_m
-        unit.carries = not any(penetration(above, 0, shell.faces, n) > 0.0 for n in range(len(shell.faces)))
+        unit.carries = shell.carries(unit, width, pose)
 
 
-def _plan(rule: RunRule, shell: _Shell, chosen: _Candidate) -> RunPlan:
-    """Return the run with all places that its legs fit in, walls that are free of doors and windows alike."""
-    depth = rule.wall_gap_m + max(unit.size_m[0] for unit in chosen.units)
-    low = min(unit.size_m[2] for unit in chosen.units)
-    spans = free_spans(shell.room.polygon_m, np.concatenate([shell.swings, shell.views[shell.views[:, 2] < low]]), depth)
-    corner_m = max((unit.size_m[0] for unit in chosen.units if _unit(unit).turns), default=0.0)
+def _places(run: _Run, chosen: _Candidate) -> list[Slot]:
+    """Return all places that the legs of a run fit in, walls that are free of doors and windows alike."""
     lengths = list(_leg_lengths(chosen))
+    at_walls = lengths[:-1] if run.juts else lengths
     found = [
         slot
-        for frame in frames(shell.wall, spans, len(chosen.legs), corner_m, rule.wall_gap_m)
-        for slot in slots(shell.wall, frame, lengths, rule.end_gap_m, rule.flush)
+        for frame in _frames(run, np.zeros((0, 8)))
+        for slot in slots(run.shell.wall, frame, at_walls, run.rule.end_gap_m, run.rule.flush)
     ]
-    if chosen.slot not in found:
-        found.append(chosen.slot)
+    if run.juts:
+        leg, size = len(at_walls) - 1, (run.rule.wall_gap_m + run.jut_m, lengths[-1])
+        found = [jutting(slot, leg, at_walls[-1], run.corner_m, run.jut_m, run.rule.wall_gap_m) for slot in found]
+        found = [slot for slot in found if _leaves_aisles(run, slot, leg + 1, size, [])]
+    return found
+
+
+def _plan(rule: RunRule, chosen: _Candidate, places: Sequence[Slot]) -> RunPlan:
+    """Return a run with all its places."""
+    found = [*places] if chosen.slot in places else [*places, chosen.slot]
     return RunPlan(
         units=tuple(unit.id for unit in chosen.units),
         legs=chosen.legs,

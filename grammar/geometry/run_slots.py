@@ -1,7 +1,9 @@
 """Where a run can stand: frames, stretches of one or more walls round corners of the room, and slots, places of a run in these.
 
 A run is walked from its first unit to its last one, along the walls as the outline numbers them or against that, so a run and its mirror
-image have slots of their own.  A leg is the part of a run that stands at one wall; all legs but the last end with a unit that turns.
+image have slots of their own.  A leg is the part of a run that stands at one line; all legs but the last end with a unit that turns.  A
+line is a wall, or one on the floor: that of a last leg that juts out into the room behind a unit that turns (a peninsula), or that of a run
+that stands free (an island).
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ from typing import NamedTuple
 
 from grammar.geometry.arrays import Floats
 from grammar.geometry.wall_spans import Span
-from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, REFLEX, START_X, START_Y, WALL_YAW
+from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, REFLEX, START_X, START_Y, WALL_YAW
 
 MOST_LEGS = 3
 _SQUARE = 0.02
@@ -43,21 +45,47 @@ class Frame(NamedTuple):
     closed_end: bool
 
 
+class Line(NamedTuple):
+    """Where the backs of a leg stand: the point at which the leg begins, and the direction to its front (metres, radians)."""
+
+    x_m: float
+    y_m: float
+    yaw_rad: float
+
+    def point(self, along_m: float, across_m: float) -> tuple[float, float]:
+        """Return the point so far along the line, which is to the right of its front, and so far before it."""
+        c, s = math.cos(self.yaw_rad), math.sin(self.yaw_rad)
+        return self.x_m + along_m * s + across_m * c, self.y_m - along_m * c + across_m * s
+
+
 class Slot(NamedTuple):
     """One place of a run whose legs have given lengths.
 
-    direction: 1 if the walk follows the walls' direction, else -1; wall_a, start_a, ...: number of each leg's wall and where the leg begins
-    (metres from the wall's start; -1, 0 where there is no such leg); slide: how far the run may be shifted along from there.
+    direction: 1 if the walk goes along the lines, a wall on its right, else -1; x_a, y_a, yaw_a, ...: the line of each leg (zero where
+    there is no such leg); slide: how far the run may be shifted along from there.
     """
 
     direction: float
-    wall_a: float
-    start_a: float
-    wall_b: float
-    start_b: float
-    wall_c: float
-    start_c: float
+    x_a: float
+    y_a: float
+    yaw_a: float
+    x_b: float
+    y_b: float
+    yaw_b: float
+    x_c: float
+    y_c: float
+    yaw_c: float
     slide: float
+
+    def line(self, leg: int) -> Line:
+        """Return the line of a leg."""
+        return Line(*self[1 + 3 * leg : 4 + 3 * leg])
+
+
+def slot_at(direction: float, lines: Sequence[Line], slide: float) -> Slot:
+    """Return the slot whose legs have these lines."""
+    numbers = [number for line in lines for number in line]
+    return Slot._make((direction, *numbers, *[0.0] * (3 * MOST_LEGS - len(numbers)), slide))
 
 
 def frames(wall: Floats, spans: Sequence[Sequence[Span]], legs: int, corner_m: float, gap_m: float) -> list[Frame]:
@@ -158,32 +186,44 @@ def _straight(frame: Frame, rest: float, end_gap_m: float, flush: bool) -> Itera
 
 def _slot(wall: Floats, frame: Frame, starts: Sequence[float], slide: float) -> Slot:
     """Return a slot; ``starts`` are measured in the direction of the walk."""
-    rows = [
-        (float(leg.wall), at if frame.forward else float(wall[leg.wall, LENGTH]) - at) for leg, at in zip(frame.legs, starts, strict=True)
-    ]
-    rows += [(-1.0, 0.0)] * (MOST_LEGS - len(rows))
-    (wall_a, start_a), (wall_b, start_b), (wall_c, start_c) = rows
-    return Slot(1.0 if frame.forward else -1.0, wall_a, start_a, wall_b, start_b, wall_c, start_c, slide)
+    lines = []
+    for leg, at in zip(frame.legs, starts, strict=True):
+        row = wall[leg.wall]
+        along = at if frame.forward else float(row[LENGTH]) - at
+        x, y = row[START_X] + row[ALONG_X] * along, row[START_Y] + row[ALONG_Y] * along
+        lines.append(Line(float(x), float(y), float(row[WALL_YAW])))
+    return slot_at(1.0 if frame.forward else -1.0, lines, slide)
+
+
+def jutting(slot: Slot, leg: int, length_m: float, corner_m: float, depth_m: float, gap_m: float) -> Slot:
+    """Return a slot with one leg more, which leaves the line of leg ``leg`` at a right angle.
+
+    Args:
+        slot: without room to shift.
+        leg: number of the leg that ends with the unit that turns.
+        length_m: of that leg.
+        corner_m: side of the unit that turns.
+        depth_m: of the units of the new leg; their fronts are even with the side of the unit that turns, their backs stand further out.
+        gap_m: between units and lines.
+    """
+    base, direction = slot.line(leg), slot.direction
+    x, y = base.point(direction * (length_m - corner_m + depth_m + gap_m), gap_m + corner_m)
+    lines = [slot.line(k) for k in range(leg + 1)]
+    return slot_at(direction, [*lines, Line(x, y, math.remainder(base.yaw_rad + 0.5 * math.pi * direction, 2.0 * math.pi))], 0.0)
 
 
 def unit_poses(
-    wall: Floats, slot: Slot, slide_m: float, legs: Sequence[Sequence[tuple[float, float]]], turns: Sequence[bool], gap_m: float
-) -> list[tuple[float, float, float, int]]:
-    """Return x, y, yaw (world) and wall of each unit of a run; ``legs`` holds the (depth, width) of the units of each leg in order.
+    slot: Slot, slide_m: float, legs: Sequence[Sequence[tuple[float, float]]], turns: Sequence[bool], gap_m: float
+) -> list[tuple[float, float, float]]:
+    """Return x, y and yaw (world) of each unit of a run; ``legs`` holds the (depth, width) of the units of each leg in order.
 
     The compiled twin is :func:`grammar.layout.runs.arrange`.
     """
-    poses: list[tuple[float, float, float, int]] = []
-    starts = ((slot.wall_a, slot.start_a + slot.direction * slide_m), (slot.wall_b, slot.start_b), (slot.wall_c, slot.start_c))
-    for (w, at), units in zip(starts, legs, strict=False):
-        row, walked = wall[int(w)], 0.0
+    poses: list[tuple[float, float, float]] = []
+    for leg, units in enumerate(legs):
+        line, walked = slot.line(leg), slide_m if leg == 0 else 0.0
         for depth, width in units:
-            along, across = at + slot.direction * (walked + 0.5 * width), gap_m + 0.5 * depth
+            x, y = line.point(slot.direction * (walked + 0.5 * width), gap_m + 0.5 * depth)
             walked += width
-            yaw = row[WALL_YAW] - (0.5 * math.pi if turns[len(poses)] and slot.direction < 0.0 else 0.0)
-            x, y = (
-                row[START_X] + row[ALONG_X] * along + row[NORMAL_X] * across,
-                row[START_Y] + row[ALONG_Y] * along + row[NORMAL_Y] * across,
-            )
-            poses.append((float(x), float(y), float(yaw), int(w)))
+            poses.append((x, y, line.yaw_rad - (0.5 * math.pi if turns[len(poses)] and slot.direction < 0.0 else 0.0)))
     return poses

@@ -29,7 +29,7 @@ def run_table(tree: ParseTree) -> Ints:
 
 def slot_table(tree: ParseTree) -> Floats:
     """Return ``Problem.slot``."""
-    return np.array([(*slot, run.wall_gap_m) for run in tree.runs for slot in run.slots], np.float64).reshape(-1, 9)
+    return np.array([(*slot, run.wall_gap_m) for run in tree.runs for slot in run.slots], np.float64).reshape(-1, 12)
 
 
 def write_links(tree: ParseTree, link: Ints) -> None:
@@ -44,6 +44,7 @@ def write_links(tree: ParseTree, link: Ints) -> None:
             link[key - 1, [col.RUN, col.LEG]] = k, leg
             link[key - 1, [col.TURNS, col.UNIT_KIND]] = rule is not None and rule.turns, kinds[items[key].symbol]
             link[key - 1, col.LIKES_END] = rule is not None and END in (rule.near or ())
+            link[key - 1, col.JUTS] = rule is not None and rule.juts
             link[key - 1, col.FILLS] = items[key].size_m[2] > HANGING_LOW_M
     for item in tree.items:
         link[item.id - 1, col.IN_LINE] = _is_in_line(item, link)

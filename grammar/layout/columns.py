@@ -14,7 +14,7 @@ MOUNT, CORE, LEADS, BLOCKS, SOLIDS, ZONES, STRIPS, BOX_END, WALL_MODES, AROUND_M
 )
 """Columns of ``Problem.link`` that every problem fills."""
 
-RUN, LEG, TURNS, UNIT_KIND, LIKES_END, FILLS, IN_LINE = range(15, 22)
+RUN, LEG, TURNS, UNIT_KIND, LIKES_END, FILLS, IN_LINE, JUTS = range(15, 23)
 """Columns of ``Problem.link`` about runs."""
 
 ZONE_KIND, ZONE_DEPTH = 6, 7
@@ -44,8 +44,8 @@ END, CORNER_UNIT, WINDOW, LINE = -1, -2, -3, -4
 RUN_HEAD, RUN_UNITS, RUN_SLOTS, RUN_SLOTS_END = range(4)
 """Columns of ``Problem.run``."""
 
-DIRECTION, LEG_WALL, LEG_START, SLIDE, RUN_GAP = 0, 1, 2, 7, 8
-"""Columns of ``Problem.slot``; ``LEG_WALL`` and ``LEG_START`` are those of the first leg, each next leg has two more."""
+DIRECTION, LEG_X, LEG_Y, LEG_YAW, SLIDE, RUN_GAP = 0, 1, 2, 3, 10, 11
+"""Columns of ``Problem.slot``; ``LEG_X``, ``LEG_Y`` and ``LEG_YAW`` are those of the first leg, each next leg has three more."""
 
 SURFACE_X, SURFACE_Y, SURFACE_Z, SURFACE_HALF_DEPTH, SURFACE_HALF_WIDTH, SURFACE_OWNER = range(6)
 """Columns of ``Problem.surface``."""

@@ -44,8 +44,11 @@ def shift_of(problem, state, run):  # type: ignore[no-untyped-def]
     slot, k = problem.slot, state.hold[first, col.SLOT]
     if slot[k, col.SLIDE] <= 0.0:
         return 0.0
-    along = along_wall(problem.wall, int(slot[k, col.LEG_WALL]), state.where[first, col.X], state.where[first, col.Y])
-    return slot[k, col.DIRECTION] * (along - slot[k, col.LEG_START]) - problem.object[first, col.HALF_WIDTH]
+    yaw = slot[k, col.LEG_YAW]
+    along = (state.where[first, col.X] - slot[k, col.LEG_X]) * math.sin(yaw) - (state.where[first, col.Y] - slot[k, col.LEG_Y]) * math.cos(
+        yaw
+    )
+    return slot[k, col.DIRECTION] * along - problem.object[first, col.HALF_WIDTH]
 
 
 @entry
@@ -61,15 +64,15 @@ def arrange(problem, state, run, shift):  # type: ignore[no-untyped-def]
             leg, walked = problem.link[first, col.LEG], shift if problem.link[first, col.LEG] == 0 else 0.0
         first += 1
         # Put the unit beside the one before it.
-        i, w = unit_at(problem, state, run, place), int(slot[k, col.LEG_WALL + 2 * leg])
-        half = problem.object[i, col.HALF_WIDTH]
-        along = slot[k, col.LEG_START + 2 * leg] + slot[k, col.DIRECTION] * (walked + half)
+        i, yaw = unit_at(problem, state, run, place), slot[k, col.LEG_YAW + 3 * leg]
+        half, c, s = problem.object[i, col.HALF_WIDTH], math.cos(yaw), math.sin(yaw)
+        along, across = slot[k, col.DIRECTION] * (walked + half), slot[k, col.RUN_GAP] + problem.object[i, col.HALF_DEPTH]
         walked += 2.0 * half
-        x, y = point_at_wall(problem.wall, w, along, slot[k, col.RUN_GAP] + problem.object[i, col.HALF_DEPTH])
-        state.where[i, col.X], state.where[i, col.Y] = x, y
-        state.where[i, col.YAW] = problem.wall[w, walls.WALL_YAW]
+        state.where[i, col.X] = slot[k, col.LEG_X + 3 * leg] + along * s + across * c
+        state.where[i, col.Y] = slot[k, col.LEG_Y + 3 * leg] - along * c + across * s
+        state.where[i, col.YAW] = yaw
         if problem.link[i, col.TURNS] and slot[k, col.DIRECTION] < 0.0:
-            yaw = state.where[i, col.YAW] - 0.5 * math.pi
+            yaw -= 0.5 * math.pi
             state.where[i, col.YAW] = yaw if yaw >= -math.pi else yaw + 2.0 * math.pi
 
 
@@ -119,7 +122,7 @@ def propose_run(rng, problem, state, settings, i, kind, proposal):  # type: igno
     p, q = pick(rng, units), pick(rng, units)
     a, b = unit_at(problem, state, run, p), unit_at(problem, state, run, q)
     proposal.tag[1, col.FIRST_UNIT], proposal.tag[1, col.SECOND_UNIT] = a, b
-    if a == b or problem.link[a, col.TURNS] or problem.link[b, col.TURNS]:
+    if a == b or problem.link[a, col.TURNS] or problem.link[b, col.TURNS] or problem.link[a, col.JUTS] != problem.link[b, col.JUTS]:
         return 0
     alike = abs(problem.object[a, col.HALF_WIDTH] - problem.object[b, col.HALF_WIDTH]) <= _SAME_WIDTH_M
     return 1 if alike or _leg_of(problem, run, p) == _leg_of(problem, run, q) else 0

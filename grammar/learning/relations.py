@@ -27,7 +27,7 @@ from grammar.learning.modes import (
     quarter_of,
     wall_modes,
 )
-from grammar.learning.sizes import fitted_normal, learn_size
+from grammar.learning.sizes import fitted_normal, is_norm, learn_size
 from grammar.spec.categories import Categories
 from grammar.spec.energy_terms import Weights
 from grammar.spec.object_rules import NONE, AroundMode, ObjectRule, WallMode
@@ -102,7 +102,7 @@ def learn_object(
         rule = _learn_group(rule, scale, seen, shares.alpha, enough, matched, counts)
     if rule.mount == "object" and rule.supporters:
         rule = _learn_support(grammar, categories, rule, seen, shares.alpha, enough, counts)
-    if rule.centre_height_m is not None:
+    if rule.centre_height_m is not None and not is_norm(rule.centre_height_m.low, rule.centre_height_m.high):
         rule = _learn_height(rule, rule.centre_height_m, seen, counts)
     return rule, counts
 

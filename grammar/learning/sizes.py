@@ -11,7 +11,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from grammar.derivation.densities import truncated_normal_log_density
-from grammar.geometry.arrays import Floats
+from grammar.geometry.arrays import Bools, Floats
 from grammar.learning.geometry import filled_outline
 from grammar.learning.observed import ObservedRoom
 from grammar.spec.object_rules import ObjectRule, SizeMode
@@ -33,6 +33,9 @@ _MAX_KERNELS = 24
 _LEAST_SD_M = (0.01, 0.01, 0.01)
 _LEAST_RELATIVE_SD = 0.03
 
+_NORM_M = 0.006
+"""What a grammar holds closer than this is a norm."""
+
 _MODEL_SHARE, _MODEL_COUNT = 0.1, 3
 _MODEL_SD_M = 0.0002
 """A side that recurs to the millimetre, in a tenth of the objects and three times at least, is that of a model that people have."""
@@ -44,8 +47,20 @@ def learn_size(rule: ObjectRule, seen: Sequence[Size], alpha: float, elsewhere: 
     Kernels are products of normal distributions, their widths by Scott's rule, 1.06 sd n^(-1/5) of each side, at least 1 cm or 3 %; a side
     that recurs exactly is that of a common model and keeps its value.  Equal sizes share a kernel; where there are more than 24, the
     closest are merged.  The base's components stay with the weight of ``alpha`` observations, or of none where the sizes seen
-    ``elsewhere``, in other room types, count as ``pooled`` observations.  The bounds are widened to hold all observed sizes.
+    ``elsewhere``, in other room types, count as ``pooled`` observations.  The bounds are widened to hold all observed sizes.  A side that
+    the base holds within 6 mm is a norm (the height of worktops) and stays.
     """
+    norms = np.array([is_norm(low, high) for low, high in zip(rule.low_m, rule.high_m, strict=True)])
+    if norms.any():
+        learned = learn_size(_widened(rule, norms), seen, alpha, elsewhere, pooled)
+        mode = rule.sizes[0]
+        sizes = [
+            replace(one, mean_m=_three(np.where(norms, mode.mean_m, one.mean_m)), sd_m=_three(np.where(norms, mode.sd_m, one.sd_m)))
+            for one in learned.sizes
+        ]
+        bounds = (_three(np.where(norms, own, new)) for own, new in ((rule.low_m, learned.low_m), (rule.high_m, learned.high_m)))
+        low_m, high_m = bounds
+        return replace(rule, sizes=tuple(sizes), low_m=low_m, high_m=high_m)
     if elsewhere and pooled > 0.0:
         own, shared = learn_size(rule, seen, 0.0), learn_size(rule, elsewhere, 0.0)
         share = len(seen) / (len(seen) + pooled)
@@ -71,6 +86,17 @@ def learn_size(rule: ObjectRule, seen: Sequence[Size], alpha: float, elsewhere: 
         modes.append(SizeMode(probability=count / total, mean_m=_three(mean), sd_m=_three(sd)))
     low, high = np.minimum(rule.low_m, data.min(0)), np.maximum(rule.high_m, data.max(0))
     return replace(rule, sizes=tuple(modes), low_m=_three(low), high_m=_three(high))
+
+
+def is_norm(low_m: float, high_m: float) -> bool:
+    """Return whether a grammar holds a length so close that it is a norm, which no data changes."""
+    return high_m - low_m < _NORM_M
+
+
+def _widened(rule: ObjectRule, norms: Bools) -> ObjectRule:
+    """Return a rule without bounds that hold a side close."""
+    high = np.where(norms, np.array(rule.low_m) + _NORM_M, rule.high_m)
+    return replace(rule, high_m=_three(high))
 
 
 def _recurring(sides: Floats) -> set[float]:

@@ -33,9 +33,6 @@ def check_grammar(grammar: Grammar, categories: Collection[str]) -> None:
     if grammar.root not in grammar.nodes:
         raise FieldError("root", "the symbol of a node", repr(grammar.root))
     _check_cycles(grammar)
-    for symbol, node in grammar.nodes.items():
-        if node.run is not None:
-            _check_units(grammar, symbol, symbol)
     _check_chain(grammar.moves, grammar.schedule.convergence)
 
 
@@ -136,15 +133,6 @@ def _check_object(grammar: Grammar, symbol: str, rule: ObjectRule, categories: C
     if rule.wall and rule.mount != "floor":
         raise FieldError(f"{path}.wall", "no value unless mount is 'floor'", "a value")
     _check_dependencies(grammar, symbol, rule)
-
-
-def _check_units(grammar: Grammar, symbol: str, run: str) -> None:
-    """Check that no object below a run's node belongs to another one and stands on the floor: it could not move with both."""
-    rule = grammar.objects.get(symbol)
-    if rule is not None and rule.mount == "floor" and rule.cores:
-        raise FieldError(f"objects.{symbol}.cores", f"no value below the run '{run}'", ", ".join(rule.cores))
-    for branch in grammar.nodes[symbol].branches if rule is None else ():
-        _check_units(grammar, branch.symbol, run)
 
 
 def _check_run_unit(grammar: Grammar, path: str, rule: ObjectRule) -> None:

@@ -1,4 +1,4 @@
-"""Runs: rows of units that stand side by side along walls, round corners of the room, and move as one."""
+"""Runs: rows of units that stand side by side along walls, round corners of the room, out into it or free in it, and move as one."""
 
 from __future__ import annotations
 
@@ -27,6 +27,10 @@ class RunRule:
     ``aisle_m`` stays free.  A metre of wall that a run could take and leaves bare makes an arrangement less likely by ``bare_cost`` nat; it
     leaves at most ``most_bare_m``.  A unit that carries something in line costs ``line_cost`` nat if neither unit beside it does, nor
     stands as high.
+
+    With ``free`` the run stands in the room as an island, its front to the units of a run drawn before it, ``aisle_m`` to 0.3 m more away
+    from these.  ``around_m`` stays free behind it and at its ends, and behind and beyond what juts out of a run at a wall.  Where a room is
+    as large as its furniture asks for, the run asks for as much as if it covered ``floor_m2`` more than its units do.
     """
 
     wall_gap_m: Distance = 0.005
@@ -36,6 +40,9 @@ class RunRule:
     most_bare_m: Distance = 50.0
     flush: bool = True
     line_cost: Cost = 0.0
+    free: bool = False
+    around_m: Distance = 0.9
+    floor_m2: Annotated[float, Limits(ge=0.0, le=100.0, unit="m2")] = 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,12 +50,16 @@ class RunUnit:
     """How a unit stands in its run.
 
     ``turns``: it fills a corner of the room, its width is its depth, and the run goes on along the next wall.  ``stretches``: its width is
-    what the run lacks to the end of the wall, within the bounds of the size.  ``near`` and ``apart`` are what it costs (nat) if the unit is
-    not beside one of these, or is beside one: symbols of units, "end", "corner", "window".  At an end is also what has only units between
-    itself and the end that like to be near it too, so several tall units stand together there.
+    what the run lacks to the end of the wall, within the bounds of the size.  ``juts``: it stands behind the last unit that turns, in a leg
+    that leaves the wall at a right angle there; its front is even with the side of that unit.
+
+    ``near`` and ``apart`` are what it costs (nat) if the unit is not beside one of these, or is beside one: symbols of units, "end",
+    "corner", "window".  At an end is also what has only units between itself and the end that like to be near it too, so several tall units
+    stand together there.
     """
 
     turns: bool = False
     stretches: bool = False
+    juts: bool = False
     near: Mapping[str, Cost] | None = None
     apart: Mapping[str, Cost] | None = None

@@ -25,6 +25,7 @@ from renderer.models import (
     fitted_kitchen,
     gym,
     hallway,
+    islands,
     kitchen,
     kitchen_things,
     lamps,
@@ -49,7 +50,7 @@ MODELS: dict[str, Model] = {
         *(beds, cabinets, desks, chairs, seats, rugs, shelves, lamps, plants, small, electronics, wall_things),
         *(bathroom, bathroom_things, office, gym, exercise_bikes, workshop, storage, cars),
         *(sofas, tables, cases, living_things, curtains, dining_chairs, dining_things, hallway),
-        *(kitchen, fitted_kitchen, appliances, kitchen_things),
+        *(kitchen, fitted_kitchen, islands, appliances, kitchen_things),
     )
     for name, model in family.MODELS.items()
 }

@@ -20,17 +20,20 @@ _DOOR_M = 0.019
 def build_kitchen_corner(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     """Return the closed base unit in a corner: its back and its right side at walls, units against its front and its left side."""
     del rng
+    return fitted(corner_unit(size_m, style), size_m)
+
+
+def corner_unit(size_m: Size, style: str, clad_m: float = 0.0) -> Parts:
+    """Return body, plinth and worktop of a corner unit, with room for cladding on its right side."""
     half_d, half_w, high = 0.5 * size_m[0], 0.5 * size_m[1], size_m[2] - WORKTOP_M
     low = min(PLINTH_M, 0.13 * size_m[2])
     cut = OVERHANG_M + (0.6 * GRIP_M if style == "handleless" else 0.0)
-    return fitted(
-        {
-            "body": block((-half_d, -half_w, low), (half_d - cut, half_w - cut, high + 0.001), 0.002),
-            "plinth": block((-half_d + 0.02, -half_w + 0.02, 0.0), (half_d - 0.09, half_w - 0.09, low + 0.002), 0.001),
-            "worktop": block((-half_d, -half_w, high), (half_d, half_w, size_m[2]), 0.002),
-        },
-        size_m,
-    )
+    right = -half_w + clad_m
+    return {
+        "body": block((-half_d, right, low), (half_d - cut, half_w - cut, high + 0.001), 0.002),
+        "plinth": block((-half_d + 0.02, right + 0.02, 0.0), (half_d - 0.09, half_w - 0.09, low + 0.002), 0.001),
+        "worktop": block((-half_d, -half_w, high), (half_d, half_w, size_m[2]), 0.002),
+    }
 
 
 def build_corner_wall_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Parts:

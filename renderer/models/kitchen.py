@@ -29,7 +29,7 @@ def _case(back: float, front: float, half: float, low: float, high: float) -> Me
     )
 
 
-def _columns(width: float, about: float = 0.5) -> list[float]:
+def columns(width: float, about: float = 0.5) -> list[float]:
     """Return the edges of a unit's columns along y."""
     return [float(edge) for edge in np.linspace(-0.5 * width + 0.001, 0.5 * width - 0.001, max(1, round(width / about)) + 1)]
 
@@ -53,7 +53,7 @@ def _handles(x: float, drawers: Sequence[Front], doors: Sequence[Front], style: 
     return merged(*pieces)
 
 
-def _unit(rng: np.random.Generator, size_m: Size, worktop_z: float, style: str, only_doors: bool) -> Parts:
+def base_unit(rng: np.random.Generator, size_m: Size, worktop_z: float, style: str, only_doors: bool) -> Parts:
     """Return body, fronts, handles and plinth of a base unit whose worktop's upper side lies at ``worktop_z``."""
     depth, width, _ = size_m
     back, half = -0.5 * depth, 0.5 * width
@@ -61,7 +61,7 @@ def _unit(rng: np.random.Generator, size_m: Size, worktop_z: float, style: str, 
     low, high = min(PLINTH_M, 0.13 * worktop_z), worktop_z - WORKTOP_M
     top = high - 0.004
     drawers, doors = [], []
-    for a, b in itertools.pairwise(_columns(width)):
+    for a, b in itertools.pairwise(columns(width)):
         kind = 0 if only_doors else int(rng.integers(3))
         if kind == 1:
             levels = low + (top - low) * np.array([0.0, 0.4, 0.78, 1.0])
@@ -84,7 +84,7 @@ def build_kitchen_counter(rng: np.random.Generator, size_m: Size, style: str) ->
     """Return base units with drawers and doors under a worktop: flat fronts with bars, framed ones with knobs, or grip channels."""
     depth, width, height = size_m
     worktop = block((-0.5 * depth, -0.5 * width, height - WORKTOP_M), (0.5 * depth, 0.5 * width, height), 0.002)
-    return fitted({**_unit(rng, size_m, height, style, False), "worktop": worktop}, size_m)
+    return fitted({**base_unit(rng, size_m, height, style, False), "worktop": worktop}, size_m)
 
 
 def build_sink_counter(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
@@ -122,7 +122,7 @@ def build_sink_counter(rng: np.random.Generator, size_m: Size, style: str) -> Pa
                 0.001,
             )
         )
-    parts = _unit(rng, size_m, z, style, True)
+    parts = base_unit(rng, size_m, z, style, True)
     parts["worktop"] = worktop
     parts["sink"] = merged(*sink)
     parts["tap"] = kitchen_tap(-half_d + 0.5 * (x - a - 0.02 + half_d), y, z, height, 0.9 * a)
@@ -166,7 +166,7 @@ def build_wall_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Pa
     back, half = -0.5 * depth, 0.5 * width
     reach = min(0.026, 0.09 * depth) if style != "handleless" else 0.0
     front = 0.5 * depth - reach
-    edges = _columns(width, 0.45)
+    edges = columns(width, 0.45)
     doors = [Front(a, b, 0.001, height - (0.03 if style == "framed" else 0.001)) for a, b in itertools.pairwise(edges)]
     body = [_case(back, front - 0.019, half, 0.0, height), block((back, -half, height - PANEL_M), (front - 0.019, half, height), 0.002)]
     if style == "framed":

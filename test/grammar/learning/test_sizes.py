@@ -10,7 +10,8 @@ from small_grammar import CATEGORIES
 from grammar import read_room_type
 from grammar.derivation.densities import draw_truncated_normal
 from grammar.learning import ObservedRoom
-from grammar.learning.sizes import fitted_normal, learn_room, learn_size
+from grammar.learning.sizes import fitted_normal, is_norm, learn_room, learn_size
+from grammar.spec.object_rules import ObjectRule, SizeMode
 
 BASE = read_room_type("bedroom", CATEGORIES)
 
@@ -55,6 +56,16 @@ def test_other_room_types_count_as_pseudo_observations() -> None:
     modes = learn_size(rule, [(0.4, 0.5, 0.5)] * 6, 2.0, [(0.5, 0.6, 0.5), (0.5, 0.7, 0.5)], 2.0).sizes
     assert [mode.probability for mode in modes] == pytest.approx([6 / 8, 1 / 8, 1 / 8])
     assert [mode.mean_m[1] for mode in modes] == pytest.approx([0.5, 0.6, 0.7])
+
+
+def test_a_side_that_the_base_holds_close_is_a_norm_and_stays() -> None:
+    mode = SizeMode(mean_m=(0.62, 0.8, 0.9), sd_m=(0.0001, 0.1, 0.0003))
+    rule = ObjectRule(category="kitchen_counter", sizes=(mode,), low_m=(0.6199, 0.3, 0.899), high_m=(0.6201, 1.2, 0.901))
+    learned = learn_size(rule, [(0.5, 0.7, 0.87), (0.6, 1.4, 0.86)], 1.0, [(0.4, 0.5, 0.7)], 2.0)
+    assert {(mode.mean_m[0], mode.mean_m[2], mode.sd_m[0]) for mode in learned.sizes} == {(0.62, 0.9, 0.0001)}
+    assert (learned.low_m, learned.high_m) == ((0.6199, 0.3, 0.899), (0.6201, 1.4, 0.901))
+    assert sorted(mode.mean_m[1] for mode in learned.sizes) == pytest.approx([0.5, 0.7, 1.4])
+    assert is_norm(1.818, 1.822) and not is_norm(1.7, 2.0)
 
 
 def test_a_side_that_recurs_exactly_is_kept() -> None:

@@ -1,0 +1,75 @@
+"""The room as runs see it: walls, what doors and windows keep free, and the places of units against these."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from grammar.derivation.drafts import Draft
+from grammar.geometry.arrays import Boxes, Floats
+from grammar.geometry.boxes import penetration
+from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, wall_rows
+from grammar.geometry.zones import FACE, SWING, VIEW, opening_frame, opening_zones, placed_zones
+from grammar.spec.rules import Grammar
+from scene_description import Room
+
+OFF_WALL = -1
+
+Pose = tuple[float, float, float, int]
+"""x, y, yaw, and the number of the wall at the back, ``OFF_WALL`` without one."""
+
+
+class Shell(NamedTuple):
+    """A room's walls, (n, 8) boxes that doors, windows, and windows' frames keep free, and windows by wall and stretch."""
+
+    room: Room
+    wall: Floats
+    swings: Boxes
+    views: Boxes
+    faces: Boxes
+    windows: tuple[tuple[int, float, float], ...]
+
+    def along(self, pose: Pose) -> float:
+        """Return how far along the wall at its back a unit's middle is."""
+        row = self.wall[pose[3]]
+        return float((pose[0] - row[START_X]) * row[ALONG_X] + (pose[1] - row[START_Y]) * row[ALONG_Y])
+
+    def below_window(self, poses: Sequence[Pose]) -> list[bool]:
+        """Return for each unit whether its middle is below a window of the wall at its back."""
+        return [any(w == pose[3] and low <= self.along(pose) <= high for w, low, high in self.windows) for pose in poses]
+
+    def hides_window(self, unit: Draft, width: float, pose: Pose) -> bool:
+        """Return whether a unit stands before a window that must stay free."""
+        box = box_of(unit, pose)
+        box[0, 5] = 0.5 * width
+        return any(penetration(box, 0, self.views, k) > 0.0 for k in range(len(self.views)))
+
+    def carries(self, unit: Draft, width: float, pose: Pose) -> bool:
+        """Return whether something may hang above a unit: there is a wall behind it, with no window."""
+        box = box_of(unit, pose)
+        box[0, [2, 3, 5]] = unit.size_m[2], self.room.height_m, 0.5 * width
+        return pose[3] != OFF_WALL and not any(penetration(box, 0, self.faces, k) > 0.0 for k in range(len(self.faces)))
+
+
+def shell_of(grammar: Grammar, room: Room) -> Shell:
+    """Return a room as runs see it."""
+    found: dict[int, list[Boxes]] = {SWING: [], VIEW: [], FACE: []}
+    for opening in room.openings:
+        x, y, yaw = opening_frame(room, opening)
+        for zone in opening_zones(opening, grammar.openings[opening.category]):
+            found[zone.kind].append(placed_zones([zone], x, y, opening.sill_m, yaw))
+    boxes = {kind: np.concatenate([np.zeros((0, 8)), *rows]) for kind, rows in found.items()}
+    windows = tuple((o.wall, o.offset_m, o.offset_m + o.width_m) for o in room.openings if o.category == "window")
+    return Shell(room, wall_rows(room.polygon_m), boxes[SWING], boxes[VIEW], boxes[FACE], windows)
+
+
+def box_of(unit: Draft, pose: Pose, before_m: float = 0.0) -> Boxes:
+    """Return the (1, 8) world box of a unit, ``before_m`` deeper to its front."""
+    x, y, yaw, _ = pose
+    c, s = math.cos(yaw), math.sin(yaw)
+    depth, width, height = unit.size_m
+    middle = 0.5 * before_m
+    return np.array([[x + middle * c, y + middle * s, 0.0, height, 0.5 * depth + middle, 0.5 * width, c, s]])
