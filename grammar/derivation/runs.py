@@ -19,15 +19,18 @@ from grammar.derivation.run_fit import fit_legs
 from grammar.geometry.arrays import Boxes, Floats
 from grammar.geometry.boxes import penetration
 from grammar.geometry.run_slots import MOST_LEGS, Frame, Slot, frames, slots, unit_poses
-from grammar.geometry.wall_spans import free_spans
-from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, START_X, START_Y, wall_rows
+from grammar.geometry.wall_spans import Span, free_spans, outlines, spans_of
+from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, START_X, START_Y, WALL_YAW, wall_rows
 from grammar.geometry.zones import FACE, SWING, VIEW, opening_frame, opening_zones, placed_zones
 from grammar.spec.rules import Grammar
-from grammar.spec.run_rules import CORNER_UNIT, END, WINDOW, RunRule, RunUnit
+from grammar.spec.run_rules import CORNER_UNIT, END, SIDE_WINDOW, WINDOW, RunRule, RunUnit
 from scene_description import Room
 
 _TRIES = 120
 _ENOUGH = 40
+_ASKEW = 0.5
+"""Greatest cosine of the angle between walls that are not opposite each other or in line."""
+
 _PLAIN = RunUnit()
 
 Pose = tuple[float, float, float, int]
@@ -42,6 +45,14 @@ class _Shell(NamedTuple):
     views: Boxes
     faces: Boxes
     windows: tuple[tuple[int, float, float], ...]
+
+
+class _Taken(NamedTuple):
+    """What a unit that stands already takes, (1, 8) world boxes: for units opposite it, and for those at walls at an angle to its own."""
+
+    yaw_rad: float
+    ahead: Boxes
+    aside: Boxes
 
 
 class _Candidate(NamedTuple):
@@ -66,12 +77,14 @@ def place_runs(grammar: Grammar, room: Room, drafts: Sequence[Draft], rng: np.ra
     groups = _groups(grammar, drafts)
     if not groups:
         return ()
-    shell, plans, taken = _shell(grammar, room), [], np.zeros((0, 8))
+    shell, plans, taken = _shell(grammar, room), [], list[_Taken]()
     for (symbol, _), units in groups.items():
         rule = grammar.nodes[symbol].run
         assert rule is not None
         chosen = _begin(symbol, rule, shell, units, taken, rng)
-        taken = np.concatenate([taken, *(_box(unit, pose, rule.aisle_m) for unit, pose in zip(chosen.units, chosen.poses, strict=True))])
+        corner_m = rule.aisle_m if rule.corner_aisle_m is None else rule.corner_aisle_m
+        for unit, pose in zip(chosen.units, chosen.poses, strict=True):
+            taken.append(_Taken(pose[2], _box(unit, pose, rule.aisle_m), _box(unit, pose, corner_m)))
         _note(symbol, chosen, shell)
         plans.append(_plan(rule, shell, chosen))
     return tuple(plans)
@@ -113,7 +126,9 @@ def _unit(draft: Draft) -> RunUnit:
     return draft.rule.in_run or _PLAIN
 
 
-def _begin(symbol: str, rule: RunRule, shell: _Shell, units: Sequence[Draft], taken: Boxes, rng: np.random.Generator) -> _Candidate:
+def _begin(
+    symbol: str, rule: RunRule, shell: _Shell, units: Sequence[Draft], taken: Sequence[_Taken], rng: np.random.Generator
+) -> _Candidate:
     """Draw how a run begins.
 
     Raises:
@@ -127,7 +142,7 @@ def _begin(symbol: str, rule: RunRule, shell: _Shell, units: Sequence[Draft], ta
     depth = rule.wall_gap_m + max(unit.size_m[0] for unit in units)
     low = min(unit.size_m[2] for unit in units)
     windows = shell.views[shell.views[:, 2] < low]
-    spans = free_spans(shell.room.polygon_m, np.concatenate([shell.swings, windows, taken]), depth)
+    spans = _spans(shell, np.concatenate([shell.swings, windows]), taken, depth)
     corner_m = max((unit.size_m[0] for unit in turning), default=0.0)
     found = [
         frame
@@ -145,6 +160,15 @@ def _begin(symbol: str, rule: RunRule, shell: _Shell, units: Sequence[Draft], ta
         raise RejectedError(f"walls that {symbol} fits at")
     odds = np.exp(min(c.cost for c in candidates) - np.array([c.cost for c in candidates]))
     return candidates[int(rng.choice(len(candidates), p=odds / odds.sum()))]
+
+
+def _spans(shell: _Shell, openings: Boxes, taken: Sequence[_Taken], depth_m: float) -> list[list[Span]]:
+    """Return the stretches of each wall that openings and the runs that stand already leave free."""
+    spans = []
+    for w, row in enumerate(shell.wall):
+        boxes = [one.aside if abs(math.cos(one.yaw_rad - row[WALL_YAW])) < _ASKEW else one.ahead for one in taken]
+        spans.append(spans_of(shell.wall, w, outlines(np.concatenate([openings, *boxes])), depth_m))
+    return spans
 
 
 def _ordered(units: Sequence[Draft], rng: np.random.Generator) -> list[Draft]:
@@ -181,21 +205,26 @@ def _try(
         box[0, 5] = 0.5 * width
         if any(penetration(box, 0, shell.views, k) > 0.0 for k in range(len(shell.views))):
             return None
-    cost += order_cost([(unit.symbol, _unit(unit)) for unit in units], _below_window(shell, poses), bool(shell.windows))
+    cost += order_cost([(unit.symbol, _unit(unit)) for unit in units], _windows_met(shell, poses), bool(shell.windows))
     return _Candidate(cost, units, tuple(map(len, legs)), flat, frame, slot, slide, poses)
 
 
-def _below_window(shell: _Shell, poses: Sequence[Pose]) -> list[bool]:
-    """Return for each unit whether its middle is below a window of its wall."""
+def _windows_met(shell: _Shell, poses: Sequence[Pose]) -> list[frozenset[str]]:
+    """Return for each unit whether its middle is below a window of its wall, and whether a wall at an angle to its own has one."""
 
     def along(pose: Pose) -> float:
         row = shell.wall[pose[3]]
         return float((pose[0] - row[START_X]) * row[ALONG_X] + (pose[1] - row[START_Y]) * row[ALONG_Y])
 
-    return [any(w == pose[3] and low <= along(pose) <= high for w, low, high in shell.windows) for pose in poses]
+    found = []
+    for pose in poses:
+        below = any(w == pose[3] and low <= along(pose) <= high for w, low, high in shell.windows)
+        aside = any(abs(math.cos(pose[2] - shell.wall[w, WALL_YAW])) < _ASKEW for w, _, _ in shell.windows)
+        found.append(frozenset(name for name, met in ((WINDOW, below), (SIDE_WINDOW, aside)) if met))
+    return found
 
 
-def order_cost(units: Sequence[tuple[str, RunUnit]], below_window: Sequence[bool], has_window: bool) -> float:
+def order_cost(units: Sequence[tuple[str, RunUnit]], windows_met: Sequence[frozenset[str]], has_window: bool) -> float:
     """Return what the order of a run costs in nat: wishes that are not met; what the room or the run lacks costs nothing.
 
     The compiled twin is :func:`grammar.layout.runs.add_run_order`.
@@ -204,11 +233,11 @@ def order_cost(units: Sequence[tuple[str, RunUnit]], below_window: Sequence[bool
     likes_end = [END in (unit.near or ()) for _, unit in units]
     held = {symbol for symbol, _ in units} | {END}
     held |= {CORNER_UNIT} if any(unit.turns for _, unit in units) else set()
-    held |= {WINDOW} if has_window else set()
+    held |= {WINDOW, SIDE_WINDOW} if has_window else set()
     for k, (_, unit) in enumerate(units):
         beside = [units[n] for n in (k - 1, k + 1) if 0 <= n <= last]
         met = {symbol for symbol, _ in beside} | ({CORNER_UNIT} if any(other.turns for _, other in beside) else set())
-        met |= ({END} if all(likes_end[:k]) or all(likes_end[k + 1 :]) else set()) | ({WINDOW} if below_window[k] else set())
+        met |= ({END} if all(likes_end[:k]) or all(likes_end[k + 1 :]) else set()) | windows_met[k]
         cost += sum(nat for target, nat in (unit.near or {}).items() if target in held - met)
         cost += sum(nat for target, nat in (unit.apart or {}).items() if target in met)
     return cost

@@ -12,12 +12,12 @@ from grammar.layout import columns as col
 from grammar.layout.frames import place_object
 from grammar.layout.problem import Problem, State
 from grammar.layout.runs import arrange, hang_in_line
-from grammar.spec.run_rules import CORNER_UNIT, END, HANGING_LOW_M, WINDOW
+from grammar.spec.run_rules import CORNER_UNIT, END, HANGING_LOW_M, SIDE_WINDOW, WINDOW
 
 Wish = tuple[float, float, float]
 """Columns WISH_TARGET, WISH_NEAR and WISH_COST of a row of ``Problem.mode``."""
 
-_CODES = {END: col.END, CORNER_UNIT: col.CORNER_UNIT, WINDOW: col.WINDOW}
+_CODES = {END: col.END, CORNER_UNIT: col.CORNER_UNIT, WINDOW: col.WINDOW, SIDE_WINDOW: col.SIDE_WINDOW}
 
 
 def run_table(tree: ParseTree) -> Ints:
@@ -68,7 +68,7 @@ def wishes(tree: ParseTree, beta: float) -> Mapping[int, list[Wish]]:
     found: dict[int, list[Wish]] = {}
     for run in tree.runs:
         units = [items[key] for key in run.units]
-        held = {unit.symbol for unit in units} | {END} | ({WINDOW} if has_window else set())
+        held = {unit.symbol for unit in units} | {END} | ({WINDOW, SIDE_WINDOW} if has_window else set())
         held |= {CORNER_UNIT} if any(unit.rule.in_run is not None and unit.rule.in_run.turns for unit in units) else set()
         for unit in units:
             found[unit.id] = [

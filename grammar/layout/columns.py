@@ -38,7 +38,7 @@ TARGET, ADDRESS_COST = 0, 1
 WISH_TARGET, WISH_NEAR, WISH_COST = range(3)
 """Columns of ``Problem.mode`` in the wishes of a unit of a run."""
 
-END, CORNER_UNIT, WINDOW, LINE = -1, -2, -3, -4
+END, CORNER_UNIT, WINDOW, LINE, SIDE_WINDOW = -1, -2, -3, -4, -5
 """Values of column ``WISH_TARGET`` beside kinds of units."""
 
 RUN_HEAD, RUN_UNITS, RUN_SLOTS, RUN_SLOTS_END = range(4)

@@ -153,6 +153,16 @@ def _below_window(problem, state, i):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def _beside_window(problem, state, i):  # type: ignore[no-untyped-def]
+    """Return whether the room has a window in a wall at right angles to the one at a unit's back."""
+    for j in range(len(problem.link)):
+        if problem.link[j, col.MOUNT] == col.FIXED and problem.object[j, col.BOTTOM] > 0.0:
+            if abs(math.cos(state.where[i, col.YAW] - state.where[j, col.YAW])) < 0.5:
+                return True
+    return False
+
+
+@kernel
 def _only_alike(problem, state, run, first, end):  # type: ignore[no-untyped-def]
     """Return whether all units in the places ``first`` to ``end - 1`` of a run like its end."""
     for place in range(first, end):
@@ -176,6 +186,8 @@ def add_run_order(problem, state, run, out):  # type: ignore[no-untyped-def]
                 met = _only_alike(problem, state, run, 0, place) or _only_alike(problem, state, run, place + 1, last + 1)
             elif target == col.WINDOW:
                 met = _below_window(problem, state, i)
+            elif target == col.SIDE_WINDOW:
+                met = _beside_window(problem, state, i)
             elif target == col.LINE:
                 met = (before >= 0 and problem.link[before, col.FILLS] > 0) or (after >= 0 and problem.link[after, col.FILLS] > 0)
             elif target == col.CORNER_UNIT:

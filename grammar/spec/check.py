@@ -8,7 +8,7 @@ from grammar.spec.and_or_graph import Branch, Node
 from grammar.spec.object_rules import CORE, CORNER, NONE, Mode, ObjectRule
 from grammar.spec.room_rules import OPENINGS, SHAPES, OpeningRule, RoomRule
 from grammar.spec.rules import MOVES, Convergence, Grammar, MoveRule, truncated_normals
-from grammar.spec.run_rules import CORNER_UNIT, END, WINDOW
+from grammar.spec.run_rules import CORNER_UNIT, END, SIDE_WINDOW, WINDOW
 from grammar.spec.values import range_error
 from scene_description import FieldError
 
@@ -158,8 +158,8 @@ def _check_run_unit(grammar: Grammar, path: str, rule: ObjectRule) -> None:
         raise FieldError(f"{path}.in_run", "no value unless mount is 'floor' and without cores", "a value")
     for name in ("near", "apart"):
         for target in getattr(unit, name) or ():
-            if target not in grammar.objects and target not in (END, CORNER_UNIT, WINDOW):
-                expected = f"symbols of objects, {END}, {CORNER_UNIT} or {WINDOW}"
+            if target not in grammar.objects and target not in (END, CORNER_UNIT, WINDOW, SIDE_WINDOW):
+                expected = f"symbols of objects, {END}, {CORNER_UNIT}, {WINDOW} or {SIDE_WINDOW}"
                 raise FieldError(f"{path}.in_run.{name}", expected, repr(target))
 
 

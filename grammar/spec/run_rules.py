@@ -9,8 +9,9 @@ from typing import Annotated
 from grammar.spec.values import Distance
 from scene_description import Limits
 
-END, CORNER_UNIT, WINDOW = "end", "corner", "window"
-"""What a unit may be near to or apart from beside symbols of objects: an end of its run, a unit that turns, the wall below a window."""
+END, CORNER_UNIT, WINDOW, SIDE_WINDOW = "end", "corner", "window", "side_window"
+"""What a unit may be near to or apart from beside symbols of objects: an end of its run, a unit that turns, the wall below a window, a wall
+at right angles to one with a window, so that the light comes from the side."""
 
 HANGING_LOW_M = 1.3
 """Units that are higher close the line of what hangs above the others."""
@@ -24,7 +25,7 @@ class RunRule:
 
     They stand with their backs ``wall_gap_m`` off the wall and touch each other.  A run that does not touch a side wall leaves
     ``end_gap_m`` at least; with ``flush`` it touches one where its stretch of wall ends at one.  Before units that face each other
-    ``aisle_m`` stays free.  A metre of wall that a run could take and leaves bare makes an arrangement less likely by ``bare_cost`` nat; it
+    ``aisle_m`` stays free, and ``corner_aisle_m`` (as ``aisle_m``, if it is not given) where a run at the next wall begins beside them.  A metre of wall that a run could take and leaves bare makes an arrangement less likely by ``bare_cost`` nat; it
     leaves at most ``most_bare_m``.  A unit that carries something in line costs ``line_cost`` nat if neither unit beside it does, nor
     stands as high.
     """
@@ -32,6 +33,7 @@ class RunRule:
     wall_gap_m: Distance = 0.005
     end_gap_m: Distance = 0.4
     aisle_m: Distance = 0.8
+    corner_aisle_m: Distance | None = None
     bare_cost: Cost = 4.0
     most_bare_m: Distance = 50.0
     flush: bool = True
@@ -44,7 +46,7 @@ class RunUnit:
 
     ``turns``: it fills a corner of the room, its width is its depth, and the run goes on along the next wall.  ``stretches``: its width is
     what the run lacks to the end of the wall, within the bounds of the size.  ``near`` and ``apart`` are what it costs (nat) if the unit is
-    not beside one of these, or is beside one: symbols of units, "end", "corner", "window".  At an end is also what has only units between
+    not beside one of these, or is beside one: symbols of units, "end", "corner", "window", "side_window".  At an end is also what has only units between
     itself and the end that like to be near it too, so several tall units stand together there.
     """
 
