@@ -16,6 +16,7 @@ from grammar.derivation.openings import Attribute
 from grammar.derivation.parse_tree import RunPlan
 from grammar.derivation.rejection import RejectedError
 from grammar.derivation.run_fit import fit_legs
+from grammar.derivation.run_units import across_m, along_m, unit_rule
 from grammar.geometry.arrays import Boxes, Floats
 from grammar.geometry.boxes import penetration
 from grammar.geometry.run_slots import MOST_LEGS, Frame, Slot, frames, slots, unit_poses
@@ -30,8 +31,6 @@ _TRIES = 120
 _ENOUGH = 40
 _ASKEW = 0.5
 """Greatest cosine of the angle between walls that are not opposite each other or in line."""
-
-_PLAIN = RunUnit()
 
 Pose = tuple[float, float, float, int]
 
@@ -122,10 +121,6 @@ def _box(unit: Draft, pose: Pose, before_m: float = 0.0) -> Boxes:
     return np.array([[x + middle * c, y + middle * s, 0.0, height, 0.5 * depth + middle, 0.5 * width, c, s]])
 
 
-def _unit(draft: Draft) -> RunUnit:
-    return draft.rule.in_run or _PLAIN
-
-
 def _begin(
     symbol: str, rule: RunRule, shell: _Shell, units: Sequence[Draft], taken: Sequence[_Taken], rng: np.random.Generator
 ) -> _Candidate:
@@ -134,12 +129,12 @@ def _begin(
     Raises:
         RejectedError: nothing that was tried fits.
     """
-    turning = [unit for unit in units if _unit(unit).turns]
+    turning = [unit for unit in units if unit_rule(unit).turns]
     if len(turning) >= MOST_LEGS:
         raise RejectedError(f"at most {MOST_LEGS - 1} units that turn in {symbol}")
     for unit in turning:
         _set_width(unit, unit.size_m[0])
-    depth = rule.wall_gap_m + max(unit.size_m[0] for unit in units)
+    depth = rule.wall_gap_m + max(map(across_m, units))
     low = min(unit.size_m[2] for unit in units)
     windows = shell.views[shell.views[:, 2] < low]
     spans = _spans(shell, np.concatenate([shell.swings, windows]), taken, depth)
@@ -173,9 +168,9 @@ def _spans(shell: _Shell, openings: Boxes, taken: Sequence[_Taken], depth_m: flo
 
 def _ordered(units: Sequence[Draft], rng: np.random.Generator) -> list[Draft]:
     """Return the units that do not turn in a random order, those that like the end of a run at its ends."""
-    straight = [unit for unit in units if not _unit(unit).turns]
+    straight = [unit for unit in units if not unit_rule(unit).turns]
     shuffled = [straight[k] for k in rng.permutation(len(straight))]
-    ends = [unit for unit in shuffled if END in (_unit(unit).near or ())]
+    ends = [unit for unit in shuffled if END in (unit_rule(unit).near or ())]
     order = [unit for unit in shuffled if unit not in ends]
     together = rng.random() < 0.5
     for k, unit in enumerate(ends):
@@ -192,20 +187,21 @@ def _try(
         return None
     cost, legs, widths = fit.cost, fit.legs, fit.widths
     units = [unit for leg in legs for unit in leg]
-    sizes = [[(unit.size_m[0], width) for unit, width in zip(leg, row, strict=True)] for leg, row in zip(legs, widths, strict=True)]
+    sizes = [[(across_m(unit), width) for unit, width in zip(leg, row, strict=True)] for leg, row in zip(legs, widths, strict=True)]
     places = slots(shell.wall, frame, [sum(row) for row in widths], rule.end_gap_m, rule.flush)
     if not places:
         return None
     slot = places[int(rng.integers(len(places)))]
     slide = slot.slide * rng.random()
-    poses = unit_poses(shell.wall, slot, slide, sizes, [_unit(unit).turns for unit in units], rule.wall_gap_m)
+    poses = unit_poses(shell.wall, slot, slide, sizes, [unit_rule(unit) for unit in units], rule.wall_gap_m)
     flat = [width for row in widths for width in row]
     for unit, width, pose in zip(units, flat, poses, strict=True):
         box = _box(unit, pose)
-        box[0, 5] = 0.5 * width
+        if unit_rule(unit).stretches:
+            box[0, 5] = 0.5 * width
         if any(penetration(box, 0, shell.views, k) > 0.0 for k in range(len(shell.views))):
             return None
-    cost += order_cost([(unit.symbol, _unit(unit)) for unit in units], _windows_met(shell, poses), bool(shell.windows))
+    cost += order_cost([(unit.symbol, unit_rule(unit)) for unit in units], _windows_met(shell, poses), bool(shell.windows))
     return _Candidate(cost, units, tuple(map(len, legs)), flat, frame, slot, slide, poses)
 
 
@@ -251,7 +247,7 @@ def _set_width(unit: Draft, width: float) -> None:
 def _note(symbol: str, chosen: _Candidate, shell: _Shell) -> None:
     """Give the units their widths, write down the run that they are in, and tell what may hang above them."""
     for k, (unit, width, pose) in enumerate(zip(chosen.units, chosen.widths, chosen.poses, strict=True)):
-        if width != unit.size_m[1]:
+        if width != along_m(unit):
             _set_width(unit, width)
         unit.beside = tuple(other.id for other in (*chosen.units[max(k - 1, 0) : k], *chosen.units[k + 1 : k + 2]))
         unit.below.append(attribute_node(Attribute("place_in_run", f"{symbol} {k}", 0.0), unit.id))
@@ -262,10 +258,10 @@ def _note(symbol: str, chosen: _Candidate, shell: _Shell) -> None:
 
 def _plan(rule: RunRule, shell: _Shell, chosen: _Candidate) -> RunPlan:
     """Return the run with all places that its legs fit in, walls that are free of doors and windows alike."""
-    depth = rule.wall_gap_m + max(unit.size_m[0] for unit in chosen.units)
+    depth = rule.wall_gap_m + max(map(across_m, chosen.units))
     low = min(unit.size_m[2] for unit in chosen.units)
     spans = free_spans(shell.room.polygon_m, np.concatenate([shell.swings, shell.views[shell.views[:, 2] < low]]), depth)
-    corner_m = max((unit.size_m[0] for unit in chosen.units if _unit(unit).turns), default=0.0)
+    corner_m = max((unit.size_m[0] for unit in chosen.units if unit_rule(unit).turns), default=0.0)
     lengths = list(_leg_lengths(chosen))
     found = [
         slot

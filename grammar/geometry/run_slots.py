@@ -13,6 +13,7 @@ from typing import NamedTuple
 from grammar.geometry.arrays import Floats
 from grammar.geometry.wall_spans import Span
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, REFLEX, START_X, START_Y, WALL_YAW
+from grammar.spec.run_rules import RunUnit
 
 MOST_LEGS = 3
 _SQUARE = 0.02
@@ -167,9 +168,9 @@ def _slot(wall: Floats, frame: Frame, starts: Sequence[float], slide: float) -> 
 
 
 def unit_poses(
-    wall: Floats, slot: Slot, slide_m: float, legs: Sequence[Sequence[tuple[float, float]]], turns: Sequence[bool], gap_m: float
+    wall: Floats, slot: Slot, slide_m: float, legs: Sequence[Sequence[tuple[float, float]]], rules: Sequence[RunUnit], gap_m: float
 ) -> list[tuple[float, float, float, int]]:
-    """Return x, y, yaw (world) and wall of each unit of a run; ``legs`` holds the (depth, width) of the units of each leg in order.
+    """Return x, y, yaw (world) and wall of each unit of a run; ``legs`` has what the units of each leg take across and along the wall.
 
     The compiled twin is :func:`grammar.layout.runs.arrange`.
     """
@@ -180,7 +181,11 @@ def unit_poses(
         for depth, width in units:
             along, across = at + slot.direction * (walked + 0.5 * width), gap_m + 0.5 * depth
             walked += width
-            yaw = row[WALL_YAW] - (0.5 * math.pi if turns[len(poses)] and slot.direction < 0.0 else 0.0)
+            yaw, place = row[WALL_YAW], len(poses)
+            if rules[place].turns and slot.direction < 0.0:
+                yaw -= 0.5 * math.pi
+            elif rules[place].end_on:
+                yaw += 0.5 * math.pi * slot.direction * (1.0 if 2 * place + 2 <= len(rules) else -1.0)
             x, y = (
                 row[START_X] + row[ALONG_X] * along + row[NORMAL_X] * across,
                 row[START_Y] + row[ALONG_Y] * along + row[NORMAL_Y] * across,

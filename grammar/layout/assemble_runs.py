@@ -43,6 +43,7 @@ def write_links(tree: ParseTree, link: Ints) -> None:
             rule = items[key].rule.in_run
             link[key - 1, [col.RUN, col.LEG]] = k, leg
             link[key - 1, [col.TURNS, col.UNIT_KIND]] = rule is not None and rule.turns, kinds[items[key].symbol]
+            link[key - 1, col.END_ON] = rule is not None and rule.end_on
             link[key - 1, col.LIKES_END] = rule is not None and END in (rule.near or ())
             link[key - 1, col.FILLS] = items[key].size_m[2] > HANGING_LOW_M
     for item in tree.items:

@@ -14,7 +14,7 @@ MOUNT, CORE, LEADS, BLOCKS, SOLIDS, ZONES, STRIPS, BOX_END, WALL_MODES, AROUND_M
 )
 """Columns of ``Problem.link`` that every problem fills."""
 
-RUN, LEG, TURNS, UNIT_KIND, LIKES_END, FILLS, IN_LINE = range(15, 22)
+RUN, LEG, TURNS, UNIT_KIND, LIKES_END, FILLS, IN_LINE, END_ON = range(15, 23)
 """Columns of ``Problem.link`` about runs."""
 
 ZONE_KIND, ZONE_DEPTH = 6, 7

@@ -13,7 +13,7 @@ import math
 from grammar.geometry import walls
 from grammar.geometry.kernels import entry, inlined, kernel
 from grammar.layout import columns as col
-from grammar.layout.frames import along_wall, point_at_wall, wall_of_core
+from grammar.layout.frames import along_wall, point_at_wall, wall_of_core, wrap
 from grammar.layout.proposal import pick
 from grammar.spec.energy_terms import TERMS
 
@@ -38,6 +38,12 @@ def unit_at(problem, state, run, place):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def half_along(problem, i):  # type: ignore[no-untyped-def]
+    """Return half of what a unit takes of its wall, in metres."""
+    return problem.object[i, col.HALF_DEPTH] if problem.link[i, col.END_ON] else problem.object[i, col.HALF_WIDTH]
+
+
+@kernel
 def shift_of(problem, state, run):  # type: ignore[no-untyped-def]
     """Return how far a run is shifted along its slot, in metres."""
     first = unit_at(problem, state, run, 0)
@@ -45,7 +51,7 @@ def shift_of(problem, state, run):  # type: ignore[no-untyped-def]
     if slot[k, col.SLIDE] <= 0.0:
         return 0.0
     along = along_wall(problem.wall, int(slot[k, col.LEG_WALL]), state.where[first, col.X], state.where[first, col.Y])
-    return slot[k, col.DIRECTION] * (along - slot[k, col.LEG_START]) - problem.object[first, col.HALF_WIDTH]
+    return slot[k, col.DIRECTION] * (along - slot[k, col.LEG_START]) - half_along(problem, first)
 
 
 @entry
@@ -62,15 +68,19 @@ def arrange(problem, state, run, shift):  # type: ignore[no-untyped-def]
         first += 1
         # Put the unit beside the one before it.
         i, w = unit_at(problem, state, run, place), int(slot[k, col.LEG_WALL + 2 * leg])
-        half = problem.object[i, col.HALF_WIDTH]
+        half = half_along(problem, i)
         along = slot[k, col.LEG_START + 2 * leg] + slot[k, col.DIRECTION] * (walked + half)
         walked += 2.0 * half
-        x, y = point_at_wall(problem.wall, w, along, slot[k, col.RUN_GAP] + problem.object[i, col.HALF_DEPTH])
+        across = problem.object[i, col.HALF_WIDTH] if problem.link[i, col.END_ON] else problem.object[i, col.HALF_DEPTH]
+        x, y = point_at_wall(problem.wall, w, along, slot[k, col.RUN_GAP] + across)
         state.where[i, col.X], state.where[i, col.Y] = x, y
         state.where[i, col.YAW] = problem.wall[w, walls.WALL_YAW]
         if problem.link[i, col.TURNS] and slot[k, col.DIRECTION] < 0.0:
-            yaw = state.where[i, col.YAW] - 0.5 * math.pi
-            state.where[i, col.YAW] = yaw if yaw >= -math.pi else yaw + 2.0 * math.pi
+            state.where[i, col.YAW] = wrap(state.where[i, col.YAW] - 0.5 * math.pi)
+        elif problem.link[i, col.END_ON]:
+            to_start = 2 * place + 2 <= problem.run[run, col.RUN_UNITS]
+            quarter = 0.5 * math.pi * slot[k, col.DIRECTION]
+            state.where[i, col.YAW] = wrap(state.where[i, col.YAW] + (quarter if to_start else -quarter))
 
 
 @entry
@@ -121,7 +131,7 @@ def propose_run(rng, problem, state, settings, i, kind, proposal):  # type: igno
     proposal.tag[1, col.FIRST_UNIT], proposal.tag[1, col.SECOND_UNIT] = a, b
     if a == b or problem.link[a, col.TURNS] or problem.link[b, col.TURNS]:
         return 0
-    alike = abs(problem.object[a, col.HALF_WIDTH] - problem.object[b, col.HALF_WIDTH]) <= _SAME_WIDTH_M
+    alike = abs(half_along(problem, a) - half_along(problem, b)) <= _SAME_WIDTH_M
     return 1 if alike or _leg_of(problem, run, p) == _leg_of(problem, run, q) else 0
 
 

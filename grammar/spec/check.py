@@ -156,6 +156,8 @@ def _check_run_unit(grammar: Grammar, path: str, rule: ObjectRule) -> None:
         return
     if rule.mount != "floor" or rule.cores:
         raise FieldError(f"{path}.in_run", "no value unless mount is 'floor' and without cores", "a value")
+    if unit.end_on and (unit.turns or unit.stretches):
+        raise FieldError(f"{path}.in_run.end_on", "no value with turns or stretches", "a value")
     for name in ("near", "apart"):
         for target in getattr(unit, name) or ():
             if target not in grammar.objects and target not in (END, CORNER_UNIT, WINDOW, SIDE_WINDOW):

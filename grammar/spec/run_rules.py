@@ -25,9 +25,10 @@ class RunRule:
 
     They stand with their backs ``wall_gap_m`` off the wall and touch each other.  A run that does not touch a side wall leaves
     ``end_gap_m`` at least; with ``flush`` it touches one where its stretch of wall ends at one.  Before units that face each other
-    ``aisle_m`` stays free, and ``corner_aisle_m`` (as ``aisle_m``, if it is not given) where a run at the next wall begins beside them.  A metre of wall that a run could take and leaves bare makes an arrangement less likely by ``bare_cost`` nat; it
-    leaves at most ``most_bare_m``.  A unit that carries something in line costs ``line_cost`` nat if neither unit beside it does, nor
-    stands as high.
+    ``aisle_m`` stays free, and ``corner_aisle_m`` (if not given: ``aisle_m``) between the units' fronts and a later run at a wall at an
+    angle to theirs.  A metre of wall that a run could take and leaves bare makes an arrangement less likely by ``bare_cost`` nat; it leaves
+    at most ``most_bare_m``.  A unit that carries something in line costs ``line_cost`` nat if neither unit beside it does, nor stands as
+    high.
     """
 
     wall_gap_m: Distance = 0.005
@@ -45,12 +46,14 @@ class RunUnit:
     """How a unit stands in its run.
 
     ``turns``: it fills a corner of the room, its width is its depth, and the run goes on along the next wall.  ``stretches``: its width is
-    what the run lacks to the end of the wall, within the bounds of the size.  ``near`` and ``apart`` are what it costs (nat) if the unit is
-    not beside one of these, or is beside one: symbols of units, "end", "corner", "window", "side_window".  At an end is also what has only units between
-    itself and the end that like to be near it too, so several tall units stand together there.
+    what the run lacks to the end of the wall, within the bounds of the size.  ``end_on``: it stands with a side to the wall and looks along
+    that, away from the middle of its run, so that two of them stand back to back.  ``near`` and ``apart`` are what it costs (nat) if the
+    unit is not beside one of these, or is beside one: symbols of units, "end", "corner", "window", "side_window".  At an end is also what
+    has only units between itself and the end that like to be near it too, so several tall units stand together there.
     """
 
     turns: bool = False
     stretches: bool = False
+    end_on: bool = False
     near: Mapping[str, Cost] | None = None
     apart: Mapping[str, Cost] | None = None
