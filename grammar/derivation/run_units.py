@@ -18,6 +18,11 @@ def along_m(draft: Draft) -> float:
     return draft.size_m[0 if unit_rule(draft).end_on else 1]
 
 
+def least_along_m(draft: Draft) -> float:
+    """Return the least that a unit takes of the wall, metres."""
+    return draft.rule.low_m[1] if unit_rule(draft).stretches else along_m(draft)
+
+
 def across_m(draft: Draft) -> float:
     """Return how far a unit reaches into the room, metres."""
     return draft.size_m[1 if unit_rule(draft).end_on else 0]

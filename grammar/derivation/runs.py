@@ -16,7 +16,7 @@ from grammar.derivation.openings import Attribute
 from grammar.derivation.parse_tree import RunPlan
 from grammar.derivation.rejection import RejectedError
 from grammar.derivation.run_fit import fit_legs
-from grammar.derivation.run_units import across_m, along_m, unit_rule
+from grammar.derivation.run_units import across_m, along_m, least_along_m, unit_rule
 from grammar.geometry.arrays import Boxes, Floats
 from grammar.geometry.boxes import penetration
 from grammar.geometry.run_slots import MOST_LEGS, Frame, Slot, frames, slots, unit_poses
@@ -29,6 +29,7 @@ from scene_description import Room
 
 _TRIES = 120
 _ENOUGH = 40
+_ROUNDING_M = 1e-9
 _ASKEW = 0.5
 """Greatest cosine of the angle between walls that are not opposite each other or in line."""
 
@@ -139,10 +140,12 @@ def _begin(
     windows = shell.views[shell.views[:, 2] < low]
     spans = _spans(shell, np.concatenate([shell.swings, windows]), taken, depth)
     corner_m = max((unit.size_m[0] for unit in turning), default=0.0)
+    least_m = sum(map(least_along_m, units)) - _ROUNDING_M
     found = [
         frame
         for frame in frames(shell.wall, spans, len(turning) + 1, corner_m, rule.wall_gap_m)
-        if len(frame.legs) < MOST_LEGS or shell.wall[frame.legs[1].wall, LENGTH] >= 2.0 * depth + rule.aisle_m
+        if sum(leg.high - leg.low for leg in frame.legs) >= least_m
+        and (len(frame.legs) < MOST_LEGS or shell.wall[frame.legs[1].wall, LENGTH] >= 2.0 * depth + rule.aisle_m)
     ]
     candidates: list[_Candidate] = []
     for _ in range(_TRIES if found else 0):
