@@ -46,7 +46,7 @@ def fit_legs(rule: RunRule, frame: Frame, order: Sequence[Draft], turning: Seque
                 break
             cost += fitted[0]
             widths.append(fitted[1])
-            bare += frame.legs[k].high - frame.legs[k].low - sum(fitted[1])
+            bare += frame.legs[k].high - frame.legs[k].low - rule.joint_m * (len(leg) - 1) - sum(fitted[1])
         else:
             if bare <= rule.most_bare_m + _ROUNDING_M:
                 best = LegFit(cost, legs, widths)
@@ -65,7 +65,7 @@ def _cuts(count: int, turns: int) -> Iterator[tuple[int, ...]]:
 
 def _fit_leg(rule: RunRule, frame: Frame, k: int, leg: Sequence[Draft]) -> tuple[float, list[float]] | None:
     """Return cost and widths of leg ``k``: filled up to its end, or with its units as wide as they were drawn, or as that end asks."""
-    room = frame.legs[k].high - frame.legs[k].low
+    room = frame.legs[k].high - frame.legs[k].low - rule.joint_m * (len(leg) - 1)
     bounds = [_bounds(unit) for unit in leg]
     least, most = sum(low for low, _ in bounds), sum(high for _, high in bounds)
     if least > room:

@@ -191,12 +191,12 @@ def _try(
     cost, legs, widths = fit.cost, fit.legs, fit.widths
     units = [unit for leg in legs for unit in leg]
     sizes = [[(across_m(unit), width) for unit, width in zip(leg, row, strict=True)] for leg, row in zip(legs, widths, strict=True)]
-    places = slots(shell.wall, frame, [sum(row) for row in widths], rule.end_gap_m, rule.flush)
+    places = slots(shell.wall, frame, [sum(row) + rule.joint_m * (len(row) - 1) for row in widths], rule.end_gap_m, rule.flush)
     if not places:
         return None
     slot = places[int(rng.integers(len(places)))]
     slide = slot.slide * rng.random()
-    poses = unit_poses(shell.wall, slot, slide, sizes, [unit_rule(unit) for unit in units], rule.wall_gap_m)
+    poses = unit_poses(shell.wall, slot, slide, sizes, [unit_rule(unit) for unit in units], rule)
     flat = [width for row in widths for width in row]
     for unit, width, pose in zip(units, flat, poses, strict=True):
         box = _box(unit, pose)
@@ -265,7 +265,7 @@ def _plan(rule: RunRule, shell: _Shell, chosen: _Candidate) -> RunPlan:
     low = min(unit.size_m[2] for unit in chosen.units)
     spans = free_spans(shell.room.polygon_m, np.concatenate([shell.swings, shell.views[shell.views[:, 2] < low]]), depth)
     corner_m = max((unit.size_m[0] for unit in chosen.units if unit_rule(unit).turns), default=0.0)
-    lengths = list(_leg_lengths(chosen))
+    lengths = list(_leg_lengths(chosen, rule.joint_m))
     found = [
         slot
         for frame in frames(shell.wall, spans, len(chosen.legs), corner_m, rule.wall_gap_m)
@@ -277,6 +277,7 @@ def _plan(rule: RunRule, shell: _Shell, chosen: _Candidate) -> RunPlan:
         units=tuple(unit.id for unit in chosen.units),
         legs=chosen.legs,
         wall_gap_m=rule.wall_gap_m,
+        joint_m=rule.joint_m,
         line_cost=rule.line_cost,
         slots=tuple(found),
         slot=found.index(chosen.slot),
@@ -284,8 +285,8 @@ def _plan(rule: RunRule, shell: _Shell, chosen: _Candidate) -> RunPlan:
     )
 
 
-def _leg_lengths(chosen: _Candidate) -> Iterator[float]:
+def _leg_lengths(chosen: _Candidate, joint_m: float) -> Iterator[float]:
     first = 0
     for count in chosen.legs:
-        yield sum(chosen.widths[first : first + count])
+        yield sum(chosen.widths[first : first + count]) + joint_m * (count - 1)
         first += count

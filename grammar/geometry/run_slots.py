@@ -13,7 +13,7 @@ from typing import NamedTuple
 from grammar.geometry.arrays import Floats
 from grammar.geometry.wall_spans import Span
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, REFLEX, START_X, START_Y, WALL_YAW
-from grammar.spec.run_rules import RunUnit
+from grammar.spec.run_rules import RunRule, RunUnit
 
 MOST_LEGS = 3
 _SQUARE = 0.02
@@ -168,7 +168,7 @@ def _slot(wall: Floats, frame: Frame, starts: Sequence[float], slide: float) -> 
 
 
 def unit_poses(
-    wall: Floats, slot: Slot, slide_m: float, legs: Sequence[Sequence[tuple[float, float]]], rules: Sequence[RunUnit], gap_m: float
+    wall: Floats, slot: Slot, slide_m: float, legs: Sequence[Sequence[tuple[float, float]]], units: Sequence[RunUnit], run: RunRule
 ) -> list[tuple[float, float, float, int]]:
     """Return x, y, yaw (world) and wall of each unit of a run; ``legs`` has what the units of each leg take across and along the wall.
 
@@ -176,16 +176,16 @@ def unit_poses(
     """
     poses: list[tuple[float, float, float, int]] = []
     starts = ((slot.wall_a, slot.start_a + slot.direction * slide_m), (slot.wall_b, slot.start_b), (slot.wall_c, slot.start_c))
-    for (w, at), units in zip(starts, legs, strict=False):
+    for (w, at), leg in zip(starts, legs, strict=False):
         row, walked = wall[int(w)], 0.0
-        for depth, width in units:
-            along, across = at + slot.direction * (walked + 0.5 * width), gap_m + 0.5 * depth
-            walked += width
+        for depth, width in leg:
+            along, across = at + slot.direction * (walked + 0.5 * width), run.wall_gap_m + 0.5 * depth
+            walked += width + run.joint_m
             yaw, place = row[WALL_YAW], len(poses)
-            if rules[place].turns and slot.direction < 0.0:
+            if units[place].turns and slot.direction < 0.0:
                 yaw -= 0.5 * math.pi
-            elif rules[place].end_on:
-                yaw += 0.5 * math.pi * slot.direction * (1.0 if 2 * place + 2 <= len(rules) else -1.0)
+            elif units[place].end_on:
+                yaw += 0.5 * math.pi * slot.direction * (1.0 if 2 * place + 2 <= len(units) else -1.0)
             x, y = (
                 row[START_X] + row[ALONG_X] * along + row[NORMAL_X] * across,
                 row[START_Y] + row[ALONG_Y] * along + row[NORMAL_Y] * across,

@@ -29,7 +29,7 @@ def run_table(tree: ParseTree) -> Ints:
 
 def slot_table(tree: ParseTree) -> Floats:
     """Return ``Problem.slot``."""
-    return np.array([(*slot, run.wall_gap_m) for run in tree.runs for slot in run.slots], np.float64).reshape(-1, 9)
+    return np.array([(*slot, run.wall_gap_m, run.joint_m) for run in tree.runs for slot in run.slots], np.float64).reshape(-1, 10)
 
 
 def write_links(tree: ParseTree, link: Ints) -> None:

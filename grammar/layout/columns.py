@@ -44,7 +44,7 @@ END, CORNER_UNIT, WINDOW, LINE, SIDE_WINDOW = -1, -2, -3, -4, -5
 RUN_HEAD, RUN_UNITS, RUN_SLOTS, RUN_SLOTS_END = range(4)
 """Columns of ``Problem.run``."""
 
-DIRECTION, LEG_WALL, LEG_START, SLIDE, RUN_GAP = 0, 1, 2, 7, 8
+DIRECTION, LEG_WALL, LEG_START, SLIDE, RUN_GAP, RUN_JOINT = 0, 1, 2, 7, 8, 9
 """Columns of ``Problem.slot``; ``LEG_WALL`` and ``LEG_START`` are those of the first leg, each next leg has two more."""
 
 SURFACE_X, SURFACE_Y, SURFACE_Z, SURFACE_HALF_DEPTH, SURFACE_HALF_WIDTH, SURFACE_OWNER = range(6)

@@ -36,7 +36,7 @@ class Problem(NamedTuple):
     surface: (s, 6) support surfaces: x, y, z of the middle, half depth, half width in the owner's frame, index of the owner.
     wall: (w, 9) rows of :func:`grammar.geometry.walls.wall_rows`.
     run: (r, 4) runs: index of the head, the unit that stands for all of them in moves; number of units; first row in ``slot`` and the end.
-    slot: (q, 9) places of runs, see :class:`grammar.geometry.run_slots.Slot`, and the gap between units and walls.
+    slot: (q, 10) places of runs, see :class:`grammar.geometry.run_slots.Slot`, the gap between units and walls, and that between units.
     weight: (t,) lambda of the energy terms.
     x_low, y_low, x_high, y_high: bounding box of the floor; x_centre, y_centre: its centroid.
     """

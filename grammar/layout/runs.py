@@ -70,7 +70,7 @@ def arrange(problem, state, run, shift):  # type: ignore[no-untyped-def]
         i, w = unit_at(problem, state, run, place), int(slot[k, col.LEG_WALL + 2 * leg])
         half = half_along(problem, i)
         along = slot[k, col.LEG_START + 2 * leg] + slot[k, col.DIRECTION] * (walked + half)
-        walked += 2.0 * half
+        walked += 2.0 * half + slot[k, col.RUN_JOINT]
         across = problem.object[i, col.HALF_WIDTH] if problem.link[i, col.END_ON] else problem.object[i, col.HALF_DEPTH]
         x, y = point_at_wall(problem.wall, w, along, slot[k, col.RUN_GAP] + across)
         state.where[i, col.X], state.where[i, col.Y] = x, y

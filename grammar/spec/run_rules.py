@@ -23,7 +23,7 @@ Cost = Annotated[float, Limits(ge=0.0, le=100.0, unit="nat")]
 class RunRule:
     """What makes the objects below a node that stand on the floor one run.
 
-    They stand with their backs ``wall_gap_m`` off the wall and touch each other.  A run that does not touch a side wall leaves
+    They stand with their backs ``wall_gap_m`` off the wall, ``joint_m`` apart.  A run that does not touch a side wall leaves
     ``end_gap_m`` at least; with ``flush`` it touches one where its stretch of wall ends at one.  Before units that face each other
     ``aisle_m`` stays free, and ``corner_aisle_m`` (if not given: ``aisle_m``) between the units' fronts and a later run at a wall at an
     angle to theirs.  A metre of wall that a run could take and leaves bare makes an arrangement less likely by ``bare_cost`` nat; it leaves
@@ -32,6 +32,7 @@ class RunRule:
     """
 
     wall_gap_m: Distance = 0.005
+    joint_m: Distance = 0.0
     end_gap_m: Distance = 0.4
     aisle_m: Distance = 0.8
     corner_aisle_m: Distance | None = None
