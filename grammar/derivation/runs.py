@@ -27,8 +27,12 @@ from grammar.spec.rules import Grammar
 from grammar.spec.run_rules import CORNER_UNIT, END, SIDE_WINDOW, WINDOW, RunRule, RunUnit
 from scene_description import Room
 
-_TRIES = 120
-_ENOUGH = 40
+_TRIES = 3
+"""Candidates that are tried for each that is wanted."""
+
+_ENOUGH, _ENOUGH_A_UNIT = 40, 6
+"""Candidates that are wanted at most, and for each unit of a run, and for the choice of its place."""
+
 _ROUNDING_M = 1e-9
 _ASKEW = 0.5
 """Greatest cosine of the angle between walls that are not opposite each other or in line."""
@@ -148,11 +152,12 @@ def _begin(
         and (len(frame.legs) < MOST_LEGS or shell.wall[frame.legs[1].wall, LENGTH] >= 2.0 * depth + rule.aisle_m)
     ]
     candidates: list[_Candidate] = []
-    for _ in range(_TRIES if found else 0):
+    enough = min(_ENOUGH, _ENOUGH_A_UNIT * (len(units) + 1))
+    for _ in range(_TRIES * enough if found else 0):
         candidate = _try(rule, shell, found[int(rng.integers(len(found)))], _ordered(units, rng), turning, rng)
         if candidate is not None:
             candidates.append(candidate)
-            if len(candidates) == _ENOUGH:
+            if len(candidates) == enough:
                 break
     if not candidates:
         raise RejectedError(f"walls that {symbol} fits at")
