@@ -30,7 +30,7 @@ from scene_description import Room
 _TRIES = 3
 """Candidates that are tried for each that is wanted."""
 
-_ENOUGH, _ENOUGH_A_UNIT = 40, 6
+_ENOUGH, _ENOUGH_A_UNIT = 40, 5
 """Candidates that are wanted at most, and for each unit of a run, and for the choice of its place."""
 
 _ROUNDING_M = 1e-9
