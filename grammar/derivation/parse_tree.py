@@ -48,6 +48,7 @@ class RunPlan:
     units: tuple[int, ...]
     legs: tuple[int, ...]
     wall_gap_m: float
+    joint_m: float
     line_cost: float
     slots: tuple[Slot, ...]
     slot: int

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from grammar.derivation.drafts import Draft
+from grammar.derivation.run_units import along_m
 from grammar.geometry.run_slots import Frame, leaves_gap
 from grammar.spec.run_rules import RunRule
 
@@ -45,7 +46,7 @@ def fit_legs(rule: RunRule, frame: Frame, order: Sequence[Draft], turning: Seque
                 break
             cost += fitted[0]
             widths.append(fitted[1])
-            bare += frame.legs[k].high - frame.legs[k].low - sum(fitted[1])
+            bare += frame.legs[k].high - frame.legs[k].low - rule.joint_m * (len(leg) - 1) - sum(fitted[1])
         else:
             if bare <= rule.most_bare_m + _ROUNDING_M:
                 best = LegFit(cost, legs, widths)
@@ -64,7 +65,7 @@ def _cuts(count: int, turns: int) -> Iterator[tuple[int, ...]]:
 
 def _fit_leg(rule: RunRule, frame: Frame, k: int, leg: Sequence[Draft]) -> tuple[float, list[float]] | None:
     """Return cost and widths of leg ``k``: filled up to its end, or with its units as wide as they were drawn, or as that end asks."""
-    room = frame.legs[k].high - frame.legs[k].low
+    room = frame.legs[k].high - frame.legs[k].low - rule.joint_m * (len(leg) - 1)
     bounds = [_bounds(unit) for unit in leg]
     least, most = sum(low for low, _ in bounds), sum(high for _, high in bounds)
     if least > room:
@@ -76,7 +77,7 @@ def _fit_leg(rule: RunRule, frame: Frame, k: int, leg: Sequence[Draft]) -> tuple
     if most >= room - _ROUNDING_M:
         found.append(_stretched(leg, bounds, room))
     if not between:
-        drawn = min(max(sum(unit.size_m[1] for unit in leg), least), most)
+        drawn = min(max(sum(map(along_m, leg)), least), most)
         if leaves_gap(closed, room - drawn, rule.end_gap_m):
             drawn = room - rule.end_gap_m
         if least <= drawn <= min(room, most):
@@ -86,7 +87,7 @@ def _fit_leg(rule: RunRule, frame: Frame, k: int, leg: Sequence[Draft]) -> tuple
 
 
 def _bounds(unit: Draft) -> tuple[float, float]:
-    width = unit.size_m[1]
+    width = along_m(unit)
     if unit.rule.in_run is None or not unit.rule.in_run.stretches:
         return width, width
     return unit.rule.low_m[1], unit.rule.high_m[1]
@@ -94,7 +95,7 @@ def _bounds(unit: Draft) -> tuple[float, float]:
 
 def _stretched(leg: Sequence[Draft], bounds: Sequence[tuple[float, float]], length: float) -> tuple[float, list[float]]:
     """Return cost and widths of units that together are ``length`` wide: all scaled by one factor, as far as their bounds let them."""
-    drawn = [unit.size_m[1] for unit in leg]
+    drawn = [along_m(unit) for unit in leg]
     widths, free = list(drawn), [low < high for low, high in bounds]
     while any(free):
         # scale the free ones, and hold those at their bounds that would miss them by most

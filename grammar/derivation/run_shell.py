@@ -9,14 +9,18 @@ from typing import NamedTuple
 import numpy as np
 
 from grammar.derivation.drafts import Draft
+from grammar.derivation.run_units import unit_rule
 from grammar.geometry.arrays import Boxes, Floats
 from grammar.geometry.boxes import penetration
-from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, wall_rows
+from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, WALL_YAW, wall_rows
 from grammar.geometry.zones import FACE, SWING, VIEW, opening_frame, opening_zones, placed_zones
 from grammar.spec.rules import Grammar
+from grammar.spec.run_rules import SIDE_WINDOW, WINDOW
 from scene_description import Room
 
 OFF_WALL = -1
+ASKEW = 0.5
+"""Greatest cosine of the angle between walls that are not opposite each other or in line."""
 
 Pose = tuple[float, float, float, int]
 """x, y, yaw, and the number of the wall at the back, ``OFF_WALL`` without one."""
@@ -37,20 +41,24 @@ class Shell(NamedTuple):
         row = self.wall[pose[3]]
         return float((pose[0] - row[START_X]) * row[ALONG_X] + (pose[1] - row[START_Y]) * row[ALONG_Y])
 
-    def below_window(self, poses: Sequence[Pose]) -> list[bool]:
-        """Return for each unit whether its middle is below a window of the wall at its back."""
-        return [any(w == pose[3] and low <= self.along(pose) <= high for w, low, high in self.windows) for pose in poses]
+    def windows_met(self, poses: Sequence[Pose]) -> list[frozenset[str]]:
+        """Return for each unit whether its middle is below a window of its wall, and whether a wall at an angle to its back has one."""
+        found = []
+        for pose in poses:
+            below = any(w == pose[3] and low <= self.along(pose) <= high for w, low, high in self.windows)
+            aside = any(abs(math.cos(pose[2] - self.wall[w, WALL_YAW])) < ASKEW for w, _, _ in self.windows)
+            found.append(frozenset(name for name, met in ((WINDOW, below), (SIDE_WINDOW, aside)) if met))
+        return found
 
     def hides_window(self, unit: Draft, width: float, pose: Pose) -> bool:
         """Return whether a unit stands before a window that must stay free."""
-        box = box_of(unit, pose)
-        box[0, 5] = 0.5 * width
+        box = _box_as_wide(unit, width, pose)
         return any(penetration(box, 0, self.views, k) > 0.0 for k in range(len(self.views)))
 
     def carries(self, unit: Draft, width: float, pose: Pose) -> bool:
         """Return whether something may hang above a unit: there is a wall behind it, with no window."""
-        box = box_of(unit, pose)
-        box[0, [2, 3, 5]] = unit.size_m[2], self.room.height_m, 0.5 * width
+        box = _box_as_wide(unit, width, pose)
+        box[0, 2:4] = unit.size_m[2], self.room.height_m
         return pose[3] != OFF_WALL and not any(penetration(box, 0, self.faces, k) > 0.0 for k in range(len(self.faces)))
 
 
@@ -73,3 +81,11 @@ def box_of(unit: Draft, pose: Pose, before_m: float = 0.0) -> Boxes:
     depth, width, height = unit.size_m
     middle = 0.5 * before_m
     return np.array([[x + middle * c, y + middle * s, 0.0, height, 0.5 * depth + middle, 0.5 * width, c, s]])
+
+
+def _box_as_wide(unit: Draft, width: float, pose: Pose) -> Boxes:
+    """Return the (1, 8) world box of a unit that is as wide as its run asks for, if it stretches."""
+    box = box_of(unit, pose)
+    if unit_rule(unit).stretches:
+        box[0, 5] = 0.5 * width
+    return box

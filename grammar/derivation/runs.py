@@ -6,6 +6,7 @@ these; the chain goes on from there.  Runs that stand free come last, before the
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
@@ -18,28 +19,41 @@ from grammar.derivation.parse_tree import RunPlan
 from grammar.derivation.rejection import RejectedError
 from grammar.derivation.run_fit import fit_legs
 from grammar.derivation.run_order import order_cost
-from grammar.derivation.run_shell import OFF_WALL, Pose, Shell, box_of, shell_of
+from grammar.derivation.run_shell import ASKEW, OFF_WALL, Pose, Shell, box_of, shell_of
+from grammar.derivation.run_units import across_m, along_m, least_along_m, unit_rule
 from grammar.geometry.arrays import Boxes
 from grammar.geometry.run_slots import MOST_LEGS, Frame, Slot, frames, jutting, slots, unit_poses
-from grammar.geometry.wall_spans import free_spans
-from grammar.geometry.walls import LENGTH
+from grammar.geometry.wall_spans import Span, outlines, spans_of
+from grammar.geometry.walls import LENGTH, WALL_YAW
 from grammar.spec.rules import Grammar
-from grammar.spec.run_rules import END, RunRule, RunUnit
+from grammar.spec.run_rules import END, RunRule
 from scene_description import Room
 
-_TRIES = 120
-_ENOUGH = 40
+_TRIES = 3
+"""Candidates that are tried for each that is wanted."""
+
+_ENOUGH, _ENOUGH_A_UNIT = 40, 5
+"""Candidates that are wanted at most, and for each unit of a run, and for the choice of its place."""
+
 _EXCHANGES = 60
 _LACKING_COST = 6.0
 """Nat for each object that hangs in line and would find no unit to hang above."""
 
-_PLAIN = RunUnit()
+_ROUNDING_M = 1e-9
+
+
+class _Aisle(NamedTuple):
+    """What a unit that stands already takes, (1, 8) world boxes: for units opposite it, and for those at walls at an angle to its own."""
+
+    yaw_rad: float
+    ahead: Boxes
+    aside: Boxes
 
 
 class _Run(NamedTuple):
     """A run that is to be placed: its units at walls, those of them that turn, and those that jut out.
 
-    taken: (n, 8) boxes that other runs keep free; hanging: all that hangs in line above some run.
+    taken: what other runs keep free; hanging: all that hangs in line above some run.
     """
 
     rule: RunRule
@@ -47,7 +61,7 @@ class _Run(NamedTuple):
     units: list[Draft]
     turning: list[Draft]
     juts: list[Draft]
-    taken: Boxes
+    taken: tuple[_Aisle, ...]
     hanging: list[Draft]
 
     @property
@@ -77,7 +91,7 @@ class _Taken(NamedTuple):
     """What runs take: (n, 8) boxes of their units, the same with the aisles before them, and those that stand at walls."""
 
     units: Boxes
-    aisles: Boxes
+    aisles: tuple[_Aisle, ...] = ()
     standing: tuple[Standing, ...] = ()
 
     def and_run(self, rule: RunRule, shell: Shell, run: _Candidate) -> _Taken:
@@ -86,9 +100,11 @@ class _Taken(NamedTuple):
         for (unit, pose), width in zip(pairs, run.widths, strict=True):
             if pose[3] != OFF_WALL:
                 along = shell.along(pose)
-                standing.append(Standing(pose[3], along - 0.5 * width, along + 0.5 * width, rule.wall_gap_m + unit.size_m[0]))
+                standing.append(Standing(pose[3], along - 0.5 * width, along + 0.5 * width, rule.wall_gap_m + across_m(unit)))
         boxes = np.concatenate([self.units, *(box_of(*pair) for pair in pairs)])
-        return _Taken(boxes, np.concatenate([self.aisles, *(box_of(*pair, rule.aisle_m) for pair in pairs)]), tuple(standing))
+        corner_m = rule.aisle_m if rule.corner_aisle_m is None else rule.corner_aisle_m
+        aisles = [_Aisle(pose[2], box_of(unit, pose, rule.aisle_m), box_of(unit, pose, corner_m)) for unit, pose in pairs]
+        return _Taken(boxes, (*self.aisles, *aisles), tuple(standing))
 
 
 def place_runs(grammar: Grammar, room: Room, drafts: Sequence[Draft], rng: np.random.Generator) -> tuple[RunPlan, ...]:
@@ -100,7 +116,7 @@ def place_runs(grammar: Grammar, room: Room, drafts: Sequence[Draft], rng: np.ra
     groups = _groups(grammar, drafts)
     if not groups:
         return ()
-    shell, plans, taken = shell_of(grammar, room), [], _Taken(np.zeros((0, 8)), np.zeros((0, 8)))
+    shell, plans, taken = shell_of(grammar, room), [], _Taken(np.zeros((0, 8)))
     rules = {symbol: _rule(grammar, symbol) for symbol, _ in groups}
     faced = any(rule.free for rule in rules.values())
     for (symbol, _), units in sorted(groups.items(), key=lambda pair: rules[pair[0][0]].free):
@@ -136,17 +152,13 @@ def _groups(grammar: Grammar, drafts: Sequence[Draft]) -> Mapping[tuple[str, int
     return groups
 
 
-def _unit(draft: Draft) -> RunUnit:
-    return draft.rule.in_run or _PLAIN
-
-
-def _run(symbol: str, rule: RunRule, shell: Shell, units: Sequence[Draft], taken: Boxes) -> _Run:
+def _run(symbol: str, rule: RunRule, shell: Shell, units: Sequence[Draft], taken: tuple[_Aisle, ...]) -> _Run:
     """Return a run at walls.
 
     Raises:
         RejectedError: it has more legs than a run can have, or no unit behind which a leg could jut out.
     """
-    turning, juts = [unit for unit in units if _unit(unit).turns], [unit for unit in units if _unit(unit).juts]
+    turning, juts = [unit for unit in units if unit_rule(unit).turns], [unit for unit in units if unit_rule(unit).juts]
     if len(turning) >= MOST_LEGS:
         raise RejectedError(f"at most {MOST_LEGS - 1} units that turn in {symbol}")
     if juts and not turning:
@@ -156,24 +168,34 @@ def _run(symbol: str, rule: RunRule, shell: Shell, units: Sequence[Draft], taken
     return _Run(rule, shell, [unit for unit in units if unit not in juts], turning, juts, taken, [])
 
 
-def _frames(run: _Run, taken: Boxes) -> list[Frame]:
-    """Return where the legs at walls may stand, with ``taken`` boxes kept free; room is left behind a leg that juts out."""
+def _frames(run: _Run, taken: Sequence[_Aisle]) -> list[Frame]:
+    """Return where the legs at walls may stand, with aisles kept free; room is left behind a leg that juts out."""
     rule, shell = run.rule, run.shell
-    depth = rule.wall_gap_m + max(unit.size_m[0] for unit in run.units)
+    depth = rule.wall_gap_m + max(map(across_m, run.units))
     low = min(unit.size_m[2] for unit in run.units)
     windows = shell.views[shell.views[:, 2] < low]
-    spans = free_spans(shell.room.polygon_m, np.concatenate([shell.swings, windows, taken]), depth)
-    legs = len(run.turning) + (not run.juts)
+    spans = _spans(shell, np.concatenate([shell.swings, windows]), taken, depth)
+    legs, least_m = len(run.turning) + (not run.juts), sum(map(least_along_m, run.units)) - _ROUNDING_M
     found = [
         frame
         for frame in frames(shell.wall, spans, legs, run.corner_m, rule.wall_gap_m)
-        if legs < MOST_LEGS or shell.wall[frame.legs[1].wall, LENGTH] >= 2.0 * depth + rule.aisle_m
+        if sum(leg.high - leg.low for leg in frame.legs) >= least_m
+        and (legs < MOST_LEGS or shell.wall[frame.legs[1].wall, LENGTH] >= 2.0 * depth + rule.aisle_m)
     ]
     if not run.juts:
         return found
     behind = max(run.jut_m - run.corner_m, 0.0) + rule.around_m
     shorter = [(frame, frame.legs[-1]._replace(high=frame.legs[-1].high - behind)) for frame in found]
     return [frame._replace(legs=(*frame.legs[:-1], leg), closed_end=False) for frame, leg in shorter if leg.high > leg.low]
+
+
+def _spans(shell: Shell, openings: Boxes, taken: Sequence[_Aisle], depth_m: float) -> list[list[Span]]:
+    """Return the stretches of each wall that openings and the runs that stand already leave free."""
+    spans = []
+    for w, row in enumerate(shell.wall):
+        boxes = [one.aside if abs(math.cos(one.yaw_rad - row[WALL_YAW])) < ASKEW else one.ahead for one in taken]
+        spans.append(spans_of(shell.wall, w, outlines(np.concatenate([openings, *boxes])), depth_m))
+    return spans
 
 
 def _begin(symbol: str, run: _Run, rng: np.random.Generator) -> _Candidate:
@@ -184,11 +206,12 @@ def _begin(symbol: str, run: _Run, rng: np.random.Generator) -> _Candidate:
     """
     found = _frames(run, run.taken)
     candidates: list[_Candidate] = []
-    for _ in range(_TRIES if found else 0):
+    enough = min(_ENOUGH, _ENOUGH_A_UNIT * (len(run.units) + 1))
+    for _ in range(_TRIES * enough if found else 0):
         candidate = _try(run, found[int(rng.integers(len(found)))], rng)
         if candidate is not None:
             candidates.append(candidate)
-            if len(candidates) == _ENOUGH:
+            if len(candidates) == enough:
                 break
     if not candidates:
         raise RejectedError(f"walls that {symbol} fits at")
@@ -198,9 +221,9 @@ def _begin(symbol: str, run: _Run, rng: np.random.Generator) -> _Candidate:
 
 def _ordered(units: Sequence[Draft], rng: np.random.Generator) -> list[Draft]:
     """Return the units that do not turn in a random order, those that like the end of a run at its ends."""
-    straight = [unit for unit in units if not _unit(unit).turns]
+    straight = [unit for unit in units if not unit_rule(unit).turns]
     shuffled = [straight[k] for k in rng.permutation(len(straight))]
-    ends = [unit for unit in shuffled if END in (_unit(unit).near or ())]
+    ends = [unit for unit in shuffled if END in (unit_rule(unit).near or ())]
     order = [unit for unit in shuffled if unit not in ends]
     together = rng.random() < 0.5
     for k, unit in enumerate(ends):
@@ -213,7 +236,7 @@ def _try(run: _Run, frame: Frame, rng: np.random.Generator) -> _Candidate | None
     fit = fit_legs(run.rule, frame, _ordered(run.units, rng), run.turning)
     if fit is None:
         return None
-    places = slots(run.shell.wall, frame, [sum(row) for row in fit.widths], run.rule.end_gap_m, run.rule.flush)
+    places = slots(run.shell.wall, frame, [_length(run.rule, row) for row in fit.widths], run.rule.end_gap_m, run.rule.flush)
     if not places:
         return None
     slot, walls = places[int(rng.integers(len(places)))], [leg.wall for leg in frame.legs]
@@ -221,7 +244,7 @@ def _try(run: _Run, frame: Frame, rng: np.random.Generator) -> _Candidate | None
     if run.juts:
         legs.append([run.juts[k] for k in rng.permutation(len(run.juts))])
         widths.append([unit.size_m[1] for unit in legs[-1]])
-        slot = jutting(slot, len(walls) - 1, sum(widths[-2]), run.corner_m, run.jut_m, run.rule.wall_gap_m)
+        slot = jutting(slot, len(walls) - 1, _length(run.rule, widths[-2]), run.corner_m, run.jut_m, run.rule.wall_gap_m)
         walls.append(OFF_WALL)
     units, flat = [unit for leg in legs for unit in leg], [width for row in widths for width in row]
     counts, slide = tuple(map(len, legs)), slot.slide * rng.random()
@@ -229,9 +252,9 @@ def _try(run: _Run, frame: Frame, rng: np.random.Generator) -> _Candidate | None
     if any(run.shell.hides_window(*row) for row in zip(units, flat, poses, strict=True)):
         return None
     if run.juts:
-        size = run.rule.wall_gap_m + run.jut_m, sum(widths[-1])
-        own = [box_of(unit, pose) for unit, pose in zip(units[: -counts[-1]], poses, strict=False) if not _unit(unit).turns]
-        if not _leaves_aisles(run, slot, len(counts) - 1, size, [run.taken, *own]):
+        size = run.rule.wall_gap_m + run.jut_m, _length(run.rule, widths[-1])
+        own = [box_of(unit, pose) for unit, pose in zip(units[: -counts[-1]], poses, strict=False) if not unit_rule(unit).turns]
+        if not _leaves_aisles(run, slot, len(counts) - 1, size, [*(one.ahead for one in run.taken), *own]):
             return None
     return _Candidate(fit.cost + _order_cost(run, units, flat, poses), units, counts, flat, slot, slide, poses)
 
@@ -244,17 +267,17 @@ def _leaves_aisles(run: _Run, slot: Slot, leg: int, size: tuple[float, float], s
 def _poses(
     rule: RunRule, slot: Slot, slide: float, legs: Sequence[int], walls: Sequence[int], units: Sequence[Draft], widths: Sequence[float]
 ) -> list[Pose]:
-    sizes = iter([(unit.size_m[0], width) for unit, width in zip(units, widths, strict=True)])
+    sizes = iter([(across_m(unit), width) for unit, width in zip(units, widths, strict=True)])
     rows = [[next(sizes) for _ in range(count)] for count in legs]
     at = [wall for wall, count in zip(walls, legs, strict=True) for _ in range(count)]
-    found = unit_poses(slot, slide, rows, [_unit(unit).turns for unit in units], rule.wall_gap_m)
+    found = unit_poses(slot, slide, rows, [unit_rule(unit) for unit in units], rule)
     return [(*pose, wall) for pose, wall in zip(found, at, strict=True)]
 
 
 def _order_cost(run: _Run, units: Sequence[Draft], widths: Sequence[float], poses: Sequence[Pose]) -> float:
     """Return what an order costs in nat, and what hangs in line and finds no unit under free wall to hang above."""
     shell = run.shell
-    cost = order_cost([(unit.symbol, _unit(unit)) for unit in units], shell.below_window(poses), bool(shell.windows))
+    cost = order_cost([(unit.symbol, unit_rule(unit)) for unit in units], shell.windows_met(poses), bool(shell.windows))
     free = [unit.symbol for unit, width, pose in zip(units, widths, poses, strict=True) if shell.carries(unit, width, pose)]
     for draft in run.hanging:
         cores = draft.rule.cores or {}
@@ -275,7 +298,7 @@ def _improved(run: _Run, begun: _Candidate, rng: np.random.Generator) -> _Candid
     walls = [begun.poses[leg_of.index(leg)][3] for leg in range(len(begun.legs))]
     for _ in range(_EXCHANGES):
         p, q = (int(k) for k in rng.integers(len(leg_of), size=2))
-        if p == q or leg_of[p] != leg_of[q] or _unit(best.units[p]).turns or _unit(best.units[q]).turns:
+        if p == q or leg_of[p] != leg_of[q] or unit_rule(best.units[p]).turns or unit_rule(best.units[q]).turns:
             continue
         units, widths = list(best.units), list(best.widths)
         units[p], units[q], widths[p], widths[q] = units[q], units[p], widths[q], widths[p]
@@ -295,8 +318,8 @@ def _begin_free(
         RejectedError: the room has no floor for it.
     """
     order = [units[k] for k in rng.permutation(len(units))]
-    widths = [unit.size_m[1] for unit in order]
-    size = rule.wall_gap_m + max(unit.size_m[0] for unit in order), sum(widths)
+    widths = [along_m(unit) for unit in order]
+    size = rule.wall_gap_m + max(map(across_m, order)), _length(rule, widths)
     places = free_slots(shell.wall, np.concatenate([shell.swings, taken.units]), taken.standing, size, rule.aisle_m, rule.around_m)
     if not places:
         raise RejectedError(f"floor that {symbol} stands free on")
@@ -313,7 +336,7 @@ def _set_width(unit: Draft, width: float) -> None:
 def _note(symbol: str, chosen: _Candidate, shell: Shell) -> None:
     """Give the units their widths, write down the run that they are in, and tell what may hang above them."""
     for k, (unit, width, pose) in enumerate(zip(chosen.units, chosen.widths, chosen.poses, strict=True)):
-        if width != unit.size_m[1]:
+        if width != along_m(unit):
             _set_width(unit, width)
         unit.beside = tuple(other.id for other in (*chosen.units[max(k - 1, 0) : k], *chosen.units[k + 1 : k + 2]))
         unit.below.append(attribute_node(Attribute("place_in_run", f"{symbol} {k}", 0.0), unit.id))
@@ -322,13 +345,9 @@ def _note(symbol: str, chosen: _Candidate, shell: Shell) -> None:
 
 def _places(run: _Run, chosen: _Candidate) -> list[Slot]:
     """Return all places that the legs of a run fit in, walls that are free of doors and windows alike."""
-    lengths = list(_leg_lengths(chosen))
+    lengths = list(_leg_lengths(chosen, run.rule))
     at_walls = lengths[:-1] if run.juts else lengths
-    found = [
-        slot
-        for frame in _frames(run, np.zeros((0, 8)))
-        for slot in slots(run.shell.wall, frame, at_walls, run.rule.end_gap_m, run.rule.flush)
-    ]
+    found = [slot for frame in _frames(run, ()) for slot in slots(run.shell.wall, frame, at_walls, run.rule.end_gap_m, run.rule.flush)]
     if run.juts:
         leg, size = len(at_walls) - 1, (run.rule.wall_gap_m + run.jut_m, lengths[-1])
         found = [jutting(slot, leg, at_walls[-1], run.corner_m, run.jut_m, run.rule.wall_gap_m) for slot in found]
@@ -343,6 +362,7 @@ def _plan(rule: RunRule, chosen: _Candidate, places: Sequence[Slot]) -> RunPlan:
         units=tuple(unit.id for unit in chosen.units),
         legs=chosen.legs,
         wall_gap_m=rule.wall_gap_m,
+        joint_m=rule.joint_m,
         line_cost=rule.line_cost,
         slots=tuple(found),
         slot=found.index(chosen.slot),
@@ -350,8 +370,13 @@ def _plan(rule: RunRule, chosen: _Candidate, places: Sequence[Slot]) -> RunPlan:
     )
 
 
-def _leg_lengths(chosen: _Candidate) -> Iterator[float]:
+def _length(rule: RunRule, widths: Sequence[float]) -> float:
+    """Return how long a leg is, the joints between its units included."""
+    return sum(widths) + rule.joint_m * (len(widths) - 1)
+
+
+def _leg_lengths(chosen: _Candidate, rule: RunRule) -> Iterator[float]:
     first = 0
     for count in chosen.legs:
-        yield sum(chosen.widths[first : first + count])
+        yield _length(rule, chosen.widths[first : first + count])
         first += count

@@ -15,6 +15,7 @@ from typing import NamedTuple
 from grammar.geometry.arrays import Floats
 from grammar.geometry.wall_spans import Span
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, REFLEX, START_X, START_Y, WALL_YAW
+from grammar.spec.run_rules import RunRule, RunUnit
 
 MOST_LEGS = 3
 _SQUARE = 0.02
@@ -213,17 +214,22 @@ def jutting(slot: Slot, leg: int, length_m: float, corner_m: float, depth_m: flo
 
 
 def unit_poses(
-    slot: Slot, slide_m: float, legs: Sequence[Sequence[tuple[float, float]]], turns: Sequence[bool], gap_m: float
+    slot: Slot, slide_m: float, legs: Sequence[Sequence[tuple[float, float]]], units: Sequence[RunUnit], run: RunRule
 ) -> list[tuple[float, float, float]]:
-    """Return x, y and yaw (world) of each unit of a run; ``legs`` holds the (depth, width) of the units of each leg in order.
+    """Return x, y and yaw (world) of each unit of a run; ``legs`` has what the units of each leg take across and along their line.
 
     The compiled twin is :func:`grammar.layout.runs.arrange`.
     """
     poses: list[tuple[float, float, float]] = []
-    for leg, units in enumerate(legs):
-        line, walked = slot.line(leg), slide_m if leg == 0 else 0.0
-        for depth, width in units:
-            x, y = line.point(slot.direction * (walked + 0.5 * width), gap_m + 0.5 * depth)
-            walked += width
-            poses.append((x, y, line.yaw_rad - (0.5 * math.pi if turns[len(poses)] and slot.direction < 0.0 else 0.0)))
+    for k, leg in enumerate(legs):
+        line, walked = slot.line(k), slide_m if k == 0 else 0.0
+        for across, along in leg:
+            x, y = line.point(slot.direction * (walked + 0.5 * along), run.wall_gap_m + 0.5 * across)
+            walked += along + run.joint_m
+            yaw, place = line.yaw_rad, len(poses)
+            if units[place].turns and slot.direction < 0.0:
+                yaw -= 0.5 * math.pi
+            elif units[place].end_on:
+                yaw += 0.5 * math.pi * slot.direction * (1.0 if 2 * place + 2 <= len(units) else -1.0)
+            poses.append((x, y, yaw))
     return poses

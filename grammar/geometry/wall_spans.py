@@ -34,12 +34,17 @@ def free_spans(polygon_m: ArrayLike, obstacles: Boxes, depth_m: float) -> list[l
         depth_m: of the strip along the walls.
     """
     rows = wall_rows(polygon_m)
-    corners = [[(float(x), float(y)) for x, y in footprint_corners(box)] for box in obstacles]
-    return [_spans_of(rows, w, corners, depth_m) for w in range(len(rows))]
+    corners = outlines(obstacles)
+    return [spans_of(rows, w, corners, depth_m) for w in range(len(rows))]
 
 
-def _spans_of(rows: Floats, w: int, obstacles: Sequence[Sequence[Point]], depth_m: float) -> list[Span]:
-    """Return the free stretches of wall ``w``."""
+def outlines(boxes: Boxes) -> list[list[Point]]:
+    """Return the corners of the footprints of (n, 8) world boxes."""
+    return [[(float(x), float(y)) for x, y in footprint_corners(box)] for box in boxes]
+
+
+def spans_of(rows: Floats, w: int, obstacles: Sequence[Sequence[Point]], depth_m: float) -> list[Span]:
+    """Return the free stretches of wall ``w``; arguments as for :func:`free_spans`, obstacles by their :func:`outlines`."""
     row, length = rows[w], float(rows[w, LENGTH])
     blocked: list[tuple[float, float, bool]] = []
     for v in range(len(rows)):

@@ -195,7 +195,7 @@ def _object_table(categories: Categories, tree: ParseTree, sizes: Mapping[int, S
 
 def _link_table(limits: Thresholds, tree: ParseTree, surfaces: Sequence[SurfaceRow], parts: Sequence[_Parts]) -> Ints:
     """Return ``Problem.link``."""
-    table, first = np.zeros((len(parts), 23), np.int64), len(tree.room.openings)
+    table, first = np.zeros((len(parts), 24), np.int64), len(tree.room.openings)
     table[:, col.MOUNT], table[:, col.CORE], table[:, col.PINNED] = col.FIXED, -1, 1
     for i, item in enumerate(tree.items, first):
         table[i, [col.MOUNT, col.CORE]] = _MOUNT[item.rule.mount], -1 if item.core is None else item.core - 1

@@ -12,12 +12,12 @@ from grammar.layout import columns as col
 from grammar.layout.frames import place_object
 from grammar.layout.problem import Problem, State
 from grammar.layout.runs import arrange, hang_in_line
-from grammar.spec.run_rules import CORNER_UNIT, END, HANGING_LOW_M, WINDOW
+from grammar.spec.run_rules import CORNER_UNIT, END, HANGING_LOW_M, SIDE_WINDOW, WINDOW
 
 Wish = tuple[float, float, float]
 """Columns WISH_TARGET, WISH_NEAR and WISH_COST of a row of ``Problem.mode``."""
 
-_CODES = {END: col.END, CORNER_UNIT: col.CORNER_UNIT, WINDOW: col.WINDOW}
+_CODES = {END: col.END, CORNER_UNIT: col.CORNER_UNIT, WINDOW: col.WINDOW, SIDE_WINDOW: col.SIDE_WINDOW}
 
 
 def run_table(tree: ParseTree) -> Ints:
@@ -29,7 +29,7 @@ def run_table(tree: ParseTree) -> Ints:
 
 def slot_table(tree: ParseTree) -> Floats:
     """Return ``Problem.slot``."""
-    return np.array([(*slot, run.wall_gap_m) for run in tree.runs for slot in run.slots], np.float64).reshape(-1, 12)
+    return np.array([(*slot, run.wall_gap_m, run.joint_m) for run in tree.runs for slot in run.slots], np.float64).reshape(-1, 13)
 
 
 def write_links(tree: ParseTree, link: Ints) -> None:
@@ -43,6 +43,7 @@ def write_links(tree: ParseTree, link: Ints) -> None:
             rule = items[key].rule.in_run
             link[key - 1, [col.RUN, col.LEG]] = k, leg
             link[key - 1, [col.TURNS, col.UNIT_KIND]] = rule is not None and rule.turns, kinds[items[key].symbol]
+            link[key - 1, col.END_ON] = rule is not None and rule.end_on
             link[key - 1, col.LIKES_END] = rule is not None and END in (rule.near or ())
             link[key - 1, col.JUTS] = rule is not None and rule.juts
             link[key - 1, col.FILLS] = items[key].size_m[2] > HANGING_LOW_M
@@ -69,7 +70,7 @@ def wishes(tree: ParseTree, beta: float) -> Mapping[int, list[Wish]]:
     found: dict[int, list[Wish]] = {}
     for run in tree.runs:
         units = [items[key] for key in run.units]
-        held = {unit.symbol for unit in units} | {END} | ({WINDOW} if has_window else set())
+        held = {unit.symbol for unit in units} | {END} | ({WINDOW, SIDE_WINDOW} if has_window else set())
         held |= {CORNER_UNIT} if any(unit.rule.in_run is not None and unit.rule.in_run.turns for unit in units) else set()
         for unit in units:
             found[unit.id] = [

@@ -14,7 +14,7 @@ MOUNT, CORE, LEADS, BLOCKS, SOLIDS, ZONES, STRIPS, BOX_END, WALL_MODES, AROUND_M
 )
 """Columns of ``Problem.link`` that every problem fills."""
 
-RUN, LEG, TURNS, UNIT_KIND, LIKES_END, FILLS, IN_LINE, JUTS = range(15, 23)
+RUN, LEG, TURNS, UNIT_KIND, LIKES_END, FILLS, IN_LINE, JUTS, END_ON = range(15, 24)
 """Columns of ``Problem.link`` about runs."""
 
 ZONE_KIND, ZONE_DEPTH = 6, 7
@@ -38,13 +38,13 @@ TARGET, ADDRESS_COST = 0, 1
 WISH_TARGET, WISH_NEAR, WISH_COST = range(3)
 """Columns of ``Problem.mode`` in the wishes of a unit of a run."""
 
-END, CORNER_UNIT, WINDOW, LINE = -1, -2, -3, -4
+END, CORNER_UNIT, WINDOW, LINE, SIDE_WINDOW = -1, -2, -3, -4, -5
 """Values of column ``WISH_TARGET`` beside kinds of units."""
 
 RUN_HEAD, RUN_UNITS, RUN_SLOTS, RUN_SLOTS_END = range(4)
 """Columns of ``Problem.run``."""
 
-DIRECTION, LEG_X, LEG_Y, LEG_YAW, SLIDE, RUN_GAP = 0, 1, 2, 3, 10, 11
+DIRECTION, LEG_X, LEG_Y, LEG_YAW, SLIDE, RUN_GAP, RUN_JOINT = 0, 1, 2, 3, 10, 11, 12
 """Columns of ``Problem.slot``; ``LEG_X``, ``LEG_Y`` and ``LEG_YAW`` are those of the first leg, each next leg has three more."""
 
 SURFACE_X, SURFACE_Y, SURFACE_Z, SURFACE_HALF_DEPTH, SURFACE_HALF_WIDTH, SURFACE_OWNER = range(6)

@@ -13,7 +13,7 @@ import math
 from grammar.geometry import walls
 from grammar.geometry.kernels import entry, inlined, kernel
 from grammar.layout import columns as col
-from grammar.layout.frames import along_wall, point_at_wall, wall_of_core
+from grammar.layout.frames import along_wall, point_at_wall, wall_of_core, wrap
 from grammar.layout.proposal import pick
 from grammar.spec.energy_terms import TERMS
 
@@ -38,6 +38,12 @@ def unit_at(problem, state, run, place):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def half_along(problem, i):  # type: ignore[no-untyped-def]
+    """Return half of what a unit takes of its line, in metres."""
+    return problem.object[i, col.HALF_DEPTH] if problem.link[i, col.END_ON] else problem.object[i, col.HALF_WIDTH]
+
+
+@kernel
 def shift_of(problem, state, run):  # type: ignore[no-untyped-def]
     """Return how far a run is shifted along its slot, in metres."""
     first = unit_at(problem, state, run, 0)
@@ -48,7 +54,7 @@ def shift_of(problem, state, run):  # type: ignore[no-untyped-def]
     along = (state.where[first, col.X] - slot[k, col.LEG_X]) * math.sin(yaw) - (state.where[first, col.Y] - slot[k, col.LEG_Y]) * math.cos(
         yaw
     )
-    return slot[k, col.DIRECTION] * along - problem.object[first, col.HALF_WIDTH]
+    return slot[k, col.DIRECTION] * along - half_along(problem, first)
 
 
 @entry
@@ -65,15 +71,21 @@ def arrange(problem, state, run, shift):  # type: ignore[no-untyped-def]
         first += 1
         # Put the unit beside the one before it.
         i, yaw = unit_at(problem, state, run, place), slot[k, col.LEG_YAW + 3 * leg]
-        half, c, s = problem.object[i, col.HALF_WIDTH], math.cos(yaw), math.sin(yaw)
-        along, across = slot[k, col.DIRECTION] * (walked + half), slot[k, col.RUN_GAP] + problem.object[i, col.HALF_DEPTH]
-        walked += 2.0 * half
+        half, c, s = half_along(problem, i), math.cos(yaw), math.sin(yaw)
+        along = slot[k, col.DIRECTION] * (walked + half)
+        across = slot[k, col.RUN_GAP] + (
+            problem.object[i, col.HALF_WIDTH] if problem.link[i, col.END_ON] else problem.object[i, col.HALF_DEPTH]
+        )
+        walked += 2.0 * half + slot[k, col.RUN_JOINT]
         state.where[i, col.X] = slot[k, col.LEG_X + 3 * leg] + along * s + across * c
         state.where[i, col.Y] = slot[k, col.LEG_Y + 3 * leg] - along * c + across * s
         state.where[i, col.YAW] = yaw
         if problem.link[i, col.TURNS] and slot[k, col.DIRECTION] < 0.0:
-            yaw -= 0.5 * math.pi
-            state.where[i, col.YAW] = yaw if yaw >= -math.pi else yaw + 2.0 * math.pi
+            state.where[i, col.YAW] = wrap(yaw - 0.5 * math.pi)
+        elif problem.link[i, col.END_ON]:
+            to_start = 2 * place + 2 <= problem.run[run, col.RUN_UNITS]
+            quarter = 0.5 * math.pi * slot[k, col.DIRECTION]
+            state.where[i, col.YAW] = wrap(yaw + (quarter if to_start else -quarter))
 
 
 @entry
@@ -124,7 +136,7 @@ def propose_run(rng, problem, state, settings, i, kind, proposal):  # type: igno
     proposal.tag[1, col.FIRST_UNIT], proposal.tag[1, col.SECOND_UNIT] = a, b
     if a == b or problem.link[a, col.TURNS] or problem.link[b, col.TURNS] or problem.link[a, col.JUTS] != problem.link[b, col.JUTS]:
         return 0
-    alike = abs(problem.object[a, col.HALF_WIDTH] - problem.object[b, col.HALF_WIDTH]) <= _SAME_WIDTH_M
+    alike = abs(half_along(problem, a) - half_along(problem, b)) <= _SAME_WIDTH_M
     return 1 if alike or _leg_of(problem, run, p) == _leg_of(problem, run, q) else 0
 
 
@@ -156,6 +168,16 @@ def _below_window(problem, state, i):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def _beside_window(problem, state, i):  # type: ignore[no-untyped-def]
+    """Return whether the room has a window in a wall at right angles to the one at a unit's back."""
+    for j in range(len(problem.link)):
+        if problem.link[j, col.MOUNT] == col.FIXED and problem.object[j, col.BOTTOM] > 0.0:
+            if abs(math.cos(state.where[i, col.YAW] - state.where[j, col.YAW])) < 0.5:
+                return True
+    return False
+
+
+@kernel
 def _only_alike(problem, state, run, first, end):  # type: ignore[no-untyped-def]
     """Return whether all units in the places ``first`` to ``end - 1`` of a run like its end."""
     for place in range(first, end):
@@ -179,6 +201,8 @@ def add_run_order(problem, state, run, out):  # type: ignore[no-untyped-def]
                 met = _only_alike(problem, state, run, 0, place) or _only_alike(problem, state, run, place + 1, last + 1)
             elif target == col.WINDOW:
                 met = _below_window(problem, state, i)
+            elif target == col.SIDE_WINDOW:
+                met = _beside_window(problem, state, i)
             elif target == col.LINE:
                 met = (before >= 0 and problem.link[before, col.FILLS] > 0) or (after >= 0 and problem.link[after, col.FILLS] > 0)
             elif target == col.CORNER_UNIT:

@@ -8,7 +8,7 @@ from grammar.spec.and_or_graph import Branch, Node
 from grammar.spec.object_rules import CORE, CORNER, NONE, Mode, ObjectRule
 from grammar.spec.room_rules import OPENINGS, SHAPES, OpeningRule, RoomRule
 from grammar.spec.rules import MOVES, Convergence, Grammar, MoveRule, truncated_normals
-from grammar.spec.run_rules import CORNER_UNIT, END, WINDOW
+from grammar.spec.run_rules import CORNER_UNIT, END, SIDE_WINDOW, WINDOW
 from grammar.spec.values import range_error
 from scene_description import FieldError
 
@@ -144,10 +144,12 @@ def _check_run_unit(grammar: Grammar, path: str, rule: ObjectRule) -> None:
         return
     if rule.mount != "floor" or rule.cores:
         raise FieldError(f"{path}.in_run", "no value unless mount is 'floor' and without cores", "a value")
+    if unit.end_on and (unit.turns or unit.stretches):
+        raise FieldError(f"{path}.in_run.end_on", "no value with turns or stretches", "a value")
     for name in ("near", "apart"):
         for target in getattr(unit, name) or ():
-            if target not in grammar.objects and target not in (END, CORNER_UNIT, WINDOW):
-                expected = f"symbols of objects, {END}, {CORNER_UNIT} or {WINDOW}"
+            if target not in grammar.objects and target not in (END, CORNER_UNIT, WINDOW, SIDE_WINDOW):
+                expected = f"symbols of objects, {END}, {CORNER_UNIT}, {WINDOW} or {SIDE_WINDOW}"
                 raise FieldError(f"{path}.in_run.{name}", expected, repr(target))
 
 

@@ -13,6 +13,7 @@ from grammar.geometry.walls import wall_rows
 from grammar.layout.assemble import assemble
 from grammar.layout.schedule import leaders
 from grammar.spec.request import SceneRequest
+from grammar.spec.run_rules import RunRule, RunUnit
 
 SQUARE = wall_rows([(0, 0), (4, 0), (4, 4), (0, 4)])
 NOTHING = np.zeros((0, 8))
@@ -24,7 +25,7 @@ def test_an_island_faces_the_units_at_a_wall_from_across_the_aisle():
     assert {slot.direction for slot in slots} == {1.0, -1.0}
     for slot in slots:
         for slide in (0.0, slot.slide):
-            poses = unit_poses(slot, slide, [[(0.9, 0.75), (0.9, 0.75)]], [False, False], 0.0)
+            poses = unit_poses(slot, slide, [[(0.9, 0.75), (0.9, 0.75)]], [RunUnit()] * 2, RunRule(wall_gap_m=0.0))
             assert all(abs(math.remainder(yaw + 0.5 * math.pi, 2.0 * math.pi)) < 1e-9 for _, _, yaw in poses)
             # fronts 1.0 to 1.3 m before those of the units, ends 0.9 m off the side walls, backs off the wall behind
             assert all(1.6 - 1e-9 <= y - 0.45 <= 1.9 + 1e-9 and y + 0.45 <= 4.0 - 0.9 + 1e-3 for _, y, _ in poses)
@@ -45,7 +46,9 @@ def test_a_leg_juts_out_behind_the_unit_that_turns(direction):
     """One unit and one that turns at a wall along x, then a unit 0.9 m deep away from the wall, its front even with the side."""
     start = slot_at(direction, [Line(0.0 if direction > 0 else 4.0, 0.0, 0.5 * math.pi)], 0.0)
     slot = jutting(start, 0, 1.6, 0.6, 0.9, 0.0)
-    poses = unit_poses(slot, 0.0, [[(0.6, 1.0), (0.6, 0.6)], [(0.9, 0.8)]], [False, True, False], 0.0)
+    poses = unit_poses(
+        slot, 0.0, [[(0.6, 1.0), (0.6, 0.6)], [(0.9, 0.8)]], [RunUnit(), RunUnit(turns=True), RunUnit()], RunRule(wall_gap_m=0.0)
+    )
     mirrored = (lambda x: x) if direction > 0 else (lambda x: 4.0 - x)
     assert [(mirrored(x), y) for x, y, _ in poses] == [pytest.approx(place) for place in ((0.5, 0.3), (1.3, 0.3), (1.45, 1.0))]
     # the unit that juts out looks back along the run

@@ -180,7 +180,7 @@ def test_wishes_cost_what_is_written_in_the_chain_and_in_the_derivation():
             place = names.index(name)
             expected += cost * (place in (1, 2) and names[0 if place == 1 else 3] != other)
         assert full_energy(problem, state)[RUN_ORDER] == pytest.approx(expected)
-        assert order_cost([(name, rules[name]) for name in names], [False] * 4, False) == pytest.approx(expected)
+        assert order_cost([(name, rules[name]) for name in names], [frozenset()] * 4, False) == pytest.approx(expected)
 
 
 def test_a_run_stretches_to_the_end_of_its_wall_and_what_hangs_in_line_is_as_wide():

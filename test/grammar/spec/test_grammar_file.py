@@ -120,7 +120,7 @@ BAD = {
     "wish_for_nothing": (
         ["objects", "bed", "in_run"],
         {"near": {"throne": 1}},
-        r"objects\.bed\.in_run\.near: expected symbols of objects, end, corner or window, got 'throne'",
+        r"objects\.bed\.in_run\.near: expected symbols of objects, end, corner, window or side_window, got 'throne'",
     ),
     "in_line_on_the_floor": (["objects", "bed", "in_line"], True, r"objects\.bed\.in_line: expected mount 'wall' and cores with it"),
     "tied_in_a_circle": (
