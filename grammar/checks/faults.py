@@ -44,7 +44,7 @@ FAULTS = (
     Fault("chair_behind_chair", "another chair stands between a chair and its table", seats.chair_behind_chair),
     Fault("coffee_table_astray", "no sofa or armchair stands at a coffee table", seats.coffee_table_astray),
     Fault("seat_faces_wall", "a sofa or armchair faces a wall or something high close by", seats.seat_faces_wall),
-    Fault("seat_alone", "a sofa or armchair looks at no coffee table, television or other such seat", seats.seat_alone),
+    Fault("seat_alone", "a sofa or armchair of a living room looks at no coffee table, television or other such seat", seats.seat_alone),
     Fault("stands_on_mat", "something stands on a mat for feet or exercise", furniture.stands_on_mat),
     Fault("pot_on_rug_edge", "a plant, vase, bin or lamp stands on a rug with a part of its foot only", furniture.pot_on_rug_edge),
     Fault("stands_astray", "a plant, vase, bin or lamp stands free, 0.4 m off walls and furniture", furniture.stands_astray),

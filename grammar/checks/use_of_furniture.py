@@ -15,7 +15,7 @@ VIEW_RAD = math.radians(60.0)
 FRONT_SHARE, FRONT_GAP_M, FRONT_DEPTH_M = 0.5, 0.05, 0.35
 BEDSIDE_M = 0.3
 BEFORE_MIRROR_M = 0.8
-MAT_SHARE, KNEE_HIGH_M, ASTRAY_M = 0.05, 0.3, 0.4
+MAT_SHARE, KNEE_HIGH_M, ASTRAY_M = 0.15, 0.3, 0.4
 
 
 def front_blocked(found: Furnished) -> list[int]:

@@ -95,7 +95,7 @@ def object_zones(rule: ObjectRule, size_m: Size) -> list[Zone]:
 
 
 def side_rectangle(side: str, depth_m: float, size_m: Size) -> tuple[float, float, float, float]:
-    """Return x, y, half depth and half width (object's frame) of the strip ``depth_m`` deep along one side of an object (or "under", "over" it)."""
+    """Return x, y, half depth, half width (object's frame) of the strip ``depth_m`` deep along a side of an object (or under, over it)."""
     half_d, half_w, half = 0.5 * size_m[0], 0.5 * size_m[1], 0.5 * depth_m
     return {
         "front": (half_d + half, 0.0, half, half_w),
