@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from grammar.checks.furnished import Furnished, back_gap, in_boxes, taken_share, wall_distance, whole_box, world_points
-from grammar.geometry.boxes import Z_HIGH, Z_LOW, footprint_corners, footprint_penetration
+from grammar.geometry.boxes import Z_LOW, footprint_corners, footprint_penetration
 from grammar.spec.categories import BACK_GAP_M
 from scene_description import SceneObject
 
@@ -16,6 +16,7 @@ FRONT_SHARE, FRONT_GAP_M, FRONT_DEPTH_M = 0.5, 0.05, 0.35
 BEDSIDE_M = 0.3
 BEFORE_MIRROR_M = 0.8
 MAT_SHARE, KNEE_HIGH_M, ASTRAY_M = 0.15, 0.3, 0.4
+BIN_HIGH_M, UNDER_M = 0.45, 0.05
 
 
 def front_blocked(found: Furnished) -> list[int]:
@@ -114,11 +115,18 @@ def pot_on_rug_edge(found: Furnished) -> list[int]:
 
 def stands_astray(found: Furnished) -> list[int]:
     """Return plants, vases, bins and lamps that stand free on the floor, further than ``ASTRAY_M`` from walls and furniture."""
+    furniture = [item for item in found.objects if item.support.kind == "floor" and not found.categories[item.category].underlay]
     bad = []
     for item in found.standing("filler"):
         box = whole_box(item)
-        beside = (found.owner != item.id) & (found.boxes[:, Z_LOW] < KNEE_HIGH_M) & (found.boxes[:, Z_HIGH] > KNEE_HIGH_M)
-        free = not any(footprint_penetration(box, other) > -ASTRAY_M for other in found.boxes[beside])
-        if free and wall_distance(found, footprint_corners(box)) > ASTRAY_M:
+        near = any(footprint_penetration(box, whole_box(other)) > -ASTRAY_M for other in furniture if other is not item)
+        if not near and wall_distance(found, footprint_corners(box)) > ASTRAY_M:
             bad.append(item.id)
     return bad
+
+
+def plant_under_table(found: Furnished) -> list[int]:
+    """Return plants, vases and lamps, but no bins, that stand below a table."""
+    tables = [whole_box(item) for item in found.standing("table")]
+    tall = [item for item in found.standing("filler") if item.size_m[2] > BIN_HIGH_M]
+    return [item.id for item in tall if any(footprint_penetration(whole_box(item), table) > UNDER_M for table in tables)]
