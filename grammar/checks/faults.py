@@ -46,7 +46,7 @@ FAULTS = (
     Fault("seat_faces_wall", "a sofa or armchair faces a wall or something high close by", seats.seat_faces_wall),
     Fault("seat_alone", "a sofa or armchair of a living room looks at no coffee table, television or other such seat", seats.seat_alone),
     Fault("stands_on_mat", "something stands on a mat for feet or exercise", furniture.stands_on_mat),
-    Fault("pot_on_rug_edge", "a plant, vase, bin or lamp stands on a rug with a part of its foot only", furniture.pot_on_rug_edge),
+    Fault("pot_on_rug_edge", "a plant, vase or lamp stands on a rug with a part of its foot only", furniture.pot_on_rug_edge),
     Fault("stands_astray", "a plant, vase, bin or lamp stands free, 0.4 m off walls and furniture", furniture.stands_astray),
     Fault("plant_under_table", "a plant, vase or lamp stands below a table", furniture.plant_under_table),
     Fault("front_blocked", "the front of a store or appliance is blocked to more than half", furniture.front_blocked),

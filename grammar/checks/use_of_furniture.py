@@ -102,10 +102,10 @@ def stands_on_mat(found: Furnished) -> list[int]:
 
 
 def pot_on_rug_edge(found: Furnished) -> list[int]:
-    """Return plants, vases and the like that stand on a rug with a part of their foot only."""
+    """Return plants, vases and lamps, but no bins, that stand on a rug with a part of their foot only."""
     rugs = [whole_box(item) for item in found.objects if found.categories[item.category].underlay and item.support.kind == "floor"]
     bad = []
-    for item in found.standing("filler") if rugs else []:
+    for item in [item for item in found.standing("filler") if item.size_m[2] > BIN_HIGH_M] if rugs else []:
         box = whole_box(item)
         deepest = max(footprint_penetration(box, rug) for rug in rugs)
         if 0.02 < deepest and not in_boxes(footprint_corners(box), np.array(rugs)).all():
