@@ -12,6 +12,7 @@ from typing import NamedTuple
 from grammar.checks import use_of_doors as doors
 from grammar.checks import use_of_furniture as furniture
 from grammar.checks import use_of_kitchens as kitchens
+from grammar.checks import use_of_seats as seats
 from grammar.checks.furnished import Furnished, furnished
 from grammar.spec.categories import Categories
 from scene_description import SceneDescription
@@ -36,8 +37,18 @@ FAULTS = (
     Fault("rug_in_swing", "a rug or mat lies where a door swings", doors.rug_in_swing),
     Fault("before_window", "a thing covers 15 % of a window", doors.before_window),
     Fault("curtain_off_window", "a curtain hangs where no window is", doors.curtain_off_window),
-    Fault("screen_unseen", "no seat faces a television that faces it", furniture.screen_unseen),
-    Fault("chair_at_no_table", "a chair or stool faces no table or desk", furniture.chair_at_no_table),
+    Fault("screen_unseen", "no seat faces a television that faces it", seats.screen_unseen),
+    Fault("chair_at_no_table", "a chair or stool faces no table or desk", seats.chair_at_no_table),
+    Fault("second_screen", "a room has two televisions", seats.second_screen),
+    Fault("screen_hidden", "things cover 15 % of a television", seats.screen_hidden),
+    Fault("chair_behind_chair", "another chair stands between a chair and its table", seats.chair_behind_chair),
+    Fault("coffee_table_astray", "no sofa or armchair stands at a coffee table", seats.coffee_table_astray),
+    Fault("seat_faces_wall", "a sofa or armchair faces a wall or something high close by", seats.seat_faces_wall),
+    Fault("seat_alone", "a sofa or armchair of a living room looks at no coffee table, television or other such seat", seats.seat_alone),
+    Fault("stands_on_mat", "something stands on a mat for feet or exercise", furniture.stands_on_mat),
+    Fault("pot_on_rug_edge", "a plant, vase or lamp stands on a rug with a part of its foot only", furniture.pot_on_rug_edge),
+    Fault("stands_astray", "a plant, vase, bin or lamp stands free, 0.4 m off walls and furniture", furniture.stands_astray),
+    Fault("plant_under_table", "a plant, vase or lamp stands below a table", furniture.plant_under_table),
     Fault("front_blocked", "the front of a store or appliance is blocked to more than half", furniture.front_blocked),
     Fault("shelf_off_wall", "a shelf has no wall behind its back", furniture.shelf_off_wall),
     Fault("wardrobe_off_wall", "a wardrobe has no wall behind its back", furniture.wardrobe_off_wall),

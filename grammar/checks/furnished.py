@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -38,6 +38,10 @@ class Furnished:
     def having(self, *roles: Role) -> list[SceneObject]:
         """Return the objects whose category has one of these roles."""
         return [item for item in self.objects if any(role in self.categories[item.category].roles for role in roles)]
+
+    def only(self, kept: Bools) -> Furnished:
+        """Return the room with those of its solids only that ``kept`` (m,) says."""
+        return replace(self, boxes=self.boxes[kept], owner=self.owner[kept])
 
     def standing(self, *roles: Role) -> list[SceneObject]:
         """Return those of :meth:`having` that stand on the floor."""
@@ -98,6 +102,31 @@ def taken_share(found: Furnished, item: SceneObject, side: str, gap_m: float, de
     return float((taken.sum() + sum(outside)) / len(points))
 
 
+def face_covered(boxes: Boxes, frame: tuple[float, float, float], width_m: float, heights_m: tuple[float, float], depth_m: float) -> Bools:
+    """Return (m, n) which of a grid of points of an upright face each box stands before, within a depth.
+
+    Args:
+        boxes: (m, 8) in the world.
+        frame: x, y of the face's middle and the yaw of the direction that it looks in.
+        width_m: of the face.
+        heights_m: of its lower and upper edge.
+        depth_m: how far before it boxes count.
+    """
+    c, s = math.cos(frame[2]), math.sin(frame[2])
+    dx, dy = boxes[:, X] - frame[0], boxes[:, Y] - frame[1]
+    turn_c = np.abs(boxes[:, COS_YAW] * c + boxes[:, SIN_YAW] * s)
+    turn_s = np.abs(boxes[:, SIN_YAW] * c - boxes[:, COS_YAW] * s)
+    half_into = boxes[:, HALF_DEPTH] * turn_c + boxes[:, HALF_WIDTH] * turn_s
+    half_along = boxes[:, HALF_DEPTH] * turn_s + boxes[:, HALF_WIDTH] * turn_c
+    into, left = dx * c + dy * s, dy * c - dx * s
+    before = (into + half_into > 0.0) & (into - half_into < depth_m)
+    along = ((np.arange(_POINTS) + 0.5) / _POINTS - 0.5) * width_m
+    up = heights_m[0] + (np.arange(_POINTS) + 0.5) / _POINTS * (heights_m[1] - heights_m[0])
+    a, z = (grid.ravel() for grid in np.meshgrid(along, up))
+    inside = (np.abs(a - left[:, None]) < half_along[:, None]) & (z > boxes[:, Z_LOW, None]) & (z < boxes[:, Z_HIGH, None])
+    return np.asarray(inside & before[:, None])
+
+
 def against_wall(found: Furnished, item: SceneObject) -> Against | None:
     """Return the wall nearest to an object's back that the back is turned to, None if there is none."""
     back = world_points(item, np.array([-0.5 * item.size_m[0]]), np.array([0.0]))[0]
@@ -117,6 +146,13 @@ def back_gap(found: Furnished, item: SceneObject) -> float:
     """Return the gap in metres behind an object's back to the wall that it is turned to; infinite where there is none."""
     wall = against_wall(found, item)
     return math.inf if wall is None else wall.gap_m
+
+
+def wall_distance(found: Furnished, points: Floats) -> float:
+    """Return the least distance in metres from points (n, 2) to the walls."""
+    dx, dy = points[:, :1] - found.wall[:, START_X], points[:, 1:] - found.wall[:, START_Y]
+    along, across = dx * found.wall[:, ALONG_X] + dy * found.wall[:, ALONG_Y], dx * found.wall[:, NORMAL_X] + dy * found.wall[:, NORMAL_Y]
+    return float(np.hypot(across, along - np.clip(along, 0.0, found.wall[:, LENGTH])).min())
 
 
 def leaf_frames(room: Room) -> Iterator[tuple[Opening, float, float, float, float]]:

@@ -6,14 +6,11 @@ import math
 
 import numpy as np
 
-from grammar.checks.furnished import Furnished, behind_doors, in_boxes, swept_points, whole_box, world_points
-from grammar.geometry.arrays import Boxes, Floats
-from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, SIN_YAW, Z_HIGH, Z_LOW, X, Y
+from grammar.checks.furnished import Furnished, behind_doors, face_covered, in_boxes, swept_points, whole_box, world_points
 from grammar.geometry.zones import opening_frame
 
 HIDDEN_SHARE, HIDDEN_DEPTH_M = 0.25, 0.6
 WINDOW_SHARE, WINDOW_DEPTH_M = 0.15, 0.5
-_GRID = 12
 
 
 def switch_behind_door(found: Furnished) -> list[int]:
@@ -40,7 +37,7 @@ def shown_hidden(found: Furnished) -> list[int]:
             x, y = world_points(item, np.array([0.5 * item.size_m[0]]), np.zeros(1))[0]
             boxes = found.boxes[found.owner != item.id]
             low, high = item.position_m[2], item.position_m[2] + item.size_m[2]
-            if _covered(boxes, (x, y, item.yaw_rad), item.size_m[1], (low, high), HIDDEN_DEPTH_M).any(0).mean() > HIDDEN_SHARE:
+            if face_covered(boxes, (x, y, item.yaw_rad), item.size_m[1], (low, high), HIDDEN_DEPTH_M).any(0).mean() > HIDDEN_SHARE:
                 bad.append(item.id)
     return bad
 
@@ -54,7 +51,7 @@ def before_window(found: Furnished) -> list[int]:
     for opening in found.room.openings:
         if opening.category == "window" and len(boxes):
             heights = (opening.sill_m, opening.sill_m + opening.height_m)
-            covered = _covered(boxes, opening_frame(found.room, opening), opening.width_m, heights, WINDOW_DEPTH_M)
+            covered = face_covered(boxes, opening_frame(found.room, opening), opening.width_m, heights, WINDOW_DEPTH_M)
             bad.update(int(key) for key in np.unique(owner) if covered[owner == key].any(0).mean() > WINDOW_SHARE)
     return sorted(bad)
 
@@ -80,28 +77,3 @@ def rug_in_swing(found: Furnished) -> list[int]:
     flat = [item for item in found.objects if found.categories[item.category].underlay and item.support.kind == "floor"]
     swept = list(swept_points(found.room))
     return [item.id for item in flat if any(in_boxes(points, whole_box(item)[None]).any() for points in swept)]
-
-
-def _covered(boxes: Boxes, frame: tuple[float, float, float], width_m: float, heights_m: tuple[float, float], depth_m: float) -> Floats:
-    """Return (m, n) which of a grid of points of an upright face each box stands before, within a depth.
-
-    Args:
-        boxes: (m, 8) in the world.
-        frame: x, y of the face's middle and the yaw of the direction that it looks in.
-        width_m: of the face.
-        heights_m: of its lower and upper edge.
-        depth_m: how far before it boxes count.
-    """
-    c, s = math.cos(frame[2]), math.sin(frame[2])
-    dx, dy = boxes[:, X] - frame[0], boxes[:, Y] - frame[1]
-    turn_c = np.abs(boxes[:, COS_YAW] * c + boxes[:, SIN_YAW] * s)
-    turn_s = np.abs(boxes[:, SIN_YAW] * c - boxes[:, COS_YAW] * s)
-    half_into = boxes[:, HALF_DEPTH] * turn_c + boxes[:, HALF_WIDTH] * turn_s
-    half_along = boxes[:, HALF_DEPTH] * turn_s + boxes[:, HALF_WIDTH] * turn_c
-    into, left = dx * c + dy * s, dy * c - dx * s
-    before = (into + half_into > 0.0) & (into - half_into < depth_m)
-    along = ((np.arange(_GRID) + 0.5) / _GRID - 0.5) * width_m
-    up = heights_m[0] + (np.arange(_GRID) + 0.5) / _GRID * (heights_m[1] - heights_m[0])
-    a, z = (grid.ravel() for grid in np.meshgrid(along, up))
-    inside = (np.abs(a - left[:, None]) < half_along[:, None]) & (z > boxes[:, Z_LOW, None]) & (z < boxes[:, Z_HIGH, None])
-    return np.asarray(inside & before[:, None])

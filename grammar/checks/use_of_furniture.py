@@ -1,4 +1,4 @@
-"""Faults of use about furniture: screens that no seat faces, chairs at no table, blocked fronts, backs that stand free of walls."""
+"""Faults of use about furniture: blocked fronts, backs that stand free of walls, what stands on mats or free on the floor."""
 
 from __future__ import annotations
 
@@ -6,43 +6,17 @@ import math
 
 import numpy as np
 
-from grammar.checks.furnished import Furnished, back_gap, in_boxes, taken_share, whole_box, world_points
-from grammar.geometry.boxes import footprint_penetration
+from grammar.checks.furnished import Furnished, back_gap, in_boxes, taken_share, wall_distance, whole_box, world_points
+from grammar.geometry.boxes import Z_LOW, footprint_corners, footprint_penetration
 from grammar.spec.categories import BACK_GAP_M
 from scene_description import SceneObject
 
-VIEW_RAD, VIEW_M = math.radians(60.0), 8.0
-FACING_RAD, FACING_M = math.radians(40.0), 0.6
+VIEW_RAD = math.radians(60.0)
 FRONT_SHARE, FRONT_GAP_M, FRONT_DEPTH_M = 0.5, 0.05, 0.35
 BEDSIDE_M = 0.3
 BEFORE_MIRROR_M = 0.8
-
-
-def screen_unseen(found: Furnished) -> list[int]:
-    """Return screens that no seat looks at: within ``VIEW_RAD`` of the directions that both look in, and within ``VIEW_M``."""
-    seats = found.having("seat")
-    return [item.id for item in found.having("screen") if not any(_face_each_other(item, seat) for seat in seats)]
-
-
-def _face_each_other(screen: SceneObject, seat: SceneObject) -> bool:
-    dx, dy = screen.position_m[0] - seat.position_m[0], screen.position_m[1] - seat.position_m[1]
-    if math.hypot(dx, dy) > VIEW_M:
-        return False
-    to_screen = math.atan2(dy, dx)
-    turned = (seat.yaw_rad - to_screen, screen.yaw_rad - to_screen - math.pi)
-    return all(abs(math.remainder(angle, 2.0 * math.pi)) <= VIEW_RAD for angle in turned)
-
-
-def chair_at_no_table(found: Furnished) -> list[int]:
-    """Return chairs and stools before which no table or desk stands within ``FACING_M`` and ``FACING_RAD``."""
-    tables = np.array([whole_box(item) for item in found.standing("table")]).reshape(-1, 8)
-    angle, reach = np.meshgrid(np.linspace(-FACING_RAD, FACING_RAD, 5), np.linspace(0.0, 1.0, 10))
-    bad = []
-    for item in found.standing("pulled_up"):
-        away = reach * (0.5 * item.size_m[0] + FACING_M)
-        if not in_boxes(world_points(item, away * np.cos(angle), away * np.sin(angle)), tables).any():
-            bad.append(item.id)
-    return bad
+MAT_SHARE, KNEE_HIGH_M, ASTRAY_M = 0.15, 0.3, 0.4
+BIN_HIGH_M, UNDER_M = 0.45, 0.05
 
 
 def front_blocked(found: Furnished) -> list[int]:
@@ -113,3 +87,46 @@ def _before(mirror: SceneObject, basin: SceneObject) -> bool:
 def no_bathing(found: Furnished) -> list[int]:
     """Return the room (0) if it is a bathroom without bath and shower."""
     return [0] if found.room_type == "bathroom" and not found.having("bathing") else []
+
+
+def stands_on_mat(found: Furnished) -> list[int]:
+    """Return mats for feet or exercise of which things on the floor take more than ``MAT_SHARE``."""
+    steps = (np.arange(8) + 0.5) / 8.0 - 0.5
+    u, v = np.meshgrid(steps, steps)
+    bad = []
+    for item in found.standing("mat"):
+        low = found.boxes[(found.boxes[:, Z_LOW] < KNEE_HIGH_M) & (found.owner != item.id)]
+        if in_boxes(world_points(item, u * item.size_m[0], v * item.size_m[1]), low).mean() > MAT_SHARE:
+            bad.append(item.id)
+    return bad
+
+
+def pot_on_rug_edge(found: Furnished) -> list[int]:
+    """Return plants, vases and lamps, but no bins, that stand on a rug with a part of their foot only."""
+    rugs = [whole_box(item) for item in found.objects if found.categories[item.category].underlay and item.support.kind == "floor"]
+    bad = []
+    for item in [item for item in found.standing("filler") if item.size_m[2] > BIN_HIGH_M] if rugs else []:
+        box = whole_box(item)
+        deepest = max(footprint_penetration(box, rug) for rug in rugs)
+        if 0.02 < deepest and not in_boxes(footprint_corners(box), np.array(rugs)).all():
+            bad.append(item.id)
+    return bad
+
+
+def stands_astray(found: Furnished) -> list[int]:
+    """Return plants, vases, bins and lamps that stand free on the floor, further than ``ASTRAY_M`` from walls and furniture."""
+    furniture = [item for item in found.objects if item.support.kind == "floor" and not found.categories[item.category].underlay]
+    bad = []
+    for item in found.standing("filler"):
+        box = whole_box(item)
+        near = any(footprint_penetration(box, whole_box(other)) > -ASTRAY_M for other in furniture if other is not item)
+        if not near and wall_distance(found, footprint_corners(box)) > ASTRAY_M:
+            bad.append(item.id)
+    return bad
+
+
+def plant_under_table(found: Furnished) -> list[int]:
+    """Return plants, vases and lamps, but no bins, that stand below a table."""
+    tables = [whole_box(item) for item in found.standing("table")]
+    tall = [item for item in found.standing("filler") if item.size_m[2] > BIN_HIGH_M]
+    return [item.id for item in tall if any(footprint_penetration(whole_box(item), table) > UNDER_M for table in tables)]

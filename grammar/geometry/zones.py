@@ -87,7 +87,7 @@ def object_zones(rule: ObjectRule, size_m: Size) -> list[Zone]:
     zones = []
     for access in rule.access:
         x, y, u, v = side_rectangle(access.side, access.depth_m, size_m)
-        zones.append(Zone(x, y, 0.0, _ACCESS_HEIGHT_M, u, v, ACCESS, access.depth_m))
+        zones.append(Zone(x, y, 0.0, _ACCESS_HEIGHT_M, u, v, VIEW if access.side == "over" else ACCESS, access.depth_m))
     if rule.view_depth_m > 0.0:
         x, y, u, v = side_rectangle("front", rule.view_depth_m, size_m)
         zones.append(Zone(x, y, 0.0, size_m[2], u, v, VIEW, rule.view_depth_m))
@@ -95,7 +95,7 @@ def object_zones(rule: ObjectRule, size_m: Size) -> list[Zone]:
 
 
 def side_rectangle(side: str, depth_m: float, size_m: Size) -> tuple[float, float, float, float]:
-    """Return x, y, half depth and half width (object's frame) of the strip ``depth_m`` deep along one side of an object (or "under" it)."""
+    """Return x, y, half depth, half width (object's frame) of the strip ``depth_m`` deep along a side of an object (or under, over it)."""
     half_d, half_w, half = 0.5 * size_m[0], 0.5 * size_m[1], 0.5 * depth_m
     return {
         "front": (half_d + half, 0.0, half, half_w),
@@ -103,6 +103,7 @@ def side_rectangle(side: str, depth_m: float, size_m: Size) -> tuple[float, floa
         "left": (0.0, half_w + half, half_d, half),
         "right": (0.0, -half_w - half, half_d, half),
         "under": (0.0, 0.0, half_d, half_w),
+        "over": (0.0, 0.0, half_d, half_w),
     }[side]
 
 

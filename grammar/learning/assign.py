@@ -33,7 +33,8 @@ class AssignedObject:
     """An observed object as object ``symbol`` of the grammar.
 
     ``on`` and ``core`` are indices into the room's list.  ``core`` is the nearest object that the symbol can belong to, at most a metre
-    away (the threshold of Jiang et al., IJCV 2018, section 3.1).  ``core_offered``: the room holds such an object, however far away.
+    away (the threshold of Jiang et al., IJCV 2018, section 3.1) or beyond the symbol's places.  ``core_offered``: the room
+    holds such an object, however far away.
     """
 
     symbol: str
@@ -71,7 +72,7 @@ def assign(grammar: Grammar, room: ObservedRoom, any_size: bool = False) -> Assi
         rule = grammar.objects[symbol]
         offered = [j for j in kept if j != i and rule.cores and (symbols[j] or "") in rule.cores]
         nearest = min(offered, key=lambda j: (box_gap(room.objects[i], room.objects[j]), j), default=None)
-        near = nearest is not None and box_gap(room.objects[i], room.objects[nearest]) <= _GROUP_GAP_M
+        near = nearest is not None and box_gap(room.objects[i], room.objects[nearest]) <= _GROUP_GAP_M + _furthest_place(rule)
         below = on[i]
         items.append(
             AssignedObject(
@@ -84,6 +85,11 @@ def assign(grammar: Grammar, room: ObservedRoom, any_size: bool = False) -> Assi
         )
     left_over = tuple((room.objects[i], on[i]) for i, symbol in enumerate(symbols) if symbol is None)
     return AssignedRoom(room=room, objects=tuple(items), left_over=left_over)
+
+
+def _furthest_place(rule: ObjectRule) -> float:
+    """Return the greatest gap in metres of the places around a core: what stands opposite belongs to it across the room."""
+    return max((max(mode.gap_m, 0.0) for mode in rule.around), default=0.0)
 
 
 def _move_surplus(

@@ -16,12 +16,21 @@ Names = Mapping[str, Annotated[str, Limits(max_length=60)]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Low:
+    """What objects lower than ``below_m`` are: of the category ``is_a``."""
+
+    below_m: Extent
+    is_a: Symbol
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class CategoryMap:
     """Names of categories and room types; an empty target means: known, but nothing that the grammars speak of.
 
     ``wide``: categories whose front is a long side; what is recorded deeper than wide is turned so that its back is at the nearer wall.
     ``backed``: categories whose box does not tell the front, so that sources guess it: what stands at a wall has its back there.
     ``highest_m``: categories that sources record with what is above them (taps, mirrors); they are cut to this height.
+    ``low``: categories of which a source's low pieces are another one.
     ``catalogue``: categories that exist; with it a name that is in no table is taken for the nearest of them
     (:func:`grammar.learning.name_guess.nearest_category`) or, of none, for furniture or a thing by its size.
     ``raw`` (the source's own names) wins over ``rooms`` (normalised names whose meaning depends on the room type), that over ``names``.
@@ -34,6 +43,7 @@ class CategoryMap:
     wide: tuple[Symbol, ...] = ()
     backed: tuple[Symbol, ...] = ()
     highest_m: Mapping[str, Extent] = field(default_factory=dict)
+    low: Mapping[str, Low] = field(default_factory=dict)
     catalogue: frozenset[str] = frozenset()
 
     def room_type(self, name: str) -> str:

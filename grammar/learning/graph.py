@@ -215,11 +215,14 @@ def _core(grammar: Grammar, items: Sequence[Seen]) -> dict[str, float] | None:
 
 
 def _with_loners(grammar: Grammar, rooms: Sequence[AssignedRoom], least: int) -> dict[str, ObjectRule]:
-    """Return the rules of what often stands far from every core in the room: it may have none, and stands at walls then."""
+    """Return the rules of what often stands far from every core in the room: it may have none, and stands at walls then.
+
+    What has places of its own around a core (``one_each``), a chair at a table, keeps to them.
+    """
     found: dict[str, ObjectRule] = {}
     for symbol, rule in grammar.objects.items():
         followed = any(other.same_place_as == symbol for other in grammar.objects.values())
-        if rule.mount != "floor" or not rule.cores or NONE in rule.cores or followed:
+        if rule.mount != "floor" or not rule.cores or NONE in rule.cores or followed or rule.one_each:
             continue
         offered = [item for room in rooms for item in room.objects if item.symbol == symbol and item.core_offered]
         alone = sum(item.core is None for item in offered)
@@ -231,13 +234,17 @@ def _with_loners(grammar: Grammar, rooms: Sequence[AssignedRoom], least: int) ->
 
 
 def _with_optional(grammar: Grammar, rooms: Sequence[AssignedRoom]) -> dict[str, Node]:
-    """Return the nodes where what units often lack in the rooms is a branch that may be missing, with a probability to learn."""
+    """Return the nodes where what units often lack in the rooms is a branch that may be missing, with a probability to learn.
+
+    A unit is counted by its first symbol, so that one must occur in no other node.
+    """
     counts = [Counter(item.symbol for item in room.objects) for room in rooms]
     nodes = dict(grammar.nodes)
+    named = Counter(branch.symbol for node in nodes.values() for branch in node.branches)
     for name, node in grammar.nodes.items():
-        if node.kind != "and" or name == grammar.root:
-            continue
         first = node.branches[0].symbol
+        if node.kind != "and" or name == grammar.root or named[first] > 1:
+            continue
         branches = list(node.branches)
         for k, branch in enumerate(branches[1:], 1):
             lacking = sum(max(count[first] - count[branch.symbol], 0) for count in counts)

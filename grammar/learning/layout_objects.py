@@ -42,6 +42,8 @@ def read_objects(
         try:
             item, supporter, unturned, told = read(data, names, room_type)
             _check_inside(item, polygon)
+            if item.category in names.low and item.size_m[2] < names.low[item.category].below_m:
+                item = replace(item, category=names.low[item.category].is_a)
             if item.category in names.wide and item.size_m[0] > item.size_m[1]:
                 item = _turned_wide(item, polygon)
             if (item.category in names.backed or unturned) and supporter is None:

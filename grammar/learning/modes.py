@@ -21,6 +21,7 @@ from grammar.spec.object_rules import AroundMode, Mode, PlaceMode, WallMode
 
 _LEAST_SHARE = 0.025
 _SEEN_TWICE = 1.5
+_EXPLAINED = 0.5
 _MOST_MODES = {WallMode: 6, AroundMode: 10, PlaceMode: 6}
 """Greatest number of modes by kind: more cost time and add little."""
 
@@ -119,7 +120,7 @@ def wall_modes(seen: Sequence[tuple[float, float]], turned: bool, scale: Scale) 
 
 
 def around_modes(seen: Sequence[GroupPose], turned: bool, scale: Scale) -> tuple[AroundMode, ...]:
-    """Return modes for poses around a core; a pose seen once makes no mode."""
+    """Return modes for poses around a core; a pose seen once makes no mode, and where most poses make none there are none."""
     groups = _grouped(((_side(pose)[0], *turn_group(pose.frame.turn_rad, turned)), pose) for pose in seen)
     modes: list[AroundMode] = []
     for (side, quarter, _), group in groups.items():
@@ -138,7 +139,8 @@ def around_modes(seen: Sequence[GroupPose], turned: bool, scale: Scale) -> tuple
                     orientation_rad=angle if turned else None,
                 )
             )
-    return _kept([mode for mode in modes if _share(mode) * len(seen) >= _SEEN_TWICE] or modes)
+    found = [mode for mode in modes if _share(mode) * len(seen) >= _SEEN_TWICE]
+    return _kept(found) if sum(map(_share, found)) >= _EXPLAINED else ()
 
 
 def place_modes(seen: Sequence[SupportPose], turned: bool, scale: Scale) -> tuple[PlaceMode, ...]:

@@ -36,6 +36,7 @@ from grammar.spec.values import TruncatedNormal
 
 _AT_WALL_M = 1.0
 _USED_FROM_M = 0.4
+_ACROSS_M, _OFF_PLACE_M = 1.0, 0.6
 _LEAST_POSES = 5
 _PLENTY = 20
 """Poses beyond which other room types are not asked."""
@@ -88,7 +89,7 @@ def learn_object(
     counts: dict[str, int] = {}
     beta = grammar.schedule.beta
     if len(seen) >= shares.least and "sizes" not in keep:
-        sizes, more = ([item.seen.size_m for _, item in found] for found in (seen, elsewhere))
+        sizes, more = ([item.seen.size_m for _, item in found if _is_sound(rule, item.seen.size_m)] for found in (seen, elsewhere))
         rule = _without_broken_ties(rule, seen, {other: r.category for other, r in grammar.objects.items()})
         rule, counts["sizes"] = learn_size(rule, sizes, shares.alpha, more, shares.pooled), len(seen)
     if "relations" in keep:
@@ -105,6 +106,11 @@ def learn_object(
     if rule.centre_height_m is not None and not is_norm(rule.centre_height_m.low, rule.centre_height_m.high):
         rule = _learn_height(rule, rule.centre_height_m, seen, counts)
     return rule, counts
+
+
+def _is_sound(rule: ObjectRule, size_m: Sequence[float]) -> bool:
+    """Return whether no side is under half or beyond twice of what the base allows, as things measured wrongly are."""
+    return all(0.5 * low <= side <= 2.0 * high for side, low, high in zip(size_m, rule.low_m, rule.high_m, strict=True))
 
 
 def _without_broken_ties(rule: ObjectRule, seen: Seen, category_of: Mapping[str, str]) -> ObjectRule:
@@ -177,7 +183,8 @@ def _scale(distance_weight: float, angle_weight: float, beta: float) -> Scale:
 def _learn_group(rule: ObjectRule, scale: Scale, seen: Seen, alpha: float, least: int, matched: bool, counts: dict[str, int]) -> ObjectRule:
     """Learn the poses around the core, and how often the object has no core though one is offered.
 
-    Learned modes are not exclusive.  Where other objects follow the modes by their numbers (``matched``), the modes stay as they are.
+    Learned modes are not exclusive.  Places that are exclusive, that other objects follow by their numbers (``matched``), or that lie
+    across the room stay where they are and become as tight or loose as the data.
     """
     cores = dict(rule.cores or {})
     poses = []
@@ -185,14 +192,15 @@ def _learn_group(rule: ObjectRule, scale: Scale, seen: Seen, alpha: float, least
         if item.core is not None:
             core = room.objects[item.core]
             poses.append((core.symbol, GroupPose(relative_pose(item.seen, core.seen), item.seen.size_m, core.seen.size_m)))
-    kept = matched or all(mode.side == "centre" for mode in rule.around)
+    across = any(mode.gap_m > _ACROSS_M for mode in rule.around)
+    kept = matched or across or rule.one_each == "place" or all(mode.side == "centre" for mode in rule.around)
     modes, used = _learn_places(rule, scale, poses, least) if not kept else ((), 0)
     if kept and not matched and len(poses) >= least:
         counts["around"] = len(poses)
         rule = replace(rule, around=_as_close(rule, scale, [pose for _, pose in poses]))
     if used:
         counts["around"] = used
-        rule = replace(rule, around=modes, one_each=None if rule.one_each == "place" else rule.one_each)
+        rule = replace(rule, around=modes)
     offered = [item for _, item in seen if item.core_offered]
     if NONE in cores and len(offered) >= least:
         alone = sum(item.core is None for item in offered)
@@ -208,13 +216,15 @@ def _learn_group(rule: ObjectRule, scale: Scale, seen: Seen, alpha: float, least
 def _as_close(rule: ObjectRule, scale: Scale, poses: Sequence[GroupPose]) -> tuple[AroundMode, ...]:
     """Return the places of a rule, which stay where they are, as tight or loose as the median object keeps to the nearest of them.
 
-    The distance from a place in the plane falls off exponentially with the length b, so half of all are within 1.68 b.
+    The distance from a place in the plane falls off exponentially with the length b, so half of all are within 1.68 b.  What is more than
+    ``_OFF_PLACE_M`` from all places has none of them.
     """
     off = []
     for pose in poses:
         targets = [around_target(mode, pose.size_m, pose.core_m) for mode in rule.around]
         off.append(min(math.hypot(pose.frame.x_m - x, pose.frame.y_m - y) for x, y, _ in targets))
-    spread = scale.spread(max(float(np.median(off)) / _MEDIAN_OF_ROUND, LEAST_PLACE_M))
+    near = [distance for distance in off if distance <= _OFF_PLACE_M] or [_OFF_PLACE_M]
+    spread = scale.spread(max(float(np.median(near)) / _MEDIAN_OF_ROUND, LEAST_PLACE_M))
     return tuple(replace(mode, spread=spread) for mode in rule.around)
 
 
@@ -226,10 +236,9 @@ def _learn_places(rule: ObjectRule, scale: Scale, poses: Sequence[tuple[str, Gro
     used = 0
     for cores in meant:
         mine = [pose for symbol, pose in poses if symbol in cores or not cores]
-        if len(mine) >= least:
-            learned = around_modes(mine, turned, scale)
-            used += len(mine)
-        else:
+        learned = around_modes(mine, turned, scale) if len(mine) >= least else ()
+        used += len(mine) if learned else 0
+        if not learned:
             own = [mode for mode in rule.around if mode.of == cores]
             total = sum(mode.probability or 1.0 for mode in own)
             learned = tuple(replace(mode, probability=(mode.probability or 1.0) / total) for mode in own)

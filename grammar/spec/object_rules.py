@@ -93,9 +93,12 @@ class PlaceMode(Mode):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Access:
-    """Space that a person needs at one side of an object, ``depth_m`` deep; "under" is the object's own footprint (knees at a desk)."""
+    """Space that a person needs at one side of an object, ``depth_m`` deep.
 
-    side: Literal["front", "back", "left", "right", "under"]
+    "under" is the object's own footprint (knees at a desk); "over" too, of a mat, and nothing that stands on the floor may take any of it.
+    """
+
+    side: Literal["front", "back", "left", "right", "under", "over"]
     depth_m: Extent
 
 

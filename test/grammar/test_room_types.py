@@ -32,7 +32,7 @@ ALWAYS = {
     "gym": {"treadmill", "dumbbell_rack", "exercise_mat"},
     "hallway": {"shoe_rack"},
     "kitchen": {"stove", "range_hood", "kitchen_counter", "sink_counter", "refrigerator"},
-    "living_room": {"coffee_table"},
+    "living_room": {"light_switch"},
     "office": {"desk", "desk_chair"},
     "storage": {"storage_shelf"},
     "study": {"desk", "desk_chair", "bookshelf"},

@@ -127,6 +127,55 @@ def test_what_stands_before_a_store_blocks_its_front() -> None:
     assert faults(things | {"pouf": thing(11, "pouf", 3.5, 0.85, 0.0, (0.5, 0.4, 0.4))}) == {}
 
 
+SITTING: Things = {
+    "sofa": thing(50, "sofa", 3.5, 3.0, WEST, (0.9, 2.0, 0.8)),
+    "low": thing(51, "coffee_table", 2.4, 3.0, WEST, (0.6, 1.0, 0.4)),
+    "armchair": thing(52, "armchair", 1.3, 3.4, 0.0, (0.8, 0.8, 0.8)),
+    "screen": thing(53, "television", 0.2, 2.6, 0.0, (0.1, 1.0, 0.6), 0.5),
+}
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({}, {}),
+        ({"second": thing(54, "television", 0.2, 4.0, 0.0, (0.1, 0.8, 0.5), 0.5)}, {"second_screen": [54]}),
+        ({"plant": thing(54, "potted_plant", 0.45, 2.6, 0.0, (0.3, 0.3, 1.0))}, {"screen_hidden": [53]}),
+        ({"low": thing(51, "coffee_table", 1.0, 5.5, 0.0, (0.5, 0.5, 0.4))}, {"coffee_table_astray": [51]}),
+        ({"aside": thing(54, "coffee_table", 0.4, 5.6, 0.0, (0.5, 0.5, 0.4))}, {}),
+        ({"aside": thing(54, "coffee_table", 1.0, 5.2, 0.0, (0.5, 0.5, 0.4))}, {"coffee_table_astray": [54]}),
+        ({"armchair": thing(52, "armchair", 0.7, 4.5, WEST, (0.8, 0.8, 0.8))}, {"seat_faces_wall": [52], "seat_alone": [52]}),
+        ({"shelf": thing(54, "bookshelf", 2.0, 3.6, WEST, (0.3, 1.2, 1.8))}, {"seat_faces_wall": [52], "shelf_off_wall": [54]}),
+        ({"armchair": thing(52, "armchair", 1.3, 4.0, NORTH, (0.8, 0.8, 0.8))}, {"seat_alone": [52]}),
+    ],
+)  # fmt: skip
+def test_sofas_armchairs_coffee_tables_and_screens_belong_together(change: Things, expected: dict[str, list[int]]) -> None:
+    assert faults(SITTING | change, "living_room") == expected
+
+
+def test_a_chair_stands_behind_another_one_but_not_opposite() -> None:
+    table = thing(60, "dining_table", 2.0, 3.0, NORTH, (0.8, 1.4, 0.75))
+    near, far = thing(61, "dining_chair", 2.0, 2.5, NORTH, (0.5, 0.45, 0.9)), thing(62, "dining_chair", 2.0, 1.95, NORTH, (0.5, 0.45, 0.9))
+    opposite = thing(63, "dining_chair", 2.0, 3.5, SOUTH, (0.5, 0.45, 0.9))
+    assert faults({"table": table, "near": near, "opposite": opposite}) == {}
+    assert faults({"table": table, "near": near, "far": far}) == {"chair_behind_chair": [62]}
+
+
+def test_mats_are_free_and_plants_stand_at_walls_and_on_no_edge_of_a_rug() -> None:
+    mat = thing(70, "exercise_mat", 2.0, 3.0, 0.0, (1.8, 0.6, 0.01))
+    bench = thing(71, "weight_bench", 2.0, 3.0, NORTH, (1.2, 0.5, 0.5))
+    assert faults({"mat": mat, "bench": bench}) == {"stands_on_mat": [70]}
+    assert faults({"mat": mat, "bench": replace(bench, position_m=(2.0, 4.0, 0.0))}) == {}
+    plant, rug = thing(72, "potted_plant", 3.7, 4.0, 0.0, (0.4, 0.4, 1.0)), thing(73, "rug", 2.8, 4.0, 0.0, (1.6, 1.6, 0.01))
+    assert faults({"plant": plant}) == {}
+    assert faults({"plant": plant, "rug": rug}) == {"pot_on_rug_edge": [72]}
+    assert faults({"plant": replace(plant, position_m=(2.8, 4.0, 0.0))}) == {"stands_astray": [72]}
+    assert faults({"plant": replace(plant, position_m=(2.8, 4.0, 0.0)), "bench": replace(bench, position_m=(2.4, 4.0, 0.0))}) == {}
+    table = thing(74, "dining_table", 3.4, 4.0, 0.0, (0.9, 1.5, 0.75))
+    assert faults({"plant": replace(plant, size_m=(0.3, 0.3, 0.6)), "table": table}) == {"plant_under_table": [72]}
+    assert faults({"bin": thing(75, "waste_bin", 3.4, 4.0, 0.0, (0.3, 0.3, 0.3)), "table": table}) == {}
+
+
 def run(*units: tuple[str, float]) -> Things:
     """Return base units with their backs to the wall y = 0, by category and the x of their right ends, 0.6 m wide."""
     return {f"{name} {x}": thing(20 + k, name, x + 0.3, 0.3, NORTH, (0.6, 0.6, 0.9)) for k, (name, x) in enumerate(units)}

@@ -56,6 +56,8 @@ def test_a_pose_around_a_core_that_was_seen_once_is_no_mode() -> None:
     before = [GroupPose(RelativePose(1.4, 0.0, 0.0), (0.4, 0.5, 0.5), BED)]
     assert [mode.side for mode in around_modes(beside + before, True, SCALE)] == ["left"]
     assert [mode.probability for mode in around_modes(beside + before + before, True, SCALE)] == pytest.approx([2 / 11, 9 / 11])
+    behind = [GroupPose(RelativePose(-1.4, 0.0, 0.0), (0.4, 0.5, 0.5), BED)]
+    assert around_modes(before + behind, True, SCALE) == ()
 
 
 def test_group_opposite_its_core() -> None:

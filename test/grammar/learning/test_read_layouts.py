@@ -50,6 +50,12 @@ def test_front_minus_y_becomes_front_plus_x(tmp_path: Path) -> None:
     assert (side.wall, side.gap_m, side.turn_rad) == pytest.approx((3, 0.05, math.pi / 2))
 
 
+def test_low_tables_are_side_tables_and_the_long_side_of_tables_is_their_width(tmp_path: Path) -> None:
+    tables = [{"cat": "dining_table", "pos": [2.0, 1.5, 0.4], "size": [0.9, 1.5, height], "yaw": 0.0} for height in (0.75, 0.45)]
+    (room,) = read_layouts(write(tmp_path, line(objects=tables)), NAMES, "bedroom").rooms
+    assert [(item.category, item.size_m[1]) for item in room.objects] == [("dining_table", 1.5), ("side_table", 0.9)]
+
+
 def test_clockwise_outlines_and_needless_vertices(tmp_path: Path) -> None:
     outline = [[0, 0], [0, 3], [0, 3], [4, 3], [6, 3], [4, 3], [4, 1.5], [4, 0]]
     (room,) = read_layouts(write(tmp_path, line(polygon=outline)), NAMES, "bedroom").rooms
