@@ -64,6 +64,27 @@ def draw_size(rng: np.random.Generator, rule: ObjectRule) -> tuple[tuple[float, 
     return (size[0], size[1], size[2]), size_log_density(size, rule)
 
 
+def draw_height(rng: np.random.Generator, rule: ObjectRule) -> tuple[float, float]:
+    """Return the height in metres of the middle of an object that hangs on a wall, and its log-density.
+
+    Raises:
+        ValueError: nothing of the rule hangs on a wall.
+    """
+    normal = rule.centre_height_m
+    if normal is None:
+        raise ValueError("rule: expected one with centre_height_m, got none")
+    if not rule.heights:
+        return draw_with_log_density(rng, normal)
+    mode = rule.heights[draw_index(rng, [mode.probability for mode in rule.heights])]
+    value = draw_truncated_normal(rng, mode.mean_m, mode.sd_m, normal.low, normal.high)
+    logs = [
+        math.log(mode.probability) + truncated_normal_log_density(value, mode.mean_m, mode.sd_m, normal.low, normal.high)
+        for mode in rule.heights
+        if mode.probability > 0.0
+    ]
+    return value, float(np.logaddexp.reduce(logs))
+
+
 def size_log_density(size_m: Sequence[float], rule: ObjectRule, axes: Sequence[int] = (0, 1, 2)) -> float:
     """Return the log-density of a size under the rule's mixture, along some of its axes."""
     logs = []

@@ -8,12 +8,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from grammar.derivation.room_mixture import ROOM_SIZE
 from grammar.sample_room import sample_room
 from grammar.spec.categories import Categories
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar
 from scene_description import ParseNode
 from scene_description.polygons import signed_area_m2
+
+ROOM_SIZES = "room.sizes"
+"""Stands for a node where the choice is a component of the mixture of the room's size; no symbol has a dot."""
 
 RoomSampler = Callable[[Grammar, int, Sequence[int]], list["SampledCounts"]]
 """Grammar, stream of random numbers, indices of rooms -> what was in each of them."""
@@ -50,10 +54,12 @@ def count_room(grammar: Grammar, categories: Categories, rng: np.random.Generato
 
 
 def _taken(grammar: Grammar, nodes: Sequence[ParseNode]) -> Iterable[tuple[str, int, int]]:
-    """Yield the choices of a derivation: branches of Or nodes, and copies of Set branches, which come in order below their node."""
+    """Yield the choices of a derivation: size of the room, branches of Or nodes, and copies of Set branches, which come in order below their node."""
     place: Counter[int] = Counter()
     for vertex in nodes:
-        if vertex.kind == "or" and vertex.symbol in grammar.nodes:
+        if vertex.kind == "attribute" and vertex.symbol == ROOM_SIZE:
+            yield ROOM_SIZES, -1, int(vertex.choice.split(",")[0])
+        elif vertex.kind == "or" and vertex.symbol in grammar.nodes:
             names = [branch.symbol for branch in grammar.nodes[vertex.symbol].branches]
             yield vertex.symbol, -1, names.index(vertex.choice)
         elif vertex.kind == "set" and vertex.parent is not None and vertex.choice != "":

@@ -22,9 +22,9 @@ from typing import NamedTuple
 import numpy as np
 
 from grammar.derivation.densities import truncated_mean
-from grammar.geometry.arrays import Floats, Ints
+from grammar.geometry.arrays import Bools, Floats, Ints
 from grammar.learning.branching import certain_objects
-from grammar.learning.sampled_counts import RoomSampler, SampledCounts
+from grammar.learning.sampled_counts import ROOM_SIZES, RoomSampler, SampledCounts
 from grammar.spec.and_or_graph import Node
 from grammar.spec.request import RequestError
 from grammar.spec.rules import Grammar
@@ -39,6 +39,9 @@ _RATE = 0.3
 _FULLEST = 0.75
 _FARTHEST = 0.8
 """How far a log-probability may move in one round: further away the importance weights say little."""
+
+_MOST_RAISED, _GIVEN_UP, _LEAST_EXPECTED = math.log(2.5), math.log(20.0), 4.0
+"""Sizes of rooms that seldom pass are drawn at most 2.5 times as often as they occur, and those that never pass hardly at all."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -155,6 +158,11 @@ class _Choices(NamedTuple):
         """Index of the key that each entry belongs to, (c,)."""
         return np.repeat(np.arange(len(self.keys)), np.diff(self.first))
 
+    @property
+    def sized(self) -> Bools:
+        """Which entries are sizes of rooms, (c,)."""
+        return np.repeat([key[0] == ROOM_SIZES for key in self.keys], np.diff(self.first)).astype(bool)
+
     def taken(self, rooms: Sequence[SampledCounts]) -> Floats:
         """Return (n, c) how often each room made each choice."""
         ends = zip(self.keys, self.first, self.first[1:], strict=False)
@@ -175,7 +183,10 @@ def _scaled(choices: _Choices, pool: _Pool, mean: Floats, start: Floats) -> Floa
     """Return the log-probabilities under which all rooms sampled so far, weighted by importance, have the wanted frequencies."""
     taken, category_counts, owner = np.concatenate(pool.taken), np.concatenate(pool.counts), choices.owner
     mixture = _log_mixture(pool, taken)
-    logs, wanted = start.copy(), choices.target.copy()
+    sized = choices.sized
+    hopeless = sized & (taken.sum(0) == 0.0) & (len(taken) * np.exp(choices.target) > _LEAST_EXPECTED)
+    wanted = _log_normalized(np.where(hopeless, choices.target - _GIVEN_UP, choices.target), owner)
+    logs = start = _log_normalized(np.where(hopeless, choices.target - _GIVEN_UP, start), owner)
     for _ in range(_STEPS):
         # weigh the rooms
         weight = taken @ logs - mixture
@@ -188,7 +199,8 @@ def _scaled(choices: _Choices, pool: _Pool, mean: Floats, start: Floats) -> Floa
         total = np.bincount(owner, counts)[owner]
         actual = np.log(np.maximum((counts + np.exp(wanted)) / (total + 1.0), _LEAST))
         moved = logs + _RATE * total / (total + 20.0) * (wanted - actual)
-        logs = _log_normalized(start + np.clip(moved - start, -_FARTHEST, _FARTHEST), owner)
+        moved = start + np.clip(moved - start, -_FARTHEST, _FARTHEST)
+        logs = _log_normalized(np.where(sized, np.minimum(moved, choices.target + _MOST_RAISED), moved), owner)
     return logs
 
 
@@ -228,11 +240,15 @@ def _branching_of(grammar: Grammar) -> Branching:
         for i, branch in enumerate(node.branches):
             if branch.multiplicity is not None:
                 branching[name, i] = np.array(branch.multiplicity)
+    if grammar.room.sizes:
+        branching[ROOM_SIZES, -1] = np.array([size.probability for size in grammar.room.sizes])
     return branching
 
 
 def _counted(grammar: Grammar, key: tuple[str, int], covered: AbstractSet[str]) -> bool:
-    """Return whether a choice leads, in every derivation, to an object that the data records."""
+    """Return whether a choice is the room's size or leads, in every derivation, to an object that the data records."""
+    if key[0] == ROOM_SIZES:
+        return True
     branches = grammar.nodes[key[0]].branches
     chosen = branches if key[1] < 0 else (branches[key[1]],)
     return any(symbol in covered for branch in chosen for symbol in certain_objects(grammar, branch.symbol))
@@ -248,6 +264,8 @@ def _pull(grammar: Grammar, key: tuple[str, int], names: Sequence[str]) -> Float
                 row[names.index(category)] += 1.0
         return np.asarray(row / max(row.sum(), 1.0))
 
+    if key[0] == ROOM_SIZES:
+        return np.zeros((len(grammar.room.sizes), len(names)))
     node: Node = grammar.nodes[key[0]]
     if key[1] < 0:
         return np.array([of(branch.symbol) for branch in node.branches])
@@ -270,4 +288,8 @@ def _with_branching(grammar: Grammar, branching: Mapping[tuple[str, int], Floats
                 branch = replace(branch, multiplicity=tuple(branching[name, i].tolist()))
             branches.append(branch)
         nodes[name] = replace(node, branches=tuple(branches))
-    return replace(grammar, nodes=nodes)
+    room = grammar.room
+    if (ROOM_SIZES, -1) in branching:
+        odds = branching[ROOM_SIZES, -1].tolist()
+        room = replace(room, sizes=tuple(replace(size, probability=share) for size, share in zip(room.sizes, odds, strict=True)))
+    return replace(grammar, nodes=nodes, room=room)
