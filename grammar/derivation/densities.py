@@ -31,14 +31,6 @@ def truncated_normal_log_density(value: float, mean: float, sd: float, low: floa
     return -0.5 * ((value - mean) / sd) ** 2 - math.log(sd) - _LOG_SQRT_2PI - math.log(max(share, 1e-300))
 
 
-def truncated_mean(normal: TruncatedNormal) -> float:
-    """Return the mean of a truncated normal, ``mean + sd (phi(a) - phi(b)) / (Phi(b) - Phi(a))`` with the bounds a and b in sds."""
-    a, b = (normal.low - normal.mean) / normal.sd, (normal.high - normal.mean) / normal.sd
-    share = float(ndtr(b) - ndtr(a))
-    peaks = (math.exp(-0.5 * a * a) - math.exp(-0.5 * b * b)) / math.exp(_LOG_SQRT_2PI)
-    return normal.mean + normal.sd * peaks / share if share > 0.0 else min(max(normal.mean, normal.low), normal.high)
-
-
 def draw_with_log_density(rng: np.random.Generator, normal: TruncatedNormal) -> tuple[float, float]:
     """Return a value drawn from ``normal`` and its log-density."""
     value = draw_truncated_normal(rng, normal.mean, normal.sd, normal.low, normal.high)

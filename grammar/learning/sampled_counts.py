@@ -14,7 +14,6 @@ from grammar.spec.categories import Categories
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar
 from scene_description import ParseNode
-from scene_description.polygons import signed_area_m2
 
 ROOM_SIZES = "room.sizes"
 """Stands for a node where the choice is a component of the mixture of the room's size; no symbol has a dot."""
@@ -25,15 +24,11 @@ RoomSampler = Callable[[Grammar, int, Sequence[int]], list["SampledCounts"]]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SampledCounts:
-    """One sampled room, or none (``failed``): the choices of its derivation, (node, branch, choice), and its objects by category.
-
-    ``floor_share``: share of the floor that what stands on it covers.
-    """
+    """One sampled room, or none (``failed``): the choices of its derivation, (node, branch, choice), and its objects by category."""
 
     failed: bool
     branches: tuple[tuple[str, int, int], ...]
     categories: Mapping[str, int]
-    floor_share: float = 0.0
 
 
 def count_room(grammar: Grammar, categories: Categories, rng: np.random.Generator) -> SampledCounts:
@@ -43,18 +38,11 @@ def count_room(grammar: Grammar, categories: Categories, rng: np.random.Generato
     except RequestError:
         return SampledCounts(failed=True, branches=(), categories={})
     found = Counter(item.category for item in room.objects)
-    standing = [item for item in room.objects if item.support.kind == "floor" and not categories[item.category].underlay]
-    covered = sum(item.size_m[0] * item.size_m[1] for item in standing)
-    return SampledCounts(
-        failed=False,
-        branches=tuple(_taken(grammar, room.parse_graph.nodes)),
-        categories=dict(found),
-        floor_share=covered / signed_area_m2(room.room.polygon_m),
-    )
+    return SampledCounts(failed=False, branches=tuple(_taken(grammar, room.parse_graph.nodes)), categories=dict(found))
 
 
 def _taken(grammar: Grammar, nodes: Sequence[ParseNode]) -> Iterable[tuple[str, int, int]]:
-    """Yield the choices of a derivation: size of the room, branches of Or nodes, and copies of Set branches, which come in order below their node."""
+    """Yield the choices of a derivation: the room's size, branches of Or nodes, and copies of Set branches in order below their node."""
     place: Counter[int] = Counter()
     for vertex in nodes:
         if vertex.kind == "attribute" and vertex.symbol == ROOM_SIZE:

@@ -8,9 +8,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import minimize
 
-from grammar.derivation.densities import truncated_normal_log_density
 from grammar.geometry.arrays import Floats
 from grammar.learning.geometry import filled_outline
 from grammar.learning.observed import ObservedRoom
@@ -21,7 +19,6 @@ from scene_description.polygons import signed_area_m2
 from scene_description.types import Point2
 
 _FURNISHED_SHARE = 0.2
-_LEAST_FITTED, _LEAST_RANGE_M, _NARROW_M = 8, 0.005, 0.02
 _AREA_MARGIN_M2 = 0.2
 _MAX_ROOMS, _ROOM_WIDTH = 64, 0.5
 """Kernels are half as wide as Scott's rule, which is for normal distributions, has them: rooms gather at several sizes."""
@@ -189,24 +186,6 @@ def _learn_room_sizes(sides_m: Floats, shares: Floats | None) -> tuple[RoomSize,
             )
         )
     return tuple(modes)
-
-
-def fitted_normal(values: Floats) -> TruncatedNormal:
-    """Return the normal, truncated to what was seen, of greatest likelihood; its mean may lie at a bound, where the values gather."""
-    low, high = float(values.min()), float(values.max())
-    high = max(high, low + _LEAST_RANGE_M)
-    mean, sd = float(values.mean()), max(float(values.std()), _LEAST_RANGE_M)
-    if len(values) < _LEAST_FITTED or high - low < _NARROW_M:
-        return TruncatedNormal(mean=mean, sd=sd, low=low, high=high)
-
-    def loss(parameters: Floats) -> float:
-        m, s = float(parameters[0]), math.exp(float(parameters[1]))
-        return -sum(truncated_normal_log_density(float(value), m, s, low, high) for value in values)
-
-    span = high - low
-    bounds = ((max(low - 0.5 * span, 0.0), high + 0.5 * span), (math.log(0.2 * span), math.log(1.5 * span)))
-    found = minimize(loss, np.array([mean, math.log(max(sd, 0.2 * span))]), bounds=bounds, method="L-BFGS-B")
-    return TruncatedNormal(mean=float(found.x[0]), sd=math.exp(float(found.x[1])), low=low, high=high)
 
 
 def _learn_shapes(base: RoomShapes, outlines: Sequence[Sequence[Point2]], extents: Floats, areas: Floats, alpha: float) -> RoomShapes:

@@ -7,8 +7,7 @@ passes does not depend on the probabilities, so rooms that were sampled under so
 weights, the ratios of the structures' probabilities (Monte Carlo maximum likelihood: Geyer and Thompson, J. Royal Statistical Society B
 1992).  Under these weights iterative scaling moves the probabilities by the ratio of wanted to actual frequencies until both agree; then
 rooms are sampled with the new probabilities, and again.  The wanted frequency of a branch is first what counting gave, then shifted until
-each category is as frequent as in the data.  The share of the floor that furniture covers, by which small rooms fail, is shifted until its
-mean among valid rooms is that of the data.
+each category is as frequent as in the data.  The size of the room is a choice like all others.
 """
 
 from __future__ import annotations
@@ -21,7 +20,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammar.derivation.densities import truncated_mean
 from grammar.geometry.arrays import Bools, Floats, Ints
 from grammar.learning.branching import certain_objects
 from grammar.learning.sampled_counts import ROOM_SIZES, RoomSampler, SampledCounts
@@ -36,7 +34,6 @@ _LEAST = 1e-5
 _STEPS = 300
 _CONSTANT_STEPS = 30
 _RATE = 0.3
-_FULLEST = 0.75
 _FARTHEST = 0.8
 """How far a log-probability may move in one round: further away the importance weights say little."""
 
@@ -90,12 +87,9 @@ def correct_truncation(
         grammar, {key: branching for key, branching in _branching_of(grammar).items() if _counted(grammar, key, covered)}, sorted(wanted)
     )
     logs, rows, pool = choices.target, [], _Pool([], [], [])
-    wanted_share = None if grammar.room.floor_share is None else truncated_mean(grammar.room.floor_share)
     for iteration in range(options.iterations):
         rooms = sampler(_with_branching(grammar, choices.branching(logs)), iteration, range(options.rooms))
         passed = [room for room in rooms if not room.failed]
-        if wanted_share is not None and passed:
-            grammar = _with_shifted_share(grammar, wanted_share - sum(room.floor_share for room in passed) / len(passed))
         if not passed:
             raise RequestError(f"{grammar.room_type}: expected some valid rooms of {len(rooms)}, got none; widen the room or its budget")
         seen = {name: sum(room.categories.get(name, 0) for room in passed) / len(passed) for name in wanted}
@@ -112,16 +106,6 @@ def correct_truncation(
         pool.counts.append(np.array([[room.categories.get(name, 0) for name in choices.names] for room in passed], np.float64))
         logs = _scaled(choices, pool, np.array([wanted[name] for name in choices.names]), logs)
     return _with_branching(grammar, choices.branching(logs)), tuple(rows)
-
-
-def _with_shifted_share(grammar: Grammar, shift: float) -> Grammar:
-    """Return the grammar whose rooms are drawn fuller or emptier by a share of the floor, up to three quarters full."""
-    share = grammar.room.floor_share
-    if share is None:
-        return grammar
-    moved = {name: min(max(getattr(share, name) + shift, 0.0), most) for name, most in (("low", 0.5), ("high", _FULLEST), ("mean", 1.0))}
-    room = replace(grammar.room, floor_share=replace(share, **moved), floor_share_max=max(grammar.room.floor_share_max, moved["high"]))
-    return replace(grammar, room=room)
 
 
 class _Pool(NamedTuple):

@@ -1,6 +1,5 @@
 """Sizes of rooms and kernels from numbers made by hand."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -8,9 +7,8 @@ import pytest
 from small_grammar import CATEGORIES
 
 from grammar import read_room_type
-from grammar.derivation.densities import draw_truncated_normal
 from grammar.learning import ObservedRoom
-from grammar.learning.sizes import fitted_normal, height_modes, learn_room, learn_size
+from grammar.learning.sizes import height_modes, learn_room, learn_size
 
 BASE = read_room_type("bedroom", CATEGORIES)
 
@@ -51,14 +49,6 @@ def test_heights_that_recur_are_kept_and_others_are_smoothed() -> None:
     assert (once.mean_m, once.probability) == (pytest.approx(1.2), 0.25)
     assert (often.mean_m, often.probability) == (pytest.approx(1.5), 0.75)
     assert often.sd_m < 0.001 < once.sd_m
-
-
-def test_a_normal_that_gathers_at_its_bound() -> None:
-    values = np.array([draw_truncated_normal(np.random.default_rng(k), 1.3, 0.2, 0.7, 1.25) for k in range(400)])
-    fitted = fitted_normal(values)
-    drawn = [draw_truncated_normal(np.random.default_rng(1000 + k), fitted.mean, fitted.sd, fitted.low, fitted.high) for k in range(400)]
-    # The means of both samples differ by no more than four standard errors.
-    assert float(np.mean(drawn)) == pytest.approx(float(values.mean()), abs=4.0 * float(values.std()) * math.sqrt(2.0 / 400.0))
 
 
 def test_other_room_types_count_as_pseudo_observations() -> None:
