@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from grammar.derivation.densities import draw_with_log_density
+from grammar.derivation.densities import draw_height
 from grammar.geometry.arrays import Floats
 from grammar.geometry.boxes import deepest_penetrations
 from grammar.geometry.solids import object_solids, surface_top
@@ -76,7 +76,7 @@ def _draw(
     if rule.mount == "object":
         return _on_supporter(rng, categories, rule, supporters, item)
     if rule.mount == "wall":
-        height = 0.5 * scene.room.height_m if rule.centre_height_m is None else draw_with_log_density(rng, rule.centre_height_m)[0]
+        height = 0.5 * scene.room.height_m if rule.centre_height_m is None else draw_height(rng, rule)[0]
         return _at_wall(rng, wall, item, 0.0, 0.0, height - 0.5 * item.size_m[2], hangs=True)
     if rule.mount == "ceiling":
         x, y, yaw = _anywhere(rng, wall)

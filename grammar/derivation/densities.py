@@ -31,14 +31,6 @@ def truncated_normal_log_density(value: float, mean: float, sd: float, low: floa
     return -0.5 * ((value - mean) / sd) ** 2 - math.log(sd) - _LOG_SQRT_2PI - math.log(max(share, 1e-300))
 
 
-def truncated_mean(normal: TruncatedNormal) -> float:
-    """Return the mean of a truncated normal, ``mean + sd (phi(a) - phi(b)) / (Phi(b) - Phi(a))`` with the bounds a and b in sds."""
-    a, b = (normal.low - normal.mean) / normal.sd, (normal.high - normal.mean) / normal.sd
-    share = float(ndtr(b) - ndtr(a))
-    peaks = (math.exp(-0.5 * a * a) - math.exp(-0.5 * b * b)) / math.exp(_LOG_SQRT_2PI)
-    return normal.mean + normal.sd * peaks / share if share > 0.0 else min(max(normal.mean, normal.low), normal.high)
-
-
 def draw_with_log_density(rng: np.random.Generator, normal: TruncatedNormal) -> tuple[float, float]:
     """Return a value drawn from ``normal`` and its log-density."""
     value = draw_truncated_normal(rng, normal.mean, normal.sd, normal.low, normal.high)
@@ -62,6 +54,27 @@ def draw_size(rng: np.random.Generator, rule: ObjectRule) -> tuple[float, float,
     mode = rule.sizes[draw_index(rng, [mode.probability for mode in rule.sizes])]
     depth, width, height = (draw_truncated_normal(rng, *axis) for axis in zip(mode.mean_m, mode.sd_m, rule.low_m, rule.high_m, strict=True))
     return depth, width, height
+
+
+def draw_height(rng: np.random.Generator, rule: ObjectRule) -> tuple[float, float]:
+    """Return the height in metres of the middle of an object that hangs on a wall, and its log-density.
+
+    Raises:
+        ValueError: nothing of the rule hangs on a wall.
+    """
+    normal = rule.centre_height_m
+    if normal is None:
+        raise ValueError("rule: expected one with centre_height_m, got none")
+    if not rule.heights:
+        return draw_with_log_density(rng, normal)
+    mode = rule.heights[draw_index(rng, [mode.probability for mode in rule.heights])]
+    value = draw_truncated_normal(rng, mode.mean_m, mode.sd_m, normal.low, normal.high)
+    logs = [
+        math.log(mode.probability) + truncated_normal_log_density(value, mode.mean_m, mode.sd_m, normal.low, normal.high)
+        for mode in rule.heights
+        if mode.probability > 0.0
+    ]
+    return value, float(np.logaddexp.reduce(logs))
 
 
 def size_log_density(size_m: Sequence[float], rule: ObjectRule, axes: Sequence[int] = (0, 1, 2)) -> float:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grammar.derivation.addresses import check_targets, draw_addresses
-from grammar.derivation.densities import draw_size, draw_with_log_density
+from grammar.derivation.densities import draw_height, draw_size
 from grammar.derivation.drafts import Draft, Size, attribute_node, units_above
 from grammar.derivation.fixed import FixedObject, match_terminals, rule_of_fixed
 from grammar.derivation.openings import Attribute, DrawnOpening
@@ -172,7 +172,7 @@ def _pin(plan: Plan, categories: Categories, room: Room, terminals: _Terminals, 
             below = (terminals.rules[supporter].category, terminals.sizes[supporter], pinned[supporter])
         bottom = room.height_m - size[2] if rule.mount == "ceiling" else 0.0
         if rule.centre_height_m is not None:
-            bottom = draw_with_log_density(rng, rule.centre_height_m)[0] - 0.5 * size[2]
+            bottom = draw_height(rng, rule)[0] - 0.5 * size[2]
         pinned[k] = pin(fixed, rule, size, bottom, room, below, categories)._replace(sized=fixed.size_m is not None)
     return pinned
 

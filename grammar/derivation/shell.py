@@ -10,6 +10,7 @@ from grammar.derivation.densities import draw_index, draw_with_log_density
 from grammar.derivation.openings import Attribute, DrawnOpening, draw_opening
 from grammar.derivation.outlines import draw_outline
 from grammar.derivation.rejection import RejectedError
+from grammar.derivation.room_mixture import draw_room_size
 from grammar.spec.categories import Categories
 from grammar.spec.request import SceneRequest
 from grammar.spec.room_rules import OPENINGS, RoomRule
@@ -70,6 +71,8 @@ def draw_room(
 
 def _fitted(room: RoomRule, covered_m2: float, rng: np.random.Generator) -> tuple[float | None, list[float], list[Attribute]]:
     """Return the area, the sides of a rectangle of that area, and how they were drawn; None and nothing for a room of given sides."""
+    if room.sizes:
+        return draw_room_size(room.sizes, covered_m2, rng)
     if room.floor_share is None or room.proportion is None:
         return None, [], []
     (share, share_log), (proportion, proportion_log) = (

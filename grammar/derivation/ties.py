@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from grammar.derivation.densities import draw_truncated_normal, truncated_normal_log_density
+from grammar.derivation.densities import draw_height, draw_truncated_normal, truncated_normal_log_density
 from grammar.derivation.drafts import Context, Draft, attribute_node, targets_of
 from grammar.derivation.openings import Attribute
 from grammar.derivation.rejection import RejectedError
 from grammar.geometry.walls import wall_lengths
-from grammar.spec.object_rules import CORE, ObjectRule, Tie
+from grammar.spec.object_rules import CORE, Tie
 from scene_description import Room
 
 Distribution = tuple[float, float, float, float]
@@ -27,7 +27,8 @@ def resolve_ties(draft: Draft, context: Context, rng: np.random.Generator) -> No
     if draft.ties_resolved:
         return
     draft.ties_resolved = True
-    rule, size, middle = draft.rule, list(draft.size_m), height_distribution(draft.rule)
+    rule, size = draft.rule, list(draft.size_m)
+    middle: Distribution | None = None
     for tie in rule.tied if draft.pinned is None else ():
         target = _target(tie, draft, context)
         if target is None:
@@ -50,19 +51,13 @@ def resolve_ties(draft: Draft, context: Context, rng: np.random.Generator) -> No
         _set_bottom(draft, middle, context.room, rng)
 
 
-def height_distribution(rule: ObjectRule) -> Distribution | None:
-    """Return the distribution of the height of the middle of an object that hangs on a wall; None for all others."""
-    height = rule.centre_height_m
-    return None if height is None else (height.mean, height.sd, height.low, height.high)
-
-
 def _set_bottom(draft: Draft, middle: Distribution | None, room: Room, rng: np.random.Generator) -> None:
-    """Set the height of the underside of what hangs; ``middle`` is the distribution of the middle's height."""
+    """Set the height of the underside of what hangs; ``middle`` is the distribution of the middle's height where that is tied."""
     if draft.rule.mount == "ceiling":
         draft.bottom_m = room.height_m - draft.size_m[2]
-    if middle is None:
+    if draft.rule.centre_height_m is None:
         return
-    centre, log = _draw_about(rng, middle)
+    centre, log = draw_height(rng, draft.rule) if middle is None else _draw_about(rng, middle)
     draft.bottom_m = centre - 0.5 * draft.size_m[2]
     if draft.bottom_m < 0.0 or draft.bottom_m + draft.size_m[2] > room.height_m:
         raise RejectedError("objects on walls between floor and ceiling")

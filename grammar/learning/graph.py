@@ -20,12 +20,13 @@ from grammar.learning.geometry import box_gap, nearest_wall
 from grammar.learning.observed import ObservedObject, ObservedRoom
 from grammar.learning.sizes import learn_size
 from grammar.spec.and_or_graph import Branch, Node
-from grammar.spec.categories import Categories
+from grammar.spec.categories import Categories, Role
 from grammar.spec.object_rules import NONE, AroundMode, ObjectRule, PlaceMode, SizeMode, WallMode
 from grammar.spec.rules import Grammar
 from grammar.spec.values import TruncatedNormal
 
 ALSO_SEEN = "also_seen"
+PULLED_UP: Role = "pulled_up"
 _RAISED_M, _AT_WALL_M, _AT_CEILING_M = 0.3, 0.15, 0.3
 _BESIDE_M = 0.5
 _MOST_HAVE = 0.6
@@ -58,7 +59,7 @@ def completed(
     assigned = [assign(grammar, room, any_size) for room in rooms]
     recorded = {item.category for room in rooms for item in room.objects}
     for room in assigned:
-        for name, seen in _unexplained(grammar, room, recorded):
+        for name, seen in _unexplained(grammar, categories, room, recorded):
             if seen.item.category in categories:
                 found.setdefault(name, []).append(seen)
     added = {name: items for name, items in sorted(found.items()) if len(items) >= least}
@@ -69,7 +70,7 @@ def completed(
             del added[name]
         else:
             objects[name] = rule
-    objects |= _with_loners(grammar, assigned, least)
+    objects |= _with_loners(grammar, categories, assigned, least)
     nodes = _with_optional(grammar, assigned)
     free = {name: items for name, items in added.items() if objects[name].mount != "object"}
     if free:
@@ -101,16 +102,18 @@ def _carrying(nodes: Mapping[str, Node], supporter: str, branch: Branch) -> dict
     return nodes
 
 
-def _unexplained(grammar: Grammar, room: AssignedRoom, recorded: AbstractSet[str]) -> list[tuple[str, Seen]]:
+def _unexplained(grammar: Grammar, categories: Categories, room: AssignedRoom, recorded: AbstractSet[str]) -> list[tuple[str, Seen]]:
     """Return what has no symbol, or one that does not fit how it stands, with the name of the symbol that it asks for.
 
-    A core that the rooms do not hold is missed only if its category is among the ``recorded`` ones.
+    A core that the rooms do not hold is missed only if its category is among the ``recorded`` ones.  What is pulled up to a table is
+    expected at one: sampled rooms where it stands elsewhere are passed over (``chair_at_no_table``), so it gets no symbol for that.
     """
     found = [(_name(grammar, seen), Seen(room.room, seen, below)) for seen, below in room.left_over]
     for item in room.objects:
         rule = grammar.objects[item.symbol]
         cores = {grammar.objects[core].category for core in rule.cores or () if core in grammar.objects}
-        alone = rule.mount == "floor" and bool(cores & recorded) and NONE not in (rule.cores or {}) and not item.core_offered
+        free = rule.mount == "floor" and PULLED_UP not in categories[rule.category].roles
+        alone = free and bool(cores & recorded) and NONE not in (rule.cores or {}) and not item.core_offered
         raised = rule.mount == "object" and item.on is None
         if alone or raised:
             found.append((_name(grammar, item.seen), Seen(room.room, item.seen, None)))
@@ -214,7 +217,7 @@ def _core(grammar: Grammar, items: Sequence[Seen]) -> dict[str, float] | None:
     return {**{symbol: 0.8 / len(symbols) for symbol in symbols}, NONE: 0.2}
 
 
-def _with_loners(grammar: Grammar, rooms: Sequence[AssignedRoom], least: int) -> dict[str, ObjectRule]:
+def _with_loners(grammar: Grammar, categories: Categories, rooms: Sequence[AssignedRoom], least: int) -> dict[str, ObjectRule]:
     """Return the rules of what often stands far from every core in the room: it may have none, and stands at walls then.
 
     What has places of its own around a core (``one_each``), a chair at a table, keeps to them.
@@ -222,7 +225,8 @@ def _with_loners(grammar: Grammar, rooms: Sequence[AssignedRoom], least: int) ->
     found: dict[str, ObjectRule] = {}
     for symbol, rule in grammar.objects.items():
         followed = any(other.same_place_as == symbol for other in grammar.objects.values())
-        if rule.mount != "floor" or not rule.cores or NONE in rule.cores or followed or rule.one_each:
+        pulled_up = PULLED_UP in categories[rule.category].roles
+        if rule.mount != "floor" or not rule.cores or NONE in rule.cores or followed or pulled_up or rule.one_each:
             continue
         offered = [item for room in rooms for item in room.objects if item.symbol == symbol and item.core_offered]
         alone = sum(item.core is None for item in offered)

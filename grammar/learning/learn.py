@@ -172,7 +172,7 @@ def _learn_rules(
         shape = learn_room(
             grammar.room, [room.room for room in assigned], [_covered_floor(grammar, categories, room) for room in assigned], options.alpha
         )
-        names = ("width_m", "depth_m", "height_m", "area_low_m2", "area_high_m2", "floor_share_max", "shapes", "floor_share", "proportion")
+        names = ("width_m", "depth_m", "height_m", "area_low_m2", "area_high_m2", "floor_share_max", "shapes", "sizes")
         counts.update({f"room.{name}": len(assigned) for name in names})
     budget = _patient(grammar.budget)
     moves = replace(grammar.moves, relocate_beside=max(grammar.moves.relocate_beside, _BESIDE))

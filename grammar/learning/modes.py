@@ -93,11 +93,14 @@ def has_direction(angles: Sequence[float]) -> bool:
 
 
 def typical_angle(angles: Sequence[float], quarter: int) -> tuple[float, float]:
-    """Return the median of angles about a quarter turn (that turn itself if nearly equal) and the mean deviation from it."""
+    """Return the median of angles about a quarter turn and the mean deviation from it.
+
+    Where the median is off by less than three degrees, or by less than the angles scatter, that turn itself is meant.
+    """
     base = wrapped(0.5 * math.pi * quarter)
     off = np.array([wrapped(angle - base) for angle in angles])
     middle = float(np.median(off))
-    middle = middle if abs(middle) > _EXACT_RAD else 0.0
+    middle = middle if abs(middle) > max(_EXACT_RAD, float(np.abs(off - middle).mean())) else 0.0
     return wrapped(base + middle), max(float(np.abs(off - middle).mean()), _LEAST_ANGLE_RAD)
 
 

@@ -27,7 +27,7 @@ from grammar.learning.modes import (
     quarter_of,
     wall_modes,
 )
-from grammar.learning.sizes import fitted_normal, is_norm, learn_size
+from grammar.learning.sizes import height_modes, is_norm, learn_size
 from grammar.spec.categories import Categories
 from grammar.spec.energy_terms import Weights
 from grammar.spec.object_rules import NONE, AroundMode, ObjectRule, WallMode
@@ -43,6 +43,7 @@ _PLENTY = 20
 
 
 _TIED_M = 0.1
+_HEIGHT_MARGIN_M = 0.01
 _MEDIAN_OF_ROUND = 1.678
 _AXES = {"depth": 0, "width": 1, "height": 2}
 
@@ -283,4 +284,7 @@ def _learn_height(rule: ObjectRule, base: TruncatedNormal, seen: Seen, counts: d
     if len(off_floor) < _LEAST_POSES:
         return rule
     counts["centre_height_m"] = len(off_floor)
-    return replace(rule, centre_height_m=fitted_normal(np.array(off_floor)))
+    middles = np.array(off_floor)
+    low, high = float(middles.min()) - _HEIGHT_MARGIN_M, float(middles.max()) + _HEIGHT_MARGIN_M
+    bounds = TruncatedNormal(mean=float(middles.mean()), sd=max(float(middles.std()), _HEIGHT_MARGIN_M), low=low, high=high)
+    return replace(rule, centre_height_m=bounds, heights=height_modes(middles))

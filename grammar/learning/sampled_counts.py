@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from grammar.derivation.room_mixture import ROOM_SIZE
 from grammar.sample_room import sample_room
 from grammar.spec.categories import Categories
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar
 from scene_description import ParseNode
 from scene_description.polygons import signed_area_m2
+
+ROOM_SIZES = "room.sizes"
+"""Stands for a node where the choice is a component of the mixture of the room's size; no symbol has a dot."""
 
 RoomSampler = Callable[[Grammar, int, Sequence[int]], list["SampledCounts"]]
 """Grammar, stream of random numbers, indices of rooms -> what was in each of them."""
@@ -23,13 +27,13 @@ RoomSampler = Callable[[Grammar, int, Sequence[int]], list["SampledCounts"]]
 class SampledCounts:
     """One sampled room, or none (``failed``): the choices of its derivation, (node, branch, choice), and its objects by category.
 
-    ``floor_share``: share of the floor that what stands on it covers.
+    ``floor_shares``: share of the floor that what stands on it of each category covers.
     """
 
     failed: bool
     branches: tuple[tuple[str, int, int], ...]
     categories: Mapping[str, int]
-    floor_share: float = 0.0
+    floor_shares: Mapping[str, float] = field(default_factory=dict)
 
 
 def count_room(grammar: Grammar, categories: Categories, rng: np.random.Generator) -> SampledCounts:
@@ -39,21 +43,22 @@ def count_room(grammar: Grammar, categories: Categories, rng: np.random.Generato
     except RequestError:
         return SampledCounts(failed=True, branches=(), categories={})
     found = Counter(item.category for item in room.objects)
-    standing = [item for item in room.objects if item.support.kind == "floor" and not categories[item.category].underlay]
-    covered = sum(item.size_m[0] * item.size_m[1] for item in standing)
+    area, covered = signed_area_m2(room.room.polygon_m), Counter[str]()
+    for item in room.objects:
+        if item.support.kind == "floor" and not categories[item.category].underlay:
+            covered[item.category] += item.size_m[0] * item.size_m[1] / area  # type: ignore[assignment]
     return SampledCounts(
-        failed=False,
-        branches=tuple(_taken(grammar, room.parse_graph.nodes)),
-        categories=dict(found),
-        floor_share=covered / signed_area_m2(room.room.polygon_m),
+        failed=False, branches=tuple(_taken(grammar, room.parse_graph.nodes)), categories=dict(found), floor_shares=dict(covered)
     )
 
 
 def _taken(grammar: Grammar, nodes: Sequence[ParseNode]) -> Iterable[tuple[str, int, int]]:
-    """Yield the choices of a derivation: branches of Or nodes, and copies of Set branches, which come in order below their node."""
+    """Yield the choices of a derivation: the room's size, branches of Or nodes, and copies of Set branches in order below their node."""
     place: Counter[int] = Counter()
     for vertex in nodes:
-        if vertex.kind == "or" and vertex.symbol in grammar.nodes:
+        if vertex.kind == "attribute" and vertex.symbol == ROOM_SIZE:
+            yield ROOM_SIZES, -1, int(vertex.choice.split(",")[0])
+        elif vertex.kind == "or" and vertex.symbol in grammar.nodes:
             names = [branch.symbol for branch in grammar.nodes[vertex.symbol].branches]
             yield vertex.symbol, -1, names.index(vertex.choice)
         elif vertex.kind == "set" and vertex.parent is not None and vertex.choice != "":

@@ -8,20 +8,22 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import minimize
 
-from grammar.derivation.densities import truncated_normal_log_density
 from grammar.geometry.arrays import Bools, Floats
 from grammar.learning.geometry import filled_outline
 from grammar.learning.observed import ObservedRoom
-from grammar.spec.object_rules import ObjectRule, SizeMode
-from grammar.spec.room_rules import SHAPES, RoomRule, RoomShapes
+from grammar.spec.object_rules import HeightMode, ObjectRule, SizeMode
+from grammar.spec.room_rules import SHAPES, RoomRule, RoomShapes, RoomSize
 from grammar.spec.values import TruncatedNormal
 from scene_description.polygons import signed_area_m2
 from scene_description.types import Point2
 
 _FURNISHED_SHARE = 0.2
-_LEAST_FITTED, _LEAST_RANGE_M, _NARROW_M = 8, 0.005, 0.02
+_AREA_MARGIN_M2 = 0.2
+_MAX_ROOMS, _ROOM_WIDTH = 64, 0.5
+"""Kernels are half as wide as Scott's rule, which is for normal distributions, has them: rooms gather at several sizes."""
+
+_LEAST_SIDE_SD_M, _LEAST_SHARE, _LEAST_SHARE_SD = 0.02, 0.01, 0.02
 _WHOLE = 0.97
 """Share of its bounding box that a rectangle fills at least."""
 
@@ -99,6 +101,18 @@ def _widened(rule: ObjectRule, norms: Bools) -> ObjectRule:
     return replace(rule, high_m=_three(high))
 
 
+def height_modes(middles: Floats) -> tuple[HeightMode, ...]:
+    """Return a kernel estimate of the heights (n,) of what hangs, as narrow as that of rooms; heights that recur exactly are kept."""
+    spread = max(_ROOM_WIDTH * 1.06 * float(middles.std()) * len(middles) ** -0.2, _LEAST_SD_M[0])
+    recurring, counts = _recurring(middles), Counter(round(float(middle), 3) for middle in middles)
+    found = [(middle, count / len(middles), _MODEL_SD_M if middle in recurring else spread) for middle, count in sorted(counts.items())]
+    while len(found) > _MAX_KERNELS:
+        k = int(np.argmin(np.diff([middle for middle, _, _ in found])))
+        (a, p, _), (b, q, _) = found[k], found[k + 1]
+        found[k : k + 2] = [((p * a + q * b) / (p + q), p + q, spread)]
+    return tuple(HeightMode(probability=share, mean_m=middle, sd_m=sd) for middle, share, sd in found)
+
+
 def _recurring(sides: Floats) -> set[float]:
     """Return the lengths, to the millimetre, that are so common that they are those of models."""
     counts = Counter(round(float(side), 3) for side in sides)
@@ -140,9 +154,9 @@ def _height(seen: Sequence[float]) -> TruncatedNormal:
 def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequence[float], alpha: float) -> RoomRule:
     """Return the rule of the room's size and shape, from the outlines without the niches of their doors.
 
-    ``covered_m2`` is the floor that the furniture of each room covers.  Where that is a fifth of the floor and more, the area of a room
-    follows from it and the share.  Both sides follow one distribution, since a room turned by a quarter is as likely; ``alpha``
-    pseudo-counts of the base smooth the shapes.
+    ``covered_m2`` is the floor that the furniture of each room covers.  Where that is a fifth of the floor and more, rooms and furniture
+    are matched by that share.  Both sides follow one distribution, since a room turned by a quarter is as likely; ``alpha`` pseudo-counts
+    of the base smooth the shapes.
     """
     outlines = [filled_outline(room.polygon_m) for room in rooms]
     extents = np.array([np.ptp(np.array(outline), axis=0) for outline in outlines])
@@ -150,37 +164,54 @@ def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequen
     side = learn_normal(base.width_m, (extents * np.sqrt(areas / extents.prod(1))[:, None]).ravel().tolist())
     shares = np.divide(covered_m2, areas)
     fitted = float(np.median(shares)) >= _FURNISHED_SHARE
-    low, high = float(np.quantile(areas, 0.05)), float(np.quantile(areas, 0.95))
+    high = float(np.quantile(areas, 0.95))
     return replace(
         base,
         width_m=side,
         depth_m=side,
+        sizes=_learn_room_sizes(extents * np.sqrt(areas / extents.prod(1))[:, None], shares if fitted else None),
         height_m=_height([room.height_m for room in rooms]),
-        area_low_m2=min(base.area_low_m2, low),
-        area_high_m2=max(min(base.area_high_m2, 1.5 * high), high),
+        area_low_m2=min(base.area_low_m2, float(areas.min()) - _AREA_MARGIN_M2),
+        area_high_m2=max(min(base.area_high_m2, 1.5 * high), float(areas.max()) + _AREA_MARGIN_M2),
         floor_share_max=min(max(base.floor_share_max, float(np.max(shares)) if fitted else float(np.quantile(shares, 0.75))), 1.0),
         shapes=_learn_shapes(base.shapes, outlines, extents, areas, alpha),
-        floor_share=fitted_normal(shares) if fitted else None,
-        proportion=fitted_normal(extents.max(1) / extents.min(1)) if fitted else None,
+        floor_share=None,
+        proportion=None,
     )
 
 
-def fitted_normal(values: Floats) -> TruncatedNormal:
-    """Return the normal, truncated to what was seen, of greatest likelihood; its mean may lie at a bound, where the values gather."""
-    low, high = float(values.min()), float(values.max())
-    high = max(high, low + _LEAST_RANGE_M)
-    mean, sd = float(values.mean()), max(float(values.std()), _LEAST_RANGE_M)
-    if len(values) < _LEAST_FITTED or high - low < _NARROW_M:
-        return TruncatedNormal(mean=mean, sd=sd, low=low, high=high)
+def _learn_room_sizes(sides_m: Floats, shares: Floats | None) -> tuple[RoomSize, ...]:
+    """Return a kernel estimate of the rooms' sides and of the share of their floor that furniture covers.
 
-    def loss(parameters: Floats) -> float:
-        m, s = float(parameters[0]), math.exp(float(parameters[1]))
-        return -sum(truncated_normal_log_density(float(value), m, s, low, high) for value in values)
+    A side that recurs exactly keeps its value, as one of a common piece of furniture does (:func:`learn_size`): houses are built in steps.
 
-    span = high - low
-    bounds = ((max(low - 0.5 * span, 0.0), high + 0.5 * span), (math.log(0.2 * span), math.log(1.5 * span)))
-    found = minimize(loss, np.array([mean, math.log(max(sd, 0.2 * span))]), bounds=bounds, method="L-BFGS-B")
-    return TruncatedNormal(mean=float(found.x[0]), sd=math.exp(float(found.x[1])), low=low, high=high)
+    Args:
+        sides_m: (rooms, 2) of rectangles of the rooms' areas.
+        shares: (rooms,) or None, where furniture says nothing about the room.
+    """
+    long, short = sides_m.max(1), sides_m.min(1)
+    known = np.ones(len(sides_m)) if shares is None else np.maximum(shares, _LEAST_SHARE)
+    data = np.stack([long, short, known], axis=1)
+    spread = _ROOM_WIDTH * 1.06 * data.std(0) * len(data) ** -0.2
+    kernels: list[Kernel] = [(1.0, row, np.zeros(3)) for row in data[np.lexsort(data.T)]]
+    while len(kernels) > _MAX_ROOMS:
+        kernels = _merge_closest(kernels)
+    recurring = _recurring(sides_m.ravel())
+    modes = []
+    for count, mean, variance in kernels:
+        sd = np.maximum(np.sqrt(spread**2 + variance), (_LEAST_SIDE_SD_M, _LEAST_SIDE_SD_M, _LEAST_SHARE_SD))
+        kept = np.array([round(float(side), 3) in recurring for side in mean[:2]]) & (variance[:2] < _MODEL_SD_M**2)
+        sides = np.where(kept, _MODEL_SD_M, sd[:2])
+        modes.append(
+            RoomSize(
+                probability=count / len(data),
+                mean_m=(float(mean[0]), float(mean[1])),
+                sd_m=(float(sides[0]), float(sides[1])),
+                floor_share=None if shares is None else min(float(mean[2]), 1.0),
+                share_sd=float(sd[2]),
+            )
+        )
+    return tuple(modes)
 
 
 def _learn_shapes(base: RoomShapes, outlines: Sequence[Sequence[Point2]], extents: Floats, areas: Floats, alpha: float) -> RoomShapes:

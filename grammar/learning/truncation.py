@@ -7,8 +7,8 @@ passes does not depend on the probabilities, so rooms that were sampled under so
 weights, the ratios of the structures' probabilities (Monte Carlo maximum likelihood: Geyer and Thompson, J. Royal Statistical Society B
 1992).  Under these weights iterative scaling moves the probabilities by the ratio of wanted to actual frequencies until both agree; then
 rooms are sampled with the new probabilities, and again.  The wanted frequency of a branch is first what counting gave, then shifted until
-each category is as frequent as in the data.  The share of the floor that furniture covers, by which small rooms fail, is shifted until its
-mean among valid rooms is that of the data.
+each category is as frequent as in the data.  The size of the room is a choice like all others; the share of the floor that furniture
+covers in rooms of each size is shifted until its mean, over what the data records, is that of the data.
 """
 
 from __future__ import annotations
@@ -21,10 +21,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammar.derivation.densities import truncated_mean
-from grammar.geometry.arrays import Floats, Ints
+from grammar.geometry.arrays import Bools, Floats, Ints
 from grammar.learning.branching import certain_objects
-from grammar.learning.sampled_counts import RoomSampler, SampledCounts
+from grammar.learning.sampled_counts import ROOM_SIZES, RoomSampler, SampledCounts
 from grammar.spec.and_or_graph import Node
 from grammar.spec.request import RequestError
 from grammar.spec.rules import Grammar
@@ -36,9 +35,12 @@ _LEAST = 1e-5
 _STEPS = 300
 _CONSTANT_STEPS = 30
 _RATE = 0.3
-_FULLEST = 0.75
+_FULLEST = 0.8
 _FARTHEST = 0.8
 """How far a log-probability may move in one round: further away the importance weights say little."""
+
+_MOST_RAISED, _GIVEN_UP, _LEAST_EXPECTED = math.log(3.0), math.log(20.0), 4.0
+"""Sizes of rooms that seldom pass are drawn at most three times as often as they occur, and those that never pass hardly at all."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,14 +89,13 @@ def correct_truncation(
         grammar, {key: branching for key, branching in _branching_of(grammar).items() if _counted(grammar, key, covered)}, sorted(wanted)
     )
     logs, rows, pool = choices.target, [], _Pool([], [], [])
-    wanted_share = None if grammar.room.floor_share is None else truncated_mean(grammar.room.floor_share)
+    wanted_share = sum(size.probability * (size.floor_share or 0.0) for size in grammar.room.sizes)
     for iteration in range(options.iterations):
         rooms = sampler(_with_branching(grammar, choices.branching(logs)), iteration, range(options.rooms))
         passed = [room for room in rooms if not room.failed]
-        if wanted_share is not None and passed:
-            grammar = _with_shifted_share(grammar, wanted_share - sum(room.floor_share for room in passed) / len(passed))
         if not passed:
             raise RequestError(f"{grammar.room_type}: expected some valid rooms of {len(rooms)}, got none; widen the room or its budget")
+        grammar = _with_shifted_shares(grammar, wanted_share - float(np.mean([_recorded_share(room, wanted) for room in passed])))
         seen = {name: sum(room.categories.get(name, 0) for room in passed) / len(passed) for name in wanted}
         rows.append(
             TruncationRow(
@@ -111,14 +112,18 @@ def correct_truncation(
     return _with_branching(grammar, choices.branching(logs)), tuple(rows)
 
 
-def _with_shifted_share(grammar: Grammar, shift: float) -> Grammar:
-    """Return the grammar whose rooms are drawn fuller or emptier by a share of the floor, up to three quarters full."""
-    share = grammar.room.floor_share
-    if share is None:
-        return grammar
-    moved = {name: min(max(getattr(share, name) + shift, 0.0), most) for name, most in (("low", 0.5), ("high", _FULLEST), ("mean", 1.0))}
-    room = replace(grammar.room, floor_share=replace(share, **moved), floor_share_max=max(grammar.room.floor_share_max, moved["high"]))
-    return replace(grammar, room=room)
+def _recorded_share(room: SampledCounts, wanted: Mapping[str, float]) -> float:
+    return sum(share for name, share in room.floor_shares.items() if wanted.get(name))
+
+
+def _with_shifted_shares(grammar: Grammar, shift: float) -> Grammar:
+    """Return the grammar whose rooms are fuller by a share of the floor, or emptier, up to four fifths full."""
+    sizes = tuple(
+        size if size.floor_share is None else replace(size, floor_share=min(max(size.floor_share + shift, 0.0), _FULLEST))
+        for size in grammar.room.sizes
+    )
+    most = max([grammar.room.floor_share_max, *(size.floor_share for size in sizes if size.floor_share is not None)])
+    return replace(grammar, room=replace(grammar.room, sizes=sizes, floor_share_max=most))
 
 
 class _Pool(NamedTuple):
@@ -155,6 +160,11 @@ class _Choices(NamedTuple):
         """Index of the key that each entry belongs to, (c,)."""
         return np.repeat(np.arange(len(self.keys)), np.diff(self.first))
 
+    @property
+    def sized(self) -> Bools:
+        """Which entries are sizes of rooms, (c,)."""
+        return np.repeat([key[0] == ROOM_SIZES for key in self.keys], np.diff(self.first)).astype(bool)
+
     def taken(self, rooms: Sequence[SampledCounts]) -> Floats:
         """Return (n, c) how often each room made each choice."""
         ends = zip(self.keys, self.first, self.first[1:], strict=False)
@@ -175,7 +185,10 @@ def _scaled(choices: _Choices, pool: _Pool, mean: Floats, start: Floats) -> Floa
     """Return the log-probabilities under which all rooms sampled so far, weighted by importance, have the wanted frequencies."""
     taken, category_counts, owner = np.concatenate(pool.taken), np.concatenate(pool.counts), choices.owner
     mixture = _log_mixture(pool, taken)
-    logs, wanted = start.copy(), choices.target.copy()
+    sized = choices.sized
+    hopeless = sized & (taken.sum(0) == 0.0) & (len(taken) * np.exp(choices.target) > _LEAST_EXPECTED)
+    wanted = _log_normalized(np.where(hopeless, choices.target - _GIVEN_UP, choices.target), owner)
+    logs = start = _log_normalized(np.where(hopeless, choices.target - _GIVEN_UP, start), owner)
     for _ in range(_STEPS):
         # weigh the rooms
         weight = taken @ logs - mixture
@@ -188,7 +201,8 @@ def _scaled(choices: _Choices, pool: _Pool, mean: Floats, start: Floats) -> Floa
         total = np.bincount(owner, counts)[owner]
         actual = np.log(np.maximum((counts + np.exp(wanted)) / (total + 1.0), _LEAST))
         moved = logs + _RATE * total / (total + 20.0) * (wanted - actual)
-        logs = _log_normalized(start + np.clip(moved - start, -_FARTHEST, _FARTHEST), owner)
+        moved = start + np.clip(moved - start, -_FARTHEST, _FARTHEST)
+        logs = _log_normalized(np.where(sized, np.minimum(moved, choices.target + _MOST_RAISED), moved), owner)
     return logs
 
 
@@ -228,11 +242,15 @@ def _branching_of(grammar: Grammar) -> Branching:
         for i, branch in enumerate(node.branches):
             if branch.multiplicity is not None:
                 branching[name, i] = np.array(branch.multiplicity)
+    if grammar.room.sizes:
+        branching[ROOM_SIZES, -1] = np.array([size.probability for size in grammar.room.sizes])
     return branching
 
 
 def _counted(grammar: Grammar, key: tuple[str, int], covered: AbstractSet[str]) -> bool:
-    """Return whether a choice leads, in every derivation, to an object that the data records."""
+    """Return whether a choice is the room's size or leads, in every derivation, to an object that the data records."""
+    if key[0] == ROOM_SIZES:
+        return True
     branches = grammar.nodes[key[0]].branches
     chosen = branches if key[1] < 0 else (branches[key[1]],)
     return any(symbol in covered for branch in chosen for symbol in certain_objects(grammar, branch.symbol))
@@ -248,6 +266,8 @@ def _pull(grammar: Grammar, key: tuple[str, int], names: Sequence[str]) -> Float
                 row[names.index(category)] += 1.0
         return np.asarray(row / max(row.sum(), 1.0))
 
+    if key[0] == ROOM_SIZES:
+        return np.zeros((len(grammar.room.sizes), len(names)))
     node: Node = grammar.nodes[key[0]]
     if key[1] < 0:
         return np.array([of(branch.symbol) for branch in node.branches])
@@ -270,4 +290,8 @@ def _with_branching(grammar: Grammar, branching: Mapping[tuple[str, int], Floats
                 branch = replace(branch, multiplicity=tuple(branching[name, i].tolist()))
             branches.append(branch)
         nodes[name] = replace(node, branches=tuple(branches))
-    return replace(grammar, nodes=nodes)
+    room = grammar.room
+    if (ROOM_SIZES, -1) in branching:
+        odds = branching[ROOM_SIZES, -1].tolist()
+        room = replace(room, sizes=tuple(replace(size, probability=share) for size, share in zip(room.sizes, odds, strict=True)))
+    return replace(grammar, nodes=nodes, room=room)

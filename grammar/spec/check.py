@@ -39,6 +39,8 @@ def check_grammar(grammar: Grammar, categories: Collection[str]) -> None:
 def _check_room(room: RoomRule) -> None:
     if room.area_low_m2 >= room.area_high_m2:
         raise range_error("room.area_low_m2", room.area_low_m2, room.area_high_m2)
+    if room.sizes:
+        _check_sum("room.sizes", [size.probability for size in room.sizes])
     shapes = room.shapes
     _check_sum("room.shapes", [getattr(shapes, name) for name in SHAPES])
     if shapes.notch_low >= shapes.notch_high:
@@ -106,6 +108,10 @@ def _check_object(grammar: Grammar, symbol: str, rule: ObjectRule, categories: C
     if rule.category not in categories:
         raise FieldError(f"{path}.category", f"one of {', '.join(sorted(categories))}", repr(rule.category))
     _check_sum(f"{path}.sizes", [mode.probability for mode in rule.sizes])
+    if rule.heights:
+        _check_sum(f"{path}.heights", [mode.probability for mode in rule.heights])
+    if rule.heights and rule.centre_height_m is None:
+        raise FieldError(f"{path}.heights", "no value without centre_height_m, which bounds them", "a value")
     for low, high in zip(rule.low_m, rule.high_m, strict=True):
         if low >= high:
             raise range_error(f"{path}.low_m", low, high)

@@ -38,6 +38,15 @@ class SizeMode:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class HeightMode:
+    """A component of the mixture that the height of the middle of what hangs follows: a normal distribution."""
+
+    probability: Probability = 1.0
+    mean_m: Distance
+    sd_m: Spread
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Mode:
     """One preferred pose of an object in a relation, a component of a mixture.
 
@@ -134,6 +143,8 @@ class ObjectRule:
     low_m: tuple[Extent, Extent, Extent]
     high_m: tuple[Extent, Extent, Extent]
     centre_height_m: TruncatedNormal | None = None
+    heights: Annotated[tuple[HeightMode, ...], Limits(max_length=64)] = ()
+    """A mixture in place of that one normal distribution, truncated to the same bounds."""
     wall: Annotated[tuple[WallMode, ...], Limits(max_length=16)] = ()
     cores: Mapping[str, Probability] | None = None
     around: Annotated[tuple[AroundMode, ...], Limits(max_length=64)] = ()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, get_args
 
-from grammar.spec.values import Distance, Extent, Probability, TruncatedNormal
+from grammar.spec.values import Distance, Extent, Probability, Spread, TruncatedNormal
 from scene_description import Limits
 from scene_description.types import OpeningKind
 
@@ -41,12 +41,27 @@ SHAPES = ("rectangle", "l_shape", "t_shape", "u_shape", "chimney_breast", "alcov
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class RoomSize:
+    """A component of the mixture that the size of a room follows: both sides, and the share of the floor that furniture covers.
+
+    The sides are those of a rectangle of the room's area, the first as likely along x as along y.  Without ``floor_share`` such a room
+    holds any furniture.
+    """
+
+    probability: Probability = 1.0
+    mean_m: tuple[Extent, Extent]
+    sd_m: tuple[Spread, Spread]
+    floor_share: Probability | None = None
+    share_sd: Annotated[float, Limits(ge=0.001, le=1.0)] = 0.05
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class RoomRule:
     """Size of the bounding rectangle of a room, and the shape of the floor within it.
 
     ``floor_share_max`` bounds the share of the floor that furniture may cover.  With ``floor_share`` a room is as large as its furniture
     asks for: the area is what that covers over the share drawn, and ``proportion`` (long side over short one) takes the place of the sides.
-    Sides and outlines that a request gives stay.
+    With ``sizes`` sides and share are drawn together, from a mixture.  Sides and outlines that a request gives stay.
     """
 
     width_m: TruncatedNormal
@@ -59,6 +74,7 @@ class RoomRule:
     shapes: RoomShapes = RoomShapes()
     floor_share: TruncatedNormal | None = None
     proportion: TruncatedNormal | None = None
+    sizes: Annotated[tuple[RoomSize, ...], Limits(max_length=256)] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,6 +1,5 @@
 """Sizes of rooms and kernels from numbers made by hand."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -8,9 +7,8 @@ import pytest
 from small_grammar import CATEGORIES
 
 from grammar import read_room_type
-from grammar.derivation.densities import draw_truncated_normal
 from grammar.learning import ObservedRoom
-from grammar.learning.sizes import fitted_normal, is_norm, learn_room, learn_size
+from grammar.learning.sizes import height_modes, is_norm, learn_room, learn_size
 from grammar.spec.object_rules import ObjectRule, SizeMode
 
 BASE = read_room_type("bedroom", CATEGORIES)
@@ -26,28 +24,32 @@ def test_room() -> None:
     learned = learn_room(BASE.room, [room(3.0, 4.0), room(4.0, 3.0)], [1.2, 2.4], 0.0)
     assert (learned.width_m.mean, learned.width_m.sd) == (pytest.approx(3.5), pytest.approx(0.5))
     assert learned.depth_m == learned.width_m
-    assert (learned.floor_share_max, learned.floor_share, learned.shapes.rectangle) == (BASE.room.floor_share_max, None, 1.0)
+    assert (learned.floor_share_max, learned.shapes.rectangle) == (BASE.room.floor_share_max, 1.0)
+    # Both rooms are a kernel, of one size whichever way they lie.
+    assert [(mode.probability, mode.mean_m, mode.floor_share) for mode in learned.sizes] == [(0.5, (4.0, 3.0), None)] * 2
 
 
-def test_area_follows_from_the_furniture_where_that_covers_much() -> None:
-    # Shares 3/12 and 6/12, proportion 4/3 throughout; the niche of a door, 0.1 m deep and 0.8 m wide, is none of the outline.
+def test_sizes_are_learned_with_the_share_that_furniture_covers() -> None:
+    # Shares 3/12 and 6/12; the niche of a door, 0.1 m deep and 0.8 m wide, is none of the outline.
     niche = ((0.0, 0.0), (1.0, 0.0), (1.0, -0.1), (1.8, -0.1), (1.8, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0))
     learned = learn_room(BASE.room, [replace(room(3.0, 4.0), polygon_m=niche), room(4.0, 3.0)], [3.0, 6.0], 2.0)
-    assert learned.floor_share is not None
-    assert learned.proportion is not None
-    assert (learned.floor_share.mean, learned.floor_share.low, learned.floor_share.high) == pytest.approx((0.375, 0.25, 0.5))
-    assert learned.proportion.mean == pytest.approx(4.0 / 3.0)
+    assert [mode.floor_share for mode in learned.sizes] == pytest.approx([0.25, 0.5])
     assert learned.floor_share_max == pytest.approx(0.5)
     # Two rectangles and two pseudo-counts of the base.
     assert learned.shapes.rectangle == pytest.approx((2.0 + 2.0 * BASE.room.shapes.rectangle) / 4.0, abs=1e-4)
 
 
-def test_a_normal_that_gathers_at_its_bound() -> None:
-    values = np.array([draw_truncated_normal(np.random.default_rng(k), 1.3, 0.2, 0.7, 1.25) for k in range(400)])
-    fitted = fitted_normal(values)
-    drawn = [draw_truncated_normal(np.random.default_rng(1000 + k), fitted.mean, fitted.sd, fitted.low, fitted.high) for k in range(400)]
-    # The means of both samples differ by no more than four standard errors.
-    assert float(np.mean(drawn)) == pytest.approx(float(values.mean()), abs=4.0 * float(values.std()) * math.sqrt(2.0 / 400.0))
+def test_a_side_of_rooms_that_recurs_exactly_is_kept() -> None:
+    rooms = [room(2.8, 3.0 + 0.1 * k) for k in range(6)]
+    modes = learn_room(BASE.room, rooms, [1.0] * 6, 0.0).sizes
+    assert all(mode.sd_m[1] < 0.001 < mode.sd_m[0] for mode in modes)
+
+
+def test_heights_that_recur_are_kept_and_others_are_smoothed() -> None:
+    once, often = height_modes(np.array([1.2, 1.5, 1.5, 1.5]))
+    assert (once.mean_m, once.probability) == (pytest.approx(1.2), 0.25)
+    assert (often.mean_m, often.probability) == (pytest.approx(1.5), 0.75)
+    assert often.sd_m < 0.001 < once.sd_m
 
 
 def test_other_room_types_count_as_pseudo_observations() -> None:

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,8 +11,9 @@ from small_grammar import CATEGORIES, item, small_grammar
 from grammar import Grammar
 from grammar.derivation.structure import draw_structure
 from grammar.learning.learn import room_sampler
-from grammar.learning.sampled_counts import SampledCounts
+from grammar.learning.sampled_counts import ROOM_SIZES, SampledCounts
 from grammar.learning.truncation import TruncationOptions, correct_truncation
+from grammar.spec.room_rules import RoomSize
 
 NODES = """
 nodes:
@@ -75,6 +77,23 @@ def test_real_rooms_are_counted_by_their_derivations() -> None:
         assert taken["sleeping", -1] == (0 if room.categories.get("bed") else 1)
         assert taken["storage", 0] == room.categories.get("wardrobe", 0)
         assert taken["storage", 1] == room.categories.get("floor_lamp", 0)
+
+
+def test_sizes_of_rooms_that_seldom_pass_are_raised_and_those_that_never_do_are_given_up() -> None:
+    grammar = small_grammar(NODES + OBJECTS)
+    modes = tuple(RoomSize(probability=p, mean_m=(4.0, d), sd_m=(0.1, 0.1)) for p, d in ((0.4, 3.0), (0.4, 4.0), (0.2, 5.0)))
+    grammar = replace(grammar, room=replace(grammar.room, sizes=modes))
+
+    def half_pass(grammar: Grammar, stream: int, indices: Sequence[int]) -> list[SampledCounts]:
+        rng = np.random.default_rng(stream)
+        odds = np.array([size.probability for size in grammar.room.sizes]) * (1.0, 0.5, 0.0)
+        chosen = rng.choice(3, size=len(indices), p=odds / odds.sum())
+        return [SampledCounts(failed=False, branches=((ROOM_SIZES, -1, int(k)),), categories={"bed": 1}) for k in chosen]
+
+    corrected, _ = correct_truncation(grammar, {"bed": 1.0}, COVERED, TruncationOptions(iterations=3, rooms=1500), half_pass)
+    first, second, third = (size.probability for size in corrected.room.sizes)
+    assert second / first == pytest.approx(2.0, rel=0.2)
+    assert third < 0.05
 
 
 def test_without_iterations_the_grammar_stays() -> None:
