@@ -77,11 +77,11 @@ def _derive_once(plan: Plan, categories: Categories, rng: np.random.Generator) -
     terminals = _draw_terminals(plan, structure, rng)
     # draw the shell
     covered = _covered_m2(categories, terminals)
-    room, room_attributes = draw_room(plan.grammar, plan.request, plan.outline, covered, rng)
+    room, room_attributes, bay = draw_room(plan.grammar, plan.request, plan.outline, covered, rng)
     if covered > plan.grammar.room.floor_share_max * signed_area_m2(room.polygon_m):
         raise RejectedError(f"furniture on at most {plan.grammar.room.floor_share_max:g} of the floor")
     pinned = _pin(plan, categories, room, terminals, rng)
-    openings, opening_counts = draw_openings(plan.grammar, categories, room, rng)
+    openings, opening_counts = draw_openings(plan.grammar, categories, room, rng, bay, plan.bounds.keys())
     room = replace(room, openings=tuple(drawn.opening for drawn in openings))
     check_pinned(
         plan.grammar,

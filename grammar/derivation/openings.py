@@ -7,7 +7,7 @@ too close to each other or to the ceiling are rejected, as are those that an ope
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -49,6 +49,7 @@ def draw_opening(
     height_m: float,
     others: Sequence[Opening],
     rng: np.random.Generator,
+    closed: Collection[int] = (),
 ) -> DrawnOpening | None:
     """Draw one opening, or None where it does not fit.
 
@@ -61,13 +62,16 @@ def draw_opening(
         height_m: height of the ceiling.
         others: openings that it must keep clear of.
         rng: source of randomness.
+        closed: walls that it may not lie in.
     """
     # draw the size, then a wall that is long enough, then the place along it
     (width, width_log), (tall, tall_log), (sill, sill_log) = (
         draw_with_log_density(rng, n) for n in (rule.width_m, rule.height_m, rule.sill_m)
     )
     lengths = wall_lengths(polygon_m)
-    excluded = {other.wall for other in others if other.category != "window"} if rule.wall_without_door else set()
+    excluded = set(closed)
+    if rule.wall_without_door:
+        excluded |= {other.wall for other in others if other.category != "window"}
     if rule.floor_depth_m > 0.0:
         excluded |= {wall for wall, depth in enumerate(_floor_depths(polygon_m)) if depth < rule.floor_depth_m}
     usable = [0.0 if i in excluded or length < width + 2.0 * rule.end_gap_m else length for i, length in enumerate(lengths)]

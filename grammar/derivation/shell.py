@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 
 import numpy as np
 
+from grammar.derivation.bays import draw_bay_windows
 from grammar.derivation.densities import draw_index, draw_with_log_density
 from grammar.derivation.openings import Attribute, DrawnOpening, draw_opening
 from grammar.derivation.outlines import draw_outline
@@ -14,18 +16,20 @@ from grammar.spec.categories import Categories
 from grammar.spec.request import SceneRequest
 from grammar.spec.room_rules import OPENINGS, RoomRule
 from grammar.spec.rules import Grammar
-from scene_description import Opening, Room
+from scene_description import Room
 from scene_description.polygons import signed_area_m2
 from scene_description.types import Point2
 
 _EITHER_WAY = 0.5
 _LEAST_SHARE = 0.01
+_TRIES = 12
+"""Places that are drawn for an opening before the room is rejected, or rooms with more openings would come out too rarely."""
 
 
 def draw_room(
     grammar: Grammar, request: SceneRequest, outline: tuple[Point2, ...], covered_m2: float, rng: np.random.Generator
-) -> tuple[Room, list[Attribute]]:
-    """Draw a room without openings, and tell how.
+) -> tuple[Room, list[Attribute], tuple[int, ...]]:
+    """Draw a room without openings, tell how, and return the walls of its bay.
 
     Args:
         grammar: distributions of sides, height and shape.
@@ -41,7 +45,7 @@ def draw_room(
     attributes: list[Attribute] = []
     sides: list[float] = []
     fitted_m2 = None
-    if not (outline or request.room_width_m > 0.0 or request.room_depth_m > 0.0) and covered_m2 > 0.0:
+    if not (outline or request.room_width_m > 0.0 or request.room_depth_m > 0.0):
         fitted_m2, sides, attributes = _fitted(grammar.room, covered_m2, rng)
     for name in () if outline or sides else ("width_m", "depth_m"):
         requested = getattr(request, f"room_{name}")
@@ -50,14 +54,14 @@ def draw_room(
         attributes.append(Attribute(name, f"{side:.3f} m{' (requested)' if requested > 0.0 else ''}", log))
     height, log = draw_with_log_density(rng, grammar.room.height_m)
     attributes.append(Attribute("height_m", f"{height:.3f} m", log))
-    polygon = outline
+    polygon, bay = outline, tuple[int, ...]()
     if outline:
         attributes.append(Attribute("shape", f"outline with {len(outline)} walls (requested)", 0.0))
     else:
         drawn = draw_outline(rng, grammar.room.shapes, sides[0], sides[1])
         if drawn is None:
             raise RejectedError(f"no arm of the room narrower than {grammar.room.shapes.narrowest_m:g} m")
-        polygon, shape = drawn
+        polygon, shape, bay = drawn
         attributes.append(shape)
         if fitted_m2 is not None:
             scale = math.sqrt(fitted_m2 / signed_area_m2(polygon))
@@ -65,32 +69,52 @@ def draw_room(
         low, high, area = grammar.room.area_low_m2, grammar.room.area_high_m2, signed_area_m2(polygon)
         if not (request.room_width_m > 0.0 and request.room_depth_m > 0.0) and not low <= area <= high:
             raise RejectedError(f"room area within [{low:g}, {high:g}] m2")
-    return Room(polygon_m=polygon, height_m=height, wall_thickness_m=grammar.room.wall_thickness_m, openings=(), surfaces=()), attributes
+    room = Room(polygon_m=polygon, height_m=height, wall_thickness_m=grammar.room.wall_thickness_m, openings=(), surfaces=())
+    return room, attributes, bay
 
 
 def _fitted(room: RoomRule, covered_m2: float, rng: np.random.Generator) -> tuple[float | None, list[float], list[Attribute]]:
     """Return the area, the sides of a rectangle of that area, and how they were drawn; None and nothing for a room of given sides."""
-    if room.floor_share is None or room.proportion is None:
+    if room.proportion is None:
         return None, [], []
-    (share, share_log), (proportion, proportion_log) = (
-        draw_with_log_density(rng, normal) for normal in (room.floor_share, room.proportion)
-    )
-    area = covered_m2 / max(share, _LEAST_SHARE)
+    attributes: list[Attribute] = []
+    if room.area_m2 is not None:
+        area, log = draw_with_log_density(rng, room.area_m2)
+        attributes.append(Attribute("area", f"{area:.3f} m2", log))
+    elif room.floor_share is not None and covered_m2 > 0.0:
+        share, log = draw_with_log_density(rng, room.floor_share)
+        area = covered_m2 / max(share, _LEAST_SHARE)
+        attributes.append(Attribute("floor_share", f"{share:.3f}", log))
+    else:
+        return None, [], []
+    proportion, log = draw_with_log_density(rng, room.proportion)
     proportion = max(proportion, 1.0)
     long = math.sqrt(area * proportion)
     sides = [long, area / long]
     turned = bool(rng.random() < _EITHER_WAY)
-    attributes = [
-        Attribute("floor_share", f"{share:.3f}", share_log),
-        Attribute("proportion", f"{proportion:.3f}{', turned' if turned else ''}", proportion_log + math.log(_EITHER_WAY)),
-    ]
+    attributes.append(Attribute("proportion", f"{proportion:.3f}{', turned' if turned else ''}", log + math.log(_EITHER_WAY)))
     return area, sides[::-1] if turned else sides, attributes
 
 
 def draw_openings(
-    grammar: Grammar, categories: Categories, room: Room, rng: np.random.Generator
+    grammar: Grammar,
+    categories: Categories,
+    room: Room,
+    rng: np.random.Generator,
+    bay: tuple[int, ...] = (),
+    counted: Collection[str] = (),
 ) -> tuple[list[DrawnOpening], list[Attribute]]:
     """Return the openings of a room and how many of each kind were drawn.
+
+    A bay is in an outer wall: its walls and those beside it have no door.  Its windows count as one, unless a request counts windows.
+
+    Args:
+        grammar: numbers, sizes and places.
+        categories: class ids.
+        room: without openings.
+        rng: source of randomness.
+        bay: walls of the bay, the front one in the middle; () without one.
+        counted: kinds whose number a request bounds.
 
     Raises:
         RejectedError: an opening does not fit.
@@ -103,9 +127,21 @@ def draw_openings(
             continue
         copies = draw_index(rng, rule.multiplicity)
         counts.append(Attribute(f"{kind}_count", str(copies), math.log(rule.multiplicity[copies])))
-        for _ in range(copies):
-            others: list[Opening] = [one.opening for one in drawn]
-            opening = draw_opening(kind, rule, len(drawn) + 1, categories[kind].label_id, room.polygon_m, room.height_m, others, rng)
+        label, left = categories[kind].label_id, copies
+        if bay and kind == "window" and copies:
+            most = 1 if kind in counted else len(bay)
+            windows = draw_bay_windows(rule, len(drawn) + 1, label, room.polygon_m, room.height_m, bay, most, rng)
+            if windows is None:
+                raise RejectedError("a wall with space for a window")
+            drawn.extend(windows)
+            left -= bool(windows)
+        closed = bay if kind == "window" else tuple(range(bay[0] - 1, bay[-1] + 2)) if bay else ()
+        for _ in range(left):
+            others = [one.opening for one in drawn]
+            places = (
+                draw_opening(kind, rule, len(drawn) + 1, label, room.polygon_m, room.height_m, others, rng, closed) for _ in range(_TRIES)
+            )
+            opening = next((place for place in places if place is not None), None)
             if opening is None:
                 raise RejectedError(f"a wall with space for a {kind}")
             drawn.append(opening)
