@@ -25,23 +25,29 @@ from scene_description.types import Point2
 
 _LEAST_WALL_M = 0.1
 _LEAST_STEP_M = 0.15
-_LEAST_AREA_M2 = 2.0
+_LEAST_AREA_M2 = 1.0
 _LARGEST_SIDE_M = 60.0
 _TOUCH_M = 1e-6
 
 
 _JUTS = ("chimney_breast", "alcove", "bay")
-_BAY_WALLS = (3, 4, 5)
-"""Walls of a bay in the outline of a room that has one: side, front, side."""
+_JUT_WALLS = (3, 4, 5)
+"""Walls of a bay or a chimney breast in the outline of a room that has one: side, front, side."""
+_LEAST_BETWEEN_M = 0.8
+"""Least distance of the arms of a U, between which there is something else."""
 _LEAST_BAY_FRONT_M = 0.6
 
 
 class Outline(NamedTuple):
-    """A drawn outline: vertices counter-clockwise, how it was drawn, and the walls of its bay, the front one in the middle."""
+    """A drawn outline: vertices counter-clockwise, how it was drawn, the walls of its bay, and those of a chimney breast.
+
+    The walls of a bay are its windows', the front one in the middle; ``closed`` ones have no openings.
+    """
 
     points_m: tuple[Point2, ...]
     attribute: Attribute
     bay: tuple[int, ...] = ()
+    closed: tuple[int, ...] = ()
 
 
 def draw_outline(rng: np.random.Generator, shapes: RoomShapes, width_m: float, depth_m: float) -> Outline | None:
@@ -64,8 +70,9 @@ def draw_outline(rng: np.random.Generator, shapes: RoomShapes, width_m: float, d
     along, across = (width_m, depth_m) if turns % 2 == 0 else (depth_m, width_m)
     if name in _JUTS:
         return _with_jut(rng, shapes, name, turns, along, across, log)
-    low, span = _notch_range(shapes, along, 2.0 if name == "u_shape" else 1.0, 2.0 if name == "t_shape" else 1.0)
-    low_deep, span_deep = _notch_range(shapes, across, 1.0, 1.0)
+    least = {"t_shape": 2.0 * _LEAST_STEP_M, "u_shape": _LEAST_BETWEEN_M}.get(name, _LEAST_STEP_M)
+    low, span = _notch_range(shapes, along, 2.0 if name == "u_shape" else 1.0, least)
+    low_deep, span_deep = _notch_range(shapes, across, 1.0, _LEAST_STEP_M)
     if min(span, span_deep) <= 0.0:
         return None
     first, second, deep = low + span * rng.random(), low + span * rng.random(), low_deep + span_deep * rng.random()
@@ -75,12 +82,12 @@ def draw_outline(rng: np.random.Generator, shapes: RoomShapes, width_m: float, d
     return Outline(tuple(points), Attribute("shape", text, log))
 
 
-def _notch_range(shapes: RoomShapes, side_m: float, arms: float, cuts: float) -> tuple[float, float]:
+def _notch_range(shapes: RoomShapes, side_m: float, arms: float, least_m: float) -> tuple[float, float]:
     """Return the least share that a notch takes of a side and the width of the range, which is not positive if none is possible.
 
-    ``arms`` stay as wide as they must beside each other; each of ``cuts`` takes its part of the notch, and is no smaller than a step may be.
+    ``arms`` stay as wide as they must beside each other; the notch takes ``least_m`` at least.
     """
-    low = max(shapes.notch_low, cuts * _LEAST_STEP_M / side_m)
+    low = max(shapes.notch_low, least_m / side_m)
     return low, min(shapes.notch_high, 1.0 - arms * shapes.narrowest_m / side_m) - low
 
 
@@ -113,12 +120,13 @@ def _with_jut(
         share = 2.0 * beside / along
         points = _notched("t_shape", along, across, share, share, deep / across)
     if name != "bay":
-        return Outline(tuple(_turned(points, turns)), Attribute("shape", text, log))
+        closed = _JUT_WALLS if name == "chimney_breast" else ()
+        return Outline(tuple(_turned(points, turns)), Attribute("shape", text, log), closed=closed)
     log += math.log(shapes.bay_canted if canted else 1.0 - shapes.bay_canted)
     if canted:
         (right, y), (left, _) = points[4:6]
         points[4:6] = (right - deep, y), (left + deep, y)
-    return Outline(tuple(_turned(points, turns)), Attribute("shape", f"{text}{', canted' if canted else ''}", log), _BAY_WALLS)
+    return Outline(tuple(_turned(points, turns)), Attribute("shape", f"{text}{', canted' if canted else ''}", log), bay=_JUT_WALLS)
 
 
 def _notched(name: str, along: float, across: float, first: float, second: float, deep: float) -> list[Point2]:

@@ -9,10 +9,11 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import minimize
+from scipy.special import ndtr, ndtri
 
 from grammar.derivation.densities import truncated_normal_log_density
 from grammar.geometry.arrays import Floats
-from grammar.learning.geometry import filled_outline
+from grammar.learning.geometry import filled_outline, without_steps
 from grammar.learning.observed import ObservedRoom
 from grammar.spec.object_rules import ObjectRule, SizeMode
 from grammar.spec.room_rules import SHAPES, RoomRule, RoomShapes
@@ -22,6 +23,7 @@ from scene_description.types import Point2
 
 _FURNISHED_SHARE = 0.2
 _LEAST_FITTED, _LEAST_RANGE_M, _NARROW_M = 8, 0.005, 0.02
+_QUARTILES = (0.25, 0.5, 0.75)
 _WHOLE = 0.97
 """Share of its bounding box that a rectangle fills at least."""
 
@@ -115,8 +117,8 @@ def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequen
     """Return the rule of the room's size and shape, from the outlines without the niches of their doors.
 
     ``covered_m2`` is the floor that the furniture of each room covers.  Where that is a fifth of the floor and more, the area of a room
-    follows from it and the share.  Both sides follow one distribution, since a room turned by a quarter is as likely; ``alpha``
-    pseudo-counts of the base smooth the shapes.
+    follows from it and the share; else it is learned itself.  Both sides follow one distribution, since a room turned by a quarter is as
+    likely; ``alpha`` pseudo-counts of the base smooth the shapes.
     """
     outlines = [filled_outline(room.polygon_m) for room in rooms]
     extents = np.array([np.ptp(np.array(outline), axis=0) for outline in outlines])
@@ -124,7 +126,7 @@ def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequen
     side = learn_normal(base.width_m, (extents * np.sqrt(areas / extents.prod(1))[:, None]).ravel().tolist())
     shares = np.divide(covered_m2, areas)
     fitted = float(np.median(shares)) >= _FURNISHED_SHARE
-    low, high = float(np.quantile(areas, 0.05)), float(np.quantile(areas, 0.95))
+    low, high = (float(area) for area in (np.quantile(areas, (0.05, 0.95)) if fitted else (areas.min(), areas.max())))
     return replace(
         base,
         width_m=side,
@@ -135,7 +137,8 @@ def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequen
         floor_share_max=min(max(base.floor_share_max, float(np.max(shares)) if fitted else float(np.quantile(shares, 0.75))), 1.0),
         shapes=_learn_shapes(base.shapes, outlines, extents, areas, alpha),
         floor_share=fitted_normal(shares) if fitted else None,
-        proportion=fitted_normal(extents.max(1) / extents.min(1)) if fitted else None,
+        area_m2=None if fitted else quartile_normal(areas),
+        proportion=(fitted_normal if fitted else quartile_normal)(extents.max(1) / extents.min(1)),
     )
 
 
@@ -157,10 +160,30 @@ def fitted_normal(values: Floats) -> TruncatedNormal:
     return TruncatedNormal(mean=float(found.x[0]), sd=math.exp(float(found.x[1])), low=low, high=high)
 
 
+def quartile_normal(values: Floats) -> TruncatedNormal:
+    """Return the normal, truncated to what was seen, whose quartiles are nearest to those of the values, by their ratios.
+
+    Sizes of rooms that are not made for furniture have long tails, by which the likelihood would put their median too high.
+    """
+    low, high = float(values.min()), max(float(values.max()), float(values.min()) + _LEAST_RANGE_M)
+    wanted, span = np.log(np.quantile(values, _QUARTILES)), high - low
+
+    def loss(parameters: Floats) -> float:
+        m, s = float(parameters[0]), math.exp(float(parameters[1]))
+        below, above = ndtr((low - m) / s), ndtr((high - m) / s)
+        found = m + s * ndtri(np.clip(below + (above - below) * np.array(_QUARTILES), 1e-12, 1.0 - 1e-12))
+        return float(np.square(np.log(np.maximum(found, 0.5 * low)) - wanted).sum())
+
+    bounds = ((max(low - 0.5 * span, 0.0), high), (math.log(0.02 * span), math.log(1.5 * span)))
+    start = np.array([float(np.median(values)), math.log(0.3 * span)])
+    found = minimize(loss, start, bounds=bounds, method="L-BFGS-B")
+    return TruncatedNormal(mean=float(found.x[0]), sd=math.exp(float(found.x[1])), low=low, high=high)
+
+
 def _learn_shapes(base: RoomShapes, outlines: Sequence[Sequence[Point2]], extents: Floats, areas: Floats, alpha: float) -> RoomShapes:
     """Return the probabilities of shapes by the corners of outlines; those of eight and more corners are shared out as the base does."""
     filled = areas / extents.prod(1) > _WHOLE
-    corners = [4 if whole else len(outline) for whole, outline in zip(filled, outlines, strict=True)]
+    corners = [4 if whole else len(without_steps(outline)) for whole, outline in zip(filled, outlines, strict=True)]
     counts = {"rectangle": corners.count(4), "l_shape": sum(count in (5, 6) for count in corners)}
     eight = [name for name in SHAPES if name not in counts]
     rest, others = len(corners) - sum(counts.values()), sum(getattr(base, name) for name in eight)
