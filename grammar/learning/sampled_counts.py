@@ -23,13 +23,14 @@ RoomSampler = Callable[[Grammar, int, Sequence[int]], list["SampledCounts"]]
 class SampledCounts:
     """One sampled room, or none (``failed``): the choices of its derivation, (node, branch, choice), and its objects by category.
 
-    ``floor_share``: share of the floor that what stands on it covers.
+    ``floor_share``: share of the floor that what stands on it covers; ``proportion``: long side over short one.
     """
 
     failed: bool
     branches: tuple[tuple[str, int, int], ...]
     categories: Mapping[str, int]
     floor_share: float = 0.0
+    proportion: float = 1.0
 
 
 def count_room(grammar: Grammar, categories: Categories, rng: np.random.Generator) -> SampledCounts:
@@ -41,11 +42,13 @@ def count_room(grammar: Grammar, categories: Categories, rng: np.random.Generato
     found = Counter(item.category for item in room.objects)
     standing = [item for item in room.objects if item.support.kind == "floor" and not categories[item.category].underlay]
     covered = sum(item.size_m[0] * item.size_m[1] for item in standing)
+    sides = np.ptp(np.array(room.room.polygon_m), axis=0)
     return SampledCounts(
         failed=False,
         branches=tuple(_taken(grammar, room.parse_graph.nodes)),
         categories=dict(found),
         floor_share=covered / signed_area_m2(room.room.polygon_m),
+        proportion=float(sides.max() / sides.min()),
     )
 
 

@@ -7,8 +7,8 @@ passes does not depend on the probabilities, so rooms that were sampled under so
 weights, the ratios of the structures' probabilities (Monte Carlo maximum likelihood: Geyer and Thompson, J. Royal Statistical Society B
 1992).  Under these weights iterative scaling moves the probabilities by the ratio of wanted to actual frequencies until both agree; then
 rooms are sampled with the new probabilities, and again.  The wanted frequency of a branch is first what counting gave, then shifted until
-each category is as frequent as in the data.  The share of the floor that furniture covers, by which small rooms fail, is shifted until its
-mean among valid rooms is that of the data.
+each category is as frequent as in the data.  The share of the floor that furniture covers, by which small rooms fail, and the
+proportion of the sides, by which narrow ones do, are shifted until their means among valid rooms are those of the data.
 """
 
 from __future__ import annotations
@@ -37,6 +37,7 @@ _STEPS = 300
 _CONSTANT_STEPS = 30
 _RATE = 0.3
 _FULLEST = 0.75
+_STEP = 0.1
 _FARTHEST = 0.8
 """How far a log-probability may move in one round: further away the importance weights say little."""
 
@@ -88,11 +89,14 @@ def correct_truncation(
     )
     logs, rows, pool = choices.target, [], _Pool([], [], [])
     wanted_share = None if grammar.room.floor_share is None else truncated_mean(grammar.room.floor_share)
+    wanted_proportion = None if grammar.room.proportion is None else truncated_mean(grammar.room.proportion)
     for iteration in range(options.iterations):
         rooms = sampler(_with_branching(grammar, choices.branching(logs)), iteration, range(options.rooms))
         passed = [room for room in rooms if not room.failed]
         if wanted_share is not None and passed:
             grammar = _with_shifted_share(grammar, wanted_share - sum(room.floor_share for room in passed) / len(passed))
+        if wanted_proportion is not None and passed:
+            grammar = _with_shifted_proportion(grammar, wanted_proportion - sum(room.proportion for room in passed) / len(passed))
         if not passed:
             raise RequestError(f"{grammar.room_type}: expected some valid rooms of {len(rooms)}, got none; widen the room or its budget")
         seen = {name: sum(room.categories.get(name, 0) for room in passed) / len(passed) for name in wanted}
@@ -119,6 +123,18 @@ def _with_shifted_share(grammar: Grammar, shift: float) -> Grammar:
     moved = {name: min(max(getattr(share, name) + shift, 0.0), most) for name, most in (("low", 0.5), ("high", _FULLEST), ("mean", 1.0))}
     room = replace(grammar.room, floor_share=replace(share, **moved), floor_share_max=max(grammar.room.floor_share_max, moved["high"]))
     return replace(grammar, room=room)
+
+
+def _with_shifted_proportion(grammar: Grammar, shift: float) -> Grammar:
+    """Return the grammar whose rooms are drawn longer or squarer, on average by ``shift`` in their proportion."""
+    proportion = grammar.room.proportion
+    if proportion is None:
+        return grammar
+    ahead = replace(proportion, mean=proportion.mean + _STEP * proportion.sd)
+    gained = max(truncated_mean(ahead) - truncated_mean(proportion), 1e-3 * proportion.sd)
+    step = min(max(_STEP * proportion.sd * shift / gained, -proportion.sd), proportion.sd)
+    moved = replace(proportion, mean=min(max(proportion.mean + step, 0.0), proportion.high))
+    return replace(grammar, room=replace(grammar.room, proportion=moved))
 
 
 class _Pool(NamedTuple):
