@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
+from grammar.checks import use_of_bathrooms as bathrooms
 from grammar.checks import use_of_doors as doors
 from grammar.checks import use_of_furniture as furniture
 from grammar.checks import use_of_kitchens as kitchens
@@ -57,6 +58,8 @@ FAULTS = (
     Fault("bedside_astray", "a nightstand is further than 0.3 m from the bed", furniture.bedside_astray),
     Fault("basin_off_mirror", "no mirror hangs over a washbasin, though the room has one", furniture.basin_off_mirror),
     Fault("no_bathing", "a bathroom has neither bath nor shower", furniture.no_bathing, of_layout=False),
+    Fault("mat_covered", "a bath mat lies beneath furniture to more than a fifth", bathrooms.mat_covered),
+    Fault("paper_out_of_reach", "toilet paper hangs further than 0.9 m from the toilet", bathrooms.paper_out_of_reach),
     Fault("gap_in_run", "a gap of 3 to 35 cm parts two kitchen units at a wall", kitchens.gap_in_run),
     Fault("run_in_pieces", "kitchen units at one wall stand apart with no door between them, or one stands alone", kitchens.run_in_pieces),
     Fault("fridge_off_wall", "a refrigerator has no wall behind its back", furniture.fridge_off_wall),

@@ -24,7 +24,7 @@ from grammar.derivation.pinning import Pinned, check_pinned, pin
 from grammar.derivation.plan import Plan, make_plan
 from grammar.derivation.rejection import RejectedError
 from grammar.derivation.runs import place_runs
-from grammar.derivation.shell import draw_openings, draw_room
+from grammar.derivation.shell import Extent, draw_extent, draw_openings, draw_room
 from grammar.derivation.structure import Vertex, draw_structure
 from grammar.spec.categories import Categories
 from grammar.spec.object_rules import ObjectRule
@@ -35,6 +35,8 @@ from scene_description.polygons import signed_area_m2
 
 _CONDITIONAL_COST = 10
 """Drawing a structure given its numbers of objects takes the time of so many free ones, but none is rejected for its numbers."""
+_SAME_EXTENT = 100
+"""Derivations in a row that are tried with one drawn area."""
 
 
 def derive(grammar: Grammar, categories: Categories, request: SceneRequest, rng: np.random.Generator) -> ParseTree:
@@ -50,9 +52,13 @@ def derive_from(plan: Plan, categories: Categories, rng: np.random.Generator) ->
     """Draw one parse tree of a plan; see :func:`derive`."""
     reasons: Counter[str] = Counter()
     budget = plan.grammar.budget.derivations if plan.conditional is None else max(plan.grammar.budget.derivations // _CONDITIONAL_COST, 1)
-    for _ in range(budget):
+    extent = None
+    for trial in range(budget):
+        # a small room stays small where it is the furniture that does not fit
+        if trial % _SAME_EXTENT == 0:
+            extent = draw_extent(plan.grammar.room, plan.request, rng)
         try:
-            return _derive_once(plan, categories, rng)
+            return _derive_once(plan, categories, extent, rng)
         except RejectedError as rejected:
             reasons[str(rejected)] += 1
     worst = "; ".join(f"{count} failed at: {reason}" for reason, count in reasons.most_common(3))
@@ -75,17 +81,18 @@ class _Terminals(NamedTuple):
     fixed: dict[int, int]
 
 
-def _derive_once(plan: Plan, categories: Categories, rng: np.random.Generator) -> ParseTree:
+def _derive_once(plan: Plan, categories: Categories, extent: Extent | None, rng: np.random.Generator) -> ParseTree:
     # draw the structure and the sizes
     structure = _draw_structure(plan, rng)
     terminals = _draw_terminals(plan, structure, rng)
     # draw the shell
     covered = _covered_m2(categories, terminals)
-    room, room_attributes = draw_room(plan.grammar, plan.request, plan.outline, covered + _asked_m2(plan.grammar, structure), rng)
+    asked = covered + _asked_m2(plan.grammar, structure)
+    room, room_attributes, special = draw_room(plan.grammar, plan.request, plan.outline, asked, rng, extent)
     if covered > plan.grammar.room.floor_share_max * signed_area_m2(room.polygon_m):
         raise RejectedError(f"furniture on at most {plan.grammar.room.floor_share_max:g} of the floor")
     pinned = _pin(plan, categories, room, terminals, rng)
-    openings, opening_counts = draw_openings(plan.grammar, categories, room, rng)
+    openings, opening_counts = draw_openings(plan.grammar, categories, room, rng, special, plan.bounds.keys())
     room = replace(room, openings=tuple(drawn.opening for drawn in openings))
     check_pinned(
         plan.grammar,

@@ -108,7 +108,9 @@ def targets_of(symbol: str, draft: Draft, context: Context) -> list[int | None]:
     if symbol == NONE:
         return [None]
     if symbol in OPENINGS:
-        return [key for key, opening in context.openings.items() if opening.category == symbol]
+        least = draft.rule.low_m[1] if draft.rule.mount == "wall" else 0.0
+        lengths = wall_lengths(context.room.polygon_m)
+        return [key for key, opening in context.openings.items() if opening.category == symbol and lengths[opening.wall] > least]
     if symbol == CORNER:
         return [context.first_corner + k for k, corner in enumerate(context.corners) if _is_free(corner, draft, context)]
     found = [key for key, other in context.drafts.items() if other.symbol == symbol]

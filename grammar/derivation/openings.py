@@ -7,20 +7,23 @@ too close to each other or to the ceiling are rejected, as are those that an ope
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from grammar.derivation.densities import draw_index, draw_truncated_normal, draw_with_log_density, truncated_normal_log_density
 from grammar.geometry.boxes import footprint_penetration
-from grammar.geometry.walls import wall_lengths
+from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, START_X, START_Y, wall_lengths, wall_rows
 from grammar.geometry.zones import face_box, leaf_boxes
 from grammar.spec.room_rules import OpeningRule
 from scene_description import ModelReference, Opening
 from scene_description.types import OpeningKind, Point2
 
 _MAX_SEED = 2**63 - 1
+_PARALLEL = 1e-9
+_BEYOND_M = 1.0
+"""What is beyond an opening is no part of the same room for this far."""
 _CURTAIN_M = 0.3
 """What curtains take to both sides of their window, about."""
 
@@ -49,6 +52,7 @@ def draw_opening(
     height_m: float,
     others: Sequence[Opening],
     rng: np.random.Generator,
+    closed: Collection[int] = (),
 ) -> DrawnOpening | None:
     """Draw one opening, or None where it does not fit.
 
@@ -61,13 +65,16 @@ def draw_opening(
         height_m: height of the ceiling.
         others: openings that it must keep clear of.
         rng: source of randomness.
+        closed: walls that it may not lie in.
     """
     # draw the size, then a wall that is long enough, then the place along it
     (width, width_log), (tall, tall_log), (sill, sill_log) = (
         draw_with_log_density(rng, n) for n in (rule.width_m, rule.height_m, rule.sill_m)
     )
     lengths = wall_lengths(polygon_m)
-    excluded = {other.wall for other in others if other.category != "window"} if rule.wall_without_door else set()
+    excluded = set(closed)
+    if rule.wall_without_door:
+        excluded |= {other.wall for other in others if other.category != "window"}
     if rule.floor_depth_m > 0.0:
         excluded |= {wall for wall, depth in enumerate(_floor_depths(polygon_m)) if depth < rule.floor_depth_m}
     usable = [0.0 if i in excluded or length < width + 2.0 * rule.end_gap_m else length for i, length in enumerate(lengths)]
@@ -100,7 +107,7 @@ def draw_opening(
         model=ModelReference(generator=kind, seed=int(rng.integers(_MAX_SEED))),
         parts=(),
     )
-    if any(_in_the_way(polygon_m, opening, other) for other in others):
+    if _leads_back(polygon_m, opening) or any(_in_the_way(polygon_m, opening, other) for other in others):
         return None
     attributes = [
         Attribute("size", f"{width:.3f} x {tall:.3f} m, sill {sill:.3f} m", width_log + tall_log + sill_log),
@@ -110,6 +117,24 @@ def draw_opening(
     if kind == "door":
         attributes.append(Attribute("swing", opening.swing, math.log(rule.swing_in if swings_in else 1.0 - rule.swing_in)))
     return DrawnOpening(opening, tuple(attributes))
+
+
+def _leads_back(polygon_m: Sequence[Point2], opening: Opening) -> bool:
+    """Return whether another wall of the same room is close behind an opening, as in the slit between the arms of a U."""
+    rows = wall_rows(polygon_m)
+    own = rows[opening.wall]
+    offsets = opening.offset_m + opening.width_m * np.array([0.0, 0.5, 1.0])
+    points = own[[START_X, START_Y]] + np.outer(offsets, own[[ALONG_X, ALONG_Y]])
+    outward = -own[[NORMAL_X, NORMAL_Y]]
+    others = np.delete(rows, opening.wall, axis=0)
+    delta = others[:, None, [START_X, START_Y]] - points
+    along = others[:, None, [ALONG_X, ALONG_Y]]
+    crossed = along[..., 0] * outward[1] - along[..., 1] * outward[0]
+    safe = np.where(np.abs(crossed) < _PARALLEL, 1.0, crossed)
+    reach = (along[..., 0] * delta[..., 1] - along[..., 1] * delta[..., 0]) / safe
+    place = (outward[0] * delta[..., 1] - outward[1] * delta[..., 0]) / safe
+    hit = (np.abs(crossed) >= _PARALLEL) & (reach > 0.0) & (reach < _BEYOND_M) & (place >= 0.0) & (place <= others[:, None, LENGTH])
+    return bool(hit.any())
 
 
 def _in_the_way(polygon_m: Sequence[Point2], opening: Opening, other: Opening) -> bool:

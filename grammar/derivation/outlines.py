@@ -1,7 +1,8 @@
 """Floor outlines: rectangles, L-, T- and U-shapes drawn by the grammar's probabilities, and outlines that a user gives.
 
 A shape is a rectangle that lost one corner (L), both corners of one side (T) or the middle of one side (U).  A chimney breast is a small
-U, whose size is drawn in metres; an alcove is the middle arm of a T with such a size.
+U, whose size is drawn in metres; an alcove is the middle arm of a T with such a size.  A bay is an alcove for windows; in a canted one
+the walls beside the front one stand at 45 degrees.  Notches are drawn within what leaves the arms of the floor wide enough.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from itertools import combinations, pairwise
+from typing import NamedTuple
 
 import numpy as np
 from shapely import LineString, Point
@@ -22,15 +24,34 @@ from scene_description.polygons import signed_area_m2
 from scene_description.types import Point2
 
 _LEAST_WALL_M = 0.1
-_LEAST_AREA_M2 = 2.0
+_LEAST_STEP_M = 0.15
+_LEAST_AREA_M2 = 1.0
 _LARGEST_SIDE_M = 60.0
 _TOUCH_M = 1e-6
 
 
-def draw_outline(
-    rng: np.random.Generator, shapes: RoomShapes, width_m: float, depth_m: float
-) -> tuple[tuple[Point2, ...], Attribute] | None:
-    """Return a counter-clockwise outline that fills a rectangle about the origin, and how it was drawn; None: it came out too narrow.
+_JUTS = ("chimney_breast", "alcove", "bay")
+_JUT_WALLS = (3, 4, 5)
+"""Walls of a bay or a chimney breast in the outline of a room that has one: side, front, side."""
+_LEAST_BETWEEN_M = 0.8
+"""Least distance of the arms of a U, between which there is something else."""
+_LEAST_BAY_FRONT_M = 0.6
+
+
+class Outline(NamedTuple):
+    """A drawn outline: vertices counter-clockwise, how it was drawn, the walls of its bay, and those of a chimney breast.
+
+    The walls of a bay are its windows', the front one in the middle; ``closed`` ones have no openings.
+    """
+
+    points_m: tuple[Point2, ...]
+    attribute: Attribute
+    bay: tuple[int, ...] = ()
+    closed: tuple[int, ...] = ()
+
+
+def draw_outline(rng: np.random.Generator, shapes: RoomShapes, width_m: float, depth_m: float) -> Outline | None:
+    """Return a counter-clockwise outline that fills a rectangle about the origin; None: its arms would be too narrow.
 
     Args:
         rng: source of randomness; a grammar that knows rectangles only takes nothing from it.
@@ -43,21 +64,31 @@ def draw_outline(
     log, name = math.log(probabilities[chosen]), SHAPES[chosen]
     if name == "rectangle":
         x, y = 0.5 * width_m, 0.5 * depth_m
-        return ((-x, -y), (x, -y), (x, y), (-x, y)), Attribute("shape", name, log)
+        return Outline(((-x, -y), (x, -y), (x, y), (-x, y)), Attribute("shape", name, log))
     # draw which side is notched, and the size of the notch
     turns = int(rng.integers(4))
     along, across = (width_m, depth_m) if turns % 2 == 0 else (depth_m, width_m)
-    if name in ("chimney_breast", "alcove"):
+    if name in _JUTS:
         return _with_jut(rng, shapes, name, turns, along, across, log)
-    span = shapes.notch_high - shapes.notch_low
-    first, second, deep = (shapes.notch_low + span * rng.random() for _ in range(3))
-    points, narrowest = _notched(name, along, across, first, second, deep)
-    if narrowest < shapes.narrowest_m:
+    least = {"t_shape": 2.0 * _LEAST_STEP_M, "u_shape": _LEAST_BETWEEN_M}.get(name, _LEAST_STEP_M)
+    low, span = _notch_range(shapes, along, 2.0 if name == "u_shape" else 1.0, least)
+    low_deep, span_deep = _notch_range(shapes, across, 1.0, _LEAST_STEP_M)
+    if min(span, span_deep) <= 0.0:
         return None
-    points = _turned(points, turns)
-    log -= math.log(4.0) + (3 if name == "t_shape" else 2) * math.log(span)
+    first, second, deep = low + span * rng.random(), low + span * rng.random(), low_deep + span_deep * rng.random()
+    points = _turned(_notched(name, along, across, first, second, deep), turns)
+    log -= math.log(4.0) + (2 if name == "t_shape" else 1) * math.log(span) + math.log(span_deep)
     text = f"{name}, notch {first:.3f}, depth {deep:.3f}, {turns} quarter turns"
-    return tuple(points), Attribute("shape", text, log)
+    return Outline(tuple(points), Attribute("shape", text, log))
+
+
+def _notch_range(shapes: RoomShapes, side_m: float, arms: float, least_m: float) -> tuple[float, float]:
+    """Return the least share that a notch takes of a side and the width of the range, which is not positive if none is possible.
+
+    ``arms`` stay as wide as they must beside each other; the notch takes ``least_m`` at least.
+    """
+    low = max(shapes.notch_low, least_m / side_m)
+    return low, min(shapes.notch_high, 1.0 - arms * shapes.narrowest_m / side_m) - low
 
 
 def _turned(points: list[Point2], turns: int) -> list[Point2]:
@@ -69,37 +100,48 @@ def _turned(points: list[Point2], turns: int) -> list[Point2]:
 
 def _with_jut(
     rng: np.random.Generator, shapes: RoomShapes, name: str, turns: int, along: float, across: float, log: float
-) -> tuple[tuple[Point2, ...], Attribute] | None:
-    """Return an outline with a chimney breast or an alcove at the side y > 0, turned; None: what is left of the floor is too narrow."""
-    spans = (shapes.breast_width_m, shapes.breast_depth_m) if name == "chimney_breast" else (shapes.alcove_width_m, shapes.alcove_depth_m)
-    width, deep = (low + (high - low) * rng.random() for low, high in spans)
+) -> Outline | None:
+    """Return an outline with a chimney breast, an alcove or a bay at the side y > 0, turned; None: the rest is too narrow."""
+    kind = name.removeprefix("chimney_")
+    (low, high), (low_deep, high_deep) = getattr(shapes, f"{kind}_width_m"), getattr(shapes, f"{kind}_depth_m")
+    width = low + (high - low) * rng.random()
+    canted = name == "bay" and bool(rng.random() < shapes.bay_canted)
+    if canted:
+        high_deep = min(high_deep, 0.5 * (width - _LEAST_BAY_FRONT_M))
+    deep = low_deep + (high_deep - low_deep) * rng.random()
     beside, rest = 0.5 * (along - width), across - deep
-    if rest < shapes.narrowest_m or beside <= _LEAST_WALL_M:
+    if rest < shapes.narrowest_m or beside <= _LEAST_WALL_M or high_deep <= low_deep:
         return None
+    log -= math.log(4.0) + math.log(high - low) + math.log(high_deep - low_deep)
+    text = f"{name}, {width:.3f} x {deep:.3f} m, {turns} quarter turns"
     if name == "chimney_breast":
-        points, _ = _notched("u_shape", along, across, width / along, 0.0, deep / across)
+        points = _notched("u_shape", along, across, width / along, 0.0, deep / across)
     else:
         share = 2.0 * beside / along
-        points, _ = _notched("t_shape", along, across, share, share, deep / across)
-    log -= math.log(4.0) + sum(math.log(high - low) for low, high in spans)
-    return tuple(_turned(points, turns)), Attribute("shape", f"{name}, {width:.3f} x {deep:.3f} m, {turns} quarter turns", log)
+        points = _notched("t_shape", along, across, share, share, deep / across)
+    if name != "bay":
+        closed = _JUT_WALLS if name == "chimney_breast" else ()
+        return Outline(tuple(_turned(points, turns)), Attribute("shape", text, log), closed=closed)
+    log += math.log(shapes.bay_canted if canted else 1.0 - shapes.bay_canted)
+    if canted:
+        (right, y), (left, _) = points[4:6]
+        points[4:6] = (right - deep, y), (left + deep, y)
+    return Outline(tuple(_turned(points, turns)), Attribute("shape", f"{text}{', canted' if canted else ''}", log), bay=_JUT_WALLS)
 
 
-def _notched(name: str, along: float, across: float, first: float, second: float, deep: float) -> tuple[list[Point2], float]:
-    """Return an outline with its notch at the side y > 0, and the width of its narrowest arm."""
+def _notched(name: str, along: float, across: float, first: float, second: float, deep: float) -> list[Point2]:
+    """Return an outline with its notch at the side y > 0."""
     x, y = 0.5 * along, 0.5 * across
     low = y - deep * across
     if name == "l_shape":
         cut = x - first * along
-        return [(-x, -y), (x, -y), (x, low), (cut, low), (cut, y), (-x, y)], min(cut + x, low + y)
+        return [(-x, -y), (x, -y), (x, low), (cut, low), (cut, y), (-x, y)]
     if name == "t_shape":
         # the two cuts share what the one cut of the other shapes takes, so that the arm between them stays as wide
         left, right = -x + 0.5 * first * along, x - 0.5 * second * along
-        outline = [(-x, -y), (x, -y), (x, low), (right, low), (right, y), (left, y), (left, low), (-x, low)]
-        return outline, min(right - left, low + y)
+        return [(-x, -y), (x, -y), (x, low), (right, low), (right, y), (left, y), (left, low), (-x, low)]
     half = 0.5 * first * along
-    outline = [(-x, -y), (x, -y), (x, y), (half, y), (half, low), (-half, low), (-half, y), (-x, y)]
-    return outline, min(x - half, low + y)
+    return [(-x, -y), (x, -y), (x, y), (half, y), (half, low), (-half, low), (-half, y), (-x, y)]
 
 
 def check_outline(numbers: Sequence[float]) -> tuple[Point2, ...]:

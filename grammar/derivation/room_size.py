@@ -81,7 +81,7 @@ def _bounds_of_shape(shapes: RoomShapes, name: str, other: Interval, area: Inter
     """Return the bounds of a side for one shape: what its notch takes of the bounding rectangle, and how wide its arms stay at most."""
     if name == "rectangle":
         return area[0] / other[1], area[1] / other[0]
-    if name in ("chimney_breast", "alcove"):
+    if name in ("chimney_breast", "alcove", "bay"):
         return _bounds_with_jut(shapes, name, other, area)
     low, high = area[0] / (other[1] * (1.0 - shapes.notch_low**2)), area[1] / (other[0] * (1.0 - shapes.notch_high**2))
     arm = shapes.narrowest_m / (1.0 - shapes.notch_low)
@@ -90,10 +90,10 @@ def _bounds_of_shape(shapes: RoomShapes, name: str, other: Interval, area: Inter
 
 
 def _bounds_with_jut(shapes: RoomShapes, name: str, other: Interval, area: Interval) -> Interval:
-    """Return the bounds of a side for a shape with a chimney breast or an alcove, as wide and deep as it may be."""
+    """Return the bounds of a side for a shape with a chimney breast, an alcove or a bay, as wide and deep as it may be."""
     if name == "chimney_breast":
         return area[0] / other[1], (area[1] + shapes.breast_width_m[1] * shapes.breast_depth_m[1]) / other[0]
-    shallow = other[0] - shapes.alcove_depth_m[1]
+    shallow = other[0] - (shapes.alcove_depth_m if name == "alcove" else shapes.bay_depth_m)[1]
     return area[0] / other[1], area[1] / shallow if shallow > 0.0 else math.inf
 
 

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
+from grammar.derivation.bays import draw_bay_windows
 from grammar.derivation.densities import draw_index, draw_with_log_density
 from grammar.derivation.openings import Attribute, DrawnOpening, draw_opening
 from grammar.derivation.outlines import draw_outline
@@ -15,18 +19,54 @@ from grammar.spec.categories import Categories
 from grammar.spec.request import SceneRequest
 from grammar.spec.room_rules import OPENINGS, RoomRule
 from grammar.spec.rules import Grammar
-from scene_description import Opening, Room
+from grammar.spec.values import TruncatedNormal
+from scene_description import Room
 from scene_description.polygons import signed_area_m2
 from scene_description.types import Point2
 
 _EITHER_WAY = 0.5
 _LEAST_SHARE = 0.01
+_ROUNDING = 1e-6
+_TRIES = 12
+"""Places that are drawn for an opening before the room is rejected, or rooms with more openings would come out too rarely."""
+
+
+class Extent(NamedTuple):
+    """The area of a room's floor, long side over short one, whether the long one lies along y, and how these were drawn."""
+
+    area_m2: float
+    proportion: float
+    turned: bool
+    attributes: tuple[Attribute, ...]
+
+
+class SpecialWalls(NamedTuple):
+    """Walls of a bay, the front one in the middle, and walls that have no openings."""
+
+    bay: tuple[int, ...] = ()
+    closed: tuple[int, ...] = ()
+
+
+def draw_extent(room: RoomRule, request: SceneRequest, rng: np.random.Generator) -> Extent | None:
+    """Draw the extent of a room whose grammar says how large it is; None where furniture or a request decides, or the sides are drawn."""
+    if room.area_m2 is None or room.proportion is None or request.room_polygon_m or max(request.room_width_m, request.room_depth_m) > 0.0:
+        return None
+    area, log = draw_with_log_density(rng, room.area_m2)
+    # the short side is no narrower than an arm of the floor may be
+    longest = max(area / room.shapes.narrowest_m**2, room.proportion.low + _ROUNDING)
+    proportions = replace(room.proportion, high=min(room.proportion.high, longest))
+    return _extent(area, Attribute("area", f"{area:.3f} m2", log), proportions, rng)
 
 
 def draw_room(
-    grammar: Grammar, request: SceneRequest, outline: tuple[Point2, ...], covered_m2: float, rng: np.random.Generator
-) -> tuple[Room, list[Attribute]]:
-    """Draw a room without openings, and tell how.
+    grammar: Grammar,
+    request: SceneRequest,
+    outline: tuple[Point2, ...],
+    covered_m2: float,
+    rng: np.random.Generator,
+    extent: Extent | None = None,
+) -> tuple[Room, list[Attribute], SpecialWalls]:
+    """Draw a room without openings, tell how, and return the walls of its bay and of its chimney breast.
 
     Args:
         grammar: distributions of sides, height and shape.
@@ -34,6 +74,7 @@ def draw_room(
         outline: the request's own or ().
         covered_m2: area that the furniture covers.
         rng: source of randomness.
+        extent: drawn before; None: from the furniture, or the sides.
 
     Raises:
         RejectedError: an arm of the room is too narrow, or the area is out of bounds.
@@ -41,9 +82,11 @@ def draw_room(
     # draw the sides of the bounding rectangle, then the height, then the shape
     attributes: list[Attribute] = []
     sides: list[float] = []
-    fitted_m2 = None
-    if not (outline or request.room_width_m > 0.0 or request.room_depth_m > 0.0) and covered_m2 > 0.0:
-        fitted_m2, sides, attributes = _fitted(grammar.room, covered_m2, rng)
+    given = outline or request.room_width_m > 0.0 or request.room_depth_m > 0.0
+    fitted = None if given else _fitted(grammar.room, covered_m2, extent, rng)
+    if fitted is not None:
+        sides = fitted[1]
+        attributes.extend(fitted[2])
     for name in () if outline or sides else ("width_m", "depth_m"):
         requested = getattr(request, f"room_{name}")
         side, log = (requested, 0.0) if requested > 0.0 else draw_with_log_density(rng, getattr(grammar.room, name))
@@ -51,53 +94,75 @@ def draw_room(
         attributes.append(Attribute(name, f"{side:.3f} m{' (requested)' if requested > 0.0 else ''}", log))
     height, log = draw_with_log_density(rng, grammar.room.height_m)
     attributes.append(Attribute("height_m", f"{height:.3f} m", log))
-    polygon = outline
+    polygon, special = outline, SpecialWalls()
     if outline:
         attributes.append(Attribute("shape", f"outline with {len(outline)} walls (requested)", 0.0))
     else:
         drawn = draw_outline(rng, grammar.room.shapes, sides[0], sides[1])
         if drawn is None:
             raise RejectedError(f"no arm of the room narrower than {grammar.room.shapes.narrowest_m:g} m")
-        polygon, shape = drawn
+        polygon, shape = drawn.points_m, drawn.attribute
+        special = SpecialWalls(drawn.bay, drawn.closed)
         attributes.append(shape)
-        if fitted_m2 is not None:
-            scale = math.sqrt(fitted_m2 / signed_area_m2(polygon))
+        if fitted is not None:
+            scale = math.sqrt(fitted[0] / signed_area_m2(polygon))
             polygon = tuple((scale * x, scale * y) for x, y in polygon)
         low, high, area = grammar.room.area_low_m2, grammar.room.area_high_m2, signed_area_m2(polygon)
         if not (request.room_width_m > 0.0 and request.room_depth_m > 0.0) and not low <= area <= high:
             raise RejectedError(f"room area within [{low:g}, {high:g}] m2")
-    return Room(polygon_m=polygon, height_m=height, wall_thickness_m=grammar.room.wall_thickness_m, openings=(), surfaces=()), attributes
+    room = Room(polygon_m=polygon, height_m=height, wall_thickness_m=grammar.room.wall_thickness_m, openings=(), surfaces=())
+    return room, attributes, special
 
 
-def _fitted(room: RoomRule, covered_m2: float, rng: np.random.Generator) -> tuple[float | None, list[float], list[Attribute]]:
-    """Return the area, the sides of a rectangle of that area, and how they were drawn; None and nothing for a room of given sides."""
-    if room.sizes:
+def _fitted(
+    room: RoomRule, covered_m2: float, extent: Extent | None, rng: np.random.Generator
+) -> tuple[float, list[float], Sequence[Attribute]] | None:
+    """Return the area, the sides of a rectangle of that area, and how they were drawn; None for a room of given sides."""
+    if room.sizes and (covered_m2 > 0.0 or all(size.floor_share is None for size in room.sizes)):
         return draw_room_size(room.sizes, covered_m2, rng)
-    if room.floor_share is None or room.proportion is None:
-        return None, [], []
-    (share, share_log), (proportion, proportion_log) = (
-        draw_with_log_density(rng, normal) for normal in (room.floor_share, room.proportion)
-    )
-    area = covered_m2 / max(share, _LEAST_SHARE)
+    if extent is None and room.floor_share is not None and room.proportion is not None and covered_m2 > 0.0:
+        share, log = draw_with_log_density(rng, room.floor_share)
+        extent = _extent(covered_m2 / max(share, _LEAST_SHARE), Attribute("floor_share", f"{share:.3f}", log), room.proportion, rng)
+    if extent is None:
+        return None
+    long = math.sqrt(extent.area_m2 * extent.proportion)
+    sides = [long, extent.area_m2 / long]
+    return extent.area_m2, sides[::-1] if extent.turned else sides, extent.attributes
+
+
+def _extent(area_m2: float, attribute: Attribute, proportions: TruncatedNormal, rng: np.random.Generator) -> Extent:
+    """Return an area with a drawn proportion, turned or not."""
+    proportion, log = draw_with_log_density(rng, proportions)
     proportion = max(proportion, 1.0)
-    long = math.sqrt(area * proportion)
-    sides = [long, area / long]
     turned = bool(rng.random() < _EITHER_WAY)
-    attributes = [
-        Attribute("floor_share", f"{share:.3f}", share_log),
-        Attribute("proportion", f"{proportion:.3f}{', turned' if turned else ''}", proportion_log + math.log(_EITHER_WAY)),
-    ]
-    return area, sides[::-1] if turned else sides, attributes
+    told = Attribute("proportion", f"{proportion:.3f}{', turned' if turned else ''}", log + math.log(_EITHER_WAY))
+    return Extent(area_m2, proportion, turned, (attribute, told))
 
 
 def draw_openings(
-    grammar: Grammar, categories: Categories, room: Room, rng: np.random.Generator
+    grammar: Grammar,
+    categories: Categories,
+    room: Room,
+    rng: np.random.Generator,
+    special: SpecialWalls,
+    counted: Collection[str] = (),
 ) -> tuple[list[DrawnOpening], list[Attribute]]:
     """Return the openings of a room and how many of each kind were drawn.
+
+    A bay is in an outer wall: its walls and those beside it have no door.  Its windows count as one, unless a request counts windows.
+
+    Args:
+        grammar: numbers, sizes and places.
+        categories: class ids.
+        room: without openings.
+        rng: source of randomness.
+        special: walls of a bay or a chimney breast.
+        counted: kinds whose number a request bounds.
 
     Raises:
         RejectedError: an opening does not fit.
     """
+    bay = special.bay
     drawn: list[DrawnOpening] = []
     counts: list[Attribute] = []
     for kind in OPENINGS:
@@ -106,9 +171,22 @@ def draw_openings(
             continue
         copies = draw_index(rng, rule.multiplicity)
         counts.append(Attribute(f"{kind}_count", str(copies), math.log(rule.multiplicity[copies])))
-        for _ in range(copies):
-            others: list[Opening] = [one.opening for one in drawn]
-            opening = draw_opening(kind, rule, len(drawn) + 1, categories[kind].label_id, room.polygon_m, room.height_m, others, rng)
+        label, left = categories[kind].label_id, copies
+        if bay and kind == "window" and copies:
+            most = 1 if kind in counted else len(bay)
+            windows = draw_bay_windows(rule, len(drawn) + 1, label, room.polygon_m, room.height_m, bay, most, rng)
+            if windows is None:
+                raise RejectedError("a wall with space for a window")
+            drawn.extend(windows)
+            left -= bool(windows)
+        outer = bay if kind == "window" or not bay else range(bay[0] - 1, bay[-1] + 2)
+        closed = (*special.closed, *outer)
+        for _ in range(left):
+            others = [one.opening for one in drawn]
+            places = (
+                draw_opening(kind, rule, len(drawn) + 1, label, room.polygon_m, room.height_m, others, rng, closed) for _ in range(_TRIES)
+            )
+            opening = next((place for place in places if place is not None), None)
             if opening is None:
                 raise RejectedError(f"a wall with space for a {kind}")
             drawn.append(opening)

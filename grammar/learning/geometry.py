@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
 from shapely.geometry import Polygon
 from shapely.geometry.polygon import orient
 
@@ -15,8 +16,8 @@ from scene_description.types import Point2
 
 _TOP_TOLERANCE_M = 0.1
 _TURN_COST_M = 0.25
-_NICHE_M, _LEAST_KEPT, _STRAIGHT_M = 0.45, 0.8, 0.02
-"""Half the width of the widest niche; a room of which less is left is all niches."""
+_NICHE_M, _LEAST_KEPT, _STRAIGHT_M, _STEP_M = 0.45, 0.8, 0.02, 0.15
+"""Half the width of the widest niche; a room of which less is left is all niches, and loses only steps that are smaller."""
 
 
 class WallPose(NamedTuple):
@@ -40,8 +41,15 @@ def filled_outline(polygon_m: Sequence[Point2]) -> tuple[Point2, ...]:
     whole = Polygon(polygon_m)
     filled = whole.buffer(-_NICHE_M, join_style="mitre").buffer(_NICHE_M, join_style="mitre")
     if filled.geom_type != "Polygon" or filled.area < _LEAST_KEPT * whole.area:
-        return tuple(polygon_m)
+        return without_steps(polygon_m)  # narrower than a niche
     points = orient(filled.simplify(_STRAIGHT_M)).exterior.coords[:-1]
+    return tuple((float(x), float(y)) for x, y in points)
+
+
+def without_steps(polygon_m: Sequence[Point2]) -> tuple[Point2, ...]:
+    """Return an outline without steps of less than 15 cm, counter-clockwise."""
+    far = int(np.argmax(np.square(np.array(polygon_m) - np.mean(polygon_m, 0)).sum(1)))
+    points = orient(Polygon([*polygon_m[far:], *polygon_m[:far]]).simplify(_STEP_M)).exterior.coords[:-1]
     return tuple((float(x), float(y)) for x, y in points)
 
 

@@ -107,11 +107,12 @@ def learn(
     """
     # give the graph what it lacks, and match the observed objects with the grammar's
     grammar, added = completed(grammar, categories, rooms, options.least, "sizes" in options.keep)
-    assigned = [room for room in (assign(grammar, room, "sizes" in options.keep) for room in rooms) if room.objects]
-    if len(assigned) < _LEAST_ROOMS:
+    assigned = [assign(grammar, room, "sizes" in options.keep) for room in rooms]
+    furnished = sum(bool(room.objects) for room in assigned)
+    if furnished < _LEAST_ROOMS:
         raise GrammarError(
             f"layouts: expected at least {_LEAST_ROOMS} rooms of type '{grammar.room_type}' with objects that the grammar knows, "
-            f"got {len(assigned)} of {len(rooms)}; give more files, or check room types and categories in the category map"
+            f"got {furnished} of {len(rooms)}; give more files, or check room types and categories in the category map"
         )
     seen = Counter(grammar.objects[item.symbol].category for room in assigned for item in room.objects)
     recorded = {item.category for room in (*rooms, *elsewhere) for item in room.objects}

@@ -102,7 +102,7 @@ def _read_line(line: bytes, names: CategoryMap, room_type: str) -> tuple[Observe
     text = identifier if isinstance(identifier, str) and identifier else "unnamed"
     house = data.get("house")
     items, reasons = read_objects(objects, names, room_type, polygon, own=own)
-    if not items:
+    if objects and not items:
         raise UnfitError("room: no usable object")
     room = ObservedRoom(
         id=text,

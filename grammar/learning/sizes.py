@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from grammar.geometry.arrays import Bools, Floats
-from grammar.learning.geometry import filled_outline
+from grammar.learning.geometry import filled_outline, without_steps
 from grammar.learning.observed import ObservedRoom
 from grammar.spec.object_rules import HeightMode, ObjectRule, SizeMode
 from grammar.spec.room_rules import SHAPES, RoomRule, RoomShapes, RoomSize
@@ -217,7 +217,7 @@ def _learn_room_sizes(sides_m: Floats, shares: Floats | None) -> tuple[RoomSize,
 def _learn_shapes(base: RoomShapes, outlines: Sequence[Sequence[Point2]], extents: Floats, areas: Floats, alpha: float) -> RoomShapes:
     """Return the probabilities of shapes by the corners of outlines; those of eight and more corners are shared out as the base does."""
     filled = areas / extents.prod(1) > _WHOLE
-    corners = [4 if whole else len(outline) for whole, outline in zip(filled, outlines, strict=True)]
+    corners = [4 if whole else len(without_steps(outline)) for whole, outline in zip(filled, outlines, strict=True)]
     counts = {"rectangle": corners.count(4), "l_shape": sum(count in (5, 6) for count in corners)}
     eight = [name for name in SHAPES if name not in counts]
     rest, others = len(corners) - sum(counts.values()), sum(getattr(base, name) for name in eight)

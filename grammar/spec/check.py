@@ -41,11 +41,13 @@ def _check_room(room: RoomRule) -> None:
         raise range_error("room.area_low_m2", room.area_low_m2, room.area_high_m2)
     if room.sizes:
         _check_sum("room.sizes", [size.probability for size in room.sizes])
+    if room.floor_share is not None and room.area_m2 is not None:
+        raise FieldError("room.area_m2", "nothing beside floor_share, which decides the area", "both")
     shapes = room.shapes
     _check_sum("room.shapes", [getattr(shapes, name) for name in SHAPES])
     if shapes.notch_low >= shapes.notch_high:
         raise range_error("room.shapes.notch_low", shapes.notch_low, shapes.notch_high)
-    for name in ("breast_width_m", "breast_depth_m", "alcove_width_m", "alcove_depth_m"):
+    for name in ("breast_width_m", "breast_depth_m", "alcove_width_m", "alcove_depth_m", "bay_width_m", "bay_depth_m"):
         low, high = getattr(shapes, name)
         if low >= high:
             raise range_error(f"room.shapes.{name}", low, high)

@@ -41,7 +41,7 @@ class SceneRequest:
     min_objects: Annotated[int, Limits(ge=0, le=500, description="least number of objects, doors and windows not counted")] = 0
     max_objects: Annotated[int, Limits(ge=1, le=500, description="greatest number of objects, doors and windows not counted")] = 40
     room_shape: Annotated[
-        Literal["any", "rectangle", "l_shape", "t_shape", "u_shape", "chimney_breast", "alcove"],
+        Literal["any", "rectangle", "l_shape", "t_shape", "u_shape", "chimney_breast", "alcove", "bay"],
         Limits(description="shape of the floor; any: drawn by the grammar"),
     ] = "any"
     room_width_m: Annotated[float, Limits(ge=0.0, le=30.0, unit="m", description="room size along x; 0: drawn by the grammar")] = 0.0

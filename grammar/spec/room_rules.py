@@ -18,7 +18,8 @@ class RoomShapes:
     """Probabilities of the shapes of a floor, and the proportions of those that are not rectangles.
 
     A notch takes a share between ``notch_low`` and ``notch_high`` of a side.  A chimney breast juts out from the middle of a side, an
-    alcove is let into one; both are as wide and as deep as their ranges say.  No arm of the floor is narrower than ``narrowest_m``.
+    alcove is let into one, and a bay is an alcove whose walls carry the room's windows, with side walls at 45 degrees by the odds of
+    ``bay_canted``; these are as wide and as deep as their ranges say.  No arm of the floor is narrower than ``narrowest_m``.
     """
 
     rectangle: Probability = 1.0
@@ -27,6 +28,7 @@ class RoomShapes:
     u_shape: Probability = 0.0
     chimney_breast: Probability = 0.0
     alcove: Probability = 0.0
+    bay: Probability = 0.0
     notch_low: Annotated[float, Limits(ge=0.05, le=0.9)] = 0.25
     notch_high: Annotated[float, Limits(ge=0.05, le=0.9)] = 0.45
     narrowest_m: Annotated[float, Limits(ge=0.3, le=20.0, unit="m")] = 1.6
@@ -34,9 +36,12 @@ class RoomShapes:
     breast_depth_m: tuple[Extent, Extent] = (0.3, 0.45)
     alcove_width_m: tuple[Extent, Extent] = (1.1, 2.6)
     alcove_depth_m: tuple[Extent, Extent] = (0.4, 0.65)
+    bay_width_m: tuple[Extent, Extent] = (1.8, 2.8)
+    bay_depth_m: tuple[Extent, Extent] = (0.5, 0.75)
+    bay_canted: Probability = 0.6
 
 
-SHAPES = ("rectangle", "l_shape", "t_shape", "u_shape", "chimney_breast", "alcove")
+SHAPES = ("rectangle", "l_shape", "t_shape", "u_shape", "chimney_breast", "alcove", "bay")
 """Fields of :class:`RoomShapes` that are probabilities."""
 
 
@@ -61,7 +66,8 @@ class RoomRule:
 
     ``floor_share_max`` bounds the share of the floor that furniture may cover.  With ``floor_share`` a room is as large as its furniture
     asks for: the area is what that covers over the share drawn, and ``proportion`` (long side over short one) takes the place of the sides.
-    With ``sizes`` sides and share are drawn together, from a mixture.  Sides and outlines that a request gives stay.
+    With ``sizes`` sides and share are drawn together, from a mixture.  With ``area_m2`` the area itself is drawn, as for halls, which are
+    not made for furniture.  Sides and outlines that a request gives stay.
     """
 
     width_m: TruncatedNormal
@@ -73,6 +79,7 @@ class RoomRule:
     floor_share_max: Annotated[float, Limits(ge=0.01, le=1.0)]
     shapes: RoomShapes = RoomShapes()
     floor_share: TruncatedNormal | None = None
+    area_m2: TruncatedNormal | None = None
     proportion: TruncatedNormal | None = None
     sizes: Annotated[tuple[RoomSize, ...], Limits(max_length=256)] = ()
 

@@ -110,6 +110,18 @@ def test_a_mirror_hangs_over_the_basin() -> None:
     assert faults({"basin": replace(basin, yaw_rad=NORTH, position_m=(0.3, 0.25, 0.0)), "mirror": mirror}) == {"basin_off_mirror": [14]}
 
 
+def test_a_mat_lies_before_the_bath_and_paper_hangs_by_the_toilet() -> None:
+    toilet = thing(16, "toilet", 0.35, 4.0, 0.0, (0.7, 0.4, 0.8))
+    mat, paper = (
+        thing(17, "bath_mat", 1.0, 4.0, 0.0, (0.5, 0.8, 0.02)),
+        thing(18, "toilet_paper_holder", 0.05, 4.4, 0.0, (0.1, 0.15, 0.1), 0.7),
+    )
+    assert faults({"toilet": toilet, "mat": mat, "paper": paper}) == {}
+    # the mat reaches 0.45 m beneath the toilet, half of its width: 0.9 x 0.5 of it
+    assert faults({"toilet": toilet, "mat": replace(mat, position_m=(0.5, 4.0, 0.0))}) == {"mat_covered": [17]}
+    assert faults({"toilet": toilet, "paper": replace(paper, position_m=(0.05, 5.0, 0.7))}) == {"paper_out_of_reach": [18]}
+
+
 def test_the_manual_lists_them() -> None:
     manual = (Path(__file__).resolve().parents[3] / "docs" / "grammar.md").read_text(encoding="utf-8")
     assert faults_table() in manual, "docs/grammar.md: expected the table of faults_table(); put it there"

@@ -125,7 +125,7 @@ def test_clutter_scales_the_mean_number_of_supported_things():
             r"^fixed: laptop.* expected ':on=K' of an object with a support surface, got bed",
         ),
         ({"fixed": ("bed:0:0:0:on=1",)}, r"^fixed: bed:0:0:0:on=1: expected ':on=K' with K from 1 to 0"),
-        ({"fixed": ("picture:0:0:0",)}, r"failed at: fixed: picture:0:0:0: on a wall"),
+        ({"fixed": ("picture:0:0:0",), "room_shape": "rectangle"}, r"failed at: fixed: picture:0:0:0: on a wall"),
     ],
 )
 def test_what_cannot_be_met_ends_in_an_error_that_names_it(fields, expected):

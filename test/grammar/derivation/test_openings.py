@@ -75,3 +75,12 @@ def test_nothing_opens_where_the_leaf_of_a_door_gets_to(kind: str, beside: float
 
     assert nearest("out") < 0.5
     assert nearest("in") >= 0.9 + beside - 1e-6
+
+
+def test_no_door_leads_from_one_arm_of_a_room_into_the_other():
+    # the arms of this U are 0.6 m apart: walls 3 and 5 lie between them, wall 4 ends the slit
+    outline = ((0.0, 0.0), (4.6, 0.0), (4.6, 4.0), (2.6, 4.0), (2.6, 1.0), (2.0, 1.0), (2.0, 4.0), (0.0, 4.0))
+    rng = np.random.default_rng(0)
+    drawn = [draw_opening("door", RULES["door"], 1, 8, outline, 2.6, (), rng) for _ in range(200)]
+    walls = {one.opening.wall for one in drawn if one is not None}
+    assert {0, 1, 7} <= walls and not {3, 4, 5} & walls

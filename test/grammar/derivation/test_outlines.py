@@ -15,11 +15,11 @@ from small_grammar import CATEGORIES
 from grammar import RequestError, SceneRequest, object_solids, read_room_type, sample_room
 from grammar.derivation.derive import derive
 from grammar.derivation.outlines import check_outline, draw_outline
-from grammar.geometry.walls import rectangle_outside, wall_rows
+from grammar.geometry.walls import rectangle_outside, wall_lengths, wall_rows
 from grammar.spec.room_rules import RoomShapes
 from scene_description.polygons import signed_area_m2
 
-VERTICES = {"rectangle": 4, "l_shape": 6, "t_shape": 8, "u_shape": 8, "chimney_breast": 8, "alcove": 8}
+VERTICES = {"rectangle": 4, "l_shape": 6, "t_shape": 8, "u_shape": 8, "chimney_breast": 8, "alcove": 8, "bay": 8}
 U_ROOM = (0.0, 0.0, 6.0, 0.0, 6.0, 5.0, 4.0, 5.0, 4.0, 2.4, 2.2, 2.4, 2.2, 5.0, 0.0, 5.0)
 
 
@@ -38,10 +38,10 @@ def rectangle(x, y, half_d, half_w, yaw):
 
 
 def test_shapes_come_by_their_odds_and_fill_the_rectangle():
-    shapes = RoomShapes(rectangle=0.3, l_shape=0.3, t_shape=0.1, u_shape=0.1, chimney_breast=0.1, alcove=0.1, narrowest_m=0.5)
+    shapes = RoomShapes(rectangle=0.3, l_shape=0.3, t_shape=0.1, u_shape=0.1, chimney_breast=0.1, alcove=0.05, bay=0.05, narrowest_m=0.5)
     rng, seen = np.random.default_rng(0), Counter()
     for _ in range(2000):
-        points, attribute = draw_outline(rng, shapes, 6.0, 5.0)
+        points, attribute, bay, closed = draw_outline(rng, shapes, 6.0, 5.0)
         polygon, name = Polygon(points), attribute.value.split(",")[0]
         seen[name] += 1
         assert polygon.is_valid and polygon.exterior.is_ccw and len(points) == VERTICES[name]
@@ -49,17 +49,38 @@ def test_shapes_come_by_their_odds_and_fill_the_rectangle():
         assert signed_area_m2(points) == pytest.approx(polygon.area)
         reflex = {"rectangle": 0, "l_shape": 1}.get(name, 2)
         assert wall_rows(points)[:, 8].sum() == reflex
-    assert stats.chisquare([seen[name] for name in VERTICES], [600, 600, 200, 200, 200, 200]).pvalue > 1e-4
+        assert (bay, closed) == ((3, 4, 5) if name == "bay" else (), (3, 4, 5) if name == "chimney_breast" else ())
+    assert stats.chisquare([seen[name] for name in VERTICES], [600, 600, 200, 200, 200, 100, 100]).pvalue > 1e-4
 
 
 @pytest.mark.parametrize("name", ["chimney_breast", "alcove"])
 def test_breasts_jut_out_and_alcoves_are_let_in_by_metres(name):
     size = {"breast_width_m": (1.2, 1.201), "breast_depth_m": (0.4, 0.401), "alcove_width_m": (1.2, 1.201), "alcove_depth_m": (0.4, 0.401)}
-    points, attribute = draw_outline(np.random.default_rng(2), RoomShapes(rectangle=0.0, **{name: 1.0}, **size), 5.0, 5.0)
+    points, attribute, *_ = draw_outline(np.random.default_rng(2), RoomShapes(rectangle=0.0, **{name: 1.0}, **size), 5.0, 5.0)
     whole = {"chimney_breast": 25.0 - 1.2 * 0.4, "alcove": 5.0 * 4.6 + 1.2 * 0.4}[name]
     assert Polygon(points).area == pytest.approx(whole, abs=0.01)
     assert math.exp(attribute.log_probability) == pytest.approx(0.25 / 0.001**2)
     assert draw_outline(np.random.default_rng(0), RoomShapes(rectangle=0.0, **{name: 1.0}, narrowest_m=4.9), 5.0, 5.0) is None
+
+
+@pytest.mark.parametrize(("canted", "front", "side"), [(1.0, 1.0, 0.5 * math.sqrt(2.0)), (0.0, 2.0, 0.5)])
+def test_a_bay_has_its_front_in_the_middle_and_canted_sides_at_45_degrees(canted, front, side):
+    shapes = RoomShapes(rectangle=0.0, bay=1.0, bay_width_m=(2.0, 2.001), bay_depth_m=(0.5, 0.501), bay_canted=canted)
+    points, _, bay, _ = draw_outline(np.random.default_rng(2), shapes, 5.0, 5.0)
+    assert [wall_lengths(points)[wall] for wall in bay] == pytest.approx([side, front, side], abs=0.003)
+    assert Polygon(points).area == pytest.approx(25.0 - 0.5 * 3.0 - canted * 0.25, abs=0.01)
+
+
+def test_the_windows_of_a_room_with_a_bay_are_in_it_and_no_door_is(grammar):
+    bay = replace(shaped(grammar, bay=1.0).room.shapes, bay_canted=1.0, bay_width_m=(2.4, 2.6), bay_depth_m=(0.5, 0.6))
+    grammar = replace(grammar, room=replace(grammar.room, shapes=bay))
+    for seed in range(4):
+        openings = derive(grammar, CATEGORIES, SceneRequest(), np.random.default_rng(seed)).room.openings
+        windows = [opening.wall for opening in openings if opening.category == "window"]
+        assert windows[:3] == [4, 3, 5]
+        assert not {2, 3, 4, 5, 6} & {opening.wall for opening in openings if opening.category == "door"}
+        one = derive(grammar, CATEGORIES, SceneRequest(counts=("window:1:1",)), np.random.default_rng(seed)).room.openings
+        assert [opening.wall for opening in one if opening.category == "window"] == [4]
 
 
 def test_an_arm_that_is_too_narrow_is_refused():
@@ -116,7 +137,7 @@ def test_rooms_with_corners_that_stick_in_are_valid_by_brute_force(grammar, shap
             "an outline that does not meet itself, got walls 1 and 2",
         ),
         ((0, 0, 4.7, 1.3, 5, 5, 4.7 * 0.3, 1.3 * 0.3), "an outline that does not meet itself, got walls"),
-        ((0, 0, 1, 0, 1, 1, 0, 1), "a floor of at least 2 m2, got 1 m2"),
+        ((0, 0, 0.9, 0, 0.9, 0.9, 0, 0.9), "a floor of at least 1 m2, got 0.81 m2"),
         ((0, 0, 4, 0, 4, 0.01, 4, 4, 0, 4), "walls of at least 0.1 m, got one of 0.01 m"),
         ((0, 0, 4000, 0, 4000, 4000), "sides of at most 60 m, got 4000 m"),
         ((0, 0, float("nan"), 0, 4, 4), "finite numbers, got nan"),
