@@ -33,6 +33,7 @@ FLOOR = 0
 _STREAM = 1
 _MAX_SEED = 2**63 - 1
 _WALL_M = 0.01
+_KINDS_TRIED = 2
 _LEAST_GROWTH, _MOST_GROWTH = 0.5, 2.0
 _OPENED: tuple[Role, ...] = ("store", "shelf", "wardrobe", "fridge", "wall_unit")
 
@@ -91,6 +92,14 @@ class Filling:
         self._means: dict[int, float] = {}
         self._floor_boxes, self._floor_owners = self._floor_obstacles()
         self._wall = wall_rows(room.polygon_m)
+        # what lies on the floor lies beside furniture that is not opened there, and not on rugs
+        self._anchors = [
+            item
+            for item in objects
+            if item.support.kind == "floor"
+            and not source.categories[item.category].underlay
+            and not set(_OPENED) & set(source.categories[item.category].roles)
+        ]
 
     def things(self, there: Sequence[SceneObject]) -> list[Placed]:
         """Return the small things that come up to the clutter asked for, in that order, with ids after all others.
@@ -161,14 +170,20 @@ class Filling:
         )
 
     def _place(self, rng: np.random.Generator, arrival: _Arrival, identifier: int) -> Placed | None:
-        """Return the thing of an arrival, None where no place is free."""
-        rules, categories = self._source.rules, self._source.categories
+        """Return the thing of an arrival, None where no place is free for it, nor for a second one that is tried then."""
         surface = self._surfaces.get(arrival.support)
-        odds = rules.strewn(self._source.grammar.room_type) if surface is None else surface.odds
-        names, share = list(odds), np.array(list(odds.values()))
-        chosen = draw_index(rng, (share / share.sum()).tolist())
-        name = names[chosen]
-        thing, category = rules.things[name], categories[name]
+        odds = self._source.rules.strewn(self._source.grammar.room_type) if surface is None else surface.odds
+        names, shares = list(odds), [share / sum(odds.values()) for share in odds.values()]
+        for _ in range(_KINDS_TRIED):
+            chosen = draw_index(rng, shares)
+            found = self._placed(rng, names[chosen], identifier, surface, disorder(arrival.level))
+            if found is not None:
+                return Placed(found, arrival.level, math.log(shares[chosen]))
+        return None
+
+    def _placed(self, rng: np.random.Generator, name: str, identifier: int, surface: _Surface | None, mess: float) -> SceneObject | None:
+        """Return a thing of a category on a support, or on the floor where that is None, if a place is free."""
+        thing, category = self._source.rules.things[name], self._source.categories[name]
         drawn = draw_thing_size(rng, thing)
         item = SceneObject(
             id=identifier,
@@ -181,12 +196,9 @@ class Filling:
             model=ModelReference(generator=name, seed=int(rng.integers(_MAX_SEED))),
             parts=(),
         )
-        mess = disorder(arrival.level)
-        if surface is not None:
-            found = on_top(rng, thing, category, item, surface.item, surface.tops, mess, surface.boxes, surface.owners)
-        else:
-            found = on_floor(rng, thing, category, item, self._anchors(), mess, self._inside, self._floor_boxes, self._floor_owners)
-        return None if found is None else Placed(found, arrival.level, math.log(share[chosen] / share.sum()))
+        if surface is None:
+            return on_floor(rng, thing, category, item, self._anchors, mess, self._inside, self._floor_boxes, self._floor_owners)
+        return on_top(rng, thing, category, item, surface.item, surface.tops, mess, surface.boxes, surface.owners)
 
     def _occupy(self, support: int, item: SceneObject) -> None:
         """Put a thing in the way of those that come after it."""
@@ -197,15 +209,6 @@ class Filling:
         else:
             surface = self._surfaces[support]
             surface.boxes, surface.owners = np.concatenate([surface.boxes, boxes]), np.concatenate([surface.owners, owners])
-
-    def _anchors(self) -> list[SceneObject]:
-        """Return what things on the floor lie beside: furniture that is not opened from there, and no rug."""
-        table = self._source.categories
-        return [
-            item
-            for item in self._objects
-            if item.support.kind == "floor" and not table[item.category].underlay and not set(_OPENED) & set(table[item.category].roles)
-        ]
 
     def _inside(self, item: SceneObject) -> bool:
         x, y, _ = item.position_m

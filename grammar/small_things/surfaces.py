@@ -15,7 +15,8 @@ from scene_description import SceneObject
 _READ_M = 0.05
 """Surface that stays free at each side of a screen or keyboard, in front of it."""
 
-_FREE_HEIGHT_M = 0.6
+_FLAT_M, _FREE_HEIGHT_M = 0.03, 0.6
+"""What is lower than the first may lie there still: papers, a remote control."""
 
 
 class Top(NamedTuple):
@@ -74,4 +75,4 @@ def kept_free(owner: SceneObject, top: Top, item: SceneObject) -> Boxes:
     c, s = math.cos(owner.yaw_rad), math.sin(owner.yaw_rad)
     x, y = dx * c + dy * s, dy * c - dx * s
     depth = max(top.x + top.half_depth - x, 0.01)
-    return world_box(owner, x + 0.5 * depth, y, top.z, (depth, item.size_m[1] + 2.0 * _READ_M, _FREE_HEIGHT_M), 0.0)
+    return world_box(owner, x + 0.5 * depth, y, top.z + _FLAT_M, (depth, item.size_m[1] + 2.0 * _READ_M, _FREE_HEIGHT_M), 0.0)

@@ -62,8 +62,8 @@ class Rest:
 class Category:
     """One category.  ``solids`` None stands for one box of the object's whole size.  An ``underlay`` lies under objects on the floor.
 
-    ``surfaces`` carry what the grammar stands on them, ``rests`` only what is left lying about.  ``roles`` say how people use it, for the checks
-    of :mod:`grammar.checks.faults`.
+    ``surfaces`` carry what the grammar stands on them, ``rests`` only what is left lying about.  ``roles`` say how people use it, for
+    the checks of :mod:`grammar.checks.faults`.
     """
 
     label: str

@@ -28,6 +28,7 @@ from renderer.models import (
     kitchen,
     kitchen_things,
     lamps,
+    left_about,
     living_things,
     office,
     plants,
@@ -49,7 +50,7 @@ MODELS: dict[str, Model] = {
         *(beds, cabinets, desks, chairs, seats, rugs, shelves, lamps, plants, small, electronics, wall_things),
         *(bathroom, bathroom_things, office, gym, exercise_bikes, workshop, storage, cars),
         *(sofas, tables, cases, living_things, curtains, dining_chairs, dining_things, hallway),
-        *(kitchen, fitted_kitchen, appliances, kitchen_things),
+        *(kitchen, fitted_kitchen, appliances, kitchen_things, left_about),
     )
     for name, model in family.MODELS.items()
 }
