@@ -101,30 +101,30 @@ class Filling:
             and not set(_OPENED) & set(source.categories[item.category].roles)
         ]
 
-    def things(self, there: Sequence[SceneObject]) -> list[Placed]:
-        """Return the small things that come up to the clutter asked for, in that order, with ids after all others.
+    def things(self, there: Sequence[SceneObject], since: float = 0.0) -> Iterator[Placed]:
+        """Yield the small things that come up to the clutter asked for, in that order, with ids after all others.
 
         Args:
             there: the objects of the room that count for what a request allows at most.
+            since: level after which things come; those before are left out.
         """
         request = self._source.request
         most: dict[str, int] = {}
         for name, _, high, _ in numbers_asked(request, self._source.categories):
             most[name] = min(high, most.get(name, high))
-        count, total, found = Counter(item.category for item in there), len(there), list[Placed]()
+        count, total = Counter(item.category for item in there), len(there)
         first = max((item.id for item in self._objects), default=len(self._room.openings)) + 1
-        for number, arrival in enumerate(sorted(self._arrivals())):
+        for number, arrival in enumerate(sorted(arrival for arrival in self._arrivals() if arrival.level > since)):
             if total >= request.max_objects:
-                break
+                return
             rng = np.random.default_rng([self._root, _STREAM, arrival.support, arrival.number])
             placed = self._place(rng, arrival, first + number)
             if placed is None or count[placed.item.category] >= most.get(placed.item.category, math.inf):
                 continue
             self._occupy(arrival.support, placed.item)
-            found.append(placed)
             count[placed.item.category] += 1
             total += 1
-        return found
+            yield placed
 
     def mean(self, support: int) -> float:
         """Return the mean number of things that come to a support up to the clutter asked for."""

@@ -51,7 +51,7 @@ def strew(source: Source, lamps: Collection[str], sampled: SampledRoom, rng: np.
     gone = taken_away(sampled.objects, source.categories, lamps, source.request, root)
     there = [item for item in sampled.objects if item.id not in gone]
     filling = Filling(source, sampled.room, sampled.objects, root)
-    added = filling.things(there)
+    added = list(filling.things(there))
     if not gone and not added:
         return Strewn(sampled, gone)
     added, report = _valid(source, sampled, there, added)

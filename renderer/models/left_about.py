@@ -52,11 +52,11 @@ def _heap(rng: np.random.Generator, size_m: Size, share: float) -> Mesh:
     """Return cloth in folds over a low dome, ``share`` times as wide as the whole heap."""
     depth, width, height = size_m
     u, v = np.meshgrid(np.linspace(0.0, 1.0, 15), np.linspace(0.0, 2.0 * math.pi, 41), indexing="ij")
-    folds = wrinkle_field(rng, 9, 0.9, 4.5)
+    outline, folds = wrinkle_field(rng, 5, 0.25, 0.7), wrinkle_field(rng, 7, 0.5, 1.4)
     x, y = u * np.cos(v), u * np.sin(v)
-    edge = 1.0 + 0.16 * folds(np.cos(v), np.sin(v))
-    dome = np.clip(1.0 - u**2.4, 0.0, 1.0)
-    z = height * share * (0.06 + 0.62 * dome + 0.22 * np.abs(folds(1.7 * x, 1.7 * y)) * np.sqrt(dome))
+    edge = 1.0 + 0.2 * np.clip(outline(np.cos(v), np.sin(v)), -1.3, 1.3)
+    dome = np.clip(1.0 - u**2, 0.0, 1.0)
+    z = height * share * (0.05 + 0.3 * dome + 0.4 * np.clip(0.5 + 0.5 * folds(x, y), 0.0, 1.2) * dome**0.4)
     top = np.dstack([0.5 * share * depth * edge * x, 0.5 * share * width * edge * y, z])
     under = np.dstack([top[..., 0], top[..., 1], np.zeros_like(z)])
     return sheet(top, under)

@@ -26,7 +26,7 @@ def run_briefly(*words: object) -> subprocess.CompletedProcess[str]:
         (["-p", "grammar_node.scene.room_type:=dungeon"], "grammar_node: scene.room_type: expected one of bathroom, bedroom, "),
         (["-p", "grammar_node.scene.room_width_m:=-3.0"], "scene.room_width_m: expected a number in [0.0, 30.0] m, got -3.0"),
         (["-p", "grammar_node.scene.room_width_m:=0.1"], "grammar_node: scene.room_width_m: expected 1."),
-        (["-p", "grammar_node.scene.min_objects:=60"], "grammar_node: scene.min_objects: expected at most max_objects = 40, got 60"),
+        (["-p", "grammar_node.scene.min_objects:=200"], "grammar_node: scene.min_objects: expected at most max_objects = 150, got 200"),
         (["-p", "grammar_node.rate_hz:=fast"], "parameter rate_hz: expected a number in [0.1, 1000.0] Hz, got 'fast'"),
         (["-p", "renderer_node.camera.widht:=3"], "renderer_node: unknown parameter 'camera.widht'; did you mean 'camera.width'?"),
         (["-p", "grammar_node.romms:=3"], "grammar_node: unknown parameter 'romms'; did you mean 'rooms'?"),
