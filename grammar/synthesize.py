@@ -34,7 +34,7 @@ from grammar.geometry.solids import object_solids
 from grammar.sample_room import SampledRoom, sample_room_with_cost
 from grammar.small_things.fill import Source
 from grammar.small_things.rules import NO_SMALL_THINGS, SmallThings, read_small_things
-from grammar.small_things.strew import Strewn, strew
+from grammar.small_things.strew import Furnished, strew
 from grammar.spec.categories import Categories, Category, read_categories
 from grammar.spec.grammar_file import learned_types, read_grammar, read_room_type, room_types
 from grammar.spec.request import RequestError, SceneRequest
@@ -233,11 +233,15 @@ class SceneSynthesizer:
         sampled, gone = self._strewn(request, models, furnished, rng["small_things"])
         return replace(sampled, objects=tuple(item for item in sampled.objects if item.id not in gone))
 
-    def _strewn(self, request: SceneRequest, models: RoomModels, furnished: SampledRoom, rng: np.random.Generator) -> Strewn:
-        """Return a furnished room with small things, and the ids of those that the clutter asked for leaves out."""
+    def _strewn(
+        self, request: SceneRequest, models: RoomModels, sampled: SampledRoom, rng: np.random.Generator
+    ) -> tuple[SampledRoom, frozenset[int]]:
+        """Return a furnished room with small things, and the ids of those of its objects that the clutter asked for leaves out."""
         sizes = {rule.category: rule.high_m for rule in models.grammar.objects.values() if rule.category in models.chosen}
         source = Source(rules=self.small_things, grammar=models.grammar, categories=models.categories, request=request, sizes_m=sizes)
-        return strew(source, tuple(self.lighting.lamps), furnished, rng)
+        before = Furnished(sampled.room, sampled.objects, sampled.parse_graph, sampled.validity)
+        (_, objects, graph, report), gone = strew(source, tuple(self.lighting.lamps), before, rng)
+        return replace(sampled, objects=objects, parse_graph=graph, validity=report), gone
 
     def _light(
         self, rng: Mapping[str, np.random.Generator], request: SceneRequest, room: Room, objects: Sequence[SceneObject]

@@ -15,16 +15,24 @@ from typing import NamedTuple
 import numpy as np
 
 from grammar.checks.validity import check_room
-from grammar.sample_room import SampledRoom
 from grammar.small_things.fill import FLOOR, Filling, Placed, Source
 from grammar.small_things.thinning import taken_away
 from grammar.spec.object_rules import ObjectRule, SizeMode
-from scene_description import ParseGraph, ParseNode, SceneObject, ValidityReport
+from scene_description import ParseGraph, ParseNode, Room, SceneObject, ValidityReport
 
 SYMBOL = "loose_"
 """What the symbols of small things in a parse graph begin with."""
 
 _MAX_SEED = 2**63 - 1
+
+
+class Furnished(NamedTuple):
+    """A furnished room as its grammar has it: shell, objects, derivation, and the report of its checks."""
+
+    room: Room
+    objects: tuple[SceneObject, ...]
+    graph: ParseGraph
+    report: ValidityReport
 
 
 class Strewn(NamedTuple):
@@ -34,11 +42,11 @@ class Strewn(NamedTuple):
     drawn for the same objects at any clutter.
     """
 
-    room: SampledRoom
+    furnished: Furnished
     gone: frozenset[int]
 
 
-def strew(source: Source, lamps: Collection[str], sampled: SampledRoom, rng: np.random.Generator) -> Strewn:
+def strew(source: Source, lamps: Collection[str], sampled: Furnished, rng: np.random.Generator) -> Strewn:
     """Return the room with small things.
 
     Args:
@@ -55,13 +63,13 @@ def strew(source: Source, lamps: Collection[str], sampled: SampledRoom, rng: np.
     if not gone and not added:
         return Strewn(sampled, gone)
     added, report = _valid(source, sampled, there, added)
-    graph = _graph(sampled.parse_graph, added, filling)
-    room = replace(sampled, objects=(*sampled.objects, *(thing.item for thing in added)), parse_graph=graph, validity=report)
+    graph = _graph(sampled.graph, added, filling)
+    room = Furnished(sampled.room, (*sampled.objects, *(thing.item for thing in added)), graph, report)
     return Strewn(room, gone)
 
 
 def _valid(
-    source: Source, sampled: SampledRoom, there: Sequence[SceneObject], added: Sequence[Placed]
+    source: Source, sampled: Furnished, there: Sequence[SceneObject], added: Sequence[Placed]
 ) -> tuple[list[Placed], ValidityReport]:
     """Return the things with which the room is valid, and its report: all of them, or those that can be added one after the other."""
     rules = _rules(source, sampled)
@@ -69,7 +77,7 @@ def _valid(
     def report_with(things: Sequence[Placed]) -> ValidityReport:
         objects = [*there, *(thing.item for thing in things)]
         known = rules | {thing.item.id: _plain_rule(thing.item) for thing in things}
-        return check_room(source.grammar, source.categories, sampled.room, objects, known, sampled.validity.attempts)
+        return check_room(source.grammar, source.categories, sampled.room, objects, known, sampled.report.attempts)
 
     report = report_with(added)
     if report.valid:
@@ -86,9 +94,9 @@ def _valid(
     return kept, report
 
 
-def _rules(source: Source, sampled: SampledRoom) -> dict[int, ObjectRule]:
+def _rules(source: Source, sampled: Furnished) -> dict[int, ObjectRule]:
     """Return the rule of every object of the grammar, of fixed objects that it does not know a plain one."""
-    symbols = {node.object: node.symbol for node in sampled.parse_graph.nodes if node.kind == "terminal"}
+    symbols = {node.object: node.symbol for node in sampled.graph.nodes if node.kind == "terminal"}
     known = source.grammar.objects
     return {item.id: known.get(symbols.get(item.id, "")) or _plain_rule(item) for item in sampled.objects}
 
