@@ -16,35 +16,37 @@ BARE_SHARE = 0.25
 _TIDY, _MESSY = 1.0, 3.0
 
 
-def arrival_levels(rng: np.random.Generator, count: float, there: float, begins: float, until: float) -> Iterator[float]:
+def early_rate(count: float, there: float) -> float:
+    """Return the mean number of things that come up to clutter 1 where ``count`` belong and the grammar stands ``there`` already."""
+    return max(count - there, BARE_SHARE * count)
+
+
+def arrival_levels(rng: np.random.Generator, early: float, late: float, until: float) -> Iterator[float]:
     """Yield the levels of clutter at which things come, in rising order.
 
     Args:
         rng: source of randomness; the levels up to ``until`` do not depend on ``until``.
-        count: mean number of things that come for each unit of clutter.
-        there: number of things that the grammar stands there, which count for the first unit.
-        begins: level at which things begin to come.
+        early: mean number of things that come up to clutter 1.
+        late: mean number that come for each unit above that.
         until: the last level.
     """
-    early, level = _early(count, there), begins
-    while count > 0.0:
-        need = float(rng.standard_exponential())
-        # the rate changes at clutter 1
-        first = max(_TIDY - level, 0.0)
-        level = level + need / early if need <= early * first else level + first + (need - early * first) / count
+    level = 0.0
+    while True:
+        need, first = float(rng.standard_exponential()), early * max(_TIDY - level, 0.0)
+        if need < first:
+            level += need / early
+        elif late > 0.0:
+            level = max(level, _TIDY) + (need - first) / late
+        else:
+            return
         if level > until:
             return
         yield level
 
 
-def mean_arrivals(count: float, there: float, begins: float, until: float) -> float:
+def mean_arrivals(early: float, late: float, until: float) -> float:
     """Return the mean number of things that come up to the level ``until``; the arguments are those of :func:`arrival_levels`."""
-    return _early(count, there) * max(min(until, _TIDY) - begins, 0.0) + count * max(until - max(begins, _TIDY), 0.0)
-
-
-def _early(count: float, there: float) -> float:
-    """Return the mean number of things that come up to clutter 1."""
-    return max(count - there, BARE_SHARE * count)
+    return early * min(until, _TIDY) + late * max(until - _TIDY, 0.0)
 
 
 def disorder(level: float) -> float:

@@ -17,7 +17,7 @@ from grammar.geometry.boxes import Z_HIGH, X, Y
 from grammar.geometry.solids import object_solids
 from grammar.geometry.walls import rectangle_outside, wall_rows
 from grammar.geometry.zones import SWING, opening_frame, opening_zones, placed_zones
-from grammar.small_things.arrivals import arrival_levels, disorder, mean_arrivals
+from grammar.small_things.arrivals import arrival_levels, disorder, early_rate, mean_arrivals
 from grammar.small_things.place import draw_thing_size, on_floor, on_top
 from grammar.small_things.rules import SmallThings
 from grammar.small_things.surfaces import Top, kept_free, tops_of, whole_box
@@ -88,7 +88,6 @@ class Filling:
         self._source, self._room, self._objects, self._root = source, room, objects, root
         self._boxes, self._owners = object_solids(source.categories, objects)
         self._surfaces: dict[int, _Surface] = {}
-        self._rates: dict[int, float] = {}
         self._means: dict[int, float] = {}
         self._floor_boxes, self._floor_owners = self._floor_obstacles()
         self._wall = wall_rows(room.polygon_m)
@@ -139,19 +138,19 @@ class Filling:
                 continue
             tops = tops_of(source.categories[item.category], item, seat=support.seat)
             area = sum(top.area_m2 for top in tops)
-            self._rates[item.id] = stock.count * min(max(area / support.area_m2, _LEAST_GROWTH), _MOST_GROWTH) if area > 0.0 else 0.0
+            count = stock.count * min(max(area / support.area_m2, _LEAST_GROWTH), _MOST_GROWTH) if area > 0.0 else 0.0
             carried = sum(other.support.id == item.id for other in self._objects)
-            levels = self._levels(item.id, carried, float(support.seat))
+            levels = self._levels(item.id, 0.0 if support.seat else early_rate(count, carried), count)
             if levels:
                 self._surfaces[item.id] = self._surface(item, tops, stock.things)
             yield from (_Arrival(level, item.id, k) for k, level in enumerate(levels))
-        self._rates[FLOOR] = source.rules.floor.per_m2 * signed_area_m2(self._room.polygon_m)
-        yield from (_Arrival(level, FLOOR, k) for k, level in enumerate(self._levels(FLOOR, 0, 1.0)))
+        tidy, strewn = source.rules.tidy_floor(source.grammar.room_type), source.rules.floor.per_m2 * signed_area_m2(self._room.polygon_m)
+        yield from (_Arrival(level, FLOOR, k) for k, level in enumerate(self._levels(FLOOR, tidy.count, strewn)))
 
-    def _levels(self, support: int, carried: int, begins: float) -> list[float]:
-        rng, clutter, rate = np.random.default_rng([self._root, _STREAM, support]), self._source.request.clutter, self._rates[support]
-        self._means[support] = mean_arrivals(rate, carried, begins, clutter)
-        return list(arrival_levels(rng, rate, carried, begins, clutter))
+    def _levels(self, support: int, early: float, late: float) -> list[float]:
+        rng, clutter = np.random.default_rng([self._root, _STREAM, support]), self._source.request.clutter
+        self._means[support] = mean_arrivals(early, late, clutter)
+        return list(arrival_levels(rng, early, late, clutter))
 
     def _surface(self, item: SceneObject, tops: list[Top], odds: Mapping[str, float]) -> _Surface:
         """Return a support with the solids that are near it, and the strips of it that stay free."""
@@ -172,7 +171,7 @@ class Filling:
     def _place(self, rng: np.random.Generator, arrival: _Arrival, identifier: int) -> Placed | None:
         """Return the thing of an arrival, None where no place is free for it, nor for a second one that is tried then."""
         surface = self._surfaces.get(arrival.support)
-        odds = self._source.rules.strewn(self._source.grammar.room_type) if surface is None else surface.odds
+        odds = self._floor_odds(disorder(arrival.level)) if surface is None else surface.odds
         names, shares = list(odds), [share / sum(odds.values()) for share in odds.values()]
         for _ in range(_KINDS_TRIED):
             chosen = draw_index(rng, shares)
@@ -199,6 +198,11 @@ class Filling:
         if surface is None:
             return on_floor(rng, thing, category, item, self._anchors, mess, self._inside, self._floor_boxes, self._floor_owners)
         return on_top(rng, thing, category, item, surface.item, surface.tops, mess, surface.boxes, surface.owners)
+
+    def _floor_odds(self, mess: float) -> Mapping[str, float]:
+        """Return the odds of what comes to the floor."""
+        rules, room_type = self._source.rules, self._source.grammar.room_type
+        return rules.strewn(room_type) if mess > 0.0 else rules.tidy_floor(room_type).things
 
     def _occupy(self, support: int, item: SceneObject) -> None:
         """Put a thing in the way of those that come after it."""

@@ -61,11 +61,15 @@ class Support:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Strewn:
-    """What lies about on the floor beyond clutter 1: mean number for each square metre and unit above 1, and odds by category."""
+    """What is on the floor: ``tidy`` by room type up to clutter 1; beyond it a mean number for each square metre and unit above 1."""
 
+    tidy: Mapping[str, Stock] = field(default_factory=dict)
     per_m2: Annotated[float, Limits(ge=0.0, le=10.0)]
     things: Mapping[str, Odds]
     rooms: Mapping[str, Mapping[str, Odds]] = field(default_factory=dict)
+
+
+_NOTHING = Stock(count=0.0, things={})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -81,6 +85,10 @@ class SmallThings:
         """Return what furniture of a category carries in rooms of a type, None if nothing."""
         support = self.supports.get(category)
         return None if support is None else support.rooms.get(room_type, support.stock)
+
+    def tidy_floor(self, room_type: str) -> Stock:
+        """Return what stands on the floor of rooms of a type up to clutter 1."""
+        return self.floor.tidy.get(room_type, _NOTHING)
 
     def strewn(self, room_type: str) -> Mapping[str, Odds]:
         """Return the odds of what lies on the floor of rooms of a type."""
@@ -114,6 +122,6 @@ def _names(rules: SmallThings, categories: Categories) -> list[tuple[str, list[s
     for name, support in rules.supports.items():
         stocks = [support.stock, *support.rooms.values()]
         found.append((f"supports.{name}", [thing for stock in stocks for thing in stock.things], things))
-    for odds in (rules.floor.things, *rules.floor.rooms.values()):
+    for odds in (rules.floor.things, *rules.floor.rooms.values(), *(stock.things for stock in rules.floor.tidy.values())):
         found.append(("floor", list(odds), things))
     return found
