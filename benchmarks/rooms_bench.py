@@ -30,7 +30,6 @@ from grammar import GrammarError, RequestError, SceneRequest, read_categories, r
 from grammar.checks.faults import FAULTS, find_faults
 from grammar.checks.furnished import furnished
 from grammar.learning import read_category_map
-from grammar.sample_room import sample_room
 from grammar.synthesize import SceneSynthesizer
 from scene_description.share import config_path
 
@@ -54,16 +53,15 @@ class Judged(NamedTuple):
     failed: str = ""
 
 
-def judge(room_type: str, seed: int, indices: Sequence[int]) -> list[Judged]:
-    """Return rooms of a type, judged; room i depends on the seed, the type and i only."""
+def judge(room_type: str, seed: int, indices: Sequence[int], clutter: float = 1.0) -> list[Judged]:
+    """Return rooms of a type, judged; room i depends on the seed, the type, the clutter and i only."""
     synthesizer, rooms = SceneSynthesizer.from_config(), []
-    request = SceneRequest(room_type=room_type)
-    grammar = synthesizer.grammar_of(request)
-    sample_room(grammar, synthesizer.categories, request, np.random.default_rng(seed))  # loads the kernels
+    request = SceneRequest(room_type=room_type, clutter=clutter)
+    synthesizer.layout(request, seed, 0)  # loads the kernels
     for index in indices:
         began = time.process_time()
         try:
-            drawn = sample_room(grammar, synthesizer.categories, request, np.random.default_rng(np.random.SeedSequence([seed, index, 0])))
+            drawn = synthesizer.layout(request, seed, index)
         except (RequestError, GrammarError) as error:
             rooms.append(Judged(room_type, index, {}, None, time.process_time() - began, False, str(error)))
             continue

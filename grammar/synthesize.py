@@ -25,13 +25,16 @@ from grammar.appearance.material_pool import MaterialPool
 from grammar.appearance.restrict import restricted
 from grammar.camera.camera_path import sample_camera_path
 from grammar.camera.path_config import CameraPathConfig, read_camera_path_config
-from grammar.catalog import assign_file_materials, choose_after, choose_before, entry_faults
+from grammar.catalog import RoomModels, assign_file_materials, choose_after, choose_before, entry_faults
 from grammar.checks.metrics import SamplingCost
 from grammar.derivation.plan import make_plan
 from grammar.derivation.room_size import check_room_size
 from grammar.geometry.free_space import occupancy_grid, rasterize
 from grammar.geometry.solids import object_solids
-from grammar.sample_room import sample_room_with_cost
+from grammar.sample_room import SampledRoom, sample_room_with_cost
+from grammar.small_things.fill import Source
+from grammar.small_things.rules import NO_SMALL_THINGS, SmallThings, read_small_things
+from grammar.small_things.strew import Furnished, strew
 from grammar.spec.categories import Categories, Category, read_categories
 from grammar.spec.grammar_file import learned_types, read_grammar, read_room_type, room_types
 from grammar.spec.request import RequestError, SceneRequest
@@ -40,7 +43,7 @@ from scene_description import NYU40, SCHEMA, Environment, EnvironmentMap, Light,
 from scene_description.catalog import Catalog
 from scene_description.share import config_path
 
-PURPOSES = ("layout", "appearance", "lighting", "camera", "looks", "catalog", "downlights")
+PURPOSES = ("layout", "appearance", "lighting", "camera", "looks", "catalog", "downlights", "small_things")
 """Streams of random numbers of a room, in the order of their spawn keys."""
 
 
@@ -75,6 +78,11 @@ def daylight_request(request: SceneRequest) -> DaylightRequest:
     )
 
 
+def _streams(seed: int, index: int) -> dict[str, np.random.Generator]:
+    """Return the streams of random numbers of a room by purpose."""
+    return {purpose: np.random.default_rng(np.random.SeedSequence([seed, index, i])) for i, purpose in enumerate(PURPOSES)}
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SceneSynthesizer:
     """The configuration that rooms are sampled from, read once."""
@@ -89,6 +97,8 @@ class SceneSynthesizer:
     """Room type -> grammar learned from real rooms."""
     catalog: Catalog = field(default_factory=Catalog)
     """The user's own models."""
+    small_things: SmallThings = NO_SMALL_THINGS
+    """What stands and lies on furniture."""
 
     @classmethod
     def from_config(cls, grammar_files: Sequence[Path] = ()) -> SceneSynthesizer:
@@ -107,6 +117,7 @@ class SceneSynthesizer:
             appearance=load_appearance(config_path("appearance.yaml"), config_path("materials.yaml")),
             lighting=read_lighting_config(config_path("lighting.yaml")),
             camera=read_camera_path_config(config_path("camera.yaml")),
+            small_things=read_small_things(config_path("small_things.yaml"), categories),
         )
 
     def with_catalog(self, catalog: Catalog) -> SceneSynthesizer:
@@ -176,20 +187,22 @@ class SceneSynthesizer:
         """Do as :meth:`synthesize` and also return the cost of the layout."""
         request = request.of_room(index)
         self.check(request)
-        rng = {purpose: np.random.default_rng(np.random.SeedSequence([seed, index, i])) for i, purpose in enumerate(PURPOSES)}
-        # sample the layout, with the models that decide it
+        rng = _streams(seed, index)
+        # sample the layout, with the models that decide it, and small things
         appearance = restricted(self.appearance, request, (), self._file_parts())
         models = choose_before(rng["catalog"], self.catalog, appearance, self.grammar_of(request), self.categories)
-        sampled, cost = sample_room_with_cost(models.grammar, models.categories, request, rng["layout"])
-        # sample the appearance
+        furnished, cost = sample_room_with_cost(models.grammar, models.categories, request, rng["layout"])
+        sampled, gone = self._strewn(request, models, furnished, rng["small_things"])
+        # sample the appearance, of small things that are not there too, so that the rest looks the same at any clutter
         objects, taken = choose_after(rng["catalog"], self.catalog, appearance, models, sampled.objects)
         pool = MaterialPool(rng["appearance"], appearance)
         room, objects = sample_appearance_from(pool, rng["appearance"], appearance, sampled.room, objects, request.room_type)
         objects = assign_file_materials(rng["catalog"], pool, appearance, taken, objects)
         room, objects = apply_looks(rng["looks"], pool, request, room, objects)
-        # sample the light and the camera's path
+        # sample the light and the camera's path, which small things do not change
         lights, spots, environment = self._light(rng, request, room, objects)
-        boxes, _ = object_solids(self.categories, objects)
+        boxes, _ = object_solids(self.categories, furnished.objects)
+        objects = tuple(item for item in objects if item.id not in gone)
         path = sample_camera_path(
             rng["camera"], self.camera, room.polygon_m, room.height_m, boxes, times.frames, times.start_ns, times.rate_hz, times.first_index
         )
@@ -210,6 +223,25 @@ class SceneSynthesizer:
             validity=sampled.validity,
         )
         return scene, cost
+
+    def layout(self, request: SceneRequest, seed: int, index: int) -> SampledRoom:
+        """Sample a room as :meth:`synthesize` does, without looks, light and camera."""
+        request, rng = request.of_room(index), _streams(seed, index)
+        appearance = restricted(self.appearance, request, (), self._file_parts())
+        models = choose_before(rng["catalog"], self.catalog, appearance, self.grammar_of(request), self.categories)
+        furnished, _ = sample_room_with_cost(models.grammar, models.categories, request, rng["layout"])
+        sampled, gone = self._strewn(request, models, furnished, rng["small_things"])
+        return replace(sampled, objects=tuple(item for item in sampled.objects if item.id not in gone))
+
+    def _strewn(
+        self, request: SceneRequest, models: RoomModels, sampled: SampledRoom, rng: np.random.Generator
+    ) -> tuple[SampledRoom, frozenset[int]]:
+        """Return a furnished room with small things, and the ids of those of its objects that the clutter asked for leaves out."""
+        sizes = {rule.category: rule.high_m for rule in models.grammar.objects.values() if rule.category in models.chosen}
+        source = Source(rules=self.small_things, grammar=models.grammar, categories=models.categories, request=request, sizes_m=sizes)
+        before = Furnished(sampled.room, sampled.objects, sampled.parse_graph, sampled.validity)
+        (_, objects, graph, report), gone = strew(source, tuple(self.lighting.lamps), before, rng)
+        return replace(sampled, objects=objects, parse_graph=graph, validity=report), gone
 
     def _light(
         self, rng: Mapping[str, np.random.Generator], request: SceneRequest, room: Room, objects: Sequence[SceneObject]

@@ -438,6 +438,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python -m benchmarks.rooms_bench --rooms 1000 --real LAYOUTS.jsonl --sheets sheets": Parsed(
         "takes minutes; test/benchmarks/test_rooms_bench.py has its measures"
     ),
+    ".venv/bin/python -m benchmarks.clutter_bench": Parsed("takes minutes; test/grammar/small_things/test_strew.py has what it counts"),
     ".venv/bin/python -m benchmarks.classifier_bench LAYOUTS.jsonl": Parsed(
         "takes minutes; test/grammar/learning/test_room_features.py has its figures"
     ),

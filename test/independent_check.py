@@ -128,6 +128,11 @@ def _tops(thing: Mapping[str, Any], categories: Categories) -> Iterator[tuple[fl
     for top in categories[thing["category"]].surfaces:
         half_d, half_w = max(0.5 * depth - top.inset_m, 0.0), max(0.5 * width - top.inset_m, 0.0)
         yield z + top.height_fraction * height + top.height_m, _rectangle(x, y, -half_d, half_d, -half_w, half_w, thing["yaw_rad"])
+    for rest in categories[thing["category"]].rests:
+        (back, front), (right, left) = (
+            [(share - 0.5) * side for share in part] for part, side in ((rest.depth, depth), (rest.width, width))
+        )
+        yield z + rest.height * height, _rectangle(x, y, back, front, right, left, thing["yaw_rad"])
 
 
 def _opening_zone(scene: Scene, opening: Mapping[str, Any], depth: float) -> Polygon:
@@ -171,7 +176,8 @@ def _floor(scene: Scene, blocks: list[Block], grammar: Grammar, categories: Cate
     symbol = {node["object"]: node["symbol"] for node in scene["parse_graph"]["nodes"] if node["kind"] == "terminal" and "object" in node}
     walked = union_all(reached).buffer(RASTER_M)
     for thing in scene["objects"]:
-        sides = grammar.objects[symbol[thing["id"]]].reach_any
+        rule = grammar.objects.get(symbol[thing["id"]])  # small things that no grammar has need no reach
+        sides = () if rule is None else rule.reach_any
         if sides and not any(walked.intersects(_strip(thing, side, limits.reach_depth_m)) for side in sides):
             yield f"not reached: {thing['id']}"
 

@@ -33,6 +33,7 @@ FOLDERS = {
         "camera": {"geometry", "spec"},
         "layout": {"derivation", "geometry", "spec"},
         "checks": {"derivation", "geometry", "layout", "spec"},
+        "small_things": {"checks", "derivation", "geometry", "spec"},
     },
     "renderer": {
         "core": set(),

@@ -32,7 +32,7 @@ from grammar.geometry.boxes import (
     segment_inside_length,
 )
 from grammar.geometry.free_space import rasterize, reachable, walkable_share
-from grammar.geometry.solids import object_sheets, object_solids, surface_top
+from grammar.geometry.solids import object_sheets, object_solids, rest_top, surface_top
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, START_X, START_Y, outside_distance, wall_rows
 from grammar.geometry.zones import FACE, object_zones, opening_frame, opening_zones, placed_zones, side_rectangle
 from grammar.spec.categories import Categories
@@ -141,12 +141,13 @@ def _gap_to_surface(categories: Categories, item: SceneObject, below: SceneObjec
     c, s = math.cos(below.yaw_rad), math.sin(below.yaw_rad)
     dx, dy = item.position_m[0] - below.position_m[0], item.position_m[1] - below.position_m[1]
     half_d, half_w = 0.5 * item.size_m[0], 0.5 * item.size_m[1]
-    reach_d = abs(dx * c + dy * s) + half_d * abs(math.cos(turn)) + half_w * abs(math.sin(turn))
-    reach_w = abs(dy * c - dx * s) + half_d * abs(math.sin(turn)) + half_w * abs(math.cos(turn))
-    found = []
-    for surface in categories[below.category].surfaces:
-        height, top_d, top_w = surface_top(surface, below.size_m)
-        found.append((abs(item.position_m[2] - below.position_m[2] - height), max(reach_d - top_d, reach_w - top_w, 0.0)))
+    reach_d = half_d * abs(math.cos(turn)) + half_w * abs(math.sin(turn))
+    reach_w = half_d * abs(math.sin(turn)) + half_w * abs(math.cos(turn))
+    category, found = categories[below.category], []
+    tops = [(z, 0.0, 0.0, top_d, top_w) for z, top_d, top_w in (surface_top(surface, below.size_m) for surface in category.surfaces)]
+    for height, x, y, top_d, top_w in (*tops, *(rest_top(rest, below.size_m) for rest in category.rests)):
+        out = max(abs(dx * c + dy * s - x) + reach_d - top_d, abs(dy * c - dx * s - y) + reach_w - top_w, 0.0)
+        found.append((abs(item.position_m[2] - below.position_m[2] - height), out))
     return min(found, default=(math.hypot(*item.size_m), 0.0))
 
 

@@ -2,29 +2,43 @@
 
 from __future__ import annotations
 
-from grammar.counterfactual.addition import MOST, added, addressed
+from dataclasses import replace
+
+from grammar.counterfactual.addition import MOST, next_id
 from grammar.counterfactual.change import ChangeError, InvalidChangeError, random_numbers
 from grammar.counterfactual.factor import Factor, Outcome, Work
-from grammar.counterfactual.gate import grammar_of
+from grammar.counterfactual.gate import categories_of, checked, grammar_of
+from grammar.counterfactual.looks import dressed
 from grammar.counterfactual.removal import taken_out
 from grammar.counterfactual.values import number
+from grammar.small_things.fill import Filling, Source
+from grammar.small_things.thinning import small_things
+from grammar.spec.request import SceneRequest
 from scene_description import SceneDescription, SceneObject
+from scene_description.types import MAX_OBJECTS
 
-_TRIED = 8
-"""Kinds of things that are tried before a place for one more is given up."""
+_MOST_CLUTTER = 10.0
+_MAX_SEED = 2**63 - 1
 
 
-def clutter(scene: SceneDescription) -> list[SceneObject]:
-    """Return what stands on other objects, carries nothing and is no lamp."""
+def clutter(work: Work) -> list[SceneObject]:
+    """Return the small things of a scene that carry nothing: neither lamps nor screens that are watched."""
+    scene, rules = work.scene, work.rules()
     carriers = {item.support.id for item in scene.objects}
-    lamps = {light.object for light in scene.lights}
-    return [item for item in scene.objects if item.support.kind == "object" and item.id not in carriers | lamps]
+    small = small_things(
+        scene.objects, categories_of(rules, scene), tuple({item.category for item in scene.objects if item.id in _lit(scene)})
+    )
+    return [item for item in scene.objects if item.id in small - carriers]
+
+
+def _lit(scene: SceneDescription) -> set[int]:
+    return {light.object for light in scene.lights}
 
 
 def scale_clutter(work: Work) -> Outcome:
     """Take small things away, or put more on what carries things, in an order that the seed draws."""
     factor, scene = number(work.change, 0.0, 10.0), work.scene
-    things = clutter(scene)
+    things = clutter(work)
     if not things:
         raise ChangeError(f"{work.change}: expected small things on the furniture, got none; see the factor object_added")
     wanted = round(factor * len(things))
@@ -37,34 +51,26 @@ def scale_clutter(work: Work) -> Outcome:
 
 
 def _more(work: Work, there: int, wanted: int) -> Outcome:
-    """Return the scene with more small things."""
-    rules, new = work.rules(), []
-    small = [
-        rule
-        for rule in grammar_of(rules, work.scene).objects.values()
-        if rule.mount == "object" and rule.category not in rules.lighting.lamps and addressed(work.scene, rule.supporters)
-    ]
-    if not small:
-        raise ChangeError(
-            f"{work.change}: expected furniture that small things of a {work.scene.category} stand on, got none; see object_added"
-        )
-    scene, last = work.scene, InvalidChangeError("", ())
-    for k in range(wanted - there):
-        for trial in range(_TRIED):
-            rng = random_numbers(work.scene, work.change, k, trial)
-            try:
-                scene = added(rng, work, scene, small[int(rng.integers(len(small)))])
-            except InvalidChangeError as error:
-                last = error
-                continue
-            new.append(scene.objects[-1].id)
+    """Return the scene with more small things, by the counts of its supports, as growing clutter brings them."""
+    rules, scene, rng = work.rules(), work.scene, random_numbers(work.scene, work.change)
+    request = SceneRequest(clutter=_MOST_CLUTTER, max_objects=MAX_OBJECTS)
+    grammar, categories = grammar_of(rules, scene), categories_of(rules, scene)
+    source = Source(rules=rules.small_things, grammar=grammar, categories=categories, request=request, sizes_m={})
+    filling = Filling(source, scene.room, scene.objects, int(rng.integers(_MAX_SEED)))
+    new: list[int] = []
+    for placed in filling.things(scene.objects, since=1.0):
+        if len(new) == wanted - there:
             break
-        else:
-            raise InvalidChangeError(
-                f"{work.change}: value {work.change.value}: expected places for {wanted} small things, got {there + k}; ask for less",
-                last.checks,
-            )
-    return Outcome(scene, objects=tuple(new))
+        if placed.item.support.kind == "object":
+            item = replace(placed.item, id=next_id(scene))
+            scene, item = dressed(random_numbers(work.scene, work.change, len(new)), rules, scene, item)
+            scene = replace(scene, objects=(*scene.objects, item))
+            new.append(item.id)
+    if len(new) < wanted - there:
+        raise InvalidChangeError(
+            f"{work.change}: value {work.change.value}: expected places for {wanted} small things, got {there + len(new)}; ask for less", ()
+        )
+    return Outcome(checked(rules, work.scene, scene, work.change), objects=tuple(new))
 
 
 FACTORS = (

@@ -14,6 +14,7 @@ from grammar.counterfactual.change import Change, InvalidChangeError
 from grammar.counterfactual.targets import all_things
 from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, SIN_YAW, Z_HIGH, Z_LOW, X, Y
 from grammar.geometry.solids import object_solids
+from grammar.small_things.strew import SYMBOL
 from grammar.spec.categories import Categories, Category
 from grammar.spec.object_rules import ObjectRule, SizeMode
 from grammar.spec.rules import Grammar, Thresholds
@@ -51,6 +52,7 @@ def grammar_of(rules: SceneSynthesizer, scene: SceneDescription) -> Grammar:
     judged by the first grammar there is.
     """
     symbols = {node.symbol for node in scene.parse_graph.nodes if node.kind == "terminal"} - {"room", "door", "window"}
+    symbols = {symbol for symbol in symbols if not symbol.startswith(SYMBOL)}
     by_hand = rules.grammars.get(scene.category) or next(iter(rules.grammars.values()))
     learned = rules.learned.get(scene.category)
     grammar = learned if learned is not None and symbols <= set(learned.objects) else by_hand

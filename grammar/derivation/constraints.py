@@ -1,9 +1,8 @@
 """Constraints of a request on the contents of a room, folded into the grammar where that can be done exactly.
 
 Given that some categories do not appear, the probability of an Or branch is proportional to its own times that of no such object below
-it, and the probability of k copies to its own times the k-th power of that.  Clutter tilts the multiplicities of supported objects,
-``p_k t^k``, with t such that the mean number is scaled as asked.  Bounds on numbers by category stay: structures are drawn until they meet
-them, or by :mod:`grammar.derivation.counting`.
+it, and the probability of k copies to its own times the k-th power of that.  Bounds on numbers by category stay: structures are drawn until
+they meet them, or by :mod:`grammar.derivation.counting`.
 """
 
 from __future__ import annotations
@@ -17,13 +16,12 @@ from typing import NamedTuple
 
 from grammar.derivation.fixed import read_fixed
 from grammar.derivation.overrides import overridden
-from grammar.spec.and_or_graph import Branch, Node
+from grammar.spec.and_or_graph import Node
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.room_rules import OPENINGS, OpeningRule
 from grammar.spec.rules import Grammar
 
 _COUNT = re.compile(r"([a-z][a-z0-9_]*):(\d{1,4}):(\d{1,4})")
-_LARGEST_TILT = 1e6
 _MANY = 10_000
 
 
@@ -49,7 +47,7 @@ def category_bounds(grammar: Grammar, request: SceneRequest) -> dict[str, CountB
     symbols_of = _symbols_by_name(grammar)
     bounds: dict[str, CountBound] = {}
     # intersect all that the request says about one name
-    for category, least, most, name in _asked(request, symbols_of):
+    for category, least, most, name in numbers_asked(request, symbols_of):
         if category not in symbols_of and category not in OPENINGS and least > 0:
             known = ", ".join(sorted({rule.category for rule in grammar.objects.values()}))
             raise RequestError(f"{name}: expected a category of the {grammar.room_type} grammar ({known}), got '{category}'")
@@ -84,7 +82,7 @@ def _symbols_by_name(grammar: Grammar) -> dict[str, set[str]]:
     return found
 
 
-def _asked(request: SceneRequest, known: Collection[str]) -> list[tuple[str, int, int, str]]:
+def numbers_asked(request: SceneRequest, known: Collection[str]) -> list[tuple[str, int, int, str]]:
     """Return name, least and greatest number, and the constraint's text, for all that a request says about numbers by category."""
     asked = [(category, 1, _MANY, f"must_have: {category}") for category in request.must_have]
     asked += [(category, 0, 0, f"must_not: {category}") for category in request.must_not]
@@ -125,7 +123,7 @@ def count_range(grammar: Grammar) -> tuple[int, int]:
 
 
 def constrained(grammar: Grammar, request: SceneRequest) -> Grammar:
-    """Return the grammar given a request: its own numbers and clutter, its excluded categories, its bounds on doors and windows.
+    """Return the grammar given a request: its own numbers, its excluded categories, its bounds on doors and windows.
 
     Raises:
         RequestError: every structure holds something that is excluded.
@@ -133,8 +131,6 @@ def constrained(grammar: Grammar, request: SceneRequest) -> Grammar:
     grammar = overridden(grammar, request)
     bounds = category_bounds(grammar, request)
     nodes: Mapping[str, Node] = grammar.nodes
-    if request.clutter != 1.0:
-        nodes = {symbol: _cluttered(grammar, node, request.clutter) for symbol, node in nodes.items()}
     excluded = {symbol for bound in bounds.values() if bound.most == 0 for symbol in bound.symbols}
     sizeless = {symbol for symbol, rule in grammar.objects.items() if not rule.sizes}
     if excluded or sizeless:
@@ -195,38 +191,6 @@ def _without(node: Node, free: Mapping[str, float]) -> Node:
             branch = replace(branch, multiplicity=probabilities)
         branches.append(branch)
     return replace(node, branches=tuple(branches))
-
-
-def _cluttered(grammar: Grammar, node: Node, clutter: float) -> Node:
-    """Return a node with the multiplicities of supported objects tilted."""
-
-    def tilted(branch: Branch) -> Branch:
-        rule = grammar.objects.get(branch.symbol)
-        if branch.multiplicity is None or rule is None or rule.mount != "object":
-            return branch
-        return replace(branch, multiplicity=tilt(branch.multiplicity, clutter))
-
-    return replace(node, branches=tuple(tilted(branch) for branch in node.branches))
-
-
-def tilt(probabilities: Sequence[float], scale: float) -> tuple[float, ...]:
-    """Return the probabilities proportional to ``p_k t^k`` whose mean is ``scale`` times that of ``probabilities``.
-
-    The mean stays within the numbers that have positive probability.  t is found by bisection of its logarithm.
-    """
-    taken = [k for k, p in enumerate(probabilities) if p > 0.0]
-    wanted = scale * sum(k * p for k, p in enumerate(probabilities))
-    if len(taken) == 1:
-        return tuple(probabilities)
-    if wanted <= taken[0] or wanted >= taken[-1]:
-        end = taken[0] if wanted <= taken[0] else taken[-1]
-        return tuple(float(k == end) for k in range(len(probabilities)))
-    low, high = 1.0 / _LARGEST_TILT, _LARGEST_TILT
-    for _ in range(100):
-        middle = (low * high) ** 0.5
-        mean = sum(k * p for k, p in enumerate(_normalized([p * middle**k for k, p in enumerate(probabilities)])))
-        low, high = (middle, high) if mean < wanted else (low, middle)
-    return _normalized([p * low**k for k, p in enumerate(probabilities)])
 
 
 def _normalized(probabilities: Sequence[float]) -> tuple[float, ...]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from grammar.geometry.arrays import Boxes, Ints
 from grammar.geometry.boxes import place_boxes
-from grammar.spec.categories import Categories, Category, Solid, SupportSurface
+from grammar.spec.categories import Categories, Category, Rest, Solid, SupportSurface
 from scene_description import SceneObject
 
 Size = tuple[float, float, float]
@@ -50,6 +50,19 @@ def surface_top(surface: SupportSurface, size_m: Size) -> tuple[float, float, fl
         surface.height_fraction * height + surface.height_m,
         max(0.5 * depth - surface.inset_m, 0.0),
         max(0.5 * width - surface.inset_m, 0.0),
+    )
+
+
+def rest_top(rest: Rest, size_m: Size) -> tuple[float, float, float, float, float]:
+    """Return height, x and y of the middle, half depth and half width (metres) of a rest of an object of this size, in its frame."""
+    depth, width, height = size_m
+    (back, front), (right, left) = rest.depth, rest.width
+    return (
+        rest.height * height,
+        (0.5 * (back + front) - 0.5) * depth,
+        (0.5 * (right + left) - 0.5) * width,
+        0.5 * (front - back) * depth,
+        0.5 * (left - right) * width,
     )
 
 

@@ -51,15 +51,26 @@ class SupportSurface:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Rest:
+    """A seat or mattress that small things are left on: fractions of the owner's depth, width and height, from back, right, bottom."""
+
+    depth: tuple[Fraction, Fraction] = (0.0, 1.0)
+    width: tuple[Fraction, Fraction] = (0.0, 1.0)
+    height: Fraction
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Category:
     """One category.  ``solids`` None stands for one box of the object's whole size.  An ``underlay`` lies under objects on the floor.
 
-    ``roles`` say how people use it, for the checks of :mod:`grammar.checks.faults`.
+    ``surfaces`` carry what the grammar stands on them, ``rests`` only what is left lying about.  ``roles`` say how people use it, for
+    the checks of :mod:`grammar.checks.faults`.
     """
 
     label: str
     solids: Annotated[tuple[Solid, ...], Limits(max_length=32)] | None = None
     surfaces: Annotated[tuple[SupportSurface, ...], Limits(max_length=32)] = ()
+    rests: Annotated[tuple[Rest, ...], Limits(max_length=8)] = ()
     underlay: bool = False
     roles: Annotated[tuple[Role, ...], Limits(max_length=8)] = ()
 

@@ -39,7 +39,7 @@ class SceneRequest:
         GrammarSet, Limits(description="learned: from real rooms, for the room types that have such a grammar; by_hand: none of these")
     ] = "learned"
     min_objects: Annotated[int, Limits(ge=0, le=500, description="least number of objects, doors and windows not counted")] = 0
-    max_objects: Annotated[int, Limits(ge=1, le=500, description="greatest number of objects, doors and windows not counted")] = 40
+    max_objects: Annotated[int, Limits(ge=1, le=500, description="greatest number of objects, doors and windows not counted")] = 150
     room_shape: Annotated[
         Literal["any", "rectangle", "l_shape", "t_shape", "u_shape", "chimney_breast", "alcove", "bay"],
         Limits(description="shape of the floor; any: drawn by the grammar"),
@@ -75,7 +75,10 @@ class SceneRequest:
             "':on=K' on the K-th of the list, ':middle=Z' the height of what hangs; the room is drawn about x = y = 0",
         ),
     ] = ()
-    clutter: Annotated[float, Limits(ge=0.0, le=10.0, description="scales how many objects stand on others; 1: as the grammar says")] = 1.0
+    clutter: Annotated[
+        float,
+        Limits(ge=0.0, le=10.0, description="small things: 0 none, 1 as the counts say, 3 a mess; furniture and lamps stay as they are"),
+    ] = 1.0
     looks: Annotated[
         tuple[Annotated[str, Limits(min_length=1, max_length=500)], ...],
         Limits(

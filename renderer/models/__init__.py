@@ -29,6 +29,7 @@ from renderer.models import (
     kitchen,
     kitchen_things,
     lamps,
+    left_about,
     living_things,
     office,
     plants,
@@ -51,6 +52,7 @@ MODELS: dict[str, Model] = {
         *(bathroom, bathroom_things, office, gym, exercise_bikes, workshop, storage, cars),
         *(sofas, tables, cases, living_things, curtains, dining_chairs, dining_things, hallway),
         *(kitchen, fitted_kitchen, islands, appliances, kitchen_things),
+        *(kitchen, fitted_kitchen, appliances, kitchen_things, left_about),
     )
     for name, model in family.MODELS.items()
 }

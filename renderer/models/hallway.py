@@ -106,7 +106,7 @@ def build_wall_hooks(rng: np.random.Generator, size_m: Size, style: str) -> Part
     return fitted({"board": board, "hooks": merged(*pieces)}, size_m)
 
 
-def _shoe(rng: np.random.Generator, length: float, tall: float) -> tuple[Mesh, Mesh]:
+def build_shoe(rng: np.random.Generator, length: float, tall: float) -> tuple[Mesh, Mesh]:
     """Return upper and sole of a shoe whose toe points along +x, its heel at x = 0, standing on z = 0."""
     u, v = np.meshgrid(np.linspace(0.0, 1.0, 10), np.linspace(-1.0, 1.0, 8), indexing="ij")
     half = 0.16 * length * np.interp(u, [0.0, 0.12, 0.4, 0.72, 0.92, 1.0], [0.45, 0.8, 0.78, 1.05, 0.75, 0.25])
@@ -161,14 +161,14 @@ def build_shoe_rack(rng: np.random.Generator, size_m: Size, style: str) -> Parts
             if rng.random() < 0.8 or not soles:
                 length, tall = min(0.27 * rng.uniform(0.9, 1.05), 0.93 * depth), min(0.11, 0.55 * room) * rng.uniform(0.75, 1.0)
                 color = int(rng.integers(2)) if shoes[0] else 0
-                upper, sole = _shoe(rng, length, tall)
+                upper, sole = build_shoe(rng, length, tall)
                 for shift in (-0.052, 0.052):
                     at = (-0.5 * length + rng.uniform(-0.02, 0.02) * (depth - length), y + shift, z)
                     shoes[color].append(moved(upper, *at))
                     soles.append(moved(sole, *at))
             y += rng.uniform(0.215, 0.25)
     if not soles:
-        upper, sole = _shoe(rng, 0.7 * depth, 0.4 * room)
+        upper, sole = build_shoe(rng, 0.7 * depth, 0.4 * room)
         shoes[0].append(moved(upper, -0.35 * depth, 0.0, levels[0]))
         soles.append(moved(sole, -0.35 * depth, 0.0, levels[0]))
     spare = shoes[1] or [shoes[0].pop()] if len(shoes[0]) > 1 or shoes[1] else shoes[0]

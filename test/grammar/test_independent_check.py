@@ -10,7 +10,6 @@ from grammar import SceneRequest
 from grammar.synthesize import CameraTimes, SceneSynthesizer
 from scene_description import to_mapping
 
-ROOMS = 2
 TIMES = CameraTimes(frames=1, start_ns=0, rate_hz=10.0)
 
 
@@ -22,9 +21,9 @@ def synthesizer():
 @pytest.fixture(scope="module")
 def scenes(synthesizer):
     return [
-        to_mapping(synthesizer.synthesize(SceneRequest(room_type=name), 11, index, TIMES))
+        to_mapping(synthesizer.synthesize(SceneRequest(room_type=name, clutter=clutter), 11, index, TIMES))
         for name in synthesizer.grammars
-        for index in range(ROOMS)
+        for index, clutter in enumerate((1.0, 3.0))
     ]
 
 

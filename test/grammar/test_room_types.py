@@ -16,7 +16,9 @@ from grammar.checks.furnished import furnished
 from grammar.checks.use_of_kitchens import gap_in_run, runs_of
 from grammar.derivation.derive import derive
 from grammar.learning.name_guess import FURNITURE, THING
+from grammar.small_things.rules import read_small_things
 from scene_description import SceneObject
+from scene_description.share import config_path
 
 ROOM_TYPES = (
     "bathroom", "bedroom", "dining_room", "garage", "guest_room", "gym", "hallway", "kitchen", "living_room", "office", "storage", "study",
@@ -106,6 +108,8 @@ def test_all_twelve_room_types_come_with_the_program() -> None:
 
 def test_every_category_has_its_place_in_some_room(grammars: dict[str, Grammar]) -> None:
     used = {grammar.objects[symbol].category for grammar in grammars.values() for symbol in reachable_symbols(grammar)}
+    small = read_small_things(config_path("small_things.yaml"), CATEGORIES)
+    used |= {name for support in small.supports.values() for name in support.stock.things}
     assert used | {"door", "garage_door", "window", FURNITURE, THING} == set(CATEGORIES)
     assert len(CATEGORIES) >= 100
 

@@ -1,4 +1,4 @@
-"""Requests about the contents of rooms: exact conditioning, bounds, clutter, and what cannot be met."""
+"""Requests about the contents of rooms: exact conditioning, bounds, and what cannot be met."""
 
 import math
 from collections import Counter
@@ -9,7 +9,7 @@ import pytest
 from scipy import stats
 from small_grammar import CATEGORIES, item, small_grammar
 
-from grammar.derivation.constraints import CountBound, constrained, tilt
+from grammar.derivation.constraints import CountBound, constrained
 from grammar.derivation.counting import ConditionalStructures
 from grammar.derivation.densities import draw_size
 from grammar.derivation.derive import derive
@@ -64,20 +64,6 @@ def test_counts_hold_in_every_room():
         count = Counter(item.rule.category for item in tree.items)
         assert count["television"] >= 1 and count["armchair"] >= 1 and count["wardrobe"] == count["rug"] == 0
         assert count["nightstand"] == 2 and count["picture"] <= 1
-
-
-def test_clutter_scales_the_mean_number_of_supported_things():
-    odds = (0.5, 0.3, 0.2)
-    for scale in (0.3, 1.0, 1.7, 2.5):
-        tilted = tilt(odds, scale)
-        assert sum(tilted) == pytest.approx(1.0)
-        assert sum(k * p for k, p in enumerate(tilted)) == pytest.approx(0.7 * scale)
-        assert tilted[1] ** 2 / (tilted[0] * tilted[2]) == pytest.approx(0.3**2 / (0.5 * 0.2))
-    assert tilt(odds, 0.0) == (1.0, 0.0, 0.0)
-    assert tilt(odds, 9.0) == (0.0, 0.0, 1.0)
-    grammar = constrained(small_grammar(TEXT), SceneRequest(room_type="closet", clutter=0.0))
-    assert grammar.nodes["bins"].branches[0].multiplicity == (0.1, 0.2, 0.3, 0.4)
-    assert grammar.nodes["bins"].branches[1].multiplicity == (1.0, 0.0, 0.0)
 
 
 @pytest.mark.parametrize(

@@ -33,6 +33,7 @@ TOPS += ("kitchen_counter", "dishwasher", "shoe_rack", "console_table", "wall_sh
 CASES = [(generator, style) for generator, model in MODELS.items() for style in model.styles]
 SMALL |= {"toilet_paper_holder", "soap_dispenser", "toothbrush_cup", "towel_rail", "bath_mat"}
 SMALL |= {"pen_holder", "paper_tray", "globe", "desk_lamp", "printer", "whiteboard"}
+SMALL |= {"shoes", "papers", "remote_control"}
 SMALL |= {"kettlebell", "gym_ball", "exercise_mat", "cardboard_box", "plastic_crate", "paint_can", "toolbox"}
 TOPS += ("filing_cabinet", "workbench", "tool_cabinet", "storage_shelf", "washing_machine")
 

@@ -1,0 +1,137 @@
+"""Small things in a furnished room: those of the grammar up to the clutter asked for, and those that the counts of its supports add.
+
+The furniture is given and stays as it is.  Every thing has a level of clutter at which it comes and random numbers of its own, so a room at
+clutter 2 holds what it holds at 1.5, in the same places, and more.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from grammar.checks.validity import check_room
+from grammar.small_things.fill import FLOOR, Filling, Placed, Source
+from grammar.small_things.thinning import taken_away
+from grammar.spec.object_rules import ObjectRule, SizeMode
+from scene_description import ParseGraph, ParseNode, Room, SceneObject, ValidityReport
+
+SYMBOL = "loose_"
+"""What the symbols of small things in a parse graph begin with."""
+
+_MAX_SEED = 2**63 - 1
+
+
+class Furnished(NamedTuple):
+    """A furnished room as its grammar has it: shell, objects, derivation, and the report of its checks."""
+
+    room: Room
+    objects: tuple[SceneObject, ...]
+    graph: ParseGraph
+    report: ValidityReport
+
+
+class Strewn(NamedTuple):
+    """A room with its small things, and the ids of those of its objects that come above the clutter asked for.
+
+    The validity report is that of the room without these.  They are still among the objects, and in the parse graph, so that looks can be
+    drawn for the same objects at any clutter.
+    """
+
+    furnished: Furnished
+    gone: frozenset[int]
+
+
+def strew(source: Source, lamps: Collection[str], sampled: Furnished, rng: np.random.Generator) -> Strewn:
+    """Return the room with small things.
+
+    Args:
+        source: what they are drawn from, with the clutter asked for.
+        lamps: categories that give light, which any clutter leaves.
+        sampled: the furnished room, as its grammar has it.
+        rng: one number is taken from it.
+    """
+    root = int(rng.integers(_MAX_SEED))
+    gone = taken_away(sampled.objects, source.categories, lamps, source.request, root)
+    there = [item for item in sampled.objects if item.id not in gone]
+    filling = Filling(source, sampled.room, sampled.objects, root)
+    added = list(filling.things(there))
+    if not gone and not added:
+        return Strewn(sampled, gone)
+    added, report = _valid(source, sampled, there, added)
+    graph = _graph(sampled.graph, added, filling)
+    room = Furnished(sampled.room, (*sampled.objects, *(thing.item for thing in added)), graph, report)
+    return Strewn(room, gone)
+
+
+def _valid(
+    source: Source, sampled: Furnished, there: Sequence[SceneObject], added: Sequence[Placed]
+) -> tuple[list[Placed], ValidityReport]:
+    """Return the things with which the room is valid, and its report: all of them, or those that can be added one after the other."""
+    rules = _rules(source, sampled)
+
+    def report_with(things: Sequence[Placed]) -> ValidityReport:
+        objects = [*there, *(thing.item for thing in things)]
+        known = rules | {thing.item.id: _plain_rule(thing.item) for thing in things}
+        return check_room(source.grammar, source.categories, sampled.room, objects, known, sampled.report.attempts)
+
+    report = report_with(added)
+    if report.valid:
+        return list(added), report
+    kept = [thing for thing in added if thing.item.support.kind == "object"]
+    report = report_with(kept)
+    if not report.valid:
+        kept, report = [], report_with([])
+    for thing in added:
+        if thing.item.support.kind == "floor":
+            with_it = report_with([*kept, thing])
+            if with_it.valid:
+                kept, report = [*kept, thing], with_it
+    return kept, report
+
+
+def _rules(source: Source, sampled: Furnished) -> dict[int, ObjectRule]:
+    """Return the rule of every object of the grammar, of fixed objects that it does not know a plain one."""
+    symbols = {node.object: node.symbol for node in sampled.graph.nodes if node.kind == "terminal"}
+    known = source.grammar.objects
+    return {item.id: known.get(symbols.get(item.id, "")) or _plain_rule(item) for item in sampled.objects}
+
+
+def _plain_rule(item: SceneObject) -> ObjectRule:
+    mode = SizeMode(mean_m=item.size_m, sd_m=(0.01, 0.01, 0.01))
+    return ObjectRule(category=item.category, mount=item.support.kind, sizes=(mode,), low_m=item.size_m, high_m=item.size_m)
+
+
+def _graph(graph: ParseGraph, added: Sequence[Placed], filling: Filling) -> ParseGraph:
+    """Return the parse graph with a Set node for each support that has small things, below its own terminal, and their terminals."""
+    below: Mapping[int, list[Placed]] = defaultdict(list)
+    for thing in added:
+        below[thing.item.support.id or FLOOR].append(thing)
+    terminal = {node.object: k for k, node in enumerate(graph.nodes) if node.kind == "terminal" and node.object is not None}
+    nodes = list(graph.nodes)
+    for support, things in sorted(below.items()):
+        owner, parent = terminal.get(support, 0), len(nodes)
+        odds = _log_poisson(len(things), filling.mean(support))
+        nodes.append(ParseNode(symbol=f"{SYMBOL}things", kind="set", parent=owner, choice=str(len(things)), log_probability=odds))
+        nodes.extend(
+            ParseNode(
+                symbol=f"{SYMBOL}{thing.item.category}",
+                kind="terminal",
+                parent=parent,
+                choice=thing.item.category,
+                log_probability=thing.log_probability,
+                object=thing.item.id,
+            )
+            for thing in things
+        )
+    added_log = sum(node.log_probability for node in nodes[len(graph.nodes) :])
+    return replace(graph, nodes=tuple(nodes), log_probability=graph.log_probability + added_log)
+
+
+def _log_poisson(count: int, mean: float) -> float:
+    """Return the log-probability of a count under a Poisson distribution."""
+    return count * math.log(max(mean, 1e-300)) - mean - math.lgamma(count + 1)
