@@ -1,0 +1,81 @@
+"""Where the ceiling of a room is: the lower envelope of a flat ceiling and the planes that rise from its walls.
+
+Over a point at distance d from the line of the wall of a slope, measured into the room, that plane is ``eaves_height_m + d tan(pitch_rad)``
+high.  World frame, metres.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scene_description.strict import FieldError
+from scene_description.types import Opening, Point2, Room, Slope
+
+OUTSIDE_M = 1e-6
+"""So far a corner of the floor may lie behind the wall that a slope rises from."""
+
+
+def ceiling_planes(room: Room) -> NDArray[np.float64]:
+    """Return the sloped planes of a ceiling, (s, 3): a, b, c of ``height = a x + b y + c``; no row for a flat ceiling."""
+    return np.array([_plane(room.polygon_m, slope) for slope in room.slopes or ()], np.float64).reshape(-1, 3)
+
+
+def ceiling_height_m(room: Room, x: float, y: float) -> float:
+    """Return the height of the ceiling over a point of the floor."""
+    return min([room.height_m, *(a * x + b * y + c for a, b, c in ceiling_planes(room).tolist())])
+
+
+def ceiling_over_opening_m(room: Room, opening: Opening) -> float:
+    """Return the height of the ceiling at an opening's wall where it is lowest over the opening, which is at one of its ends."""
+    if room.slopes is None:
+        return room.height_m
+    (ax, ay), (bx, by) = room.polygon_m[opening.wall], room.polygon_m[(opening.wall + 1) % len(room.polygon_m)]
+    length = math.hypot(bx - ax, by - ay)
+    shares = (opening.offset_m / length, (opening.offset_m + opening.width_m) / length)
+    return min(ceiling_height_m(room, ax + share * (bx - ax), ay + share * (by - ay)) for share in shares)
+
+
+def check_slopes(room: Room) -> None:
+    """Check that the slopes of a ceiling fit its room.
+
+    Raises:
+        FieldError: a slope names no wall or the wall of another one, begins above the flat ceiling, or part of the floor lies behind it.
+    """
+    walls: set[int] = set()
+    for i, slope in enumerate(room.slopes or ()):
+        path = f"room.slopes[{i}]"
+        if slope.wall >= len(room.polygon_m):
+            raise FieldError(f"{path}.wall", f"an edge below {len(room.polygon_m)}", f"{slope.wall}")
+        if slope.wall in walls:
+            raise FieldError(f"{path}.wall", "one slope for a wall", f"wall {slope.wall} twice")
+        walls.add(slope.wall)
+        if slope.eaves_height_m >= room.height_m:
+            raise FieldError(
+                f"{path}.eaves_height_m", f"a height below the ceiling at {room.height_m:.3f} m", f"{slope.eaves_height_m:.3f} m"
+            )
+        behind = -min(distance_into_room_m(room.polygon_m, slope.wall, x, y) for x, y in room.polygon_m)
+        if behind > OUTSIDE_M:
+            raise FieldError(f"{path}.wall", "a wall with the whole floor before it", f"floor {behind:.3f} m behind wall {slope.wall}")
+
+
+def distance_into_room_m(polygon_m: Sequence[Point2], wall: int, x: float, y: float) -> float:
+    """Return how far a point lies from the line of a wall, metres; below 0 behind it."""
+    (ax, ay), (nx, ny) = polygon_m[wall], _inward(polygon_m, wall)
+    return (x - ax) * nx + (y - ay) * ny
+
+
+def _inward(polygon_m: Sequence[Point2], wall: int) -> Point2:
+    """Return the unit normal of a wall, into the room."""
+    (ax, ay), (bx, by) = polygon_m[wall], polygon_m[(wall + 1) % len(polygon_m)]
+    length = math.hypot(bx - ax, by - ay)
+    return (ay - by) / length, (bx - ax) / length
+
+
+def _plane(polygon_m: Sequence[Point2], slope: Slope) -> tuple[float, float, float]:
+    """Return a, b, c of the plane of a slope."""
+    (ax, ay), (nx, ny), rise = polygon_m[slope.wall], _inward(polygon_m, slope.wall), math.tan(slope.pitch_rad)
+    return rise * nx, rise * ny, slope.eaves_height_m - rise * (ax * nx + ay * ny)
