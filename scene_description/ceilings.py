@@ -29,6 +29,28 @@ def ceiling_height_m(room: Room, x: float, y: float) -> float:
     return min([room.height_m, *(a * x + b * y + c for a, b, c in ceiling_planes(room).tolist())])
 
 
+def height_lines_m(room: Room, height_m: float) -> list[tuple[Point2, Point2]]:
+    """Return the lines over the floor along which a sloped ceiling is as high as that, as ends of their pieces, world metres."""
+    planes, lines = ceiling_planes(room).tolist(), []
+    for k, (a, b, c) in enumerate(planes):
+        # the line a x + b y + c = height as points at + t along, cut by the outline and where another plane is lower
+        steep = math.hypot(a, b)
+        x, y, u, v = (height_m - c) * a / steep**2, (height_m - c) * b / steep**2, -b / steep, a / steep
+        first, last = -math.inf, math.inf if height_m < room.height_m else -math.inf
+        for d, e, f in planes[:k] + planes[k + 1 :]:
+            at, rise = d * x + e * y + f - height_m, d * u + e * v
+            if rise > 0.0:
+                first = max(first, -at / rise)
+            elif rise < 0.0:
+                last = min(last, -at / rise)
+            elif at < 0.0:
+                last = -math.inf
+        cuts = _crossings(room.polygon_m, (x, y), (u, v))
+        pieces = [(max(low, first), min(high, last)) for low, high in zip(cuts[::2], cuts[1::2], strict=True)]
+        lines.extend(((x + p * u, y + p * v), (x + q * u, y + q * v)) for p, q in pieces if q - p > OUTSIDE_M)
+    return lines
+
+
 def ceiling_over_opening_m(room: Room, opening: Opening) -> float:
     """Return the height of the ceiling at an opening's wall where it is lowest over the opening, which is at one of its ends."""
     if room.slopes is None:
@@ -73,6 +95,18 @@ def _inward(polygon_m: Sequence[Point2], wall: int) -> Point2:
     (ax, ay), (bx, by) = polygon_m[wall], polygon_m[(wall + 1) % len(polygon_m)]
     length = math.hypot(bx - ax, by - ay)
     return (ay - by) / length, (bx - ax) / length
+
+
+def _crossings(polygon_m: Sequence[Point2], at: Point2, along: Point2) -> list[float]:
+    """Return where a line enters and leaves an outline, as distances from its point ``at`` in rising order; an even number."""
+    found = []
+    for (ax, ay), (bx, by) in zip(polygon_m, (*polygon_m[1:], polygon_m[0]), strict=True):
+        side_a, side_b = ((px - at[0]) * along[1] - (py - at[1]) * along[0] for px, py in ((ax, ay), (bx, by)))
+        if (side_a > 0.0) != (side_b > 0.0):
+            share = side_a / (side_a - side_b)
+            px, py = ax + share * (bx - ax), ay + share * (by - ay)
+            found.append((px - at[0]) * along[0] + (py - at[1]) * along[1])
+    return sorted(found)
 
 
 def _plane(polygon_m: Sequence[Point2], slope: Slope) -> tuple[float, float, float]:

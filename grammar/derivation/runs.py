@@ -19,6 +19,7 @@ from grammar.derivation.run_fit import fit_legs
 from grammar.geometry.arrays import Boxes, Floats
 from grammar.geometry.boxes import penetration
 from grammar.geometry.run_slots import MOST_LEGS, Frame, Slot, frames, slots, unit_poses
+from grammar.geometry.slopes import low_ceiling
 from grammar.geometry.wall_spans import free_spans
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, START_X, START_Y, wall_rows
 from grammar.geometry.zones import FACE, SWING, VIEW, opening_frame, opening_zones, placed_zones
@@ -127,7 +128,8 @@ def _begin(symbol: str, rule: RunRule, shell: _Shell, units: Sequence[Draft], ta
     depth = rule.wall_gap_m + max(unit.size_m[0] for unit in units)
     low = min(unit.size_m[2] for unit in units)
     windows = shell.views[shell.views[:, 2] < low]
-    spans = free_spans(shell.room.polygon_m, np.concatenate([shell.swings, windows, taken]), depth)
+    low_roof = low_ceiling(shell.room, max(unit.size_m[2] for unit in units))
+    spans = free_spans(shell.room.polygon_m, np.concatenate([shell.swings, windows, taken, low_roof]), depth)
     corner_m = max((unit.size_m[0] for unit in turning), default=0.0)
     found = [
         frame
@@ -235,7 +237,8 @@ def _plan(rule: RunRule, shell: _Shell, chosen: _Candidate) -> RunPlan:
     """Return the run with all places that its legs fit in, walls that are free of doors and windows alike."""
     depth = rule.wall_gap_m + max(unit.size_m[0] for unit in chosen.units)
     low = min(unit.size_m[2] for unit in chosen.units)
-    spans = free_spans(shell.room.polygon_m, np.concatenate([shell.swings, shell.views[shell.views[:, 2] < low]]), depth)
+    low_roof = low_ceiling(shell.room, max(unit.size_m[2] for unit in chosen.units))
+    spans = free_spans(shell.room.polygon_m, np.concatenate([shell.swings, shell.views[shell.views[:, 2] < low], low_roof]), depth)
     corner_m = max((unit.size_m[0] for unit in chosen.units if _unit(unit).turns), default=0.0)
     lengths = list(_leg_lengths(chosen))
     found = [

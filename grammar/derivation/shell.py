@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from grammar.derivation.densities import draw_index, draw_with_log_density
 from grammar.derivation.openings import Attribute, DrawnOpening, draw_opening
 from grammar.derivation.outlines import draw_outline
 from grammar.derivation.rejection import RejectedError
+from grammar.derivation.slopes import draw_below_slopes, draw_slopes
 from grammar.spec.categories import Categories
 from grammar.spec.request import SceneRequest
 from grammar.spec.room_rules import OPENINGS, RoomRule
@@ -35,7 +37,7 @@ def draw_room(
         rng: source of randomness.
 
     Raises:
-        RejectedError: an arm of the room is too narrow, or the area is out of bounds.
+        RejectedError: an arm of the room is too narrow, the area is out of bounds, or a sloped ceiling does not fit.
     """
     # draw the sides of the bounding rectangle, then the height, then the shape
     attributes: list[Attribute] = []
@@ -65,7 +67,9 @@ def draw_room(
         low, high, area = grammar.room.area_low_m2, grammar.room.area_high_m2, signed_area_m2(polygon)
         if not (request.room_width_m > 0.0 and request.room_depth_m > 0.0) and not low <= area <= high:
             raise RejectedError(f"room area within [{low:g}, {high:g}] m2")
-    return Room(polygon_m=polygon, height_m=height, wall_thickness_m=grammar.room.wall_thickness_m, openings=(), surfaces=()), attributes
+    room = Room(polygon_m=polygon, height_m=height, wall_thickness_m=grammar.room.wall_thickness_m, openings=(), surfaces=())
+    grows = not (outline or request.room_width_m > 0.0 or request.room_depth_m > 0.0)
+    return draw_slopes(grammar.room.slopes, room, attributes, rng, grows=grows)
 
 
 def _fitted(room: RoomRule, covered_m2: float, rng: np.random.Generator) -> tuple[float | None, list[float], list[Attribute]]:
@@ -105,7 +109,9 @@ def draw_openings(
         counts.append(Attribute(f"{kind}_count", str(copies), math.log(rule.multiplicity[copies])))
         for _ in range(copies):
             others: list[Opening] = [one.opening for one in drawn]
-            opening = draw_opening(kind, rule, len(drawn) + 1, categories[kind].label_id, room.polygon_m, room.height_m, others, rng)
+            number, label = len(drawn) + 1, categories[kind].label_id
+            draw = partial(draw_opening, kind, rule, number, label, room.polygon_m, room.height_m, others, rng)
+            opening = draw_below_slopes(room, rule.casing_m, draw)
             if opening is None:
                 raise RejectedError(f"a wall with space for a {kind}")
             drawn.append(opening)

@@ -42,6 +42,9 @@ def check_grammar(grammar: Grammar, categories: Collection[str]) -> None:
 def _check_room(room: RoomRule) -> None:
     if room.area_low_m2 >= room.area_high_m2:
         raise range_error("room.area_low_m2", room.area_low_m2, room.area_high_m2)
+    slopes = room.slopes
+    if slopes.eaves_height_m.high >= slopes.height_m.low:
+        raise range_error("room.slopes.eaves_height_m.high", slopes.eaves_height_m.high, slopes.height_m.low)
     shapes = room.shapes
     _check_sum("room.shapes", [getattr(shapes, name) for name in SHAPES])
     if shapes.notch_low >= shapes.notch_high:

@@ -1,8 +1,8 @@
 """The shell of a room: floor, ceiling, walls with holes for doors and windows, skirting boards, and the placing of openings.
 
 Every wall is a closed solid from its inner face outward; walls run past floor and ceiling and overlap at corners, floor and ceiling are
-closed slabs, the ceiling of several planes where it is sloped.  So each crack that rounding could leave between two inner faces has another surface behind it: the shell is light-tight.
-World frame, metres.
+closed slabs, the ceiling one of several planes where it is sloped.  So each crack that rounding could leave between two inner faces has
+another surface behind it: the shell is light-tight.  World frame, metres.
 """
 
 from __future__ import annotations
@@ -201,9 +201,10 @@ def _cells(top: Profile, low: float, holes: list[Rectangle], levels: list[float]
     (first, _), (last, _) = top[0], top[-1]
     us = sorted({*(u for u, _ in top), *(min(max(u, first), last) for hole in holes for u in hole[:2])})
     vs = {low, *(max(v, low) for hole in holes for v in hole[2:]), *levels}
+    places, heights = zip(*top, strict=True)
+    high = np.interp(us, places, heights).tolist()
     cells = []
-    for a, b in itertools.pairwise(us):
-        high_a, high_b = (float(np.interp(u, *zip(*top, strict=True))) for u in (a, b))
+    for (a, b), (high_a, high_b) in zip(itertools.pairwise(us), itertools.pairwise(high), strict=True):
         rows = sorted(v for v in vs if v < min(high_a, high_b))
         ends = [*((v, v) for v in rows[1:]), (high_a, high_b)]
         cells += [(a, b, c, d, e) for c, (d, e) in zip(rows, ends, strict=True)]

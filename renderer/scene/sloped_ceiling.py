@@ -1,7 +1,7 @@
 """The ceiling of a room under a roof, as a closed solid of several planes, and the upper edges of the walls below it.
 
-The inner face is the lower envelope of the flat ceiling and the planes of the room's slopes (:mod:`scene_description.ceilings`): the floor's
-triangles are cut where two planes meet, and each piece is lifted onto the plane that is lowest over it.  World frame, metres.
+The inner face is the lower envelope of the flat ceiling and the planes of the room's slopes (:mod:`scene_description.ceilings`): the
+floor's triangles are cut where two planes meet, and each piece is lifted onto the plane that is lowest over it.  World frame, metres.
 """
 
 from __future__ import annotations
@@ -101,4 +101,4 @@ def _sheets(room: Room, polygon: Array, k: int, plane: Array, piece: Array, thic
     low = np.column_stack([piece[:, :2], _height(plane, piece)])
     up = np.broadcast_to((-plane[0], -plane[1], 1.0), low.shape)
     fan = np.array([(0, i, i + 1) for i in range(1, len(piece) - 1)])
-    return [make_mesh(low, -up, fan[:, ::-1], uvs), make_mesh(low + (0.0, 0.0, thickness), up, fan, uvs)]
+    return [make_mesh(low, -up, fan[:, ::-1], uvs), make_mesh(low + np.array([0.0, 0.0, thickness]), up, fan, uvs)]
