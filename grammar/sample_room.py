@@ -24,6 +24,7 @@ from grammar.derivation.overrides import overridden
 from grammar.derivation.parse_tree import Item, ParseTree
 from grammar.derivation.plan import make_plan
 from grammar.geometry.arrays import Floats
+from grammar.geometry.slopes import low_ceiling
 from grammar.layout.assemble import assemble
 from grammar.layout.circulation import empty_floor
 from grammar.layout.columns import TRIED, YAW, X, Y, Z
@@ -142,7 +143,8 @@ def room_floor(grammar: Grammar, room: Room) -> Floor:
     """Return the raster of the unfurnished room, which the chain keeps if a term that is read off it has a weight."""
     if not any(getattr(grammar.weights, name) for name in FLOOR_TERMS):
         return NO_FLOOR
-    return empty_floor(room.polygon_m, door_start_m(room, grammar.validity.robot_radius_m), grammar.validity)
+    limits = grammar.validity
+    return empty_floor(room.polygon_m, door_start_m(room, limits.robot_radius_m), limits, low_ceiling(room, limits.robot_height_m))
 
 
 def _tries(

@@ -30,6 +30,7 @@ from grammar.checks.metrics import SamplingCost
 from grammar.derivation.plan import make_plan
 from grammar.derivation.room_size import check_room_size
 from grammar.geometry.free_space import occupancy_grid, rasterize
+from grammar.geometry.slopes import low_ceiling, roof_boxes
 from grammar.geometry.solids import object_solids
 from grammar.sample_room import SampledRoom, sample_room_with_cost
 from grammar.small_things.fill import Source
@@ -203,9 +204,8 @@ class SceneSynthesizer:
         lights, spots, environment = self._light(rng, request, room, objects)
         boxes, _ = object_solids(self.categories, furnished.objects)
         objects = tuple(item for item in objects if item.id not in gone)
-        path = sample_camera_path(
-            rng["camera"], self.camera, room.polygon_m, room.height_m, boxes, times.frames, times.start_ns, times.rate_hz, times.first_index
-        )
+        stamps = times.frames, times.start_ns, times.rate_hz, times.first_index
+        path = sample_camera_path(rng["camera"], self.camera, room.polygon_m, room.height_m, boxes, *stamps, roof_boxes(room))
         scene = SceneDescription(
             schema=SCHEMA,
             id=f"{request.room_type}-{seed}-{index}",
@@ -278,6 +278,6 @@ def floor_map(scene: SceneDescription, categories: Categories, thresholds: Thres
         GrammarError: the map would have too many cells.
     """
     known = {item.category: Category(label=NYU40[item.label].name) for item in scene.objects} | dict(categories)
-    boxes, _ = object_solids(known, scene.objects)
+    boxes = np.concatenate([object_solids(known, scene.objects)[0], low_ceiling(scene.room, thresholds.robot_height_m)])
     free = rasterize(scene.room.polygon_m, boxes, thresholds.grid_resolution_m, thresholds.robot_height_m)
     return FloorMap(occupancy_grid(free), free.resolution_m, free.origin_m)

@@ -15,6 +15,7 @@ from renderer.core.kernel import entry
 from renderer.scene.flat_scene import FlatScene
 from renderer.scene.room_shell import SLAB_M
 from scene_description import SceneDescription
+from scene_description.ceilings import ceiling_height_m
 from scene_description.polygons import distance_outside_m, signed_area_m2
 from scene_description.types import Point3
 
@@ -41,7 +42,7 @@ def standpoint(tree: SceneHandle, flat: FlatScene, scene: SceneDescription, posi
     """
     x, y, z = position_m
     room = scene.room
-    if not -SLAB_M <= z <= room.height_m + SLAB_M or distance_outside_m(room.polygon_m, x, y) > room.wall_thickness_m:
+    if not -SLAB_M <= z <= ceiling_height_m(room, x, y) + SLAB_M or distance_outside_m(room.polygon_m, x, y) > room.wall_thickness_m:
         return "outside the room"
     parts, behind = seen_around(tree, flat, position_m)
     owners = np.where(parts >= 0, flat.parts.object_id[parts].astype(np.int64), _NOTHING)

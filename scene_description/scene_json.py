@@ -13,6 +13,7 @@ from collections.abc import Iterable
 from pathlib import PurePosixPath
 from typing import Final, NoReturn
 
+from scene_description.ceilings import ceiling_over_opening_m, check_slopes
 from scene_description.polygons import signed_area_m2
 from scene_description.strict import FieldError, from_mapping, shorten, to_mapping
 from scene_description.types import MAX_OBJECTS, Material, ModelReference, Opening, Part, SceneDescription
@@ -70,6 +71,7 @@ def check_scene(scene: SceneDescription) -> None:
         if name not in names:
             raise FieldError("room.surfaces", f"a material for '{name}'", "none")
     _check_polygon(scene)
+    check_slopes(scene.room)
     _check_openings(scene, materials)
     _check_objects(scene, set(ids), materials)
     _check_lights(scene)
@@ -180,8 +182,9 @@ def _check_openings(scene: SceneDescription, materials: set[str]) -> None:
         end, top = opening.offset_m + opening.width_m, opening.sill_m + opening.height_m
         if end > length + 1e-6:
             raise FieldError(f"{path}.offset_m", f"an opening within its wall of {length:.3f} m", f"end at {end:.3f} m")
-        if top > room.height_m + 1e-6:
-            raise FieldError(f"{path}.height_m", f"an opening below the ceiling at {room.height_m:.3f} m", f"top at {top:.3f} m")
+        ceiling = ceiling_over_opening_m(room, opening)
+        if top > ceiling + 1e-6:
+            raise FieldError(f"{path}.height_m", f"an opening below the ceiling at {ceiling:.3f} m", f"top at {top:.3f} m")
         for j, other in enumerate(room.openings[:i]):
             if opening.wall == other.wall and _openings_overlap(opening, other):
                 raise FieldError(f"{path}.offset_m", "openings that do not overlap", f"an overlap with openings[{j}]")

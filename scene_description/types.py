@@ -179,8 +179,24 @@ class Opening:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Slope:
+    """A plane of a sloped ceiling, as under a roof: it rises from the line of a wall into the room, all of which lies before that wall.
+
+    ``wall`` is the index of the polygon edge, ``eaves_height_m`` the height of the ceiling at its inner face (that of a knee wall),
+    ``pitch_rad`` the angle between the plane and the floor.
+    """
+
+    wall: Annotated[int, Limits(ge=0, le=255)]
+    eaves_height_m: Annotated[float, Limits(ge=0.2, le=20.0, unit="m")]
+    pitch_rad: Annotated[float, Limits(ge=0.02, le=1.5, unit="rad")]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Room:
-    """The room's shell.  ``polygon_m`` is the inner floor outline, counter-clockwise; wall i runs from vertex i to vertex i + 1."""
+    """The room's shell.  ``polygon_m`` is the inner floor outline, counter-clockwise; wall i runs from vertex i to vertex i + 1.
+
+    The ceiling lies at ``height_m``, or lower where one of the ``slopes`` does; None stands for a flat one.
+    """
 
     polygon_m: Annotated[tuple[Point2, ...], Limits(min_length=3, max_length=256)]
     height_m: Annotated[float, Limits(ge=1.5, le=20.0, unit="m")]
@@ -188,6 +204,7 @@ class Room:
     openings: Annotated[tuple[Opening, ...], Limits(max_length=64)]
     surfaces: Annotated[tuple[Part, ...], Limits(min_length=1, max_length=8)]
     """Materials of the parts ``floor``, ``wall``, ``ceiling`` and ``skirting``."""
+    slopes: Annotated[tuple[Slope, ...], Limits(min_length=1, max_length=8)] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,6 +11,7 @@ import numpy as np
 from shapely import Point, Polygon
 
 from scene_description import Limits, Luminaire, Room, SceneObject
+from scene_description.ceilings import ceiling_planes
 from scene_description.color_temperature import color_of_temperature
 
 Probability = Annotated[float, Limits(ge=0.0, le=1.0)]
@@ -22,6 +23,8 @@ Angle = Annotated[float, Limits(ge=1.0, le=89.0, unit="deg")]
 MAX_SPOTS = 64
 RADIUS_M = 0.03
 _CLEAR_OF_LAMPS_M = 0.4
+_CLEAR_OF_SLOPES_M = 0.1
+"""So much higher are the planes of slopes over a spot."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,7 +48,7 @@ class DownlightConfig:
 def sample_downlights(
     rng: np.random.Generator, config: DownlightConfig | None, room: Room, objects: Sequence[SceneObject], *, dark: bool
 ) -> tuple[Luminaire, ...]:
-    """Sample the spots in a ceiling; none where the room type has none or the draw leaves them out.
+    """Sample the spots in a ceiling, where it is flat; none where the room type has none or the draw leaves them out.
 
     They lie on a grid along x and y over the room's outline, off its walls and off hanging lamps.
 
@@ -65,12 +68,14 @@ def sample_downlights(
     floor = Polygon(room.polygon_m)
     hanging = [item.position_m[:2] for item in objects if item.support.kind == "ceiling"]
     x_low, y_low, x_high, y_high = floor.bounds
+    planes = ceiling_planes(room).tolist()
     places = []
     for x in _grid(x_low, x_high, spacing, config.from_wall_m):
         for y in _grid(y_low, y_high, spacing, config.from_wall_m):
             off_lamps = all(math.dist((x, y), place) > _CLEAR_OF_LAMPS_M for place in hanging)
             point = Point(x, y)
-            if off_lamps and floor.contains(point) and floor.exterior.distance(point) >= 0.9 * config.from_wall_m:
+            flat = all(a * x + b * y + c > room.height_m + _CLEAR_OF_SLOPES_M for a, b, c in planes)
+            if flat and off_lamps and floor.contains(point) and floor.exterior.distance(point) >= 0.9 * config.from_wall_m:
                 places.append((x, y))
     return tuple(
         Luminaire(

@@ -20,6 +20,9 @@ from grammar.geometry.arrays import Boxes
 from scene_description import CameraPose
 from scene_description.poses import look_at
 
+NO_ROOF = np.zeros((0, 8))
+"""The roof of a room whose ceiling is flat."""
+
 _TRIAL_STATIONS = 8
 
 
@@ -33,6 +36,7 @@ def sample_camera_path(
     start_ns: int,
     rate_hz: float,
     first_index: int,
+    roof: Boxes = NO_ROOF,
 ) -> tuple[CameraPose, ...]:
     """Sample the poses of a camera, one a frame.
 
@@ -49,6 +53,7 @@ def sample_camera_path(
         start_ns: time of frame 0 of the run.
         rate_hz: frames a second of simulated time.
         first_index: number of the first frame within the run; frame k has the stamp ``start_ns + round(k * 1e9 / rate_hz)``.
+        roof: (r, 8) boxes that fill what a sloped ceiling cuts off, which the camera keeps clear of but does not look for.
 
     Returns:
         ``frames`` poses of the optical frame; neighbours differ by at most the larger of ``max_step_m`` along the floor and by
@@ -56,7 +61,8 @@ def sample_camera_path(
     """
     # draw who carries the camera, and walk
     mount, lens_m = _sample_mount(rng, config, height_m)
-    views = Views(config, np.ascontiguousarray(polygon_m, np.float64), height_m, np.ascontiguousarray(boxes, np.float64), lens_m)
+    solids = np.ascontiguousarray(np.concatenate([boxes, roof]), np.float64)
+    views = Views(config, np.ascontiguousarray(polygon_m, np.float64), height_m, solids, lens_m, len(boxes))
     step_m = min(config.max_step_m, max(config.path_length_m / max(frames - 1, 1), config.speed_m_s / rate_hz))
     length_m = step_m * (frames - 1)
     ground = choose_ground(views.polygon, views.boxes, lens_m, config.sway_m, config.body_radius_m, config.clearance_m, config.resolution_m)

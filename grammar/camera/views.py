@@ -20,13 +20,17 @@ class Ring(NamedTuple):
 
 
 class Views(NamedTuple):
-    """What views are judged in: the settings, what rays meet ((n, 2) outline, ceiling height, (b, 8) solids), the height of the lens."""
+    """What views are judged in: the settings, what rays meet ((n, 2) outline, ceiling height, (b, 8) solids), the height of the lens.
+
+    The first ``things`` of the solids are worth looking at; those after them are parts of the room's ceiling.
+    """
 
     config: CameraPathConfig
     polygon: Floats
     height_m: float
     boxes: Boxes
     lens_m: float
+    things: int
 
     @property
     def columns_wide(self) -> int:
@@ -36,7 +40,8 @@ class Views(NamedTuple):
     def ring(self, station_m: Floats) -> Ring:
         """Cast a ring of rays from a point (2,) of the floor."""
         position = np.array([station_m[0], station_m[1], self.lens_m])
-        return Ring(*cast_ring(self.polygon, self.height_m, self.boxes, position, np.array(self.config.elevations_rad)))
+        distance_m, hit = cast_ring(self.polygon, self.height_m, self.boxes, position, np.array(self.config.elevations_rad))
+        return Ring(distance_m, np.where(hit < self.things, hit, -1))
 
     def values(self, ring: Ring) -> Floats:
         """Return (RING_COLUMNS,) the values of the views in all directions of a ring."""

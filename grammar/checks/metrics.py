@@ -17,6 +17,7 @@ from grammar.checks.faults import scene_faults
 from grammar.checks.relations import KINDS, RelationCounts, satisfied_relations
 from grammar.checks.validity import door_start_m
 from grammar.geometry.free_space import rasterize, reachable
+from grammar.geometry.slopes import low_ceiling
 from grammar.geometry.solids import object_solids
 from grammar.spec.categories import Categories
 from grammar.spec.rules import Grammar
@@ -124,7 +125,7 @@ def _pair_iou(objects: Sequence[SceneObject]) -> tuple[float, float]:
 
 def _reachable_area(grammar: Grammar, categories: Categories, scene: SceneDescription) -> float:
     limits = grammar.validity
-    boxes, _ = object_solids(categories, scene.objects)
+    boxes = np.concatenate([object_solids(categories, scene.objects)[0], low_ceiling(scene.room, limits.robot_height_m)])
     free = rasterize(scene.room.polygon_m, boxes, limits.grid_resolution_m, limits.robot_height_m)
     cells = np.count_nonzero(reachable(free, limits.robot_radius_m, door_start_m(scene.room, limits.robot_radius_m)))
     return float(cells * free.resolution_m**2)

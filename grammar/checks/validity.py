@@ -2,7 +2,7 @@
 
 - collision: no two objects' solids share more than the threshold, along the direction of least separation (a box that stands on another
   only touches it)
-- out_of_bounds: every solid lies inside the floor polygon, above the floor and under the ceiling
+- out_of_bounds: every solid lies inside the floor polygon, above the floor and under the ceiling, and openings do under its slopes
 - floating: gap to the floor, wall, ceiling or support surface of the object; overhang: how far its footprint sticks out of that surface
 - door_clear, window_clear: depth of solids in the zones before doors and windows, of rugs in what a door sweeps; wall_clear: the same
   before pictures and mirrors, and for what hangs over an opening or behind an open door
@@ -32,6 +32,7 @@ from grammar.geometry.boxes import (
     segment_inside_length,
 )
 from grammar.geometry.free_space import rasterize, reachable, walkable_share
+from grammar.geometry.slopes import above_slopes, low_ceiling, slope_rows
 from grammar.geometry.solids import object_sheets, object_solids, rest_top, surface_top
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, START_X, START_Y, outside_distance, wall_rows
 from grammar.geometry.zones import FACE, object_zones, opening_frame, opening_zones, placed_zones, side_rectangle
@@ -40,6 +41,7 @@ from grammar.spec.object_rules import ObjectRule
 from grammar.spec.request import RequestError
 from grammar.spec.rules import Grammar, Thresholds
 from scene_description import Opening, Room, SceneObject, ValidityCheck, ValidityReport
+from scene_description.ceilings import ceiling_over_opening_m
 
 _STRIP_POINTS = 12
 
@@ -59,14 +61,16 @@ def check_room(
     """
     limits = grammar.validity
     boxes, owner = object_solids(categories, objects)
+    low = low_ceiling(room, limits.robot_height_m)
+    taken, taken_by = np.concatenate([boxes, low]), np.concatenate([owner, np.zeros(len(low), np.int64)])
     checks = (
         _check_collision(limits, boxes, owner),
         _check_bounds(limits, room, objects, boxes, owner),
         *_check_support(limits, categories, room, objects),
         *_check_openings(grammar, categories, room, objects, boxes, owner),
         _check_wall_space(grammar, room, objects, rules, boxes, owner),
-        *_check_floor(limits, room, objects, rules, boxes),
-        _check_sides(limits, room, objects, rules, boxes, owner),
+        *_check_floor(limits, room, objects, rules, taken),
+        _check_sides(limits, room, objects, rules, taken, taken_by),
     )
     return ValidityReport(valid=all(check.passed for check in checks), attempts=attempts, checks=checks)
 
@@ -105,7 +109,14 @@ def _check_bounds(limits: Thresholds, room: Room, objects: Sequence[SceneObject]
     owners = np.concatenate([owner, np.array([item.id for item in objects], np.int64)])
     wall = wall_rows(room.polygon_m)
     depth = np.array([_outside(wall, room.height_m, row, limits.outside_m) for row in rows])
-    return _at_most("out_of_bounds", limits.outside_m, _worst_by_owner(depth, owners))
+    worst = _worst_by_owner(depth, owners)
+    if room.slopes is not None:
+        slope = slope_rows(room)
+        for k, key in enumerate(owner.tolist()):
+            worst[key] = max(worst[key], float(above_slopes(slope, boxes, k)))
+        for opening in room.openings:
+            worst[opening.id] = max(opening.sill_m + opening.height_m - ceiling_over_opening_m(room, opening), 0.0)
+    return _at_most("out_of_bounds", limits.outside_m, worst)
 
 
 def _outside(wall: Floats, ceiling_m: float, box: Boxes, tolerance_m: float) -> float:

@@ -15,6 +15,7 @@ from grammar.counterfactual.change import ChangeError, random_numbers
 from grammar.counterfactual.factor import Factor, Outcome, Work
 from grammar.counterfactual.gate import camera_checked, categories_of
 from grammar.counterfactual.values import number, whole
+from grammar.geometry.slopes import roof_boxes
 from grammar.geometry.solids import object_solids
 from scene_description import CameraPose
 from scene_description.poses import Quaternion, multiply_quaternions, rotation_from_quaternion
@@ -136,9 +137,8 @@ def take_another_path(work: Work) -> Outcome:
     span = path[-1].stamp_ns - path[0].stamp_ns
     rate_hz = (len(path) - 1) * _SECOND_NS / span if span else 10.0
     boxes, _ = object_solids(categories_of(rules, scene), scene.objects)
-    sampled = sample_camera_path(
-        random_numbers(scene, work.change, seed), rules.camera, scene.room.polygon_m, scene.room.height_m, boxes, len(path), 0, rate_hz, 0
-    )
+    rng, room = random_numbers(scene, work.change, seed), scene.room
+    sampled = sample_camera_path(rng, rules.camera, room.polygon_m, room.height_m, boxes, len(path), 0, rate_hz, 0, roof_boxes(room))
     poses = tuple(replace(new, stamp_ns=old.stamp_ns) for new, old in zip(sampled, path, strict=True))
     return Outcome(replace(scene, camera_path=poses))
 

@@ -11,6 +11,7 @@ import numpy as np
 from grammar.derivation.densities import draw_height
 from grammar.geometry.arrays import Floats
 from grammar.geometry.boxes import deepest_penetrations
+from grammar.geometry.slopes import above_slopes, slope_rows
 from grammar.geometry.solids import object_solids, surface_top
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, START_X, START_Y, WALL_YAW, rectangle_outside, wall_rows
 from grammar.layout.assemble import around_target
@@ -45,7 +46,7 @@ def free_places(
         tolerance_m: depth of overlap that counts as touching.
     """
     boxes, owner = object_solids(categories, scene.objects)
-    wall = wall_rows(scene.room.polygon_m)
+    wall, slope = wall_rows(scene.room.polygon_m), slope_rows(scene.room)
     for _ in range(TRIALS):
         placed = _draw(rng, scene, categories, rule, cores, supporters, item, wall)
         if placed is None:
@@ -57,6 +58,8 @@ def free_places(
         if z + placed.size_m[2] > scene.room.height_m + 1e-9:
             continue
         mine, me = object_solids(categories, [placed])
+        if any(above_slopes(slope, mine, k) > tolerance_m for k in range(len(mine))):
+            continue
         if len(mine) and len(boxes) and deepest_penetrations(mine, me, boxes, owner).max() > tolerance_m:
             continue
         yield placed

@@ -25,6 +25,7 @@ from grammar.derivation.plan import Plan, make_plan
 from grammar.derivation.rejection import RejectedError
 from grammar.derivation.runs import place_runs
 from grammar.derivation.shell import Extent, draw_extent, draw_openings, draw_room
+from grammar.derivation.slopes import check_tall
 from grammar.derivation.structure import Vertex, draw_structure
 from grammar.spec.categories import Categories
 from grammar.spec.object_rules import ObjectRule
@@ -100,6 +101,7 @@ def _derive_once(plan: Plan, categories: Categories, extent: Extent | None, rng:
         room,
         [(plan.fixed[terminals.fixed[k]], terminals.rules[k], terminals.sizes[k], place) for k, place in pinned.items()],
     )
+    check_tall(plan.grammar, room, list(zip(terminals.rules, terminals.sizes, strict=True)))
     # place the runs, and draw the addresses
     drafts = _drafts(structure, terminals, pinned, len(openings) + 1)
     runs = place_runs(plan.grammar, room, drafts, rng)

@@ -15,6 +15,7 @@ from typing import Any, cast
 from scipy.special import ndtr
 
 from grammar.derivation.densities import truncated_normal_log_density
+from grammar.derivation.slopes import with_ceiling
 from grammar.spec.and_or_graph import Branch, Node
 from grammar.spec.object_rules import ObjectRule
 from grammar.spec.request import RequestError, SceneRequest
@@ -80,7 +81,8 @@ def _room(grammar: Grammar, request: SceneRequest) -> RoomRule:
             raise RequestError(f"room_height_m: expected at least {least:g} m or 0, got {request.room_height_m:g}")
         tall = request.room_height_m
         room = replace(room, height_m=TruncatedNormal(mean=tall, sd=room.height_m.sd, low=tall, high=tall))
-    return room
+        room = replace(room, slopes=replace(room.slopes, height_m=room.height_m))
+    return replace(room, slopes=with_ceiling(room.slopes, request))
 
 
 def _replaced(section: Any, name: str, texts: Sequence[str]) -> Any:

@@ -12,6 +12,7 @@ from grammar.derivation.fixed import FixedObject, Size
 from grammar.derivation.rejection import RejectedError
 from grammar.geometry.arrays import Boxes, Floats, Ints
 from grammar.geometry.boxes import deepest_penetrations, place_boxes
+from grammar.geometry.slopes import above_slopes, slope_rows
 from grammar.geometry.solids import layout_solids, surface_top
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, START_X, START_Y, rectangle_outside, wall_rows
 from grammar.geometry.zones import FACE, SWING, VIEW, opening_frame, opening_zones, placed_zones
@@ -139,6 +140,9 @@ def pin(
     outside = rectangle_outside(wall, x, y, math.cos(yaw), math.sin(yaw), 0.5 * size_m[0], 0.5 * size_m[1])
     if outside > 1e-4 or z < 0.0 or z + size_m[2] > room.height_m + _TOUCH_M:
         raise RejectedError(f"fixed: {fixed.text}: inside the room")
+    box = np.array([[x, y, z, z + size_m[2], 0.5 * size_m[0], 0.5 * size_m[1], math.cos(yaw), math.sin(yaw)]])
+    if room.slopes is not None and above_slopes(slope_rows(room), box, 0) > 1e-4:
+        raise RejectedError(f"fixed: {fixed.text}: below the sloped ceiling")
     return Pinned(x, y, z, yaw, wall=at)
 
 

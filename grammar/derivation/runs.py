@@ -23,6 +23,7 @@ from grammar.derivation.run_shell import ASKEW, OFF_WALL, Pose, Shell, box_of, s
 from grammar.derivation.run_units import across_m, along_m, least_along_m, unit_rule
 from grammar.geometry.arrays import Boxes
 from grammar.geometry.run_slots import MOST_LEGS, Frame, Slot, frames, jutting, slots, unit_poses
+from grammar.geometry.slopes import low_ceiling
 from grammar.geometry.wall_spans import Span, outlines, spans_of
 from grammar.geometry.walls import LENGTH, WALL_YAW
 from grammar.spec.rules import Grammar
@@ -174,7 +175,8 @@ def _frames(run: _Run, taken: Sequence[_Aisle]) -> list[Frame]:
     depth = rule.wall_gap_m + max(map(across_m, run.units))
     low = min(unit.size_m[2] for unit in run.units)
     windows = shell.views[shell.views[:, 2] < low]
-    spans = _spans(shell, np.concatenate([shell.swings, windows]), taken, depth)
+    low_roof = low_ceiling(shell.room, max(unit.size_m[2] for unit in run.units))
+    spans = _spans(shell, np.concatenate([shell.swings, windows, low_roof]), taken, depth)
     legs, least_m = len(run.turning) + (not run.juts), sum(map(least_along_m, run.units)) - _ROUNDING_M
     found = [
         frame

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from grammar.derivation.openings import Attribute, DrawnOpening, draw_opening
 from grammar.derivation.outlines import draw_outline
 from grammar.derivation.rejection import RejectedError
 from grammar.derivation.room_mixture import draw_room_size
+from grammar.derivation.slopes import draw_below_slopes, draw_slopes
 from grammar.spec.categories import Categories
 from grammar.spec.request import SceneRequest
 from grammar.spec.room_rules import OPENINGS, RoomRule
@@ -77,7 +79,7 @@ def draw_room(
         extent: drawn before; None: from the furniture, or the sides.
 
     Raises:
-        RejectedError: an arm of the room is too narrow, or the area is out of bounds.
+        RejectedError: an arm of the room is too narrow, the area is out of bounds, or a sloped ceiling does not fit.
     """
     # draw the sides of the bounding rectangle, then the height, then the shape
     attributes: list[Attribute] = []
@@ -111,6 +113,11 @@ def draw_room(
         if not (request.room_width_m > 0.0 and request.room_depth_m > 0.0) and not low <= area <= high:
             raise RejectedError(f"room area within [{low:g}, {high:g}] m2")
     room = Room(polygon_m=polygon, height_m=height, wall_thickness_m=grammar.room.wall_thickness_m, openings=(), surfaces=())
+    slopes = grammar.room.slopes
+    if special.bay and slopes.probability >= 1.0:
+        raise RejectedError("a sloped ceiling in a room without a bay")
+    if not special.bay:
+        room, attributes = draw_slopes(slopes, room, attributes, rng, grows=not given)
     return room, attributes, special
 
 
@@ -183,9 +190,8 @@ def draw_openings(
         closed = (*special.closed, *outer)
         for _ in range(left):
             others = [one.opening for one in drawn]
-            places = (
-                draw_opening(kind, rule, len(drawn) + 1, label, room.polygon_m, room.height_m, others, rng, closed) for _ in range(_TRIES)
-            )
+            draw = partial(draw_opening, kind, rule, len(drawn) + 1, label, room.polygon_m, room.height_m, others, rng, closed)
+            places = (draw_below_slopes(room, rule.casing_m, draw) for _ in range(_TRIES if room.slopes is None else 1))
             opening = next((place for place in places if place is not None), None)
             if opening is None:
                 raise RejectedError(f"a wall with space for a {kind}")

@@ -1,9 +1,9 @@
 """A labelled drawing of a room from above: walls, doors and their swing, windows, furniture and its front, groups, the camera's path.
 
 North is up: x grows to the right, y upwards.  Objects have the display colours of their NYU40 classes, paler when they stand on something,
-and are dashed when they hang from the ceiling.  What is higher covers what is below it, and supported objects cover all that stand on the
-floor.  Objects of one functional group have outlines of one colour.  Where a name does not fit, the object's id stands in its place, and
-the legend explains it.
+and are dashed when they hang from the ceiling; dashed lines across the floor tell where a sloped ceiling is 1 and 2 m high.  What is higher
+covers what is below it, and supported objects cover all that stand on the floor.  Objects of one functional group have outlines of one
+colour.  Where a name does not fit, the object's id stands in its place, and the legend explains it.
 """
 
 from __future__ import annotations
@@ -21,6 +21,8 @@ from grammar.drawing.top_view_plan import (
     LEGEND_WIDTH,
     PATH,
     PIXELS_PER_METRE,
+    SLOPE,
+    SLOPE_LINES_M,
     TITLE,
     Plan,
     door_swing,
@@ -28,6 +30,7 @@ from grammar.drawing.top_view_plan import (
     wall_point,
 )
 from scene_description import NYU40, Opening, Room, SceneDescription, SceneObject
+from scene_description.ceilings import height_lines_m
 from scene_description.poses import rotation_from_quaternion
 
 _WALL, _FLOOR = "#6b6b6b", "#f4f0e8"
@@ -62,6 +65,8 @@ def _draw_room(plan: Plan, room: Room) -> None:
     outline = list(room.polygon_m)
     plan.shapes.append(area(plan.points(offset_outline(outline, room.wall_thickness_m)), _WALL))
     plan.shapes.append(area(plan.points(outline), _FLOOR, stroke="#333333"))
+    for height_m in SLOPE_LINES_M:
+        plan.shapes.extend(line(plan.points(ends), SLOPE, 1.6, (9.0, 5.0)) for ends in height_lines_m(room, height_m))
     for opening in room.openings:
         _draw_opening(plan, room, opening)
 

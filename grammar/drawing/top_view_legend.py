@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from grammar.drawing.shapes import Point, area, dot, line, words
 from grammar.drawing.top_view_labels import Label
-from grammar.drawing.top_view_plan import DOOR, FONT_SIZE, INK, LINE_HEIGHT, PATH, TITLE, Plan
+from grammar.drawing.top_view_plan import DOOR, FONT_SIZE, INK, LINE_HEIGHT, PATH, SLOPE, SLOPE_LINES_M, TITLE, Plan
 from scene_description import SceneDescription
 
 _GROUP_COLORS = ("#c0392b", "#1f6fb4", "#2a8f45", "#8e44ad", "#d2791a", "#0f8b8d", "#b5338a", "#6b6f1d")
@@ -53,7 +53,7 @@ def draw_legend(plan: Plan, scene: SceneDescription, color: dict[int, str], labe
     for text in numbered:
         y += LINE_HEIGHT
         plan.shapes.append(words((x, y), text, FONT_SIZE, anchor="start"))
-    return _draw_signs(plan, x, y + 1.6 * LINE_HEIGHT)
+    return _draw_signs(plan, x, y + 1.6 * LINE_HEIGHT, sloped=scene.room.slopes is not None)
 
 
 def _group_rows(scene: SceneDescription, name: dict[int, str], color: dict[int, str]) -> list[tuple[str, str]]:
@@ -68,20 +68,22 @@ def _group_rows(scene: SceneDescription, name: dict[int, str], color: dict[int, 
     return rows
 
 
-def _draw_signs(plan: Plan, x: float, y: float) -> float:
+def _draw_signs(plan: Plan, x: float, y: float, *, sloped: bool) -> float:
     plan.shapes.append(words((x, y), "signs", FONT_SIZE, fill="#666666", anchor="start"))
     front = area([(x + 11, y + 16), (x + 2, y + 11), (x + 2, y + 21)], INK, opacity=0.75)
     pale = area(_square(x, y + 27), "#dddddd", stroke=INK, width=0.7)
     hangs = line([*_square(x, y + 43), (x, y + 43)], INK, 1.0, (4.0, 3.0))
     door = line([(x, y + 64), (x + 12, y + 64)], DOOR, 3.0)
     path = (line([(x, y + 80), (x + 12, y + 80)], PATH, 2.0), dot((x, y + 80), 4.0, PATH))
-    signs = (
+    slope = line([(x, y + 96), (x + 14, y + 96)], SLOPE, 1.6, (5.0, 3.0))
+    signs = [
         ((front,), "front"),
         ((pale,), "paler: stands on something"),
         ((hangs,), "hangs from the ceiling"),
         ((door,), "door leaf, open"),
         (path, "camera's path from its start"),
-    )
+        *([((slope,), f"ceiling {' and '.join(f'{height:g}' for height in SLOPE_LINES_M)} m high")] if sloped else []),
+    ]
     for shapes, text in signs:
         y += LINE_HEIGHT
         plan.shapes.extend(shapes)

@@ -11,7 +11,9 @@ from scene_description import Opening, Room
 PIXELS_PER_METRE = 120.0
 BORDER, TITLE, FOOT, LEGEND_WIDTH = 24.0, 48.0, 24.0, 230.0
 LINE_HEIGHT, FONT_SIZE = 16.0, 12.0
-INK, PATH, DOOR = "#222222", "#d4145a", "#a0522d"
+INK, PATH, DOOR, SLOPE = "#222222", "#d4145a", "#a0522d", "#4a6fa5"
+SLOPE_LINES_M = (1.0, 2.0)
+"""Heights of a sloped ceiling whose lines are drawn."""
 
 
 class Plan:

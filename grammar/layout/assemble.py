@@ -10,6 +10,7 @@ import numpy as np
 
 from grammar.derivation.parse_tree import Item, ParseTree
 from grammar.geometry.arrays import Floats, Ints
+from grammar.geometry.slopes import slope_rows
 from grammar.geometry.solids import layout_solids, surface_top
 from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, WALL_YAW, wall_rows
 from grammar.geometry.zones import Zone, object_zones, opening_zones, side_rectangle
@@ -91,6 +92,7 @@ def assemble(grammar: Grammar, categories: Categories, tree: ParseTree, beta: fl
         mode=_table([row for p in parts for rows in p.modes for row in rows], len(ModeRow._fields)),
         surface=_table(surfaces, len(SurfaceRow._fields)),
         wall=wall_rows(tree.room.polygon_m),
+        slope=slope_rows(tree.room),
         run=run_table(tree),
         slot=slot_table(tree),
         weight=weight_vector(grammar.weights),

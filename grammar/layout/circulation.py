@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grammar.geometry import boxes
-from grammar.geometry.arrays import Ints
+from grammar.geometry.arrays import Boxes, Ints
 from grammar.geometry.free_space import rasterize, standable
 from grammar.geometry.kernels import entry, kernel
 from grammar.layout import columns as col
@@ -36,6 +36,9 @@ from grammar.spec.rules import Thresholds
 from scene_description.types import Point2
 
 CIRCULATION, REACH = TERMS.index("circulation"), TERMS.index("reach")
+
+NO_BOXES = np.zeros((0, 8))
+"""No boxes."""
 
 _TOUCH_M = 1e-9
 _MOST_CHANGES = 256
@@ -69,15 +72,16 @@ def traffic_of(problem: Problem, floor: Floor) -> Traffic:
     return Traffic((solid & ~inner).astype(np.int64), np.full(len(link), -1, np.int64))
 
 
-def empty_floor(polygon_m: tuple[Point2, ...], start_m: tuple[float, float], limits: Thresholds) -> Floor:
+def empty_floor(polygon_m: tuple[Point2, ...], start_m: tuple[float, float], limits: Thresholds, low: Boxes = NO_BOXES) -> Floor:
     """Return the raster of an unfurnished room.
 
     Args:
         polygon_m: floor outline, counter-clockwise, world.
         start_m: where the robot enters.
         limits: its radius and height, the resolution and the share of the floor that it shall reach.
+        low: (k, 8) boxes over the floor where the ceiling is lower than the robot.
     """
-    free = rasterize(polygon_m, np.zeros((0, 8)), limits.grid_resolution_m, limits.robot_height_m)
+    free = rasterize(polygon_m, low, limits.grid_resolution_m, limits.robot_height_m)
     covered = np.pad(~standable(free, limits.robot_radius_m), 1, constant_values=True).astype(np.int16)
     rows, stride = covered.shape
     x = free.origin_m[0] + (np.arange(stride) - 0.5) * free.resolution_m - start_m[0]

@@ -33,6 +33,7 @@ from grammar.geometry.kernels import entry, inlined, kernel
 from grammar.layout import columns as col
 from grammar.layout.frames import surface_owner
 from grammar.layout.losses import (
+    add_above_slopes,
     add_group,
     add_occlusion_by_walls,
     add_off_wall,
@@ -55,6 +56,8 @@ def _add_unary(problem, state, i, moved, out):  # type: ignore[no-untyped-def]
         return
     if mount != col.OBJECT:
         add_out_of_room(problem, state, i, out)
+    if len(problem.slope):
+        add_above_slopes(problem, state, i, out)
     add_occlusion_by_walls(problem, state, i, out)
     if link[i, col.AROUND_MODES] > link[i, col.WALL_MODES]:
         add_wall(problem, state, i, out)

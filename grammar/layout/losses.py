@@ -12,6 +12,7 @@ import numpy as np
 from grammar.geometry import boxes, walls
 from grammar.geometry.boxes import row_penetration
 from grammar.geometry.kernels import inlined, kernel
+from grammar.geometry.slopes import above_slopes
 from grammar.geometry.walls import rectangle_outside
 from grammar.geometry.zones import ACCESS, SWING, VIEW
 from grammar.layout import columns as col
@@ -176,6 +177,15 @@ def add_out_of_room(problem, state, i, out):  # type: ignore[no-untyped-def]
     x, y, yaw = state.where[i, col.X], state.where[i, col.Y], state.where[i, col.YAW]
     half_d, half_w = problem.object[i, col.HALF_DEPTH], problem.object[i, col.HALF_WIDTH]
     out[OUT_OF_ROOM] += rectangle_outside(problem.wall, x, y, math.cos(yaw), math.sin(yaw), half_d, half_w)
+
+
+@kernel
+def add_above_slopes(problem, state, i, out):  # type: ignore[no-untyped-def]
+    """Add how deep the solids of object ``i`` reach through a sloped ceiling."""
+    deepest = 0.0
+    for k in range(problem.link[i, col.SOLIDS], problem.link[i, col.ZONES]):
+        deepest = max(deepest, above_slopes(problem.slope, state.placed, k))
+    out[OUT_OF_ROOM] += deepest
 
 
 @inlined

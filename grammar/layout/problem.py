@@ -35,6 +35,7 @@ class Problem(NamedTuple):
     of unit or a code, 1 for near and -1 for apart, cost (nat) divided by the inverse temperature.
     surface: (s, 6) support surfaces: x, y, z of the middle, half depth, half width in the owner's frame, index of the owner.
     wall: (w, 9) rows of :func:`grammar.geometry.walls.wall_rows`.
+    slope: (c, 4) rows of :func:`grammar.geometry.slopes.slope_rows`, planes of the ceiling.
     run: (r, 4) runs: index of the head, the unit that stands for all of them in moves; number of units; first row in ``slot`` and the end.
     slot: (q, 13) places of runs, see :class:`grammar.geometry.run_slots.Slot`, the gap between units and walls, and that between units.
     weight: (t,) lambda of the energy terms.
@@ -47,6 +48,7 @@ class Problem(NamedTuple):
     mode: Floats
     surface: Floats
     wall: Floats
+    slope: Floats
     run: Ints
     slot: Floats
     weight: Floats

@@ -43,6 +43,9 @@ def _check_room(room: RoomRule) -> None:
         _check_sum("room.sizes", [size.probability for size in room.sizes])
     if room.floor_share is not None and room.area_m2 is not None:
         raise FieldError("room.area_m2", "nothing beside floor_share, which decides the area", "both")
+    slopes = room.slopes
+    if slopes.eaves_height_m.high >= slopes.height_m.low:
+        raise range_error("room.slopes.eaves_height_m.high", slopes.eaves_height_m.high, slopes.height_m.low)
     shapes = room.shapes
     _check_sum("room.shapes", [getattr(shapes, name) for name in SHAPES])
     if shapes.notch_low >= shapes.notch_high:

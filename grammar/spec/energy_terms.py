@@ -71,7 +71,7 @@ class Weights:
     """
 
     overlap: Annotated[Weight, _hard("m", "depth to which solids of two objects overlap")]
-    out_of_room: Annotated[Weight, _hard("m", "how far a footprint sticks out of the room")]
+    out_of_room: Annotated[Weight, _hard("m", "how far a footprint sticks out of the room, or solids through a sloped ceiling")]
     blocked: Annotated[Weight, _hard("m", "depth of solids in what doors, windows and pictures need free")]
     overhang: Annotated[Weight, _hard("m", "how far a footprint sticks out of its support surface")]
     off_wall: Annotated[

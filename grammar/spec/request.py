@@ -47,6 +47,16 @@ class SceneRequest:
     room_width_m: Annotated[float, Limits(ge=0.0, le=30.0, unit="m", description="room size along x; 0: drawn by the grammar")] = 0.0
     room_depth_m: Annotated[float, Limits(ge=0.0, le=30.0, unit="m", description="room size along y; 0: drawn by the grammar")] = 0.0
     room_height_m: Annotated[float, Limits(ge=0.0, le=20.0, unit="m", description="height of the ceiling; 0: drawn by the grammar")] = 0.0
+    room_ceiling: Annotated[
+        Literal["any", "flat", "one_slope", "two_slopes"],
+        Limits(description="flat, or sloped as under a roof, towards one wall or towards two opposite ones; any: drawn by the grammar"),
+    ] = "any"
+    room_eaves_m: Annotated[
+        float, Limits(ge=0.0, le=2.0, unit="m", description="height of a sloped ceiling where it is lowest; 0: drawn by the grammar")
+    ] = 0.0
+    room_pitch_deg: Annotated[
+        float, Limits(ge=0.0, le=70.0, unit="deg", description="pitch of a sloped ceiling; 0: drawn by the grammar")
+    ] = 0.0
     room_polygon_m: Annotated[
         tuple[float, ...],
         Limits(max_length=128, unit="m", description="floor outline x0, y0, x1, y1, ...; empty: drawn by the grammar"),

@@ -41,6 +41,28 @@ class RoomShapes:
     bay_canted: Probability = 0.6
 
 
+_ATTIC_HEIGHT = TruncatedNormal(mean=2.42, sd=0.08, low=2.3, high=2.6)
+_EAVES_HEIGHT = TruncatedNormal(mean=1.1, sd=0.2, low=0.8, high=1.5)
+_PITCH = TruncatedNormal(mean=0.72, sd=0.1, low=0.52, high=0.87)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SlopeRule:
+    """How often a room lies under a roof, and how its ceiling slopes then: towards one wall, or alike towards two opposite ones.
+
+    The ceiling falls at ``pitch_rad`` from ``height_m``, which takes the place of the room's own, to ``eaves_height_m`` at these walls.
+    Over ``high_share`` of the floor at least it is ``high_m`` high or more.
+    """
+
+    probability: Probability = 0.0
+    two_sides: Probability = 0.35
+    height_m: TruncatedNormal = _ATTIC_HEIGHT
+    eaves_height_m: TruncatedNormal = _EAVES_HEIGHT
+    pitch_rad: TruncatedNormal = _PITCH
+    high_m: Distance = 2.13
+    high_share: Probability = 0.5
+
+
 SHAPES = ("rectangle", "l_shape", "t_shape", "u_shape", "chimney_breast", "alcove", "bay")
 """Fields of :class:`RoomShapes` that are probabilities."""
 
@@ -78,6 +100,7 @@ class RoomRule:
     area_high_m2: Annotated[float, Limits(ge=1.0, le=10_000.0, unit="m2")]
     floor_share_max: Annotated[float, Limits(ge=0.01, le=1.0)]
     shapes: RoomShapes = RoomShapes()
+    slopes: SlopeRule = SlopeRule()
     floor_share: TruncatedNormal | None = None
     area_m2: TruncatedNormal | None = None
     proportion: TruncatedNormal | None = None

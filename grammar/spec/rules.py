@@ -149,6 +149,8 @@ def truncated_normals(grammar: Grammar) -> Iterator[tuple[str, TruncatedNormal]]
     """Yield the path and the value of every truncated normal distribution of a grammar."""
     for name in ("width_m", "depth_m", "height_m"):
         yield f"room.{name}", getattr(grammar.room, name)
+    for name in ("height_m", "eaves_height_m", "pitch_rad"):
+        yield f"room.slopes.{name}", getattr(grammar.room.slopes, name)
     for kind, opening in grammar.openings.items():
         for name in ("width_m", "height_m", "sill_m", "corner_gap_m"):
             yield f"openings.{kind}.{name}", getattr(opening, name)

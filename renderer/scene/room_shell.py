@@ -1,8 +1,8 @@
 """The shell of a room: floor, ceiling, walls with holes for doors and windows, skirting boards, and the placing of openings.
 
 Every wall is a closed solid from its inner face outward; walls run past floor and ceiling and overlap at corners, floor and ceiling are
-closed slabs.  So each crack that rounding could leave between two inner faces has another surface behind it: the shell is light-tight.
-World frame, metres.
+closed slabs, the ceiling one of several planes where it is sloped.  So each crack that rounding could leave between two inner faces has
+another surface behind it: the shell is light-tight.  World frame, metres.
 """
 
 from __future__ import annotations
@@ -19,7 +19,9 @@ from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import flat_quads, make_mesh, merged
 from renderer.models.model import Parts
 from renderer.models.openings import OPENING_MODELS, Hole
+from renderer.scene.sloped_ceiling import Profile, sloped_slab, wall_profile
 from scene_description import Opening, Room
+from scene_description.ceilings import ceiling_over_opening_m
 
 Rectangle = tuple[float, float, float, float]
 
@@ -40,7 +42,7 @@ def build_shell(room: Room) -> Parts:
     parts = {
         "floor": _slab(polygon, triangles, -SLAB_M, 0.0),
         "wall": merged(*walls),
-        "ceiling": _slab(polygon, triangles, room.height_m, room.height_m + SLAB_M),
+        "ceiling": _ceiling(room, polygon, triangles),
     }
     return parts | ({"skirting": merged(*boards)} if boards else {})
 
@@ -55,7 +57,7 @@ def build_opening(room: Room, opening: Opening, generator: str, style: str, seed
     chosen = model.styles[0] if style == "default" else style
     if chosen not in model.styles:
         raise KeyError(style)
-    headroom = room.height_m - opening.sill_m - opening.height_m
+    headroom = ceiling_over_opening_m(room, opening) - opening.sill_m - opening.height_m
     hole = Hole(opening.width_m, opening.height_m, room.wall_thickness_m, headroom, opening.hinge, opening.swing)
     start, along, inward, _ = wall_frame(np.asarray(room.polygon_m, np.float64), opening.wall)
     origin = start + along * (opening.offset_m + 0.5 * opening.width_m)
@@ -111,6 +113,19 @@ def _cross(u: Array, v: Array) -> Array:
     return np.asarray(u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0])
 
 
+def _ceiling(room: Room, polygon: Array, triangles: NDArray[np.int64]) -> Mesh:
+    """Return the ceiling as a closed slab."""
+    if room.slopes is None:
+        return _slab(polygon, triangles, room.height_m, room.height_m + SLAB_M)
+    return sloped_slab(room, polygon, triangles, _slab_uvs(polygon), SLAB_M)
+
+
+def _slab_uvs(polygon: Array) -> Array:
+    """Return texture coordinates (n, 2) of the outline's corners: along the longest side, from that side's start."""
+    start, along, across, _ = max((wall_frame(polygon, index) for index in range(len(polygon))), key=lambda frame: frame[3])
+    return np.stack([(polygon - start) @ along, (polygon - start) @ across], axis=1)
+
+
 def _slab(polygon: Array, triangles: NDArray[np.int64], low: float, high: float) -> Mesh:
     """Return the closed prism over the outline, with sharp edges; its pattern runs along the longest side, from that side's start."""
     count = len(polygon)
@@ -118,8 +133,7 @@ def _slab(polygon: Array, triangles: NDArray[np.int64], low: float, high: float)
     following = np.roll(np.arange(count), -1)
     corners = np.stack([bottom, bottom[following], top[following], top], axis=1)
     up = np.broadcast_to((0.0, 0.0, 1.0), top.shape)
-    start, along, across, _ = max((wall_frame(polygon, index) for index in range(count)), key=lambda frame: frame[3])
-    uvs = np.stack([(polygon - start) @ along, (polygon - start) @ across], axis=1)
+    uvs = _slab_uvs(polygon)
     return merged(
         make_mesh(top, up, triangles, uvs),
         make_mesh(bottom, -up, triangles[:, ::-1], uvs),
@@ -144,21 +158,27 @@ def _wall(room: Room, polygon: Array, index: int) -> Mesh:
     """Return one wall: inner and outer face with holes, reveals, ends, top and bottom."""
     start, along, inward, length = wall_frame(polygon, index)
     thickness = room.wall_thickness_m
-    low, high = -SLAB_M, room.height_m + SLAB_M
+    low = -SLAB_M
+    inner: Profile = [(0.0, room.height_m + SLAB_M), (length, room.height_m + SLAB_M)]
+    if room.slopes is not None:
+        inner = [(along_m, height + SLAB_M) for along_m, height in wall_profile(room, polygon, index)]
     holes = [(o.offset_m, o.offset_m + o.width_m, o.sill_m, o.sill_m + o.height_m) for o in room.openings if o.wall == index]
     first, last = -_corner_reach(polygon, index, thickness), length + _corner_reach(polygon, (index + 1) % len(polygon), thickness)
+    outer: Profile = [(first, inner[0][1]), *inner[1:-1], (last, inner[-1][1])]
     levels = [level for o in room.openings for level in (o.sill_m, o.sill_m + o.height_m)]
     quads: list[list[tuple[float, float, float]]] = []
-    for a, b, c, d in _cells((0.0, length, low, high), holes, levels):
-        quads.append([(b, 0.0, c), (a, 0.0, c), (a, 0.0, d), (b, 0.0, d)])
-    for a, b, c, d in _cells((first, last, low, high), holes, []):
-        quads.append([(a, -thickness, c), (b, -thickness, c), (b, -thickness, d), (a, -thickness, d)])
+    for a, b, c, d, e in _cells(inner, low, holes, levels):
+        quads.append([(b, 0.0, c), (a, 0.0, c), (a, 0.0, d), (b, 0.0, e)])
+    for a, b, c, d, e in _cells(outer, low, holes, []):
+        quads.append([(a, -thickness, c), (b, -thickness, c), (b, -thickness, e), (a, -thickness, d)])
     for a, b, c, d in holes:
         for (p, q), (r, s) in (((a, c), (b, c)), ((b, c), (b, d)), ((b, d), (a, d)), ((a, d), (a, c))):
             quads.append([(r, 0.0, s), (p, 0.0, q), (p, -thickness, q), (r, -thickness, s)])
-    quads.append([(0.0, 0.0, low), (first, -thickness, low), (first, -thickness, high), (0.0, 0.0, high)])
-    quads.append([(last, -thickness, low), (length, 0.0, low), (length, 0.0, high), (last, -thickness, high)])
-    quads.append([(0.0, 0.0, high), (first, -thickness, high), (last, -thickness, high), (length, 0.0, high)])
+    (_, start_high), (_, end_high) = inner[0], inner[-1]
+    quads.append([(0.0, 0.0, low), (first, -thickness, low), (first, -thickness, start_high), (0.0, 0.0, start_high)])
+    quads.append([(last, -thickness, low), (length, 0.0, low), (length, 0.0, end_high), (last, -thickness, end_high)])
+    for ((a, high_a), (b, high_b)), ((c, _), (d, _)) in zip(itertools.pairwise(inner), itertools.pairwise(outer), strict=True):
+        quads.append([(a, 0.0, high_a), (c, -thickness, high_a), (d, -thickness, high_b), (b, 0.0, high_b)])
     quads.append([(length, 0.0, low), (last, -thickness, low), (first, -thickness, low), (0.0, 0.0, low)])
     way = float(np.linalg.norm(np.diff(polygon[: index + 1], axis=0), axis=1).sum())
     return _in_world(np.asarray(quads, np.float64), start, along, inward, _wall_uvs(np.asarray(quads, np.float64), way))
@@ -172,15 +192,23 @@ def _wall_uvs(quads: Array, way_m: float) -> Array:
     return np.stack([np.where(across == 1, depth + way_m, along), np.where(across == 2, depth, height)], axis=2)
 
 
-def _cells(area: Rectangle, holes: list[Rectangle], levels: list[float]) -> list[Rectangle]:
-    """Cut a rectangle along all edges of the holes and return the cells that lie in none of them.
+def _cells(top: Profile, low: float, holes: list[Rectangle], levels: list[float]) -> list[tuple[float, float, float, float, float]]:
+    """Cut the face between ``low`` and its upper edge along all edges of the holes; return the cells that lie in none of them.
 
-    It is also cut at ``levels``, so that neighbouring walls share all vertices of their corner.
+    A cell has its ends along the wall, its height below, and its heights above at both ends.  The face is also cut at ``levels``, so that
+    neighbouring walls share all vertices of their corner.
     """
-    us = sorted({area[0], area[1], *(min(max(u, area[0]), area[1]) for hole in holes for u in hole[:2])})
-    vs = sorted({area[2], area[3], *(min(max(v, area[2]), area[3]) for hole in holes for v in hole[2:]), *levels})
-    cells = [(a, b, c, d) for a, b in itertools.pairwise(us) for c, d in itertools.pairwise(vs)]
-    return [cell for cell in cells if not any(_within(cell, hole) for hole in holes)]
+    (first, _), (last, _) = top[0], top[-1]
+    us = sorted({*(u for u, _ in top), *(min(max(u, first), last) for hole in holes for u in hole[:2])})
+    vs = {low, *(max(v, low) for hole in holes for v in hole[2:]), *levels}
+    places, heights = zip(*top, strict=True)
+    high = np.interp(us, places, heights).tolist()
+    cells = []
+    for (a, b), (high_a, high_b) in zip(itertools.pairwise(us), itertools.pairwise(high), strict=True):
+        rows = sorted(v for v in vs if v < min(high_a, high_b))
+        ends = [*((v, v) for v in rows[1:]), (high_a, high_b)]
+        cells += [(a, b, c, d, e) for c, (d, e) in zip(rows, ends, strict=True)]
+    return [cell for cell in cells if not any(_within(cell[:4], hole) for hole in holes)]
 
 
 def _within(cell: Rectangle, hole: Rectangle) -> bool:

@@ -13,8 +13,9 @@ from PIL import Image as Picture
 from grammar.drawing.shapes import Point
 from grammar.drawing.top_view import fill_color
 from grammar.drawing.top_view_labels import label_objects
-from grammar.drawing.top_view_plan import door_swing, offset_outline, wall_point
+from grammar.drawing.top_view_plan import SLOPE_LINES_M, door_swing, offset_outline, wall_point
 from scene_description import NYU40, Opening, Room, SceneDescription, SceneObject
+from scene_description.ceilings import height_lines_m
 from scene_description.polygons import signed_area_m2
 from scene_description.poses import rotation_from_quaternion
 from scene_synth_ros.cli.page.page_images import PageImageError
@@ -28,7 +29,10 @@ _CELL_COLORS = {0: (70, 160, 90, 70), 100: (0, 0, 0, 0), -1: (0, 0, 0, 0)}
 
 
 def room_plan(scene: SceneDescription) -> dict[str, Any]:
-    """Return the outlines of a room: walls, floor, openings, swings of doors, boxes of objects in the order of painting, names, path."""
+    """Return the outlines of a room: walls, floor, openings, swings of doors, boxes of objects in the order of painting, names, path.
+
+    Of a sloped ceiling also the lines along which it is 1 and 2 m high.
+    """
     room = scene.room
     walls = offset_outline(list(room.polygon_m), room.wall_thickness_m)
     swings = [door_swing(room, opening) for opening in room.openings if opening.category == "door"]
@@ -42,6 +46,7 @@ def room_plan(scene: SceneDescription) -> dict[str, Any]:
         "floor": _points(room.polygon_m),
         "openings": [{"id": item.id, "window": item.category == "window", "points": _points(_gap(room, item))} for item in room.openings],
         "swings": [_points(swing) for swing in swings],
+        "slopes": [_points(ends) for height_m in SLOPE_LINES_M for ends in height_lines_m(room, height_m)],
         "objects": [
             {"id": item.id, "kind": item.support.kind, "color": fill_color(item), "points": _points(corners[item.id])} for item in things
         ],
@@ -83,11 +88,16 @@ def room_facts(scene: SceneDescription) -> list[tuple[str, str]]:
         ("type", scene.category.replace("_", " ")),
         ("index", str(scene.index)),
         ("seed", str(scene.seed)),
-        ("floor", f"{signed_area_m2(scene.room.polygon_m):.1f} m², {scene.room.height_m:.2f} m high"),
+        ("floor", f"{signed_area_m2(scene.room.polygon_m):.1f} m², {scene.room.height_m:.2f} m high{_eaves(scene.room)}"),
         ("objects", str(len(scene.objects))),
         ("validity", "valid" if scene.validity.valid else f"not valid: {', '.join(failed)}"),
         ("layout energy", f"{scene.parse_graph.energy:.3f}"),
     ]
+
+
+def _eaves(room: Room) -> str:
+    """Return how low a sloped ceiling gets, as a text to go on with; nothing of a flat one."""
+    return f", {min(slope.eaves_height_m for slope in room.slopes):.2f} m at the eaves" if room.slopes else ""
 
 
 def map_picture(grid: OccupancyGrid) -> dict[str, Any]:

@@ -5,44 +5,16 @@ import math
 import numpy as np
 import pytest
 from embreex_reference import reference_hits
+from shell_rooms import L_SHAPE, RECTANGLE, area_vectors, opening, room_of
 
-from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import merged
 from renderer.models.openings import OPENING_MODELS
 from renderer.scene.room_shell import build_opening, build_shell, triangulate, wall_frame
-from scene_description import ModelReference, Opening, Part, Room, SceneSynthError
+from scene_description import SceneSynthError
 
-RECTANGLE = ((0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0))
-L_SHAPE = ((0.0, 0.0), (5.0, 0.0), (5.0, 2.0), (2.5, 2.0), (2.5, 4.0), (0.0, 4.0))
 ACUTE = ((0.0, 0.0), (4.0, 0.3), (4.4, 2.9), (1.0, 1.4))
 STAR = tuple((r * math.cos(a), r * math.sin(a)) for a, r in ((math.pi * k / 5, 3.0 if k % 2 == 0 else 1.6) for k in range(10)))
 OUTLINES = {"rectangle": RECTANGLE, "l_shape": L_SHAPE, "acute": ACUTE, "star": STAR}
-
-
-def opening(number: int, category: str, wall: int, offset: float, sill: float, width: float, height: float, **more: str) -> Opening:
-    return Opening(
-        id=number,
-        category=category,  # type: ignore[arg-type]
-        label=8 if category == "door" else 9,
-        wall=wall,
-        offset_m=offset,
-        sill_m=sill,
-        width_m=width,
-        height_m=height,
-        model=ModelReference(generator=category),
-        parts=(),
-        **more,  # type: ignore[arg-type]
-    )
-
-
-def room_of(outline: tuple[tuple[float, float], ...], openings: tuple[Opening, ...] = ()) -> Room:
-    surfaces = tuple(Part(name=name, material="m") for name in ("floor", "wall", "ceiling", "skirting"))
-    return Room(polygon_m=outline, height_m=2.6, wall_thickness_m=0.15, openings=openings, surfaces=surfaces)
-
-
-def area_vectors(mesh: Mesh) -> np.ndarray:
-    a, b, c = (mesh.vertices[mesh.faces[:, k]].astype(np.float64) for k in range(3))
-    return 0.5 * np.cross(b - a, c - a)
 
 
 def polygon_area(outline: tuple[tuple[float, float], ...]) -> float:

@@ -51,6 +51,7 @@ function drawPlan(room, choose, go) {
 function drawThings(room, choose) {
   for (const item of room.plan.openings) area(item.points, item.window ? 'window' : 'door', planBox);
   for (const swing of room.plan.swings) shape('polyline', { points: flat(swing), class: 'swing' }, planBox);
+  for (const ends of room.plan.slopes) shape('polyline', { points: flat(ends), class: 'slope' }, planBox);
   for (const item of room.plan.objects) {
     const node = area(item.points, `thing on-${item.kind}`, planBox);
     node.setAttribute('fill', item.color);
