@@ -1,7 +1,7 @@
 """When which objects move: the staged run of the chain over one parse tree.
 
-The five stages of Jiang et al. (IJCV 2018, section 6) bring the objects in; then all of them move together, annealed if the schedule says
-so, until the layout is done.
+Stages as those of Jiang et al. (IJCV 2018, section 6) bring the objects in, those that stand or hang in several layouts of which the best
+one goes on (:mod:`grammar.layout.entrants`); then all objects move together, annealed if the schedule says so, until the layout is done.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from grammar.layout import columns as col
 from grammar.layout.circulation import CIRCULATION, REACH, circulation_losses
 from grammar.layout.energies import full_energy
 from grammar.layout.enter import enter
+from grammar.layout.entrants import Stage, best_entrant
 from grammar.layout.floor_raster import NO_FLOOR
 from grammar.layout.frames import place_object
 from grammar.layout.mcmc import Chain, Run, Trace, empty_counts, empty_trace, run_chain
@@ -38,25 +39,17 @@ class ChainResult(NamedTuple):
     converged: bool
 
 
-class Stage(NamedTuple):
-    """A stage of the run: the objects that come in, those that move, and the proposals for each of these."""
-
-    entering: Ints
-    movable: Ints
-    proposals: int
-
-
 def run_stages(rng: np.random.Generator, chain: Chain, start: State, schedule: Schedule, beta: float) -> ChainResult:
     """Run all stages once, at inverse temperature ``beta``, from a state that holds only the fixed objects, which is not changed."""
-    state, counts, problem = copy_state(start), empty_counts(), chain.problem
-    without_floor = chain._replace(floor=NO_FLOOR)
-    for stage in _stages(problem, schedule):
-        for i in stage.entering:
-            if not enter(rng, problem, state, chain.moves, i, schedule.starts):
-                return ChainResult(None, full_energy(problem, state), state, counts, empty_trace(0), False)
-        if len(stage.movable):
-            run = Run(stage.proposals * len(stage.movable), beta, beta, schedule.hard_tolerance, False)
-            counts += run_chain(rng, without_floor, state, run, stage.movable).counts
+    problem, without_floor = chain.problem, chain._replace(floor=NO_FLOOR)
+    *stages, supported = _stages(problem, schedule)
+    standing = Stage(supported.entering[:0], np.setdiff1d(leaders(problem), supported.entering), schedule.unpaired // 2)
+    state, counts = best_entrant(rng, without_floor, start, stages, standing, schedule, beta)
+    if state is None or not all(enter(rng, problem, state, chain.moves, i, schedule.starts) for i in supported.entering):
+        return ChainResult(None, full_energy(problem, start), copy_state(start), counts, empty_trace(0), False)
+    if len(supported.movable):
+        run = Run(supported.proposals * len(supported.movable), beta, beta, schedule.hard_tolerance, False)
+        counts += run_chain(rng, without_floor, state, run, supported.movable).counts
     result = run_together(rng, chain, state, schedule, beta, schedule.together, min(schedule.anneal_from_beta, beta))
     return result._replace(counts=counts + result.counts)
 
@@ -138,8 +131,9 @@ def leaders(problem: Problem) -> Ints:
 
 
 def _stages(problem: Problem, schedule: Schedule) -> list[Stage]:
-    """Return the stages that bring in what hangs, cores, what groups around these, what stands alone, what stands on objects.
+    """Return the stages that bring in cores, what groups around these, what stands alone, what hangs, what stands on objects.
 
+    What hangs comes late, as small things give way to large ones, unless something belongs to it.
     Runs are there from the beginning and move, each by its head, as soon as cores do.
     """
     n = len(problem.link)
@@ -154,12 +148,15 @@ def _stages(problem: Problem, schedule: Schedule) -> list[Stage]:
     over_cores, over_associates = (np.flatnonzero(follows & np.isin(problem.core, below)) for below in (cores, associates))
     over_others = np.setdiff1d(np.flatnonzero(follows), np.concatenate([over_cores, over_associates]))
     supported = _bottom_up(problem, np.flatnonzero(mount == col.OBJECT))
-    gathered = np.concatenate([heads, cores, over_cores, associates, over_associates])
+    held = np.isin(hangs, problem.core)
+    first = np.concatenate([hangs[held], cores, over_cores])
+    second = np.concatenate([_cores_first(problem, associates), over_associates])
+    third = np.concatenate([over_others, unpaired])
     return [
-        Stage(hangs, hangs, schedule.walls),
-        Stage(np.concatenate([cores, over_cores]), np.concatenate([heads, cores, over_cores]), schedule.cores),
-        Stage(np.concatenate([_cores_first(problem, associates), over_associates]), gathered, schedule.associates),
-        Stage(np.concatenate([over_others, unpaired]), np.concatenate([gathered, over_others, unpaired]), schedule.unpaired),
+        Stage(first, np.concatenate([heads, first]), schedule.cores),
+        Stage(second, np.concatenate([heads, first, second]), schedule.associates),
+        Stage(third, np.concatenate([heads, first, second, third]), schedule.unpaired),
+        Stage(hangs[~held], hangs[~held], schedule.walls),
         Stage(supported, supported, schedule.supported),
     ]
 

@@ -69,8 +69,10 @@ class Convergence:
 class Schedule:
     """How long the chain runs, in proposals for each object that takes part, and at which tidiness.
 
-    The five stages bring in objects on walls, core objects, objects associated with cores, unpaired objects and supported objects; then all
-    move ``together`` (Jiang et al., IJCV 2018, section 6).  ``anneal_from_beta`` below ``beta`` raises the tidiness geometrically over the
+    The stages bring in core objects, objects associated with cores, unpaired objects, objects on walls, and supported objects; then all
+    move ``together`` (after Jiang et al., IJCV 2018, section 6).  The proposals of all stages but that of the supported objects are shared by
+    the ``entrants``, layouts that are begun; after each round the worse half drops out, and the others share half the proposals of
+    ``unpaired`` again.  ``anneal_from_beta`` below ``beta`` raises the tidiness geometrically over the
     last stage; equal to it, beta is constant.
     ``keep``: the last feasible state of the chain, or the best.
     """
@@ -90,6 +92,9 @@ class Schedule:
     hard_tolerance: Annotated[float, Limits(ge=0.0, le=1.0, unit="m")]
     """A state is feasible when each of its hard energy terms is at most this, and circulation and reach too if they have weights."""
     convergence: Convergence = Convergence()
+    entrants: Annotated[int, Limits(ge=1, le=1000)] = 8
+    hopeless: Annotated[float, Limits(ge=0.0, le=1000.0, unit="m")] = 0.05
+    """A structure is given up when all of its entrants of a round have a hard energy term above this."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
