@@ -18,7 +18,7 @@ from grammar.derivation.rejection import RejectedError
 from grammar.derivation.run_fit import fit_legs
 from grammar.derivation.run_units import across_m, along_m, least_along_m, unit_rule
 from grammar.geometry.arrays import Boxes, Floats
-from grammar.geometry.boxes import penetration
+from grammar.geometry.boxes import HALF_WIDTH, Z_LOW, penetration
 from grammar.geometry.run_slots import MOST_LEGS, Frame, Slot, frames, slots, unit_poses
 from grammar.geometry.wall_spans import Span, free_spans, outlines, spans_of
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, START_X, START_Y, WALL_YAW, wall_rows
@@ -140,9 +140,7 @@ def _begin(
     for unit in turning:
         _set_width(unit, unit.size_m[0])
     depth = rule.wall_gap_m + max(map(across_m, units))
-    low = min(unit.size_m[2] for unit in units)
-    windows = shell.views[shell.views[:, 2] < low]
-    spans = _spans(shell, np.concatenate([shell.swings, windows]), taken, depth)
+    spans = _spans(shell, _openings(rule, shell, units), taken, depth)
     corner_m = max((unit.size_m[0] for unit in turning), default=0.0)
     least_m = sum(map(least_along_m, units)) - _ROUNDING_M
     found = [
@@ -163,6 +161,17 @@ def _begin(
         raise RejectedError(f"walls that {symbol} fits at")
     odds = np.exp(min(c.cost for c in candidates) - np.array([c.cost for c in candidates]))
     return candidates[int(rng.choice(len(candidates), p=odds / odds.sum()))]
+
+
+def _openings(rule: RunRule, shell: _Shell, units: Sequence[Draft]) -> Boxes:
+    """Return the boxes (n, 8) of doors and windows whose walls a run keeps free."""
+    windows = shell.views
+    if rule.window_gap_m is None:
+        windows = windows[windows[:, Z_LOW] < min(unit.size_m[2] for unit in units)]
+    else:
+        windows = windows.copy()
+        windows[:, HALF_WIDTH] += rule.window_gap_m
+    return np.concatenate([shell.swings, windows])
 
 
 def _spans(shell: _Shell, openings: Boxes, taken: Sequence[_Taken], depth_m: float) -> list[list[Span]]:
@@ -267,8 +276,7 @@ def _note(symbol: str, chosen: _Candidate, shell: _Shell) -> None:
 def _plan(rule: RunRule, shell: _Shell, chosen: _Candidate) -> RunPlan:
     """Return the run with all places that its legs fit in, walls that are free of doors and windows alike."""
     depth = rule.wall_gap_m + max(map(across_m, chosen.units))
-    low = min(unit.size_m[2] for unit in chosen.units)
-    spans = free_spans(shell.room.polygon_m, np.concatenate([shell.swings, shell.views[shell.views[:, 2] < low]]), depth)
+    spans = free_spans(shell.room.polygon_m, _openings(rule, shell, chosen.units), depth)
     corner_m = max((unit.size_m[0] for unit in chosen.units if unit_rule(unit).turns), default=0.0)
     lengths = list(_leg_lengths(chosen, rule.joint_m))
     found = [
