@@ -22,6 +22,7 @@ from grammar.derivation.run_order import order_cost
 from grammar.derivation.run_shell import ASKEW, OFF_WALL, Pose, Shell, box_of, shell_of
 from grammar.derivation.run_units import across_m, along_m, least_along_m, unit_rule
 from grammar.geometry.arrays import Boxes
+from grammar.geometry.boxes import HALF_WIDTH, Z_LOW
 from grammar.geometry.run_slots import MOST_LEGS, Frame, Slot, frames, jutting, slots, unit_poses
 from grammar.geometry.slopes import low_ceiling
 from grammar.geometry.wall_spans import Span, outlines, spans_of
@@ -173,10 +174,8 @@ def _frames(run: _Run, taken: Sequence[_Aisle]) -> list[Frame]:
     """Return where the legs at walls may stand, with aisles kept free; room is left behind a leg that juts out."""
     rule, shell = run.rule, run.shell
     depth = rule.wall_gap_m + max(map(across_m, run.units))
-    low = min(unit.size_m[2] for unit in run.units)
-    windows = shell.views[shell.views[:, 2] < low]
     low_roof = low_ceiling(shell.room, max(unit.size_m[2] for unit in run.units))
-    spans = _spans(shell, np.concatenate([shell.swings, windows, low_roof]), taken, depth)
+    spans = _spans(shell, np.concatenate([_openings(run), low_roof]), taken, depth)
     legs, least_m = len(run.turning) + (not run.juts), sum(map(least_along_m, run.units)) - _ROUNDING_M
     found = [
         frame
@@ -189,6 +188,17 @@ def _frames(run: _Run, taken: Sequence[_Aisle]) -> list[Frame]:
     behind = max(run.jut_m - run.corner_m, 0.0) + rule.around_m
     shorter = [(frame, frame.legs[-1]._replace(high=frame.legs[-1].high - behind)) for frame in found]
     return [frame._replace(legs=(*frame.legs[:-1], leg), closed_end=False) for frame, leg in shorter if leg.high > leg.low]
+
+
+def _openings(run: _Run) -> Boxes:
+    """Return the boxes (n, 8) of doors and windows whose walls a run keeps free."""
+    windows = run.shell.views
+    if run.rule.window_gap_m is None:
+        windows = windows[windows[:, Z_LOW] < min(unit.size_m[2] for unit in run.units)]
+    else:
+        windows = windows.copy()
+        windows[:, HALF_WIDTH] += run.rule.window_gap_m
+    return np.concatenate([run.shell.swings, windows])
 
 
 def _spans(shell: Shell, openings: Boxes, taken: Sequence[_Aisle], depth_m: float) -> list[list[Span]]:

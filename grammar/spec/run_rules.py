@@ -26,7 +26,8 @@ class RunRule:
     They stand with their backs ``wall_gap_m`` off the wall, ``joint_m`` apart.  A run that does not touch a side wall leaves
     ``end_gap_m`` at least; with ``flush`` it touches one where its stretch of wall ends at one.  Before units that face each other
     ``aisle_m`` stays free, and ``corner_aisle_m`` (if not given: ``aisle_m``) between the units' fronts and a later run at a wall at an
-    angle to theirs.  A metre of wall that a run could take and leaves bare makes an arrangement less likely by ``bare_cost`` nat; it leaves
+    angle to theirs.  With ``window_gap_m`` the run keeps that far off the sides of windows (room for curtains), else low units stand below
+    them.  A metre of wall that a run could take and leaves bare makes an arrangement less likely by ``bare_cost`` nat; it leaves
     at most ``most_bare_m``.  A unit that carries something in line costs ``line_cost`` nat if neither unit beside it does, nor stands as
     high.
 
@@ -40,6 +41,7 @@ class RunRule:
     end_gap_m: Distance = 0.4
     aisle_m: Distance = 0.8
     corner_aisle_m: Distance | None = None
+    window_gap_m: Distance | None = None
     bare_cost: Cost = 4.0
     most_bare_m: Distance = 50.0
     flush: bool = True
