@@ -16,7 +16,7 @@ FRONT_SHARE, FRONT_GAP_M, FRONT_DEPTH_M = 0.5, 0.05, 0.35
 BEDSIDE_M = 0.3
 BEFORE_MIRROR_M = 0.8
 MAT_SHARE, KNEE_HIGH_M, ASTRAY_M = 0.15, 0.3, 0.4
-BIN_HIGH_M, UNDER_M = 0.45, 0.05
+UNDER_M = 0.05
 
 
 def front_blocked(found: Furnished) -> list[int]:
@@ -102,10 +102,10 @@ def stands_on_mat(found: Furnished) -> list[int]:
 
 
 def pot_on_rug_edge(found: Furnished) -> list[int]:
-    """Return plants, vases and lamps, but no bins, that stand on a rug with a part of their foot only."""
+    """Return plants and vases that stand on a rug with a part of their foot only."""
     rugs = [whole_box(item) for item in found.objects if found.categories[item.category].underlay and item.support.kind == "floor"]
     bad = []
-    for item in [item for item in found.standing("filler") if item.size_m[2] > BIN_HIGH_M] if rugs else []:
+    for item in found.standing("pot") if rugs else []:
         box = whole_box(item)
         deepest = max(footprint_penetration(box, rug) for rug in rugs)
         if 0.02 < deepest and not in_boxes(footprint_corners(box), np.array(rugs)).all():
@@ -125,8 +125,8 @@ def stands_astray(found: Furnished) -> list[int]:
     return bad
 
 
-def plant_under_table(found: Furnished) -> list[int]:
-    """Return plants, vases and lamps, but no bins, that stand below a table."""
+def pot_under_table(found: Furnished) -> list[int]:
+    """Return plants and vases that stand below a table."""
     tables = [whole_box(item) for item in found.standing("table")]
-    tall = [item for item in found.standing("filler") if item.size_m[2] > BIN_HIGH_M]
-    return [item.id for item in tall if any(footprint_penetration(whole_box(item), table) > UNDER_M for table in tables)]
+    pots = found.standing("pot")
+    return [item.id for item in pots if any(footprint_penetration(whole_box(item), table) > UNDER_M for table in tables)]

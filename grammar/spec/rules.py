@@ -70,10 +70,10 @@ class Schedule:
     """How long the chain runs, in proposals for each object that takes part, and at which tidiness.
 
     The stages bring in core objects, objects associated with cores, unpaired objects, objects on walls, and supported objects; then all
-    move ``together`` (after Jiang et al., IJCV 2018, section 6).  The proposals of all stages but that of the supported objects are shared by
-    the ``entrants``, layouts that are begun; after each round the worse half drops out, and the others share half the proposals of
-    ``unpaired`` again.  ``anneal_from_beta`` below ``beta`` raises the tidiness geometrically over the
-    last stage; equal to it, beta is constant.
+    move ``together`` (after Jiang et al., IJCV 2018, section 6).  The proposals of all stages but that of the supported objects are shared
+    by the ``entrants``, layouts that are begun; after each round the worse half drops out, and the others share half the proposals of
+    ``unpaired`` again.  ``anneal_from_beta`` below ``beta`` raises the tidiness geometrically over the last stage; equal to it, beta is
+    constant.
     ``keep``: the last feasible state of the chain, or the best.
     """
 

@@ -184,7 +184,7 @@ def test_mats_are_free_and_plants_stand_at_walls_and_on_no_edge_of_a_rug() -> No
     assert faults({"plant": replace(plant, position_m=(2.8, 4.0, 0.0))}) == {"stands_astray": [72]}
     assert faults({"plant": replace(plant, position_m=(2.8, 4.0, 0.0)), "bench": replace(bench, position_m=(2.4, 4.0, 0.0))}) == {}
     table = thing(74, "dining_table", 3.4, 4.0, 0.0, (0.9, 1.5, 0.75))
-    assert faults({"plant": replace(plant, size_m=(0.3, 0.3, 0.6)), "table": table}) == {"plant_under_table": [72]}
+    assert faults({"plant": replace(plant, size_m=(0.3, 0.3, 0.6)), "table": table}) == {"pot_under_table": [72]}
     assert faults({"bin": thing(75, "waste_bin", 3.4, 4.0, 0.0, (0.3, 0.3, 0.3)), "table": table}) == {}
 
 
