@@ -1,6 +1,7 @@
 """How well a random forest tells sampled rooms from real ones: the area under its curve, by groups of features; 0.5 is chance.
 
-python -m benchmarks.classifier_bench LAYOUTS.jsonl [--types TYPE ...] [--rooms N] [--folds N] [--grammar YAML] [--by-hand] [--workers N]
+python -m benchmarks.classifier_bench LAYOUTS.jsonl [--types TYPE ...] [--rooms N] [--folds N] [--grammar YAML]
+    [--by-hand] [--workers N] [--write]
 
 The forest is judged by houses that it has not seen.  Beside the area over all features are those over each group of them, and the features
 that tell most.  "real against real" tells the rooms of half of the houses from the rest: what a perfect learner could reach.  "not taught"
@@ -20,14 +21,18 @@ from pathlib import Path
 import numpy as np
 from room_features import GROUPS, folds_of, real_against_real, schema_of, table, told_apart, told_of_unseen
 
+from benchmarks.doc_sections import DOCS, write_section
 from benchmarks.realism_bench import SHARE, sample_layouts
-from benchmarks.table import Row, at_most, render_table
+from benchmarks.table import Row, at_most, render_table, side_by_side
 from grammar import Grammar, read_categories, read_grammar, read_room_type
 from grammar.learning import ObservedRoom, read_category_map, read_layouts, split_houses
 from grammar.spec.grammar_file import learned_types
 from scene_description.share import config_path
 
 LIMIT = 0.8
+SECTION = "classifier"
+"""Name of the part of docs/learning.md that ``--write`` renews."""
+
 _SHOWN = 8
 
 
@@ -63,13 +68,13 @@ def judge(real: Sequence[ObservedRoom], drawn: Sequence[ObservedRoom], folds: in
     _, other = table(schema, drawn)
     where = folds_of(real, folds), np.arange(len(other)) % folds
     told = told_apart(names, data, other, where)
-    rows = [at_most("all features", told.auc, "AUC", LIMIT)]
+    rows = [at_most("all features; sampled rooms", told.auc, "AUC", LIMIT)]
     mean, deviation = real_against_real(real, folds, np.random.default_rng(1))
     rows.append(Row("all features; real against real, houses split in two", mean, "AUC"))
-    rows.append(Row("all features; its deviation over such splits", deviation, "AUC"))
+    rows.append(Row("deviation over such splits", deviation, "AUC"))
     taught, unseen = split_houses(real, SHARE)
     parts = [table(schema, part)[1] for part in (taught, unseen)]
-    rows.append(Row("all features; rooms that the grammar was not taught", told_of_unseen(*parts, other, folds), "AUC"))
+    rows.append(Row("rooms that the grammar was not taught", told_of_unseen(*parts, other, folds), "AUC"))
     for group in GROUPS:
         chosen = [k for k, name in enumerate(names) if name.startswith(f"{group}:")]
         part = told_apart([names[k] for k in chosen], data[:, chosen], other[:, chosen], where)
@@ -91,7 +96,11 @@ if __name__ == "__main__":
         parser.add_argument(f"--{option}", type=int, default=default)
     parser.add_argument("--grammar", type=Path)
     parser.add_argument("--by-hand", action="store_true")
+    parser.add_argument("--write", action="store_true", help="renew the table of docs/learning.md")
     arguments = parser.parse_args()
-    found_rows = measure(**vars(arguments))
+    found_rows = measure(**{name: value for name, value in vars(arguments).items() if name != "write"})
+    if arguments.write and arguments.layouts is not None:
+        areas = [row for row in found_rows if row.unit == "AUC"]
+        write_section(DOCS / "learning.md", SECTION, side_by_side(areas))
     if arguments.layouts is None:
         sys.stdout.write(render_table("Told apart", found_rows) + "\n")

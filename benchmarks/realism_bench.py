@@ -1,6 +1,6 @@
 """Realism: rooms of the learned grammars, of those written by hand and of chance against real rooms that were held out.
 
-python -m benchmarks.realism_bench LAYOUTS.jsonl [--types TYPE ...] [--folds N] [--rooms N] [--counted N] [--workers N]
+python -m benchmarks.realism_bench LAYOUTS.jsonl [--types TYPE ...] [--folds N] [--rooms N] [--counted N] [--workers N] [--write]
 
 For each room type with a learned grammar: (1) ``--counted`` rooms of the shipped one against the counts of the rooms that it was learned
 from; (2) cross-validation by house: each fold's grammar is learned from four fifths of the houses and judged by the rest.  Figures are
@@ -26,7 +26,8 @@ import numpy as np
 from realism_figures import UNITS, Figures, by_chance, compare
 from room_features import real_against_real, schema_of, table, told_of_unseen
 
-from benchmarks.table import Row, at_most, render_table
+from benchmarks.doc_sections import DOCS, write_section
+from benchmarks.table import Row, at_most, render_table, side_by_side
 from grammar import Categories, Grammar, RequestError, SceneRequest, read_categories, read_room_type, sample_room
 from grammar.learning import (
     ContrastiveOptions,
@@ -48,8 +49,11 @@ from scene_description.share import config_path
 
 SHARE = 0.2
 CORRECTIONS, CORRECTED = 2, 60
-_TREES = 150
 """Rounds of corrections of each fold's grammar, and the rooms sampled in each."""
+
+_TREES = 150
+SECTION = "realism"
+"""Name of the part of docs/learning.md that ``--write`` renews."""
 
 KEPT: dict[str, frozenset[Part]] = {"kitchen": frozenset(("sizes", "relations", "weights"))}
 """Parts that the shipped grammar of a room type keeps from its base."""
@@ -108,7 +112,7 @@ class _Table:
         have = Counter(thing.category for room in drawn.rooms for thing in room.objects)
         kl = category_kl(frequencies(wanted, known), frequencies(have, known))
         return [
-            at_most(f"category KL of {len(drawn.rooms)} rooms to the training counts", kl, "nat", 0.01),
+            at_most("sampled rooms against the counts learned from, KL", kl, "nat", 0.01),
             at_most("rooms that were not to be had", float(drawn.failed), "rooms", 0.0),
             Row("seconds for a room, p50", float(np.median(drawn.seconds)), "s"),
             Row("seconds for a room, p99", float(np.quantile(drawn.seconds, 0.99)), "s"),
@@ -188,7 +192,10 @@ if __name__ == "__main__":
     parser.add_argument("--types", nargs="+", default=())
     for option, default in (("folds", 5), ("rooms", 200), ("counted", 1000), ("workers", 1)):
         parser.add_argument(f"--{option}", type=int, default=default)
+    parser.add_argument("--write", action="store_true", help="renew the table of docs/learning.md")
     arguments = parser.parse_args()
-    found_rows = measure(**vars(arguments))
+    found_rows = measure(**{name: value for name, value in vars(arguments).items() if name != "write"})
+    if arguments.write and arguments.layouts is not None:
+        write_section(DOCS / "learning.md", SECTION, side_by_side(found_rows))
     if arguments.layouts is None:
         sys.stdout.write(render_table("Realism", found_rows) + "\n")

@@ -44,3 +44,18 @@ def markdown_table(rows: Iterable[Row]) -> str:
         asked = f"{row.measure}, missed" if row.met is False else row.measure
         lines.append(f"| {name} | {value} {row.unit}".rstrip() + f" | {asked}".rstrip() + " |")
     return "\n".join(lines)
+
+
+def side_by_side(rows: Iterable[Row]) -> str:
+    """Return rows named ``thing: figure`` or ``thing: figure; whose`` as a table in Markdown.
+
+    There is a column for each thing and a line for each figure; what is told of several stands in one cell, divided by slashes.
+    """
+    cells: dict[str, dict[str, list[str]]] = {}
+    for row in rows:
+        thing, name = row.name.split(": ", 1)
+        cells.setdefault(f"{name.split('; ')[0]}, {row.unit}", {}).setdefault(thing, []).append(f"{row.value:.2g}")
+    things = list(dict.fromkeys(thing for found in cells.values() for thing in found))
+    lines = [f"| | {' | '.join(thing.replace('_', ' ') for thing in things)} |", f"|---|{'---|' * len(things)}"]
+    lines += [f"| {figure} | {' | '.join(' / '.join(found.get(thing, ['-'])) for thing in things)} |" for figure, found in cells.items()]
+    return "\n".join(lines)

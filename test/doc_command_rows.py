@@ -431,15 +431,15 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/pip install '.[bench-perception]'": Listed("needs the network; that the extra exists is tested"),
     ".venv/bin/python -m benchmarks.perception_bench --references REFERENCES --write": Parsed("needs Open3D, which is large"),
     ".venv/bin/python -m benchmarks --only presets": Parsed("takes minutes; test/renderer/path/test_clipping.py has known answers"),
-    ".venv/bin/python -m benchmarks.realism_bench LAYOUTS.jsonl --folds 5 --rooms 120 --counted 1000": Parsed(
-        "takes an hour; test/grammar/learning/test_realism_figures.py has its figures"
+    ".venv/bin/python -m benchmarks.realism_bench LAYOUTS.jsonl --folds 5 --rooms 60 --counted 300 --workers 2 --write": Parsed(
+        "takes minutes; test/grammar/learning/test_realism_figures.py has its figures"
     ),
     ".venv/bin/python -c 'from grammar.checks.faults import faults_table; print(faults_table())'": Run(),
     ".venv/bin/python -m benchmarks.rooms_bench --rooms 1000 --real LAYOUTS.jsonl --sheets sheets": Parsed(
         "takes minutes; test/benchmarks/test_rooms_bench.py has its measures"
     ),
     ".venv/bin/python -m benchmarks.clutter_bench": Parsed("takes minutes; test/grammar/small_things/test_strew.py has what it counts"),
-    ".venv/bin/python -m benchmarks.classifier_bench LAYOUTS.jsonl": Parsed(
+    ".venv/bin/python -m benchmarks.classifier_bench LAYOUTS.jsonl --workers 2 --write": Parsed(
         "takes minutes; test/grammar/learning/test_room_features.py has its figures"
     ),
     ".venv/bin/python -m benchmarks.sources_bench LAYOUTS.jsonl MORE.jsonl --room bedroom": Parsed(
