@@ -2,7 +2,7 @@
 
 A structure gets several layouts before another one is drawn, and a chain several rounds before it starts afresh, so that the checks change
 the distribution of structures as little as possible.  Valid layouts that a person would find odd are passed over, so many as the budget
-has; then the least odd one is taken.
+has, while their chain runs on for a few rounds; then the least odd one is taken.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammar.checks.faults import find_faults
+from grammar.checks.faults import always_odd, find_faults
 from grammar.checks.furnished import furnished
 from grammar.checks.metrics import SamplingCost
 from grammar.checks.validity import check_room, door_start_m
 from grammar.derivation.derive import derive_from
 from grammar.derivation.overrides import overridden
 from grammar.derivation.parse_tree import Item, ParseTree
-from grammar.derivation.plan import make_plan
+from grammar.derivation.plan import Plan, make_plan
 from grammar.geometry.arrays import Floats
 from grammar.geometry.slopes import low_ceiling
 from grammar.layout.assemble import assemble
@@ -82,6 +82,7 @@ def sample_room_with_cost(
     failures: Counter[str] = Counter()
     for tree, problem, layout, energy in _tries(grammar, categories, request, beta, rng, meter):
         attempts += 1
+        meter.odd = False
         if layout is None:
             failures["layout without overlaps"] += 1
             continue
@@ -96,6 +97,7 @@ def sample_room_with_cost(
         if best is None or found < best.faults:
             best = _Candidate(found, tree.room, objects, report, _parse_graph(grammar, tree, layout, problem, energy))
         odd += found > 0
+        meter.odd = found > 0
         if not found or odd > grammar.budget.odd:
             break
     if best is not None:
@@ -127,10 +129,10 @@ def _finished(best: _Candidate, attempts: int, rng: np.random.Generator) -> Samp
 
 
 class _Meter:
-    """Adds up proposals and processor seconds of chains."""
+    """Adds up proposals and processor seconds of chains; ``odd``: whether the last layout was valid, but odd."""
 
     def __init__(self) -> None:
-        self.proposals, self.seconds = 0, 0.0
+        self.proposals, self.seconds, self.odd = 0, 0.0, False
 
     def __enter__(self) -> None:
         self.seconds -= time.thread_time()
@@ -154,7 +156,7 @@ def _tries(
     plan = make_plan(grammar, categories, request)
     for number in range(grammar.budget.structures):
         try:
-            tree = derive_from(plan, categories, rng)
+            tree = _structure(plan, categories, rng)
         except RequestError:
             if not number:
                 raise
@@ -165,17 +167,28 @@ def _tries(
             yield tree, problem, layout, energy
 
 
+def _structure(plan: Plan, categories: Categories, rng: np.random.Generator) -> ParseTree:
+    """Draw a structure; those whose every layout is odd are passed over, so many as the budget has."""
+    for _ in range(plan.grammar.budget.odd):
+        tree = derive_from(plan, categories, rng)
+        if not always_odd(categories, (item.rule.category for item in tree.items)):
+            return tree
+    return derive_from(plan, categories, rng)
+
+
 def _layouts(
     grammar: Grammar, chain: Chain, start: State, beta: float, rng: np.random.Generator, meter: _Meter
 ) -> Iterator[tuple[State | None, Floats]]:
-    """Yield layouts of one structure until the budget is spent: rounds of a chain, then another chain."""
+    """Yield layouts of one structure until the budget is spent: rounds of a chain, more of them after an odd layout, then another chain."""
     schedule = grammar.schedule
     for _ in range(grammar.budget.layouts):
         with meter:
             result = run_stages(rng, chain, start, schedule, beta)
         meter.proposals += int(result.counts[:, TRIED].sum())
         yield result.layout, result.energy
-        for _ in range(grammar.budget.rounds - 1 if result.state.active.all() else 0):
+        left, mends = grammar.budget.rounds - 1, grammar.budget.mends
+        while result.state.active.all() and (left > 0 or (meter.odd and mends > 0)):
+            left, mends = left - 1, mends - meter.odd
             with meter:
                 result = run_together(rng, chain, result.state, schedule, beta, schedule.again, beta)
             meter.proposals += int(result.counts[:, TRIED].sum())

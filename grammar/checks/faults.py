@@ -6,7 +6,7 @@ roles of their categories (``config/categories.yaml``), so they judge sampled ro
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 from grammar.checks import use_of_bathrooms as bathrooms
@@ -15,7 +15,7 @@ from grammar.checks import use_of_furniture as furniture
 from grammar.checks import use_of_kitchens as kitchens
 from grammar.checks import use_of_seats as seats
 from grammar.checks.furnished import Furnished, furnished
-from grammar.spec.categories import Categories
+from grammar.spec.categories import Categories, Role
 from scene_description import SceneDescription
 
 
@@ -74,6 +74,16 @@ def find_faults(found: Furnished, *, of_layout: bool = False) -> dict[str, list[
     """Return the faults that a room has, or only those of its layout: name -> ids of the objects at fault, 0 for the room itself."""
     all_found = ((fault.name, fault.find(found)) for fault in FAULTS if fault.of_layout or not of_layout)
     return {name: ids for name, ids in all_found if ids}
+
+
+_NEEDS: tuple[tuple[Role, Role], ...] = (("screen", "seat"), ("pulled_up", "table"), ("hood", "hob"))
+"""Roles of which the first is at fault, however it stands, in a room that has nothing with the second."""
+
+
+def always_odd(categories: Categories, names: Iterable[str]) -> bool:
+    """Return whether every layout of objects of these categories has a fault of layout."""
+    roles = {role for name in set(names) for role in categories[name].roles}
+    return any(one in roles and other not in roles for one, other in _NEEDS)
 
 
 def scene_faults(scene: SceneDescription, categories: Categories) -> dict[str, list[int]]:

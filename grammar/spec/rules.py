@@ -70,10 +70,9 @@ class Schedule:
     """How long the chain runs, in proposals for each object that takes part, and at which tidiness.
 
     The stages bring in core objects, objects associated with cores, unpaired objects, objects on walls, and supported objects; then all
-    move ``together`` (after Jiang et al., IJCV 2018, section 6).  The proposals of all stages but that of the supported objects are shared
-    by the ``entrants``, layouts that are begun; after each round the worse half drops out, and the others share half the proposals of
-    ``unpaired`` again.  ``anneal_from_beta`` below ``beta`` raises the tidiness geometrically over the last stage; equal to it, beta is
-    constant.
+    move ``together`` (after Jiang et al., IJCV 2018, section 6).  All but what is supported begins in several layouts, the ``entrants``,
+    which share the proposals of these stages; after each round the worse half drops out, and the others share half as many as ``unpaired``.
+    ``anneal_from_beta`` below ``beta`` raises the tidiness geometrically over the last stage; equal to it, beta is constant.
     ``keep``: the last feasible state of the chain, or the best.
     """
 
@@ -102,6 +101,7 @@ class Budget:
     """Greatest numbers of derivations for one structure, of structures for one room, of layouts of a structure, of rounds of a chain.
 
     ``odd``: so many valid layouts with faults of use (:mod:`grammar.checks.faults`) are passed over; then the one with fewest is taken.
+    ``mends``: so many further rounds of a chain follow its odd layouts.
     """
 
     derivations: Annotated[int, Limits(ge=1, le=1_000_000)]
@@ -109,6 +109,7 @@ class Budget:
     layouts: Annotated[int, Limits(ge=1, le=10_000)]
     rounds: Annotated[int, Limits(ge=1, le=10_000)]
     odd: Annotated[int, Limits(ge=0, le=10_000)] = 24
+    mends: Annotated[int, Limits(ge=0, le=10_000)] = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

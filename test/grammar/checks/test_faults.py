@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from small_grammar import CATEGORIES
 
-from grammar.checks.faults import FAULTS, faults_table, find_faults
+from grammar.checks.faults import FAULTS, always_odd, faults_table, find_faults
 from grammar.checks.furnished import furnished
 from scene_description import ModelReference, Opening, Room, SceneObject, Support
 
@@ -215,3 +215,17 @@ def test_hoods_fridges_and_rooms_that_lack_something() -> None:
     assert faults({}, "garage") == {"no_vehicle_door": [0]}
     wide = replace(ROOM, openings=(opening("door", 0, 0.5, 2.5),))
     assert faults({}, "garage", wide) == {}
+
+
+@pytest.mark.parametrize(
+    ("names", "odd"),
+    [
+        (("television", "bed"), False),
+        (("television", "rug"), True),
+        (("desk_chair", "bed"), True),
+        (("desk_chair", "desk"), False),
+        ((), False),
+    ],
+)
+def test_structures_without_what_their_objects_serve_are_always_odd(names: tuple[str, ...], odd: bool) -> None:
+    assert always_odd(CATEGORIES, names) == odd
