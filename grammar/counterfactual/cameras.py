@@ -56,7 +56,9 @@ def shift_path(work: Work) -> Outcome:
 
 
 def _turned(work: Work, turn: Quaternion) -> Outcome:
-    """Return the scene with every pose turned in its own optical frame."""
+    """Return the scene with every pose turned in its own optical frame; no turn changes no bit."""
+    if turn[3] == 1.0:
+        return Outcome(work.scene)
     poses = tuple(replace(pose, orientation=_unit(multiply_quaternions(pose.orientation, turn))) for pose in work.scene.camera_path)
     return Outcome(replace(work.scene, camera_path=poses))
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from counterfactual_rooms import room, rules
@@ -142,8 +144,10 @@ def test_a_larger_room_keeps_gaps_to_walls_and_the_shape_of_groups(bedroom: Scen
     after = change(bedroom, "room_size", 1.25)
     old, new = (np.array(scene.room.polygon_m) for scene in (bedroom, after))
     assert new == pytest.approx(1.25 * old) and after.validity.valid and after.camera_path == bedroom.camera_path
-    bed, growth = one(bedroom, "bed"), 0.25 * float(old.max(0)[1])
-    assert (place(after, bed.id) - np.array(bed.position_m))[1] == pytest.approx(-growth)
+    bed = one(bedroom, "bed")
+    forward = np.array([math.cos(bed.yaw_rad), math.sin(bed.yaw_rad)])  # from the wall behind its head
+    step = (place(after, bed.id) - np.array(bed.position_m))[:2]
+    assert step @ forward == pytest.approx(0.25 * float((old @ forward).min()), abs=0.02)
     for item in bedroom.objects:
         if item.group == bed.id:
             step = place(after, item.id) - np.array(item.position_m)
