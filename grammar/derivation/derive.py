@@ -36,6 +36,9 @@ from scene_description.polygons import signed_area_m2
 _CONDITIONAL_COST = 10
 """Drawing a structure given its numbers of objects takes the time of so many free ones, but none is rejected for its numbers."""
 
+_OPENINGS_TRIED = 12
+"""Draws of doors and windows for one room with runs: a structure that fits between some of them is not given up for the others."""
+
 
 def derive(grammar: Grammar, categories: Categories, request: SceneRequest, rng: np.random.Generator) -> ParseTree:
     """Draw one parse tree that meets the request.
@@ -81,22 +84,29 @@ def _derive_once(plan: Plan, categories: Categories, rng: np.random.Generator) -
     if covered > plan.grammar.room.floor_share_max * signed_area_m2(room.polygon_m):
         raise RejectedError(f"furniture on at most {plan.grammar.room.floor_share_max:g} of the floor")
     pinned = _pin(plan, categories, room, terminals, rng)
-    openings, opening_counts = draw_openings(plan.grammar, categories, room, rng)
-    room = replace(room, openings=tuple(drawn.opening for drawn in openings))
-    check_pinned(
-        plan.grammar,
-        categories,
-        room,
-        [(plan.fixed[terminals.fixed[k]], terminals.rules[k], terminals.sizes[k], place) for k, place in pinned.items()],
-    )
-    # place the runs, and draw the addresses
-    drafts = _drafts(structure, terminals, pinned, len(openings) + 1)
-    runs = place_runs(plan.grammar, room, drafts, rng)
-    items, corners = draw_addresses(categories, room, drafts, rng)
+    # draw doors and windows, place the runs between them, and draw the addresses
+    asked = any(plan.grammar.nodes[vertex.symbol].run is not None for vertex in structure if vertex.symbol in plan.grammar.nodes)
+    for left in range(_OPENINGS_TRIED if asked else 1, 0, -1):
+        try:
+            openings, opening_counts = draw_openings(plan.grammar, categories, room, rng)
+            furnished = replace(room, openings=tuple(drawn.opening for drawn in openings))
+            check_pinned(
+                plan.grammar,
+                categories,
+                furnished,
+                [(plan.fixed[terminals.fixed[k]], terminals.rules[k], terminals.sizes[k], place) for k, place in pinned.items()],
+            )
+            drafts = _drafts(structure, terminals, pinned, len(openings) + 1)
+            runs = place_runs(plan.grammar, furnished, drafts, rng)
+            items, corners = draw_addresses(categories, furnished, drafts, rng)
+            break
+        except RejectedError:
+            if left == 1:
+                raise
     # write all choices down
     nodes = _shell_nodes(plan.grammar, (*room_attributes, *opening_counts), openings)
     return ParseTree(
-        room=room,
+        room=furnished,
         items=_append_items(structure, items, nodes),
         nodes=tuple(nodes),
         corners=tuple((corner.x_m, corner.y_m, corner.yaw_rad) for corner in corners),
@@ -149,8 +159,9 @@ def _covered_m2(categories: Categories, terminals: _Terminals) -> float:
 
 
 def _asked_m2(grammar: Grammar, structure: Sequence[Vertex]) -> float:
-    """Return the area that runs ask for beyond what their units cover."""
-    runs = (grammar.nodes[vertex.symbol].run for vertex in structure if vertex.symbol in grammar.nodes)
+    """Return the area that the runs of a structure ask for beyond what their units cover."""
+    above = {vertex.parent for vertex in structure}
+    runs = (grammar.nodes[vertex.symbol].run for k, vertex in enumerate(structure) if k in above and vertex.symbol in grammar.nodes)
     return sum(run.floor_m2 for run in runs if run is not None)
 
 
