@@ -27,8 +27,8 @@ from grammar.spec.rules import Grammar
 from grammar.spec.run_rules import END, RunRule, RunUnit
 from scene_description import Room
 
-_TRIES = 120
-_ENOUGH = 40
+_TRIES, _HOPELESS = 60, 24
+_ENOUGH = 12
 _EXCHANGES = 60
 _LACKING_COST = 6.0
 """Nat for each object that hangs in line and would find no unit to hang above."""
@@ -184,7 +184,9 @@ def _begin(symbol: str, run: _Run, rng: np.random.Generator) -> _Candidate:
     """
     found = _frames(run, run.taken)
     candidates: list[_Candidate] = []
-    for _ in range(_TRIES if found else 0):
+    for tried in range(_TRIES if found else 0):
+        if tried >= _HOPELESS and not candidates:
+            break
         candidate = _try(run, found[int(rng.integers(len(found)))], rng)
         if candidate is not None:
             candidates.append(candidate)
