@@ -39,6 +39,9 @@ _CONDITIONAL_COST = 10
 _SAME_EXTENT = 100
 """Derivations in a row that are tried with one drawn area."""
 
+_OPENINGS_TRIED = 6
+"""Draws of doors and windows for one room with runs: a structure that fits between some of them is not given up for the others."""
+
 
 def derive(grammar: Grammar, categories: Categories, request: SceneRequest, rng: np.random.Generator) -> ParseTree:
     """Draw one parse tree that meets the request.
@@ -93,23 +96,30 @@ def _derive_once(plan: Plan, categories: Categories, extent: Extent | None, rng:
     if covered > plan.grammar.room.floor_share_max * signed_area_m2(room.polygon_m):
         raise RejectedError(f"furniture on at most {plan.grammar.room.floor_share_max:g} of the floor")
     pinned = _pin(plan, categories, room, terminals, rng)
-    openings, opening_counts = draw_openings(plan.grammar, categories, room, rng, special, plan.bounds.keys())
-    room = replace(room, openings=tuple(drawn.opening for drawn in openings))
-    check_pinned(
-        plan.grammar,
-        categories,
-        room,
-        [(plan.fixed[terminals.fixed[k]], terminals.rules[k], terminals.sizes[k], place) for k, place in pinned.items()],
-    )
-    check_tall(plan.grammar, room, list(zip(terminals.rules, terminals.sizes, strict=True)))
-    # place the runs, and draw the addresses
-    drafts = _drafts(structure, terminals, pinned, len(openings) + 1)
-    runs = place_runs(plan.grammar, room, drafts, rng)
-    items, corners = draw_addresses(categories, room, drafts, rng)
+    # draw doors and windows, place the runs between them, and draw the addresses
+    asked = any(plan.grammar.nodes[vertex.symbol].run is not None for vertex in structure if vertex.symbol in plan.grammar.nodes)
+    for left in range(_OPENINGS_TRIED if asked else 1, 0, -1):
+        try:
+            openings, opening_counts = draw_openings(plan.grammar, categories, room, rng, special, plan.bounds.keys())
+            furnished = replace(room, openings=tuple(drawn.opening for drawn in openings))
+            check_pinned(
+                plan.grammar,
+                categories,
+                furnished,
+                [(plan.fixed[terminals.fixed[k]], terminals.rules[k], terminals.sizes[k], place) for k, place in pinned.items()],
+            )
+            check_tall(plan.grammar, furnished, list(zip(terminals.rules, terminals.sizes, strict=True)))
+            drafts = _drafts(structure, terminals, pinned, len(openings) + 1)
+            runs = place_runs(plan.grammar, furnished, drafts, rng)
+            items, corners = draw_addresses(categories, furnished, drafts, rng)
+            break
+        except RejectedError:
+            if left == 1:
+                raise
     # write all choices down
     nodes = _shell_nodes(plan.grammar, (*room_attributes, *opening_counts), openings)
     return ParseTree(
-        room=room,
+        room=furnished,
         items=_append_items(structure, items, nodes),
         nodes=tuple(nodes),
         corners=tuple((corner.x_m, corner.y_m, corner.yaw_rad) for corner in corners),
@@ -163,8 +173,9 @@ def _covered_m2(categories: Categories, terminals: _Terminals) -> float:
 
 
 def _asked_m2(grammar: Grammar, structure: Sequence[Vertex]) -> float:
-    """Return the area that runs ask for beyond what their units cover."""
-    runs = (grammar.nodes[vertex.symbol].run for vertex in structure if vertex.symbol in grammar.nodes)
+    """Return the area that the runs of a structure ask for beyond what their units cover."""
+    above = {vertex.parent for vertex in structure}
+    runs = (grammar.nodes[vertex.symbol].run for k, vertex in enumerate(structure) if k in above and vertex.symbol in grammar.nodes)
     return sum(run.floor_m2 for run in runs if run is not None)
 
 

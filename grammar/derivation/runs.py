@@ -31,10 +31,10 @@ from grammar.spec.rules import Grammar
 from grammar.spec.run_rules import END, RunRule
 from scene_description import Room
 
-_TRIES = 3
-"""Candidates that are tried for each that is wanted."""
+_TRIES, _HOPELESS = 60, 24
+"""Candidates that are tried at most, and without one that fits."""
 
-_ENOUGH, _ENOUGH_A_UNIT = 40, 5
+_ENOUGH, _ENOUGH_A_UNIT = 12, 5
 """Candidates that are wanted at most, and for each unit of a run, and for the choice of its place."""
 
 _EXCHANGES = 60
@@ -219,7 +219,9 @@ def _begin(symbol: str, run: _Run, rng: np.random.Generator) -> _Candidate:
     found = _frames(run, run.taken)
     candidates: list[_Candidate] = []
     enough = min(_ENOUGH, _ENOUGH_A_UNIT * (len(run.units) + 1))
-    for _ in range(_TRIES * enough if found else 0):
+    for tried in range(_TRIES if found else 0):
+        if tried >= _HOPELESS and not candidates:
+            break
         candidate = _try(run, found[int(rng.integers(len(found)))], rng)
         if candidate is not None:
             candidates.append(candidate)
