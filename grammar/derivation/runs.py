@@ -33,6 +33,9 @@ _TRIES = 3
 _ENOUGH, _ENOUGH_A_UNIT = 40, 5
 """Candidates that are wanted at most, and for each unit of a run, and for the choice of its place."""
 
+_BEFORE_M = 0.4
+"""Free floor before the units of a run that goes past the end of another one, between that and a wall."""
+
 _ROUNDING_M = 1e-9
 _ASKEW = 0.5
 """Greatest cosine of the angle between walls that are not opposite each other or in line."""
@@ -88,7 +91,9 @@ def place_runs(grammar: Grammar, room: Room, drafts: Sequence[Draft], rng: np.ra
         chosen = _begin(symbol, rule, shell, units, taken, rng)
         corner_m = rule.aisle_m if rule.corner_aisle_m is None else rule.corner_aisle_m
         for unit, pose in zip(chosen.units, chosen.poses, strict=True):
-            taken.append(_Taken(pose[2], _box(unit, pose, rule.aisle_m), _box(unit, pose, corner_m)))
+            aside = _box(unit, pose, corner_m)
+            aside[0, HALF_WIDTH] += _BEFORE_M
+            taken.append(_Taken(pose[2], _box(unit, pose, rule.aisle_m), aside))
         _note(symbol, chosen, shell)
         plans.append(_plan(rule, shell, chosen))
     return tuple(plans)
@@ -205,7 +210,9 @@ def _try(
     cost, legs, widths = fit.cost, fit.legs, fit.widths
     units = [unit for leg in legs for unit in leg]
     sizes = [[(across_m(unit), width) for unit, width in zip(leg, row, strict=True)] for leg, row in zip(legs, widths, strict=True)]
-    places = slots(shell.wall, frame, [sum(row) + rule.joint_m * (len(row) - 1) for row in widths], rule.end_gap_m, rule.flush)
+    places = slots(
+        shell.wall, frame, [sum(row) + rule.joint_m * (len(row) - 1) for row in widths], rule.end_gap_m, rule.flush, rule.ends_free
+    )
     if not places:
         return None
     slot = places[int(rng.integers(len(places)))]
@@ -282,7 +289,7 @@ def _plan(rule: RunRule, shell: _Shell, chosen: _Candidate) -> RunPlan:
     found = [
         slot
         for frame in frames(shell.wall, spans, len(chosen.legs), corner_m, rule.wall_gap_m)
-        for slot in slots(shell.wall, frame, lengths, rule.end_gap_m, rule.flush)
+        for slot in slots(shell.wall, frame, lengths, rule.end_gap_m, rule.flush, rule.ends_free)
     ]
     if chosen.slot not in found:
         found.append(chosen.slot)
