@@ -97,8 +97,8 @@ def _derive_once(plan: Plan, categories: Categories, extent: Extent | None, rng:
         raise RejectedError(f"furniture on at most {plan.grammar.room.floor_share_max:g} of the floor")
     pinned = _pin(plan, categories, room, terminals, rng)
     # draw doors and windows, place the runs between them, and draw the addresses
-    asked = any(plan.grammar.nodes[vertex.symbol].run is not None for vertex in structure if vertex.symbol in plan.grammar.nodes)
-    for left in range(_OPENINGS_TRIED if asked else 1, 0, -1):
+    in_runs = any(plan.grammar.nodes[vertex.symbol].run is not None for vertex in structure if vertex.symbol in plan.grammar.nodes)
+    for left in range(_OPENINGS_TRIED if in_runs else 1, 0, -1):
         try:
             openings, opening_counts = draw_openings(plan.grammar, categories, room, rng, special, plan.bounds.keys())
             furnished = replace(room, openings=tuple(drawn.opening for drawn in openings))

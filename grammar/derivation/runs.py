@@ -41,6 +41,9 @@ _EXCHANGES = 60
 _LACKING_COST = 6.0
 """Nat for each object that hangs in line and would find no unit to hang above."""
 
+_BEFORE_M = 0.4
+"""Free floor before the units of a run that goes past the end of another one, between that and a wall."""
+
 _ROUNDING_M = 1e-9
 
 
@@ -105,7 +108,11 @@ class _Taken(NamedTuple):
                 standing.append(Standing(pose[3], along - 0.5 * width, along + 0.5 * width, rule.wall_gap_m + across_m(unit)))
         boxes = np.concatenate([self.units, *(box_of(*pair) for pair in pairs)])
         corner_m = rule.aisle_m if rule.corner_aisle_m is None else rule.corner_aisle_m
-        aisles = [_Aisle(pose[2], box_of(unit, pose, rule.aisle_m), box_of(unit, pose, corner_m)) for unit, pose in pairs]
+        aisles = []
+        for unit, pose in pairs:
+            aside = box_of(unit, pose, corner_m)
+            aside[0, HALF_WIDTH] += _BEFORE_M
+            aisles.append(_Aisle(pose[2], box_of(unit, pose, rule.aisle_m), aside))
         return _Taken(boxes, (*self.aisles, *aisles), tuple(standing))
 
 
@@ -250,7 +257,9 @@ def _try(run: _Run, frame: Frame, rng: np.random.Generator) -> _Candidate | None
     fit = fit_legs(run.rule, frame, _ordered(run.units, rng), run.turning)
     if fit is None:
         return None
-    places = slots(run.shell.wall, frame, [_length(run.rule, row) for row in fit.widths], run.rule.end_gap_m, run.rule.flush)
+    places = slots(
+        run.shell.wall, frame, [_length(run.rule, row) for row in fit.widths], run.rule.end_gap_m, run.rule.flush, run.rule.ends_free
+    )
     if not places:
         return None
     slot, walls = places[int(rng.integers(len(places)))], [leg.wall for leg in frame.legs]
@@ -361,7 +370,11 @@ def _places(run: _Run, chosen: _Candidate) -> list[Slot]:
     """Return all places that the legs of a run fit in, walls that are free of doors and windows alike."""
     lengths = list(_leg_lengths(chosen, run.rule))
     at_walls = lengths[:-1] if run.juts else lengths
-    found = [slot for frame in _frames(run, ()) for slot in slots(run.shell.wall, frame, at_walls, run.rule.end_gap_m, run.rule.flush)]
+    found = [
+        slot
+        for frame in _frames(run, ())
+        for slot in slots(run.shell.wall, frame, at_walls, run.rule.end_gap_m, run.rule.flush, run.rule.ends_free)
+    ]
     if run.juts:
         leg, size = len(at_walls) - 1, (run.rule.wall_gap_m + run.jut_m, lengths[-1])
         found = [jutting(slot, leg, at_walls[-1], run.corner_m, run.jut_m, run.rule.wall_gap_m) for slot in found]

@@ -153,32 +153,33 @@ def leaves_gap(closed: bool, rest_m: float, end_gap_m: float) -> bool:
     return closed and _CLOSED_M < rest_m < end_gap_m
 
 
-def slots(wall: Floats, frame: Frame, lengths: Sequence[float], end_gap_m: float, flush: bool) -> list[Slot]:
+def slots(wall: Floats, frame: Frame, lengths: Sequence[float], end_gap_m: float, flush: bool, ends_free: bool = False) -> list[Slot]:
     """Return the places in a frame of a run whose legs are ``lengths`` long; none where it does not fit or would leave a narrow gap.
 
-    ``flush``: a run with one leg touches a side wall where the frame has one.
+    ``flush``: a run with one leg touches a side wall where the frame has one.  ``ends_free``: it keeps ``end_gap_m`` off side walls.
     """
     rests = [leg.high - leg.low - length for leg, length in zip(frame.legs, lengths, strict=True)]
     if min(rests) < -_FIT_M or any(rest > _FIT_M for rest in rests[1:-1]):
         return []
     if len(lengths) == 1:
-        return [_slot(wall, frame, [at], slide) for at, slide in _straight(frame, rests[0], end_gap_m, flush)]
+        return [_slot(wall, frame, [at], slide) for at, slide in _straight(frame, rests[0], end_gap_m, flush, ends_free)]
     if leaves_gap(frame.closed_start, rests[0], end_gap_m) or leaves_gap(frame.closed_end, rests[-1], end_gap_m):
         return []
     return [_slot(wall, frame, [frame.legs[0].low + rests[0], *(leg.low for leg in frame.legs[1:])], 0.0)]
 
 
-def _straight(frame: Frame, rest: float, end_gap_m: float, flush: bool) -> Iterator[tuple[float, float]]:
+def _straight(frame: Frame, rest: float, end_gap_m: float, flush: bool, ends_free: bool) -> Iterator[tuple[float, float]]:
     """Yield where a run with one leg begins and how far it can be shifted: at either end of the frame, and between these."""
     low = frame.legs[0].low
-    if rest <= _CLOSED_M:
+    closed = frame.closed_start or frame.closed_end
+    if rest <= _CLOSED_M and not (ends_free and closed):
         yield low + 0.5 * max(rest, 0.0), 0.0
         return
-    if frame.closed_start and not leaves_gap(frame.closed_end, rest, end_gap_m):
+    if frame.closed_start and not ends_free and not leaves_gap(frame.closed_end, rest, end_gap_m):
         yield low, 0.0
-    if frame.closed_end and not leaves_gap(frame.closed_start, rest, end_gap_m):
+    if frame.closed_end and not ends_free and not leaves_gap(frame.closed_start, rest, end_gap_m):
         yield low + rest, 0.0
-    if flush and (frame.closed_start or frame.closed_end):
+    if flush and closed and not ends_free:
         return
     first, last = end_gap_m * frame.closed_start, rest - end_gap_m * frame.closed_end
     if last > first:

@@ -24,7 +24,8 @@ class RunRule:
     """What makes the objects below a node that stand on the floor one run.
 
     They stand with their backs ``wall_gap_m`` off the wall, ``joint_m`` apart.  A run that does not touch a side wall leaves
-    ``end_gap_m`` at least; with ``flush`` it touches one where its stretch of wall ends at one.  Before units that face each other
+    ``end_gap_m`` at least; with ``flush`` it touches one where its stretch of wall ends at one, with
+    ``ends_free`` a run without corner touches none.  Before units that face each other
     ``aisle_m`` stays free, and ``corner_aisle_m`` (if not given: ``aisle_m``) between the units' fronts and a later run at a wall at an
     angle to theirs.  With ``window_gap_m`` the run keeps that far off the sides of windows (room for curtains), else low units stand below
     them.  A metre of wall that a run could take and leaves bare makes an arrangement less likely by ``bare_cost`` nat; it leaves
@@ -45,6 +46,7 @@ class RunRule:
     bare_cost: Cost = 4.0
     most_bare_m: Distance = 50.0
     flush: bool = True
+    ends_free: bool = False
     line_cost: Cost = 0.0
     free: bool = False
     around_m: Distance = 0.9

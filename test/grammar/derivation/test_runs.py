@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from small_grammar import CATEGORIES, closet, item, small_grammar
+from small_grammar import CATEGORIES, closet, item, mapping, small_grammar
 
 from grammar.derivation.derive import derive
 from grammar.geometry.run_slots import unit_poses
@@ -14,7 +14,8 @@ from grammar.layout.assemble import assemble
 from grammar.layout.energies import full_energy
 from grammar.layout.runs import RUN_ORDER, arrange
 from grammar.spec.request import RequestError, SceneRequest
-from scene_description import FieldError
+from grammar.spec.rules import Grammar
+from scene_description import FieldError, from_mapping
 
 
 def with_run(text, run):
@@ -47,6 +48,22 @@ def test_end_on_units_stand_back_to_back_and_a_joint_apart_in_every_slot():
         twin = unit_poses(slot, 0.5 * slot.slide, [[(1.5, 0.8)] * 2], rules, rule)
         assert np.array([pose[:2] for pose in twin]) == pytest.approx(state.pose[[first, last], :2])
         assert np.cos([pose[2] for pose in twin] - state.pose[[first, last], 2]) == pytest.approx(1.0)
+
+
+def test_a_run_with_free_ends_touches_no_side_wall():
+    text = with_run(closet("a"), "{end_gap_m: 1.1, ends_free: true}") + item("a", "dresser", (0.5, 1.6, 0.8), ", in_run: {}")
+    data = mapping(text)
+    data["openings"]["door"] |= {"end_gap_m": 1.5, "near_corner": 0.0}  # its leaf reaches no other wall
+    tree, problem, state = assembled(from_mapping(Grammar, data))
+    free = [(k, slot) for k, slot in enumerate(tree.runs[0].slots) if int(slot.wall_a) != tree.room.openings[0].wall]
+    assert free
+    for k, slot in free:
+        state.hold[problem.link[:, col.RUN] == 0, col.SLOT] = k
+        for shift in (0.0, slot.slide):
+            arrange(problem, state, 0, shift)
+            at = state.pose[np.flatnonzero(problem.link[:, col.RUN] == 0)[0], :2]
+            wall = problem.wall[int(slot.wall_a)]
+            assert 0.8 + 1.1 - 1e-9 <= (at - wall[:2]) @ wall[2:4] <= 4.0 - 1.9 + 1e-9
 
 
 def test_an_end_on_unit_that_stretches_is_refused():
