@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from grammar.spec.categories import Categories
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar
 from scene_description import ParseNode
-from scene_description.polygons import signed_area_m2
 
 ROOM_SIZES = "room.sizes"
 """Stands for a node where the choice is a component of the mixture of the room's size; no symbol has a dot."""
@@ -25,15 +24,11 @@ RoomSampler = Callable[[Grammar, int, Sequence[int]], list["SampledCounts"]]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SampledCounts:
-    """One sampled room, or none (``failed``): the choices of its derivation, (node, branch, choice), and its objects by category.
-
-    ``floor_shares``: share of the floor that what stands on it of each category covers.
-    """
+    """One sampled room, or none (``failed``): the choices of its derivation, (node, branch, choice), and its objects by category."""
 
     failed: bool
     branches: tuple[tuple[str, int, int], ...]
     categories: Mapping[str, int]
-    floor_shares: Mapping[str, float] = field(default_factory=dict)
 
 
 def count_room(grammar: Grammar, categories: Categories, rng: np.random.Generator) -> SampledCounts:
@@ -43,13 +38,7 @@ def count_room(grammar: Grammar, categories: Categories, rng: np.random.Generato
     except RequestError:
         return SampledCounts(failed=True, branches=(), categories={})
     found = Counter(item.category for item in room.objects)
-    area, covered = signed_area_m2(room.room.polygon_m), Counter[str]()
-    for item in room.objects:
-        if item.support.kind == "floor" and not categories[item.category].underlay:
-            covered[item.category] += item.size_m[0] * item.size_m[1] / area  # type: ignore[assignment]
-    return SampledCounts(
-        failed=False, branches=tuple(_taken(grammar, room.parse_graph.nodes)), categories=dict(found), floor_shares=dict(covered)
-    )
+    return SampledCounts(failed=False, branches=tuple(_taken(grammar, room.parse_graph.nodes)), categories=dict(found))
 
 
 def _taken(grammar: Grammar, nodes: Sequence[ParseNode]) -> Iterable[tuple[str, int, int]]:

@@ -7,8 +7,7 @@ passes does not depend on the probabilities, so rooms that were sampled under so
 weights, the ratios of the structures' probabilities (Monte Carlo maximum likelihood: Geyer and Thompson, J. Royal Statistical Society B
 1992).  Under these weights iterative scaling moves the probabilities by the ratio of wanted to actual frequencies until both agree; then
 rooms are sampled with the new probabilities, and again.  The wanted frequency of a branch is first what counting gave, then shifted until
-each category is as frequent as in the data.  The size of the room is a choice like all others; the share of the floor that furniture
-covers in rooms of each size is shifted until its mean, over what the data records, is that of the data.
+each category is as frequent as in the data.  The size of the room is a choice like all others.
 """
 
 from __future__ import annotations
@@ -35,12 +34,11 @@ _LEAST = 1e-5
 _STEPS = 300
 _CONSTANT_STEPS = 30
 _RATE = 0.3
-_FULLEST = 0.8
 _FARTHEST = 0.8
 """How far a log-probability may move in one round: further away the importance weights say little."""
 
-_MOST_RAISED, _GIVEN_UP, _LEAST_EXPECTED = math.log(3.0), math.log(20.0), 4.0
-"""Sizes of rooms that seldom pass are drawn at most three times as often as they occur, and those that never pass hardly at all."""
+_MOST_RAISED, _GIVEN_UP, _LEAST_EXPECTED = math.log(2.5), math.log(20.0), 4.0
+"""Sizes of rooms that seldom pass are drawn at most 2.5 times as often as they occur, and those that never pass hardly at all."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,13 +87,11 @@ def correct_truncation(
         grammar, {key: branching for key, branching in _branching_of(grammar).items() if _counted(grammar, key, covered)}, sorted(wanted)
     )
     logs, rows, pool = choices.target, [], _Pool([], [], [])
-    wanted_share = sum(size.probability * (size.floor_share or 0.0) for size in grammar.room.sizes)
     for iteration in range(options.iterations):
         rooms = sampler(_with_branching(grammar, choices.branching(logs)), iteration, range(options.rooms))
         passed = [room for room in rooms if not room.failed]
         if not passed:
             raise RequestError(f"{grammar.room_type}: expected some valid rooms of {len(rooms)}, got none; widen the room or its budget")
-        grammar = _with_shifted_shares(grammar, wanted_share - float(np.mean([_recorded_share(room, wanted) for room in passed])))
         seen = {name: sum(room.categories.get(name, 0) for room in passed) / len(passed) for name in wanted}
         rows.append(
             TruncationRow(
@@ -110,20 +106,6 @@ def correct_truncation(
         pool.counts.append(np.array([[room.categories.get(name, 0) for name in choices.names] for room in passed], np.float64))
         logs = _scaled(choices, pool, np.array([wanted[name] for name in choices.names]), logs)
     return _with_branching(grammar, choices.branching(logs)), tuple(rows)
-
-
-def _recorded_share(room: SampledCounts, wanted: Mapping[str, float]) -> float:
-    return sum(share for name, share in room.floor_shares.items() if wanted.get(name))
-
-
-def _with_shifted_shares(grammar: Grammar, shift: float) -> Grammar:
-    """Return the grammar whose rooms are fuller by a share of the floor, or emptier, up to four fifths full."""
-    sizes = tuple(
-        size if size.floor_share is None else replace(size, floor_share=min(max(size.floor_share + shift, 0.0), _FULLEST))
-        for size in grammar.room.sizes
-    )
-    most = max([grammar.room.floor_share_max, *(size.floor_share for size in sizes if size.floor_share is not None)])
-    return replace(grammar, room=replace(grammar.room, sizes=sizes, floor_share_max=most))
 
 
 class _Pool(NamedTuple):
