@@ -8,9 +8,9 @@ import pytest
 from small_grammar import CATEGORIES
 
 from grammar import read_room_type
-from grammar.derivation.densities import draw_truncated_normal
+from grammar.derivation.densities import draw_truncated_normal, draw_with_log_density
 from grammar.learning import ObservedRoom
-from grammar.learning.sizes import fitted_normal, learn_room, learn_size
+from grammar.learning.sizes import fitted_normal, learn_room, learn_size, quartile_normal
 
 BASE = read_room_type("bedroom", CATEGORIES)
 
@@ -79,3 +79,13 @@ def test_many_sizes_are_merged_with_their_moments() -> None:
     assert len(modes) == 24
     assert sum(mode.probability for mode in modes) == pytest.approx(1.0)
     assert sum(mode.probability * mode.mean_m[0] for mode in modes) == pytest.approx(0.4295)
+
+
+def test_the_quartiles_of_rooms_that_are_not_made_for_furniture_are_kept() -> None:
+    # a long tail: the median of what is learned is that of the rooms, higher or lower by little
+    seen = np.array([1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7, 1.8, 2.0, 2.2, 2.5, 3.0, 7.0, 8.0, 9.0])
+    learned = quartile_normal(seen)
+    assert (learned.low, learned.high) == (1.1, 9.0)
+    rng = np.random.default_rng(0)
+    drawn = [draw_with_log_density(rng, learned)[0] for _ in range(4000)]
+    assert float(np.median(drawn)) == pytest.approx(1.8, abs=0.2)
