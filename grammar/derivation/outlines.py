@@ -33,7 +33,7 @@ _TOUCH_M = 1e-6
 _JUTS = ("chimney_breast", "alcove", "bay")
 _JUT_WALLS = (3, 4, 5)
 """Walls of a bay or a chimney breast in the outline of a room that has one: side, front, side."""
-_LEAST_BETWEEN_M = 0.8
+_LEAST_BETWEEN_M = 1.2
 """Least distance of the arms of a U, between which there is something else."""
 _LEAST_BAY_FRONT_M = 0.6
 

@@ -49,10 +49,9 @@ def test_every_term_is_counted():
     """A row whose kernel is missing, or adds to another column, has no loss in any layout."""
     met = np.zeros(len(TERMS), bool)
     for room_type, set_name, seed in (
-        ("living_room", "by_hand", 6), ("kitchen", "by_hand", 3), ("bedroom", "by_hand", 4),
-        ("kitchen", "by_hand", 0), ("study", "by_hand", 10),
-        ("bedroom", "by_hand", 0), ("bedroom", "learned", 19), ("living_room", "by_hand", 2),
-        ("kitchen", "by_hand", 3), ("study", "by_hand", 17), ("study", "by_hand", 19),
+        ("bedroom", "by_hand", 0), ("bedroom", "learned", 19), ("living_room", "by_hand", 2), ("living_room", "by_hand", 6),
+        ("bedroom", "by_hand", 4), ("kitchen", "by_hand", 0), ("kitchen", "by_hand", 3), ("study", "by_hand", 3),
+        ("study", "by_hand", 10), ("study", "by_hand", 17), ("study", "by_hand", 19),
     ):  # fmt: skip
         grammar, rng = read_room_type(room_type, CATEGORIES, set_name), np.random.default_rng(seed)
         tree = derive(grammar, CATEGORIES, SceneRequest(room_type=room_type, min_objects=14), rng)
