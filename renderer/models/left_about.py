@@ -65,12 +65,12 @@ def _heap(rng: np.random.Generator, size_m: Size, share: float) -> Mesh:
 def build_papers(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     """Return loose sheets fanned out, or a few magazines with coloured covers on each other."""
     depth, width, height = size_m
-    count, turn = {"sheets": (6, 0.5), "magazines": (3, 0.2)}[style]
+    count, turn = {"sheets": (6, 0.2), "magazines": (3, 0.2)}[style]
     pages: list[Mesh] = []
     covers: list[Mesh] = []
     thick = height / count
     for k in range(count):
-        half_d, half_w = 0.4 * depth, 0.4 * width
+        half_d, half_w = 0.43 * depth, 0.43 * width
         angle = float(rng.uniform(-turn, turn)) if k else 0.0
         low, high = k * thick, (k + 1) * thick - 0.2 * thick
         if style == "sheets":
