@@ -26,12 +26,13 @@ def ceiling_planes(room: Room) -> NDArray[np.float64]:
 
 def ceiling_height_m(room: Room, x: float, y: float) -> float:
     """Return the height of the ceiling over a point of the floor."""
-    return min([room.height_m, *(a * x + b * y + c for a, b, c in ceiling_planes(room).tolist())])
+    slopes: list[float] = (ceiling_planes(room) @ (x, y, 1.0)).tolist()
+    return min([room.height_m, *slopes])
 
 
 def height_lines_m(room: Room, height_m: float) -> list[tuple[Point2, Point2]]:
     """Return the lines over the floor along which a sloped ceiling is as high as that, as ends of their pieces, world metres."""
-    planes, lines = ceiling_planes(room).tolist(), []
+    planes, lines = ceiling_planes(room).tolist(), list[tuple[Point2, Point2]]()
     for k, (a, b, c) in enumerate(planes):
         # the line a x + b y + c = height as points at + t along, cut by the outline and where another plane is lower
         steep = math.hypot(a, b)

@@ -265,6 +265,10 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth sweep objects --plan": Run(),
     "scene_synth sweep objects --out runs/objects --workers 2": Parsed(f"{_SWEEP}_workers_change_no_byte"),
     "scene_synth sample": Named(),
+    "scene_synth sample --room bedroom -p room_ceiling:=two_slopes -p room_pitch_deg:=40 --count 4 --out rooms": Run(
+        "scene_synth sample --room bedroom -p room_ceiling:=two_slopes -p room_pitch_deg:=40 --count 1 --out sloped",
+        ("sloped/room_0000.json",),
+    ),
     "scene_synth sample --help": Run(),
     "scene_synth sample -p": Named(),
     "scene_synth sample --look TEXT": Named(),

@@ -29,10 +29,11 @@ from grammar.spec.rules import Grammar
 from grammar.spec.values import TruncatedNormal
 from scene_description import Room, Slope
 from scene_description.ceilings import OUTSIDE_M, ceiling_over_opening_m, distance_into_room_m
+from scene_description.polygons import signed_area_m2
 
 Size = tuple[float, float, float]
 
-_TRIES = 40
+_TRIES = 15
 _OPENING_TRIES = 400
 _SIDES = {"flat": (0.0, 0.0), "one_slope": (1.0, 0.0), "two_slopes": (1.0, 1.0)}
 """Probabilities of slopes, and of two of them, that a request for a ceiling stands for."""
@@ -83,7 +84,7 @@ def draw_slopes(
         return room, list(attributes)
     if rng.random() >= rule.probability:
         return room, [*attributes, Attribute("slopes", "none", math.log(1.0 - rule.probability))]
-    walls = _bounding_walls(room)
+    walls, floor_m2 = _bounding_walls(room), signed_area_m2(room.polygon_m)
     for _ in range(_TRIES if walls else 0):
         two = bool(rng.random() < rule.two_sides)
         (height, height_log), (eaves, eaves_log), (pitch, pitch_log) = (
@@ -95,7 +96,7 @@ def draw_slopes(
         sloped = replace(room, height_m=height, slopes=slopes)
         sloped = _grown(sloped) if grows else sloped
         slim = grows and _proportion(sloped) > max(_proportion(room), _SLIM)
-        if not slim and len(chosen) == 1 + two and _high_share(sloped, rule.high_m) >= rule.high_share:
+        if not slim and len(chosen) == 1 + two and _high_area_m2(sloped, rule.high_m) >= rule.high_share * floor_m2:
             log = math.log(rule.probability) + math.log(rule.two_sides if two else 1.0 - rule.two_sides) + wall_log
             told = f"walls {' and '.join(map(str, chosen))}, from {eaves:.3f} m at {math.degrees(pitch):.2f} deg"
             others = [attribute for attribute in attributes if attribute.name != "height_m"]
@@ -146,13 +147,12 @@ def _opposite(room: Room, walls: Sequence[int], wall: int) -> list[int]:
     return sorted(facing, key=lambda w: lengths[w])[-1:]
 
 
-def _high_share(room: Room, high_m: float) -> float:
-    """Return the share of the floor over which the ceiling is at least so high."""
-    floor = Polygon(room.polygon_m)
-    high = floor
+def _high_area_m2(room: Room, high_m: float) -> float:
+    """Return the area of the floor over which the ceiling is at least so high."""
+    high = Polygon(room.polygon_m)
     for strip in low_ceiling(room, high_m):
         high = high.difference(Polygon(footprint_corners(strip)))
-    return float(high.area / floor.area)
+    return float(high.area)
 
 
 def draw_below_slopes(room: Room, casing_m: float, draw: Callable[[], DrawnOpening | None]) -> DrawnOpening | None:

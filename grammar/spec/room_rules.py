@@ -51,7 +51,8 @@ class SlopeRule:
     """How often a room lies under a roof, and how its ceiling slopes then: towards one wall, or alike towards two opposite ones.
 
     The ceiling falls at ``pitch_rad`` from ``height_m``, which takes the place of the room's own, to ``eaves_height_m`` at these walls.
-    Over ``high_share`` of the floor at least it is ``high_m`` high or more.
+    It is ``high_m`` high or more over a floor of at least ``high_share`` of what was drawn before it grew by what is too low to count
+    (International Residential Code, R305.1: 7 feet over half of the floor that is asked for).
     """
 
     probability: Probability = 0.0

@@ -161,7 +161,8 @@ def _wall(room: Room, polygon: Array, index: int) -> Mesh:
     low = -SLAB_M
     inner: Profile = [(0.0, room.height_m + SLAB_M), (length, room.height_m + SLAB_M)]
     if room.slopes is not None:
-        inner = [(along_m, height + SLAB_M) for along_m, height in wall_profile(room, polygon, index)]
+        # no point of a slanting edge may look out over the ceiling: the light there would be taken for the wall's
+        inner = [(along_m, height + 0.5 * SLAB_M) for along_m, height in wall_profile(room, polygon, index)]
     holes = [(o.offset_m, o.offset_m + o.width_m, o.sill_m, o.sill_m + o.height_m) for o in room.openings if o.wall == index]
     first, last = -_corner_reach(polygon, index, thickness), length + _corner_reach(polygon, (index + 1) % len(polygon), thickness)
     outer: Profile = [(first, inner[0][1]), *inner[1:-1], (last, inner[-1][1])]

@@ -8,7 +8,7 @@ from small_grammar import CATEGORIES
 
 from grammar.checks.validity import check_room, door_start_m
 from grammar.spec.grammar_file import read_room_type
-from scene_description import ModelReference, Opening, Room, SceneObject, SceneSynthError, Support
+from scene_description import ModelReference, Opening, Room, SceneObject, SceneSynthError, Slope, Support
 
 GRAMMAR = read_room_type("bedroom", CATEGORIES)
 HALF = math.pi / 2
@@ -103,6 +103,18 @@ def test_a_good_room_passes_every_check():
         "reachable",
         "side_clear",
     ]
+
+
+def test_solids_stay_below_slopes_and_so_do_windows():
+    """From 1.1 m at the bed's head by 1 m a metre: the bed is 1 m high, the 2 m door begins 0.1 m from that wall."""
+    room = replace(ROOM, slopes=(Slope(wall=3, eaves_height_m=1.1, pitch_rad=0.25 * math.pi),))
+    found = failures(check(room=room))["out_of_bounds"]
+    assert found.objects == (1,) and found.value == pytest.approx(2.0 - 1.2)
+    steep = replace(room, slopes=(replace(room.slopes[0], wall=2, eaves_height_m=1.98),))
+    found = failures(check(room=steep))["out_of_bounds"]
+    assert found.objects == (WARDROBE,) and found.value == pytest.approx((2.0 - 1.98) * math.sqrt(0.5))
+    low = replace(room, slopes=(Slope(wall=1, eaves_height_m=2.05, pitch_rad=0.25 * math.pi),))
+    assert failures(check(room=low))["out_of_bounds"].objects == (2,)
 
 
 EXTRA = 9

@@ -109,11 +109,23 @@ def test_distance_outside_of_a_room_with_a_corner_that_sticks_in():
     assert rectangle_outside(wall, 2.0 - 0.2 * c, 2.0 - 0.2 * s, c, s, 0.3, 1.0) == pytest.approx(0.1)
 
 
+def test_what_reaches_through_a_sloped_ceiling_is_out_of_the_room(placed):
+    """The ceiling rises from 0.5 m at the wall y = -2 by 1 m a metre; the table is 0.7 m high, the mug on it 0.1 m."""
+    problem, state, table = placed
+    problem = problem._replace(slope=np.array([(0.0, 1.0, 2.5, math.sqrt(0.5))]))
+    put(problem, state, table, 0.0, -1.1, 0.0)
+    assert energies(problem, state)["out_of_room"] == pytest.approx((0.7 - 0.6) * math.sqrt(0.5))
+    put(problem, state, table, 0.0, -0.9, 0.0)
+    assert energies(problem, state)["out_of_room"] == 0.0
+    put(problem, state, table + 2, 0.0, -1.69, 0.0)
+    assert energies(problem, state)["out_of_room"] == pytest.approx((0.8 + 1.74 - 2.5) * math.sqrt(0.5))
+
+
 def test_incremental_energy_is_the_full_energy():
     grammar = read_room_type("bedroom", CATEGORIES)
-    for seed in (0, 1):
+    for seed, ceiling in ((0, "flat"), (1, "two_slopes")):
         rng = np.random.default_rng(seed)
-        request = SceneRequest(min_objects=18, max_objects=30)
+        request = SceneRequest(min_objects=18, max_objects=30, room_ceiling=ceiling)
         problem, state = assemble(grammar, CATEGORIES, derive(grammar, CATEGORIES, request, rng))
         settings = move_settings(grammar.moves)
         for i in np.concatenate(

@@ -113,7 +113,7 @@ def test_a_gable_wall_is_a_trapezoid_and_a_knee_wall_low() -> None:
         start, _, inward, _ = wall_frame(polygon, wall)
         corners = walls.vertices[walls.faces]
         on_face = (np.abs((corners[..., :2] - start) @ inward) < 1e-6).all(axis=1)
-        expected = sum((b - a) * (0.5 * (low + high) + 0.2) for (a, low), (b, high) in itertools.pairwise(profile))
+        expected = sum((b - a) * (0.5 * (low + high) + 0.15) for (a, low), (b, high) in itertools.pairwise(profile))
         assert (area_vectors(walls)[on_face, :2] @ inward).sum() == pytest.approx(expected, rel=1e-5)
 
 

@@ -1,0 +1,98 @@
+"""Sloped ceilings as they are drawn: shares, heights, floors that grow, openings below them, and requests."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from small_grammar import CATEGORIES, closet, item, small_grammar
+
+from grammar.derivation.derive import derive
+from grammar.derivation.overrides import overridden
+from grammar.derivation.rejection import RejectedError
+from grammar.derivation.slopes import check_tall, draw_slopes
+from grammar.geometry.slopes import low_ceiling
+from grammar.spec.request import RequestError, SceneRequest
+from grammar.spec.room_rules import SlopeRule
+from scene_description import Room
+from scene_description.ceilings import ceiling_over_opening_m, check_slopes
+from scene_description.polygons import signed_area_m2
+
+L_ROOM = ((0.0, 0.0), (5.0, 0.0), (5.0, 2.5), (3.0, 2.5), (3.0, 4.5), (0.0, 4.5))
+
+
+def bare(outline=((0.0, 0.0), (4.0, 0.0), (4.0, 4.5), (0.0, 4.5))):
+    return Room(polygon_m=outline, height_m=2.9, wall_thickness_m=0.1, openings=(), surfaces=())
+
+
+def drawn(rule, room, seed, grows=False):
+    return draw_slopes(rule, room, [], np.random.default_rng(seed), grows=grows)
+
+
+@pytest.mark.parametrize("outline", [bare().polygon_m, L_ROOM])
+def test_slopes_are_drawn_by_their_rule(outline):
+    rule, found = SlopeRule(probability=0.5, two_sides=0.3), []
+    for seed in range(300):
+        room, attributes = drawn(rule, bare(outline), seed)
+        check_slopes(room)
+        found.append(len(room.slopes or ()))
+        assert attributes[-1].name == "slopes"
+        if room.slopes is None:
+            assert room.height_m == 2.9 and attributes[-1].log_probability == pytest.approx(math.log(0.5))
+            continue
+        assert len({(slope.eaves_height_m, slope.pitch_rad) for slope in room.slopes}) == 1
+        assert rule.height_m.low <= room.height_m <= rule.height_m.high
+        assert rule.eaves_height_m.low <= room.slopes[0].eaves_height_m <= rule.eaves_height_m.high
+        low = sum(4.0 * strip[4] * strip[5] for strip in low_ceiling(room, rule.high_m))
+        assert low <= 0.5 * signed_area_m2(outline) or outline is L_ROOM
+    assert found.count(0) == pytest.approx(150, abs=35)
+    assert found.count(1) > found.count(2) > 10
+
+
+def test_a_rule_without_slopes_draws_no_number_and_a_narrow_room_has_none():
+    rng = np.random.default_rng(0)
+    assert draw_slopes(SlopeRule(), bare(), [], rng, grows=True) == (bare(), [])
+    assert rng.random() == np.random.default_rng(0).random()
+    with pytest.raises(RejectedError, match=r"a sloped ceiling at least 2\.13 m high over 0\.95 of the floor"):
+        drawn(SlopeRule(probability=1.0, high_share=0.95), bare(), 0)
+
+
+def test_the_floor_grows_by_what_does_not_count_of_it():
+    """From eaves of 0.8 m at 45 degrees: 0.2 m of floor below 1 m, and half of the next 1 m, are lost at each side."""
+    rule = SlopeRule(
+        probability=1.0, two_sides=1.0, eaves_height_m=fixed(0.8), pitch_rad=fixed(0.25 * math.pi), height_m=fixed(2.4), high_share=0.2
+    )
+    room, _ = drawn(rule, bare(), 1, grows=True)
+    spans = np.ptp(np.array(room.polygon_m), axis=0)
+    across = 0 if room.slopes[0].wall in (1, 3) else 1
+    assert spans[across] == pytest.approx((4.0, 4.5)[across] + 2 * 0.7) and spans[1 - across] == pytest.approx((4.0, 4.5)[1 - across])
+
+
+def fixed(value):
+    return replace(SlopeRule().height_m, mean=value, low=value, high=value)
+
+
+def test_requests_ask_for_one_thing_at_a_time():
+    grammar = small_grammar(closet("desk") + item("desk", "desk", (0.7, 1.4, 0.75), ", wall: [{distance_m: 0.02}]"))
+    for ceiling, count in (("flat", 0), ("one_slope", 1), ("two_slopes", 2)):
+        request = SceneRequest(room_type="closet", room_ceiling=ceiling, room_eaves_m=0.9, room_pitch_deg=40.0, room_height_m=2.5)
+        for seed in range(3):
+            room = derive(grammar, CATEGORIES, request, np.random.default_rng(seed)).room
+            assert len(room.slopes or ()) == count and room.height_m == 2.5
+            assert all(slope.eaves_height_m == 0.9 and slope.pitch_rad == pytest.approx(math.radians(40.0)) for slope in room.slopes or ())
+            for opening in room.openings:
+                assert opening.sill_m + opening.height_m < ceiling_over_opening_m(room, opening)
+    assert overridden(overridden(grammar, request), request) == overridden(grammar, request)
+    with pytest.raises(RequestError, match=r"^room_eaves_m: expected 0\.5 to 1\.9 m for this height of the room, got 1\.95$"):
+        overridden(grammar, SceneRequest(room_type="closet", room_eaves_m=1.95, room_height_m=2.0))
+
+
+def test_what_is_tall_needs_walls_below_the_ceiling():
+    grammar = small_grammar(closet("store") + item("store", "wardrobe", (0.6, 1.2, 2.1), ", wall: [{distance_m: 0.02}]"))
+    rule, room = grammar.objects["store"], bare()
+    things = [(rule, (0.6, 1.2, 2.1))] * 4
+    check_tall(grammar, room, things * 9)
+    sloped, _ = drawn(SlopeRule(probability=1.0, two_sides=1.0, eaves_height_m=fixed(0.8), pitch_rad=fixed(0.6), high_share=0.0), room, 0)
+    check_tall(grammar, sloped, [(rule, (0.6, 1.2, 0.9))] * 40)
+    with pytest.raises(RejectedError, match=r"walls below the sloped ceiling for what is 2\.10 m high"):
+        check_tall(grammar, sloped, things)
