@@ -76,12 +76,12 @@ def find_faults(found: Furnished, *, of_layout: bool = False) -> dict[str, list[
     return {name: ids for name, ids in all_found if ids}
 
 
-_NEEDS: tuple[tuple[Role, Role], ...] = (("screen", "seat"), ("pulled_up", "table"), ("hood", "hob"))
-"""Roles of which the first is at fault, however it stands, in a room that has nothing with the second."""
+_NEEDS: tuple[tuple[Role, Role], ...] = (("screen", "seat"), ("pulled_up", "table"), ("hood", "hob"), ("toilet", "bathing"))
+"""Roles of which the first has no place, however it stands, in a room that has nothing with the second."""
 
 
 def always_odd(categories: Categories, names: Iterable[str]) -> bool:
-    """Return whether every layout of objects of these categories has a fault of layout."""
+    """Return whether every layout of objects of these categories has a fault."""
     roles = {role for name in set(names) for role in categories[name].roles}
     return any(one in roles and other not in roles for one, other in _NEEDS)
 

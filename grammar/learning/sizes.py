@@ -19,7 +19,7 @@ from scene_description.polygons import signed_area_m2
 from scene_description.types import Point2
 
 _FURNISHED_SHARE = 0.2
-_AREA_MARGIN_M2 = 0.2
+_AREA_MARGIN_M2, _LEAST_AREA_M2 = 0.2, 1.0
 _MAX_ROOMS, _ROOM_WIDTH = 64, 0.5
 """Kernels are half as wide as Scott's rule, which is for normal distributions, has them: rooms gather at several sizes."""
 
@@ -171,7 +171,7 @@ def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequen
         depth_m=side,
         sizes=_learn_room_sizes(extents * np.sqrt(areas / extents.prod(1))[:, None], shares if fitted else None),
         height_m=_height([room.height_m for room in rooms]),
-        area_low_m2=min(base.area_low_m2, float(areas.min()) - _AREA_MARGIN_M2),
+        area_low_m2=min(base.area_low_m2, max(float(areas.min()) - _AREA_MARGIN_M2, _LEAST_AREA_M2)),
         area_high_m2=max(min(base.area_high_m2, 1.5 * high), float(areas.max()) + _AREA_MARGIN_M2),
         floor_share_max=min(max(base.floor_share_max, float(np.max(shares)) if fitted else float(np.quantile(shares, 0.75))), 1.0),
         shapes=_learn_shapes(base.shapes, outlines, extents, areas, alpha),
