@@ -58,7 +58,6 @@ FAULTS = (
     Fault("bedside_astray", "a nightstand is further than 0.3 m from the bed", furniture.bedside_astray),
     Fault("basin_off_mirror", "no mirror hangs over a washbasin, though the room has one", furniture.basin_off_mirror),
     Fault("no_bathing", "a bathroom has neither bath nor shower", furniture.no_bathing, of_layout=False),
-    Fault("mat_covered", "a bath mat lies beneath furniture to more than a fifth", bathrooms.mat_covered),
     Fault("paper_out_of_reach", "toilet paper hangs further than 0.9 m from the toilet", bathrooms.paper_out_of_reach),
     Fault("gap_in_run", "a gap of 3 to 35 cm parts two kitchen units at a wall", kitchens.gap_in_run),
     Fault("run_in_pieces", "kitchen units at one wall stand apart with no door between them, or one stands alone", kitchens.run_in_pieces),

@@ -118,7 +118,7 @@ def test_a_mat_lies_before_the_bath_and_paper_hangs_by_the_toilet() -> None:
     )
     assert faults({"toilet": toilet, "mat": mat, "paper": paper}) == {}
     # the mat reaches 0.45 m beneath the toilet, half of its width: 0.9 x 0.5 of it
-    assert faults({"toilet": toilet, "mat": replace(mat, position_m=(0.5, 4.0, 0.0))}) == {"mat_covered": [17]}
+    assert faults({"toilet": toilet, "mat": replace(mat, position_m=(0.5, 4.0, 0.0))}) == {"stands_on_mat": [17]}
     assert faults({"toilet": toilet, "paper": replace(paper, position_m=(0.05, 5.0, 0.7))}) == {"paper_out_of_reach": [18]}
 
 
@@ -224,6 +224,8 @@ def test_hoods_fridges_and_rooms_that_lack_something() -> None:
         (("television", "rug"), True),
         (("desk_chair", "bed"), True),
         (("desk_chair", "desk"), False),
+        (("toilet", "washbasin"), True),
+        (("toilet", "bathtub"), False),
         ((), False),
     ],
 )
