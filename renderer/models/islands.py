@@ -14,7 +14,7 @@ from renderer.models.fitted_kitchen import corner_unit
 from renderer.models.kitchen import WORKTOP_M, base_unit, columns
 from renderer.models.model import Model, Parts, Size, fitted
 
-_UNIT_M = 0.62
+_REACH_M = 0.3
 _PANEL_M = 0.02
 _SLAT_M, _GROOVE_M = 0.045, 0.008
 
@@ -25,7 +25,7 @@ def build_island_counter(rng: np.random.Generator, size_m: Size, style: str) -> 
     The back has frames (framed fronts), upright slats (flat ones) or plain panels, down to the floor.
     """
     depth, width, height = size_m
-    back = 0.5 * depth - min(_UNIT_M, 0.75 * depth)
+    back = min(_REACH_M, 0.4 * depth) + _PANEL_M - 0.5 * depth
     under, half = height - WORKTOP_M, 0.5 * width
     unit = base_unit(rng, (0.5 * depth - back, width, height), height, style, only_doors=False)
     parts = {name: moved(mesh, 0.5 * (back + 0.5 * depth)) for name, mesh in unit.items()}
