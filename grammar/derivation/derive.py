@@ -36,7 +36,7 @@ from scene_description.polygons import signed_area_m2
 _CONDITIONAL_COST = 10
 """Drawing a structure given its numbers of objects takes the time of so many free ones, but none is rejected for its numbers."""
 
-_OPENINGS_TRIED = 6
+_OPENINGS_TRIED = 4
 """Draws of doors and windows for one room with runs: a structure that fits between some of them is not given up for the others."""
 
 
