@@ -39,7 +39,7 @@ _CONDITIONAL_COST = 10
 _SAME_EXTENT = 100
 """Derivations in a row that are tried with one drawn area."""
 
-_OPENINGS_TRIED = 6
+_OPENINGS_TRIED = 4
 """Draws of doors and windows for one room with runs: a structure that fits between some of them is not given up for the others."""
 
 
