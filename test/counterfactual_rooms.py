@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import cache
 
 from grammar.spec.request import SceneRequest
@@ -13,6 +14,17 @@ ROOM_TYPES = (
     "bathroom", "bedroom", "dining_room", "garage", "guest_room", "gym", "hallway", "kitchen", "living_room", "office", "storage", "study",
 )  # fmt: skip
 SEED = 7
+ASKED = {  # furniture where tests can change it: two nightstands with lamps, a seat and a plant with free floor about them
+    "bedroom": SceneRequest(
+        room_shape="rectangle", room_ceiling="flat", room_width_m=5.2, room_depth_m=4.8, max_objects=40,
+        must_not=("desk", "dresser", "bookshelf", "floor_lamp", "rug", "radiator"),
+        counts=("bed:1:1", "nightstand:2:2", "table_lamp:2:2", "book_stack:2:2", "wardrobe:1:1", "armchair:1:1", "potted_plant:1:1"),
+        fixed=(
+            "double_bed:-1.53:0:0:size=2.1x1.6x1.0", "wardrobe:0.5:2.08:-1.5708:size=0.6x1.2x2.0",
+            "armchair:1.8:1.5:-2.2:size=0.8x0.75x0.85", "potted_plant:1.3:-1.2:0:size=0.4x0.4x1.0",
+        ),
+    ),
+}  # fmt: skip
 
 
 @cache
@@ -22,7 +34,7 @@ def rules() -> SceneSynthesizer:
 
 @cache
 def room(room_type: str) -> SceneDescription:
-    request = SceneRequest(room_type=room_type, grammar_set="by_hand", daylight="clear")
+    request = replace(ASKED.get(room_type, SceneRequest()), room_type=room_type, grammar_set="by_hand", daylight="clear")
     return rules().synthesize(request, SEED, 0, CameraTimes(frames=5, start_ns=1_000, rate_hz=10.0))
 
 

@@ -84,7 +84,7 @@ def _draw(
     if rule.mount == "ceiling":
         x, y, yaw = _anywhere(rng, wall)
         return replace(item, position_m=(x, y, scene.room.height_m - item.size_m[2]), yaw_rad=yaw)
-    if rule.around and cores:
+    if rule.around and cores and rng.random() >= _alone(rule):
         return _around(rng, rule, cores[int(rng.integers(len(cores)))], item)
     if rule.wall:
         mode = rule.wall[int(rng.integers(len(rule.wall)))]
@@ -92,6 +92,12 @@ def _draw(
         return _at_wall(rng, wall, item, mode.distance_m, turn, 0.0, hangs=False)
     x, y, yaw = _anywhere(rng, wall)
     return replace(item, position_m=(x, y, 0.0), yaw_rad=yaw)
+
+
+def _alone(rule: ObjectRule) -> float:
+    """Return the probability that an object belongs to no core though there are some."""
+    weights = rule.cores or {}
+    return weights.get("none", 0.0) / max(sum(weights.values()), 1e-12)
 
 
 def _anywhere(rng: np.random.Generator, wall: Floats) -> tuple[float, float, float]:

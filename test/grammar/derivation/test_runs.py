@@ -22,8 +22,8 @@ def with_run(text, run):
     return text.replace("kind: and,", f"kind: and, run: {run},")
 
 
-def assembled(grammar, seed=0):
-    tree = derive(grammar, CATEGORIES, SceneRequest(room_type="closet"), np.random.default_rng(seed))
+def assembled(grammar, counts=()):
+    tree = derive(grammar, CATEGORIES, SceneRequest(room_type="closet", counts=counts), np.random.default_rng(0))
     return (tree, *assemble(grammar, CATEGORIES, tree))
 
 
@@ -75,7 +75,7 @@ def test_an_end_on_unit_that_stretches_is_refused():
 
 def test_a_unit_that_likes_light_from_the_side_pays_at_the_window_s_wall_and_opposite():
     text = with_run(closet("a"), "{bare_cost: 0}") + item("a", "dresser", (0.5, 0.6, 0.8), ", in_run: {near: {side_window: 1.5}}")
-    tree, problem, state = assembled(small_grammar(text, weights={"run_order": 1.0}))
+    tree, problem, state = assembled(small_grammar(text, weights={"run_order": 1.0}), counts=("window:1:1",))
     windows = {opening.wall for opening in tree.room.openings if opening.category == "window"}
     seen = set()
     for k, slot in enumerate(tree.runs[0].slots):

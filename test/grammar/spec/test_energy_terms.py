@@ -8,10 +8,11 @@ import pytest
 from small_grammar import CATEGORIES
 
 from grammar.derivation.derive import derive
+from grammar.layout import columns as col
 from grammar.layout.assemble import assemble
 from grammar.layout.cliques import COUNTERS
 from grammar.layout.enter import enter
-from grammar.layout.mcmc import Chain
+from grammar.layout.mcmc import Chain, Run, run_chain
 from grammar.layout.moves import move_settings
 from grammar.layout.schedule import layout_energy
 from grammar.sample_room import room_floor
@@ -48,17 +49,15 @@ def test_weights_keep_the_order_of_the_rows():
 def test_every_term_is_counted():
     """A row whose kernel is missing, or adds to another column, has no loss in any layout."""
     met = np.zeros(len(TERMS), bool)
-    for room_type, set_name, seed in (
-        ("bedroom", "by_hand", 0), ("bedroom", "learned", 19), ("living_room", "by_hand", 2), ("living_room", "by_hand", 6),
-        ("bedroom", "by_hand", 4), ("kitchen", "by_hand", 0), ("kitchen", "by_hand", 3), ("study", "by_hand", 3),
-        ("study", "by_hand", 10), ("study", "by_hand", 17), ("study", "by_hand", 19),
-    ):  # fmt: skip
-        grammar, rng = read_room_type(room_type, CATEGORIES, set_name), np.random.default_rng(seed)
+    for room_type, set_name in (("bedroom", "learned"), ("kitchen", "by_hand"), ("study", "by_hand")):
+        grammar, rng = read_room_type(room_type, CATEGORIES, set_name), np.random.default_rng(0)
         tree = derive(grammar, CATEGORIES, SceneRequest(room_type=room_type, min_objects=14), rng)
         problem, state = assemble(grammar, CATEGORIES, tree)
         chain = Chain(problem, move_settings(grammar.moves), room_floor(grammar, tree.room))
         for i in sorted(np.flatnonzero(state.active == 0), key=lambda i, p=problem: len(p.targets(i)) > 0):
             assert enter(rng, problem, state, chain.moves, i, 20)
+        # a low beta takes things from where they belong
+        run_chain(rng, chain, state, Run(300, 1e-3, 1e-3, 0.0, False), np.flatnonzero(problem.mount != col.FIXED))
         met |= layout_energy(chain, state) > 0.0
     assert met.all(), [name for name, is_met in zip(TERMS, met, strict=True) if not is_met]
 
