@@ -8,6 +8,7 @@ from independent_check import faults
 from small_grammar import CATEGORIES
 
 from grammar import SceneRequest
+from grammar.counterfactual import Change, apply_change
 from grammar.synthesize import CameraTimes, SceneSynthesizer
 from scene_description import to_mapping
 from scene_description.ceilings import ceiling_height_m
@@ -87,3 +88,5 @@ def test_all_lies_below_a_sloped_ceiling_and_so_does_the_camera(synthesizer):
     assert all(z < ceiling_height_m(scene.room, x, y) - 0.1 for x, y, z in (pose.position_m for pose in scene.camera_path))
     lowered = to_mapping(replace(scene, room=replace(scene.room, slopes=tuple(replace(s, eaves_height_m=0.1) for s in scene.room.slopes))))
     assert "above the slope of wall" in " ".join(faults(lowered, grammar, CATEGORIES))
+    larger = apply_change(scene, Change(factor="room_size", value=1.3), synthesizer)
+    assert larger.room.slopes == scene.room.slopes and faults(to_mapping(larger), grammar, CATEGORIES) == []
