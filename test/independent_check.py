@@ -85,10 +85,18 @@ def _collisions(scene: Scene, blocks: list[Block], grammar: Grammar, categories:
 def _bounds(scene: Scene, blocks: list[Block], grammar: Grammar, categories: Categories) -> Iterator[str]:
     del categories
     limit = 1.0001 * grammar.validity.outside_m
-    room = Polygon(scene["room"]["polygon_m"]).buffer(limit, join_style="mitre")
+    corners = scene["room"]["polygon_m"]
+    room = Polygon(corners).buffer(limit, join_style="mitre")
     for block in blocks:
         if not room.contains(block.shape) or block.low < -limit or block.high > scene["room"]["height_m"] + limit:
             yield f"outside: {block.owner}"
+        for slope in scene["room"].get("slopes", ()):
+            tangent, top = math.tan(slope["pitch_rad"]), block.high - slope["eaves_height_m"]
+            (ax, ay), (bx, by) = corners[slope["wall"]], corners[(slope["wall"] + 1) % len(corners)]
+            # the line of the wall far beyond its ends, as floors may be wider farther in; square to the plane it is nearer by the cosine
+            line = LineString([(ax - 9 * (bx - ax), ay - 9 * (by - ay)), (bx + 9 * (bx - ax), by + 9 * (by - ay))])
+            if (top - tangent * block.shape.distance(line)) * math.cos(slope["pitch_rad"]) > limit:
+                yield f"above the slope of wall {slope['wall']}: {block.owner}"
 
 
 def _supports(scene: Scene, blocks: list[Block], grammar: Grammar, categories: Categories) -> Iterator[str]:

@@ -1,14 +1,17 @@
 """Rooms of every type against a check that shares no geometry with the generator's."""
 
 import copy
+from dataclasses import replace
 
 import pytest
 from independent_check import faults
 from small_grammar import CATEGORIES
 
 from grammar import SceneRequest
+from grammar.counterfactual import Change, apply_change
 from grammar.synthesize import CameraTimes, SceneSynthesizer
 from scene_description import to_mapping
+from scene_description.ceilings import ceiling_height_m
 
 TIMES = CameraTimes(frames=1, start_ns=0, rate_hz=10.0)
 
@@ -75,3 +78,15 @@ def test_every_kind_of_fault_is_found(synthesizer):
     ]
     found = [spoilt(at(wardrobe, **fence)) for fence in fences]
     assert all("walkable share" in text for text in found) and any("not reached" in text for text in found)
+
+
+def test_all_lies_below_a_sloped_ceiling_and_so_does_the_camera(synthesizer):
+    request = SceneRequest(room_type="bedroom", grammar_set="by_hand", room_ceiling="two_slopes")
+    scene = synthesizer.synthesize(request, 3, 1, replace(TIMES, frames=40))
+    grammar = synthesizer.grammar_of(request)
+    assert faults(to_mapping(scene), grammar, CATEGORIES) == []
+    assert all(z < ceiling_height_m(scene.room, x, y) - 0.1 for x, y, z in (pose.position_m for pose in scene.camera_path))
+    lowered = to_mapping(replace(scene, room=replace(scene.room, slopes=tuple(replace(s, eaves_height_m=0.1) for s in scene.room.slopes))))
+    assert "above the slope of wall" in " ".join(faults(lowered, grammar, CATEGORIES))
+    larger = apply_change(scene, Change(factor="room_size", value=1.3), synthesizer)
+    assert larger.room.slopes == scene.room.slopes and faults(to_mapping(larger), grammar, CATEGORIES) == []

@@ -134,7 +134,7 @@ def test_incremental_energy_is_the_full_energy():
             assert enter(rng, problem, state, settings, i, 3)
         movable = np.flatnonzero(problem.mount != col.FIXED)
         # a low beta accepts moves of every kind, overlaps included
-        info = run_chain(rng, Chain(problem, settings), state, Run(50_000, 0.02, 0.02, 0.0, False), movable)
+        info = run_chain(rng, Chain(problem, settings), state, Run(100_000, 0.02, 0.02, 0.0, False), movable)
         assert info.counts[:, col.ACCEPTED].min() >= 20
         scale = np.maximum(1.0, full_energy(problem, state))
         assert np.abs(info.energy - full_energy(problem, state)) / scale == pytest.approx(0.0, abs=1e-9)

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from box_room import pose
+from box_room import Piece, pose, scene
+from cached_rooms import CACHED, filled
 from embreex_reference import reference_hits
 from sample_scene import parts, sample_scene
 from shell_rooms import L_SHAPE, RECTANGLE, area_vectors, opening, room_of
@@ -14,6 +15,7 @@ from shell_rooms import L_SHAPE, RECTANGLE, area_vectors, opening, room_of
 from renderer import GEOMETRIC_LAYERS, CameraConfig, RenderConfig, Renderer
 from renderer.camera.cameras import unproject
 from renderer.geometry.shapes import merged
+from renderer.scene.flat_scene import FlatScene, Sky
 from renderer.scene.flatten import flatten
 from renderer.scene.room_shell import build_opening, build_shell, wall_frame
 from renderer.scene.sloped_ceiling import wall_profile
@@ -137,3 +139,39 @@ def test_ground_truth_of_a_slope_is_exact() -> None:
     seen = layers["normals"].reshape(-1, 3) @ rotation_from_quaternion(view.orientation).T
     assert np.quantile((seen[slope] * normal[slope]).sum(axis=1), 0.01) > 1.0 - 1e-6
     assert (layers["semantic"].ravel()[slope] == 22).mean() > 0.995
+
+
+def shining(room: Room) -> FlatScene:
+    """A bare shell that sends 0.5 and reflects 0.5 everywhere, below a sky of luminance 100."""
+    look = {"color": (0.5,) * 3, "emission": (0.5,) * 3, "roughness": 1.0, "object_id": 0}
+    shell = {name: mesh for name, mesh in build_shell(room).items() if name != "skirting"}
+    pieces = [Piece(mesh.vertices.astype(float), mesh.faces.astype(np.int64), f"0/{name}", **look) for name, mesh in shell.items()]
+    return scene(*pieces, sky=Sky(*(np.full(3, 100.0, np.float32) for _ in range(3))))
+
+
+@pytest.mark.parametrize(("integrator", "noise"), [("path", 0.15), ("cached", 0.25)])
+def test_a_closed_room_below_slopes_is_a_furnace(integrator: str, noise: float) -> None:
+    """0.5 + 0.25 + 0.125 ... is 1 in every direction, along creases too; of the sky nothing is seen."""
+    traced = RenderConfig(samples_per_pixel=64, threads=1, max_depth=12, denoise="none")
+    config = traced if integrator == "path" else replace(CACHED, cache_spacing_m=0.05)
+    with Renderer(shining(ROOMS["two sides"]), CameraConfig(width=48, height=36, horizontal_fov_rad=1.6), config, 3) as renderer:
+        image = renderer.render(pose((2.0, 2.2, 1.2), (3.9, 0.3, 1.7)), 0, ("radiance",)).radiance
+    assert image.mean(dtype=np.float64) == pytest.approx(1.0, abs=0.015)
+    assert np.abs(image - 1.0).max() < noise
+
+
+@pytest.mark.parametrize("name", ["two sides", "hip"])
+def test_no_node_of_a_wall_above_its_ceiling_lends_light(name: str) -> None:
+    """Nodes on the inner face of a wall lie in the room, or within the ceiling, where they see insides only and count for nothing."""
+    room, flat = ROOMS[name], shining(ROOMS[name])
+    cache, counts = filled(flat), []
+    place, normal = cache.atlas.position.astype(float), cache.atlas.normal
+    over = place[:, 2] - [ceiling_height_m(room, x, y) for x, y, _ in place.tolist()]
+    for index in range(len(room.polygon_m)):
+        start, _, inward, _ = wall_frame(np.array(room.polygon_m), index)
+        on_face = (
+            (np.abs((place[:, :2] - start) @ inward) < 1e-5) & (normal[:, :2] @ inward > 0.99) & (flat.face_part[cache.atlas.face] == 1)
+        )
+        assert not cache.light.valid[on_face & (over > 2e-3)].any()
+        counts.append((np.count_nonzero(on_face & (over > 2e-3)), np.count_nonzero(cache.light.valid[on_face & (over < -0.05)])))
+    assert np.array(counts).all(axis=1).any() and (np.array(counts)[:, 1] > 0).all()
