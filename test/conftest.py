@@ -1,10 +1,15 @@
 """How tests are shared between processes, where pytest-xdist is told to (``make test``)."""
 
+import os
+import sys
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # the hundreds of processes that tests start find the modules compiled: 0.3 s each
 
 PROCESSES = "processes"
 """Group of the tests that start processes or speak over DDS: one at a time, so that they neither starve nor hear each other."""
