@@ -18,7 +18,6 @@ from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.cli.command_line import main
 from scene_synth_ros.cli.node_modules import NODES
 
-
 HALLWAY = ("-p", "grammar_node.scene.room_type:=hallway")
 
 
