@@ -59,20 +59,8 @@ def test_the_same_seed_gives_the_same_bytes_on_one_and_two_processes(tmp_path: P
     digests = []
     for workers, hash_seed in ((1, "1"), (2, "4242")):
         out = tmp_path / str(workers)
-        command = [
-            sys.executable,
-            "-m",
-            "scene_synth_ros",
-            "sample",
-            "--room",
-            "hallway,bathroom",
-            "--count",
-            "3",
-            "--seed",
-            "9",
-            "--frames",
-            "2",
-        ]
+        words = ["--room", "hallway,bathroom", "--count", "3", "--seed", "9", "--frames", "2"]
+        command = [sys.executable, "-m", "scene_synth_ros", "sample", *words]
         subprocess.run(
             [*command, "--workers", str(workers), "--write", "json,svg,png", "--out", str(out)],
             env={**os.environ, "PYTHONPATH": str(ROOT), "PYTHONHASHSEED": hash_seed},

@@ -65,11 +65,11 @@ def peer() -> Iterator[RunPeer]:
 
 def test_rooms_wait_for_renderer_and_recorder(peer: RunPeer) -> None:
     peer.report("renderer", -1)
-    peer.spin_for(2.0)
+    peer.spin_for(1.0)
     assert not peer.scenes, "a recorder is expected and not there yet"
     first = peer.next_scene()
     peer.report("renderer", 0)
-    peer.spin_for(2.0)
+    peer.spin_for(1.0)
     assert [scene.index for scene in peer.scenes] == [0], "the recorder has not finished room 0"
     second = peer.next_scene()
     assert (first.index, second.index, first.seed) == (0, 1, 3)
