@@ -5,6 +5,7 @@ python examples/lights_and_lenses.py docs [SAMPLES]
 
 import sys
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 from grammar.spec.request import SceneRequest
@@ -34,6 +35,7 @@ def picture(label, scene, camera=CAMERA, render=RENDER, sensor=None, view=VIEW):
     return Tile(label, frame.layers["color_sensed"])
 
 
+@cache
 def room(kind="living_room", seed=3, **wishes):
     """Synthesize a room; wishes are those of `scene_synth sample -p`."""
     return synthesizer.synthesize(SceneRequest(room_type=kind, **wishes), seed, 0, TIMES)

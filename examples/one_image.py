@@ -14,7 +14,7 @@ from renderer.scene.scene_key import scene_key
 from scene_description import scene_from_json
 
 scene = scene_from_json(Path(sys.argv[1]).read_text())
-with Renderer(flatten(scene), CameraConfig(width=640, height=480), RenderConfig(samples_per_pixel=32), scene_key(scene)) as renderer:
+with Renderer(flatten(scene), CameraConfig(width=320, height=240), RenderConfig(samples_per_pixel=32), scene_key(scene)) as renderer:
     frame = renderer.render(scene.camera_path[0], 0, {"color", "depth", "semantic"})
 
 write_png(Path("color.png"), frame.layers["color"])

@@ -1,20 +1,25 @@
 """How tests are shared between processes, where pytest-xdist is told to (``make test``)."""
 
+import os
+import sys
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-PROCESSES = "processes"
-"""Group of the tests that start processes or speak over DDS: one at a time, so that they neither starve nor hear each other."""
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # the hundreds of processes that tests start find the modules compiled: 0.3 s each
 
-_SIGNS = ("import subprocess", "import rclpy", "from rclpy", "from scene_synth_ros_suite import")
+PROCESSES = "processes"
+"""Group of the tests that speak over DDS, or start who does: one at a time, so that they neither starve nor hear each other."""
+
+_SIGNS = ("import rclpy", "from rclpy", "from scene_synth_ros_suite import")
 
 
 @cache
 def group(path: str) -> str:
-    """Return the group of a test file: its own, because its tests share fixtures and kernels, or that of all that start processes."""
+    """Return the group of a test file: its own, because its tests share fixtures and kernels, or that of all that speak over DDS."""
     text = Path(path).read_text(encoding="utf-8") if Path(path).is_file() else ""
     return PROCESSES if any(sign in text for sign in _SIGNS) else path
 

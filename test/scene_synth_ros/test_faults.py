@@ -5,6 +5,7 @@ import random
 import resource
 import signal
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,10 @@ from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
 from scene_synth_ros.bags.bag_repair import repair_bag
 from scene_synth_ros.bags.bag_writer import BagWriter
+from scene_synth_ros.cli.command_line import main
+from scene_synth_ros.cli.node_modules import NODES
+
+HALLWAY = ("-p", "grammar_node.scene.room_type:=hallway")
 
 
 def run_briefly(*words: object) -> subprocess.CompletedProcess[str]:
@@ -23,10 +28,7 @@ def run_briefly(*words: object) -> subprocess.CompletedProcess[str]:
 @pytest.mark.parametrize(
     ("words", "line"),
     [
-        (["-p", "grammar_node.scene.room_type:=dungeon"], "grammar_node: scene.room_type: expected one of bathroom, bedroom, "),
-        (["-p", "grammar_node.scene.room_width_m:=0.1"], "grammar_node: scene.room_width_m: expected 1."),
-        (["-p", "grammar_node.rate_hz:=fast"], "parameter rate_hz: expected a number in [0.1, 1000.0] Hz, got 'fast'"),
-        (["-p", "renderer_node.camera.widht:=3"], "renderer_node: unknown parameter 'camera.widht'; did you mean 'camera.width'?"),
+        (["-p", "grammar_node.scene.room_width_m:=0.1"], "grammar_node: scene.room_width_m: expected 0."),
         (["-p", "king_node.rooms:=3"], "unknown node 'king_node'; known: grammar_node, renderer_node, recorder_node"),
         (
             ["--params", "nowhere.yaml"],
@@ -43,6 +45,22 @@ def test_bad_settings_end_the_run_with_one_line(tmp_path: Path, words: list[str]
     assert not list(tmp_path.iterdir()), "the next try finds what this one found"
 
 
+@pytest.mark.parametrize(
+    ("node", "setting", "line"),
+    [
+        ("grammar_node", "scene.room_type:=dungeon", "grammar_node: scene.room_type: expected one of bathroom, bedroom, "),
+        ("grammar_node", "rate_hz:=fast", "parameter rate_hz: expected a number in [0.1, 1000.0] Hz, got 'fast'"),
+        ("renderer_node", "camera.widht:=3", "renderer_node: unknown parameter 'camera.widht'; did you mean 'camera.width'?"),
+    ],
+)
+def test_bad_settings_end_a_node_with_one_line(node: str, setting: str, line: str) -> None:
+    words = [sys.executable, "-m", NODES[node].module, "--ros-args", "-r", "__ns:=/synth", "-p", setting]
+    process = subprocess.run(words, env=environment(), capture_output=True, text=True, timeout=300, check=False)
+    assert process.returncode != 0
+    (said,) = process.stderr.splitlines()
+    assert line in said
+
+
 def test_an_existing_folder_is_left_alone(tmp_path: Path) -> None:
     (tmp_path / "bag").mkdir()
     (tmp_path / "bag" / "precious").write_text("kept")
@@ -57,7 +75,7 @@ def start_long_run(bag: Path) -> tuple[Child, str]:
     env = environment()
     marker = f"SCENE_SYNTH_TEST={os.getpid()}-{bag}"
     env["SCENE_SYNTH_TEST"] = marker.partition("=")[2]
-    return Child(record_command(bag, "--rooms", 50, "--frames", 40), env=env, start_new_session=True), marker
+    return Child(record_command(bag, "--rooms", 50, "--frames", 40, *HALLWAY), env=env, start_new_session=True), marker
 
 
 def wait_for_frames(bag: Path, child: Child) -> None:
@@ -107,7 +125,7 @@ def test_a_full_disk_ends_the_run_with_one_line_and_a_whole_bag(tmp_path: Path) 
     limit = 24_000_000  # no file may grow beyond it, as if the disk were full; Fast DDS's shared memory needs less
     overrides = ["-p", "recorder_node.compression:=none", "-p", "renderer_node.render.samples_per_pixel:=1"]
     process = subprocess.run(
-        command("run", "--record", bag, "--rooms", 5, "--frames", 10, *overrides),
+        command("run", "--record", bag, "--rooms", 5, "--frames", 10, *HALLWAY, *overrides),
         env=environment(),
         capture_output=True,
         text=True,
@@ -124,28 +142,36 @@ def test_a_full_disk_ends_the_run_with_one_line_and_a_whole_bag(tmp_path: Path) 
         assert sum(1 for _ in reader.messages(["/synth/camera/depth/image_raw"])) >= 1
 
 
-def test_a_truncated_bag_is_told_and_replayed_as_far_as_it_goes(tmp_path: Path) -> None:
+def test_a_truncated_bag_is_told_and_replayed_as_far_as_it_goes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     whole, cut = tmp_path / "whole", tmp_path / "cut.mcap"
     size = ["-p", "renderer_node.camera.width:=320", "-p", "renderer_node.camera.height:=240"]
-    assert run_suite(whole, "--rooms", 1, "--frames", 8, *size).returncode == 0
+    assert run_suite(whole, "--rooms", 1, "--frames", 8, *HALLWAY, *size).returncode == 0
     data = next(whole.glob("*.mcap")).read_bytes()
     cut.write_bytes(data[: len(data) * 3 // 4])
-    inspected = run_briefly("inspect", cut)
-    assert inspected.returncode == 1
-    assert "fault: " in inspected.stdout
+    assert inspected(cut) == 1
+    assert "fault: " in capsys.readouterr().out
     replayed = run_briefly("replay", cut, "--rate", 10)
+    assert replayed.returncode == 0, replayed.stderr
     junk = tmp_path / "junk.mcap"
     junk.write_bytes(b"no bag at all" * 100)
-    refused = [run_briefly("inspect", junk), run_briefly("replay", junk), run_briefly("inspect", tmp_path / "nowhere")]
-    assert replayed.returncode == 0, replayed.stderr
-    assert all(process.returncode != 0 for process in refused)
-    for process in (inspected, replayed, *refused):
-        assert "Traceback" not in process.stderr
+    refused = run_briefly("replay", junk)
+    assert refused.returncode != 0
+    assert "Traceback" not in replayed.stderr + refused.stderr
+    for bag in (junk, tmp_path / "nowhere"):
+        assert inspected(bag) != 0
+        assert "Traceback" not in capsys.readouterr().err
     for compression in ("none", "zstd"):
         small = rechunked(whole, tmp_path / compression, compression)
         draw = random.Random(compression)
-        for number in range(12):
+        for number in range(8):
             check_repair(small, draw.randrange(len(small)), tmp_path / f"{compression}{number}")
+
+
+def inspected(bag: Path) -> object:
+    """Return the exit status of ``scene_synth inspect``."""
+    with pytest.raises(SystemExit) as end:
+        main(["inspect", str(bag)])
+    return end.value.code
 
 
 def rechunked(bag: Path, out: Path, compression: str) -> bytes:

@@ -12,7 +12,7 @@ from scene_synth_ros.suite.qos import latched_qos, stream_qos
 
 
 def suite(namespace: str, env: dict[str, str], *overrides: str) -> Child:
-    words = [word for override in (*SMALL, *overrides) for word in ("-p", override)]
+    words = [word for override in (*SMALL, "grammar_node.scene.room_type:=hallway", *overrides) for word in ("-p", override)]
     return Child(command("run", "--params", "live", "--namespace", namespace, *words), env=env)
 
 

@@ -50,15 +50,15 @@ def test_a_terminal_gets_one_line_and_no_log_and_a_pipe_gets_the_log(tmp_path: P
     for kind in ("terminal", "pipe"):
         master, slave = pty.openpty()
         fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 40, 110, 0, 0))
-        words = record_command(tmp_path / kind, "--rooms", 1, "--frames", 60)
+        words = record_command(tmp_path / kind, "--rooms", 1, "--frames", 30, "-p", "grammar_node.scene.room_type:=hallway")
         errors = slave if kind == "terminal" else subprocess.PIPE
         with subprocess.Popen(words, env=environment(), stdout=subprocess.DEVNULL, stderr=errors) as process:
             os.close(slave)
             seen[kind] = _everything(master) if kind == "terminal" else process.stderr.read().decode()
             assert process.wait(120) == 0
         os.close(master)
-    assert "of 60 frames" in seen["terminal"] and "grammar_node]" not in seen["terminal"]
-    assert "of 60 frames" not in seen["pipe"] and seen["pipe"].count("grammar_node] room 1/1") == 1
+    assert "of 30 frames" in seen["terminal"] and "grammar_node]" not in seen["terminal"]
+    assert "of 30 frames" not in seen["pipe"] and seen["pipe"].count("grammar_node] room 1/1") == 1
 
 
 def _everything(terminal: int) -> str:
