@@ -86,7 +86,7 @@ def _gas(spots: list[tuple[float, float, float]], half_d: float, half: float, ho
         for y in (y0, y1 - bar):
             low.append((x0, y, top - 0.012))
             high.append((x1, y + bar, top))
-        for x in np.linspace(x0, x1 - bar, 5):
+        for x in np.linspace(x0, x1 - bar, 7):
             low.append((x, y0, top - 0.012))
             high.append((x + bar, y1, top))
         for x, y in ((a, b) for a in (x0, x1 - bar) for b in (y0, y1 - bar)):
