@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from grammar.appearance.appearance import sample_appearance
 from grammar.appearance.appearance_rules import Appearance
+from grammar.small_things.rules import SmallThings
 from grammar.spec.rules import Grammar
 from grammar.synthesize import SceneSynthesizer
 from scene_description import (
@@ -54,12 +55,14 @@ class Example(NamedTuple):
     size_m: tuple[float, float, float]
 
 
-def typical_examples(grammars: Mapping[str, Grammar]) -> dict[str, Example]:
-    """Return category -> mount and the mean size of its first size mode, from the first room type that has it, by name."""
+def typical_examples(grammars: Mapping[str, Grammar], small_things: SmallThings) -> dict[str, Example]:
+    """Return category -> mount and the mean size of its first size mode, from the first room type that has it, else as a small thing, by name."""
     found: dict[str, Example] = {}
     for grammar in grammars.values():
         for rule in grammar.objects.values():
             found.setdefault(rule.category, Example(rule.mount, rule.sizes[0].mean_m))
+    for name, thing in small_things.things.items():
+        found.setdefault(name, Example("object", thing.size_m))
     return dict(sorted(found.items()))
 
 

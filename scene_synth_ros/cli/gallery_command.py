@@ -59,7 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _models(synthesizer: SceneSynthesizer, only: str, seed: int, spp: int) -> Iterator[Tile]:
-    for category, example in typical_examples(synthesizer.grammars).items():
+    for category, example in typical_examples(synthesizer.grammars, synthesizer.small_things).items():
         if only not in category:
             continue
         for style in synthesizer.appearance.categories[category].styles:

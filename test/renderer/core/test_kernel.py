@@ -44,6 +44,7 @@ def write_callee(folder: Path, value: str, imports: str = "") -> None:
 def ask(folder: Path) -> tuple[float, int]:
     """Value of the calling kernel in a process of its own, and how many kernels it found compiled."""
     env = {name: text for name, text in os.environ.items() if name != "NUMBA_CACHE_DIR"} | {"PYTHONPATH": str(folder)}
+    env["PYTHONDONTWRITEBYTECODE"] = "1"  # Python tells two versions of a file of one second and one length not apart
     said = subprocess.run([sys.executable, "-c", ASK], cwd=folder, env=env, check=True, capture_output=True, text=True).stdout
     value, hits = said.split()
     return float(value), int(hits)

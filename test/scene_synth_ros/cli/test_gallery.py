@@ -25,12 +25,12 @@ def synthesizer() -> SceneSynthesizer:
 
 def test_every_category_but_openings_and_what_has_no_name_has_an_example(synthesizer: SceneSynthesizer) -> None:
     without = {"door", "garage_door", "window", FURNITURE, THING}
-    assert set(synthesizer.appearance.categories) - set(typical_examples(synthesizer.grammars)) == without
+    assert set(synthesizer.appearance.categories) - set(typical_examples(synthesizer.grammars, synthesizer.small_things)) == without
 
 
 @pytest.mark.parametrize("category", ["sofa", "mug", "picture", "ceiling_lamp", "rug"])
 def test_a_model_fills_its_picture_and_touches_no_border(synthesizer: SceneSynthesizer, category: str) -> None:
-    example = typical_examples(synthesizer.grammars)[category]
+    example = typical_examples(synthesizer.grammars, synthesizer.small_things)[category]
     style = next(iter(synthesizer.appearance.categories[category].styles))
     scene = studio_scene(synthesizer, category, example, style, 1)
     assert scene_from_json(scene_to_json(scene)) == scene
