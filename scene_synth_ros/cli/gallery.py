@@ -56,7 +56,7 @@ class Example(NamedTuple):
 
 
 def typical_examples(grammars: Mapping[str, Grammar], small_things: SmallThings) -> dict[str, Example]:
-    """Return category -> mount and the mean size of its first size mode, from the first room type that has it, else as a small thing, by name."""
+    """Return category -> mount and mean size: of its first size mode in the first room type that has it, else as a small thing; by name."""
     found: dict[str, Example] = {}
     for grammar in grammars.values():
         for rule in grammar.objects.values():
