@@ -83,4 +83,4 @@ def test_an_outline_of_any_numbers_is_taken_or_refused_by_name(numbers: list[flo
     except RequestError as error:
         assert str(error).startswith("room_polygon_m: expected ") and "\n" not in str(error)
     else:
-        assert signed_area_m2(points) >= 2.0 and sorted(points) == sorted(zip(numbers[::2], numbers[1::2], strict=True))
+        assert signed_area_m2(points) >= 1.0 and sorted(points) == sorted(zip(numbers[::2], numbers[1::2], strict=True))
