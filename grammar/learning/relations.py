@@ -92,7 +92,8 @@ def learn_object(
     if len(seen) >= shares.least and "sizes" not in keep:
         sizes, more = ([item.seen.size_m for _, item in found if _is_sound(rule, item.seen.size_m)] for found in (seen, elsewhere))
         rule = _without_broken_ties(rule, seen, {other: r.category for other, r in grammar.objects.items()})
-        rule, counts["sizes"] = learn_size(rule, sizes, shares.alpha, more, shares.pooled), len(seen)
+        if len(sizes) >= shares.least:
+            rule, counts["sizes"] = learn_size(rule, sizes, shares.alpha, more, shares.pooled), len(sizes)
     if "relations" in keep:
         return rule, counts
     enough = max(shares.least, _LEAST_POSES)

@@ -1,5 +1,6 @@
 """Learning back from rooms that were sampled from a known grammar, starting at a base that is wrong."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -249,6 +250,17 @@ def test_what_is_not_covered_stays(rooms: list[ObservedRoom]) -> None:
     assert not any(path.startswith("objects.lamp") for path in learned.counts)
     text = grammar_yaml(learned.grammar, [], learned.counts)
     assert "    wall: [{distance_m: 0.1}]  # base" in text
+
+
+def test_a_size_that_is_always_measured_wrongly_stays_as_in_the_base(rooms: list[ObservedRoom]) -> None:
+    def tripled(thing: ObservedObject) -> ObservedObject:
+        return replace(thing, size_m=(3.0 * thing.size_m[0], *thing.size_m[1:])) if thing.category == "mug" else thing
+
+    base = quick(WRONG)
+    wrong = [replace(room, objects=tuple(map(tripled, room.objects))) for room in rooms]
+    learned = learn(base, CATEGORIES, wrong, OPTIONS, np.random.default_rng(0)).grammar
+    assert learned.objects["mug"].sizes == base.objects["mug"].sizes
+    assert learned.objects["bed"].sizes != base.objects["bed"].sizes
 
 
 def test_strangers_and_too_few_rooms(rooms: list[ObservedRoom]) -> None:
