@@ -62,11 +62,6 @@ def overridden(grammar: Grammar, request: SceneRequest) -> Grammar:
     )
 
 
-def named_objects(grammar: Grammar, name: str) -> list[str]:
-    """Return the symbols of the objects that a name stands for: a symbol itself, or those of a category."""
-    return [symbol for symbol, rule in grammar.objects.items() if name in (symbol, rule.category)]
-
-
 def _room(grammar: Grammar, request: SceneRequest) -> RoomRule:
     """Return the rule of the room with the shape and the height that a request gives."""
     room = grammar.room

@@ -12,6 +12,7 @@ from grammar.derivation.drafts import Draft
 from grammar.derivation.run_units import unit_rule
 from grammar.geometry.arrays import Boxes, Floats
 from grammar.geometry.boxes import penetration
+from grammar.geometry.wall_spans import Span, outlines, spans_of
 from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, WALL_YAW, wall_rows
 from grammar.geometry.zones import FACE, SWING, VIEW, opening_frame, opening_zones, placed_zones
 from grammar.spec.rules import Grammar
@@ -24,6 +25,14 @@ ASKEW = 0.5
 
 Pose = tuple[float, float, float, int]
 """x, y, yaw, and the number of the wall at the back, ``OFF_WALL`` without one."""
+
+
+class Aisle(NamedTuple):
+    """What a unit that stands already takes, (1, 8) world boxes: for units opposite it, and for those at walls at an angle to its own."""
+
+    yaw_rad: float
+    ahead: Boxes
+    aside: Boxes
 
 
 class Shell(NamedTuple):
@@ -72,6 +81,15 @@ def shell_of(grammar: Grammar, room: Room) -> Shell:
     boxes = {kind: np.concatenate([np.zeros((0, 8)), *rows]) for kind, rows in found.items()}
     windows = tuple((o.wall, o.offset_m, o.offset_m + o.width_m) for o in room.openings if o.category == "window")
     return Shell(room, wall_rows(room.polygon_m), boxes[SWING], boxes[VIEW], boxes[FACE], windows)
+
+
+def spans_beside(shell: Shell, openings: Boxes, taken: Sequence[Aisle], depth_m: float) -> list[list[Span]]:
+    """Return the stretches of each wall that openings and the runs that stand already leave free."""
+    spans = []
+    for w, row in enumerate(shell.wall):
+        boxes = [one.aside if abs(math.cos(one.yaw_rad - row[WALL_YAW])) < ASKEW else one.ahead for one in taken]
+        spans.append(spans_of(shell.wall, w, outlines(np.concatenate([openings, *boxes])), depth_m))
+    return spans
 
 
 def box_of(unit: Draft, pose: Pose, before_m: float = 0.0) -> Boxes:

@@ -6,7 +6,6 @@ these; the chain goes on from there.  Runs that stand free come last, before the
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
@@ -19,14 +18,13 @@ from grammar.derivation.parse_tree import RunPlan
 from grammar.derivation.rejection import RejectedError
 from grammar.derivation.run_fit import fit_legs
 from grammar.derivation.run_order import order_cost
-from grammar.derivation.run_shell import ASKEW, OFF_WALL, Pose, Shell, box_of, shell_of
+from grammar.derivation.run_shell import OFF_WALL, Aisle, Pose, Shell, box_of, shell_of, spans_beside
 from grammar.derivation.run_units import across_m, along_m, least_along_m, unit_rule
 from grammar.geometry.arrays import Boxes
 from grammar.geometry.boxes import HALF_WIDTH, Z_LOW
 from grammar.geometry.run_slots import MOST_LEGS, Frame, Slot, frames, jutting, slots, unit_poses
 from grammar.geometry.slopes import low_ceiling
-from grammar.geometry.wall_spans import Span, outlines, spans_of
-from grammar.geometry.walls import LENGTH, WALL_YAW
+from grammar.geometry.walls import LENGTH
 from grammar.spec.rules import Grammar
 from grammar.spec.run_rules import END, RunRule
 from scene_description import Room
@@ -47,14 +45,6 @@ _BEFORE_M = 0.4
 _ROUNDING_M = 1e-9
 
 
-class _Aisle(NamedTuple):
-    """What a unit that stands already takes, (1, 8) world boxes: for units opposite it, and for those at walls at an angle to its own."""
-
-    yaw_rad: float
-    ahead: Boxes
-    aside: Boxes
-
-
 class _Run(NamedTuple):
     """A run that is to be placed: its units at walls, those of them that turn, and those that jut out.
 
@@ -66,7 +56,7 @@ class _Run(NamedTuple):
     units: list[Draft]
     turning: list[Draft]
     juts: list[Draft]
-    taken: tuple[_Aisle, ...]
+    taken: tuple[Aisle, ...]
     hanging: list[Draft]
 
     @property
@@ -96,7 +86,7 @@ class _Taken(NamedTuple):
     """What runs take: (n, 8) boxes of their units, the same with the aisles before them, and those that stand at walls."""
 
     units: Boxes
-    aisles: tuple[_Aisle, ...] = ()
+    aisles: tuple[Aisle, ...] = ()
     standing: tuple[Standing, ...] = ()
 
     def and_run(self, rule: RunRule, shell: Shell, run: _Candidate) -> _Taken:
@@ -112,7 +102,7 @@ class _Taken(NamedTuple):
         for unit, pose in pairs:
             aside = box_of(unit, pose, corner_m)
             aside[0, HALF_WIDTH] += _BEFORE_M
-            aisles.append(_Aisle(pose[2], box_of(unit, pose, rule.aisle_m), aside))
+            aisles.append(Aisle(pose[2], box_of(unit, pose, rule.aisle_m), aside))
         return _Taken(boxes, (*self.aisles, *aisles), tuple(standing))
 
 
@@ -161,7 +151,7 @@ def _groups(grammar: Grammar, drafts: Sequence[Draft]) -> Mapping[tuple[str, int
     return groups
 
 
-def _run(symbol: str, rule: RunRule, shell: Shell, units: Sequence[Draft], taken: tuple[_Aisle, ...]) -> _Run:
+def _run(symbol: str, rule: RunRule, shell: Shell, units: Sequence[Draft], taken: tuple[Aisle, ...]) -> _Run:
     """Return a run at walls.
 
     Raises:
@@ -177,12 +167,12 @@ def _run(symbol: str, rule: RunRule, shell: Shell, units: Sequence[Draft], taken
     return _Run(rule, shell, [unit for unit in units if unit not in juts], turning, juts, taken, [])
 
 
-def _frames(run: _Run, taken: Sequence[_Aisle]) -> list[Frame]:
+def _frames(run: _Run, taken: Sequence[Aisle]) -> list[Frame]:
     """Return where the legs at walls may stand, with aisles kept free; room is left behind a leg that juts out."""
     rule, shell = run.rule, run.shell
     depth = rule.wall_gap_m + max(map(across_m, run.units))
     low_roof = low_ceiling(shell.room, max(unit.size_m[2] for unit in run.units))
-    spans = _spans(shell, np.concatenate([_openings(run), low_roof]), taken, depth)
+    spans = spans_beside(shell, np.concatenate([_openings(run), low_roof]), taken, depth)
     legs, least_m = len(run.turning) + (not run.juts), sum(map(least_along_m, run.units)) - _ROUNDING_M
     found = [
         frame
@@ -206,15 +196,6 @@ def _openings(run: _Run) -> Boxes:
         windows = windows.copy()
         windows[:, HALF_WIDTH] += run.rule.window_gap_m
     return np.concatenate([run.shell.swings, windows])
-
-
-def _spans(shell: Shell, openings: Boxes, taken: Sequence[_Aisle], depth_m: float) -> list[list[Span]]:
-    """Return the stretches of each wall that openings and the runs that stand already leave free."""
-    spans = []
-    for w, row in enumerate(shell.wall):
-        boxes = [one.aside if abs(math.cos(one.yaw_rad - row[WALL_YAW])) < ASKEW else one.ahead for one in taken]
-        spans.append(spans_of(shell.wall, w, outlines(np.concatenate([openings, *boxes])), depth_m))
-    return spans
 
 
 def _begin(symbol: str, run: _Run, rng: np.random.Generator) -> _Candidate:
