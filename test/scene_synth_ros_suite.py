@@ -20,6 +20,7 @@ from unittest import mock
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.srv import SetParameters
+from rclpy.client import Client
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
@@ -171,6 +172,7 @@ class Peer:
         self.errors: list[str] = []
         self.warnings: list[str] = []
         self.values: dict[str, str] = {}
+        self._clients: dict[str, Client] = {}
         self.node.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, 10)
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self.node)
@@ -215,11 +217,16 @@ class Peer:
         self.spin_until(lambda: any(status_from_json(text).node == name for text in heard), 60, f"the status of {name}")
         self.node.destroy_subscription(last)
 
+    def find(self, kind: type, name: str) -> Client:
+        """Return the client of a service that is there; a call in a moment that is soon over needs one found before."""
+        if name not in self._clients:
+            self._clients[name] = self.node.create_client(kind, name)
+        self.spin_until(self._clients[name].service_is_ready, 60, name)
+        return self._clients[name]
+
     def call(self, kind: type, name: str, request: Any) -> Any:
         """Call a service and return its answer."""
-        client = self.node.create_client(kind, name)
-        self.spin_until(client.service_is_ready, 20, name)
-        future = client.call_async(request)
+        future = self.find(kind, name).call_async(request)
         self.spin_until(future.done, 40, f"the answer of {name}")
         return future.result()
 

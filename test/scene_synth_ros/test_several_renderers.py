@@ -9,6 +9,7 @@ import pytest
 from rclpy.serialization import deserialize_message
 from scene_synth_ros_suite import Child, Peer, dds_context, environment, node_pids, record_command, run_suite, stop, wait_until
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 from scene_description import scene_from_json
 from scene_description.share import config_path
@@ -18,6 +19,8 @@ from scene_synth_ros.bags.bag_verify import verify_bag
 from scene_synth_ros.suite.qos import latched_qos
 
 ROOMS, FRAMES = 4, 2
+FRAMES_OF_LONG_ROOMS = 20
+"""So many that the run does not end before a service, called when its second room comes, has been heard."""
 CHEAP = ["-p", "grammar_node.scene.room_type:=hallway"]
 WORDS = ["--rooms", ROOMS, "--frames", FRAMES, "--seed", 9, *CHEAP]
 IMAGES = [f"/synth/camera/{layer}/image_raw" for layer in ("color", "depth", "normals", "semantic", "instance")]
@@ -68,11 +71,12 @@ def test_colour_and_truth_of_two_renderers_have_the_same_stamps(tmp_path: Path, 
 @pytest.mark.parametrize("renderers", [1, 2])
 def test_a_reset_waits_for_the_room_at_work_and_begins_again_without_loss(tmp_path: Path, renderers: int) -> None:
     bag, env = tmp_path / "bag", environment()
-    process = Child(record_command(bag, "--rooms", 3, "--frames", 10, "--renderers", renderers, *CHEAP), env=env)
+    process = Child(record_command(bag, "--rooms", 3, "--frames", FRAMES_OF_LONG_ROOMS, "--renderers", renderers, *CHEAP), env=env)
     try:
         with dds_context(int(env["ROS_DOMAIN_ID"])) as context:
             peer, seen = Peer(context), []
             peer.node.create_subscription(String, "scene", lambda message: seen.append(json.loads(message.data)["index"]), latched_qos(10))
+            peer.find(Trigger, "grammar_node/reset")
             peer.spin_until(lambda: 1 in seen, 180, "the second room")
             assert peer.trigger("grammar_node/reset")[0]
             output, errors = process.communicate(timeout=300)
@@ -86,7 +90,7 @@ def test_a_reset_waits_for_the_room_at_work_and_begins_again_without_loss(tmp_pa
     indices = [room.index for room in rooms]
     assert indices in ([0, 1, 0, 1, 2], [0, 1, 2, 0, 1, 2])
     assert [room.objects for room in rooms[-3:-1]] == [room.objects for room in rooms[:2]]
-    assert {topic.count for topic in report.topics if topic.name in IMAGES} == {10 * len(rooms)}
+    assert {topic.count for topic in report.topics if topic.name in IMAGES} == {FRAMES_OF_LONG_ROOMS * len(rooms)}
 
 
 def test_a_renderer_that_is_killed_is_started_again_and_its_room_is_whole(tmp_path: Path) -> None:
