@@ -22,7 +22,7 @@ from grammar.learning import LearnOptions, ObservedRoom, TruncationOptions, lear
 from grammar.learning.geometry import fitting_wall
 from grammar.learning.truncation import category_kl, frequencies
 from grammar.learning.write_layouts import layout_from_objects
-from grammar.sample_room import sample_room_with_cost
+from grammar.sampled_room import sample_room_with_cost
 from scene_description.polygons import signed_area_m2
 from scene_description.share import config_path
 

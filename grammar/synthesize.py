@@ -32,7 +32,7 @@ from grammar.derivation.room_size import check_room_size
 from grammar.geometry.free_space import occupancy_grid, rasterize
 from grammar.geometry.slopes import low_ceiling, roof_boxes
 from grammar.geometry.solids import object_solids
-from grammar.sample_room import SampledRoom, sample_room_with_cost
+from grammar.sampled_room import SampledRoom, sample_room_with_cost
 from grammar.small_things.fill import Source
 from grammar.small_things.rules import NO_SMALL_THINGS, SmallThings, read_small_things
 from grammar.small_things.strew import Furnished, strew

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from grammar.derivation.room_mixture import ROOM_SIZE
-from grammar.sample_room import sample_room
+from grammar.sampled_room import sample_room
 from grammar.spec.categories import Categories
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar

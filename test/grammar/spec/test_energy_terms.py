@@ -15,7 +15,7 @@ from grammar.layout.enter import enter
 from grammar.layout.mcmc import Chain, Run, run_chain
 from grammar.layout.moves import move_settings
 from grammar.layout.schedule import layout_energy
-from grammar.sample_room import room_floor
+from grammar.sampled_room import room_floor
 from grammar.spec.energy_terms import ENERGY_TERMS, FLOOR_TERMS, HARD_TERMS, TERMS, EnergyTerm, terms_table, weight_vector
 from grammar.spec.grammar_file import read_room_type
 from grammar.spec.request import SceneRequest
