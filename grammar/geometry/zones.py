@@ -10,7 +10,7 @@ import numpy as np
 
 from grammar.geometry.arrays import Boxes
 from grammar.geometry.solids import SHEET_M
-from grammar.spec.object_rules import ObjectRule
+from grammar.spec.object_rules import Access, ObjectRule
 from grammar.spec.room_rules import OpeningRule
 from scene_description import Opening, Room
 from scene_description.types import Point2
@@ -82,10 +82,10 @@ def face_box(polygon_m: Sequence[Point2], opening: Opening, beside_m: float) -> 
     return np.asarray(placed_zones([zone], x, y, 0.0, yaw)[0])
 
 
-def object_zones(rule: ObjectRule, size_m: Size) -> list[Zone]:
-    """Return the accessible space of an object and what must stay free before it."""
+def object_zones(rule: ObjectRule, size_m: Size, usual: Sequence[Access] = ()) -> list[Zone]:
+    """Return the accessible space of an object and what must stay free before it; ``usual``: the access of a rule that names none."""
     zones = []
-    for access in rule.access:
+    for access in rule.access or usual:
         x, y, u, v = side_rectangle(access.side, access.depth_m, size_m)
         zones.append(Zone(x, y, 0.0, _ACCESS_HEIGHT_M, u, v, VIEW if access.side == "over" else ACCESS, access.depth_m))
     if rule.view_depth_m > 0.0:

@@ -87,7 +87,7 @@ def assemble(grammar: Grammar, categories: Categories, tree: ParseTree, beta: fl
     (x_low, y_low), (x_high, y_high), (x_centre, y_centre) = polygon.min(0), polygon.max(0), centroid_m(tree.room.polygon_m)
     problem = Problem(
         object=_object_table(categories, tree, sizes, parts),
-        link=_link_table(grammar.validity, tree, surfaces, parts),
+        link=_link_table(categories, grammar.validity, tree, surfaces, parts),
         box=_table([row for p in parts for rows in p.boxes for row in rows], len(BoxRow._fields)),
         mode=_table([row for p in parts for rows in p.modes for row in rows], len(ModeRow._fields)),
         surface=_table(surfaces, len(SurfaceRow._fields)),
@@ -150,7 +150,7 @@ def _item_parts(
     ]
     return _Parts(
         solids=[BoxRow(*row) for row in layout_solids(categories[rule.category], item.size_m).tolist()],
-        zones=[_zone_row(zone) for zone in object_zones(rule, item.size_m)],
+        zones=[_zone_row(zone) for zone in object_zones(rule, item.size_m, categories[rule.category].access)],
         strips=[_strip_row(side, grammar.validity.reach_depth_m, item.size_m) for side in rule.reach_any],
         wall_modes=_with_odds(at_walls, rule.wall, [1] * len(at_walls), beta),
         around_modes=_with_odds(around, rule.around, [1 if rule.mount == "wall" else 2] * len(around), beta),
@@ -195,19 +195,31 @@ def _object_table(categories: Categories, tree: ParseTree, sizes: Mapping[int, S
     return table
 
 
-def _link_table(limits: Thresholds, tree: ParseTree, surfaces: Sequence[SurfaceRow], parts: Sequence[_Parts]) -> Ints:
+def _link_table(categories: Categories, limits: Thresholds, tree: ParseTree, surfaces: Sequence[SurfaceRow], parts: Sequence[_Parts]) -> Ints:
     """Return ``Problem.link``."""
-    table, first = np.zeros((len(parts), 24), np.int64), len(tree.room.openings)
-    table[:, col.MOUNT], table[:, col.CORE], table[:, col.PINNED] = col.FIXED, -1, 1
+    table, first = np.zeros((len(parts), 25), np.int64), len(tree.room.openings)
+    table[:, col.MOUNT], table[:, col.CORE], table[:, col.PINNED], table[:, col.WATCHED] = col.FIXED, -1, 1, -1
+    seat = _watching_seat(categories, tree.items)
     for i, item in enumerate(tree.items, first):
         table[i, [col.MOUNT, col.CORE]] = _MOUNT[item.rule.mount], -1 if item.core is None else item.core - 1
         table[i, [col.BLOCKS, col.PINNED]] = _blocks(item, limits, parts[i]), item.pinned is not None
+        if "screen" in categories[item.rule.category].roles:
+            table[i, col.WATCHED] = seat
     owners = {row.owner for row in surfaces}
     table[:, col.LEADS] = [i in owners or i in table[:, col.CORE] for i in range(len(table))]
     write_links(tree, table)
     table[:, col.SOLIDS : col.BOX_END + 1] = _firsts([part.boxes for part in parts])
     table[:, col.WALL_MODES : col.WISH_END + 1] = _firsts([part.modes for part in parts])
     return table
+
+
+def _watching_seat(categories: Categories, items: Sequence[Item]) -> int:
+    """Return the index of the largest sofa or armchair, or bed where there is none, that screens are watched from; -1: there is none."""
+    for role in ("lounge", "bed"):
+        seats = [item for item in items if role in categories[item.rule.category].roles]
+        if seats:
+            return max(seats, key=lambda item: item.size_m[0] * item.size_m[1]).id - 1
+    return -1
 
 
 def _blocks(item: Item, limits: Thresholds, parts: _Parts) -> bool:
