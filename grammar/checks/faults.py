@@ -37,7 +37,9 @@ FAULTS = (
     Fault("shown_behind_door", "a picture, mirror, clock or board is behind an open door", doors.shown_behind_door),
     Fault("shown_hidden", "a picture, mirror, clock or board is hidden to a quarter by what stands before it", doors.shown_hidden),
     Fault("rug_in_swing", "a rug or mat lies where a door swings", doors.rug_in_swing),
+    Fault("door_in_corner", "a door opens into the corner of a sofa", doors.door_in_corner),
     Fault("before_window", "a thing covers 15 % of a window", doors.before_window),
+    Fault("hangs_at_window", "a picture, mirror, clock or shelf hangs above or below a window", doors.hangs_at_window),
     Fault("curtain_off_window", "a curtain hangs where no window is", doors.curtain_off_window),
     Fault("screen_unseen", "no seat faces a television that faces it", seats.screen_unseen),
     Fault("chair_at_no_table", "a chair or stool faces no table or desk", seats.chair_at_no_table),
@@ -54,9 +56,11 @@ FAULTS = (
     Fault("chair_at_corner", "a chair is drawn up to a corner of its table", tables.chair_at_corner),
     Fault("chair_wedged", "what stands behind a chair is nearer than 0.5 m to its table", tables.chair_wedged),
     Fault("filler_at_table", "a plant, bin or lamp stands where people sit at a table", tables.filler_at_table),
+    Fault("table_at_sofa", "a table for meals stands at a sofa, an armchair or a low table", tables.table_at_sofa),
+    Fault("bedside_blocked", "something stands before a nightstand", furniture.bedside_blocked),
     Fault("wardrobe_shut", "the doors of a wardrobe do not open", furniture.wardrobe_shut),
     Fault("askew", "furniture at a wall is turned from it by 1.2 to 15 degrees", furniture.askew),
-    Fault("rug_askew", "a rug is turned from the walls by more than 2 degrees", furniture.rug_askew),
+    Fault("rug_askew", "a rug is turned from the walls by more than 1.5 degrees", furniture.rug_askew),
     Fault("store_on_rug_edge", "a store stands on a rug with a part of its foot only", furniture.store_on_rug_edge),
     Fault("stands_on_mat", "something stands on a mat for feet or exercise", furniture.stands_on_mat),
     Fault("pot_on_rug_edge", "a plant or vase stands on a rug with a part of its foot only", furniture.pot_on_rug_edge),
@@ -87,7 +91,13 @@ def find_faults(found: Furnished, *, of_layout: bool = False) -> dict[str, list[
     return {name: ids for name, ids in all_found if ids}
 
 
-_NEEDS: tuple[tuple[Role, Role], ...] = (("screen", "seat"), ("pulled_up", "table"), ("hood", "hob"), ("toilet", "bathing"))
+_NEEDS: tuple[tuple[Role, Role], ...] = (
+    ("screen", "seat"),
+    ("pulled_up", "table"),
+    ("desk", "pulled_up"),
+    ("hood", "hob"),
+    ("toilet", "bathing"),
+)
 """Roles of which the first has no place, however it stands, in a room that has nothing with the second."""
 
 

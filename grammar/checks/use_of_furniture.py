@@ -14,12 +14,12 @@ from scene_description import SceneObject
 
 VIEW_RAD = math.radians(60.0)
 FRONT_SHARE, FRONT_GAP_M, FRONT_DEPTH_M = 0.5, 0.05, 0.35
-BEDSIDE_M = 0.3
+BEDSIDE_M, BEDSIDE_FRONT_M = 0.3, 0.25
 BEFORE_MIRROR_M = 0.8
 MAT_SHARE, KNEE_HIGH_M, ASTRAY_M = 0.15, 0.3, 0.4
 UNDER_M = 0.05
-DOORS_M, DOORS_SHARE = 0.5, 0.25
-AT_WALL_M, ASKEW_RAD, RUG_RAD, ON_RUG_M = 0.5, math.radians(1.2), math.radians(2.0), 0.08
+DOORS_M, DOORS_SHARE = 0.45, 0.2
+AT_WALL_M, ASKEW_RAD, RUG_RAD, ON_RUG_M = 0.5, math.radians(1.2), math.radians(1.5), 0.08
 
 
 def front_blocked(found: Furnished) -> list[int]:
@@ -159,7 +159,9 @@ def rug_askew(found: Furnished) -> list[int]:
     """Return rugs that are turned from the walls by more than ``RUG_RAD``."""
     quarter = 0.5 * math.pi
     return [
-        item.id for item in _rugs(found) if min(abs(math.remainder(item.yaw_rad - yaw, quarter)) for yaw in found.wall[:, WALL_YAW]) > RUG_RAD
+        item.id
+        for item in _rugs(found)
+        if min(abs(math.remainder(item.yaw_rad - yaw, quarter)) for yaw in found.wall[:, WALL_YAW]) > RUG_RAD
     ]
 
 
@@ -172,3 +174,9 @@ def store_on_rug_edge(found: Furnished) -> list[int]:
         if max(footprint_penetration(box, rug) for rug in rugs) > ON_RUG_M and not in_boxes(footprint_corners(box), np.array(rugs)).all():
             bad.append(item.id)
     return bad
+
+
+def bedside_blocked(found: Furnished) -> list[int]:
+    """Return nightstands with other things than a bed in more than ``FRONT_SHARE`` of ``BEDSIDE_FRONT_M`` before them."""
+    free = found.only(~np.isin(found.owner, [bed.id for bed in found.standing("bed")]))
+    return [item.id for item in found.standing("bedside") if taken_share(free, item, "front", 0.02, BEDSIDE_FRONT_M) > FRONT_SHARE]

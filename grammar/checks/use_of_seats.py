@@ -19,7 +19,7 @@ COMPANY_M = 4.0
 SCREEN_SHARE, SCREEN_DEPTH_M = 0.15, 0.6
 GLARE_SHARE, SCREEN_WINDOW_M = 0.2, 0.9
 ASIDE_RAD = math.radians(40.0)
-FEET_M, CRAMPED_SHARE, SHIN_M = 0.35, 0.3, 0.2
+FEET_M, TABLE_OFF_M, CRAMPED_SHARE, SHIN_M = 0.35, 0.06, 0.3, 0.2
 
 
 def screen_unseen(found: Furnished) -> list[int]:
@@ -142,7 +142,19 @@ def _aslant(a: SceneObject, b: SceneObject) -> float:
 
 
 def seat_cramped(found: Furnished) -> list[int]:
-    """Return sofas and armchairs with furniture or a wall in more than ``CRAMPED_SHARE`` of ``FEET_M`` before them, low tables left out."""
-    tables = [item.id for item in found.standing("low_table")]
-    solid = found.only((found.boxes[:, Z_HIGH] > SHIN_M) & (found.boxes[:, Z_LOW] < KNEE_M) & ~np.isin(found.owner, tables))
-    return [seat.id for seat in found.standing("lounge") if taken_share(solid, seat, "front", 0.03, FEET_M) > CRAMPED_SHARE]
+    """Return sofas and armchairs that leave no room for feet.
+
+    Furniture or walls take more than ``CRAMPED_SHARE`` of ``FEET_M`` before them, or low tables, but for those in the corner of a sofa,
+    of ``TABLE_OFF_M``.
+    """
+    tables = found.standing("low_table")
+    solid = found.only(
+        (found.boxes[:, Z_HIGH] > SHIN_M) & (found.boxes[:, Z_LOW] < KNEE_M) & ~np.isin(found.owner, [item.id for item in tables])
+    )
+    bad = []
+    for seat in found.standing("lounge"):
+        before = [item.id for item in tables if footprint_penetration(whole_box(item), whole_box(seat)) <= 0.01]
+        low = found.only(np.isin(found.owner, before))
+        if max(taken_share(solid, seat, "front", 0.03, FEET_M), taken_share(low, seat, "front", 0.0, TABLE_OFF_M)) > CRAMPED_SHARE:
+            bad.append(seat.id)
+    return bad

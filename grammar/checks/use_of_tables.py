@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from grammar.checks.furnished import Furnished, in_boxes, outside, whole_box
+from grammar.checks.use_of_seats import chair_at_no_table
 from grammar.geometry.arrays import Boxes, Floats
 from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, SIN_YAW, Z_HIGH, Z_LOW, X, Y, footprint_penetration
 from scene_description import SceneObject
@@ -17,11 +18,12 @@ NEAR_M, ASKEW_RAD = 0.6, math.radians(35.0)
 ELBOWS_M, PLACE_DEPTH_M, SHARED_M = 0.5, 0.2, 0.12
 CORNER_M = 0.17
 SEATED_M, BODY_M, SEATED_SHARE, SHIN_M = 0.5, 0.4, 0.1, 0.3
+OFF_SOFA_M = 0.15
 BEFORE_M, FILLER_M = 0.4, 0.08
 
 
 class Place(NamedTuple):
-    """Where a chair is drawn up to a table: the middles of its place and of that edge of the table, yaw out of the table, length of the edge."""
+    """Where a chair is drawn up to a table: middles of its place and of that edge of the table, yaw out of the table, the edge's length."""
 
     chair: SceneObject
     table: SceneObject
@@ -105,13 +107,18 @@ def place_shared(found: Furnished) -> list[int]:
 
 
 def chair_at_corner(found: Furnished) -> list[int]:
-    """Return chairs drawn up to a corner of their table: nearer than ``CORNER_M`` to the end of its edge, or aslant by ``ASKEW_RAD``."""
+    """Return chairs drawn up to a corner of their table.
+
+    They are nearer than ``CORNER_M`` to the end of its edge, aslant by ``ASKEW_RAD``, or look past it straight ahead.
+    """
     bad = []
-    for place in places(found):
+    drawn_up = list(places(found))
+    for place in drawn_up:
         aslant = abs(math.remainder(place.out_rad + math.pi - place.chair.yaw_rad, math.tau))
         if place.to_end_m < min(CORNER_M, 0.4 * place.edge_m) or aslant > ASKEW_RAD:
             bad.append(place.chair.id)
-    return bad
+    at_none = {item.id for item in found.standing("pulled_up")} - {place.chair.id for place in drawn_up}
+    return sorted([*bad, *at_none.difference(chair_at_no_table(found))])
 
 
 def chair_wedged(found: Furnished) -> list[int]:
@@ -128,13 +135,20 @@ def chair_wedged(found: Furnished) -> list[int]:
 
 
 def filler_at_table(found: Furnished) -> list[int]:
-    """Return plants, bins and lamps on the floor where people sit at a table: within ``BEFORE_M`` of an edge that a chair is drawn up to."""
+    """Return plants, bins and lamps on the floor within ``BEFORE_M`` of an edge of a table that a chair is drawn up to."""
     fillers = [(item.id, whole_box(item)) for item in found.standing("filler")]
     bad: set[int] = set()
     for place in places(found) if fillers else ():
         strip = _strip(place.edge_at_m, place.out_rad, (0.0, BEFORE_M), place.edge_m)
         bad.update(number for number, box in fillers if footprint_penetration(strip, box) > FILLER_M)
     return sorted(bad)
+
+
+def table_at_sofa(found: Furnished) -> list[int]:
+    """Return tables for meals that stand within ``OFF_SOFA_M`` of a sofa, an armchair or a low table."""
+    near = [whole_box(item) for item in found.standing("lounge", "low_table")]
+    tables = found.standing("dining")
+    return [item.id for item in tables if any(footprint_penetration(whole_box(item), box) > -OFF_SOFA_M for box in near)]
 
 
 def _grid(box: Boxes) -> Floats:

@@ -14,7 +14,7 @@ from grammar.geometry.boxes import row_penetration
 from grammar.geometry.kernels import inlined, kernel
 from grammar.geometry.slopes import above_slopes
 from grammar.geometry.walls import rectangle_outside
-from grammar.geometry.zones import ACCESS, SWING, VIEW
+from grammar.geometry.zones import ACCESS, GLARE, SWING, VIEW
 from grammar.layout import columns as col
 from grammar.layout.frames import in_surface_frame, placement_target, surface_owner, wrap
 from grammar.spec.energy_terms import TERMS
@@ -160,6 +160,8 @@ def add_zones(problem, state, i, j, out):  # type: ignore[no-untyped-def]
         kind = int(problem.box[k, col.ZONE_KIND])
         if kind == ACCESS:
             blocks = mount == col.FLOOR and not belongs
+        elif kind == GLARE:
+            blocks = link[j, col.WATCHED] >= 0
         else:
             blocks = kind == SWING or mount == (col.FLOOR if kind == VIEW else col.WALL)
         if not blocks:
@@ -168,7 +170,7 @@ def add_zones(problem, state, i, j, out):  # type: ignore[no-untyped-def]
         for b in range(link[j, col.SOLIDS], link[j, col.ZONES]):
             if _heights_meet(placed, k, b):
                 deepest = max(deepest, row_penetration(placed, k, placed, b))
-        if kind == ACCESS:
+        if kind in (ACCESS, GLARE):
             out[OCCLUSION] += min(deepest / problem.box[k, col.ZONE_DEPTH], 1.0)
         else:
             out[BLOCKED] += deepest

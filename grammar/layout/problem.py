@@ -26,7 +26,8 @@ class Problem(NamedTuple):
     in ``mode`` of its wall modes, of its modes around the core, of its placements, of the targets of its support address and of its wishes
     in a run, and the end of these; 1 where it stays put.  Of units: run or -1, number of a leg, 1 where it turns, kind, 1 where it likes
     the end, 1 where it carries something in line or stands as high; then 1 where it hangs in line, and moves only with its unit; 1 where
-    it juts out; 1 where it stands end-on.  Of screens: index of the seat that it is watched from; of all else -1.  Legs belong to places: the k-th unit of a run, by index, has that of place k.
+    it juts out; 1 where it stands end-on.  Legs belong to places: the k-th unit of a run, by index, has that of place k.  Of screens: index
+    of the seat that they are watched from; of all else -1.
     box: (m, 8) in the object's frame the first six columns of a box, then the kind and the depth of a zone.
     mode: (k, 7) wall modes: gap, 0, yaw against the wall; around the core: x, y, yaw in the core's frame; placements: depth fraction, width
     fraction, yaw against the surface (NaN: any).  Then of all these: -log of the density at the mode's middle over that of the object's

@@ -1,7 +1,8 @@
-"""Whether the tables of a structure have a place for every chair, before anything stands anywhere."""
+"""Whether the tables of a structure have a place for every chair, and chairs, before anything stands anywhere."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 
 from grammar.derivation.parse_tree import Item
@@ -10,6 +11,20 @@ from grammar.spec.categories import Categories
 
 SEAT_M = 0.5
 """Least distance between the middles of chairs that stand side by side."""
+COMPANY_M = 1.2
+"""A table for meals that is as wide has more than one chair."""
+
+
+def oddly_seated(categories: Categories, items: Sequence[Item]) -> bool:
+    """Return whether every layout of these objects is odd for the chairs at its tables: too many or, for a large table, one alone."""
+    return crowded(categories, items) or lone_chair(categories, items)
+
+
+def lone_chair(categories: Categories, items: Sequence[Item]) -> bool:
+    """Return whether a table for meals that is at least ``COMPANY_M`` wide has one chair only."""
+    chairs = Counter(item.core for item in items if "pulled_up" in categories[item.rule.category].roles)
+    tables = (item for item in items if "dining" in categories[item.rule.category].roles)
+    return any(chairs[table.id] == 1 and max(table.size_m[:2]) >= COMPANY_M for table in tables)
 
 
 def crowded(categories: Categories, items: Sequence[Item]) -> bool:

@@ -20,7 +20,7 @@ Fraction = Annotated[float, Limits(ge=0.0, le=1.0)]
 Role = Literal[
     "seat", "pulled_up", "table", "store", "shelf", "wardrobe", "bed", "backed", "bedside", "screen", "shown", "switch", "drape", "curtain",
     "unit", "wall_unit", "sink", "hob", "hood", "fridge", "bathing", "basin", "mirror", "lounge", "low_table",
-    "mat", "filler", "toilet", "paper", "pot",
+    "mat", "filler", "toilet", "paper", "pot", "dining", "desk", "wall_shelf",
 ]  # fmt: skip
 """How people use an object, as far as the checks of use ask for it; ``config/categories.yaml`` says what each stands for."""
 

@@ -89,7 +89,7 @@ class Weights:
     room_centre: Annotated[Weight, _soft("m", "distance to the centroid of the floor", "centre")]
     screen_aside: Annotated[
         Weight, _soft("rad", "how far a screen and the largest sofa or bed look past each other, beyond 25 degrees", not_learned=_BY_HAND)
-    ] = 20.0
+    ] = 60.0
     run_order: Annotated[Weight, _soft("nat", "what the order of a run's units costs", not_learned=_PROBABILITY)] = 1.0
     relation_odds: Annotated[Weight, _soft("nat", "what the modes taken are less dense than the densest", not_learned=_PROBABILITY)] = 1.0
     circulation: Annotated[Weight, _floor("", "what the share of the floor that a robot reaches lacks of the wanted one")] = 0.0
