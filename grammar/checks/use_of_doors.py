@@ -11,6 +11,7 @@ from grammar.geometry.zones import opening_frame
 
 HIDDEN_SHARE, HIDDEN_DEPTH_M = 0.25, 0.6
 WINDOW_SHARE, WINDOW_DEPTH_M = 0.15, 0.5
+AT_WINDOW_SHARE = 0.15
 
 
 def switch_behind_door(found: Furnished) -> list[int]:
@@ -53,6 +54,26 @@ def before_window(found: Furnished) -> list[int]:
             heights = (opening.sill_m, opening.sill_m + opening.height_m)
             covered = face_covered(boxes, opening_frame(found.room, opening), opening.width_m, heights, WINDOW_DEPTH_M)
             bad.update(int(key) for key in np.unique(owner) if covered[owner == key].any(0).mean() > WINDOW_SHARE)
+    return sorted(bad)
+
+
+def door_in_corner(found: Furnished) -> list[int]:
+    """Return sofas into whose corner a door opens: it sweeps their box, though none of their solids."""
+    swept = list(swept_points(found.room))
+    return [item.id for item in found.standing("lounge") if any(in_boxes(points, whole_box(item)[None]).any() for points in swept)]
+
+
+def hangs_at_window(found: Furnished) -> list[int]:
+    """Return what hangs above or below a window with more than ``AT_WINDOW_SHARE`` of its width: pictures, mirrors, shelves, clocks."""
+    bad: set[int] = set()
+    for item in found.having("shown", "wall_shelf"):
+        for opening in found.room.openings:
+            if item.support.kind == "wall" and opening.category == "window" and opening.wall == item.support.wall:
+                x, y, yaw = opening_frame(found.room, opening)
+                left = (item.position_m[1] - y) * math.cos(yaw) - (item.position_m[0] - x) * math.sin(yaw)
+                shared = 0.5 * (item.size_m[1] + opening.width_m) - abs(left)
+                if shared > AT_WINDOW_SHARE * item.size_m[1]:
+                    bad.add(item.id)
     return sorted(bad)
 
 

@@ -17,6 +17,9 @@ MOUNT, CORE, LEADS, BLOCKS, SOLIDS, ZONES, STRIPS, BOX_END, WALL_MODES, AROUND_M
 RUN, LEG, TURNS, UNIT_KIND, LIKES_END, FILLS, IN_LINE, JUTS, END_ON = range(15, 24)
 """Columns of ``Problem.link`` about runs."""
 
+WATCHED = 24
+"""Column of ``Problem.link`` about screens."""
+
 ZONE_KIND, ZONE_DEPTH = 6, 7
 """Columns of ``Problem.box`` after those of :mod:`grammar.geometry.boxes`."""
 

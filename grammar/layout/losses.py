@@ -14,7 +14,7 @@ from grammar.geometry.boxes import row_penetration
 from grammar.geometry.kernels import inlined, kernel
 from grammar.geometry.slopes import above_slopes
 from grammar.geometry.walls import rectangle_outside
-from grammar.geometry.zones import ACCESS, SWING, VIEW
+from grammar.geometry.zones import ACCESS, GLARE, SWING, VIEW
 from grammar.layout import columns as col
 from grammar.layout.frames import in_surface_frame, placement_target, surface_owner, wrap
 from grammar.spec.energy_terms import TERMS
@@ -33,9 +33,11 @@ SUPPORT_ADDRESS = TERMS.index("support_address")
 GROUP_DISTANCE = TERMS.index("group_distance")
 GROUP_ORIENTATION = TERMS.index("group_orientation")
 ROOM_CENTRE = TERMS.index("room_centre")
+SCREEN_ASIDE = TERMS.index("screen_aside")
 RELATION_ODDS = TERMS.index("relation_odds")
 
 _TOUCH_M = 1e-6
+_VIEW_RAD = math.radians(25.0)
 
 
 @kernel
@@ -146,17 +148,20 @@ def add_overlap(problem, state, i, j, out):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def add_zones(problem, state, i, j, related, out):  # type: ignore[no-untyped-def]
+def add_zones(problem, state, i, j, out):  # type: ignore[no-untyped-def]
     """Add occlusion and blocked depth: what the solids of object ``j`` take from the zones of object ``i``.
 
-    ``related``: the two belong to one group, whose objects may stand in each other's access space.
+    What belongs to an object may stand in its access space, as a chair at a desk; its own core may not, as a bed before a wardrobe.
     """
     link, placed, mount = problem.link, state.placed, problem.link[j, col.MOUNT]
+    belongs = link[j, col.CORE] == i
     for k in range(link[i, col.ZONES], link[i, col.STRIPS]):
         # Pass over zones that nothing mounted as object j can block.
         kind = int(problem.box[k, col.ZONE_KIND])
         if kind == ACCESS:
-            blocks = mount == col.FLOOR and not related
+            blocks = mount == col.FLOOR and not belongs
+        elif kind == GLARE:
+            blocks = link[j, col.WATCHED] >= 0
         else:
             blocks = kind == SWING or mount == (col.FLOOR if kind == VIEW else col.WALL)
         if not blocks:
@@ -165,7 +170,7 @@ def add_zones(problem, state, i, j, related, out):  # type: ignore[no-untyped-de
         for b in range(link[j, col.SOLIDS], link[j, col.ZONES]):
             if _heights_meet(placed, k, b):
                 deepest = max(deepest, row_penetration(placed, k, placed, b))
-        if kind == ACCESS:
+        if kind in (ACCESS, GLARE):
             out[OCCLUSION] += min(deepest / problem.box[k, col.ZONE_DEPTH], 1.0)
         else:
             out[BLOCKED] += deepest
@@ -219,6 +224,15 @@ def add_off_wall(problem, state, i, out):  # type: ignore[no-untyped-def]
             furthest = max(furthest, math.sqrt(across * across + beyond * beyond))
         nearest = min(nearest, furthest)
     out[OFF_WALL] += max(nearest - problem.object[i, col.BACK_GAP], 0.0)
+
+
+@kernel
+def add_view(problem, state, i, out):  # type: ignore[no-untyped-def]
+    """Add by how much more than ``_VIEW_RAD`` screen ``i`` and the seat that it is watched from look past each other."""
+    where, seat = state.where, problem.link[i, col.WATCHED]
+    yaw = math.atan2(where[seat, col.Y] - where[i, col.Y], where[seat, col.X] - where[i, col.X])
+    off = max(abs(wrap(where[i, col.YAW] - yaw)), abs(wrap(where[seat, col.YAW] - yaw - math.pi)))
+    out[SCREEN_ASIDE] += max(off - _VIEW_RAD, 0.0)
 
 
 @inlined

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from grammar.spec.grammar_file import read_yaml
+from grammar.spec.object_rules import Access
 from grammar.spec.rules import GrammarError
 from scene_description import FieldError, Limits, from_mapping
 from scene_description.labels import LABEL_ID
@@ -19,7 +20,7 @@ Fraction = Annotated[float, Limits(ge=0.0, le=1.0)]
 Role = Literal[
     "seat", "pulled_up", "table", "store", "shelf", "wardrobe", "bed", "backed", "bedside", "screen", "shown", "switch", "drape", "curtain",
     "unit", "wall_unit", "sink", "hob", "hood", "fridge", "bathing", "basin", "mirror", "lounge", "low_table",
-    "mat", "filler", "toilet", "paper", "pot",
+    "mat", "filler", "toilet", "paper", "pot", "dining", "desk", "wall_shelf",
 ]  # fmt: skip
 """How people use an object, as far as the checks of use ask for it; ``config/categories.yaml`` says what each stands for."""
 
@@ -64,7 +65,7 @@ class Category:
     """One category.  ``solids`` None stands for one box of the object's whole size.  An ``underlay`` lies under objects on the floor.
 
     ``surfaces`` carry what the grammar stands on them, ``rests`` only what is left lying about.  ``roles`` say how people use it, for
-    the checks of :mod:`grammar.checks.faults`.
+    the checks of :mod:`grammar.checks.faults`.  ``access`` is the space that people need where an object's rule names none.
     """
 
     label: str
@@ -73,6 +74,7 @@ class Category:
     rests: Annotated[tuple[Rest, ...], Limits(max_length=8)] = ()
     underlay: bool = False
     roles: Annotated[tuple[Role, ...], Limits(max_length=8)] = ()
+    access: Annotated[tuple[Access, ...], Limits(max_length=8)] = ()
 
     @property
     def back_gap_m(self) -> float:

@@ -22,6 +22,7 @@ Cliques = Literal["wall", "zone", "support", "group", "centre"]
 
 _NEVER = "no valid room has it"
 _PROBABILITY = "a probability, which is counted"
+_BY_HAND = "a habit that is set by hand"
 _NO_DOOR = "observed rooms are taken without doors"
 
 
@@ -86,6 +87,9 @@ class Weights:
     group_distance: Annotated[Weight, _soft("m", "distance to the place around the core object that fits best", "group")]
     group_orientation: Annotated[Weight, _soft("rad", "yaw against the core object, less the mean of the mode", "group")]
     room_centre: Annotated[Weight, _soft("m", "distance to the centroid of the floor", "centre")]
+    screen_aside: Annotated[
+        Weight, _soft("rad", "how far a screen and the largest sofa or bed look past each other, beyond 25 degrees", not_learned=_BY_HAND)
+    ] = 60.0
     run_order: Annotated[Weight, _soft("nat", "what the order of a run's units costs", not_learned=_PROBABILITY)] = 1.0
     relation_odds: Annotated[Weight, _soft("nat", "what the modes taken are less dense than the densest", not_learned=_PROBABILITY)] = 1.0
     circulation: Annotated[Weight, _floor("", "what the share of the floor that a robot reaches lacks of the wanted one")] = 0.0
