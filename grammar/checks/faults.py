@@ -13,6 +13,7 @@ from grammar.checks import use_of_bathrooms as bathrooms
 from grammar.checks import use_of_doors as doors
 from grammar.checks import use_of_furniture as furniture
 from grammar.checks import use_of_kitchens as kitchens
+from grammar.checks import use_of_machines as machines
 from grammar.checks import use_of_seats as seats
 from grammar.checks.furnished import Furnished, furnished
 from grammar.spec.categories import Categories, Role
@@ -50,6 +51,11 @@ FAULTS = (
     Fault("pot_on_rug_edge", "a plant or vase stands on a rug with a part of its foot only", furniture.pot_on_rug_edge),
     Fault("stands_astray", "a plant, vase, bin or lamp stands free, 0.4 m off walls and furniture", furniture.stands_astray),
     Fault("pot_under_table", "a plant or vase stands below a table", furniture.pot_under_table),
+    Fault("fillers_huddled", "three or more plants, vases, bins, lamps or balls stand in one heap", machines.fillers_huddled),
+    Fault("filler_before_front", "a plant, vase, bin, lamp or ball stands before the front of a store", machines.filler_before_front),
+    Fault("machine_hemmed", "nobody gets on a machine: its front or both its sides are blocked", machines.machine_hemmed),
+    Fault("mat_hemmed", "furniture stands close beside a mat for exercise", machines.mat_hemmed),
+    Fault("car_shut_in", "the doors of a car open at neither side, or things stand in its way out", machines.car_shut_in),
     Fault("front_blocked", "the front of a store or appliance is blocked to more than half", furniture.front_blocked),
     Fault("shelf_off_wall", "a shelf has no wall behind its back", furniture.shelf_off_wall),
     Fault("wardrobe_off_wall", "a wardrobe has no wall behind its back", furniture.wardrobe_off_wall),
@@ -59,6 +65,11 @@ FAULTS = (
     Fault("basin_off_mirror", "no mirror hangs over a washbasin, though the room has one", furniture.basin_off_mirror),
     Fault("no_bathing", "a bathroom has neither bath nor shower", furniture.no_bathing, of_layout=False),
     Fault("paper_out_of_reach", "toilet paper hangs further than 0.9 m from the toilet", bathrooms.paper_out_of_reach),
+    Fault("towel_out_of_reach", "a towel hangs further than 1.6 m from bath, shower and basin", bathrooms.towel_out_of_reach),
+    Fault("mat_astray", "a bath mat lies before no bath, shower or basin", bathrooms.mat_astray),
+    Fault("toilet_cramped", "more than 30 % of the floor before a toilet is taken", bathrooms.toilet_cramped),
+    Fault("fixture_blocked", "the front of a bath, shower or basin is blocked to more than half", bathrooms.fixture_blocked),
+    Fault("bathing_off_corner", "a bath or shower stands in no corner", bathrooms.bathing_off_corner),
     Fault("gap_in_run", "a gap of 3 to 35 cm parts two kitchen units at a wall", kitchens.gap_in_run),
     Fault("run_in_pieces", "kitchen units at one wall stand apart with no door between them, or one stands alone", kitchens.run_in_pieces),
     Fault("fridge_off_wall", "a refrigerator has no wall behind its back", furniture.fridge_off_wall),
