@@ -54,8 +54,8 @@ FAULTS = (
     Fault("fillers_huddled", "three or more plants, vases, bins, lamps or balls stand in one heap", machines.fillers_huddled),
     Fault("filler_before_front", "a plant, vase, bin, lamp or ball stands before the front of a store", machines.filler_before_front),
     Fault("machine_hemmed", "nobody gets on a machine: its front or both its sides are blocked", machines.machine_hemmed),
-    Fault("mat_hemmed", "furniture stands close beside a mat for exercise", machines.mat_hemmed),
-    Fault("car_shut_in", "the doors of a car open at neither side, or things stand in its way out", machines.car_shut_in),
+    Fault("mat_hemmed", "furniture, or a mat that lies across, is close to a mat for exercise", machines.mat_hemmed),
+    Fault("car_shut_in", "the doors of a car open at neither side, or things touch it or stand in its way out", machines.car_shut_in),
     Fault("front_blocked", "the front of a store or appliance is blocked to more than half", furniture.front_blocked),
     Fault("shelf_off_wall", "a shelf has no wall behind its back", furniture.shelf_off_wall),
     Fault("wardrobe_off_wall", "a wardrobe has no wall behind its back", furniture.wardrobe_off_wall),
@@ -67,7 +67,9 @@ FAULTS = (
     Fault("paper_out_of_reach", "toilet paper hangs further than 0.9 m from the toilet", bathrooms.paper_out_of_reach),
     Fault("towel_out_of_reach", "a towel hangs further than 1.6 m from bath, shower and basin", bathrooms.towel_out_of_reach),
     Fault("mat_astray", "a bath mat lies before no bath, shower or basin", bathrooms.mat_astray),
-    Fault("toilet_cramped", "more than 30 % of the floor before a toilet is taken", bathrooms.toilet_cramped),
+    Fault(
+        "toilet_cramped", "there is too little room for knees before a toilet, or something stands at its side", bathrooms.toilet_cramped
+    ),
     Fault("fixture_blocked", "the front of a bath, shower or basin is blocked to more than half", bathrooms.fixture_blocked),
     Fault("bathing_off_corner", "a bath or shower stands in no corner", bathrooms.bathing_off_corner),
     Fault("gap_in_run", "a gap of 3 to 35 cm parts two kitchen units at a wall", kitchens.gap_in_run),

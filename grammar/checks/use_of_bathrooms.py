@@ -13,6 +13,7 @@ from scene_description import SceneObject
 REACH_M = 0.9
 MAT_BEFORE_M, MAT_ASIDE_SHARE = 0.55, 0.6
 KNEES_SHARE, KNEES_GAP_M, KNEES_DEPTH_M = 0.3, 0.02, 0.35
+ELBOW_SHARE, ELBOW_M = 0.5, 0.1
 STEP_SHARE, STEP_GAP_M, STEP_DEPTH_M = 0.5, 0.05, 0.35
 TOWEL_M = 1.6
 CORNER_GAP_M = 0.2
@@ -49,8 +50,13 @@ def _lies_before(mat: SceneObject, item: SceneObject) -> bool:
 
 
 def toilet_cramped(found: Furnished) -> list[int]:
-    """Return toilets before which more than ``KNEES_SHARE`` of the floor that feet and knees need is taken."""
-    return [item.id for item in found.standing("toilet") if taken_share(found, item, "front", KNEES_GAP_M, KNEES_DEPTH_M) > KNEES_SHARE]
+    """Return toilets with too little room for knees before them, or with more than half of a side at something."""
+    return [item.id for item in found.standing("toilet") if _cramped(found, item)]
+
+
+def _cramped(found: Furnished, item: SceneObject) -> bool:
+    knees = taken_share(found, item, "front", KNEES_GAP_M, KNEES_DEPTH_M)
+    return knees > KNEES_SHARE or any(taken_share(found, item, side, 0.0, ELBOW_M) > ELBOW_SHARE for side in ("left", "right"))
 
 
 def fixture_blocked(found: Furnished) -> list[int]:

@@ -15,7 +15,8 @@ from scene_description import SceneObject
 MOUNT_SHARE, MOUNT_GAP_M, MOUNT_DEPTH_M = 0.4, 0.02, 0.4
 MAT_SHARE, MAT_GAP_M, MAT_DEPTH_M = 0.3, 0.01, 0.12
 DOOR_SHARE, DOOR_GAP_M, DOOR_DEPTH_M = 0.3, 0.02, 0.4
-OVER_CURB_M, HUNG_M = 0.12, 1.0
+TOUCHED_M, OVER_CURB_M, HUNG_M = 0.12, 0.12, 1.0
+ACROSS_SIN, ACROSS_GAP_M = 0.5, 0.15
 HUDDLE_M, HUDDLE = 0.3, 3
 BEFORE_DEPTH_M, BEFORE_SHARE = 0.4, 0.3
 _STEPS = (np.arange(12) + 0.5) / 6.0 - 1.0
@@ -32,12 +33,19 @@ def _hemmed(found: Furnished, item: SceneObject) -> bool:
 
 
 def mat_hemmed(found: Furnished) -> list[int]:
-    """Return mats for exercise beside which, nearer than ``MAT_DEPTH_M``, machines or furniture stand."""
+    """Return mats for exercise near which, by ``MAT_DEPTH_M``, machines or furniture stand, or another mat lies across."""
     mats = found.standing("floor_work")
     if not mats:
         return []
     standing = found.boxes[(found.boxes[:, Z_HIGH] > OVER_CURB_M) & (found.boxes[:, Z_LOW] < HUNG_M)]
-    return [mat.id for mat in mats if any(_taken(standing, mat, side) > MAT_SHARE for side in ("front", "back", "left", "right"))]
+    taken = [mat.id for mat in mats if any(_taken(standing, mat, side) > MAT_SHARE for side in ("front", "back", "left", "right"))]
+    return sorted({*taken, *(mat.id for mat in mats if any(_across(mat, other) for other in mats))})
+
+
+def _across(mat: SceneObject, other: SceneObject) -> bool:
+    """Return whether two mats are near each other and not side by side."""
+    apart = -footprint_penetration(whole_box(mat), whole_box(other))
+    return abs(math.sin(mat.yaw_rad - other.yaw_rad)) > ACROSS_SIN and apart < ACROSS_GAP_M
 
 
 def _taken(standing: Boxes, mat: SceneObject, side: str) -> float:
@@ -48,12 +56,14 @@ def _taken(standing: Boxes, mat: SceneObject, side: str) -> float:
 
 
 def car_shut_in(found: Furnished) -> list[int]:
-    """Return vehicles whose doors open at neither side, or with things in the way out."""
+    """Return vehicles whose doors open at neither side, with things nearer than ``TOUCHED_M``, or with things in the way out."""
     return [item.id for item in found.standing("vehicle") if _doors_blocked(found, item) or _way_out_blocked(found, item)]
 
 
 def _doors_blocked(found: Furnished, item: SceneObject) -> bool:
-    return all(taken_share(found, item, side, DOOR_GAP_M, DOOR_DEPTH_M) > DOOR_SHARE for side in ("left", "right"))
+    others = found.boxes[(found.owner != item.id) & (found.boxes[:, Z_LOW] < HUNG_M)]
+    touched = any(footprint_penetration(whole_box(item), other) > -TOUCHED_M for other in others)
+    return touched or all(taken_share(found, item, side, DOOR_GAP_M, DOOR_DEPTH_M) > DOOR_SHARE for side in ("left", "right"))
 
 
 def _way_out_blocked(found: Furnished, item: SceneObject) -> bool:

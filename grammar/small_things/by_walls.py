@@ -14,7 +14,7 @@ import numpy as np
 
 from grammar.geometry.arrays import Boxes, Floats, Ints
 from grammar.geometry.boxes import Z_LOW, footprint_penetration
-from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, START_X, START_Y, WALL_YAW
+from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, REFLEX, START_X, START_Y, WALL_YAW
 from grammar.geometry.zones import side_rectangle
 from grammar.small_things.place import clear_of, draw_turn
 from grammar.small_things.rules import Thing
@@ -76,8 +76,10 @@ def by_wall(
         owners: (n,) whose these are, 0 for space that is kept free.
     """
     standing = boxes[(owners > 0) & (boxes[:, Z_LOW] < _KNEE_HIGH_M)]
+    boxes = boxes.copy()
+    boxes[boxes[:, Z_LOW] < _KNEE_HIGH_M, Z_LOW] = 0.0  # nothing is pushed under a radiator
     free = [
-        (_nearness(placed, wall[k], along, standing), n, placed)
+        (_nearness(placed, wall, k, along, standing), n, placed)
         for n, (k, along, placed) in enumerate(_along_walls(rng, thing, item, wall))
         if (not doors or min(math.dist(placed.position_m[:2], door) for door in doors) < DOOR_REACH_M)
         and inside(placed)
@@ -99,8 +101,9 @@ def _along_walls(rng: np.random.Generator, thing: Thing, item: SceneObject, wall
         yield k, along, replace(item, position_m=(float(x), float(y), 0.0), yaw_rad=yaw, support=Supported(kind="floor"))
 
 
-def _nearness(placed: SceneObject, row: Floats, along: float, standing: Boxes) -> float:
-    """Return the distance in metres to the end of the wall or to what stands there, whichever is nearer."""
-    ends = min(along, row[LENGTH] - along) - 0.5 * max(placed.size_m[:2])
-    box = whole_box(placed)
-    return min([float(ends), *(-footprint_penetration(box, other) for other in standing)])
+def _nearness(placed: SceneObject, wall: Floats, k: int, along: float, standing: Boxes) -> float:
+    """Return the distance in metres to a corner of the room at an end of the wall, or to what stands there, whichever is nearer."""
+    box, half = whole_box(placed), 0.5 * max(placed.size_m[:2])
+    ends = [along - half] if wall[k, REFLEX] == 0.0 else []
+    ends += [wall[k, LENGTH] - along - half] if wall[(k + 1) % len(wall), REFLEX] == 0.0 else []
+    return min([math.inf, *map(float, ends), *(-footprint_penetration(box, other) for other in standing)])
