@@ -52,9 +52,11 @@ FAULTS = (
     Fault("stands_astray", "a plant, vase, bin or lamp stands free, 0.4 m off walls and furniture", furniture.stands_astray),
     Fault("pot_under_table", "a plant or vase stands below a table", furniture.pot_under_table),
     Fault("fillers_huddled", "three or more plants, vases, bins, lamps or balls stand in one heap", machines.fillers_huddled),
-    Fault("filler_before_front", "a plant, vase, bin, lamp or ball stands before the front of a store", machines.filler_before_front),
+    Fault(
+        "thing_before_front", "a plant, vase, bin, lamp, ball or machine stands before the front of a store", machines.thing_before_front
+    ),
     Fault("machine_hemmed", "nobody gets on a machine: its front or both its sides are blocked", machines.machine_hemmed),
-    Fault("mat_hemmed", "furniture, or a mat that lies across, is close to a mat for exercise", machines.mat_hemmed),
+    Fault("mat_hemmed", "furniture is close to a mat for exercise, or another mat lies askew beside it", machines.mat_hemmed),
     Fault("car_shut_in", "the doors of a car open at neither side, or things touch it or stand in its way out", machines.car_shut_in),
     Fault("front_blocked", "the front of a store or appliance is blocked to more than half", furniture.front_blocked),
     Fault("shelf_off_wall", "a shelf has no wall behind its back", furniture.shelf_off_wall),

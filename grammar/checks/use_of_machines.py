@@ -16,7 +16,7 @@ MOUNT_SHARE, MOUNT_GAP_M, MOUNT_DEPTH_M = 0.4, 0.02, 0.4
 MAT_SHARE, MAT_GAP_M, MAT_DEPTH_M = 0.3, 0.01, 0.12
 DOOR_SHARE, DOOR_GAP_M, DOOR_DEPTH_M = 0.3, 0.02, 0.4
 TOUCHED_M, OVER_CURB_M, HUNG_M = 0.12, 0.12, 1.0
-ACROSS_SIN, ACROSS_GAP_M = 0.5, 0.15
+ASKEW_RAD, ASKEW_GAP_M = math.radians(6.0), 0.6
 HUDDLE_M, HUDDLE = 0.3, 3
 BEFORE_DEPTH_M, BEFORE_SHARE = 0.4, 0.3
 _STEPS = (np.arange(12) + 0.5) / 6.0 - 1.0
@@ -33,19 +33,19 @@ def _hemmed(found: Furnished, item: SceneObject) -> bool:
 
 
 def mat_hemmed(found: Furnished) -> list[int]:
-    """Return mats for exercise near which, by ``MAT_DEPTH_M``, machines or furniture stand, or another mat lies across."""
+    """Return mats for exercise near which, by ``MAT_DEPTH_M``, machines or furniture stand, or another mat lies askew."""
     mats = found.standing("floor_work")
     if not mats:
         return []
     standing = found.boxes[(found.boxes[:, Z_HIGH] > OVER_CURB_M) & (found.boxes[:, Z_LOW] < HUNG_M)]
     taken = [mat.id for mat in mats if any(_taken(standing, mat, side) > MAT_SHARE for side in ("front", "back", "left", "right"))]
-    return sorted({*taken, *(mat.id for mat in mats if any(_across(mat, other) for other in mats))})
+    return sorted({*taken, *(mat.id for mat in mats if any(_askew(mat, other) for other in mats))})
 
 
-def _across(mat: SceneObject, other: SceneObject) -> bool:
-    """Return whether two mats are near each other and not side by side."""
+def _askew(mat: SceneObject, other: SceneObject) -> bool:
+    """Return whether two mats are near each other and not parallel."""
     apart = -footprint_penetration(whole_box(mat), whole_box(other))
-    return abs(math.sin(mat.yaw_rad - other.yaw_rad)) > ACROSS_SIN and apart < ACROSS_GAP_M
+    return abs(math.sin(mat.yaw_rad - other.yaw_rad)) > ASKEW_RAD and apart < ASKEW_GAP_M
 
 
 def _taken(standing: Boxes, mat: SceneObject, side: str) -> float:
@@ -91,12 +91,12 @@ def fillers_huddled(found: Furnished) -> list[int]:
     return [item.id for item, one in zip(items, group, strict=True) if group.count(one) >= HUDDLE]
 
 
-def filler_before_front(found: Furnished) -> list[int]:
-    """Return plants, vases, bins, lamps and balls that stand before the front of a store or appliance."""
+def thing_before_front(found: Furnished) -> list[int]:
+    """Return plants, vases, bins, lamps, balls and machines that stand before the front of a store or appliance."""
     u, v = np.meshgrid(0.5 * _STEPS, 0.5 * _STEPS)
     stores = [_strip_before(item) for item in found.standing("store")]
     bad = []
-    for item in found.standing("filler") if stores else []:
+    for item in found.standing("filler", "machine") if stores else []:
         points = world_points(item, u * item.size_m[0], v * item.size_m[1])
         if in_boxes(points, np.array(stores)).mean() > BEFORE_SHARE:
             bad.append(item.id)
