@@ -17,6 +17,7 @@ ELBOW_SHARE, ELBOW_M = 0.5, 0.1
 STEP_SHARE, STEP_GAP_M, STEP_DEPTH_M = 0.5, 0.05, 0.35
 TOWEL_M = 1.6
 CORNER_GAP_M = 0.2
+DEEP_M, HEAD_M, OVER_M = 0.25, 2.0, 0.1
 
 
 def paper_out_of_reach(found: Furnished) -> list[int]:
@@ -75,3 +76,12 @@ def _in_corner(found: Furnished, item: SceneObject) -> bool:
     depths = np.array([0.0, 0.3]) * item.size_m[0]
     sides = [wall_distance(found, world_points(item, depths, np.full(2, side * half))) for side in (-1.0, 1.0)]
     return back_gap(found, item) < CORNER_GAP_M and min(sides) < CORNER_GAP_M
+
+
+def cabinet_overhead(found: Furnished) -> list[int]:
+    """Return what hangs lower than ``HEAD_M``, reaches more than ``DEEP_M`` into the room, and is over a toilet, bath, shower or basin."""
+    fixtures = [whole_box(item) for item in found.standing("toilet", "bathing", "basin")]
+    low = {item.id for item in found.objects if item.support.kind == "wall" and 0.5 < item.position_m[2] < HEAD_M}
+    low -= {item.id for item in found.having("wall_unit")}
+    hung = [item for item in found.objects if item.id in low and item.size_m[0] > DEEP_M]
+    return [item.id for item in hung if any(footprint_penetration(whole_box(item), box) > OVER_M for box in fixtures)]

@@ -15,7 +15,6 @@ import numpy as np
 from grammar.geometry.arrays import Boxes, Floats, Ints
 from grammar.geometry.boxes import Z_LOW, footprint_penetration
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, REFLEX, START_X, START_Y, WALL_YAW
-from grammar.geometry.zones import side_rectangle
 from grammar.small_things.place import clear_of, draw_turn
 from grammar.small_things.rules import Thing
 from grammar.small_things.surfaces import whole_box, world_box
@@ -33,7 +32,6 @@ DOOR_REACH_M = 1.2
 _GAP_M, _GAP_SD_M = 0.015, 0.01
 _KNEE_HIGH_M = 0.3
 _USE_M, _USE_HEIGHT_M = 0.55, 1.8
-_AROUND = ("front", "back", "left", "right")
 _FRONT_USED: tuple[Role, ...] = (
     "store", "shelf", "wardrobe", "fridge", "backed", "seat", "table", "basin", "bathing", "toilet", "sink", "hob",
 )  # fmt: skip
@@ -43,11 +41,11 @@ def use_strips(categories: Categories, objects: Sequence[SceneObject]) -> Boxes:
     """Return the floor (n, 8) that people need to use what stands on it: before fronts, and all round vehicles and machines."""
     strips: list[Floats] = []
     for item in objects:
-        roles = set(categories[item.category].roles)
-        sides = _AROUND if roles & {"vehicle", "machine"} else _AROUND[:1] if roles & set(_FRONT_USED) else ()
-        for side in sides if item.support.kind == "floor" else ():
-            x, y, half_d, half_w = side_rectangle(side, _USE_M, item.size_m)
-            strips.append(world_box(item, x, y, 0.0, (2.0 * half_d, 2.0 * half_w, _USE_HEIGHT_M), 0.0))
+        roles, (depth, width, _) = set(categories[item.category].roles), item.size_m
+        if item.support.kind == "floor" and roles & {"vehicle", "machine"}:
+            strips.append(world_box(item, 0.0, 0.0, 0.0, (depth + 2.0 * _USE_M, width + 2.0 * _USE_M, _USE_HEIGHT_M), 0.0))
+        elif item.support.kind == "floor" and roles & set(_FRONT_USED):
+            strips.append(world_box(item, 0.5 * (depth + _USE_M), 0.0, 0.0, (_USE_M, width, _USE_HEIGHT_M), 0.0))
     return np.array(strips, np.float64).reshape(-1, 8)
 
 

@@ -19,7 +19,7 @@ Fraction = Annotated[float, Limits(ge=0.0, le=1.0)]
 Role = Literal[
     "seat", "pulled_up", "table", "store", "shelf", "wardrobe", "bed", "backed", "bedside", "screen", "shown", "switch", "drape", "curtain",
     "unit", "wall_unit", "sink", "hob", "hood", "fridge", "bathing", "basin", "mirror", "lounge", "low_table",
-    "mat", "bath_mat", "floor_work", "machine", "vehicle", "towel", "filler", "toilet", "paper", "pot",
+    "mat", "bath_mat", "floor_work", "machine", "vehicle", "towel", "hooks", "heater", "filler", "toilet", "paper", "pot",
 ]  # fmt: skip
 """How people use an object, as far as the checks of use ask for it; ``config/categories.yaml`` says what each stands for."""
 
