@@ -212,3 +212,13 @@ def test_moving_a_core_away_costs_what_its_group_loses_however_far():
     # r is gamma distributed with shape 2 and scale 1 / 10: mean 0.2, standard error of 1500 draws 0.004 and, as they hang together, more
     assert np.mean(seen) == pytest.approx(0.2, abs=0.03)
     assert np.quantile(seen, 0.99) < 1.0
+
+
+def test_a_shower_off_its_corner_is_a_hard_loss():
+    text = closet("shower") + item("shower", "shower_cabin", (0.9, 0.9, 2.0), ", wall: [{distance_m: 0}]")
+    problem, state, _ = entered(small_grammar(text), np.random.default_rng(0))
+    i = len(state.active) - 1
+    # its back at the wall x = -2, its left side 0.1 and 0.4 m from the wall y = 2: 0.15 m are left free
+    for gap, loss in ((0.1, 0.0), (0.4, 0.25)):
+        put(problem, state, i, -2.0 + 0.45, 2.0 - 0.45 - gap, 0.0)
+        assert energies(problem, state)["off_wall"] == pytest.approx(loss)
