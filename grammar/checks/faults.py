@@ -13,6 +13,7 @@ from grammar.checks import use_of_bathrooms as bathrooms
 from grammar.checks import use_of_doors as doors
 from grammar.checks import use_of_furniture as furniture
 from grammar.checks import use_of_kitchens as kitchens
+from grammar.checks import use_of_machines as machines
 from grammar.checks import use_of_seats as seats
 from grammar.checks import use_of_tables as tables
 from grammar.checks.furnished import Furnished, furnished
@@ -41,6 +42,7 @@ FAULTS = (
     Fault("before_window", "a thing covers 15 % of a window", doors.before_window),
     Fault("hangs_at_window", "a picture, mirror, clock or shelf hangs above or below a window", doors.hangs_at_window),
     Fault("curtain_off_window", "a curtain hangs where no window is", doors.curtain_off_window),
+    Fault("hooks_over_heater", "hooks for coats hang over a radiator", doors.hooks_over_heater),
     Fault("screen_unseen", "no seat faces a television that faces it", seats.screen_unseen),
     Fault("chair_at_no_table", "a chair or stool faces no table or desk", seats.chair_at_no_table),
     Fault("second_screen", "a room has two televisions", seats.second_screen),
@@ -66,6 +68,13 @@ FAULTS = (
     Fault("pot_on_rug_edge", "a plant or vase stands on a rug with a part of its foot only", furniture.pot_on_rug_edge),
     Fault("stands_astray", "a plant, vase, bin or lamp stands free, 0.4 m off walls and furniture", furniture.stands_astray),
     Fault("pot_under_table", "a plant or vase stands below a table", furniture.pot_under_table),
+    Fault("fillers_huddled", "three or more plants, vases, bins, lamps or balls stand in one heap", machines.fillers_huddled),
+    Fault(
+        "thing_before_front", "a plant, vase, bin, lamp, ball or machine stands before the front of a store", machines.thing_before_front
+    ),
+    Fault("machine_hemmed", "nobody gets on a machine: its front or both its sides are blocked", machines.machine_hemmed),
+    Fault("mat_hemmed", "furniture is close to a mat for exercise, or another mat lies askew beside it", machines.mat_hemmed),
+    Fault("car_shut_in", "the doors of a car open at neither side, or things touch it or stand in its way out", machines.car_shut_in),
     Fault("front_blocked", "the front of a store or appliance is blocked to more than half", furniture.front_blocked),
     Fault("shelf_off_wall", "a shelf has no wall behind its back", furniture.shelf_off_wall),
     Fault("wardrobe_off_wall", "a wardrobe has no wall behind its back", furniture.wardrobe_off_wall),
@@ -75,6 +84,14 @@ FAULTS = (
     Fault("basin_off_mirror", "no mirror hangs over a washbasin, though the room has one", furniture.basin_off_mirror),
     Fault("no_bathing", "a bathroom has neither bath nor shower", furniture.no_bathing, of_layout=False),
     Fault("paper_out_of_reach", "toilet paper hangs further than 0.9 m from the toilet", bathrooms.paper_out_of_reach),
+    Fault("towel_out_of_reach", "a towel hangs further than 1.6 m from bath, shower and basin", bathrooms.towel_out_of_reach),
+    Fault("mat_astray", "a bath mat lies before no bath, shower or basin", bathrooms.mat_astray),
+    Fault(
+        "toilet_cramped", "there is too little room for knees before a toilet, or something stands at its side", bathrooms.toilet_cramped
+    ),
+    Fault("fixture_blocked", "the front of a bath, shower or basin is blocked to more than half", bathrooms.fixture_blocked),
+    Fault("bathing_off_corner", "a bath or shower stands in no corner", bathrooms.bathing_off_corner),
+    Fault("cabinet_overhead", "a deep cabinet hangs over a toilet, bath, shower or basin", bathrooms.cabinet_overhead),
     Fault("gap_in_run", "a gap of 3 to 35 cm parts two kitchen units at a wall", kitchens.gap_in_run),
     Fault("run_in_pieces", "kitchen units at one wall stand apart with no door between them, or one stands alone", kitchens.run_in_pieces),
     Fault("fridge_off_wall", "a refrigerator has no wall behind its back", furniture.fridge_off_wall),

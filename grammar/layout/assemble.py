@@ -196,8 +196,8 @@ def _sizes(tree: ParseTree) -> dict[int, Size]:
 
 def _object_table(categories: Categories, tree: ParseTree, sizes: Mapping[int, Size], parts: Sequence[_Parts]) -> Floats:
     """Return ``Problem.object``."""
-    table, first = np.zeros((len(parts), 7)), len(tree.room.openings)
-    table[:, col.BACK_GAP] = np.inf
+    table, first = np.zeros((len(parts), 8)), len(tree.room.openings)
+    table[:, [col.BACK_GAP, col.SIDE_GAP]] = np.inf
     for i, part in enumerate(parts):
         half_d, half_w = 0.5 * sizes[i + 1][0], 0.5 * sizes[i + 1][1]
         inner = max(_radius(part.solids), math.hypot(half_d, half_w))
@@ -207,7 +207,8 @@ def _object_table(categories: Categories, tree: ParseTree, sizes: Mapping[int, S
     for i, item in enumerate(tree.items, first):
         table[i, col.BOTTOM] = item.bottom_m
         if item.rule.mount == "floor" and item.pinned is None:
-            table[i, col.BACK_GAP] = categories[item.rule.category].back_gap_m
+            category = categories[item.rule.category]
+            table[i, [col.BACK_GAP, col.SIDE_GAP]] = category.back_gap_m, category.side_gap_m
         table[i, col.CENTRED] = float(item.rule.room_centre and item.core is None and item.pinned is None)
     return table
 

@@ -10,8 +10,8 @@ IJCV 2018, section 2.2):
 - support: the sum over a support surface's four edges of ``|distance - mean|``, ``|yaw - mean|``, and -log of the address's probability
 - group: the same as for walls, in the frame of the core object
 - screen_aside: how far a screen and the seat that it is watched from look past each other
-- overlap, out_of_room, blocked (zones of doors, windows and pictures), overhang, off_wall (backs of shelves, wardrobes, beds and the like):
-  metres, zero in a valid room
+- overlap, out_of_room, blocked (zones of doors, windows and pictures), overhang, off_wall (backs of shelves, wardrobes, beds and the
+  like, a side of baths and showers): metres, zero in a valid room
 - run_order: the wishes of a run's units that their order does not meet
 - relation_odds: for the mode taken in each wall, support and group relation, what it is less dense than the object's densest mode there
 - circulation, reach: see :mod:`grammar.layout.circulation`, which adds them where they have a weight
@@ -63,7 +63,7 @@ def _add_unary(problem, state, i, moved, out):  # type: ignore[no-untyped-def]
     add_occlusion_by_walls(problem, state, i, out)
     if link[i, col.AROUND_MODES] > link[i, col.WALL_MODES]:
         add_wall(problem, state, i, out)
-    if problem.object[i, col.BACK_GAP] < np.inf:
+    if min(problem.object[i, col.BACK_GAP], problem.object[i, col.SIDE_GAP]) < np.inf:
         add_off_wall(problem, state, i, out)
     if core >= 0 and state.hold[core, col.ACTIVE] and moved[core] != moved[i]:
         add_group(problem, state, i, out)

@@ -206,24 +206,37 @@ def add_occlusion_by_walls(problem, state, i, out):  # type: ignore[no-untyped-d
 
 @kernel
 def add_off_wall(problem, state, i, out):  # type: ignore[no-untyped-def]
-    """Add how far the further end of the back of object ``i`` is from the wall that it is nearest to, beyond its greatest gap.
+    """Add how far object ``i`` is from walls beyond its greatest gaps: its back, and the side that is nearer to one."""
+    half_d, half_w = problem.object[i, col.HALF_DEPTH], problem.object[i, col.HALF_WIDTH]
+    back_gap, side_gap = problem.object[i, col.BACK_GAP], problem.object[i, col.SIDE_GAP]
+    if back_gap < np.inf:
+        out[OFF_WALL] += max(_edge_gap(problem, state, i, -half_d, -half_w, -half_d, half_w) - back_gap, 0.0)
+    if side_gap < np.inf:
+        left = _edge_gap(problem, state, i, -half_d, half_w, half_d, half_w)
+        right = _edge_gap(problem, state, i, -half_d, -half_w, half_d, -half_w)
+        out[OFF_WALL] += max(min(left, right) - side_gap, 0.0)
+
+
+@kernel
+def _edge_gap(problem, state, i, u0, v0, u1, v1):  # type: ignore[no-untyped-def]
+    """Return how far the further end of an edge of object ``i``, given in its frame, is from the wall that the edge is nearest to.
 
     Beyond a wall's ends the distance to its nearer end takes the place of that to the wall.
     """
     wall, x, y, yaw = problem.wall, state.where[i, col.X], state.where[i, col.Y], state.where[i, col.YAW]
-    half_d, half_w, c, s = problem.object[i, col.HALF_DEPTH], problem.object[i, col.HALF_WIDTH], math.cos(yaw), math.sin(yaw)
+    c, s = math.cos(yaw), math.sin(yaw)
     nearest = np.inf
     for w in range(len(wall)):
         furthest = 0.0
-        for side in (-1.0, 1.0):
-            dx = x - half_d * c - side * half_w * s - wall[w, walls.START_X]
-            dy = y - half_d * s + side * half_w * c - wall[w, walls.START_Y]
+        for u, v in ((u0, v0), (u1, v1)):
+            dx = x + u * c - v * s - wall[w, walls.START_X]
+            dy = y + u * s + v * c - wall[w, walls.START_Y]
             along = dx * wall[w, walls.ALONG_X] + dy * wall[w, walls.ALONG_Y]
             across = abs(dx * wall[w, walls.NORMAL_X] + dy * wall[w, walls.NORMAL_Y])
             beyond = max(-along, along - wall[w, walls.LENGTH], 0.0)
             furthest = max(furthest, math.sqrt(across * across + beyond * beyond))
         nearest = min(nearest, furthest)
-    out[OFF_WALL] += max(nearest - problem.object[i, col.BACK_GAP], 0.0)
+    return nearest
 
 
 @kernel

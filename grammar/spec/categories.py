@@ -20,12 +20,16 @@ Fraction = Annotated[float, Limits(ge=0.0, le=1.0)]
 Role = Literal[
     "seat", "pulled_up", "table", "store", "shelf", "wardrobe", "bed", "backed", "bedside", "screen", "shown", "switch", "drape", "curtain",
     "unit", "wall_unit", "sink", "hob", "hood", "fridge", "bathing", "basin", "mirror", "lounge", "low_table",
-    "mat", "filler", "toilet", "paper", "pot", "dining", "desk", "wall_shelf",
+    "mat", "bath_mat", "floor_work", "machine", "vehicle", "towel", "hooks", "heater", "filler", "toilet", "paper", "pot", "dining", "desk",
+    "wall_shelf",
 ]  # fmt: skip
 """How people use an object, as far as the checks of use ask for it; ``config/categories.yaml`` says what each stands for."""
 
 BACK_GAP_M: Mapping[Role, float] = {"shelf": 0.1, "wardrobe": 0.1, "bed": 0.15, "backed": 0.15, "fridge": 0.15}
 """Roles of what stands with its back to a wall, and the gap behind it that a person would still leave."""
+
+SIDE_GAP_M: Mapping[Role, float] = {"bathing": 0.15}
+"""Roles of what stands in a corner, a side to another wall, and the gap beside it that is still left: real ones leave 0.12 m at most."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,6 +84,11 @@ class Category:
     def back_gap_m(self) -> float:
         """Greatest gap between its back and a wall; infinite for what may stand anywhere."""
         return min((BACK_GAP_M[role] for role in self.roles if role in BACK_GAP_M), default=math.inf)
+
+    @property
+    def side_gap_m(self) -> float:
+        """Greatest gap between one of its sides and a wall; infinite for what needs no corner."""
+        return min((SIDE_GAP_M[role] for role in self.roles if role in SIDE_GAP_M), default=math.inf)
 
     @property
     def label_id(self) -> int:

@@ -76,7 +76,8 @@ class Weights:
     blocked: Annotated[Weight, _hard("m", "depth of solids in what doors, windows and pictures need free")]
     overhang: Annotated[Weight, _hard("m", "how far a footprint sticks out of its support surface")]
     off_wall: Annotated[
-        Weight, _hard("m", "distance to the wall of the backs of shelves, wardrobes, beds and the like, beyond what they may have")
+        Weight,
+        _hard("m", "distance to the wall of the backs of shelves, beds and the like, and of a side of baths, beyond what they may have"),
     ] = 500.0
     wall_distance: Annotated[Weight, _soft("m", "distance to the wall, less the mean of the mode", "wall")]
     wall_orientation: Annotated[Weight, _soft("rad", "yaw against the wall, less the mean of the mode", "wall")]

@@ -178,7 +178,7 @@ def test_a_chair_stands_behind_another_one_but_not_opposite() -> None:
 def test_mats_are_free_and_plants_stand_at_walls_and_on_no_edge_of_a_rug() -> None:
     mat = thing(70, "exercise_mat", 2.0, 3.0, 0.0, (1.8, 0.6, 0.01))
     bench = thing(71, "weight_bench", 2.0, 3.0, NORTH, (1.2, 0.5, 0.5))
-    assert faults({"mat": mat, "bench": bench}) == {"stands_on_mat": [70]}
+    assert faults({"mat": mat, "bench": bench}) == {"stands_on_mat": [70], "mat_hemmed": [70]}
     assert faults({"mat": mat, "bench": replace(bench, position_m=(2.0, 4.0, 0.0))}) == {}
     plant, rug = thing(72, "potted_plant", 3.7, 4.0, 0.0, (0.4, 0.4, 1.0)), thing(73, "rug", 2.8, 4.0, 0.0, (1.6, 1.6, 0.01))
     assert faults({"plant": plant}) == {}
@@ -188,6 +188,92 @@ def test_mats_are_free_and_plants_stand_at_walls_and_on_no_edge_of_a_rug() -> No
     table = thing(74, "dining_table", 3.4, 4.0, 0.0, (0.9, 1.5, 0.75))
     assert faults({"plant": replace(plant, size_m=(0.3, 0.3, 0.6)), "table": table}) == {"pot_under_table": [72]}
     assert faults({"bin": thing(75, "waste_bin", 3.4, 4.0, 0.0, (0.3, 0.3, 0.3)), "table": table}) == {}
+
+
+BATHROOM: Things = {
+    "toilet": thing(80, "toilet", 0.35, 3.0, 0.0, (0.7, 0.4, 0.8)),
+    "shower": thing(81, "shower_cabin", 0.45, 5.5, 0.0, (0.9, 0.9, 2.0)),
+    "basin": thing(82, "washbasin", 3.75, 4.0, WEST, (0.5, 0.6, 0.9)),
+    "mat": thing(83, "bath_mat", 1.2, 5.4, 0.0, (0.5, 0.8, 0.02)),
+    "towel": thing(84, "towel_rail", 3.95, 5.0, WEST, (0.1, 0.6, 0.5), 1.0),
+}
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({}, {}),
+        # half of the mat's width beyond the shower, and 0.6 of the shower's width from its middle
+        ({"mat": thing(83, "bath_mat", 1.2, 4.9, 0.0, (0.5, 0.8, 0.02))}, {"mat_astray": [83]}),
+        ({"mat": thing(83, "bath_mat", 2.2, 5.0, 0.0, (0.5, 0.8, 0.02))}, {"mat_astray": [83]}),
+        ({"shower": thing(81, "shower_cabin", 0.45, 5.2, 0.0, (0.9, 0.9, 2.0))}, {"bathing_off_corner": [81]}),
+        ({"towel": thing(84, "towel_rail", 3.95, 2.0, WEST, (0.1, 0.6, 0.5), 1.0)}, {}),
+        ({"towel": thing(84, "towel_rail", 3.95, 1.6, WEST, (0.1, 0.6, 0.5), 1.0)}, {"towel_out_of_reach": [84]}),
+        # half of the 0.35 m for knees is taken
+        ({"basket": thing(85, "laundry_basket", 1.1, 3.0, 0.0, (0.4, 0.4, 0.6))}, {"toilet_cramped": [80]}),
+        ({"basket": thing(85, "laundry_basket", 0.35, 3.43, 0.0, (0.6, 0.4, 0.6))}, {"toilet_cramped": [80]}),
+        ({"basket": thing(85, "laundry_basket", 0.35, 3.6, 0.0, (0.6, 0.4, 0.6))}, {}),
+        ({"basket": thing(85, "laundry_basket", 3.2, 4.0, 0.0, (0.4, 0.6, 0.6))}, {"fixture_blocked": [82]}),
+        ({"cabinet": thing(85, "bathroom_cabinet", 0.3, 3.0, 0.0, (0.6, 0.4, 0.6), 1.4)}, {"cabinet_overhead": [85]}),
+        ({"cabinet": thing(85, "bathroom_cabinet", 0.1, 3.0, 0.0, (0.2, 0.4, 0.6), 1.4)}, {}),
+    ],
+)  # fmt: skip
+def test_fixtures_of_a_bathroom_can_be_used(change: Things, expected: dict[str, list[int]]) -> None:
+    assert faults(BATHROOM | change, "bathroom") == expected
+
+
+EXERCISE: Things = {
+    "treadmill": thing(90, "treadmill", 3.0, 4.5, SOUTH, (1.8, 0.8, 1.4)),
+    "mat": thing(91, "exercise_mat", 1.4, 4.5, NORTH, (1.8, 0.6, 0.01)),
+    "rack": thing(92, "dumbbell_rack", 0.3, 2.0, 0.0, (0.5, 1.2, 0.8)),
+}
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({}, {}),
+        ({"bench": thing(93, "bench", 3.0, 3.3, 0.0, (0.6, 0.4, 0.4))}, {"machine_hemmed": [90]}),
+        ({"bench": thing(93, "bench", 2.4, 4.5, 0.0, (0.3, 1.6, 0.4))}, {}),
+        ({"bench": thing(93, "bench", 2.4, 4.5, 0.0, (0.3, 1.6, 0.4)), "ball": thing(94, "gym_ball", 3.7, 4.5, 0.0, (0.5, 1.4, 0.6))},
+         {"machine_hemmed": [90]}),
+        ({"mat": thing(91, "exercise_mat", 2.25, 4.5, NORTH, (1.8, 0.6, 0.01))}, {"mat_hemmed": [91]}),
+        ({"other": thing(95, "exercise_mat", 0.6, 4.5, NORTH, (1.8, 0.6, 0.01))}, {}),
+        ({"other": thing(95, "exercise_mat", 0.6, 4.5, NORTH + 0.15, (1.8, 0.6, 0.01))}, {"mat_hemmed": [91, 95]}),
+        ({"bike": thing(96, "exercise_bike", 1.0, 2.0, 0.0, (0.6, 0.5, 1.2))}, {"thing_before_front": [96]}),
+        ({"plant": thing(97, "potted_plant", 0.7, 2.4, 0.0, (0.2, 0.2, 0.8))}, {"thing_before_front": [97]}),
+        ({f"plant {k}": thing(97 + k, "potted_plant", 0.2, 3.0 + 0.5 * k, 0.0, (0.3, 0.3, 0.8)) for k in range(2)}, {}),
+        ({f"plant {k}": thing(97 + k, "potted_plant", 0.2, 3.0 + 0.5 * k, 0.0, (0.3, 0.3, 0.8)) for k in range(3)},
+         {"fillers_huddled": [97, 98, 99]}),
+    ],
+)  # fmt: skip
+def test_machines_mats_and_racks_can_be_used(change: Things, expected: dict[str, list[int]]) -> None:
+    assert faults(EXERCISE | change, "gym") == expected
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({}, {}),
+        ({"shelf": thing(101, "storage_shelf", 3.8, 3.5, WEST, (0.4, 2.0, 1.8))}, {}),
+        ({"bike": thing(102, "bicycle", 0.85, 3.5, NORTH, (1.7, 0.5, 1.0))}, {"car_shut_in": [100]}),
+        ({"box": thing(103, "cardboard_box", 2.0, 0.6, 0.0, (0.4, 0.4, 0.4))}, {"car_shut_in": [100]}),
+        ({"box": thing(103, "cardboard_box", 0.7, 3.5, 0.0, (0.4, 3.4, 0.4)), "bin": thing(104, "plastic_crate", 3.3, 3.5, 0.0, (0.4, 3.4, 0.4))},
+         {"car_shut_in": [100]}),
+    ],
+)  # fmt: skip
+def test_a_car_can_be_got_into_and_driven_out(change: Things, expected: dict[str, list[int]]) -> None:
+    room = replace(ROOM, openings=(opening("garage_door", 0, 0.8, 2.4),))
+    assert faults({"car": thing(100, "car", 2.0, 3.5, SOUTH, (4.2, 1.8, 1.5))} | change, "garage", room) == expected
+
+
+def test_hooks_for_coats_hang_over_no_radiator() -> None:
+    hooks, radiator = (
+        thing(110, "wall_hooks", 0.05, 3.0, 0.0, (0.1, 0.7, 0.2), 1.6),
+        thing(111, "radiator", 0.06, 3.8, 0.0, (0.11, 1.0, 0.6), 0.1),
+    )
+    assert faults({"hooks": hooks, "radiator": radiator}) == {"hooks_over_heater": [110]}
+    assert faults({"hooks": hooks, "radiator": replace(radiator, position_m=(0.06, 4.0, 0.1))}) == {}
 
 
 def run(*units: tuple[str, float]) -> Things:

@@ -281,3 +281,11 @@ def test_rugs_are_drawn_out_from_under_stores():
     assert energies(problem, state)["occlusion"] == pytest.approx(0.12 / 0.3)
     put(problem, state, rug + 1, 0.71, 0.0, 0.0)
     assert energies(problem, state)["occlusion"] == 0.0
+def test_a_shower_off_its_corner_is_a_hard_loss():
+    text = closet("shower") + item("shower", "shower_cabin", (0.9, 0.9, 2.0), ", wall: [{distance_m: 0}]")
+    problem, state, _ = entered(small_grammar(text), np.random.default_rng(0))
+    i = len(state.active) - 1
+    # its back at the wall x = -2, its left side 0.1 and 0.4 m from the wall y = 2: 0.15 m are left free
+    for gap, loss in ((0.1, 0.0), (0.4, 0.25)):
+        put(problem, state, i, -2.0 + 0.45, 2.0 - 0.45 - gap, 0.0)
+        assert energies(problem, state)["off_wall"] == pytest.approx(loss)
