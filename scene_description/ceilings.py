@@ -62,6 +62,24 @@ def ceiling_over_opening_m(room: Room, opening: Opening) -> float:
     return min(ceiling_height_m(room, ax + share * (bx - ax), ay + share * (by - ay)) for share in shares)
 
 
+def stretches_below_m(room: Room, height_m: float) -> list[tuple[float, float]]:
+    """Return for each wall from where to where along it, metres from its start, the ceiling is at least so high; (0, 0): nowhere."""
+    planes = np.vstack([(0.0, 0.0, room.height_m), ceiling_planes(room)])
+    found = []
+    for (ax, ay), (bx, by) in zip(room.polygon_m, (*room.polygon_m[1:], room.polygon_m[0]), strict=True):
+        low, high = 0.0, 1.0
+        for start, end in (planes @ np.array([(ax, bx), (ay, by), (1.0, 1.0)]) - height_m).tolist():
+            if start < 0.0 and end < 0.0:
+                high = 0.0
+            elif start < 0.0:
+                low = max(low, start / (start - end))
+            elif end < 0.0:
+                high = min(high, start / (start - end))
+        length = math.hypot(bx - ax, by - ay)
+        found.append((low * length, high * length) if low < high else (0.0, 0.0))
+    return found
+
+
 def check_slopes(room: Room) -> None:
     """Check that the slopes of a ceiling fit its room.
 

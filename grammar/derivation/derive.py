@@ -7,6 +7,7 @@ grammar (with the clutter asked for, without the excluded categories), not of th
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -18,14 +19,15 @@ from grammar.derivation.addresses import check_targets, draw_addresses
 from grammar.derivation.densities import draw_height, draw_size
 from grammar.derivation.drafts import Draft, Size, attribute_node, units_above
 from grammar.derivation.fixed import FixedObject, match_terminals, rule_of_fixed
+from grammar.derivation.headroom import check_tall, loaded_heights_m
 from grammar.derivation.openings import Attribute, DrawnOpening
 from grammar.derivation.parse_tree import Item, ParseTree
 from grammar.derivation.pinning import Pinned, check_pinned, pin
 from grammar.derivation.plan import Plan, make_plan
-from grammar.derivation.rejection import RejectedError
+from grammar.derivation.rejection import BelowSlopesError, RejectedError
 from grammar.derivation.runs import place_runs
-from grammar.derivation.shell import Extent, draw_extent, draw_openings, draw_room
-from grammar.derivation.slopes import check_tall
+from grammar.derivation.shell import Extent, draw_extent, draw_openings, draw_room, is_given
+from grammar.derivation.slopes import draw_slopes
 from grammar.derivation.structure import Vertex, draw_structure
 from grammar.spec.categories import Categories
 from grammar.spec.object_rules import ObjectRule
@@ -42,6 +44,12 @@ _SAME_EXTENT = 100
 _OPENINGS_TRIED = 4
 """Draws of doors and windows for one room with runs: a structure that fits between some of them is not given up for the others."""
 
+_BELOW_SLOPES = 100
+"""Derivations for which no sloped ceiling is found before a request for one is refused."""
+
+_CEILINGS_TRIED = 5
+"""Draws of sloped ceilings, doors and windows for one structure, the eaves higher each time."""
+
 
 def derive(grammar: Grammar, categories: Categories, request: SceneRequest, rng: np.random.Generator) -> ParseTree:
     """Draw one parse tree that meets the request.
@@ -55,6 +63,7 @@ def derive(grammar: Grammar, categories: Categories, request: SceneRequest, rng:
 def derive_from(plan: Plan, categories: Categories, rng: np.random.Generator) -> ParseTree:
     """Draw one parse tree of a plan; see :func:`derive`."""
     reasons: Counter[str] = Counter()
+    below_slopes: Counter[str] = Counter()
     budget = plan.grammar.budget.derivations if plan.conditional is None else max(plan.grammar.budget.derivations // _CONDITIONAL_COST, 1)
     extent = None
     for trial in range(budget):
@@ -63,13 +72,25 @@ def derive_from(plan: Plan, categories: Categories, rng: np.random.Generator) ->
             extent = draw_extent(plan.grammar.room, plan.request, rng)
         try:
             return _derive_once(plan, categories, extent, rng)
+        except BelowSlopesError as rejected:
+            below_slopes[str(rejected)] += 1
+            if plan.grammar.room.slopes.probability >= 1.0 and below_slopes.total() == _BELOW_SLOPES:
+                raise RequestError(
+                    f"room_ceiling: expected '{plan.request.room_ceiling}' with space for a {plan.grammar.room_type} below, got none for "
+                    f"{_BELOW_SLOPES} sets of furniture; {_worst(below_slopes)}; ask for a higher room_eaves_m, a larger room, fewer "
+                    "objects or another room_ceiling"
+                ) from rejected
         except RejectedError as rejected:
             reasons[str(rejected)] += 1
-    worst = "; ".join(f"{count} failed at: {reason}" for reason, count in reasons.most_common(3))
     raise RequestError(
-        f"request: expected a {plan.grammar.room_type} within {budget} derivations, got none; {worst}; "
+        f"request: expected a {plan.grammar.room_type} within {budget} derivations, got none; {_worst(reasons + below_slopes)}; "
         "relax that constraint or raise budget.derivations"
     )
+
+
+def _worst(reasons: Counter[str]) -> str:
+    """Return the commonest reasons with their numbers, as words."""
+    return "; ".join(f"{count} failed at: {reason}" for reason, count in reasons.most_common(3))
 
 
 class _Terminals(NamedTuple):
@@ -92,14 +113,30 @@ def _derive_once(plan: Plan, categories: Categories, extent: Extent | None, rng:
     # draw the shell
     covered = _covered_m2(categories, terminals)
     asked = covered + _asked_m2(plan.grammar, structure)
-    room, room_attributes, special = draw_room(plan.grammar, plan.request, plan.outline, asked, rng, extent)
-    if covered > plan.grammar.room.floor_share_max * signed_area_m2(room.polygon_m):
-        raise RejectedError(f"furniture on at most {plan.grammar.room.floor_share_max:g} of the floor")
-    pinned = _pin(plan, categories, room, terminals, rng)
-    # draw doors and windows, place the runs between them, and draw the addresses
+    flat, flat_attributes, special = draw_room(plan.grammar, plan.request, plan.outline, asked, rng, extent)
+    slopes = plan.grammar.room.slopes
+    is_sloped = slopes.probability > 0.0 and not special.bay and bool(rng.random() < slopes.probability)
+    if slopes.probability > 0.0 and not special.bay and not is_sloped:
+        flat_attributes.append(Attribute("slopes", "none", math.log(1.0 - slopes.probability)))
     in_runs = any(plan.grammar.nodes[vertex.symbol].run is not None for vertex in structure if vertex.symbol in plan.grammar.nodes)
-    for left in range(_OPENINGS_TRIED if in_runs else 1, 0, -1):
+    tries = _CEILINGS_TRIED if is_sloped else _OPENINGS_TRIED if in_runs else 1
+    things = list(zip(terminals.symbols, terminals.rules, terminals.sizes, strict=True))
+    loaded = loaded_heights_m(categories, things) if is_sloped else [0.0] * len(things)
+    pinned: dict[int, Pinned] = {}
+    for tried in range(tries):
         try:
+            # draw the ceiling, higher and higher eaves
+            room, room_attributes = flat, flat_attributes
+            if is_sloped:
+                room, room_attributes = draw_slopes(
+                    slopes, flat, flat_attributes, rng, grows=not is_given(plan.request), raised=tried / (tries - 1)
+                )
+                check_tall(plan.grammar, room, things)
+            if is_sloped or not tried:
+                if covered > plan.grammar.room.floor_share_max * signed_area_m2(room.polygon_m):
+                    raise RejectedError(f"furniture on at most {plan.grammar.room.floor_share_max:g} of the floor")
+                pinned = _pin(plan, categories, room, terminals, rng)
+            # draw doors and windows, place the runs between them, and draw the addresses
             openings, opening_counts = draw_openings(plan.grammar, categories, room, rng, special, plan.bounds.keys())
             furnished = replace(room, openings=tuple(drawn.opening for drawn in openings))
             check_pinned(
@@ -108,14 +145,14 @@ def _derive_once(plan: Plan, categories: Categories, extent: Extent | None, rng:
                 furnished,
                 [(plan.fixed[terminals.fixed[k]], terminals.rules[k], terminals.sizes[k], place) for k, place in pinned.items()],
             )
-            check_tall(plan.grammar, furnished, list(zip(terminals.rules, terminals.sizes, strict=True)))
-            drafts = _drafts(structure, terminals, pinned, len(openings) + 1)
+            check_tall(plan.grammar, furnished, things)
+            drafts = _drafts(structure, terminals, pinned, loaded, len(openings) + 1)
             runs = place_runs(plan.grammar, furnished, drafts, rng)
             items, corners = draw_addresses(categories, furnished, drafts, rng)
             break
-        except RejectedError:
-            if left == 1:
-                raise
+        except RejectedError as rejected:
+            if tried == tries - 1:
+                raise (BelowSlopesError(str(rejected)) if is_sloped else rejected) from rejected
     # write all choices down
     nodes = _shell_nodes(plan.grammar, (*room_attributes, *opening_counts), openings)
     return ParseTree(
@@ -197,11 +234,18 @@ def _pin(plan: Plan, categories: Categories, room: Room, terminals: _Terminals, 
     return pinned
 
 
-def _drafts(structure: Sequence[Vertex], terminals: _Terminals, pinned: Mapping[int, Pinned], first: int) -> list[Draft]:
+def _drafts(
+    structure: Sequence[Vertex], terminals: _Terminals, pinned: Mapping[int, Pinned], loaded: Sequence[float], first: int
+) -> list[Draft]:
     """Return a draft for each terminal; ids count on from ``first``."""
     drafts = [
         Draft(
-            id=first + k, symbol=terminals.symbols[k], rule=terminals.rules[k], size_m=terminals.sizes[k], units=units_above(structure, i)
+            id=first + k,
+            symbol=terminals.symbols[k],
+            rule=terminals.rules[k],
+            size_m=terminals.sizes[k],
+            units=units_above(structure, i),
+            loaded_m=loaded[k],
         )
         for k, i in enumerate(terminals.vertices)
     ]

@@ -7,7 +7,7 @@ too close to each other or to the ceiling are rejected, as are those that an ope
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +26,10 @@ _BEYOND_M = 1.0
 """What is beyond an opening is no part of the same room for this far."""
 _CURTAIN_M = 0.3
 """What curtains take to both sides of their window, about."""
+
+
+Stretches = Callable[[float], Sequence[tuple[float, float]]]
+"""Height of a top (m) -> from where to where along each wall, metres from its start."""
 
 
 class Attribute(NamedTuple):
@@ -53,6 +57,7 @@ def draw_opening(
     others: Sequence[Opening],
     rng: np.random.Generator,
     closed: Collection[int] = (),
+    stretches: Stretches | None = None,
 ) -> DrawnOpening | None:
     """Draw one opening, or None where it does not fit.
 
@@ -66,12 +71,14 @@ def draw_opening(
         others: openings that it must keep clear of.
         rng: source of randomness.
         closed: walls that it may not lie in.
+        stretches: where along each wall one with so high a top may lie, in place of the whole wall; None: there.
     """
     # draw the size, then a wall that is long enough, then the place along it
     (width, width_log), (tall, tall_log), (sill, sill_log) = (
         draw_with_log_density(rng, n) for n in (rule.width_m, rule.height_m, rule.sill_m)
     )
-    lengths = wall_lengths(polygon_m)
+    spans = [(0.0, length) for length in wall_lengths(polygon_m)] if stretches is None else stretches(sill + tall)
+    lengths = [high - low for low, high in spans]
     excluded = set(closed)
     if rule.wall_without_door:
         excluded |= {other.wall for other in others if other.category != "window"}
@@ -83,10 +90,11 @@ def draw_opening(
     shares = [length / sum(usable) for length in usable]
     wall = draw_index(rng, shares)
     slack = lengths[wall] - width
-    offset = _draw_offset(rng, rule, slack)
+    along = _draw_offset(rng, rule, slack)
+    offset = spans[wall][0] + along
     swings_in = bool(rng.random() < rule.swing_in)
     # reject what is too close to an end or to another opening
-    if not rule.end_gap_m <= offset <= slack - rule.end_gap_m or any(
+    if not rule.end_gap_m <= along <= slack - rule.end_gap_m or any(
         other.wall == wall
         and offset < other.offset_m + other.width_m + 2.0 * rule.casing_m
         and other.offset_m < offset + width + 2.0 * rule.casing_m
@@ -102,7 +110,7 @@ def draw_opening(
         sill_m=sill,
         width_m=width,
         height_m=tall,
-        hinge="start" if 2.0 * offset < slack else "end",
+        hinge="start" if 2.0 * along < slack else "end",
         swing="in" if swings_in else "out",
         model=ModelReference(generator=kind, seed=int(rng.integers(_MAX_SEED))),
         parts=(),
@@ -112,7 +120,7 @@ def draw_opening(
     attributes = [
         Attribute("size", f"{width:.3f} x {tall:.3f} m, sill {sill:.3f} m", width_log + tall_log + sill_log),
         Attribute("wall", str(wall), math.log(shares[wall])),
-        Attribute("offset", f"{offset:.3f} m", _offset_log_density(offset, rule, slack)),
+        Attribute("offset", f"{offset:.3f} m", _offset_log_density(along, rule, slack)),
     ]
     if kind == "door":
         attributes.append(Attribute("swing", opening.swing, math.log(rule.swing_in if swings_in else 1.0 - rule.swing_in)))

@@ -9,9 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from grammar.derivation.drafts import Draft
+from grammar.derivation.headroom import top_m
 from grammar.derivation.run_units import unit_rule
 from grammar.geometry.arrays import Boxes, Floats
-from grammar.geometry.boxes import penetration
+from grammar.geometry.boxes import Z_HIGH, penetration
+from grammar.geometry.slopes import above_slopes, slope_rows
 from grammar.geometry.wall_spans import Span, outlines, spans_of
 from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, WALL_YAW, wall_rows
 from grammar.geometry.zones import FACE, SWING, VIEW, opening_frame, opening_zones, placed_zones
@@ -36,7 +38,10 @@ class Aisle(NamedTuple):
 
 
 class Shell(NamedTuple):
-    """A room's walls, (n, 8) boxes that doors, windows, and windows' frames keep free, and windows by wall and stretch."""
+    """A room's walls, (n, 8) boxes that doors, windows, and windows' frames keep free, and windows by wall and stretch.
+
+    slope: the planes of :func:`grammar.geometry.slopes.slope_rows`; line_m: how high what hangs in line above runs reaches, about.
+    """
 
     room: Room
     wall: Floats
@@ -44,6 +49,8 @@ class Shell(NamedTuple):
     views: Boxes
     faces: Boxes
     windows: tuple[tuple[int, float, float], ...]
+    slope: Floats
+    line_m: float
 
     def along(self, pose: Pose) -> float:
         """Return how far along the wall at its back a unit's middle is."""
@@ -64,15 +71,24 @@ class Shell(NamedTuple):
         box = _box_as_wide(unit, width, pose)
         return any(penetration(box, 0, self.views, k) > 0.0 for k in range(len(self.views)))
 
-    def carries(self, unit: Draft, width: float, pose: Pose) -> bool:
-        """Return whether something may hang above a unit: there is a wall behind it, with no window."""
+    def pierces_slope(self, unit: Draft, width: float, pose: Pose) -> bool:
+        """Return whether a unit, or what may stand on it, reaches through a sloped ceiling."""
         box = _box_as_wide(unit, width, pose)
-        box[0, 2:4] = unit.size_m[2], self.room.height_m
+        box[0, Z_HIGH] = max(unit.loaded_m, unit.size_m[2])
+        return len(self.slope) > 0 and above_slopes(self.slope, box, 0) > 0.0
+
+    def carries(self, unit: Draft, width: float, pose: Pose) -> bool:
+        """Return whether something may hang above a unit: there is a wall behind it, high enough, with no window."""
+        box = _box_as_wide(unit, width, pose)
+        box[0, 2:4] = unit.size_m[2], self.line_m
+        if len(self.slope) and above_slopes(self.slope, box, 0) > 0.0:
+            return False
+        box[0, 3] = self.room.height_m
         return pose[3] != OFF_WALL and not any(penetration(box, 0, self.faces, k) > 0.0 for k in range(len(self.faces)))
 
 
-def shell_of(grammar: Grammar, room: Room) -> Shell:
-    """Return a room as runs see it."""
+def shell_of(grammar: Grammar, room: Room, drafts: Sequence[Draft]) -> Shell:
+    """Return a room as runs see it, in which these objects are to stand and hang."""
     found: dict[int, list[Boxes]] = {SWING: [], VIEW: [], FACE: []}
     for opening in room.openings:
         x, y, yaw = opening_frame(room, opening)
@@ -80,7 +96,8 @@ def shell_of(grammar: Grammar, room: Room) -> Shell:
             found[zone.kind].append(placed_zones([zone], x, y, opening.sill_m, yaw))
     boxes = {kind: np.concatenate([np.zeros((0, 8)), *rows]) for kind, rows in found.items()}
     windows = tuple((o.wall, o.offset_m, o.offset_m + o.width_m) for o in room.openings if o.category == "window")
-    return Shell(room, wall_rows(room.polygon_m), boxes[SWING], boxes[VIEW], boxes[FACE], windows)
+    line_m = max((top_m(draft.rule, draft.size_m) for draft in drafts if draft.rule.in_line), default=0.0)
+    return Shell(room, wall_rows(room.polygon_m), boxes[SWING], boxes[VIEW], boxes[FACE], windows, slope_rows(room), line_m)
 
 
 def spans_beside(shell: Shell, openings: Boxes, taken: Sequence[Aisle], depth_m: float) -> list[list[Span]]:

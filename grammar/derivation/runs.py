@@ -115,7 +115,7 @@ def place_runs(grammar: Grammar, room: Room, drafts: Sequence[Draft], rng: np.ra
     groups = _groups(grammar, drafts)
     if not groups:
         return ()
-    shell, plans, taken = shell_of(grammar, room), [], _Taken(np.zeros((0, 8)))
+    shell, plans, taken = shell_of(grammar, room, drafts), [], _Taken(np.zeros((0, 8)))
     rules = {symbol: _rule(grammar, symbol) for symbol, _ in groups}
     faced = any(rule.free for rule in rules.values())
     for (symbol, _), units in sorted(groups.items(), key=lambda pair: rules[pair[0][0]].free):
@@ -171,7 +171,7 @@ def _frames(run: _Run, taken: Sequence[Aisle]) -> list[Frame]:
     """Return where the legs at walls may stand, with aisles kept free; room is left behind a leg that juts out."""
     rule, shell = run.rule, run.shell
     depth = rule.wall_gap_m + max(map(across_m, run.units))
-    low_roof = low_ceiling(shell.room, max(unit.size_m[2] for unit in run.units))
+    low_roof = low_ceiling(shell.room, min(unit.size_m[2] for unit in run.units))
     spans = spans_beside(shell, np.concatenate([_openings(run), low_roof]), taken, depth)
     legs, least_m = len(run.turning) + (not run.juts), sum(map(least_along_m, run.units)) - _ROUNDING_M
     found = [
@@ -253,7 +253,7 @@ def _try(run: _Run, frame: Frame, rng: np.random.Generator) -> _Candidate | None
     units, flat = [unit for leg in legs for unit in leg], [width for row in widths for width in row]
     counts, slide = tuple(map(len, legs)), slot.slide * rng.random()
     poses = _poses(run.rule, slot, slide, counts, walls, units, flat)
-    if any(run.shell.hides_window(*row) for row in zip(units, flat, poses, strict=True)):
+    if _barred(run.shell, units, flat, poses):
         return None
     if run.juts:
         size = run.rule.wall_gap_m + run.jut_m, _length(run.rule, widths[-1])
@@ -261,6 +261,11 @@ def _try(run: _Run, frame: Frame, rng: np.random.Generator) -> _Candidate | None
         if not _leaves_aisles(run, slot, len(counts) - 1, size, [*(one.ahead for one in run.taken), *own]):
             return None
     return _Candidate(fit.cost + _order_cost(run, units, flat, poses), units, counts, flat, slot, slide, poses)
+
+
+def _barred(shell: Shell, units: Sequence[Draft], widths: Sequence[float], poses: Sequence[Pose]) -> bool:
+    """Return whether a unit stands where it may not: before a window that must stay free, or where a sloped ceiling is too low for it."""
+    return any(shell.hides_window(*row) or shell.pierces_slope(*row) for row in zip(units, widths, poses, strict=True))
 
 
 def _leaves_aisles(run: _Run, slot: Slot, leg: int, size: tuple[float, float], standing: Sequence[Boxes]) -> bool:
@@ -308,7 +313,7 @@ def _improved(run: _Run, begun: _Candidate, rng: np.random.Generator) -> _Candid
         units[p], units[q], widths[p], widths[q] = units[q], units[p], widths[q], widths[p]
         poses = _poses(run.rule, best.slot, best.slide_m, best.legs, walls, units, widths)
         cost = _order_cost(run, units, widths, poses)
-        if cost < before and not any(run.shell.hides_window(*row) for row in zip(units, widths, poses, strict=True)):
+        if cost < before and not _barred(run.shell, units, widths, poses):
             best, before = best._replace(units=units, widths=widths, poses=poses), cost
     return best
 

@@ -16,7 +16,7 @@ from grammar.derivation.openings import Attribute, DrawnOpening, draw_opening
 from grammar.derivation.outlines import draw_outline
 from grammar.derivation.rejection import RejectedError
 from grammar.derivation.room_mixture import draw_room_size
-from grammar.derivation.slopes import draw_below_slopes, draw_slopes
+from grammar.derivation.slopes import draw_below_slopes
 from grammar.spec.categories import Categories
 from grammar.spec.request import SceneRequest
 from grammar.spec.room_rules import OPENINGS, RoomRule
@@ -60,6 +60,11 @@ def draw_extent(room: RoomRule, request: SceneRequest, rng: np.random.Generator)
     return _extent(area, Attribute("area", f"{area:.3f} m2", log), proportions, rng)
 
 
+def is_given(request: SceneRequest) -> bool:
+    """Return whether a request says how large the floor is along one side at least."""
+    return bool(request.room_polygon_m) or request.room_width_m > 0.0 or request.room_depth_m > 0.0
+
+
 def draw_room(
     grammar: Grammar,
     request: SceneRequest,
@@ -68,7 +73,7 @@ def draw_room(
     rng: np.random.Generator,
     extent: Extent | None = None,
 ) -> tuple[Room, list[Attribute], SpecialWalls]:
-    """Draw a room without openings, tell how, and return the walls of its bay and of its chimney breast.
+    """Draw a room with a flat ceiling and without openings, tell how, and return the walls of its bay and of its chimney breast.
 
     Args:
         grammar: distributions of sides, height and shape.
@@ -79,13 +84,12 @@ def draw_room(
         extent: drawn before; None: from the furniture, or the sides.
 
     Raises:
-        RejectedError: an arm of the room is too narrow, the area is out of bounds, or a sloped ceiling does not fit.
+        RejectedError: an arm of the room is too narrow, the area is out of bounds, or it has a bay and is to have slopes.
     """
     # draw the sides of the bounding rectangle, then the height, then the shape
     attributes: list[Attribute] = []
     sides: list[float] = []
-    given = outline or request.room_width_m > 0.0 or request.room_depth_m > 0.0
-    fitted = None if given else _fitted(grammar.room, covered_m2, extent, rng)
+    fitted = None if is_given(request) else _fitted(grammar.room, covered_m2, extent, rng)
     if fitted is not None:
         sides = fitted[1]
         attributes.extend(fitted[2])
@@ -113,11 +117,8 @@ def draw_room(
         if not (request.room_width_m > 0.0 and request.room_depth_m > 0.0) and not low <= area <= high:
             raise RejectedError(f"room area within [{low:g}, {high:g}] m2")
     room = Room(polygon_m=polygon, height_m=height, wall_thickness_m=grammar.room.wall_thickness_m, openings=(), surfaces=())
-    slopes = grammar.room.slopes
-    if special.bay and slopes.probability >= 1.0:
+    if special.bay and grammar.room.slopes.probability >= 1.0:
         raise RejectedError("a sloped ceiling in a room without a bay")
-    if not special.bay:
-        room, attributes = draw_slopes(slopes, room, attributes, rng, grows=not given)
     return room, attributes, special
 
 
@@ -190,9 +191,21 @@ def draw_openings(
         closed = (*special.closed, *outer)
         for _ in range(left):
             others = [one.opening for one in drawn]
-            draw = partial(draw_opening, kind, rule, len(drawn) + 1, label, room.polygon_m, room.height_m, others, rng, closed)
-            places = (draw_below_slopes(room, rule.casing_m, draw) for _ in range(_TRIES if room.slopes is None else 1))
-            opening = next((place for place in places if place is not None), None)
+            draw = partial(
+                draw_opening,
+                kind,
+                identifier=len(drawn) + 1,
+                label=label,
+                polygon_m=room.polygon_m,
+                height_m=room.height_m,
+                others=others,
+                rng=rng,
+                closed=closed,
+            )
+            if room.slopes is None:
+                opening = next((place for place in (draw(rule) for _ in range(_TRIES)) if place is not None), None)
+            else:
+                opening = draw_below_slopes(grammar, room, kind, draw)
             if opening is None:
                 raise RejectedError(f"a wall with space for a {kind}")
             drawn.append(opening)

@@ -1,4 +1,4 @@
-"""Rooms under a roof: which walls their ceilings fall to, how low and how steep, and what fits below them.
+"""Rooms under a roof: which walls their ceilings fall to, how low and how steep, and doors and windows below them.
 
 The floor grows by what a low ceiling takes from it: of floor below 1 m nothing counts, below 2 m a half (German ordinance on floor space,
 WoFlV, section 4), and what counts is as large as the floor that was drawn.
@@ -7,7 +7,6 @@ WoFlV, section 4), and what counts is as large as the floor that was drawn.
 from __future__ import annotations
 
 import math
-from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -19,22 +18,19 @@ from grammar.derivation.openings import Attribute, DrawnOpening
 from grammar.derivation.rejection import RejectedError
 from grammar.geometry.boxes import footprint_corners
 from grammar.geometry.slopes import low_ceiling
-from grammar.geometry.wall_spans import free_spans
 from grammar.geometry.walls import NORMAL_X, NORMAL_Y, wall_lengths, wall_rows
-from grammar.geometry.zones import SWING, VIEW, opening_frame, opening_zones, placed_zones
-from grammar.spec.object_rules import ObjectRule
 from grammar.spec.request import RequestError, SceneRequest
-from grammar.spec.room_rules import OPENINGS, SlopeRule
+from grammar.spec.room_rules import SlopeRule
 from grammar.spec.rules import Grammar
 from grammar.spec.values import TruncatedNormal
 from scene_description import Room, Slope
-from scene_description.ceilings import OUTSIDE_M, ceiling_over_opening_m, distance_into_room_m
+from scene_description.ceilings import OUTSIDE_M, distance_into_room_m, stretches_below_m
 from scene_description.polygons import signed_area_m2
+from scene_description.types import OpeningKind
 
-Size = tuple[float, float, float]
-
-_TRIES = 15
-_OPENING_TRIES = 400
+_TRIES = 6
+_OPENING_TRIES = 10
+_WINDOW_SCALES = (1.0, 0.8, 0.65, 0.5)
 _SIDES = {"flat": (0.0, 0.0), "one_slope": (1.0, 0.0), "two_slopes": (1.0, 1.0)}
 """Probabilities of slopes, and of two of them, that a request for a ceiling stands for."""
 _OPPOSITE = -1.0 + 1e-6
@@ -43,8 +39,6 @@ _SLIM = 1.9
 _NOT_COUNTED_M, _HALF_COUNTED_M = 1.0, 2.0
 _CURTAIN_BESIDE_M, _CURTAIN_ABOVE_M = 0.3, 0.1
 """What curtains take beside and above their window, about."""
-_LOW_M, _STORE_DEPTH_M, _SLACK = 0.2, 0.6, 1.7
-"""Tall is what is so much higher than the eaves.  It needs a wall with floor so deep, and so many times its own width."""
 
 
 def with_ceiling(rule: SlopeRule, request: SceneRequest) -> SlopeRule:
@@ -71,24 +65,27 @@ def _only(normal: TruncatedNormal, value: float) -> TruncatedNormal:
 
 
 def draw_slopes(
-    rule: SlopeRule, room: Room, attributes: Sequence[Attribute], rng: np.random.Generator, *, grows: bool
+    rule: SlopeRule, room: Room, attributes: Sequence[Attribute], rng: np.random.Generator, *, grows: bool, raised: float = 0.0
 ) -> tuple[Room, list[Attribute]]:
-    """Return a room with the ceiling drawn for it, and its attributes with those of that ceiling; without slopes in the rule, as they are.
+    """Return a room with a sloped ceiling drawn for it, and its attributes with those of that ceiling.
 
-    ``grows``: whether the floor grows by what does not count below the slopes.
+    Args:
+        rule: of the slopes.
+        room: with a flat ceiling.
+        attributes: of the room.
+        rng: source of randomness.
+        grows: whether the floor grows by what does not count below the slopes.
+        raised: share of their range by which the lowest eaves are raised, for rooms and furniture that do not fit below lower ones.
 
     Raises:
         RejectedError: the room is too narrow for slopes.
     """
-    if rule.probability <= 0.0:
-        return room, list(attributes)
-    if rng.random() >= rule.probability:
-        return room, [*attributes, Attribute("slopes", "none", math.log(1.0 - rule.probability))]
     walls, floor_m2 = _bounding_walls(room), signed_area_m2(room.polygon_m)
+    eaves_rule = replace(rule.eaves_height_m, low=rule.eaves_height_m.low + raised * (rule.eaves_height_m.high - rule.eaves_height_m.low))
     for _ in range(_TRIES if walls else 0):
         two = bool(rng.random() < rule.two_sides)
         (height, height_log), (eaves, eaves_log), (pitch, pitch_log) = (
-            draw_with_log_density(rng, normal) for normal in (rule.height_m, rule.eaves_height_m, rule.pitch_rad)
+            draw_with_log_density(rng, normal) for normal in (rule.height_m, eaves_rule, rule.pitch_rad)
         )
         wall, wall_log = _draw_wall(room, walls, rng)
         chosen = [wall, *_opposite(room, walls, wall)] if two else [wall]
@@ -155,59 +152,36 @@ def _high_area_m2(room: Room, high_m: float) -> float:
     return float(high.area)
 
 
-def draw_below_slopes(room: Room, casing_m: float, draw: Callable[[], DrawnOpening | None]) -> DrawnOpening | None:
-    """Return an opening that fits below the ceiling with its casing; None: none did.
+def draw_below_slopes(grammar: Grammar, room: Room, kind: OpeningKind, draw: Callable[..., DrawnOpening | None]) -> DrawnOpening | None:
+    """Return an opening that fits below a sloped ceiling with its casing and its curtains; None: none did.
 
-    In a room with slopes it is drawn again and again, so that these do not make the room rarer.
+    It is drawn along the parts of the walls that are high enough, so that slopes do not make the room rarer.  Where no window of its usual
+    size fits, smaller ones are drawn.
+
+    Args:
+        grammar: with the rule of the opening, and what belongs to it.
+        room: with slopes.
+        kind: of the opening.
+        draw: draws one by a rule, and by ``stretches`` of the walls: :func:`grammar.derivation.openings.draw_opening`.
     """
-    if room.slopes is None:
-        return draw()
-    for _ in range(_OPENING_TRIES):
-        drawn = draw()
-        if drawn is not None:
-            opening = drawn.opening
-            above = casing_m
-            if opening.category == "window":
-                above = max(above, _CURTAIN_ABOVE_M)
-                opening = replace(opening, offset_m=opening.offset_m - _CURTAIN_BESIDE_M, width_m=opening.width_m + 2.0 * _CURTAIN_BESIDE_M)
-            if opening.sill_m + opening.height_m + above <= ceiling_over_opening_m(room, opening):
+    rule = grammar.openings[kind]
+    curtained = kind == "window" and any("window" in (one.cores or ()) and one.mount == "wall" for one in grammar.objects.values())
+    beside, above = (_CURTAIN_BESIDE_M, max(rule.casing_m, _CURTAIN_ABOVE_M)) if curtained else (rule.casing_m, rule.casing_m)
+    lengths, spare = wall_lengths(room.polygon_m), beside - rule.end_gap_m
+
+    def stretches(top_m: float) -> list[tuple[float, float]]:
+        # below a slope an opening keeps off where that gets too low, not off an end of its wall
+        found = zip(stretches_below_m(room, top_m + above), lengths, strict=True)
+        return [(low + spare * (low > 0.0), high - spare * (0.0 < high < length)) for (low, high), length in found]
+
+    for scale in _WINDOW_SCALES if kind == "window" else (1.0,):
+        scaled = replace(rule, width_m=_times(rule.width_m, scale), height_m=_times(rule.height_m, scale))
+        for _ in range(_OPENING_TRIES):
+            drawn = draw(scaled, stretches=stretches)
+            if drawn is not None:
                 return drawn
     return None
 
 
-def check_tall(grammar: Grammar, room: Room, things: Sequence[tuple[ObjectRule, Size]]) -> None:
-    """Check that what stands tall or hangs high at walls finds enough wall below a sloped ceiling; a flat one passes.
-
-    Raises:
-        RejectedError: it does not.
-    """
-    if room.slopes is None:
-        return
-    tall = min(slope.eaves_height_m for slope in room.slopes) + _LOW_M
-    reaches = ((_top(rule, size), size[1]) for rule, size in things)
-    sizes = sorted((top, width) for top, width in reaches if top > tall)[::-1]
-    if not sizes:
-        return
-    zones = [np.zeros((0, 8))]
-    for opening in room.openings:
-        x, y, yaw = opening_frame(room, opening)
-        kept = [zone for zone in opening_zones(opening, grammar.openings[opening.category]) if zone.kind in (SWING, VIEW)]
-        zones.append(placed_zones(kept, x, y, opening.sill_m, yaw))
-    # share the stretches of wall out, the tallest thing first; what is lower finds the same stretches, or longer ones
-    taken, used = np.concatenate(zones), defaultdict[tuple[int, int], float](float)
-    for height, width in sizes:
-        spans = free_spans(room.polygon_m, np.concatenate([taken, low_ceiling(room, height)]), _STORE_DEPTH_M)
-        left = {(w, k): span.high - span.low - used[w, k] for w, wall in enumerate(spans) for k, span in enumerate(wall)}
-        fitting = [place for place, length in left.items() if length >= _SLACK * width]
-        if not fitting:
-            raise RejectedError(f"walls below the sloped ceiling for what is {height:.2f} m high")
-        used[min(fitting, key=left.__getitem__)] += _SLACK * width
-
-
-def _top(rule: ObjectRule, size: Size) -> float:
-    """Return how high a thing at a wall reaches, about; 0 for what has no wall of its own to find, such as a curtain."""
-    if rule.mount == "floor" and rule.wall:
-        return size[2]
-    if rule.mount == "wall" and rule.centre_height_m is not None and not set(rule.cores or ()) & set(OPENINGS):
-        return rule.centre_height_m.mean + 0.5 * size[2]
-    return 0.0
+def _times(normal: TruncatedNormal, scale: float) -> TruncatedNormal:
+    return TruncatedNormal(mean=scale * normal.mean, sd=scale * normal.sd, low=scale * normal.low, high=scale * normal.high)
