@@ -25,7 +25,7 @@ class Low:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Beside:
-    """What an object within ``within_m`` of one of the category ``of`` is (``there``), and what others are (``elsewhere``); "": as named."""
+    """What an object within ``within_m`` of one of the category ``of`` is (``there``), and others (``elsewhere``); "": as named."""
 
     of: Symbol
     within_m: Extent

@@ -78,7 +78,15 @@ def completed(
             objects[name] = rule
     objects |= _with_loners(grammar, categories, assigned, least)
     nodes = _with_optional(grammar, assigned)
+    # what never stands beside another one of its category is one more choice of the node that chooses between these
     free = {name: items for name, items in added.items() if objects[name].mount != "object" and name not in pulled_up}
+    for name, items in list(free.items()):
+        choice = _choice_of(grammar.nodes, items[0].item.category, grammar.objects) if _never_both(items, rooms) else None
+        if choice is not None:
+            share = len(items) / seen[items[0].item.category]
+            others = (replace(branch, probability=(branch.probability or 0.0) * (1.0 - share)) for branch in nodes[choice].branches)
+            nodes[choice] = replace(nodes[choice], branches=(*others, Branch(symbol=name, probability=share)))
+            del free[name]
     if free:
         branches = tuple(Branch(symbol=name, multiplicity=_multiplicity(items, len(rooms))) for name, items in free.items())
         nodes[ALSO_SEEN] = Node(kind="set", branches=branches)
@@ -87,12 +95,31 @@ def completed(
     for name in sorted(pulled_up & added.keys()):
         for core in objects[name].cores or {}:
             nodes = _carrying(nodes, core, Branch(symbol=name, multiplicity=_at_each(objects[core], added[name], rooms)))
-    for name in sorted(added.keys() - free.keys() - pulled_up):
+    for name in sorted(name for name in added if objects[name].mount == "object"):
         for supporter, share in (objects[name].supporters or {}).items():
             carried = sum(item.symbol == supporter for room in assigned for item in room.objects)
             rate = min(share * len(added[name]) / max(carried, 1), _MOST_RATE)
             nodes = _carrying(nodes, supporter, Branch(symbol=name, multiplicity=(1.0 - rate, rate)))
     return replace(grammar, nodes=nodes, objects=objects), {name: len(items) for name, items in added.items()}
+
+
+def _never_both(items: Sequence[Seen], rooms: Sequence[ObservedRoom]) -> bool:
+    """Return whether no room holds more of the category than one object that asks for the new symbol."""
+    alone = {id(seen.room) for seen in items}
+    category = items[0].item.category
+    return all(sum(item.category == category for item in room.objects) == 1 for room in rooms if id(room) in alone)
+
+
+def _choice_of(nodes: Mapping[str, Node], category: str, objects: Mapping[str, ObjectRule]) -> str | None:
+    """Return the Or node that chooses between objects of a category: each of its branches surely leads to one."""
+
+    def holds(symbol: str) -> bool:
+        if symbol not in nodes:
+            return symbol in objects and objects[symbol].category == category
+        within = [holds(branch.symbol) for branch in nodes[symbol].branches]
+        return {"and": any, "or": all}.get(nodes[symbol].kind, lambda _: False)(within)
+
+    return next((name for name, node in nodes.items() if node.kind == "or" and holds(name)), None)
 
 
 def _at_cores(rule: ObjectRule) -> ObjectRule:
