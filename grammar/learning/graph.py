@@ -17,6 +17,7 @@ import numpy as np
 
 from grammar.learning.assign import AssignedRoom, assign, is_of
 from grammar.learning.geometry import box_gap, nearest_wall
+from grammar.learning.name_guess import ALSO_SEEN
 from grammar.learning.observed import ObservedObject, ObservedRoom
 from grammar.learning.sizes import learn_size
 from grammar.spec.and_or_graph import Branch, Node
@@ -25,7 +26,6 @@ from grammar.spec.object_rules import NONE, AroundMode, ObjectRule, PlaceMode, S
 from grammar.spec.rules import Grammar
 from grammar.spec.values import TruncatedNormal
 
-ALSO_SEEN = "also_seen"
 PULLED_UP: Role = "pulled_up"
 _RAISED_M, _AT_WALL_M, _AT_CEILING_M = 0.3, 0.15, 0.3
 _BESIDE_M = 0.5

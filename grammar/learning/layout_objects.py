@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from grammar.learning.category_map import CategoryMap
 from grammar.learning.geometry import box_gap, wall_poses
-from grammar.learning.layout_fields import UnfitError, read_number, read_numbers
+from grammar.learning.layout_fields import UnfitError, quoted, read_number, read_numbers
 from grammar.learning.name_guess import kind_of, nearest_category, symbol_of
 from grammar.learning.observed import ObservedObject
 from scene_description.types import Point2
@@ -88,9 +88,9 @@ def _foreign_object(data: Any, names: CategoryMap, room_type: str) -> _Read:
         raise UnfitError("object: no category")
     category = names.category(room_type, name, raw if isinstance(raw, str) else "")
     if category is None and not names.catalogue:
-        raise UnfitError(f"object: unknown category '{name[:60]}'")
+        raise UnfitError(f"object: unknown category {quoted(name)}")
     if category == "":
-        raise UnfitError(f"object: category '{name[:60]}' is not learned")
+        raise UnfitError(f"object: category {quoted(name)} is not learned")
     width, depth, height = read_numbers(data.get("size"), "object: absurd or missing size", _SIDE_LOW_M, _SIDE_HIGH_M)
     x, y, z = read_numbers(data.get("pos"), "object: absurd or missing position", -1e5, 1e5)
     unturned = "yaw" in data and data["yaw"] is None
@@ -125,7 +125,7 @@ def _guessed(names: CategoryMap, name: str, size_m: Size, raised: bool) -> tuple
 
 
 def _told(name: str, category: str, own_name: str) -> str:
-    return f"name: '{name[:60]}' is taken for {category}{', a plain box' if own_name else ''}"
+    return f"name: {quoted(name)} is taken for {category}{', a plain box' if own_name else ''}"
 
 
 def _turned_wide(item: ObservedObject, polygon: Sequence[Point2]) -> ObservedObject:

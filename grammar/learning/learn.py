@@ -82,7 +82,7 @@ def split_houses(rooms: Sequence[ObservedRoom], share: float, fold: int = 0) -> 
 
     Folds 0, 1, ... hold out one such share after the other, for cross-validation.
     """
-    houses = sorted({room.house for room in rooms}, key=lambda house: hashlib.sha256(house.encode()).hexdigest())
+    houses = sorted({room.house for room in rooms}, key=lambda house: hashlib.sha256(house.encode(errors="surrogatepass")).hexdigest())
     count = math.ceil(share * len(houses) - 1e-9)
     held = set(houses[fold * count : (fold + 1) * count])
     return tuple(room for room in rooms if room.house not in held), tuple(room for room in rooms if room.house in held)

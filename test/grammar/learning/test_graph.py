@@ -8,8 +8,8 @@ from small_grammar import CATEGORIES
 
 from grammar import read_room_type
 from grammar.learning import LearnOptions, ObservedObject, ObservedRoom, learn, mixed
-from grammar.learning.graph import ALSO_SEEN, completed
-from grammar.learning.name_guess import FURNITURE, THING, kind_of, nearest_category, symbol_of, words_of
+from grammar.learning.graph import completed
+from grammar.learning.name_guess import ALSO_SEEN, FURNITURE, THING, kind_of, nearest_category, symbol_of, words_of
 from grammar.spec.check import check_grammar
 
 BASE = read_room_type("bedroom", CATEGORIES)
@@ -126,5 +126,6 @@ def test_nearest_category(name: str, category: str | None) -> None:
 
 def test_what_is_like_nothing_keeps_its_name() -> None:
     assert (words_of("KidsToy boxes"), symbol_of("Cargo-Bike 3")) == (("kid", "toy", "boxe"), "cargo_bike")
+    assert [symbol_of(word) for word in ("none", "Window", "also seen", "42")] == ["none_thing", "window_thing", "also_seen_thing", "thing"]
     assert kind_of((0.2, 0.2, 0.2), raised=False) == kind_of((0.6, 0.3, 0.3), raised=True) == THING
     assert kind_of((0.6, 0.3, 0.3), raised=False) == FURNITURE

@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -157,3 +158,9 @@ def test_general_names_mean_what_they_stand_beside(tmp_path: Path) -> None:
     named = [BED, at("nightstand", 3.7, 2.7), at("dining_table", 3.2, 1.0, 1.0), at("office_chair", 3.2, 1.8)]
     (room,) = read_layouts(write(tmp_path, line(objects=named)), NAMES, "bedroom").rooms
     assert [item.category for item in room.objects] == ["bed", "nightstand", "dining_table", "desk_chair"]
+
+
+def test_names_of_several_lines_and_of_no_characters_are_told_in_one_that_every_file_holds(tmp_path: Path) -> None:
+    objects = [BED, {**BED, "cat": "zzz\nroot: x\ud800"}]
+    file = read_layouts(write(tmp_path, line(objects=objects)), replace(NAMES, catalogue=frozenset({"bed"})), "bedroom")
+    assert [item.reason for item in file.skipped] == ["name: 'zzz?root: x?' is taken for other_furniture, a plain box"]
