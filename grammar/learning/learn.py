@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field, replace
 from typing import Literal
@@ -17,7 +17,7 @@ from grammar.learning.branching import learn_branching
 from grammar.learning.contrastive import ContrastiveOptions, CurveRow, learn_weights
 from grammar.learning.graph import completed
 from grammar.learning.observed import ObservedRoom
-from grammar.learning.openings import learn_openings
+from grammar.learning.openings import fitted_to_openings, learn_openings
 from grammar.learning.relations import LearnShares, learn_object
 from grammar.learning.sampled_counts import RoomSampler, SampledCounts, count_room
 from grammar.learning.sizes import learn_room
@@ -82,7 +82,7 @@ def split_houses(rooms: Sequence[ObservedRoom], share: float, fold: int = 0) -> 
 
     Folds 0, 1, ... hold out one such share after the other, for cross-validation.
     """
-    houses = sorted({room.house for room in rooms}, key=lambda house: hashlib.sha256(house.encode()).hexdigest())
+    houses = sorted({room.house for room in rooms}, key=lambda house: hashlib.sha256(house.encode(errors="surrogatepass")).hexdigest())
     count = math.ceil(share * len(houses) - 1e-9)
     held = set(houses[fold * count : (fold + 1) * count])
     return tuple(room for room in rooms if room.house not in held), tuple(room for room in rooms if room.house in held)
@@ -96,16 +96,18 @@ def learn(
     rng: np.random.Generator,
     sampler: RoomSampler | None = None,
     elsewhere: Sequence[ObservedRoom] = (),
+    told: Callable[[str], None] = lambda _: None,
 ) -> LearnedGrammar:
     """Learn from rooms of one type; equal inputs and an equal state of ``rng`` give an equal grammar.
 
     ``sampler`` samples the rooms that correct for truncation, by default one after the other with :func:`room_sampler`; ``elsewhere`` are
-    rooms of other types that share their sizes and places.
+    rooms of other types that share their sizes and places; ``told`` hears what is learned next: graph, numbers, weights, corrections.
 
     Raises:
         GrammarError: there are fewer than five rooms with objects that the grammar knows.
     """
     # give the graph what it lacks, and match the observed objects with the grammar's
+    told("graph")
     grammar, added = completed(grammar, categories, rooms, options.least, "sizes" in options.keep)
     assigned = [assign(grammar, room, "sizes" in options.keep) for room in rooms]
     furnished = sum(bool(room.objects) for room in assigned)
@@ -118,13 +120,16 @@ def learn(
     recorded = {item.category for room in (*rooms, *elsewhere) for item in room.objects}
     covered = {symbol for symbol, rule in grammar.objects.items() if rule.category in recorded}
     # learn structure, sizes and relations
+    told("numbers")
     others = [assign(grammar, room, True) for room in elsewhere] if options.pooled > 0.0 else []
     related, counts = _learn_rules(grammar, categories, assigned, others, covered, options)
     # learn the weights of the energy
+    told("weights")
     contrastive = replace(options.contrastive, iterations=0) if "weights" in options.keep else options.contrastive
     weights = learn_weights(related, categories, assigned, contrastive, rng)
     counts.update({f"weights.{name}": weights.rooms for name in weights.learned})
     # correct the structure for rooms that find no valid layout
+    told("corrections")
     everything = Counter(item.category for room in rooms for item in room.objects)
     known = {grammar.objects[symbol].category for symbol in covered}
     wanted = {name: everything[name] / len(assigned) for name in sorted(known | set(everything))}
@@ -168,6 +173,7 @@ def _learn_rules(
     if "openings" not in options.keep:
         openings, found = learn_openings(grammar.openings, [room.room for room in assigned], options.alpha, _LEAST_ROOMS)
         counts.update({f"openings.{name}": count for name, count in found.items()})
+        objects = fitted_to_openings(objects, openings)
     shape = grammar.room
     if "room" not in options.keep:
         shape = learn_room(

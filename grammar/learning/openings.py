@@ -10,6 +10,7 @@ import numpy as np
 
 from grammar.geometry.walls import wall_rows
 from grammar.learning.observed import ObservedOpening, ObservedRoom
+from grammar.spec.object_rules import ObjectRule, Tie
 from grammar.spec.room_rules import OpeningRule
 from grammar.spec.values import TruncatedNormal
 
@@ -52,6 +53,36 @@ def learn_openings(
             counts |= {f"{kind}.{name}": len(seen) for name in learned}
         rules[kind] = rule
     return rules, counts
+
+
+def fitted_to_openings(objects: Mapping[str, ObjectRule], openings: Mapping[str, OpeningRule]) -> dict[str, ObjectRule]:
+    """Return the rules of objects where what follows the size of an opening, as curtains do, has bounds as wide as that asks for."""
+    return {symbol: _fitted(rule, openings) for symbol, rule in objects.items()}
+
+
+def _fitted(rule: ObjectRule, openings: Mapping[str, OpeningRule]) -> ObjectRule:
+    low, high = list(rule.low_m), list(rule.high_m)
+    for tie in rule.tied:
+        if tie.to not in openings:
+            continue
+        ends = sorted(tie.factor * value for value in _range_m(tie, openings[tie.to]))
+        least, most = ends[0] + tie.add_m - tie.sd_m, ends[1] + tie.add_m + tie.sd_m
+        if tie.axis == "middle":
+            centre = rule.centre_height_m
+            if centre is not None:
+                rule = replace(rule, centre_height_m=replace(centre, low=max(min(centre.low, least), 0.0), high=max(centre.high, most)))
+        else:
+            axis = ("depth", "width", "height").index(tie.axis)
+            low[axis], high[axis] = max(min(low[axis], least), 0.1 * low[axis]), max(high[axis], most)
+    return replace(rule, low_m=(low[0], low[1], low[2]), high_m=(high[0], high[1], high[2]))
+
+
+def _range_m(tie: Tie, opening: OpeningRule) -> tuple[float, float]:
+    """Return the least and the greatest measure of an opening that a tie may follow."""
+    sides = {"width": opening.width_m, "height": opening.height_m, "bottom": opening.sill_m}
+    if tie.of == "top":
+        return opening.sill_m.low + opening.height_m.low, opening.sill_m.high + opening.height_m.high
+    return (sides[tie.of].low, sides[tie.of].high) if tie.of in sides else (0.0, 0.0)
 
 
 def _multiplicity(base: Sequence[float], numbers: Sequence[int], alpha: float) -> tuple[float, ...]:

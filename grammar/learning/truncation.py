@@ -46,7 +46,7 @@ class TruncationOptions:
     """``iterations`` of ``rooms`` each."""
 
     iterations: int = 0
-    rooms: int = 300
+    rooms: int = 100
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from small_grammar import CATEGORIES, closet, item, small_grammar
 
-from grammar import SceneRequest
+from grammar import SceneRequest, read_room_type
 from grammar.derivation.derive import derive
 from grammar.learning import ObservedRoom
-from grammar.learning.openings import learn_openings
+from grammar.learning.openings import fitted_to_openings, learn_openings
 from grammar.learning.write_layouts import layout_from_objects
 from grammar.spec.values import TruncatedNormal
 
@@ -50,3 +50,13 @@ def test_one_size_throughout_and_unknown_openings_are_not_learned() -> None:
     assert rules["door"].width_m == BASE.openings["door"].width_m
     assert rules["window"] == BASE.openings["window"]
     assert not any(name.startswith("window") for name in counts)
+
+
+def test_curtains_are_as_wide_as_the_windows_that_were_learned() -> None:
+    living = read_room_type("living_room", CATEGORIES)
+    window = replace(living.openings["window"], width_m=TruncatedNormal(mean=1.1, sd=0.2, low=0.8, high=2.4))
+    curtain = fitted_to_openings(living.objects, {**living.openings, "window": window})["curtain"]
+    # 1.05 of the window's width and 0.58 m more
+    assert (curtain.low_m[1], curtain.high_m[1]) == pytest.approx((1.42, 3.1))
+    assert curtain.low_m[0] == living.objects["curtain"].low_m[0]
+    assert fitted_to_openings(living.objects, living.openings)["sofa"] == living.objects["sofa"]
