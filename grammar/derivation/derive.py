@@ -24,7 +24,7 @@ from grammar.derivation.pinning import Pinned, check_pinned, pin
 from grammar.derivation.plan import Plan, make_plan
 from grammar.derivation.rejection import RejectedError
 from grammar.derivation.runs import place_runs
-from grammar.derivation.shell import Extent, draw_extent, draw_openings, draw_room
+from grammar.derivation.shell import Extent, draw_extent, draw_numbers, draw_openings, draw_room
 from grammar.derivation.slopes import check_tall
 from grammar.derivation.structure import Vertex, draw_structure
 from grammar.spec.categories import Categories
@@ -40,7 +40,7 @@ _SAME_EXTENT = 100
 """Derivations in a row that are tried with one drawn area."""
 
 _OPENINGS_TRIED = 4
-"""Draws of doors and windows for one room with runs: a structure that fits between some of them is not given up for the others."""
+"""Places of doors and windows that are tried for one room with runs: a structure that fits between some is not given up for the others."""
 
 
 def derive(grammar: Grammar, categories: Categories, request: SceneRequest, rng: np.random.Generator) -> ParseTree:
@@ -98,9 +98,10 @@ def _derive_once(plan: Plan, categories: Categories, extent: Extent | None, rng:
     pinned = _pin(plan, categories, room, terminals, rng)
     # draw doors and windows, place the runs between them, and draw the addresses
     in_runs = any(plan.grammar.nodes[vertex.symbol].run is not None for vertex in structure if vertex.symbol in plan.grammar.nodes)
+    numbers = draw_numbers(plan.grammar, rng) if in_runs else None
     for left in range(_OPENINGS_TRIED if in_runs else 1, 0, -1):
         try:
-            openings, opening_counts = draw_openings(plan.grammar, categories, room, rng, special, plan.bounds.keys())
+            openings, opening_counts = draw_openings(plan.grammar, categories, room, rng, special, plan.bounds.keys(), numbers)
             furnished = replace(room, openings=tuple(drawn.opening for drawn in openings))
             check_pinned(
                 plan.grammar,

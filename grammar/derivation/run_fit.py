@@ -15,7 +15,7 @@ from grammar.spec.run_rules import RunRule
 _STRETCH_COST = 4.0
 """Nat for each stretched unit at a squared logarithm of 1 of its width over the drawn one."""
 
-_ROUNDING_M = 1e-9
+_ROUNDING_M, _NEARLY_M = 1e-9, 1e-6
 
 
 class LegFit(NamedTuple):
@@ -36,12 +36,19 @@ def fit_legs(rule: RunRule, frame: Frame, order: Sequence[Draft], turning: Seque
         turning: the units that turn; each ends a leg.  The last leg has one only if another leg juts out behind it.
     """
     best: LegFit | None = None
+    known: dict[tuple[int, int, int], tuple[float, list[float]] | None] = {}
+    reach = _reaches(rule, frame, order, turning)
     for cuts in _cuts(len(order), len(frame.legs) - 1):
         edges = (0, *cuts, len(order))
-        legs = [[*order[a:b], *turning[k : k + 1]] for k, (a, b) in enumerate(itertools.pairwise(edges))]
+        spans = list(itertools.pairwise(edges))
+        if not reach.may_fit(spans):
+            continue
+        legs = [[*order[a:b], *turning[k : k + 1]] for k, (a, b) in enumerate(spans)]
         cost, widths, bare = 0.0, [], 0.0
-        for k, leg in enumerate(legs):
-            fitted = _fit_leg(rule, frame, k, leg)
+        for k, (leg, span) in enumerate(zip(legs, spans, strict=True)):
+            if (k, *span) not in known:
+                known[k, *span] = _fit_leg(rule, frame, k, leg)
+            fitted = known[k, *span]
             if fitted is None or (best is not None and cost + fitted[0] >= best.cost):
                 break
             cost += fitted[0]
@@ -51,6 +58,36 @@ def fit_legs(rule: RunRule, frame: Frame, order: Sequence[Draft], turning: Seque
             if bare <= rule.most_bare_m + _ROUNDING_M:
                 best = LegFit(cost, legs, widths)
     return best
+
+
+class _Reach(NamedTuple):
+    """What tells that a cut fits nowhere: sums of the units' least and greatest widths up to each of them, and each leg's own."""
+
+    least: list[float]
+    most: list[float]
+    rooms: list[float]
+    joint_m: float
+    most_bare_m: float
+
+    def may_fit(self, spans: Sequence[tuple[int, int]]) -> bool:
+        """Return whether no leg is too short for its units, and the bare wall is not surely too much."""
+        bare = 0.0
+        for (a, b), room in zip(spans, self.rooms, strict=True):
+            left = room - self.joint_m * (b - a)
+            if self.least[b] - self.least[a] > left + _NEARLY_M:
+                return False
+            bare += max(left - (self.most[b] - self.most[a]), 0.0)
+        return bare <= self.most_bare_m + _NEARLY_M
+
+
+def _reaches(rule: RunRule, frame: Frame, order: Sequence[Draft], turning: Sequence[Draft]) -> _Reach:
+    bounds = [_bounds(unit) for unit in order]
+    sums = [[0.0, *itertools.accumulate(pair[end] for pair in bounds)] for end in (0, 1)]
+    rooms = [
+        leg.high - leg.low - sum(along_m(unit) for unit in turning[k : k + 1]) + rule.joint_m * (1 - len(turning[k : k + 1]))
+        for k, leg in enumerate(frame.legs)
+    ]
+    return _Reach(sums[0], sums[1], rooms, rule.joint_m, rule.most_bare_m)
 
 
 def _cuts(count: int, turns: int) -> Iterator[tuple[int, ...]]:

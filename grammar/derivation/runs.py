@@ -19,6 +19,7 @@ from grammar.derivation.rejection import RejectedError
 from grammar.derivation.run_fit import fit_legs
 from grammar.derivation.run_order import order_cost
 from grammar.derivation.run_shell import OFF_WALL, Aisle, Pose, Shell, box_of, shell_of, spans_beside
+from grammar.derivation.wall_rows import hang_rows, hangs_in_row
 from grammar.derivation.run_units import across_m, along_m, least_along_m, unit_rule
 from grammar.geometry.arrays import Boxes
 from grammar.geometry.boxes import HALF_WIDTH, Z_LOW
@@ -26,7 +27,7 @@ from grammar.geometry.run_slots import MOST_LEGS, Frame, Slot, frames, jutting, 
 from grammar.geometry.slopes import low_ceiling
 from grammar.geometry.walls import LENGTH
 from grammar.spec.rules import Grammar
-from grammar.spec.run_rules import END, RunRule
+from grammar.spec.run_rules import END, HANGING_LOW_M, RunRule
 from scene_description import Room
 
 _TRIES, _HOPELESS = 60, 24
@@ -41,6 +42,9 @@ _LACKING_COST = 6.0
 
 _BEFORE_M = 0.4
 """Free floor before the units of a run that goes past the end of another one, between that and a wall."""
+
+_DEEPER_M = 0.03
+"""By how much a unit beside a corner may reach further into the room than the one that fills it."""
 
 _ROUNDING_M = 1e-9
 
@@ -61,8 +65,10 @@ class _Run(NamedTuple):
 
     @property
     def corner_m(self) -> float:
-        """Return the side of the units that turn."""
-        return max((unit.size_m[0] for unit in self.turning), default=0.0)
+        """Return how far from a corner the next leg begins: the side of the units that turn, or the depth of a unit that reaches beyond it."""
+        side = max((unit.size_m[0] for unit in self.turning), default=0.0)
+        deeper = (across_m(unit) for unit in self.units if unit.size_m[2] < HANGING_LOW_M)
+        return max((depth for depth in deeper if side <= depth < side + _DEEPER_M), default=side) if self.turning else 0.0
 
     @property
     def jut_m(self) -> float:
@@ -116,6 +122,8 @@ def place_runs(grammar: Grammar, room: Room, drafts: Sequence[Draft], rng: np.ra
     if not groups:
         return ()
     shell, plans, taken = shell_of(grammar, room), [], _Taken(np.zeros((0, 8)))
+    standing: list[tuple[Draft, Pose]] = []
+    in_rows = any(hangs_in_row(draft.rule) for draft in drafts)
     rules = {symbol: _rule(grammar, symbol) for symbol, _ in groups}
     faced = any(rule.free for rule in rules.values())
     for (symbol, _), units in sorted(groups.items(), key=lambda pair: rules[pair[0][0]].free):
@@ -125,12 +133,22 @@ def place_runs(grammar: Grammar, room: Room, drafts: Sequence[Draft], rng: np.ra
         else:
             run = _run(symbol, rule, shell, units, taken.aisles)._replace(hanging=[draft for draft in drafts if draft.rule.in_line])
             chosen = _begin(symbol, run, rng)
-            # what an island stands before stays where it is
-            places = [chosen.slot] if faced else _places(run, chosen)
+            # what an island stands before, and what has a row above it, stays where it is
+            chosen = _still(chosen) if in_rows else chosen
+            places = [chosen.slot] if faced or in_rows else _places(run, chosen)
         _note(symbol, chosen, shell)
+        standing.extend(zip(chosen.units, chosen.poses, strict=True))
         taken = taken.and_run(rule, shell, chosen)
         plans.append(_plan(rule, chosen, places))
+    hang_rows(shell, standing, drafts, rng)
     return tuple(plans)
+
+
+def _still(chosen: _Candidate) -> _Candidate:
+    """Return a way to begin whose slot leaves no room to shift the run."""
+    line = chosen.slot.line(0)
+    x, y = line.point(chosen.slot.direction * chosen.slide_m, 0.0)
+    return chosen._replace(slot=chosen.slot._replace(x_a=x, y_a=y, slide=0.0), slide_m=0.0)
 
 
 def _rule(grammar: Grammar, symbol: str) -> RunRule:

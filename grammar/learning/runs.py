@@ -1,0 +1,75 @@
+"""What rooms say about runs: how far the backs of their units stand off the wall, and which units keep the widths that they are sold in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from grammar.learning.assign import AssignedRoom
+from grammar.learning.geometry import fitting_wall
+from grammar.learning.sizes import is_norm
+from grammar.spec.and_or_graph import Node
+from grammar.spec.object_rules import ObjectRule
+from grammar.spec.rules import Grammar
+
+_LEAST, _AT_WALL_M = 5, 0.1
+_HEIGHT = 2
+
+
+def learn_runs(grammar: Grammar, rooms: Sequence[AssignedRoom], counts: dict[str, float]) -> dict[str, Node]:
+    """Return the nodes with the gap between runs and walls that is the median of their units' gaps, none where boxes reach into walls.
+
+    ``counts`` is given the numbers of units behind each node.
+    """
+    nodes = dict(grammar.nodes)
+    for name, node in grammar.nodes.items():
+        if node.run is None or node.run.free:
+            continue
+        units = {symbol for symbol in _below(grammar.nodes, name) if symbol in grammar.objects}
+        gaps = [gap for room in rooms for gap in _gaps(room, units)]
+        if len(gaps) >= _LEAST:
+            nodes[name] = replace(node, run=replace(node.run, wall_gap_m=round(max(float(np.median(gaps)), 0.0), 3)))
+            counts.setdefault(f"nodes.{name}", float(len(gaps)))
+    return nodes
+
+
+def _below(nodes: Mapping[str, Node], name: str) -> Iterator[str]:
+    """Yield the symbols below a node."""
+    for branch in nodes[name].branches:
+        yield branch.symbol
+        if branch.symbol in nodes:
+            yield from _below(nodes, branch.symbol)
+
+
+def _gaps(room: AssignedRoom, units: set[str]) -> Iterator[float]:
+    for item in room.objects:
+        pose = fitting_wall(room.room.polygon_m, item.seen) if item.symbol in units else None
+        if pose is not None and abs(pose.gap_m) < _AT_WALL_M:
+            yield pose.gap_m
+
+
+def with_even_heights(before: Mapping[str, ObjectRule], learned: Mapping[str, ObjectRule]) -> dict[str, ObjectRule]:
+    """Return learned rules where what no room shows has the height that those of the same height in the base were found to have.
+
+    Worktops are even: a peninsula's units are as high as the counters beside them.
+    """
+    found: dict[tuple[float, float], ObjectRule] = {}
+    for symbol, rule in before.items():
+        key = rule.low_m[_HEIGHT], rule.high_m[_HEIGHT]
+        if is_norm(*key) and learned[symbol].low_m[_HEIGHT] != key[0]:
+            found.setdefault(key, learned[symbol])
+    rules = dict(learned)
+    for symbol, rule in before.items():
+        model = found.get((rule.low_m[_HEIGHT], rule.high_m[_HEIGHT]))
+        if model is not None and rule.sizes == learned[symbol].sizes:
+            height = max(model.sizes, key=lambda mode: mode.probability).mean_m[_HEIGHT]
+            off = height - rule.sizes[0].mean_m[_HEIGHT]
+            rules[symbol] = replace(
+                learned[symbol],
+                sizes=tuple(replace(mode, mean_m=(*mode.mean_m[:_HEIGHT], mode.mean_m[_HEIGHT] + off)) for mode in rule.sizes),
+                low_m=(*rule.low_m[:_HEIGHT], rule.low_m[_HEIGHT] + off),
+                high_m=(*rule.high_m[:_HEIGHT], rule.high_m[_HEIGHT] + off),
+            )
+    return rules
