@@ -20,7 +20,7 @@ from grammar.derivation.run_fit import fit_legs
 from grammar.derivation.run_order import order_cost
 from grammar.derivation.run_shell import OFF_WALL, Aisle, Pose, Shell, box_of, shell_of, spans_beside
 from grammar.derivation.wall_rows import hang_rows, hangs_in_row
-from grammar.derivation.run_units import across_m, along_m, least_along_m, unit_rule
+from grammar.derivation.run_units import across_m, along_m, least_along_m, reach_m, unit_rule
 from grammar.geometry.arrays import Boxes
 from grammar.geometry.boxes import HALF_WIDTH, Z_LOW
 from grammar.geometry.run_slots import MOST_LEGS, Frame, Slot, frames, jutting, slots, unit_poses
@@ -46,6 +46,7 @@ _BEFORE_M = 0.4
 _DEEPER_M = 0.03
 """By how much a unit beside a corner may reach further into the room than the one that fills it."""
 
+_SQUARE_M, _EVEN_M = 0.005, 0.0005
 _ROUNDING_M = 1e-9
 
 
@@ -65,10 +66,25 @@ class _Run(NamedTuple):
 
     @property
     def corner_m(self) -> float:
-        """Return how far from a corner the next leg begins: the side of the units that turn, or the depth of a unit that reaches beyond it."""
-        side = max((unit.size_m[0] for unit in self.turning), default=0.0)
-        deeper = (across_m(unit) for unit in self.units if unit.size_m[2] < HANGING_LOW_M)
-        return max((depth for depth in deeper if side <= depth < side + _DEEPER_M), default=side) if self.turning else 0.0
+        """Return how far a leg keeps off a corner on that side where the units of the other leg pass: the reach of the deepest of them."""
+        side = self.side_m
+        deeper = (reach_m(unit) for unit in self.units if unit.size_m[2] < HANGING_LOW_M)
+        return max((reach for reach in deeper if side + _EVEN_M < reach < side + _DEEPER_M), default=side) if self.turning else 0.0
+
+    @property
+    def side_m(self) -> float:
+        """Return the depth of the units that turn."""
+        return max((unit.size_m[0] for unit in self.turning), default=0.0)
+
+    @property
+    def corners_m(self) -> tuple[float, float]:
+        """Return how far from a corner the leg after it begins where the walk follows the numbers of the walls, and where it does not."""
+        return self.corner_m, self.corner_m if self.is_square else max(unit.size_m[1] for unit in self.turning)
+
+    @property
+    def is_square(self) -> bool:
+        """Return whether both sides of all units that turn take as much of the walls, so that the run can be walked either way."""
+        return all(abs(unit.size_m[1] - self.corner_m) < _ROUNDING_M for unit in self.turning)
 
     @property
     def jut_m(self) -> float:
@@ -101,7 +117,7 @@ class _Taken(NamedTuple):
         for (unit, pose), width in zip(pairs, run.widths, strict=True):
             if pose[3] != OFF_WALL:
                 along = shell.along(pose)
-                standing.append(Standing(pose[3], along - 0.5 * width, along + 0.5 * width, rule.wall_gap_m + across_m(unit)))
+                standing.append(Standing(pose[3], along - 0.5 * width, along + 0.5 * width, rule.wall_gap_m + reach_m(unit)))
         boxes = np.concatenate([self.units, *(box_of(*pair) for pair in pairs)])
         corner_m = rule.aisle_m if rule.corner_aisle_m is None else rule.corner_aisle_m
         aisles = []
@@ -125,6 +141,9 @@ def place_runs(grammar: Grammar, room: Room, drafts: Sequence[Draft], rng: np.ra
     standing: list[tuple[Draft, Pose]] = []
     in_rows = any(hangs_in_row(draft.rule) for draft in drafts)
     rules = {symbol: _rule(grammar, symbol) for symbol, _ in groups}
+    for unit in (unit for units in groups.values() for unit in units):
+        if gaps := unit_rule(unit).gaps_m:
+            unit.behind_m = gaps[int(rng.integers(len(gaps)))]
     faced = any(rule.free for rule in rules.values())
     for (symbol, _), units in sorted(groups.items(), key=lambda pair: rules[pair[0][0]].free):
         rule = rules[symbol]
@@ -181,26 +200,27 @@ def _run(symbol: str, rule: RunRule, shell: Shell, units: Sequence[Draft], taken
     if juts and not turning:
         raise RejectedError(f"a unit that turns before those that jut out of {symbol}")
     for unit in turning:
-        _set_width(unit, unit.size_m[0])
+        if juts or abs(unit.size_m[1] - unit.size_m[0]) < _SQUARE_M:
+            _set_width(unit, unit.size_m[0])
     return _Run(rule, shell, [unit for unit in units if unit not in juts], turning, juts, taken, [])
 
 
 def _frames(run: _Run, taken: Sequence[Aisle]) -> list[Frame]:
     """Return where the legs at walls may stand, with aisles kept free; room is left behind a leg that juts out."""
     rule, shell = run.rule, run.shell
-    depth = rule.wall_gap_m + max(map(across_m, run.units))
+    depth = rule.wall_gap_m + max(map(reach_m, run.units))
     low_roof = low_ceiling(shell.room, max(unit.size_m[2] for unit in run.units))
     spans = spans_beside(shell, np.concatenate([_openings(run), low_roof]), taken, depth)
     legs, least_m = len(run.turning) + (not run.juts), sum(map(least_along_m, run.units)) - _ROUNDING_M
     found = [
         frame
-        for frame in frames(shell.wall, spans, legs, run.corner_m, rule.wall_gap_m)
+        for frame in frames(shell.wall, spans, legs, run.corners_m, rule.wall_gap_m)
         if sum(leg.high - leg.low for leg in frame.legs) >= least_m
         and (legs < MOST_LEGS or shell.wall[frame.legs[1].wall, LENGTH] >= 2.0 * depth + rule.aisle_m)
     ]
     if not run.juts:
         return found
-    behind = max(run.jut_m - run.corner_m, 0.0) + rule.around_m
+    behind = max(run.jut_m - run.side_m, 0.0) + rule.around_m
     shorter = [(frame, frame.legs[-1]._replace(high=frame.legs[-1].high - behind)) for frame in found]
     return [frame._replace(legs=(*frame.legs[:-1], leg), closed_end=False) for frame, leg in shorter if leg.high > leg.low]
 
@@ -253,7 +273,7 @@ def _ordered(units: Sequence[Draft], rng: np.random.Generator) -> list[Draft]:
 
 def _try(run: _Run, frame: Frame, rng: np.random.Generator) -> _Candidate | None:
     """Return how the units fit into a frame in some order, cut into legs in the best way; None if they do not."""
-    fit = fit_legs(run.rule, frame, _ordered(run.units, rng), run.turning)
+    fit = fit_legs(run.rule, frame, _ordered(run.units, rng), [(unit, unit.size_m[1] if frame.forward else run.corner_m) for unit in run.turning])
     if fit is None:
         return None
     places = slots(
@@ -266,7 +286,7 @@ def _try(run: _Run, frame: Frame, rng: np.random.Generator) -> _Candidate | None
     if run.juts:
         legs.append([run.juts[k] for k in rng.permutation(len(run.juts))])
         widths.append([unit.size_m[1] for unit in legs[-1]])
-        slot = jutting(slot, len(walls) - 1, _length(run.rule, widths[-2]), run.corner_m, run.jut_m, run.rule.wall_gap_m)
+        slot = jutting(slot, len(walls) - 1, _length(run.rule, widths[-2]), run.side_m, run.jut_m, run.rule.wall_gap_m)
         walls.append(OFF_WALL)
     units, flat = [unit for leg in legs for unit in leg], [width for row in widths for width in row]
     counts, slide = tuple(map(len, legs)), slot.slide * rng.random()
@@ -289,11 +309,18 @@ def _leaves_aisles(run: _Run, slot: Slot, leg: int, size: tuple[float, float], s
 def _poses(
     rule: RunRule, slot: Slot, slide: float, legs: Sequence[int], walls: Sequence[int], units: Sequence[Draft], widths: Sequence[float]
 ) -> list[Pose]:
-    sizes = iter([(across_m(unit), width) for unit, width in zip(units, widths, strict=True)])
+    sizes = iter([_taken_m(unit, width, slot.direction) for unit, width in zip(units, widths, strict=True)])
     rows = [[next(sizes) for _ in range(count)] for count in legs]
     at = [wall for wall, count in zip(walls, legs, strict=True) for _ in range(count)]
     found = unit_poses(slot, slide, rows, [unit_rule(unit) for unit in units], rule)
     return [(*pose, wall) for pose, wall in zip(found, at, strict=True)]
+
+
+def _taken_m(unit: Draft, width: float, direction: float) -> tuple[float, float]:
+    """Return what a unit takes across its line, as much again behind it as there is, and along it."""
+    if unit_rule(unit).turns:
+        return (unit.size_m[0], unit.size_m[1]) if direction > 0.0 else (unit.size_m[1], unit.size_m[0])
+    return across_m(unit) + 2.0 * unit.behind_m, width
 
 
 def _order_cost(run: _Run, units: Sequence[Draft], widths: Sequence[float], poses: Sequence[Pose]) -> float:
@@ -358,7 +385,7 @@ def _set_width(unit: Draft, width: float) -> None:
 def _note(symbol: str, chosen: _Candidate, shell: Shell) -> None:
     """Give the units their widths, write down the run that they are in, and tell what may hang above them."""
     for k, (unit, width, pose) in enumerate(zip(chosen.units, chosen.widths, chosen.poses, strict=True)):
-        if width != along_m(unit):
+        if width != along_m(unit) and not unit_rule(unit).turns:
             _set_width(unit, width)
         unit.beside = tuple(other.id for other in (*chosen.units[max(k - 1, 0) : k], *chosen.units[k + 1 : k + 2]))
         unit.below.append(attribute_node(Attribute("place_in_run", f"{symbol} {k}", 0.0), unit.id))
@@ -372,11 +399,12 @@ def _places(run: _Run, chosen: _Candidate) -> list[Slot]:
     found = [
         slot
         for frame in _frames(run, ())
+        if run.is_square or (chosen.slot.direction > 0.0) == frame.forward
         for slot in slots(run.shell.wall, frame, at_walls, run.rule.end_gap_m, run.rule.flush, run.rule.ends_free)
     ]
     if run.juts:
         leg, size = len(at_walls) - 1, (run.rule.wall_gap_m + run.jut_m, lengths[-1])
-        found = [jutting(slot, leg, at_walls[-1], run.corner_m, run.jut_m, run.rule.wall_gap_m) for slot in found]
+        found = [jutting(slot, leg, at_walls[-1], run.side_m, run.jut_m, run.rule.wall_gap_m) for slot in found]
         found = [slot for slot in found if _leaves_aisles(run, slot, leg + 1, size, [])]
     return found
 

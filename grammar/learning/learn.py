@@ -168,7 +168,8 @@ def _learn_rules(
     nodes = dict(branching.nodes)
     if "sizes" not in options.keep:
         objects = with_even_heights(grammar.objects, objects)
-        nodes = learn_runs(replace(grammar, nodes=nodes), assigned, counts)
+        related = learn_runs(replace(grammar, nodes=nodes, objects=objects), assigned, counts)
+        nodes, objects = dict(related.nodes), dict(related.objects)
     openings = dict(grammar.openings)
     if "openings" not in options.keep:
         openings, found = learn_openings(grammar.openings, [room.room for room in assigned], options.alpha, _LEAST_ROOMS)

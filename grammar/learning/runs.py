@@ -1,4 +1,4 @@
-"""What rooms say about runs: how far the backs of their units stand off the wall, and which units keep the widths that they are sold in."""
+"""What rooms say about runs: how far the backs of their units stand off the wall, and how high worktops are."""
 
 from __future__ import annotations
 
@@ -13,26 +13,43 @@ from grammar.learning.sizes import is_norm
 from grammar.spec.and_or_graph import Node
 from grammar.spec.object_rules import ObjectRule
 from grammar.spec.rules import Grammar
+from grammar.spec.run_rules import RunUnit
 
-_LEAST, _AT_WALL_M = 5, 0.1
+_LEAST, _MOST, _AT_WALL_M = 5, 24, 0.1
 _HEIGHT = 2
 
 
-def learn_runs(grammar: Grammar, rooms: Sequence[AssignedRoom], counts: dict[str, float]) -> dict[str, Node]:
-    """Return the nodes with the gap between runs and walls that is the median of their units' gaps, none where boxes reach into walls.
+def learn_runs(grammar: Grammar, rooms: Sequence[AssignedRoom], counts: dict[str, float]) -> Grammar:
+    """Return the grammar whose units stand as far off their walls as those of the rooms, none where boxes reach into walls.
 
-    ``counts`` is given the numbers of units behind each node.
+    Units of few observations take the gaps of all units of their run.  ``counts`` is given the numbers of units behind each node.
     """
-    nodes = dict(grammar.nodes)
+    nodes, objects = dict(grammar.nodes), dict(grammar.objects)
     for name, node in grammar.nodes.items():
         if node.run is None or node.run.free:
             continue
-        units = {symbol for symbol in _below(grammar.nodes, name) if symbol in grammar.objects}
-        gaps = [gap for room in rooms for gap in _gaps(room, units)]
-        if len(gaps) >= _LEAST:
-            nodes[name] = replace(node, run=replace(node.run, wall_gap_m=round(max(float(np.median(gaps)), 0.0), 3)))
-            counts.setdefault(f"nodes.{name}", float(len(gaps)))
-    return nodes
+        units = {symbol for symbol in _below(grammar.nodes, name) if symbol in objects and _is_unit(objects[symbol])}
+        gaps = {symbol: [max(gap, 0.0) for room in rooms for gap in _gaps(room, symbol)] for symbol in sorted(units)}
+        every = [gap for found in gaps.values() for gap in found]
+        if len(every) < _LEAST:
+            continue
+        nodes[name] = replace(node, run=replace(node.run, wall_gap_m=0.0))
+        counts.setdefault(f"nodes.{name}", float(len(every)))
+        for symbol, found in gaps.items():
+            unit = objects[symbol].in_run or RunUnit()
+            if not unit.turns and not unit.juts:
+                objects[symbol] = replace(objects[symbol], in_run=replace(unit, gaps_m=_quantiles(found if len(found) >= _LEAST else every)))
+    return replace(grammar, nodes=nodes, objects=objects)
+
+
+def _is_unit(rule: ObjectRule) -> bool:
+    return rule.mount == "floor" and not rule.cores
+
+
+def _quantiles(gaps: Sequence[float]) -> tuple[float, ...]:
+    """Return at most 24 lengths, to the millimetre, that are as often as short as those given."""
+    count = min(len(gaps), _MOST)
+    return tuple(round(float(gap), 3) for gap in np.quantile(gaps, (np.arange(count) + 0.5) / count))
 
 
 def _below(nodes: Mapping[str, Node], name: str) -> Iterator[str]:
@@ -43,9 +60,9 @@ def _below(nodes: Mapping[str, Node], name: str) -> Iterator[str]:
             yield from _below(nodes, branch.symbol)
 
 
-def _gaps(room: AssignedRoom, units: set[str]) -> Iterator[float]:
+def _gaps(room: AssignedRoom, symbol: str) -> Iterator[float]:
     for item in room.objects:
-        pose = fitting_wall(room.room.polygon_m, item.seen) if item.symbol in units else None
+        pose = fitting_wall(room.room.polygon_m, item.seen) if item.symbol == symbol else None
         if pose is not None and abs(pose.gap_m) < _AT_WALL_M:
             yield pose.gap_m
 

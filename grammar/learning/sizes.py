@@ -105,7 +105,7 @@ def _with_norms(rule: ObjectRule, learned: ObjectRule, norms: Bools, data: Float
             means[of_base, axis] = common
         else:
             means[:, axis] = own.mean_m[axis]
-        half = 0.5 * (rule.high_m[axis] - rule.low_m[axis])
+        half = min(0.5 * (rule.high_m[axis] - rule.low_m[axis]), _MODEL_ROUNDING_M if len(values) else _NORM_M)
         own_sd = own.sd_m[axis] if not len(values) else min(own.sd_m[axis], _MODEL_SD_M)
         sds[:, axis], low[axis], high[axis] = own_sd, means[:, axis].min() - half, means[:, axis].max() + half
     sizes = tuple(replace(mode, mean_m=_three(mean), sd_m=_three(sd)) for mode, mean, sd in zip(modes, means, sds, strict=True))
