@@ -22,28 +22,27 @@ _HEIGHT = 2
 def learn_runs(grammar: Grammar, rooms: Sequence[AssignedRoom], counts: dict[str, float]) -> Grammar:
     """Return the grammar whose units stand as far off their walls as those of the rooms, none where boxes reach into walls.
 
-    Units of few observations take the gaps of all units of their run.  ``counts`` is given the numbers of units behind each node.
+    Units of few observations take the gaps of all units.  ``counts`` is given the numbers of units behind each node.
     """
+    runs = {name: node.run for name, node in grammar.nodes.items() if node.run is not None and not node.run.free}
+    units = {symbol for name in runs for symbol in _below(grammar.nodes, name) if _is_unit(grammar.objects.get(symbol))}
+    gaps = {symbol: [max(gap, 0.0) for room in rooms for gap in _gaps(room, symbol)] for symbol in sorted(units)}
+    every = [gap for found in gaps.values() for gap in found]
+    if len(every) < _LEAST:
+        return grammar
     nodes, objects = dict(grammar.nodes), dict(grammar.objects)
-    for name, node in grammar.nodes.items():
-        if node.run is None or node.run.free:
-            continue
-        units = {symbol for symbol in _below(grammar.nodes, name) if symbol in objects and _is_unit(objects[symbol])}
-        gaps = {symbol: [max(gap, 0.0) for room in rooms for gap in _gaps(room, symbol)] for symbol in sorted(units)}
-        every = [gap for found in gaps.values() for gap in found]
-        if len(every) < _LEAST:
-            continue
-        nodes[name] = replace(node, run=replace(node.run, wall_gap_m=0.0))
+    for name, run in runs.items():
+        nodes[name] = replace(nodes[name], run=replace(run, wall_gap_m=0.0))
         counts.setdefault(f"nodes.{name}", float(len(every)))
-        for symbol, found in gaps.items():
-            unit = objects[symbol].in_run or RunUnit()
-            if not unit.turns and not unit.juts:
-                objects[symbol] = replace(objects[symbol], in_run=replace(unit, gaps_m=_quantiles(found if len(found) >= _LEAST else every)))
+    for symbol, found in gaps.items():
+        unit = objects[symbol].in_run or RunUnit()
+        if not unit.turns and not unit.juts:
+            objects[symbol] = replace(objects[symbol], in_run=replace(unit, gaps_m=_quantiles(found if len(found) >= _LEAST else every)))
     return replace(grammar, nodes=nodes, objects=objects)
 
 
-def _is_unit(rule: ObjectRule) -> bool:
-    return rule.mount == "floor" and not rule.cores
+def _is_unit(rule: ObjectRule | None) -> bool:
+    return rule is not None and rule.mount == "floor" and not rule.cores
 
 
 def _quantiles(gaps: Sequence[float]) -> tuple[float, ...]:
