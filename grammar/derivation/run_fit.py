@@ -33,10 +33,11 @@ def fit_legs(rule: RunRule, frame: Frame, order: Sequence[Draft], turning: Seque
         rule: of the run.
         frame: the legs at walls.
         order: the units that do not turn, in order.
-        turning: the units that turn, and how much of the wall each takes; each ends a leg.  The last leg has one only if another leg juts out behind it.
+        turning: the units that turn, and how much of the wall each takes; each ends a leg.  The last leg has one only if
+            another leg juts out behind it.
     """
     best: LegFit | None = None
-    known: dict[tuple[int, int, int], tuple[float, list[float]] | None] = {}
+    known: dict[tuple[int, tuple[int, int]], tuple[float, list[float]] | None] = {}
     reach = _reaches(rule, frame, order, turning)
     for cuts in _cuts(len(order), len(frame.legs) - 1):
         edges = (0, *cuts, len(order))
@@ -46,9 +47,9 @@ def fit_legs(rule: RunRule, frame: Frame, order: Sequence[Draft], turning: Seque
         legs = [[*order[a:b], *(unit for unit, _ in turning[k : k + 1])] for k, (a, b) in enumerate(spans)]
         cost, widths, bare = 0.0, [], 0.0
         for k, (leg, span) in enumerate(zip(legs, spans, strict=True)):
-            if (k, *span) not in known:
-                known[k, *span] = _fit_leg(rule, frame, k, leg, turning[k][1] if k < len(turning) else None)
-            fitted = known[k, *span]
+            if (k, span) not in known:
+                known[k, span] = _fit_leg(rule, frame, k, leg, turning[k][1] if k < len(turning) else None)
+            fitted = known[k, span]
             if fitted is None or (best is not None and cost + fitted[0] >= best.cost):
                 break
             cost += fitted[0]

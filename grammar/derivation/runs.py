@@ -19,15 +19,16 @@ from grammar.derivation.rejection import RejectedError
 from grammar.derivation.run_fit import fit_legs
 from grammar.derivation.run_order import order_cost
 from grammar.derivation.run_shell import OFF_WALL, Aisle, Pose, Shell, box_of, shell_of, spans_beside
-from grammar.derivation.wall_rows import hang_rows, hangs_in_row
 from grammar.derivation.run_units import across_m, along_m, least_along_m, reach_m, unit_rule
+from grammar.derivation.wall_rows import hang_rows, hangs_in_row
+from grammar.derivation.wall_run import WallRun
 from grammar.geometry.arrays import Boxes
 from grammar.geometry.boxes import HALF_WIDTH, Z_LOW
 from grammar.geometry.run_slots import MOST_LEGS, Frame, Slot, frames, jutting, slots, unit_poses
 from grammar.geometry.slopes import low_ceiling
 from grammar.geometry.walls import LENGTH
 from grammar.spec.rules import Grammar
-from grammar.spec.run_rules import END, HANGING_LOW_M, RunRule
+from grammar.spec.run_rules import END, RunRule
 from scene_description import Room
 
 _TRIES, _HOPELESS = 60, 24
@@ -43,53 +44,8 @@ _LACKING_COST = 6.0
 _BEFORE_M = 0.4
 """Free floor before the units of a run that goes past the end of another one, between that and a wall."""
 
-_DEEPER_M = 0.03
-"""By how much a unit beside a corner may reach further into the room than the one that fills it."""
-
-_SQUARE_M, _EVEN_M = 0.005, 0.0005
+_SQUARE_M = 0.005
 _ROUNDING_M = 1e-9
-
-
-class _Run(NamedTuple):
-    """A run that is to be placed: its units at walls, those of them that turn, and those that jut out.
-
-    taken: what other runs keep free; hanging: all that hangs in line above some run.
-    """
-
-    rule: RunRule
-    shell: Shell
-    units: list[Draft]
-    turning: list[Draft]
-    juts: list[Draft]
-    taken: tuple[Aisle, ...]
-    hanging: list[Draft]
-
-    @property
-    def corner_m(self) -> float:
-        """Return how far a leg keeps off a corner on that side where the units of the other leg pass: the reach of the deepest of them."""
-        side = self.side_m
-        deeper = (reach_m(unit) for unit in self.units if unit.size_m[2] < HANGING_LOW_M)
-        return max((reach for reach in deeper if side + _EVEN_M < reach < side + _DEEPER_M), default=side) if self.turning else 0.0
-
-    @property
-    def side_m(self) -> float:
-        """Return the depth of the units that turn."""
-        return max((unit.size_m[0] for unit in self.turning), default=0.0)
-
-    @property
-    def corners_m(self) -> tuple[float, float]:
-        """Return how far from a corner the leg after it begins where the walk follows the numbers of the walls, and where it does not."""
-        return self.corner_m, self.corner_m if self.is_square else max(unit.size_m[1] for unit in self.turning)
-
-    @property
-    def is_square(self) -> bool:
-        """Return whether both sides of all units that turn take as much of the walls, so that the run can be walked either way."""
-        return all(abs(unit.size_m[1] - self.corner_m) < _ROUNDING_M for unit in self.turning)
-
-    @property
-    def jut_m(self) -> float:
-        """Return the depth of the units that jut out."""
-        return max((unit.size_m[0] for unit in self.juts), default=0.0)
 
 
 class _Candidate(NamedTuple):
@@ -188,7 +144,7 @@ def _groups(grammar: Grammar, drafts: Sequence[Draft]) -> Mapping[tuple[str, int
     return groups
 
 
-def _run(symbol: str, rule: RunRule, shell: Shell, units: Sequence[Draft], taken: tuple[Aisle, ...]) -> _Run:
+def _run(symbol: str, rule: RunRule, shell: Shell, units: Sequence[Draft], taken: tuple[Aisle, ...]) -> WallRun:
     """Return a run at walls.
 
     Raises:
@@ -202,10 +158,10 @@ def _run(symbol: str, rule: RunRule, shell: Shell, units: Sequence[Draft], taken
     for unit in turning:
         if juts or abs(unit.size_m[1] - unit.size_m[0]) < _SQUARE_M:
             _set_width(unit, unit.size_m[0])
-    return _Run(rule, shell, [unit for unit in units if unit not in juts], turning, juts, taken, [])
+    return WallRun(rule, shell, [unit for unit in units if unit not in juts], turning, juts, taken, [])
 
 
-def _frames(run: _Run, taken: Sequence[Aisle]) -> list[Frame]:
+def _frames(run: WallRun, taken: Sequence[Aisle]) -> list[Frame]:
     """Return where the legs at walls may stand, with aisles kept free; room is left behind a leg that juts out."""
     rule, shell = run.rule, run.shell
     depth = rule.wall_gap_m + max(map(reach_m, run.units))
@@ -225,7 +181,7 @@ def _frames(run: _Run, taken: Sequence[Aisle]) -> list[Frame]:
     return [frame._replace(legs=(*frame.legs[:-1], leg), closed_end=False) for frame, leg in shorter if leg.high > leg.low]
 
 
-def _openings(run: _Run) -> Boxes:
+def _openings(run: WallRun) -> Boxes:
     """Return the boxes (n, 8) of doors and windows whose walls a run keeps free."""
     windows = run.shell.views
     if run.rule.window_gap_m is None:
@@ -236,7 +192,7 @@ def _openings(run: _Run) -> Boxes:
     return np.concatenate([run.shell.swings, windows])
 
 
-def _begin(symbol: str, run: _Run, rng: np.random.Generator) -> _Candidate:
+def _begin(symbol: str, run: WallRun, rng: np.random.Generator) -> _Candidate:
     """Draw how a run at walls begins.
 
     Raises:
@@ -271,9 +227,11 @@ def _ordered(units: Sequence[Draft], rng: np.random.Generator) -> list[Draft]:
     return order
 
 
-def _try(run: _Run, frame: Frame, rng: np.random.Generator) -> _Candidate | None:
+def _try(run: WallRun, frame: Frame, rng: np.random.Generator) -> _Candidate | None:
     """Return how the units fit into a frame in some order, cut into legs in the best way; None if they do not."""
-    fit = fit_legs(run.rule, frame, _ordered(run.units, rng), [(unit, unit.size_m[1] if frame.forward else run.corner_m) for unit in run.turning])
+    fit = fit_legs(
+        run.rule, frame, _ordered(run.units, rng), [(unit, unit.size_m[1] if frame.forward else run.corner_m) for unit in run.turning]
+    )
     if fit is None:
         return None
     places = slots(
@@ -301,7 +259,7 @@ def _try(run: _Run, frame: Frame, rng: np.random.Generator) -> _Candidate | None
     return _Candidate(fit.cost + _order_cost(run, units, flat, poses), units, counts, flat, slot, slide, poses)
 
 
-def _leaves_aisles(run: _Run, slot: Slot, leg: int, size: tuple[float, float], standing: Sequence[Boxes]) -> bool:
+def _leaves_aisles(run: WallRun, slot: Slot, leg: int, size: tuple[float, float], standing: Sequence[Boxes]) -> bool:
     obstacles = np.concatenate([run.shell.swings, *standing])
     return juts_clear(run.shell.wall, obstacles, slot, leg, size, run.rule.aisle_m, run.rule.around_m)
 
@@ -323,7 +281,7 @@ def _taken_m(unit: Draft, width: float, direction: float) -> tuple[float, float]
     return across_m(unit) + 2.0 * unit.behind_m, width
 
 
-def _order_cost(run: _Run, units: Sequence[Draft], widths: Sequence[float], poses: Sequence[Pose]) -> float:
+def _order_cost(run: WallRun, units: Sequence[Draft], widths: Sequence[float], poses: Sequence[Pose]) -> float:
     """Return what an order costs in nat, and what hangs in line and finds no unit under free wall to hang above."""
     shell = run.shell
     cost = order_cost([(unit.symbol, unit_rule(unit)) for unit in units], shell.windows_met(poses), bool(shell.windows))
@@ -340,7 +298,7 @@ def _order_cost(run: _Run, units: Sequence[Draft], widths: Sequence[float], pose
     return cost
 
 
-def _improved(run: _Run, begun: _Candidate, rng: np.random.Generator) -> _Candidate:
+def _improved(run: WallRun, begun: _Candidate, rng: np.random.Generator) -> _Candidate:
     """Return a way to begin in which pairs of units of one leg have changed places where that cost less."""
     best, before = begun, _order_cost(run, begun.units, begun.widths, begun.poses)
     leg_of = [leg for leg, count in enumerate(begun.legs) for _ in range(count)]
@@ -392,7 +350,7 @@ def _note(symbol: str, chosen: _Candidate, shell: Shell) -> None:
         unit.carries = shell.carries(unit, width, pose)
 
 
-def _places(run: _Run, chosen: _Candidate) -> list[Slot]:
+def _places(run: WallRun, chosen: _Candidate) -> list[Slot]:
     """Return all places that the legs of a run fit in, walls that are free of doors and windows alike."""
     lengths = list(_leg_lengths(chosen, run.rule))
     at_walls = lengths[:-1] if run.juts else lengths

@@ -72,7 +72,9 @@ def _level_of_line(draft: Draft, context: Context) -> float | None:
     if not (draft.rule.in_line and draft.rule.heights):
         return None
     hung = [other for other in context.drafts.values() if other is not draft and other.rule.in_line and other.rule.heights]
-    found = [other.pinned.z_m for other in hung if other.pinned is not None] + [o.bottom_m for o in hung if o.ties_resolved and o.bottom_m > 0.0]
+    found = [other.pinned.z_m for other in hung if other.pinned is not None] + [
+        o.bottom_m for o in hung if o.ties_resolved and o.bottom_m > 0.0
+    ]
     return next(iter(found), None)
 
 

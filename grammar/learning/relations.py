@@ -36,7 +36,7 @@ from grammar.spec.values import TruncatedNormal
 
 _AT_WALL_M = 1.0
 _USED_FROM_M = 0.4
-_ACROSS_M, _OFF_PLACE_M = 1.0, 0.6
+_ACROSS_M, _OFF_PLACE_M, _OTHER_PLACE_M = 1.0, 0.6, 0.15
 _LEAST_POSES = 5
 _PLENTY = 20
 """Poses beyond which other room types are not asked."""
@@ -222,13 +222,16 @@ def _as_close(rule: ObjectRule, scale: Scale, poses: Sequence[GroupPose]) -> tup
     """Return the places of a rule, which stay where they are, as tight or loose as the median object keeps to the nearest of them.
 
     The distance from a place in the plane falls off exponentially with the length b, so half of all are within 1.68 b.  What is more than
-    ``_OFF_PLACE_M`` from all places has none of them.
+    ``_OFF_PLACE_M`` from all places has none of them.  Where objects that each have a place of their own (chairs at tables)
+    are further than ``_OTHER_PLACE_M`` off in the median, the places stay as tight as they are.
     """
     off = []
     for pose in poses:
         targets = [around_target(mode, pose.size_m, pose.core_m) for mode in rule.around]
         off.append(min(math.hypot(pose.frame.x_m - x, pose.frame.y_m - y) for x, y, _ in targets))
     near = [distance for distance in off if distance <= _OFF_PLACE_M] or [_OFF_PLACE_M]
+    if rule.one_each == "place" and float(np.median(near)) > _OTHER_PLACE_M:
+        return rule.around  # they have places of other kinds, about which these say nothing
     spread = scale.spread(max(float(np.median(near)) / _MEDIAN_OF_ROUND, LEAST_PLACE_M))
     return tuple(replace(mode, spread=spread) for mode in rule.around)
 

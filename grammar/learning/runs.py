@@ -9,7 +9,7 @@ import numpy as np
 
 from grammar.learning.assign import AssignedRoom
 from grammar.learning.geometry import fitting_wall
-from grammar.learning.sizes import is_norm
+from grammar.learning.sizes import Size, is_norm
 from grammar.spec.and_or_graph import Node
 from grammar.spec.object_rules import ObjectRule
 from grammar.spec.rules import Grammar
@@ -84,8 +84,12 @@ def with_even_heights(before: Mapping[str, ObjectRule], learned: Mapping[str, Ob
             off = height - rule.sizes[0].mean_m[_HEIGHT]
             rules[symbol] = replace(
                 learned[symbol],
-                sizes=tuple(replace(mode, mean_m=(*mode.mean_m[:_HEIGHT], mode.mean_m[_HEIGHT] + off)) for mode in rule.sizes),
-                low_m=(*rule.low_m[:_HEIGHT], rule.low_m[_HEIGHT] + off),
-                high_m=(*rule.high_m[:_HEIGHT], rule.high_m[_HEIGHT] + off),
+                sizes=tuple(replace(mode, mean_m=_raised(mode.mean_m, off)) for mode in rule.sizes),
+                low_m=_raised(rule.low_m, off),
+                high_m=_raised(rule.high_m, off),
             )
     return rules
+
+
+def _raised(size_m: Size, by_m: float) -> Size:
+    return size_m[0], size_m[1], size_m[2] + by_m

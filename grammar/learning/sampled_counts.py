@@ -45,7 +45,7 @@ def count_room(grammar: Grammar, categories: Categories, rng: np.random.Generato
 
 
 def _taken(grammar: Grammar, nodes: Sequence[ParseNode]) -> Iterable[tuple[str, int, int]]:
-    """Yield the choices of a derivation: the room's size, numbers of doors and windows, branches of Or nodes, copies of Set branches in order."""
+    """Yield the choices of a derivation: the room's size, numbers of openings, branches of Or nodes, copies of Set branches in order."""
     place: Counter[int] = Counter()
     for vertex in nodes:
         if vertex.kind == "attribute" and vertex.symbol == ROOM_SIZE:

@@ -286,7 +286,9 @@ def _with_branching(grammar: Grammar, branching: Mapping[tuple[str, int], Floats
         odds = branching[ROOM_SIZES, -1].tolist()
         room = replace(room, sizes=tuple(replace(size, probability=share) for size, share in zip(room.sizes, odds, strict=True)))
     openings = {
-        kind: replace(rule, multiplicity=_possible(rule.multiplicity, branching[key])) if (key := (kind + OPENING_COUNTS, -1)) in branching else rule
+        kind: replace(rule, multiplicity=_possible(rule.multiplicity, branching[key]))
+        if (key := (kind + OPENING_COUNTS, -1)) in branching
+        else rule
         for kind, rule in grammar.openings.items()
     }
     return replace(grammar, nodes=nodes, room=room, openings=openings)
