@@ -42,6 +42,7 @@ class Corner(NamedTuple):
 class Draft:
     """One object while its addresses are drawn.
 
+    ``behind_m`` is how far its back stands off the line of its run.
     ``units`` maps the symbols of the nodes above it to the nearest vertex of each.  ``core`` is what its address points to.
     ``mode`` is the number of the mode around the core that is its own.  ``carries`` is whether something may hang in line above it,
     ``beside`` the units beside it in its run.  ``drawn_axes`` are the axes whose size was drawn from the rule's mixture.  ``below`` are the
@@ -56,6 +57,7 @@ class Draft:
     pinned: Pinned | None = None
     bottom_m: float = 0.0
     loaded_m: float = 0.0
+    behind_m: float = 0.0
     core: int | None = None
     mode: int | None = None
     drawn_axes: tuple[int, ...] = (0, 1, 2)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -147,6 +147,11 @@ def _extent(area_m2: float, attribute: Attribute, proportions: TruncatedNormal, 
     return Extent(area_m2, proportion, turned, (attribute, told))
 
 
+def draw_numbers(grammar: Grammar, rng: np.random.Generator) -> dict[str, int]:
+    """Return how many openings of each kind a room has."""
+    return {kind: draw_index(rng, grammar.openings[kind].multiplicity) for kind in OPENINGS if kind in grammar.openings}
+
+
 def draw_openings(
     grammar: Grammar,
     categories: Categories,
@@ -154,6 +159,7 @@ def draw_openings(
     rng: np.random.Generator,
     special: SpecialWalls,
     counted: Collection[str] = (),
+    numbers: Mapping[str, int] | None = None,
 ) -> tuple[list[DrawnOpening], list[Attribute]]:
     """Return the openings of a room and how many of each kind were drawn.
 
@@ -166,6 +172,7 @@ def draw_openings(
         rng: source of randomness.
         special: walls of a bay or a chimney breast.
         counted: kinds whose number a request bounds.
+        numbers: of each kind, from :func:`draw_numbers`; None draws them.
 
     Raises:
         RejectedError: an opening does not fit.
@@ -177,7 +184,7 @@ def draw_openings(
         rule = grammar.openings.get(kind)
         if rule is None:
             continue
-        copies = draw_index(rng, rule.multiplicity)
+        copies = draw_index(rng, rule.multiplicity) if numbers is None else numbers[kind]
         counts.append(Attribute(f"{kind}_count", str(copies), math.log(rule.multiplicity[copies])))
         label, left = categories[kind].label_id, copies
         if bay and kind == "window" and copies:

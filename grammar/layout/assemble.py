@@ -196,7 +196,7 @@ def _sizes(tree: ParseTree) -> dict[int, Size]:
 
 def _object_table(categories: Categories, tree: ParseTree, sizes: Mapping[int, Size], parts: Sequence[_Parts]) -> Floats:
     """Return ``Problem.object``."""
-    table, first = np.zeros((len(parts), 8)), len(tree.room.openings)
+    table, first = np.zeros((len(parts), 9)), len(tree.room.openings)
     table[:, [col.BACK_GAP, col.SIDE_GAP]] = np.inf
     for i, part in enumerate(parts):
         half_d, half_w = 0.5 * sizes[i + 1][0], 0.5 * sizes[i + 1][1]
@@ -205,7 +205,7 @@ def _object_table(categories: Categories, tree: ParseTree, sizes: Mapping[int, S
         table[i, [col.INNER_RADIUS, col.OUTER_RADIUS]] = inner, max(inner, _radius(part.zones))
     table[:first, col.BOTTOM] = [opening.sill_m for opening in tree.room.openings]
     for i, item in enumerate(tree.items, first):
-        table[i, col.BOTTOM] = item.bottom_m
+        table[i, [col.BOTTOM, col.BEHIND]] = item.bottom_m, item.behind_m
         if item.rule.mount == "floor" and item.pinned is None:
             category = categories[item.rule.category]
             table[i, [col.BACK_GAP, col.SIDE_GAP]] = category.back_gap_m, category.side_gap_m

@@ -18,9 +18,10 @@ from grammar.layout import columns as col
 class Problem(NamedTuple):
     """Everything about a room that its chain leaves alone; n objects, whose rows of ``box`` and ``mode`` follow each other.
 
-    object: (n, 8) half depth, half width, radius of the circle about the origin around the solids, radius around solids and zones, height
+    object: (n, 9) half depth, half width, radius of the circle about the origin around the solids, radius around solids and zones, height
     of the underside of what does not stand on an object, 1 where it is drawn to the centroid of the floor, greatest gap between its back
-    and a wall and between one of its sides and a wall (infinite where it may stand anywhere).
+    and a wall and between one of its sides and a wall (infinite where it may stand anywhere), how far its back stands off the line of its
+    run.
     link: (n, 25) mount; index of the core object or -1; 1 where something may stand on it or be grouped around it; 1 where it takes floor
     from a robot; first row in ``box`` of its solids, of its zones and of the strips by which it is reached, and the end of these; first row
     in ``mode`` of its wall modes, of its modes around the core, of its placements, of the targets of its support address and of its wishes

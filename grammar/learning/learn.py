@@ -19,6 +19,7 @@ from grammar.learning.graph import completed
 from grammar.learning.observed import ObservedRoom
 from grammar.learning.openings import fitted_to_openings, learn_openings
 from grammar.learning.relations import LearnShares, learn_object
+from grammar.learning.runs import learn_runs, with_even_heights
 from grammar.learning.sampled_counts import RoomSampler, SampledCounts, count_room
 from grammar.learning.sizes import learn_room
 from grammar.learning.truncation import TruncationOptions, TruncationRow, correct_truncation
@@ -169,6 +170,11 @@ def _learn_rules(
             grammar, categories, symbol, assigned, others, LearnShares(options.alpha, options.pooled, options.least), options.keep
         )
         counts.update({f"objects.{symbol}.{name}": count for name, count in found.items()})
+    nodes = dict(branching.nodes)
+    if "sizes" not in options.keep:
+        objects = with_even_heights(grammar.objects, objects)
+        related = learn_runs(replace(grammar, nodes=nodes, objects=objects), assigned, counts)
+        nodes, objects = dict(related.nodes), dict(related.objects)
     openings = dict(grammar.openings)
     if "openings" not in options.keep:
         openings, found = learn_openings(grammar.openings, [room.room for room in assigned], options.alpha, _LEAST_ROOMS)
@@ -183,7 +189,7 @@ def _learn_rules(
         counts.update({f"room.{name}": len(assigned) for name in names})
     budget = _patient(grammar.budget)
     moves = replace(grammar.moves, relocate_beside=max(grammar.moves.relocate_beside, _BESIDE))
-    return replace(grammar, room=shape, openings=openings, nodes=branching.nodes, objects=objects, moves=moves, budget=budget), counts
+    return replace(grammar, room=shape, openings=openings, nodes=nodes, objects=objects, moves=moves, budget=budget), counts
 
 
 def room_sampler(categories: Categories, seed: int) -> RoomSampler:

@@ -30,20 +30,20 @@ from grammar.learning.modes import (
 from grammar.learning.sizes import height_modes, is_norm, learn_size
 from grammar.spec.categories import Categories
 from grammar.spec.energy_terms import Weights
-from grammar.spec.object_rules import NONE, AroundMode, ObjectRule, WallMode
+from grammar.spec.object_rules import CORE, NONE, AroundMode, ObjectRule, WallMode
 from grammar.spec.rules import Grammar
 from grammar.spec.values import TruncatedNormal
 
 _AT_WALL_M = 1.0
 _USED_FROM_M = 0.4
-_ACROSS_M, _OFF_PLACE_M = 1.0, 0.6
+_ACROSS_M, _OFF_PLACE_M, _OTHER_PLACE_M = 1.0, 0.6, 0.15
 _LEAST_POSES = 5
 _PLENTY = 20
 """Poses beyond which other room types are not asked."""
 
 
 _TIED_M = 0.1
-_HEIGHT_MARGIN_M = 0.01
+_HEIGHT_MARGIN_M, _EXACT_M = 0.01, 0.001
 _MEDIAN_OF_ROUND = 1.678
 _AXES = {"depth": 0, "width": 1, "height": 2}
 
@@ -105,7 +105,7 @@ def learn_object(
         rule = _learn_group(rule, scale, seen, shares.alpha, enough, matched, counts)
     if rule.mount == "object" and rule.supporters:
         rule = _learn_support(grammar, categories, rule, seen, shares.alpha, enough, counts)
-    if rule.centre_height_m is not None and not is_norm(rule.centre_height_m.low, rule.centre_height_m.high):
+    if rule.centre_height_m is not None:
         rule = _learn_height(rule, rule.centre_height_m, seen, counts)
     return rule, counts
 
@@ -120,11 +120,14 @@ def _without_broken_ties(rule: ObjectRule, seen: Seen, category_of: Mapping[str,
     kept = []
     for tie in rule.tied:
         axis, of = _AXES.get(tie.axis), _AXES.get(tie.of)
+        if tie.to == CORE and axis is not None and of is not None:
+            pairs = [(item, room.objects[item.core]) for room, item in seen if item.core is not None]
+        else:
+            pairs = [(item, other) for room, item in seen for other in room.objects if category_of[other.symbol] == category_of.get(tie.to)]
         off = [
             abs(item.seen.size_m[axis] - tie.factor * other.seen.size_m[of] - tie.add_m)
-            for room, item in seen
-            for other in room.objects
-            if axis is not None and of is not None and category_of[other.symbol] == category_of.get(tie.to)
+            for item, other in pairs
+            if axis is not None and of is not None
         ]
         if len(off) < _LEAST_POSES or float(np.median(off)) <= max(_TIED_M, 2.0 * tie.sd_m):
             kept.append(tie)
@@ -219,13 +222,16 @@ def _as_close(rule: ObjectRule, scale: Scale, poses: Sequence[GroupPose]) -> tup
     """Return the places of a rule, which stay where they are, as tight or loose as the median object keeps to the nearest of them.
 
     The distance from a place in the plane falls off exponentially with the length b, so half of all are within 1.68 b.  What is more than
-    ``_OFF_PLACE_M`` from all places has none of them.
+    ``_OFF_PLACE_M`` from all places has none of them.  Where objects that each have a place of their own (chairs at tables)
+    are further than ``_OTHER_PLACE_M`` off in the median, the places stay as tight as they are.
     """
     off = []
     for pose in poses:
         targets = [around_target(mode, pose.size_m, pose.core_m) for mode in rule.around]
         off.append(min(math.hypot(pose.frame.x_m - x, pose.frame.y_m - y) for x, y, _ in targets))
     near = [distance for distance in off if distance <= _OFF_PLACE_M] or [_OFF_PLACE_M]
+    if rule.one_each == "place" and float(np.median(near)) > _OTHER_PLACE_M:
+        return rule.around  # they have places of other kinds, about which these say nothing
     spread = scale.spread(max(float(np.median(near)) / _MEDIAN_OF_ROUND, LEAST_PLACE_M))
     return tuple(replace(mode, spread=spread) for mode in rule.around)
 
@@ -284,8 +290,16 @@ def _learn_height(rule: ObjectRule, base: TruncatedNormal, seen: Seen, counts: d
     off_floor = [height for height in heights if base.low - 0.5 <= height <= base.high + 0.5]
     if len(off_floor) < _LEAST_POSES:
         return rule
-    counts["centre_height_m"] = len(off_floor)
     middles = np.array(off_floor)
+    modes = height_modes(middles)
+    if is_norm(base.low, base.high):
+        # a norm of the data are the heights that recur, one of which a whole row has
+        modes = tuple(mode for mode in modes if mode.sd_m < _EXACT_M)
+        if not modes:
+            return rule
+        total, middles = sum(mode.probability for mode in modes), np.array([mode.mean_m for mode in modes])
+        modes = tuple(replace(mode, probability=mode.probability / total) for mode in modes)
+    counts["centre_height_m"] = len(off_floor)
     low, high = float(middles.min()) - _HEIGHT_MARGIN_M, float(middles.max()) + _HEIGHT_MARGIN_M
     bounds = TruncatedNormal(mean=float(middles.mean()), sd=max(float(middles.std()), _HEIGHT_MARGIN_M), low=low, high=high)
-    return replace(rule, centre_height_m=bounds, heights=height_modes(middles))
+    return replace(rule, centre_height_m=bounds, heights=modes)

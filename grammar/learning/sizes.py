@@ -36,10 +36,11 @@ _LEAST_SD_M = (0.01, 0.01, 0.01)
 _LEAST_RELATIVE_SD = 0.03
 
 _NORM_M = 0.006
-"""What a grammar holds closer than this is a norm."""
+"""What a grammar holds closer than this is a norm: the height of worktops."""
 
 _MODEL_SHARE, _MODEL_COUNT = 0.1, 3
-_MODEL_SD_M = 0.0002
+_MODEL_SD_M, _MODEL_ROUNDING_M = 0.0002, 0.0005
+_HEIGHT, _EVEN_M = 2, 0.05
 """A side that recurs to the millimetre, in a tenth of the objects and three times at least, is that of a model that people have."""
 
 
@@ -50,19 +51,11 @@ def learn_size(rule: ObjectRule, seen: Sequence[Size], alpha: float, elsewhere: 
     that recurs exactly is that of a common model and keeps its value.  Equal sizes share a kernel; where there are more than 24, the
     closest are merged.  The base's components stay with the weight of ``alpha`` observations, or of none where the sizes seen
     ``elsewhere``, in other room types, count as ``pooled`` observations.  The bounds are widened to hold all observed sizes.  A side that
-    the base holds within 6 mm is a norm (the height of worktops) and stays.
+    the base holds within 6 mm is a norm: it becomes the data's where that has common models, and stays as in the base where it has none.
     """
     norms = np.array([is_norm(low, high) for low, high in zip(rule.low_m, rule.high_m, strict=True)])
     if norms.any():
-        learned = learn_size(_widened(rule, norms), seen, alpha, elsewhere, pooled)
-        mode = rule.sizes[0]
-        sizes = [
-            replace(one, mean_m=_three(np.where(norms, mode.mean_m, one.mean_m)), sd_m=_three(np.where(norms, mode.sd_m, one.sd_m)))
-            for one in learned.sizes
-        ]
-        bounds = (_three(np.where(norms, own, new)) for own, new in ((rule.low_m, learned.low_m), (rule.high_m, learned.high_m)))
-        low_m, high_m = bounds
-        return replace(rule, sizes=tuple(sizes), low_m=low_m, high_m=high_m)
+        return _with_norms(rule, learn_size(_widened(rule, norms), seen, alpha, elsewhere, pooled), norms, np.array(seen, np.float64))
     if elsewhere and pooled > 0.0:
         own, shared = learn_size(rule, seen, 0.0), learn_size(rule, elsewhere, 0.0)
         share = len(seen) / (len(seen) + pooled)
@@ -90,8 +83,37 @@ def learn_size(rule: ObjectRule, seen: Sequence[Size], alpha: float, elsewhere: 
     return replace(rule, sizes=tuple(modes), low_m=_three(low), high_m=_three(high))
 
 
+def _with_norms(rule: ObjectRule, learned: ObjectRule, norms: Bools, data: Floats) -> ObjectRule:
+    """Return a learned rule whose sides that are norms of the base vary as little as there.
+
+    A norm has its values of the data if one of them recurs, else that of the base.  Heights are those that recur, near the most common one,
+    since worktops are even, and so are depths of what fills corners, since it is square.  What the base's own components say of a norm of
+    the data is the most common value.
+    """
+    turns = rule.in_run is not None and rule.in_run.turns
+    own, modes = rule.sizes[0], learned.sizes
+    means, sds = np.array([mode.mean_m for mode in modes]), np.array([mode.sd_m for mode in modes])
+    low, high = np.array(learned.low_m), np.array(learned.high_m)
+    for axis in np.flatnonzero(norms).tolist():
+        values = np.array(sorted(_recurring(data[:, axis])))
+        if len(values):
+            common = values[int(np.argmax([(np.abs(data[:, axis] - value) < _MODEL_ROUNDING_M).sum() for value in values]))]
+            of_base = np.isin(means[:, axis], [mode.mean_m[axis] for mode in rule.sizes])
+            if axis == _HEIGHT or turns:
+                values = values[np.abs(values - common) < (_EVEN_M if axis == _HEIGHT else _NORM_M)]
+                means[:, axis] = values[np.abs(means[:, [axis]] - values).argmin(1)]
+            means[of_base, axis] = common
+        else:
+            means[:, axis] = own.mean_m[axis]
+        half = min(0.5 * (rule.high_m[axis] - rule.low_m[axis]), _MODEL_ROUNDING_M if len(values) else _NORM_M)
+        own_sd = own.sd_m[axis] if not len(values) else min(own.sd_m[axis], _MODEL_SD_M)
+        sds[:, axis], low[axis], high[axis] = own_sd, means[:, axis].min() - half, means[:, axis].max() + half
+    sizes = tuple(replace(mode, mean_m=_three(mean), sd_m=_three(sd)) for mode, mean, sd in zip(modes, means, sds, strict=True))
+    return replace(rule, sizes=sizes, low_m=_three(low), high_m=_three(high))
+
+
 def is_norm(low_m: float, high_m: float) -> bool:
-    """Return whether a grammar holds a length so close that it is a norm, which no data changes."""
+    """Return whether a grammar holds a length so close that it is a norm."""
     return high_m - low_m < _NORM_M
 
 

@@ -7,7 +7,7 @@ passes does not depend on the probabilities, so rooms that were sampled under so
 weights, the ratios of the structures' probabilities (Monte Carlo maximum likelihood: Geyer and Thompson, J. Royal Statistical Society B
 1992).  Under these weights iterative scaling moves the probabilities by the ratio of wanted to actual frequencies until both agree; then
 rooms are sampled with the new probabilities, and again.  The wanted frequency of a branch is first what counting gave, then shifted until
-each category is as frequent as in the data.  The size of the room is a choice like all others.
+each category is as frequent as in the data.  The size of the room and the numbers of doors and windows are choices like all others.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import numpy as np
 
 from grammar.geometry.arrays import Bools, Floats, Ints
 from grammar.learning.branching import certain_objects
-from grammar.learning.sampled_counts import ROOM_SIZES, RoomSampler, SampledCounts
+from grammar.learning.sampled_counts import OPENING_COUNTS, ROOM_SIZES, RoomSampler, SampledCounts
 from grammar.spec.and_or_graph import Node
 from grammar.spec.request import RequestError
 from grammar.spec.rules import Grammar
@@ -226,12 +226,16 @@ def _branching_of(grammar: Grammar) -> Branching:
                 branching[name, i] = np.array(branch.multiplicity)
     if grammar.room.sizes:
         branching[ROOM_SIZES, -1] = np.array([size.probability for size in grammar.room.sizes])
-    return branching
+    return branching | {(kind + OPENING_COUNTS, -1): np.array(rule.multiplicity) for kind, rule in grammar.openings.items()}
+
+
+def _is_of_shell(key: tuple[str, int]) -> bool:
+    return key[0] == ROOM_SIZES or key[0].endswith(OPENING_COUNTS)
 
 
 def _counted(grammar: Grammar, key: tuple[str, int], covered: AbstractSet[str]) -> bool:
-    """Return whether a choice is the room's size or leads, in every derivation, to an object that the data records."""
-    if key[0] == ROOM_SIZES:
+    """Return whether a choice is of the room's shell or leads, in every derivation, to an object that the data records."""
+    if _is_of_shell(key):
         return True
     branches = grammar.nodes[key[0]].branches
     chosen = branches if key[1] < 0 else (branches[key[1]],)
@@ -248,13 +252,18 @@ def _pull(grammar: Grammar, key: tuple[str, int], names: Sequence[str]) -> Float
                 row[names.index(category)] += 1.0
         return np.asarray(row / max(row.sum(), 1.0))
 
-    if key[0] == ROOM_SIZES:
-        return np.zeros((len(grammar.room.sizes), len(names)))
+    if _is_of_shell(key):
+        return np.zeros((len(_branching_of(grammar)[key]), len(names)))
     node: Node = grammar.nodes[key[0]]
     if key[1] < 0:
         return np.array([of(branch.symbol) for branch in node.branches])
     branch = node.branches[key[1]]
     return np.outer(np.arange(len(branch.multiplicity or ())), of(branch.symbol))
+
+
+def _possible(before: Sequence[float], probabilities: Floats) -> tuple[float, ...]:
+    """Return probabilities with those at 0 that were 0 before."""
+    return tuple(_normalized(np.where(np.array(before) > 0.0, probabilities, 0.0)).tolist())
 
 
 def _normalized(branching: Floats) -> Floats:
@@ -276,4 +285,10 @@ def _with_branching(grammar: Grammar, branching: Mapping[tuple[str, int], Floats
     if (ROOM_SIZES, -1) in branching:
         odds = branching[ROOM_SIZES, -1].tolist()
         room = replace(room, sizes=tuple(replace(size, probability=share) for size, share in zip(room.sizes, odds, strict=True)))
-    return replace(grammar, nodes=nodes, room=room)
+    openings = {
+        kind: replace(rule, multiplicity=_possible(rule.multiplicity, branching[key]))
+        if (key := (kind + OPENING_COUNTS, -1)) in branching
+        else rule
+        for kind, rule in grammar.openings.items()
+    }
+    return replace(grammar, nodes=nodes, room=room, openings=openings)

@@ -60,7 +60,7 @@ def test_other_room_types_count_as_pseudo_observations() -> None:
     assert [mode.mean_m[1] for mode in modes] == pytest.approx([0.5, 0.6, 0.7])
 
 
-def test_a_side_that_the_base_holds_close_is_a_norm_and_stays() -> None:
+def test_a_side_that_the_base_holds_close_is_a_norm_and_stays_where_no_model_recurs() -> None:
     mode = SizeMode(mean_m=(0.62, 0.8, 0.9), sd_m=(0.0001, 0.1, 0.0003))
     rule = ObjectRule(category="kitchen_counter", sizes=(mode,), low_m=(0.6199, 0.3, 0.899), high_m=(0.6201, 1.2, 0.901))
     learned = learn_size(rule, [(0.5, 0.7, 0.87), (0.6, 1.4, 0.86)], 1.0, [(0.4, 0.5, 0.7)], 2.0)
@@ -68,6 +68,19 @@ def test_a_side_that_the_base_holds_close_is_a_norm_and_stays() -> None:
     assert (learned.low_m, learned.high_m) == ((0.6199, 0.3, 0.899), (0.6201, 1.4, 0.901))
     assert sorted(mode.mean_m[1] for mode in learned.sizes) == pytest.approx([0.5, 0.7, 1.4])
     assert is_norm(1.818, 1.822) and not is_norm(1.7, 2.0)
+
+
+def test_a_norm_becomes_that_of_the_data_where_models_recur() -> None:
+    mode = SizeMode(mean_m=(0.62, 0.8, 0.9), sd_m=(0.0001, 0.1, 0.0003))
+    rule = ObjectRule(category="kitchen_counter", sizes=(mode,), low_m=(0.6199, 0.3, 0.899), high_m=(0.6201, 1.2, 0.901))
+    # heights that do not recur, or are far from the most common one, are taken for the nearest that is; depths are kept
+    seen = [(0.627, 0.5, 0.871)] * 4 + [(0.6, 0.7, 0.86), (0.58, 0.6, 1.26), (0.58, 0.6, 1.26), (0.58, 0.6, 1.26)]
+    learned = learn_size(rule, seen, 1.0)
+    assert {mode.mean_m[2] for mode in learned.sizes} == {0.871}
+    assert sorted({mode.mean_m[0] for mode in learned.sizes}) == [0.58, 0.6, 0.627]
+    assert learned.sizes[0].mean_m[0] == 0.627  # the base's own component
+    assert max(mode.sd_m[0] for mode in learned.sizes) < 0.001
+    assert (learned.low_m[2], learned.high_m[2]) == pytest.approx((0.8705, 0.8715))
 
 
 def test_a_side_that_recurs_exactly_is_kept() -> None:
