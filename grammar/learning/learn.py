@@ -19,7 +19,7 @@ from grammar.learning.graph import completed
 from grammar.learning.observed import ObservedRoom
 from grammar.learning.openings import learn_openings
 from grammar.learning.relations import LearnShares, learn_object
-from grammar.learning.sampled_counts import RoomSampler, SampledCounts, count_room
+from grammar.learning.sampled_counts import OPENING_NUMBERS, RoomSampler, SampledCounts, count_room
 from grammar.learning.sizes import learn_room
 from grammar.learning.truncation import TruncationOptions, TruncationRow, correct_truncation
 from grammar.spec.categories import Categories
@@ -129,8 +129,9 @@ def learn(
     known = {grammar.objects[symbol].category for symbol in covered}
     wanted = {name: everything[name] / len(assigned) for name in sorted(known | set(everything))}
     seed = int(rng.integers(2**62))
+    numbers = {f"{OPENING_NUMBERS}{kind}" for kind in related.openings if f"{OPENING_NUMBERS}{kind}.multiplicity" in counts}
     final, truncation = correct_truncation(
-        replace(related, weights=weights.weights), wanted, covered, options.truncation, sampler or room_sampler(categories, seed)
+        replace(related, weights=weights.weights), wanted, covered | numbers, options.truncation, sampler or room_sampler(categories, seed)
     )
     return LearnedGrammar(
         grammar=final,

@@ -7,7 +7,7 @@ passes does not depend on the probabilities, so rooms that were sampled under so
 weights, the ratios of the structures' probabilities (Monte Carlo maximum likelihood: Geyer and Thompson, J. Royal Statistical Society B
 1992).  Under these weights iterative scaling moves the probabilities by the ratio of wanted to actual frequencies until both agree; then
 rooms are sampled with the new probabilities, and again.  The wanted frequency of a branch is first what counting gave, then shifted until
-each category is as frequent as in the data.  The size of the room is a choice like all others.
+each category is as frequent as in the data.  The size of the room and the numbers of its openings are choices like all others.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import numpy as np
 
 from grammar.geometry.arrays import Bools, Floats, Ints
 from grammar.learning.branching import certain_objects
-from grammar.learning.sampled_counts import ROOM_SIZES, RoomSampler, SampledCounts
+from grammar.learning.sampled_counts import OPENING_NUMBERS, ROOM_SIZES, RoomSampler, SampledCounts
 from grammar.spec.and_or_graph import Node
 from grammar.spec.request import RequestError
 from grammar.spec.rules import Grammar
@@ -79,7 +79,8 @@ def correct_truncation(
     Args:
         grammar: learned, with the branching probabilities that counting gave.
         wanted: category -> mean number in a room of the data, of the covered categories.
-        covered: symbols that the data records; only branches that surely lead to one of them move.
+        covered: symbols that the data records; only branches that surely lead to one of them move, and the numbers of openings that
+            are named, "openings.door".
         options: of the approximation.
         sampler: of rooms.
     """
@@ -226,13 +227,15 @@ def _branching_of(grammar: Grammar) -> Branching:
                 branching[name, i] = np.array(branch.multiplicity)
     if grammar.room.sizes:
         branching[ROOM_SIZES, -1] = np.array([size.probability for size in grammar.room.sizes])
+    for kind, rule in grammar.openings.items():
+        branching[f"{OPENING_NUMBERS}{kind}", -1] = np.array(rule.multiplicity)
     return branching
 
 
 def _counted(grammar: Grammar, key: tuple[str, int], covered: AbstractSet[str]) -> bool:
-    """Return whether a choice is the room's size or leads, in every derivation, to an object that the data records."""
-    if key[0] == ROOM_SIZES:
-        return True
+    """Return whether a choice is one of the room's, or leads, in every derivation, to an object that the data records."""
+    if key[0] == ROOM_SIZES or key[0].startswith(OPENING_NUMBERS):
+        return key[0] == ROOM_SIZES or key[0] in covered
     branches = grammar.nodes[key[0]].branches
     chosen = branches if key[1] < 0 else (branches[key[1]],)
     return any(symbol in covered for branch in chosen for symbol in certain_objects(grammar, branch.symbol))
@@ -250,6 +253,8 @@ def _pull(grammar: Grammar, key: tuple[str, int], names: Sequence[str]) -> Float
 
     if key[0] == ROOM_SIZES:
         return np.zeros((len(grammar.room.sizes), len(names)))
+    if key[0].startswith(OPENING_NUMBERS):
+        return np.zeros((len(grammar.openings[key[0].removeprefix(OPENING_NUMBERS)].multiplicity), len(names)))
     node: Node = grammar.nodes[key[0]]
     if key[1] < 0:
         return np.array([of(branch.symbol) for branch in node.branches])
@@ -276,4 +281,9 @@ def _with_branching(grammar: Grammar, branching: Mapping[tuple[str, int], Floats
     if (ROOM_SIZES, -1) in branching:
         odds = branching[ROOM_SIZES, -1].tolist()
         room = replace(room, sizes=tuple(replace(size, probability=share) for size, share in zip(room.sizes, odds, strict=True)))
-    return replace(grammar, nodes=nodes, room=room)
+    openings = dict(grammar.openings)
+    for kind, rule in grammar.openings.items():
+        if (f"{OPENING_NUMBERS}{kind}", -1) in branching:
+            odds = np.where(np.array(rule.multiplicity) > 0.0, branching[f"{OPENING_NUMBERS}{kind}", -1], 0.0)
+            openings[kind] = replace(rule, multiplicity=tuple(_normalized(odds).tolist()))
+    return replace(grammar, nodes=nodes, room=room, openings=openings)
