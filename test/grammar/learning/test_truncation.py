@@ -101,3 +101,21 @@ def test_without_iterations_the_grammar_stays() -> None:
     same, rows = correct_truncation(grammar, WANTED, COVERED, TruncationOptions(iterations=0), thin_sampler)
     assert rows == ()
     assert same.nodes["storage"].branches[0].multiplicity == pytest.approx((0.3, 0.4, 0.3))
+
+
+def test_numbers_of_doors_are_corrected_where_the_data_told_them() -> None:
+    # Half of the rooms with two doors do not pass, so two in three must be drawn where half are wanted.
+    grammar = small_grammar(NODES + OBJECTS)
+    rules = {**grammar.openings, "door": replace(grammar.openings["door"], multiplicity=(0.0, 0.5, 0.5))}
+    grammar = replace(grammar, openings=rules)
+
+    def sampler(grammar: Grammar, stream: int, indices: Sequence[int]) -> list[SampledCounts]:
+        rng, odds = np.random.default_rng(stream), np.array(grammar.openings["door"].multiplicity) * (1.0, 1.0, 0.5)
+        numbers = rng.choice(3, len(indices), p=odds / odds.sum())
+        return [SampledCounts(failed=False, branches=(("openings.door", -1, int(number)),), categories={}) for number in numbers]
+
+    options = TruncationOptions(iterations=3, rooms=1000)
+    corrected, _ = correct_truncation(grammar, {}, {"openings.door"}, options, sampler)
+    none, _, two = corrected.openings["door"].multiplicity
+    assert (none, two) == (0.0, pytest.approx(2.0 / 3.0, abs=0.04))
+    assert correct_truncation(grammar, {}, set(), options, sampler)[0].openings == rules
