@@ -122,7 +122,7 @@ def _derive_once(plan: Plan, categories: Categories, extent: Extent | None, rng:
     tries = _CEILINGS_TRIED if is_sloped else _OPENINGS_TRIED if in_runs else 1
     things = list(zip(terminals.symbols, terminals.rules, terminals.sizes, strict=True))
     loaded = loaded_heights_m(categories, things) if is_sloped else [0.0] * len(things)
-    numbers = draw_numbers(plan.grammar, rng) if in_runs else None
+    numbers = draw_numbers(plan.grammar, flat, rng) if in_runs else None
     pinned: dict[int, Pinned] = {}
     for tried in range(tries):
         try:

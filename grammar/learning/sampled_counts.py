@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from grammar.derivation.room_mixture import ROOM_SIZE
+from grammar.derivation.shell import COUNT
 from grammar.sampled_room import sample_room
 from grammar.spec.categories import Categories
 from grammar.spec.request import RequestError, SceneRequest
@@ -18,8 +19,6 @@ from scene_description import ParseNode
 ROOM_SIZES = "room.sizes"
 """Stands for a node where the choice is a component of the mixture of the room's size; no symbol has a dot."""
 
-OPENING_COUNTS = "_count"
-"""Ends the names of attributes that tell how many doors or windows there are; with the kind before it, it stands for a node too."""
 
 RoomSampler = Callable[[Grammar, int, Sequence[int]], list["SampledCounts"]]
 """Grammar, stream of random numbers, indices of rooms -> what was in each of them."""
@@ -50,7 +49,7 @@ def _taken(grammar: Grammar, nodes: Sequence[ParseNode]) -> Iterable[tuple[str, 
     for vertex in nodes:
         if vertex.kind == "attribute" and vertex.symbol == ROOM_SIZE:
             yield ROOM_SIZES, -1, int(vertex.choice.split(",")[0])
-        elif vertex.kind == "attribute" and vertex.symbol.removesuffix(OPENING_COUNTS) in grammar.openings:
+        elif vertex.kind == "attribute" and vertex.symbol.removesuffix(COUNT) in grammar.openings:
             yield vertex.symbol, -1, int(vertex.choice)
         elif vertex.kind == "or" and vertex.symbol in grammar.nodes:
             names = [branch.symbol for branch in grammar.nodes[vertex.symbol].branches]

@@ -23,7 +23,11 @@ _AREA_MARGIN_M2, _LEAST_AREA_M2 = 0.2, 1.0
 _MAX_ROOMS, _ROOM_WIDTH = 64, 0.5
 """Kernels are half as wide as Scott's rule, which is for normal distributions, has them: rooms gather at several sizes."""
 
+_LEAST_NOTCH_M = 0.3
+"""A floor without arms has smaller notches."""
 _LEAST_SIDE_SD_M, _LEAST_SHARE, _LEAST_SHARE_SD = 0.02, 0.01, 0.02
+_BARE_ROOMS = 0.25
+"""If so many rooms of a type have no furniture, that belongs to the type."""
 _WHOLE = 0.97
 """Share of its bounding box that a rectangle fills at least."""
 
@@ -177,8 +181,8 @@ def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequen
     """Return the rule of the room's size and shape, from the outlines without the niches of their doors.
 
     ``covered_m2`` is the floor that the furniture of each room covers.  Where that is a fifth of the floor and more, rooms and furniture
-    are matched by that share.  Both sides follow one distribution, since a room turned by a quarter is as likely; ``alpha`` pseudo-counts
-    of the base smooth the shapes.
+    are matched by that share, and so they are where a quarter of the rooms is bare, as halls are.  Both sides follow one distribution,
+    since a room turned by a quarter is as likely; ``alpha`` pseudo-counts of the base smooth the shapes.
     """
     outlines = [filled_outline(room.polygon_m) for room in rooms]
     extents = np.array([np.ptp(np.array(outline), axis=0) for outline in outlines])
@@ -186,12 +190,15 @@ def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequen
     side = learn_normal(base.width_m, (extents * np.sqrt(areas / extents.prod(1))[:, None]).ravel().tolist())
     shares = np.divide(covered_m2, areas)
     fitted = float(np.median(shares)) >= _FURNISHED_SHARE
+    bare = float(np.quantile(shares, _BARE_ROOMS)) <= _LEAST_SHARE
     high = float(np.quantile(areas, 0.95))
     return replace(
         base,
         width_m=side,
         depth_m=side,
-        sizes=_learn_room_sizes(extents * np.sqrt(areas / extents.prod(1))[:, None], shares if fitted else None),
+        sizes=_learn_room_sizes(extents * np.sqrt(areas / extents.prod(1))[:, None], shares)
+        if fitted
+        else _learn_hall_sizes(extents, areas, outlines, shares if bare else None),
         height_m=_height([room.height_m for room in rooms]),
         area_low_m2=min(base.area_low_m2, max(float(areas.min()) - _AREA_MARGIN_M2, _LEAST_AREA_M2)),
         area_high_m2=max(min(base.area_high_m2, 1.5 * high), float(areas.max()) + _AREA_MARGIN_M2),
@@ -202,7 +209,7 @@ def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequen
     )
 
 
-def _learn_room_sizes(sides_m: Floats, shares: Floats | None) -> tuple[RoomSize, ...]:
+def _learn_room_sizes(sides_m: Floats, shares: Floats | None, arms_m: Floats | None = None) -> tuple[RoomSize, ...]:
     """Return a kernel estimate of the rooms' sides and of the share of their floor that furniture covers.
 
     A side that recurs exactly keeps its value, as one of a common piece of furniture does (:func:`learn_size`): houses are built in steps.
@@ -210,18 +217,19 @@ def _learn_room_sizes(sides_m: Floats, shares: Floats | None) -> tuple[RoomSize,
     Args:
         sides_m: (rooms, 2) of rectangles of the rooms' areas.
         shares: (rooms,) or None, where furniture says nothing about the room.
+        arms_m: (rooms,) width of the arms of rooms whose bounding rectangles the sides are.
     """
     long, short = sides_m.max(1), sides_m.min(1)
-    known = np.ones(len(sides_m)) if shares is None else np.maximum(shares, _LEAST_SHARE)
-    data = np.stack([long, short, known], axis=1)
+    given = [np.ones(len(sides_m)) if values is None else np.maximum(values, _LEAST_SHARE) for values in (shares, arms_m)]
+    data = np.stack([long, short, *given], axis=1)
     spread = _ROOM_WIDTH * 1.06 * data.std(0) * len(data) ** -0.2
-    kernels: list[Kernel] = [(1.0, row, np.zeros(3)) for row in data[np.lexsort(data.T)]]
+    kernels: list[Kernel] = [(1.0, row, np.zeros(4)) for row in data[np.lexsort(data.T)]]
     while len(kernels) > _MAX_ROOMS:
         kernels = _merge_closest(kernels)
     recurring = _recurring(sides_m.ravel())
     modes = []
     for count, mean, variance in kernels:
-        sd = np.maximum(np.sqrt(spread**2 + variance), (_LEAST_SIDE_SD_M, _LEAST_SIDE_SD_M, _LEAST_SHARE_SD))
+        sd = np.maximum(np.sqrt(spread**2 + variance), (_LEAST_SIDE_SD_M, _LEAST_SIDE_SD_M, _LEAST_SHARE_SD, _LEAST_SIDE_SD_M))
         kept = np.array([round(float(side), 3) in recurring for side in mean[:2]]) & (variance[:2] < _MODEL_SD_M**2)
         sides = np.where(kept, _MODEL_SD_M, sd[:2])
         modes.append(
@@ -231,9 +239,35 @@ def _learn_room_sizes(sides_m: Floats, shares: Floats | None) -> tuple[RoomSize,
                 sd_m=(float(sides[0]), float(sides[1])),
                 floor_share=None if shares is None else min(float(mean[2]), 1.0),
                 share_sd=float(sd[2]),
+                arm_m=None if arms_m is None else float(mean[3]),
+                arm_sd_m=_LEAST_SIDE_SD_M if arms_m is None else float(sd[3]),
             )
         )
     return tuple(modes)
+
+
+def _learn_hall_sizes(extents: Floats, areas: Floats, outlines: Sequence[Sequence[Point2]], shares: Floats | None) -> tuple[RoomSize, ...]:
+    """Return a kernel estimate of the sides of halls, with the width of the arms of those that have some.
+
+    An L or a T of arms ``a`` wide in a rectangle of ``w`` by ``d`` has the area ``a (w + d - a)``.
+    """
+    total = extents.sum(1)
+    arms = 0.5 * (total - np.sqrt(np.maximum(total**2 - 4.0 * areas, 0.0)))
+    corners = np.array([len(without_steps(outline)) for outline in outlines])
+    armed = (areas <= _WHOLE * extents.prod(1)) & (corners > 4) & (extents.min(1) - arms > _LEAST_NOTCH_M)
+    straight = extents * np.sqrt(areas / extents.prod(1))[:, None]
+    plain, bent = (
+        _learn_room_sizes(sides[chosen], None if shares is None else shares[chosen], widths) if chosen.any() else ()
+        for sides, chosen, widths in ((straight, ~armed, None), (extents, armed, arms[armed]))
+    )
+    share, known = float(armed.mean()), np.zeros(1) if shares is None else shares
+    # furniture says little about a hall, but a bare one stays bare
+    loose = max(1.06 * float(known.std()) * len(known) ** -0.2, _LEAST_SHARE_SD)
+    return tuple(
+        replace(mode, probability=mode.probability * part, share_sd=_LEAST_SHARE if (mode.floor_share or 0.0) <= _LEAST_SHARE else loose)
+        for modes, part in ((plain, 1.0 - share), (bent, share))
+        for mode in modes
+    )
 
 
 def _learn_shapes(base: RoomShapes, outlines: Sequence[Sequence[Point2]], extents: Floats, areas: Floats, alpha: float) -> RoomShapes:

@@ -20,9 +20,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from grammar.derivation.shell import COUNT
 from grammar.geometry.arrays import Bools, Floats, Ints
 from grammar.learning.branching import certain_objects
-from grammar.learning.sampled_counts import OPENING_COUNTS, ROOM_SIZES, RoomSampler, SampledCounts
+from grammar.learning.sampled_counts import ROOM_SIZES, RoomSampler, SampledCounts
 from grammar.spec.and_or_graph import Node
 from grammar.spec.request import RequestError
 from grammar.spec.rules import Grammar
@@ -226,11 +227,11 @@ def _branching_of(grammar: Grammar) -> Branching:
                 branching[name, i] = np.array(branch.multiplicity)
     if grammar.room.sizes:
         branching[ROOM_SIZES, -1] = np.array([size.probability for size in grammar.room.sizes])
-    return branching | {(kind + OPENING_COUNTS, -1): np.array(rule.multiplicity) for kind, rule in grammar.openings.items()}
+    return branching | {(kind + COUNT, -1): np.array(rule.multiplicity) for kind, rule in grammar.openings.items()}
 
 
 def _is_of_shell(key: tuple[str, int]) -> bool:
-    return key[0] == ROOM_SIZES or key[0].endswith(OPENING_COUNTS)
+    return key[0] == ROOM_SIZES or key[0].endswith(COUNT)
 
 
 def _counted(grammar: Grammar, key: tuple[str, int], covered: AbstractSet[str]) -> bool:
@@ -286,9 +287,7 @@ def _with_branching(grammar: Grammar, branching: Mapping[tuple[str, int], Floats
         odds = branching[ROOM_SIZES, -1].tolist()
         room = replace(room, sizes=tuple(replace(size, probability=share) for size, share in zip(room.sizes, odds, strict=True)))
     openings = {
-        kind: replace(rule, multiplicity=_possible(rule.multiplicity, branching[key]))
-        if (key := (kind + OPENING_COUNTS, -1)) in branching
-        else rule
+        kind: replace(rule, multiplicity=_possible(rule.multiplicity, branching[key])) if (key := (kind + COUNT, -1)) in branching else rule
         for kind, rule in grammar.openings.items()
     }
     return replace(grammar, nodes=nodes, room=room, openings=openings)

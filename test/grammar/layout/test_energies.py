@@ -281,6 +281,8 @@ def test_rugs_are_drawn_out_from_under_stores():
     assert energies(problem, state)["occlusion"] == pytest.approx(0.12 / 0.3)
     put(problem, state, rug + 1, 0.71, 0.0, 0.0)
     assert energies(problem, state)["occlusion"] == 0.0
+
+
 def test_a_shower_off_its_corner_is_a_hard_loss():
     text = closet("shower") + item("shower", "shower_cabin", (0.9, 0.9, 2.0), ", wall: [{distance_m: 0}]")
     problem, state, _ = entered(small_grammar(text), np.random.default_rng(0))

@@ -39,6 +39,17 @@ def test_sizes_are_learned_with_the_share_that_furniture_covers() -> None:
     assert learned.shapes.rectangle == pytest.approx((2.0 + 2.0 * BASE.room.shapes.rectangle) / 4.0, abs=1e-4)
 
 
+def test_halls_keep_the_width_of_their_arms_and_stay_bare() -> None:
+    # An L of arms 1 m wide in 5 by 3 m: 7 m2; half of the halls are bare, the others hold a tenth.
+    bent = ((0.0, 0.0), (5.0, 0.0), (5.0, 1.0), (1.0, 1.0), (1.0, 3.0), (0.0, 3.0))
+    rooms = [room(4.0, 1.0), room(4.1, 1.0), replace(room(1.0, 1.0), polygon_m=bent), replace(room(1.0, 1.0), polygon_m=bent)]
+    modes = learn_room(BASE.room, rooms, [0.0, 0.41, 0.0, 0.7], 0.0).sizes
+    assert [mode.mean_m for mode in modes] == [pytest.approx(sides) for sides in ((4.0, 1.0), (4.1, 1.0), (5.0, 3.0), (5.0, 3.0))]
+    assert [mode.arm_m for mode in modes] == [None, None, pytest.approx(1.0), pytest.approx(1.0)]
+    assert [mode.floor_share for mode in modes] == pytest.approx([0.01, 0.1, 0.01, 0.1])
+    assert [mode.share_sd < 0.011 for mode in modes] == [True, False, True, False]
+
+
 def test_a_side_of_rooms_that_recurs_exactly_is_kept() -> None:
     rooms = [room(2.8, 3.0 + 0.1 * k) for k in range(6)]
     modes = learn_room(BASE.room, rooms, [1.0] * 6, 0.0).sizes

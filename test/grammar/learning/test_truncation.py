@@ -9,9 +9,10 @@ import pytest
 from small_grammar import CATEGORIES, item, small_grammar
 
 from grammar import Grammar
+from grammar.derivation.shell import COUNT
 from grammar.derivation.structure import draw_structure
 from grammar.learning.learn import room_sampler
-from grammar.learning.sampled_counts import OPENING_COUNTS, ROOM_SIZES, SampledCounts
+from grammar.learning.sampled_counts import ROOM_SIZES, SampledCounts
 from grammar.learning.truncation import TruncationOptions, correct_truncation
 from grammar.spec.room_rules import RoomSize
 
@@ -105,7 +106,7 @@ def test_numbers_of_windows_are_corrected_and_impossible_ones_stay_impossible() 
         rng = np.random.default_rng(stream)
         odds = np.array(grammar.openings["window"].multiplicity) * (1.0, 0.5, 1.0)
         chosen = rng.choice(3, size=len(indices), p=odds / odds.sum())
-        return [SampledCounts(failed=False, branches=((f"window{OPENING_COUNTS}", -1, int(k)),), categories={"bed": 1}) for k in chosen]
+        return [SampledCounts(failed=False, branches=((f"window{COUNT}", -1, int(k)),), categories={"bed": 1}) for k in chosen]
 
     corrected, _ = correct_truncation(grammar, {"bed": 1.0}, COVERED, TruncationOptions(iterations=3, rooms=1500), half_pass)
     none, one, two = corrected.openings["window"].multiplicity
