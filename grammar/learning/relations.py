@@ -16,6 +16,8 @@ from grammar.layout.assemble import around_target
 from grammar.learning.assign import AssignedObject, AssignedRoom
 from grammar.learning.geometry import WallPose, fitting_wall, nearest_wall, relative_pose, wrapped
 from grammar.learning.modes import (
+    ALIGNED_RAD,
+    LEAST_ANGLE_RAD,
     LEAST_PLACE_M,
     GroupPose,
     Scale,
@@ -38,6 +40,7 @@ _AT_WALL_M = 1.0
 _USED_FROM_M = 0.4
 _ACROSS_M, _OFF_PLACE_M = 1.0, 0.6
 _LEAST_POSES = 5
+_LEAST_TURNS, _LEAST_TURNED, _STRAIGHT_RAD = 3, 0.25, 0.1
 _PLENTY = 20
 """Poses beyond which other room types are not asked."""
 
@@ -107,7 +110,7 @@ def learn_object(
         rule = _learn_support(grammar, categories, rule, seen, shares.alpha, enough, counts)
     if rule.centre_height_m is not None and not is_norm(rule.centre_height_m.low, rule.centre_height_m.high):
         rule = _learn_height(rule, rule.centre_height_m, seen, counts)
-    return rule, counts
+    return straightened(rule, grammar, (*rooms, *others), counts), counts
 
 
 def _is_sound(rule: ObjectRule, size_m: Sequence[float]) -> bool:
@@ -221,13 +224,40 @@ def _as_close(rule: ObjectRule, scale: Scale, poses: Sequence[GroupPose]) -> tup
     The distance from a place in the plane falls off exponentially with the length b, so half of all are within 1.68 b.  What is more than
     ``_OFF_PLACE_M`` from all places has none of them.
     """
-    off = []
+    off, turns = [], []
     for pose in poses:
         targets = [around_target(mode, pose.size_m, pose.core_m) for mode in rule.around]
-        off.append(min(math.hypot(pose.frame.x_m - x, pose.frame.y_m - y) for x, y, _ in targets))
+        distance, yaw = min((math.hypot(pose.frame.x_m - x, pose.frame.y_m - y), yaw) for x, y, yaw in targets)
+        off.append(distance)
+        if distance <= _OFF_PLACE_M and not math.isnan(yaw):
+            turns.append(wrapped(pose.frame.turn_rad - yaw))
     near = [distance for distance in off if distance <= _OFF_PLACE_M] or [_OFF_PLACE_M]
     spread = scale.spread(max(float(np.median(near)) / _MEDIAN_OF_ROUND, LEAST_PLACE_M))
-    return tuple(replace(mode, spread=spread) for mode in rule.around)
+    kept = tuple(replace(mode, spread=spread) for mode in rule.around)
+    return _as_turned(kept, turns, scale) if rule.mount == "floor" and len(turns) >= _LEAST_TURNS else kept
+
+
+def _as_turned(around: Sequence[AroundMode], turns: Sequence[float], scale: Scale) -> tuple[AroundMode, ...]:
+    """Return places at which objects are turned as those seen there, each (n,) an angle against its place's own yaw, in radians.
+
+    A place becomes one for each half turn that a quarter of the objects have: what looks alike from both sides stands either way.
+    """
+    quarters = Counter(quarter_of(turn) for turn in turns)
+    shown = {quarter: count for quarter, count in quarters.items() if quarter % 2 == 0 and count >= _LEAST_TURNED * len(turns)} or {0: 1}
+    off = [abs(wrapped(turn - 0.5 * math.pi * quarter_of(turn))) for turn in turns]
+    straight = [angle for angle in off if angle < _STRAIGHT_RAD] or off
+    spread = scale.orientation_spread(max(float(np.mean(straight)), LEAST_ANGLE_RAD))
+    total = sum(shown.values())
+    return tuple(
+        replace(
+            mode,
+            probability=(mode.probability or 1.0 / len(around)) * count / total,
+            orientation_spread=spread,
+            orientation_rad=None if mode.orientation_rad is None else wrapped(mode.orientation_rad + 0.5 * math.pi * quarter),
+        )
+        for mode in around
+        for quarter, count in sorted(shown.items())
+    )
 
 
 def _learn_places(rule: ObjectRule, scale: Scale, poses: Sequence[tuple[str, GroupPose]], least: int) -> tuple[tuple[AroundMode, ...], int]:
@@ -289,3 +319,30 @@ def _learn_height(rule: ObjectRule, base: TruncatedNormal, seen: Seen, counts: d
     low, high = float(middles.min()) - _HEIGHT_MARGIN_M, float(middles.max()) + _HEIGHT_MARGIN_M
     bounds = TruncatedNormal(mean=float(middles.mean()), sd=max(float(middles.std()), _HEIGHT_MARGIN_M), low=low, high=high)
     return replace(rule, centre_height_m=bounds, heights=height_modes(middles))
+
+
+def straightened(rule: ObjectRule, grammar: Grammar, rooms: Sequence[AssignedRoom], counts: Mapping[str, int]) -> ObjectRule:
+    """Return a rule whose places that were not learned are as straight as its category is in the rooms.
+
+    That of one symbol is a habit of all: what stands exactly square to the walls in most rooms does so beside things too.  Places that the
+    base leaves loose on purpose stay.
+    """
+    seen = [
+        pose.turn_rad
+        for room in rooms
+        for item in room.objects
+        if grammar.objects[item.symbol].category == rule.category and (pose := fitting_wall(room.room.polygon_m, item.seen)) is not None
+    ]
+    off = [abs(wrapped(turn - 0.5 * math.pi * quarter_of(turn))) for turn in seen]
+    if len(off) < _LEAST_POSES or float(np.median(off)) > ALIGNED_RAD:
+        return rule
+    weights = {"wall": "wall_orientation", "around": "group_orientation", "placements": "support_orientation"}
+    changed = {}
+    for name, weight in weights.items():
+        if name not in counts:
+            spread = _scale(1.0, getattr(grammar.weights, weight), grammar.schedule.beta).orientation_spread(LEAST_ANGLE_RAD)
+            changed[name] = tuple(
+                replace(mode, orientation_spread=min(mode.orientation_spread, spread)) if mode.orientation_spread <= 1.0 else mode
+                for mode in getattr(rule, name)
+            )
+    return replace(rule, **changed)

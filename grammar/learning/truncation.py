@@ -37,6 +37,9 @@ _RATE = 0.3
 _FARTHEST = 0.8
 """How far a log-probability may move in one round: further away the importance weights say little."""
 
+_MOST_UNEVEN = 2.0
+"""The rooms sampled over the effective number of those that importance weights leave (Kish): beyond it their noise is learned."""
+
 _MOST_RAISED, _GIVEN_UP, _LEAST_EXPECTED = math.log(2.5), math.log(20.0), 4.0
 """Sizes of rooms that seldom pass are drawn at most 2.5 times as often as they occur, and those that never pass hardly at all."""
 
@@ -176,6 +179,8 @@ def _scaled(choices: _Choices, pool: _Pool, mean: Floats, start: Floats) -> Floa
         weight = taken @ logs - mixture
         weight = np.exp(weight - weight.max())
         weight /= weight.sum()
+        if float(np.square(weight).sum()) * len(weight) > _MOST_UNEVEN:
+            break
         # shift the wanted frequencies towards the categories that are too rare
         wanted = _log_normalized(wanted + _RATE * choices.pull @ np.log((mean + 0.02) / (weight @ category_counts + 0.02)), owner)
         # move the probabilities towards the wanted frequencies, but not far from where the rooms were sampled
