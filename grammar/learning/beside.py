@@ -26,7 +26,7 @@ from grammar.spec.rules import Grammar
 _BESIDE_M = 0.15
 _AT_WALL_M, _STRAIGHT_RAD = 0.15, 0.1
 _LEAST_SEEN, _LEAST_TIMES = 5, 3
-_ROUNDS = 50
+_ROUNDS, _LEAST_COUNT = 50, 0.01
 _ANGLE_RAD = 0.01
 """How straight a place beside something is: walls say it more closely."""
 
@@ -42,7 +42,9 @@ class Beside(NamedTuple):
     offered: frozenset[str]
 
 
-def with_neighbours(grammar: Grammar, categories: Categories, rooms: Sequence[AssignedRoom]) -> tuple[Grammar, Mapping[str, int]]:
+def with_neighbours(
+    grammar: Grammar, categories: Categories, rooms: Sequence[AssignedRoom], alpha: float
+) -> tuple[Grammar, Mapping[str, int]]:
     """Return the grammar where furniture keeps to corners and to its neighbours as often and as closely as observed.
 
     An object that has exclusive places of its own, or is pulled up to another one, keeps these.  No symbol comes to belong to itself or to
@@ -52,6 +54,7 @@ def with_neighbours(grammar: Grammar, categories: Categories, rooms: Sequence[As
         grammar: with learned rules.
         categories: with the roles of things.
         rooms: observed, matched with the grammar.
+        alpha: pseudo-counts of objects that stand beside nothing.
 
     Returns:
         the grammar, and for each learned path how many observations made it.
@@ -60,10 +63,11 @@ def with_neighbours(grammar: Grammar, categories: Categories, rooms: Sequence[As
     seen = {symbol: [found for room in rooms for found in _seen_beside(room, symbol)] for symbol in sorted(free)}
     belongs = {symbol: set(rule.cores or ()) - {CORNER, NONE} for symbol, rule in grammar.objects.items()}
     targets: dict[str, set[str]] = {symbol: set() for symbol in seen}
+    still = {name for name, rule in grammar.objects.items() if _PULLED_UP not in categories[rule.category].roles} | {CORNER}
     pairs = Counter((symbol, found.target) for symbol, items in seen.items() for found in items if len(items) >= _LEAST_SEEN)
     for (symbol, target), _ in sorted(pairs.items(), key=lambda pair: (-pair[1], pair[0])):
         times = sum(found.target not in (CORNER, NONE) if target != CORNER else found.target == CORNER for found in seen[symbol])
-        if target == NONE or times < _LEAST_TIMES or target != CORNER and symbol in _all_below(belongs, target):
+        if target not in still or times < _LEAST_TIMES or target != CORNER and symbol in _all_below(belongs, target):
             continue
         targets[symbol].add(target)
         belongs[symbol] |= {target} - {CORNER}
@@ -72,7 +76,7 @@ def with_neighbours(grammar: Grammar, categories: Categories, rooms: Sequence[As
     objects, counts = dict(grammar.objects), {}
     for symbol, wanted in targets.items():
         if wanted:
-            objects[symbol] = _beside_rule(objects[symbol], seen[symbol], wanted, scale)
+            objects[symbol] = _beside_rule(objects[symbol], seen[symbol], wanted, scale, alpha)
             counts |= {f"objects.{symbol}.{name}": len(seen[symbol]) for name in ("cores", "around")}
     return replace(grammar, objects=objects), counts
 
@@ -122,9 +126,9 @@ def _side_gap(item: AssignedObject, other: AssignedObject) -> float | None:
     return max(abs(place.y_m) - half_w - 0.5 * item.seen.size_m[1], 0.0) if stands else None
 
 
-def _beside_rule(rule: ObjectRule, seen: Sequence[Beside], wanted: AbstractSet[str], scale: Scale) -> ObjectRule:
+def _beside_rule(rule: ObjectRule, seen: Sequence[Beside], wanted: AbstractSet[str], scale: Scale, alpha: float) -> ObjectRule:
     """Return the rule with places beside the ``wanted``; its own cores share the rest."""
-    shares = _shares([(found.target if found.target in wanted else NONE, found.offered & (wanted | {NONE})) for found in seen])
+    shares = _shares([(found.target if found.target in wanted else NONE, found.offered & (wanted | {NONE})) for found in seen], alpha)
     own = dict(rule.cores or {NONE: 1.0})
     cores = {**{name: shares[name] for name in sorted(wanted)}, **{name: shares[NONE] * share for name, share in own.items()}}
     total = sum(cores.values())
@@ -141,14 +145,18 @@ def _beside_rule(rule: ObjectRule, seen: Sequence[Beside], wanted: AbstractSet[s
     return replace(rule, cores={name: share / total for name, share in cores.items()}, around=around)
 
 
-def _shares(choices: Sequence[tuple[str, AbstractSet[str]]]) -> dict[str, float]:
-    """Return weights of greatest likelihood for choices, each (what was chosen, what there was), in proportion to their weights."""
+def _shares(choices: Sequence[tuple[str, AbstractSet[str]]], alpha: float) -> dict[str, float]:
+    """Return weights of greatest likelihood for choices, each (what was chosen, what there was), in proportion to their weights.
+
+    ``alpha``: pseudo-counts of choices of "none" where all was there.
+    """
     times = Counter(chosen for chosen, _ in choices)
     weights = {name: 1.0 for _, offered in choices for name in sorted(offered)}
     for _ in range(_ROUNDS):
         sums = [sum(weights[name] for name in sorted(offered)) for _, offered in choices]
         shares = {
-            name: (times[name] + 0.1) / sum(1.0 / total for total, (_, offered) in zip(sums, choices, strict=True) if name in offered)
+            name: (times[name] + alpha * (name == NONE) + _LEAST_COUNT)
+            / (alpha / sum(weights.values()) + sum(1.0 / total for total, (_, offered) in zip(sums, choices, strict=True) if name in offered))
             for name in weights
         }
         weights = {name: share / sum(shares.values()) for name, share in shares.items()}

@@ -186,7 +186,7 @@ def _learn_rules(
         grammar, room=shape, openings=openings, nodes=branching.nodes, objects=objects, moves=moves, schedule=schedule, budget=budget
     )
     if "relations" not in options.keep:
-        learned, found = with_neighbours(learned, categories, assigned)
+        learned, found = with_neighbours(learned, categories, assigned, options.alpha)
         counts.update(found)
     return learned, counts
 

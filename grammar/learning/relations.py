@@ -30,7 +30,7 @@ from grammar.learning.modes import (
     wall_modes,
 )
 from grammar.learning.sizes import height_modes, is_norm, learn_size
-from grammar.spec.categories import Categories
+from grammar.spec.categories import Categories, Role
 from grammar.spec.energy_terms import Weights
 from grammar.spec.object_rules import NONE, AroundMode, ObjectRule, WallMode
 from grammar.spec.rules import Grammar
@@ -40,11 +40,12 @@ _AT_WALL_M = 1.0
 _USED_FROM_M = 0.4
 _ACROSS_M, _OFF_PLACE_M = 1.0, 0.6
 _LEAST_POSES = 5
-_LEAST_TURNS, _LEAST_TURNED, _STRAIGHT_RAD = 3, 0.25, 0.1
+_LEAST_TURNS, _LEAST_TURNED, _STRAIGHT_RAD = 3, 0.15, 0.1
 _PLENTY = 20
 """Poses beyond which other room types are not asked."""
 
 
+LOW_TABLE: Role = "low_table"
 _TIED_M = 0.1
 _HEIGHT_MARGIN_M = 0.01
 _MEDIAN_OF_ROUND = 1.678
@@ -105,7 +106,8 @@ def learn_object(
     if rule.cores and rule.around:
         scale = _scale(grammar.weights.group_distance, grammar.weights.group_orientation, beta)
         matched = any(other.same_place_as == symbol for other in grammar.objects.values())
-        rule = _learn_group(rule, scale, seen, shares.alpha, enough, matched, counts)
+        alike = LOW_TABLE in categories[rule.category].roles
+        rule = _learn_group(rule, scale, seen, shares.alpha, enough, matched, alike, counts)
     if rule.mount == "object" and rule.supporters:
         rule = _learn_support(grammar, categories, rule, seen, shares.alpha, enough, counts)
     if rule.centre_height_m is not None and not is_norm(rule.centre_height_m.low, rule.centre_height_m.high):
@@ -185,11 +187,13 @@ def _scale(distance_weight: float, angle_weight: float, beta: float) -> Scale:
     return Scale(*(1.0 / (beta * weight) if weight > 0.0 else 1e6 for weight in (distance_weight, angle_weight)))
 
 
-def _learn_group(rule: ObjectRule, scale: Scale, seen: Seen, alpha: float, least: int, matched: bool, counts: dict[str, int]) -> ObjectRule:
+def _learn_group(
+    rule: ObjectRule, scale: Scale, seen: Seen, alpha: float, least: int, matched: bool, alike: bool, counts: dict[str, int]
+) -> ObjectRule:
     """Learn the poses around the core, and how often the object has no core though one is offered.
 
     Learned modes are not exclusive.  Places that are exclusive, that other objects follow by their numbers (``matched``), or that lie
-    across the room stay where they are and become as tight or loose as the data.
+    across the room stay where they are and become as tight or loose as the data.  ``alike``: the object looks so from both sides.
     """
     cores = dict(rule.cores or {})
     poses = []
@@ -202,7 +206,7 @@ def _learn_group(rule: ObjectRule, scale: Scale, seen: Seen, alpha: float, least
     modes, used = _learn_places(rule, scale, poses, least) if not kept else ((), 0)
     if kept and not matched and len(poses) >= least:
         counts["around"] = len(poses)
-        rule = replace(rule, around=_as_close(rule, scale, [pose for _, pose in poses]))
+        rule = replace(rule, around=_as_close(rule, scale, [pose for _, pose in poses], alike))
     if used:
         counts["around"] = used
         rule = replace(rule, around=modes)
@@ -218,7 +222,7 @@ def _learn_group(rule: ObjectRule, scale: Scale, seen: Seen, alpha: float, least
     return rule
 
 
-def _as_close(rule: ObjectRule, scale: Scale, poses: Sequence[GroupPose]) -> tuple[AroundMode, ...]:
+def _as_close(rule: ObjectRule, scale: Scale, poses: Sequence[GroupPose], alike: bool) -> tuple[AroundMode, ...]:
     """Return the places of a rule, which stay where they are, as tight or loose as the median object keeps to the nearest of them.
 
     The distance from a place in the plane falls off exponentially with the length b, so half of all are within 1.68 b.  What is more than
@@ -234,13 +238,13 @@ def _as_close(rule: ObjectRule, scale: Scale, poses: Sequence[GroupPose]) -> tup
     near = [distance for distance in off if distance <= _OFF_PLACE_M] or [_OFF_PLACE_M]
     spread = scale.spread(max(float(np.median(near)) / _MEDIAN_OF_ROUND, LEAST_PLACE_M))
     kept = tuple(replace(mode, spread=spread) for mode in rule.around)
-    return _as_turned(kept, turns, scale) if rule.mount == "floor" and len(turns) >= _LEAST_TURNS else kept
+    return _as_turned(kept, turns, scale) if alike and len(turns) >= _LEAST_TURNS else kept
 
 
 def _as_turned(around: Sequence[AroundMode], turns: Sequence[float], scale: Scale) -> tuple[AroundMode, ...]:
     """Return places at which objects are turned as those seen there, each (n,) an angle against its place's own yaw, in radians.
 
-    A place becomes one for each half turn that a quarter of the objects have: what looks alike from both sides stands either way.
+    A place becomes one for each half turn that a seventh of the objects have: what looks alike from both sides stands either way.
     """
     quarters = Counter(quarter_of(turn) for turn in turns)
     shown = {quarter: count for quarter, count in quarters.items() if quarter % 2 == 0 and count >= _LEAST_TURNED * len(turns)} or {0: 1}
