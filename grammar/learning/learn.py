@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 
 from grammar.learning.assign import AssignedRoom, assign
+from grammar.learning.beside import with_neighbours
 from grammar.learning.branching import learn_branching
 from grammar.learning.contrastive import ContrastiveOptions, CurveRow, learn_weights
 from grammar.learning.graph import completed
@@ -31,6 +32,9 @@ PARTS: tuple[Part, ...] = ("sizes", "relations", "openings", "room", "weights")
 
 _LEAST_ROOMS = 5
 _STRUCTURES, _LAYOUTS, _ROUNDS, _DERIVATIONS = 160, 1, 1, 20_000
+_STARTS = 60
+"""Poses tried for an object that comes in: real rooms leave little space for it."""
+
 _POOLED = 5.0
 _BESIDE = 0.5
 """Learned places are as tight as those of the data, and what has some around a core and at walls is proposed where both hold."""
@@ -189,7 +193,12 @@ def _learn_rules(
         counts.update({f"room.{name}": len(assigned) for name in names})
     budget = _patient(grammar.budget)
     moves = replace(grammar.moves, relocate_beside=max(grammar.moves.relocate_beside, _BESIDE))
-    return replace(grammar, room=shape, openings=openings, nodes=nodes, objects=objects, moves=moves, budget=budget), counts
+    schedule = replace(grammar.schedule, starts=max(grammar.schedule.starts, _STARTS))
+    learned = replace(grammar, room=shape, openings=openings, nodes=nodes, objects=objects, moves=moves, schedule=schedule, budget=budget)
+    if "relations" not in options.keep:
+        learned, found = with_neighbours(learned, categories, assigned, options.alpha)
+        counts.update(found)
+    return learned, counts
 
 
 def room_sampler(categories: Categories, seed: int) -> RoomSampler:

@@ -36,6 +36,7 @@ Kernel = tuple[float, Floats, Floats]
 """Weight, mean, and variance of the sizes that were merged into it."""
 
 _MAX_KERNELS = 24
+_ROUNDS = 30
 _LEAST_SD_M = (0.01, 0.01, 0.01)
 _LEAST_RELATIVE_SD = 0.03
 
@@ -62,7 +63,7 @@ def learn_size(rule: ObjectRule, seen: Sequence[Size], alpha: float, elsewhere: 
         return _with_norms(rule, learn_size(_widened(rule, norms), seen, alpha, elsewhere, pooled), norms, np.array(seen, np.float64))
     if elsewhere and pooled > 0.0:
         own, shared = learn_size(rule, seen, 0.0), learn_size(rule, elsewhere, 0.0)
-        share = len(seen) / (len(seen) + pooled)
+        share = _own_share(rule, seen, shared, pooled)
         parts = ((share, own), (1.0 - share, shared))
         blend = [replace(mode, probability=part * mode.probability) for part, learned in parts for mode in learned.sizes]
         low, high = np.minimum(own.low_m, shared.low_m), np.maximum(own.high_m, shared.high_m)
@@ -114,6 +115,36 @@ def _with_norms(rule: ObjectRule, learned: ObjectRule, norms: Bools, data: Float
         sds[:, axis], low[axis], high[axis] = own_sd, means[:, axis].min() - half, means[:, axis].max() + half
     sizes = tuple(replace(mode, mean_m=_three(mean), sd_m=_three(sd)) for mode, mean, sd in zip(modes, means, sds, strict=True))
     return replace(rule, sizes=sizes, low_m=_three(low), high_m=_three(high))
+
+
+def _own_share(rule: ObjectRule, seen: Sequence[Size], shared: ObjectRule, pooled: float) -> float:
+    """Return the share of a room type's own sizes in the blend with those of other types: what predicts each of the own ones best.
+
+    Of n sizes it is n / (n + pooled) at least.  Where the others predict an own size from the rest worse than other types do, it stays
+    there; where a room type has models of its own it grows, to n / (n + 1) at most (expectation maximisation, each size left out once).
+    """
+    count = len(seen)
+    least = count / (count + pooled)
+    if count < 2 or count > _MAX_KERNELS or pooled <= 1.0:
+        return least
+    rest = [[*seen[:k], *seen[k + 1 :]] for k in range(count)]
+    logs = np.array(
+        [[_log_density(learn_size(rule, others, 0.0), size), _log_density(shared, size)] for others, size in zip(rest, seen, strict=True)]
+    )
+    odds, share = np.exp(np.clip(logs[:, 1] - logs[:, 0], -50.0, 50.0)), least
+    for _ in range(_ROUNDS):
+        share = float((share / (share + (1.0 - share) * odds)).sum()) / (count + 1.0)
+        share = max(share, least)
+    return share
+
+
+def _log_density(rule: ObjectRule, size: Size) -> float:
+    logs = [
+        math.log(mode.probability)
+        + sum(-0.5 * ((side - m) / sd) ** 2 - math.log(sd) for side, m, sd in zip(size, mode.mean_m, mode.sd_m, strict=True))
+        for mode in rule.sizes
+    ]
+    return float(np.logaddexp.reduce(logs))
 
 
 def is_norm(low_m: float, high_m: float) -> bool:

@@ -38,6 +38,9 @@ _RATE = 0.3
 _FARTHEST = 0.8
 """How far a log-probability may move in one round: further away the importance weights say little."""
 
+_MOST_UNEVEN = 2.0
+"""How many times fewer the effective number of rooms, by their importance weights (Kish, Survey Sampling 1965), may become: then noise is learned."""
+
 _MOST_RAISED, _GIVEN_UP, _LEAST_EXPECTED = math.log(2.5), math.log(20.0), 4.0
 """Sizes of rooms that seldom pass are drawn at most 2.5 times as often as they occur, and those that never pass hardly at all."""
 
@@ -172,11 +175,16 @@ def _scaled(choices: _Choices, pool: _Pool, mean: Floats, start: Floats) -> Floa
     hopeless = sized & (taken.sum(0) == 0.0) & (len(taken) * np.exp(choices.target) > _LEAST_EXPECTED)
     wanted = _log_normalized(np.where(hopeless, choices.target - _GIVEN_UP, choices.target), owner)
     logs = start = _log_normalized(np.where(hopeless, choices.target - _GIVEN_UP, start), owner)
+    begun = 0.0
     for _ in range(_STEPS):
         # weigh the rooms
         weight = taken @ logs - mixture
         weight = np.exp(weight - weight.max())
         weight /= weight.sum()
+        uneven = float(np.square(weight).sum())
+        begun = begun or uneven
+        if uneven > _MOST_UNEVEN * begun:
+            break
         # shift the wanted frequencies towards the categories that are too rare
         wanted = _log_normalized(wanted + _RATE * choices.pull @ np.log((mean + 0.02) / (weight @ category_counts + 0.02)), owner)
         # move the probabilities towards the wanted frequencies, but not far from where the rooms were sampled
