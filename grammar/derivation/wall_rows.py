@@ -63,20 +63,32 @@ def hang_rows(shell: Shell, standing: Sequence[tuple[Draft, Pose]], drafts: Sequ
     bottom = draw_height(rng, row[0].rule)[0] - 0.5 * row[0].size_m[2]
     others = [draft for draft in drafts if draft.rule.in_line and draft.rule.cores and draft not in row]
     depth = max(draft.size_m[0] for draft in row)
-    left = list(_stretches(shell, standing, _crossed(standing, others), depth, rng))
-    for k in rng.permutation(len(row)):
-        draft = row[int(k)]
-        place = _place(left, draft)
+    free = list(_stretches(shell, standing, _crossed(standing, others), depth, rng))
+    order = [row[int(k)] for k in rng.permutation(len(row))]
+    # what does not fit as wide as it was drawn hangs in equal shares of the wall
+    share = sum(one.high - one.low for one in free) / len(row)
+    if not any(_hung(shell, free, order, most, bottom) for most in (math.inf, share, 0.75 * share)):
+        raise RejectedError("free wall above the units for all that hangs there")
+    for draft in others:
+        _build_in(draft, standing, row, bottom)
+
+
+def _hung(shell: Shell, free: Sequence[Stretch], order: Sequence[Draft], most_m: float, bottom: float) -> bool:
+    """Return whether all fits, each ``most_m`` wide at most, and pin it; else nothing is changed."""
+    left, before = list(free), [(draft.size_m, draft.drawn_axes, list(draft.below)) for draft in order]
+    for draft in order:
+        place = _place(left, draft, most_m)
         if place is None:
-            raise RejectedError(f"free wall for {draft.symbol} above the units")
+            for other, (size_m, drawn_axes, below) in zip(order, before, strict=True):
+                other.size_m, other.drawn_axes, other.below, other.pinned = size_m, drawn_axes, below, None
+            return False
         wall, low, width = place
         if width < draft.size_m[1]:
             draft.size_m, draft.drawn_axes = (draft.size_m[0], width, draft.size_m[2]), (0, 2)
         draft.pinned = _pinned(shell, wall, low + 0.5 * width, draft.size_m[0], bottom)
         draft.below.append(attribute_node(Attribute("place_in_row", f"wall {wall}, {low:.3f} m", 0.0), draft.id))
-        left = _less(left, draft.size_m[0], shell, draft)
-    for draft in others:
-        _build_in(draft, standing, row, bottom)
+        left = _less(left, shell, draft)
+    return True
 
 
 def _crossed(standing: Sequence[tuple[Draft, Pose]], others: Sequence[Draft]) -> list[tuple[Draft, Pose]]:
@@ -129,9 +141,10 @@ def _joined(spans: Sequence[tuple[float, float]]) -> Iterator[tuple[float, float
         yield low, high
 
 
-def _place(left: Sequence[Stretch], draft: Draft) -> tuple[int, float, float] | None:
+def _place(left: Sequence[Stretch], draft: Draft, most_m: float) -> tuple[int, float, float] | None:
     """Return wall, lower end and width of the first place where something fits as wide as it is, else of the widest place to cut it to."""
-    width, least = draft.size_m[1], draft.rule.low_m[1]
+    least = draft.rule.low_m[1]
+    width = max(min(draft.size_m[1], most_m), least)
     whole = next((one for one in left if one.high - one.low >= width - _TOUCH_M), None)
     if whole is None:
         whole = max(left, key=lambda one: one.high - one.low, default=None)
@@ -141,14 +154,14 @@ def _place(left: Sequence[Stretch], draft: Draft) -> tuple[int, float, float] | 
     return whole.wall, (whole.high - width if whole.from_high else whole.low), width
 
 
-def _less(left: Sequence[Stretch], depth_m: float, shell: Shell, hung: Draft) -> list[Stretch]:
+def _less(left: Sequence[Stretch], shell: Shell, hung: Draft) -> list[Stretch]:
     """Return what is left of the stretches beside something that hangs; where it hung comes first, so that the row goes on there."""
     assert hung.pinned is not None
     box = box_of(hung, (hung.pinned.x_m, hung.pinned.y_m, hung.pinned.yaw_rad, OFF_WALL))
     box[0, HALF_WIDTH] -= _TOUCH_M
     corners, rest = outlines(box), []
     for one in left:
-        for span in spans_of(shell.wall, one.wall, corners, depth_m):
+        for span in spans_of(shell.wall, one.wall, corners, hung.size_m[0]):
             low, high = max(one.low, span.low), min(one.high, span.high)
             if high > low + 10.0 * _TOUCH_M:
                 rest.append(one._replace(low=low, high=high))

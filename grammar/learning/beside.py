@@ -73,7 +73,8 @@ def with_neighbours(
         belongs[symbol] |= {target} - {CORNER}
     weights = grammar.weights
     scale = Scale(*(1.0 / (grammar.schedule.beta * weight) for weight in (weights.group_distance, weights.group_orientation)))
-    objects, counts = dict(grammar.objects), {}
+    objects = dict(grammar.objects)
+    counts: dict[str, int] = {}
     for symbol, wanted in targets.items():
         if wanted:
             objects[symbol] = _beside_rule(objects[symbol], seen[symbol], wanted, scale, alpha)
@@ -133,7 +134,7 @@ def _beside_rule(rule: ObjectRule, seen: Sequence[Beside], wanted: AbstractSet[s
     cores = {**{name: shares[name] for name in sorted(wanted)}, **{name: shares[NONE] * share for name, share in own.items()}}
     total = sum(cores.values())
     others = sorted(wanted - {CORNER})
-    parts = [part for part in (others, [CORNER]) if wanted.issuperset(part) and part]
+    parts = [part for part in (others, [CORNER]) if part and wanted >= set(part)]
     modes = []
     for part in parts:
         gaps = [(found.gap_m, found.wall_gap_m) for found in seen if found.target in part]

@@ -88,7 +88,8 @@ def learn_branching(grammar: Grammar, rooms: Sequence[Iterable[str]], covered: A
     held = [(_held(model, bag), times) for bag, times in bags.items()]
     # alternate expected counts and probabilities
     for _ in range(_ROUNDS):
-        expected, bare = np.zeros_like(prior), {}
+        expected = np.zeros_like(prior)
+        bare: Bare = {}
         for (room, bag), times in held:
             probability, counts = _room_table(room, grammar.root, parameters, bag, bare)
             if probability > _LEAST_PROBABILITY:

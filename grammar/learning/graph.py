@@ -63,8 +63,8 @@ def completed(
         for name, seen in _unexplained(grammar, categories, room, recorded):
             if seen.item.category in categories:
                 found.setdefault(name, []).append(seen)
-    seen = Counter(item.category for room in rooms for item in room.objects)
-    asked = {name: max(least, _OFTEN_MISSING * seen[items[0].item.category]) for name, items in found.items()}
+    in_data = Counter(item.category for room in rooms for item in room.objects)
+    asked = {name: max(least, _OFTEN_MISSING * in_data[items[0].item.category]) for name, items in found.items()}
     added = {name: items for name, items in sorted(found.items()) if len(items) >= asked[name]}
     objects = dict(grammar.objects)
     pulled_up = {name for name, items in added.items() if PULLED_UP in categories[items[0].item.category].roles}
@@ -83,7 +83,7 @@ def completed(
     for name, items in list(free.items()):
         choice = _choice_of(grammar.nodes, items[0].item.category, grammar.objects) if _never_both(items, rooms) else None
         if choice is not None:
-            share = len(items) / seen[items[0].item.category]
+            share = len(items) / in_data[items[0].item.category]
             others = (replace(branch, probability=(branch.probability or 0.0) * (1.0 - share)) for branch in nodes[choice].branches)
             nodes[choice] = replace(nodes[choice], branches=(*others, Branch(symbol=name, probability=share)))
             del free[name]
@@ -117,7 +117,8 @@ def _choice_of(nodes: Mapping[str, Node], category: str, objects: Mapping[str, O
         if symbol not in nodes:
             return symbol in objects and objects[symbol].category == category
         within = [holds(branch.symbol) for branch in nodes[symbol].branches]
-        return {"and": any, "or": all}.get(nodes[symbol].kind, lambda _: False)(within)
+        kind = nodes[symbol].kind
+        return (kind == "and" and any(within)) or (kind == "or" and all(within))
 
     return next((name for name, node in nodes.items() if node.kind == "or" and holds(name)), None)
 

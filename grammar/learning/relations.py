@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -355,7 +355,7 @@ def straightened(rule: ObjectRule, grammar: Grammar, rooms: Sequence[AssignedRoo
     if len(off) < _LEAST_POSES or float(np.median(off)) > ALIGNED_RAD:
         return rule
     weights = {"wall": "wall_orientation", "around": "group_orientation", "placements": "support_orientation"}
-    changed = {}
+    changed: dict[str, Any] = {}
     for name, weight in weights.items():
         if name not in counts:
             spread = _scale(1.0, getattr(grammar.weights, weight), grammar.schedule.beta).orientation_spread(LEAST_ANGLE_RAD)

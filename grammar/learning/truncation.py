@@ -39,7 +39,9 @@ _FARTHEST = 0.8
 """How far a log-probability may move in one round: further away the importance weights say little."""
 
 _MOST_UNEVEN = 2.0
-"""How many times fewer the effective number of rooms, by their importance weights (Kish, Survey Sampling 1965), may become: then noise is learned."""
+"""How many times fewer the effective number of rooms, by their importance weights (Kish, Survey Sampling 1965), may become.
+
+With fewer, noise is learned."""
 
 _MOST_RAISED, _GIVEN_UP, _LEAST_EXPECTED = math.log(2.5), math.log(20.0), 4.0
 """Sizes of rooms that seldom pass are drawn at most 2.5 times as often as they occur, and those that never pass hardly at all."""
