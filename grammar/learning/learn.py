@@ -12,6 +12,7 @@ from typing import Literal
 
 import numpy as np
 
+from grammar.derivation.shell import COUNT
 from grammar.learning.assign import AssignedRoom, assign
 from grammar.learning.beside import with_neighbours
 from grammar.learning.branching import learn_branching
@@ -139,8 +140,9 @@ def learn(
     known = {grammar.objects[symbol].category for symbol in covered}
     wanted = {name: everything[name] / len(assigned) for name in sorted(known | set(everything))}
     seed = int(rng.integers(2**62))
+    numbers = {f"{kind}{COUNT}" for kind in related.openings if f"openings.{kind}.multiplicity" in counts}
     final, truncation = correct_truncation(
-        replace(related, weights=weights.weights), wanted, covered, options.truncation, sampler or room_sampler(categories, seed)
+        replace(related, weights=weights.weights), wanted, covered | numbers, options.truncation, sampler or room_sampler(categories, seed)
     )
     return LearnedGrammar(
         grammar=final,

@@ -85,7 +85,8 @@ def correct_truncation(
     Args:
         grammar: learned, with the branching probabilities that counting gave.
         wanted: category -> mean number in a room of the data, of the covered categories.
-        covered: symbols that the data records; only branches that surely lead to one of them move.
+        covered: symbols that the data records; only branches that surely lead to one of them move, and the numbers of openings
+            that are named as their attributes are, "window_count".
         options: of the approximation.
         sampler: of rooms.
     """
@@ -247,7 +248,7 @@ def _is_of_shell(key: tuple[str, int]) -> bool:
 def _counted(grammar: Grammar, key: tuple[str, int], covered: AbstractSet[str]) -> bool:
     """Return whether a choice is of the room's shell or leads, in every derivation, to an object that the data records."""
     if _is_of_shell(key):
-        return True
+        return key[0] == ROOM_SIZES or key[0] in covered
     branches = grammar.nodes[key[0]].branches
     chosen = branches if key[1] < 0 else (branches[key[1]],)
     return any(symbol in covered for branch in chosen for symbol in certain_objects(grammar, branch.symbol))

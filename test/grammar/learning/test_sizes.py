@@ -64,10 +64,13 @@ def test_heights_that_recur_are_kept_and_others_are_smoothed() -> None:
 
 
 def test_other_room_types_count_as_pseudo_observations() -> None:
-    # Six own observations and a pool of 2: the own kernels share 6/8, the pooled ones 2/8, those of equal sizes 1/8 each.
+    # Two own sizes that do not tell each other and a pool of 2: each share a half, those of equal sizes a quarter each.
     rule = BASE.objects["nightstand"]
+    modes = learn_size(rule, [(0.4, 0.4, 0.5), (0.5, 0.7, 0.6)], 2.0, [(0.4, 0.4, 0.5), (0.5, 0.7, 0.6)], 2.0).sizes
+    assert [mode.probability for mode in modes] == pytest.approx([1 / 4] * 4, abs=0.02)
+    # A model of the room type's own, which others do not have: six observations against the one that may come.
     modes = learn_size(rule, [(0.4, 0.5, 0.5)] * 6, 2.0, [(0.5, 0.6, 0.5), (0.5, 0.7, 0.5)], 2.0).sizes
-    assert [mode.probability for mode in modes] == pytest.approx([6 / 8, 1 / 8, 1 / 8])
+    assert [mode.probability for mode in modes] == pytest.approx([6 / 7, 1 / 14, 1 / 14])
     assert [mode.mean_m[1] for mode in modes] == pytest.approx([0.5, 0.6, 0.7])
 
 

@@ -108,7 +108,9 @@ def test_numbers_of_windows_are_corrected_and_impossible_ones_stay_impossible() 
         chosen = rng.choice(3, size=len(indices), p=odds / odds.sum())
         return [SampledCounts(failed=False, branches=((f"window{COUNT}", -1, int(k)),), categories={"bed": 1}) for k in chosen]
 
-    corrected, _ = correct_truncation(grammar, {"bed": 1.0}, COVERED, TruncationOptions(iterations=3, rooms=1500), half_pass)
+    options = TruncationOptions(iterations=3, rooms=1500)
+    corrected, _ = correct_truncation(grammar, {"bed": 1.0}, COVERED | {f"window{COUNT}"}, options, half_pass)
+    assert correct_truncation(grammar, {"bed": 1.0}, COVERED, options, half_pass)[0].openings == grammar.openings
     none, one, two = corrected.openings["window"].multiplicity
     assert one / none == pytest.approx(2.0, rel=0.2)
     assert two == 0.0
