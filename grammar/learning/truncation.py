@@ -46,6 +46,9 @@ With fewer, noise is learned."""
 _MOST_RAISED, _GIVEN_UP, _LEAST_EXPECTED = math.log(2.5), math.log(20.0), 4.0
 """Sizes of rooms that seldom pass are drawn at most 2.5 times as often as they occur, and those that never pass hardly at all."""
 
+_MOST_MOVED = math.log(3.5)
+"""How far the log-probability of a branch may move from what counting gave: what hardly ever passes is not to crowd out the rest."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TruncationOptions:
@@ -196,7 +199,9 @@ def _scaled(choices: _Choices, pool: _Pool, mean: Floats, start: Floats) -> Floa
         actual = np.log(np.maximum((counts + np.exp(wanted)) / (total + 1.0), _LEAST))
         moved = logs + _RATE * total / (total + 20.0) * (wanted - actual)
         moved = start + np.clip(moved - start, -_FARTHEST, _FARTHEST)
-        logs = _log_normalized(np.where(sized, np.minimum(moved, choices.target + _MOST_RAISED), moved), owner)
+        low = np.where(sized, -np.inf, choices.target - _MOST_MOVED)
+        high = choices.target + np.where(sized, _MOST_RAISED, _MOST_MOVED)
+        logs = _log_normalized(np.clip(moved, low, high), owner)
     return logs
 
 
