@@ -260,8 +260,7 @@ def test_machines_mats_and_racks_can_be_used(change: Things, expected: dict[str,
         ({"bike": thing(102, "bicycle", 0.85, 3.5, NORTH, (1.7, 0.5, 1.0))}, {"car_shut_in": [100]}),
         ({"box": thing(103, "cardboard_box", 2.0, 0.6, 0.0, (0.4, 0.4, 0.4))}, {"car_shut_in": [100]}),
         ({"box": thing(103, "cardboard_box", 0.7, 3.5, 0.0, (0.4, 3.4, 0.4)),
-          "bin": thing(104, "plastic_crate", 3.3, 3.5, 0.0, (0.4, 3.4, 0.4))},
-         {"car_shut_in": [100]}),
+          "crate": thing(104, "plastic_crate", 3.3, 3.5, 0.0, (0.4, 3.4, 0.4))}, {"car_shut_in": [100]}),
     ],
 )  # fmt: skip
 def test_a_car_can_be_got_into_and_driven_out(change: Things, expected: dict[str, list[int]]) -> None:
