@@ -446,9 +446,8 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python -m benchmarks.classifier_bench LAYOUTS.jsonl --workers 2 --write": Parsed(
         "takes minutes; test/grammar/learning/test_room_features.py has its figures"
     ),
-    ".venv/bin/python -m benchmarks.sources_bench LAYOUTS.jsonl MORE.jsonl --room bedroom": Parsed(
-        "takes minutes; test/grammar/learning/test_learn.py learns"
-    ),
+    ".venv/bin/python -m benchmarks.sources_bench LAYOUTS.jsonl MORE.jsonl:0.2 --types bedroom --mixed --shipped --workers 2"
+    " --write": Parsed("takes minutes; test/grammar/learning/test_learn.py learns"),
     ".venv/bin/python -m benchmarks.recovery_bench": Parsed("test/grammar/learning/test_learn.py"),
     ".venv/bin/python -m benchmarks.reference_bench --pictures docs/reference": Parsed("takes an hour, and needs Mitsuba"),
     ".venv/bin/python -m benchmarks.export_bench": Parsed("needs Mitsuba; test/renderer/export reads the files"),
