@@ -12,9 +12,15 @@ from grammar.layout.problem import Problem, State
 from grammar.layout.proposal import MoveSettings, empty_proposal
 from grammar.layout.rigid_moves import apply_move, nothing_moved
 
+_FURTHER = 200
+"""Poses that are drawn for an object of which none lay in the room before it counts as one that cannot come in."""
+
 
 def enter(rng: np.random.Generator, problem: Problem, state: State, settings: MoveSettings, i: int, starts: int) -> bool:
-    """Bring object ``i`` in at the best of ``starts`` poses drawn from the relocation's mixture; return whether any was possible."""
+    """Bring object ``i`` in at the best of ``starts`` poses drawn from the relocation's mixture; return whether any was possible.
+
+    Beside a core at the edge of the room, or at the end of its wall, most poses lie outside; where all do, more are drawn until one does not.
+    """
     work = empty_proposal(), nothing_moved(problem), np.zeros(len(problem.weight))
     return bool(_enter(rng, problem, state, settings, int(i), starts, *work))
 
@@ -30,7 +36,9 @@ def _enter(rng, problem, state, settings, i, starts, proposal, moved, energy):  
     if problem.link[i, col.MOUNT] == col.WALL:
         state.hold[i, col.ON_WALL] = 0
     # Draw poses, and keep the one of least energy.
-    for _ in range(starts):
+    for drawn in range(starts + _FURTHER):
+        if drawn >= starts and best < np.inf:
+            break
         if propose(rng, problem, state, settings, np.int64(RELOCATE), i, members, proposal)[0] == 0:
             continue
         apply_move(problem, state, proposal, one, moved)
