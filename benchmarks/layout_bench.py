@@ -18,7 +18,7 @@ from grammar.layout.floor_raster import NO_FLOOR
 from grammar.layout.mcmc import Chain, Run, run_chain
 from grammar.layout.moves import move_settings
 from grammar.layout.schedule import run_stages
-from grammar.sample_room import room_floor
+from grammar.sampled_room import room_floor
 from grammar.spec.categories import Categories
 from grammar.spec.request import RequestError
 from grammar.synthesize import CameraTimes, SceneSynthesizer

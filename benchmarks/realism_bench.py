@@ -41,7 +41,6 @@ from grammar.learning import (
     room_sampler,
     split_houses,
 )
-from grammar.learning.learn import Part
 from grammar.learning.truncation import category_kl, frequencies
 from grammar.learning.write_layouts import layout_from_objects
 from grammar.spec.grammar_file import learned_types
@@ -54,9 +53,6 @@ CORRECTIONS, CORRECTED = 2, 60
 _TREES = 150
 SECTION = "realism"
 """Name of the part of docs/learning.md that ``--write`` renews."""
-
-KEPT: dict[str, frozenset[Part]] = {"kitchen": frozenset(("sizes", "relations", "weights"))}
-"""Parts that the shipped grammar of a room type keeps from its base."""
 
 
 class Sampled(NamedTuple):
@@ -97,7 +93,6 @@ class _Table:
         self._base = read_room_type(room_type, self._categories)
         self._seen = read_layouts(layouts, read_category_map(config_path("learning/category_map.yaml")), room_type).rooms
         self._options = LearnOptions(
-            keep=KEPT.get(room_type, frozenset()),
             contrastive=ContrastiveOptions(iterations=0),
             truncation=TruncationOptions(iterations=CORRECTIONS, rooms=CORRECTED),
         )

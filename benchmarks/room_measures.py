@@ -21,6 +21,7 @@ from grammar.learning.layout_fields import UnfitError, read_number, read_polygon
 from grammar.learning.layout_objects import read_objects
 from grammar.learning.layout_openings import read_openings
 from grammar.learning.observed import ObservedObject
+from grammar.learning.read_layouts import lines_by_house, with_shared_doors
 from grammar.spec.categories import Categories, Category
 from scene_description import ModelReference, Opening, Room, SceneObject, Support
 from scene_description.types import Point2
@@ -142,8 +143,9 @@ def real_rooms(path: Path, names: CategoryMap, categories: Categories) -> Iterat
     Raises:
         OSError: the file cannot be read.
     """
-    for line in path.read_text(encoding="utf-8").splitlines():
-        data = json.loads(line)
+    lines = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+    houses = lines_by_house(lines)
+    for data in lines:
         try:
             polygon, height = read_polygon(data.get("polygon")), read_number(data.get("height"), "room: no height", 1.5, 10.0)
         except UnfitError:
@@ -151,7 +153,7 @@ def real_rooms(path: Path, names: CategoryMap, categories: Categories) -> Iterat
         room_type = ROOM_TYPES.get(data["room_type"], data["room_type"])
         items, _ = read_objects(data["objects"], _keeping(names, room_type, data["objects"]), room_type, polygon, own=False)
         table = {item.category: Category(label="otherprop") for item in items} | dict(categories)
-        seen = read_openings(data, polygon, [])
+        seen = read_openings(with_shared_doors(data, houses), polygon, [])
         openings = [
             Opening(
                 id=1000 + k, category="door" if kind == "door" else "window", label=0, wall=o.wall, offset_m=o.offset_m, sill_m=o.sill_m,

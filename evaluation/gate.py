@@ -20,7 +20,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t as student_t
+from scipy.special import stdtrit
 
 from evaluation.confidence import resampling_weights
 from evaluation.core.errors import EvaluationError
@@ -234,7 +234,7 @@ def half_width(sums: NDArray[np.float64], counts: NDArray[np.int64], *, seed: in
     means = (weights @ sums) / (weights @ counts)
     # The bootstrap divides by the number of units where the unbiased variance divides by one less.
     spread = means.std() * np.sqrt(count / (count - 1))
-    return float(student_t.ppf(0.5 + 0.5 * level, count - 1) * spread)
+    return float(stdtrit(count - 1, 0.5 + 0.5 * level) * spread)
 
 
 def gate_table(report: GateReport) -> str:

@@ -1,6 +1,6 @@
 """Draw the pictures of docs/lights.md and docs/cameras.md: one room at several hours, one view through several lenses.  No ROS.
 
-python examples/lights_and_lenses.py docs [SAMPLES]
+python examples/lights_and_lenses.py docs [SAMPLES [WIDTH]]
 """
 
 import sys
@@ -19,7 +19,8 @@ from scene_synth_ros.cli.picture_grid import Tile, write_grid
 FOLDER, SAMPLES = Path(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 32
 TIMES = CameraTimes(frames=30, start_ns=0, rate_hz=10.0)
 VIEW = 15
-CAMERA = CameraConfig(width=320, height=240)
+WIDTH = int(sys.argv[3]) if len(sys.argv) > 3 else 320
+CAMERA = CameraConfig(width=WIDTH, height=WIDTH * 3 // 4)
 RENDER = RenderConfig(samples_per_pixel=SAMPLES, clamp=8.0, denoise="auto", auto_exposure=True)
 
 synthesizer = SceneSynthesizer.from_config()

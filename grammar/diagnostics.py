@@ -15,7 +15,7 @@ from grammar.layout.columns import ACCEPTED, FIXED, TRIED
 from grammar.layout.mcmc import Chain
 from grammar.layout.moves import move_settings
 from grammar.layout.schedule import run_stages
-from grammar.sample_room import room_floor
+from grammar.sampled_room import room_floor
 from grammar.spec.categories import Categories
 from grammar.spec.energy_terms import TERMS
 from grammar.spec.request import SceneRequest

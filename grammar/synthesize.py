@@ -32,12 +32,13 @@ from grammar.derivation.room_size import check_room_size
 from grammar.geometry.free_space import occupancy_grid, rasterize
 from grammar.geometry.slopes import low_ceiling, roof_boxes
 from grammar.geometry.solids import object_solids
-from grammar.sample_room import SampledRoom, sample_room_with_cost
+from grammar.sampled_room import SampledRoom, sample_room_with_cost
 from grammar.small_things.fill import Source
 from grammar.small_things.rules import NO_SMALL_THINGS, SmallThings, read_small_things
 from grammar.small_things.strew import Furnished, strew
 from grammar.spec.categories import Categories, Category, read_categories
-from grammar.spec.grammar_file import learned_types, read_grammar, read_room_type, room_types
+from grammar.spec.grammar_file import learned_types, read_grammar, room_types
+from grammar.spec.grammar_table import GrammarTable
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar, GrammarError, Thresholds
 from scene_description import NYU40, SCHEMA, Environment, EnvironmentMap, Light, Luminaire, Room, SceneDescription, SceneObject
@@ -86,7 +87,7 @@ def _streams(seed: int, index: int) -> dict[str, np.random.Generator]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SceneSynthesizer:
-    """The configuration that rooms are sampled from, read once."""
+    """The configuration that rooms are sampled from; each file is read once."""
 
     categories: Categories
     appearance: Appearance
@@ -105,16 +106,17 @@ class SceneSynthesizer:
     def from_config(cls, grammar_files: Sequence[Path] = ()) -> SceneSynthesizer:
         """Read the files of ``config/``, and more grammars, which take the place of those of the same room types.
 
+        The other grammars are read when a room asks for them.
+
         Raises:
             GrammarError: a file does not fit; one line with file and field.
         """
         categories = read_categories(config_path("categories.yaml"))
-        own = [read_grammar(path, categories) for path in grammar_files]
-        named = {grammar.room_type for grammar in own}
+        own = {grammar.room_type: grammar for grammar in (read_grammar(path, categories) for path in grammar_files)}
         return cls(
             categories=categories,
-            grammars={name: read_room_type(name, categories) for name in room_types()} | {grammar.room_type: grammar for grammar in own},
-            learned={name: read_room_type(name, categories, "learned") for name in learned_types() if name not in named},
+            grammars=GrammarTable(room_types(), "by_hand", categories, own),
+            learned=GrammarTable((name for name in learned_types() if name not in own), "learned", categories, {}),
             appearance=load_appearance(config_path("appearance.yaml"), config_path("materials.yaml")),
             lighting=read_lighting_config(config_path("lighting.yaml")),
             camera=read_camera_path_config(config_path("camera.yaml")),
@@ -152,8 +154,8 @@ class SceneSynthesizer:
 
     def grammar_of(self, request: SceneRequest) -> Grammar:
         """Return the grammar that the rooms of a request for one type are sampled from, by this and its grammar set."""
-        by_hand = self.grammars[request.room_type]
-        return self.learned.get(request.room_type, by_hand) if request.grammar_set == "learned" else by_hand
+        learned = request.grammar_set == "learned" and request.room_type in self.learned
+        return (self.learned if learned else self.grammars)[request.room_type]
 
     def _file_parts(self) -> dict[str, set[str]]:
         """Return category -> parts of the catalogue's models."""

@@ -4,14 +4,16 @@ A kernel that only kernels call needs no machine code of its own: numba links it
 translates the whole there.  Left to itself numba does both at every step of a chain of calls, for all that hangs on the kernel.
 
 A kernel takes the kernels that it calls, and constants, from other files into its machine code, so its cache is renewed when one of these
-changes: no process can run a stale kernel.
+changes: no process can run a stale kernel.  Processes that compile at the same time share the files without locks: numba writes its index
+before the data that it points to, under names that count up and are used again, so what a file holds is told by the file itself.
 """
 
 from __future__ import annotations
 
 import inspect
+import pickle
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.codegen import JITCodeLibrary
@@ -26,7 +28,40 @@ class KernelCache(FunctionCache):  # type: ignore[misc]
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)
         stamp = source_stamp(inspect.getfile(function))
-        self._cache_file = IndexDataCacheFile(self._cache_path, self._impl.filename_base, stamp)
+        self._cache_file = SealedCacheFile(self._cache_path, self._impl.filename_base, stamp)
+
+
+class _Sealed(NamedTuple):
+    """What a data file holds: the stamp of its sources, and the pickle of its key and its content."""
+
+    stamp: str
+    content: bytes
+
+
+class SealedCacheFile(IndexDataCacheFile):  # type: ignore[misc]
+    """Numba's index and data files, where data of other sources or of another key count as absent.
+
+    What older sources have left is never unpickled either, so classes that it names may be gone.
+    """
+
+    def save(self, key: object, data: object) -> None:
+        """Write an entry."""
+        super().save(key, _Sealed(self._source_stamp, self._dump((key, data))))
+
+    def load(self, key: object) -> Any:
+        """Return the data of an entry, None if there is none."""
+        found = super().load(key)
+        if not isinstance(found, _Sealed) or found.stamp != self._source_stamp:
+            return None
+        of, data = pickle.loads(found.content)
+        return data if of == key else None
+
+    def _save_index(self, overloads: dict[object, str]) -> None:
+        super()._save_index(self._dump(overloads))
+
+    def _load_index(self) -> dict[object, str]:
+        found = super()._load_index()
+        return pickle.loads(found) if found else {}
 
 
 class _NoEnvironment:

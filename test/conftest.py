@@ -1,6 +1,7 @@
 """How tests are shared between processes, where pytest-xdist is told to (``make test``)."""
 
 import os
+import re
 import sys
 from functools import cache
 from pathlib import Path
@@ -14,14 +15,19 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # the hundreds of processes tha
 PROCESSES = "processes"
 """Group of the tests that speak over DDS, or start who does: one at a time, so that they neither starve nor hear each other."""
 
-_SIGNS = ("import rclpy", "from rclpy", "from scene_synth_ros_suite import")
+_SIGNS = re.compile(
+    r"^import rclpy|^from rclpy(\.(context|executors|lifecycle|node|parameter))? import"
+    r"|\b(Child|Peer|claim_domain|dds_context|node_process|record_command|run_suite)\b",
+    re.MULTILINE,
+)
+"""Of who has a node or waits for one; serialised messages, profiles of QoS and commands without nodes are none."""
 
 
 @cache
 def group(path: str) -> str:
     """Return the group of a test file: its own, because its tests share fixtures and kernels, or that of all that speak over DDS."""
     text = Path(path).read_text(encoding="utf-8") if Path(path).is_file() else ""
-    return PROCESSES if any(sign in text for sign in _SIGNS) else path
+    return PROCESSES if _SIGNS.search(text) else path
 
 
 @pytest.hookimpl(optionalhook=True)

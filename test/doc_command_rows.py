@@ -266,7 +266,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth sweep objects --out runs/objects --workers 2": Parsed(f"{_SWEEP}_workers_change_no_byte"),
     "scene_synth sample": Named(),
     "scene_synth sample --room bedroom -p room_ceiling:=two_slopes -p room_pitch_deg:=40 --count 4 --out rooms": Run(
-        "scene_synth sample --room bedroom -p room_ceiling:=two_slopes -p room_pitch_deg:=40 --count 1 --out sloped",
+        "scene_synth sample --room hallway -p room_ceiling:=two_slopes -p room_pitch_deg:=40 --count 1 --out sloped",
         ("sloped/room_0000.json",),
     ),
     "scene_synth sample --help": Run(),
@@ -399,7 +399,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ' "file://$PWD/runs/stereo_matching/report.html"': Listed("needs chromium; makes the picture of the page"),
     ".venv/bin/python -m benchmarks.alignment_bench bags/aligned truth/room_0000/scene.glb": Parsed("needs Open3D, which is large"),
     ".venv/bin/python examples/lights_and_lenses.py docs": Run(
-        ".venv/bin/python examples/lights_and_lenses.py docs 1", ("docs/lights.jpg", "docs/lenses.jpg")
+        ".venv/bin/python examples/lights_and_lenses.py docs 1 64", ("docs/lights.jpg", "docs/lenses.jpg")
     ),
     ".venv/bin/python examples/color_sensor.py docs": Run(".venv/bin/python examples/color_sensor.py docs 1", ("docs/color_sensor.jpg",)),
     ".venv/bin/pip install '.[train]'": Listed("needs the network; that the extra exists is tested"),
@@ -446,9 +446,8 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/python -m benchmarks.classifier_bench LAYOUTS.jsonl --workers 2 --write": Parsed(
         "takes minutes; test/grammar/learning/test_room_features.py has its figures"
     ),
-    ".venv/bin/python -m benchmarks.sources_bench LAYOUTS.jsonl MORE.jsonl --room bedroom": Parsed(
-        "takes minutes; test/grammar/learning/test_learn.py learns"
-    ),
+    ".venv/bin/python -m benchmarks.sources_bench LAYOUTS.jsonl MORE.jsonl:0.2 --types bedroom --mixed --shipped --workers 2"
+    " --write": Parsed("takes minutes; test/grammar/learning/test_learn.py learns"),
     ".venv/bin/python -m benchmarks.recovery_bench": Parsed("test/grammar/learning/test_learn.py"),
     ".venv/bin/python -m benchmarks.reference_bench --pictures docs/reference": Parsed("takes an hour, and needs Mitsuba"),
     ".venv/bin/python -m benchmarks.export_bench": Parsed("needs Mitsuba; test/renderer/export reads the files"),

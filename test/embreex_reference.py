@@ -15,7 +15,7 @@ def reference_hits(corners: np.ndarray, origins: np.ndarray, directions: np.ndar
         given, found = Path(folder, "rays.npz"), Path(folder, "hits.npz")
         np.savez(given, corners=corners.astype(np.float32), origins=origins.astype(np.float32), directions=directions.astype(np.float32))
         paths = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
-        subprocess.run([sys.executable, __file__, given, found, "robust" if robust else ""], check=True, env=paths, timeout=120)
+        subprocess.run([sys.executable, __file__, given, found, "robust" if robust else ""], check=True, env=paths, timeout=300)
         with np.load(found) as hits:
             return dict(hits)
 

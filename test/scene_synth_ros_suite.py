@@ -214,7 +214,7 @@ class Peer:
         heard: list[str] = []
         last = self.node.create_subscription(String, "status", lambda message: heard.append(message.data), latched_qos(100))
         name = f"{self.node.get_namespace()}/{node}"
-        self.spin_until(lambda: any(status_from_json(text).node == name for text in heard), 60, f"the status of {name}")
+        self.spin_until(lambda: any(status_from_json(text).node == name for text in heard), 120, f"the status of {name}")
         self.node.destroy_subscription(last)
 
     def find(self, kind: type, name: str) -> Client:
@@ -227,7 +227,7 @@ class Peer:
     def call(self, kind: type, name: str, request: Any) -> Any:
         """Call a service and return its answer."""
         future = self.find(kind, name).call_async(request)
-        self.spin_until(future.done, 40, f"the answer of {name}")
+        self.spin_until(future.done, 120, f"the answer of {name}")
         return future.result()
 
     def trigger(self, name: str) -> tuple[bool, str]:

@@ -269,7 +269,7 @@ def run_in(folder: Path, line: str) -> str:
     env |= {"PATH": f"{folder / '.venv' / 'bin'}{os.pathsep}{env['PATH']}"}
     for display in ("DISPLAY", "WAYLAND_DISPLAY"):
         env.pop(display, None)
-    done = subprocess.run(["bash", "-c", line], cwd=folder, env=env, capture_output=True, text=True, timeout=150, check=False)
+    done = subprocess.run(["bash", "-c", line], cwd=folder, env=env, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode == 0, f"{line}\n{done.stdout[-2000:]}\n{done.stderr[-4000:]}"
     return done.stdout
 

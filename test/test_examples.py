@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parent.parent
 def run(folder: Path, *words: str) -> str:
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     process = subprocess.run(
-        [sys.executable, *words], cwd=folder, env=environment, capture_output=True, text=True, timeout=120, check=False
+        [sys.executable, *words], cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False
     )
     assert process.returncode == 0, process.stderr
     return process.stdout

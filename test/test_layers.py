@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -127,10 +128,29 @@ def test_imports_point_one_way(package: str) -> None:
             assert library not in roots or name in doors, f"{name} imports {library}, which only {sorted(doors)} may"
 
 
-def test_descriptions_are_read_without_numba() -> None:
-    """Only ``scene_description.kernels`` needs it, which those import that have kernels."""
-    say = "import sys, scene_description; print('numba' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", say], cwd=ROOT, check=True, capture_output=True, text=True).stdout == "False\n"
+@pytest.mark.parametrize(
+    ("module", "without"),
+    [
+        ("scene_description", {"numba"}),
+        ("scene_synth_ros.cli.run_command", {"numba", "rclpy", "scipy"}),
+        ("scene_synth_ros.record.recorder_node", {"numba", "scipy"}),
+        ("scene_synth_ros.replay.replay_node", {"numba", "scipy"}),
+        ("scene_synth_ros.cli.inspect_command", {"numba", "scipy"}),
+    ],
+)
+def test_what_needs_no_kernels_starts_without_their_compiler(module: str, without: set[str]) -> None:
+    """A run of the suite starts four processes, a command line one: what they load is most of what a short one takes."""
+    say = f"import sys, {module}; print(*{without} & sys.modules.keys())"
+    assert subprocess.run([sys.executable, "-c", say], cwd=ROOT, check=True, capture_output=True, text=True).stdout == "\n"
+
+
+@pytest.mark.parametrize("package", ["grammar", "renderer"])
+def test_packages_hand_out_every_name_that_they_list(package: str) -> None:
+    module = import_module(package)
+    for name in module.__all__:
+        assert hasattr(module, name), f"{package}/__init__.py does not say where {name} is"
+        assert not (ROOT / package / f"{name}.py").exists(), f"{package}/{name}.py, once imported, stands for the name"
+    assert not hasattr(module, "nothing")
 
 
 def imported_modules(path: Path, package: str) -> set[str]:

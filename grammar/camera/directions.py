@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
+from grammar.camera.monotone import interpolate_monotonically
 from grammar.camera.path_config import CameraPathConfig, Mount
 from grammar.camera.view_ring import RING_COLUMNS, best_columns, column_azimuth_rad
 from grammar.camera.views import Ring, Views
@@ -82,10 +82,10 @@ def _pitch_of_view(views: Views, mount: Mount, ring: Ring, column: int) -> float
 
 
 def _interpolate(keys: Floats, values: Floats, at: Floats) -> Floats:
-    """Interpolate monotonically between keys (PCHIP)."""
+    """Interpolate monotonically between keys; of one place, return its value."""
     if keys[-1] <= keys[0]:
         return np.full(len(at), values[0])
-    return np.asarray(PchipInterpolator(keys, values)(at))
+    return interpolate_monotonically(keys, values, at)
 
 
 def _limit_rate(angles: Floats, most: float) -> Floats:

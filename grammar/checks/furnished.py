@@ -98,8 +98,12 @@ def taken_share(found: Furnished, item: SceneObject, side: str, gap_m: float, de
     low, high = item.position_m[2], item.position_m[2] + item.size_m[2]
     beside = (found.owner != item.id) & (found.boxes[:, Z_LOW] < high) & (found.boxes[:, Z_HIGH] > low)
     taken = in_boxes(points, found.boxes[beside])
-    outside = [outside_distance(found.wall, float(a), float(b)) > 0.0 for a, b in points[~taken]]
-    return float((taken.sum() + sum(outside)) / len(points))
+    return float((taken.sum() + outside(found, points[~taken]).sum()) / len(points))
+
+
+def outside(found: Furnished, points: Floats) -> Bools:
+    """Return (n,) whether points (n, 2) lie outside the room."""
+    return np.array([outside_distance(found.wall, float(a), float(b)) > 0.0 for a, b in points], bool)
 
 
 def face_covered(boxes: Boxes, frame: tuple[float, float, float], width_m: float, heights_m: tuple[float, float], depth_m: float) -> Bools:

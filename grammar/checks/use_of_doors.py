@@ -1,4 +1,4 @@
-"""Faults of use about doors, windows and what hangs: switches, pictures, rugs, things before windows."""
+"""Faults of use about doors, windows and what hangs: switches, pictures, hooks, rugs, things before windows."""
 
 from __future__ import annotations
 
@@ -7,10 +7,13 @@ import math
 import numpy as np
 
 from grammar.checks.furnished import Furnished, behind_doors, face_covered, in_boxes, swept_points, whole_box, world_points
+from grammar.geometry.boxes import footprint_penetration
 from grammar.geometry.zones import opening_frame
 
 HIDDEN_SHARE, HIDDEN_DEPTH_M = 0.25, 0.6
 WINDOW_SHARE, WINDOW_DEPTH_M = 0.15, 0.5
+AT_WINDOW_SHARE = 0.15
+OVER_M = 0.03
 
 
 def switch_behind_door(found: Furnished) -> list[int]:
@@ -56,6 +59,26 @@ def before_window(found: Furnished) -> list[int]:
     return sorted(bad)
 
 
+def door_in_corner(found: Furnished) -> list[int]:
+    """Return sofas into whose corner a door opens: it sweeps their box, though none of their solids."""
+    swept = list(swept_points(found.room))
+    return [item.id for item in found.standing("lounge") if any(in_boxes(points, whole_box(item)[None]).any() for points in swept)]
+
+
+def hangs_at_window(found: Furnished) -> list[int]:
+    """Return what hangs above or below a window with more than ``AT_WINDOW_SHARE`` of its width: pictures, mirrors, shelves, clocks."""
+    bad: set[int] = set()
+    for item in found.having("shown", "wall_shelf"):
+        for opening in found.room.openings:
+            if item.support.kind == "wall" and opening.category == "window" and opening.wall == item.support.wall:
+                x, y, yaw = opening_frame(found.room, opening)
+                left = (item.position_m[1] - y) * math.cos(yaw) - (item.position_m[0] - x) * math.sin(yaw)
+                shared = 0.5 * (item.size_m[1] + opening.width_m) - abs(left)
+                if shared > AT_WINDOW_SHARE * item.size_m[1]:
+                    bad.add(item.id)
+    return sorted(bad)
+
+
 def curtain_off_window(found: Furnished) -> list[int]:
     """Return curtains of which less than half hangs along a window."""
     bad = []
@@ -70,6 +93,12 @@ def curtain_off_window(found: Furnished) -> list[int]:
         if max(lengths, default=0.0) < 0.5 * item.size_m[1]:
             bad.append(item.id)
     return bad
+
+
+def hooks_over_heater(found: Furnished) -> list[int]:
+    """Return hooks for coats that hang over a radiator."""
+    heaters = [whole_box(item) for item in found.having("heater")]
+    return [item.id for item in found.having("hooks") if any(footprint_penetration(whole_box(item), box) > OVER_M for box in heaters)]
 
 
 def rug_in_swing(found: Furnished) -> list[int]:

@@ -6,17 +6,20 @@ import math
 
 import numpy as np
 
-from grammar.checks.furnished import Furnished, back_gap, in_boxes, taken_share, wall_distance, whole_box, world_points
+from grammar.checks.furnished import Furnished, against_wall, back_gap, in_boxes, taken_share, wall_distance, whole_box, world_points
 from grammar.geometry.boxes import Z_LOW, footprint_corners, footprint_penetration
+from grammar.geometry.walls import WALL_YAW
 from grammar.spec.categories import BACK_GAP_M
 from scene_description import SceneObject
 
 VIEW_RAD = math.radians(60.0)
 FRONT_SHARE, FRONT_GAP_M, FRONT_DEPTH_M = 0.5, 0.05, 0.35
-BEDSIDE_M = 0.3
+BEDSIDE_M, BEDSIDE_FRONT_M = 0.3, 0.25
 BEFORE_MIRROR_M = 0.8
 MAT_SHARE, KNEE_HIGH_M, ASTRAY_M = 0.15, 0.3, 0.4
 UNDER_M = 0.05
+DOORS_M, DOORS_SHARE = 0.45, 0.2
+AT_WALL_M, ASKEW_RAD, RUG_RAD, ON_RUG_M = 0.5, math.radians(1.2), math.radians(1.5), 0.08
 
 
 def front_blocked(found: Furnished) -> list[int]:
@@ -101,9 +104,13 @@ def stands_on_mat(found: Furnished) -> list[int]:
     return bad
 
 
+def _rugs(found: Furnished) -> list[SceneObject]:
+    return [item for item in found.objects if found.categories[item.category].underlay and item.support.kind == "floor"]
+
+
 def pot_on_rug_edge(found: Furnished) -> list[int]:
     """Return plants and vases that stand on a rug with a part of their foot only."""
-    rugs = [whole_box(item) for item in found.objects if found.categories[item.category].underlay and item.support.kind == "floor"]
+    rugs = [whole_box(item) for item in _rugs(found)]
     bad = []
     for item in found.standing("pot") if rugs else []:
         box = whole_box(item)
@@ -130,3 +137,46 @@ def pot_under_table(found: Furnished) -> list[int]:
     tables = [whole_box(item) for item in found.standing("table")]
     pots = found.standing("pot")
     return [item.id for item in pots if any(footprint_penetration(whole_box(item), table) > UNDER_M for table in tables)]
+
+
+def wardrobe_shut(found: Furnished) -> list[int]:
+    """Return wardrobes whose doors do not open: what stands before them takes more than ``DOORS_SHARE`` of ``DOORS_M``."""
+    return [item.id for item in found.standing("wardrobe") if taken_share(found, item, "front", 0.02, DOORS_M) > DOORS_SHARE]
+
+
+def askew(found: Furnished) -> list[int]:
+    """Return beds and stores with their backs to a wall and turned from it by more than ``ASKEW_RAD``."""
+    bad = []
+    for item in found.standing("bed", "store"):
+        wall = against_wall(found, item)
+        turned = 0.0 if wall is None else abs(math.remainder(item.yaw_rad - found.wall[wall.wall, WALL_YAW], math.tau))
+        if wall is not None and wall.gap_m < AT_WALL_M and turned > ASKEW_RAD:
+            bad.append(item.id)
+    return bad
+
+
+def rug_askew(found: Furnished) -> list[int]:
+    """Return rugs that are turned from the walls by more than ``RUG_RAD``."""
+    quarter = 0.5 * math.pi
+    return [
+        item.id
+        for item in _rugs(found)
+        if min(abs(math.remainder(item.yaw_rad - yaw, quarter)) for yaw in found.wall[:, WALL_YAW]) > RUG_RAD
+    ]
+
+
+def store_on_rug_edge(found: Furnished) -> list[int]:
+    """Return stores that stand on a rug with a part of their foot only, by ``ON_RUG_M`` and more."""
+    rugs = [whole_box(item) for item in _rugs(found)]
+    bad = []
+    for item in found.standing("store") if rugs else []:
+        box = whole_box(item)
+        if max(footprint_penetration(box, rug) for rug in rugs) > ON_RUG_M and not in_boxes(footprint_corners(box), np.array(rugs)).all():
+            bad.append(item.id)
+    return bad
+
+
+def bedside_blocked(found: Furnished) -> list[int]:
+    """Return nightstands with other things than a bed in more than ``FRONT_SHARE`` of ``BEDSIDE_FRONT_M`` before them."""
+    free = found.only(~np.isin(found.owner, [bed.id for bed in found.standing("bed")]))
+    return [item.id for item in found.standing("bedside") if taken_share(free, item, "front", 0.02, BEDSIDE_FRONT_M) > FRONT_SHARE]

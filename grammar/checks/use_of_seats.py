@@ -7,7 +7,8 @@ import math
 import numpy as np
 
 from grammar.checks.furnished import Furnished, face_covered, in_boxes, taken_share, wall_distance, whole_box, world_points
-from grammar.geometry.boxes import Z_HIGH, footprint_corners, footprint_penetration
+from grammar.geometry.boxes import Z_HIGH, Z_LOW, footprint_corners, footprint_penetration
+from grammar.geometry.zones import opening_frame
 from scene_description import SceneObject
 
 VIEW_RAD, VIEW_M = math.radians(60.0), 8.0
@@ -16,6 +17,9 @@ REACH_M, ASIDE_M = 1.0, 0.3
 LEGROOM_M, LEGROOM_SHARE, KNEE_M = 0.6, 0.3, 0.6
 COMPANY_M = 4.0
 SCREEN_SHARE, SCREEN_DEPTH_M = 0.15, 0.6
+GLARE_SHARE, SCREEN_WINDOW_M = 0.2, 0.9
+ASIDE_RAD = math.radians(40.0)
+FEET_M, TABLE_OFF_M, CRAMPED_SHARE, SHIN_M = 0.35, 0.06, 0.3, 0.2
 
 
 def screen_unseen(found: Furnished) -> list[int]:
@@ -102,3 +106,55 @@ def seat_alone(found: Furnished) -> list[int]:
     seats = found.standing("lounge") if found.room_type == "living_room" else []
     company = [*found.having("screen"), *found.standing("low_table"), *seats]
     return [seat.id for seat in seats if not any(other is not seat and _looks_at(seat, other, COMPANY_M) for other in company)]
+
+
+def screen_before_window(found: Furnished) -> list[int]:
+    """Return screens that stand before a window or its curtain with more than ``GLARE_SHARE`` of their width."""
+    bad = []
+    for item in found.having("screen"):
+        for opening in found.room.openings:
+            if opening.category != "window":
+                continue
+            x, y, yaw = opening_frame(found.room, opening)
+            points = world_points(item, np.zeros(9), np.linspace(-0.5, 0.5, 9) * item.size_m[1])
+            into = (points[:, 0] - x) * math.cos(yaw) + (points[:, 1] - y) * math.sin(yaw)
+            left = (points[:, 1] - y) * math.cos(yaw) - (points[:, 0] - x) * math.sin(yaw)
+            near = (into > -0.1) & (into < SCREEN_WINDOW_M) & (np.abs(left) < 0.5 * opening.width_m)
+            if near.mean() > GLARE_SHARE:
+                bad.append(item.id)
+    return sorted(set(bad))
+
+
+def screen_aside(found: Furnished) -> list[int]:
+    """Return screens that the largest sofa or bed looks at aslant: further than ``ASIDE_RAD`` from straight ahead of either."""
+    seats = found.standing("lounge", "bed")
+    if not seats:
+        return []
+    best = max(item.size_m[0] * item.size_m[1] for item in seats)
+    main = [item for item in seats if item.size_m[0] * item.size_m[1] > 0.9 * best]
+    return [item.id for item in found.having("screen") if min(map(lambda seat: _aslant(item, seat), main)) > ASIDE_RAD]
+
+
+def _aslant(a: SceneObject, b: SceneObject) -> float:
+    """Return the larger of the angles between the directions that two objects look in and the line between their middles."""
+    yaw = math.atan2(b.position_m[1] - a.position_m[1], b.position_m[0] - a.position_m[0])
+    return max(abs(math.remainder(a.yaw_rad - yaw, math.tau)), abs(math.remainder(b.yaw_rad - yaw - math.pi, math.tau)))
+
+
+def seat_cramped(found: Furnished) -> list[int]:
+    """Return sofas and armchairs that leave no room for feet.
+
+    Furniture or walls take more than ``CRAMPED_SHARE`` of ``FEET_M`` before them, or low tables, but for those in the corner of a sofa,
+    of ``TABLE_OFF_M``.
+    """
+    tables = found.standing("low_table")
+    solid = found.only(
+        (found.boxes[:, Z_HIGH] > SHIN_M) & (found.boxes[:, Z_LOW] < KNEE_M) & ~np.isin(found.owner, [item.id for item in tables])
+    )
+    bad = []
+    for seat in found.standing("lounge"):
+        before = [item.id for item in tables if footprint_penetration(whole_box(item), whole_box(seat)) <= 0.01]
+        low = found.only(np.isin(found.owner, before))
+        if max(taken_share(solid, seat, "front", 0.03, FEET_M), taken_share(low, seat, "front", 0.0, TABLE_OFF_M)) > CRAMPED_SHARE:
+            bad.append(seat.id)
+    return bad

@@ -131,6 +131,7 @@ def _finish(draft: Draft, context: Context, renumbered: Mapping[int, int]) -> tu
         node=0,
         supporter_node=None,
         pinned=pinned,
+        behind_m=draft.behind_m,
     )
     return item, below
 

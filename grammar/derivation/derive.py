@@ -26,7 +26,7 @@ from grammar.derivation.pinning import Pinned, check_pinned, pin
 from grammar.derivation.plan import Plan, make_plan
 from grammar.derivation.rejection import BelowSlopesError, RejectedError
 from grammar.derivation.runs import place_runs
-from grammar.derivation.shell import Extent, draw_extent, draw_openings, draw_room, is_given
+from grammar.derivation.shell import Extent, draw_extent, draw_numbers, draw_openings, draw_room, is_given
 from grammar.derivation.slopes import draw_slopes
 from grammar.derivation.structure import Vertex, draw_structure
 from grammar.spec.categories import Categories
@@ -42,7 +42,7 @@ _SAME_EXTENT = 100
 """Derivations in a row that are tried with one drawn area."""
 
 _OPENINGS_TRIED = 4
-"""Draws of doors and windows for one room with runs: a structure that fits between some of them is not given up for the others."""
+"""Places of doors and windows that are tried for one room with runs: a structure that fits between some is not given up for the others."""
 
 _BELOW_SLOPES = 100
 """Derivations for which no sloped ceiling is found before a request for one is refused."""
@@ -122,6 +122,7 @@ def _derive_once(plan: Plan, categories: Categories, extent: Extent | None, rng:
     tries = _CEILINGS_TRIED if is_sloped else _OPENINGS_TRIED if in_runs else 1
     things = list(zip(terminals.symbols, terminals.rules, terminals.sizes, strict=True))
     loaded = loaded_heights_m(categories, things) if is_sloped else [0.0] * len(things)
+    numbers = draw_numbers(plan.grammar, flat, rng) if in_runs else None
     pinned: dict[int, Pinned] = {}
     for tried in range(tries):
         try:
@@ -137,7 +138,7 @@ def _derive_once(plan: Plan, categories: Categories, extent: Extent | None, rng:
                     raise RejectedError(f"furniture on at most {plan.grammar.room.floor_share_max:g} of the floor")
                 pinned = _pin(plan, categories, room, terminals, rng)
             # draw doors and windows, place the runs between them, and draw the addresses
-            openings, opening_counts = draw_openings(plan.grammar, categories, room, rng, special, plan.bounds.keys())
+            openings, opening_counts = draw_openings(plan.grammar, categories, room, rng, special, plan.bounds.keys(), numbers)
             furnished = replace(room, openings=tuple(drawn.opening for drawn in openings))
             check_pinned(
                 plan.grammar,

@@ -27,6 +27,7 @@ _SQUARE = 0.5
 """Greatest cosine of the angle between two walls that make a corner something can stand in."""
 
 _CORNER_MARGIN_M = 0.15
+_STRAIGHT_RAD = 0.1
 
 
 class Corner(NamedTuple):
@@ -42,6 +43,7 @@ class Corner(NamedTuple):
 class Draft:
     """One object while its addresses are drawn.
 
+    ``behind_m`` is how far its back stands off the line of its run.
     ``units`` maps the symbols of the nodes above it to the nearest vertex of each.  ``core`` is what its address points to.
     ``mode`` is the number of the mode around the core that is its own.  ``carries`` is whether something may hang in line above it,
     ``beside`` the units beside it in its run.  ``drawn_axes`` are the axes whose size was drawn from the rule's mixture.  ``below`` are the
@@ -56,6 +58,7 @@ class Draft:
     pinned: Pinned | None = None
     bottom_m: float = 0.0
     loaded_m: float = 0.0
+    behind_m: float = 0.0
     core: int | None = None
     mode: int | None = None
     drawn_axes: tuple[int, ...] = (0, 1, 2)
@@ -126,13 +129,23 @@ def _is_free(corner: Corner, draft: Draft, context: Context) -> bool:
     """Return whether a corner is no other object's and no opening is too close: a door, or a window that the object would cover."""
     if any(other.core == context.first_corner + context.corners.index(corner) for other in context.drafts.values()):
         return False
-    lengths, reach = wall_lengths(context.room.polygon_m), max(draft.size_m[:2]) + _CORNER_MARGIN_M
-    for opening in context.room.openings:
+    lengths = wall_lengths(context.room.polygon_m)
+    turns = {mode.orientation_rad for mode in draft.rule.around if not mode.of or CORNER in mode.of}
+    straight = any(turn is not None and abs(turn) < _STRAIGHT_RAD for turn in turns)
+    ways = (draft.size_m[1::-1], draft.size_m[:2]) if straight and None not in turns else ((max(draft.size_m[:2]),) * 2,)
+    return any(_fits_corner(corner, draft, context.room.openings, lengths, way) for way in ways)
+
+
+def _fits_corner(corner: Corner, draft: Draft, openings: Sequence[Opening], lengths: Sequence[float], reaches: Sequence[float]) -> bool:
+    """Return whether an object that reaches so far along the wall that begins at a corner, and along that before, keeps openings free."""
+    for opening in openings:
         if opening.category == "window" and draft.size_m[2] <= opening.sill_m:
             continue
         end = lengths[opening.wall] - opening.offset_m - opening.width_m
         following = (opening.wall + 1) % len(lengths)
-        if (opening.wall == corner.vertex and opening.offset_m < reach) or (following == corner.vertex and end < reach):
+        if (opening.wall == corner.vertex and opening.offset_m < reaches[0] + _CORNER_MARGIN_M) or (
+            following == corner.vertex and end < reaches[1] + _CORNER_MARGIN_M
+        ):
             return False
     return True
 

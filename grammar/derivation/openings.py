@@ -1,7 +1,8 @@
 """Doors and windows, drawn on the walls of a room.
 
-A wall is drawn with a probability proportional to its length; along it an opening lies either near one end or anywhere.  Openings that come
-too close to each other or to the ceiling are rejected, as are those that an open door would get before, and the caller draws again.
+A wall is drawn with a probability proportional to its length or a power of that; along it an opening lies either near one end or anywhere.
+Openings that come too close to each other or to the ceiling are rejected, as are those that an open door would get before, and the caller
+draws again.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 
 from grammar.derivation.densities import draw_index, draw_truncated_normal, draw_with_log_density, truncated_normal_log_density
 from grammar.geometry.boxes import footprint_penetration
-from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, START_X, START_Y, wall_lengths, wall_rows
+from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, REFLEX, START_X, START_Y, wall_lengths, wall_rows
 from grammar.geometry.zones import face_box, leaf_boxes
 from grammar.spec.room_rules import OpeningRule
 from scene_description import ModelReference, Opening
@@ -84,7 +85,9 @@ def draw_opening(
         excluded |= {other.wall for other in others if other.category != "window"}
     if rule.floor_depth_m > 0.0:
         excluded |= {wall for wall, depth in enumerate(_floor_depths(polygon_m)) if depth < rule.floor_depth_m}
-    usable = [0.0 if i in excluded or length < width + 2.0 * rule.end_gap_m else length for i, length in enumerate(lengths)]
+    usable = [
+        0.0 if i in excluded or length < width + 2.0 * rule.end_gap_m else length**rule.length_power for i, length in enumerate(lengths)
+    ]
     if sum(usable) <= 0.0 or sill + tall > height_m - rule.casing_m:
         return None
     shares = [length / sum(usable) for length in usable]
@@ -94,7 +97,8 @@ def draw_opening(
     offset = spans[wall][0] + along
     swings_in = bool(rng.random() < rule.swing_in)
     # reject what is too close to an end or to another opening
-    if not rule.end_gap_m <= along <= slack - rule.end_gap_m or any(
+    first, last = _end_gaps(polygon_m, wall, rule)
+    if not first <= along <= slack - last or any(
         other.wall == wall
         and offset < other.offset_m + other.width_m + 2.0 * rule.casing_m
         and other.offset_m < offset + width + 2.0 * rule.casing_m
@@ -125,6 +129,18 @@ def draw_opening(
     if kind == "door":
         attributes.append(Attribute("swing", opening.swing, math.log(rule.swing_in if swings_in else 1.0 - rule.swing_in)))
     return DrawnOpening(opening, tuple(attributes))
+
+
+def _end_gaps(polygon_m: Sequence[Point2], wall: int, rule: OpeningRule) -> tuple[float, float]:
+    """Return the least distances of an opening from both ends of its wall.
+
+    At a corner that juts into the room its casing stays on the wall.
+    """
+    if rule.end_gap_m >= rule.casing_m:
+        return rule.end_gap_m, rule.end_gap_m
+    juts = wall_rows(polygon_m)[:, REFLEX]
+    first, last = (rule.casing_m if juts[corner % len(juts)] else rule.end_gap_m for corner in (wall, wall + 1))
+    return first, last
 
 
 def _leads_back(polygon_m: Sequence[Point2], opening: Opening) -> bool:

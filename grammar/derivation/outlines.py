@@ -19,7 +19,7 @@ from grammar.derivation.densities import draw_index
 from grammar.derivation.openings import Attribute
 from grammar.geometry.walls import wall_lengths
 from grammar.spec.request import RequestError
-from grammar.spec.room_rules import SHAPES, RoomShapes
+from grammar.spec.room_rules import ARMED, SHAPES, RoomShapes
 from scene_description.polygons import signed_area_m2
 from scene_description.types import Point2
 
@@ -80,6 +80,36 @@ def draw_outline(rng: np.random.Generator, shapes: RoomShapes, width_m: float, d
     log -= math.log(4.0) + (2 if name == "t_shape" else 1) * math.log(span) + math.log(span_deep)
     text = f"{name}, notch {first:.3f}, depth {deep:.3f}, {turns} quarter turns"
     return Outline(tuple(points), Attribute("shape", text, log))
+
+
+def draw_arms(rng: np.random.Generator, shapes: RoomShapes, width_m: float, depth_m: float, arm_m: float) -> Outline | None:
+    """Return an L-, T- or U-shaped outline within a rectangle about the origin, all arms equally wide; None: none of them fits.
+
+    Args:
+        rng: source of randomness.
+        shapes: probabilities, of which those of these shapes count.
+        width_m: size of the rectangle along x.
+        depth_m: size along y.
+        arm_m: width of the arms.
+    """
+    turns = int(rng.integers(4))
+    along, across = (width_m, depth_m) if turns % 2 == 0 else (depth_m, width_m)
+    # what the notches take of the side that they are in, and the least that they must
+    taken = {"l_shape": along - arm_m, "t_shape": along - arm_m, "u_shape": along - 2.0 * arm_m}
+    least = {"l_shape": _LEAST_STEP_M, "t_shape": 2.0 * _LEAST_STEP_M, "u_shape": _LEAST_BETWEEN_M}
+    odds = [getattr(shapes, name) if taken[name] >= least[name] else 0.0 for name in ARMED]
+    if sum(odds) <= 0.0 or across - arm_m < _LEAST_STEP_M:
+        return None
+    chosen = draw_index(rng, [share / sum(odds) for share in odds])
+    name, log = ARMED[chosen], math.log(odds[chosen] / sum(odds)) - math.log(4.0)
+    first = second = taken[name] / along
+    if name == "t_shape":
+        span = taken[name] - 2.0 * _LEAST_STEP_M
+        left = _LEAST_STEP_M + span * rng.random()
+        first, second = 2.0 * left / along, 2.0 * (taken[name] - left) / along
+        log -= math.log(max(span, _TOUCH_M))
+    points = _turned(_notched(name, along, across, first, second, 1.0 - arm_m / across), turns)
+    return Outline(tuple(points), Attribute("shape", f"{name}, arms {arm_m:.3f} m, {turns} quarter turns", log))
 
 
 def _notch_range(shapes: RoomShapes, side_m: float, arms: float, least_m: float) -> tuple[float, float]:

@@ -35,7 +35,9 @@ class Item:
     supporter_node: int | None
     """Index of the address terminal that the layout fills in, for objects that stand on objects."""
     pinned: Pinned | None = None
-    """Where it stays, if a request says so."""
+    """Where it stays, if a request or a row says so."""
+    behind_m: float = 0.0
+    """How far its back stands off the line of its run."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

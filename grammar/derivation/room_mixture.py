@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,10 +23,30 @@ ROOM_SIZE = "room_size"
 
 _SHORTEST_M, _LONGEST_M = 0.7, 50.0
 _EITHER_WAY = 0.5
+_BARE = 1.0
+"""A room is bare if furniture covers less of the floor than so many standard deviations of that share."""
 
 
-def draw_room_size(sizes: Sequence[RoomSize], covered_m2: float, rng: np.random.Generator) -> tuple[float, list[float], list[Attribute]]:
-    """Return the area in square metres, the sides along x and y in metres of a rectangle of that area, and how they were drawn.
+def may_be_bare(size: RoomSize) -> bool:
+    """Return whether rooms of a component may have no furniture."""
+    return size.floor_share is None or size.floor_share <= _BARE * size.share_sd
+
+
+class DrawnSize(NamedTuple):
+    """The size of a room as it was drawn.
+
+    ``area_m2`` of the floor; ``sides_m`` along x and y of a rectangle of that area or, with ``arm_m``, of the one that bounds a room with
+    arms of that width.
+    """
+
+    area_m2: float
+    sides_m: list[float]
+    attributes: Sequence[Attribute]
+    arm_m: float | None = None
+
+
+def draw_room_size(sizes: Sequence[RoomSize], covered_m2: float, rng: np.random.Generator) -> DrawnSize:
+    """Return a size drawn from a mixture.
 
     Args:
         sizes: the mixture.
@@ -42,11 +63,16 @@ def draw_room_size(sizes: Sequence[RoomSize], covered_m2: float, rng: np.random.
         truncated_normal_log_density(side, mean, sd, _SHORTEST_M, _LONGEST_M)
         for side, mean, sd in zip(drawn, size.mean_m, size.sd_m, strict=True)
     )
-    area = drawn[0] * drawn[1]
+    area, arm = drawn[0] * drawn[1], None
+    if size.arm_m is not None:
+        arm = draw_truncated_normal(rng, size.arm_m, size.arm_sd_m, _SHORTEST_M, _LONGEST_M)
+        log += truncated_normal_log_density(arm, size.arm_m, size.arm_sd_m, _SHORTEST_M, _LONGEST_M)
+        area = arm * (sum(drawn) - arm)
     if size.floor_share is not None:
         off = (covered_m2 / area - size.floor_share) / size.share_sd
         if rng.random() > math.exp(-0.5 * off * off):
             raise RejectedError("furniture on as much of the floor as in rooms of that size")
     turned = bool(rng.random() < _EITHER_WAY)
     sides = drawn[::-1] if turned else drawn
-    return area, sides, [Attribute(ROOM_SIZE, f"{chosen}, {sides[0]:.3f} x {sides[1]:.3f} m", log)]
+    text = f"{chosen}, {sides[0]:.3f} x {sides[1]:.3f} m" + ("" if arm is None else f", arms {arm:.3f} m")
+    return DrawnSize(area, sides, [Attribute(ROOM_SIZE, text, log)], arm)

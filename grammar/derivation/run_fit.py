@@ -15,7 +15,7 @@ from grammar.spec.run_rules import RunRule
 _STRETCH_COST = 4.0
 """Nat for each stretched unit at a squared logarithm of 1 of its width over the drawn one."""
 
-_ROUNDING_M = 1e-9
+_ROUNDING_M, _NEARLY_M = 1e-9, 1e-6
 
 
 class LegFit(NamedTuple):
@@ -26,22 +26,30 @@ class LegFit(NamedTuple):
     widths: list[list[float]]
 
 
-def fit_legs(rule: RunRule, frame: Frame, order: Sequence[Draft], turning: Sequence[Draft]) -> LegFit | None:
+def fit_legs(rule: RunRule, frame: Frame, order: Sequence[Draft], turning: Sequence[tuple[Draft, float]]) -> LegFit | None:
     """Return the cheapest way to share units between the legs of a frame; None if there is none.
 
     Args:
         rule: of the run.
         frame: the legs at walls.
         order: the units that do not turn, in order.
-        turning: the units that turn; each ends a leg.  The last leg has one only if another leg juts out behind it.
+        turning: the units that turn, and how much of the wall each takes; each ends a leg.  The last leg has one only if
+            another leg juts out behind it.
     """
     best: LegFit | None = None
+    known: dict[tuple[int, tuple[int, int]], tuple[float, list[float]] | None] = {}
+    reach = _reaches(rule, frame, order, turning)
     for cuts in _cuts(len(order), len(frame.legs) - 1):
         edges = (0, *cuts, len(order))
-        legs = [[*order[a:b], *turning[k : k + 1]] for k, (a, b) in enumerate(itertools.pairwise(edges))]
+        spans = list(itertools.pairwise(edges))
+        if not reach.may_fit(spans):
+            continue
+        legs = [[*order[a:b], *(unit for unit, _ in turning[k : k + 1])] for k, (a, b) in enumerate(spans)]
         cost, widths, bare = 0.0, [], 0.0
-        for k, leg in enumerate(legs):
-            fitted = _fit_leg(rule, frame, k, leg)
+        for k, (leg, span) in enumerate(zip(legs, spans, strict=True)):
+            if (k, span) not in known:
+                known[k, span] = _fit_leg(rule, frame, k, leg, turning[k][1] if k < len(turning) else None)
+            fitted = known[k, span]
             if fitted is None or (best is not None and cost + fitted[0] >= best.cost):
                 break
             cost += fitted[0]
@@ -51,6 +59,36 @@ def fit_legs(rule: RunRule, frame: Frame, order: Sequence[Draft], turning: Seque
             if bare <= rule.most_bare_m + _ROUNDING_M:
                 best = LegFit(cost, legs, widths)
     return best
+
+
+class _Reach(NamedTuple):
+    """What tells that a cut fits nowhere: sums of the units' least and greatest widths up to each of them, and each leg's own."""
+
+    least: list[float]
+    most: list[float]
+    rooms: list[float]
+    joint_m: float
+    most_bare_m: float
+
+    def may_fit(self, spans: Sequence[tuple[int, int]]) -> bool:
+        """Return whether no leg is too short for its units, and the bare wall is not surely too much."""
+        bare = 0.0
+        for (a, b), room in zip(spans, self.rooms, strict=True):
+            left = room - self.joint_m * (b - a)
+            if self.least[b] - self.least[a] > left + _NEARLY_M:
+                return False
+            bare += max(left - (self.most[b] - self.most[a]), 0.0)
+        return bare <= self.most_bare_m + _NEARLY_M
+
+
+def _reaches(rule: RunRule, frame: Frame, order: Sequence[Draft], turning: Sequence[tuple[Draft, float]]) -> _Reach:
+    bounds = [_bounds(unit) for unit in order]
+    sums = [[0.0, *itertools.accumulate(pair[end] for pair in bounds)] for end in (0, 1)]
+    rooms = [
+        leg.high - leg.low - sum(width for _, width in turning[k : k + 1]) + rule.joint_m * (1 - len(turning[k : k + 1]))
+        for k, leg in enumerate(frame.legs)
+    ]
+    return _Reach(sums[0], sums[1], rooms, rule.joint_m, rule.most_bare_m)
 
 
 def _cuts(count: int, turns: int) -> Iterator[tuple[int, ...]]:
@@ -63,10 +101,15 @@ def _cuts(count: int, turns: int) -> Iterator[tuple[int, ...]]:
         yield from ((j, k) for j in range(1, count) for k in range(j + 1, count))
 
 
-def _fit_leg(rule: RunRule, frame: Frame, k: int, leg: Sequence[Draft]) -> tuple[float, list[float]] | None:
-    """Return cost and widths of leg ``k``: filled up to its end, or with its units as wide as they were drawn, or as that end asks."""
+def _fit_leg(rule: RunRule, frame: Frame, k: int, leg: Sequence[Draft], turn_m: float | None) -> tuple[float, list[float]] | None:
+    """Return cost and widths of leg ``k``: filled up to its end, or with its units as wide as they were drawn, or as that end asks.
+
+    The last unit turns and takes ``turn_m`` of the wall, unless that is None.
+    """
     room = frame.legs[k].high - frame.legs[k].low - rule.joint_m * (len(leg) - 1)
-    bounds = [_bounds(unit) for unit in leg]
+    bounds, wanted = [_bounds(unit) for unit in leg], [along_m(unit) for unit in leg]
+    if turn_m is not None:
+        bounds[-1], wanted[-1] = (turn_m, turn_m), turn_m
     least, most = sum(low for low, _ in bounds), sum(high for _, high in bounds)
     if least > room:
         return None
@@ -75,13 +118,13 @@ def _fit_leg(rule: RunRule, frame: Frame, k: int, leg: Sequence[Draft]) -> tuple
     closed = (frame.closed_start and frame.closed_end) if only else frame.closed_start if k == 0 else frame.closed_end
     found: list[tuple[float, list[float]]] = []
     if most >= room - _ROUNDING_M:
-        found.append(_stretched(leg, bounds, room))
+        found.append(_stretched(wanted, bounds, room))
     if not between:
-        drawn = min(max(sum(map(along_m, leg)), least), most)
+        drawn = min(max(sum(wanted), least), most)
         if leaves_gap(closed, room - drawn, rule.end_gap_m):
             drawn = room - rule.end_gap_m
         if least <= drawn <= min(room, most):
-            cost, widths = _stretched(leg, bounds, drawn)
+            cost, widths = _stretched(wanted, bounds, drawn)
             found.append((cost + rule.bare_cost * (room - drawn), widths))
     return min(found, default=None, key=lambda one: one[0])
 
@@ -93,9 +136,8 @@ def _bounds(unit: Draft) -> tuple[float, float]:
     return unit.rule.low_m[1], unit.rule.high_m[1]
 
 
-def _stretched(leg: Sequence[Draft], bounds: Sequence[tuple[float, float]], length: float) -> tuple[float, list[float]]:
+def _stretched(drawn: Sequence[float], bounds: Sequence[tuple[float, float]], length: float) -> tuple[float, list[float]]:
     """Return cost and widths of units that together are ``length`` wide: all scaled by one factor, as far as their bounds let them."""
-    drawn = [along_m(unit) for unit in leg]
     widths, free = list(drawn), [low < high for low, high in bounds]
     while any(free):
         # scale the free ones, and hold those at their bounds that would miss them by most

@@ -24,5 +24,10 @@ def least_along_m(draft: Draft) -> float:
 
 
 def across_m(draft: Draft) -> float:
-    """Return how far a unit reaches into the room, metres."""
+    """Return how far a unit reaches into the room from its back, metres."""
     return draft.size_m[1 if unit_rule(draft).end_on else 0]
+
+
+def reach_m(draft: Draft) -> float:
+    """Return how far a unit reaches into the room from the line of its run, metres."""
+    return draft.behind_m + across_m(draft)

@@ -19,7 +19,9 @@ from grammar.derivation.rejection import RejectedError
 from grammar.derivation.run_fit import fit_legs
 from grammar.derivation.run_order import order_cost
 from grammar.derivation.run_shell import OFF_WALL, Aisle, Pose, Shell, box_of, shell_of, spans_beside
-from grammar.derivation.run_units import across_m, along_m, least_along_m, unit_rule
+from grammar.derivation.run_units import across_m, along_m, least_along_m, reach_m, unit_rule
+from grammar.derivation.wall_rows import hang_rows, hangs_in_row
+from grammar.derivation.wall_run import WallRun
 from grammar.geometry.arrays import Boxes
 from grammar.geometry.boxes import HALF_WIDTH, Z_LOW
 from grammar.geometry.run_slots import MOST_LEGS, Frame, Slot, frames, jutting, slots, unit_poses
@@ -42,32 +44,8 @@ _LACKING_COST = 6.0
 _BEFORE_M = 0.4
 """Free floor before the units of a run that goes past the end of another one, between that and a wall."""
 
+_SQUARE_M = 0.005
 _ROUNDING_M = 1e-9
-
-
-class _Run(NamedTuple):
-    """A run that is to be placed: its units at walls, those of them that turn, and those that jut out.
-
-    taken: what other runs keep free; hanging: all that hangs in line above some run.
-    """
-
-    rule: RunRule
-    shell: Shell
-    units: list[Draft]
-    turning: list[Draft]
-    juts: list[Draft]
-    taken: tuple[Aisle, ...]
-    hanging: list[Draft]
-
-    @property
-    def corner_m(self) -> float:
-        """Return the side of the units that turn."""
-        return max((unit.size_m[0] for unit in self.turning), default=0.0)
-
-    @property
-    def jut_m(self) -> float:
-        """Return the depth of the units that jut out."""
-        return max((unit.size_m[0] for unit in self.juts), default=0.0)
 
 
 class _Candidate(NamedTuple):
@@ -95,7 +73,7 @@ class _Taken(NamedTuple):
         for (unit, pose), width in zip(pairs, run.widths, strict=True):
             if pose[3] != OFF_WALL:
                 along = shell.along(pose)
-                standing.append(Standing(pose[3], along - 0.5 * width, along + 0.5 * width, rule.wall_gap_m + across_m(unit)))
+                standing.append(Standing(pose[3], along - 0.5 * width, along + 0.5 * width, rule.wall_gap_m + reach_m(unit)))
         boxes = np.concatenate([self.units, *(box_of(*pair) for pair in pairs)])
         corner_m = rule.aisle_m if rule.corner_aisle_m is None else rule.corner_aisle_m
         aisles = []
@@ -116,7 +94,12 @@ def place_runs(grammar: Grammar, room: Room, drafts: Sequence[Draft], rng: np.ra
     if not groups:
         return ()
     shell, plans, taken = shell_of(grammar, room, drafts), [], _Taken(np.zeros((0, 8)))
+    standing: list[tuple[Draft, Pose]] = []
+    in_rows = any(hangs_in_row(draft.rule) for draft in drafts)
     rules = {symbol: _rule(grammar, symbol) for symbol, _ in groups}
+    for unit in (unit for units in groups.values() for unit in units):
+        if gaps := unit_rule(unit).gaps_m:
+            unit.behind_m = gaps[int(rng.integers(len(gaps)))]
     faced = any(rule.free for rule in rules.values())
     for (symbol, _), units in sorted(groups.items(), key=lambda pair: rules[pair[0][0]].free):
         rule = rules[symbol]
@@ -125,12 +108,22 @@ def place_runs(grammar: Grammar, room: Room, drafts: Sequence[Draft], rng: np.ra
         else:
             run = _run(symbol, rule, shell, units, taken.aisles)._replace(hanging=[draft for draft in drafts if draft.rule.in_line])
             chosen = _begin(symbol, run, rng)
-            # what an island stands before stays where it is
-            places = [chosen.slot] if faced else _places(run, chosen)
+            # what an island stands before, and what has a row above it, stays where it is
+            chosen = _still(chosen) if in_rows else chosen
+            places = [chosen.slot] if faced or in_rows else _places(run, chosen)
         _note(symbol, chosen, shell)
+        standing.extend(zip(chosen.units, chosen.poses, strict=True))
         taken = taken.and_run(rule, shell, chosen)
         plans.append(_plan(rule, chosen, places))
+    hang_rows(shell, standing, drafts, rng)
     return tuple(plans)
+
+
+def _still(chosen: _Candidate) -> _Candidate:
+    """Return a way to begin whose slot leaves no room to shift the run."""
+    line = chosen.slot.line(0)
+    x, y = line.point(chosen.slot.direction * chosen.slide_m, 0.0)
+    return chosen._replace(slot=chosen.slot._replace(x_a=x, y_a=y, slide=0.0), slide_m=0.0)
 
 
 def _rule(grammar: Grammar, symbol: str) -> RunRule:
@@ -151,7 +144,7 @@ def _groups(grammar: Grammar, drafts: Sequence[Draft]) -> Mapping[tuple[str, int
     return groups
 
 
-def _run(symbol: str, rule: RunRule, shell: Shell, units: Sequence[Draft], taken: tuple[Aisle, ...]) -> _Run:
+def _run(symbol: str, rule: RunRule, shell: Shell, units: Sequence[Draft], taken: tuple[Aisle, ...]) -> WallRun:
     """Return a run at walls.
 
     Raises:
@@ -163,31 +156,32 @@ def _run(symbol: str, rule: RunRule, shell: Shell, units: Sequence[Draft], taken
     if juts and not turning:
         raise RejectedError(f"a unit that turns before those that jut out of {symbol}")
     for unit in turning:
-        _set_width(unit, unit.size_m[0])
-    return _Run(rule, shell, [unit for unit in units if unit not in juts], turning, juts, taken, [])
+        if juts or abs(unit.size_m[1] - unit.size_m[0]) < _SQUARE_M:
+            _set_width(unit, unit.size_m[0])
+    return WallRun(rule, shell, [unit for unit in units if unit not in juts], turning, juts, taken, [])
 
 
-def _frames(run: _Run, taken: Sequence[Aisle]) -> list[Frame]:
+def _frames(run: WallRun, taken: Sequence[Aisle]) -> list[Frame]:
     """Return where the legs at walls may stand, with aisles kept free; room is left behind a leg that juts out."""
     rule, shell = run.rule, run.shell
-    depth = rule.wall_gap_m + max(map(across_m, run.units))
+    depth = rule.wall_gap_m + max(map(reach_m, run.units))
     low_roof = low_ceiling(shell.room, min(unit.size_m[2] for unit in run.units))
     spans = spans_beside(shell, np.concatenate([_openings(run), low_roof]), taken, depth)
     legs, least_m = len(run.turning) + (not run.juts), sum(map(least_along_m, run.units)) - _ROUNDING_M
     found = [
         frame
-        for frame in frames(shell.wall, spans, legs, run.corner_m, rule.wall_gap_m)
+        for frame in frames(shell.wall, spans, legs, run.corners_m, rule.wall_gap_m)
         if sum(leg.high - leg.low for leg in frame.legs) >= least_m
         and (legs < MOST_LEGS or shell.wall[frame.legs[1].wall, LENGTH] >= 2.0 * depth + rule.aisle_m)
     ]
     if not run.juts:
         return found
-    behind = max(run.jut_m - run.corner_m, 0.0) + rule.around_m
+    behind = max(run.jut_m - run.side_m, 0.0) + rule.around_m
     shorter = [(frame, frame.legs[-1]._replace(high=frame.legs[-1].high - behind)) for frame in found]
     return [frame._replace(legs=(*frame.legs[:-1], leg), closed_end=False) for frame, leg in shorter if leg.high > leg.low]
 
 
-def _openings(run: _Run) -> Boxes:
+def _openings(run: WallRun) -> Boxes:
     """Return the boxes (n, 8) of doors and windows whose walls a run keeps free."""
     windows = run.shell.views
     if run.rule.window_gap_m is None:
@@ -198,7 +192,7 @@ def _openings(run: _Run) -> Boxes:
     return np.concatenate([run.shell.swings, windows])
 
 
-def _begin(symbol: str, run: _Run, rng: np.random.Generator) -> _Candidate:
+def _begin(symbol: str, run: WallRun, rng: np.random.Generator) -> _Candidate:
     """Draw how a run at walls begins.
 
     Raises:
@@ -233,9 +227,11 @@ def _ordered(units: Sequence[Draft], rng: np.random.Generator) -> list[Draft]:
     return order
 
 
-def _try(run: _Run, frame: Frame, rng: np.random.Generator) -> _Candidate | None:
+def _try(run: WallRun, frame: Frame, rng: np.random.Generator) -> _Candidate | None:
     """Return how the units fit into a frame in some order, cut into legs in the best way; None if they do not."""
-    fit = fit_legs(run.rule, frame, _ordered(run.units, rng), run.turning)
+    fit = fit_legs(
+        run.rule, frame, _ordered(run.units, rng), [(unit, unit.size_m[1] if frame.forward else run.corner_m) for unit in run.turning]
+    )
     if fit is None:
         return None
     places = slots(
@@ -248,7 +244,7 @@ def _try(run: _Run, frame: Frame, rng: np.random.Generator) -> _Candidate | None
     if run.juts:
         legs.append([run.juts[k] for k in rng.permutation(len(run.juts))])
         widths.append([unit.size_m[1] for unit in legs[-1]])
-        slot = jutting(slot, len(walls) - 1, _length(run.rule, widths[-2]), run.corner_m, run.jut_m, run.rule.wall_gap_m)
+        slot = jutting(slot, len(walls) - 1, _length(run.rule, widths[-2]), run.side_m, run.jut_m, run.rule.wall_gap_m)
         walls.append(OFF_WALL)
     units, flat = [unit for leg in legs for unit in leg], [width for row in widths for width in row]
     counts, slide = tuple(map(len, legs)), slot.slide * rng.random()
@@ -268,7 +264,7 @@ def _barred(shell: Shell, units: Sequence[Draft], widths: Sequence[float], poses
     return any(shell.hides_window(*row) or shell.pierces_slope(*row) for row in zip(units, widths, poses, strict=True))
 
 
-def _leaves_aisles(run: _Run, slot: Slot, leg: int, size: tuple[float, float], standing: Sequence[Boxes]) -> bool:
+def _leaves_aisles(run: WallRun, slot: Slot, leg: int, size: tuple[float, float], standing: Sequence[Boxes]) -> bool:
     obstacles = np.concatenate([run.shell.swings, *standing])
     return juts_clear(run.shell.wall, obstacles, slot, leg, size, run.rule.aisle_m, run.rule.around_m)
 
@@ -276,14 +272,21 @@ def _leaves_aisles(run: _Run, slot: Slot, leg: int, size: tuple[float, float], s
 def _poses(
     rule: RunRule, slot: Slot, slide: float, legs: Sequence[int], walls: Sequence[int], units: Sequence[Draft], widths: Sequence[float]
 ) -> list[Pose]:
-    sizes = iter([(across_m(unit), width) for unit, width in zip(units, widths, strict=True)])
+    sizes = iter([_taken_m(unit, width, slot.direction) for unit, width in zip(units, widths, strict=True)])
     rows = [[next(sizes) for _ in range(count)] for count in legs]
     at = [wall for wall, count in zip(walls, legs, strict=True) for _ in range(count)]
     found = unit_poses(slot, slide, rows, [unit_rule(unit) for unit in units], rule)
     return [(*pose, wall) for pose, wall in zip(found, at, strict=True)]
 
 
-def _order_cost(run: _Run, units: Sequence[Draft], widths: Sequence[float], poses: Sequence[Pose]) -> float:
+def _taken_m(unit: Draft, width: float, direction: float) -> tuple[float, float]:
+    """Return what a unit takes across its line, as much again behind it as there is, and along it."""
+    if unit_rule(unit).turns:
+        return (unit.size_m[0], unit.size_m[1]) if direction > 0.0 else (unit.size_m[1], unit.size_m[0])
+    return across_m(unit) + 2.0 * unit.behind_m, width
+
+
+def _order_cost(run: WallRun, units: Sequence[Draft], widths: Sequence[float], poses: Sequence[Pose]) -> float:
     """Return what an order costs in nat, and what hangs in line and finds no unit under free wall to hang above."""
     shell = run.shell
     cost = order_cost([(unit.symbol, unit_rule(unit)) for unit in units], shell.windows_met(poses), bool(shell.windows))
@@ -300,7 +303,7 @@ def _order_cost(run: _Run, units: Sequence[Draft], widths: Sequence[float], pose
     return cost
 
 
-def _improved(run: _Run, begun: _Candidate, rng: np.random.Generator) -> _Candidate:
+def _improved(run: WallRun, begun: _Candidate, rng: np.random.Generator) -> _Candidate:
     """Return a way to begin in which pairs of units of one leg have changed places where that cost less."""
     best, before = begun, _order_cost(run, begun.units, begun.widths, begun.poses)
     leg_of = [leg for leg, count in enumerate(begun.legs) for _ in range(count)]
@@ -345,25 +348,26 @@ def _set_width(unit: Draft, width: float) -> None:
 def _note(symbol: str, chosen: _Candidate, shell: Shell) -> None:
     """Give the units their widths, write down the run that they are in, and tell what may hang above them."""
     for k, (unit, width, pose) in enumerate(zip(chosen.units, chosen.widths, chosen.poses, strict=True)):
-        if width != along_m(unit):
+        if width != along_m(unit) and not unit_rule(unit).turns:
             _set_width(unit, width)
         unit.beside = tuple(other.id for other in (*chosen.units[max(k - 1, 0) : k], *chosen.units[k + 1 : k + 2]))
         unit.below.append(attribute_node(Attribute("place_in_run", f"{symbol} {k}", 0.0), unit.id))
         unit.carries = shell.carries(unit, width, pose)
 
 
-def _places(run: _Run, chosen: _Candidate) -> list[Slot]:
+def _places(run: WallRun, chosen: _Candidate) -> list[Slot]:
     """Return all places that the legs of a run fit in, walls that are free of doors and windows alike."""
     lengths = list(_leg_lengths(chosen, run.rule))
     at_walls = lengths[:-1] if run.juts else lengths
     found = [
         slot
         for frame in _frames(run, ())
+        if run.is_square or (chosen.slot.direction > 0.0) == frame.forward
         for slot in slots(run.shell.wall, frame, at_walls, run.rule.end_gap_m, run.rule.flush, run.rule.ends_free)
     ]
     if run.juts:
         leg, size = len(at_walls) - 1, (run.rule.wall_gap_m + run.jut_m, lengths[-1])
-        found = [jutting(slot, leg, at_walls[-1], run.corner_m, run.jut_m, run.rule.wall_gap_m) for slot in found]
+        found = [jutting(slot, leg, at_walls[-1], run.side_m, run.jut_m, run.rule.wall_gap_m) for slot in found]
         found = [slot for slot in found if _leaves_aisles(run, slot, leg + 1, size, [])]
     return found
 

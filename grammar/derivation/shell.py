@@ -3,28 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from grammar.derivation.bays import draw_bay_windows
 from grammar.derivation.densities import draw_index, draw_with_log_density
 from grammar.derivation.openings import Attribute, DrawnOpening, draw_opening
-from grammar.derivation.outlines import draw_outline
+from grammar.derivation.outlines import draw_arms, draw_outline
 from grammar.derivation.rejection import RejectedError
-from grammar.derivation.room_mixture import draw_room_size
+from grammar.derivation.room_mixture import DrawnSize, draw_room_size, may_be_bare
 from grammar.derivation.slopes import draw_below_slopes
+from grammar.geometry.walls import wall_lengths
 from grammar.spec.categories import Categories
 from grammar.spec.request import SceneRequest
-from grammar.spec.room_rules import OPENINGS, RoomRule
+from grammar.spec.room_rules import ARMED, OPENINGS, SHAPES, OpeningRule, RoomRule, RoomShapes
 from grammar.spec.rules import Grammar
 from grammar.spec.values import TruncatedNormal
 from scene_description import Room
 from scene_description.polygons import signed_area_m2
 from scene_description.types import Point2
+
+COUNT = "_count"
+"""Behind the kind of an opening, the name of the attribute node whose choice is the number of such openings."""
 
 _EITHER_WAY = 0.5
 _LEAST_SHARE = 0.01
@@ -91,8 +95,8 @@ def draw_room(
     sides: list[float] = []
     fitted = None if is_given(request) else _fitted(grammar.room, covered_m2, extent, rng)
     if fitted is not None:
-        sides = fitted[1]
-        attributes.extend(fitted[2])
+        sides = fitted.sides_m
+        attributes.extend(fitted.attributes)
     for name in () if outline or sides else ("width_m", "depth_m"):
         requested = getattr(request, f"room_{name}")
         side, log = (requested, 0.0) if requested > 0.0 else draw_with_log_density(rng, getattr(grammar.room, name))
@@ -104,14 +108,18 @@ def draw_room(
     if outline:
         attributes.append(Attribute("shape", f"outline with {len(outline)} walls (requested)", 0.0))
     else:
-        drawn = draw_outline(rng, grammar.room.shapes, sides[0], sides[1])
+        arm = None if fitted is None else fitted.arm_m
+        if arm is not None:
+            drawn = draw_arms(rng, grammar.room.shapes, sides[0], sides[1], arm)
+        else:
+            drawn = draw_outline(rng, _shapes_left(grammar.room, fitted is not None), sides[0], sides[1])
         if drawn is None:
             raise RejectedError(f"no arm of the room narrower than {grammar.room.shapes.narrowest_m:g} m")
         polygon, shape = drawn.points_m, drawn.attribute
         special = SpecialWalls(drawn.bay, drawn.closed)
         attributes.append(shape)
-        if fitted is not None:
-            scale = math.sqrt(fitted[0] / signed_area_m2(polygon))
+        if fitted is not None and arm is None:
+            scale = math.sqrt(fitted.area_m2 / signed_area_m2(polygon))
             polygon = tuple((scale * x, scale * y) for x, y in polygon)
         low, high, area = grammar.room.area_low_m2, grammar.room.area_high_m2, signed_area_m2(polygon)
         if not (request.room_width_m > 0.0 and request.room_depth_m > 0.0) and not low <= area <= high:
@@ -122,11 +130,18 @@ def draw_room(
     return room, attributes, special
 
 
-def _fitted(
-    room: RoomRule, covered_m2: float, extent: Extent | None, rng: np.random.Generator
-) -> tuple[float, list[float], Sequence[Attribute]] | None:
-    """Return the area, the sides of a rectangle of that area, and how they were drawn; None for a room of given sides."""
-    if room.sizes and (covered_m2 > 0.0 or all(size.floor_share is None for size in room.sizes)):
+def _shapes_left(room: RoomRule, fitted: bool) -> RoomShapes:
+    """Return the odds of shapes of a room whose size has no arms: where other components of the mixture have, it is none of these."""
+    if not fitted or all(size.arm_m is None for size in room.sizes):
+        return room.shapes
+    left = 1.0 - sum(getattr(room.shapes, name) for name in ARMED)
+    odds: dict[str, Any] = {name: 0.0 if name in ARMED else getattr(room.shapes, name) / left for name in SHAPES}
+    return replace(room.shapes, **odds)
+
+
+def _fitted(room: RoomRule, covered_m2: float, extent: Extent | None, rng: np.random.Generator) -> DrawnSize | None:
+    """Return the size of a room that its furniture or its area asks for; None for a room of given sides."""
+    if room.sizes and (covered_m2 > 0.0 or any(may_be_bare(size) for size in room.sizes)):
         return draw_room_size(room.sizes, covered_m2, rng)
     if extent is None and room.floor_share is not None and room.proportion is not None and covered_m2 > 0.0:
         share, log = draw_with_log_density(rng, room.floor_share)
@@ -135,7 +150,7 @@ def _fitted(
         return None
     long = math.sqrt(extent.area_m2 * extent.proportion)
     sides = [long, extent.area_m2 / long]
-    return extent.area_m2, sides[::-1] if extent.turned else sides, extent.attributes
+    return DrawnSize(extent.area_m2, sides[::-1] if extent.turned else sides, extent.attributes)
 
 
 def _extent(area_m2: float, attribute: Attribute, proportions: TruncatedNormal, rng: np.random.Generator) -> Extent:
@@ -147,6 +162,11 @@ def _extent(area_m2: float, attribute: Attribute, proportions: TruncatedNormal, 
     return Extent(area_m2, proportion, turned, (attribute, told))
 
 
+def draw_numbers(grammar: Grammar, room: Room, rng: np.random.Generator) -> dict[str, int]:
+    """Return how many openings of each kind a room has."""
+    return {kind: draw_index(rng, _odds_of_numbers(grammar.openings[kind], room)) for kind in OPENINGS if kind in grammar.openings}
+
+
 def draw_openings(
     grammar: Grammar,
     categories: Categories,
@@ -154,6 +174,7 @@ def draw_openings(
     rng: np.random.Generator,
     special: SpecialWalls,
     counted: Collection[str] = (),
+    numbers: Mapping[str, int] | None = None,
 ) -> tuple[list[DrawnOpening], list[Attribute]]:
     """Return the openings of a room and how many of each kind were drawn.
 
@@ -166,6 +187,7 @@ def draw_openings(
         rng: source of randomness.
         special: walls of a bay or a chimney breast.
         counted: kinds whose number a request bounds.
+        numbers: of each kind, from :func:`draw_numbers`; None draws them.
 
     Raises:
         RejectedError: an opening does not fit.
@@ -177,8 +199,9 @@ def draw_openings(
         rule = grammar.openings.get(kind)
         if rule is None:
             continue
-        copies = draw_index(rng, rule.multiplicity)
-        counts.append(Attribute(f"{kind}_count", str(copies), math.log(rule.multiplicity[copies])))
+        odds = _odds_of_numbers(rule, room)
+        copies = draw_index(rng, odds) if numbers is None else numbers[kind]
+        counts.append(Attribute(f"{kind}{COUNT}", str(copies), math.log(odds[copies])))
         label, left = categories[kind].label_id, copies
         if bay and kind == "window" and copies:
             most = 1 if kind in counted else len(bay)
@@ -210,3 +233,13 @@ def draw_openings(
                 raise RejectedError(f"a wall with space for a {kind}")
             drawn.append(opening)
     return drawn, counts
+
+
+def _odds_of_numbers(rule: OpeningRule, room: Room) -> Sequence[float]:
+    """Return the odds of numbers of openings, without those for which the walls are too short."""
+    if rule.wall_m <= 0.0:
+        return rule.multiplicity
+    most = sum(wall_lengths(room.polygon_m)) / rule.wall_m
+    odds = [share if number <= most else 0.0 for number, share in enumerate(rule.multiplicity)]
+    total = sum(odds)
+    return [share / total for share in odds] if total > 0.0 else rule.multiplicity

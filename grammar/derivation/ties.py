@@ -10,7 +10,6 @@ from grammar.derivation.openings import Attribute
 from grammar.derivation.rejection import RejectedError
 from grammar.geometry.walls import wall_lengths
 from grammar.spec.object_rules import CORE, Tie
-from scene_description import Room
 
 Distribution = tuple[float, float, float, float]
 """Mean, standard deviation and bounds of a truncated normal distribution."""
@@ -48,20 +47,35 @@ def resolve_ties(draft: Draft, context: Context, rng: np.random.Generator) -> No
     if rule.mount == "wall" and draft.size_m[1] >= max(wall_lengths(context.room.polygon_m)):
         raise RejectedError(f"a wall as wide as {draft.symbol}")
     if draft.pinned is None:
-        _set_bottom(draft, middle, context.room, rng)
+        _set_bottom(draft, middle, context, rng)
 
 
-def _set_bottom(draft: Draft, middle: Distribution | None, room: Room, rng: np.random.Generator) -> None:
+def _set_bottom(draft: Draft, middle: Distribution | None, context: Context, rng: np.random.Generator) -> None:
     """Set the height of the underside of what hangs; ``middle`` is the distribution of the middle's height where that is tied."""
+    room = context.room
     if draft.rule.mount == "ceiling":
         draft.bottom_m = room.height_m - draft.size_m[2]
     if draft.rule.centre_height_m is None:
         return
+    level = _level_of_line(draft, context)
+    if level is not None:
+        middle = level + 0.5 * draft.size_m[2], 0.0, 0.0, room.height_m
     centre, log = draw_height(rng, draft.rule) if middle is None else _draw_about(rng, middle)
     draft.bottom_m = centre - 0.5 * draft.size_m[2]
     if draft.bottom_m < 0.0 or draft.bottom_m + draft.size_m[2] > room.height_m:
         raise RejectedError("objects on walls between floor and ceiling")
     draft.below.append(attribute_node(Attribute("centre_height", f"{centre:.3f} m", log), draft.id))
+
+
+def _level_of_line(draft: Draft, context: Context) -> float | None:
+    """Return the height of the underside that what hangs in line already has, if heights of the line are drawn from a mixture."""
+    if not (draft.rule.in_line and draft.rule.heights):
+        return None
+    hung = [other for other in context.drafts.values() if other is not draft and other.rule.in_line and other.rule.heights]
+    found = [other.pinned.z_m for other in hung if other.pinned is not None] + [
+        o.bottom_m for o in hung if o.ties_resolved and o.bottom_m > 0.0
+    ]
+    return next(iter(found), None)
 
 
 def _draw_about(rng: np.random.Generator, distribution: Distribution) -> tuple[float, float]:

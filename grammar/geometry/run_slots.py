@@ -89,21 +89,21 @@ def slot_at(direction: float, lines: Sequence[Line], slide: float) -> Slot:
     return Slot._make((direction, *numbers, *[0.0] * (3 * MOST_LEGS - len(numbers)), slide))
 
 
-def frames(wall: Floats, spans: Sequence[Sequence[Span]], legs: int, corner_m: float, gap_m: float) -> list[Frame]:
+def frames(wall: Floats, spans: Sequence[Sequence[Span]], legs: int, corners_m: tuple[float, float], gap_m: float) -> list[Frame]:
     """Return all frames of a run.
 
     Args:
         wall: (w, 9) rows of :func:`grammar.geometry.walls.wall_rows`.
         spans: the free stretches of each wall.
         legs: their number.
-        corner_m: side of the units that turn.
+        corners_m: how far from a corner the next leg begins where the walk follows the numbers of the walls, and where it does not.
         gap_m: between units and walls.
     """
     found: list[Frame] = []
     for forward in (True, False):
         lengths, ordered = [float(row[LENGTH]) for row in wall], [_walked(spans, w, wall, forward) for w in range(len(wall))]
         for w in range(len(wall)):
-            found.extend(_frames_from(wall, lengths, ordered, w, forward, (legs, corner_m, gap_m)))
+            found.extend(_frames_from(wall, lengths, ordered, w, forward, (legs, corners_m[not forward], gap_m)))
     return found
 
 

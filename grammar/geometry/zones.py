@@ -10,7 +10,7 @@ import numpy as np
 
 from grammar.geometry.arrays import Boxes
 from grammar.geometry.solids import SHEET_M
-from grammar.spec.object_rules import ObjectRule
+from grammar.spec.object_rules import Access, ObjectRule
 from grammar.spec.room_rules import OpeningRule
 from scene_description import Opening, Room
 from scene_description.types import Point2
@@ -18,10 +18,11 @@ from scene_description.types import Point2
 # Everything that hangs touches its wall and everything that blocks access stands on the floor, so these two bound no distance.
 _FACE_DEPTH_M = 0.05
 _ACCESS_HEIGHT_M = 1.8
+_FOOTING_DEPTH_M, _GLARE_DEPTH_M = 0.3, 0.7
 
-ACCESS, VIEW, SWING, FACE = range(4)
+ACCESS, VIEW, SWING, FACE, GLARE = range(5)
 """Kinds of zones.  ACCESS: space that people need (soft); VIEW: kept free of what stands on the floor; SWING: kept free of everything;
-FACE: kept free of what hangs on walls.
+FACE: kept free of what hangs on walls; GLARE: kept free of screens (soft).
 """
 
 Size = tuple[float, float, float]
@@ -82,16 +83,27 @@ def face_box(polygon_m: Sequence[Point2], opening: Opening, beside_m: float) -> 
     return np.asarray(placed_zones([zone], x, y, 0.0, yaw)[0])
 
 
-def object_zones(rule: ObjectRule, size_m: Size) -> list[Zone]:
-    """Return the accessible space of an object and what must stay free before it."""
+def object_zones(rule: ObjectRule, size_m: Size, usual: Sequence[Access] = ()) -> list[Zone]:
+    """Return the accessible space of an object and what must stay free before it; ``usual``: the access of a rule that names none."""
     zones = []
-    for access in rule.access:
+    for access in rule.access or usual:
         x, y, u, v = side_rectangle(access.side, access.depth_m, size_m)
         zones.append(Zone(x, y, 0.0, _ACCESS_HEIGHT_M, u, v, VIEW if access.side == "over" else ACCESS, access.depth_m))
     if rule.view_depth_m > 0.0:
         x, y, u, v = side_rectangle("front", rule.view_depth_m, size_m)
         zones.append(Zone(x, y, 0.0, size_m[2], u, v, VIEW, rule.view_depth_m))
     return zones
+
+
+def footing_zone(size_m: Size) -> Zone:
+    """Return the floor below an object that rugs shall not reach under: it would stand aslant on their edges."""
+    return Zone(0.0, 0.0, -SHEET_M, 0.0, 0.5 * size_m[0], 0.5 * size_m[1], ACCESS, _FOOTING_DEPTH_M)
+
+
+def glare_zone(opening: Opening) -> Zone:
+    """Return the space before a window, from the floor to its top, in which a screen has the light behind it."""
+    half = 0.5 * _GLARE_DEPTH_M
+    return Zone(half, 0.0, -opening.sill_m, opening.height_m, half, 0.5 * opening.width_m, GLARE, _GLARE_DEPTH_M)
 
 
 def side_rectangle(side: str, depth_m: float, size_m: Size) -> tuple[float, float, float, float]:

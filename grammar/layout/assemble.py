@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +14,7 @@ from grammar.geometry.arrays import Floats, Ints
 from grammar.geometry.slopes import slope_rows
 from grammar.geometry.solids import layout_solids, surface_top
 from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, WALL_YAW, wall_rows
-from grammar.geometry.zones import Zone, object_zones, opening_zones, side_rectangle
+from grammar.geometry.zones import Zone, footing_zone, glare_zone, object_zones, opening_zones, side_rectangle
 from grammar.layout import columns as col
 from grammar.layout.assemble_runs import Wish, begin_runs, run_table, slot_table, wishes, write_links
 from grammar.layout.frames import place_object
@@ -22,10 +23,12 @@ from grammar.spec.categories import Categories
 from grammar.spec.energy_terms import weight_vector
 from grammar.spec.object_rules import AroundMode, Mode
 from grammar.spec.rules import Grammar, Thresholds
+from scene_description import Opening
 from scene_description.polygons import centroid_m
 
 Size = tuple[float, float, float]
 
+_CHAIR_SPREAD = 2.5
 _MOUNT = {"floor": col.FLOOR, "wall": col.WALL, "ceiling": col.CEILING, "object": col.OBJECT}
 
 
@@ -79,7 +82,7 @@ def assemble(grammar: Grammar, categories: Categories, tree: ParseTree, beta: fl
     at_beta = grammar.schedule.beta if beta is None else beta
     wished = wishes(tree, at_beta)
     parts = [
-        *(_opening_parts([_zone_row(zone) for zone in opening_zones(o, grammar.openings[o.category])]) for o in openings),
+        *(_opening_parts([_zone_row(zone) for zone in _zones_of(grammar, o)]) for o in openings),
         *(_item_parts(grammar, categories, item, sizes, surfaces, at_beta, wished.get(item.id, [])) for item in items),
         *(_opening_parts([]) for _ in corners),
     ]
@@ -87,7 +90,7 @@ def assemble(grammar: Grammar, categories: Categories, tree: ParseTree, beta: fl
     (x_low, y_low), (x_high, y_high), (x_centre, y_centre) = polygon.min(0), polygon.max(0), centroid_m(tree.room.polygon_m)
     problem = Problem(
         object=_object_table(categories, tree, sizes, parts),
-        link=_link_table(grammar.validity, tree, surfaces, parts),
+        link=_link_table(categories, grammar.validity, tree, surfaces, parts),
         box=_table([row for p in parts for rows in p.boxes for row in rows], len(BoxRow._fields)),
         mode=_table([row for p in parts for rows in p.modes for row in rows], len(ModeRow._fields)),
         surface=_table(surfaces, len(SurfaceRow._fields)),
@@ -127,6 +130,11 @@ class _Parts(NamedTuple):
         return self.wall_modes, self.around_modes, self.placements, self.targets, self.wishes
 
 
+def _zones_of(grammar: Grammar, opening: Opening) -> list[Zone]:
+    clear = opening_zones(opening, grammar.openings[opening.category])
+    return [*clear, glare_zone(opening)] if opening.category == "window" else clear
+
+
 def _opening_parts(zones: list[BoxRow]) -> _Parts:
     """Return the rows of an opening, or of a corner, which has no zones."""
     return _Parts([], zones, [], [], [], [], [], [])
@@ -142,22 +150,31 @@ def _item_parts(
     wished: Sequence[Wish],
 ) -> _Parts:
     """Return the rows of a placed object."""
-    rule = item.rule
+    rule, category = item.rule, categories[item.rule.category]
+    zones = object_zones(rule, item.size_m, category.access)
+    if "store" in category.roles and rule.mount == "floor":
+        zones.append(footing_zone(item.size_m))
     at_walls = [ModeRow(mode.distance_m, 0.0, _or_nan(mode.orientation_rad)) for mode in rule.wall]
-    around = [ModeRow(*around_target(mode, item.size_m, sizes[item.core])) for mode in rule.around] if item.core else []
+    beside = _drawn_up(rule.around) if "pulled_up" in category.roles else rule.around
+    around = [ModeRow(*around_target(mode, item.size_m, sizes[item.core])) for mode in beside] if item.core else []
     places = [
         ModeRow(_or_nan(mode.depth_fraction), _or_nan(mode.width_fraction), _or_nan(mode.orientation_rad)) for mode in rule.placements
     ]
     return _Parts(
-        solids=[BoxRow(*row) for row in layout_solids(categories[rule.category], item.size_m).tolist()],
-        zones=[_zone_row(zone) for zone in object_zones(rule, item.size_m)],
+        solids=[BoxRow(*row) for row in layout_solids(category, item.size_m).tolist()],
+        zones=[_zone_row(zone) for zone in zones],
         strips=[_strip_row(side, grammar.validity.reach_depth_m, item.size_m) for side in rule.reach_any],
         wall_modes=_with_odds(at_walls, rule.wall, [1] * len(at_walls), beta),
-        around_modes=_with_odds(around, rule.around, [1 if rule.mount == "wall" else 2] * len(around), beta),
+        around_modes=_with_odds(around, beside, [1 if rule.mount == "wall" else 2] * len(around), beta),
         placements=_with_odds(places, rule.placements, [2 - math.isnan(row.x) - math.isnan(row.y) for row in places], beta),
         targets=[ModeRow(float(surface), cost / beta, 0.0) for surface, cost in _targets(item, surfaces)],
         wishes=[ModeRow(*wish) for wish in wished],
     )
+
+
+def _drawn_up(modes: Sequence[AroundMode]) -> tuple[AroundMode, ...]:
+    """Return places of a chair at its table that it keeps to within ``_CHAIR_SPREAD``, however loosely observed ones stood about."""
+    return tuple(replace(mode, spread=min(mode.spread, _CHAIR_SPREAD)) for mode in modes)
 
 
 def _zone_row(zone: Zone) -> BoxRow:
@@ -179,8 +196,8 @@ def _sizes(tree: ParseTree) -> dict[int, Size]:
 
 def _object_table(categories: Categories, tree: ParseTree, sizes: Mapping[int, Size], parts: Sequence[_Parts]) -> Floats:
     """Return ``Problem.object``."""
-    table, first = np.zeros((len(parts), 7)), len(tree.room.openings)
-    table[:, col.BACK_GAP] = np.inf
+    table, first = np.zeros((len(parts), 9)), len(tree.room.openings)
+    table[:, [col.BACK_GAP, col.SIDE_GAP]] = np.inf
     for i, part in enumerate(parts):
         half_d, half_w = 0.5 * sizes[i + 1][0], 0.5 * sizes[i + 1][1]
         inner = max(_radius(part.solids), math.hypot(half_d, half_w))
@@ -188,26 +205,41 @@ def _object_table(categories: Categories, tree: ParseTree, sizes: Mapping[int, S
         table[i, [col.INNER_RADIUS, col.OUTER_RADIUS]] = inner, max(inner, _radius(part.zones))
     table[:first, col.BOTTOM] = [opening.sill_m for opening in tree.room.openings]
     for i, item in enumerate(tree.items, first):
-        table[i, col.BOTTOM] = item.bottom_m
+        table[i, [col.BOTTOM, col.BEHIND]] = item.bottom_m, item.behind_m
         if item.rule.mount == "floor" and item.pinned is None:
-            table[i, col.BACK_GAP] = categories[item.rule.category].back_gap_m
+            category = categories[item.rule.category]
+            table[i, [col.BACK_GAP, col.SIDE_GAP]] = category.back_gap_m, category.side_gap_m
         table[i, col.CENTRED] = float(item.rule.room_centre and item.core is None and item.pinned is None)
     return table
 
 
-def _link_table(limits: Thresholds, tree: ParseTree, surfaces: Sequence[SurfaceRow], parts: Sequence[_Parts]) -> Ints:
+def _link_table(
+    categories: Categories, limits: Thresholds, tree: ParseTree, surfaces: Sequence[SurfaceRow], parts: Sequence[_Parts]
+) -> Ints:
     """Return ``Problem.link``."""
-    table, first = np.zeros((len(parts), 24), np.int64), len(tree.room.openings)
-    table[:, col.MOUNT], table[:, col.CORE], table[:, col.PINNED] = col.FIXED, -1, 1
+    table, first = np.zeros((len(parts), 25), np.int64), len(tree.room.openings)
+    table[:, col.MOUNT], table[:, col.CORE], table[:, col.PINNED], table[:, col.WATCHED] = col.FIXED, -1, 1, -1
+    seat = _watching_seat(categories, tree.items)
     for i, item in enumerate(tree.items, first):
         table[i, [col.MOUNT, col.CORE]] = _MOUNT[item.rule.mount], -1 if item.core is None else item.core - 1
         table[i, [col.BLOCKS, col.PINNED]] = _blocks(item, limits, parts[i]), item.pinned is not None
+        if "screen" in categories[item.rule.category].roles:
+            table[i, col.WATCHED] = seat
     owners = {row.owner for row in surfaces}
     table[:, col.LEADS] = [i in owners or i in table[:, col.CORE] for i in range(len(table))]
     write_links(tree, table)
     table[:, col.SOLIDS : col.BOX_END + 1] = _firsts([part.boxes for part in parts])
     table[:, col.WALL_MODES : col.WISH_END + 1] = _firsts([part.modes for part in parts])
     return table
+
+
+def _watching_seat(categories: Categories, items: Sequence[Item]) -> int:
+    """Return the index of the largest sofa or armchair, or bed where there is none, that screens are watched from; -1: there is none."""
+    for role in ("lounge", "bed"):
+        seats = [item for item in items if role in categories[item.rule.category].roles]
+        if seats:
+            return max(seats, key=lambda item: item.size_m[0] * item.size_m[1]).id - 1
+    return -1
 
 
 def _blocks(item: Item, limits: Thresholds, parts: _Parts) -> bool:

@@ -6,7 +6,7 @@ Kernels read them as attributes of this module, ``problem.link[i, col.MOUNT] == 
 FLOOR, WALL, CEILING, OBJECT, FIXED = range(5)
 """What holds an object: values of column ``MOUNT``."""
 
-HALF_DEPTH, HALF_WIDTH, INNER_RADIUS, OUTER_RADIUS, BOTTOM, CENTRED, BACK_GAP = range(7)
+HALF_DEPTH, HALF_WIDTH, INNER_RADIUS, OUTER_RADIUS, BOTTOM, CENTRED, BACK_GAP, SIDE_GAP, BEHIND = range(9)
 """Columns of ``Problem.object``."""
 
 MOUNT, CORE, LEADS, BLOCKS, SOLIDS, ZONES, STRIPS, BOX_END, WALL_MODES, AROUND_MODES, PLACEMENTS, TARGETS, MODE_END, WISH_END, PINNED = (
@@ -16,6 +16,9 @@ MOUNT, CORE, LEADS, BLOCKS, SOLIDS, ZONES, STRIPS, BOX_END, WALL_MODES, AROUND_M
 
 RUN, LEG, TURNS, UNIT_KIND, LIKES_END, FILLS, IN_LINE, JUTS, END_ON = range(15, 24)
 """Columns of ``Problem.link`` about runs."""
+
+WATCHED = 24
+"""Column of ``Problem.link`` about screens."""
 
 ZONE_KIND, ZONE_DEPTH = 6, 7
 """Columns of ``Problem.box`` after those of :mod:`grammar.geometry.boxes`."""

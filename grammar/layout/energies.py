@@ -6,11 +6,12 @@ IJCV 2018, section 2.2):
 - wall: ``|distance - mean|`` and ``|yaw - mean|``, each over the mode's spread, to the wall that an object fits best, of all walls and all
   of its modes
 - occlusion: ``max(0, 1 - d / d_acc)`` of the access space before an object, d_acc deep, that another object or a wall leaves only d deep;
-  objects of one group do not count for each other
+  what belongs to the object does not count, as chairs at a desk
 - support: the sum over a support surface's four edges of ``|distance - mean|``, ``|yaw - mean|``, and -log of the address's probability
 - group: the same as for walls, in the frame of the core object
-- overlap, out_of_room, blocked (zones of doors, windows and pictures), overhang, off_wall (backs of shelves, wardrobes, beds and the like):
-  metres, zero in a valid room
+- screen_aside: how far a screen and the seat that it is watched from look past each other
+- overlap, out_of_room, blocked (zones of doors, windows and pictures), overhang, off_wall (backs of shelves, wardrobes, beds and the
+  like, a side of baths and showers): metres, zero in a valid room
 - run_order: the wishes of a run's units that their order does not meet
 - relation_odds: for the mode taken in each wall, support and group relation, what it is less dense than the object's densest mode there
 - circulation, reach: see :mod:`grammar.layout.circulation`, which adds them where they have a weight
@@ -41,6 +42,7 @@ from grammar.layout.losses import (
     add_overlap,
     add_room_centre,
     add_support,
+    add_view,
     add_wall,
     add_zones,
 )
@@ -61,12 +63,15 @@ def _add_unary(problem, state, i, moved, out):  # type: ignore[no-untyped-def]
     add_occlusion_by_walls(problem, state, i, out)
     if link[i, col.AROUND_MODES] > link[i, col.WALL_MODES]:
         add_wall(problem, state, i, out)
-    if problem.object[i, col.BACK_GAP] < np.inf:
+    if min(problem.object[i, col.BACK_GAP], problem.object[i, col.SIDE_GAP]) < np.inf:
         add_off_wall(problem, state, i, out)
     if core >= 0 and state.hold[core, col.ACTIVE] and moved[core] != moved[i]:
         add_group(problem, state, i, out)
     if mount == col.OBJECT and moved[surface_owner(problem, state.hold[i, col.SURFACE])] != moved[i]:
         add_support(problem, state, i, out)
+    watcher = link[i, col.WATCHED]
+    if watcher >= 0 and state.hold[watcher, col.ACTIVE] and moved[watcher] != moved[i]:
+        add_view(problem, state, i, out)
     if problem.object[i, col.CENTRED] > 0.0:
         add_room_centre(problem, state, i, out)
     if is_head(problem, i):
@@ -79,13 +84,11 @@ def _add_pair(problem, state, i, j, squared, out):  # type: ignore[no-untyped-de
     link, item = problem.link, problem.object
     if squared < (item[i, col.INNER_RADIUS] + item[j, col.INNER_RADIUS]) ** 2:
         add_overlap(problem, state, i, j, out)
-    core_i, core_j = link[i, col.CORE], link[j, col.CORE]
-    related = core_i == j or core_j == i or (core_i >= 0 and core_i == core_j)
     for turn in range(2):
         owner, other = (i, j) if turn == 0 else (j, i)
         reach = item[owner, col.OUTER_RADIUS] + item[other, col.INNER_RADIUS]
         if link[owner, col.STRIPS] > link[owner, col.ZONES] and squared < reach * reach:
-            add_zones(problem, state, owner, other, related, out)
+            add_zones(problem, state, owner, other, out)
 
 
 @kernel
@@ -121,6 +124,8 @@ def local_energy(problem, state, members, count, moved, limit, out):  # type: ig
                 continue
             if link[j, col.CORE] == i and moved[j] == 0:
                 add_group(problem, state, j, out)
+            if link[j, col.WATCHED] == i and moved[j] == 0:
+                add_view(problem, state, j, out)
             # Circles about the origins tell which objects cannot meet.
             dx, dy = where[i, col.X] - where[j, col.X], where[i, col.Y] - where[j, col.Y]
             squared = dx * dx + dy * dy

@@ -19,7 +19,8 @@ _FURTHER = 200
 def enter(rng: np.random.Generator, problem: Problem, state: State, settings: MoveSettings, i: int, starts: int) -> bool:
     """Bring object ``i`` in at the best of ``starts`` poses drawn from the relocation's mixture; return whether any was possible.
 
-    Beside a core at the edge of the room, or at the end of its wall, most poses lie outside; where all do, more are drawn until one does not.
+    Beside a core at the edge of the room, or at the end of its wall, most poses lie outside; where all do, more are drawn until one
+    does not.
     """
     work = empty_proposal(), nothing_moved(problem), np.zeros(len(problem.weight))
     return bool(_enter(rng, problem, state, settings, int(i), starts, *work))

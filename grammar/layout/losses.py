@@ -14,7 +14,7 @@ from grammar.geometry.boxes import row_penetration
 from grammar.geometry.kernels import inlined, kernel
 from grammar.geometry.slopes import above_slopes
 from grammar.geometry.walls import rectangle_outside
-from grammar.geometry.zones import ACCESS, SWING, VIEW
+from grammar.geometry.zones import ACCESS, GLARE, SWING, VIEW
 from grammar.layout import columns as col
 from grammar.layout.frames import in_surface_frame, placement_target, surface_owner, wrap
 from grammar.spec.energy_terms import TERMS
@@ -33,9 +33,11 @@ SUPPORT_ADDRESS = TERMS.index("support_address")
 GROUP_DISTANCE = TERMS.index("group_distance")
 GROUP_ORIENTATION = TERMS.index("group_orientation")
 ROOM_CENTRE = TERMS.index("room_centre")
+SCREEN_ASIDE = TERMS.index("screen_aside")
 RELATION_ODDS = TERMS.index("relation_odds")
 
 _TOUCH_M = 1e-6
+_VIEW_RAD = math.radians(25.0)
 
 
 @kernel
@@ -146,17 +148,20 @@ def add_overlap(problem, state, i, j, out):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def add_zones(problem, state, i, j, related, out):  # type: ignore[no-untyped-def]
+def add_zones(problem, state, i, j, out):  # type: ignore[no-untyped-def]
     """Add occlusion and blocked depth: what the solids of object ``j`` take from the zones of object ``i``.
 
-    ``related``: the two belong to one group, whose objects may stand in each other's access space.
+    What belongs to an object may stand in its access space, as a chair at a desk; its own core may not, as a bed before a wardrobe.
     """
     link, placed, mount = problem.link, state.placed, problem.link[j, col.MOUNT]
+    belongs = link[j, col.CORE] == i
     for k in range(link[i, col.ZONES], link[i, col.STRIPS]):
         # Pass over zones that nothing mounted as object j can block.
         kind = int(problem.box[k, col.ZONE_KIND])
         if kind == ACCESS:
-            blocks = mount == col.FLOOR and not related
+            blocks = mount == col.FLOOR and not belongs
+        elif kind == GLARE:
+            blocks = link[j, col.WATCHED] >= 0
         else:
             blocks = kind == SWING or mount == (col.FLOOR if kind == VIEW else col.WALL)
         if not blocks:
@@ -165,7 +170,7 @@ def add_zones(problem, state, i, j, related, out):  # type: ignore[no-untyped-de
         for b in range(link[j, col.SOLIDS], link[j, col.ZONES]):
             if _heights_meet(placed, k, b):
                 deepest = max(deepest, row_penetration(placed, k, placed, b))
-        if kind == ACCESS:
+        if kind in (ACCESS, GLARE):
             out[OCCLUSION] += min(deepest / problem.box[k, col.ZONE_DEPTH], 1.0)
         else:
             out[BLOCKED] += deepest
@@ -201,24 +206,46 @@ def add_occlusion_by_walls(problem, state, i, out):  # type: ignore[no-untyped-d
 
 @kernel
 def add_off_wall(problem, state, i, out):  # type: ignore[no-untyped-def]
-    """Add how far the further end of the back of object ``i`` is from the wall that it is nearest to, beyond its greatest gap.
+    """Add how far object ``i`` is from walls beyond its greatest gaps: its back, and the side that is nearer to one."""
+    half_d, half_w = problem.object[i, col.HALF_DEPTH], problem.object[i, col.HALF_WIDTH]
+    back_gap, side_gap = problem.object[i, col.BACK_GAP], problem.object[i, col.SIDE_GAP]
+    if back_gap < np.inf:
+        out[OFF_WALL] += max(_edge_gap(problem, state, i, -half_d, -half_w, -half_d, half_w) - back_gap, 0.0)
+    if side_gap < np.inf:
+        left = _edge_gap(problem, state, i, -half_d, half_w, half_d, half_w)
+        right = _edge_gap(problem, state, i, -half_d, -half_w, half_d, -half_w)
+        out[OFF_WALL] += max(min(left, right) - side_gap, 0.0)
+
+
+@kernel
+def _edge_gap(problem, state, i, u0, v0, u1, v1):  # type: ignore[no-untyped-def]
+    """Return how far the further end of an edge of object ``i``, given in its frame, is from the wall that the edge is nearest to.
 
     Beyond a wall's ends the distance to its nearer end takes the place of that to the wall.
     """
     wall, x, y, yaw = problem.wall, state.where[i, col.X], state.where[i, col.Y], state.where[i, col.YAW]
-    half_d, half_w, c, s = problem.object[i, col.HALF_DEPTH], problem.object[i, col.HALF_WIDTH], math.cos(yaw), math.sin(yaw)
+    c, s = math.cos(yaw), math.sin(yaw)
     nearest = np.inf
     for w in range(len(wall)):
         furthest = 0.0
-        for side in (-1.0, 1.0):
-            dx = x - half_d * c - side * half_w * s - wall[w, walls.START_X]
-            dy = y - half_d * s + side * half_w * c - wall[w, walls.START_Y]
+        for u, v in ((u0, v0), (u1, v1)):
+            dx = x + u * c - v * s - wall[w, walls.START_X]
+            dy = y + u * s + v * c - wall[w, walls.START_Y]
             along = dx * wall[w, walls.ALONG_X] + dy * wall[w, walls.ALONG_Y]
             across = abs(dx * wall[w, walls.NORMAL_X] + dy * wall[w, walls.NORMAL_Y])
             beyond = max(-along, along - wall[w, walls.LENGTH], 0.0)
             furthest = max(furthest, math.sqrt(across * across + beyond * beyond))
         nearest = min(nearest, furthest)
-    out[OFF_WALL] += max(nearest - problem.object[i, col.BACK_GAP], 0.0)
+    return nearest
+
+
+@kernel
+def add_view(problem, state, i, out):  # type: ignore[no-untyped-def]
+    """Add by how much more than ``_VIEW_RAD`` screen ``i`` and the seat that it is watched from look past each other."""
+    where, seat = state.where, problem.link[i, col.WATCHED]
+    yaw = math.atan2(where[seat, col.Y] - where[i, col.Y], where[seat, col.X] - where[i, col.X])
+    off = max(abs(wrap(where[i, col.YAW] - yaw)), abs(wrap(where[seat, col.YAW] - yaw - math.pi)))
+    out[SCREEN_ASIDE] += max(off - _VIEW_RAD, 0.0)
 
 
 @inlined

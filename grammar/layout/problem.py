@@ -18,15 +18,17 @@ from grammar.layout import columns as col
 class Problem(NamedTuple):
     """Everything about a room that its chain leaves alone; n objects, whose rows of ``box`` and ``mode`` follow each other.
 
-    object: (n, 7) half depth, half width, radius of the circle about the origin around the solids, radius around solids and zones, height
+    object: (n, 9) half depth, half width, radius of the circle about the origin around the solids, radius around solids and zones, height
     of the underside of what does not stand on an object, 1 where it is drawn to the centroid of the floor, greatest gap between its back
-    and a wall (infinite where it may stand anywhere).
-    link: (n, 24) mount; index of the core object or -1; 1 where something may stand on it or be grouped around it; 1 where it takes floor
+    and a wall and between one of its sides and a wall (infinite where it may stand anywhere), how far its back stands off the line of its
+    run.
+    link: (n, 25) mount; index of the core object or -1; 1 where something may stand on it or be grouped around it; 1 where it takes floor
     from a robot; first row in ``box`` of its solids, of its zones and of the strips by which it is reached, and the end of these; first row
     in ``mode`` of its wall modes, of its modes around the core, of its placements, of the targets of its support address and of its wishes
     in a run, and the end of these; 1 where it stays put.  Of units: run or -1, number of a leg, 1 where it turns, kind, 1 where it likes
     the end, 1 where it carries something in line or stands as high; then 1 where it hangs in line, and moves only with its unit; 1 where
-    it juts out; 1 where it stands end-on.  Legs belong to places: the k-th unit of a run, by index, has that of place k.
+    it juts out; 1 where it stands end-on.  Legs belong to places: the k-th unit of a run, by index, has that of place k.  Of screens: index
+    of the seat that they are watched from; of all else -1.
     box: (m, 8) in the object's frame the first six columns of a box, then the kind and the depth of a zone.
     mode: (k, 7) wall modes: gap, 0, yaw against the wall; around the core: x, y, yaw in the core's frame; placements: depth fraction, width
     fraction, yaw against the surface (NaN: any).  Then of all these: -log of the density at the mode's middle over that of the object's

@@ -71,11 +71,12 @@ def arrange(problem, state, run, shift):  # type: ignore[no-untyped-def]
         first += 1
         # Put the unit beside the one before it.
         i, yaw = unit_at(problem, state, run, place), slot[k, col.LEG_YAW + 3 * leg]
-        half, c, s = half_along(problem, i), math.cos(yaw), math.sin(yaw)
+        c, s = math.cos(yaw), math.sin(yaw)
+        aside = problem.link[i, col.END_ON] or (problem.link[i, col.TURNS] and slot[k, col.DIRECTION] < 0.0)
+        half = problem.object[i, col.HALF_DEPTH] if aside else problem.object[i, col.HALF_WIDTH]
         along = slot[k, col.DIRECTION] * (walked + half)
-        across = slot[k, col.RUN_GAP] + (
-            problem.object[i, col.HALF_WIDTH] if problem.link[i, col.END_ON] else problem.object[i, col.HALF_DEPTH]
-        )
+        across = slot[k, col.RUN_GAP] + problem.object[i, col.BEHIND]
+        across += problem.object[i, col.HALF_WIDTH] if aside else problem.object[i, col.HALF_DEPTH]
         walked += 2.0 * half + slot[k, col.RUN_JOINT]
         state.where[i, col.X] = slot[k, col.LEG_X + 3 * leg] + along * s + across * c
         state.where[i, col.Y] = slot[k, col.LEG_Y + 3 * leg] - along * c + across * s

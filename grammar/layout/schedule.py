@@ -22,6 +22,9 @@ from grammar.layout.mcmc import Chain, Run, Trace, empty_counts, empty_trace, ru
 from grammar.layout.problem import Problem, State, copy_state
 from grammar.spec.rules import Convergence, Schedule
 
+_LARGE_M2 = 0.25
+"""What is larger and belongs to a corner comes in before what would stand there else."""
+
 
 class ChainResult(NamedTuple):
     """What the stages, or another round of the last of them, leave.
@@ -142,8 +145,10 @@ def _stages(problem: Problem, schedule: Schedule) -> list[Stage]:
     is_core = np.isin(np.arange(n), problem.core)
     follows = (mount == col.WALL) & grouped & (problem.mount[problem.core] == col.FLOOR)
     hangs = np.flatnonzero(((mount == col.WALL) & ~follows) | (mount == col.CEILING))
-    cores = np.flatnonzero((mount == col.FLOOR) & is_core & ~grouped)
-    associates = np.flatnonzero((mount == col.FLOOR) & grouped)
+    area = 4.0 * problem.object[:, col.HALF_DEPTH] * problem.object[:, col.HALF_WIDTH]
+    in_corner = grouped & problem.pinned[problem.core] & (area > _LARGE_M2)
+    cores = np.concatenate([np.flatnonzero((mount == col.FLOOR) & part) for part in (in_corner, is_core & ~grouped)])
+    associates = np.flatnonzero((mount == col.FLOOR) & grouped & ~in_corner)
     unpaired = np.flatnonzero((mount == col.FLOOR) & ~grouped & ~is_core)
     over_cores, over_associates = (np.flatnonzero(follows & np.isin(problem.core, below)) for below in (cores, associates))
     over_others = np.setdiff1d(np.flatnonzero(follows), np.concatenate([over_cores, over_associates]))

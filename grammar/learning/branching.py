@@ -15,17 +15,16 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
-from operator import add, le, sub
 from typing import NamedTuple
 
 import numpy as np
 
 from grammar.geometry.arrays import Floats
+from grammar.learning.bag_tables import Bag, Table, product
 from grammar.spec.and_or_graph import Branch, Node
 from grammar.spec.rules import Grammar
 
-Bag = tuple[int, ...]
-Table = dict[Bag, tuple[float, Floats]]
+Bare = dict[str, tuple[float, Floats]]
 
 _MISSED = 1e-3
 """Probability that an object of a covered symbol which a derivation has was not recorded."""
@@ -43,9 +42,6 @@ _MOST_COPIES = 64
 """Multiplicities of one branch, as many as a grammar may give."""
 
 _ROUNDS, _CONVERGED = 30, 1e-3
-
-_NEGLIGIBLE = 1e-12
-"""Share of a part's likeliest bag below which a bag is left out."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,8 +89,9 @@ def learn_branching(grammar: Grammar, rooms: Sequence[Iterable[str]], covered: A
     # alternate expected counts and probabilities
     for _ in range(_ROUNDS):
         expected = np.zeros_like(prior)
+        bare: Bare = {}
         for (room, bag), times in held:
-            probability, counts = _room_table(room, grammar.root, parameters, bag)
+            probability, counts = _room_table(room, grammar.root, parameters, bag, bare)
             if probability > _LEAST_PROBABILITY:
                 expected += times * counts / probability
         before, parameters = parameters, _normalised(model, expected + alpha * prior)
@@ -169,19 +166,23 @@ def _owners(grammar: Grammar, visible: Iterable[str], below: Mapping[str, Counte
     return {owner: tuple(symbols) for owner, symbols in closes.items()}
 
 
-def _room_table(model: _Model, root: str, parameters: Floats, bag: Bag) -> tuple[float, Floats]:
+def _room_table(model: _Model, root: str, parameters: Floats, bag: Bag, bare: Bare) -> tuple[float, Floats]:
     """Return the probability of a room's bag and its expected counts times that probability."""
-    table = _table(model, parameters, bag, root, {})
+    table = _table(model, parameters, bag, root, ({}, bare))
     probability, counts = next(iter(table.values()))
     return probability, counts
 
 
-def _table(model: _Model, parameters: Floats, bag: Bag, symbol: str, done: dict[str, Table]) -> Table:
-    """Return the table of a symbol; ``done`` are those that are known."""
+def _table(model: _Model, parameters: Floats, bag: Bag, symbol: str, known: tuple[dict[str, Table], Bare]) -> Table:
+    """Return the table of a symbol; ``known`` are those of this room, and those of what holds nothing of a room, which all rooms share."""
+    done, bare = known
     if symbol in done:
         return done[symbol]
-    node, zero = model.nodes.get(symbol), np.zeros(len(parameters))
     empty = (0,) * len(bag)
+    nothing = model.visible.keys().isdisjoint(model.below[symbol])
+    if nothing and symbol in bare:
+        return {empty: bare[symbol]}
+    node, zero = model.nodes.get(symbol), np.zeros(len(parameters))
     table: Table = {}
     if node is None:
         if symbol not in model.visible:
@@ -194,18 +195,20 @@ def _table(model: _Model, parameters: Floats, bag: Bag, symbol: str, done: dict[
     elif node.kind == "or":
         where = model.place[symbol, -1]
         for k, branch in enumerate(node.branches, where.start):
-            _add(table, _table(model, parameters, bag, branch.symbol, done), parameters[k], k)
+            _add(table, _table(model, parameters, bag, branch.symbol, known), parameters[k], k)
         table = _close(model, table, bag, model.closes.get(symbol, ()))
     else:
         table = {empty: (1.0, zero)}
         own = model.closes.get(symbol, ())
         last = {s: max(i for i, branch in enumerate(node.branches) if model.below[branch.symbol][s]) for s in own}
         for i, branch in enumerate(node.branches):
-            inner = _table(model, parameters, bag, branch.symbol, done)
+            inner = _table(model, parameters, bag, branch.symbol, known)
             if branch.multiplicity is not None:
                 inner = _copies(inner, parameters, model.place[symbol, i], bag)
-            table = _close(model, _product(table, inner, bag), bag, [s for s in own if last[s] == i])
+            table = _close(model, product(table, inner, bag), bag, [s for s in own if last[s] == i])
     done[symbol] = table
+    if nothing:
+        bare[symbol] = table[empty]
     return table
 
 
@@ -226,29 +229,9 @@ def _copies(inner: Table, parameters: Floats, where: slice, bag: Bag) -> Table:
     table: Table = {}
     for k in range(where.start, where.stop):
         if k > where.start:
-            power = _product(power, inner, bag)
+            power = product(power, inner, bag)
         _add(table, power, parameters[k], k)
     return table
-
-
-def _product(first: Table, second: Table, bag: Bag) -> Table:
-    """Return the table of two independent parts, without bags that hold more than the room does or that are next to impossible."""
-    if len(second) == 1:
-        ((b, (q, w)),) = second.items()
-        if not any(b):
-            return {a: (p * q, p * w + q * v) for a, (p, v) in first.items()}
-    table: Table = {}
-    for a, (p, v) in first.items():
-        free = tuple(map(sub, bag, a))
-        for b, (q, w) in second.items():
-            if all(map(le, b, free)):
-                key = tuple(map(add, a, b))
-                old = table.get(key)
-                both = p * q
-                counts = p * w + q * v
-                table[key] = (both, counts) if old is None else (old[0] + both, old[1] + counts)
-    least = _NEGLIGIBLE * max((p for p, _ in table.values()), default=0.0)
-    return {key: value for key, value in table.items() if value[0] >= least}
 
 
 def _close(model: _Model, table: Table, bag: Bag, symbols: Sequence[str]) -> Table:

@@ -17,6 +17,7 @@ import numpy as np
 
 from grammar.learning.assign import AssignedRoom, assign, is_of
 from grammar.learning.geometry import box_gap, nearest_wall
+from grammar.learning.name_guess import ALSO_SEEN
 from grammar.learning.observed import ObservedObject, ObservedRoom
 from grammar.learning.sizes import learn_size
 from grammar.spec.and_or_graph import Branch, Node
@@ -25,7 +26,6 @@ from grammar.spec.object_rules import NONE, AroundMode, ObjectRule, PlaceMode, S
 from grammar.spec.rules import Grammar
 from grammar.spec.values import TruncatedNormal
 
-ALSO_SEEN = "also_seen"
 PULLED_UP: Role = "pulled_up"
 _RAISED_M, _AT_WALL_M, _AT_CEILING_M = 0.3, 0.15, 0.3
 _BESIDE_M = 0.5
@@ -52,7 +52,8 @@ def completed(
         grammar: the base.
         categories: of which an object must be one.
         rooms: observed.
-        least: objects without which there is no new symbol.
+        least: objects without which there is no new symbol; it must be a tenth of the category's, too, since a symbol of few objects that
+            stand as none should would take the others over.
         any_size: accept every size of an object that the grammar has.
     """
     found: dict[str, list[Seen]] = {}
@@ -62,28 +63,81 @@ def completed(
         for name, seen in _unexplained(grammar, categories, room, recorded):
             if seen.item.category in categories:
                 found.setdefault(name, []).append(seen)
-    added = {name: items for name, items in sorted(found.items()) if len(items) >= least}
+    in_data = Counter(item.category for room in rooms for item in room.objects)
+    asked = {name: max(least, _OFTEN_MISSING * in_data[items[0].item.category]) for name, items in found.items()}
+    added = {name: items for name, items in sorted(found.items()) if len(items) >= asked[name]}
     objects = dict(grammar.objects)
-    for name, items in list(added.items()):
-        rule = _rule(grammar, items)
-        if rule.mount == "object" and not rule.supporters:
+    pulled_up = {name for name, items in added.items() if PULLED_UP in categories[items[0].item.category].roles}
+    for name, items in sorted(added.items(), key=lambda pair: pair[0] in pulled_up):
+        rule = _rule(replace(grammar, objects=objects), items)
+        if name in pulled_up:
+            rule = _at_cores(rule)
+        if (rule.mount == "object" and not rule.supporters) or (name in pulled_up and not rule.cores):
             del added[name]
         else:
             objects[name] = rule
     objects |= _with_loners(grammar, categories, assigned, least)
     nodes = _with_optional(grammar, assigned)
-    free = {name: items for name, items in added.items() if objects[name].mount != "object"}
+    # what never stands beside another one of its category is one more choice of the node that chooses between these
+    free = {name: items for name, items in added.items() if objects[name].mount != "object" and name not in pulled_up}
+    for name, items in list(free.items()):
+        choice = _choice_of(grammar.nodes, items[0].item.category, grammar.objects) if _never_both(items, rooms) else None
+        if choice is not None:
+            share = len(items) / in_data[items[0].item.category]
+            others = (replace(branch, probability=(branch.probability or 0.0) * (1.0 - share)) for branch in nodes[choice].branches)
+            nodes[choice] = replace(nodes[choice], branches=(*others, Branch(symbol=name, probability=share)))
+            del free[name]
     if free:
         branches = tuple(Branch(symbol=name, multiplicity=_multiplicity(items, len(rooms))) for name, items in free.items())
         nodes[ALSO_SEEN] = Node(kind="set", branches=branches)
         nodes, root = _below_root(nodes, grammar.root)
         grammar = replace(grammar, root=root)
-    for name in added.keys() - free.keys():
+    for name in sorted(pulled_up & added.keys()):
+        for core in objects[name].cores or {}:
+            nodes = _carrying(nodes, core, Branch(symbol=name, multiplicity=_at_each(objects[core], added[name], rooms)))
+    for name in sorted(name for name in added if objects[name].mount == "object"):
         for supporter, share in (objects[name].supporters or {}).items():
             carried = sum(item.symbol == supporter for room in assigned for item in room.objects)
             rate = min(share * len(added[name]) / max(carried, 1), _MOST_RATE)
             nodes = _carrying(nodes, supporter, Branch(symbol=name, multiplicity=(1.0 - rate, rate)))
     return replace(grammar, nodes=nodes, objects=objects), {name: len(items) for name, items in added.items()}
+
+
+def _never_both(items: Sequence[Seen], rooms: Sequence[ObservedRoom]) -> bool:
+    """Return whether no room holds more of the category than one object that asks for the new symbol."""
+    alone = {id(seen.room) for seen in items}
+    category = items[0].item.category
+    return all(sum(item.category == category for item in room.objects) == 1 for room in rooms if id(room) in alone)
+
+
+def _choice_of(nodes: Mapping[str, Node], category: str, objects: Mapping[str, ObjectRule]) -> str | None:
+    """Return the Or node that chooses between objects of a category: each of its branches surely leads to one."""
+
+    def holds(symbol: str) -> bool:
+        if symbol not in nodes:
+            return symbol in objects and objects[symbol].category == category
+        within = [holds(branch.symbol) for branch in nodes[symbol].branches]
+        kind = nodes[symbol].kind
+        return (kind == "and" and any(within)) or (kind == "or" and all(within))
+
+    return next((name for name, node in nodes.items() if node.kind == "or" and holds(name)), None)
+
+
+def _at_cores(rule: ObjectRule) -> ObjectRule:
+    """Return the rule of what is pulled up to its cores: it stands at one and not at walls."""
+    cores = {name: weight for name, weight in (rule.cores or {}).items() if name != NONE}
+    return replace(rule, cores={name: weight / sum(cores.values()) for name, weight in cores.items()} or None, wall=())
+
+
+def _at_each(core: ObjectRule, items: Sequence[Seen], rooms: Sequence[ObservedRoom]) -> tuple[float, ...]:
+    """Return the shares of a core's copies at which 0, 1, ... of the objects stand."""
+    counts: Counter[int] = Counter()
+    for room in rooms:
+        here = [seen.item for seen in items if seen.room is room]
+        copies = [other for other in room.objects if other.category == core.category]
+        counts.update(sum(box_gap(item, copy) < _BESIDE_M for item in here) for copy in copies)
+    total = max(sum(counts.values()), 1)
+    return tuple(counts[k] / total for k in range(max(counts, default=0) + 1))
 
 
 def _carrying(nodes: Mapping[str, Node], supporter: str, branch: Branch) -> dict[str, Node]:

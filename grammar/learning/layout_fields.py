@@ -16,6 +16,11 @@ class UnfitError(Exception):
     """A line, an object or an opening that cannot be used; the text is the reason."""
 
 
+def quoted(name: str) -> str:
+    """Return the beginning of a name as messages and the comments of files may show it: characters of one line, which every file holds."""
+    return "'" + "".join(letter if letter.isprintable() else "?" for letter in name[:60]) + "'"
+
+
 def read_number(value: Any, reason: str, low: float, high: float) -> float:
     """Return a finite number within bounds.
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from grammar.learning.category_map import CategoryMap
-from grammar.learning.geometry import wall_poses
-from grammar.learning.layout_fields import UnfitError, read_number, read_numbers
+from grammar.learning.geometry import box_gap, wall_poses
+from grammar.learning.layout_fields import UnfitError, quoted, read_number, read_numbers
 from grammar.learning.name_guess import kind_of, nearest_category, symbol_of
 from grammar.learning.observed import ObservedObject
 from scene_description.types import Point2
@@ -36,11 +36,12 @@ def read_objects(
     read = _own_object if own else _foreign_object
     kept: list[ObservedObject] = []
     supporters: list[int | None] = []
+    general: list[bool] = []
     place: dict[int, int] = {}
     reasons: list[str] = []
     for index, data in enumerate(objects):
         try:
-            item, supporter, unturned, told = read(data, names, room_type)
+            item, supporter, unturned, told, by_room = read(data, names, room_type)
             _check_inside(item, polygon)
             if item.category in names.low and item.size_m[2] < names.low[item.category].below_m:
                 item = replace(item, category=names.low[item.category].is_a)
@@ -58,18 +59,24 @@ def read_objects(
         place[index] = len(kept)
         kept.append(item)
         supporters.append(supporter)
+        general.append(by_room)
+    kept = [_by_neighbour(item, kept, names) if by_room else item for item, by_room in zip(kept, general, strict=True)]
     # point to supporters by their places among the objects that are kept
     on = [None if supporter is None else place.get(supporter) for supporter in supporters]
     return tuple(replace(item, on=None if on[i] == i else on[i]) for i, item in enumerate(kept)), reasons
 
 
 class _Read(NamedTuple):
-    """An object as a line has it: its supporter's place in the line, whether the line tells no front, and what was made of its name."""
+    """An object as a line has it: its supporter's place in the line, whether the line tells no front, and what was made of its name.
+
+    ``by_room``: whether the room type told what a general name means.
+    """
 
     item: ObservedObject
     supporter: int | None
     unturned: bool = False
     told: str = ""
+    by_room: bool = False
 
 
 def _foreign_object(data: Any, names: CategoryMap, room_type: str) -> _Read:
@@ -81,9 +88,9 @@ def _foreign_object(data: Any, names: CategoryMap, room_type: str) -> _Read:
         raise UnfitError("object: no category")
     category = names.category(room_type, name, raw if isinstance(raw, str) else "")
     if category is None and not names.catalogue:
-        raise UnfitError(f"object: unknown category '{name[:60]}'")
+        raise UnfitError(f"object: unknown category {quoted(name)}")
     if category == "":
-        raise UnfitError(f"object: category '{name[:60]}' is not learned")
+        raise UnfitError(f"object: category {quoted(name)} is not learned")
     width, depth, height = read_numbers(data.get("size"), "object: absurd or missing size", _SIDE_LOW_M, _SIDE_HIGH_M)
     x, y, z = read_numbers(data.get("pos"), "object: absurd or missing position", -1e5, 1e5)
     unturned = "yaw" in data and data["yaw"] is None
@@ -98,7 +105,17 @@ def _foreign_object(data: Any, names: CategoryMap, room_type: str) -> _Read:
         target,
         unturned,
         "" if names.category(room_type, name, raw if isinstance(raw, str) else "") else _told(name, category, own_name),
+        names.is_general(room_type, name, raw if isinstance(raw, str) else ""),
     )
+
+
+def _by_neighbour(item: ObservedObject, objects: Sequence[ObservedObject], names: CategoryMap) -> ObservedObject:
+    """Return an object of a general name as what it is by what stands beside it."""
+    rule = names.beside.get(item.category)
+    if rule is None:
+        return item
+    near = any(other.category == rule.of and box_gap(item, other) < rule.within_m for other in objects)
+    return replace(item, category=(rule.there if near else rule.elsewhere) or item.category)
 
 
 def _guessed(names: CategoryMap, name: str, size_m: Size, raised: bool) -> tuple[str, str]:
@@ -108,7 +125,7 @@ def _guessed(names: CategoryMap, name: str, size_m: Size, raised: bool) -> tuple
 
 
 def _told(name: str, category: str, own_name: str) -> str:
-    return f"name: '{name[:60]}' is taken for {category}{', a plain box' if own_name else ''}"
+    return f"name: {quoted(name)} is taken for {category}{', a plain box' if own_name else ''}"
 
 
 def _turned_wide(item: ObservedObject, polygon: Sequence[Point2]) -> ObservedObject:

@@ -5,20 +5,23 @@ from __future__ import annotations
 import hashlib
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 
+from grammar.derivation.shell import COUNT
 from grammar.learning.assign import AssignedRoom, assign
+from grammar.learning.beside import with_neighbours
 from grammar.learning.branching import learn_branching
 from grammar.learning.contrastive import ContrastiveOptions, CurveRow, learn_weights
 from grammar.learning.graph import completed
 from grammar.learning.observed import ObservedRoom
-from grammar.learning.openings import learn_openings
+from grammar.learning.openings import fitted_to_openings, learn_openings
 from grammar.learning.relations import LearnShares, learn_object
+from grammar.learning.runs import learn_runs, with_even_heights
 from grammar.learning.sampled_counts import RoomSampler, SampledCounts, count_room
 from grammar.learning.sizes import learn_room
 from grammar.learning.truncation import TruncationOptions, TruncationRow, correct_truncation
@@ -30,6 +33,9 @@ PARTS: tuple[Part, ...] = ("sizes", "relations", "openings", "room", "weights")
 
 _LEAST_ROOMS = 5
 _STRUCTURES, _LAYOUTS, _ROUNDS, _DERIVATIONS = 160, 1, 1, 20_000
+_STARTS = 60
+"""Poses tried for an object that comes in: real rooms leave little space for it."""
+
 _POOLED = 5.0
 _BESIDE = 0.5
 """Learned places are as tight as those of the data, and what has some around a core and at walls is proposed where both hold."""
@@ -82,7 +88,7 @@ def split_houses(rooms: Sequence[ObservedRoom], share: float, fold: int = 0) -> 
 
     Folds 0, 1, ... hold out one such share after the other, for cross-validation.
     """
-    houses = sorted({room.house for room in rooms}, key=lambda house: hashlib.sha256(house.encode()).hexdigest())
+    houses = sorted({room.house for room in rooms}, key=lambda house: hashlib.sha256(house.encode(errors="surrogatepass")).hexdigest())
     count = math.ceil(share * len(houses) - 1e-9)
     held = set(houses[fold * count : (fold + 1) * count])
     return tuple(room for room in rooms if room.house not in held), tuple(room for room in rooms if room.house in held)
@@ -96,16 +102,18 @@ def learn(
     rng: np.random.Generator,
     sampler: RoomSampler | None = None,
     elsewhere: Sequence[ObservedRoom] = (),
+    told: Callable[[str], None] = lambda _: None,
 ) -> LearnedGrammar:
     """Learn from rooms of one type; equal inputs and an equal state of ``rng`` give an equal grammar.
 
     ``sampler`` samples the rooms that correct for truncation, by default one after the other with :func:`room_sampler`; ``elsewhere`` are
-    rooms of other types that share their sizes and places.
+    rooms of other types that share their sizes and places; ``told`` hears what is learned next: graph, numbers, weights, corrections.
 
     Raises:
         GrammarError: there are fewer than five rooms with objects that the grammar knows.
     """
     # give the graph what it lacks, and match the observed objects with the grammar's
+    told("graph")
     grammar, added = completed(grammar, categories, rooms, options.least, "sizes" in options.keep)
     assigned = [assign(grammar, room, "sizes" in options.keep) for room in rooms]
     furnished = sum(bool(room.objects) for room in assigned)
@@ -118,19 +126,23 @@ def learn(
     recorded = {item.category for room in (*rooms, *elsewhere) for item in room.objects}
     covered = {symbol for symbol, rule in grammar.objects.items() if rule.category in recorded}
     # learn structure, sizes and relations
+    told("numbers")
     others = [assign(grammar, room, True) for room in elsewhere] if options.pooled > 0.0 else []
     related, counts = _learn_rules(grammar, categories, assigned, others, covered, options)
     # learn the weights of the energy
+    told("weights")
     contrastive = replace(options.contrastive, iterations=0) if "weights" in options.keep else options.contrastive
     weights = learn_weights(related, categories, assigned, contrastive, rng)
     counts.update({f"weights.{name}": weights.rooms for name in weights.learned})
     # correct the structure for rooms that find no valid layout
+    told("corrections")
     everything = Counter(item.category for room in rooms for item in room.objects)
     known = {grammar.objects[symbol].category for symbol in covered}
     wanted = {name: everything[name] / len(assigned) for name in sorted(known | set(everything))}
     seed = int(rng.integers(2**62))
+    numbers = {f"{kind}{COUNT}" for kind in related.openings if f"openings.{kind}.multiplicity" in counts}
     final, truncation = correct_truncation(
-        replace(related, weights=weights.weights), wanted, covered, options.truncation, sampler or room_sampler(categories, seed)
+        replace(related, weights=weights.weights), wanted, covered | numbers, options.truncation, sampler or room_sampler(categories, seed)
     )
     return LearnedGrammar(
         grammar=final,
@@ -164,10 +176,16 @@ def _learn_rules(
             grammar, categories, symbol, assigned, others, LearnShares(options.alpha, options.pooled, options.least), options.keep
         )
         counts.update({f"objects.{symbol}.{name}": count for name, count in found.items()})
+    nodes = dict(branching.nodes)
+    if "sizes" not in options.keep:
+        objects = with_even_heights(grammar.objects, objects)
+        related = learn_runs(replace(grammar, nodes=nodes, objects=objects), assigned, counts)
+        nodes, objects = dict(related.nodes), dict(related.objects)
     openings = dict(grammar.openings)
     if "openings" not in options.keep:
         openings, found = learn_openings(grammar.openings, [room.room for room in assigned], options.alpha, _LEAST_ROOMS)
         counts.update({f"openings.{name}": count for name, count in found.items()})
+        objects = fitted_to_openings(objects, openings)
     shape = grammar.room
     if "room" not in options.keep:
         shape = learn_room(
@@ -177,7 +195,12 @@ def _learn_rules(
         counts.update({f"room.{name}": len(assigned) for name in names})
     budget = _patient(grammar.budget)
     moves = replace(grammar.moves, relocate_beside=max(grammar.moves.relocate_beside, _BESIDE))
-    return replace(grammar, room=shape, openings=openings, nodes=branching.nodes, objects=objects, moves=moves, budget=budget), counts
+    schedule = replace(grammar.schedule, starts=max(grammar.schedule.starts, _STARTS))
+    learned = replace(grammar, room=shape, openings=openings, nodes=nodes, objects=objects, moves=moves, schedule=schedule, budget=budget)
+    if "relations" not in options.keep:
+        learned, found = with_neighbours(learned, categories, assigned, options.alpha)
+        counts.update(found)
+    return learned, counts
 
 
 def room_sampler(categories: Categories, seed: int) -> RoomSampler:

@@ -25,7 +25,7 @@ _EXPLAINED = 0.5
 _MOST_MODES = {WallMode: 6, AroundMode: 10, PlaceMode: 6}
 """Greatest number of modes by kind: more cost time and add little."""
 
-_ALIGNED_RAD = 0.002
+ALIGNED_RAD = 0.002
 _STRAIGHT_RAD = 0.1
 _EXACT_RAD = math.radians(3.0)
 _LEAST_SPREAD, _MOST_SPREAD = 0.01, 500.0
@@ -33,7 +33,7 @@ LEAST_PLACE_M = 0.004
 _RAYLEIGH = 4.6
 """n R^2 that uniform angles exceed with probability 0.01."""
 
-_LEAST_ANGLE_RAD = 0.0002
+LEAST_ANGLE_RAD = 0.0002
 """What is closer than the records tell is not distinguished."""
 
 AnyMode = TypeVar("AnyMode", WallMode, AroundMode, PlaceMode)
@@ -81,7 +81,7 @@ def turn_group(angle: float, turned: bool) -> tuple[int, int]:
         return 0, 0
     quarter = quarter_of(angle)
     off = abs(wrapped(angle - 0.5 * math.pi * quarter))
-    return quarter, (off > _ALIGNED_RAD) + (off > _STRAIGHT_RAD)
+    return quarter, (off > ALIGNED_RAD) + (off > _STRAIGHT_RAD)
 
 
 def has_direction(angles: Sequence[float]) -> bool:
@@ -101,7 +101,7 @@ def typical_angle(angles: Sequence[float], quarter: int) -> tuple[float, float]:
     off = np.array([wrapped(angle - base) for angle in angles])
     middle = float(np.median(off))
     middle = middle if abs(middle) > max(_EXACT_RAD, float(np.abs(off - middle).mean())) else 0.0
-    return wrapped(base + middle), max(float(np.abs(off - middle).mean()), _LEAST_ANGLE_RAD)
+    return wrapped(base + middle), max(float(np.abs(off - middle).mean()), LEAST_ANGLE_RAD)
 
 
 def wall_modes(seen: Sequence[tuple[float, float]], turned: bool, scale: Scale) -> tuple[WallMode, ...]:

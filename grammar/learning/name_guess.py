@@ -6,8 +6,18 @@ import difflib
 import re
 from collections.abc import Collection, Sequence
 
+from grammar.spec.object_rules import CORE, CORNER, NONE
+from grammar.spec.room_rules import OPENINGS
+from grammar.spec.run_rules import END
+
 FURNITURE, THING = "other_furniture", "other_prop"
 """Categories of what no category of ours is like; they look like plain boxes and keep the source's name as their symbol."""
+
+ALSO_SEEN = "also_seen"
+"""The node of what a base graph lacks."""
+
+_RESERVED = {ALSO_SEEN, CORE, CORNER, END, NONE, *OPENINGS}
+"""Words of grammars that are no symbols of objects."""
 
 _ALIKE = 0.85
 _THING_M = 0.45
@@ -23,7 +33,8 @@ def words_of(name: str) -> tuple[str, ...]:
 
 def symbol_of(name: str) -> str:
     """Return a name as a symbol of a grammar."""
-    return "_".join(words_of(name))[:50].strip("_") or "thing"
+    symbol = "_".join(words_of(name))[:50].strip("_") or "thing"
+    return f"{symbol}_thing" if symbol in _RESERVED else symbol
 
 
 def nearest_category(name: str, catalogue: Collection[str]) -> str | None:

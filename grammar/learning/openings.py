@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from grammar.geometry.walls import wall_rows
+from grammar.geometry.arrays import Bools, Floats
+from grammar.geometry.walls import wall_lengths, wall_rows
+from grammar.learning.geometry import filled_outline, without_steps
 from grammar.learning.observed import ObservedOpening, ObservedRoom
+from grammar.spec.object_rules import ObjectRule, Tie
 from grammar.spec.room_rules import OpeningRule
 from grammar.spec.values import TruncatedNormal
 
@@ -19,6 +22,10 @@ _NICHE_M = 0.5
 _ONE_SIZE_M = 0.005
 _LEAST_SD_M = 0.005
 _TAILS = (0.05, 0.95)
+_FEW = 3
+"""So many openings have space in any room; of rooms with more is learned how long their walls are."""
+_LEAST_WALL = 0.1
+_POWERS = np.linspace(0.0, 1.5, 16)
 
 
 def learn_openings(
@@ -45,6 +52,9 @@ def learn_openings(
         if len(numbers) >= least and (kind != "door" or set(numbers) != {1}):
             rule = replace(rule, multiplicity=_multiplicity(rule.multiplicity, numbers, alpha))
             counts[f"{kind}.multiplicity"] = len(numbers)
+            if len(rule.multiplicity) > _FEW + 1:
+                rule = replace(rule, wall_m=_wall_m(known, kind), length_power=_length_power(known, kind))
+                counts |= {f"{kind}.wall_m": len(numbers), f"{kind}.length_power": len(numbers)}
         seen = [(room, opening) for room in known for opening in room.openings[kind]]
         if len(seen) >= least:
             learned = {**_sized(rule, [opening for _, opening in seen]), **_placed(rule, seen)}
@@ -54,10 +64,66 @@ def learn_openings(
     return rules, counts
 
 
+def fitted_to_openings(objects: Mapping[str, ObjectRule], openings: Mapping[str, OpeningRule]) -> dict[str, ObjectRule]:
+    """Return the rules of objects where what follows the size of an opening, as curtains do, has bounds as wide as that asks for."""
+    return {symbol: _fitted(rule, openings) for symbol, rule in objects.items()}
+
+
+def _fitted(rule: ObjectRule, openings: Mapping[str, OpeningRule]) -> ObjectRule:
+    low, high = list(rule.low_m), list(rule.high_m)
+    for tie in rule.tied:
+        if tie.to not in openings:
+            continue
+        ends = sorted(tie.factor * value for value in _range_m(tie, openings[tie.to]))
+        least, most = ends[0] + tie.add_m - tie.sd_m, ends[1] + tie.add_m + tie.sd_m
+        if tie.axis == "middle":
+            centre = rule.centre_height_m
+            if centre is not None:
+                rule = replace(rule, centre_height_m=replace(centre, low=max(min(centre.low, least), 0.0), high=max(centre.high, most)))
+        else:
+            axis = ("depth", "width", "height").index(tie.axis)
+            low[axis], high[axis] = max(min(low[axis], least), 0.1 * low[axis]), max(high[axis], most)
+    return replace(rule, low_m=(low[0], low[1], low[2]), high_m=(high[0], high[1], high[2]))
+
+
+def _range_m(tie: Tie, opening: OpeningRule) -> tuple[float, float]:
+    """Return the least and the greatest measure of an opening that a tie may follow."""
+    sides = {"width": opening.width_m, "height": opening.height_m, "bottom": opening.sill_m}
+    if tie.of == "top":
+        return opening.sill_m.low + opening.height_m.low, opening.sill_m.high + opening.height_m.high
+    return (sides[tie.of].low, sides[tie.of].high) if tie.of in sides else (0.0, 0.0)
+
+
 def _multiplicity(base: Sequence[float], numbers: Sequence[int], alpha: float) -> tuple[float, ...]:
     counted, most = Counter(numbers), max(max(numbers) + 1, len(base))
     prior = [*base, *(0.0 for _ in range(most - len(base)))]
     return tuple((counted[k] + alpha * prior[k]) / (len(numbers) + alpha) for k in range(min(most, 16)))
+
+
+def _wall_m(rooms: Sequence[ObservedRoom], kind: str) -> float:
+    """Return how much wall each opening of a room has at least, metres; one room in ten has less."""
+    numbers = [(len(room.openings[kind]), sum(wall_lengths(filled_outline(room.polygon_m)))) for room in rooms]
+    return float(np.quantile([length / number for number, length in numbers if number], _LEAST_WALL))
+
+
+def _length_power(rooms: Sequence[ObservedRoom], kind: str) -> float:
+    """Return the power of the walls' lengths under which the walls that openings lie in are likeliest."""
+    drawn = [
+        (np.log(lengths[fits]), int(fits[:wall].sum())) for room in rooms for wall, lengths, fits in _walls_with(room, kind) if fits[wall]
+    ]
+    likelihoods = [sum(power * logs[wall] - np.log(np.exp(power * logs).sum()) for logs, wall in drawn) for power in _POWERS]
+    return float(_POWERS[int(np.argmax(likelihoods))])
+
+
+def _walls_with(room: ObservedRoom, kind: str) -> Iterator[tuple[int, Floats, Bools]]:
+    """Yield the wall of each opening in the outline without niches, the walls' lengths in metres, and which of them have space for it."""
+    rows, own = wall_rows(without_steps(room.polygon_m)), wall_rows(room.polygon_m)
+    for opening in room.openings[kind]:
+        middle = own[opening.wall, :2] + (opening.offset_m + 0.5 * opening.width_m) * own[opening.wall, 2:4]
+        delta = middle - rows[:, :2]
+        along = (delta * rows[:, 2:4]).sum(1)
+        off = np.abs((delta * rows[:, 5:7]).sum(1)) + np.maximum(0.0, np.maximum(-along, along - rows[:, 4]) + 0.5 * opening.width_m)
+        yield int(np.argmin(off)), rows[:, 4], rows[:, 4] >= opening.width_m
 
 
 def _sized(rule: OpeningRule, seen: Sequence[ObservedOpening]) -> dict[str, TruncatedNormal]:

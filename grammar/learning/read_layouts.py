@@ -2,7 +2,7 @@
 
 Two kinds of lines are read.  Those with ``"schema": "scene_synth.layout/1"`` are in our conventions, as
 :mod:`grammar.learning.write_layouts` writes them.  All others have boxes by centre and [width, depth, height], whose front faces -y at
-yaw 0.
+yaw 0.  A room has the doors that other rooms of its house list and that lead into it too.
 """
 
 from __future__ import annotations
@@ -10,15 +10,17 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from grammar.learning.category_map import CategoryMap
 from grammar.learning.layout_fields import UnfitError, read_number, read_polygon
 from grammar.learning.layout_objects import read_objects
 from grammar.learning.layout_openings import read_openings
 from grammar.learning.observed import ObservedRoom
+from grammar.learning.shared_doors import shared_doors
 from grammar.spec.rules import GrammarError
 from scene_description import error_line
 
@@ -63,11 +65,13 @@ def read_layouts(path: Path, names: CategoryMap, room_type: str) -> LayoutFile:
     rooms: list[ObservedRoom] = []
     skipped: list[Skipped] = []
     others = 0
-    for number, line in enumerate(lines, 1):
-        if not line.strip():
-            continue
+    parsed: list[tuple[int, dict[str, Any] | UnfitError]] = [
+        (number, _parsed(line)) for number, line in enumerate(lines, 1) if line.strip()
+    ]
+    houses = lines_by_house(data for _, data in parsed if isinstance(data, dict))
+    for number, data in parsed:
         try:
-            room, reasons = _read_line(line, names, room_type)
+            room, reasons = _read_room(data, houses, names, room_type)
         except UnfitError as unfit:
             skipped.append(Skipped(file=path.name, line=number, reason=str(unfit)))
             continue
@@ -79,16 +83,46 @@ def read_layouts(path: Path, names: CategoryMap, room_type: str) -> LayoutFile:
     return LayoutFile(name=path.name, rooms=tuple(rooms), skipped=tuple(skipped), other_rooms=others)
 
 
-def _read_line(line: bytes, names: CategoryMap, room_type: str) -> tuple[ObservedRoom | None, list[str]]:
-    """Return a room of the wanted type, None for one of another type, and the reasons why parts of it cannot be used."""
+def lines_by_house(lines: Iterable[Mapping[str, Any]]) -> dict[str, list[Mapping[str, Any]]]:
+    """Return the lines of each house; those without a name of their own count as a house each."""
+    houses: dict[str, list[Mapping[str, Any]]] = {}
+    for data in lines:
+        if (house := _house(data)) is not None:
+            houses.setdefault(house, []).append(data)
+    return houses
+
+
+def with_shared_doors(data: Mapping[str, Any], houses: Mapping[str, Sequence[Mapping[str, Any]]]) -> Mapping[str, Any]:
+    """Return a line with the doors that it shares with the other rooms of its house."""
+    house = _house(data)
+    more = shared_doors(data, [other for other in houses.get(house, ()) if other is not data]) if house is not None else []
+    return {**data, "doors": [*data["doors"], *more]} if more else data
+
+
+def _house(data: Mapping[str, Any]) -> str | None:
+    house, identifier = data.get("house"), data.get("id")
+    if isinstance(house, str) and house:
+        return house
+    return house_of(identifier) if isinstance(identifier, str) and identifier else None
+
+
+def _parsed(line: bytes) -> dict[str, Any] | UnfitError:
+    """Return a line's object, or why it is none."""
+    if len(line) > _MAX_LINE_CHARACTERS:
+        return UnfitError("room: line too long")
     try:
-        if len(line) > _MAX_LINE_CHARACTERS:
-            raise UnfitError("room: line too long")
         data = json.loads(line)
     except (ValueError, RecursionError):
-        raise UnfitError("room: not JSON") from None
-    if not isinstance(data, Mapping):
-        raise UnfitError("room: not a JSON object")
+        return UnfitError("room: not JSON")
+    return data if isinstance(data, dict) else UnfitError("room: not a JSON object")
+
+
+def _read_room(
+    data: Mapping[str, Any] | UnfitError, houses: Mapping[str, Sequence[Mapping[str, Any]]], names: CategoryMap, room_type: str
+) -> tuple[ObservedRoom | None, list[str]]:
+    """Return a room of the wanted type, None for one of another type, and the reasons why parts of it cannot be used."""
+    if isinstance(data, UnfitError):
+        raise data
     found, identifier, objects = data.get("room_type"), data.get("id"), data.get("objects")
     if not isinstance(found, str):
         raise UnfitError("room: no room_type")
@@ -100,18 +134,17 @@ def _read_line(line: bytes, names: CategoryMap, room_type: str) -> tuple[Observe
     polygon = read_polygon(data.get("polygon_m" if own else "polygon"))
     height = read_number(data.get("height_m" if own else "height"), "room: no height", 1.5, 10.0)
     text = identifier if isinstance(identifier, str) and identifier else "unnamed"
-    house = data.get("house")
     items, reasons = read_objects(objects, names, room_type, polygon, own=own)
     if objects and not items:
         raise UnfitError("room: no usable object")
     room = ObservedRoom(
         id=text,
-        house=house if isinstance(house, str) and house else house_of(text),
+        house=_house(data) or text,
         room_type=room_type,
         polygon_m=polygon,
         height_m=height,
         objects=items,
-        openings=read_openings(data, polygon, reasons),
+        openings=read_openings(with_shared_doors(data, houses), polygon, reasons),
     )
     return room, reasons
 

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,6 +16,8 @@ from grammar.layout.assemble import around_target
 from grammar.learning.assign import AssignedObject, AssignedRoom
 from grammar.learning.geometry import WallPose, fitting_wall, nearest_wall, relative_pose, wrapped
 from grammar.learning.modes import (
+    ALIGNED_RAD,
+    LEAST_ANGLE_RAD,
     LEAST_PLACE_M,
     GroupPose,
     Scale,
@@ -28,22 +30,24 @@ from grammar.learning.modes import (
     wall_modes,
 )
 from grammar.learning.sizes import height_modes, is_norm, learn_size
-from grammar.spec.categories import Categories
+from grammar.spec.categories import Categories, Role
 from grammar.spec.energy_terms import Weights
-from grammar.spec.object_rules import NONE, AroundMode, ObjectRule, WallMode
+from grammar.spec.object_rules import CORE, NONE, AroundMode, ObjectRule, WallMode
 from grammar.spec.rules import Grammar
 from grammar.spec.values import TruncatedNormal
 
 _AT_WALL_M = 1.0
 _USED_FROM_M = 0.4
-_ACROSS_M, _OFF_PLACE_M = 1.0, 0.6
+_ACROSS_M, _OFF_PLACE_M, _OTHER_PLACE_M = 1.0, 0.6, 0.15
 _LEAST_POSES = 5
+_LEAST_TURNS, _LEAST_TURNED, _STRAIGHT_RAD = 3, 0.15, 0.1
 _PLENTY = 20
 """Poses beyond which other room types are not asked."""
 
 
+LOW_TABLE: Role = "low_table"
 _TIED_M = 0.1
-_HEIGHT_MARGIN_M = 0.01
+_HEIGHT_MARGIN_M, _EXACT_M = 0.01, 0.001
 _MEDIAN_OF_ROUND = 1.678
 _AXES = {"depth": 0, "width": 1, "height": 2}
 
@@ -102,12 +106,13 @@ def learn_object(
     if rule.cores and rule.around:
         scale = _scale(grammar.weights.group_distance, grammar.weights.group_orientation, beta)
         matched = any(other.same_place_as == symbol for other in grammar.objects.values())
-        rule = _learn_group(rule, scale, seen, shares.alpha, enough, matched, counts)
+        alike = LOW_TABLE in categories[rule.category].roles
+        rule = _learn_group(rule, scale, seen, shares.alpha, enough, matched, alike, counts)
     if rule.mount == "object" and rule.supporters:
         rule = _learn_support(grammar, categories, rule, seen, shares.alpha, enough, counts)
-    if rule.centre_height_m is not None and not is_norm(rule.centre_height_m.low, rule.centre_height_m.high):
+    if rule.centre_height_m is not None:
         rule = _learn_height(rule, rule.centre_height_m, seen, counts)
-    return rule, counts
+    return straightened(rule, grammar, (*rooms, *others), counts), counts
 
 
 def _is_sound(rule: ObjectRule, size_m: Sequence[float]) -> bool:
@@ -120,11 +125,14 @@ def _without_broken_ties(rule: ObjectRule, seen: Seen, category_of: Mapping[str,
     kept = []
     for tie in rule.tied:
         axis, of = _AXES.get(tie.axis), _AXES.get(tie.of)
+        if tie.to == CORE and axis is not None and of is not None:
+            pairs = [(item, room.objects[item.core]) for room, item in seen if item.core is not None]
+        else:
+            pairs = [(item, other) for room, item in seen for other in room.objects if category_of[other.symbol] == category_of.get(tie.to)]
         off = [
             abs(item.seen.size_m[axis] - tie.factor * other.seen.size_m[of] - tie.add_m)
-            for room, item in seen
-            for other in room.objects
-            if axis is not None and of is not None and category_of[other.symbol] == category_of.get(tie.to)
+            for item, other in pairs
+            if axis is not None and of is not None
         ]
         if len(off) < _LEAST_POSES or float(np.median(off)) <= max(_TIED_M, 2.0 * tie.sd_m):
             kept.append(tie)
@@ -182,11 +190,13 @@ def _scale(distance_weight: float, angle_weight: float, beta: float) -> Scale:
     return Scale(*(1.0 / (beta * weight) if weight > 0.0 else 1e6 for weight in (distance_weight, angle_weight)))
 
 
-def _learn_group(rule: ObjectRule, scale: Scale, seen: Seen, alpha: float, least: int, matched: bool, counts: dict[str, int]) -> ObjectRule:
+def _learn_group(
+    rule: ObjectRule, scale: Scale, seen: Seen, alpha: float, least: int, matched: bool, alike: bool, counts: dict[str, int]
+) -> ObjectRule:
     """Learn the poses around the core, and how often the object has no core though one is offered.
 
     Learned modes are not exclusive.  Places that are exclusive, that other objects follow by their numbers (``matched``), or that lie
-    across the room stay where they are and become as tight or loose as the data.
+    across the room stay where they are and become as tight or loose as the data.  ``alike``: the object looks so from both sides.
     """
     cores = dict(rule.cores or {})
     poses = []
@@ -199,7 +209,7 @@ def _learn_group(rule: ObjectRule, scale: Scale, seen: Seen, alpha: float, least
     modes, used = _learn_places(rule, scale, poses, least) if not kept else ((), 0)
     if kept and not matched and len(poses) >= least:
         counts["around"] = len(poses)
-        rule = replace(rule, around=_as_close(rule, scale, [pose for _, pose in poses]))
+        rule = replace(rule, around=_as_close(rule, scale, [pose for _, pose in poses], alike))
     if used:
         counts["around"] = used
         rule = replace(rule, around=modes)
@@ -215,19 +225,49 @@ def _learn_group(rule: ObjectRule, scale: Scale, seen: Seen, alpha: float, least
     return rule
 
 
-def _as_close(rule: ObjectRule, scale: Scale, poses: Sequence[GroupPose]) -> tuple[AroundMode, ...]:
+def _as_close(rule: ObjectRule, scale: Scale, poses: Sequence[GroupPose], alike: bool) -> tuple[AroundMode, ...]:
     """Return the places of a rule, which stay where they are, as tight or loose as the median object keeps to the nearest of them.
 
     The distance from a place in the plane falls off exponentially with the length b, so half of all are within 1.68 b.  What is more than
-    ``_OFF_PLACE_M`` from all places has none of them.
+    ``_OFF_PLACE_M`` from all places has none of them.  Where objects that each have a place of their own (chairs at tables)
+    are further than ``_OTHER_PLACE_M`` off in the median, the places stay as tight as they are.
     """
-    off = []
+    off, turns = [], []
     for pose in poses:
         targets = [around_target(mode, pose.size_m, pose.core_m) for mode in rule.around]
-        off.append(min(math.hypot(pose.frame.x_m - x, pose.frame.y_m - y) for x, y, _ in targets))
+        distance, yaw = min((math.hypot(pose.frame.x_m - x, pose.frame.y_m - y), yaw) for x, y, yaw in targets)
+        off.append(distance)
+        if distance <= _OFF_PLACE_M and not math.isnan(yaw):
+            turns.append(wrapped(pose.frame.turn_rad - yaw))
     near = [distance for distance in off if distance <= _OFF_PLACE_M] or [_OFF_PLACE_M]
+    if rule.one_each == "place" and float(np.median(near)) > _OTHER_PLACE_M:
+        return rule.around  # they have places of other kinds, about which these say nothing
     spread = scale.spread(max(float(np.median(near)) / _MEDIAN_OF_ROUND, LEAST_PLACE_M))
-    return tuple(replace(mode, spread=spread) for mode in rule.around)
+    kept = tuple(replace(mode, spread=spread) for mode in rule.around)
+    return _as_turned(kept, turns, scale) if alike and len(turns) >= _LEAST_TURNS else kept
+
+
+def _as_turned(around: Sequence[AroundMode], turns: Sequence[float], scale: Scale) -> tuple[AroundMode, ...]:
+    """Return places at which objects are turned as those seen there, each (n,) an angle against its place's own yaw, in radians.
+
+    A place becomes one for each half turn that a seventh of the objects have: what looks alike from both sides stands either way.
+    """
+    quarters = Counter(quarter_of(turn) for turn in turns)
+    shown = {quarter: count for quarter, count in quarters.items() if quarter % 2 == 0 and count >= _LEAST_TURNED * len(turns)} or {0: 1}
+    off = [abs(wrapped(turn - 0.5 * math.pi * quarter_of(turn))) for turn in turns]
+    straight = [angle for angle in off if angle < _STRAIGHT_RAD] or off
+    spread = scale.orientation_spread(max(float(np.mean(straight)), LEAST_ANGLE_RAD))
+    total = sum(shown.values())
+    return tuple(
+        replace(
+            mode,
+            probability=(mode.probability or 1.0 / len(around)) * count / total,
+            orientation_spread=spread,
+            orientation_rad=None if mode.orientation_rad is None else wrapped(mode.orientation_rad + 0.5 * math.pi * quarter),
+        )
+        for mode in around
+        for quarter, count in sorted(shown.items())
+    )
 
 
 def _learn_places(rule: ObjectRule, scale: Scale, poses: Sequence[tuple[str, GroupPose]], least: int) -> tuple[tuple[AroundMode, ...], int]:
@@ -284,8 +324,43 @@ def _learn_height(rule: ObjectRule, base: TruncatedNormal, seen: Seen, counts: d
     off_floor = [height for height in heights if base.low - 0.5 <= height <= base.high + 0.5]
     if len(off_floor) < _LEAST_POSES:
         return rule
-    counts["centre_height_m"] = len(off_floor)
     middles = np.array(off_floor)
+    modes = height_modes(middles)
+    if is_norm(base.low, base.high):
+        # a norm of the data are the heights that recur, one of which a whole row has
+        modes = tuple(mode for mode in modes if mode.sd_m < _EXACT_M)
+        if not modes:
+            return rule
+        total, middles = sum(mode.probability for mode in modes), np.array([mode.mean_m for mode in modes])
+        modes = tuple(replace(mode, probability=mode.probability / total) for mode in modes)
+    counts["centre_height_m"] = len(off_floor)
     low, high = float(middles.min()) - _HEIGHT_MARGIN_M, float(middles.max()) + _HEIGHT_MARGIN_M
     bounds = TruncatedNormal(mean=float(middles.mean()), sd=max(float(middles.std()), _HEIGHT_MARGIN_M), low=low, high=high)
-    return replace(rule, centre_height_m=bounds, heights=height_modes(middles))
+    return replace(rule, centre_height_m=bounds, heights=modes)
+
+
+def straightened(rule: ObjectRule, grammar: Grammar, rooms: Sequence[AssignedRoom], counts: Mapping[str, int]) -> ObjectRule:
+    """Return a rule whose places that were not learned are as straight as its category is in the rooms.
+
+    That of one symbol is a habit of all: what stands exactly square to the walls in most rooms does so beside things too.  Places that the
+    base leaves loose on purpose stay.
+    """
+    seen = [
+        pose.turn_rad
+        for room in rooms
+        for item in room.objects
+        if grammar.objects[item.symbol].category == rule.category and (pose := fitting_wall(room.room.polygon_m, item.seen)) is not None
+    ]
+    off = [abs(wrapped(turn - 0.5 * math.pi * quarter_of(turn))) for turn in seen]
+    if len(off) < _LEAST_POSES or float(np.median(off)) > ALIGNED_RAD:
+        return rule
+    weights = {"wall": "wall_orientation", "around": "group_orientation", "placements": "support_orientation"}
+    changed: dict[str, Any] = {}
+    for name, weight in weights.items():
+        if name not in counts:
+            spread = _scale(1.0, getattr(grammar.weights, weight), grammar.schedule.beta).orientation_spread(LEAST_ANGLE_RAD)
+            changed[name] = tuple(
+                replace(mode, orientation_spread=min(mode.orientation_spread, spread)) if mode.orientation_spread <= 1.0 else mode
+                for mode in getattr(rule, name)
+            )
+    return replace(rule, **changed)

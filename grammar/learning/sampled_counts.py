@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from grammar.derivation.room_mixture import ROOM_SIZE
-from grammar.sample_room import sample_room
+from grammar.derivation.shell import COUNT
+from grammar.sampled_room import sample_room
 from grammar.spec.categories import Categories
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar
@@ -17,6 +18,7 @@ from scene_description import ParseNode
 
 ROOM_SIZES = "room.sizes"
 """Stands for a node where the choice is a component of the mixture of the room's size; no symbol has a dot."""
+
 
 RoomSampler = Callable[[Grammar, int, Sequence[int]], list["SampledCounts"]]
 """Grammar, stream of random numbers, indices of rooms -> what was in each of them."""
@@ -42,11 +44,13 @@ def count_room(grammar: Grammar, categories: Categories, rng: np.random.Generato
 
 
 def _taken(grammar: Grammar, nodes: Sequence[ParseNode]) -> Iterable[tuple[str, int, int]]:
-    """Yield the choices of a derivation: the room's size, branches of Or nodes, and copies of Set branches in order below their node."""
+    """Yield the choices of a derivation: the room's size, numbers of openings, branches of Or nodes, copies of Set branches in order."""
     place: Counter[int] = Counter()
     for vertex in nodes:
         if vertex.kind == "attribute" and vertex.symbol == ROOM_SIZE:
             yield ROOM_SIZES, -1, int(vertex.choice.split(",")[0])
+        elif vertex.kind == "attribute" and vertex.symbol.removesuffix(COUNT) in grammar.openings:
+            yield vertex.symbol, -1, int(vertex.choice)
         elif vertex.kind == "or" and vertex.symbol in grammar.nodes:
             names = [branch.symbol for branch in grammar.nodes[vertex.symbol].branches]
             yield vertex.symbol, -1, names.index(vertex.choice)

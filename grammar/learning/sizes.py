@@ -23,7 +23,11 @@ _AREA_MARGIN_M2, _LEAST_AREA_M2 = 0.2, 1.0
 _MAX_ROOMS, _ROOM_WIDTH = 64, 0.5
 """Kernels are half as wide as Scott's rule, which is for normal distributions, has them: rooms gather at several sizes."""
 
+_LEAST_NOTCH_M = 0.3
+"""A floor without arms has smaller notches."""
 _LEAST_SIDE_SD_M, _LEAST_SHARE, _LEAST_SHARE_SD = 0.02, 0.01, 0.02
+_BARE_ROOMS = 0.25
+"""If so many rooms of a type have no furniture, that belongs to the type."""
 _WHOLE = 0.97
 """Share of its bounding box that a rectangle fills at least."""
 
@@ -32,14 +36,16 @@ Kernel = tuple[float, Floats, Floats]
 """Weight, mean, and variance of the sizes that were merged into it."""
 
 _MAX_KERNELS = 24
+_ROUNDS = 30
 _LEAST_SD_M = (0.01, 0.01, 0.01)
 _LEAST_RELATIVE_SD = 0.03
 
 _NORM_M = 0.006
-"""What a grammar holds closer than this is a norm."""
+"""What a grammar holds closer than this is a norm: the height of worktops."""
 
 _MODEL_SHARE, _MODEL_COUNT = 0.1, 3
-_MODEL_SD_M = 0.0002
+_MODEL_SD_M, _MODEL_ROUNDING_M = 0.0002, 0.0005
+_HEIGHT, _EVEN_M = 2, 0.05
 """A side that recurs to the millimetre, in a tenth of the objects and three times at least, is that of a model that people have."""
 
 
@@ -50,22 +56,14 @@ def learn_size(rule: ObjectRule, seen: Sequence[Size], alpha: float, elsewhere: 
     that recurs exactly is that of a common model and keeps its value.  Equal sizes share a kernel; where there are more than 24, the
     closest are merged.  The base's components stay with the weight of ``alpha`` observations, or of none where the sizes seen
     ``elsewhere``, in other room types, count as ``pooled`` observations.  The bounds are widened to hold all observed sizes.  A side that
-    the base holds within 6 mm is a norm (the height of worktops) and stays.
+    the base holds within 6 mm is a norm: it becomes the data's where that has common models, and stays as in the base where it has none.
     """
     norms = np.array([is_norm(low, high) for low, high in zip(rule.low_m, rule.high_m, strict=True)])
     if norms.any():
-        learned = learn_size(_widened(rule, norms), seen, alpha, elsewhere, pooled)
-        mode = rule.sizes[0]
-        sizes = [
-            replace(one, mean_m=_three(np.where(norms, mode.mean_m, one.mean_m)), sd_m=_three(np.where(norms, mode.sd_m, one.sd_m)))
-            for one in learned.sizes
-        ]
-        bounds = (_three(np.where(norms, own, new)) for own, new in ((rule.low_m, learned.low_m), (rule.high_m, learned.high_m)))
-        low_m, high_m = bounds
-        return replace(rule, sizes=tuple(sizes), low_m=low_m, high_m=high_m)
+        return _with_norms(rule, learn_size(_widened(rule, norms), seen, alpha, elsewhere, pooled), norms, np.array(seen, np.float64))
     if elsewhere and pooled > 0.0:
         own, shared = learn_size(rule, seen, 0.0), learn_size(rule, elsewhere, 0.0)
-        share = len(seen) / (len(seen) + pooled)
+        share = _own_share(rule, seen, shared, pooled)
         parts = ((share, own), (1.0 - share, shared))
         blend = [replace(mode, probability=part * mode.probability) for part, learned in parts for mode in learned.sizes]
         low, high = np.minimum(own.low_m, shared.low_m), np.maximum(own.high_m, shared.high_m)
@@ -90,8 +88,67 @@ def learn_size(rule: ObjectRule, seen: Sequence[Size], alpha: float, elsewhere: 
     return replace(rule, sizes=tuple(modes), low_m=_three(low), high_m=_three(high))
 
 
+def _with_norms(rule: ObjectRule, learned: ObjectRule, norms: Bools, data: Floats) -> ObjectRule:
+    """Return a learned rule whose sides that are norms of the base vary as little as there.
+
+    A norm has its values of the data if one of them recurs, else that of the base.  Heights are those that recur, near the most common one,
+    since worktops are even, and so are depths of what fills corners, since it is square.  What the base's own components say of a norm of
+    the data is the most common value.
+    """
+    turns = rule.in_run is not None and rule.in_run.turns
+    own, modes = rule.sizes[0], learned.sizes
+    means, sds = np.array([mode.mean_m for mode in modes]), np.array([mode.sd_m for mode in modes])
+    low, high = np.array(learned.low_m), np.array(learned.high_m)
+    for axis in np.flatnonzero(norms).tolist():
+        values = np.array(sorted(_recurring(data[:, axis])))
+        if len(values):
+            common = values[int(np.argmax([(np.abs(data[:, axis] - value) < _MODEL_ROUNDING_M).sum() for value in values]))]
+            of_base = np.isin(means[:, axis], [mode.mean_m[axis] for mode in rule.sizes])
+            if axis == _HEIGHT or turns:
+                values = values[np.abs(values - common) < (_EVEN_M if axis == _HEIGHT else _NORM_M)]
+                means[:, axis] = values[np.abs(means[:, [axis]] - values).argmin(1)]
+            means[of_base, axis] = common
+        else:
+            means[:, axis] = own.mean_m[axis]
+        half = min(0.5 * (rule.high_m[axis] - rule.low_m[axis]), _MODEL_ROUNDING_M if len(values) else _NORM_M)
+        own_sd = own.sd_m[axis] if not len(values) else min(own.sd_m[axis], _MODEL_SD_M)
+        sds[:, axis], low[axis], high[axis] = own_sd, means[:, axis].min() - half, means[:, axis].max() + half
+    sizes = tuple(replace(mode, mean_m=_three(mean), sd_m=_three(sd)) for mode, mean, sd in zip(modes, means, sds, strict=True))
+    return replace(rule, sizes=sizes, low_m=_three(low), high_m=_three(high))
+
+
+def _own_share(rule: ObjectRule, seen: Sequence[Size], shared: ObjectRule, pooled: float) -> float:
+    """Return the share of a room type's own sizes in the blend with those of other types: what predicts each of the own ones best.
+
+    Of n sizes it is n / (n + pooled) at least.  Where the others predict an own size from the rest worse than other types do, it stays
+    there; where a room type has models of its own it grows, to n / (n + 1) at most (expectation maximisation, each size left out once).
+    """
+    count = len(seen)
+    least = count / (count + pooled)
+    if count < 2 or count > _MAX_KERNELS or pooled <= 1.0:
+        return least
+    rest = [[*seen[:k], *seen[k + 1 :]] for k in range(count)]
+    logs = np.array(
+        [[_log_density(learn_size(rule, others, 0.0), size), _log_density(shared, size)] for others, size in zip(rest, seen, strict=True)]
+    )
+    odds, share = np.exp(np.clip(logs[:, 1] - logs[:, 0], -50.0, 50.0)), least
+    for _ in range(_ROUNDS):
+        share = float((share / (share + (1.0 - share) * odds)).sum()) / (count + 1.0)
+        share = max(share, least)
+    return share
+
+
+def _log_density(rule: ObjectRule, size: Size) -> float:
+    logs = [
+        math.log(mode.probability)
+        + sum(-0.5 * ((side - m) / sd) ** 2 - math.log(sd) for side, m, sd in zip(size, mode.mean_m, mode.sd_m, strict=True))
+        for mode in rule.sizes
+    ]
+    return float(np.logaddexp.reduce(logs))
+
+
 def is_norm(low_m: float, high_m: float) -> bool:
-    """Return whether a grammar holds a length so close that it is a norm, which no data changes."""
+    """Return whether a grammar holds a length so close that it is a norm."""
     return high_m - low_m < _NORM_M
 
 
@@ -155,8 +212,8 @@ def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequen
     """Return the rule of the room's size and shape, from the outlines without the niches of their doors.
 
     ``covered_m2`` is the floor that the furniture of each room covers.  Where that is a fifth of the floor and more, rooms and furniture
-    are matched by that share.  Both sides follow one distribution, since a room turned by a quarter is as likely; ``alpha`` pseudo-counts
-    of the base smooth the shapes.
+    are matched by that share, and so they are where a quarter of the rooms is bare, as halls are.  Both sides follow one distribution,
+    since a room turned by a quarter is as likely; ``alpha`` pseudo-counts of the base smooth the shapes.
     """
     outlines = [filled_outline(room.polygon_m) for room in rooms]
     extents = np.array([np.ptp(np.array(outline), axis=0) for outline in outlines])
@@ -164,12 +221,15 @@ def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequen
     side = learn_normal(base.width_m, (extents * np.sqrt(areas / extents.prod(1))[:, None]).ravel().tolist())
     shares = np.divide(covered_m2, areas)
     fitted = float(np.median(shares)) >= _FURNISHED_SHARE
+    bare = float(np.quantile(shares, _BARE_ROOMS)) <= _LEAST_SHARE
     high = float(np.quantile(areas, 0.95))
     return replace(
         base,
         width_m=side,
         depth_m=side,
-        sizes=_learn_room_sizes(extents * np.sqrt(areas / extents.prod(1))[:, None], shares if fitted else None),
+        sizes=_learn_room_sizes(extents * np.sqrt(areas / extents.prod(1))[:, None], shares)
+        if fitted
+        else _learn_hall_sizes(extents, areas, outlines, shares if bare else None),
         height_m=_height([room.height_m for room in rooms]),
         area_low_m2=min(base.area_low_m2, max(float(areas.min()) - _AREA_MARGIN_M2, _LEAST_AREA_M2)),
         area_high_m2=max(min(base.area_high_m2, 1.5 * high), float(areas.max()) + _AREA_MARGIN_M2),
@@ -180,7 +240,7 @@ def learn_room(base: RoomRule, rooms: Sequence[ObservedRoom], covered_m2: Sequen
     )
 
 
-def _learn_room_sizes(sides_m: Floats, shares: Floats | None) -> tuple[RoomSize, ...]:
+def _learn_room_sizes(sides_m: Floats, shares: Floats | None, arms_m: Floats | None = None) -> tuple[RoomSize, ...]:
     """Return a kernel estimate of the rooms' sides and of the share of their floor that furniture covers.
 
     A side that recurs exactly keeps its value, as one of a common piece of furniture does (:func:`learn_size`): houses are built in steps.
@@ -188,18 +248,19 @@ def _learn_room_sizes(sides_m: Floats, shares: Floats | None) -> tuple[RoomSize,
     Args:
         sides_m: (rooms, 2) of rectangles of the rooms' areas.
         shares: (rooms,) or None, where furniture says nothing about the room.
+        arms_m: (rooms,) width of the arms of rooms whose bounding rectangles the sides are.
     """
     long, short = sides_m.max(1), sides_m.min(1)
-    known = np.ones(len(sides_m)) if shares is None else np.maximum(shares, _LEAST_SHARE)
-    data = np.stack([long, short, known], axis=1)
+    given = [np.ones(len(sides_m)) if values is None else np.maximum(values, _LEAST_SHARE) for values in (shares, arms_m)]
+    data = np.stack([long, short, *given], axis=1)
     spread = _ROOM_WIDTH * 1.06 * data.std(0) * len(data) ** -0.2
-    kernels: list[Kernel] = [(1.0, row, np.zeros(3)) for row in data[np.lexsort(data.T)]]
+    kernels: list[Kernel] = [(1.0, row, np.zeros(4)) for row in data[np.lexsort(data.T)]]
     while len(kernels) > _MAX_ROOMS:
         kernels = _merge_closest(kernels)
     recurring = _recurring(sides_m.ravel())
     modes = []
     for count, mean, variance in kernels:
-        sd = np.maximum(np.sqrt(spread**2 + variance), (_LEAST_SIDE_SD_M, _LEAST_SIDE_SD_M, _LEAST_SHARE_SD))
+        sd = np.maximum(np.sqrt(spread**2 + variance), (_LEAST_SIDE_SD_M, _LEAST_SIDE_SD_M, _LEAST_SHARE_SD, _LEAST_SIDE_SD_M))
         kept = np.array([round(float(side), 3) in recurring for side in mean[:2]]) & (variance[:2] < _MODEL_SD_M**2)
         sides = np.where(kept, _MODEL_SD_M, sd[:2])
         modes.append(
@@ -209,9 +270,35 @@ def _learn_room_sizes(sides_m: Floats, shares: Floats | None) -> tuple[RoomSize,
                 sd_m=(float(sides[0]), float(sides[1])),
                 floor_share=None if shares is None else min(float(mean[2]), 1.0),
                 share_sd=float(sd[2]),
+                arm_m=None if arms_m is None else float(mean[3]),
+                arm_sd_m=_LEAST_SIDE_SD_M if arms_m is None else float(sd[3]),
             )
         )
     return tuple(modes)
+
+
+def _learn_hall_sizes(extents: Floats, areas: Floats, outlines: Sequence[Sequence[Point2]], shares: Floats | None) -> tuple[RoomSize, ...]:
+    """Return a kernel estimate of the sides of halls, with the width of the arms of those that have some.
+
+    An L or a T of arms ``a`` wide in a rectangle of ``w`` by ``d`` has the area ``a (w + d - a)``.
+    """
+    total = extents.sum(1)
+    arms = 0.5 * (total - np.sqrt(np.maximum(total**2 - 4.0 * areas, 0.0)))
+    corners = np.array([len(without_steps(outline)) for outline in outlines])
+    armed = (areas <= _WHOLE * extents.prod(1)) & (corners > 4) & (extents.min(1) - arms > _LEAST_NOTCH_M)
+    straight = extents * np.sqrt(areas / extents.prod(1))[:, None]
+    plain, bent = (
+        _learn_room_sizes(sides[chosen], None if shares is None else shares[chosen], widths) if chosen.any() else ()
+        for sides, chosen, widths in ((straight, ~armed, None), (extents, armed, arms[armed]))
+    )
+    share, known = float(armed.mean()), np.zeros(1) if shares is None else shares
+    # furniture says little about a hall, but a bare one stays bare
+    loose = max(1.06 * float(known.std()) * len(known) ** -0.2, _LEAST_SHARE_SD)
+    return tuple(
+        replace(mode, probability=mode.probability * part, share_sd=_LEAST_SHARE if (mode.floor_share or 0.0) <= _LEAST_SHARE else loose)
+        for modes, part in ((plain, 1.0 - share), (bent, share))
+        for mode in modes
+    )
 
 
 def _learn_shapes(base: RoomShapes, outlines: Sequence[Sequence[Point2]], extents: Floats, areas: Floats, alpha: float) -> RoomShapes:

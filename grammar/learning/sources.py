@@ -21,6 +21,8 @@ def mixed(sources: Sequence[tuple[Sequence[ObservedRoom], float]]) -> list[Obser
     kept: list[ObservedRoom] = []
     for rooms, weight in sources:
         count = round(len(rooms) * weight / most)
-        chosen = sorted(range(len(rooms)), key=lambda i: (hashlib.sha256(rooms[i].id.encode()).hexdigest(), i))[:count]
+        digests = [hashlib.sha256(room.id.encode(errors="surrogatepass")).hexdigest() for room in rooms]
+        order = sorted(zip(digests, range(len(rooms)), strict=True))
+        chosen = [i for _, i in order[:count]]
         kept.extend(rooms[i] for i in sorted(chosen))
     return kept

@@ -7,7 +7,7 @@ passes does not depend on the probabilities, so rooms that were sampled under so
 weights, the ratios of the structures' probabilities (Monte Carlo maximum likelihood: Geyer and Thompson, J. Royal Statistical Society B
 1992).  Under these weights iterative scaling moves the probabilities by the ratio of wanted to actual frequencies until both agree; then
 rooms are sampled with the new probabilities, and again.  The wanted frequency of a branch is first what counting gave, then shifted until
-each category is as frequent as in the data.  The size of the room is a choice like all others.
+each category is as frequent as in the data.  The size of the room and the numbers of doors and windows are choices like all others.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from grammar.derivation.shell import COUNT
 from grammar.geometry.arrays import Bools, Floats, Ints
 from grammar.learning.branching import certain_objects
 from grammar.learning.sampled_counts import ROOM_SIZES, RoomSampler, SampledCounts
@@ -37,8 +38,16 @@ _RATE = 0.3
 _FARTHEST = 0.8
 """How far a log-probability may move in one round: further away the importance weights say little."""
 
+_MOST_UNEVEN = 2.0
+"""How many times fewer the effective number of rooms, by their importance weights (Kish, Survey Sampling 1965), may become.
+
+With fewer, noise is learned."""
+
 _MOST_RAISED, _GIVEN_UP, _LEAST_EXPECTED = math.log(2.5), math.log(20.0), 4.0
 """Sizes of rooms that seldom pass are drawn at most 2.5 times as often as they occur, and those that never pass hardly at all."""
+
+_MOST_MOVED = math.log(3.5)
+"""How far the log-probability of a branch may move from what counting gave: what hardly ever passes is not to crowd out the rest."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,7 +55,7 @@ class TruncationOptions:
     """``iterations`` of ``rooms`` each."""
 
     iterations: int = 0
-    rooms: int = 300
+    rooms: int = 100
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,7 +88,8 @@ def correct_truncation(
     Args:
         grammar: learned, with the branching probabilities that counting gave.
         wanted: category -> mean number in a room of the data, of the covered categories.
-        covered: symbols that the data records; only branches that surely lead to one of them move.
+        covered: symbols that the data records; only branches that surely lead to one of them move, and the numbers of openings
+            that are named as their attributes are, "window_count".
         options: of the approximation.
         sampler: of rooms.
     """
@@ -171,11 +181,16 @@ def _scaled(choices: _Choices, pool: _Pool, mean: Floats, start: Floats) -> Floa
     hopeless = sized & (taken.sum(0) == 0.0) & (len(taken) * np.exp(choices.target) > _LEAST_EXPECTED)
     wanted = _log_normalized(np.where(hopeless, choices.target - _GIVEN_UP, choices.target), owner)
     logs = start = _log_normalized(np.where(hopeless, choices.target - _GIVEN_UP, start), owner)
+    begun = 0.0
     for _ in range(_STEPS):
         # weigh the rooms
         weight = taken @ logs - mixture
         weight = np.exp(weight - weight.max())
         weight /= weight.sum()
+        uneven = float(np.square(weight).sum())
+        begun = begun or uneven
+        if uneven > _MOST_UNEVEN * begun:
+            break
         # shift the wanted frequencies towards the categories that are too rare
         wanted = _log_normalized(wanted + _RATE * choices.pull @ np.log((mean + 0.02) / (weight @ category_counts + 0.02)), owner)
         # move the probabilities towards the wanted frequencies, but not far from where the rooms were sampled
@@ -184,7 +199,9 @@ def _scaled(choices: _Choices, pool: _Pool, mean: Floats, start: Floats) -> Floa
         actual = np.log(np.maximum((counts + np.exp(wanted)) / (total + 1.0), _LEAST))
         moved = logs + _RATE * total / (total + 20.0) * (wanted - actual)
         moved = start + np.clip(moved - start, -_FARTHEST, _FARTHEST)
-        logs = _log_normalized(np.where(sized, np.minimum(moved, choices.target + _MOST_RAISED), moved), owner)
+        low = np.where(sized, -np.inf, choices.target - _MOST_MOVED)
+        high = choices.target + np.where(sized, _MOST_RAISED, _MOST_MOVED)
+        logs = _log_normalized(np.clip(moved, low, high), owner)
     return logs
 
 
@@ -226,13 +243,17 @@ def _branching_of(grammar: Grammar) -> Branching:
                 branching[name, i] = np.array(branch.multiplicity)
     if grammar.room.sizes:
         branching[ROOM_SIZES, -1] = np.array([size.probability for size in grammar.room.sizes])
-    return branching
+    return branching | {(kind + COUNT, -1): np.array(rule.multiplicity) for kind, rule in grammar.openings.items()}
+
+
+def _is_of_shell(key: tuple[str, int]) -> bool:
+    return key[0] == ROOM_SIZES or key[0].endswith(COUNT)
 
 
 def _counted(grammar: Grammar, key: tuple[str, int], covered: AbstractSet[str]) -> bool:
-    """Return whether a choice is the room's size or leads, in every derivation, to an object that the data records."""
-    if key[0] == ROOM_SIZES:
-        return True
+    """Return whether a choice is of the room's shell or leads, in every derivation, to an object that the data records."""
+    if _is_of_shell(key):
+        return key[0] == ROOM_SIZES or key[0] in covered
     branches = grammar.nodes[key[0]].branches
     chosen = branches if key[1] < 0 else (branches[key[1]],)
     return any(symbol in covered for branch in chosen for symbol in certain_objects(grammar, branch.symbol))
@@ -248,13 +269,18 @@ def _pull(grammar: Grammar, key: tuple[str, int], names: Sequence[str]) -> Float
                 row[names.index(category)] += 1.0
         return np.asarray(row / max(row.sum(), 1.0))
 
-    if key[0] == ROOM_SIZES:
-        return np.zeros((len(grammar.room.sizes), len(names)))
+    if _is_of_shell(key):
+        return np.zeros((len(_branching_of(grammar)[key]), len(names)))
     node: Node = grammar.nodes[key[0]]
     if key[1] < 0:
         return np.array([of(branch.symbol) for branch in node.branches])
     branch = node.branches[key[1]]
     return np.outer(np.arange(len(branch.multiplicity or ())), of(branch.symbol))
+
+
+def _possible(before: Sequence[float], probabilities: Floats) -> tuple[float, ...]:
+    """Return probabilities with those at 0 that were 0 before."""
+    return tuple(_normalized(np.where(np.array(before) > 0.0, probabilities, 0.0)).tolist())
 
 
 def _normalized(branching: Floats) -> Floats:
@@ -276,4 +302,8 @@ def _with_branching(grammar: Grammar, branching: Mapping[tuple[str, int], Floats
     if (ROOM_SIZES, -1) in branching:
         odds = branching[ROOM_SIZES, -1].tolist()
         room = replace(room, sizes=tuple(replace(size, probability=share) for size, share in zip(room.sizes, odds, strict=True)))
-    return replace(grammar, nodes=nodes, room=room)
+    openings = {
+        kind: replace(rule, multiplicity=_possible(rule.multiplicity, branching[key])) if (key := (kind + COUNT, -1)) in branching else rule
+        for kind, rule in grammar.openings.items()
+    }
+    return replace(grammar, nodes=nodes, room=room, openings=openings)

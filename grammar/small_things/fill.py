@@ -18,10 +18,11 @@ from grammar.geometry.solids import object_solids
 from grammar.geometry.walls import rectangle_outside, wall_rows
 from grammar.geometry.zones import SWING, opening_frame, opening_zones, placed_zones
 from grammar.small_things.arrivals import arrival_levels, disorder, early_rate, mean_arrivals
+from grammar.small_things.by_walls import by_wall, use_strips
 from grammar.small_things.place import draw_thing_size, on_floor, on_top
-from grammar.small_things.rules import SmallThings
+from grammar.small_things.rules import SmallThings, Thing
 from grammar.small_things.surfaces import Top, kept_free, tops_of, whole_box
-from grammar.spec.categories import Categories, Role
+from grammar.spec.categories import Categories, Category, Role
 from grammar.spec.request import SceneRequest
 from grammar.spec.rules import Grammar
 from scene_description import ModelReference, Room, SceneObject, Support
@@ -90,7 +91,9 @@ class Filling:
         self._surfaces: dict[int, _Surface] = {}
         self._means: dict[int, float] = {}
         self._floor_boxes, self._floor_owners = self._floor_obstacles()
+        self._used = use_strips(source.categories, objects)
         self._wall = wall_rows(room.polygon_m)
+        self._doors = [opening_frame(room, opening)[:2] for opening in room.openings if opening.category == "door"]
         # what lies on the floor lies beside furniture that is not opened there, and not on rugs
         self._anchors = [
             item
@@ -195,9 +198,21 @@ class Filling:
             model=ModelReference(generator=name, seed=int(rng.integers(_MAX_SEED))),
             parts=(),
         )
+        if surface is None and mess == 0.0:
+            return self._tidy_place(rng, thing, category, item)
         if surface is None:
             return on_floor(rng, thing, category, item, self._anchors, mess, self._inside, self._floor_boxes, self._floor_owners)
         return on_top(rng, thing, category, item, surface.item, surface.tops, mess, surface.boxes, surface.owners)
+
+    def _tidy_place(self, rng: np.random.Generator, thing: Thing, category: Category, item: SceneObject) -> SceneObject | None:
+        """Return a thing on the floor where a tidy person puts it, None where no place is free."""
+        beside = self._source.rules.tidy_floor(self._source.grammar.room_type).beside
+        boxes = np.concatenate([self._floor_boxes, self._used])
+        owners = np.concatenate([self._floor_owners, np.zeros(len(self._used), np.int64)])
+        if beside == "furniture":
+            return on_floor(rng, thing, category, item, self._anchors, 0.0, self._inside, boxes, owners)
+        doors = self._doors if beside == "door" else ()
+        return by_wall(rng, thing, category, item, self._wall, doors, self._inside, boxes, owners)
 
     def _floor_odds(self, mess: float) -> Mapping[str, float]:
         """Return the odds of what comes to the floor."""

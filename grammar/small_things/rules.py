@@ -20,6 +20,7 @@ from scene_description import FieldError, Limits, from_mapping
 Odds = Annotated[float, Limits(ge=0.0, le=1e6)]
 Count = Annotated[float, Limits(ge=0.0, le=100.0)]
 Depth = Literal["back", "middle", "front", "any"]
+Beside = Literal["wall", "door", "furniture"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,6 +47,18 @@ class Stock:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class TidyFloor:
+    """What stands on the floor of a tidy room: mean number at clutter 1, odds by category, and where.
+
+    ``beside`` walls, walls by a door, or furniture; nowhere in the way of what is used.
+    """
+
+    count: Count
+    things: Mapping[str, Odds]
+    beside: Beside = "wall"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Support:
     """What a category of furniture carries.
 
@@ -63,13 +76,13 @@ class Support:
 class Strewn:
     """What is on the floor: ``tidy`` by room type up to clutter 1; beyond it a mean number for each square metre and unit above 1."""
 
-    tidy: Mapping[str, Stock] = field(default_factory=dict)
+    tidy: Mapping[str, TidyFloor] = field(default_factory=dict)
     per_m2: Annotated[float, Limits(ge=0.0, le=10.0)]
     things: Mapping[str, Odds]
     rooms: Mapping[str, Mapping[str, Odds]] = field(default_factory=dict)
 
 
-_NOTHING = Stock(count=0.0, things={})
+_NOTHING = TidyFloor(count=0.0, things={})
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,7 +99,7 @@ class SmallThings:
         support = self.supports.get(category)
         return None if support is None else support.rooms.get(room_type, support.stock)
 
-    def tidy_floor(self, room_type: str) -> Stock:
+    def tidy_floor(self, room_type: str) -> TidyFloor:
         """Return what stands on the floor of rooms of a type up to clutter 1."""
         return self.floor.tidy.get(room_type, _NOTHING)
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 from grammar.spec.grammar_file import read_yaml
+from grammar.spec.object_rules import Access
 from grammar.spec.rules import GrammarError
 from scene_description import FieldError, Limits, from_mapping
 from scene_description.labels import LABEL_ID
@@ -19,12 +20,16 @@ Fraction = Annotated[float, Limits(ge=0.0, le=1.0)]
 Role = Literal[
     "seat", "pulled_up", "table", "store", "shelf", "wardrobe", "bed", "backed", "bedside", "screen", "shown", "switch", "drape", "curtain",
     "unit", "wall_unit", "sink", "hob", "hood", "fridge", "bathing", "basin", "mirror", "lounge", "low_table",
-    "mat", "filler", "toilet", "paper", "pot",
+    "mat", "bath_mat", "floor_work", "machine", "vehicle", "towel", "hooks", "heater", "filler", "toilet", "paper", "pot", "dining", "desk",
+    "wall_shelf",
 ]  # fmt: skip
 """How people use an object, as far as the checks of use ask for it; ``config/categories.yaml`` says what each stands for."""
 
 BACK_GAP_M: Mapping[Role, float] = {"shelf": 0.1, "wardrobe": 0.1, "bed": 0.15, "backed": 0.15, "fridge": 0.15}
 """Roles of what stands with its back to a wall, and the gap behind it that a person would still leave."""
+
+SIDE_GAP_M: Mapping[Role, float] = {"bathing": 0.15}
+"""Roles of what stands in a corner, a side to another wall, and the gap beside it that is still left: real ones leave 0.12 m at most."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,7 +69,7 @@ class Category:
     """One category.  ``solids`` None stands for one box of the object's whole size.  An ``underlay`` lies under objects on the floor.
 
     ``surfaces`` carry what the grammar stands on them, ``rests`` only what is left lying about.  ``roles`` say how people use it, for
-    the checks of :mod:`grammar.checks.faults`.
+    the checks of :mod:`grammar.checks.faults`.  ``access`` is the space that people need where an object's rule names none.
     """
 
     label: str
@@ -73,11 +78,17 @@ class Category:
     rests: Annotated[tuple[Rest, ...], Limits(max_length=8)] = ()
     underlay: bool = False
     roles: Annotated[tuple[Role, ...], Limits(max_length=8)] = ()
+    access: Annotated[tuple[Access, ...], Limits(max_length=8)] = ()
 
     @property
     def back_gap_m(self) -> float:
         """Greatest gap between its back and a wall; infinite for what may stand anywhere."""
         return min((BACK_GAP_M[role] for role in self.roles if role in BACK_GAP_M), default=math.inf)
+
+    @property
+    def side_gap_m(self) -> float:
+        """Greatest gap between one of its sides and a wall; infinite for what needs no corner."""
+        return min((SIDE_GAP_M[role] for role in self.roles if role in SIDE_GAP_M), default=math.inf)
 
     @property
     def label_id(self) -> int:

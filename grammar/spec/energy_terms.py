@@ -22,6 +22,7 @@ Cliques = Literal["wall", "zone", "support", "group", "centre"]
 
 _NEVER = "no valid room has it"
 _PROBABILITY = "a probability, which is counted"
+_BY_HAND = "a habit that is set by hand"
 _NO_DOOR = "observed rooms are taken without doors"
 
 
@@ -75,7 +76,8 @@ class Weights:
     blocked: Annotated[Weight, _hard("m", "depth of solids in what doors, windows and pictures need free")]
     overhang: Annotated[Weight, _hard("m", "how far a footprint sticks out of its support surface")]
     off_wall: Annotated[
-        Weight, _hard("m", "distance to the wall of the backs of shelves, wardrobes, beds and the like, beyond what they may have")
+        Weight,
+        _hard("m", "distance to the wall of the backs of shelves, beds and the like, and of a side of baths, beyond what they may have"),
     ] = 500.0
     wall_distance: Annotated[Weight, _soft("m", "distance to the wall, less the mean of the mode", "wall")]
     wall_orientation: Annotated[Weight, _soft("rad", "yaw against the wall, less the mean of the mode", "wall")]
@@ -86,6 +88,9 @@ class Weights:
     group_distance: Annotated[Weight, _soft("m", "distance to the place around the core object that fits best", "group")]
     group_orientation: Annotated[Weight, _soft("rad", "yaw against the core object, less the mean of the mode", "group")]
     room_centre: Annotated[Weight, _soft("m", "distance to the centroid of the floor", "centre")]
+    screen_aside: Annotated[
+        Weight, _soft("rad", "how far a screen and the largest sofa or bed look past each other, beyond 25 degrees", not_learned=_BY_HAND)
+    ] = 60.0
     run_order: Annotated[Weight, _soft("nat", "what the order of a run's units costs", not_learned=_PROBABILITY)] = 1.0
     relation_odds: Annotated[Weight, _soft("nat", "what the modes taken are less dense than the densest", not_learned=_PROBABILITY)] = 1.0
     circulation: Annotated[Weight, _floor("", "what the share of the floor that a robot reaches lacks of the wanted one")] = 0.0

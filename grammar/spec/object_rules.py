@@ -170,4 +170,10 @@ class ObjectRule:
     in_run: RunUnit | None = None
     """How the object stands in the run of a node above it."""
     in_line: bool = False
-    """What hangs keeps to the middle of its core, a unit of a run, which carries one such object, and moves only with it."""
+    """What hangs keeps to the middle of its core, a unit of a run, which carries one such object, and moves only with it.
+
+    Without a tie of its width it hangs in a row instead, edge to edge with its like above the units of the runs, which then stay where
+    they are.
+    """
+    below_row_m: Distance | None = None
+    """Height of what hangs in line where a row goes past its core: it is built in below the row.  Without it, rows leave its place free."""

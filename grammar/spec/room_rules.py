@@ -64,6 +64,8 @@ class SlopeRule:
     high_share: Probability = 0.5
 
 
+ARMED = ("l_shape", "t_shape", "u_shape")
+"""Shapes that are made of arms."""
 SHAPES = ("rectangle", "l_shape", "t_shape", "u_shape", "chimney_breast", "alcove", "bay")
 """Fields of :class:`RoomShapes` that are probabilities."""
 
@@ -72,8 +74,9 @@ SHAPES = ("rectangle", "l_shape", "t_shape", "u_shape", "chimney_breast", "alcov
 class RoomSize:
     """A component of the mixture that the size of a room follows: both sides, and the share of the floor that furniture covers.
 
-    The sides are those of a rectangle of the room's area, the first as likely along x as along y.  Without ``floor_share`` such a room
-    holds any furniture.
+    The sides are those of a rectangle of the room's area, the first as likely along x as along y.  With ``arm_m`` the room is L-, T- or
+    U-shaped, the sides are those of its bounding rectangle and all its arms are as wide as that, as in halls.  A mixture that has such
+    components has these shapes by them only.  Without ``floor_share`` such a room holds any furniture.
     """
 
     probability: Probability = 1.0
@@ -81,6 +84,8 @@ class RoomSize:
     sd_m: tuple[Spread, Spread]
     floor_share: Probability | None = None
     share_sd: Annotated[float, Limits(ge=0.001, le=1.0)] = 0.05
+    arm_m: Extent | None = None
+    arm_sd_m: Spread = 0.02
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -112,9 +117,11 @@ class RoomRule:
 class OpeningRule:
     """Doors, overhead doors or windows: how many, how large, where in a wall, and what must stay free before them.
 
+    A wall is drawn by its length to the ``length_power``: 1 makes every place alike, 0 every wall, as at the ends of halls.
     ``near_corner`` is the probability that the opening lies ``corner_gap_m`` from one end of its wall; else its offset is uniform.
     Furniture keeps out of ``clear_depth_m`` before the opening above ``sill + clear_above_sill_m``.  Nothing hangs within ``casing_m``
-    of its sides and top.  The floor is at least ``floor_depth_m`` deep before its wall.
+    of its sides and top.  The floor is at least ``floor_depth_m`` deep before its wall.  A room has no more openings than leave each of
+    them ``wall_m`` of the walls' length, unless it must have more.
     """
 
     multiplicity: Annotated[tuple[Probability, ...], Limits(min_length=1, max_length=16)]
@@ -130,3 +137,5 @@ class OpeningRule:
     swing_in: Probability = 0.0
     wall_without_door: bool = False
     floor_depth_m: Distance = 0.0
+    wall_m: Distance = 0.0
+    length_power: Annotated[float, Limits(ge=0.0, le=3.0)] = 1.0

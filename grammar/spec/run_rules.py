@@ -57,16 +57,20 @@ class RunRule:
 class RunUnit:
     """How a unit stands in its run.
 
-    ``turns``: it fills a corner of the room, its width is its depth, and the run goes on along the next wall.  ``stretches``: its width is
-    what the run lacks to the end of the wall, within the bounds of the size.  ``juts``: it stands behind the last unit that turns, in a leg
-    that leaves the wall at a right angle there; its front is even with the side of that unit.  ``end_on``: it stands with a side to the
-    wall and looks along that, away from the middle of its run, so that two of them stand back to back.
+    ``turns``: it fills a corner of the room, with its back and its right side at walls, and the run goes on along the next wall.
+    ``stretches``: its width is what the run lacks to the end of the wall, within the bounds of the size.
+    ``juts``: it stands behind the last unit that turns, in a leg that leaves the wall at a right angle there; its front is even with the
+    side of that unit.
+    ``end_on``: it stands with a side to the wall and looks along that, away from the middle of its run, so that two of them stand back to
+    back.
 
     ``near`` and ``apart`` are what it costs (nat) if the unit is not beside one of these, or is beside one: symbols of units, "end",
     "corner", "window", "side_window".  At an end is also what has only units between itself and the end that like to be near it too, so
     several tall units stand together there.
     """
 
+    gaps_m: Annotated[tuple[Distance, ...], Limits(max_length=64)] = ()
+    """How far its back stands off the line of its run: one of these, equally likely; empty: not at all."""
     turns: bool = False
     stretches: bool = False
     juts: bool = False

@@ -7,12 +7,12 @@ from there; the points are carried back into the frame of the stamp, so that the
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderer.camera.cameras import PosedCamera, pose_camera
+from renderer.camera.cloud_fields import cloud_fields
 from renderer.camera.config import CameraConfig
 from renderer.camera.shutter import carry_back, in_motion
 from renderer.core.errors import RenderError
@@ -20,24 +20,6 @@ from renderer.core.kernel import entry
 from scene_description.types import CameraPose
 
 _ZERO, _ONE, _HALF, _NAN = np.float32(0.0), np.float32(1.0), np.float32(0.5), np.float32(np.nan)
-_XYZ = 12
-
-
-class CloudFields(NamedTuple):
-    """Places of a point's fields in bytes: x, y and z, float32, come first; -1 for what there is none of.  ``size`` of a point."""
-
-    rgb: int
-    label: int
-    instance: int
-    size: int
-
-
-def cloud_fields(*, color: bool, label: bool, instance: bool) -> CloudFields:
-    """Return the places: rgb is float32 wide, label and instance uint16; a point takes whole words of four bytes."""
-    after_rgb = _XYZ + 4 * color
-    after_label = after_rgb + 2 * label
-    end = after_label + 2 * instance
-    return CloudFields(_XYZ if color else -1, after_rgb if label else -1, after_label if instance else -1, end + -end % 4)
 
 
 def cloud_points(

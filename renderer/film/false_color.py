@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.film.tone import encode_srgb
 from scene_description.labels import instance_palette, label_palette, occlusion_labels
 
 FAR_M = 6.0
@@ -68,8 +67,17 @@ def objects_to_color(ids: NDArray[np.uint16]) -> NDArray[np.uint8]:
     return np.take(_object_palette(), ids, axis=0)
 
 
+def reflectance_to_color(linear: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Return linear colour (height, width, 3), 1 for white, as sRGB."""
+    from renderer.film.tone import encode_srgb  # a kernel: who only knows the layers, as a recorder does, needs no numba
+
+    return encode_srgb(linear)
+
+
 def exposed_to_color(radiance: NDArray[np.float32]) -> NDArray[np.uint8]:
     """Return linear colour (height, width, 3) as sRGB by the filmic curve, so exposed that its mean is ``MIDDLE_GREY``."""
+    from renderer.film.tone import encode_srgb
+
     return encode_srgb(radiance * np.float32(MIDDLE_GREY / max(float(radiance.mean()), 1e-9)), "filmic")
 
 
@@ -143,7 +151,7 @@ DISTANCE = Picture(f"violet at 0 to dark red at {FAR_M:g} m; no hit is black", d
 DIRECTION = Picture("x, y, z from -1 to 1 as red, green, blue; no hit is black", normals_to_color)
 CLASSES = Picture("the standard's colours", classes_to_color)
 OBJECTS = Picture("a colour for each id; 0 is black", objects_to_color)
-REFLECTANCE = Picture("sRGB", encode_srgb)
+REFLECTANCE = Picture("sRGB", reflectance_to_color)
 EXPOSED = Picture(f"filmic curve, the mean at {MIDDLE_GREY:g} of white", exposed_to_color)
 NOISE = Picture("standard error as grey, its 99th percentile white", noise_to_grey)
 METRES = Picture("red, green, blue: dark at even metres, full at odd ones; no hit is black", metres_to_color)

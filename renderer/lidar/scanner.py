@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +14,7 @@ from renderer.lidar.config import ScanConfig
 from renderer.lidar.echoes import trace_echoes
 from renderer.lidar.mount import Floats, Placement, along_path, mounted_scanner
 from renderer.lidar.reading import limit_ranges, read_beams
+from renderer.lidar.scan import Scan
 from renderer.lidar.surfaces import laser_surfaces
 from renderer.scene.flat_scene import FlatScene
 from scene_description.poses import quaternion_from_rotation
@@ -24,23 +24,6 @@ _SECOND_NS = 1_000_000_000
 _SCANNER = 0x5CA77E12
 """Tells the scanner's random numbers from those of cameras."""
 _AROUND = 7
-
-
-class Scan(NamedTuple):
-    """One sweep.
-
-    number: from 0 in the room; stamp_ns: of the first beam; poses: of the scanner's frame (x forward, y left, z up) in the world, see
-    :func:`scanner_poses`; ranges: (n,) float32, metres, +inf and -inf as REP 117 has them, what the scanner reads; ideal: (n,) float32, the
-    distance to the first surface, glass and mirrors too; intensities: (n,) float32, remission, 1 for a white matt surface head-on, 0 for
-    nothing.
-    """
-
-    number: int
-    stamp_ns: int
-    poses: tuple[CameraPose, ...]
-    ranges: NDArray[np.float32]
-    ideal: NDArray[np.float32]
-    intensities: NDArray[np.float32]
 
 
 def scan_stamp_ns(config: ScanConfig, start_ns: int, index: int) -> int:

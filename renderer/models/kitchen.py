@@ -88,10 +88,13 @@ def build_kitchen_counter(rng: np.random.Generator, size_m: Size, style: str) ->
 
 
 def build_sink_counter(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
-    """Return a base unit with a sunken sink, draining grooves and a tap that stands above the worktop (0.9 m, or less in low boxes)."""
+    """Return a base unit with a sunken sink, draining grooves and a tap that stands above the worktop.
+
+    The worktop is 0.9 m high; 0.87 m in boxes lower than 1 m, or less in still lower ones.
+    """
     depth, width, height = size_m
     half_d, half_w = 0.5 * depth, 0.5 * width
-    tap_m = min(0.34, max(0.06 * height, height - 0.9))
+    tap_m = min(0.34, max(0.06 * height, height - (0.9 if height > 1.0 else 0.871)))
     z = height - tap_m
     a, b = 0.30 * depth, min(0.27, 0.36 * width)
     drain = width > 0.85

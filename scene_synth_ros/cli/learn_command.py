@@ -121,7 +121,7 @@ def run(arguments: argparse.Namespace) -> int:
     rng = np.random.default_rng(np.random.SeedSequence(arguments.seed))
     with ProcessPoolExecutor(arguments.workers, multiprocessing.get_context("spawn")) as pool:
         sampler = _Sampler(pool, categories, arguments.seed, arguments.workers)
-        learned = learn(base, categories, rooms, options, rng, sampler, elsewhere)
+        learned = learn(base, categories, rooms, options, rng, sampler, elsewhere, _print_stage)
     text = grammar_yaml(learned.grammar, _header(arguments, files, learned, len(held)), learned.counts)
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
     with arguments.out.open("x", encoding="utf-8") as out:
@@ -133,6 +133,11 @@ def run(arguments: argparse.Namespace) -> int:
     read_grammar(arguments.out, categories)
     _print_summary(learned, len(held), _left_out(files), arguments.out)
     return 0
+
+
+def _print_stage(name: str) -> None:
+    sys.stdout.write(f"learning: {name}\n")
+    sys.stdout.flush()
 
 
 def _source(text: str) -> tuple[Path, float]:

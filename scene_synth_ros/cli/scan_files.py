@@ -13,7 +13,7 @@ from grammar.drawing.top_view import top_view
 from grammar.drawing.top_view_plan import Plan
 from renderer.lidar.config import ScanConfig
 from renderer.lidar.mount import Floats, along_path, mounted_scanner
-from renderer.lidar.scanner import Scan
+from renderer.lidar.scan import Scan
 from scene_description import CameraPose, SceneDescription
 from scene_synth_ros.cli.drawing_png import png_bytes
 

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 from sensor_msgs.msg import PointCloud2, PointField
 
-from renderer.camera.config import CameraConfig
-from renderer.camera.point_cloud import cloud_fields, cloud_points
-from scene_description.types import CameraPose
+from renderer.camera.cloud_fields import cloud_fields
 from scene_synth_ros.messages.conversions import header
 
 CLOUDS = {"points": "range", "points_sensed": "depth_sensed"}
@@ -21,22 +16,6 @@ CLOUDS = {"points": "range", "points_sensed": "depth_sensed"}
 def cloud_layers(name: str, color: bool) -> tuple[str, ...]:
     """Return the layers that a cloud is made of."""
     return (CLOUDS[name], "semantic", "instance", *(("color",) if color else ()))
-
-
-def cloud_of_layers(
-    camera: CameraConfig,
-    pose: CameraPose,
-    path: Sequence[CameraPose],
-    layers: Mapping[str, NDArray[Any]],
-    name: str,
-    color: bool,
-    frame_id: str,
-) -> PointCloud2:
-    """Return a cloud of a frame's :func:`cloud_layers`, organised as its images are, in the optical frame at the pose's stamp."""
-    distance = CLOUDS[name]
-    seen = {"color": layers["color"] if color else None, "label": layers["semantic"], "instance": layers["instance"]}
-    points = cloud_points(camera, pose, path, layers[distance], along_ray=distance == "range", **seen)
-    return cloud_to_msg(points, color, pose.stamp_ns, frame_id)
 
 
 def cloud_to_msg(points: NDArray[np.uint8], color: bool, stamp_ns: int, frame_id: str) -> PointCloud2:

@@ -20,7 +20,7 @@ from scene_description.label_standards import StandardName
 from scene_description.labels import LabelTable
 from scene_synth_ros.messages.camera_frames import FRAME_PREFIX, camera_frames
 from scene_synth_ros.messages.canonical_cdr import camera_info_cdr, image_cdr
-from scene_synth_ros.messages.cloud_messages import CLOUDS, cloud_layers, cloud_of_layers
+from scene_synth_ros.messages.cloud_messages import CLOUDS, cloud_layers
 from scene_synth_ros.messages.conversions import (
     camera_info_to_msg,
     depth_to_millimetres,
@@ -31,6 +31,7 @@ from scene_synth_ros.messages.conversions import (
 )
 from scene_synth_ros.messages.detections import ANNOTATION_MESSAGES
 from scene_synth_ros.messages.label_info import LabelInfo, label_info_to_msg
+from scene_synth_ros.messages.layer_clouds import cloud_of_layers
 
 _STREAMS_FIXED = "publishers are made at the start"
 

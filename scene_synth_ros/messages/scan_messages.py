@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import LaserScan
 
 from renderer.lidar.config import ScanConfig
-from renderer.lidar.scanner import Scan
+from renderer.lidar.scan import Scan
 from scene_description.types import CameraPose
 from scene_synth_ros.messages.conversions import header, pose_to_msg
 

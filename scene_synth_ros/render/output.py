@@ -13,7 +13,7 @@ from std_msgs.msg import String
 from renderer import CameraConfig
 from renderer.film.frame import Frame
 from renderer.lidar.config import ScanConfig
-from renderer.lidar.scanner import Scan
+from renderer.lidar.scan import Scan
 from scene_description import CameraPose
 from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.messages.frame_settings import NO_SCAN

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 
 from renderer.lidar.config import ScanConfig
-from renderer.lidar.scanner import Scan, Scanner, scan_stamp_ns, scanner_poses, scans_of_path
+from renderer.lidar.scan import Scan
+from renderer.lidar.scanner import Scanner, scan_stamp_ns, scanner_poses, scans_of_path
 from scene_description import CameraPose
 
 _POSES_KEPT = 16

@@ -15,7 +15,7 @@ from std_msgs.msg import String
 from renderer.camera.config import CameraConfig
 from renderer.film.frame import Frame
 from renderer.lidar.config import ScanConfig
-from renderer.lidar.scanner import Scan
+from renderer.lidar.scan import Scan
 from scene_description import CameraPose, SceneDescription
 from scene_synth_ros.messages.camera_frames import camera_frames
 from scene_synth_ros.messages.conversions import clock_to_msg, link_from_optical_to_msg, msg_to_image, world_from_link_to_msg

@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from scene_synth_ros.sweep.sweep_file import DesignName, Span, SweepFactor, SweepSpec
 
@@ -38,6 +37,8 @@ def _one_at_a_time(spec: SweepSpec) -> list[Point]:
 
 
 def _latin_hypercube(spec: SweepSpec) -> list[Point]:
+    from scipy.stats import qmc  # half a second, which the other designs do not need
+
     sampler = qmc.LatinHypercube(len(spec.factors), seed=np.random.default_rng(spec.seed))
     shares: NDArray[np.float64] = sampler.random(spec.samples)
     return [{factor.name: _at(factor, float(share)) for factor, share in zip(spec.factors, row, strict=True)} for row in shares]

@@ -126,7 +126,7 @@ def test_stages_are_what_the_renderer_calls_and_add_up() -> None:
     room = SampledRoom("box 0", ROOM, 1, PATH, Exposure(5.0), 0.0)
     calls = [(importlib.import_module(module), name) for stage in STAGES.values() for module, name in stage]
     before = [getattr(module, name) for module, name in calls]
-    coarse = RenderConfig(integrator="cached", cache_spacing_m=0.2, threads=1)
+    coarse = RenderConfig(integrator="cached", cache_spacing_m=0.5, threads=1)
     with Renderer(ROOM, CameraConfig(width=64, height=48), coarse, 1) as renderer:
         taken = stage_times(renderer, room)
     assert [getattr(module, name) for module, name in calls] == before

@@ -109,10 +109,10 @@ def test_latched_messages_reach_another_process_with_their_type_hashes() -> None
     rclpy.init(context=context, domain_id=int(surroundings["ROS_DOMAIN_ID"]))
     try:
         peer, transforms, labels = Peer(context), [], []
-        peer.spin_until(lambda: peer.node.count_publishers("/tf_static") and peer.node.count_publishers("/labels"), 30, "the publishers")
+        peer.spin_until(lambda: peer.node.count_publishers("/tf_static") and peer.node.count_publishers("/labels"), 120, "the publishers")
         peer.node.create_subscription(TFMessage, "/tf_static", transforms.append, latched_qos())
         peer.node.create_subscription(LabelInfo, "/labels", labels.append, latched_qos())
-        peer.spin_until(lambda: transforms and labels, 30, "both messages")
+        peer.spin_until(lambda: transforms and labels, 120, "both messages")
         assert transforms == [TFMessage(transforms=[TransformStamped(child_frame_id=name) for name in ("a", "b")])]
         assert labels == [LabelInfo(class_map=[VisionClass(class_id=4, class_name="bed")])]
         for topic, type_name in (("/tf_static", "tf2_msgs/msg/TFMessage"), ("/labels", "vision_msgs/msg/LabelInfo")):

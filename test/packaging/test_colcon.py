@@ -31,7 +31,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "install",
     ]
     environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
-    process = subprocess.run(list(map(str, words)), cwd=folder, env=environment, capture_output=True, text=True, timeout=120, check=False)
+    process = subprocess.run(list(map(str, words)), cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False)
     assert process.returncode == 0, process.stdout + process.stderr
     return folder / "install" / "scene_synth_ros"
 
@@ -39,7 +39,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def run_in(installed: Path, *words: str) -> subprocess.CompletedProcess[str]:
     (site,) = installed.glob("lib/python3*/site-packages")
     environment = {**os.environ, "PYTHONPATH": str(site), "ROS_DOMAIN_ID": "99"}
-    return subprocess.run([sys.executable, *words], cwd="/", env=environment, capture_output=True, text=True, timeout=60, check=False)
+    return subprocess.run([sys.executable, *words], cwd="/", env=environment, capture_output=True, text=True, timeout=300, check=False)
 
 
 def test_nodes_share_files_and_index_are_where_ros_looks(installed: Path) -> None:

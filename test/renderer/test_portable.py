@@ -19,7 +19,7 @@ def render(*, portable: bool) -> dict[str, np.ndarray]:
 def test_the_portable_mode_renders_the_same_geometry(tmp_path: Path) -> None:
     paths = {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path])}
     script = f"import numpy, test_portable; numpy.savez({str(tmp_path / 'portable.npz')!r}, **test_portable.render(portable=True))"
-    subprocess.run([sys.executable, "-c", script], check=True, env=os.environ | paths, timeout=120)
+    subprocess.run([sys.executable, "-c", script], check=True, env=os.environ | paths, timeout=300)
     native, portable = render(portable=False), np.load(tmp_path / "portable.npz")
     assert np.array_equal(native["instance"], portable["instance"])
     np.testing.assert_allclose(native["depth"], portable["depth"], rtol=1e-5)

@@ -60,7 +60,7 @@ def test_a_grammar_node_goes_through_its_states(manager: Manager) -> None:
     assert manager.change("grammar_node", Transition.TRANSITION_CONFIGURE) and manager.change(
         "grammar_node", Transition.TRANSITION_ACTIVATE
     )
-    manager.spin_until(lambda: manager.scenes, 60, "the first room again")
+    manager.spin_until(lambda: manager.scenes, 120, "the first room again")
     assert manager.scenes[0].index == 0
 
 
@@ -68,24 +68,24 @@ def test_services_pause_step_and_reset_the_run(manager: Manager) -> None:
     for state, transition in (("unconfigured", Transition.TRANSITION_CONFIGURE), ("inactive", Transition.TRANSITION_ACTIVATE)):
         if manager.state("grammar_node") == state:  # this test may come first, or alone
             assert manager.change("grammar_node", transition)
-    manager.spin_until(lambda: len(manager.scenes) >= 2, 60, "two rooms")
+    manager.spin_until(lambda: len(manager.scenes) >= 2, 120, "two rooms")
     assert manager.trigger("grammar_node/pause")[0]
     manager.spin_for(0.5)
     paused = manager.scenes[-1]
     manager.spin_for(1.0)
     assert manager.scenes[-1] == paused
     assert manager.trigger("grammar_node/next_room")[0]
-    manager.spin_until(lambda: manager.scenes[-1].index == paused.index + 1, 60, "one room more")
+    manager.spin_until(lambda: manager.scenes[-1].index == paused.index + 1, 120, "one room more")
     manager.spin_for(1.0)
     assert manager.scenes[-1].index == paused.index + 1, "only one"
     last_ns = manager.scenes[-1].camera_path[-1].stamp_ns
     assert manager.trigger("grammar_node/resume")[0]
-    manager.spin_until(lambda: manager.scenes[-1].index > paused.index + 1, 60, "the run goes on")
+    manager.spin_until(lambda: manager.scenes[-1].index > paused.index + 1, 120, "the run goes on")
     assert manager.scenes[-1].camera_path[0].stamp_ns > last_ns + 5 * 10**8, "simulated time went on while it was paused"
     first = manager.scenes[0]
     before = len(manager.scenes)
     assert manager.trigger("grammar_node/reset")[0]
-    manager.spin_until(lambda: any(scene.index == 0 for scene in manager.scenes[before:]), 60, "room 0 again")
+    manager.spin_until(lambda: any(scene.index == 0 for scene in manager.scenes[before:]), 120, "room 0 again")
     again = next(scene for scene in manager.scenes[before:] if scene.index == 0)
     assert (again.objects, again.seed) == (first.objects, first.seed)
     assert again.camera_path[0].stamp_ns > last_ns
@@ -104,7 +104,7 @@ def test_recorder_services_start_stop_split_and_snapshot(tmp_path: Path) -> None
             for publisher in (speaker, own):  # the recorder has it then, and takes messages before it answers calls
                 assert publisher.wait_for_all_acked(Duration(seconds=20))
 
-        manager.spin_until(lambda: speaker.get_subscription_count() and own.get_subscription_count(), 30, "the recorder")
+        manager.spin_until(lambda: speaker.get_subscription_count() and own.get_subscription_count(), 120, "the recorder")
         for number in (1, 2):
             say(number)
         assert manager.trigger("recorder_node/split")[0]

@@ -9,6 +9,7 @@ from small_grammar import CATEGORIES
 
 from grammar.checks.faults import FAULTS, always_odd, faults_table, find_faults
 from grammar.checks.furnished import furnished
+from grammar.checks.use_of_tables import places
 from scene_description import ModelReference, Opening, Room, SceneObject, Support
 
 NORTH, SOUTH, WEST = 0.5 * math.pi, -0.5 * math.pi, math.pi
@@ -77,7 +78,7 @@ def test_a_good_room_has_no_fault_and_names_are_unique() -> None:
         (moved("picture", 0.01, 0.5), {"shown_behind_door": [6]}),
         (moved("picture", 0.01, 5.0), {"shown_hidden": [6]}),
         (moved("rug", 1.0, 1.0), {"rug_in_swing": [7]}),
-        (moved("television", 0.1, 3.0, WEST), {"screen_unseen": [8]}),
+        (moved("television", 0.1, 3.0, WEST), {"screen_unseen": [8], "screen_aside": [8]}),
         (moved("chair", 1.5, 5.2, SOUTH), {"chair_at_no_table": [10]}),
         (moved("bookshelf", 0.35, 5.0), {"shelf_off_wall": [5]}),
         (moved("bookshelf", 0.4, 5.0, SOUTH), {"shelf_off_wall": [5]}),
@@ -135,8 +136,8 @@ def test_a_switch_beside_a_door_that_opens_outwards_is_never_behind_it() -> None
 
 def test_what_stands_before_a_store_blocks_its_front() -> None:
     things = GOOD | {"pouf": thing(11, "pouf", 3.0, 0.85, 0.0, (1.0, 0.4, 0.4))}
-    assert faults(things) == {"front_blocked": [4]}
-    assert faults(things | {"pouf": thing(11, "pouf", 3.5, 0.85, 0.0, (0.5, 0.4, 0.4))}) == {}
+    assert faults(things) == {"front_blocked": [4], "wardrobe_shut": [4]}
+    assert faults(things | {"pouf": thing(11, "pouf", 3.5, 0.85, 0.0, (0.5, 0.4, 0.4))}) == {"wardrobe_shut": [4]}
 
 
 SITTING: Things = {
@@ -157,7 +158,8 @@ SITTING: Things = {
         ({"aside": thing(54, "coffee_table", 0.4, 5.6, 0.0, (0.5, 0.5, 0.4))}, {}),
         ({"aside": thing(54, "coffee_table", 1.0, 5.2, 0.0, (0.5, 0.5, 0.4))}, {"coffee_table_astray": [54]}),
         ({"armchair": thing(52, "armchair", 0.7, 4.5, WEST, (0.8, 0.8, 0.8))}, {"seat_faces_wall": [52], "seat_alone": [52]}),
-        ({"shelf": thing(54, "bookshelf", 2.0, 3.6, WEST, (0.3, 1.2, 1.8))}, {"seat_faces_wall": [52], "shelf_off_wall": [54]}),
+        ({"shelf": thing(54, "bookshelf", 2.0, 3.6, WEST, (0.3, 1.2, 1.8))}, 
+         {"seat_faces_wall": [52], "seat_cramped": [52], "shelf_off_wall": [54]}),
         ({"armchair": thing(52, "armchair", 1.3, 4.0, NORTH, (0.8, 0.8, 0.8))}, {"seat_alone": [52]}),
     ],
 )  # fmt: skip
@@ -170,13 +172,13 @@ def test_a_chair_stands_behind_another_one_but_not_opposite() -> None:
     near, far = thing(61, "dining_chair", 2.0, 2.5, NORTH, (0.5, 0.45, 0.9)), thing(62, "dining_chair", 2.0, 1.95, NORTH, (0.5, 0.45, 0.9))
     opposite = thing(63, "dining_chair", 2.0, 3.5, SOUTH, (0.5, 0.45, 0.9))
     assert faults({"table": table, "near": near, "opposite": opposite}) == {}
-    assert faults({"table": table, "near": near, "far": far}) == {"chair_behind_chair": [62]}
+    assert faults({"table": table, "near": near, "far": far}) == {"chair_behind_chair": [62], "place_shared": [61, 62]}
 
 
 def test_mats_are_free_and_plants_stand_at_walls_and_on_no_edge_of_a_rug() -> None:
     mat = thing(70, "exercise_mat", 2.0, 3.0, 0.0, (1.8, 0.6, 0.01))
     bench = thing(71, "weight_bench", 2.0, 3.0, NORTH, (1.2, 0.5, 0.5))
-    assert faults({"mat": mat, "bench": bench}) == {"stands_on_mat": [70]}
+    assert faults({"mat": mat, "bench": bench}) == {"stands_on_mat": [70], "mat_hemmed": [70]}
     assert faults({"mat": mat, "bench": replace(bench, position_m=(2.0, 4.0, 0.0))}) == {}
     plant, rug = thing(72, "potted_plant", 3.7, 4.0, 0.0, (0.4, 0.4, 1.0)), thing(73, "rug", 2.8, 4.0, 0.0, (1.6, 1.6, 0.01))
     assert faults({"plant": plant}) == {}
@@ -186,6 +188,93 @@ def test_mats_are_free_and_plants_stand_at_walls_and_on_no_edge_of_a_rug() -> No
     table = thing(74, "dining_table", 3.4, 4.0, 0.0, (0.9, 1.5, 0.75))
     assert faults({"plant": replace(plant, size_m=(0.3, 0.3, 0.6)), "table": table}) == {"pot_under_table": [72]}
     assert faults({"bin": thing(75, "waste_bin", 3.4, 4.0, 0.0, (0.3, 0.3, 0.3)), "table": table}) == {}
+
+
+BATHROOM: Things = {
+    "toilet": thing(80, "toilet", 0.35, 3.0, 0.0, (0.7, 0.4, 0.8)),
+    "shower": thing(81, "shower_cabin", 0.45, 5.5, 0.0, (0.9, 0.9, 2.0)),
+    "basin": thing(82, "washbasin", 3.75, 4.0, WEST, (0.5, 0.6, 0.9)),
+    "mat": thing(83, "bath_mat", 1.2, 5.4, 0.0, (0.5, 0.8, 0.02)),
+    "towel": thing(84, "towel_rail", 3.95, 5.0, WEST, (0.1, 0.6, 0.5), 1.0),
+}
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({}, {}),
+        # half of the mat's width beyond the shower, and 0.6 of the shower's width from its middle
+        ({"mat": thing(83, "bath_mat", 1.2, 4.9, 0.0, (0.5, 0.8, 0.02))}, {"mat_astray": [83]}),
+        ({"mat": thing(83, "bath_mat", 2.2, 5.0, 0.0, (0.5, 0.8, 0.02))}, {"mat_astray": [83]}),
+        ({"shower": thing(81, "shower_cabin", 0.45, 5.2, 0.0, (0.9, 0.9, 2.0))}, {"bathing_off_corner": [81]}),
+        ({"towel": thing(84, "towel_rail", 3.95, 2.0, WEST, (0.1, 0.6, 0.5), 1.0)}, {}),
+        ({"towel": thing(84, "towel_rail", 3.95, 1.6, WEST, (0.1, 0.6, 0.5), 1.0)}, {"towel_out_of_reach": [84]}),
+        # half of the 0.35 m for knees is taken
+        ({"basket": thing(85, "laundry_basket", 1.1, 3.0, 0.0, (0.4, 0.4, 0.6))}, {"toilet_cramped": [80]}),
+        ({"basket": thing(85, "laundry_basket", 0.35, 3.43, 0.0, (0.6, 0.4, 0.6))}, {"toilet_cramped": [80]}),
+        ({"basket": thing(85, "laundry_basket", 0.35, 3.6, 0.0, (0.6, 0.4, 0.6))}, {}),
+        ({"basket": thing(85, "laundry_basket", 3.2, 4.0, 0.0, (0.4, 0.6, 0.6))}, {"fixture_blocked": [82]}),
+        ({"cabinet": thing(85, "bathroom_cabinet", 0.3, 3.0, 0.0, (0.6, 0.4, 0.6), 1.4)}, {"cabinet_overhead": [85]}),
+        ({"cabinet": thing(85, "bathroom_cabinet", 0.1, 3.0, 0.0, (0.2, 0.4, 0.6), 1.4)}, {}),
+    ],
+)  # fmt: skip
+def test_fixtures_of_a_bathroom_can_be_used(change: Things, expected: dict[str, list[int]]) -> None:
+    assert faults(BATHROOM | change, "bathroom") == expected
+
+
+EXERCISE: Things = {
+    "treadmill": thing(90, "treadmill", 3.0, 4.5, SOUTH, (1.8, 0.8, 1.4)),
+    "mat": thing(91, "exercise_mat", 1.4, 4.5, NORTH, (1.8, 0.6, 0.01)),
+    "rack": thing(92, "dumbbell_rack", 0.3, 2.0, 0.0, (0.5, 1.2, 0.8)),
+}
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({}, {}),
+        ({"bench": thing(93, "bench", 3.0, 3.3, 0.0, (0.6, 0.4, 0.4))}, {"machine_hemmed": [90]}),
+        ({"bench": thing(93, "bench", 2.4, 4.5, 0.0, (0.3, 1.6, 0.4))}, {}),
+        ({"bench": thing(93, "bench", 2.4, 4.5, 0.0, (0.3, 1.6, 0.4)), "ball": thing(94, "gym_ball", 3.7, 4.5, 0.0, (0.5, 1.4, 0.6))},
+         {"machine_hemmed": [90]}),
+        ({"mat": thing(91, "exercise_mat", 2.25, 4.5, NORTH, (1.8, 0.6, 0.01))}, {"mat_hemmed": [91]}),
+        ({"other": thing(95, "exercise_mat", 0.6, 4.5, NORTH, (1.8, 0.6, 0.01))}, {}),
+        ({"other": thing(95, "exercise_mat", 0.6, 4.5, NORTH + 0.15, (1.8, 0.6, 0.01))},
+         {"mat_hemmed": [91, 95], "rug_askew": [95]}),
+        ({"bike": thing(96, "exercise_bike", 1.0, 2.0, 0.0, (0.6, 0.5, 1.2))}, {"thing_before_front": [96]}),
+        ({"plant": thing(97, "potted_plant", 0.7, 2.4, 0.0, (0.2, 0.2, 0.8))}, {"thing_before_front": [97]}),
+        ({f"plant {k}": thing(97 + k, "potted_plant", 0.2, 3.0 + 0.5 * k, 0.0, (0.3, 0.3, 0.8)) for k in range(2)}, {}),
+        ({f"plant {k}": thing(97 + k, "potted_plant", 0.2, 3.0 + 0.5 * k, 0.0, (0.3, 0.3, 0.8)) for k in range(3)},
+         {"fillers_huddled": [97, 98, 99]}),
+    ],
+)  # fmt: skip
+def test_machines_mats_and_racks_can_be_used(change: Things, expected: dict[str, list[int]]) -> None:
+    assert faults(EXERCISE | change, "gym") == expected
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({}, {}),
+        ({"shelf": thing(101, "storage_shelf", 3.8, 3.5, WEST, (0.4, 2.0, 1.8))}, {}),
+        ({"bike": thing(102, "bicycle", 0.85, 3.5, NORTH, (1.7, 0.5, 1.0))}, {"car_shut_in": [100]}),
+        ({"box": thing(103, "cardboard_box", 2.0, 0.6, 0.0, (0.4, 0.4, 0.4))}, {"car_shut_in": [100]}),
+        ({"box": thing(103, "cardboard_box", 0.7, 3.5, 0.0, (0.4, 3.4, 0.4)),
+          "crate": thing(104, "plastic_crate", 3.3, 3.5, 0.0, (0.4, 3.4, 0.4))}, {"car_shut_in": [100]}),
+    ],
+)  # fmt: skip
+def test_a_car_can_be_got_into_and_driven_out(change: Things, expected: dict[str, list[int]]) -> None:
+    room = replace(ROOM, openings=(opening("garage_door", 0, 0.8, 2.4),))
+    assert faults({"car": thing(100, "car", 2.0, 3.5, SOUTH, (4.2, 1.8, 1.5))} | change, "garage", room) == expected
+
+
+def test_hooks_for_coats_hang_over_no_radiator() -> None:
+    hooks, radiator = (
+        thing(110, "wall_hooks", 0.05, 3.0, 0.0, (0.1, 0.7, 0.2), 1.6),
+        thing(111, "radiator", 0.06, 3.8, 0.0, (0.11, 1.0, 0.6), 0.1),
+    )
+    assert faults({"hooks": hooks, "radiator": radiator}) == {"hooks_over_heater": [110]}
+    assert faults({"hooks": hooks, "radiator": replace(radiator, position_m=(0.06, 4.0, 0.1))}) == {}
 
 
 def run(*units: tuple[str, float]) -> Things:
@@ -224,6 +313,7 @@ def test_hoods_fridges_and_rooms_that_lack_something() -> None:
         (("television", "rug"), True),
         (("desk_chair", "bed"), True),
         (("desk_chair", "desk"), False),
+        (("desk", "bed"), True),
         (("toilet", "washbasin"), True),
         (("toilet", "bathtub"), False),
         ((), False),
@@ -231,3 +321,96 @@ def test_hoods_fridges_and_rooms_that_lack_something() -> None:
 )
 def test_structures_without_what_their_objects_serve_are_always_odd(names: tuple[str, ...], odd: bool) -> None:
     assert always_odd(CATEGORIES, names) == odd
+
+
+TABLE = thing(1, "dining_table", 2.0, 3.0, NORTH, (0.8, 1.6, 0.75))
+"""Its edges are x = 1.2 and 2.8, y = 2.6 and 3.4."""
+CHAIR = (0.5, 0.45, 0.9)
+
+
+def at_table(**chairs: tuple[float, float, float]) -> Things:
+    """Return the table with chairs given by x, y and yaw, with the ids 2, 3, ..."""
+    return {"table": TABLE} | {name: thing(2 + k, "dining_chair", x, y, yaw, CHAIR) for k, (name, (x, y, yaw)) in enumerate(chairs.items())}
+
+
+def test_a_place_is_where_the_line_of_sight_meets_the_edge() -> None:
+    found = furnished("dining_room", ROOM, list(at_table(south=(1.5, 2.5, NORTH), end=(2.9, 3.1, WEST)).values()), CATEGORIES)
+    south, end = places(found)
+    assert south.at_m == pytest.approx((1.5, 2.6)) and south.edge_at_m == pytest.approx((2.0, 2.6))
+    assert (south.to_end_m, south.edge_m) == pytest.approx((0.3, 1.6))
+    assert end.at_m == pytest.approx((2.8, 3.1)) and (end.to_end_m, end.edge_m) == pytest.approx((0.3, 0.8))
+
+
+@pytest.mark.parametrize(
+    ("chairs", "expected"),
+    [
+        ({"a": (1.7, 2.5, NORTH), "b": (2.3, 2.5, NORTH)}, {}),
+        ({"a": (1.77, 2.5, NORTH), "b": (2.23, 2.5, NORTH)}, {"place_shared": [2, 3]}),  # 0.46 m apart
+        ({"a": (2.0, 2.5, NORTH), "b": (2.0, 3.5, SOUTH)}, {}),
+        ({"a": (2.6, 2.75, NORTH), "b": (2.65, 2.85, WEST)}, {"place_shared": [2, 3]}),  # round a corner
+        ({"a": (1.3, 2.5, NORTH)}, {"chair_at_corner": [2]}),  # 0.1 m from the end of the edge
+        ({"a": (2.0, 2.4, NORTH + 0.65)}, {"chair_at_corner": [2]}),  # aslant by 37 degrees
+        ({"a": (3.1, 2.7, NORTH)}, {"chair_at_corner": [2]}),  # looks past the table
+    ],
+)  # fmt: skip
+def test_chairs_have_places_of_their_own_at_an_edge(chairs: dict[str, tuple[float, float, float]], expected: dict[str, list[int]]) -> None:
+    assert faults(at_table(**chairs)) == expected
+
+
+def test_what_stands_behind_a_chair_leaves_room_to_sit_down() -> None:
+    things = at_table(a=(2.0, 2.5, NORTH))
+    assert faults(things | {"bed": thing(9, "pouf", 2.0, 1.6, 0.0, (0.6, 0.9, 0.5))}) == {}  # ends 0.55 m from the table
+    assert faults(things | {"bed": thing(9, "pouf", 2.0, 1.8, 0.0, (0.6, 0.9, 0.5))}) == {"chair_wedged": [2]}  # 0.35 m
+    moved = {"table": replace(TABLE, position_m=(2.0, 0.8, 0.0)), "a": thing(2, "dining_chair", 2.0, 0.3, NORTH, CHAIR)}
+    assert faults(moved) == {"chair_wedged": [2]}  # the wall is 0.4 m from the table
+
+
+def test_plants_sofas_and_low_tables_keep_off_the_table() -> None:
+    things = at_table(a=(1.7, 2.5, NORTH))
+    plant = thing(9, "potted_plant", 2.4, 2.4, 0.0, (0.3, 0.3, 1.0))
+    assert faults(things | {"plant": plant}) == {"filler_at_table": [9]}
+    assert faults(things | {"plant": replace(plant, position_m=(2.4, 3.6, 0.0))}) == {}  # no chair at that edge
+    sofa = thing(8, "sofa", 0.6, 3.4, 0.0, (0.9, 1.8, 0.8))
+    assert faults(things | {"sofa": sofa}) == {"table_at_sofa": [1], "seat_faces_wall": [8]}
+    assert faults(things | {"sofa": replace(sofa, position_m=(0.6, 4.9, 0.0))}) == {}
+
+
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({"low": thing(51, "coffee_table", 2.73, 3.0, WEST, (0.6, 1.0, 0.4))}, {"seat_cramped": [50]}),  # 0.02 m before the sofa
+        ({"bed": thing(54, "bed", 1.9, 5.0, WEST, (2.0, 0.9, 0.5)), "armchair": thing(52, "armchair", 1.9, 3.95, NORTH, (0.8, 0.8, 0.8))},
+         {"seat_cramped": [52], "seat_alone": [52], "bed_off_wall": [54]}),
+        ({"screen": thing(53, "television", 0.2, 0.8, 0.0, (0.1, 1.0, 0.6), 0.5)}, {}),  # 34 degrees aside
+        ({"screen": thing(53, "television", 0.8, 0.2, NORTH, (0.1, 1.0, 0.6), 0.5)}, {"screen_aside": [53]}),
+    ],
+)  # fmt: skip
+def test_seats_have_room_for_feet_and_look_at_the_screen(change: Things, expected: dict[str, list[int]]) -> None:
+    assert faults(SITTING | change, "living_room") == expected
+
+
+def test_screens_and_what_hangs_keep_off_windows() -> None:
+    sofa = thing(50, "sofa", 1.5, 2.5, NORTH, (0.9, 2.0, 0.8))
+    screen = thing(51, "television", 1.5, 5.8, SOUTH, (0.1, 1.0, 0.3), 0.4)  # below the window, x = 2 to 3
+    picture = replace(thing(52, "picture", 2.5, 5.99, SOUTH, (0.02, 0.4, 0.3), 2.1), support=Support(kind="wall", wall=2))
+    assert faults({"sofa": sofa, "screen": replace(screen, position_m=(1.4, 5.8, 0.4))}, "living_room") == {}
+    moved = {"sofa": sofa, "screen": replace(screen, position_m=(2.4, 5.8, 0.4))}
+    assert faults(moved, "living_room") == {"screen_before_window": [51]}
+    assert faults({"picture": picture}) == {"hangs_at_window": [52]}
+    assert faults({"picture": replace(picture, position_m=(1.5, 5.99, 2.1))}) == {}
+
+
+def test_no_door_opens_into_the_corner_of_a_sofa() -> None:
+    sofa = thing(50, "corner_sofa", 1.2, 1.2, NORTH, (1.8, 2.2, 0.8))
+    assert faults({"sofa": sofa})["door_in_corner"] == [50]
+    assert faults({"sofa": replace(sofa, position_m=(1.2, 2.2, 0.0))}) == {}
+
+
+def test_wardrobes_open_nightstands_are_reached_and_nothing_stands_aslant() -> None:
+    bench = thing(11, "pouf", 3.0, 1.0, 0.0, (0.2, 0.5, 0.4))  # from 0.15 to 0.65 m before the wardrobe
+    assert faults(GOOD | {"bench": bench}) == {}
+    assert faults(GOOD | {"bench": replace(bench, size_m=(0.5, 0.5, 0.4))}) == {"wardrobe_shut": [4]}
+    assert faults(GOOD | {"pouf": thing(11, "pouf", 3.3, 1.95, 0.0, (0.4, 0.4, 0.4))}) == {"bedside_blocked": [3]}
+    assert faults(GOOD | moved("bookshelf", 0.17, 5.0, 0.035)) == {"askew": [5]}  # 2 degrees
+    assert faults(GOOD | moved("rug", 2.0, 4.5, 0.05)) == {"rug_askew": [7]}
+    assert faults(GOOD | moved("rug", 0.6, 4.5)) == {"store_on_rug_edge": [5]}

@@ -8,7 +8,7 @@ import pytest
 from small_grammar import CATEGORIES, small_grammar
 
 from grammar.checks.relations import satisfied_relations
-from grammar.sample_room import SampledRoom, sample_room
+from grammar.sampled_room import SampledRoom, sample_room
 from grammar.spec.request import SceneRequest
 from scene_description import SceneObject
 

@@ -15,7 +15,7 @@ from grammar.derivation.densities import draw_size
 from grammar.derivation.derive import derive
 from grammar.derivation.overrides import overridden
 from grammar.derivation.structure import draw_structure
-from grammar.sample_room import sample_room
+from grammar.sampled_room import sample_room
 from grammar.spec.grammar_file import read_room_type
 from grammar.spec.request import RequestError, SceneRequest
 

@@ -10,8 +10,9 @@ from small_grammar import CATEGORIES
 from grammar import RequestError, SceneRequest, read_room_type
 from grammar.derivation.derive import derive
 from grammar.derivation.openings import draw_opening
+from grammar.derivation.shell import SpecialWalls, draw_openings
 from grammar.geometry.zones import SWING, opening_zones
-from scene_description import ModelReference, Opening
+from scene_description import ModelReference, Opening, Room
 from scene_description.types import Point2
 
 RECTANGLE: tuple[Point2, ...] = ((0.0, 0.0), (4.0, 0.0), (4.0, 6.0), (0.0, 6.0))
@@ -84,3 +85,33 @@ def test_no_door_leads_from_one_arm_of_a_room_into_the_other():
     drawn = [draw_opening("door", RULES["door"], 1, 8, outline, 2.6, (), rng) for _ in range(200)]
     walls = {one.opening.wall for one in drawn if one is not None}
     assert {0, 1, 7} <= walls and not {3, 4, 5} & walls
+
+
+def test_walls_are_drawn_by_a_power_of_their_lengths():
+    # Sides of 4 and 6 m: by their lengths the long ones have 0.6 of the doors, by the power 0 half; four standard errors of 400 draws.
+    for power, share in ((1.0, 0.6), (0.0, 0.5)):
+        rng, rule = np.random.default_rng(2), replace(RULES["door"], length_power=power, near_corner=0.0)
+        walls = [one.opening.wall for _ in range(400) if (one := draw_opening("door", rule, 1, 8, RECTANGLE, 2.6, (), rng)) is not None]
+        assert np.mean([wall in (1, 3) for wall in walls]) == pytest.approx(share, abs=0.1)
+
+
+def test_a_casing_stays_on_its_wall_at_a_corner_that_juts_into_the_room():
+    # The wall of 1 m from (4, 3) to (3, 3) ends at the corner that juts in: a door of 0.86 m has 0.05 m there, less than its casing.
+    rule = replace(RULES["door"], end_gap_m=0.02, near_corner=0.0, length_power=0.0)
+    drawn = (draw_opening("door", rule, 1, 8, L_SHAPE, 2.6, (), np.random.default_rng(seed)) for seed in range(200))
+    gaps = [1.0 - one.opening.offset_m - one.opening.width_m for one in drawn if one is not None and one.opening.wall == 2]
+    assert gaps and min(gaps) >= rule.casing_m
+
+
+def test_a_room_has_no_more_doors_than_its_walls_have_space_for(garage):
+    # A square of 4 m has 16 m of wall: at 6 m a door there are two at the most, and a number that must be stays.
+    room = Room(polygon_m=SQUARE, height_m=2.6, wall_thickness_m=0.1, openings=(), surfaces=())
+    for odds, numbers in (((0.0, 0.25, 0.25, 0.5), {1, 2}), ((0.0, 0.0, 0.0, 1.0), {3})):
+        rules = {"door": replace(RULES["door"], multiplicity=odds, wall_m=6.0), "window": replace(RULES["window"], multiplicity=(1.0,))}
+        grammar, found = replace(garage, openings=rules), set()
+        for seed in range(12):
+            drawn, (count, _) = draw_openings(grammar, CATEGORIES, room, np.random.default_rng(seed), SpecialWalls())
+            assert len(drawn) == int(count.value)
+            found.add(len(drawn))
+            assert math.exp(count.log_probability) == pytest.approx(1.0 / len(numbers))
+        assert found == numbers

@@ -14,7 +14,7 @@ from small_grammar import CATEGORIES
 
 from grammar import RequestError, SceneRequest, object_solids, read_room_type, sample_room
 from grammar.derivation.derive import derive
-from grammar.derivation.outlines import check_outline, draw_outline
+from grammar.derivation.outlines import check_outline, draw_arms, draw_outline
 from grammar.geometry.walls import rectangle_outside, wall_lengths, wall_rows
 from grammar.spec.room_rules import RoomShapes
 from scene_description.polygons import signed_area_m2
@@ -51,6 +51,20 @@ def test_shapes_come_by_their_odds_and_fill_the_rectangle():
         assert wall_rows(points)[:, 8].sum() == reflex
         assert (bay, closed) == ((3, 4, 5) if name == "bay" else (), (3, 4, 5) if name == "chimney_breast" else ())
     assert stats.chisquare([seen[name] for name in VERTICES], [600, 600, 200, 200, 200, 100, 100]).pvalue > 1e-4
+
+
+@pytest.mark.parametrize(("name", "area", "ends"), [("l_shape", 0.8 * 9.2, 2), ("t_shape", 0.8 * 9.2, 3), ("u_shape", 0.0, 2)])
+def test_all_arms_of_a_hall_are_equally_wide(name, area, ends):
+    # An L and a T of arms a in w by d have the area a (w + d - a); a U has another arm: a (d - a) more if it opens along y.
+    rng = np.random.default_rng(3)
+    for _ in range(8):
+        points, attribute, *_ = draw_arms(rng, RoomShapes(rectangle=0.4, **{name: 0.6}), 6.0, 4.0, 0.8)
+        polygon = Polygon(points)
+        assert polygon.bounds == pytest.approx((-3.0, -2.0, 3.0, 2.0)) and polygon.exterior.is_ccw
+        assert np.isclose(wall_rows(points)[:, 4], 0.8).sum() == ends
+        deep = 4.0 if int(attribute.value.split()[-3]) % 2 == 0 else 6.0
+        assert polygon.area == pytest.approx(area or 0.8 * (9.2 + deep - 0.8))
+    assert draw_arms(rng, RoomShapes(rectangle=0.0, **{name: 1.0}), 0.9, 0.9, 0.8) is None
 
 
 @pytest.mark.parametrize("name", ["chimney_breast", "alcove"])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from grammar.derivation.rejection import RejectedError
-from grammar.derivation.room_mixture import ROOM_SIZE, draw_room_size
+from grammar.derivation.room_mixture import ROOM_SIZE, draw_room_size, may_be_bare
 from grammar.spec.room_rules import RoomSize
 
 SIZES = (
@@ -17,10 +17,10 @@ def drawn(covered_m2: float, count: int) -> list[tuple[float, list[float], int]]
     rng, found = np.random.default_rng(1), []
     for _ in range(count):
         try:
-            area, sides, (attribute,) = draw_room_size(SIZES, covered_m2, rng)
+            area, sides, (attribute,), arm = draw_room_size(SIZES, covered_m2, rng)
         except RejectedError:
             continue
-        assert attribute.name == ROOM_SIZE
+        assert (attribute.name, arm) == (ROOM_SIZE, None)
         found.append((area, sides, int(attribute.value.split(",")[0])))
     return found
 
@@ -41,3 +41,11 @@ def test_furniture_of_another_share_is_rejected() -> None:
         0.75 * np.exp(-2.0) / (0.75 * np.exp(-2.0) + 0.25 * np.exp(-0.5)), abs=0.06
     )
     assert len(found) / 4000 == pytest.approx(0.75 * np.exp(-2.0) + 0.25 * np.exp(-0.5), abs=0.03)
+
+
+def test_halls_of_arms_have_the_area_of_their_arms():
+    hall = RoomSize(mean_m=(5.0, 3.0), sd_m=(1e-6, 1e-6), arm_m=1.0, arm_sd_m=1e-6)
+    area, sides, (attribute,), arm = draw_room_size((hall,), 0.0, np.random.default_rng(0))
+    assert (area, sorted(sides), arm) == (pytest.approx(7.0, abs=1e-4), pytest.approx([3.0, 5.0], abs=1e-4), pytest.approx(1.0, abs=1e-4))
+    assert attribute.value.endswith("arms 1.000 m")
+    assert may_be_bare(hall) and not may_be_bare(SIZES[0])

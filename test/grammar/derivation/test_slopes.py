@@ -8,7 +8,7 @@ import pytest
 from small_grammar import CATEGORIES, closet, item, small_grammar
 
 from grammar.derivation.derive import derive
-from grammar.derivation.headroom import check_tall, loaded_heights_m
+from grammar.derivation.headroom import check_tall
 from grammar.derivation.overrides import overridden
 from grammar.derivation.rejection import RejectedError
 from grammar.derivation.slopes import draw_slopes

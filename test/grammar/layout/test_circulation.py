@@ -15,7 +15,7 @@ from grammar.layout.floor_raster import FREE
 from grammar.layout.frames import place_object
 from grammar.layout.mcmc import Chain, Run, run_chain
 from grammar.layout.moves import move_settings
-from grammar.sample_room import _objects
+from grammar.sampled_room import _objects
 from grammar.spec.energy_terms import HARD_TERMS, TERMS
 from grammar.spec.grammar_file import read_room_type
 from grammar.spec.request import SceneRequest

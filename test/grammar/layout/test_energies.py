@@ -122,7 +122,7 @@ def test_what_reaches_through_a_sloped_ceiling_is_out_of_the_room(placed):
 
 
 def test_incremental_energy_is_the_full_energy():
-    for seed, kind, ceiling, least in ((0, "by_hand", "flat", 18), (1, "learned", "two_slopes", 0)):
+    for seed, kind, ceiling, least in ((0, "by_hand", "flat", 18), (1, "learned", "two_slopes", 12)):
         grammar = read_room_type("bedroom", CATEGORIES, kind)
         rng = np.random.default_rng(seed)
         request = SceneRequest(min_objects=least, max_objects=30, room_ceiling=ceiling)
@@ -177,7 +177,7 @@ def test_what_hangs_over_a_thing_that_stands_follows_it_from_wall_to_wall():
 
 
 def test_what_hangs_over_a_thing_at_the_end_of_a_wall_can_always_come_in():
-    """The picture, 0.5 m wide, belongs over the middle of the desk, 0.17 m from the end of the wall; nine in ten poses drawn there stick out."""
+    """The picture, 0.5 m wide, belongs over the middle of the desk, 0.17 m from the end of the wall; nine in ten poses stick out."""
     grammar = small_grammar(HUNG)
     rng = np.random.default_rng(0)
     problem, state, settings = entered(grammar, rng)
@@ -225,3 +225,82 @@ def test_moving_a_core_away_costs_what_its_group_loses_however_far():
     # r is gamma distributed with shape 2 and scale 1 / 10: mean 0.2, standard error of 1500 draws 0.004 and, as they hang together, more
     assert np.mean(seen) == pytest.approx(0.2, abs=0.03)
     assert np.quantile(seen, 0.99) < 1.0
+
+
+def test_what_belongs_to_a_thing_may_stand_in_its_access_space_but_not_its_core():
+    text = closet("bed", "wardrobe") + item("bed", "bed", (2.0, 1.0, 0.6), ", access: [{side: front, depth_m: 0.5}]")
+    text += item(
+        "wardrobe",
+        "wardrobe",
+        (0.6, 1.0, 2.0),
+        ", cores: {bed: 1}, around: [{side: front, gap_m: 0.3}], access: [{side: front, depth_m: 0.6}]",
+    )
+    grammar = small_grammar(text)
+    problem, state = assemble(grammar, CATEGORIES, derive(grammar, CATEGORIES, SceneRequest(room_type="closet"), np.random.default_rng(0)))
+    bed = len(state.active) - 2
+    put(problem, state, bed, -1.0, 0.0, 0.0)
+    # the wardrobe looks at the foot of the bed from 0.45 m: it takes 0.05 of the bed's 0.5 for free, the bed 0.15 of its 0.6
+    put(problem, state, bed + 1, 0.45 + 0.3, 0.0, math.pi)
+    assert energies(problem, state)["occlusion"] == pytest.approx(0.15 / 0.6)
+
+
+def test_a_chair_whose_rule_names_no_access_needs_room_behind_it_and_keeps_to_its_table():
+    text = closet("table", "chair") + item("table", "desk", (0.8, 1.6, 0.75))
+    around = "around: [{side: front, gap_m: 0, orientation_rad: 3.141592653589793, spread: 9}]"
+    grammar = small_grammar(text + item("chair", "desk_chair", (0.5, 0.5, 0.9), f", cores: {{table: 1}}, {around}"))
+    problem, state = assemble(grammar, CATEGORIES, derive(grammar, CATEGORIES, SceneRequest(room_type="closet"), np.random.default_rng(0)))
+    table = len(state.active) - 2
+    put(problem, state, table, 1.0, 0.0, math.pi)
+    put(problem, state, table + 1, 0.35 - 0.1, 0.0, 0.0)
+    losses = energies(problem, state)
+    # 0.1 m off its place, by a spread of 2.5 at most; 2 m of floor behind it
+    assert (losses["group_distance"], losses["occlusion"]) == pytest.approx((0.1 / 2.5, 0.0))
+    put(problem, state, table, -0.9, 0.0, math.pi)
+    put(problem, state, table + 1, -1.55, 0.0, 0.0)
+    assert energies(problem, state)["occlusion"] == pytest.approx((0.3 - 0.2) / 0.3)
+
+
+def test_screens_and_the_largest_seat_face_each_other_and_keep_off_windows():
+    text = (
+        closet("sofa", "armchair", "stand", "screen")
+        + item("sofa", "sofa", (0.9, 2.0, 0.8))
+        + item("armchair", "armchair", (0.8, 0.8, 0.8))
+    )
+    text += item("stand", "side_table", (0.4, 1.2, 0.5))
+    text += item("screen", "television", (0.1, 0.8, 0.5), ", mount: object, supporters: {stand: 1}, placements: [{depth_fraction: 0}]")
+    grammar = small_grammar(text)
+    problem, state = assemble(grammar, CATEGORIES, derive(grammar, CATEGORIES, SceneRequest(room_type="closet"), np.random.default_rng(0)))
+    screen = len(state.active) - 1
+    state.surface[screen], state.z[screen] = 0, 0.5
+    assert problem.link[screen, col.WATCHED] == screen - 3
+    windows = np.flatnonzero(state.active)
+    state.active[windows] = False
+    put(problem, state, screen - 3, -1.5, 0.0, 0.0)
+    put(problem, state, screen - 1, 1.5, 1.0, math.pi)
+    put(problem, state, screen, 1.5, 0.0, math.pi)
+    assert energies(problem, state)["screen_aside"] == 0.0
+    put(problem, state, screen, 1.5, 3.0, math.pi)  # 45 degrees aside of both, 20 more than is free
+    assert energies(problem, state)["screen_aside"] == pytest.approx(math.radians(20.0))
+    put(problem, state, screen, 1.5, 0.0, math.pi + 0.75)
+    assert energies(problem, state)["screen_aside"] == pytest.approx(0.75 - math.radians(25.0))
+
+
+def test_rugs_are_drawn_out_from_under_stores():
+    grammar = small_grammar(closet("rug", "shelf") + item("rug", "rug", (1.0, 2.0, 0.01)) + item("shelf", "bookshelf", (0.4, 1.0, 1.8)))
+    problem, state = assemble(grammar, CATEGORIES, derive(grammar, CATEGORIES, SceneRequest(room_type="closet"), np.random.default_rng(0)))
+    rug = len(state.active) - 2
+    put(problem, state, rug, 0.0, 0.0, 0.0)
+    put(problem, state, rug + 1, 0.7 - 0.12, 0.0, 0.0)
+    assert energies(problem, state)["occlusion"] == pytest.approx(0.12 / 0.3)
+    put(problem, state, rug + 1, 0.71, 0.0, 0.0)
+    assert energies(problem, state)["occlusion"] == 0.0
+
+
+def test_a_shower_off_its_corner_is_a_hard_loss():
+    text = closet("shower") + item("shower", "shower_cabin", (0.9, 0.9, 2.0), ", wall: [{distance_m: 0}]")
+    problem, state, _ = entered(small_grammar(text), np.random.default_rng(0))
+    i = len(state.active) - 1
+    # its back at the wall x = -2, its left side 0.1 and 0.4 m from the wall y = 2: 0.15 m are left free
+    for gap, loss in ((0.1, 0.0), (0.4, 0.25)):
+        put(problem, state, i, -2.0 + 0.45, 2.0 - 0.45 - gap, 0.0)
+        assert energies(problem, state)["off_wall"] == pytest.approx(loss)

@@ -135,16 +135,21 @@ def test_the_shift_of_a_run_is_uniform_along_its_slot():
     assert stats.kstest(shares, "uniform").pvalue > 1e-4
 
 
-def test_a_run_round_a_corner_leaves_no_gap_and_mirrors():
-    """Two legs and a unit that turns: in every slot each unit touches the next, and the turning one has two walls at its back and right."""
+@pytest.mark.parametrize("turning_m", [0.502, 0.4])
+def test_a_run_round_a_corner_leaves_no_gap_and_mirrors(turning_m):
+    """Two legs and a unit that turns: in every slot each unit touches the next, and the turning one has two walls at its back and right.
+
+    A unit that is nearly square is made square, and can be walked past either way; another is not, and the run keeps its direction.
+    """
     widths = {"small": 0.4, "middle": 0.6, "large": 0.9, "wide": 1.1}
     text = row_text("{}", *widths, "turn")
     text += "".join(item(symbol, "dresser", (0.5, width, 0.8), ", in_run: {}") for symbol, width in widths.items())
-    text += item("turn", "dresser", (0.5, 0.7, 0.8), ", in_run: {turns: true}")
+    text += item("turn", "dresser", (0.5, turning_m, 0.8), ", in_run: {turns: true}")
     tree, problem, state = assembled(small_grammar(text, weights={}))
     plan, corner = tree.runs[0], int(np.flatnonzero(problem.link[:, col.TURNS])[0])
-    assert len(plan.legs) == 2 and {slot.direction for slot in plan.slots} == {1.0, -1.0}
-    assert problem.object[corner, col.HALF_WIDTH] == pytest.approx(0.25)
+    width = 0.5 if turning_m > 0.5 else turning_m
+    assert len(plan.legs) == 2 and len({slot.direction for slot in plan.slots}) == (2 if width == 0.5 else 1)
+    assert problem.object[corner, col.HALF_WIDTH] == pytest.approx(0.5 * width)
     for k in range(len(plan.slots)):
         state.hold[problem.link[:, col.RUN] == 0, col.SLOT] = k
         arrange(problem, state, 0, 0.0)
@@ -158,8 +163,9 @@ def test_a_run_round_a_corner_leaves_no_gap_and_mirrors():
             gap = max(abs(ax - bx) - au - bu, abs(ay - by) - av - bv)
             assert gap == pytest.approx(0.0, abs=1e-9)
         x, y, yaw = state.pose[corner]
-        for turn in (math.pi, -0.5 * math.pi):  # 0.255 m to a wall behind it and to its right
-            px, py = x + 0.255 * math.cos(yaw + turn), y + 0.255 * math.sin(yaw + turn)
+        for turn, side in ((math.pi, 0.5), (-0.5 * math.pi, width)):  # 5 mm to a wall behind it and to its right
+            half = 0.5 * side + 0.005
+            px, py = x + half * math.cos(yaw + turn), y + half * math.sin(yaw + turn)
             gaps = (np.array([px, py]) - problem.wall[:, :2])[:, None] @ problem.wall[:, 5:7, None]
             assert np.abs(gaps).min() == pytest.approx(0.0, abs=1e-9)
 

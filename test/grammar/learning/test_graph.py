@@ -8,8 +8,8 @@ from small_grammar import CATEGORIES
 
 from grammar import read_room_type
 from grammar.learning import LearnOptions, ObservedObject, ObservedRoom, learn, mixed
-from grammar.learning.graph import ALSO_SEEN, completed
-from grammar.learning.name_guess import FURNITURE, THING, kind_of, nearest_category, symbol_of, words_of
+from grammar.learning.graph import completed
+from grammar.learning.name_guess import ALSO_SEEN, FURNITURE, THING, kind_of, nearest_category, symbol_of, words_of
 from grammar.spec.check import check_grammar
 
 BASE = read_room_type("bedroom", CATEGORIES)
@@ -20,6 +20,8 @@ DESK = ObservedObject(category="desk", size_m=(0.6, 1.3, 0.74), position_m=(3.68
 CHAIR = ObservedObject(category="desk_chair", size_m=(0.5, 0.5, 0.9), position_m=(3.2, 4.0, 0.0), yaw_rad=0.0)
 CLOCK = ObservedObject(category="wall_clock", size_m=(0.04, 0.3, 0.3), position_m=(3.94, 2.0, 1.2), yaw_rad=3.14159)
 ARMCHAIR = ObservedObject(category="armchair", size_m=(0.8, 0.8, 0.9), position_m=(0.6, 4.4, 0.0), yaw_rad=0.0)
+TABLE = ObservedObject(category="dining_table", size_m=(0.8, 1.2, 0.75), position_m=(2.0, 4.2, 0.0), yaw_rad=0.0)
+SEAT = ObservedObject(category="dining_chair", size_m=(0.5, 0.5, 0.9), position_m=(1.4, 4.2, 0.0), yaw_rad=0.0)
 POUF = ObservedObject(category="pouf", size_m=(0.45, 0.45, 0.4), position_m=(3.5, 0.5, 0.0), yaw_rad=0.0)
 BIKE = ObservedObject(category=FURNITURE, size_m=(0.6, 1.4, 1.1), position_m=(2.0, 4.0, 0.0), yaw_rad=1.6, name="cargo_bike")
 
@@ -46,6 +48,41 @@ def test_what_no_symbol_explains_becomes_one() -> None:
     assert shares["sofa"] == pytest.approx((0.5, 0.5))
     assert shares["cargo_bike"] == pytest.approx((5 / 8, 3 / 8))
     assert completed(BASE, CATEGORIES, rooms, 5, any_size=False)[1] == {}
+
+
+def test_chairs_of_a_table_that_the_base_lacks_come_with_it() -> None:
+    opposite = replace(SEAT, position_m=(2.6, 4.2, 0.0), yaw_rad=3.14159)
+    rooms = [*(room(f"a{k}", BED, TABLE, SEAT, opposite) for k in range(3)), room("b", BED, TABLE), room("c", BED, SEAT)]
+    grammar, added = completed(BASE, CATEGORIES, rooms, 3, any_size=False)
+    check_grammar(grammar, CATEGORIES)
+    assert added["dining_chair"] == 7
+    assert (grammar.objects["dining_chair"].cores, grammar.objects["dining_chair"].wall) == ({"dining_table": 1.0}, ())
+    unit = grammar.nodes["dining_table_with_things"]
+    assert [branch.symbol for branch in unit.branches] == ["dining_table", "dining_table_things_seen"]
+    assert grammar.nodes["dining_table_things_seen"].branches[0].multiplicity == pytest.approx((0.25, 0.0, 0.75))
+    # without tables nobody says where such chairs stand
+    assert "dining_chair" not in completed(BASE, CATEGORIES, [room(f"c{k}", BED, SEAT) for k in range(5)], 3, any_size=False)[1]
+
+
+def test_few_that_stand_as_no_symbol_does_make_none() -> None:
+    # one pouf in eleven stands without an armchair
+    company = [room(f"a{k}", BED, ARMCHAIR, replace(POUF, position_m=(1.3, 4.4, 0.0))) for k in range(40)]
+    assert "pouf_apart" not in completed(BASE, CATEGORIES, [*company, *(room(f"b{k}", BED, POUF) for k in range(4))], 3, any_size=False)[1]
+
+
+def test_what_stands_instead_of_others_of_its_category_is_one_more_choice() -> None:
+    living = read_room_type("living_room", CATEGORIES)
+    hung = ObservedObject(category="television", size_m=(0.08, 1.2, 0.7), position_m=(3.96, 2.0, 1.2), yaw_rad=3.14159)
+    stand = ObservedObject(category="tv_stand", size_m=(0.4, 1.5, 0.5), position_m=(3.8, 2.0, 0.0), yaw_rad=3.14159)
+    on_it = replace(hung, position_m=(3.8, 2.0, 0.5), on=1)
+    sofa = replace(SOFA, position_m=(1.0, 2.0, 0.0), yaw_rad=0.0)
+    rooms = [*(room(f"a{k}", sofa, stand, on_it) for k in range(6)), *(room(f"b{k}", sofa, hung) for k in range(4))]
+    grammar, added = completed(living, CATEGORIES, rooms, 3, any_size=False)
+    check_grammar(grammar, CATEGORIES)
+    assert added == {"television_apart": 4}
+    shares = {branch.symbol: branch.probability for branch in grammar.nodes["screen_group"].branches}
+    assert shares == pytest.approx({"stand_media": 0.48, "sideboard_media": 0.06, "shelf_media": 0.06, "television_apart": 0.4})
+    assert ALSO_SEEN not in grammar.nodes
 
 
 def test_members_that_units_often_lack_may_be_missing() -> None:
@@ -89,5 +126,6 @@ def test_nearest_category(name: str, category: str | None) -> None:
 
 def test_what_is_like_nothing_keeps_its_name() -> None:
     assert (words_of("KidsToy boxes"), symbol_of("Cargo-Bike 3")) == (("kid", "toy", "boxe"), "cargo_bike")
+    assert [symbol_of(word) for word in ("none", "Window", "also seen", "42")] == ["none_thing", "window_thing", "also_seen_thing", "thing"]
     assert kind_of((0.2, 0.2, 0.2), raised=False) == kind_of((0.6, 0.3, 0.3), raised=True) == THING
     assert kind_of((0.6, 0.3, 0.3), raised=False) == FURNITURE

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from small_grammar import CATEGORIES, closet, item, small_grammar
 
-from grammar import SceneRequest
+from grammar import SceneRequest, read_room_type
 from grammar.derivation.derive import derive
 from grammar.learning import ObservedRoom
-from grammar.learning.openings import learn_openings
+from grammar.learning.observed import ObservedOpening
+from grammar.learning.openings import fitted_to_openings, learn_openings
 from grammar.learning.write_layouts import layout_from_objects
 from grammar.spec.values import TruncatedNormal
 
@@ -50,3 +51,26 @@ def test_one_size_throughout_and_unknown_openings_are_not_learned() -> None:
     assert rules["door"].width_m == BASE.openings["door"].width_m
     assert rules["window"] == BASE.openings["window"]
     assert not any(name.startswith("window") for name in counts)
+
+
+def test_curtains_are_as_wide_as_the_windows_that_were_learned() -> None:
+    living = read_room_type("living_room", CATEGORIES)
+    window = replace(living.openings["window"], width_m=TruncatedNormal(mean=1.1, sd=0.2, low=0.8, high=2.4))
+    curtain = fitted_to_openings(living.objects, {**living.openings, "window": window})["curtain"]
+    # 1.05 of the window's width and 0.58 m more
+    assert (curtain.low_m[1], curtain.high_m[1]) == pytest.approx((1.42, 3.1))
+    assert curtain.low_m[0] == living.objects["curtain"].low_m[0]
+    assert fitted_to_openings(living.objects, living.openings)["sofa"] == living.objects["sofa"]
+
+
+def test_many_doors_are_learned_with_the_walls_that_they_need_and_lie_in() -> None:
+    # Halls of 6 x 1 m, walls of 14 m, with a door at each end and three in a long wall: 2.8 m of wall each.
+    hall = replace(rooms(1)[0], polygon_m=((0.0, 0.0), (6.0, 0.0), (6.0, 1.0), (0.0, 1.0)))
+    places = ((1, 0.1), (3, 0.1), (0, 0.1), (0, 2.5), (0, 5.0))
+    doors = tuple(ObservedOpening(wall=wall, offset_m=offset, width_m=0.8, height_m=2.0, sill_m=0.0) for wall, offset in places)
+    seen = [replace(hall, openings={"door": doors[: 5 - k % 2]}) for k in range(10)]
+    door = learn_openings(BASE.openings, seen, 0.0, 5)[0]["door"]
+    assert door.multiplicity == (0.0, 0.0, 0.0, 0.0, 0.5, 0.5)
+    assert door.wall_m == pytest.approx(2.8)
+    # three of five doors are in the long walls, or half of those of the others: likeliest at a power of nearly 0
+    assert door.length_power <= 0.2

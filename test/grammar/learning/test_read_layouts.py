@@ -2,6 +2,7 @@
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -143,3 +144,23 @@ def test_houses() -> None:
         "procthor1k-train-0004",
         "flat",
     ]
+
+
+def test_general_names_mean_what_they_stand_beside(tmp_path: Path) -> None:
+    def at(name: str, x: float, y: float, size: float = 0.5) -> dict[str, object]:
+        return {"cat": name, "pos": [x, y, 0.4], "size": [size, size, 0.8], "yaw": 0.0}
+
+    objects = [BED, at("side_table", 1.95, 0.4), at("side_table", 3.7, 2.7), at("dining_table", 3.2, 1.0, 1.0), at("chair", 3.2, 1.8)]
+    found = read_layouts(write(tmp_path, line(objects=objects), line(objects=[BED, at("chair", 3.2, 1.8)])), NAMES, "bedroom").rooms
+    assert [item.category for item in found[0].objects] == ["bed", "nightstand", "side_table", "dining_table", "dining_chair"]
+    # a name that says what it means keeps it
+    assert found[1].objects[1].category == "desk_chair"
+    named = [BED, at("nightstand", 3.7, 2.7), at("dining_table", 3.2, 1.0, 1.0), at("office_chair", 3.2, 1.8)]
+    (room,) = read_layouts(write(tmp_path, line(objects=named)), NAMES, "bedroom").rooms
+    assert [item.category for item in room.objects] == ["bed", "nightstand", "dining_table", "desk_chair"]
+
+
+def test_names_of_several_lines_and_of_no_characters_are_told_in_one_that_every_file_holds(tmp_path: Path) -> None:
+    objects = [BED, {**BED, "cat": "zzz\nroot: x\ud800"}]
+    file = read_layouts(write(tmp_path, line(objects=objects)), replace(NAMES, catalogue=frozenset({"bed"})), "bedroom")
+    assert [item.reason for item in file.skipped] == ["name: 'zzz?root: x?' is taken for other_furniture, a plain box"]

@@ -39,6 +39,17 @@ def test_sizes_are_learned_with_the_share_that_furniture_covers() -> None:
     assert learned.shapes.rectangle == pytest.approx((2.0 + 2.0 * BASE.room.shapes.rectangle) / 4.0, abs=1e-4)
 
 
+def test_halls_keep_the_width_of_their_arms_and_stay_bare() -> None:
+    # An L of arms 1 m wide in 5 by 3 m: 7 m2; half of the halls are bare, the others hold a tenth.
+    bent = ((0.0, 0.0), (5.0, 0.0), (5.0, 1.0), (1.0, 1.0), (1.0, 3.0), (0.0, 3.0))
+    rooms = [room(4.0, 1.0), room(4.1, 1.0), replace(room(1.0, 1.0), polygon_m=bent), replace(room(1.0, 1.0), polygon_m=bent)]
+    modes = learn_room(BASE.room, rooms, [0.0, 0.41, 0.0, 0.7], 0.0).sizes
+    assert [mode.mean_m for mode in modes] == [pytest.approx(sides) for sides in ((4.0, 1.0), (4.1, 1.0), (5.0, 3.0), (5.0, 3.0))]
+    assert [mode.arm_m for mode in modes] == [None, None, pytest.approx(1.0), pytest.approx(1.0)]
+    assert [mode.floor_share for mode in modes] == pytest.approx([0.01, 0.1, 0.01, 0.1])
+    assert [mode.share_sd < 0.011 for mode in modes] == [True, False, True, False]
+
+
 def test_a_side_of_rooms_that_recurs_exactly_is_kept() -> None:
     rooms = [room(2.8, 3.0 + 0.1 * k) for k in range(6)]
     modes = learn_room(BASE.room, rooms, [1.0] * 6, 0.0).sizes
@@ -53,14 +64,17 @@ def test_heights_that_recur_are_kept_and_others_are_smoothed() -> None:
 
 
 def test_other_room_types_count_as_pseudo_observations() -> None:
-    # Six own observations and a pool of 2: the own kernels share 6/8, the pooled ones 2/8, those of equal sizes 1/8 each.
+    # Two own sizes that do not tell each other and a pool of 2: each share a half, those of equal sizes a quarter each.
     rule = BASE.objects["nightstand"]
+    modes = learn_size(rule, [(0.4, 0.4, 0.5), (0.5, 0.7, 0.6)], 2.0, [(0.4, 0.4, 0.5), (0.5, 0.7, 0.6)], 2.0).sizes
+    assert [mode.probability for mode in modes] == pytest.approx([1 / 4] * 4, abs=0.02)
+    # A model of the room type's own, which others do not have: six observations against the one that may come.
     modes = learn_size(rule, [(0.4, 0.5, 0.5)] * 6, 2.0, [(0.5, 0.6, 0.5), (0.5, 0.7, 0.5)], 2.0).sizes
-    assert [mode.probability for mode in modes] == pytest.approx([6 / 8, 1 / 8, 1 / 8])
+    assert [mode.probability for mode in modes] == pytest.approx([6 / 7, 1 / 14, 1 / 14])
     assert [mode.mean_m[1] for mode in modes] == pytest.approx([0.5, 0.6, 0.7])
 
 
-def test_a_side_that_the_base_holds_close_is_a_norm_and_stays() -> None:
+def test_a_side_that_the_base_holds_close_is_a_norm_and_stays_where_no_model_recurs() -> None:
     mode = SizeMode(mean_m=(0.62, 0.8, 0.9), sd_m=(0.0001, 0.1, 0.0003))
     rule = ObjectRule(category="kitchen_counter", sizes=(mode,), low_m=(0.6199, 0.3, 0.899), high_m=(0.6201, 1.2, 0.901))
     learned = learn_size(rule, [(0.5, 0.7, 0.87), (0.6, 1.4, 0.86)], 1.0, [(0.4, 0.5, 0.7)], 2.0)
@@ -68,6 +82,19 @@ def test_a_side_that_the_base_holds_close_is_a_norm_and_stays() -> None:
     assert (learned.low_m, learned.high_m) == ((0.6199, 0.3, 0.899), (0.6201, 1.4, 0.901))
     assert sorted(mode.mean_m[1] for mode in learned.sizes) == pytest.approx([0.5, 0.7, 1.4])
     assert is_norm(1.818, 1.822) and not is_norm(1.7, 2.0)
+
+
+def test_a_norm_becomes_that_of_the_data_where_models_recur() -> None:
+    mode = SizeMode(mean_m=(0.62, 0.8, 0.9), sd_m=(0.0001, 0.1, 0.0003))
+    rule = ObjectRule(category="kitchen_counter", sizes=(mode,), low_m=(0.6199, 0.3, 0.899), high_m=(0.6201, 1.2, 0.901))
+    # heights that do not recur, or are far from the most common one, are taken for the nearest that is; depths are kept
+    seen = [(0.627, 0.5, 0.871)] * 4 + [(0.6, 0.7, 0.86), (0.58, 0.6, 1.26), (0.58, 0.6, 1.26), (0.58, 0.6, 1.26)]
+    learned = learn_size(rule, seen, 1.0)
+    assert {mode.mean_m[2] for mode in learned.sizes} == {0.871}
+    assert sorted({mode.mean_m[0] for mode in learned.sizes}) == [0.58, 0.6, 0.627]
+    assert learned.sizes[0].mean_m[0] == 0.627  # the base's own component
+    assert max(mode.sd_m[0] for mode in learned.sizes) < 0.001
+    assert (learned.low_m[2], learned.high_m[2]) == pytest.approx((0.8705, 0.8715))
 
 
 def test_a_side_that_recurs_exactly_is_kept() -> None:

@@ -9,6 +9,7 @@ import pytest
 from small_grammar import CATEGORIES, item, small_grammar
 
 from grammar import Grammar
+from grammar.derivation.shell import COUNT
 from grammar.derivation.structure import draw_structure
 from grammar.learning.learn import room_sampler
 from grammar.learning.sampled_counts import ROOM_SIZES, SampledCounts
@@ -94,6 +95,25 @@ def test_sizes_of_rooms_that_seldom_pass_are_raised_and_those_that_never_do_are_
     first, second, third = (size.probability for size in corrected.room.sizes)
     assert second / first == pytest.approx(2.0, rel=0.2)
     assert third < 0.05
+
+
+def test_numbers_of_windows_are_corrected_and_impossible_ones_stay_impossible() -> None:
+    grammar = small_grammar(NODES + OBJECTS)
+    window = replace(grammar.openings["window"], multiplicity=(0.5, 0.5, 0.0))
+    grammar = replace(grammar, openings={**grammar.openings, "window": window})
+
+    def half_pass(grammar: Grammar, stream: int, indices: Sequence[int]) -> list[SampledCounts]:
+        rng = np.random.default_rng(stream)
+        odds = np.array(grammar.openings["window"].multiplicity) * (1.0, 0.5, 1.0)
+        chosen = rng.choice(3, size=len(indices), p=odds / odds.sum())
+        return [SampledCounts(failed=False, branches=((f"window{COUNT}", -1, int(k)),), categories={"bed": 1}) for k in chosen]
+
+    options = TruncationOptions(iterations=3, rooms=1500)
+    corrected, _ = correct_truncation(grammar, {"bed": 1.0}, COVERED | {f"window{COUNT}"}, options, half_pass)
+    assert correct_truncation(grammar, {"bed": 1.0}, COVERED, options, half_pass)[0].openings == grammar.openings
+    none, one, two = corrected.openings["window"].multiplicity
+    assert one / none == pytest.approx(2.0, rel=0.2)
+    assert two == 0.0
 
 
 def test_without_iterations_the_grammar_stays() -> None:

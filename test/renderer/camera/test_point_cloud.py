@@ -11,7 +11,8 @@ import trimesh
 from box_room import VIEW, furnished_room
 
 from renderer import CameraConfig, RenderConfig, Renderer, RenderError
-from renderer.camera.point_cloud import cloud_fields, cloud_points
+from renderer.camera.cloud_fields import cloud_fields
+from renderer.camera.point_cloud import cloud_points
 from scene_description import CameraPose
 from scene_description.poses import look_at, world_from_optical
 

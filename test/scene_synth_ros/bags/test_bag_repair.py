@@ -150,7 +150,7 @@ def test_the_command_says_what_it_saved_and_refuses_what_is_no_bag(whole: Path, 
     folder = cut_bag(whole, tmp_path / "cut", (whole / "bag_0.mcap").stat().st_size // 2, active=True)
 
     def run(*words: object) -> subprocess.CompletedProcess[str]:
-        return subprocess.run(command(*words), env=environment(), capture_output=True, text=True, timeout=60, check=False)
+        return subprocess.run(command(*words), env=environment(), capture_output=True, text=True, timeout=300, check=False)
 
     done = run("repair", folder)
     assert done.returncode == 0, done.stderr

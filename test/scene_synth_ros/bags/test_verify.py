@@ -201,6 +201,6 @@ def test_what_cannot_be_verified_says_why(tmp_path: Path) -> None:
     with pytest.raises(SceneSynthError, match=r"scene|settings"):
         verify_bag(tmp_path / "bag")
     process = subprocess.run(
-        command("verify", tmp_path / "bag"), env=environment(), capture_output=True, text=True, timeout=60, check=False
+        command("verify", tmp_path / "bag"), env=environment(), capture_output=True, text=True, timeout=300, check=False
     )
     assert process.returncode == 2 and "Traceback" not in process.stderr and process.stderr.count("\n") == 1

@@ -55,7 +55,7 @@ def test_a_terminal_gets_one_line_and_no_log_and_a_pipe_gets_the_log(tmp_path: P
         with subprocess.Popen(words, env=environment(), stdout=subprocess.DEVNULL, stderr=errors) as process:
             os.close(slave)
             seen[kind] = _everything(master) if kind == "terminal" else process.stderr.read().decode()
-            assert process.wait(120) == 0
+            assert process.wait(300) == 0
         os.close(master)
     assert "of 30 frames" in seen["terminal"] and "grammar_node]" not in seen["terminal"]
     assert "of 30 frames" not in seen["pipe"] and seen["pipe"].count("grammar_node] room 1/1") == 1

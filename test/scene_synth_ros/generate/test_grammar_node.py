@@ -53,7 +53,7 @@ class RunPeer(Peer):
     def next_scene(self) -> SceneDescription:
         seen = len(self.scenes)
         self.finish_rooms()
-        self.spin_until(lambda: len(self.scenes) > seen, 90, "the next room")
+        self.spin_until(lambda: len(self.scenes) > seen, 120, "the next room")
         return self.scenes[-1]
 
 
@@ -78,13 +78,13 @@ def test_rooms_wait_for_renderer_and_recorder(peer: RunPeer) -> None:
 
 def test_a_room_is_told_of_before_it_comes(peer: RunPeer) -> None:
     newest = peer.scenes[-1].index
-    peer.spin_until(lambda: peer.announced and scene_from_json(peer.announced[-1]).index == newest + 1, 60, "the room after the newest")
+    peer.spin_until(lambda: peer.announced and scene_from_json(peer.announced[-1]).index == newest + 1, 120, "the room after the newest")
     assert scene_from_json(peer.announced[-1]) == peer.next_scene()
 
 
 def test_map_and_markers_belong_to_the_room(peer: RunPeer) -> None:
     scene = peer.next_scene()
-    peer.spin_until(lambda: len(peer.maps) == len(peer.scenes) == len(peer.markers), 10, "map and markers")
+    peer.spin_until(lambda: len(peer.maps) == len(peer.scenes) == len(peer.markers), 120, "map and markers")
     grid, markers = peer.maps[-1], peer.markers[-1].markers
     stamp = grid.header.stamp.sec * 10**9 + grid.header.stamp.nanosec
     assert (stamp, grid.header.frame_id) == (scene.camera_path[0].stamp_ns, "map")
@@ -132,7 +132,7 @@ def test_a_request_that_cannot_be_met_is_a_diagnostic_and_the_node_goes_on(peer:
     smallest = [0.0, 0.0, 1.6, 0.0, 1.6, 1.6, 0.0, 1.6]  # where a bed would fit, but no room has been drawn with so little else
     assert peer.set_parameter("grammar_node", "scene.room_polygon_m", smallest) == (True, "")
     peer.finish_rooms()
-    peer.spin_until(lambda: any("could not be synthesised" in error for error in peer.errors), 30, "a diagnostic")
+    peer.spin_until(lambda: any("could not be synthesised" in error for error in peer.errors), 120, "a diagnostic")
     assert peer.set_parameter("grammar_node", "scene.room_polygon_m", []) == (True, "")
     peer.next_scene()
 
@@ -140,4 +140,4 @@ def test_a_request_that_cannot_be_met_is_a_diagnostic_and_the_node_goes_on(peer:
 def test_free_running_needs_no_peers(peer: RunPeer) -> None:
     assert peer.set_parameter("grammar_node", "lock_step", False) == (True, "")
     seen = len(peer.scenes)
-    peer.spin_until(lambda: len(peer.scenes) >= seen + 3, 30, "rooms without an answer")
+    peer.spin_until(lambda: len(peer.scenes) >= seen + 3, 120, "rooms without an answer")

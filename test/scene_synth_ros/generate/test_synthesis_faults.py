@@ -52,8 +52,8 @@ class Listener(Peer):
 
 def test_the_run_goes_on_without_the_room(context: Context, capfd: pytest.CaptureFixture[str]) -> None:
     peer = Listener(context)
-    peer.spin_until(lambda: len(peer.scenes) == 2, 90, "the rooms before and after")
-    peer.spin_until(lambda: peer.values.get("faults") == "1", 10, "the fault among the diagnostics")
+    peer.spin_until(lambda: len(peer.scenes) == 2, 120, "the rooms before and after")
+    peer.spin_until(lambda: peer.values.get("faults") == "1", 120, "the fault among the diagnostics")
     peer.grammar.close()
     assert [scene.index for scene in peer.scenes] == [0, 2]
     assert [scene.camera_path[0].stamp_ns for scene in peer.scenes] == [1_000_000_000, 1_400_000_000], "its time stays empty"
@@ -64,8 +64,8 @@ def test_the_run_goes_on_without_the_room(context: Context, capfd: pytest.Captur
 
 def test_a_run_that_shall_end_ends_with_the_reason(context: Context) -> None:
     peer = Listener(context, exit_when_done=True)
-    peer.spin_until(lambda: peer.grammar.exit_code is not None, 90, "the end")
-    peer.spin_until(lambda: peer.statuses[-1].state == "failed", 10, "the reason")
+    peer.spin_until(lambda: peer.grammar.exit_code is not None, 120, "the end")
+    peer.spin_until(lambda: peer.statuses[-1].state == "failed", 120, "the reason")
     peer.grammar.close()
     assert peer.grammar.exit_code == 70
     assert peer.statuses[-1].reason.startswith(MISTAKE)

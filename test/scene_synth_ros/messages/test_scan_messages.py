@@ -11,7 +11,7 @@ from std_msgs.msg import String
 
 from renderer import CameraConfig, Frame, RenderConfig
 from renderer.lidar.config import ScanConfig
-from renderer.lidar.scanner import Scan
+from renderer.lidar.scan import Scan
 from scene_description import CameraPose
 from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_from_json, settings_to_json

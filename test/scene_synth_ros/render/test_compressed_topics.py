@@ -47,7 +47,7 @@ class Viewer(Peer):
         for images in self.heard.values():
             images.clear()
         self._scene.publish(String(data=scene_to_json(sample_scene())))
-        self.spin_until(lambda: all(len(images) == FRAMES for images in self.heard.values()), 90, "all images of the path")
+        self.spin_until(lambda: all(len(images) == FRAMES for images in self.heard.values()), 120, "all images of the path")
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +89,7 @@ def decoded(data: bytes, form: str) -> np.ndarray:
 def test_compressed_colour_alone_is_rendered_and_no_raw_image_published(viewer: Viewer) -> None:
     viewer.see_a_room()
     assert {message.format for message in viewer.heard[COLOR]} == {"rgb8; jpeg compressed bgr8"}
-    viewer.spin_until(lambda: viewer.counts.get(f"/synth/{COLOR}", 0) >= FRAMES, 10, "a status with the frames")
+    viewer.spin_until(lambda: viewer.counts.get(f"/synth/{COLOR}", 0) >= FRAMES, 120, "a status with the frames")
     published = {topic for topic, count in viewer.counts.items() if count and "/image" in topic}
     assert published == {f"/synth/{COLOR}"}
 

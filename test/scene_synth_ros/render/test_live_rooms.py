@@ -60,10 +60,10 @@ def test_rooms_made_ahead_come_in_order_with_the_pixels_of_the_command(tmp_path:
         viewer.scene.publish(String(data=scene_to_json(rooms[0])))
         viewer.spin_until(lambda: viewer.images, 180, "a frame of the first room")
         viewer.next.publish(String(data=scene_to_json(rooms[1])))
-        viewer.spin_until(lambda: viewer.has_seen(rooms[0], -1), 60, "the last frame of the first room")
+        viewer.spin_until(lambda: viewer.has_seen(rooms[0], -1), 120, "the last frame of the first room")
         viewer.scene.publish(String(data=scene_to_json(rooms[1])))
-        viewer.spin_until(lambda: viewer.has_seen(rooms[1], -1), 60, "the last frame of the second room")
-        viewer.spin_until(lambda: "rooms_made_ahead" in viewer.values, 20, "a report")
+        viewer.spin_until(lambda: viewer.has_seen(rooms[1], -1), 120, "the last frame of the second room")
+        viewer.spin_until(lambda: "rooms_made_ahead" in viewer.values, 120, "a report")
     seen = list(viewer.images)
     assert seen == sorted(seen)
     for scene in rooms:

@@ -30,10 +30,10 @@ def test_scans_and_transforms_come_and_nothing_is_rendered_or_sent_for_nobody() 
     with node_process("renderer_node", SETTINGS) as context:
         peer, scans, moving, counts = listen(context)
         sender = peer.node.create_publisher(String, "scene", latched_qos())
-        peer.spin_until(lambda: peer.node.count_publishers("scan") and peer.node.count_publishers("/tf"), 60, "the renderer")
+        peer.spin_until(lambda: peer.node.count_publishers("scan") and peer.node.count_publishers("/tf"), 120, "the renderer")
         sender.publish(String(data=scene_to_json(scene)))
-        peer.spin_until(lambda: len(scans) == count and counts.get("/synth/laser/pose", 0) > count, 90, "scans and the end of the path")
-        peer.spin_until(lambda: len([item for message in moving for item in message.transforms]) == counts["/tf"], 30, "transforms")
+        peer.spin_until(lambda: len(scans) == count and counts.get("/synth/laser/pose", 0) > count, 120, "scans and the end of the path")
+        peer.spin_until(lambda: len([item for message in moving for item in message.transforms]) == counts["/tf"], 120, "transforms")
     assert [stamp_of(scan.header) - path[0].stamp_ns for scan in scans] == [k * 25_000_000 for k in range(count)]
     found = {stamp_of(item.header): item for message in moving for item in message.transforms if item.child_frame_id == "laser"}
     for scan in scans:

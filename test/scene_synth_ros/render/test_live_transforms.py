@@ -46,8 +46,8 @@ def peer() -> Iterator[TransformPeer]:
         fixed = peer.listen(TFMessage, "/tf_static", latched_qos(100))
         peer.meet("renderer_node")
         peer.send(scene_to_json(sample_scene()))
-        peer.spin_until(lambda: len(poses) == len(moving) == FRAMES, 90, "all poses and transforms")
-        peer.spin_until(lambda: fixed, 20, "the static transforms")
+        peer.spin_until(lambda: len(poses) == len(moving) == FRAMES, 120, "all poses and transforms")
+        peer.spin_until(lambda: fixed, 120, "the static transforms")
         yield peer
 
 
@@ -69,7 +69,7 @@ def test_the_static_transforms_come_once_and_turn_the_link_into_the_optical_fram
 def test_a_late_subscriber_gets_the_static_transforms(peer: TransformPeer) -> None:
     before = list(peer.heard["/tf_static"])
     late = peer.listen(TFMessage, "/tf_static", latched_qos(100))
-    peer.spin_until(lambda: late, 10, "the latched message")
+    peer.spin_until(lambda: late, 120, "the latched message")
     assert late == before
 
 
@@ -90,5 +90,5 @@ def test_without_tf2_msgs_there_are_poses_and_no_transforms(tmp_path) -> None:
         poses = peer.listen(PoseStamped, "eye/pose", stream_qos(100))
         peer.meet("renderer_node")
         peer.send(scene_to_json(sample_scene()))
-        peer.spin_until(lambda: len(poses) == FRAMES, 90, "all poses")
+        peer.spin_until(lambda: len(poses) == FRAMES, 120, "all poses")
         assert peer.node.count_publishers("/tf") == peer.node.count_publishers("/tf_static") == 0

@@ -32,7 +32,7 @@ class Reader(Peer):
     def see_a_room(self) -> None:
         self.meet("renderer_node")
         self._scene.publish(String(data=scene_to_json(sample_scene())))
-        self.spin_until(lambda: all(len(heard) == FRAMES for heard in self.labels.values()), 90, "the labels of the path")
+        self.spin_until(lambda: all(len(heard) == FRAMES for heard in self.labels.values()), 120, "the labels of the path")
 
 
 def test_annotations_come_to_whoever_subscribes_to_one_of_their_topics() -> None:
@@ -42,7 +42,7 @@ def test_annotations_come_to_whoever_subscribes_to_one_of_their_topics() -> None
         for name, kind in DETECTIONS.items():
             reader.node.create_subscription(kind, f"eye/{name}", detections[name].append, 10)
         reader.see_a_room()
-        reader.spin_until(lambda: all(len(heard) == FRAMES for heard in detections.values()), 20, "the detections of the path")
+        reader.spin_until(lambda: all(len(heard) == FRAMES for heard in detections.values()), 120, "the detections of the path")
         for flat, solid, path in zip(*detections.values(), sample_scene().camera_path, strict=True):
             assert flat.header == solid.header and flat.header.frame_id == "eye_optical_frame"
             assert flat.header.stamp.sec * 10**9 + flat.header.stamp.nanosec == path.stamp_ns
@@ -53,7 +53,7 @@ def test_label_info_says_with_every_frame_what_the_labels_say() -> None:
     with node_process("renderer_node", SETTINGS) as context:
         reader = Reader(context)
         reader.see_a_room()
-        reader.spin_until(lambda: all(len(heard) == FRAMES for heard in reader.infos.values()), 20, "as many LabelInfo")
+        reader.spin_until(lambda: all(len(heard) == FRAMES for heard in reader.infos.values()), 120, "as many LabelInfo")
         for layer, texts in reader.labels.items():
             for text, info in zip(texts, reader.infos[layer], strict=True):
                 labels = json.loads(text.data)
@@ -63,7 +63,7 @@ def test_label_info_says_with_every_frame_what_the_labels_say() -> None:
                 assert names == {key: value["name"] for key, value in labels["labels"].items()}
         late: list[LabelInfo] = []
         reader.node.create_subscription(LabelInfo, "eye/instance/label_info", late.append, latched_qos(100))
-        reader.spin_until(lambda: late, 10, "the latched message")
+        reader.spin_until(lambda: late, 120, "the latched message")
 
 
 def test_without_vision_msgs_there_is_json_only(tmp_path: Path) -> None:
@@ -75,5 +75,5 @@ def test_without_vision_msgs_there_is_json_only(tmp_path: Path) -> None:
         counts: list[dict[str, int]] = []
         reader.node.create_subscription(String, "status", lambda text: counts.append(json.loads(text.data)["counts"]), latched_qos())
         labels, annotations = (reader.node.resolve_topic_name(f"eye/{name}") for name in ("instance/labels", "annotations"))
-        reader.spin_until(lambda: counts and counts[-1][labels] == FRAMES, 20, "the status after the path")
+        reader.spin_until(lambda: counts and counts[-1][labels] == FRAMES, 120, "the status after the path")
         assert counts[-1][annotations] == 0  # nobody subscribes

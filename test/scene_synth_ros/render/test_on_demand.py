@@ -83,7 +83,7 @@ def test_a_pose_asked_for_gives_the_frame_of_it_in_every_layer(asker: Asker) -> 
     eye = tuple(value + 0.05 for value in scene.camera_path[0].position_m)
     pose = CameraPose(stamp_ns=77 * 10**9 + 5, position_m=eye, orientation=look_at(eye, (eye[0] + 0.6, eye[1] + 0.8, eye[2] - 0.3)))
     asker.request.publish(pose_to_msg(pose, "map"))
-    asker.spin_until(lambda: asker.whole(pose.stamp_ns), 30, "the frame asked for")
+    asker.spin_until(lambda: asker.whole(pose.stamp_ns), 120, "the frame asked for")
     camera, config = CameraConfig(width=48, height=36), RenderConfig(samples_per_pixel=1)
     with Renderer(flatten(scene), camera, config, scene_key(scene)) as renderer:
         offline = renderer.render(pose, OFF_PATH + pose.stamp_ns, LAYERS, exposure=Exposure(6.0))
@@ -95,7 +95,7 @@ def test_a_pose_asked_for_gives_the_frame_of_it_in_every_layer(asker: Asker) -> 
 def test_a_pose_without_a_stamp_gets_the_next_one(asker: Asker) -> None:
     newest = max(asker.images)
     asker.request.publish(pose_to_msg(replace(sample_scene().camera_path[0], stamp_ns=0), "map"))
-    asker.spin_until(lambda: max(asker.images) > newest and asker.whole(max(asker.images)), 30, "the frame asked for")
+    asker.spin_until(lambda: max(asker.images) > newest and asker.whole(max(asker.images)), 120, "the frame asked for")
     assert max(asker.images) == newest + 1
 
 
@@ -103,7 +103,7 @@ def test_a_pose_in_the_bed_is_told_while_its_frame_is_the_newest(asker: Asker) -
     pose = sample_scene().camera_path[0]
     for position_m, place in (((1.4, 1.8, 0.42), "inside object 3 (bed)"), (pose.position_m, "in the room")):
         asker.request.publish(pose_to_msg(replace(pose, stamp_ns=0, position_m=position_m), "map"))
-        asker.spin_until(lambda place=place: asker.values.get("camera_place") == place, 30, f"a camera {place}")
+        asker.spin_until(lambda place=place: asker.values.get("camera_place") == place, 120, f"a camera {place}")
     assert "the camera is inside object 3 (bed)" in asker.warnings
 
 
@@ -119,7 +119,7 @@ def test_what_is_no_pose_of_the_room_is_refused(asker: Asker) -> None:
         asker.request.publish(message)
         asker.spin_until(lambda reason=reason: any(reason in error for error in asker.errors), 20, reason)
     asker.request.publish(good)
-    asker.spin_until(lambda: asker.whole(88 * 10**9), 30, "a good pose after the bad ones")
+    asker.spin_until(lambda: asker.whole(88 * 10**9), 120, "a good pose after the bad ones")
 
 
 def test_a_twist_moves_the_camera_until_it_times_out(asker: Asker) -> None:
@@ -132,7 +132,7 @@ def test_a_twist_moves_the_camera_until_it_times_out(asker: Asker) -> None:
         newer = [asker.poses[at].pose.position for at in sorted(asker.poses) if at > before]
         return len(newer) > 5 and abs(newer[-1].x - newer[0].x) + abs(newer[-1].y - newer[0].y) > 0.1
 
-    asker.spin_until(moved, 40, "a driven camera that has moved")
+    asker.spin_until(moved, 120, "a driven camera that has moved")
     times = [at for at in sorted(asker.poses) if at > before]
     assert times == sorted(set(times))
 
@@ -140,7 +140,7 @@ def test_a_twist_moves_the_camera_until_it_times_out(asker: Asker) -> None:
         resting = [asker.poses[at].pose.position for at in sorted(asker.poses)[-3:]]
         return resting[0] == resting[-1]
 
-    asker.spin_until(rests, 20, "a camera that stands still when no Twist comes")
+    asker.spin_until(rests, 120, "a camera that stands still when no Twist comes")
     place = asker.poses[max(asker.poses)].pose.position
     asker.spin_for(1.0)
     assert asker.poses[max(asker.poses)].pose.position == place, "it does not go on"

@@ -97,7 +97,7 @@ def test_a_room_that_is_still_prepared_after_a_cleanup_disturbs_nobody(
     scenes.publish(String(data=scene_to_json(sample_scene())))
     assert node.trigger_configure() == TransitionCallbackReturn.SUCCESS
     assert node.trigger_activate() == TransitionCallbackReturn.SUCCESS
-    peer.spin_until(entered.is_set, 20, "the room at work")
+    peer.spin_until(entered.is_set, 120, "the room at work")
     (thread,) = rendering_threads()
     assert node.trigger_deactivate() == TransitionCallbackReturn.SUCCESS
     assert node.trigger_cleanup() == TransitionCallbackReturn.SUCCESS

@@ -61,10 +61,10 @@ def test_the_next_room_is_rendered(context: Context, capfd: pytest.CaptureFixtur
     peer.send(0)
     peer.spin_until(lambda: peer.status and peer.status.refused_scene == 0, 120, "the room that cannot be rendered")
     assert peer.status.reason.startswith(MISTAKE)
-    peer.spin_until(lambda: peer.values.get("faults") == "1", 10, "the fault among the diagnostics")
+    peer.spin_until(lambda: peer.values.get("faults") == "1", 120, "the fault among the diagnostics")
     assert peer.status.state == "ready"
     peer.send(1)
-    peer.spin_until(lambda: peer.status.done_scene == 1, 60, "the next room")
+    peer.spin_until(lambda: peer.status.done_scene == 1, 120, "the next room")
     peer.renderer.close()
     assert peer.renderer.exit_code is None
     log = capfd.readouterr().err
@@ -75,7 +75,7 @@ def test_a_run_that_shall_end_ends_with_the_reason(context: Context) -> None:
     peer = Sender(context, exit_when_done=True)
     peer.send(0)
     peer.spin_until(lambda: peer.renderer.exit_code is not None, 120, "the end")
-    peer.spin_until(lambda: peer.status.state == "failed", 10, "the reason")
+    peer.spin_until(lambda: peer.status.state == "failed", 120, "the reason")
     peer.renderer.close()
     assert peer.renderer.exit_code == 70 and peer.status.reason.startswith(MISTAKE)
 
@@ -87,7 +87,7 @@ def test_a_thread_that_ends_is_noticed(context: Context, monkeypatch: pytest.Mon
 
     monkeypatch.setattr(rendering, "warm_up", fail)
     peer = Sender(context)
-    peer.spin_until(lambda: peer.renderer.exit_code is not None, 30, "the end")
-    peer.spin_until(lambda: peer.status and peer.status.state == "failed", 10, "the reason")
+    peer.spin_until(lambda: peer.renderer.exit_code is not None, 120, "the end")
+    peer.spin_until(lambda: peer.status and peer.status.state == "failed", 120, "the reason")
     peer.renderer.close()
     assert peer.renderer.exit_code == code and str(error) in peer.status.reason

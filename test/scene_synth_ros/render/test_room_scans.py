@@ -7,7 +7,8 @@ from dataclasses import replace
 import pytest
 
 from renderer.lidar.config import ScanConfig
-from renderer.lidar.scanner import Scan, scanner_poses
+from renderer.lidar.scan import Scan
+from renderer.lidar.scanner import scanner_poses
 from scene_description import CameraPose
 from scene_description.poses import look_at
 from scene_synth_ros.render.room_scans import RoomScans

@@ -67,8 +67,8 @@ def test_cyclone_dds_gets_every_image_from_the_first_to_the_last(tmp_path):
     words = ["-p", f"bag:={tmp_path / 'bag'}", "-p", "rate:=10.0", "-p", topics, "-p", "wait_for_subscribers_s:=30.0"]
     player = Child([sys.executable, "-m", "scene_synth_ros.replay.replay_node", "--ros-args", *words], env=environment)
     try:
-        output, errors = listener.communicate(timeout=60)
-        player.communicate(timeout=40)
+        output, errors = listener.communicate(timeout=180)
+        player.communicate(timeout=180)
     finally:
         stop(listener)
         stop(player)

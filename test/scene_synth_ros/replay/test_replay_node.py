@@ -89,7 +89,7 @@ def replay(environment, bag, *settings):
     return start(environment, "-m", "scene_synth_ros.replay.replay_node", "--ros-args", *words)
 
 
-def finish(process, timeout=20):
+def finish(process, timeout=180):
     try:
         output, errors = process.communicate(timeout=timeout)
     finally:
@@ -108,7 +108,7 @@ def test_a_subscriber_receives_every_byte(tmp_path, environment):
     sent = [(topic, digest(data)) for topic, _, data in written]
     listener = start(environment, "-c", LISTENER, str(len(sent)))
     player = replay(environment, tmp_path / "bag", "rate:=4.0", "wait_for_subscribers_s:=10.0", "start_paused:=true")
-    _, output, _ = finish(listener, timeout=40)
+    _, output, _ = finish(listener)
     code, _, errors = finish(player)
     received = [tuple(line.split()) for line in output.split("\n") if line]
     for topic in {topic for topic, _ in sent}:
@@ -121,7 +121,7 @@ def test_a_reliable_subscriber_receives_every_image_however_fast_they_are_played
     written = write_bag(tmp_path / "bag", frames=60, size=400)
     listener = start(environment, "-c", LISTENER, str(len(written)))
     player = replay(environment, tmp_path / "bag", "rate:=1000.0", "wait_for_subscribers_s:=10.0", "start_paused:=true")
-    _, output, _ = finish(listener, timeout=60)
+    _, output, _ = finish(listener)
     code, _, errors = finish(player)
     received = {name: sum(line.startswith(f"{name} ") for line in output.split("\n")) for name in {topic for topic, _, _ in written}}
     assert received == {name: sum(topic == name for topic, _, _ in written) for name in received}

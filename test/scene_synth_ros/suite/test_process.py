@@ -49,7 +49,7 @@ def test_a_recorder_that_lags_behind_takes_what_was_sent_before_the_signal(tmp_p
         assert sender.stdout.readline() == "sent\n"
         recorder.send_signal(number)
         recorder.send_signal(signal.SIGCONT)
-        _, errors = recorder.communicate(timeout=20)
+        _, errors = recorder.communicate(timeout=180)
         assert recorder.returncode == 0 and "Traceback" not in errors, errors
     finally:
         stop(recorder)
@@ -71,7 +71,7 @@ def test_a_parameter_file_that_cannot_be_read_ends_a_node_with_one_line(tmp_path
         (tmp_path / "node.yaml").write_text(text)
     words = ["-m", "scene_synth_ros.render.renderer_node", "--ros-args", "--params-file", "node.yaml"]
     process = subprocess.run(
-        [sys.executable, *words], cwd=tmp_path, env=environment(), capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, *words], cwd=tmp_path, env=environment(), capture_output=True, text=True, timeout=300, check=False
     )
     assert process.returncode == 2
     assert line in process.stderr.splitlines()[-1] and ".c:" not in process.stderr.splitlines()[-1]
@@ -108,7 +108,7 @@ run_node(Faulty, [])
 @pytest.mark.parametrize("when", ["make", "work", "close"])
 def test_a_fault_of_the_program_ends_a_process_with_a_status_of_its_own(when: str) -> None:
     process = subprocess.run(
-        [sys.executable, "-c", FAULTY, when], env=environment(), capture_output=True, text=True, timeout=60, check=False
+        [sys.executable, "-c", FAULTY, when], env=environment(), capture_output=True, text=True, timeout=300, check=False
     )
     assert process.returncode == 70
     assert process.stderr.count("Traceback") == 1 and f"ValueError: mistake in {when}; please report it" in process.stderr

@@ -129,13 +129,15 @@ def test_a_node_that_starts_after_another_was_killed_takes_none_of_its_ports_and
     try:
         living = start("living")
         killed = start("killed")
-        wait_until(lambda: "killed\n" in living.said()[0], 30, "the first to hear the second", living)
-        wait_until(lambda: any(f"{port}\n" in maps(living.pid) for port in ports(killed.pid)), 10, "a mapped port", killed)
+        wait_until(lambda: "killed\n" in living.said()[0], 120, "the first to hear the second", living)
+        wait_until(lambda: any(f"{port}\n" in maps(living.pid) for port in ports(killed.pid)), 120, "a mapped port", killed)
         shared = {port for port in ports(killed.pid) if f"{port}\n" in maps(living.pid)}
         killed.send_signal(signal.SIGKILL)
         killed.wait()
         successor = start("successor")
-        wait_until(lambda: "successor\n" in living.said()[0] and "living\n" in successor.said()[0], 30, "each to hear the other", successor)
+        wait_until(
+            lambda: "successor\n" in living.said()[0] and "living\n" in successor.said()[0], 120, "each to hear the other", successor
+        )
         assert ports(successor.pid) and not ports(successor.pid) & shared
     finally:
         for talker in talkers:

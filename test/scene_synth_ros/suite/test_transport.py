@@ -72,6 +72,6 @@ def test_another_middleware_is_left_alone(monkeypatch: pytest.MonkeyPatch) -> No
 def test_a_node_process_has_shared_memory_for_large_images(own: bool) -> None:
     env = {name: value for name, value in environment().items() if name not in (PROFILE_VARIABLE, TRANSPORTS_VARIABLE)}
     env |= {TRANSPORTS_VARIABLE: "DEFAULT"} if own else {}
-    done = subprocess.run([sys.executable, "-c", SEGMENT], env=env, capture_output=True, text=True, timeout=60, check=True)
+    done = subprocess.run([sys.executable, "-c", SEGMENT], env=env, capture_output=True, text=True, timeout=300, check=True)
     assert (int(done.stdout) > 16_000_000) != own
     assert ("the transport is your own, FASTDDS_BUILTIN_TRANSPORTS=DEFAULT" in done.stderr) == own

@@ -188,7 +188,7 @@ objects:
 
 def test_odd_layouts_are_passed_over_until_the_budget_for_them_is_spent():
     grammar = small_grammar(LOOSE)
-    careless = replace(grammar, budget=replace(grammar.budget, odd=0))
+    grammar, careless = (replace(grammar, budget=replace(grammar.budget, odd=odd)) for odd in (100, 0))
 
     def odd(of, request=CLOSET):
         rooms = [sample_room(of, CATEGORIES, request, np.random.default_rng(seed)) for seed in range(5)]

@@ -33,6 +33,7 @@ from grammar.layout.mcmc import Chain
 from grammar.layout.moves import move_settings
 from grammar.layout.problem import Problem, State
 from grammar.layout.schedule import run_stages, run_together
+from grammar.layout.seating import oddly_seated
 from grammar.spec.categories import Categories
 from grammar.spec.energy_terms import FLOOR_TERMS, TERMS
 from grammar.spec.request import RequestError, SceneRequest
@@ -171,7 +172,7 @@ def _structure(plan: Plan, categories: Categories, rng: np.random.Generator) -> 
     """Draw a structure; those whose every layout is odd are passed over, so many as the budget has."""
     for _ in range(plan.grammar.budget.odd):
         tree = derive_from(plan, categories, rng)
-        if not always_odd(categories, (item.rule.category for item in tree.items)):
+        if not always_odd(categories, (item.rule.category for item in tree.items)) and not oddly_seated(categories, tree.items):
             return tree
     return derive_from(plan, categories, rng)
 
