@@ -10,7 +10,13 @@ import pytest
 from sample_scene import sample_scene
 
 from scene_description import FieldError, Room, Slope, scene_from_json, scene_to_json
-from scene_description.ceilings import ceiling_height_m, ceiling_over_opening_m, ceiling_planes, distance_into_room_m
+from scene_description.ceilings import (
+    ceiling_height_m,
+    ceiling_over_opening_m,
+    ceiling_planes,
+    distance_into_room_m,
+    stretches_below_m,
+)
 
 SOUTH = Slope(wall=0, eaves_height_m=1.0, pitch_rad=0.25 * math.pi)
 EAST = Slope(wall=1, eaves_height_m=1.4, pitch_rad=math.atan(0.5))
@@ -45,6 +51,15 @@ def test_an_opening_is_as_high_as_the_ceiling_at_its_lower_end() -> None:
     assert ceiling_over_opening_m(room(SOUTH), window) == pytest.approx(2.2)
     north = replace(SOUTH, wall=2)
     assert ceiling_over_opening_m(room(north), window) == pytest.approx(2.3)
+
+
+def test_a_ceiling_is_high_enough_along_a_stretch_of_each_wall() -> None:
+    """From the south, the wall at y = 0, it is 1.5 m high at y = 0.5; the last wall runs back to the south."""
+    assert stretches_below_m(room(SOUTH), 1.5) == [(0.0, 0.0), pytest.approx((0.5, 3.5)), (0.0, 4.0), pytest.approx((0.0, 3.0))]
+    opposite = replace(SOUTH, wall=2)
+    assert stretches_below_m(room(SOUTH, opposite), 2.0) == [(0.0, 0.0), pytest.approx((1.0, 2.5)), (0.0, 0.0), pytest.approx((1.0, 2.5))]
+    assert stretches_below_m(room(), 2.6) == [(0.0, 4.0), (0.0, 3.5), (0.0, 4.0), (0.0, 3.5)]
+    assert stretches_below_m(room(), 2.7) == [(0.0, 0.0)] * 4
 
 
 def test_slopes_make_the_round_trip_and_flat_rooms_have_no_such_key() -> None:

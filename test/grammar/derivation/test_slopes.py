@@ -8,7 +8,7 @@ import pytest
 from small_grammar import CATEGORIES, closet, item, small_grammar
 
 from grammar.derivation.derive import derive
-from grammar.derivation.headroom import check_tall
+from grammar.derivation.headroom import check_tall, loaded_heights_m
 from grammar.derivation.overrides import overridden
 from grammar.derivation.rejection import RejectedError
 from grammar.derivation.slopes import draw_slopes
@@ -109,3 +109,29 @@ def test_what_is_tall_needs_walls_below_the_ceiling():
     check_tall(grammar, sloped, [("store", rule, (0.6, 1.2, 0.9))] * 40)
     with pytest.raises(RejectedError, match=r"walls below the sloped ceiling for what is 2\.10 m high"):
         check_tall(grammar, sloped, things)
+
+
+def test_things_reach_as_high_as_what_may_stand_on_their_lowest_surface():
+    """A box of 0.2 m on a box of 0.3 m on a shelf with its only surface on top; nothing stands on the wardrobe."""
+    grammar = small_grammar(
+        closet("shelf", "box", "small", "store")
+        + item("shelf", "storage_shelf", (0.4, 1.0, 1.6), ", wall: [{distance_m: 0.02}]")
+        + item("box", "cardboard_box", (0.3, 0.3, 0.3), ", mount: object, supporters: {shelf: 1}, placements: [{depth_fraction: 0}]")
+        + item("small", "cardboard_box", (0.2, 0.2, 0.2), ", mount: object, supporters: {box: 1}, placements: [{depth_fraction: 0}]")
+        + item("store", "wardrobe", (0.6, 1.2, 2.1), ", wall: [{distance_m: 0.02}]")
+    )
+    things = [(symbol, rule, rule.sizes[0].mean_m) for symbol, rule in grammar.objects.items()]
+    assert loaded_heights_m(CATEGORIES, things) == pytest.approx([2.1, 0.5, 0.2, 2.1])
+
+
+def test_windows_are_drawn_smaller_where_slopes_leave_no_wall_high_enough():
+    """A window of 2 x 1.6 m ends at 2.35 m at least, where gables 5.7 m wide are no wider than 1.8 m."""
+    grammar = small_grammar(closet("desk") + item("desk", "desk", (0.7, 1.4, 0.75), ", wall: [{distance_m: 0.02}]"))
+    large = replace(grammar.openings["window"], width_m=fixed(2.0), height_m=fixed(1.6))
+    grammar = replace(grammar, openings={**grammar.openings, "window": large})
+    request = SceneRequest(room_type="closet", room_ceiling="two_slopes", room_eaves_m=0.8, room_pitch_deg=40.0, counts=("window:1:1",))
+    for seed in range(5):
+        room = derive(grammar, CATEGORIES, request, np.random.default_rng(seed)).room
+        (window,) = (opening for opening in room.openings if opening.category == "window")
+        assert window.sill_m + window.height_m + large.casing_m <= ceiling_over_opening_m(room, window) + 1e-9
+        assert (window.width_m, window.height_m) in [pytest.approx((2.0 * scale, 1.6 * scale)) for scale in (0.8, 0.65, 0.5)]
