@@ -84,7 +84,13 @@ def _read_camera(name: str, encapsulation: bytes, after_stamp: bytes) -> Camera:
     reader = CdrReader(encapsulation + bytes(8) + after_stamp)
     frame_id, height, width = reader.header().frame_id, reader.number("I"), reader.number("I")
     model = reader.text()
-    D, K, R, P = (_numbers(reader, count) for count in (reader.number("I"), 9, 9, 12))
+    return _camera(name, frame_id, width, height, model, *(tuple(reader.numbers("d", count)) for count in (reader.number("I"), 9, 9, 12)))
+
+
+@lru_cache(maxsize=64)
+def _camera(name: str, frame_id: str, width: int, height: int, model: str, *numbers: tuple[float, ...]) -> Camera:
+    """Return the camera of equal values, which messages may tell with other bytes: what pads them is not defined."""
+    D, K, R, P = map(_read_only, numbers)
     return Camera(
         name=name,
         frame_id=frame_id,
@@ -98,10 +104,10 @@ def _read_camera(name: str, encapsulation: bytes, after_stamp: bytes) -> Camera:
     )
 
 
-def _numbers(reader: CdrReader, count: int) -> NDArray[np.float64]:
-    numbers = np.array(reader.numbers("d", count), np.float64)
-    numbers.flags.writeable = False
-    return numbers
+def _read_only(numbers: tuple[float, ...]) -> NDArray[np.float64]:
+    array = np.array(numbers, np.float64)
+    array.flags.writeable = False
+    return array
 
 
 def read_pose(data: bytes | memoryview) -> Pose:
