@@ -104,6 +104,8 @@ def sample_room_with_cost(
     if best is not None:
         cost = SamplingCost(attempts=attempts, proposals=meter.proposals, chain_s=meter.seconds)
         return _finished(best, attempts, rng), cost
+    if meter.refused is not None:
+        raise meter.refused
     worst = ", ".join(f"{name} ({count})" for name, count in failures.most_common(3))
     raise RequestError(
         f"request: expected a valid {grammar.room_type} within {attempts} layouts, got none; most failed at {worst}; "
@@ -130,10 +132,14 @@ def _finished(best: _Candidate, attempts: int, rng: np.random.Generator) -> Samp
 
 
 class _Meter:
-    """Adds up proposals and processor seconds of chains; ``odd``: whether the last layout was valid, but odd."""
+    """Adds up proposals and processor seconds of chains.
+
+    ``odd``: whether the last layout was valid, but odd; ``refused``: why no further structure was found, where that ended the search.
+    """
 
     def __init__(self) -> None:
         self.proposals, self.seconds, self.odd = 0, 0.0, False
+        self.refused: RequestError | None = None
 
     def __enter__(self) -> None:
         self.seconds -= time.thread_time()
@@ -158,9 +164,10 @@ def _tries(
     for number in range(grammar.budget.structures):
         try:
             tree = _structure(plan, categories, rng)
-        except RequestError:
+        except RequestError as refused:
             if not number:
                 raise
+            meter.refused = refused
             return
         problem, start = assemble(grammar, categories, tree, beta)
         chain = Chain(problem, move_settings(grammar.moves), room_floor(grammar, tree.room))

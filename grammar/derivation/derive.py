@@ -76,9 +76,9 @@ def derive_from(plan: Plan, categories: Categories, rng: np.random.Generator) ->
             below_slopes[str(rejected)] += 1
             if plan.grammar.room.slopes.probability >= 1.0 and below_slopes.total() == _BELOW_SLOPES:
                 raise RequestError(
-                    f"room_ceiling: expected '{plan.request.room_ceiling}' with space for a {plan.grammar.room_type} below, got none for "
-                    f"{_BELOW_SLOPES} sets of furniture; {_worst(below_slopes)}; ask for a higher room_eaves_m, a larger room, fewer "
-                    "objects or another room_ceiling"
+                    f"room_ceiling: expected '{plan.request.room_ceiling}' with space for the furniture of room type "
+                    f"'{plan.grammar.room_type}' below, got none for {_BELOW_SLOPES} sets of it; {_worst(below_slopes)}; "
+                    "ask for a higher room_eaves_m, a larger room, fewer objects or another room_ceiling"
                 ) from rejected
         except RejectedError as rejected:
             reasons[str(rejected)] += 1
