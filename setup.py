@@ -94,7 +94,7 @@ setup(
     entry_points={
         "console_scripts": [
             "scene_synth = scene_synth_ros.cli.command_line:main",
-            "grammar_node = scene_synth_ros.generate.grammar_node:main",
+            "grammar_node = scene_synth_ros.synthesize.grammar_node:main",
             "renderer_node = scene_synth_ros.render.renderer_node:main",
             "recorder_node = scene_synth_ros.record.recorder_node:main",
             "evaluator_node = scene_synth_ros.evaluate.evaluator_node:main",

@@ -6,4 +6,4 @@ Scenes, checks and figures that the tests need too stand beside them, in ``test/
 import sys
 from pathlib import Path
 
-sys.path.append(str(Path(__file__).resolve().parent.parent / "test"))
+sys.path.append(str(Path(__file__).resolve().parent.parent / "test" / "helpers"))

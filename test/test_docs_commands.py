@@ -118,8 +118,8 @@ def rows_of(*kinds: type) -> list[str]:
 def test_every_command_has_a_row_and_every_row_a_command() -> None:
     found = {command.text for command in COMMANDS_OF_PAGES}
     without = [str(command) for command in COMMANDS_OF_PAGES if command.text not in ROWS]
-    assert not without, "no row in test/doc_command_rows.py for\n" + "\n".join(without)
-    assert not set(ROWS) - found, "in test/doc_command_rows.py, but on no page\n" + "\n".join(set(ROWS) - found)
+    assert not without, "no row in test/helpers/doc_command_rows.py for\n" + "\n".join(without)
+    assert not set(ROWS) - found, "in test/helpers/doc_command_rows.py, but on no page\n" + "\n".join(set(ROWS) - found)
 
 
 def test_commands_are_found_in_blocks_and_in_text() -> None:

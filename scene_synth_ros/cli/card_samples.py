@@ -18,10 +18,10 @@ from std_msgs.msg import String
 from scene_description import SceneDescription, scene_from_json
 from scene_synth_ros.bags.bag_images import layer_topics, read_pixels, spread
 from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
-from scene_synth_ros.generate.frame_times import FrameTimes
 from scene_synth_ros.shards.completion import FOLDER, ShardError, shard_name
 from scene_synth_ros.shards.manifest import Manifest
 from scene_synth_ros.shards.plan import DatasetPlan
+from scene_synth_ros.synthesize.frame_times import FrameTimes
 
 ROOMS_SAMPLED = 48
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from grammar.catalog import FILE_NAME, read_catalog
 from grammar.synthesize import SceneSynthesizer
-from scene_synth_ros.generate.catalogs import check_catalog
+from scene_synth_ros.synthesize.catalogs import check_catalog
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -22,7 +22,7 @@ from scene_synth_ros.cli.run_profile import (
     write_node_file,
 )
 from scene_synth_ros.cli.supervisor import ONE_PROCESS, Interrupts, NodeProcess, companion, run_nodes
-from scene_synth_ros.generate.run_config import RunConfig
+from scene_synth_ros.synthesize.run_config import RunConfig
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

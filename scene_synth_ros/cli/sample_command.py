@@ -30,7 +30,7 @@ from scene_description import SceneDescription, from_mapping, scene_to_json
 from scene_description.strict import field_types, split_annotation
 from scene_synth_ros.cli.drawing_png import png_bytes
 from scene_synth_ros.cli.sample_report import report_json, report_text
-from scene_synth_ros.generate.catalogs import with_catalog
+from scene_synth_ros.synthesize.catalogs import with_catalog
 
 ALL = "all"
 WRITES = ("json", "svg", "png")

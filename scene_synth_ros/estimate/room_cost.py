@@ -13,12 +13,12 @@ from mcap.reader import make_reader
 
 from grammar.synthesize import SceneSynthesizer
 from scene_description import SceneDescription, scene_to_json
-from scene_synth_ros.generate.run import Run
-from scene_synth_ros.generate.scene_messages import scene_to_msgs
 from scene_synth_ros.mcap.file import COMPRESSORS
 from scene_synth_ros.messages.canonical_cdr import canonical_cdr
 from scene_synth_ros.offline.offline_bag import OfflineBag
 from scene_synth_ros.offline.settings import OfflineSettings
+from scene_synth_ros.synthesize.run import Run
+from scene_synth_ros.synthesize.scene_messages import scene_to_msgs
 
 
 class Clocks(NamedTuple):

@@ -19,7 +19,6 @@ from grammar.synthesize import FloorMap
 from renderer.film.tone import Exposure
 from scene_description import SceneDescription, scene_to_json
 from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
-from scene_synth_ros.generate.scene_messages import SCENE_TOPICS, scene_to_msgs
 from scene_synth_ros.messages.canonical_cdr import canonical_cdr
 from scene_synth_ros.messages.message_definitions import type_name_of
 from scene_synth_ros.offline.offline_renderer import OfflineRenderer
@@ -34,6 +33,7 @@ from scene_synth_ros.record.shared_frames import stand_ins
 from scene_synth_ros.record.topic_choice import is_chosen
 from scene_synth_ros.suite.heap import trim_heap
 from scene_synth_ros.suite.qos import latched_qos
+from scene_synth_ros.synthesize.scene_messages import SCENE_TOPICS, scene_to_msgs
 
 _JOBS_WAITING = 2
 """Batches of messages that may wait for the disk: about a frame, while the next is rendered."""

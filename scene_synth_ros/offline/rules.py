@@ -6,8 +6,8 @@ from functools import lru_cache
 from pathlib import Path
 
 from grammar.synthesize import SceneSynthesizer
-from scene_synth_ros.generate.catalogs import with_catalog
 from scene_synth_ros.offline.settings import OfflineSettings
+from scene_synth_ros.synthesize.catalogs import with_catalog
 
 
 @lru_cache(maxsize=1)

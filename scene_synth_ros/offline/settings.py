@@ -9,10 +9,10 @@ from typing import Any
 
 from renderer.exposure import sensor_ev100
 from scene_description import SceneSynthError, error_line
-from scene_synth_ros.generate.run_config import GRAMMAR_GROUPS, RunConfig
 from scene_synth_ros.record.recorder_config import RECORDER_GROUPS
 from scene_synth_ros.render.renderer_config import RENDERER_GROUPS, RendererNodeConfig, refuse_contradictions
 from scene_synth_ros.suite.parameters import ParameterError, parameter_values, read_groups
+from scene_synth_ros.synthesize.run_config import GRAMMAR_GROUPS, RunConfig
 
 Groups = Mapping[str, Any]
 """Prefix -> frozen dataclass."""

@@ -9,9 +9,9 @@ from types import TracebackType
 
 from grammar.synthesize import SceneSynthesizer
 from scene_description import SceneDescription
-from scene_synth_ros.generate.run import Run
 from scene_synth_ros.offline.settings import OfflineSettings
 from scene_synth_ros.suite.daemon_job import start_daemon_job
+from scene_synth_ros.synthesize.run import Run
 
 
 class RoomsAhead:

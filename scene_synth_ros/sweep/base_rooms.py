@@ -9,10 +9,10 @@ from pathlib import Path
 from grammar import GrammarError, RequestError
 from grammar.synthesize import SceneSynthesizer
 from scene_description import FieldError, SceneDescription, error_line, scene_from_json
-from scene_synth_ros.generate.run import Run
 from scene_synth_ros.offline.settings import OfflineSettings
 from scene_synth_ros.sweep.sweep_file import SweepError, SweepSpec
 from scene_synth_ros.sweep.variant import BaseRoom
+from scene_synth_ros.synthesize.run import Run
 
 RoomSettings = Callable[[Mapping[str, object]], OfflineSettings]
 """Returns the parameters of a run, some of them given, NODE.NAME -> value."""

@@ -11,9 +11,9 @@ from scene_synth_ros.bags.bag_reader import BagSummary
 from scene_synth_ros.bags.bag_yaml import BagYamlError, load_yaml
 from scene_synth_ros.bags.run_info import PARAMETERS_NAME, RECORD_NAME
 from scene_synth_ros.cli.page.bag_index import BagIndex
-from scene_synth_ros.generate.run_config import GRAMMAR_GROUPS
 from scene_synth_ros.messages.stamps import NANOSECONDS
 from scene_synth_ros.render.renderer_config import RENDERER_GROUPS
+from scene_synth_ros.synthesize.run_config import GRAMMAR_GROUPS
 
 NODE_GROUPS: dict[str, dict[str, type]] = {
     "grammar_node": GRAMMAR_GROUPS,

@@ -5,6 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from sample_scene import sample_scene
 
 from renderer.geometry.coordinates import box_mapped
 from renderer.geometry.mesh import Mesh
@@ -25,7 +26,6 @@ from renderer.geometry.shapes import (
 )
 from renderer.models.soft import Drape, cloth, cushion, drape, pillow
 from renderer.scene.room_shell import build_shell
-from test.sample_scene import sample_scene
 
 
 def edge_ratios(mesh: Mesh, smallest_m2: float = 0.0) -> np.ndarray:

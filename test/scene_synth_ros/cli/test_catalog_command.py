@@ -16,7 +16,7 @@ from renderer.files.mesh_files import read_mesh_file
 from renderer.scene.flatten import flatten
 from scene_description import FileReading, SceneDescription, SceneSynthError, scene_from_json, scene_to_json
 from scene_synth_ros.cli.command_line import main
-from scene_synth_ros.generate.catalogs import check_catalog, with_catalog
+from scene_synth_ros.synthesize.catalogs import check_catalog, with_catalog
 
 TIMES = CameraTimes(frames=1, start_ns=0, rate_hz=10.0)
 PLAIN = SceneSynthesizer.from_config()

@@ -12,7 +12,6 @@ from grammar import GrammarError
 from grammar.synthesize import SceneSynthesizer
 from scene_description import scene_to_json
 from scene_synth_ros.bags.bag_writer import BagWriteError
-from scene_synth_ros.generate.run import Run
 from scene_synth_ros.offline.offline_bag import OfflineBag
 from scene_synth_ros.offline.offline_renderer import OfflineRenderer
 from scene_synth_ros.offline.settings import read_settings
@@ -22,6 +21,7 @@ from scene_synth_ros.shards.make_shard import MAX_ATTEMPTS, make_shard
 from scene_synth_ros.shards.manifest import make_manifest, missing_shards
 from scene_synth_ros.shards.room_ahead import RoomsAhead
 from scene_synth_ros.shards.store import LocalStore
+from scene_synth_ros.synthesize.run import Run
 
 PLAN = tiny_plan(3, 2)
 

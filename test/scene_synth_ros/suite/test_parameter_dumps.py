@@ -14,10 +14,10 @@ from scene_synth_ros_suite import Peer, claim_domain, dds_context, node_process,
 
 from scene_description.share import config_path
 from scene_synth_ros.cli.run_profile import EXTRA_RENDERER, SHIPPED, load_profile
-from scene_synth_ros.generate.grammar_node import GrammarNode
 from scene_synth_ros.record.recorder_node import RecorderNode
 from scene_synth_ros.render.renderer_node import RendererNode
 from scene_synth_ros.suite.suite_node import SuiteNode
+from scene_synth_ros.synthesize.grammar_node import GrammarNode
 
 FILES = [file for folder in SHIPPED for file in sorted(config_path(folder).glob("*.yaml"))]
 SHIPPED_NODES = [(file, name) for file in FILES for name in load_profile(file) if load_profile(file)[name] and name != "recorder_node"]

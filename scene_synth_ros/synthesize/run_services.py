@@ -8,8 +8,8 @@ from collections.abc import Callable
 from rclpy.node import Node
 from std_srvs.srv import Trigger
 
-from scene_synth_ros.generate.run import Run
-from scene_synth_ros.generate.run_config import RunConfig
+from scene_synth_ros.synthesize.run import Run
+from scene_synth_ros.synthesize.run_config import RunConfig
 
 
 class RunServices:

@@ -12,9 +12,9 @@ from std_msgs.msg import String
 
 from grammar.synthesize import SceneSynthesizer
 from scene_description import SceneDescription, scene_from_json
-from scene_synth_ros.generate.grammar_node import GrammarNode
 from scene_synth_ros.suite.qos import latched_qos
 from scene_synth_ros.suite.status import NodeStatus, status_from_json
+from scene_synth_ros.synthesize.grammar_node import GrammarNode
 
 SETTINGS = {"seed": 3, "rooms": 3, "frames_per_room": 2, "rate_hz": 10.0, "lock_step": False}
 MISTAKE = "fault of the program while room 1 of seed 3 was prepared: ValueError: operands could not be broadcast together"

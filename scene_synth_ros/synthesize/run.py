@@ -13,10 +13,10 @@ from enum import Enum
 from typing import NamedTuple
 
 from grammar.synthesize import CameraTimes
-from scene_synth_ros.generate.frame_times import ROOM_CHANGE_S, FrameTimes
-from scene_synth_ros.generate.lock_step import Expectation, finished_by_all, missing_peers, peer_failures, waiting_for
-from scene_synth_ros.generate.run_config import RunConfig
 from scene_synth_ros.suite.status import NodeStatus, done_in_run
+from scene_synth_ros.synthesize.frame_times import ROOM_CHANGE_S, FrameTimes
+from scene_synth_ros.synthesize.lock_step import Expectation, finished_by_all, missing_peers, peer_failures, waiting_for
+from scene_synth_ros.synthesize.run_config import RunConfig
 
 _PATIENCE = 3
 _FAULT_PAUSE_S = 1.0

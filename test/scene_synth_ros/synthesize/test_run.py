@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 
 from scene_description import SceneSynthError
-from scene_synth_ros.generate.run import Run, Step
-from scene_synth_ros.generate.run_config import RunConfig
 from scene_synth_ros.suite.status import NodeStatus
+from scene_synth_ros.synthesize.run import Run, Step
+from scene_synth_ros.synthesize.run_config import RunConfig
 
 FREE = RunConfig(lock_step=False, rooms=3, frames_per_room=5, rate_hz=10.0)
 STEP = RunConfig(rooms=2, frames_per_room=5, rate_hz=10.0, expected_recorders=1)

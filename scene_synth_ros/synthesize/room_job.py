@@ -10,7 +10,7 @@ from grammar import SceneRequest
 from grammar.checks.metrics import SamplingCost
 from grammar.synthesize import CameraTimes, SceneSynthesizer
 from scene_description import SceneDescription, scene_to_json
-from scene_synth_ros.generate.frame_times import moved_to
+from scene_synth_ros.synthesize.frame_times import moved_to
 
 
 class Prepared(NamedTuple):

@@ -13,15 +13,6 @@ from std_msgs.msg import String
 from grammar import SceneRequest
 from grammar.synthesize import SceneSynthesizer
 from scene_description import FieldError, SceneSynthError, error_line
-from scene_synth_ros.generate.catalogs import with_catalog
-from scene_synth_ros.generate.frame_times import ROOM_CHANGE_S
-from scene_synth_ros.generate.grammar_report import grammar_report
-from scene_synth_ros.generate.room_ahead import RoomAhead
-from scene_synth_ros.generate.room_job import Prepared, RoomJob
-from scene_synth_ros.generate.run import Run, Step
-from scene_synth_ros.generate.run_config import GRAMMAR_GROUPS, RunConfig
-from scene_synth_ros.generate.run_services import RunServices
-from scene_synth_ros.generate.scene_messages import SCENE_TOPICS, scene_to_msgs
 from scene_synth_ros.suite.connections import identity_of, publishers_of
 from scene_synth_ros.suite.diagnostics import Diagnostics, Report
 from scene_synth_ros.suite.parameters import Parameters, overrides_of
@@ -29,6 +20,15 @@ from scene_synth_ros.suite.process import run_node
 from scene_synth_ros.suite.qos import latched_qos
 from scene_synth_ros.suite.status import NodeStatus, status_from_json, status_to_json
 from scene_synth_ros.suite.suite_node import SuiteNode
+from scene_synth_ros.synthesize.catalogs import with_catalog
+from scene_synth_ros.synthesize.frame_times import ROOM_CHANGE_S
+from scene_synth_ros.synthesize.grammar_report import grammar_report
+from scene_synth_ros.synthesize.room_ahead import RoomAhead
+from scene_synth_ros.synthesize.room_job import Prepared, RoomJob
+from scene_synth_ros.synthesize.run import Run, Step
+from scene_synth_ros.synthesize.run_config import GRAMMAR_GROUPS, RunConfig
+from scene_synth_ros.synthesize.run_services import RunServices
+from scene_synth_ros.synthesize.scene_messages import SCENE_TOPICS, scene_to_msgs
 
 _TICK_S = 0.1
 """How often the node looks at the clock for the next step; a status, or a room that is prepared, makes it look at once."""

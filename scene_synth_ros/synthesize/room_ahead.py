@@ -6,9 +6,9 @@ from collections.abc import Callable
 from concurrent.futures import Future
 
 from scene_description import SceneSynthError
-from scene_synth_ros.generate.room_job import Prepared, RoomJob
 from scene_synth_ros.suite.daemon_job import start_daemon_job
 from scene_synth_ros.suite.faults import Faults
+from scene_synth_ros.synthesize.room_job import Prepared, RoomJob
 
 
 class RoomAhead:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from grammar import SceneRequest
 from grammar.checks.metrics import SamplingCost
 from scene_description.strict import shorten
-from scene_synth_ros.generate.room_job import Prepared
-from scene_synth_ros.generate.run import Run
-from scene_synth_ros.generate.run_config import RunConfig
 from scene_synth_ros.suite.diagnostics import ERROR, OK, WARN, Report
+from scene_synth_ros.synthesize.room_job import Prepared
+from scene_synth_ros.synthesize.run import Run
+from scene_synth_ros.synthesize.run_config import RunConfig
 
 _NO_COST = SamplingCost(attempts=0, proposals=0, chain_s=0.0)
 

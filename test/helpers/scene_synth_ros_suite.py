@@ -65,7 +65,7 @@ def claim_domain() -> int:
 
 def environment() -> dict[str, str]:
     """Return the environment of one test run, with a DDS domain of its own."""
-    return {**os.environ, "ROS_DOMAIN_ID": str(claim_domain()), "PYTHONPATH": str(Path(__file__).parents[1])}
+    return {**os.environ, "ROS_DOMAIN_ID": str(claim_domain()), "PYTHONPATH": str(Path(__file__).parents[2])}
 
 
 def announced_often(env: Mapping[str, str]) -> dict[str, str]:
@@ -85,7 +85,7 @@ def without(package: str, folder: Path) -> dict[str, str]:
         folder: empty; for what stands in the package's way.
     """
     (folder / f"{package}.py").write_text(f"raise ModuleNotFoundError({package!r}, name={package!r})\n")
-    return {"PYTHONPATH": os.pathsep.join([str(folder), str(Path(__file__).parents[1])])}
+    return {"PYTHONPATH": os.pathsep.join([str(folder), str(Path(__file__).parents[2])])}
 
 
 def command(*words: object) -> list[str]:
