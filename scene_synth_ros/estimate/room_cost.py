@@ -17,7 +17,7 @@ from scene_synth_ros.mcap.file import COMPRESSORS
 from scene_synth_ros.messages.canonical_cdr import canonical_cdr
 from scene_synth_ros.offline.offline_bag import OfflineBag
 from scene_synth_ros.offline.settings import OfflineSettings
-from scene_synth_ros.synthesize.run import Run
+from scene_synth_ros.synthesize.room_schedule import Run
 from scene_synth_ros.synthesize.scene_messages import scene_to_msgs
 
 

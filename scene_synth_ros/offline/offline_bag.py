@@ -23,14 +23,12 @@ from scene_synth_ros.messages.canonical_cdr import canonical_cdr
 from scene_synth_ros.messages.message_definitions import type_name_of
 from scene_synth_ros.offline.offline_renderer import OfflineRenderer
 from scene_synth_ros.offline.settings import OfflineSettings
+from scene_synth_ros.record.derived_messages import message_taker
 from scene_synth_ros.record.frame_topics import frame_topics, with_derived
-from scene_synth_ros.record.message_taker import message_taker
-from scene_synth_ros.record.recorder_qos import complete_qos
-from scene_synth_ros.record.recording import Recording
-from scene_synth_ros.record.recording_setup import describe_run, make_writer, recording_options
+from scene_synth_ros.record.recording import Recording, describe_run, make_writer, recording_options
+from scene_synth_ros.record.room_progress import stand_ins
 from scene_synth_ros.record.senders import Origin
-from scene_synth_ros.record.shared_frames import stand_ins
-from scene_synth_ros.record.topic_choice import is_chosen
+from scene_synth_ros.record.topic_inputs import complete_qos, is_chosen
 from scene_synth_ros.suite.heap import trim_heap
 from scene_synth_ros.suite.qos import latched_qos
 from scene_synth_ros.synthesize.scene_messages import SCENE_TOPICS, scene_to_msgs

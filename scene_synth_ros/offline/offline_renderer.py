@@ -20,10 +20,8 @@ from scene_synth_ros.messages.frame_messages import SERIALISED, FrameMessages, S
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_to_json
 from scene_synth_ros.messages.scan_messages import LASER_POSE, SCAN, SCAN_IDEAL, laser_frame, laser_pose_to_msgs, scan_to_msgs
 from scene_synth_ros.offline.settings import Groups, catalog_of
-from scene_synth_ros.render.frame_index import frame_index
 from scene_synth_ros.render.renderer_config import RendererNodeConfig
-from scene_synth_ros.render.room import Room, room_settings
-from scene_synth_ros.render.room_renderer import RoomRenderer
+from scene_synth_ros.render.room import Room, RoomRenderer, frame_index, room_settings
 from scene_synth_ros.render.room_scans import RoomScans
 from scene_synth_ros.render.stream_topics import CLOCK, SETTINGS, stream_topics
 

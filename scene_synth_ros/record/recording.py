@@ -6,24 +6,27 @@ import time
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from concurrent.futures import Future
 from pathlib import Path
+from typing import Any
 
 from rclpy.qos import QoSProfile
 
 from scene_description.annotations import FrameAnnotations
 from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
+from scene_synth_ros.bags.run_info import JPEG_QUALITY, PARAMETERS_NAME, RECORD_NAME, NodeValues, parameters_file, run_record
 from scene_synth_ros.messages.detections import annotations_frame, detection_topics, encode_detections
 from scene_synth_ros.messages.label_info import TimedLabels, encode_label_info, label_info_topic, labels_frame
 from scene_synth_ros.messages.message_definitions import LABEL_INFO, TF_MESSAGE, message_definition
 from scene_synth_ros.messages.scan_messages import laser_frame
 from scene_synth_ros.messages.timed_pose import TimedPose
 from scene_synth_ros.messages.transforms_cdr import StampedTransform, encode_tf_message
-from scene_synth_ros.record.bag_output import BagNumbers, BagOutput, Entry, RecordingOptions, is_latched
+from scene_synth_ros.record.bag_output import BagNumbers, BagOutput, Entry, RecordingOptions, TopicCounts, is_latched
 from scene_synth_ros.record.bag_thread import BagThread
-from scene_synth_ros.record.camera_transforms import CameraTransforms
+from scene_synth_ros.record.derived_messages import CameraTransforms
 from scene_synth_ros.record.frame_intake import FrameIntake
 from scene_synth_ros.record.frame_sorter import OrderedMessage
+from scene_synth_ros.record.recorder_config import RecorderConfig, read_pairs
 from scene_synth_ros.record.senders import Origin
-from scene_synth_ros.record.topic_counts import TopicCounts
+from scene_synth_ros.suite.parameters import Parameters
 from scene_synth_ros.suite.qos import latched_qos, stream_qos
 
 MAX_EARLY = 1000
@@ -276,3 +279,44 @@ class Recording:
             self._warn(f"no frame has come yet; of the messages without stamps only the newest {MAX_EARLY} are kept")
             self._early.pop(0)
         self._early.append((topic, data, time.time_ns()))
+
+
+Groups = Mapping[str, Any] | Parameters
+"""Prefix -> dataclass, those of ``RECORDER_GROUPS``."""
+
+
+def recording_options(values: Groups) -> RecordingOptions:
+    """Return how bags are written beyond what their writer decides."""
+    config: RecorderConfig = values[""]
+    return RecordingOptions(
+        split=values["split"],
+        compression=values["images"],
+        snapshot_s=config.snapshot_s,
+        snapshot_bytes=round(config.snapshot_mb * 1e6),
+        incidental=frozenset() if config.topics or config.extra_topics else frozenset({"/diagnostics"}),
+        frame_prefix=config.frame_prefix,
+    )
+
+
+def make_writer(values: Groups, folder: Path) -> BagWriter:
+    """Open a bag.
+
+    Raises:
+        ParameterError: a note of ``custom_data`` is not KEY=VALUE.
+        BagWriteError: the bag cannot be begun.
+    """
+    config: RecorderConfig = values[""]
+    return BagWriter(
+        folder,
+        metadata_version=config.metadata_version,
+        compression=config.compression,
+        compression_level=config.compression_level,
+        chunk_size=config.chunk_size,
+        custom_data=read_pairs(config.custom_data),
+    )
+
+
+def describe_run(recording: Recording, values: Groups, nodes: NodeValues, *, machine: bool = True) -> None:
+    """Keep with the bags of a recording what made them: versions, seed, the parameters of all nodes; the ``machine``, too, if asked."""
+    record = run_record(nodes, machine=machine) | {JPEG_QUALITY: str(values["images"].jpeg_quality)}
+    recording.describe_run(RECORD_NAME, record, PARAMETERS_NAME, parameters_file(nodes))

@@ -18,19 +18,15 @@ from renderer.scene.scene_key import scene_key
 from renderer.standpoint import standpoint
 from scene_description import CameraPose, SceneDescription, SceneSynthError, error_line, scene_from_json
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_to_json
-from scene_synth_ros.render.camera_place import CameraPlace
 from scene_synth_ros.render.camera_requests import CameraRequests
+from scene_synth_ros.render.frame_report import CameraPlace, RateReport, Throughput
 from scene_synth_ros.render.inbox import Inbox
 from scene_synth_ros.render.next_room import NextRoom
-from scene_synth_ros.render.output import Output
-from scene_synth_ros.render.rate_report import RateReport
 from scene_synth_ros.render.renderer_config import RendererNodeConfig
-from scene_synth_ros.render.room import Room, RoomSettings, room_settings
+from scene_synth_ros.render.room import Room, RoomMeter, RoomRenderer, RoomSettings, room_settings
 from scene_synth_ros.render.room_loop import Pace, RoomLoop
-from scene_synth_ros.render.room_meter import RoomMeter
-from scene_synth_ros.render.room_renderer import RoomRenderer
 from scene_synth_ros.render.room_scans import RoomScans
-from scene_synth_ros.render.throughput import Throughput
+from scene_synth_ros.render.streams import Output
 from scene_synth_ros.suite.heap import trim_heap
 from scene_synth_ros.suite.parameters import Parameters
 from scene_synth_ros.suite.suite_node import SuiteNode

@@ -14,19 +14,37 @@ from typing import Any
 from renderer import CameraConfig, DepthSensorConfig, RenderCancelled, RenderConfig, Renderer, SensorConfig
 from renderer.annotations import Annotator
 from renderer.camera.rig import mounted_path
-from renderer.exposure import LightMeter, needs_meter
+from renderer.exposure import LightMeter, exposed, needs_meter, sensor_ev100
+from renderer.film.frame import Frame
 from renderer.film.layers import PHOTOGRAPHS
 from renderer.film.tone import Exposure
 from renderer.scene.flat_scene import FlatScene
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from renderer.scene.semantic_classes import with_classes
-from scene_description import SceneDescription
+from scene_description import CameraPose, SceneDescription
 from scene_description.label_standards import StandardName
 from scene_synth_ros.messages.detections import ANNOTATIONS
 from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.suite.heap import trim_heap
 from scene_synth_ros.suite.parameters import Parameters
+
+OFF_PATH = 2**62
+"""Frames beyond the camera path (on demand, driven by hand) are numbered from here on by their stamps."""
+
+
+def path_indices(scene: SceneDescription) -> dict[int, int]:
+    """Return stamp (ns) -> position in the camera path."""
+    return {pose.stamp_ns: index for index, pose in enumerate(scene.camera_path)}
+
+
+def frame_index(scene: SceneDescription, pose: CameraPose) -> int:
+    """Return the index of a frame: its position in the camera path if it is one of its poses, else a number made of its stamp."""
+    index = path_indices(scene).get(pose.stamp_ns)
+    if index is not None and scene.camera_path[index] == pose:
+        return index
+    return OFF_PATH + pose.stamp_ns
+
 
 _REST = 2.0
 """Seconds of rest for each that went into a view: frames find most light by themselves, and shall not wait for what they need not yet."""
@@ -175,3 +193,80 @@ def is_same_room(one: SceneDescription, other: SceneDescription) -> bool:
     names = (field.name for field in fields(SceneDescription) if field.name != "camera_path")
     places = ([(pose.position_m, pose.orientation) for pose in scene.camera_path] for scene in (one, other))
     return next(places) == next(places) and all(getattr(one, name) == getattr(other, name) for name in names)
+
+
+class RoomMeter:
+    """Meters the room at work.
+
+    Threading: :meth:`begin_room` and :meth:`exposure` belong to the rendering thread; :meth:`known_exposure` may be asked by any: what it
+    reads is replaced as a whole.
+
+    Args:
+        settings: ``camera``, ``sensor`` and ``render``; changes of the exposure take effect with the next frame.
+    """
+
+    def __init__(self, settings: Parameters) -> None:
+        self._settings = settings
+        self._room: tuple[RenderConfig, Callable[[], Exposure]] | None = None
+        self._metered: Exposure | None = None
+
+    def begin_room(self, render: RenderConfig, meter: Callable[[], Exposure]) -> None:
+        """Take a new room, which is not metered yet; ``meter`` does it, or returns what it has found before."""
+        self._room, self._metered = (render, meter), None
+
+    def exposure(self, color_wanted: bool) -> Exposure:
+        """Return the exposure of the next frame.
+
+        The room is metered when colour is first wanted: never while who wants it may not be connected yet.
+        """
+        if self._metered is None and color_wanted and self._room is not None and needs_meter(self._room[0]):
+            self._metered = self._room[1]()
+        return self.known_exposure()
+
+    def known_exposure(self) -> Exposure:
+        """Return the exposure as far as it is known: that of a frame without colour, until the room is metered."""
+        fixed = sensor_ev100(self._settings["camera"], self._settings["sensor"])
+        return exposed(self._settings["render"], self._metered, fixed)
+
+
+class RoomRenderer:
+    """Renders a room whose geometry is made when it is prepared, or when the first layer is asked for.
+
+    A live camera that nobody looks at thus costs next to nothing.
+
+    Threading: the rendering thread.
+
+    Args:
+        make: returns the room's renderer, which its caller closes.
+        make_annotator: returns its annotator, which its caller closes.
+    """
+
+    def __init__(self, make: Callable[[], Renderer], make_annotator: Callable[[], Annotator]) -> None:
+        self._make, self._make_annotator = make, make_annotator
+        self._renderer: Renderer | None = None
+        self._annotator: Annotator | None = None
+
+    def prepare(self) -> Renderer:
+        """Return the renderer, made now if it was not yet.
+
+        Raises:
+            SceneSynthError: the room cannot be made.
+        """
+        if self._renderer is None:
+            self._renderer = self._make()
+        return self._renderer
+
+    def render(self, pose: CameraPose, frame_index: int, layers: Collection[str], **how: Any) -> Frame:
+        """Do as ``Renderer.render``, with annotations if ``ANNOTATIONS`` is among the layers; without any, return a frame without any.
+
+        Raises:
+            SceneSynthError: the room cannot be made, or the frame cannot be rendered.
+            RenderCancelled: as ``Renderer.render``.
+        """
+        if not layers:
+            return Frame({}, None)
+        renderer = self.prepare()
+        if ANNOTATIONS in layers:
+            self._annotator = self._annotator or self._make_annotator()
+            layers, how = tuple(layer for layer in layers if layer != ANNOTATIONS), how | {"annotator": self._annotator}
+        return renderer.render(pose, frame_index, layers, **how)

@@ -15,8 +15,7 @@ from renderer.film.tone import Exposure
 from scene_description import CameraPose, SceneDescription
 from scene_synth_ros.messages.stamps import NANOSECONDS
 from scene_synth_ros.render.camera_requests import CameraRequests
-from scene_synth_ros.render.frame_index import frame_index
-from scene_synth_ros.render.room_renderer import RoomRenderer
+from scene_synth_ros.render.room import RoomRenderer, frame_index
 
 _IDLE_S = 0.2
 _SOON_S = 1.0

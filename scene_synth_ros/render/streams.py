@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
+from typing import Any
 
 from rclpy.duration import Duration
 from rclpy.node import Node
@@ -26,8 +29,8 @@ from scene_synth_ros.messages.image_reader import IMAGE_TYPE
 from scene_synth_ros.messages.scan_messages import LASER_POSE, SCAN, SCAN_IDEAL, laser_frame, laser_pose_to_msgs, scan_to_msgs
 from scene_synth_ros.render.stream_topics import CLOCK, SETTINGS, TF, TF_STATIC, StreamTopic, TFMessage, stream_topics
 from scene_synth_ros.suite.connections import identity_of, publishers_of
-from scene_synth_ros.suite.qos import PROFILES
-from scene_synth_ros.suite.status import NodeStatus
+from scene_synth_ros.suite.qos import PROFILES, latched_qos
+from scene_synth_ros.suite.status import NodeStatus, status_to_json
 
 
 class StreamPublishers:
@@ -191,3 +194,70 @@ class StreamPublishers:
         publisher = self._publishers[topic]
         publisher.publish(message)
         self.counts[publisher.topic_name] += 1
+
+
+class Output:
+    """The publishers of one life.
+
+    Threading: the rendering thread publishes frames and tells which rooms are done; the executor's thread tells the state and closes.  One
+    lock makes a change and its publication one step, so the newest status on the topic is the newest there is.  Once closed, nothing is
+    published: the node may destroy its publishers while the rendering thread is still in a kernel.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        config: StreamConfig,
+        camera: CameraConfig,
+        compression: Callable[[], LiveCompression],
+        scan: ScanConfig = NO_SCAN,
+    ) -> None:
+        self.streams = StreamPublishers(node, config, camera, compression, scan)
+        self._frame_topic = self.streams.frame_topic
+        self.frames = 0
+        """Frames published so far."""
+        self.status = NodeStatus(node=node.get_fully_qualified_name(), role="renderer", state="starting", start=self.streams.start)
+        self._status_publisher = node.create_publisher(String, "status", latched_qos(10))
+        self._lock = threading.Lock()
+        self._closed = False
+        self.tell()
+
+    @property
+    def published(self) -> int:
+        """How many messages went out on the topic that has one for every frame."""
+        return self.streams.counts[self._frame_topic]
+
+    def wanted_layers(self) -> set[str]:
+        """Return the layers that somebody wants; none once closed."""
+        with self._lock:
+            return set() if self._closed else self.streams.wanted_layers()
+
+    def tell(self, **changes: Any) -> None:
+        """Change fields of the status, bring its counts up to date, and publish it."""
+        with self._lock:
+            self.status = replace(self.status, **changes, counts=dict(self.streams.counts))
+            if not self._closed:
+                self._status_publisher.publish(String(data=status_to_json(self.status)))
+
+    def publish_frame(self, frame: Frame, pose: CameraPose, settings: str, *, with_clock: bool = True) -> None:
+        """Publish a frame with all that belongs to it; its time on ``/clock`` too, unless stamps are the time of day."""
+        with self._lock:
+            if not self._closed:
+                self.streams.publish(frame, pose, settings, with_clock=with_clock)
+                self.frames += 1
+
+    def wants_scans(self) -> bool:
+        """Return whether somebody wants the scanner's scans; nobody does once closed."""
+        with self._lock:
+            return not self._closed and self.streams.wants_scans()
+
+    def publish_scan(self, poses: Sequence[CameraPose], scan: Scan | None) -> dict[str, int]:
+        """Publish a scan and its poses; return topic -> stamp (ns) of what went out."""
+        with self._lock:
+            return {} if self._closed else self.streams.publish_scan(poses, scan)
+
+    def close(self, seconds: float) -> None:
+        """Publish nothing any more; wait, for so long at most, until subscribers have what was published."""
+        with self._lock:
+            self._closed = True
+        self.streams.wait_until_delivered(seconds)

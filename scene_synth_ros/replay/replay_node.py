@@ -18,14 +18,12 @@ from scene_description import error_line
 from scene_synth_ros.bags.bag_metadata import TopicInfo
 from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
 from scene_synth_ros.messages.conversions import clock_to_msg
-from scene_synth_ros.replay.playable_topics import CLOCK_TOPIC, UnplayableError, chosen_topics, import_type
+from scene_synth_ros.replay.playable_topics import CLOCK_TOPIC, UnplayableError, chosen_topics, import_type, replay_qos
 from scene_synth_ros.replay.playback import Playback
 from scene_synth_ros.replay.replay_config import ReplayConfig
-from scene_synth_ros.replay.replay_qos import replay_qos
-from scene_synth_ros.suite.guarded_node import STEADY
 from scene_synth_ros.suite.parameters import ParameterError, Parameters
 from scene_synth_ros.suite.process import end_process, run_node
-from scene_synth_ros.suite.suite_node import REFUSALS
+from scene_synth_ros.suite.suite_node import REFUSALS, STEADY
 
 
 class ReplayNode(Node):  # type: ignore[misc]

@@ -11,7 +11,7 @@ from grammar.synthesize import SceneSynthesizer
 from scene_description import SceneDescription
 from scene_synth_ros.offline.settings import OfflineSettings
 from scene_synth_ros.suite.daemon_job import start_daemon_job
-from scene_synth_ros.synthesize.run import Run
+from scene_synth_ros.synthesize.room_schedule import Run
 
 
 class RoomsAhead:

@@ -12,7 +12,7 @@ from scene_description import FieldError, SceneDescription, error_line, scene_fr
 from scene_synth_ros.offline.settings import OfflineSettings
 from scene_synth_ros.sweep.sweep_file import SweepError, SweepSpec
 from scene_synth_ros.sweep.variant import BaseRoom
-from scene_synth_ros.synthesize.run import Run
+from scene_synth_ros.synthesize.room_schedule import Run
 
 RoomSettings = Callable[[Mapping[str, object]], OfflineSettings]
 """Returns the parameters of a run, some of them given, NODE.NAME -> value."""

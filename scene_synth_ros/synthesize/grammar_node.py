@@ -3,32 +3,109 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 from rclpy.duration import Duration
+from rclpy.node import Node
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 from grammar import SceneRequest
+from grammar.checks.metrics import SamplingCost
 from grammar.synthesize import SceneSynthesizer
 from scene_description import FieldError, SceneSynthError, error_line
+from scene_description.strict import shorten
 from scene_synth_ros.suite.connections import identity_of, publishers_of
-from scene_synth_ros.suite.diagnostics import Diagnostics, Report
+from scene_synth_ros.suite.diagnostics import ERROR, OK, WARN, Diagnostics, Report
 from scene_synth_ros.suite.parameters import Parameters, overrides_of
 from scene_synth_ros.suite.process import run_node
 from scene_synth_ros.suite.qos import latched_qos
 from scene_synth_ros.suite.status import NodeStatus, status_from_json, status_to_json
 from scene_synth_ros.suite.suite_node import SuiteNode
 from scene_synth_ros.synthesize.catalogs import with_catalog
-from scene_synth_ros.synthesize.frame_times import ROOM_CHANGE_S
-from scene_synth_ros.synthesize.grammar_report import grammar_report
-from scene_synth_ros.synthesize.room_ahead import RoomAhead
-from scene_synth_ros.synthesize.room_job import Prepared, RoomJob
-from scene_synth_ros.synthesize.run import Run, Step
+from scene_synth_ros.synthesize.room_ahead import Prepared, RoomAhead, RoomJob
+from scene_synth_ros.synthesize.room_schedule import ROOM_CHANGE_S, Run, Step
 from scene_synth_ros.synthesize.run_config import GRAMMAR_GROUPS, RunConfig
-from scene_synth_ros.synthesize.run_services import RunServices
 from scene_synth_ros.synthesize.scene_messages import SCENE_TOPICS, scene_to_msgs
+
+_NO_COST = SamplingCost(attempts=0, proposals=0, chain_s=0.0)
+
+
+def grammar_report(
+    run: Run, config: RunConfig, request: SceneRequest, room: Prepared | None, obstacle: str, warning: str, now_s: float
+) -> Report:
+    """Return level, message and values.
+
+    Args:
+        run: where it stands.
+        config: of the run.
+        request: what rooms are asked for.
+        room: that was sent last.
+        obstacle: why no room can be made now, or nothing.
+        warning: the newest one, or nothing.
+        now_s: time of the run's clock.
+    """
+    cost = room.cost if room is not None else _NO_COST
+    values = {
+        "seed": config.seed,
+        "room_type": request.room_type,
+        "rooms_sent": run.next_index - config.first_index,
+        "rate_hz": config.rate_hz,
+        "lock_step": config.lock_step,
+        "seconds_per_room": f"{room.seconds if room is not None else 0.0:.3f}",
+        "layouts_per_room": cost.attempts,
+        "proposals_per_room": cost.proposals,
+        "proposals_per_second": f"{cost.proposals / cost.chain_s:.3g}" if cost.chain_s else "0",
+        "waiting_for": "resume" if run.paused else run.waiting,
+        "peers": ", ".join(f"{peer.node} {peer.state} {peer.done_scene}" for peer in run.peers),
+        "last_complaint": warning,
+    }
+    if obstacle:
+        return ERROR, shorten(obstacle) if len(obstacle) > 500 else obstacle, values
+    waited = now_s - run.last_sent_s
+    if run.waiting and waited > config.peer_timeout_s:
+        return WARN, f"waiting since {waited:.0f} s for {run.waiting}", values
+    return (WARN, warning, values) if warning else (OK, "synthesising rooms", values)
+
+
+class RunServices:
+    """Serves ``~/next_room``, ``~/pause``, ``~/resume`` and ``~/reset`` (std_srvs/Trigger); every answer is given in the executor's thread.
+
+    Args:
+        node: whose services they are.
+        run: which they steer.
+        config: returns the run's present settings.
+    """
+
+    def __init__(self, node: Node, run: Run, config: Callable[[], RunConfig]) -> None:
+        self._run, self._config = run, config
+        for name, answer in (("next_room", self._next_room), ("pause", self._pause), ("resume", self._resume), ("reset", self._reset)):
+            node.create_service(Trigger, f"~/{name}", answer)
+
+    def _next_room(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        return _done(response, f"room {self._run.next_index} goes out", after=self._run.ask_for_one())
+
+    def _pause(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._run.pause(time.monotonic())
+        return _done(response, f"paused before room {self._run.next_index}")
+
+    def _resume(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._run.resume(time.monotonic())
+        return _done(response, f"going on with room {self._run.next_index}")
+
+    def _reset(self, _request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        config = self._config()
+        again = f"the run begins again with room {config.first_index} of seed {config.seed}"
+        return _done(response, again, after=self._run.ask_for_reset())
+
+
+def _done(response: Trigger.Response, message: str, after: str = "") -> Trigger.Response:
+    """Fill in that something was done, and what it waits for."""
+    response.success, response.message = True, message + (f", after {after}" if after else "")
+    return response
+
 
 _TICK_S = 0.1
 """How often the node looks at the clock for the next step; a status, or a room that is prepared, makes it look at once."""

@@ -2,13 +2,58 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from concurrent.futures import Future
+from dataclasses import replace
+from typing import NamedTuple
 
-from scene_description import SceneSynthError
+from grammar import SceneRequest
+from grammar.checks.metrics import SamplingCost
+from grammar.synthesize import CameraTimes, SceneSynthesizer
+from scene_description import SceneDescription, SceneSynthError, scene_to_json
 from scene_synth_ros.suite.daemon_job import start_daemon_job
 from scene_synth_ros.suite.faults import Faults
-from scene_synth_ros.synthesize.room_job import Prepared, RoomJob
+from scene_synth_ros.synthesize.room_schedule import moved_to
+
+
+class Prepared(NamedTuple):
+    """A room that is ready to go out.
+
+    Its description, JSON, what its layout cost, how long it took (s), and the settings' generation that it was made for.
+    """
+
+    scene: SceneDescription
+    text: str
+    cost: SamplingCost
+    seconds: float
+    generation: int
+
+    def starting_at(self, start_ns: int) -> Prepared:
+        """Return the room with its first frame at another time."""
+        scene = replace(self.scene, camera_path=moved_to(self.scene.camera_path, start_ns))
+        return self._replace(scene=scene, text=scene_to_json(scene))
+
+
+class RoomJob(NamedTuple):
+    """Synthesises one room of a run with the settings of the moment when it was queued."""
+
+    synthesizer: SceneSynthesizer
+    request: SceneRequest
+    seed: int
+    index: int
+    times: CameraTimes
+    generation: int
+
+    def __call__(self) -> Prepared:
+        """Return the room with its JSON.
+
+        Raises:
+            SceneSynthError: it cannot be synthesised; one line.
+        """
+        began = time.perf_counter()
+        scene, cost = self.synthesizer.synthesize_with_cost(self.request, self.seed, self.index, self.times)
+        return Prepared(scene, scene_to_json(scene), cost, time.perf_counter() - began, self.generation)
 
 
 class RoomAhead:

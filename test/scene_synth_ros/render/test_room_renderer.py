@@ -4,7 +4,7 @@ import pytest
 
 from renderer.film.frame import Frame
 from scene_description import CameraPose, SceneSynthError
-from scene_synth_ros.render.room_renderer import RoomRenderer
+from scene_synth_ros.render.room import RoomRenderer
 
 POSE = CameraPose(stamp_ns=0, position_m=(0.0, 0.0, 1.0), orientation=(0.0, 0.0, 0.0, 1.0))
 

@@ -21,7 +21,7 @@ from scene_synth_ros.shards.make_shard import MAX_ATTEMPTS, make_shard
 from scene_synth_ros.shards.manifest import make_manifest, missing_shards
 from scene_synth_ros.shards.room_ahead import RoomsAhead
 from scene_synth_ros.shards.store import LocalStore
-from scene_synth_ros.synthesize.run import Run
+from scene_synth_ros.synthesize.room_schedule import Run
 
 PLAN = tiny_plan(3, 2)
 

@@ -6,7 +6,7 @@ import pytest
 
 from scene_description import SceneSynthError
 from scene_synth_ros.suite.status import NodeStatus
-from scene_synth_ros.synthesize.run import Run, Step
+from scene_synth_ros.synthesize.room_schedule import Run, Step
 from scene_synth_ros.synthesize.run_config import RunConfig
 
 FREE = RunConfig(lock_step=False, rooms=3, frames_per_room=5, rate_hz=10.0)

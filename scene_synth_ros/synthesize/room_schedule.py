@@ -8,15 +8,107 @@ goes back; stamps by the wall clock are given to a room when it goes out.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import NamedTuple
 
 from grammar.synthesize import CameraTimes
+from scene_description import CameraPose
 from scene_synth_ros.suite.status import NodeStatus, done_in_run
-from scene_synth_ros.synthesize.frame_times import ROOM_CHANGE_S, FrameTimes
-from scene_synth_ros.synthesize.lock_step import Expectation, finished_by_all, missing_peers, peer_failures, waiting_for
 from scene_synth_ros.synthesize.run_config import RunConfig
+
+ROOM_CHANGE_S = 0.3
+"""By the wall clock, the first frame of a room is due so long after the room has gone out: a renderer prepares it meanwhile."""
+
+
+@dataclass(frozen=True, slots=True)
+class FrameTimes:
+    """Times of a sequence of frames from ``origin_ns`` on, ``rate_hz`` a second, counted from frame ``first_frame``.
+
+    A change of rate while running starts a new sequence at the next frame's time, so stamps always increase.
+    """
+
+    origin_ns: int
+    rate_hz: float
+    first_frame: int = 0
+
+    def stamp_ns(self, frame: int) -> int:
+        """Return the stamp of a frame, frame >= first_frame."""
+        return self.origin_ns + round((frame - self.first_frame) * 1_000_000_000 / self.rate_hz)
+
+    def at_rate(self, rate_hz: float, frame: int) -> FrameTimes:
+        """Return the times from ``frame`` on at another rate."""
+        return FrameTimes(self.stamp_ns(frame), rate_hz, frame)
+
+
+def moved_to(path: Sequence[CameraPose], start_ns: int) -> tuple[CameraPose, ...]:
+    """Return a camera path whose first frame has the stamp ``start_ns``; the times between frames stay."""
+    return tuple(replace(pose, stamp_ns=pose.stamp_ns - path[0].stamp_ns + start_ns) for pose in path)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Expectation:
+    """How many peers a run waits for."""
+
+    renderers: int
+    recorders: int
+
+
+def waiting_for(peers: Mapping[str, NodeStatus], expected: Expectation, last_sent: int, run: str) -> str:
+    """Return what the next room must wait for, in words; empty if it may go out.
+
+    Args:
+        peers: newest status by node name.
+        expected: how many renderers and recorders the run has.
+        last_sent: index of the room that must be finished by all, -1 for none.
+        run: name of the run, of which every peer must have heard.
+    """
+    for role, count in (("renderer", expected.renderers), ("recorder", expected.recorders)):
+        present = [peer for peer in peers.values() if peer.role == role and peer.state == "ready"]
+        if len(present) < count:
+            return f"{count - len(present)} of {count} {role}s to be ready"
+        unaware = sorted(peer.node for peer in present if peer.run != run)
+        if unaware:
+            return f"{', '.join(unaware)} to hear of the run"
+        late = sorted(peer.node for peer in present if done_in_run(peer, run) < last_sent)
+        if late:
+            return f"{', '.join(late)} to finish room {last_sent}"
+    return ""
+
+
+def finished_by_all(peers: Mapping[str, NodeStatus], run: str) -> int:
+    """Return the index of the last room of a run that every renderer and recorder has finished or refused, -1 if there is none."""
+    return min((done_in_run(peer, run) for peer in peers.values()), default=-1)
+
+
+def missing_peers(peers: Mapping[str, NodeStatus], present: Collection[str], absences: dict[str, int], patience: int) -> list[str]:
+    """Return the peers that were once among the publishers of ``status`` but not for the last ``patience`` looks.
+
+    Args:
+        peers: newest status by node name.
+        present: fully qualified names of the nodes that publish ``status`` now.
+        absences: looks in a row that each peer was missing; brought up to date.
+        patience: discovery may be slower than the first status, and nodes start again.
+    """
+    for name in [name for name in absences if name not in peers]:
+        del absences[name]
+    for name in peers:
+        if name in present or name in absences:
+            absences[name] = 0 if name in present else absences[name] + 1
+    return sorted(name for name, count in absences.items() if count >= patience)
+
+
+def peer_failures(peers: Mapping[str, NodeStatus], last_sent: int, run: str) -> list[str]:
+    """Return what has gone wrong at the peers, one line each: those that have failed, and those that refused the run's room sent last."""
+    lines = []
+    for name in sorted(peers):
+        if peers[name].state == "failed":
+            lines.append(f"{name} failed: {peers[name].reason}")
+        elif 0 <= last_sent == peers[name].refused_scene and peers[name].run == run:
+            lines.append(f"{name} refused room {last_sent}: {peers[name].reason}")
+    return lines
+
 
 _PATIENCE = 3
 _FAULT_PAUSE_S = 1.0
