@@ -93,6 +93,15 @@ def stand_ins(topics: Mapping[str, Collection[str]]) -> dict[str, str]:
     }
 
 
+def expect_frames(recording: Recording, topics: Mapping[str, Collection[str]], is_recorded: Callable[[str], bool]) -> None:
+    """Tell a recording which topics make a frame complete: those of the renderers' frames that are recorded, and what is derived of them.
+
+    ``topics``: fully qualified name of a renderer -> the topics of its frames.
+    """
+    recorded = {topic for of_renderer in topics.values() for topic in of_renderer if is_recorded(topic)}
+    recording.expect(with_derived(recorded), stand_ins(topics))
+
+
 class RoomProgress:
     """Follows what renderers say: their frames' topics, the rooms that they have finished, how much they have published.
 
@@ -132,8 +141,7 @@ class RoomProgress:
             now_s: of a clock that goes on evenly.
             loss_timeout_s: how long to wait for messages.
         """
-        recorded = {topic for topics in self._frame_topics.values() for topic in topics if self._known.get(topic, -1) >= 0}
-        self._recording.expect(with_derived(recorded), stand_ins(self._frame_topics))
+        expect_frames(self._recording, self._frame_topics, lambda topic: self._known.get(topic, -1) >= 0)
         done = self._accounting.done_scene(self.run)
         self.done_scene = min(self.done_scene, done)  # a renderer has started again
         missing = self._accounting.missing(self._known)

@@ -14,7 +14,6 @@ from scene_synth_ros.messages.detections import annotations_topic
 from scene_synth_ros.messages.image_codec import raw_topic
 from scene_synth_ros.messages.label_info import labels_topic
 from scene_synth_ros.messages.message_definitions import MessageDefinitionError, message_class
-from scene_synth_ros.record.derived_messages import message_taker
 from scene_synth_ros.record.recorder_config import RecorderConfig
 from scene_synth_ros.record.recording import Recording
 from scene_synth_ros.record.senders import Senders
@@ -135,16 +134,12 @@ class TopicInputs:
             self._warn(f"{topic} is left out: {type_name} cannot be loaded ({error})")
             return False
         events = SubscriptionEventCallbacks(message_lost=lambda event: self.dds_lost.update({topic: event.total_count_change}))
-        callback = self._make_callback(topic, type_name)
-        self._node.create_subscription(message_type, topic, callback, matching_qos(offered, QUEUE_DEPTH), raw=True, event_callbacks=events)
-        self._publishers[topic] = self._node.count_publishers(topic)
-        return True
-
-    def _make_callback(self, topic: str, type_name: str) -> Callable[[bytes], None]:
-        take = message_taker(self._recording, topic, type_name, self._namespace, self._warn)
+        take = self._recording.taker(topic, type_name, self._namespace)
 
         def on_message(data: bytes) -> None:
             self._received[topic] += 1
             take(data)
 
-        return on_message
+        self._node.create_subscription(message_type, topic, on_message, matching_qos(offered, QUEUE_DEPTH), raw=True, event_callbacks=events)
+        self._publishers[topic] = self._node.count_publishers(topic)
+        return True
