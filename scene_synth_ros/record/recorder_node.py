@@ -16,7 +16,6 @@ from rclpy.parameter import parameter_value_to_python
 from rclpy.task import Future
 from std_msgs.msg import String
 
-from scene_description import FieldError
 from scene_synth_ros.bags.bag_writer import BagWriteError
 from scene_synth_ros.record.bag_output import BagNumbers
 from scene_synth_ros.record.bag_services import BagServices
@@ -31,7 +30,7 @@ from scene_synth_ros.suite.heap import trim_heap
 from scene_synth_ros.suite.parameters import ROS_OWN, ParameterError, Parameters
 from scene_synth_ros.suite.process import run_node
 from scene_synth_ros.suite.qos import latched_qos
-from scene_synth_ros.suite.status import NodeStatus, status_from_json, status_to_json
+from scene_synth_ros.suite.status import NodeState, NodeStatus, status_to_json
 from scene_synth_ros.suite.suite_node import SuiteNode
 
 
@@ -108,7 +107,8 @@ class RecorderNode(SuiteNode):
     def open(self) -> None:
         """Make subscriptions, services and the thread that writes; no bag yet."""
         config: RecorderConfig = self._settings[""]
-        self._state, self._reason, self._last_status = "starting", "", ""
+        self._state: NodeState = "starting"
+        self._reason = self._last_status = ""
         self._finish_asked = ""
         with ExitStack() as undo:
             self._recording = Recording(
@@ -122,7 +122,7 @@ class RecorderNode(SuiteNode):
             self._collector = ParameterCollector(self, self._describe_run)
             self._bag_services = BagServices(self, self._recording, Path(config.bag))
             self._status = self.create_publisher(String, "status", latched_qos(10))
-            self.create_subscription(String, "status", self._on_status, latched_qos(100))
+            self.hear_status(self._on_status, self.refuse)
             self._diagnostics = Diagnostics(self, self._report)
             self._look()
             self.create_timer(0.1, self._look)
@@ -176,12 +176,7 @@ class RecorderNode(SuiteNode):
         self._inputs.look()
         self._collector.step()
 
-    def _on_status(self, message: String) -> None:
-        try:
-            status = status_from_json(message.data)
-        except FieldError as error:
-            self.refuse(f"ignored a status that does not fit: {error}")
-            return
+    def _on_status(self, status: NodeStatus) -> None:
         self._inputs.take_status(status)
         if status.role in ("renderer", "grammar"):
             self._collector.ask(status.node)

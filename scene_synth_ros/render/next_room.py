@@ -10,7 +10,7 @@ from concurrent.futures import Future, wait
 
 from renderer import RenderCancelled
 from scene_description import SceneDescription, SceneSynthError, scene_from_json
-from scene_synth_ros.render.room import Room, RoomSettings, is_same_room
+from scene_synth_ros.render.room import RenderedRoom, RoomSettings, is_same_room
 from scene_synth_ros.suite.daemon_job import start_daemon_job
 from scene_synth_ros.suite.faults import Faults
 
@@ -36,11 +36,11 @@ class NextRoom:
 
     def __init__(self, faults: Faults) -> None:
         self._faults = faults
-        self._job: Future[Room | None] | None = None
-        self._former: Future[Room | None] | None = None
+        self._job: Future[RenderedRoom | None] | None = None
+        self._former: Future[RenderedRoom | None] | None = None
         self._enough, self._dropped = threading.Event(), threading.Event()
 
-    def begin(self, text: str, present: Room, settings: RoomSettings, layers: Collection[str]) -> None:
+    def begin(self, text: str, present: RenderedRoom, settings: RoomSettings, layers: Collection[str]) -> None:
         """Begin to make a room in place of the one made before, unless it is the one that is present.
 
         Args:
@@ -54,14 +54,14 @@ class NextRoom:
         layers, path = tuple(layers), present.scene.camera_path
         is_ample = path[-1].stamp_ns - path[0].stamp_ns >= _AMPLE_S * 1e9
 
-        def make() -> Room | None:
+        def make() -> RenderedRoom | None:
             if is_ample:
                 _be_nice()
             return _made(text, present, settings, layers, enough, dropped)
 
         self._job = start_daemon_job("next room", make, after=self._former)
 
-    def take(self, scene: SceneDescription, settings: RoomSettings, cancelled: Callable[[], bool]) -> Room | None:
+    def take(self, scene: SceneDescription, settings: RoomSettings, cancelled: Callable[[], bool]) -> RenderedRoom | None:
         """Return the room of a scene, if it was begun with these settings; its caller closes it.
 
         The step under way is waited for; what is left of the room is made when it is asked for, with all threads.  A room that could not be
@@ -97,12 +97,12 @@ class NextRoom:
         if not job.cancel():
             job.add_done_callback(self._forget)
 
-    def _forget(self, job: Future[Room | None]) -> None:
+    def _forget(self, job: Future[RenderedRoom | None]) -> None:
         room = self._result(job)
         if room is not None:
             room.close()
 
-    def _result(self, job: Future[Room | None]) -> Room | None:
+    def _result(self, job: Future[RenderedRoom | None]) -> RenderedRoom | None:
         """Return the room of a job that has ended; None if there is none."""
         error = job.exception()
         if error is None:
@@ -114,16 +114,16 @@ class NextRoom:
 
 def _made(
     text: str,
-    present: Room,
+    present: RenderedRoom,
     settings: RoomSettings,
     layers: Collection[str],
     enough: threading.Event,
     dropped: threading.Event,
-) -> Room | None:
+) -> RenderedRoom | None:
     scene = scene_from_json(text)
     if is_same_room(scene, present.scene):
         return None
-    room = Room(scene, settings, present)
+    room = RenderedRoom(scene, settings, present)
     try:
         room.prepare(layers, enough, dropped.is_set)
     except BaseException:

@@ -18,10 +18,13 @@ from renderer.exposure import LightMeter, exposed, needs_meter, sensor_ev100
 from renderer.film.frame import Frame
 from renderer.film.layers import PHOTOGRAPHS
 from renderer.film.tone import Exposure
+from renderer.lidar.config import ScanConfig
+from renderer.lidar.scanner import Scanner
 from renderer.scene.flat_scene import FlatScene
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from renderer.scene.semantic_classes import with_classes
+from renderer.standpoint import standpoint
 from scene_description import CameraPose, SceneDescription
 from scene_description.label_standards import StandardName
 from scene_synth_ros.messages.detections import ANNOTATIONS
@@ -54,7 +57,7 @@ _VIEWS = 64
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RoomSettings:
-    """What a room is rendered with; a change of any of them needs everything of :class:`Room` made anew."""
+    """What a room is rendered with; a change of any of them needs everything of :class:`RenderedRoom` made anew."""
 
     camera: CameraConfig
     render: RenderConfig
@@ -79,7 +82,7 @@ def room_settings(values: Mapping[str, Any] | Parameters, catalog_dir: Path | No
     )
 
 
-class Room:
+class RenderedRoom:
     """A room's geometry, renderer, annotator and metered exposure, each made when it is first asked for, until it is closed.
 
     Threading: one thread at a time.
@@ -90,10 +93,10 @@ class Room:
         former: the room before, which may be closed at any time: its trees and nodes are taken where they are the same.
     """
 
-    def __init__(self, scene: SceneDescription, settings: RoomSettings, former: Room | None = None) -> None:
+    def __init__(self, scene: SceneDescription, settings: RoomSettings, former: RenderedRoom | None = None) -> None:
         self.scene, self.settings = scene, settings
         self._held = ExitStack()
-        self._former = former if former is None or former.made_renderer is not None else former._former
+        self._former: RenderedRoom | None = former if former is None or former.made_renderer is not None else former._former
         self._cancelled: Callable[[], bool] | None = None
 
     @cached_property
@@ -110,10 +113,26 @@ class Room:
         """
         settings = self.settings
         former, self._former = self._former, None
-        shared = {"sensor": settings.sensor, "depth_sensor": settings.depth_sensor, "like": former.made_renderer if former else None}
-        renderer = self._held.enter_context(Renderer(self.flat, settings.camera, settings.render, scene_key(self.scene), **shared))
+        renderer = Renderer(
+            self.flat,
+            settings.camera,
+            settings.render,
+            scene_key(self.scene),
+            sensor=settings.sensor,
+            depth_sensor=settings.depth_sensor,
+            like=former.made_renderer if former else None,
+        )
+        self._held.enter_context(renderer)
         trim_heap()
         return renderer
+
+    def make(self) -> None:
+        """Make the renderer now.
+
+        Raises:
+            SceneSynthError: the room cannot be made.
+        """
+        _ = self.renderer
 
     @property
     def made_renderer(self) -> Renderer | None:
@@ -139,6 +158,30 @@ class Room:
         exposure = self._meter.read(1 if cancelled else self.settings.render.threads, like=self.renderer, cancelled=cancelled)
         trim_heap()
         return exposure
+
+    def scanner(self, config: ScanConfig) -> Scanner:
+        """Return a laser scanner that stands in the room."""
+        return Scanner(self.renderer.tree, self.flat, config, scene_key(self.scene))
+
+    def standpoint(self, pose: CameraPose) -> str:
+        """Return from where a pose sees the room, as ``renderer.standpoint`` says it; empty within the room's air."""
+        return standpoint(self.renderer.tree, self.flat, self.scene, pose.position_m)
+
+    def render(self, pose: CameraPose, frame_index: int, layers: Collection[str], **how: Any) -> Frame:
+        """Do as ``Renderer.render``, with annotations if ``ANNOTATIONS`` is among the layers.
+
+        Nothing is made for a frame without any layer: a live camera that nobody looks at costs next to nothing.
+
+        Raises:
+            SceneSynthError: the room cannot be made, or the frame cannot be rendered.
+            RenderCancelled: as ``Renderer.render``.
+        """
+        if not layers:
+            return Frame({}, None)
+        renderer = self.renderer
+        if ANNOTATIONS in layers:
+            layers, how = tuple(layer for layer in layers if layer != ANNOTATIONS), how | {"annotator": self.annotator}
+        return renderer.render(pose, frame_index, layers, **how)
 
     def prepare(self, layers: Collection[str], enough: Event, cancelled: Callable[[], bool]) -> None:
         """Make what some layers need in the calling thread alone, then colour's light for view after view of the path, with rests between.
@@ -205,7 +248,7 @@ class RoomMeter:
         settings: ``camera``, ``sensor`` and ``render``; changes of the exposure take effect with the next frame.
     """
 
-    def __init__(self, settings: Parameters) -> None:
+    def __init__(self, settings: Mapping[str, Any] | Parameters) -> None:
         self._settings = settings
         self._room: tuple[RenderConfig, Callable[[], Exposure]] | None = None
         self._metered: Exposure | None = None
@@ -227,46 +270,3 @@ class RoomMeter:
         """Return the exposure as far as it is known: that of a frame without colour, until the room is metered."""
         fixed = sensor_ev100(self._settings["camera"], self._settings["sensor"])
         return exposed(self._settings["render"], self._metered, fixed)
-
-
-class RoomRenderer:
-    """Renders a room whose geometry is made when it is prepared, or when the first layer is asked for.
-
-    A live camera that nobody looks at thus costs next to nothing.
-
-    Threading: the rendering thread.
-
-    Args:
-        make: returns the room's renderer, which its caller closes.
-        make_annotator: returns its annotator, which its caller closes.
-    """
-
-    def __init__(self, make: Callable[[], Renderer], make_annotator: Callable[[], Annotator]) -> None:
-        self._make, self._make_annotator = make, make_annotator
-        self._renderer: Renderer | None = None
-        self._annotator: Annotator | None = None
-
-    def prepare(self) -> Renderer:
-        """Return the renderer, made now if it was not yet.
-
-        Raises:
-            SceneSynthError: the room cannot be made.
-        """
-        if self._renderer is None:
-            self._renderer = self._make()
-        return self._renderer
-
-    def render(self, pose: CameraPose, frame_index: int, layers: Collection[str], **how: Any) -> Frame:
-        """Do as ``Renderer.render``, with annotations if ``ANNOTATIONS`` is among the layers; without any, return a frame without any.
-
-        Raises:
-            SceneSynthError: the room cannot be made, or the frame cannot be rendered.
-            RenderCancelled: as ``Renderer.render``.
-        """
-        if not layers:
-            return Frame({}, None)
-        renderer = self.prepare()
-        if ANNOTATIONS in layers:
-            self._annotator = self._annotator or self._make_annotator()
-            layers, how = tuple(layer for layer in layers if layer != ANNOTATIONS), how | {"annotator": self._annotator}
-        return renderer.render(pose, frame_index, layers, **how)

@@ -25,9 +25,12 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.service import Service
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
+from std_msgs.msg import String
 
-from scene_description import SceneSynthError, error_line
+from scene_description import FieldError, SceneSynthError, error_line
 from scene_synth_ros.suite.faults import FAULT_STATUS, Faults
+from scene_synth_ros.suite.qos import latched_qos
+from scene_synth_ros.suite.status import NodeStatus, status_from_json
 
 STEADY = Clock(clock_type=ClockType.STEADY_TIME)
 """Goes on evenly whatever becomes of wall clock and ``/clock``; timers, timeouts and throttled lines go by it."""
@@ -197,6 +200,19 @@ class SuiteNode(GuardedNode):
                 raise self._refusal
             self.exit_code = FAULT_STATUS
             return
+
+    def hear_status(self, take: Callable[[NodeStatus], None], complain: Callable[[str], None]) -> None:
+        """Subscribe to ``status``; one that does not fit is left out, and ``complain`` called with a line."""
+
+        def on_message(message: String) -> None:
+            try:
+                status = status_from_json(message.data)
+            except FieldError as error:
+                complain(f"ignored a status that does not fit: {error}")
+            else:
+                take(status)
+
+        self.create_subscription(String, "status", on_message, latched_qos(100))
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Make the node's parts."""

@@ -15,14 +15,14 @@ from std_srvs.srv import Trigger
 from grammar import SceneRequest
 from grammar.checks.metrics import SamplingCost
 from grammar.synthesize import SceneSynthesizer
-from scene_description import FieldError, SceneSynthError, error_line
+from scene_description import SceneSynthError, error_line
 from scene_description.strict import shorten
 from scene_synth_ros.suite.connections import identity_of, publishers_of
 from scene_synth_ros.suite.diagnostics import ERROR, OK, WARN, Diagnostics, Report
 from scene_synth_ros.suite.parameters import Parameters, overrides_of
 from scene_synth_ros.suite.process import run_node
 from scene_synth_ros.suite.qos import latched_qos
-from scene_synth_ros.suite.status import NodeStatus, status_from_json, status_to_json
+from scene_synth_ros.suite.status import NodeStatus, status_to_json
 from scene_synth_ros.suite.suite_node import SuiteNode
 from scene_synth_ros.synthesize.catalogs import with_catalog
 from scene_synth_ros.synthesize.room_ahead import Prepared, RoomAhead, RoomJob
@@ -160,7 +160,7 @@ class GrammarNode(SuiteNode):
         self._next = self.create_publisher(String, "scene/next", latched_qos())
         self._status = self.create_publisher(String, "status", latched_qos(10))
         run = Run(self._config, time.monotonic(), identity_of(self, self._status))
-        self.create_subscription(String, "status", self._on_status, latched_qos(100))
+        self.hear_status(self._on_status, self.warn)
         self._services_of_run = RunServices(self, run, lambda: self._config)
         self._diagnostics = Diagnostics(self, self._collect)
         self._run = run
@@ -200,12 +200,7 @@ class GrammarNode(SuiteNode):
             self._obstacle = ""
             self._tell(self._state)
 
-    def _on_status(self, message: String) -> None:
-        try:
-            status = status_from_json(message.data)
-        except FieldError as error:
-            self.warn(f"ignored a status that does not fit: {error}")
-            return
+    def _on_status(self, status: NodeStatus) -> None:
         if status.role != "grammar":
             if self._run.take_status(status):
                 self._tell(self._state, self._obstacle)
