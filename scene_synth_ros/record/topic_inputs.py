@@ -133,6 +133,7 @@ class TopicInputs:
         except (ImportError, AttributeError, MessageDefinitionError) as error:
             self._warn(f"{topic} is left out: {type_name} cannot be loaded ({error})")
             return False
+        qos = matching_qos(offered, QUEUE_DEPTH)
         events = SubscriptionEventCallbacks(message_lost=lambda event: self.dds_lost.update({topic: event.total_count_change}))
         take = self._recording.taker(topic, type_name, self._namespace)
 
@@ -140,6 +141,6 @@ class TopicInputs:
             self._received[topic] += 1
             take(data)
 
-        self._node.create_subscription(message_type, topic, on_message, matching_qos(offered, QUEUE_DEPTH), raw=True, event_callbacks=events)
+        self._node.create_subscription(message_type, topic, on_message, qos, raw=True, event_callbacks=events)
         self._publishers[topic] = self._node.count_publishers(topic)
         return True

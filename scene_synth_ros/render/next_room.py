@@ -6,12 +6,12 @@ import os
 import sys
 import threading
 from collections.abc import Callable, Collection
-from concurrent.futures import Future, wait
+from concurrent.futures import wait
 
 from renderer import RenderCancelled
 from scene_description import SceneDescription, SceneSynthError, scene_from_json
 from scene_synth_ros.render.room import RenderedRoom, RoomSettings, is_same_room
-from scene_synth_ros.suite.daemon_job import start_daemon_job
+from scene_synth_ros.suite.daemon_job import JobAhead
 from scene_synth_ros.suite.faults import Faults
 
 _NICENESS = 5
@@ -35,9 +35,8 @@ class NextRoom:
     """
 
     def __init__(self, faults: Faults) -> None:
-        self._faults = faults
-        self._job: Future[RenderedRoom | None] | None = None
-        self._former: Future[RenderedRoom | None] | None = None
+        expected = (SceneSynthError, OSError, RenderCancelled)
+        self._jobs: JobAhead[RenderedRoom | None] = JobAhead("next room", "the next room was made ahead", faults, _close, expected)
         self._enough, self._dropped = threading.Event(), threading.Event()
 
     def begin(self, text: str, present: RenderedRoom, settings: RoomSettings, layers: Collection[str]) -> None:
@@ -59,7 +58,7 @@ class NextRoom:
                 _be_nice()
             return _made(text, present, settings, layers, enough, dropped)
 
-        self._job = start_daemon_job("next room", make, after=self._former)
+        self._jobs.begin(make)
 
     def take(self, scene: SceneDescription, settings: RoomSettings, cancelled: Callable[[], bool]) -> RenderedRoom | None:
         """Return the room of a scene, if it was begun with these settings; its caller closes it.
@@ -70,14 +69,14 @@ class NextRoom:
         Raises:
             RenderCancelled: ``cancelled`` returned True meanwhile.
         """
-        if self._job is None:
+        if self._jobs.job is None:
             return None
         self._enough.set()
-        while not wait([self._job], _POLL_S).done:
+        while not wait([self._jobs.job], _POLL_S).done:
             if cancelled():
                 raise RenderCancelled("the room is not wanted any more")
-        job, self._job = self._job, None
-        room = self._result(job)
+        job = self._jobs.take()
+        room = self._jobs.result(job) if job is not None else None
         if room is None:
             return None
         if room.settings != settings or not room.shows(scene):
@@ -88,28 +87,14 @@ class NextRoom:
 
     def drop(self) -> None:
         """Forget the room; a thread at work ends soon, and only a fault of it is told."""
-        job, self._job = self._job, None
-        if job is None:
-            return
         self._dropped.set()
         self._enough.set()
-        self._former = job
-        if not job.cancel():
-            job.add_done_callback(self._forget)
+        self._jobs.drop()
 
-    def _forget(self, job: Future[RenderedRoom | None]) -> None:
-        room = self._result(job)
-        if room is not None:
-            room.close()
 
-    def _result(self, job: Future[RenderedRoom | None]) -> RenderedRoom | None:
-        """Return the room of a job that has ended; None if there is none."""
-        error = job.exception()
-        if error is None:
-            return job.result()
-        if not isinstance(error, (SceneSynthError, OSError, RenderCancelled)):
-            self._faults.tell(error, "the next room was made ahead")
-        return None
+def _close(room: RenderedRoom | None) -> None:
+    if room is not None:
+        room.close()
 
 
 def _made(

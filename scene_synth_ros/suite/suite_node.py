@@ -22,10 +22,12 @@ from rclpy.exceptions import NameValidationException, ParameterException
 from rclpy.guard_condition import GuardCondition
 from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
+from rclpy.node import Node
 from rclpy.service import Service
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 from scene_description import FieldError, SceneSynthError, error_line
 from scene_synth_ros.suite.faults import FAULT_STATUS, Faults
@@ -148,6 +150,22 @@ REFUSALS = (
     rclpy_implementation.UnknownROSArgsError,
 )
 """What making a node's parts raises for bad input: one line.  The last six are rclpy's, for words that are no ROS arguments or names."""
+
+
+def serve_trigger(node: Node, name: str, work: Callable[[], str]) -> None:
+    """Make a service ``~/name`` (std_srvs/Trigger).
+
+    It answers with what ``work`` returns or, without success, with the line of a SceneSynthError that it raises to refuse.
+    """
+
+    def answer(_request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        try:
+            response.message, response.success = work(), True
+        except SceneSynthError as error:
+            response.message = str(error)
+        return response
+
+    node.create_service(Trigger, f"~/{name}", answer)
 
 
 class SuiteNode(GuardedNode):

@@ -11,7 +11,6 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import NamedTuple
 
 from grammar.synthesize import CameraTimes
 from scene_description import CameraPose
@@ -124,7 +123,8 @@ class Step(Enum):
     FINISH = "finish"
 
 
-class Order(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class Order:
     """A room to synthesise: its index, the times of its frames, and the generation of the settings that it is for."""
 
     index: int
@@ -132,8 +132,17 @@ class Order(NamedTuple):
     generation: int
 
 
-class Run:
-    """The state of a run; times are those of one steady clock, in seconds.
+def times_of_room(config: RunConfig, index: int) -> CameraTimes:
+    """Return the times of a room's frames in a run that goes through, from its first room on, without a change of its settings."""
+    start_ns = round(config.start_time_s * 1e9)
+    first = index * config.frames_per_room
+    return CameraTimes(frames=config.frames_per_room, start_ns=start_ns, rate_hz=config.rate_hz, first_index=first)
+
+
+class RoomSchedule:
+    """Which room of a run goes out next and when, what it waits for, and when the run is over.
+
+    Times are those of one steady clock, in seconds.
 
     Args:
         config: the settings.

@@ -66,8 +66,8 @@ def test_a_room_made_ahead_shows_the_same_bytes_at_whatever_time(ahead: NextRoom
 
 def test_light_is_there_before_the_first_frame(ahead: NextRoom) -> None:
     begin(ahead)
-    assert ahead._job is not None
-    wait([ahead._job])
+    assert ahead._jobs.job is not None
+    wait([ahead._jobs.job])
     room = ahead.take(SCENE, SETTINGS, lambda: False)
     assert room is not None
     assert room.renderer.prepare(SCENE.camera_path[0]) == 0
