@@ -22,7 +22,6 @@ class DiskReserve:
     """A file without a name on the disk of a folder; releasing it, or the death of the process, frees its blocks.
 
     Args:
-        folder_fd: descriptor of the folder.
         name: what the file is called for the moment between its making and its unlinking; it must not exist.
 
     Raises:
@@ -137,7 +136,6 @@ class BagFile:
     Args:
         folder_fd: descriptor of the bag's folder; must stay open.
         name: final name of the file; neither it nor its active name may exist.
-        form: compression and so on.
 
     Raises:
         OSError: from every method that writes; the file then ends after its last whole chunk and can be finished.
@@ -249,13 +247,7 @@ class BagFile:
         return True
 
     def finish(self, records: Mapping[str, Mapping[str, str]], attachments: Mapping[str, bytes], custom_data: Mapping[str, str]) -> None:
-        """Write the ending; after an error it may be called again.
-
-        Args:
-            records: metadata records beside ``rosbag2``.
-            attachments: files beside the manifest.
-            custom_data: of the metadata.
-        """
+        """Write the ending; after an error it may be called again."""
         self.refuse_removed()
 
         def all_records() -> dict[str, Mapping[str, str]]:

@@ -49,11 +49,7 @@ class OfflineBag:
     Threads: one calls every method.
 
     Args:
-        directory: folder of the bag; must not exist, its parents are made.
-        settings: parameters of the run.
-        floor_of: returns the free floor of a room.
         records: further metadata records of the bag, by name.
-        warn: called with one line for a message that cannot be kept.
         machine: whether the bag tells the machine that made it; without, equal machines and others make the same file.
 
     Attributes:

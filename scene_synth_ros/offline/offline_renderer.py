@@ -40,10 +40,6 @@ class OfflineRenderer:
 
     Threads: one calls every method; kernels have their own.
 
-    Args:
-        groups: the parameters.
-        is_recorded: whether a topic, as in ``topics``, is wanted.
-
     Attributes:
         topics: what the node would publish: name -> type, QoS, layers.
     """

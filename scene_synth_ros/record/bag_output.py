@@ -101,13 +101,6 @@ class BagOutput:
 
     Threads: the thread that writes calls every method, so nothing here needs a lock; ``writing`` may be read by any thread.
 
-    Args:
-        make_writer: opens the bag of a folder.
-        options: splitting, image compression, snapshots.
-        numbers: of bags and snapshots so far.
-        written: counts the messages in bags, by topic.
-        warn: called with one line for a message that cannot be kept.
-
     Attributes:
         writing: whether a bag is open.
         discarded: whether the last bag was removed because it held nothing.

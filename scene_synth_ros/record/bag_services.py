@@ -20,8 +20,6 @@ class BagServices:
     Threads: the thread of the node's executor only; it stands still while the disk works on the answer.
 
     Args:
-        node: whose services they are.
-        recording: does what they ask for.
         bag: folder of the first bag; those after it, and the snapshots, are named after it.
     """
 

@@ -63,11 +63,7 @@ _TF, _TF_STATIC = DerivedTopic("/tf", TF_MESSAGE, stream_qos(100)), DerivedTopic
 
 
 class Deriver:
-    """Derives messages of those of one recording; it remembers the cameras that there are.
-
-    Args:
-        frame_prefix: stands before the names of links and optical frames.
-    """
+    """Derives messages of those of one recording; it remembers the cameras that there are."""
 
     def __init__(self, frame_prefix: str = "") -> None:
         self._prefix = frame_prefix

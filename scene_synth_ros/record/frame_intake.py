@@ -53,9 +53,6 @@ class FrameIntake:
 
     Threads: the thread of the node's executor only.
 
-    Args:
-        warn: called with one line for a message that is refused.
-
     Attributes:
         refused: messages with a stamp that no bag can hold, left out.
     """

@@ -38,7 +38,6 @@ class ParameterCollector:
     """Asks each node once, when it is told of it; a node that does not answer is left out.
 
     Args:
-        node: whose executor runs the requests.
         on_change: called with node name -> parameter name -> value when there is more to tell.
     """
 

@@ -38,9 +38,6 @@ class Recording:
     that is full.  Both count in ``taken`` and ``written``, which have a lock; ``warn`` is called from both, ``tell_fault`` from the second.
 
     Args:
-        make_writer: opens the bag of a folder.
-        options: splitting, image compression, snapshots.
-        warn: called with one line for messages that cannot be kept.
         tell_fault: called with a fault of the program that has ended the writing; returns it in one line.
         numbers: of bags and snapshots, where an earlier recording has made some.
         jobs_waiting: how many times ``JOB_SIZE`` messages may wait for the disk.
@@ -155,13 +152,7 @@ class Recording:
         return True
 
     def taker(self, topic: str, type_name: str, namespace: str) -> Callable[[bytes], None]:
-        """Return what takes a message of a topic that was added, with what is derived of it.
-
-        Args:
-            topic: fully qualified.
-            type_name: ``package/msg/Type``.
-            namespace: of the suite, ending with a slash.
-        """
+        """Return what takes a message of a topic that was added, with what is derived of it."""
         derive = self._deriver.of_topic(topic, type_name, namespace)
         own_stamps = has_own_stamps(topic)
         is_settings = topic.endswith("/settings") and type_name == "std_msgs/msg/String"

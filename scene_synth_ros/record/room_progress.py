@@ -108,10 +108,7 @@ class RoomProgress:
     Threads: the thread of the node's executor only.
 
     Args:
-        recording: is told what to wait for and, when a room is done, to write it.
-        accounting: of what was published, has arrived and is lost.
         known: the topics that were considered; values below 0 mark those that are left out.
-        warn: called with one line when messages are given up.
 
     Attributes:
         run: the newest run that the grammar node has begun.
@@ -135,12 +132,7 @@ class RoomProgress:
         self._frame_topics[status.node] = frame_topics(status.counts)
 
     def step(self, now_s: float, loss_timeout_s: float) -> None:
-        """Write a room that is done; give up messages that were published so long ago that they are lost.
-
-        Args:
-            now_s: of a clock that goes on evenly.
-            loss_timeout_s: how long to wait for messages.
-        """
+        """Write a room that is done; give up messages that were published so long ago that they are lost."""
         expect_frames(self._recording, self._frame_topics, lambda topic: self._known.get(topic, -1) >= 0)
         done = self._accounting.done_scene(self.run)
         self.done_scene = min(self.done_scene, done)  # a renderer has started again

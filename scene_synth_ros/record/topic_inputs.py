@@ -44,12 +44,6 @@ def is_chosen(topic: str, config: RecorderConfig, namespace: str, is_published: 
 
     What comes next is left out, as it will come on ``scene``, and what the recorder makes itself: of the suite's images the form that
     ``images.*`` asks for, of labels the LabelInfo, of annotations the detections.
-
-    Args:
-        topic: fully qualified.
-        config: of the recorder.
-        namespace: of the suite, ending with a slash.
-        is_published: whether anybody publishes a topic.
     """
     if topic in ("/tf", "/tf_static", f"{namespace}status"):
         return False
@@ -74,13 +68,6 @@ class TopicInputs:
     """Subscriptions to everything that is recorded, as raw CDR with the QoS that its publishers offer.
 
     Threads: the thread of the node's executor only.
-
-    Args:
-        node: whose subscriptions they are.
-        config: which topics.
-        recording: takes the messages.
-        received: counts what arrives, by topic.
-        warn: called with one line for a topic that cannot be recorded.
 
     Attributes:
         known: every topic that was considered; 0, or -1 for those that are left out.

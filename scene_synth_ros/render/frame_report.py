@@ -71,9 +71,6 @@ class CameraPlace:
 
     Threading: the rendering thread; ``now`` is replaced as a whole and may be read by any.
 
-    Args:
-        logger: of the node.
-
     Attributes:
         now: where the newest frame was seen from: :data:`IN_THE_ROOM`, or what ``renderer.standpoint`` says.
     """

@@ -29,9 +29,6 @@ class NextRoom:
 
     Threading: every method is called in the rendering thread; the room is made in a thread of its own, one after the other, and handed over
     when that has ended.
-
-    Args:
-        faults: takes whatever the thread has raised that no user can cause.
     """
 
     def __init__(self, faults: Faults) -> None:
@@ -40,14 +37,7 @@ class NextRoom:
         self._enough, self._dropped = threading.Event(), threading.Event()
 
     def begin(self, text: str, present: RenderedRoom, settings: RoomSettings, layers: Collection[str]) -> None:
-        """Begin to make a room in place of the one made before, unless it is the one that is present.
-
-        Args:
-            text: its description, as it came.
-            present: the room at work, which may be closed meanwhile.
-            settings: what it will be rendered with.
-            layers: that are wanted now.
-        """
+        """Begin to make a room in place of the one made before, unless it is the one that is present."""
         self.drop()
         self._enough, self._dropped = enough, dropped = threading.Event(), threading.Event()
         layers, path = tuple(layers), present.scene.camera_path

@@ -212,13 +212,7 @@ def held_line(finding: Finding) -> str:
 
 
 def late_line(finding: Finding, quality: Quality, resizable: bool) -> str:
-    """Return one line that says what rate is asked for, what is reached, why, and the setting that would about hold it.
-
-    Args:
-        finding: frames that are too slow.
-        quality: what they were rendered with.
-        resizable: whether a smaller image shows the same.
-    """
+    """Return one line that says what rate is asked for, what is reached, why, and the setting that would about hold it."""
     frame, period_s = finding.typical, 1.0 / finding.wanted_hz
     rate = f"grammar_node rate_hz {proposed_rate_hz(frame):g}"
     settings = ""

@@ -28,13 +28,6 @@ class Rendering:
     Threading: :meth:`run` is the rendering thread, and every other method is called in it.  The executor's thread makes this object and
     reads its attributes: ``warm``, ``scene`` and the counts are replaced as a whole.
 
-    Args:
-        node: whose ``warn``, ``refuse``, ``faults`` and ``active`` are used.
-        settings: the node's parameters.
-        inbox: rooms and peers.
-        output: frames and status.
-        requests: poses asked for, and the driven camera.
-
     Attributes:
         warm: whether the kernels are loaded.
         scene: the room at work, None while there is none.

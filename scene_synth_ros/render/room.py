@@ -88,8 +88,6 @@ class RenderedRoom:
     Threading: one thread at a time.
 
     Args:
-        scene: the room.
-        settings: what it is rendered with.
         former: the room before, which may be closed at any time: its trees and nodes are taken where they are the same.
     """
 

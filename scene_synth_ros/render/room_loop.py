@@ -95,8 +95,6 @@ class RoomLoop:
     Threading: everything is called in the rendering thread.
 
     Args:
-        room: made as far as it is needed.
-        life: what it shares with other rooms.
         shown: called after every frame that was published.
     """
 

@@ -37,8 +37,6 @@ class RoomScans:
     Threading: the rendering thread.
 
     Args:
-        config: the scanner.
-        path: of the camera's rig.
         make: returns the room's scanner, when it is first needed.
     """
 

@@ -48,11 +48,7 @@ class StreamPublishers:
     published: the node may destroy its publishers while the rendering thread is still in a kernel.
 
     Args:
-        node: whose publishers they are.
-        config: which streams.
-        camera: for the camera info.
         compression: called for the settings of compressed images, which may change.
-        scan: the scanner.
 
     Attributes:
         messages: what is published of a frame.
@@ -132,12 +128,7 @@ class StreamPublishers:
         return self.counts.get(CLOCK) == 0 and bool(self.other_clocks())
 
     def reach(self, recorders: Collection[NodeStatus], start: str) -> bool:
-        """Return whether every topic is connected to every recorder that wants it, seen from both sides.
-
-        Args:
-            recorders: what the recorders say.
-            start: of this life of the node.
-        """
+        """Return whether every topic is connected to every recorder that wants it, seen from both sides."""
         return all(start in recorder.connected for recorder in recorders) and all(
             publisher.get_subscription_count() >= sum(recorder.counts.get(publisher.topic_name, 0) >= 0 for recorder in recorders)
             for publisher in self._publishers.values()

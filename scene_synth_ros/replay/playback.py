@@ -43,10 +43,7 @@ class Acknowledgements:
     Threading: one thread calls every method; ``stopped`` may be set in any.
 
     Args:
-        publishers: topic -> publisher.
         stopped: ends every wait.
-        warn: called with a line when a topic is not waited for any more.
-        patience_s: see above.
     """
 
     def __init__(
@@ -117,12 +114,6 @@ class Playback:
 
     Threading: :meth:`_run` is the playing thread, which alone publishes.  The executor's thread starts and stops it, and steers ``player``,
     which guards itself; besides that they share only the event of :meth:`stop` and the thread's future.
-
-    Args:
-        reader: the bag.
-        publishers: topic -> publisher.
-        config: returns the present settings.
-        logger: of the node.
 
     Attributes:
         player: decides which message is due.

@@ -78,12 +78,8 @@ class Player:
     Latched topics have their state at the start handed out first.
 
     Args:
-        reader: the bag; it must hold messages.
-        publish: called with every message.
-        topics: play only these.
         start_offset_ns: skip this much log time at the beginning.
         rate: log time per real time, > 0.
-        loop: begin again at the end.
         paused: wait for ``resume`` before the first message.
     """
 

@@ -64,7 +64,6 @@ class RoomAhead:
     configured again, its first room waits for the one that was at work, and kernels are never compiled twice at once.
 
     Args:
-        faults: takes what a job that nobody waits for any more has raised.
         ended: called whenever a job has ended, in its thread.
     """
 

@@ -145,8 +145,6 @@ class RoomSchedule:
     Times are those of one steady clock, in seconds.
 
     Args:
-        config: the settings.
-        now_s: the time.
         origin: whatever tells this run from those of others and of before; at most 48 characters.
 
     Attributes:
