@@ -62,7 +62,7 @@ def test_failures_and_refusals_are_told() -> None:
 
 def test_a_refused_room_is_not_waited_for() -> None:
     refused = NodeStatus(node="/r", role="renderer", state="ready", done_scene=3, refused_scene=4)
-    assert waiting_for(peers(refused), Expectation(renderers=1, recorders=0), 4, "") == ""
+    assert waiting_for(peers(refused), {"renderer": 1, "recorder": 0}, 4, "") == ""
 
 
 def test_status_round_trip() -> None:
