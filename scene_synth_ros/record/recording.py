@@ -31,7 +31,7 @@ JOBS_WAITING, JOB_SIZE = 16, 16
 
 
 class Recording:
-    """One life of the recorder: bags, one after the other, and the thread that writes them; ``close`` ends both.
+    """The order of messages: what each waits for, what is derived of it, which begin a frame or a room.  One life of the recorder.
 
     Threads: the thread of the node's executor calls every method; what waits for its frame (:class:`FrameIntake`) belongs to it.  The
     thread that writes owns the bags (:class:`BagOutput`) and gets everything through the queue of :class:`BagThread`; ``add`` waits while
