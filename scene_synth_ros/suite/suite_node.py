@@ -174,8 +174,8 @@ class SuiteNode(LifecycleNode):  # type: ignore[misc]
         rclpy's own default is the node's clock: a wall clock that is set back an hour would silence the node for that hour, and with
         ``use_sim_time`` a node that the next frame waits for would itself wait for the next frame.
         """
-        told = self._telling(callback, f"the timer of {getattr(callback, '__name__', 'a callback').lstrip('_')}")
-        return super().create_timer(timer_period_sec, told, clock=clock, **options)
+        telling = self._telling(callback, f"the timer of {getattr(callback, '__name__', 'a callback').lstrip('_')}")
+        return super().create_timer(timer_period_sec, telling, clock=clock, **options)
 
     def create_guard_condition(self, callback: Callable[[], None], **options: Any) -> GuardCondition:
         """Make a guard condition, by which any thread lets the executor's call something; what that raises is told."""

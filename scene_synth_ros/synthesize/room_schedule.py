@@ -199,8 +199,8 @@ class RoomSchedule:
     def take_status(self, status: NodeStatus) -> bool:
         """Take the status of a renderer or recorder; return whether all have now finished another room."""
         self._peers[status.node] = status
-        told, self.finished_by_all = self.finished_by_all, finished_by_all(self._peers, self.name)
-        return told != self.finished_by_all
+        before, self.finished_by_all = self.finished_by_all, finished_by_all(self._peers, self.name)
+        return before != self.finished_by_all
 
     def drop_missing(self, present: Collection[str]) -> list[str]:
         """Forget the peers that have been missing from the nodes present for some looks in a row; return their names."""
