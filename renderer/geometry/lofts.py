@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from renderer.core.arrays import Array
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import CREASE_COSINE, lathe, make_mesh, merged, moved, rotated, sweep
-from renderer.models.model import Parts
 
 Point = Sequence[float]
 
@@ -125,8 +124,3 @@ def ring(axis: str, at: Point, radius: float, tube: float, segments: int = 32, s
 def chain(points: Sequence[Point], radius: float, segments: int = 8) -> list[Mesh]:
     """Return straight bars from point to point."""
     return [sweep(pair, radius, segments) for pair in itertools.pairwise(np.asarray(points, np.float64))]
-
-
-def turned(parts: Parts, angle_rad: float) -> Parts:
-    """Return all parts turned about the vertical axis."""
-    return {name: rotated(mesh, "z", angle_rad) for name, mesh in parts.items()}

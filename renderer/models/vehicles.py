@@ -1,4 +1,4 @@
-"""Cars; the bonnet points along +x.
+"""Cars, whose bonnet points along +x, and bicycles.
 
 Lengths along a car are shares of its length from the tail, heights shares of its height.  The bodies are those of small and middle-sized
 cars: hatchback, estate, saloon.
@@ -7,23 +7,27 @@ cars: hatchback, estate, saloon.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from renderer.core.arrays import Array
+from renderer.geometry.lofts import bent, chain, disc, loft, lying, oval, ring
 from renderer.geometry.mesh import Mesh
-from renderer.geometry.shapes import block, lathe, merged, moved, rotated, rounded_box, sweep
-from renderer.models.lofts import disc, loft, lying, oval
+from renderer.geometry.shapes import block, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
 from renderer.models.model import Model, Parts, Size, fitted
 
 _REAR_AXLE, _FRONT_AXLE = 0.19, 0.805
+
 _MIRROR_SHARE = 0.9
 """Width of the body, over that with mirrors."""
 
 _SECTION = 34
 """Points round a section of the body."""
+
 _DOOR_SEAMS = (0.34, 0.5, 0.69)
+
 _PLATE_M = (0.52, 0.11)
 """Width and height of a number plate of the European Union."""
 
@@ -41,6 +45,7 @@ class _Profile(NamedTuple):
 
 
 _BONNET = ((0.46, 0.64), (0.7, 0.62), (0.76, 0.605), (0.88, 0.56), (0.955, 0.5), (0.985, 0.45), (1.0, 0.4))
+
 _PROFILES = {
     "hatchback": _Profile(((0.0, 0.56), (0.015, 0.62), (0.06, 0.66), *_BONNET), (0.03, 0.75), (0.11, 0.56)),
     "estate": _Profile(((0.0, 0.56), (0.015, 0.62), (0.06, 0.65), *_BONNET), (0.02, 0.75), (0.055, 0.56)),
@@ -211,4 +216,110 @@ def _wheel(radius: float, width: float, spokes: int) -> tuple[Mesh, Mesh]:
     return lying(lathe(tread, 28, closed=True), "y"), merged(lying(lathe(barrel, 28, closed=True), "y"), *bars, hub, back)
 
 
-MODELS = {"car": Model(build_car, ("hatchback", "estate", "saloon"))}
+def saddle(rng: np.random.Generator, length: float, width: float, top: tuple[float, float, float], nose: float) -> Mesh:
+    """Return a padded saddle whose nose looks along x times ``nose``; its highest point is ``top``."""
+    shares = np.linspace(-0.5, 0.5, 11)
+    half = 0.5 * width * np.interp(shares, [-0.5, -0.44, -0.3, 0.0, 0.2, 0.45, 0.5], [0.5, 0.85, 1.0, 0.6, 0.28, 0.2, 0.08])
+    t = np.linspace(-1.0, 1.0, 9)
+    x = nose * length * np.repeat(shares[:, None], 9, axis=1)
+    y = half[:, None] * np.sin(0.5 * math.pi * t)[None]
+    crown = np.sqrt(np.clip(1.0 - np.sin(0.5 * math.pi * t) ** 2, 0.0, 1.0))[None]
+    z = -0.012 * (1.0 - np.cos(2.5 * shares))[:, None] - 0.045 * (1.0 - crown)
+    upper = np.dstack([x, y, z])
+    lower = np.dstack([x, y, np.minimum(z - 0.004, -0.05 + 0.0 * z)])
+    if nose < 0.0:
+        upper, lower = upper[::-1], lower[::-1]
+    return moved(sheet(upper, lower), *top)
+
+
+def turned(parts: Parts, angle_rad: float) -> Parts:
+    """Return all parts turned about the vertical axis."""
+    return {name: rotated(mesh, "z", angle_rad) for name, mesh in parts.items()}
+
+
+def build_bicycle(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+    """Return a diamond-frame or step-through bicycle on its stand, its front wheel towards +x or, where that is the long side, +y."""
+    along_y = size_m[1] > size_m[0]
+    length, width, height = (size_m[1], size_m[0], size_m[2]) if along_y else size_m
+    half_l, half_w = 0.5 * length, 0.5 * width
+    r = min(0.345, 0.196 * length, 0.36 * height)
+    rear, front = (-half_l + r, 0.0, r), (half_l - r, 0.0, r)
+    crank = (-0.06 * length, 0.0, 0.82 * r)
+    seat = (crank[0] - 0.1 * length, 0.0, height * 0.74)
+    head_low, head_high = (front[0] - 0.1 * length, 0.0, height * 0.6), (front[0] - 0.125 * length, 0.0, height * 0.78)
+    lower = (
+        (seat[0] + 0.3 * (crank[0] - seat[0]), 0.0, seat[2] + 0.3 * (crank[2] - seat[2]))
+        if style == "diamond"
+        else (seat[0] + 0.72 * (crank[0] - seat[0]), 0.0, seat[2] + 0.72 * (crank[2] - seat[2]))
+    )
+    tubes = [
+        *chain([crank, head_low], 0.02, 10),
+        *chain([lower, head_high], 0.018, 10),
+        *chain([crank, seat], 0.018, 10),
+        *chain([head_low, head_high], 0.022, 10),
+    ]
+    for s in (-1.0, 1.0):
+        hub = (rear[0], s * 0.055, rear[2])
+        tubes += [*chain([(crank[0], s * 0.03, crank[2]), hub], 0.009), *chain([(seat[0], s * 0.015, seat[2] - 0.04), hub], 0.008)]
+        tubes.append(
+            bent(
+                [(head_low[0] + 0.002, s * 0.035, head_low[2] - 0.02), (front[0] - 0.03, s * 0.05, 1.25 * r), (front[0], s * 0.05, r)],
+                0.012,
+                0.1,
+                8,
+            )
+        )
+    tubes.append(rod((head_low[0], -0.045, head_low[2] - 0.02), (head_low[0], 0.045, head_low[2] - 0.02), 0.02))
+    tyres = [ring("y", hub, r - 0.018, 0.018, 40, 8) for hub in (rear, front)]
+    rims = [ring("y", hub, r - 0.042, 0.011, 36, 6) for hub in (rear, front)]
+    for hub in (rear, front):
+        rims.append(rod((hub[0], -0.06, hub[2]), (hub[0], 0.06, hub[2]), 0.018, segments=10))
+        for k in range(18):
+            a = 2.0 * math.pi * (k + 0.3) / 18
+            rims.append(
+                sweep(
+                    [(hub[0], 0.025 * (-1) ** k, hub[2]), (hub[0] + (r - 0.045) * math.cos(a), 0.0, hub[2] + (r - 0.045) * math.sin(a))],
+                    0.0016,
+                    4,
+                )
+            )
+    parts = {"frame": merged(*tubes), "tyres": merged(*tyres), "rims": merged(*rims), "drive": _drive(rng, crank, rear, r)}
+    post = (seat[0] - 0.012 * length, 0.0, height * 0.86)
+    top = (head_high[0] - 0.03, 0.0, height - 0.03)
+    back = 0.12 if style == "diamond" else 0.2
+    reach = [(top[0] - back, s * (half_w - 0.01), top[2] + 0.012) for s in (-1.0, 1.0)]
+    middle = [(top[0] + 0.03, s * 0.5 * half_w, top[2] + 0.005) for s in (-1.0, 1.0)]
+    bars = [
+        bent([reach[0], middle[0], (top[0] + 0.03, 0.0, top[2] - 0.02), middle[1], reach[1]], 0.012, 0.1, 10),
+        *chain([head_high, (top[0] + 0.03, 0.0, top[2] - 0.02)], 0.015),
+    ]
+    bars += chain([(seat[0], 0.0, seat[2]), (post[0], 0.0, post[2] - 0.04)], 0.014)
+    grips = [
+        sweep([end, tuple(0.55 * np.asarray(end) + 0.45 * np.asarray(mid))], 0.018, 10) for end, mid in zip(reach, middle, strict=True)
+    ]
+    parts |= {"bars": merged(*bars), "grips": merged(*grips), "saddle": saddle(rng, 0.26, 0.16 if style == "diamond" else 0.2, post, 1.0)}
+    return fitted(turned(parts, 0.5 * math.pi) if along_y else parts, size_m)
+
+
+def _drive(rng: np.random.Generator, crank: Sequence[float], rear: Sequence[float], r: float) -> Mesh:
+    """Chain wheel, chain, sprocket, cranks with pedals, and the stand."""
+    y = -0.045
+    wheel, sprocket = min(0.09, 0.27 * r), 0.035
+    a, b = np.array([crank[0], y, crank[2]]), np.array([rear[0], y, rear[2]])
+    meshes = [ring("y", tuple(a), wheel, 0.008, 24, 6, 0.5), disc("y", tuple(b), sprocket, 0.012, 18)]
+    turn = rng.uniform(0.0, 2.0 * math.pi)
+    meshes += [sweep([a, a + wheel * np.array([math.cos(t), 0.0, math.sin(t)])], 0.006, 6) for t in turn + np.arange(5) * 2.0 * math.pi / 5]
+    meshes += [sweep(np.array([a, b]) + np.outer((wheel, sprocket), (0.0, 0.0, s)), 0.004, 6) for s in (-1.0, 1.0)]
+    meshes.append(rod((crank[0], -0.07, crank[2]), (crank[0], 0.07, crank[2]), 0.018))
+    for s in (-1.0, 1.0):
+        reach = min(0.17, 0.62 * crank[2])
+        x, z = crank[0] + s * reach * math.cos(turn), crank[2] + s * reach * math.sin(turn)
+        meshes += [
+            sweep([(crank[0], s * 0.07, crank[2]), (x, s * 0.075, z)], 0.009, 8),
+            block((x - 0.04, s * 0.12 - 0.035, z - 0.011), (x + 0.04, s * 0.12 + 0.035, z + 0.011), 0.004),
+        ]
+    meshes.append(sweep([(crank[0] - 0.08, 0.03, crank[2] - 0.01), (crank[0] - 0.05, 0.16, 0.01)], 0.009, 8))
+    return merged(*meshes)
+
+
+MODELS = {"car": Model(build_car, ("hatchback", "estate", "saloon")), "bicycle": Model(build_bicycle, ("diamond", "step_through"))}
