@@ -15,10 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.annotations.annotator import Annotator
-from renderer.cache.cache_geometry import CacheGeometry
-from renderer.cache.cached_integrator import CachedIntegrator
-from renderer.cache.config import CacheConfig
-from renderer.cache.irradiance_cache import IrradianceCache
 from renderer.camera.camera_rays import CENTRE
 from renderer.camera.cameras import PosedCamera, pose_camera
 from renderer.camera.config import CameraConfig, SensorConfig
@@ -48,6 +44,9 @@ from renderer.film.white_balance import white_of_kelvin
 from renderer.film_exposer import PATHS_PER_PIECE, FilmExposer
 from renderer.ground_truth.hit_layers import hit_layers
 from renderer.ground_truth.hit_view import HitView, TracedScene
+from renderer.irradiance_cache.cache import IrradianceCache
+from renderer.irradiance_cache.cache_geometry import CacheConfig, CacheGeometry
+from renderer.irradiance_cache.cached_integrator import CachedIntegrator
 from renderer.path.config import RenderConfig
 from renderer.path.film_update import blocked_share, indirect_part
 from renderer.path.ground_truth import GeometricImages, Hits, hit_record_shapes, make_labels, trace_geometry

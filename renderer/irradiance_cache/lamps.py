@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.bsdf.microfacet import ggx_g1_root
-from renderer.cache.records import ALPHA, SHARE, SHARP, UNDER, UNDER_ALPHA, WIDE
 from renderer.core import lanes as ln
 from renderer.core.kernel import inlined
+from renderer.irradiance_cache.records import ALPHA, SHARE, SHARP, UNDER, UNDER_ALPHA, WIDE
 from renderer.path import surface_tables as st
 from renderer.path.emission import surface_le
 from renderer.path.surface_tables import Surfaces

@@ -7,17 +7,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.cache.atlas import Atlas
-from renderer.cache.glass import pass_glass
-from renderer.cache.hemisphere import BEHIND, GatherScratch, aim_hemisphere, choose_node, follow, sighted_light
-from renderer.cache.node_light import NodeLight
-from renderer.cache.node_place import arriving, stand_on, unit_hash
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
 from renderer.core.color import LUMINANCE
 from renderer.core.embree import LANES, SceneHandle
 from renderer.core.kernel import entry, inlined
 from renderer.core.random_numbers import mix_bits
+from renderer.irradiance_cache.atlas import Atlas
+from renderer.irradiance_cache.hemisphere import BEHIND, GatherScratch, aim_hemisphere, choose_node, follow, sighted_light
+from renderer.irradiance_cache.nodes import NodeLight, arriving, stand_on, unit_hash
+from renderer.irradiance_cache.specular import pass_glass
 from renderer.path.lights import Lights
 from renderer.path.records import Scratch
 from renderer.path.surface_tables import Surfaces

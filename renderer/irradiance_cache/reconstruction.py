@@ -10,13 +10,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.cache.records import ROUGH
 from renderer.camera.camera_rays import TILE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile
 from renderer.core import embree as ray
 from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16
 from renderer.core.kernel import entry, inlined
+from renderer.irradiance_cache.records import ROUGH
 from renderer.path.ground_truth import Hits
 from renderer.path.surface_tables import Surfaces
 

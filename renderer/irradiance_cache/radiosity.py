@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.cache.atlas import Atlas
-from renderer.cache.hemisphere import BEHIND, SIGHT, GatherScratch, aim_hemisphere, choose_node, follow, sighted_light
-from renderer.cache.node_place import unit_hash
 from renderer.core import embree as ray
 from renderer.core.embree import LANES, SceneHandle
 from renderer.core.kernel import entry
 from renderer.core.random_numbers import mix_bits
+from renderer.irradiance_cache.atlas import Atlas
+from renderer.irradiance_cache.hemisphere import BEHIND, SIGHT, GatherScratch, aim_hemisphere, choose_node, follow, sighted_light
+from renderer.irradiance_cache.nodes import unit_hash
 from renderer.path.lights import Lights
 from renderer.path.records import Scratch
 from renderer.path.surface_tables import Surfaces

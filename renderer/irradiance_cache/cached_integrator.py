@@ -8,14 +8,14 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.cache.irradiance_cache import IrradianceCache
-from renderer.cache.lamps import build_lamps
-from renderer.cache.reconstruction import OFFSETS, make_picture, mix_mirrored, smooth_edges
-from renderer.cache.records import Cache, Gloss, make_around
-from renderer.cache.shading import shade_hits, want_nodes
 from renderer.camera.cameras import PosedCamera
 from renderer.core.embree import SceneHandle
 from renderer.ground_truth.hit_view import TracedScene
+from renderer.irradiance_cache.cache import IrradianceCache
+from renderer.irradiance_cache.lamps import build_lamps
+from renderer.irradiance_cache.reconstruction import OFFSETS, make_picture, mix_mirrored, smooth_edges
+from renderer.irradiance_cache.records import Cache, Gloss, make_around
+from renderer.irradiance_cache.shading import shade_hits, want_nodes
 from renderer.path.ground_truth import Hits
 
 _LEAST_SHARE, _ROUGHEST = np.float32(0.02), np.float32(0.6)

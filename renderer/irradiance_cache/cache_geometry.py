@@ -3,23 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.cache.atlas import Atlas, build_atlas, stand_in
-from renderer.cache.charts import Charts, find_charts
-from renderer.cache.config import CacheConfig
-from renderer.cache.hemisphere import BEHIND, SIGHT, GatherScratch
-from renderer.cache.node_surfaces import probe_insides, reflect_nodes
-from renderer.cache.partitions import find_cuts
-from renderer.cache.patterns import even_points
-from renderer.cache.radiosity import link_nodes, resolve_links
-from renderer.cache.smoothing import places
 from renderer.core.pieces import PIECE, Pieces
+from renderer.core.sampling import even_points
 from renderer.ground_truth.hit_view import TracedScene
+from renderer.irradiance_cache.atlas import Atlas, build_atlas, stand_in
+from renderer.irradiance_cache.charts import Charts, find_charts
+from renderer.irradiance_cache.hemisphere import BEHIND, SIGHT, GatherScratch
+from renderer.irradiance_cache.nodes import places
+from renderer.irradiance_cache.probing import find_cuts, probe_insides, reflect_nodes
+from renderer.irradiance_cache.radiosity import link_nodes, resolve_links
 from renderer.scene.same_geometry import is_same_geometry
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CacheConfig:
+    """How fine the cache is.
+
+    spacing_m, coarse_spacing_m: metres between nodes at which frames look light up, and between those by which it is solved; gather_rays,
+    coarse_rays: rays of a node, multiples of 16; light_samples, coarse_light_samples: about how many points on lights a node samples;
+    sun_samples: points on the sun, a multiple of 16.
+    """
+
+    spacing_m: float = 0.03
+    coarse_spacing_m: float = 0.1
+    gather_rays: int = 64
+    coarse_rays: int = 32
+    light_samples: int = 128
+    coarse_light_samples: int = 16
+    sun_samples: int = 16
+
 
 MOST_BEHIND = np.float32(0.25)
 """Share of a node's rays that may see the inside of something before the node counts as one within it."""
@@ -38,9 +56,9 @@ class CacheGeometry:
 
     Attributes:
         coarse, fine: nodes at which light is solved, and at which frames look it up.
-        coarse_grids, fine_grids: as :func:`renderer.cache.smoothing.places` returns them: places of nodes, and grids.
+        coarse_grids, fine_grids: as :func:`renderer.irradiance_cache.nodes.places` returns them: places of nodes, and grids.
         links: (n, s) int32, coarse nodes that rays of coarse nodes end at, DARK or BEHIND.
-        sighted, sights: rays that see lights, as of :func:`renderer.cache.radiosity.link_nodes`.
+        sighted, sights: rays that see lights, as of :func:`renderer.irradiance_cache.radiosity.link_nodes`.
         worth: (n,) float32, 0 for coarse nodes within things, little where nearly all is close by.
         far: (n,) float32, the share of a coarse node's surroundings that is not close by.
         other: (n,) int32, the coarse node that stands in for each; shining_area: (n,) float32, m2 that each stands for.

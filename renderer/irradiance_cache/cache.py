@@ -12,19 +12,17 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.cache.cache_geometry import MOST_BEHIND, CacheGeometry
-from renderer.cache.config import CacheConfig
-from renderer.cache.gathering import choose_bright, gather_nodes
-from renderer.cache.hemisphere import make_gather_scratch
-from renderer.cache.node_direct import light_nodes
-from renderer.cache.node_light import NodeLight, make_node_light
-from renderer.cache.patterns import even_points
-from renderer.cache.radiosity import see_lights, solve_links
-from renderer.cache.smoothing import REACH, ROW, smooth_nodes, widen
 from renderer.core.embree import LANES, aligned_floats
 from renderer.core.pieces import Pieces
 from renderer.core.random_numbers import make_frame_key
+from renderer.core.sampling import even_points
 from renderer.ground_truth.hit_view import TracedScene
+from renderer.irradiance_cache.cache_geometry import MOST_BEHIND, CacheConfig, CacheGeometry
+from renderer.irradiance_cache.gathering import choose_bright, gather_nodes
+from renderer.irradiance_cache.hemisphere import make_gather_scratch
+from renderer.irradiance_cache.node_direct import light_nodes
+from renderer.irradiance_cache.nodes import REACH, ROW, NodeLight, make_node_light, smooth_nodes, widen
+from renderer.irradiance_cache.radiosity import see_lights, solve_links
 
 _SWEEPS = 24
 _OPEN_M = np.float32(0.8)

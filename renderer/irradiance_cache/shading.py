@@ -7,12 +7,21 @@ from numpy.typing import NDArray
 
 from renderer.bsdf.bsdf import evaluate_bsdf
 from renderer.bsdf.microfacet import fresnel_dielectric, fresnel_thin_dielectric
-from renderer.cache.atlas import CORNERS, GRID, Atlas, find_cell, find_nodes
-from renderer.cache.glass import pass_glass
-from renderer.cache.lamps import Lamps, choose_lamp
-from renderer.cache.mirrored import add_gloss, aim_gloss, pixel_noise
-from renderer.cache.reconstruction import Picture
-from renderer.cache.records import (
+from renderer.camera.camera_rays import CENTRE, TILE
+from renderer.camera.cameras import PosedCamera
+from renderer.camera.shutter import aim_exposed_tile
+from renderer.core import embree as ray
+from renderer.core import lanes as ln
+from renderer.core.embree import LANES, SceneHandle
+from renderer.core.kernel import entry, inlined
+from renderer.ground_truth.surface_images import restore_hits
+from renderer.irradiance_cache.atlas import CORNERS, GRID, Atlas, find_cell, find_nodes
+from renderer.irradiance_cache.lamps import Lamps, choose_lamp
+from renderer.irradiance_cache.mirrored import add_gloss, aim_gloss, pixel_noise
+from renderer.irradiance_cache.nodes import LAMPS, SUN, TOWARD, VALID
+from renderer.irradiance_cache.nodes import LIGHT as LIT
+from renderer.irradiance_cache.reconstruction import Picture
+from renderer.irradiance_cache.records import (
     ALPHA,
     BASE,
     KIND,
@@ -29,20 +38,11 @@ from renderer.cache.records import (
     Gloss,
     takes_from_others,
 )
-from renderer.cache.reflectance import coat_albedo, diffuse_albedo, specular_albedo
-from renderer.cache.smoothing import LAMPS, SUN, TOWARD, VALID
-from renderer.cache.smoothing import LIGHT as LIT
-from renderer.cache.sun import sample_sun
-from renderer.camera.camera_rays import CENTRE, TILE
-from renderer.camera.cameras import PosedCamera
-from renderer.camera.shutter import aim_exposed_tile
-from renderer.core import embree as ray
-from renderer.core import lanes as ln
-from renderer.core.embree import LANES, SceneHandle
-from renderer.core.kernel import entry, inlined
-from renderer.ground_truth.surface_images import restore_hits
+from renderer.irradiance_cache.reflectance import coat_albedo, diffuse_albedo, specular_albedo
+from renderer.irradiance_cache.specular import pass_glass
 from renderer.path.direct_light import wi_to_lights
 from renderer.path.ground_truth import Hits
+from renderer.path.light_sampling import sample_sun
 from renderer.path.lights import Lights
 from renderer.path.records import Scratch
 from renderer.path.scattering import build_bsdfs

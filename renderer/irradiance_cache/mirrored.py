@@ -6,11 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.bsdf.microfacet import sample_ggx_wm
-from renderer.cache.atlas import find_nodes
-from renderer.cache.hemisphere import outside_light
-from renderer.cache.records import AHEAD, ALPHA, BASE, KIND, LIGHT, PANE, POINT, ROUGH, SEEN, SHARE, SHARP, WIDE, Around, Cache, is_faint
-from renderer.cache.reflectance import rough_albedo
-from renderer.cache.specular import go_on, is_clear, is_mirror
 from renderer.camera.camera_rays import CENTRE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile
@@ -19,6 +14,27 @@ from renderer.core import lanes as ln
 from renderer.core.embree import INVALID_ID, LANES, MEET_ALL, PASS_PANES, SceneHandle, intersect16
 from renderer.core.kernel import inlined
 from renderer.core.random_numbers import mix_bits
+from renderer.irradiance_cache.atlas import find_nodes
+from renderer.irradiance_cache.hemisphere import outside_light
+from renderer.irradiance_cache.records import (
+    AHEAD,
+    ALPHA,
+    BASE,
+    KIND,
+    LIGHT,
+    PANE,
+    POINT,
+    ROUGH,
+    SEEN,
+    SHARE,
+    SHARP,
+    WIDE,
+    Around,
+    Cache,
+    is_faint,
+)
+from renderer.irradiance_cache.reflectance import rough_albedo
+from renderer.irradiance_cache.specular import go_on, is_clear, is_mirror
 from renderer.path import surface_tables as st
 from renderer.path.lights import Lights
 from renderer.path.records import Scratch

@@ -5,17 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.cache.atlas import Atlas
-from renderer.cache.glass import pass_glass
-from renderer.cache.node_light import NodeLight
-from renderer.cache.node_place import arriving, stand_on, turned, unit_hash
-from renderer.cache.sun import sample_sun
 from renderer.core import lanes as ln
 from renderer.core.color import LUMINANCE
 from renderer.core.embree import LANES, SceneHandle
 from renderer.core.kernel import entry, inlined
+from renderer.irradiance_cache.atlas import Atlas
+from renderer.irradiance_cache.nodes import NodeLight, arriving, stand_on, turned, unit_hash
+from renderer.irradiance_cache.specular import pass_glass
 from renderer.path.direct_light import weigh_lights
-from renderer.path.light_sampling import sample_groups
+from renderer.path.light_sampling import sample_groups, sample_sun
 from renderer.path.lights import BY_SKY, Lights
 from renderer.path.records import Scratch
 from renderer.path.surface_tables import Surfaces

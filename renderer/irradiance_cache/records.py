@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.cache.atlas import Atlas
 from renderer.core.embree import LANES
 from renderer.core.kernel import inlined
 from renderer.core.layout import Layout
+from renderer.irradiance_cache.atlas import Atlas
 
 SHARP = np.float32(0.01)
-"""Width of GGX from which on lamps are shown by :mod:`renderer.cache.lamps`, not by the ray."""
+"""Width of GGX from which on lamps are shown by :mod:`renderer.irradiance_cache.lamps`, not by the ray."""
 ROUGH = np.float32(0.03)
 """Width of GGX from which on mirrored light is mixed over twice the distance."""
 WIDE = np.float32(0.1)
@@ -38,8 +38,8 @@ SEEN = _KEPT.field(3)  # luminance that the gloss ray finds
 class Cache(NamedTuple):
     """What frames look up.
 
-    fine: nodes, and rows: (n, ROW) of :mod:`renderer.cache.smoothing`, their light.  coarse: nodes for what is mirrored; even: (n, 3),
-    illuminance over pi there, lux; worth: (n,), the share of a node's surroundings that is not close by; leaving: (n, 3), what of that
+    fine: nodes, and rows: (n, ROW) of :mod:`renderer.irradiance_cache.nodes`, their light.  coarse: nodes for what is mirrored; even:
+    (n, 3), illuminance over pi there, lux; worth: (n,), the share of a node's surroundings that is not close by; leaving: (n, 3), what of that
     light is reflected, cd/m2.
     """
 

@@ -7,9 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.cache.atlas import GRID, Atlas, find_nodes, has_back
-from renderer.cache.node_place import turned
-from renderer.cache.specular import go_on, is_clear, is_mirror
 from renderer.core import embree as ray
 from renderer.core.color import LUMINANCE, Rgb
 from renderer.core.embree import INVALID_ID, LANES, MEET_ALL, PASS_PANES, SceneHandle, intersect16
@@ -17,6 +14,9 @@ from renderer.core.kernel import inlined
 from renderer.core.layout import Layout
 from renderer.core.random_numbers import mix_bits
 from renderer.core.sampling import coordinate_system, sample_cosine_hemisphere
+from renderer.irradiance_cache.atlas import GRID, Atlas, find_nodes, has_back
+from renderer.irradiance_cache.nodes import turned
+from renderer.irradiance_cache.specular import go_on, is_clear, is_mirror
 from renderer.path import surface_tables as st
 from renderer.path.emission import pane_transmittance, surface_le
 from renderer.path.infinite_light import sky_le
