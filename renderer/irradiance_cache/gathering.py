@@ -10,15 +10,13 @@ from numpy.typing import NDArray
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
 from renderer.core.color import LUMINANCE
-from renderer.core.embree import LANES, SceneHandle
+from renderer.core.embree import LANES
 from renderer.core.kernel import entry, inlined
-from renderer.core.random_numbers import mix_bits
 from renderer.irradiance_cache.atlas import Atlas
-from renderer.irradiance_cache.hemisphere import BEHIND, GatherScratch, aim_hemisphere, choose_node, follow, sighted_light
+from renderer.irradiance_cache.hemisphere import BEHIND, GatherScratch, Rays, aim_hemisphere, choose_node, follow, node_seed, sighted_light
 from renderer.irradiance_cache.nodes import NodeLight, arriving, stand_on, unit_hash
 from renderer.irradiance_cache.specular import pass_glass
-from renderer.path.lights import Lights
-from renderer.path.records import Scratch
+from renderer.path.records import LitScene, Scratch
 from renderer.path.surface_tables import Surfaces
 
 _ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-20)
@@ -59,89 +57,120 @@ def choose_bright(luminance: NDArray[np.float32], atlas: Atlas, times: float, sa
     return Bright(chosen, atlas.position[picked], atlas.normal[picked], weight.astype(np.float32), np.float32(near_m))
 
 
+class CoarseLight(NamedTuple):
+    """The light that fine nodes gather: coarse nodes, what leaves them (n, 3), cd/m2, what each is worth (n,), and the bright ones."""
+
+    atlas: Atlas
+    luminance: NDArray[np.float32]
+    worth: NDArray[np.float32]
+    bright: Bright
+
+
+class Gathered(NamedTuple):
+    """Sums over the rays of a node.
+
+    r, g, b: luminance; x, y, z: luminance times direction over cosine; behind, far: how many rays see the inside of something, and how
+    many end far away; nearness: one over the distance, 1/m.
+    """
+
+    r: np.float32
+    g: np.float32
+    b: np.float32
+    x: np.float32
+    y: np.float32
+    z: np.float32
+    behind: np.float32
+    far: np.float32
+    nearness: np.float32
+
+
 @entry
 def gather_nodes(
-    scene: SceneHandle,
-    target: Atlas,
-    source: Atlas,
-    luminance: NDArray[np.float32],
-    worth: NDArray[np.float32],
-    bright: Bright,
-    surfaces: Surfaces,
-    lights: Lights,
-    key: np.uint32,
-    pattern: NDArray[np.float32],
-    most_behind: np.float32,
-    far_m: np.float32,
-    chosen: NDArray[np.int64],
-    scratch: Scratch,
-    found: GatherScratch,
-    light: NodeLight,
-    first: int,
-    end: int,
+    scene: LitScene, target: Atlas, source: CoarseLight, rays: Rays, nodes: NDArray[np.int64], memory: GatherScratch, light: NodeLight
 ) -> None:
-    """Fill ``indirect`` and ``valid`` of the chosen nodes [first, end) of ``target``, and complete ``toward``, from light of ``source``.
-
-    ``luminance``: (n, 3) that leaves the nodes of ``source``, cd/m2; ``far_m``: what ends farther away does not count as close by.
-    """
-    rays, directions = scratch.rays, found.toward
-    count = len(pattern)
-    for i in range(first, end):
-        node = chosen[i]
-        u, v = unit_hash(node, key)
-        seed = mix_bits(np.uint32(np.uint32(node) * np.uint32(0x85EBCA6B)) ^ key)
-        nx, ny, nz = target.normal[node, 0], target.normal[node, 1], target.normal[node, 2]
-        r = g = b = vx = vy = vz = behind = nearness = far = _ZERO
-        for begin in range(0, count, LANES):
-            aim_hemisphere(target, node, pattern, begin, u, v, scratch)
-            for j in range(3 * LANES):
-                directions[j] = rays.real[ray.DIR_X + j]
-            follow(scene, source, surfaces, lights, seed + np.uint32(977 * begin), scratch, found)
-            for k in range(LANES):
-                red = green = blue = _ZERO
-                if found.sighted[k] >= 0:
-                    red, green, blue = sighted_light(surfaces, found.sighted[k], found.sights, k)
-                link = found.links[k]
-                if link >= 0:
-                    link = choose_node(source, worth, link, found.at[k], found.at[LANES + k], found.at[2 * LANES + k], found)
-                if link >= 0 and not (bright.chosen[link] and scratch.sampled[k] == 0 and rays.real[ray.TFAR + k] > bright.near_m):
-                    red, green, blue = red + luminance[link, 0], green + luminance[link, 1], blue + luminance[link, 2]
-                behind += _ONE if link == BEHIND else _ZERO
-                far += _ONE if rays.real[ray.TFAR + k] > far_m and link != BEHIND else _ZERO
-                nearness += _ONE / max(rays.real[ray.TFAR + k], _CLEAR_M)
-                r, g, b = r + red, g + green, b + blue
-                dx, dy, dz = directions[k], directions[LANES + k], directions[2 * LANES + k]
-                cosine = max(dx * nx + dy * ny + dz * nz, _LEAST_COSINE)
-                weight = (_RED * red + _GREEN * green + _BLUE * blue) / cosine
-                vx, vy, vz = vx + weight * dx, vy + weight * dy, vz + weight * dz
+    """Fill ``indirect`` and ``valid`` of some nodes of ``target``, and complete ``toward``, from the light of ``source``."""
+    count = np.float32(len(rays.pattern))
+    for i in range(len(nodes)):
+        node = nodes[i]
+        seen = _look_around(scene, target, source, rays, node, memory)
         # Rays that see the inside of something began within it: the others stand for them.
-        scale = _PI / max(np.float32(count) - behind, _ONE)
-        r, g, b, vx, vy, vz = scale * r, scale * g, scale * b, scale * vx, scale * vy, scale * vz
-        if len(bright.point) > 0:
-            stand_on(target, node, scratch)
-            for begin in range(0, len(bright.point), LANES):
-                red, green, blue, dx, dy, dz = _light_of_bright(scene, surfaces, bright, begin, scratch)
-                r, g, b, vx, vy, vz = r + red, g + green, b + blue, vx + dx, vy + dy, vz + dz
+        scale = _PI / max(count - seen.behind, _ONE)
+        r, g, b, x, y, z = scale * seen.r, scale * seen.g, scale * seen.b, scale * seen.x, scale * seen.y, scale * seen.z
+        if len(source.bright.point) > 0:
+            stand_on(target, node, memory.trace)
+            for begin in range(0, len(source.bright.point), LANES):
+                red, green, blue, dx, dy, dz = _light_of_bright(scene, source.bright, begin, memory.trace)
+                r, g, b, x, y, z = r + red, g + green, b + blue, x + dx, y + dy, z + dz
         light.indirect[node, 0] += r
         light.indirect[node, 1] += g
         light.indirect[node, 2] += b
-        light.open_m[node] = np.float32(count) / max(nearness, _TINY)
-        open_share = max(min(far / (_OPEN * np.float32(count)), _ONE), _LEAST_WORTH)
-        light.valid[node] = open_share if behind <= most_behind * np.float32(count) else _ZERO
-        total = (
-            _RED * (light.indirect[node, 0] + light.direct[node, 0])
-            + _GREEN * (light.indirect[node, 1] + light.direct[node, 1])
-            + _BLUE * (light.indirect[node, 2] + light.direct[node, 2])
-        )
-        over = _ONE / max(total, _TINY)
-        light.toward[node, 0] = (light.toward[node, 0] + vx) * over
-        light.toward[node, 1] = (light.toward[node, 1] + vy) * over
-        light.toward[node, 2] = (light.toward[node, 2] + vz) * over
+        light.open_m[node] = count / max(seen.nearness, _TINY)
+        open_share = max(min(seen.far / (_OPEN * count), _ONE), _LEAST_WORTH)
+        light.valid[node] = open_share if seen.behind <= rays.most_behind * count else _ZERO
+        _complete_direction(light, node, x, y, z)
+
+
+@inlined
+def _look_around(scene: LitScene, target: Atlas, source: CoarseLight, rays: Rays, node: int, memory: GatherScratch) -> Gathered:
+    """Send the rays of a node's hemisphere and sum what they see."""
+    real, directions = memory.trace.rays.real, memory.toward
+    u, v = unit_hash(node, rays.key)
+    seed = node_seed(node, rays.key)
+    nx, ny, nz = target.normal[node, 0], target.normal[node, 1], target.normal[node, 2]
+    r = g = b = x = y = z = behind = far = nearness = _ZERO
+    for begin in range(0, len(rays.pattern), LANES):
+        aim_hemisphere(target, node, rays.pattern, begin, u, v, memory.trace.rays)
+        # Mirrors turn the rays: light arrives from where they first went.
+        for j in range(3 * LANES):
+            directions[j] = real[ray.DIR_X + j]
+        follow(scene, source.atlas, seed + np.uint32(977 * begin), memory)
+        for k in range(LANES):
+            red, green, blue, link = _light_of_ray(scene.surfaces, source, k, memory)
+            behind += _ONE if link == BEHIND else _ZERO
+            far += _ONE if real[ray.TFAR + k] > rays.far_m and link != BEHIND else _ZERO
+            nearness += _ONE / max(real[ray.TFAR + k], _CLEAR_M)
+            r, g, b = r + red, g + green, b + blue
+            dx, dy, dz = directions[k], directions[LANES + k], directions[2 * LANES + k]
+            cosine = max(dx * nx + dy * ny + dz * nz, _LEAST_COSINE)
+            weight = (_RED * red + _GREEN * green + _BLUE * blue) / cosine
+            x, y, z = x + weight * dx, y + weight * dy, z + weight * dz
+    return Gathered(r, g, b, x, y, z, behind, far, nearness)
+
+
+@inlined
+def _light_of_ray(
+    surfaces: Surfaces, source: CoarseLight, k: int, memory: GatherScratch
+) -> tuple[np.float32, np.float32, np.float32, int]:
+    """Return the luminance (r, g, b) that ray k has found, and its link; bright nodes that are sampled as lights bring none."""
+    red = green = blue = _ZERO
+    if memory.sighted[k] >= 0:
+        red, green, blue = sighted_light(surfaces, memory.sighted[k], memory.sights, k)
+    link, at, bright = memory.links[k], memory.at, source.bright
+    if link >= 0:
+        link = choose_node(source.atlas, source.worth, link, at[k], at[LANES + k], at[2 * LANES + k], memory)
+    far = memory.trace.rays.real[ray.TFAR + k] > bright.near_m
+    if link >= 0 and not (bright.chosen[link] and memory.trace.sampled[k] == 0 and far):
+        red, green, blue = red + source.luminance[link, 0], green + source.luminance[link, 1], blue + source.luminance[link, 2]
+    return red, green, blue, link
+
+
+@inlined
+def _complete_direction(light: NodeLight, node: int, x: np.float32, y: np.float32, z: np.float32) -> None:
+    """Add (x, y, z) to ``toward`` of a node whose illuminance is known, and divide it by that."""
+    total = (
+        _RED * (light.indirect[node, 0] + light.direct[node, 0])
+        + _GREEN * (light.indirect[node, 1] + light.direct[node, 1])
+        + _BLUE * (light.indirect[node, 2] + light.direct[node, 2])
+    )
+    over = _ONE / max(total, _TINY)
+    light.toward[node, 0] = (light.toward[node, 0] + x) * over
+    light.toward[node, 1] = (light.toward[node, 1] + y) * over
+    light.toward[node, 2] = (light.toward[node, 2] + z) * over
 
 
 @inlined
 def _light_of_bright(
-    scene: SceneHandle, surfaces: Surfaces, bright: Bright, begin: int, scratch: Scratch
+    scene: LitScene, bright: Bright, begin: int, scratch: Scratch
 ) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
     """Return illuminance (r, g, b) by 16 samples of bright nodes, and luminance times direction."""
     lanes = scratch.lanes
@@ -165,7 +194,7 @@ def _light_of_bright(
         # The ray ends off the surface that shines.
         reach = _ONE - _CLEAR_M * inverse / max(there, _LEAST_COSINE)
         lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k] = reach * x, reach * y, reach * z
-    pass_glass(scene, surfaces, lanes, scratch)
+    pass_glass(scene, scratch)
     r = g = b = vx = vy = vz = _ZERO
     for k in range(LANES):
         if lanes[ln.LIGHT_PDF + k] > _ZERO:

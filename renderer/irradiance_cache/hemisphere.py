@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from renderer.core import embree as ray
 from renderer.core.color import LUMINANCE, Rgb
-from renderer.core.embree import INVALID_ID, LANES, MEET_ALL, PASS_PANES, SceneHandle, intersect16
+from renderer.core.embree import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet, intersect16
 from renderer.core.kernel import inlined
 from renderer.core.layout import Layout
 from renderer.core.random_numbers import mix_bits
@@ -20,8 +20,7 @@ from renderer.irradiance_cache.specular import go_on, is_clear, is_mirror
 from renderer.path import surface_tables as st
 from renderer.path.emission import pane_transmittance, surface_le
 from renderer.path.infinite_light import sky_le
-from renderer.path.lights import Lights
-from renderer.path.records import Scratch
+from renderer.path.records import LitScene, Scratch
 from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import lift_height
 from renderer.scene.flat_scene import Sky
@@ -42,13 +41,28 @@ COSINE = _SIGHT.field()  # between the ray and the lamp's normal
 SIGHT = _SIGHT.size
 
 
+class Rays(NamedTuple):
+    """How nodes look around them.
+
+    key: of their random numbers; pattern: (s, 2) float32, points of the unit square that stand for their rays, s a multiple of 16; far_m:
+    what ends farther away does not count as close by; most_behind: share of the rays that may see the inside of something before a node
+    counts as one within it.
+    """
+
+    key: np.uint32
+    pattern: NDArray[np.float32]
+    far_m: np.float32
+    most_behind: np.float32
+
+
 class GatherScratch(NamedTuple):
     """Memory of one thread.
 
-    nodes, weights: (4,), those around a hit; links: (16,) int32, at: (48,), sighted: (16,) int32 and sights: (16, SIGHT), of a packet, as
-    :func:`follow` fills them; toward: (48,), directions of a packet.
+    trace: rays and lanes; nodes, weights: (4,), those around a hit; links: (16,) int32, at: (48,), sighted: (16,) int32 and sights: (16,
+    SIGHT), of a packet, as :func:`follow` fills them; toward: (48,), directions of a packet.
     """
 
+    trace: Scratch
     nodes: NDArray[np.int32]
     weights: NDArray[np.float32]
     links: NDArray[np.int32]
@@ -58,25 +72,26 @@ class GatherScratch(NamedTuple):
     toward: NDArray[np.float32]
 
 
-def make_gather_scratch() -> GatherScratch:
-    """Return the memory that one thread needs to gather."""
+def make_gather_scratch(trace: Scratch) -> GatherScratch:
+    """Return the memory that one thread needs to gather, beside its rays and lanes."""
+    links, sighted = np.zeros((2, LANES), np.int32)
+    at, toward = np.zeros((2, 3 * LANES), np.float32)
     return GatherScratch(
-        np.zeros(4, np.int32),
-        np.zeros(4, np.float32),
-        np.zeros(LANES, np.int32),
-        np.zeros(3 * LANES, np.float32),
-        np.zeros(LANES, np.int32),
-        np.zeros((LANES, SIGHT), np.float32),
-        np.zeros(3 * LANES, np.float32),
+        trace, np.zeros(4, np.int32), np.zeros(4, np.float32), links, at, sighted, np.zeros((LANES, SIGHT), np.float32), toward
     )
 
 
 @inlined
+def node_seed(node: int, key: np.uint32) -> np.uint32:
+    """Return the seed of a node's rays."""
+    return mix_bits(np.uint32(np.uint32(node) * np.uint32(0x85EBCA6B)) ^ key)
+
+
+@inlined
 def aim_hemisphere(
-    atlas: Atlas, node: int, pattern: NDArray[np.float32], begin: int, u: np.float32, v: np.float32, scratch: Scratch
+    atlas: Atlas, node: int, pattern: NDArray[np.float32], begin: int, u: np.float32, v: np.float32, rays: Packet
 ) -> None:
-    """Fill the packet with 16 rays of a node's hemisphere, with density cosine / pi."""
-    rays = scratch.rays
+    """Aim 16 rays of a node's hemisphere, with density cosine / pi, by ``pattern`` from ``begin`` on, shifted by (u, v)."""
     real, integer = rays.real, rays.integer
     x, y, z = atlas.position[node, 0], atlas.position[node, 1], atlas.position[node, 2]
     nx, ny, nz = atlas.normal[node, 0], atlas.normal[node, 1], atlas.normal[node, 2]
@@ -128,89 +143,101 @@ def sighted_light(surfaces: Surfaces, part: int, sights: NDArray[np.float32], i:
 
 
 @inlined
-def follow(
-    scene: SceneHandle,
-    atlas: Atlas,
-    surfaces: Surfaces,
-    lights: Lights,
-    seed: np.uint32,
-    scratch: Scratch,
-    found: GatherScratch,
-) -> None:
+def follow(scene: LitScene, atlas: Atlas, seed: np.uint32, memory: GatherScratch) -> None:
     """Trace the packet's rays, on through clear glass and by mirrors, and write where each ends: a node, DARK or BEHIND.
 
     ``sighted``: (16,), the part whose light only such rays find, or -1: lamps and the sky by way of a mirror, and what is outside.
     """
-    rays = scratch.rays
+    scratch, rays = memory.trace, memory.trace.rays
     real, integer, alive = rays.real, rays.integer, rays.alive
-    mirrored, links, sighted, sights = scratch.sampled, found.links, found.sighted, found.sights
     for k in range(LANES):
-        links[k], mirrored[k], sighted[k], sights[k, PASSED] = DARK, 0, -1, _ZERO
+        memory.links[k], scratch.sampled[k], memory.sighted[k], memory.sights[k, PASSED] = DARK, 0, -1, _ZERO
     going = LANES
     for depth in range(_DEEPEST):
         if going == 0:
             break
-        intersect16(alive.ctypes.data, scene.address, real.ctypes.data, scene.incoherent)
+        intersect16(alive.ctypes.data, scene.tree.address, real.ctypes.data, scene.tree.incoherent)
         scratch.traced[0] += going
         going = 0
         for k in range(LANES):
-            if alive[k] == 0:
-                continue
+            met = alive[k] != 0 and integer[ray.GEOM_ID + k] != INVALID_ID
             alive[k] = 0
-            if integer[ray.GEOM_ID + k] == INVALID_ID:
-                continue
-            face = integer[ray.PRIM_ID + k]
-            part = surfaces.face_part[face]
-            row = part * st.ROW_SIZE
-            dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
-            nx, ny, nz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
-            toward = -(dx * nx + dy * ny + dz * nz)
-            table = surfaces.materials
-            number = mix_bits(np.uint32(seed + np.uint32(LANES * depth + k)))
-            u = np.float32(number >> np.uint32(8)) * np.float32(2.0**-24)
-            if sights[k, PASSED] > _ZERO:
-                scale = (_ONE if toward > _ZERO else -_ONE) / np.sqrt(max(nx * nx + ny * ny + nz * nz, _TINY))
-                sighted[k], sights[k, AHEAD], sights[k, AHEAD + 1], sights[k, AHEAD + 2] = part, scale * nx, scale * ny, scale * nz
-                continue
-            if lights.face_group[face] >= 0 and toward > _ZERO:
-                if mirrored[k] != 0:
-                    sighted[k], sights[k, AHEAD], sights[k, AHEAD + 1], sights[k, AHEAD + 2] = part, dx, dy, dz
-                    sights[k, COSINE] = toward / np.sqrt(max(nx * nx + ny * ny + nz * nz, _TINY))
-                    continue
-                if table[row + st.PORTAL] > _ZERO:
-                    # On to what stands outside; the sky itself is sampled as a light.
-                    cosine = toward / np.sqrt(max(nx * nx + ny * ny + nz * nz, _TINY))
-                    sights[k, PASSED] = pane_transmittance(surfaces, part, cosine)
-                    real[ray.TNEAR + k], real[ray.TFAR + k] = real[ray.TFAR + k], np.inf
-                    integer[ray.GEOM_ID + k], integer[ray.MASK + k] = INVALID_ID, PASS_PANES
-                    alive[k] = -1
-                    going += 1
-                    continue
-            clear, mirror = is_clear(table, row), is_mirror(table, row) and is_wide(atlas, face)
-            if clear or mirror:
-                share = _RED * table[row + st.BASE] + _GREEN * table[row + st.BASE + 1] + _BLUE * table[row + st.BASE + 2]
-                # What a face of glass mirrors sees a room that is about as bright: only its colour takes light away.
-                share = np.sqrt(share) if clear else share
-                if u >= share:
-                    continue
-                go_on(rays, k, mirror)
-                mirrored[k] = 1 if mirror else mirrored[k]
-                going += 1
-                continue
-            front = toward > _ZERO
-            if not front and not has_back(atlas, face):
-                links[k] = BEHIND
-                continue
-            links[k] = face if front else face + len(atlas.cells)
-            found.at[k], found.at[LANES + k], found.at[2 * LANES + k] = real[ray.BARY_U + k], real[ray.BARY_V + k], u
+            if met:
+                going += _meet(scene, atlas, np.uint32(seed + np.uint32(LANES * depth + k)), k, memory)
     # The packet serves others, whose rays panes stop.
     for k in range(LANES):
         integer[ray.MASK + k] = MEET_ALL
 
 
 @inlined
+def _meet(scene: LitScene, atlas: Atlas, seed: np.uint32, k: int, memory: GatherScratch) -> int:
+    """Send ray k on from what it has hit and return 1, or write where it ends and return 0.
+
+    ``scratch.sampled``: 1 for rays that have met a mirror.
+    """
+    surfaces, mirrored, sights, rays = scene.surfaces, memory.trace.sampled, memory.sights, memory.trace.rays
+    real, table = rays.real, surfaces.materials
+    face = rays.integer[ray.PRIM_ID + k]
+    part = surfaces.face_part[face]
+    row = part * st.ROW_SIZE
+    dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
+    nx, ny, nz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
+    toward = -(dx * nx + dy * ny + dz * nz)
+    # What stands outside: its part, and the normal by which the sky lights it.
+    if sights[k, PASSED] > _ZERO:
+        scale = (_ONE if toward > _ZERO else -_ONE) / np.sqrt(max(nx * nx + ny * ny + nz * nz, _TINY))
+        _sight(part, scale * nx, scale * ny, scale * nz, k, memory)
+        return 0
+    # Lamps and panes.  Nodes sample them as lights, so rays take note of them by way of mirrors only.
+    if scene.lights.face_group[face] >= 0 and toward > _ZERO:
+        cosine = toward / np.sqrt(max(nx * nx + ny * ny + nz * nz, _TINY))
+        if mirrored[k] != 0:
+            _sight(part, dx, dy, dz, k, memory)
+            sights[k, COSINE] = cosine
+            return 0
+        if table[row + st.PORTAL] > _ZERO:
+            _leave(pane_transmittance(surfaces, part, cosine), k, memory)
+            return 1
+    # Clear glass and mirrors send on the share of the rays that they send on of the light.
+    u = np.float32(mix_bits(seed) >> np.uint32(8)) * np.float32(2.0**-24)
+    clear, mirror = is_clear(table, row), is_mirror(table, row) and is_wide(atlas, face)
+    if clear or mirror:
+        share = _RED * table[row + st.BASE] + _GREEN * table[row + st.BASE + 1] + _BLUE * table[row + st.BASE + 2]
+        # What a face of glass mirrors sees a room that is about as bright: only its colour takes light away.
+        if u >= (np.sqrt(share) if clear else share):
+            return 0
+        go_on(rays, k, mirror)
+        mirrored[k] = 1 if mirror else mirrored[k]
+        return 1
+    # All else: a node near the hit, which is chosen later.
+    front = toward > _ZERO
+    if front or has_back(atlas, face):
+        memory.links[k] = face if front else face + len(atlas.cells)
+        memory.at[k], memory.at[LANES + k], memory.at[2 * LANES + k] = real[ray.BARY_U + k], real[ray.BARY_V + k], u
+    else:
+        memory.links[k] = BEHIND
+    return 0
+
+
+@inlined
+def _sight(part: int, x: np.float32, y: np.float32, z: np.float32, k: int, memory: GatherScratch) -> None:
+    """Let ray k see the light of a part: (x, y, z) is its AHEAD."""
+    memory.sighted[k], memory.sights[k, AHEAD], memory.sights[k, AHEAD + 1], memory.sights[k, AHEAD + 2] = part, x, y, z
+
+
+@inlined
+def _leave(passed: np.float32, k: int, memory: GatherScratch) -> None:
+    """Send ray k on through a pane to what stands outside; the sky itself is sampled as a light."""
+    rays = memory.trace.rays
+    memory.sights[k, PASSED] = passed
+    rays.real[ray.TNEAR + k], rays.real[ray.TFAR + k] = rays.real[ray.TFAR + k], np.inf
+    rays.integer[ray.GEOM_ID + k], rays.integer[ray.MASK + k] = INVALID_ID, PASS_PANES
+    rays.alive[k] = -1
+
+
+@inlined
 def choose_node(
-    atlas: Atlas, worth: NDArray[np.float32], link: int, s: np.float32, t: np.float32, u: np.float32, found: GatherScratch
+    atlas: Atlas, worth: NDArray[np.float32], link: int, s: np.float32, t: np.float32, u: np.float32, memory: GatherScratch
 ) -> int:
     """Return one of the nodes around a hit, by weight times ``worth`` (n,); DARK where none is worth anything.
 
@@ -218,7 +245,7 @@ def choose_node(
     """
     front = link < len(atlas.cells)
     face = link if front else link - len(atlas.cells)
-    nodes, weights = found.nodes, found.weights
+    nodes, weights = memory.nodes, memory.weights
     count = find_nodes(atlas, face, s, t, front, nodes, weights)
     total = _ZERO
     for i in range(count):
@@ -226,8 +253,8 @@ def choose_node(
         total += weights[i]
     if total <= _ZERO:
         return int(nodes[0]) if count > 0 else DARK
-    left, chosen = u * total, 0
-    while chosen + 1 < count and left >= weights[chosen]:
-        left -= weights[chosen]
+    rest, chosen = u * total, 0
+    while chosen + 1 < count and rest >= weights[chosen]:
+        rest -= weights[chosen]
         chosen += 1
     return int(nodes[chosen])

@@ -13,10 +13,8 @@ from renderer.core.sampling import coordinate_system
 from renderer.irradiance_cache.atlas import Atlas
 from renderer.irradiance_cache.reflectance import total_albedo
 from renderer.path import surface_tables as st
-from renderer.path.lights import Lights
-from renderer.path.records import Scratch
+from renderer.path.records import LitScene, Scratch
 from renderer.path.scattering import build_bsdfs
-from renderer.path.surface_tables import Surfaces
 from renderer.path.surfaces import evaluate_surfaces
 
 _ZERO, _HALF, _ONE = np.float32(0.0), np.float32(0.5), np.float32(1.0)
@@ -105,10 +103,8 @@ def probe_insides(
 
 @entry
 def reflect_nodes(
-    scene: SceneHandle,
+    scene: LitScene,
     atlas: Atlas,
-    surfaces: Surfaces,
-    lights: Lights,
     width_m: np.float32,
     scratch: Scratch,
     albedo: NDArray[np.float32],
@@ -121,13 +117,14 @@ def reflect_nodes(
     They are the hemisphere's mean of what the surface reflects, and luminance of its own that no light sampling finds, cd/m2.  ``width_m``:
     over how much of the surface textures are averaged.
     """
-    rays, lanes = scratch.rays, scratch.lanes
+    rays, lanes, surfaces = scratch.rays, scratch.lanes, scene.surfaces
     real, integer = rays.real, rays.integer
     share = _ONE / np.float32(_SLANTS)
     for begin in range(first, end, LANES):
         for slant in range(_SLANTS):
             cosine = np.sqrt((np.float32(slant) + _HALF) * share)
             sine = np.sqrt(_ONE - cosine * cosine)
+            # Rays that have hit the nodes, each from one slope, as Embree would leave them.
             for k in range(LANES):
                 node = min(begin + k, end - 1)
                 nx, ny, nz = atlas.normal[node, 0], atlas.normal[node, 1], atlas.normal[node, 2]
@@ -144,7 +141,7 @@ def reflect_nodes(
                 rays.alive[k] = -1
                 lanes[ln.WIDTH + k], lanes[ln.SPREAD + k], lanes[ln.OUTSIDE + k] = width_m, _ZERO, _ZERO
                 lanes[ln.RAY_PDF + k] = np.inf
-            evaluate_surfaces(scene, surfaces, lights, True, _ZERO, scratch)
+            evaluate_surfaces(scene, True, _ZERO, scratch)
             kinds = build_bsdfs(surfaces, True, scratch)
             for k in range(min(LANES, end - begin)):
                 node, part = begin + k, scratch.parts[k]

@@ -2,86 +2,101 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from renderer.core import embree as ray
-from renderer.core.embree import LANES, SceneHandle
+from renderer.core.embree import LANES
 from renderer.core.kernel import entry
-from renderer.core.random_numbers import mix_bits
 from renderer.irradiance_cache.atlas import Atlas
-from renderer.irradiance_cache.hemisphere import BEHIND, SIGHT, GatherScratch, aim_hemisphere, choose_node, follow, sighted_light
+from renderer.irradiance_cache.hemisphere import (
+    BEHIND,
+    SIGHT,
+    GatherScratch,
+    Rays,
+    aim_hemisphere,
+    choose_node,
+    follow,
+    node_seed,
+    sighted_light,
+)
 from renderer.irradiance_cache.nodes import unit_hash
-from renderer.path.lights import Lights
-from renderer.path.records import Scratch
+from renderer.path.records import LitScene
 from renderer.path.surface_tables import Surfaces
 
 _ZERO, _ONE, _PI, _INVERSE_PI = np.float32(0.0), np.float32(1.0), np.float32(np.pi), np.float32(1.0 / np.pi)
 
 
+class Links(NamedTuple):
+    """Where the s rays of n nodes end.
+
+    ends: (n, s) int32, at: (n, 3, s) float32, as ``links`` and ``at`` of :func:`follow`; far: (n,) float32, the share of rays that end far
+    away.
+    """
+
+    ends: NDArray[np.int32]
+    at: NDArray[np.float32]
+    far: NDArray[np.float32]
+
+
+class Sightings(NamedTuple):
+    """Rays that see lamps by mirrors, or what is outside: (r, 2) int32, node and part, and (r, SIGHT), as ``sights`` of :func:`follow`."""
+
+    seen: NDArray[np.int32]
+    sights: NDArray[np.float32]
+
+
+def make_sightings(count: int) -> Sightings:
+    """Return room for so many."""
+    return Sightings(np.zeros((count, 2), np.int32), np.zeros((count, SIGHT), np.float32))
+
+
 @entry
 def link_nodes(
-    scene: SceneHandle,
-    atlas: Atlas,
-    surfaces: Surfaces,
-    lights: Lights,
-    key: np.uint32,
-    pattern: NDArray[np.float32],
-    scratch: Scratch,
-    found: GatherScratch,
-    links: NDArray[np.int32],
-    at: NDArray[np.float32],
-    far: NDArray[np.float32],
-    sighted: NDArray[np.int32],
-    sights: NDArray[np.float32],
-    far_m: np.float32,
-    first: int,
-    end: int,
+    scene: LitScene, atlas: Atlas, rays: Rays, memory: GatherScratch, links: Links, sightings: Sightings, first: int, end: int
 ) -> int:
-    """Fill what the s rays of nodes [first, end) hit: ``links`` (n, s), as of :func:`follow`, and ``at`` (n, 3, s), as of its ``at``.
-
-    ``far``: (n,), the share of rays that end farther away than ``far_m``.  Rays that see lamps by mirrors, or what is outside, fill rows of
-    ``sighted`` (r, 2), node and part, and ``sights`` (r, SIGHT), as of :func:`follow`; return how many.
-    """
-    count, rows = len(pattern), 0
+    """Fill what the rays of nodes [first, end) hit, and the first rows of ``sightings``; return how many."""
+    count, rows, traced = len(rays.pattern), 0, memory.trace.rays
     for node in range(first, end):
-        u, v = unit_hash(node, key)
-        seed = mix_bits(np.uint32(np.uint32(node) * np.uint32(0x85EBCA6B)) ^ key)
+        u, v = unit_hash(node, rays.key)
+        seed = node_seed(node, rays.key)
         for begin in range(0, count, LANES):
-            aim_hemisphere(atlas, node, pattern, begin, u, v, scratch)
-            follow(scene, atlas, surfaces, lights, seed + np.uint32(977 * begin), scratch, found)
+            aim_hemisphere(atlas, node, rays.pattern, begin, u, v, traced)
+            follow(scene, atlas, seed + np.uint32(977 * begin), memory)
             for k in range(LANES):
-                links[node, begin + k] = found.links[k]
-                far[node] += (_ONE if scratch.rays.real[ray.TFAR + k] > far_m and found.links[k] != BEHIND else _ZERO) / np.float32(count)
+                links.ends[node, begin + k] = memory.links[k]
+                is_far = traced.real[ray.TFAR + k] > rays.far_m and memory.links[k] != BEHIND
+                links.far[node] += (_ONE if is_far else _ZERO) / np.float32(count)
                 for axis in range(3):
-                    at[node, axis, begin + k] = found.at[LANES * axis + k]
-                if found.sighted[k] >= 0:
-                    sighted[rows, 0], sighted[rows, 1] = node, found.sighted[k]
+                    links.at[node, axis, begin + k] = memory.at[LANES * axis + k]
+                if memory.sighted[k] >= 0:
+                    sightings.seen[rows, 0], sightings.seen[rows, 1] = node, memory.sighted[k]
                     for field in range(SIGHT):
-                        sights[rows, field] = found.sights[k, field]
+                        sightings.sights[rows, field] = memory.sights[k, field]
                     rows += 1
     return rows
 
 
 @entry
-def see_lights(surfaces: Surfaces, sighted: NDArray[np.int32], sights: NDArray[np.float32], rays: int, seen: NDArray[np.float32]) -> None:
-    """Fill ``seen`` (n, 3), illuminance by mirrors and from outside, lux, from what the ``rays`` rays of each node have sighted."""
+def see_lights(surfaces: Surfaces, sightings: Sightings, rays: int, light: NDArray[np.float32]) -> None:
+    """Fill ``light`` (n, 3), illuminance by mirrors and from outside, lux, from what the ``rays`` rays of each node have sighted."""
     scale = _PI / np.float32(rays)
-    for i in range(len(sighted)):
-        node, light = sighted[i, 0], sighted_light(surfaces, sighted[i, 1], sights, i)
+    for i in range(len(sightings.seen)):
+        node, color = sightings.seen[i, 0], sighted_light(surfaces, sightings.seen[i, 1], sightings.sights, i)
         for channel in range(3):
-            seen[node, channel] += scale * light[channel]
+            light[node, channel] += scale * color[channel]
 
 
 @entry
-def resolve_links(
-    atlas: Atlas, worth: NDArray[np.float32], at: NDArray[np.float32], found: GatherScratch, links: NDArray[np.int32], first: int, end: int
-) -> None:
-    """Replace the triangles in ``links`` of nodes [first, end) by nodes around the hits."""
+def resolve_links(atlas: Atlas, worth: NDArray[np.float32], links: Links, memory: GatherScratch, first: int, end: int) -> None:
+    """Replace the triangles that rays of nodes [first, end) end at by nodes around the hits."""
+    ends, at = links.ends, links.at
     for node in range(first, end):
-        for i in range(links.shape[1]):
-            if links[node, i] >= 0:
-                links[node, i] = choose_node(atlas, worth, links[node, i], at[node, 0, i], at[node, 1, i], at[node, 2, i], found)
+        for i in range(ends.shape[1]):
+            if ends[node, i] >= 0:
+                ends[node, i] = choose_node(atlas, worth, ends[node, i], at[node, 0, i], at[node, 1, i], at[node, 2, i], memory)
 
 
 @entry

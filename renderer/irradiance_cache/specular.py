@@ -7,14 +7,15 @@ from numpy.typing import NDArray
 
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
-from renderer.core.embree import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet, SceneHandle, intersect16, occluded16
+from renderer.core.embree import INVALID_ID, LANES, MEET_ALL, PASS_PANES, Packet, intersect16, occluded16
 from renderer.core.kernel import inlined
 from renderer.path import surface_tables as st
-from renderer.path.records import Scratch
-from renderer.path.surface_tables import Surfaces
+from renderer.path.records import LitScene, Scratch
 
-_ZERO, _HALF, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(2.0), np.float32(1e-20)
+_ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
 _SMOOTH, _CLEAR_M = np.float32(0.15), np.float32(1e-4)
+_DEEPEST = 8
+"""Most faces of glass that a shadow ray passes."""
 
 
 @inlined
@@ -52,17 +53,13 @@ def go_on(packet: Packet, k: int, mirror: bool) -> None:
     packet.alive[k] = -1
 
 
-_ONE = np.float32(1.0)
-_DEEPEST = 8
-
-
 @inlined
-def pass_glass(scene: SceneHandle, surfaces: Surfaces, lanes: NDArray[np.float32], scratch: Scratch) -> None:
+def pass_glass(scene: LitScene, scratch: Scratch) -> None:
     """Trace shadow rays from P along TO_LIGHT; where something other than clear glass stands between, LIGHT_PDF becomes 0.
 
     Glass takes its colour from LI.
     """
-    packet = scratch.shadow_rays.packet
+    lanes, surfaces, packet = scratch.lanes, scene.surfaces, scratch.shadow_rays.packet
     real, integer, alive = packet.real, packet.integer, packet.alive
     for k in range(LANES):
         for axis in range(0, 3 * LANES, LANES):
@@ -71,7 +68,7 @@ def pass_glass(scene: SceneHandle, surfaces: Surfaces, lanes: NDArray[np.float32
         real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, end
         integer[ray.MASK + k] = PASS_PANES if end > _ONE else MEET_ALL
         alive[k] = -1 if lanes[ln.LIGHT_PDF + k] > _ZERO else 0
-    occluded16(alive.ctypes.data, scene.address, real.ctypes.data, scene.incoherent)
+    occluded16(alive.ctypes.data, scene.tree.address, real.ctypes.data, scene.tree.incoherent)
     scratch.traced[0] += LANES
     waiting = 0
     for k in range(LANES):
@@ -79,15 +76,11 @@ def pass_glass(scene: SceneHandle, surfaces: Surfaces, lanes: NDArray[np.float32
         alive[k] = -1 if blocked else 0
         waiting += blocked
         real[ray.TFAR + k], integer[ray.GEOM_ID + k] = lanes[ln.LIGHT_END + k], INVALID_ID
-    if len(surfaces.albedos.glass) == 0:
-        for k in range(LANES):
-            if alive[k] != 0:
-                lanes[ln.LIGHT_PDF + k] = _ZERO
-        return
-    for _ in range(_DEEPEST):
+    # What is blocked may be so by clear glass: it is traced on from face to face, where there is any glass at all.
+    for _ in range(_DEEPEST if len(surfaces.albedos.glass) > 0 else 0):
         if waiting == 0:
             break
-        intersect16(alive.ctypes.data, scene.address, real.ctypes.data, scene.incoherent)
+        intersect16(alive.ctypes.data, scene.tree.address, real.ctypes.data, scene.tree.incoherent)
         waiting = 0
         for k in range(LANES):
             if alive[k] == 0:
