@@ -1,16 +1,87 @@
-"""Smoothing of gathered light over the grids of flat charts: far where the surroundings are far, not at all in corners."""
+"""Nodes of an atlas: the light that falls on them, where they stand, and how neighbours on a grid share gathered light."""
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.cache.atlas import GRID, Atlas
-from renderer.cache.node_light import NodeLight
-from renderer.core.kernel import entry
+from renderer.core import lanes as ln
+from renderer.core.embree import LANES
+from renderer.core.kernel import entry, inlined
 from renderer.core.layout import Layout
+from renderer.core.random_numbers import mix_bits
+from renderer.irradiance_cache.atlas import GRID, Atlas
+from renderer.path.records import Scratch
+from renderer.path.surfaces import lift_height
+
+
+class NodeLight(NamedTuple):
+    """Light that falls on n nodes, float32.
+
+    indirect, direct: (n, 3), illuminance in lux, by other surfaces and the sky in panes, and by lamps; sun: (n, 4), that by the sun, and
+    which share of it arrives; toward: (n, 3), luminance of the light times its direction, world, over the illuminance of indirect and
+    direct; valid: (n,), 1, less where nearly all is close by, 0 within an object; open_m: (n,), harmonic mean distance of what surrounds
+    the node, metres.
+    """
+
+    indirect: NDArray[np.float32]
+    direct: NDArray[np.float32]
+    sun: NDArray[np.float32]
+    toward: NDArray[np.float32]
+    valid: NDArray[np.float32]
+    open_m: NDArray[np.float32]
+
+
+def make_node_light(count: int) -> NodeLight:
+    """Return light of so many nodes, all dark."""
+    color = (count, 3)
+    return NodeLight(*(np.zeros(shape, np.float32) for shape in (color, color, (count, 4), color, count, count)))
+
 
 _ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-20)
+
+
+@inlined
+def stand_on(atlas: Atlas, node: int, scratch: Scratch) -> None:
+    """Let all lanes be hits at one node."""
+    lanes = scratch.lanes
+    x, y, z = atlas.position[node, 0], atlas.position[node, 1], atlas.position[node, 2]
+    nx, ny, nz = atlas.normal[node, 0], atlas.normal[node, 1], atlas.normal[node, 2]
+    lift = lift_height(x, y, z)
+    for k in range(LANES):
+        lanes[ln.P_X + k], lanes[ln.P_Y + k], lanes[ln.P_Z + k] = x + lift * nx, y + lift * ny, z + lift * nz
+        lanes[ln.NG_X + k], lanes[ln.NG_Y + k], lanes[ln.NG_Z + k] = nx, ny, nz
+        lanes[ln.NS_X + k], lanes[ln.NS_Y + k], lanes[ln.NS_Z + k] = nx, ny, nz
+        lanes[ln.HIT + k], lanes[ln.OUTSIDE + k] = _ONE, _ZERO
+
+
+@inlined
+def unit_hash(node: int, key: np.uint32) -> tuple[np.float32, np.float32]:
+    """Return two numbers in [0, 1) that belong to a node."""
+    first = mix_bits(np.uint32(mix_bits(np.uint32(node)) ^ key))
+    second = mix_bits(np.uint32(first + np.uint32(0x9E3779B9)))
+    return np.float32(first >> np.uint32(8)) * np.float32(2.0**-24), np.float32(second >> np.uint32(8)) * np.float32(2.0**-24)
+
+
+@inlined
+def turned(u: np.float32, shift: np.float32) -> np.float32:
+    """Return u + shift within [0, 1)."""
+    sum_ = u + shift
+    return sum_ - _ONE if sum_ >= _ONE else sum_
+
+
+@inlined
+def arriving(lanes: NDArray[np.float32], k: int) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32]:
+    """Return 1 / LIGHT_PDF, the unit direction TO_LIGHT, and its cosine to NS."""
+    x, y, z = lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k]
+    scale = _ONE / np.sqrt(max(x * x + y * y + z * z, _TINY))
+    x, y, z = x * scale, y * scale, z * scale
+    cosine = max(x * lanes[ln.NS_X + k] + y * lanes[ln.NS_Y + k] + z * lanes[ln.NS_Z + k], _ZERO)
+    return _ONE / lanes[ln.LIGHT_PDF + k], x, y, z, cosine
+
+
 _ROW = Layout()
 LIGHT = _ROW.field(3)  # illuminance but for the sun's, lux
 TOWARD = _ROW.field(3)  # as in ``NodeLight``

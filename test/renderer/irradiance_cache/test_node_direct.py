@@ -5,7 +5,7 @@ import pytest
 from box_room import DARK, Piece, box, quad, scene
 from cached_rooms import filled, nodes_of
 
-from renderer.cache.config import CacheConfig
+from renderer.irradiance_cache.cache_geometry import CacheConfig
 
 FINE = CacheConfig(spacing_m=0.1, coarse_spacing_m=0.5, gather_rays=16, light_samples=64)
 FLOOR = quad((-1, -1, 0), (2, 0, 0), (0, 2, 0), color=(0.5, 0.5, 0.5))

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from box_room import Piece, box, hollow_sphere, quad, scene
 
-from renderer.cache import atlas as at
-from renderer.cache.charts import DEGENERATE, find_charts
 from renderer.core.kernel import from_python
+from renderer.irradiance_cache import atlas as at
+from renderer.irradiance_cache.charts import DEGENERATE, find_charts
 
 find_nodes, has_back = from_python(at.find_nodes), from_python(at.has_back)
 

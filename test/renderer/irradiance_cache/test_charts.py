@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from box_room import Piece, box, quad, scene
 
-from renderer.cache.charts import CURVED, DEGENERATE, find_charts
 from renderer.geometry.mesh import Mesh
+from renderer.irradiance_cache.charts import CURVED, DEGENERATE, find_charts
 
 L_SHAPE = Piece(
     np.array([(0, 0, 0), (2, 0, 0), (2, 1, 0), (1, 1, 0), (1, 3, 0), (0, 3, 0), (0, 1, 0)], float),

@@ -10,14 +10,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.cache.records import ROUGH
 from renderer.camera.camera_rays import TILE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile
 from renderer.core import embree as ray
 from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16
 from renderer.core.kernel import entry, inlined
-from renderer.path.ground_truth import Hits
+from renderer.irradiance_cache.records import ROUGH, ShadeScratch
+from renderer.path.ground_truth import Hits, TracedView
+from renderer.path.records import LitScene
 from renderer.path.surface_tables import Surfaces
 
 _ZERO, _ONE, _QUARTER = np.float32(0.0), np.float32(1.0), np.float32(0.25)
@@ -110,6 +111,7 @@ def mix_mirrored(surfaces: Surfaces, hits: Hits, picture: Picture, image: NDArra
                     image[y, x, 0], image[y, x, 1], image[y, x, 2] = picture.light[y, x, 0], picture.light[y, x, 1], picture.light[y, x, 2]
                     continue
                 r, g, b, count = mirrored[y, x, 0], mirrored[y, x, 1], mirrored[y, x, 2], _ONE
+                # Rough: the block's mean, but its own ray's too for a pixel that sent one and is not part of that.
                 if abs(alpha) >= ROUGH:
                     if block < 0 or not _is_alike(surfaces, face[y, x], block):
                         block = face[y, x]
@@ -159,14 +161,10 @@ def _is_edge(surfaces: Surfaces, hits: Hits, distance: NDArray[np.float32], imag
 
 @entry
 def smooth_edges(
-    scene: SceneHandle,
-    surfaces: Surfaces,
-    camera: PosedCamera,
-    distance: NDArray[np.float32],
-    hits: Hits,
+    scene: LitScene,
+    view: TracedView,
     offsets: NDArray[np.float32],
-    packet: Packet,
-    queue: NDArray[np.float32],
+    memory: ShadeScratch,
     image: NDArray[np.float32],
     smooth: NDArray[np.float32],
     first: int,
@@ -177,40 +175,55 @@ def smooth_edges(
     These are not shaded: each takes the light of the pixel nearby that sees the same surface.
     """
     height, width, _ = image.shape
-    real, integer, alive = packet.real, packet.integer, packet.alive
+    packet, queue = memory.trace.rays, memory.edges
     for row in range(first * TILE, height, step * TILE):
         for column in range(0, width, TILE):
-            edges = 0
-            for y in range(row, min(row + TILE, height)):
-                for x in range(column, min(column + TILE, width)):
-                    for channel in range(3):
-                        smooth[y, x, channel] = image[y, x, channel]
-                    if _is_edge(surfaces, hits, distance, image, x, y):
-                        edges |= 1 << ((y - row) * TILE + x - column)
+            edges = _copy_tile(scene.surfaces, view, column, row, image, smooth)
             if edges == 0:
                 continue
-            queued = _aim_edges(camera, column, row, edges, offsets, packet, queue)
+            queued = _aim_edges(view.camera, column, row, edges, offsets, packet, queue)
             for k in range(LANES):
                 if edges >> k & 1:
                     for channel in range(3):
                         smooth[row + k // TILE, column + k % TILE, channel] *= _QUARTER
             for begin in range(0, queued, LANES):
-                for k in range(LANES):
-                    alive[k] = -1 if begin + k < queued else 0
-                    for field in range(6):
-                        real[_AIMED[field] + k] = queue[field, begin + k]
-                    real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, np.inf
-                    integer[ray.GEOM_ID + k] = INVALID_ID
-                intersect16(alive.ctypes.data, scene.address, real.ctypes.data, scene.coherent)
-                for k in range(min(LANES, queued - begin)):
+                count = min(LANES, queued - begin)
+                _trace_edges(scene.tree, begin, count, packet, queue)
+                for k in range(count):
                     pixel = int(queue[6, begin + k])
                     y, x = row + pixel // TILE, column + pixel % TILE
-                    face = int(integer[ray.PRIM_ID + k]) if integer[ray.GEOM_ID + k] != INVALID_ID else -1
-                    dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
-                    far = real[ray.TFAR + k] * np.sqrt(dx * dx + dy * dy + dz * dz)
-                    u, v = _alike(surfaces, hits, distance, x, y, face, far)
+                    u, v = _alike(scene.surfaces, view, x, y, k, packet)
                     for channel in range(3):
                         smooth[y, x, channel] += _QUARTER * image[v, u, channel]
+
+
+@inlined
+def _copy_tile(
+    surfaces: Surfaces, view: TracedView, column: int, row: int, image: NDArray[np.float32], smooth: NDArray[np.float32]
+) -> int:
+    """Copy a tile's pixels; return which are edges, a bit each."""
+    height, width, _ = image.shape
+    edges = 0
+    for y in range(row, min(row + TILE, height)):
+        for x in range(column, min(column + TILE, width)):
+            for channel in range(3):
+                smooth[y, x, channel] = image[y, x, channel]
+            if _is_edge(surfaces, view.hits, view.distance, image, x, y):
+                edges |= 1 << ((y - row) * TILE + x - column)
+    return edges
+
+
+@inlined
+def _trace_edges(tree: SceneHandle, begin: int, count: int, packet: Packet, queue: NDArray[np.float32]) -> None:
+    """Trace ``count`` rays of the queue, from ``begin`` on."""
+    real, integer, alive = packet.real, packet.integer, packet.alive
+    for k in range(LANES):
+        alive[k] = -1 if k < count else 0
+        for field in range(6):
+            real[_AIMED[field] + k] = queue[field, begin + k]
+        real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, np.inf
+        integer[ray.GEOM_ID + k] = INVALID_ID
+    intersect16(alive.ctypes.data, tree.address, real.ctypes.data, tree.coherent)
 
 
 @inlined
@@ -231,10 +244,14 @@ def _aim_edges(
 
 
 @inlined
-def _alike(surfaces: Surfaces, hits: Hits, distance: NDArray[np.float32], x: int, y: int, face: int, far: np.float32) -> tuple[int, int]:
-    """Return the pixel (column, row) among (x, y) and its eight neighbours that sees the surface of a triangle at a distance."""
+def _alike(surfaces: Surfaces, view: TracedView, x: int, y: int, k: int, packet: Packet) -> tuple[int, int]:
+    """Return the pixel (column, row) among (x, y) and its eight neighbours that sees the surface that ray k has hit."""
+    hits, distance, real = view.hits, view.distance, packet.real
+    face = int(packet.integer[ray.PRIM_ID + k]) if packet.integer[ray.GEOM_ID + k] != INVALID_ID else -1
     if hits.face[y, x] == face:
         return x, y
+    dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k]
+    far = real[ray.TFAR + k] * np.sqrt(dx * dx + dy * dy + dz * dz)
     height, width = distance.shape
     best, column, row = np.float32(np.inf), x, y
     for v in range(max(y - 1, 0), min(y + 2, height)):

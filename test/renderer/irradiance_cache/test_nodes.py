@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from box_room import box, quad, scene
 
-from renderer.cache.atlas import build_atlas
-from renderer.cache.charts import find_charts
-from renderer.cache.node_light import make_node_light
-from renderer.cache.smoothing import REACH, ROW, places, smooth_nodes, widen
+from renderer.irradiance_cache.atlas import build_atlas
+from renderer.irradiance_cache.charts import find_charts
+from renderer.irradiance_cache.nodes import REACH, ROW, make_node_light, places, smooth_nodes, widen
 
 SPACING = np.float32(0.1)
 

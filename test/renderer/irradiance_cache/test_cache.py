@@ -6,7 +6,7 @@ from box_room import box, furnished_room, quad, scene
 from cached_rooms import COARSE, filled, nodes_of, solved
 
 from renderer import RenderCancelled
-from renderer.cache.patterns import even_points
+from renderer.core.sampling import even_points
 
 FLOOR = quad((-3, -3, 0), (6, 0, 0), (0, 6, 0), object_id=0)
 

@@ -3,23 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.cache.atlas import Atlas, build_atlas, stand_in
-from renderer.cache.charts import Charts, find_charts
-from renderer.cache.config import CacheConfig
-from renderer.cache.hemisphere import BEHIND, SIGHT, GatherScratch
-from renderer.cache.node_surfaces import probe_insides, reflect_nodes
-from renderer.cache.partitions import find_cuts
-from renderer.cache.patterns import even_points
-from renderer.cache.radiosity import link_nodes, resolve_links
-from renderer.cache.smoothing import places
 from renderer.core.pieces import PIECE, Pieces
+from renderer.core.sampling import even_points
 from renderer.ground_truth.hit_view import TracedScene
+from renderer.irradiance_cache.atlas import Atlas, build_atlas, stand_in
+from renderer.irradiance_cache.charts import Charts, find_charts
+from renderer.irradiance_cache.hemisphere import BEHIND, GatherScratch, Rays
+from renderer.irradiance_cache.nodes import places
+from renderer.irradiance_cache.probing import find_cuts, probe_insides, reflect_nodes
+from renderer.irradiance_cache.radiosity import Links, Sightings, link_nodes, make_sightings, resolve_links
 from renderer.scene.same_geometry import is_same_geometry
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CacheConfig:
+    """How fine the cache is.
+
+    spacing_m, coarse_spacing_m: metres between nodes at which frames look light up, and between those by which it is solved; gather_rays,
+    coarse_rays: rays of a node, multiples of 16; light_samples, coarse_light_samples: about how many points on lights a node samples;
+    sun_samples: points on the sun, a multiple of 16.
+    """
+
+    spacing_m: float = 0.03
+    coarse_spacing_m: float = 0.1
+    gather_rays: int = 64
+    coarse_rays: int = 32
+    light_samples: int = 128
+    coarse_light_samples: int = 16
+    sun_samples: int = 16
+
 
 MOST_BEHIND = np.float32(0.25)
 """Share of a node's rays that may see the inside of something before the node counts as one within it."""
@@ -38,9 +56,9 @@ class CacheGeometry:
 
     Attributes:
         coarse, fine: nodes at which light is solved, and at which frames look it up.
-        coarse_grids, fine_grids: as :func:`renderer.cache.smoothing.places` returns them: places of nodes, and grids.
+        coarse_grids, fine_grids: as :func:`renderer.irradiance_cache.nodes.places` returns them: places of nodes, and grids.
         links: (n, s) int32, coarse nodes that rays of coarse nodes end at, DARK or BEHIND.
-        sighted, sights: rays that see lights, as of :func:`renderer.cache.radiosity.link_nodes`.
+        sightings: rays that see lights by mirrors, or what is outside.
         worth: (n,) float32, 0 for coarse nodes within things, little where nearly all is close by.
         far: (n,) float32, the share of a coarse node's surroundings that is not close by.
         other: (n,) int32, the coarse node that stands in for each; shining_area: (n,) float32, m2 that each stands for.
@@ -64,19 +82,16 @@ class CacheGeometry:
         count, rays = len(self.coarse.face), config.coarse_rays
         self.albedo, self.glow = np.zeros((count, 3), np.float32), np.zeros((count, 3), np.float32)
         self.links, self.far = np.zeros((count, rays), np.int32), np.zeros(count, np.float32)
-        self._at = np.zeros((count, 3, rays), np.float32)
-        self._seeing: dict[int, tuple[NDArray[np.int32], NDArray[np.float32]]] = {}
+        self._links = Links(self.links, np.zeros((count, 3, rays), np.float32), self.far)
+        self._sightings: dict[int, Sightings] = {}
         self._uncut = [(self.coarse, Pieces(len(self.coarse_grids[1]))), (self.fine, Pieces(len(self.fine_grids[1])))]
         self._unlinked, self._unresolved = Pieces(count), Pieces(count)
         self.complete = False
 
-    def link(self, scene: TracedScene, found: Sequence[GatherScratch], cancelled: Callable[[], bool] | None = None) -> None:
+    def link(self, scene: TracedScene, memory: Sequence[GatherScratch], cancelled: Callable[[], bool] | None = None) -> None:
         """Find what stands between nodes, and link the coarse ones; go on where a call that was cancelled has stopped.
 
-        Args:
-            scene: as it was placed in.
-            found: memory of each thread.
-            cancelled: as of ``Renderer.render``.
+        ``scene``: as it was placed in; ``memory``: of each thread; ``cancelled``: as of ``Renderer.render``.
 
         Raises:
             RenderCancelled: ``cancelled`` returned True.
@@ -86,46 +101,29 @@ class CacheGeometry:
         coarse, config, scratch, workers = self.coarse, self._config, scene.scratch, scene.workers
         for (atlas, pieces), (_, grids) in zip(self._uncut, (self.coarse_grids, self.fine_grids), strict=True):
             pieces.run(workers, partial(_find_cuts, scene, atlas, grids), cancelled)
-        hemisphere, spacing = even_points(config.coarse_rays), np.float32(config.coarse_spacing_m)
+        rays = Rays(self._key, even_points(config.coarse_rays), np.float32(config.coarse_spacing_m), MOST_BEHIND)
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
-            memory, tables = scratch[worker], (scene.surfaces, scene.lights)
-            reflect_nodes(scene.tree, coarse, *tables, spacing, memory, self.albedo, self.glow, *piece)
-            sighted, sights = np.empty((PIECE * len(hemisphere), 2), np.int32), np.empty((PIECE * len(hemisphere), SIGHT), np.float32)
-            rows = link_nodes(
-                scene.tree,
-                coarse,
-                *tables,
-                self._key,
-                hemisphere,
-                memory,
-                found[worker],
-                self.links,
-                self._at,
-                self.far,
-                sighted,
-                sights,
-                spacing,
-                *piece,
-            )
-            self._seeing[piece[0]] = sighted[:rows].copy(), sights[:rows].copy()
+            reflect_nodes(scene.lit, coarse, rays.far_m, scratch[worker], self.albedo, self.glow, *piece)
+            room = make_sightings(PIECE * len(rays.pattern))
+            rows = link_nodes(scene.lit, coarse, rays, memory[worker], self._links, room, *piece)
+            self._sightings[piece[0]] = Sightings(*(table[:rows].copy() for table in room))
 
         self._unlinked.run(workers, compute, cancelled)
         valid = (self.links == BEHIND).mean(axis=1) <= MOST_BEHIND
         self.worth = np.where(valid, self.far + _LEAST_WORTH, 0.0).astype(np.float32)
 
         def resolve(worker: int, piece: tuple[int, int]) -> None:
-            resolve_links(coarse, self.worth, self._at, found[worker], self.links, *piece)
+            resolve_links(coarse, self.worth, self._links, memory[worker], *piece)
 
         self._unresolved.run(workers, resolve, cancelled)
         self.other = np.zeros(len(valid), np.int32)
         stand_in(coarse.cells, coarse.grid, valid, _STEPS, self.other)
         # Nodes within things shine by those that stand in for them.
         self.shining_area = np.where(valid, np.bincount(self.other, coarse.area, len(valid)), 0.0).astype(np.float32)
-        seeing = [self._seeing[first] for first in sorted(self._seeing)]
-        self.sighted = np.concatenate([np.zeros((0, 2), np.int32), *(sighted for sighted, _ in seeing)])
-        self.sights = np.concatenate([np.zeros((0, SIGHT), np.float32), *(sights for _, sights in seeing)])
-        del self._at, self._seeing
+        pieces_in_order = (make_sightings(0), *(self._sightings[first] for first in sorted(self._sightings)))
+        self.sightings = Sightings(*(np.concatenate(tables) for tables in zip(*pieces_in_order, strict=True)))
+        del self._links, self._sightings
         self.complete = True
 
     def serves(self, scene: TracedScene, key: np.uint32, config: CacheConfig) -> bool:
@@ -136,7 +134,7 @@ class CacheGeometry:
     @property
     def size_bytes(self) -> int:
         """Memory that it holds once it is complete."""
-        tables = (*self.coarse, *self.fine, *self.coarse_grids, *self.fine_grids, self.links, self.sighted, self.sights)
+        tables = (*self.coarse, *self.fine, *self.coarse_grids, *self.fine_grids, self.links, *self.sightings)
         return sum(array.nbytes for array in (*tables, self.albedo, self.glow, self.far, self.worth, self.other, self.shining_area))
 
 

@@ -6,9 +6,9 @@ from box_room import DARK, box, hollow_sphere, pose, quad, scene
 from cached_rooms import look_up
 
 from renderer import CameraConfig
-from renderer.cache.lamps import build_lamps, mirrored_share
-from renderer.cache.mirrored import lobe_point
 from renderer.core.kernel import from_python
+from renderer.irradiance_cache.lamps import build_lamps, mirrored_share
+from renderer.irradiance_cache.mirrored import lobe_point
 from renderer.scene.flat_scene import Sky
 
 NARROW = CameraConfig(width=32, height=24, horizontal_fov_rad=0.1)

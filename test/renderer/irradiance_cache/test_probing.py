@@ -5,9 +5,9 @@ import pytest
 from box_room import box, quad, scene
 from cached_rooms import solved
 
-from renderer.cache import atlas as at
-from renderer.cache.config import CacheConfig
 from renderer.core.kernel import from_python
+from renderer.irradiance_cache import atlas as at
+from renderer.irradiance_cache.cache_geometry import CacheConfig
 
 find_nodes = from_python(at.find_nodes)
 

@@ -12,19 +12,17 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.cache.cache_geometry import MOST_BEHIND, CacheGeometry
-from renderer.cache.config import CacheConfig
-from renderer.cache.gathering import choose_bright, gather_nodes
-from renderer.cache.hemisphere import make_gather_scratch
-from renderer.cache.node_direct import light_nodes
-from renderer.cache.node_light import NodeLight, make_node_light
-from renderer.cache.patterns import even_points
-from renderer.cache.radiosity import see_lights, solve_links
-from renderer.cache.smoothing import REACH, ROW, smooth_nodes, widen
 from renderer.core.embree import LANES, aligned_floats
 from renderer.core.pieces import Pieces
 from renderer.core.random_numbers import make_frame_key
+from renderer.core.sampling import even_points
 from renderer.ground_truth.hit_view import TracedScene
+from renderer.irradiance_cache.cache_geometry import MOST_BEHIND, CacheConfig, CacheGeometry
+from renderer.irradiance_cache.gathering import CoarseLight, choose_bright, gather_nodes
+from renderer.irradiance_cache.hemisphere import Rays, make_gather_scratch
+from renderer.irradiance_cache.node_direct import light_nodes
+from renderer.irradiance_cache.nodes import REACH, ROW, NodeLight, make_node_light, smooth_nodes, widen
+from renderer.irradiance_cache.radiosity import see_lights, solve_links
 
 _SWEEPS = 24
 _OPEN_M = np.float32(0.8)
@@ -51,7 +49,7 @@ class IrradianceCache:
 
     def __init__(self, scene: TracedScene, scene_key: int, config: CacheConfig, geometry: CacheGeometry | None = None) -> None:
         self._scene, self.config = scene, config
-        self._found = [make_gather_scratch() for _ in scene.scratch]
+        self._memory = [make_gather_scratch(scratch) for scratch in scene.scratch]
         self._key = make_frame_key(scene_key, 0, (1,))
         fits = geometry is not None and geometry.serves(scene, self._key, config)
         self.geometry = geometry if geometry is not None and fits else CacheGeometry(scene, self._key, config)
@@ -72,16 +70,16 @@ class IrradianceCache:
         if self._coarse_light is None:
             return
         scene, config, geometry, light = self._scene, self.config, self.geometry, self._coarse_light
-        geometry.link(scene, self._found, cancelled)
+        geometry.link(scene, self._memory, cancelled)
         everything, samples = np.arange(len(self.coarse.face)), even_points(LANES)
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
-            tables, to = (self.coarse, scene.surfaces, scene.lights), (everything, scene.scratch[worker], light)
-            light_nodes(scene.tree, *tables, self._key, config.coarse_light_samples, samples, *to, *piece)
+            nodes, scratch = everything[slice(*piece)], scene.scratch[worker]
+            light_nodes(scene.lit, self.coarse, self._key, config.coarse_light_samples, samples, nodes, scratch, light)
 
         self._unlit.run(scene.workers, compute, cancelled)
-        seen, luminance = np.zeros((len(everything), 3), np.float32), np.zeros((len(everything), 3), np.float32)
-        see_lights(scene.surfaces, geometry.sighted, geometry.sights, config.coarse_rays, seen)
+        seen, luminance = np.zeros((2, len(everything), 3), np.float32)
+        see_lights(scene.surfaces, geometry.sightings, config.coarse_rays, seen)
         given = light.direct + light.indirect + light.sun[:, :3]
         solve_links(geometry.links, given, seen, geometry.albedo, geometry.glow, _SWEEPS, luminance)
         self.even = self._smooth_even(luminance - geometry.glow, light)[geometry.other]
@@ -125,28 +123,15 @@ class IrradianceCache:
         widen(self.atlas.grid, *grids, REACH, todo, near)
         nodes = np.flatnonzero(near & ~self._filled)
         scene, config, key = self._scene, self.config, self._key
-        hemisphere, samples, spacing = even_points(config.gather_rays), even_points(config.sun_samples), np.float32(config.spacing_m)
-        source = (self.coarse, self.luminance, self.geometry.worth, self.bright)
+        samples, spacing = even_points(config.sun_samples), np.float32(config.spacing_m)
+        source = CoarseLight(self.coarse, self.luminance, self.geometry.worth, self.bright)
+        rays = Rays(key, even_points(config.gather_rays), spacing, MOST_BEHIND)
 
         def compute(worker: int, piece: tuple[int, int]) -> None:
-            scratch, tables = scene.scratch[worker], (scene.surfaces, scene.lights)
-            light_nodes(scene.tree, self.atlas, *tables, key, config.light_samples, samples, nodes, scratch, self.light, *piece)
-            gather_nodes(
-                scene.tree,
-                self.atlas,
-                *source,
-                *tables,
-                key,
-                hemisphere,
-                MOST_BEHIND,
-                spacing,
-                nodes,
-                scratch,
-                self._found[worker],
-                self.light,
-                *piece,
-            )
-            self._filled[nodes[slice(*piece)]] = True
+            chosen, memory = nodes[slice(*piece)], self._memory[worker]
+            light_nodes(scene.lit, self.atlas, key, config.light_samples, samples, chosen, memory.trace, self.light)
+            gather_nodes(scene.lit, self.atlas, source, rays, chosen, memory, self.light)
+            self._filled[chosen] = True
 
         Pieces(len(nodes)).run(scene.workers, compute, cancelled)
         smooth_nodes(self.atlas.grid, *grids, spacing, todo, self.light, self.rows)

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.cache.charts import CURVED, Charts, mix_rows
 from renderer.core.kernel import entry, inlined, kernel
 from renderer.geometry.mesh import Mesh
+from renderer.irradiance_cache.charts import CURVED, Charts, mix_rows
 
 _ZERO, _ONE = np.float32(0.0), np.float32(1.0)
 _INSET_M = 2e-3

@@ -5,8 +5,8 @@ import pytest
 from box_room import box, hollow_sphere, scene
 from cached_rooms import filled
 
-from renderer.cache.hemisphere import BEHIND, DARK
-from renderer.cache.radiosity import solve_links
+from renderer.irradiance_cache.hemisphere import BEHIND, DARK
+from renderer.irradiance_cache.radiosity import solve_links
 
 GREY = np.full((8, 3), [0.2, 0.5, 0.8], np.float32)
 ONES, NOTHING = np.ones((8, 3), np.float32), np.zeros((8, 3), np.float32)

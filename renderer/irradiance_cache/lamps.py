@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
 from renderer.bsdf.microfacet import ggx_g1_root
-from renderer.cache.records import ALPHA, SHARE, SHARP, UNDER, UNDER_ALPHA, WIDE
 from renderer.core import lanes as ln
 from renderer.core.kernel import inlined
+from renderer.core.sampling import Vector
+from renderer.irradiance_cache.records import ALPHA, LIGHT, SHARE, SHARP, UNDER, UNDER_ALPHA, WIDE, Lamps
 from renderer.path import surface_tables as st
 from renderer.path.emission import surface_le
 from renderer.path.surface_tables import Surfaces
@@ -18,16 +17,6 @@ from renderer.scene.flat_scene import FlatScene
 
 _ZERO, _HALF, _ONE, _TWO, _TINY = np.float32(0.0), np.float32(0.5), np.float32(1.0), np.float32(2.0), np.float32(1e-20)
 _LEAST_COSINE = np.float32(0.05)
-
-
-class Lamps(NamedTuple):
-    """Lamps and panes as balls, by which rough gloss shows them, for kernels.
-
-    balls: (n, 8) float32, centre, radius in metres, mean normal, whether it is flat; part: (n,) int32, one that shines so.
-    """
-
-    balls: NDArray[np.float32]
-    part: NDArray[np.int32]
 
 
 def build_lamps(flat: FlatScene) -> Lamps:
@@ -85,11 +74,11 @@ def _schlick(cosine: np.float32) -> np.float32:
 
 
 @inlined
-def choose_lamp(surfaces: Surfaces, lamps: Lamps, k: int, shown: np.float32, kept: NDArray[np.float32], lanes: NDArray[np.float32]) -> int:
+def choose_lamp(surfaces: Surfaces, lamps: Lamps, k: int, primary: NDArray[np.float32], lanes: NDArray[np.float32]) -> int:
     """Fill TO_LIGHT and LI, what it adds to the pixel, of the lamp that lane k mirrors most, and LIGHT_PDF; return 1 if there is one.
 
     Whether it is seen is asked of the point of the ball that is nearest to the mirrored ray, as in Karis, "Real Shading in Unreal Engine 4"
-    (2013).
+    (2013).  One that adds less than a hundredth of the pixel's light is left out.
     """
     balls = lamps.balls
     px, py, pz = lanes[ln.P_X + k], lanes[ln.P_Y + k], lanes[ln.P_Z + k]
@@ -99,21 +88,17 @@ def choose_lamp(surfaces: Surfaces, lamps: Lamps, k: int, shown: np.float32, kep
     wo_z = lanes[ln.WO_X + k] * lanes[ln.TANGENT_Z + k] + lanes[ln.WO_Y + k] * lanes[ln.BITANGENT_Z + k] + lanes[ln.WO_Z + k] * nz
     height = lanes[ln.WO_Z + k]
     mx, my, mz = _TWO * height * nx - wo_x, _TWO * height * ny - wo_y, _TWO * height * nz - wo_z
-    alpha = kept[ALPHA, k]
-    best, found = shown * np.float32(0.01), 0
+    best = (primary[LIGHT, k] + primary[LIGHT + 1, k] + primary[LIGHT + 2, k]) * np.float32(0.01)
+    chosen = 0
     for i in range(len(balls)):
         cx, cy, cz, radius = balls[i, 0] - px, balls[i, 1] - py, balls[i, 2] - pz, balls[i, 3]
-        along = cx * mx + cy * my + cz * mz
-        ax, ay, az = along * mx - cx, along * my - cy, along * mz - cz
-        aside = np.sqrt(max(ax * ax + ay * ay + az * az, _TINY))
-        pull = min(radius / aside, _ONE) * np.float32(0.9)
-        tx, ty, tz = cx + pull * ax, cy + pull * ay, cz + pull * az
         squared = cx * cx + cy * cy + cz * cz
         distance = np.sqrt(max(squared, _TINY))
         lx, ly, lz = cx / distance, cy / distance, cz / distance
         cosine = lx * nx + ly * ny + lz * nz
         if cosine <= _ZERO or distance <= radius:
             continue
+        # The microfacets that mirror the ball's centre.
         hx, hy, hz = lx + wo_x, ly + wo_y, lz + wo_z
         scale = _ONE / np.sqrt(max(hx * hx + hy * hy + hz * hz, _TINY))
         facet = max((hx * nx + hy * ny + hz * nz) * scale, _LEAST_COSINE)
@@ -122,11 +107,11 @@ def choose_lamp(surfaces: Surfaces, lamps: Lamps, k: int, shown: np.float32, kep
         if balls[i, 7] > _ZERO:
             facing = max(-(lx * balls[i, 4] + ly * balls[i, 5] + lz * balls[i, 6]), _ZERO)
             spread *= facing
-        part = lamps.part[i]
-        pane = surfaces.materials[part * st.ROW_SIZE + st.PORTAL] > _ZERO
         # Narrower lobes see lamps, and panes, by their rays; under the coat panes are part of the light around.
+        part, alpha = lamps.part[i], primary[ALPHA, k]
+        pane = surfaces.materials[part * st.ROW_SIZE + st.PORTAL] > _ZERO
         over = mirrored_share(facet, half, cosine, height, alpha, spread) if alpha >= (WIDE if pane else SHARP) else _ZERO
-        under = _ZERO if pane else mirrored_share(facet, half, cosine, height, kept[UNDER_ALPHA, k], spread)
+        under = _ZERO if pane else mirrored_share(facet, half, cosine, height, primary[UNDER_ALPHA, k], spread)
         if over + under == _ZERO or facing == _ZERO:
             continue
         if lanes[ln.METALLIC + k] < _HALF:
@@ -134,14 +119,27 @@ def choose_lamp(surfaces: Surfaces, lamps: Lamps, k: int, shown: np.float32, kep
             over *= _schlick(half) / _schlick(height)
             under *= _schlick(half) / _schlick(height)
         r, g, b = surface_le(surfaces, part, lx, ly, lz, facing)
-        r = (over * kept[SHARE, k] + under * kept[UNDER, k]) * r
-        g = (over * kept[SHARE + 1, k] + under * kept[UNDER + 1, k]) * g
-        b = (over * kept[SHARE + 2, k] + under * kept[UNDER + 2, k]) * b
+        r = (over * primary[SHARE, k] + under * primary[UNDER, k]) * r
+        g = (over * primary[SHARE + 1, k] + under * primary[UNDER + 1, k]) * g
+        b = (over * primary[SHARE + 2, k] + under * primary[UNDER + 2, k]) * b
         if r + g + b > best:
-            best, found = r + g + b, 1
+            best, chosen = r + g + b, 1
             lanes[ln.LI_R + k], lanes[ln.LI_G + k], lanes[ln.LI_B + k] = r, g, b
+            tx, ty, tz = _nearest_point(cx, cy, cz, radius, mx, my, mz)
             reach = (distance - radius) / distance if balls[i, 7] == _ZERO else np.float32(0.98)
             reach = max(reach, _HALF)
             lanes[ln.TO_LIGHT_X + k], lanes[ln.TO_LIGHT_Y + k], lanes[ln.TO_LIGHT_Z + k] = reach * tx, reach * ty, reach * tz
             lanes[ln.LIGHT_PDF + k], lanes[ln.LIGHT_END + k] = _ONE, _ONE
-    return found
+    return chosen
+
+
+@inlined
+def _nearest_point(
+    cx: np.float32, cy: np.float32, cz: np.float32, radius: np.float32, mx: np.float32, my: np.float32, mz: np.float32
+) -> Vector:
+    """Return about the point of a ball around (cx, cy, cz) that is nearest to the ray from the origin along the unit (mx, my, mz)."""
+    along = cx * mx + cy * my + cz * mz
+    ax, ay, az = along * mx - cx, along * my - cy, along * mz - cz
+    aside = np.sqrt(max(ax * ax + ay * ay + az * az, _TINY))
+    pull = min(radius / aside, _ONE) * np.float32(0.9)
+    return cx + pull * ax, cy + pull * ay, cz + pull * az
