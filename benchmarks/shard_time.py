@@ -18,7 +18,7 @@ from mcap.writer import CompressionType, Writer
 from scene_synth_ros.bags.bag_manifest import ManifestBuilder
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
 from scene_synth_ros.bags.bag_writer import DEFAULT_CHUNK_SIZE, BagWriter
-from scene_synth_ros.cli.run_parameters import RunWords, run_parameters
+from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
 from scene_synth_ros.mcap.file import COMPRESSORS
 from scene_synth_ros.messages.message_definitions import message_definition
 from scene_synth_ros.offline.offline_renderer import OfflineRenderer

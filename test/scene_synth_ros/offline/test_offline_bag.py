@@ -18,7 +18,7 @@ from scene_synth_ros.bags.bag_inspect import inspect_bag
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_verify import verify_bag
 from scene_synth_ros.bags.bag_writer import BagWriteError
-from scene_synth_ros.cli.run_parameters import RunWords, run_parameters
+from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
 from scene_synth_ros.messages.frame_settings import settings_from_json
 from scene_synth_ros.offline.offline_bag import OfflineBag
 from scene_synth_ros.offline.settings import OfflineSettings, read_settings
