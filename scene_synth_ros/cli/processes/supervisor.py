@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from scene_synth_ros.suite.faults import FAULT_STATUS
-from scene_synth_ros.suite.transport import remove_stale_shared_memory
+from scene_synth_ros.suite.stale_shared_memory import remove_stale_shared_memory
 
 RECORDER, ONE_PROCESS = "recorder_node", "one_process"
 PUBLISHERS_STOP_S, STOP_S = 1.2, 2.5
