@@ -29,7 +29,7 @@ from scene_synth_ros.cli.page import page_file
 from scene_synth_ros.cli.page.bag_index import OTHERS, find_streams
 from scene_synth_ros.cli.page.page_file import PageReport, write_page
 from scene_synth_ros.cli.page.page_images import MOST_MM, NO_HIT_MM, PageImageError, distance_codes, page_image
-from scene_synth_ros.messages.image_reader import COMPRESSED_TYPE, IMAGE_TYPE
+from scene_synth_ros.messages.streams import COMPRESSED_TYPE, IMAGE_TYPE
 
 EVIL = "</script><script>window.owned = 1</script><img src=x onerror='window.owned = 2'>\u2028&amp;{{data}}"
 
