@@ -12,9 +12,8 @@ from typing import Any
 from numpy.typing import NDArray
 
 from renderer.core.errors import RenderError
-from renderer.film.basic_rows import BASIC_ROWS
-from renderer.film.hit_rows import HIT_ROWS
 from renderer.film.layer import Layer
+from renderer.film.layer_rows import BASIC_ROWS, HIT_ROWS
 
 ROWS = (*BASIC_ROWS, *HIT_ROWS)
 """In the order of the parameters, and so of the keys in ``<renderer>/settings``."""
