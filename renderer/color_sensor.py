@@ -40,13 +40,8 @@ def read_color(
 ) -> NDArray[np.uint8]:
     """Return the picture (height, width, 3), uint8, that a sensor makes of linear colour, cd/m2.
 
-    Args:
-        radiance: (height, width, 3).
-        camera: whose rays tell the angles of vignetting.
-        sensor: its settings.
-        exposure: which luminance is white, and which light.
-        tone_curve: of the response ``display``.
-        frame_key: of the frame's random numbers.
+    ``camera``: whose rays tell the angles of vignetting; ``exposure``: which luminance is white, and which light; ``tone_curve``: of the
+    response ``display``.
     """
     arriving = magnify_channels(radiance, sensor.red_shift_px, sensor.blue_shift_px)
     share = vignetting(camera, sensor.vignetting, sensor.corner_loss)

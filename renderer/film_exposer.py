@@ -26,11 +26,7 @@ PATHS_PER_PIECE = 8192
 class FilmExposer:
     """Exposes films of one scene by tracing paths.
 
-    Args:
-        scene: what is seen.
-        tree: its triangles as light is traced through them.
-        config: how.
-        paths_per_piece: as :data:`PATHS_PER_PIECE`.
+    ``tree``: the scene's triangles as light is traced through them.
     """
 
     def __init__(self, scene: TracedScene, tree: SceneHandle, config: RenderConfig, paths_per_piece: int) -> None:
@@ -47,13 +43,7 @@ class FilmExposer:
     ) -> tuple[Film, int]:
         """Return the means of the samples, and how many there are; without colour paths end where they hit first.
 
-        Args:
-            view: of the camera.
-            frame_key: of the frame's random numbers.
-            ev100: exposure that white is taken from.
-            layers: that are asked for.
-            aov: whether the denoiser's guides are.
-            cancelled: as of ``Renderer.render``.
+        ``ev100``: exposure that white is taken from; ``aov``: whether the denoiser's guides are asked for, beside ``layers``.
 
         Raises:
             RenderCancelled: ``cancelled`` returned True.

@@ -58,8 +58,8 @@ from renderer.path.surface_tables import Surfaces, build_surfaces
 from renderer.scene.flat_scene import FlatScene
 from renderer.scene.scene_check import check_scene
 from renderer.scene.scene_trees import SceneTrees
-from renderer.sensors.config import DepthSensorConfig
 from renderer.sensors.depth_sensor import DepthSensor
+from renderer.sensors.devices import DepthSensorConfig
 from scene_description.annotations import FrameAnnotations
 from scene_description.types import CameraPose
 

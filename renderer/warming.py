@@ -15,7 +15,7 @@ from renderer.geometry.mesh import Mesh
 from renderer.path.config import IntegratorName, RenderConfig
 from renderer.renderer import IDEAL_DEPTH, Renderer
 from renderer.scene.flat_scene import FlatScene, PartTable, Sky, tabulate_materials
-from renderer.sensors.config import DepthSensorConfig
+from renderer.sensors.devices import DepthSensorConfig
 from renderer.standpoint import seen_around
 from scene_description import Material
 from scene_description.poses import look_at

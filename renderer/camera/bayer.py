@@ -55,10 +55,7 @@ def mosaic(light: NDArray[np.float32], pattern: str) -> NDArray[np.float32]:
 def demosaic(seen: NDArray[np.float32], pattern: str, method: str) -> NDArray[np.float32]:
     """Return linear colour (height, width, 3) from a mosaic; beyond its edges it is mirrored.  Nothing of it is negative.
 
-    Args:
-        seen: (height, width), linear.
-        pattern: a key of ``PATTERNS``.
-        method: ``bilinear`` or ``malvar``.
+    ``seen``: (height, width), linear; ``pattern``: a key of ``PATTERNS``; ``method``: ``bilinear`` or ``malvar``.
     """
     height, width = seen.shape
     padded = np.pad(seen, 2, mode="reflect") if min(height, width) > 1 else np.pad(seen, 2, mode="edge")

@@ -17,10 +17,7 @@ def magnify_channels(light: NDArray[np.float32], red_shift_px: float, blue_shift
 
     What lies outside the image is taken to be as its edge.  Between pixels light is interpolated linearly.
 
-    Args:
-        light: linear, green in its place.
-        red_shift_px: how far the red image of a corner lies outside the green one; negative: inside.
-        blue_shift_px: the same of the blue image.
+    ``red_shift_px``, ``blue_shift_px``: how far these images of a corner lie outside the green one; negative: inside.
     """
     height, width = light.shape[:2]
     corner = 0.5 * math.hypot(width, height)

@@ -26,11 +26,7 @@ _GAUSSIAN_FROM = 60.0
 def expose(radiance: NDArray[np.float32], white: float, sensor: SensorConfig, frame_key: np.uint32) -> NDArray[np.float32]:
     """Return what a sensor reads of luminance (height, width, 3) in cd/m2, in the same unit; the same radiance if it is ideal.
 
-    Args:
-        radiance: linear colour.
-        white: luminance that saturates, cd/m2.
-        sensor: its settings.
-        frame_key: of the frame's random numbers.
+    ``white``: luminance that saturates, cd/m2.
     """
     if sensor.full_well_e == 0.0:
         return radiance

@@ -34,11 +34,8 @@ class IrradianceCache:
 
     Threading: one thread at a time.
 
-    Args:
-        scene: the room; its tree is the one that light is traced in.
-        scene_key: of the room.
-        config: how fine it is.
-        geometry: of the room before, which is taken if it differs in the brightness and colour of its lights only.
+    ``scene``: its tree is the one that light is traced in; ``geometry``: of the room before, which is taken if it differs in the brightness
+    and colour of its lights only.
 
     Attributes:
         geometry: nodes and links; complete once solved.

@@ -74,9 +74,7 @@ class _Row(NamedTuple):
 def flatten(scene: SceneDescription, catalog_dir: Path | None = None) -> FlatScene:
     """Return the world-space mesh and tables of a scene.
 
-    Args:
-        scene: a checked scene description.
-        catalog_dir: folder of the user's meshes; model files are looked up below it only.
+    ``catalog_dir``: folder of the user's meshes; model files are looked up below it only.
 
     Raises:
         FlattenError: unknown generator or style, a part without material, a model file that cannot be used.

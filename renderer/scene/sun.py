@@ -38,10 +38,7 @@ def air_mass(elevation_rad: float) -> float:
 def sun_illuminance_lx(elevation_rad: float, turbidity: float, distance_au: float = 1.0) -> NDArray[np.float64]:
     """Return the illuminance (3,) of the direct sun on a plane that faces it, linear RGB in lux; outside the gamut components are 0.
 
-    Args:
-        elevation_rad: of the sun; below the horizon there is no light.
-        turbidity: 2 is very clear, 3 clear, 6 hazy.
-        distance_au: of the sun.
+    ``turbidity``: 2 is very clear, 3 clear, 6 hazy; ``distance_au``: of the sun, which sends no light from below the horizon.
     """
     if elevation_rad <= 0.0:
         return np.zeros(3)
