@@ -12,8 +12,8 @@ from renderer.core.embree import SceneHandle
 from renderer.film.layers import COLOR_LAYERS
 from renderer.film.tone import white_luminance
 from renderer.ground_truth.hit_view import TracedScene
-from renderer.path.clipping import share_clipped
 from renderer.path.config import RenderConfig
+from renderer.path.film_sums import share_clipped
 from renderer.path.integrator import trace_paths
 from renderer.path.queues import WAVE, WAVE_EDGE
 from renderer.path.records import Film, Transport, Work

@@ -48,7 +48,7 @@ from renderer.irradiance_cache.cache import IrradianceCache
 from renderer.irradiance_cache.cache_geometry import CacheConfig, CacheGeometry
 from renderer.irradiance_cache.cached_integrator import CachedIntegrator
 from renderer.path.config import RenderConfig
-from renderer.path.film_update import blocked_share, indirect_part
+from renderer.path.film_sums import blocked_share, indirect_part
 from renderer.path.ground_truth import GeometricImages, Hits, TracedView, hit_record_shapes, make_labels, trace_geometry
 from renderer.path.lights import Lights, build_lights
 from renderer.path.records import Film, make_scratch

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.core.embree import LANES, aligned_floats
-from renderer.core.pieces import Pieces
 from renderer.core.random_numbers import make_frame_key
 from renderer.core.sampling import even_points
+from renderer.core.workers import Pieces
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.cache_geometry import MOST_BEHIND, CacheConfig, CacheGeometry
 from renderer.irradiance_cache.gathering import CoarseLight, choose_bright, gather_nodes

@@ -9,8 +9,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.core.pieces import PIECE, Pieces
 from renderer.core.sampling import even_points
+from renderer.core.workers import PIECE, Pieces
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.atlas import Atlas, build_atlas, stand_in
 from renderer.irradiance_cache.charts import Charts, find_charts
@@ -18,7 +18,7 @@ from renderer.irradiance_cache.hemisphere import BEHIND, GatherScratch, Rays
 from renderer.irradiance_cache.nodes import places
 from renderer.irradiance_cache.probing import find_cuts, probe_insides, reflect_nodes
 from renderer.irradiance_cache.radiosity import Links, Sightings, link_nodes, make_sightings, resolve_links
-from renderer.scene.same_geometry import is_same_geometry
+from renderer.scene.flat_scene import is_same_geometry
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,11 +10,10 @@ import numpy as np
 from renderer.core.embree import LANES, SceneHandle, make_packet
 from renderer.core.random_numbers import make_frame_key
 from renderer.lidar.config import ScanConfig
-from renderer.lidar.echoes import Echoes, trace_echoes
+from renderer.lidar.echoes import Echoes, laser_surfaces, trace_echoes
 from renderer.lidar.mount import Floats, Placement, along_path, mounted_scanner
 from renderer.lidar.reading import RangeErrors, limit_ranges, read_beams
 from renderer.lidar.scan import Scan
-from renderer.lidar.surfaces import laser_surfaces
 from renderer.scene.flat_scene import FlatScene
 from scene_description.poses import quaternion_from_rotation
 from scene_description.types import CameraPose

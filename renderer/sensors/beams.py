@@ -24,8 +24,7 @@ from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, interse
 from renderer.core.kernel import entry, inlined, kernel
 from renderer.path import surface_tables as st
 from renderer.path.surface_tables import Surfaces
-from renderer.path.surfaces import lift_height
-from renderer.path.textured_hits import apply_texture
+from renderer.path.surfaces import apply_texture, lift_height
 
 _ZERO, _ONE, _HALF, _TINY, _PI = np.float32(0.0), np.float32(1.0), np.float32(0.5), np.float32(1e-20), np.float32(np.pi)
 _INFINITE, _NAN = np.float32(np.inf), np.float32(np.nan)

@@ -18,8 +18,8 @@ from renderer.sensors.beams import Beams, Eye, make_beam_scratch, make_beams, tr
 from renderer.sensors.block_matcher import census, make_match_scratch, match_rows
 from renderer.sensors.devices import DepthSensorConfig, Principle, device_of
 from renderer.sensors.multipath import GRID, cosine_directions, smooth_multipath, sum_multipath
-from renderer.sensors.pixel_noise import LEFT_IMAGE, RIGHT_IMAGE
 from renderer.sensors.structured_light import read_structured_light
+from renderer.sensors.surfaces_seen import LEFT_IMAGE, RIGHT_IMAGE
 from renderer.sensors.time_of_flight import SUB_PIXELS, SUM_FIELDS, Returns, add_returns, mark_edges, read_time_of_flight
 
 _BAND = 16

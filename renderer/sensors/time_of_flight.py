@@ -17,8 +17,7 @@ from renderer.core.kernel import entry, kernel
 from renderer.sensors.beams import Beams
 from renderer.sensors.devices import Device
 from renderer.sensors.multipath import multipath_at, radians_per_metre
-from renderer.sensors.pixel_noise import AXIAL, normal
-from renderer.sensors.surfaces_seen import axial_deviation, goes_on, is_read, seen_pixel, signal, within_range
+from renderer.sensors.surfaces_seen import AXIAL, axial_deviation, goes_on, is_read, normal, seen_pixel, signal, within_range
 
 SUM_REAL, SUM_IMAGINARY, SUM_STRENGTH, STRONGEST, STRONGEST_M, SUM_FIELDS = range(6)
 """Fields of a pixel's sum: phasor, strength of all, strength and distance of the strongest."""
