@@ -15,6 +15,7 @@ and P. F. Whelan, "Calibration and removal of lateral chromatic aberration in im
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,17 +73,8 @@ def expose(radiance: NDArray[np.float32], white: float, sensor: SensorConfig, fr
     black = round(sensor.black_level * levels)
     step_e = sensor.full_well_e / (levels - black) if levels else 0.0
     electrons = np.empty_like(radiance)
-    _read_out(
-        np.ascontiguousarray(radiance),
-        sensor.full_well_e / white,
-        sensor.full_well_e,
-        sensor.read_noise_e,
-        step_e,
-        float(black),
-        levels,
-        np.uint32(frame_key),
-        electrons,
-    )
+    readout = _Readout(sensor.full_well_e / white, sensor.full_well_e, sensor.read_noise_e, step_e, float(black), levels)
+    _read_out(np.ascontiguousarray(radiance), readout, np.uint32(frame_key), electrons)
     return electrons * np.float32(white / sensor.full_well_e)
 
 
@@ -108,32 +100,34 @@ def vignetting(camera: PosedCamera, falloff: float, amount: float) -> NDArray[np
     return np.asarray(share, np.float32)
 
 
+class _Readout(NamedTuple):
+    """How light becomes numbers: electrons of a unit of luminance, of a full pixel, of noise and of one step; black and white in steps."""
+
+    electrons_per_unit: float
+    full_well_e: float
+    read_noise_e: float
+    step_e: float
+    black: float
+    levels: float
+
+
 @entry
-def _read_out(
-    radiance: NDArray[np.float32],
-    electrons_per_unit: float,
-    full_well_e: float,
-    read_noise_e: float,
-    step_e: float,
-    black: float,
-    levels: float,
-    key: np.uint32,
-    result: NDArray[np.float32],
-) -> None:
+def _read_out(radiance: NDArray[np.float32], readout: _Readout, key: np.uint32, result: NDArray[np.float32]) -> None:
     """Fill ``result`` with the electrons that are read, less the black level."""
+    step_e, black = readout.step_e, readout.black
     height, width = radiance.shape[0], radiance.shape[1]
     for i in range(height):
         for j in range(width):
             for channel in range(3):
                 seed = mix_bits(np.uint32(mix_bits(np.uint32((i * width + j) * 3 + channel)) ^ key))
-                mean = max(float(radiance[i, j, channel]) * electrons_per_unit, 0.0)
-                value = float(_poisson(mean, seed)) + read_noise_e * standard_normal(
+                mean = max(float(radiance[i, j, channel]) * readout.electrons_per_unit, 0.0)
+                value = float(_poisson(mean, seed)) + readout.read_noise_e * standard_normal(
                     mix_bits(np.uint32(seed ^ _READ)), mix_bits(np.uint32(seed + _READ))
                 )
                 if step_e > 0.0:
                     code = np.floor(value / step_e + black + 0.5)
-                    value = (min(max(code, 0.0), levels) - black) * step_e
-                result[i, j, channel] = min(value, full_well_e)
+                    value = (min(max(code, 0.0), readout.levels) - black) * step_e
+                result[i, j, channel] = min(value, readout.full_well_e)
 
 
 @kernel

@@ -79,15 +79,21 @@ def hit_record_shapes(height: int, width: int) -> list[tuple[tuple[int, int], DT
     return [((height, width), dtype) for dtype in (np.int32, np.float32, np.float32)]
 
 
-class Labels(NamedTuple):
-    """What the triangles are: (m + 1,) uint32, the object's id times 256 plus the NYU40 class, so that one look-up gives both; last 0."""
+class LabelledScene(NamedTuple):
+    """Triangles, and what they are.
 
+    ids: (m + 1,) uint32, the object's id times 256 plus the NYU40 class, so that one look-up gives both; last 0.
+    """
+
+    tree: SceneHandle
     ids: NDArray[np.uint32]
 
 
-def make_labels(face_part: NDArray[np.int32], label: NDArray[np.uint8], object_id: NDArray[np.uint16]) -> Labels:
-    """Return the ids of triangles for ``face_part`` (m,), the part of each, and of the parts NYU40 class (p,) and object id (p,)."""
-    return Labels(np.append((object_id.astype(np.uint32) << 8 | label)[face_part], np.uint32(0)))
+def label_scene(
+    tree: SceneHandle, face_part: NDArray[np.int32], label: NDArray[np.uint8], object_id: NDArray[np.uint16]
+) -> LabelledScene:
+    """Return triangles with their ids for ``face_part`` (m,), the part of each, and of the parts NYU40 class (p,) and object id (p,)."""
+    return LabelledScene(tree, np.append((object_id.astype(np.uint32) << 8 | label)[face_part], np.uint32(0)))
 
 
 @kernel
@@ -150,8 +156,7 @@ def _record_hits(packet: Packet, column: int, row: int, hits: Hits) -> None:
 
 @entry
 def trace_geometry(
-    scene: SceneHandle,
-    labels: Labels,
+    scene: LabelledScene,
     camera: PosedCamera,
     packet: Packet,
     centre: NDArray[np.float32],
@@ -164,14 +169,15 @@ def trace_geometry(
 
     ``centre``: (32,) float32, the offsets of the rays from the pixel centres, ``CENTRE``.
     """
-    lens, recorded, steady = len(camera.bearings) > 0, hits.face.shape[0] > 0, scene.primary != scene.coherent
+    tree = scene.tree
+    lens, recorded, steady = len(camera.bearings) > 0, hits.face.shape[0] > 0, tree.primary != tree.coherent
     real, integer, r = packet.real, packet.integer, camera.rotation
     for row in range(first * TILE, camera.height, step * TILE):
         for column in range(0, camera.width, TILE):
             aim_exposed_tile(camera, column, row, centre, packet)
             if steady:
                 real[NEAREST : NEAREST + LANES] = _INFINITY
-            intersect16(packet.alive.ctypes.data, scene.address, real.ctypes.data, scene.primary)
+            intersect16(packet.alive.ctypes.data, tree.address, real.ctypes.data, tree.primary)
             if steady:
                 _end_at_hits(real)
             if camera.row_step > _ZERO:
@@ -180,7 +186,7 @@ def trace_geometry(
                 _record_hits(packet, column, row, hits)
             _face_camera(r, real)
             _measure(r, lens, real, packet.alive)
-            _look_up_ids(labels.ids, integer)
+            _look_up_ids(scene.ids, integer)
             store_numbers(real, TFAR, column, row, images.depth)
             store_numbers(real, DIR_X, column, row, images.range)
             store_vectors(real, NG_X, column, row, images.normals)
