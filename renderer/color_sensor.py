@@ -29,12 +29,7 @@ _LEAST_OF_WHITE = 1.0 / 16.0
 
 
 def read_color(
-    radiance: NDArray[np.float32],
-    camera: PosedCamera,
-    sensor: SensorConfig,
-    exposure: Exposure,
-    tone_curve: str,
-    frame_key: np.uint32,
+    radiance: NDArray[np.float32], camera: PosedCamera, sensor: SensorConfig, exposure: Exposure, tone_curve: str, frame_key: np.uint32
 ) -> NDArray[np.uint8]:
     """Return the picture (height, width, 3), uint8, that a sensor makes of linear colour, cd/m2.
 

@@ -30,16 +30,7 @@ from renderer.core.random_numbers import make_frame_key
 from renderer.core.workers import Workers, thread_count
 from renderer.film.denoise import Denoiser, is_asked
 from renderer.film.frame import Frame
-from renderer.film.layers import (
-    COLOR_LAYERS,
-    GEOMETRIC_LAYERS,
-    HIT_LAYERS,
-    LAYERS,
-    PICTURES,
-    SAMPLED_LAYERS,
-    SENSED_LAYERS,
-    check_names,
-)
+from renderer.film.layers import COLOR_LAYERS, GEOMETRIC_LAYERS, HIT_LAYERS, LAYERS, PICTURES, SAMPLED_LAYERS, SENSED_LAYERS, check_names
 from renderer.film.tone import Exposure, to_display
 from renderer.film.white_balance import white_of_kelvin
 from renderer.film_exposer import PATHS_PER_PIECE, FilmExposer

@@ -86,12 +86,7 @@ def tally_cover(
 
 @entry
 def paint_cover(
-    tree: SceneHandle,
-    camera: PosedCamera,
-    packet: Packet,
-    centre: NDArray[np.float32],
-    tiles: NDArray[np.int64],
-    cover: NDArray[np.bool_],
+    tree: SceneHandle, camera: PosedCamera, packet: Packet, centre: NDArray[np.float32], tiles: NDArray[np.int64], cover: NDArray[np.bool_]
 ) -> None:
     """Set in ``cover`` (height, width) the pixels that an object would cover if it were alone; arguments as of :func:`tally_cover`.
 

@@ -26,20 +26,14 @@ def _turned(taps: Filter) -> Filter:
     return {(x, y): weight for (y, x), weight in taps.items()}
 
 
-_BESIDE = {
-    "bilinear": _symmetric({(0, 1): 4.0}),
-    "malvar": _symmetric({(0, 0): 5.0, (0, 1): 4.0, (1, 1): -1.0, (0, 2): -1.0, (2, 0): 0.5}),
-}
+_BESIDE = {"bilinear": _symmetric({(0, 1): 4.0}), "malvar": _symmetric({(0, 0): 5.0, (0, 1): 4.0, (1, 1): -1.0, (0, 2): -1.0, (2, 0): 0.5})}
 """Red or blue at a green pixel whose neighbours in the row have it."""
 _CROSS = {
     "bilinear": _symmetric({(0, 1): 2.0, (1, 0): 2.0}),
     "malvar": _symmetric({(0, 0): 4.0, (0, 1): 2.0, (1, 0): 2.0, (0, 2): -1.0, (2, 0): -1.0}),
 }
 """Green at a red or blue pixel."""
-_DIAGONAL = {
-    "bilinear": _symmetric({(1, 1): 2.0}),
-    "malvar": _symmetric({(0, 0): 6.0, (1, 1): 2.0, (0, 2): -1.5, (2, 0): -1.5}),
-}
+_DIAGONAL = {"bilinear": _symmetric({(1, 1): 2.0}), "malvar": _symmetric({(0, 0): 6.0, (1, 1): 2.0, (0, 2): -1.5, (2, 0): -1.5})}
 """Red at a blue pixel, blue at a red one."""
 
 

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from renderer.camera.camera_rays import TILE, aim_tile
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile
-from renderer.core.embree import GEOM_ID, INVALID_ID, LANES, PRIM_ID, Packet, SceneHandle, intersect16
+from renderer.core import embree as ray
+from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16
 from renderer.core.kernel import entry, kernel
 from renderer.ground_truth.hit_view import HitLayers, HitView
 
@@ -125,10 +126,8 @@ def _see_ids(view: _SeenObjects, rays: Packet, ids: NDArray[np.float32]) -> None
     """Trace a packet and write the ids of the objects that it hits, 0 for none, to the first 16 numbers of ``ids``."""
     intersect16(rays.alive.ctypes.data, view.tree.address, rays.real.ctypes.data, view.tree.coherent)
     for k in range(LANES):
-        hit = rays.integer[GEOM_ID + k] != INVALID_ID
-        ids[k] = np.float32(view.object_id[view.face_part[rays.integer[PRIM_ID + k]]]) if hit else _ZERO
+        hit = rays.integer[ray.GEOM_ID + k] != INVALID_ID
+        ids[k] = np.float32(view.object_id[view.face_part[rays.integer[ray.PRIM_ID + k]]]) if hit else _ZERO
 
 
-LAYERS: HitLayers = {
-    "coverage": coverage,
-}
+LAYERS: HitLayers = {"coverage": coverage}

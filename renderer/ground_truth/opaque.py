@@ -10,20 +10,9 @@ from numpy.typing import NDArray
 from renderer.camera.camera_rays import CENTRE, TILE
 from renderer.camera.cameras import PosedCamera
 from renderer.camera.shutter import aim_exposed_tile, unturn_rays
+from renderer.core import embree as ray
 from renderer.core.arrays import empty_together
-from renderer.core.embree import (
-    DIR_X,
-    GEOM_ID,
-    INVALID_ID,
-    LANES,
-    NG_X,
-    PRIM_ID,
-    TFAR,
-    TNEAR,
-    Packet,
-    SceneHandle,
-    intersect16,
-)
+from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle, intersect16
 from renderer.core.kernel import entry, inlined
 from renderer.ground_truth.hit_view import HitView, shared_fields
 from renderer.path.ground_truth import Hits
@@ -124,11 +113,11 @@ def _pass_clear(parts: _Parts, packet: Packet) -> None:
         intersect16(packet.alive.ctypes.data, parts.tree.address, real.ctypes.data, parts.tree.coherent)
         going = 0
         for k in range(LANES):
-            hit = packet.alive[k] != 0 and integer[GEOM_ID + k] != INVALID_ID
+            hit = packet.alive[k] != 0 and integer[ray.GEOM_ID + k] != INVALID_ID
             packet.alive[k] = 0
-            if hit and parts.clear[parts.face_part[integer[PRIM_ID + k]]]:
-                packet.alive[k], integer[GEOM_ID + k] = -1, INVALID_ID
-                real[TNEAR + k], real[TFAR + k] = real[TFAR + k] * _ONWARD, np.float32(np.inf)
+            if hit and parts.clear[parts.face_part[integer[ray.PRIM_ID + k]]]:
+                packet.alive[k], integer[ray.GEOM_ID + k] = -1, INVALID_ID
+                real[ray.TNEAR + k], real[ray.TFAR + k] = real[ray.TFAR + k] * _ONWARD, np.float32(np.inf)
                 going += 1
         if going == 0:
             break
@@ -138,13 +127,13 @@ def _pass_clear(parts: _Parts, packet: Packet) -> None:
 def _store(parts: _Parts, camera: PosedCamera, k: int, packet: Packet, images: OpaqueImages, y: int, x: int) -> None:
     """Write what ray k has ended at to pixel (x, y)."""
     real, r = packet.real, camera.rotation
-    hit = packet.integer[GEOM_ID + k] != INVALID_ID
-    part = parts.face_part[packet.integer[PRIM_ID + k]] if hit else 0
-    dx, dy, dz = real[DIR_X + k], real[DIR_X + LANES + k], real[DIR_X + 2 * LANES + k]
-    nx, ny, nz = real[NG_X + k], real[NG_X + LANES + k], real[NG_X + 2 * LANES + k]
+    hit = packet.integer[ray.GEOM_ID + k] != INVALID_ID
+    part = parts.face_part[packet.integer[ray.PRIM_ID + k]] if hit else 0
+    dx, dy, dz = real[ray.DIR_X + k], real[ray.DIR_X + LANES + k], real[ray.DIR_X + 2 * LANES + k]
+    nx, ny, nz = real[ray.NG_X + k], real[ray.NG_X + LANES + k], real[ray.NG_X + 2 * LANES + k]
     along = r[0, 2] * dx + r[1, 2] * dy + r[2, 2] * dz if len(camera.bearings) > 0 else _ONE
     if len(images.depth):
-        images.depth[y, x] = real[TFAR + k] * along if hit else np.float32(np.inf)
+        images.depth[y, x] = real[ray.TFAR + k] * along if hit else np.float32(np.inf)
     if len(images.semantic):
         images.semantic[y, x] = parts.label[part] if hit else np.uint8(0)
     if len(images.instance):

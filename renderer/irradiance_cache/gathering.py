@@ -138,9 +138,7 @@ def _look_around(scene: LitScene, target: Atlas, source: CoarseLight, rays: Rays
 
 
 @inlined
-def _light_of_ray(
-    surfaces: Surfaces, source: CoarseLight, k: int, memory: GatherScratch
-) -> tuple[np.float32, np.float32, np.float32, int]:
+def _light_of_ray(surfaces: Surfaces, source: CoarseLight, k: int, memory: GatherScratch) -> tuple[np.float32, np.float32, np.float32, int]:
     """Return the luminance (r, g, b) that ray k has found, and its link; bright nodes that are sampled as lights bring none."""
     red = green = blue = _ZERO
     if memory.sighted[k] >= 0:
@@ -176,11 +174,7 @@ def _light_of_bright(
     lanes = scratch.lanes
     for k in range(LANES):
         i = begin + k
-        x, y, z = (
-            bright.point[i, 0] - lanes[ln.P_X + k],
-            bright.point[i, 1] - lanes[ln.P_Y + k],
-            bright.point[i, 2] - lanes[ln.P_Z + k],
-        )
+        x, y, z = (bright.point[i, 0] - lanes[ln.P_X + k], bright.point[i, 1] - lanes[ln.P_Y + k], bright.point[i, 2] - lanes[ln.P_Z + k])
         squared = x * x + y * y + z * z
         inverse = _ONE / np.sqrt(max(squared, _TINY))
         here = (x * lanes[ln.NS_X + k] + y * lanes[ln.NS_Y + k] + z * lanes[ln.NS_Z + k]) * inverse

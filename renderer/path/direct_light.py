@@ -49,15 +49,7 @@ def weigh_lights(lights: Lights, scratch: Scratch) -> None:
 
 @inlined
 def sample_lights(
-    scene: LitScene,
-    kinds: int,
-    depth: int,
-    limit: np.float32,
-    waiting: int,
-    column: int,
-    row: int,
-    scratch: Scratch,
-    film: Film,
+    scene: LitScene, kinds: int, depth: int, limit: np.float32, waiting: int, column: int, row: int, scratch: Scratch, film: Film
 ) -> int:
     """Sample the emitters, and the infinite light if there is one; return how many shadow rays wait when ``waiting`` did before.
 

@@ -64,9 +64,7 @@ _ROULETTE_FROM = 2
 
 
 @entry
-def trace_paths(
-    scene: LitScene, camera: PosedCamera, transport: Transport, work: Work, scratch: Scratch, film: Film
-) -> None:
+def trace_paths(scene: LitScene, camera: PosedCamera, transport: Transport, work: Work, scratch: Scratch, film: Film) -> None:
     """Add a piece's samples to ``film``."""
     surfaces, lights = scene.surfaces, scene.lights
     tiles_across = (camera.width + WAVE_EDGE - 1) // WAVE_EDGE

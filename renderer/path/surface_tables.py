@@ -87,13 +87,7 @@ def build_surfaces(flat: FlatScene) -> Surfaces:
             reflected_table(),
             np.stack([glass_table(float(ior)) for ior in iors]) if len(iors) else np.zeros((0, 2, STEPS, STEPS), np.float32),
         ),
-        build_textures(
-            textured,
-            flat.textures,
-            flat.mesh.vertices,
-            flat.mesh.uvs,
-            flat.mesh.faces,
-        ),
+        build_textures(textured, flat.textures, flat.mesh.vertices, flat.mesh.uvs, flat.mesh.faces),
         Sky(*(np.ascontiguousarray(item, np.float32) for item in flat.sky)),
         np.ascontiguousarray(flat.profiles, np.float32),
     )

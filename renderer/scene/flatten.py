@@ -32,17 +32,7 @@ from renderer.scene.room_shell import build_opening, build_shell
 from renderer.scene.spot_lights import intensity_profile, luminaire_emission, luminaire_mesh, profile_row
 from renderer.textures.apply import AppliedTexture, applied_texture
 from renderer.textures.generators import GENERATORS
-from scene_description import (
-    Environment,
-    Light,
-    Luminaire,
-    Material,
-    ModelReference,
-    Opening,
-    Part,
-    SceneDescription,
-    SceneObject,
-)
+from scene_description import Environment, Light, Luminaire, Material, ModelReference, Opening, Part, SceneDescription, SceneObject
 from scene_description.labels import LABEL_ID, part_ids
 from scene_description.light_labels import light_ids
 

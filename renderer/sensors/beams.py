@@ -234,9 +234,7 @@ def _send_on(mirror: bool, clear: np.float32, k: int, rays: Packet, lanes: NDArr
 
 
 @inlined
-def _write_return(
-    camera: PosedCamera, clear: np.float32, shines: bool, x: int, y: int, k: int, scratch: BeamScratch, beams: Beams
-) -> None:
+def _write_return(camera: PosedCamera, clear: np.float32, shines: bool, x: int, y: int, k: int, scratch: BeamScratch, beams: Beams) -> None:
     """Write to pixel (x, y) what the surface sends back along the beam of lane k; what ``shines`` itself is brighter than any base."""
     lanes, state = scratch.lanes, scratch.state
     red, green, blue = lanes[ln.BASE_R + k], lanes[ln.BASE_G + k], lanes[ln.BASE_B + k]
