@@ -101,16 +101,9 @@ def _aim_mirrored(scratch: Scratch, primary: NDArray[np.float32]) -> None:
         real[ray.TNEAR + k], real[ray.TFAR + k] = _ZERO, np.inf
         real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k] = _ZERO, _ZERO, _ZERO
         if primary[px.KIND, k] > _ZERO:
-            real[ray.ORG_X + k], real[ray.ORG_Y + k], real[ray.ORG_Z + k] = (
-                primary[px.POINT, k],
-                primary[px.POINT + 1, k],
-                primary[px.POINT + 2, k],
-            )
-            real[ray.DIR_X + k], real[ray.DIR_Y + k], real[ray.DIR_Z + k] = (
-                primary[px.AHEAD, k],
-                primary[px.AHEAD + 1, k],
-                primary[px.AHEAD + 2, k],
-            )
+            for axis in range(3):
+                real[ray.ORG_X + LANES * axis + k] = primary[px.POINT + axis, k]
+                real[ray.DIR_X + LANES * axis + k] = primary[px.AHEAD + axis, k]
 
 
 @inlined
@@ -128,11 +121,8 @@ def _aim_through(camera: PosedCamera, column: int, row: int, scratch: Scratch, p
         rays.alive[k] = -1 if primary[px.KIND, k] > _BOTH_WAYS else 0
         if primary[px.PANE, k] > _ZERO:
             integer[ray.MASK + k] = PASS_PANES
-            real[ray.ORG_X + k], real[ray.ORG_Y + k], real[ray.ORG_Z + k] = (
-                primary[px.POINT, k],
-                primary[px.POINT + 1, k],
-                primary[px.POINT + 2, k],
-            )
+            for axis in range(3):
+                real[ray.ORG_X + LANES * axis + k] = primary[px.POINT + axis, k]
     return count
 
 
@@ -178,7 +168,7 @@ def _trace_on(scene: LitScene, through: bool, scratch: Scratch, primary: NDArray
 
 @inlined
 def _see_nodes(surfaces: Surfaces, tables: Tables, memory: ShadeScratch) -> int:
-    """Fill px.SEEN, by light and colour of the coarse nodes alone, where the mirror image is rough or faint; return how many rays are left.
+    """Fill SEEN, by light and colour of the coarse nodes alone, where the mirror image is rough or faint; return how many rays are left.
 
     What shines of itself is left to :func:`_see_surfaces`, unless it is shown as a ball.
     """

@@ -245,7 +245,7 @@ def _add_diffuse(
 def _classify(
     tables: Tables, incident: Incident, along: np.float32, kinds: int, k: int, memory: ShadeScratch
 ) -> tuple[bool, bool, np.float32]:
-    """Fill px.SHARE, px.ALPHA and px.UNDER, what lane k mirrors and how wide, where a ray asks for it; add the light around where none does.
+    """Fill SHARE, ALPHA and UNDER, what lane k mirrors and how wide, where a ray asks for it; add the light around where none does.
 
     Return whether one does, whether light goes straight through, and the share of the illuminance that is mirrored by its first order.
     """
