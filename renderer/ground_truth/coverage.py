@@ -36,8 +36,8 @@ def coverage(view: HitView) -> NDArray[np.float32]:
     count, offsets = (
         (_count_in_pixels, WITHIN_PIXEL) if view.config.is_plain and not len(view.camera.motion) else (_count_in_tiles, OFFSETS)
     )
-    seen = _SeenObjects(scene.tree, scene.flat.face_part, scene.flat.parts.object_id, view.camera, instance)
-    scene.in_tiles(count, seen, offsets, image)
+    objects = _SeenObjects(scene.tree, scene.flat.face_part, scene.flat.parts.object_id, view.camera, instance)
+    scene.in_tiles(count, objects, offsets, image)
     return image
 
 

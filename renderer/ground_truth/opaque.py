@@ -40,10 +40,10 @@ def is_clear(view: HitView) -> NDArray[np.bool_]:
 
 def opaque_images(view: HitView) -> OpaqueImages:
     """Return the images of the first opaque surfaces that the view's layers need; where no glass is seen, those of the first surfaces."""
-    scene, seen, clear = view.scene, view.images, is_clear(view)
+    scene, first_hits, clear = view.scene, view.images, is_clear(view)
     through = np.empty(view.hits.face.shape, np.bool_)
     scene.in_rows(_find_clear, scene.flat.face_part, clear, view.hits, through)
-    first_surfaces = OpaqueImages(seen.depth, seen.normals, seen.semantic, seen.instance)
+    first_surfaces = OpaqueImages(first_hits.depth, first_hits.normals, first_hits.semantic, first_hits.instance)
     if not through.any():
         return first_surfaces
     first: dict[str, NDArray[Any]] = first_surfaces._asdict()

@@ -57,8 +57,8 @@ def surface_images(view: HitView) -> SurfaceImages:
     images = SurfaceImages(*empty_together([(shape, np.float32) for shape in shapes[:-1]] + [(shapes[-1], np.uint16)]))
     scene, flat, step = view.scene, view.scene.flat, view.scene.workers.count
     lights = flat.light_id if len(flat.light_id) else np.zeros(len(flat.part_names), np.uint16)
-    seen = (scene.lit, view.traced, lights)
-    scene.workers.run(lambda worker, first: evaluate_hits(*seen, scene.scratch[worker], images, first, step), range(step))
+    inputs = (scene.lit, view.traced, lights)
+    scene.workers.run(lambda worker, first: evaluate_hits(*inputs, scene.scratch[worker], images, first, step), range(step))
     return images
 
 

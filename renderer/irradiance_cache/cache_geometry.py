@@ -107,7 +107,7 @@ class CacheGeometry:
             reflect_nodes(scene.lit, coarse, rays.far_m, scratch[worker], self.albedo, self.glow, *piece)
             room = make_sightings(PIECE * len(rays.pattern))
             rows = link_nodes(scene.lit, coarse, rays, memory[worker], self._links, room, *piece)
-            self._sightings[piece[0]] = Sightings(room.seen[:rows].copy(), room.sights[:rows].copy())
+            self._sightings[piece[0]] = Sightings(room.node_part[:rows].copy(), room.sights[:rows].copy())
 
         self._unlinked.run(workers, compute, cancelled)
         valid = (self.links == BEHIND).mean(axis=1) <= MOST_BEHIND
@@ -122,8 +122,8 @@ class CacheGeometry:
         # Nodes within things shine by those that stand in for them.
         self.shining_area = np.where(valid, np.bincount(self.other, coarse.area, len(valid)), 0.0).astype(np.float32)
         in_order = [make_sightings(0), *(self._sightings[first] for first in sorted(self._sightings))]
-        seen, sights = [piece.seen for piece in in_order], [piece.sights for piece in in_order]
-        self.sightings = Sightings(np.concatenate(seen), np.concatenate(sights))
+        node_part, sights = [piece.node_part for piece in in_order], [piece.sights for piece in in_order]
+        self.sightings = Sightings(np.concatenate(node_part), np.concatenate(sights))
         del self._links, self._sightings
         self.complete = True
 

@@ -37,11 +37,11 @@ def build_lamps(flat: FlatScene) -> Lamps:
         center = np.average(corners[faces].mean(axis=1), axis=0, weights=np.maximum(area, 1e-12))
         normal = cross[faces].sum(axis=0)
         level = np.linalg.norm(normal) > 0.5 * area.sum()
-        seen = max(np.maximum(sign * cross[faces][:, axis], 0.0).sum() for axis in range(3) for sign in (-1.0, 1.0))
+        shown_m2 = max(np.maximum(sign * cross[faces][:, axis], 0.0).sum() for axis in range(3) for sign in (-1.0, 1.0))
         if flat.parts.portal[parts[0]]:
-            seen = np.linalg.norm(normal)
+            shown_m2 = np.linalg.norm(normal)
         normal /= max(np.linalg.norm(normal), 1e-12)
-        rows.append([*center, np.sqrt(seen / np.pi), *normal, float(level)])
+        rows.append([*center, np.sqrt(shown_m2 / np.pi), *normal, float(level)])
     return Lamps(np.array(rows, np.float32).reshape(-1, 8), np.array([parts[0] for parts in groups], np.int32))
 
 
@@ -68,8 +68,8 @@ def mirrored_share(
 @inlined
 def _schlick(cosine: np.float32) -> np.float32:
     """Return Fresnel's term of dielectrics by Schlick's approximation, for an index of 1.5."""
-    left = max(_ONE - cosine, _ZERO)
-    value: np.float32 = np.float32(0.04) + np.float32(0.96) * left * left * left * left * left
+    rest = max(_ONE - cosine, _ZERO)
+    value: np.float32 = np.float32(0.04) + np.float32(0.96) * rest * rest * rest * rest * rest
     return value
 
 

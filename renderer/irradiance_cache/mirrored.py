@@ -174,13 +174,13 @@ def _see_nodes(surfaces: Surfaces, tables: Tables, memory: ShadeScratch) -> int:
     """
     rays, lanes, primary = memory.trace.rays, memory.trace.lanes, memory.primary
     real, integer = rays.real, rays.integer
-    left = 0
+    waiting = 0
     for k in range(LANES):
         if rays.alive[k] == 0:
             continue
         blurred = primary[px.ALPHA, k] > ROUGH or is_faint(primary, k)
         if not blurred or integer[ray.GEOM_ID + k] == INVALID_ID or _shines(surfaces, integer[ray.PRIM_ID + k], primary[px.ALPHA, k]):
-            left += 1
+            waiting += 1
             continue
         nx, ny, nz = real[ray.NG_X + k], real[ray.NG_Y + k], real[ray.NG_Z + k]
         along = real[ray.DIR_X + k] * nx + real[ray.DIR_Y + k] * ny + real[ray.DIR_Z + k] * nz
@@ -190,7 +190,7 @@ def _see_nodes(surfaces: Surfaces, tables: Tables, memory: ShadeScratch) -> int:
         primary[px.SEEN + 2, k] = b * lanes[ln.BETA_B + k]
         rays.alive[k] = 0
         integer[ray.GEOM_ID + k] = INVALID_ID
-    return left
+    return waiting
 
 
 @inlined

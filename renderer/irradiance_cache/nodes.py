@@ -114,7 +114,7 @@ def widen(
     grids: NDArray[np.int32],
     reach: int,
     nodes: NDArray[np.int64],
-    wanted: NDArray[np.bool_],
+    is_read: NDArray[np.bool_],
 ) -> None:
     """Mark all that lie within ``reach`` steps of the nodes on their grids."""
     for i in range(len(nodes)):
@@ -126,7 +126,7 @@ def widen(
             for x in range(max(column - reach, 0), min(column + reach, width - 1) + 1):
                 node = index[offset + y * width + x]
                 if node >= 0:
-                    wanted[node] = True
+                    is_read[node] = True
 
 
 @entry

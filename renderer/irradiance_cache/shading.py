@@ -55,7 +55,7 @@ _LEAST_ALPHA = np.float32(1e-4)
 
 
 @entry
-def want_nodes(atlas: Atlas, hits: Hits, wanted: NDArray[np.bool_], first: int, step: int) -> None:
+def want_nodes(atlas: Atlas, hits: Hits, is_read: NDArray[np.bool_], first: int, step: int) -> None:
     """Mark the nodes around the hits of rows ``first``, ``first + step``, ..., on both sides where there are two."""
     height, width = hits.face.shape
     for y in range(first, height, step):
@@ -68,7 +68,7 @@ def want_nodes(atlas: Atlas, hits: Hits, wanted: NDArray[np.bool_], first: int, 
             last_face = face
             if atlas.cells[face, 3] == CORNERS:
                 for corner in range(3):
-                    _want(atlas, atlas.cells[face, corner], wanted)
+                    _want(atlas, atlas.cells[face, corner], is_read)
             elif atlas.cells[face, 3] == GRID:
                 place, _, _ = find_cell(atlas, face, hits.u[y, x], hits.v[y, x])
                 if place == last_cell:
@@ -78,14 +78,14 @@ def want_nodes(atlas: Atlas, hits: Hits, wanted: NDArray[np.bool_], first: int, 
                 for corner in range(4):
                     beside = place + (corner & 1 if columns > 1 else 0) + (columns if corner >> 1 and rows > 1 else 0)
                     if atlas.grid[beside] >= 0:
-                        _want(atlas, atlas.grid[beside], wanted)
+                        _want(atlas, atlas.grid[beside], is_read)
 
 
 @inlined
-def _want(atlas: Atlas, node: int, wanted: NDArray[np.bool_]) -> None:
-    wanted[node] = True
+def _want(atlas: Atlas, node: int, is_read: NDArray[np.bool_]) -> None:
+    is_read[node] = True
     if atlas.back[node] >= 0:
-        wanted[atlas.back[node]] = True
+        is_read[atlas.back[node]] = True
 
 
 class Incident(NamedTuple):
