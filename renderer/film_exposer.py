@@ -72,6 +72,7 @@ class FilmExposer:
         def trace(worker: int, work: Work) -> None:
             trace_paths(lit, view, transport, work, scene.scratch[worker], film)
 
+        # Rounds of samples, until there are enough.
         began, done = time.monotonic(), 0
         while count := next_round(config, done, time.monotonic() - began):
             before = film.light.copy() if config.noise_target else film.light
@@ -80,6 +81,7 @@ class FilmExposer:
             done += count
             if is_clean(config, before, film.light, done, white):
                 break
+        # Sums become means.
         for image in film:
             image *= np.float32(1.0 / done)
         if config.clamp:

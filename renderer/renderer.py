@@ -177,6 +177,7 @@ class Renderer:
         frame = Frame(images, None)
         for scratch in self._scratch:
             scratch.traced[0] = 0
+        # Rays through the pixel centres, and what follows from their hits: ground truth, annotations, colour that is looked up.
         if annotator is not None or self._needs_hits(layers):
             recorded = self._is_looked_up(layers) or any(name in HIT_LAYERS for name in layers)
             seen = HitView(self._scene, self._camera, view, *self._trace_geometry(view, recorded), pose, path, layers)
@@ -189,6 +190,7 @@ class Renderer:
                 frame = self._look_up(request, seen.traced, frame, cancelled)
         if "depth_sensed" in layers:
             images["depth_sensed"] = images["depth"] if self._depth_config.model == "ideal" else self._read_depth(request)
+        # Paths, for what is not there yet.
         sampled = [name for name in layers if name in SAMPLED_LAYERS and name not in images]
         if sampled:
             frame = self._sample(request, sampled, frame, cancelled)

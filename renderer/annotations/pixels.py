@@ -58,15 +58,9 @@ def tally_cover(
 ) -> None:
     """Add the pixels that an object would cover if it were alone to ``tally`` (5,), by the primary rays of the frame.
 
-    Args:
-        tree: of the object alone.
-        camera: as the frame was rendered with it.
-        packet: scratch memory of the calling thread.
-        centre: ``CENTRE``, as of ``trace_geometry``.
-        instance: (height, width), ids of the frame; its own pixels are covered without a ray.
-        key: the object's id.
-        tiles: (4,) first and last column, first and last row of the tiles that it can touch.
-        tally: filled.
+    ``tree``: of the object alone; ``centre``: ``CENTRE``, as of ``trace_geometry``; ``instance``: (height, width), ids of the frame: pixels
+    of the object's id ``key`` are covered without a ray; ``tiles``: (4,) first and last column, first and last row of those that it can
+    touch.
     """
     real = packet.real
     for row in range(tiles[2] * TILE, (tiles[3] + 1) * TILE, TILE):

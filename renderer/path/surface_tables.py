@@ -72,6 +72,7 @@ def build_surfaces(flat: FlatScene) -> Surfaces:
     if len(flat.part_profile):
         table[:, PROFILE] = flat.part_profile + 1
     textured = flat.part_texture if len(flat.part_texture) else np.full(len(row), -1, np.int32)
+    # What swallows all light is black and rough, and has no boundary.
     if len(flat.absorbs):
         table[flat.absorbs, :PROFILE] = 0.0
         table[flat.absorbs, EMISSION : EMISSION + 3] = parts.emission[flat.absorbs]

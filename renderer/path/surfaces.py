@@ -207,6 +207,7 @@ def apply_texture(textures: Textures, row: int, packet: Packet, k: int, lanes: N
     faces, rows = textures.faces, textures.rows
     v, w = packet.real[ray.BARY_U + k], packet.real[ray.BARY_V + k]
     per_u, per_v, turn, lean = rows[row, tex.PER_U], rows[row, tex.PER_V], rows[row, tex.COS], rows[row, tex.SIN]
+    # How many texels the ray cone covers, aslant, which tells the level of detail; then where the hit lies on the texture.
     texels = abs(per_u * per_v) * np.float32(1 << (textures.layout[row, tex.WIDTH_LOG] + textures.layout[row, tex.HEIGHT_LOG]))
     cosine = max(abs(lanes[ln.COS_FRONT + k]), _LEAST_COSINE)
     width = lanes[ln.WIDTH + k]
@@ -226,6 +227,7 @@ def apply_texture(textures: Textures, row: int, packet: Packet, k: int, lanes: N
         lanes[ln.ROUGHNESS + k],
         lanes[ln.METALLIC + k],
     )
+    # Slopes too fine to be seen make the surface rougher.
     lanes[ln.BASE_R + k], lanes[ln.BASE_G + k], lanes[ln.BASE_B + k] = texture.red, texture.green, texture.blue
     lanes[ln.METALLIC + k] = texture.metallic
     lanes[ln.ROUGHNESS + k] = _roughen(texture.roughness, texture.spread)
@@ -233,6 +235,7 @@ def apply_texture(textures: Textures, row: int, packet: Packet, k: int, lanes: N
         lanes[ln.COAT_ROUGHNESS + k] = _roughen(lanes[ln.COAT_ROUGHNESS + k], texture.spread)
     if rows[row, tex.SLOPE] == _ZERO or faces[at + tex.FACE_DENSITY] == _ZERO:
         return
+    # Relief: the normal leans against the slopes, along the texture's axes on the triangle.
     tx, ty, tz = faces[at + tex.FACE_TX], faces[at + tex.FACE_TY], faces[at + tex.FACE_TZ]
     sx, sy, sz = faces[at + tex.FACE_SX], faces[at + tex.FACE_SY], faces[at + tex.FACE_SZ]
     slope_u = turn * texture.slope_u - lean * texture.slope_v
