@@ -11,7 +11,7 @@ import numpy as np
 
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import Model, Parts, Pieces, Size, halved
 from renderer.models.soft import Drape, cloth, cushion, drape, layer, lined, pillow, piping, rounded_loop, tufted
 
 
@@ -199,8 +199,7 @@ def _corners(half_d: float, half_w: float) -> list[tuple[float, float]]:
 
 def _platform(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
     """A low slab on recessed legs, a wide headboard of planks."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     base = plan.z_low - 0.02
     slab = block((-half_d, -half_w, base - 0.09), (half_d, half_w, base + 0.05), 0.008)
     rim = blocks(
@@ -232,8 +231,7 @@ def _platform(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
 
 def _panel(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
     """Posts and rails with a curved, panelled headboard and a low footboard."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     post = 0.055
     foot_height = min(plan.z_top + 0.06, 0.58 * height)
     rail_low = plan.z_low - 0.10
@@ -287,8 +285,7 @@ def _paneled_board(front: float, half_w: float, post: float, low: float, high: f
 
 def _carved(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
     """Turned posts with finials between which carved boards rise in the middle."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     post = 0.065
     low = plan.z_low - 0.06
     foot_top = 0.585 * height
@@ -305,8 +302,7 @@ def _carved(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
 
 def _metal(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
     """Tubes: an arched head and a lower foot end with bars and rings, brass knobs on the posts."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, width, height, half_d, half_w = halved(size_m)
     tube = 0.017
     inner = half_w - tube - 0.004
     low = plan.z_low - 0.04
@@ -365,8 +361,7 @@ def _peg_legs(half_d: float, half_w: float, low: float) -> Mesh:
 
 def _upholstered(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
     """Padded side rails and a headboard of channels or squares."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, width, height, half_d, half_w = halved(size_m)
     low = 0.09
     back = rounded_box((-half_d, -half_w, low), (-half_d + 0.05, half_w, height), 0.022)
     columns = min(max(3, round(width / rng.uniform(0.2, 0.34))), 11)
@@ -383,8 +378,7 @@ def _upholstered(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts
 
 def _tufted(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
     """A high headboard with deep buttons between piped borders, padded rails."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     low, border = 0.08, 0.07
     back = rounded_box((-half_d, -half_w, low), (-half_d + 0.06, half_w, height), 0.022, 3)
     y, bottom, top = half_w - border, plan.z_low, height - border
@@ -410,7 +404,7 @@ BEDSTEADS = {
 """Style -> bedstead."""
 
 
-def build_bed(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_bed(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a bed made up with duvet, turned-down sheet, pillows, decorative cushion and throw."""
     depth, width, height = size_m
     kind = BEDSTEADS[style]
@@ -421,7 +415,7 @@ def build_bed(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     parts["mattress"] = mattress(plan)
     parts["slats"] = slats(plan)
     parts.update(bedding(rng, plan, height, thickness * kind.fall * rng.uniform(0.9, 1.1), kind.over_foot))
-    return fitted(parts, size_m)
+    return parts
 
 
 MODELS = {"bed": Model(build_bed, tuple(BEDSTEADS))}

@@ -9,7 +9,7 @@ import numpy as np
 
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import Model, Parts, Pieces, Size
 
 GAP_M = 0.003
 
@@ -137,7 +137,7 @@ def _rows(left: float, right: float, low: float, high: float, count: int, grow: 
     return [Front(left, right, float(a), float(b)) for a, b in itertools.pairwise(edges)]
 
 
-def build_nightstand(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_nightstand(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a bedside cabinet: two or three drawers, one drawer over an open shelf, or a mid-century box on splayed legs."""
     depth, width, height = size_m
     reach = min(0.018, 0.045 * depth)
@@ -160,12 +160,10 @@ def build_nightstand(rng: np.random.Generator, size_m: Size, style: str) -> Part
         areas = _rows(-inner, inner, leg + 0.02, top, 1 if height < 0.5 else 2)
         legs = splayed_legs(back, front, half, leg)
     handles = pulls(front, areas, str(rng.choice(("bar", "knob"))) if style != "midcentury" else "cup", reach + 0.004)
-    return fitted(
-        {"body": merged(*body), "drawers": fronts(front, areas, framed=style == "shelf"), "handles": handles, "legs": legs}, size_m
-    )
+    return {"body": body, "drawers": fronts(front, areas, framed=style == "shelf"), "handles": handles, "legs": legs}
 
 
-def build_dresser(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_dresser(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a chest of drawers: classic with framed fronts and knobs, modern with bars, mid-century on splayed legs."""
     depth, width, height = size_m
     reach = min(0.02, 0.045 * depth)
@@ -187,18 +185,15 @@ def build_dresser(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         "midcentury": lambda: splayed_legs(back, front, half, leg, 0.035, 0.022),
     }[style]()
     kind = {"classic": "knob", "modern": "bar", "midcentury": "cup"}[style]
-    return fitted(
-        {
-            "body": carcass(body_depth, width, leg, height, 0.008, back),
-            "drawers": fronts(front, areas, framed=style == "classic"),
-            "handles": pulls(front, areas, kind, reach + 0.006),
-            "legs": legs,
-        },
-        size_m,
-    )
+    return {
+        "body": carcass(body_depth, width, leg, height, 0.008, back),
+        "drawers": fronts(front, areas, framed=style == "classic"),
+        "handles": pulls(front, areas, kind, reach + 0.006),
+        "legs": legs,
+    }
 
 
-def build_wardrobe(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_wardrobe(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a wardrobe with hinged flat doors, panelled doors with cornice, or sliding doors with mirrors."""
     depth, width, height = size_m
     reach = 0.028 if style != "mirrored" else 0.004
@@ -220,7 +215,7 @@ def build_wardrobe(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     doors = [Front(float(a), float(b), low, high) for a, b in itertools.pairwise(edges)]
     parts = {"body": merged(*body), "plinth": block((back + 0.01, -half + 0.02, 0.0), (front - 0.06, half - 0.02, plinth + 0.002))}
     if style == "mirrored":
-        return fitted(parts | _sliding_doors(front, doors), size_m)
+        return parts | _sliding_doors(front, doors)
     if style == "panelled":
         split = low + 0.36 * (high - low)
         areas = [Front(d.left, d.right, a, b) for d in doors for a, b in ((low, split), (split - GAP_M, high))]
@@ -233,7 +228,7 @@ def build_wardrobe(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         z = min(1.05, 0.5 * (low + high))
         handles.append(knob(front, y, z, reach) if style == "panelled" else bar_handle(front, y, z, 0.32, reach, upright=True))
     parts["handles"] = merged(*handles)
-    return fitted(parts, size_m)
+    return parts
 
 
 def _sliding_doors(front: float, doors: list[Front]) -> Parts:

@@ -9,13 +9,13 @@ from numpy.typing import NDArray
 
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import Model, Parts, Pieces, Size, halved
 from renderer.models.soft import cushion
 
 
-def build_desk_chair(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_desk_chair(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return an office chair on a five-star base with castors, or a wooden chair on four legs."""
-    return fitted({"office": _office_chair, "wooden": _wooden_chair, "shell": _shell_chair}[style](rng, size_m), size_m)
+    return {"office": _office_chair, "wooden": _wooden_chair, "shell": _shell_chair}[style](rng, size_m)
 
 
 def _office_chair(rng: np.random.Generator, size_m: Size) -> Parts:
@@ -89,8 +89,7 @@ def _curved_back(mesh: Mesh, low_z: float, half_w: float) -> Mesh:
 
 
 def _wooden_chair(rng: np.random.Generator, size_m: Size) -> Parts:
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     seat_z = min(0.46, 0.54 * height)
     lean = 0.13 * (height - seat_z)
     back_x = -half_d + lean + 0.02
@@ -135,8 +134,7 @@ def _back_rail(x: float, half_w: float, top: float, tall: float) -> Mesh:
 
 def _shell_chair(rng: np.random.Generator, size_m: Size) -> Parts:
     """A moulded shell, seat and back in one curve, on four splayed wooden legs with a seat pad."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     seat_z = min(0.45, 0.55 * height)
     rise = height - seat_z
     profile = np.array(
@@ -196,9 +194,9 @@ def _smooth(t: NDArray[np.float64], values: NDArray[np.float64], fine: NDArray[n
     )
 
 
-def build_dining_chair(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_dining_chair(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a dining chair: upright slats, a cross between the back posts, or a padded back and seat on tapered legs."""
-    return fitted({"slats": _slats, "cross": _cross, "padded": _padded}[style](rng, size_m), size_m)
+    return {"slats": _slats, "cross": _cross, "padded": _padded}[style](rng, size_m)
 
 
 def _post_x(z: float, half_d: float, seat_z: float, height: float) -> float:
@@ -208,8 +206,7 @@ def _post_x(z: float, half_d: float, seat_z: float, height: float) -> float:
 
 def _wooden_frame(size_m: Size, seat_z: float) -> list[Mesh]:
     """Return legs, back posts, stretchers and the seat's frame."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     frame: list[Mesh] = []
     for s in (-1.0, 1.0):
         y = s * (half_w - 0.025)
@@ -244,8 +241,7 @@ def _seat_board(rng: np.random.Generator, size_m: Size, seat_z: float) -> Mesh:
 
 
 def _slats(rng: np.random.Generator, size_m: Size) -> Parts:
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     seat_z = min(0.46, 0.505 * height)
     span = half_w - 0.03
     top = height - 0.01
@@ -261,8 +257,7 @@ def _slats(rng: np.random.Generator, size_m: Size) -> Parts:
 
 
 def _cross(rng: np.random.Generator, size_m: Size) -> Parts:
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     seat_z = min(0.46, 0.505 * height)
     span = half_w - 0.028
     top = height - 0.006
@@ -277,8 +272,7 @@ def _cross(rng: np.random.Generator, size_m: Size) -> Parts:
 
 
 def _padded(rng: np.random.Generator, size_m: Size) -> Parts:
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     seat_z = min(0.48, 0.505 * height)
     legs = [
         rod((sx * (half_d - 0.025), sy * (half_w - 0.025), 0.0), (sx * (half_d - 0.06), sy * (half_w - 0.05), seat_z - 0.05), 0.011, 0.02)
@@ -294,10 +288,9 @@ def _padded(rng: np.random.Generator, size_m: Size) -> Parts:
     return {"frame": merged(*legs), "seat": seat, "back": rest._replace(vertices=points.astype(np.float32))}
 
 
-def build_bar_stool(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_bar_stool(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a high stool with a ring for the feet: round on four legs, or a padded seat with a low back on a column and plate."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     r = min(half_d, half_w)
     if style == "round":
         top = height - 0.035
@@ -313,7 +306,7 @@ def build_bar_stool(rng: np.random.Generator, size_m: Size, style: str) -> Parts
         for k, ((ax, ay), (bx, by)) in enumerate(zip(corners, corners[1:] + corners[:1], strict=True)):
             z = feet_z + (0.05 if k % 2 else 0.0)
             rails.append(rod((ax, ay, z), (bx, by, z), 0.01))
-        return fitted({"legs": merged(*legs), "footrest": merged(*rails), "seat": seat}, size_m)
+        return {"legs": legs, "footrest": rails, "seat": seat}
     seat_z = min(0.68, 0.76 * height)
     plate = lathe([(0.0, 0.0), (r, 0.0), (r, 0.006), (0.95 * r, 0.012), (0.2 * r, 0.022), (0.03, 0.05), (0.0, 0.05)], 40)
     column = rod((0.0, 0.0, 0.02), (0.0, 0.0, seat_z - 0.06), 0.022, segments=20)
@@ -321,14 +314,7 @@ def build_bar_stool(rng: np.random.Generator, size_m: Size, style: str) -> Parts
     arm = rod((0.0, 0.0, 0.32 * seat_z), (0.62 * r, 0.0, 0.32 * seat_z), 0.009)
     seat = cushion(rng, (-0.9 * r, -0.95 * r, seat_z - 0.06), (r, 0.95 * r, seat_z + 0.025), 0.045, 0.02)
     under = rounded_box((-0.5 * r, -0.5 * r, seat_z - 0.075), (0.5 * r, 0.5 * r, seat_z - 0.05), 0.01)
-    return fitted(
-        {
-            "legs": merged(plate, column, under),
-            "footrest": merged(ring, arm),
-            "seat": merged(seat, _low_back(0.95 * r, seat_z - 0.03, height)),
-        },
-        size_m,
-    )
+    return {"legs": [plate, column, under], "footrest": [ring, arm], "seat": [seat, _low_back(0.95 * r, seat_z - 0.03, height)]}
 
 
 def _ring(radius: float, z: float, bar: float) -> Mesh:
@@ -350,11 +336,10 @@ def _low_back(r: float, low: float, high: float) -> Mesh:
     return sheet(outer, inner)
 
 
-def build_stool(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_stool(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a low stool on four legs with a round, slightly hollow seat, or a square one on an apron."""
     del rng
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     top = height - 0.03
     if style == "round":
         r = min(half_d, half_w)
@@ -376,7 +361,7 @@ def build_stool(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         a, b, z = square[0], square[1], top - 0.045
         rails.append(blocks([(-a, -b - 0.009, z), (-a, b - 0.009, z)], [(a, -b + 0.009, top), (a, b + 0.009, top)], 0.002))
         rails.append(blocks([(-a - 0.009, -b, z), (a - 0.009, -b, z)], [(-a + 0.009, b, top), (a + 0.009, b, top)], 0.002))
-    return fitted({"legs": merged(*legs, *rails), "seat": seat}, size_m)
+    return {"legs": [*legs, *rails], "seat": seat}
 
 
 MODELS = {

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import lathe, merged, moved, rod, rotated, sweep
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import Model, Parts, Pieces, Size
 
 PLEATS = 30
 
@@ -51,7 +51,7 @@ def _pleats(angle: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(1.0 + 0.022 * np.cos(PLEATS * angle))
 
 
-def build_table_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_table_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a lamp with a turned ceramic foot and pleated shade, a slim metal one with a drum shade, or a glowing globe."""
     depth, width, height = size_m
     r = 0.5 * min(depth, width)
@@ -74,7 +74,7 @@ def build_table_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Part
             "shade": globe(r, height - ball, ball / r),
             "bulb": bulb(height - ball, 0.3 * ball),
         }
-        return fitted(parts, size_m)
+        return parts
     shade_low = height * rng.uniform(0.52, 0.6)
     top = r * (rng.uniform(0.55, 0.72) if style == "ceramic" else rng.uniform(0.85, 1.0))
     shade = hollow_shade(r, top, shade_low, height, pleated=style == "ceramic")
@@ -107,7 +107,7 @@ def build_table_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Part
         lathe([(0.0, neck - 0.01), (0.014, neck - 0.01), (0.014, neck + 0.03), (0.0, neck + 0.03)], 14),
         *_spider(r, top, shade_low, height),
     )
-    return fitted({"base": base, "stem": stem, "shade": shade, "bulb": bulb(neck + 0.085, min(0.03, 0.3 * r))}, size_m)
+    return {"base": base, "stem": stem, "shade": shade, "bulb": bulb(neck + 0.085, min(0.03, 0.3 * r))}
 
 
 def _spider(low_radius: float, high_radius: float, low: float, high: float) -> list[Mesh]:
@@ -118,12 +118,12 @@ def _spider(low_radius: float, high_radius: float, low: float, high: float) -> l
     return [rod((0.0, 0.0, z), (radius * math.cos(a), radius * math.sin(a), z), 0.002, segments=6) for a in turn]
 
 
-def build_floor_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_floor_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a straight standing lamp, one on a wooden tripod, or an arc that hangs its shade forward."""
     depth, width, height = size_m
     r = 0.5 * min(depth, width)
     if style == "arc":
-        return fitted(_arc(depth, r, height), size_m)
+        return _arc(depth, r, height)
     shade_height = min(0.34, 0.22 * height)
     low = height - shade_height
     shade_radius = 0.5 * max(depth, width) if style == "straight" else 0.9 * r
@@ -145,7 +145,7 @@ def build_floor_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Part
         )
         hub = lathe([(0.0, top - 0.05), (0.05, top - 0.05), (0.05, top - 0.02), (0.03, top + 0.005), (0.0, top + 0.005)], 20)
         pole = merged(hub, rod((0, 0, top), (0, 0, neck), 0.01), holder, *wires)
-    return fitted({"base": base, "pole": pole, "shade": shade, "bulb": bulb(neck + 0.1, 0.032)}, size_m)
+    return {"base": base, "pole": pole, "shade": shade, "bulb": bulb(neck + 0.1, 0.032)}
 
 
 def _arc(depth: float, r: float, height: float) -> Parts:
@@ -181,7 +181,7 @@ def _arc(depth: float, r: float, height: float) -> Parts:
     }
 
 
-def build_ceiling_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_ceiling_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a pendant on a cord, a flush opal dome, or a drum close below the ceiling."""
     depth, width, height = size_m
     r = 0.5 * min(depth, width)
@@ -194,14 +194,11 @@ def build_ceiling_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Pa
         angle = np.linspace(0.0, 0.5 * math.pi, 9)
         bowl = [(r * math.sin(a) if i else 0.0, bowl_top - bowl_top * math.cos(a)) for i, a in enumerate(angle)]
         dome = lathe([*bowl, (0.95 * r, bowl_top + 0.006), (0.0, bowl_top + 0.006)], 40)
-        return fitted(
-            {
-                "mount": merged(ring, *neck),
-                "shade": dome,
-                "bulb": moved(rotated(bulb(0.0, min(0.03, 0.2 * height)), "x", math.pi), z=0.5 * bowl_top),
-            },
-            size_m,
-        )
+        return {
+            "mount": [ring, *neck],
+            "shade": dome,
+            "bulb": moved(rotated(bulb(0.0, min(0.03, 0.2 * height)), "x", math.pi), z=0.5 * bowl_top),
+        }
     mount = lathe([(0.0, height - 0.028), (0.02, height - 0.028), (0.05, height - 0.008), (0.05, height), (0.0, height)], 24)
     if style == "drum":
         shade_high = min(max(height - 0.07, 0.6 * height), 1.1 * r)
@@ -212,14 +209,11 @@ def build_ceiling_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Pa
             for a in (0.0, 2.0944, 4.1888)
         ]
         post = rod((0, 0, 0.75 * shade_high), (0, 0, height - 0.02), 0.009)
-        return fitted(
-            {
-                "mount": merged(mount, post, *arms),
-                "shade": merged(shade, diffuser),
-                "bulb": moved(rotated(bulb(0.0, min(0.03, 0.14 * shade_high)), "x", math.pi), z=0.55 * shade_high),
-            },
-            size_m,
-        )
+        return {
+            "mount": [mount, post, *arms],
+            "shade": [shade, diffuser],
+            "bulb": moved(rotated(bulb(0.0, min(0.03, 0.14 * shade_high)), "x", math.pi), z=0.55 * shade_high),
+        }
     shade_high = min(0.62 * height, 1.5 * r)
     kind = rng.random()
     if kind < 0.5:
@@ -235,14 +229,11 @@ def build_ceiling_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Pa
         rod((0, 0, shade_high - 0.01), (0.32 * r * math.cos(a), 0.32 * r * math.sin(a), shade_high - 0.01), 0.002, segments=6)
         for a in (0.0, 2.0944, 4.1888)
     ]
-    return fitted(
-        {
-            "mount": merged(mount, cord, socket, *arms),
-            "shade": shade,
-            "bulb": moved(rotated(bulb(0.0, min(0.032, 0.2 * shade_high)), "x", math.pi), z=0.55 * shade_high),
-        },
-        size_m,
-    )
+    return {
+        "mount": [mount, cord, socket, *arms],
+        "shade": shade,
+        "bulb": moved(rotated(bulb(0.0, min(0.032, 0.2 * shade_high)), "x", math.pi), z=0.55 * shade_high),
+    }
 
 
 MODELS = {

@@ -9,7 +9,7 @@ import numpy as np
 from renderer.core.arrays import Array
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import lathe, make_mesh, merged, moved, rounded_box, sheet, smooth_normals, sweep
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import Model, Parts, Pieces, Size
 
 
 def leaves(roots: Array, directions: Array, lengths: Array, widths: Array, droop: Array, fold: float = 0.25, steps: int = 6) -> Mesh:
@@ -78,7 +78,7 @@ def _pot(rng: np.random.Generator, radius: float, height: float, square: bool) -
     return lathe(profile, 32), lathe(filling, 20)
 
 
-def build_potted_plant(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_potted_plant(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a ficus, a palm of arching fronds, upright snake-plant blades, or large leaves on long stalks in a pot."""
     depth, width, height = size_m
     spread = 0.5 * min(depth, width)
@@ -86,7 +86,7 @@ def build_potted_plant(rng: np.random.Generator, size_m: Size, style: str) -> Pa
     pot_radius = min((0.58 if style == "snake" else 0.46) * spread, 0.62 * pot_height + 0.02)
     pot, soil = _pot(rng, pot_radius, pot_height, square=style == "snake" and bool(rng.random() < 0.4))
     grown = {"ficus": _ficus, "palm": _palm, "snake": _snake, "stalks": _stalks}[style](rng, spread, pot_radius, 0.88 * pot_height, height)
-    return fitted({"pot": pot, "soil": soil} | grown, size_m)
+    return {"pot": pot, "soil": soil} | grown
 
 
 def _ficus(rng: np.random.Generator, spread: float, pot_radius: float, low: float, height: float) -> Parts:
@@ -195,7 +195,7 @@ def _snake(rng: np.random.Generator, spread: float, pot_radius: float, low: floa
     return {"leaves": merged(*blades)}
 
 
-def build_vase(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_vase(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a turned vase, empty or with a bunch of flowers."""
     depth, width, height = size_m
     r = 0.5 * min(depth, width)
@@ -221,7 +221,7 @@ def build_vase(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     ]
     parts = {"body": lathe(_rounded(outer) + inner, 18)}
     if style == "empty":
-        return fitted(parts, size_m)
+        return parts
     stems, heads, roots, directions = [], [], [], []
     cup = bool(rng.random() < 0.35)
     for k in range(7):
@@ -240,7 +240,7 @@ def build_vase(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     lengths, widths, droop = (np.full(count, value) for value in (0.45 * r, 0.13 * r, 0.5))
     parts["stems"] = merged(*stems, leaves(np.array(roots), np.array(directions), lengths, widths, droop, steps=4))
     parts["flowers"] = merged(*heads)
-    return fitted(parts, size_m)
+    return parts
 
 
 def _rounded(profile: list[tuple[float, float]]) -> list[tuple[float, float]]:

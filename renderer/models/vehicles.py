@@ -16,7 +16,7 @@ from renderer.core.arrays import Array
 from renderer.geometry.lofts import bent, chain, disc, loft, lying, oval, ring
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import Model, Parts, Pieces, Size
 
 _REAR_AXLE, _FRONT_AXLE = 0.19, 0.805
 
@@ -53,7 +53,7 @@ _PROFILES = {
 }
 
 
-def build_car(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_car(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a car with dark windows: body, glass, trim, tyres, rims, headlamps, tail lamps and number plates."""
     length, width, height = size_m
     profile, half = _PROFILES[style], 0.5 * _MIRROR_SHARE * width
@@ -70,19 +70,16 @@ def build_car(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     grille = rounded_box((0.44 * length, -0.45 * half, 0.2 * height), (0.497 * length, 0.45 * half, 0.34 * height), 0.03, 2)
     tyre, rim = _wheel(radius, 0.21, 5 + int(rng.integers(0, 5)))
     places = [(shell.x(f), s * (half - 0.115), s) for f in (_REAR_AXLE, _FRONT_AXLE) for s in (-1.0, 1.0)]
-    return fitted(
-        {
-            "body": merged(loft(shell.rings()), loft(crown), *_pillars(cabin), *mirrors),
-            "glass": loft(cabin),
-            "trim": merged(belly, grille, *(shell.seam(f, s) for f in _DOOR_SEAMS for s in (-1.0, 1.0)), *_handles(shell)),
-            "tyres": merged(*(moved(tyre, x, y, radius) for x, y, _ in places)),
-            "rims": merged(*(moved(rotated(rim, "z", 0.0 if s > 0.0 else math.pi), x, y, radius) for x, y, s in places)),
-            "headlamps": merged(*(_lamp(shell, 0.925, s, 0.455, (0.2, 0.3, 0.1)) for s in (-1.0, 1.0))),
-            "tail_lamps": merged(*(_lamp(shell, 0.035, s, 0.565, (0.14, 0.24, 0.13)) for s in (-1.0, 1.0))),
-            "plates": merged(_plate(0.4985 * length, 0.29 * height), _plate(-0.5 * length, 0.45 * height)),
-        },
-        size_m,
-    )
+    return {
+        "body": [loft(shell.rings()), loft(crown), *_pillars(cabin), *mirrors],
+        "glass": loft(cabin),
+        "trim": [belly, grille, *(shell.seam(f, s) for f in _DOOR_SEAMS for s in (-1.0, 1.0)), *_handles(shell)],
+        "tyres": [moved(tyre, x, y, radius) for x, y, _ in places],
+        "rims": [moved(rotated(rim, "z", 0.0 if s > 0.0 else math.pi), x, y, radius) for x, y, s in places],
+        "headlamps": [_lamp(shell, 0.925, s, 0.455, (0.2, 0.3, 0.1)) for s in (-1.0, 1.0)],
+        "tail_lamps": [_lamp(shell, 0.035, s, 0.565, (0.14, 0.24, 0.13)) for s in (-1.0, 1.0)],
+        "plates": [_plate(0.4985 * length, 0.29 * height), _plate(-0.5 * length, 0.45 * height)],
+    }
 
 
 class _Shell:
@@ -237,7 +234,7 @@ def turned(parts: Parts, angle_rad: float) -> Parts:
     return {name: rotated(mesh, "z", angle_rad) for name, mesh in parts.items()}
 
 
-def build_bicycle(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_bicycle(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a diamond-frame or step-through bicycle on its stand, its front wheel towards +x or, where that is the long side, +y."""
     along_y = size_m[1] > size_m[0]
     length, width, height = (size_m[1], size_m[0], size_m[2]) if along_y else size_m
@@ -298,7 +295,7 @@ def build_bicycle(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         sweep([end, tuple(0.55 * np.asarray(end) + 0.45 * np.asarray(mid))], 0.018, 10) for end, mid in zip(reach, middle, strict=True)
     ]
     parts |= {"bars": merged(*bars), "grips": merged(*grips), "saddle": saddle(rng, 0.26, 0.16 if style == "diamond" else 0.2, post, 1.0)}
-    return fitted(turned(parts, 0.5 * math.pi) if along_y else parts, size_m)
+    return turned(parts, 0.5 * math.pi) if along_y else parts
 
 
 def _drive(rng: np.random.Generator, crank: Sequence[float], rear: Sequence[float], r: float) -> Mesh:

@@ -11,13 +11,12 @@ from renderer.geometry.lofts import bent, disc, loft, oval, ring
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, sweep
 from renderer.models.cabinets import Front, fronts
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import Model, Pieces, Size, halved
 
 
-def build_workbench(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_workbench(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a bench with thick top and vise on its front: wooden legs over a shelf, a steel frame with drawers, or two drawer blocks."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    depth, _, height, half_d, half_w = halved(size_m)
     jut = min(0.07, 0.1 * depth)
     front = half_d - jut
     thick = 0.05
@@ -52,9 +51,7 @@ def build_workbench(rng: np.random.Generator, size_m: Size, style: str) -> Parts
         other = _bench_drawers(front - 0.05, end, *hung)
         pedestal = merged(pedestal[0], other[0]), merged(pedestal[1], other[1])
     parts = {"top": top, "frame": merged(legs, *rails), "shelf": board, "drawers": pedestal[0], "handles": pedestal[1]}
-    return fitted(
-        parts | {"vise": _vise(half_d, end * (half_w - 0.22), under, min(0.16, 0.2 * height)), "boxes": boxes, "tins": tins}, size_m
-    )
+    return parts | {"vise": _vise(half_d, end * (half_w - 0.22), under, min(0.16, 0.2 * height)), "boxes": boxes, "tins": tins}
 
 
 def _bench_drawers(front: float, side: float, reach: float, top: float, style: str, height: float) -> tuple[Mesh, Mesh]:
@@ -103,10 +100,9 @@ def _stored(rng: np.random.Generator, half_d: float, reach: float, z: float, roo
     return merged(*things[0]), merged(*things[1])
 
 
-def build_tool_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_tool_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a rolling cabinet of flat drawers with full-width grips, or one with drawers over a door, on castors."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     low = min(0.13, 0.16 * height)
     front = half_d - 0.018
     body = [block((-half_d + 0.004, -half_w + 0.02, low), (front - 0.016, half_w, height - 0.02), 0.004)]
@@ -136,22 +132,12 @@ def build_tool_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Pa
             wheels += [disc("y", (x, y, r), r, 0.03, 20, 0.005), block((x - 0.02, y - 0.024, r), (x + 0.02, y + 0.024, low + 0.002), 0.003)]
             wheels.append(block((x - 0.035, y - 0.03, low - 0.012), (x + 0.035, y + 0.03, low + 0.003), 0.002))
     lock = disc("x", (front, 0.0, height - 0.03), 0.009, 0.02, 12)
-    return fitted(
-        {
-            "body": merged(*body),
-            "drawers": fronts(front, areas, 0.016),
-            "handles": merged(*grips, grip, lock),
-            "top": mat,
-            "castors": merged(*wheels),
-        },
-        size_m,
-    )
+    return {"body": body, "drawers": fronts(front, areas, 0.016), "handles": [*grips, grip, lock], "top": mat, "castors": wheels}
 
 
-def build_toolbox(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_toolbox(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a plastic box with latches and recessed grip, or a steel cantilever box with a bar handle."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     top = 0.8 * height
     if style == "steel":
         edges = [0.0, 0.3 * top, 0.62 * top, top]
@@ -184,7 +170,7 @@ def build_toolbox(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
                 for i, z in ((0.01, top - 0.005), (0.012, top + 0.004), (0.05, top + 0.3 * (height - top)))
             ]
         )
-        return fitted({"body": merged(*body), "lid": lid, "handle": merged(*arms)}, size_m)
+        return {"body": body, "lid": lid, "handle": arms}
     split = 0.62 * top
     base = loft(
         [
@@ -218,10 +204,10 @@ def build_toolbox(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         for x in (-0.45, 0.45)
         for y in (-0.55, 0.55)
     ]
-    return fitted({"body": base, "lid": lid, "handle": merged(*grip, *organiser)}, size_m)
+    return {"body": base, "lid": lid, "handle": [*grip, *organiser]}
 
 
-def build_paint_can(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_paint_can(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a tin with label, rims, pressed lid and a wire handle that lies at its side; open, its paint shows."""
     depth, width, height = size_m
     r = 0.5 * min(depth, width) - 0.006
@@ -271,13 +257,12 @@ def build_paint_can(rng: np.random.Generator, size_m: Size, style: str) -> Parts
         if style == "closed"
         else merged(ears, sweep(wire, 0.002, 6), ring("z", (0, 0, top), 0.97 * r, 0.004, 26, 6))
     )
-    return fitted({"body": body, "label": label, "paint": paint, "handle": handle}, size_m)
+    return {"body": body, "label": label, "paint": paint, "handle": handle}
 
 
-def build_step_ladder(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_step_ladder(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return an opened step ladder of aluminium or wood, or one with a broad platform and a tray; one climbs it from +x."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    depth, _, height, half_d, half_w = halved(size_m)
     count = max(2, round((0.72 if style == "platform" else 1.0) * height / 0.3))
     apex = -half_d + 0.3 * depth
     metal, broad = style != "wooden", style == "platform"
@@ -335,7 +320,7 @@ def build_step_ladder(rng: np.random.Generator, size_m: Size, style: str) -> Par
         rod((x, s * 0.9 * side(0.4), z), (half_d - 0.02 + 0.42 * (apex - half_d), s * side(0.4), z + 0.02), 0.005, segments=6)
         for s in (-1.0, 1.0)
     ]
-    return fitted({"rails": merged(*rails, *stays), "treads": merged(*treads), "feet": merged(*pads)}, size_m)
+    return {"rails": [*rails, *stays], "treads": treads, "feet": pads}
 
 
 def _plank(a: tuple[float, float, float], b: tuple[float, float, float], wide: float, thick: float) -> Mesh:
