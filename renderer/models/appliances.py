@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, flat_quads, lathe, merged, moved, rounded_box, slab
 from renderer.models.cabinets import bar_handle
@@ -180,13 +181,9 @@ def build_range_hood(rng: np.random.Generator, size_m: Size, style: str) -> Piec
     elif style == "slanted":
         lip = 0.06 * height
         rise = 0.72 * height
-        corners = [
-            (-half_d, 0.0),
-            (-half_d + 0.34 * depth, 0.0),
-            (half_d, rise - lip),
-            (half_d - 0.1 * depth, rise),
-            (-half_d, 0.3 * height),
-        ]
+        corners = points(
+            [-half_d, -half_d + 0.34 * depth, half_d, half_d - 0.1 * depth, -half_d], [0.0, 0.0, rise - lip, rise, 0.3 * height]
+        )
         slope = slab(corners, -half, half)
         order = [0, 2, 1]
         slope = slope._replace(

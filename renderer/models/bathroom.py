@@ -7,11 +7,11 @@ import math
 
 import numpy as np
 
-from renderer.geometry.lofts import arc, bent, disc, egg, loft, lying, oval, ring
+from renderer.geometry.lofts import arc, bent, disc, egg, loft, lying, oval, points, ring
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rounded_box, sweep
 from renderer.models.cabinets import Front, bar_handle, fronts, knob
-from renderer.models.model import Model, Parts, Pieces, Size, halved
+from renderer.models.model import CORNERS, Model, Parts, Pieces, Size, halved
 
 
 def build_toilet(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
@@ -113,11 +113,7 @@ def build_bathtub(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
         apron = block((-half_d + 0.01, -half_w + 0.008, 0.0), (half_d - 0.012, half_w - 0.008, 0.14 * rim), 0.004)
         panels = blocks(
             [(half_d - 0.03, -half_w + 0.006, 0.0), (-half_d, -half_w + 0.006, 0.0), (-half_d, half_w - 0.03, 0.0)],
-            [
-                (half_d - 0.012, half_w - 0.006, rim - 0.03),
-                (half_d - 0.013, -half_w + 0.03, rim - 0.03),
-                (half_d - 0.013, half_w - 0.006, rim - 0.03),
-            ],
+            points([half_d - 0.012, half_d - 0.013, half_d - 0.013], [half_w - 0.006, -half_w + 0.03, half_w - 0.006], rim - 0.03),
             0.004,
         )
         parts = {"basin": loft([*base, *outer, *inner]), "panel": merged(panels, apron)}
@@ -131,7 +127,7 @@ def build_bathtub(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
             turn = math.pi * (step / 5.0 - 0.5)
             out = 0.022 * math.cos(turn) if step < 5 else 0.0
             outer.append(oval(half_d - 0.022 + out, half_w - 0.022 + out, rim - 0.022 + 0.022 * math.sin(turn), power=power, points=48))
-        feet = [_claw_foot(sx, sy, 0.56 * half_d, 0.62 * half_w, 1.4 * low + 0.03) for sx in (-1.0, 1.0) for sy in (-1.0, 1.0)]
+        feet = [_claw_foot(sx, sy, 0.56 * half_d, 0.62 * half_w, 1.4 * low + 0.03) for sx, sy in CORNERS]
         parts = {"basin": loft([*outer, *inner]), "panel": merged(*feet)}
     else:
         outer = [
@@ -179,11 +175,8 @@ def build_shower_cabin(rng: np.random.Generator, size_m: Size, style: str) -> Pi
     _, _, height, half_d, half_w = halved(size_m)
     tray_top = min(0.14, 0.07 * height)
     outline = _cabin_outline(half_d, half_w, style)
-    tray = [np.column_stack([outline * s, np.full(len(outline), z)]) for s, z in ((1.0, 0.0), (1.0, tray_top - 0.004), (0.992, tray_top))]
-    tray += [
-        np.column_stack([outline * s, np.full(len(outline), z)])
-        for s, z in ((0.9, tray_top), (0.86, tray_top - 0.05), (0.2, tray_top - 0.06))
-    ]
+    tray = [points(outline * s, z) for s, z in ((1.0, 0.0), (1.0, tray_top - 0.004), (0.992, tray_top))]
+    tray += [points(outline * s, z) for s, z in ((0.9, tray_top), (0.86, tray_top - 0.05), (0.2, tray_top - 0.06))]
     drain = disc("z", (-0.3 * half_d, 0.0, tray_top - 0.052), 0.045, 0.012, 20)
     walls = blocks(
         [(-half_d, -half_w, tray_top - 0.002), (-half_d, half_w - 0.018, tray_top - 0.002)],
@@ -196,7 +189,7 @@ def build_shower_cabin(rng: np.random.Generator, size_m: Size, style: str) -> Pi
     open_side = outline[outline[:, 0] > -half_d + 0.03]
     open_side = open_side[open_side[:, 1] < half_w - 0.03]
     path = 0.975 * np.vstack([(-half_d, -half_w), open_side, (half_d, half_w)])
-    rails = [sweep(np.column_stack([path, np.full(len(path), z)]), 0.014, 8) for z in (tray_top + 0.012, height - 0.014)]
+    rails = [sweep(points(path, z), 0.014, 8) for z in (tray_top + 0.012, height - 0.014)]
     posts_at = path[[0, len(path) // 2, -1]] if style == "square" else path[[0, len(path) // 3, 2 * len(path) // 3, -1]]
     posts = [block((x - 0.012, y - 0.012, tray_top - 0.001), (x + 0.012, y + 0.012, height - 0.002), 0.003) for x, y in posts_at]
     panes = [_pane(a, b, tray_top + 0.02, height - 0.024) for a, b in itertools.pairwise(path)]
@@ -234,7 +227,7 @@ def _pane(a: np.ndarray, b: np.ndarray, low: float, high: float) -> Mesh:
     along = (b - a) / np.linalg.norm(b - a)
     side = 0.003 * np.array([along[1], -along[0]])
     corners = np.array([a + side, b + side, b - side, a - side])
-    return loft([np.column_stack([corners, np.full(4, z)]) for z in (low, high)])
+    return loft([points(corners, z) for z in (low, high)])
 
 
 def _shower(x: float, y: float, height: float) -> Mesh:
@@ -247,13 +240,11 @@ def _shower(x: float, y: float, height: float) -> Mesh:
     knobs = [rod((out, y + s * 0.13, low), (out, y + s * 0.17, low), 0.027) for s in (-1.0, 1.0)]
     studs = [rod((x - 0.002, y + s, z), (out, y + s, z), 0.012) for s, z in ((-0.07, low), (0.07, low), (0.0, 0.85 * high))]
     hose = sweep(
-        [
-            (out + 0.02, y + 0.05, low - 0.01),
-            (out + 0.04, y + 0.1, low - 0.3),
-            (out + 0.05, y - 0.02, low - 0.42),
-            (out + 0.05, y - 0.1, low - 0.1),
-            (out + 0.03, y - 0.06, low + 0.3),
-        ],
+        points(
+            [out + 0.02, out + 0.04, out + 0.05, out + 0.05, out + 0.03],
+            [y + 0.05, y + 0.1, y - 0.02, y - 0.1, y - 0.06],
+            [low - 0.01, low - 0.3, low - 0.42, low - 0.1, low + 0.3],
+        ),
         0.007,
         8,
     )

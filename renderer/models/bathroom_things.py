@@ -8,7 +8,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.geometry.lofts import bent, disc, loft, lying, oval, ring
+from renderer.geometry.lofts import bent, disc, loft, lying, oval, points, ring
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
 from renderer.models.cabinets import Front, carcass, fronts, knob
@@ -182,15 +182,9 @@ def build_soap_dispenser(rng: np.random.Generator, size_m: Size, style: str) -> 
     r = 0.5 * min(depth, width)
     body_top = 0.68 * height
     if style == "round":
-        profile = [
-            (0.0, 0.0),
-            (0.94 * r, 0.0),
-            (r, 0.02 * height),
-            (r, 0.52 * height),
-            (0.9 * r, 0.61 * height),
-            (0.4 * r, body_top),
-            (0.0, body_top),
-        ]
+        profile = points(
+            [0.0, 0.94 * r, r, r, 0.9 * r, 0.4 * r, 0.0], [0.0, 0.0, 0.02 * height, 0.52 * height, 0.61 * height, body_top, body_top]
+        )
         body = lathe(profile, 28)
     else:
         body = merged(
@@ -235,16 +229,9 @@ def build_toothbrush_cup(rng: np.random.Generator, size_m: Size, style: str) -> 
     depth, width, height = size_m
     r = 0.42 * min(depth, width)
     top = 0.52 * height
-    profile = [
-        (0.0, 0.0),
-        (0.8 * r, 0.0),
-        (0.82 * r, 0.004),
-        (r, top - 0.002),
-        (0.98 * r, top),
-        (0.93 * r, top - 0.002),
-        (0.76 * r, 0.006),
-        (0.0, 0.006),
-    ]
+    profile = points(
+        [0.0, 0.8 * r, 0.82 * r, r, 0.98 * r, 0.93 * r, 0.76 * r, 0.0], [0.0, 0.0, 0.004, top - 0.002, top, top - 0.002, 0.006, 0.006]
+    )
     brushes: list[Mesh] = []
     bristles: list[Mesh] = []
     reach = height - 0.01

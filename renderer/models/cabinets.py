@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated
 from renderer.models.model import Model, Parts, Pieces, Size
@@ -32,20 +33,12 @@ def carcass(depth: float, width: float, low: float, high: float, top_overhang: f
     half = 0.5 * width
     side = half - top_overhang
     return blocks(
-        [
-            (x0, -side, low),
-            (x0, side - PANEL_M, low),
-            (x0, -side + 0.004, low),
-            (x0, -side + 0.004, low + 0.004),
-            (x0, -half, high - 0.022),
-        ],
-        [
-            (x1, -side + PANEL_M, high - 0.02),
-            (x1, side, high - 0.02),
-            (x1, side - 0.004, low + PANEL_M),
-            (x0 + 0.008, side - 0.004, high - 0.02),
-            (x0 + depth, half, high),
-        ],
+        points(x0, [-side, side - PANEL_M, -side + 0.004, -side + 0.004, -half], [low, low, low, low + 0.004, high - 0.022]),
+        points(
+            [x1, x1, x1, x0 + 0.008, x0 + depth],
+            [-side + PANEL_M, side, side - 0.004, side - 0.004, half],
+            [high - 0.02, high - 0.02, low + PANEL_M, high - 0.02, high],
+        ),
         0.002,
     )
 
@@ -86,15 +79,9 @@ def bar_handle(x: float, y: float, z: float, length: float, reach: float, uprigh
 def knob(x: float, y: float, z: float, reach: float) -> Mesh:
     """Return a turned knob that stands ``reach`` off the front plane at ``x``."""
     r = min(0.015, 0.75 * reach)
-    profile = [
-        (0.0, 0.0),
-        (0.5 * r, 0.0),
-        (0.4 * r, 0.45 * reach),
-        (0.95 * r, 0.62 * reach),
-        (r, 0.78 * reach),
-        (0.8 * r, 0.95 * reach),
-        (0.0, reach),
-    ]
+    profile = points(
+        [0.0, 0.5 * r, 0.4 * r, 0.95 * r, r, 0.8 * r, 0.0], [0.0, 0.0, 0.45 * reach, 0.62 * reach, 0.78 * reach, 0.95 * reach, reach]
+    )
     return moved(rotated(lathe(profile, 14), "y", np.pi / 2), x, y, z)
 
 
@@ -241,12 +228,7 @@ def _sliding_doors(front: float, doors: list[Front]) -> Parts:
         left, right = d.left - 0.012 * (i % 2), d.right + 0.012 * (i % 2)
         rims.append(
             blocks(
-                [
-                    (x - 0.017, left, d.low),
-                    (x - 0.017, right - rim, d.low),
-                    (x - 0.017, left + rim, d.low),
-                    (x - 0.017, left + rim, d.high - rim),
-                ],
+                points(x - 0.017, [left, right - rim, left + rim, left + rim], [d.low, d.low, d.low, d.high - rim]),
                 [(x, left + rim, d.high), (x, right, d.high), (x, right - rim, d.low + rim), (x, right - rim, d.high)],
                 0.003,
             )

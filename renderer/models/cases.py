@@ -7,6 +7,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, sheet
 from renderer.models.cabinets import PANEL_M, Front, carcass, fronts, pulls, splayed_legs, square_legs
@@ -176,9 +177,7 @@ def _spandrel(x: float, area: Front, rim: float) -> Mesh:
     y = np.linspace(left, right, 21)
     rise = min(0.6 * (right - left), 0.16)
     arch = top + 0.004 - rise * (1.0 - np.sqrt(np.clip(1.0 - (2.0 * (y - left) / (right - left) - 1.0) ** 2, 0.0, 1.0))) - 0.006
-    front = np.stack(
-        [np.column_stack([np.full(21, x - 0.002), y, arch]), np.column_stack([np.full(21, x - 0.002), y, np.full(21, top + 0.01)])], 1
-    )
+    front = np.stack([points(x - 0.002, y, arch), points(x - 0.002, y, top + 0.01)], 1)
     return sheet(front, front - np.array([0.014, 0.0, 0.0]))
 
 
@@ -223,12 +222,11 @@ def build_wall_shelf(rng: np.random.Generator, size_m: Size, style: str) -> Piec
     if style == "box":
         board = min(0.018, 0.2 * height)
         low = [(-half_d, -half_w, 0.0), (-half_d, -half_w, height - board), (-half_d, -half_w, 0.0), (-half_d, half_w - board, 0.0)]
-        high = [
-            (half_d - 0.002, half_w, board),
-            (half_d, half_w, height),
-            (half_d - 0.002, -half_w + board, height - 0.002),
-            (half_d - 0.002, half_w, height - 0.002),
-        ]
+        high = points(
+            [half_d - 0.002, half_d, half_d - 0.002, half_d - 0.002],
+            [half_w, half_w, -half_w + board, half_w],
+            [board, height, height - 0.002, height - 0.002],
+        )
         back = block((-half_d, -half_w + 0.003, 0.003), (-half_d + 0.005, half_w - 0.003, height - 0.003), 0.001)
         return {"board": blocks(low, high, 0.0015), "brackets": back}
     board = min(0.026, 0.35 * height)
@@ -413,18 +411,10 @@ def _ornament(rng: np.random.Generator, height: float) -> Mesh:
     """Return a small turned vase or bowl."""
     r = min(rng.uniform(0.25, 0.45) * height, 0.065)
     neck = rng.uniform(0.3, 0.7)
-    profile = [
-        (0.0, 0.0),
-        (0.6 * r, 0.0),
-        (0.95 * r, 0.25 * height),
-        (r, 0.45 * height),
-        (0.8 * r, 0.7 * height),
-        (neck * r, 0.88 * height),
-        (neck * r * 1.2, height),
-        (neck * r, height),
-        (neck * 0.8 * r, 0.85 * height),
-        (0.0, 0.8 * height),
-    ]
+    profile = points(
+        [0.0, 0.6 * r, 0.95 * r, r, 0.8 * r, neck * r, neck * r * 1.2, neck * r, neck * 0.8 * r, 0.0],
+        [0.0, 0.0, 0.25 * height, 0.45 * height, 0.7 * height, 0.88 * height, height, height, 0.85 * height, 0.8 * height],
+    )
     return lathe(profile, 18)
 
 

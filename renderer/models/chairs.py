@@ -7,9 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
-from renderer.models.model import Model, Parts, Pieces, Size, halved
+from renderer.models.model import CORNERS, Model, Parts, Pieces, Size, halved
 from renderer.models.soft import cushion
 
 
@@ -34,12 +35,7 @@ def _office_chair(rng: np.random.Generator, size_m: Size) -> Parts:
     rest = cushion(rng, (back - 0.075, -0.92 * half_w, back_low), (back - 0.01, 0.92 * half_w, height - 0.002), 0.03, 0.018, axis=0)
     rest = _curved_back(rest, back_low, half_w)
     spine = sweep(
-        [
-            (-0.10, 0.0, seat_z - 0.066),
-            (back - 0.05, 0.0, seat_z - 0.055),
-            (back - 0.095, 0.0, seat_z + 0.03),
-            (back - 0.09, 0.0, back_low + 0.18),
-        ],
+        points([-0.10, back - 0.05, back - 0.095, back - 0.09], 0.0, [seat_z - 0.066, seat_z - 0.055, seat_z + 0.03, back_low + 0.18]),
         0.02,
         10,
         1.6,
@@ -99,12 +95,9 @@ def _wooden_chair(rng: np.random.Generator, size_m: Size) -> Parts:
         frame.append(rod((half_d - 0.025, y, 0.0), (half_d - 0.045, s * (half_w - 0.04), seat_z - 0.02), 0.013, 0.02))
         frame.append(
             sweep(
-                [
-                    (back_x - 0.05, y, 0.0),
-                    (back_x, y, seat_z),
-                    (back_x - 0.3 * lean, y, seat_z + 0.4 * (height - seat_z)),
-                    (-half_d + 0.02, y, height),
-                ],
+                points(
+                    [back_x - 0.05, back_x, back_x - 0.3 * lean, -half_d + 0.02], y, [0.0, seat_z, seat_z + 0.4 * (height - seat_z), height]
+                ),
                 [0.014, 0.019, 0.018, 0.014],
                 12,
             )
@@ -126,9 +119,7 @@ def _back_rail(x: float, half_w: float, top: float, tall: float) -> Mesh:
     """Return a board between the back posts, bent backward in the middle."""
     y = np.linspace(-half_w, half_w, 15)
     bow = x + 0.02 * (y / half_w) ** 2
-    front = np.stack(
-        [np.column_stack([bow + 0.012, y, np.full(15, top - tall)]), np.column_stack([bow + 0.006, y, np.full(15, top)])], axis=1
-    )
+    front = np.stack([points(bow + 0.012, y, top - tall), points(bow + 0.006, y, top)], axis=1)
     return sheet(front, front - np.array([0.014, 0.0, 0.0]))
 
 
@@ -137,17 +128,9 @@ def _shell_chair(rng: np.random.Generator, size_m: Size) -> Parts:
     _, _, height, half_d, half_w = halved(size_m)
     seat_z = min(0.45, 0.55 * height)
     rise = height - seat_z
-    profile = np.array(
-        [
-            (half_d, seat_z - 0.03),
-            (half_d - 0.03, seat_z + 0.005),
-            (0.4 * half_d, seat_z),
-            (-0.25 * half_d, seat_z - 0.015),
-            (-0.55 * half_d, seat_z + 0.02),
-            (-0.75 * half_d, seat_z + 0.25 * rise),
-            (-0.88 * half_d, seat_z + 0.6 * rise),
-            (-half_d + 0.012, height),
-        ]
+    profile = points(
+        [half_d, half_d - 0.03, 0.4 * half_d, -0.25 * half_d, -0.55 * half_d, -0.75 * half_d, -0.88 * half_d, -half_d + 0.012],
+        [seat_z - 0.03, seat_z + 0.005, seat_z, seat_z - 0.015, seat_z + 0.02, seat_z + 0.25 * rise, seat_z + 0.6 * rise, height],
     )
     t = np.linspace(0.0, 1.0, len(profile))
     fine = np.linspace(0.0, 1.0, 25)
@@ -228,10 +211,7 @@ def _rail(x: float, half_w: float, low: float, high: float, lean: float, bow: fl
     y = np.linspace(-half_w, half_w, 15)
     back = x - bow * (1.0 - (y / half_w) ** 2)
     thick = 0.018
-    front = np.stack(
-        [np.column_stack([back + 0.5 * thick, y, np.full(15, low)]), np.column_stack([back + 0.5 * thick - lean, y, np.full(15, high)])],
-        axis=1,
-    )
+    front = np.stack([points(back + 0.5 * thick, y, low), points(back + 0.5 * thick - lean, y, high)], axis=1)
     return sheet(front, front - np.array([thick, 0.0, 0.0]))
 
 
@@ -276,8 +256,7 @@ def _padded(rng: np.random.Generator, size_m: Size) -> Parts:
     seat_z = min(0.48, 0.505 * height)
     legs = [
         rod((sx * (half_d - 0.025), sy * (half_w - 0.025), 0.0), (sx * (half_d - 0.06), sy * (half_w - 0.05), seat_z - 0.05), 0.011, 0.02)
-        for sx in (-1.0, 1.0)
-        for sy in (-1.0, 1.0)
+        for sx, sy in CORNERS
     ]
     seat = cushion(rng, (-half_d + 0.06, -half_w, seat_z - 0.075), (half_d, half_w, seat_z + 0.025), 0.035, 0.022)
     rest = cushion(rng, (-half_d + 0.045, -half_w + 0.012, seat_z - 0.06), (-half_d + 0.095, half_w - 0.012, height), 0.02, 0.014, axis=0)

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, slab, stretched, sweep
 from renderer.models.model import Model, Pieces, Size, halved
@@ -52,14 +53,9 @@ def build_coat_rack(rng: np.random.Generator, size_m: Size, style: str) -> Piece
             pieces.append(rod(foot, head, 0.017, 0.014, 14))
         bottom = height - 0.5
     knob_z = height - 0.035
-    profile = [
-        (0.0, bottom),
-        (pole_r, bottom),
-        (pole_r, knob_z - 0.03),
-        (0.6 * pole_r, knob_z),
-        (1.3 * pole_r, height - 0.015),
-        (0.0, height),
-    ]
+    profile = points(
+        [0.0, pole_r, pole_r, 0.6 * pole_r, 1.3 * pole_r, 0.0], [bottom, bottom, knob_z - 0.03, knob_z, height - 0.015, height]
+    )
     pieces.append(lathe(profile, 20))
     hooks = []
     for tier, count, share in ((height - 0.14, 4, 0.8), (height - 0.42, 4, 0.62)):
@@ -174,7 +170,7 @@ def build_umbrella_stand(rng: np.random.Generator, size_m: Size, style: str) -> 
         cloths.append(sweep(start + t[:, None] * (end - start), girth, 10))
         q = 0.03 * min(1.0, r / 0.1)
         turn = np.linspace(0.0, math.pi, 7)
-        bow = np.column_stack([end[0] - q + q * np.cos(turn), np.full(7, end[1]), top - q - 0.006 + q * np.sin(turn)])
+        bow = points(end[0] - q + q * np.cos(turn), end[1], top - q - 0.006 + q * np.sin(turn))
         path = np.vstack([end, bow, bow[-1] - (0.0, 0.0, 0.8 * q)])
         grips.append(sweep(path, 0.22 * q, 8))
     return {"body": body, "umbrella_0": cloths[0], "umbrella_1": cloths[1], "handles": grips}

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from renderer.geometry.lofts import bent, disc, loft, lying, oval, ring
+from renderer.geometry.lofts import bent, disc, loft, lying, oval, points, ring
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, mirrored, moved, rod, rotated, rounded_box, sweep
 from renderer.models.lamps import globe
@@ -94,12 +94,7 @@ def _uprights(size_m: Size, style: str, top: float, post_y: float) -> tuple[list
             continue
         grips.append(
             bent(
-                [
-                    (head[0] - 0.02, s * post_y, top - 0.01),
-                    (reach, s * post_y, top - 0.05),
-                    (reach - 0.05, s * post_y, 0.55 * top),
-                    (foot[0] - 0.03, s * post_y, 0.42 * top),
-                ],
+                points([head[0] - 0.02, reach, reach - 0.05, foot[0] - 0.03], s * post_y, [top - 0.01, top - 0.05, 0.55 * top, 0.42 * top]),
                 0.02,
                 0.08,
                 10,
@@ -266,14 +261,11 @@ def build_kettlebell(rng: np.random.Generator, size_m: Size, style: str) -> Piec
     profile = [(0.0, 0.0), *((r * max(math.cos(a), 0.0), z0 + r * math.sin(a)) for a in shares[:-1]), (0.0, z0 + r)]
     tube = min(0.018, 0.2 * r)
     wide = 0.62 * r
-    path = [
-        (0.0, -0.5 * r, z0 + 0.72 * r),
-        (0.0, -wide, height - 0.25 * r),
-        (0.0, -0.6 * wide, height - tube),
-        (0.0, 0.6 * wide, height - tube),
-        (0.0, wide, height - 0.25 * r),
-        (0.0, 0.5 * r, z0 + 0.72 * r),
-    ]
+    path = points(
+        0.0,
+        [-0.5 * r, -wide, -0.6 * wide, 0.6 * wide, wide, 0.5 * r],
+        [z0 + 0.72 * r, height - 0.25 * r, height - tube, height - tube, height - 0.25 * r, z0 + 0.72 * r],
+    )
     inside, outside = ((0.985, (0.12, -0.12)), (1.012, (-0.12, -0.04, 0.04, 0.12)))
     section = [(s * r * math.cos(a), z0 + s * r * math.sin(a)) for s, angles in (inside, outside) for a in angles]
     band = lathe(section, 32, closed=True)
@@ -319,14 +311,11 @@ def build_exercise_bike(rng: np.random.Generator, size_m: Size, style: str) -> P
     grip_w = 0.92 * half_w
     reach = -half_d + 0.02
     bars = bent(
-        [
-            (reach + 0.2 * depth, -grip_w, bar_top[2] + 0.02),
-            (reach, -grip_w, bar_top[2] + 0.05),
-            (bar_top[0] - 0.02, -0.06, bar_top[2]),
-            (bar_top[0] - 0.02, 0.06, bar_top[2]),
-            (reach, grip_w, bar_top[2] + 0.05),
-            (reach + 0.2 * depth, grip_w, bar_top[2] + 0.02),
-        ],
+        points(
+            [reach + 0.2 * depth, reach, bar_top[0] - 0.02, bar_top[0] - 0.02, reach, reach + 0.2 * depth],
+            [-grip_w, -grip_w, -0.06, 0.06, grip_w, grip_w],
+            [bar_top[2] + 0.02, bar_top[2] + 0.05, bar_top[2], bar_top[2], bar_top[2] + 0.05, bar_top[2] + 0.02],
+        ),
         0.015,
         0.06,
         10,
@@ -376,11 +365,11 @@ def _recumbent(rng: np.random.Generator, size_m: Size) -> Parts:
     mast = sweep([(crank[0] - 0.5 * r, 0.0, crank[2] + 0.3 * r), (mast_x - 0.06, 0.0, mast_z)], 0.028, 10)
     bars = [
         bent(
-            [
-                (mast_x - 0.05, s * 0.02, 0.9 * mast_z),
-                (mast_x, s * 0.8 * half_w, 0.92 * mast_z),
-                (mast_x + 0.16, s * 0.8 * half_w, 0.9 * mast_z),
-            ],
+            points(
+                [mast_x - 0.05, mast_x, mast_x + 0.16],
+                [s * 0.02, s * 0.8 * half_w, s * 0.8 * half_w],
+                [0.9 * mast_z, 0.92 * mast_z, 0.9 * mast_z],
+            ),
             0.015,
             0.05,
             8,
@@ -389,11 +378,11 @@ def _recumbent(rng: np.random.Generator, size_m: Size) -> Parts:
     ]
     bars += [
         bent(
-            [
-                (0.3 * depth, s * 0.1, seat_z - 0.08),
-                (0.28 * depth, s * 0.92 * half_w, seat_z - 0.08),
-                (0.12 * depth, s * 0.92 * half_w, seat_z + 0.12),
-            ],
+            points(
+                [0.3 * depth, 0.28 * depth, 0.12 * depth],
+                [s * 0.1, s * 0.92 * half_w, s * 0.92 * half_w],
+                [seat_z - 0.08, seat_z - 0.08, seat_z + 0.12],
+            ),
             0.015,
             0.06,
             8,

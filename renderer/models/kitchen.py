@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, slab, sweep
 from renderer.models.bathroom import build_washing_machine
@@ -151,16 +152,7 @@ def kitchen_tap(x: float, y: float, z: float, top: float, reach: float) -> Mesh:
     tip = arch[-1]
     path = [(x, y, z + 0.25 * tall), (x, y, z + 0.4 * tall), *arch, (tip[0] + 0.002, y, max(z + 0.3 * tall, tip[2] - 0.25 * tall))]
     foot = lathe(
-        [
-            (0.0, 0.0),
-            (2.0 * r, 0.0),
-            (2.0 * r, 0.006),
-            (1.6 * r, 0.012),
-            (1.6 * r, 0.34 * tall),
-            (1.1 * r, 0.37 * tall),
-            (0.0, 0.37 * tall),
-        ],
-        20,
+        points([0.0, 2.0 * r, 2.0 * r, 1.6 * r, 1.6 * r, 1.1 * r, 0.0], [0.0, 0.0, 0.006, 0.012, 0.34 * tall, 0.37 * tall, 0.37 * tall]), 20
     )
     lever = rod((x, y + 1.2 * r, z + 0.2 * tall), (x + 0.01, y + 5.5 * r, z + 0.33 * tall), 0.5 * r, 0.35 * r, 8)
     return merged(moved(foot, x, y, z), sweep(path, r, 12), lever)

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, slab, sweep
 from renderer.models.cabinets import bar_handle
@@ -83,7 +84,7 @@ def build_kettle(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
         )
         z = np.array([0.88, 0.92, 0.86, 0.6, 0.3, 0.2]) * height
         y = -np.array([0.62, 1.1, 1.55, 1.62, 1.4, 0.9]) * r
-        handle = sweep(np.column_stack([np.zeros(6), y, z]), 0.12 * r, 10, 1.3)
+        handle = sweep(points(0.0, y, z), 0.12 * r, 10, 1.3)
         lid = lathe([(0.0, 0.94 * height), (0.14 * r, 0.95 * height), (0.12 * r, height), (0.0, height)], 16)
         parts = {"body": merged(body, spout), "handle": merged(handle, lid), "base": base}
     else:
@@ -97,7 +98,7 @@ def build_kettle(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
             12,
         )
         angle = np.linspace(0.0, math.pi, 13)
-        path = np.column_stack([np.zeros(13), 0.8 * r * np.cos(angle), 0.42 * height + 0.54 * height * np.sin(angle)])
+        path = points(0.0, 0.8 * r * np.cos(angle), 0.42 * height + 0.54 * height * np.sin(angle))
         bead = lathe(
             [(0.0, 0.0), (0.1 * r, 0.01 * height), (0.13 * r, 0.05 * height), (0.08 * r, 0.09 * height), (0.0, 0.095 * height)], 14
         )
@@ -134,13 +135,9 @@ def build_coffee_maker(rng: np.random.Generator, size_m: Size, style: str) -> Pi
         return {"body": [tower, head, base, cone], "trim": trim, "jug": jug, "coffee": moved(lathe(rise, 24), x)}
     group = lathe([(0.0, 0.6 * height), (0.3 * half, 0.6 * height), (0.34 * half, 0.71 * height), (0.0, 0.71 * height)], 24)
     holder = lathe(
-        [
-            (0.0, 0.52 * height),
-            (0.16 * half, 0.53 * height),
-            (0.28 * half, 0.56 * height),
-            (0.28 * half, 0.61 * height),
-            (0.0, 0.61 * height),
-        ],
+        points(
+            [0.0, 0.16 * half, 0.28 * half, 0.28 * half, 0.0], [0.52 * height, 0.53 * height, 0.56 * height, 0.61 * height, 0.61 * height]
+        ),
         24,
     )
     grip = rod((x, 0.0, 0.58 * height), (half_d - 0.002, 0.35 * half, 0.565 * height), 0.09 * half, 0.12 * half, 10)
@@ -164,56 +161,34 @@ def build_cooking_pot(rng: np.random.Generator, size_m: Size, style: str) -> Pie
         r = min(0.5 * short, 0.42 * long)
         top = 0.74 * height
         wall = 0.03 * r
-        outer = [
-            (0.0, 0.0),
-            (0.92 * r, 0.0),
-            (0.97 * r, 0.04 * height),
-            (0.97 * r, top),
-            (r, top + 0.02 * height),
-            (0.96 * r, top + 0.025 * height),
-        ]
+        outer = points(
+            [0.0, 0.92 * r, 0.97 * r, 0.97 * r, r, 0.96 * r], [0.0, 0.0, 0.04 * height, top, top + 0.02 * height, top + 0.025 * height]
+        )
         body = lathe([*outer, (0.96 * r - wall, 0.1 * height), (0.0, 0.08 * height)], 36)
-        lid = [
-            (0.0, top + 0.026 * height),
-            (0.99 * r, top + 0.026 * height),
-            (0.97 * r, top + 0.045 * height),
-            (0.6 * r, 0.85 * height),
-            (0.0, 0.88 * height),
-        ]
-        cap = [
-            (0.0, 0.86 * height),
-            (0.08 * r, 0.87 * height),
-            (0.09 * r, 0.92 * height),
-            (0.19 * r, 0.96 * height),
-            (0.17 * r, height),
-            (0.0, height),
-        ]
+        lid = points(
+            [0.0, 0.99 * r, 0.97 * r, 0.6 * r, 0.0],
+            [top + 0.026 * height, top + 0.026 * height, top + 0.045 * height, 0.85 * height, 0.88 * height],
+        )
+        cap = points(
+            [0.0, 0.08 * r, 0.09 * r, 0.19 * r, 0.17 * r, 0.0], [0.86 * height, 0.87 * height, 0.92 * height, 0.96 * height, height, height]
+        )
         ears = []
         for s in (-1.0, 1.0):
             z = top - 0.12 * height
-            path = [
-                (-0.3 * r, s * 0.9 * r, z),
-                (-0.27 * r, s * 1.13 * r, z + 0.01),
-                (0.27 * r, s * 1.13 * r, z + 0.01),
-                (0.3 * r, s * 0.9 * r, z),
-            ]
+            path = points(
+                [-0.3 * r, -0.27 * r, 0.27 * r, 0.3 * r], [s * 0.9 * r, s * 1.13 * r, s * 1.13 * r, s * 0.9 * r], [z, z + 0.01, z + 0.01, z]
+            )
             ears.append(sweep(path, 0.05 * r, 8))
         parts = {"body": body, "lid": lathe(lid, 36), "handles": merged(*ears, lathe(cap, 18))}
     else:
         r = min(0.5 * short, 0.32 * long)
         top = 0.75 * height
         wall = 0.03 * r
-        outer = [
-            (0.0, 0.0),
-            (0.75 * r, 0.0),
-            (0.84 * r, 0.08 * height),
-            (r, top),
-            (r - wall, top),
-            (0.82 * r - wall, 0.14 * height),
-            (0.0, 0.1 * height),
-        ]
+        outer = points(
+            [0.0, 0.75 * r, 0.84 * r, r, r - wall, 0.82 * r - wall, 0.0], [0.0, 0.0, 0.08 * height, top, top, 0.14 * height, 0.1 * height]
+        )
         y1 = long - r
-        path = [(0.0, 0.92 * r, 0.6 * top), (0.0, 1.15 * r, 0.85 * height), (0.0, 0.5 * (r + y1), 0.92 * height), (0.0, y1, 0.9 * height)]
+        path = points(0.0, [0.92 * r, 1.15 * r, 0.5 * (r + y1), y1], [0.6 * top, 0.85 * height, 0.92 * height, 0.9 * height])
         parts = {
             "body": lathe(outer, 36),
             "lid": _glass_lid(0.97 * r, 0.72 * height, height),
@@ -227,15 +202,9 @@ def _glass_lid(r: float, low: float, high: float) -> Mesh:
     """Return a flat lid with a button."""
     rise = high - low
     return lathe(
-        [
-            (0.0, low),
-            (r, low),
-            (r, low + 0.15 * rise),
-            (0.5 * r, low + 0.4 * rise),
-            (0.12 * r, low + 0.45 * rise),
-            (0.15 * r, high),
-            (0.0, high),
-        ],
+        points(
+            [0.0, r, r, 0.5 * r, 0.12 * r, 0.15 * r, 0.0], [low, low, low + 0.15 * rise, low + 0.4 * rise, low + 0.45 * rise, high, high]
+        ),
         36,
     )
 
@@ -320,12 +289,9 @@ def build_drinking_glass(rng: np.random.Generator, size_m: Size, style: str) -> 
     angle = np.linspace(0.2, 0.5 * math.pi, 6)
     swell = stem + 0.42 * (height - stem)
     cup = [(r * math.sin(a), stem + (swell - stem) * (1.0 - math.cos(a))) for a in angle]
-    rim = [
-        (0.9 * r, stem + 0.75 * (height - stem)),
-        (0.74 * r, height - 0.001),
-        (0.74 * r - 0.5 * wall, height),
-        (0.74 * r - wall, height - 0.001),
-    ]
+    rim = points(
+        [0.9 * r, 0.74 * r, 0.74 * r - 0.5 * wall, 0.74 * r - wall], [stem + 0.75 * (height - stem), height - 0.001, height, height - 0.001]
+    )
     inner = [(0.9 * r - wall, stem + 0.75 * (height - stem))]
     inner += [((r - wall) * math.sin(a), stem + wall + (swell - stem - wall) * (1.0 - math.cos(a))) for a in angle[::-1]]
     return {"body": lathe([*lower, *cup, *rim, *inner, (0.0, stem + wall)], 28)}
@@ -345,7 +311,7 @@ def _orange(r: float) -> Mesh:
 
 def _banana(length: float) -> Mesh:
     t = np.linspace(-1.0, 1.0, 9)
-    path = np.column_stack([0.5 * length * t, np.zeros(9), 0.24 * length * t**2])
+    path = points(0.5 * length * t, 0.0, 0.24 * length * t**2)
     radius = 0.095 * length * np.array([0.3, 0.75, 0.95, 1.0, 1.0, 1.0, 0.95, 0.7, 0.25])
     return sweep(path, radius, 6)
 
@@ -382,27 +348,20 @@ def build_wine_bottle(rng: np.random.Generator, size_m: Size, style: str) -> Pie
     neck = 0.36 * r
     body = [(0.0, 0.02 * height), (0.6 * r, 0.0), (0.94 * r, 0.0), (r, 0.015 * height)]
     if style == "straight":
-        shoulder = [
-            (r, 0.6 * height),
-            (0.94 * r, 0.65 * height),
-            (0.7 * r, 0.695 * height),
-            (0.46 * r, 0.73 * height),
-            (neck, 0.78 * height),
-        ]
+        shoulder = points(
+            [r, 0.94 * r, 0.7 * r, 0.46 * r, neck], [0.6 * height, 0.65 * height, 0.695 * height, 0.73 * height, 0.78 * height]
+        )
     else:
-        shoulder = [(r, 0.42 * height), (0.96 * r, 0.5 * height), (0.76 * r, 0.6 * height), (0.52 * r, 0.69 * height), (neck, 0.8 * height)]
+        heights = np.array([0.42, 0.5, 0.6, 0.69, 0.8]) * height
+        shoulder = points([r, 0.96 * r, 0.76 * r, 0.52 * r, neck], heights)
     glass = lathe([*body, *shoulder, (0.95 * neck, 0.97 * height), (0.0, 0.97 * height)], 28)
     low, high = (0.14, 0.46) if style == "straight" else (0.1, 0.36)
     top = high * height - rng.uniform(0.0, 0.05) * height
     label = lathe([(0.95 * r, low * height), (1.006 * r, low * height), (1.006 * r, top), (0.95 * r, top)], 28, closed=True)
     start = 0.8 * height
-    capsule = [
-        (0.0, start),
-        (1.04 * neck, start),
-        (1.04 * neck, 0.95 * height),
-        (1.14 * neck, 0.955 * height),
-        (1.14 * neck, 0.985 * height),
-    ]
+    capsule = points(
+        [0.0, 1.04 * neck, 1.04 * neck, 1.14 * neck, 1.14 * neck], [start, start, 0.95 * height, 0.955 * height, 0.985 * height]
+    )
     return {"glass": glass, "label": label, "capsule": lathe([*capsule, (1.0 * neck, height), (0.0, height)], 24)}
 
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import lathe, merged, moved, rod, rotated, sweep
 from renderer.models.model import Model, Parts, Pieces, Size
@@ -33,17 +34,10 @@ def globe(radius: float, center_z: float, squash: float = 1.0, steps: int = 14) 
 def bulb(center_z: float, radius: float = 0.03) -> Mesh:
     """Return a lamp bulb with its cap below."""
     r = radius
-    profile = [
-        (0.0, -2.2 * r),
-        (0.42 * r, -2.2 * r),
-        (0.42 * r, -1.2 * r),
-        (0.7 * r, -0.75 * r),
-        (0.95 * r, -0.25 * r),
-        (r, 0.1 * r),
-        (0.85 * r, 0.55 * r),
-        (0.5 * r, 0.88 * r),
-        (0.0, r),
-    ]
+    profile = points(
+        [0.0, 0.42 * r, 0.42 * r, 0.7 * r, 0.95 * r, r, 0.85 * r, 0.5 * r, 0.0],
+        [-2.2 * r, -2.2 * r, -1.2 * r, -0.75 * r, -0.25 * r, 0.1 * r, 0.55 * r, 0.88 * r, r],
+    )
     return moved(lathe(profile, 16), z=center_z)
 
 
@@ -60,12 +54,10 @@ def build_table_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Piec
         foot = [(0.0, 0.0), (0.62 * ball, 0.0), (0.62 * ball, 0.012), (0.55 * ball, 0.02), (0.0, 0.02)]
         stem = rod((0, 0, 0.018), (0, 0, height - 1.9 * ball), 0.05 * ball + 0.006)
         cup = lathe(
-            [
-                (0.0, height - 2.0 * ball - 0.012),
-                (0.3 * ball, height - 2.0 * ball - 0.01),
-                (0.42 * ball, height - 1.9 * ball),
-                (0.0, height - 1.86 * ball),
-            ],
+            points(
+                [0.0, 0.3 * ball, 0.42 * ball, 0.0],
+                [height - 2.0 * ball - 0.012, height - 2.0 * ball - 0.01, height - 1.9 * ball, height - 1.86 * ball],
+            ),
             20,
         )
         parts = {
@@ -84,19 +76,10 @@ def build_table_lamp(rng: np.random.Generator, size_m: Size, style: str) -> Piec
         z = shade_low * 0.9
         belly = rng.uniform(0.3, 0.5)
         base = lathe(
-            [
-                (0.0, 0.0),
-                (0.62 * b, 0.0),
-                (0.64 * b, 0.015),
-                (0.55 * b, 0.03),
-                (0.9 * b, belly * z * 0.6),
-                (b, belly * z),
-                (0.86 * b, (belly + 0.2) * z),
-                (0.45 * b, (belly + 0.4) * z),
-                (0.24 * b, 0.93 * z),
-                (0.26 * b, z),
-                (0.0, z),
-            ],
+            points(
+                [0.0, 0.62 * b, 0.64 * b, 0.55 * b, 0.9 * b, b, 0.86 * b, 0.45 * b, 0.24 * b, 0.26 * b, 0.0],
+                [0.0, 0.0, 0.015, 0.03, belly * z * 0.6, belly * z, (belly + 0.2) * z, (belly + 0.4) * z, 0.93 * z, z, z],
+            ),
             32,
         )
     else:
@@ -154,22 +137,23 @@ def _arc(depth: float, r: float, height: float) -> Parts:
     end = 0.5 * depth - shade_r
     shade_low, shade_high = 0.70 * height, 0.82 * height
     angle = np.linspace(0.0, math.pi, 22)
-    path = np.column_stack(
-        [back + 0.5 * (end - back) * (1.0 - np.cos(angle)), np.zeros(22), 0.55 * height + (0.445 * height - 0.012) * np.sin(angle) ** 0.8]
-    )
+    path = points(back + 0.5 * (end - back) * (1.0 - np.cos(angle)), 0.0, 0.55 * height + (0.445 * height - 0.012) * np.sin(angle) ** 0.8)
     down = path[:, 0] > 0.55 * end + 0.45 * back
     path[down, 2] = np.maximum(path[down, 2], shade_high + 0.03)
     path = np.vstack([[back, 0.0, 0.02], [back, 0.0, 0.3 * height], path])
-    dome = [
-        (shade_r - 0.004, shade_low),
-        (shade_r, shade_low),
-        (0.93 * shade_r, 0.4 * shade_low + 0.6 * shade_high),
-        (0.6 * shade_r, 0.1 * shade_low + 0.9 * shade_high),
-        (0.05, shade_high),
-        (0.048, shade_high - 0.004),
-        (0.57 * shade_r, 0.12 * shade_low + 0.88 * shade_high - 0.004),
-        (0.89 * shade_r, 0.41 * shade_low + 0.59 * shade_high - 0.002),
-    ]
+    dome = points(
+        [shade_r - 0.004, shade_r, 0.93 * shade_r, 0.6 * shade_r, 0.05, 0.048, 0.57 * shade_r, 0.89 * shade_r],
+        [
+            shade_low,
+            shade_low,
+            0.4 * shade_low + 0.6 * shade_high,
+            0.1 * shade_low + 0.9 * shade_high,
+            shade_high,
+            shade_high - 0.004,
+            0.12 * shade_low + 0.88 * shade_high - 0.004,
+            0.41 * shade_low + 0.59 * shade_high - 0.002,
+        ],
+    )
     base = moved(lathe([(0.0, 0.0), (0.7 * r, 0.0), (0.7 * r, 0.035), (0.66 * r, 0.042), (0.0, 0.042)], 36), x=back)
     wide = moved(lathe([(0.0, 0.0), (r, 0.0), (r, 0.004), (0.0, 0.004)], 36), x=back + 0.3 * r)
     cap = moved(rod((0, 0, shade_high - 0.03), (0, 0, path[-1, 2] + 0.004), 0.052, 0.02), x=path[-1, 0])

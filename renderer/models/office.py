@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.core.arrays import Array
-from renderer.geometry.lofts import arc, bent, chain, disc, loft, oval, ring
+from renderer.geometry.lofts import arc, bent, chain, disc, loft, oval, points, ring
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, flat_quads, lathe, make_mesh, merged, moved, rod, rotated, rounded_box, sweep
 from renderer.models.cabinets import Front, fronts
@@ -107,7 +107,7 @@ def _diagram(rng: np.random.Generator, x: float, half: float, z: tuple[float, fl
     meshes += [line(0.0, z[0], 0.0, z[0] + 0.85 * tall), line(0.0, z[0], 0.85 * half, z[0])]
     ys = np.linspace(0.03 * half, 0.8 * half, 16)
     curve = z[0] + tall * (0.1 + 0.6 * rng.uniform(0.7, 1.2) * (ys / half) ** 1.5 + 0.05 * np.sin(9.0 * ys / half + rng.uniform(0, 6)))
-    meshes.append(sweep(np.column_stack([np.full(16, x), ys, curve]), thick, 4, 0.4))
+    meshes.append(sweep(points(x, ys, curve), thick, 4, 0.4))
     for k in range(4):
         zc, y0 = z[0] + (0.34 - 0.1 * k) * tall, -half
         for _ in range(int(rng.integers(2, 5))):
@@ -229,12 +229,11 @@ def build_paper_tray(rng: np.random.Generator, size_m: Size, style: str) -> Piec
             for top in (z + 0.004, rim):
                 tray.append(
                     bent(
-                        [
-                            (half_d - 0.003, -half_w + 0.003, top),
-                            (-half_d + 0.003, -half_w + 0.003, top),
-                            (-half_d + 0.003, half_w - 0.003, top),
-                            (half_d - 0.003, half_w - 0.003, top),
-                        ],
+                        points(
+                            [half_d - 0.003, -half_d + 0.003, -half_d + 0.003, half_d - 0.003],
+                            [-half_w + 0.003, -half_w + 0.003, half_w - 0.003, half_w - 0.003],
+                            top,
+                        ),
                         0.003,
                         0.02,
                         6,

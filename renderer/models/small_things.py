@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, flat_quads, lathe, merged, moved, rod, rotated, rounded_box, slab, sweep
 from renderer.models.model import Model, Parts, Pieces, Size, halved
@@ -20,7 +20,7 @@ def upright(outline: ArrayLike, x0: float, x1: float) -> Mesh:
     return rotated(slab(np.column_stack([-points[:, 1], points[:, 0]]), x0, x1), "y", 0.5 * math.pi)
 
 
-def turned_forward(profile: Sequence[tuple[float, float]], y: float, z: float, segments: int = 20) -> Mesh:
+def turned_forward(profile: ArrayLike, y: float, z: float, segments: int = 20) -> Mesh:
     """Return a body turned about an axis along x through (y, z); the profile's heights are x."""
     return moved(rotated(lathe(profile, segments), "y", 0.5 * math.pi), y=y, z=z)
 
@@ -125,7 +125,7 @@ def _view(rng: np.random.Generator, half: float, low: float, high: float) -> lis
     for level in (0.55, 0.32):
         y = np.linspace(half, -half, 12)
         ridge = low + tall * (level + 0.06 * np.sin(2.4 * y / half + rng.uniform(0.0, 6.28)))
-        outlines.append(np.vstack([np.column_stack([y[::-1], np.full(12, low)]), np.column_stack([y, ridge])]))
+        outlines.append(np.vstack([points(y[::-1], low), np.column_stack([y, ridge])]))
     return outlines
 
 
@@ -188,8 +188,8 @@ def _pointer(x: float, z: float, angle: float, start: float, reach: float, half:
     tip = 0.5 * half
     thick = 0.002
     loop = np.array([(-half, start), (half, start), (tip, reach), (-tip, reach)])
-    front = np.column_stack([np.full(4, x + thick), loop])
-    behind = np.column_stack([np.full(4, x - 0.0005), loop])
+    front = points(x + thick, loop)
+    behind = points(x - 0.0005, loop)
     sides = [[behind[k], behind[(k + 1) % 4], front[(k + 1) % 4], front[k]] for k in range(4)]
     return moved(rotated(flat_quads(np.asarray([*sides, front, behind[::-1]])), "x", -angle), z=z)
 
@@ -259,16 +259,10 @@ def _bells(rng: np.random.Generator, size_m: Size) -> Parts:
     half_d = 0.5 * depth
     ring = rotated(
         lathe(
-            [
-                (0.0, -half_d),
-                (0.9 * radius, -half_d),
-                (radius, -half_d + 0.008),
-                (radius, half_d - 0.004),
-                (0.97 * radius, half_d),
-                (0.9 * radius, half_d),
-                (0.89 * radius, half_d - 0.006),
-                (0.0, half_d - 0.006),
-            ],
+            points(
+                [0.0, 0.9 * radius, radius, radius, 0.97 * radius, 0.9 * radius, 0.89 * radius, 0.0],
+                [-half_d, -half_d, -half_d + 0.008, half_d - 0.004, half_d, half_d, half_d - 0.006, half_d - 0.006],
+            ),
             36,
         ),
         "y",
@@ -292,12 +286,11 @@ def _bells(rng: np.random.Generator, size_m: Size) -> Parts:
         )
         feet.append(rod((0.0, s * 0.72 * radius, 0.0), (0.0, s * 0.45 * radius, z - 0.8 * radius), 0.05 * radius, 0.07 * radius, 8))
     arch = sweep(
-        [
-            (0.0, -0.25 * radius, z + radius),
-            (0.0, -0.12 * radius, z + 1.42 * radius),
-            (0.0, 0.12 * radius, z + 1.42 * radius),
-            (0.0, 0.25 * radius, z + radius),
-        ],
+        points(
+            0.0,
+            [-0.25 * radius, -0.12 * radius, 0.12 * radius, 0.25 * radius],
+            [z + radius, z + 1.42 * radius, z + 1.42 * radius, z + radius],
+        ),
         0.035 * radius,
         8,
     )
@@ -338,9 +331,7 @@ def build_mug(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     ]
     angle = np.linspace(-0.55 * math.pi, 0.55 * math.pi, 11)
     y0 = r - 0.5 * wall
-    path = np.column_stack(
-        [np.zeros(11), y0 - 0.16 * grip + (grip + 0.1 * grip) * np.cos(angle), 0.52 * height + 0.31 * height * np.sin(angle)]
-    )
+    path = points(0.0, y0 - 0.16 * grip + (grip + 0.1 * grip) * np.cos(angle), 0.52 * height + 0.31 * height * np.sin(angle))
     handle = sweep(path, 0.09 * grip + 0.0028, 8, 1.3)
     drink_level = height * rng.uniform(0.72, 0.85)
     drink = lathe(
@@ -357,31 +348,26 @@ def build_waste_bin(rng: np.random.Generator, size_m: Size, style: str) -> Piece
     r = 0.5 * min(depth, width)
     if style == "open":
         base = rng.uniform(0.7, 0.88)
-        profile = [
-            (0.0, 0.0),
-            (base * r, 0.0),
-            ((base + 0.02) * r, 0.01),
-            (0.98 * r, height - 0.012),
-            (r, height - 0.006),
-            (0.995 * r, height),
-            (0.965 * r, height),
-            (0.95 * r, height - 0.012),
-            (base * r - 0.004, 0.012),
-            (0.0, 0.012),
-        ]
-        liner = [
-            ((0.97 * r), height - 0.035),
-            (1.002 * r, height - 0.035),
-            (1.006 * r, height + 0.002),
-            (0.95 * r, height + 0.002),
-            (0.9 * r, height - 0.3 * height),
-            (0.6 * r, 0.25 * height),
-            (0.0, 0.2 * height),
-            (0.0, 0.195 * height),
-            (0.61 * r, 0.244 * height),
-            (0.91 * r, height - 0.302 * height),
-            (0.96 * r, height - 0.002),
-        ]
+        profile = points(
+            [0.0, base * r, (base + 0.02) * r, 0.98 * r, r, 0.995 * r, 0.965 * r, 0.95 * r, base * r - 0.004, 0.0],
+            [0.0, 0.0, 0.01, height - 0.012, height - 0.006, height, height, height - 0.012, 0.012, 0.012],
+        )
+        liner = points(
+            [0.97 * r, 1.002 * r, 1.006 * r, 0.95 * r, 0.9 * r, 0.6 * r, 0.0, 0.0, 0.61 * r, 0.91 * r, 0.96 * r],
+            [
+                height - 0.035,
+                height - 0.035,
+                height + 0.002,
+                height + 0.002,
+                height - 0.3 * height,
+                0.25 * height,
+                0.2 * height,
+                0.195 * height,
+                0.244 * height,
+                height - 0.302 * height,
+                height - 0.002,
+            ],
+        )
         return {"body": lathe(profile, 32), "liner": lathe(liner, 32, closed=True)}
     if style == "basket":
         bars: list[Mesh] = []
@@ -409,15 +395,10 @@ def build_waste_bin(rng: np.random.Generator, size_m: Size, style: str) -> Piece
     body = lathe([(0.0, 0.012), (0.93 * r, 0.012), (0.95 * r, 0.02), (0.95 * r, 0.86 * height), (0.0, 0.86 * height)], 32)
     rings = lathe([(0.0, 0.0), (0.965 * r, 0.0), (0.98 * r, 0.006), (0.98 * r, 0.03), (0.95 * r, 0.034), (0.0, 0.034)], 32)
     lid = lathe(
-        [
-            (0.0, 0.865 * height),
-            (0.97 * r, 0.865 * height),
-            (0.98 * r, 0.88 * height),
-            (0.96 * r, 0.91 * height),
-            (0.75 * r, 0.965 * height),
-            (0.4 * r, 0.992 * height),
-            (0.0, height),
-        ],
+        points(
+            [0.0, 0.97 * r, 0.98 * r, 0.96 * r, 0.75 * r, 0.4 * r, 0.0],
+            [0.865 * height, 0.865 * height, 0.88 * height, 0.91 * height, 0.965 * height, 0.992 * height, height],
+        ),
         32,
     )
     pedal = block((0.85 * r, -0.03, 0.006), (0.5 * depth + 0.01, 0.03, 0.016), 0.003)

@@ -9,9 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, lathe, merged, mirrored, moved, rod, rotated, rounded_box, sheet, sweep
-from renderer.models.model import Model, Parts, Pieces, Size, halved
+from renderer.models.model import CORNERS, Model, Parts, Pieces, Size, halved
 from renderer.models.soft import cushion, pillow, piping, rounded_loop, tufted
 
 
@@ -41,8 +42,7 @@ def _lounge(rng: np.random.Generator, size_m: Size) -> Parts:
     back = rotated(back, "y", -0.10, (-half_d + 0.1, 0.0, seat_z))
     legs = [
         rod((sx * (half_d - 0.07), sy * (half_w - 0.06), 0.0), (sx * (half_d - 0.08), sy * (half_w - 0.07), leg + 0.02), 0.014, 0.023)
-        for sx in (-1.0, 1.0)
-        for sy in (-1.0, 1.0)
+        for sx, sy in CORNERS
     ]
     return {"body": merged(base, shell, *arms), "seat": seat, "back": back, "legs": merged(*legs)}
 
@@ -105,8 +105,7 @@ def _tub(rng: np.random.Generator, size_m: Size) -> Parts:
     base = rounded_box((-half_d + 0.14, -half_w + 0.13, leg), (half_d - 0.05, half_w - 0.13, seat_z - 0.13), 0.03)
     legs = [
         rod((sx * (half_d - 0.12), sy * (half_w - 0.12), 0.0), (sx * (half_d - 0.17), sy * (half_w - 0.17), leg + 0.03), 0.012, 0.02)
-        for sx in (-1.0, 1.0)
-        for sy in (-1.0, 1.0)
+        for sx, sy in CORNERS
     ]
     return {"body": merged(base, shell), "seat": seat, "legs": merged(*legs)}
 
@@ -132,7 +131,7 @@ def _wing(rng: np.random.Generator, size_m: Size) -> Parts:
         faces = np.dstack([x, s * (y - s * fat), z]), np.dstack([x, s * (y + s * fat), z])
         body.append(sheet(*faces))
         middle = s * (half_w - radius)
-        path = np.column_stack([np.linspace(-half_d + 0.06, half_d - 0.05, 4), [middle] * 4, [arm_z - radius] * 4])
+        path = points(np.linspace(-half_d + 0.06, half_d - 0.05, 4), middle, arm_z - radius)
         body.append(sweep(path, radius, 18))
         low, high = sorted((s * (half_w - 0.03), s * (inner - 0.002)))
         body.append(rounded_box((-half_d + 0.04, low, leg), (half_d - 0.06, high, arm_z - radius), 0.025))
@@ -255,12 +254,12 @@ def _chesterfield(rng: np.random.Generator, size_m: Size) -> Parts:
     rolls, low = [], leg
     for s in (-1.0, 1.0):
         y = s * (half_w - roll)
-        rolls.append(sweep(np.column_stack([np.linspace(-half_d + roll, half_d - 0.008, 3), [y] * 3, [top] * 3]), roll, 20))
+        rolls.append(sweep(points(np.linspace(-half_d + roll, half_d - 0.008, 3), y, top), roll, 20))
         face = [(0.0, 0.0), (0.62 * roll, 0.0), (0.6 * roll, 0.004), (0.3 * roll, 0.007), (0.0, 0.007)]
         rolls.append(moved(rotated(lathe(face, 16), "y", 0.5 * math.pi), half_d - 0.01, y, top))
         a, b = sorted((s * (half_w - 0.045), s * (inner - 0.002)))
         rolls.append(rounded_box((-half_d + 0.03, a, low), (half_d - 0.018, b, top), 0.025))
-    rolls.append(sweep(np.column_stack([[-half_d + roll] * 3, np.linspace(-half_w + roll, half_w - roll, 3), [top] * 3]), roll, 20))
+    rolls.append(sweep(points(-half_d + roll, np.linspace(-half_w + roll, half_w - roll, 3), top), roll, 20))
     rolls.append(rounded_box((-half_d + 0.045, -half_w + 0.06, low), (x_back, half_w - 0.06, top), 0.02))
     rolls.append(rounded_box((x_back - 0.02, -inner - 0.02, low), (half_d - 0.03, inner + 0.02, seat_z - pad), 0.02))
     edges = np.linspace(-inner, inner, max(1, round(2.0 * inner / SEAT_WIDTH_M)) + 1)
@@ -328,17 +327,17 @@ def _arm(style: str, plan: _Build, side: float, half_w: float, x0: float, x1: fl
             return soft
         inset = 0.3 * min(radius, 0.49 * plan.arm)
         loop = rounded_loop(0.5 * plan.arm - inset, 0.5 * (plan.arm_z - plan.leg) - inset, radius)
-        front = np.column_stack([np.full(len(loop), x1 - 0.008 - inset), y + loop[:, 0], middle + loop[:, 1]])
+        front = points(x1 - 0.008 - inset, y + loop[:, 0], middle + loop[:, 1])
         return merged(soft, piping(front, plan.piping))
     radius = 0.5 * plan.arm
     z = plan.arm_z - radius
-    roll = sweep(np.column_stack([np.linspace(x0 + 0.03, x1 - 0.006, 6), np.full(6, y), np.full(6, z)]), radius, 24)
+    roll = sweep(points(np.linspace(x0 + 0.03, x1 - 0.006, 6), y, z), radius, 24)
     inset = 0.18 * plan.arm
     face = rotated(
         lathe([(0.0, 0.0), (0.62 * radius, 0.0), (0.6 * radius, 0.004), (0.3 * radius, 0.006), (0.0, 0.006)], 20), "y", math.pi / 2
     )
     angle = np.arange(20) * (2.0 * math.pi / 20)
-    rim = np.column_stack([np.full(20, x1 - 0.01), y + radius * np.cos(angle), z + radius * np.sin(angle)])
+    rim = points(x1 - 0.01, y + radius * np.cos(angle), z + radius * np.sin(angle))
     block_under = rounded_box((x0 + 0.03, low + inset, plan.leg), (x1 - 0.02, high - inset, z), 0.02)
     return merged(roll, moved(face, x1 - 0.007, y, z), piping(rim, 0.004), block_under)
 

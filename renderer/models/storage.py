@@ -60,7 +60,7 @@ def build_storage_shelf(rng: np.random.Generator, size_m: Size, style: str) -> P
     goods: dict[str, list[Mesh]] = {"boxes": [], "crates": [], "tape": []}
     for low, high in itertools.pairwise(levels):
         _fill_board(rng, goods, half_d - 0.02, half_w - side - 0.01, float(low), float(high - thick - low))
-    return {"frame": posts, "shelves": shelves} | {name: merged(*meshes) for name, meshes in goods.items()}
+    return {"frame": posts, "shelves": [shelves], **goods}
 
 
 def _tube_posts(x: float, y: float, levels: np.ndarray, thick: float) -> list[Mesh]:

@@ -6,21 +6,21 @@ Table tops are 4 cm thick and flat at the table's height; the side of who sits a
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, stretched
 from renderer.models.cabinets import Front, bar_handle, fronts, pulls, square_legs
-from renderer.models.model import Model, Parts, Pieces, Size, halved
+from renderer.models.model import CORNERS, Model, Parts, Pieces, Size, halved
 from renderer.models.soft import cushion
 
 TOP_M = 0.04
 
 
-def soft_body(profile: Sequence[tuple[float, float]], half_d: float, half_w: float, power: float, segments: int = 64) -> Mesh:
+def soft_body(profile: ArrayLike, half_d: float, half_w: float, power: float, segments: int = 64) -> Mesh:
     """Return a body over a superellipse |x / half_d|^power + |y / half_w|^power = 1 (G. Lame, 1818): a rectangle with bulging sides.
 
     ``profile`` is as for a turned body, with radii as shares of the outline.
@@ -64,8 +64,7 @@ def _splayed(half_d: float, half_w: float, height: float, radius: float, splay: 
     return merged(
         *(
             rod((sx * half_d, sy * half_w, 0.0), (sx * (half_d - splay), sy * (half_w - splay), height), 0.6 * radius, radius, 16)
-            for sx in (-1.0, 1.0)
-            for sy in (-1.0, 1.0)
+            for sx, sy in CORNERS
         )
     )
 
@@ -145,7 +144,7 @@ def build_dining_table(rng: np.random.Generator, size_m: Size, style: str) -> Pi
         legs = _splayed(half_d - 0.022, half_w - 0.022, under + 0.01, rng.uniform(0.024, 0.029), 0.026)
         skirt = _apron(0.72 * half_d, 0.78 * half_w, under - 0.06, under + 0.002)
         return {"top": soft_top(half_d, half_w, under, height, rng.uniform(13.0, 18.0)), "legs": [legs, skirt]}
-    spots = [(sx * (half_d - 0.042), sy * (half_w - 0.042)) for sx in (-1.0, 1.0) for sy in (-1.0, 1.0)]
+    spots = [(sx * (half_d - 0.042), sy * (half_w - 0.042)) for sx, sy in CORNERS]
     legs = merged(*(moved(_turned_leg(under + 0.001, rng.uniform(0.032, 0.036)), x, y) for x, y in spots))
     skirt = _apron(half_d - 0.028, half_w - 0.028, under - 0.085, under + 0.002)
     return {"top": plain_top(half_d, half_w, under, height), "legs": [legs, skirt]}
@@ -280,11 +279,7 @@ def _legged(rng: np.random.Generator, size_m: Size) -> Parts:
     back_edge, front_edge = -half_d + 0.032 + splay, half_d - 0.027 - splay
     rails = blocks(
         [(back_edge, -inner, under - apron), (back_edge, -inner - 0.015, under - apron), (back_edge, inner - 0.01, under - apron)],
-        [
-            (back_edge + 0.018, inner, under + 0.001),
-            (front_edge - 0.02, -inner + 0.01, under + 0.001),
-            (front_edge - 0.02, inner + 0.015, under + 0.001),
-        ],
+        points([back_edge + 0.018, front_edge - 0.02, front_edge - 0.02], [inner, -inner + 0.01, inner + 0.015], under + 0.001),
     )
     count = 1 if width < 1.1 else 2
     edges = np.linspace(-inner + 0.012, inner - 0.012, count + 1)

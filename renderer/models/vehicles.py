@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from renderer.core.arrays import Array
-from renderer.geometry.lofts import bent, chain, disc, loft, lying, oval, ring
+from renderer.geometry.lofts import bent, chain, disc, loft, lying, oval, points, ring
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
 from renderer.models.model import Model, Parts, Pieces, Size
@@ -124,7 +124,7 @@ class _Shell:
         z = 0.5 * (top + bottom) + flat[:, 1]
         waist = (z / self.height - 0.36) / 0.3
         crown = 0.012 * self.height * (1.0 - (flat[:, 0] / w) ** 2) * (flat[:, 1] > 0.0)
-        return np.column_stack([np.full(_SECTION, self.x(share)), flat[:, 0] * (1.0 - 0.05 * waist**2), z + crown])
+        return points(self.x(share), flat[:, 0] * (1.0 - 0.05 * waist**2), z + crown)
 
     def seam(self, share: float, side: float) -> Mesh:
         """Return the gap at the edge of a door: a thin dark line down the side of the body."""
@@ -195,14 +195,9 @@ def _plate(x: float, z: float) -> Mesh:
 def _wheel(radius: float, width: float, spokes: int) -> tuple[Mesh, Mesh]:
     """Return tyre and rim about the y axis; the rim's face looks along +y."""
     half, inner = 0.5 * width, 0.66 * radius
-    tread = [
-        (inner, -half + 0.01),
-        (radius - 0.025, -half),
-        (radius, -half + 0.03),
-        (radius, half - 0.03),
-        (radius - 0.025, half),
-        (inner, half - 0.01),
-    ]
+    tread = points(
+        [inner, radius - 0.025, radius, radius, radius - 0.025, inner], [-half + 0.01, -half, -half + 0.03, half - 0.03, half, half - 0.01]
+    )
     barrel = [(inner + 0.004, -half + 0.015), (inner + 0.004, half - 0.012), (inner - 0.015, half - 0.012), (inner - 0.03, -half + 0.015)]
     bars = [
         rotated(block((-0.028, half - 0.055, 0.0), (0.028, half - 0.022, inner - 0.01), 0.008), "y", k * 2.0 * math.pi / spokes)

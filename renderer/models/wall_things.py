@@ -8,6 +8,7 @@ import math
 import numpy as np
 
 from renderer.core.arrays import Array
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import (
     block,
@@ -105,7 +106,7 @@ def landscape(rng: np.random.Generator, half: float, low: float, high: float) ->
         level = low + tall * (0.52 - 0.16 * k)
         waves = sum(rng.uniform(0.3, 1.0) / f * np.sin(f * 2.2 * y / half + rng.uniform(0, 6.3)) for f in (1, 2, 3, 5))
         ridge = level + 0.06 * tall * np.asarray(waves)
-        fields.append([np.stack([np.column_stack([y, np.full(18, low)]), np.column_stack([y, ridge])], axis=1)])
+        fields.append([np.stack([points(y, low), np.column_stack([y, ridge])], axis=1)])
     return fields
 
 
@@ -179,7 +180,7 @@ def _arch(half: float, height: float) -> Array:
 
 def _band(outer: Array, inner: Array, x0: float, x1: float) -> Mesh:
     """Return the frame between two outlines (n, 2) of equal length."""
-    loops = [np.column_stack([np.full(len(outer), x), line]) for x, line in ((x0, outer), (x1, outer), (x1, inner), (x0, inner))]
+    loops = [points(x, line) for x, line in ((x0, outer), (x1, outer), (x1, inner), (x0, inner))]
     pieces = []
     for a, b in zip(loops, loops[1:] + loops[:1], strict=True):
         pieces.append(flat_quads(np.stack([a, np.roll(a, -1, axis=0), np.roll(b, -1, axis=0), b], axis=1)))
@@ -339,7 +340,7 @@ def _tie(y: float, half: float, reach: float, z: float) -> Mesh:
     turn = np.arange(25) * (2.0 * math.pi / 24)
     ring = np.column_stack([reach * np.cos(turn), y + 1.02 * half * np.sin(turn)])
     heights = np.array([-0.03, 0.03])
-    outer = np.stack([np.column_stack([ring, np.full(25, z + h)]) for h in heights], axis=1)
+    outer = np.stack([points(ring, z + h) for h in heights], axis=1)
     inner = outer.copy()
     inner[:, :, 0] *= 0.9
     inner[:, :, 1] = y + (inner[:, :, 1] - y) * 0.95

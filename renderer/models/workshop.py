@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from renderer.geometry.lofts import bent, disc, loft, oval, ring
+from renderer.geometry.lofts import bent, disc, loft, oval, points, ring
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, sweep
 from renderer.models.cabinets import Front, fronts
@@ -108,12 +108,11 @@ def build_tool_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Pi
     body = [block((-half_d + 0.004, -half_w + 0.02, low), (front - 0.016, half_w, height - 0.02), 0.004)]
     mat = block((-half_d, -half_w, height - 0.024), (half_d, half_w, height), 0.006)
     grip = bent(
-        [
-            (-0.6 * half_d, -half_w + 0.02, 0.86 * height),
-            (-0.6 * half_d, -half_w + 0.002, 0.86 * height),
-            (0.6 * half_d, -half_w + 0.002, 0.86 * height),
-            (0.6 * half_d, -half_w + 0.02, 0.86 * height),
-        ],
+        points(
+            [-0.6 * half_d, -0.6 * half_d, 0.6 * half_d, 0.6 * half_d],
+            [-half_w + 0.02, -half_w + 0.002, -half_w + 0.002, -half_w + 0.02],
+            0.86 * height,
+        ),
         0.0018 + 0.006,
         0.015,
         8,
@@ -153,12 +152,11 @@ def build_toolbox(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
                 )
         arms.append(
             bent(
-                [
-                    (0, -0.75 * half_w, top - 0.01),
-                    (0, -0.75 * half_w, height - 0.008),
-                    (0, 0.75 * half_w, height - 0.008),
-                    (0, 0.75 * half_w, top - 0.01),
-                ],
+                points(
+                    0,
+                    [-0.75 * half_w, -0.75 * half_w, 0.75 * half_w, 0.75 * half_w],
+                    [top - 0.01, height - 0.008, height - 0.008, top - 0.01],
+                ),
                 0.008,
                 0.03,
                 10,
@@ -182,12 +180,11 @@ def build_toolbox(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     lid = loft([oval(half_d * s, half_w * s, z, power=9.0) for s, z in shell])
     grip = [
         bent(
-            [
-                (0, -0.42 * half_w, top - 0.005),
-                (0, -0.38 * half_w, height - 0.012),
-                (0, 0.38 * half_w, height - 0.012),
-                (0, 0.42 * half_w, top - 0.005),
-            ],
+            points(
+                0,
+                [-0.42 * half_w, -0.38 * half_w, 0.38 * half_w, 0.42 * half_w],
+                [top - 0.005, height - 0.012, height - 0.012, top - 0.005],
+            ),
             0.012,
             0.03,
             10,
@@ -212,17 +209,9 @@ def build_paint_can(rng: np.random.Generator, size_m: Size, style: str) -> Piece
     depth, width, height = size_m
     r = 0.5 * min(depth, width) - 0.006
     top = height - 0.004
-    rim = [
-        (0.0, 0.0),
-        (0.97 * r, 0.0),
-        (r, 0.004),
-        (r, 0.01),
-        (0.97 * r, 0.014),
-        (0.97 * r, top - 0.016),
-        (r, top - 0.012),
-        (r, top),
-        (0.93 * r, top),
-    ]
+    rim = points(
+        [0.0, 0.97 * r, r, r, 0.97 * r, 0.97 * r, r, r, 0.93 * r], [0.0, 0.0, 0.004, 0.01, 0.014, top - 0.016, top - 0.012, top, top]
+    )
     label = lathe(
         [(0.95 * r, 0.1 * height), (0.982 * r, 0.1 * height), (0.982 * r, 0.86 * height), (0.95 * r, 0.86 * height)], 26, closed=True
     )
@@ -238,14 +227,10 @@ def build_paint_can(rng: np.random.Generator, size_m: Size, style: str) -> Piece
     else:
         body = lathe([*rim, (0.92 * r, top - 0.008), (0.0, top - 0.008)], 26)
         paint = lathe(
-            [
-                (0.0, top - 0.01),
-                (0.88 * r, top - 0.01),
-                (0.88 * r, top - 0.001),
-                (0.8 * r, top - 0.001),
-                (0.78 * r, top - 0.005),
-                (0.0, top - 0.005),
-            ],
+            points(
+                [0.0, 0.88 * r, 0.88 * r, 0.8 * r, 0.78 * r, 0.0],
+                [top - 0.01, top - 0.01, top - 0.001, top - 0.001, top - 0.005, top - 0.005],
+            ),
             26,
         )
     ears = merged(*(disc("y", (0.0, s * (r - 0.001), 0.78 * height), 0.014, 0.012, 14, 0.003) for s in (-1.0, 1.0)))
@@ -327,7 +312,7 @@ def _plank(a: tuple[float, float, float], b: tuple[float, float, float], wide: f
     """A straight bar of rectangular section from a to b, its broad side along x."""
     start, end = np.asarray(a), np.asarray(b)
     corners = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]) * (wide, thick)
-    section = np.column_stack([corners, np.zeros(4)])
+    section = points(corners, 0.0)
     return loft([start + section, end + section])
 
 
