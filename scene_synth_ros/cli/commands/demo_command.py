@@ -12,7 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from scene_synth_ros.cli.commands import run_command
-from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.cli.options import UsageError
 from scene_synth_ros.pages.document import open_page
 
 PROFILE = "demo"
