@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from chromium import Page, need_chromium
+from chromium import Page
+from needed_tools import need
 from room_bag import RoomBag, write, write_room_bag
 
 from renderer.camera.cameras import intrinsics
@@ -35,7 +36,7 @@ class Shown(NamedTuple):
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    need_chromium()
+    need("chromium")
     with Page(tmp_path_factory.mktemp("profile")) as page:
         yield page
 
