@@ -136,6 +136,7 @@ def test_imports_point_one_way(package: str) -> None:
         ("scene_synth_ros.record.recorder_node", {"numba", "scipy"}),
         ("scene_synth_ros.replay.replay_node", {"numba", "scipy"}),
         ("scene_synth_ros.cli.commands.inspect_command", {"numba", "scipy"}),
+        ("scene_synth_ros.messages.streams", {"numba", "rclpy", "numpy", "renderer"}),
     ],
 )
 def test_what_needs_no_kernels_starts_without_their_compiler(module: str, without: set[str]) -> None:

@@ -18,7 +18,8 @@ from scene_description import CameraPose, SceneDescription
 from scene_synth_ros.messages.conversions import clock_to_msg
 from scene_synth_ros.messages.frame_messages import SERIALISED, FrameMessages, StreamConfig
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_to_json
-from scene_synth_ros.messages.scan_messages import LASER_POSE, SCAN, SCAN_IDEAL, laser_frame, laser_pose_to_msgs, scan_to_msgs
+from scene_synth_ros.messages.scan_messages import LASER_POSE, SCAN, SCAN_IDEAL, laser_pose_to_msgs, scan_to_msgs
+from scene_synth_ros.messages.streams import laser_frame
 from scene_synth_ros.offline.settings import Groups, catalog_of
 from scene_synth_ros.render.frame_index import frame_index
 from scene_synth_ros.render.renderer_config import RendererNodeConfig

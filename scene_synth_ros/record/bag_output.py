@@ -11,8 +11,9 @@ from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 
 from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
 from scene_synth_ros.messages.image_codec import ImageCompression, compress, compressed_topic, image_form
-from scene_synth_ros.messages.image_reader import COMPRESSED_TYPE, CodecError
+from scene_synth_ros.messages.image_reader import CodecError
 from scene_synth_ros.messages.stamps import NANOSECONDS
+from scene_synth_ros.messages.streams import COMPRESSED_TYPE
 from scene_synth_ros.record.snapshot_ring import KeptMessage, SnapshotRing
 from scene_synth_ros.record.split_policy import SplitPolicy
 from scene_synth_ros.record.topic_counts import TopicCounts

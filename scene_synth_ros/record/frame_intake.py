@@ -6,8 +6,8 @@ from collections import deque
 from collections.abc import Callable, Collection, Mapping
 
 from scene_synth_ros.bags.bag_writer import MAX_TIME_NS
-from scene_synth_ros.messages.scan_messages import has_own_stamps
 from scene_synth_ros.messages.stamps import NANOSECONDS, AnnouncedRoom, announced_room, stamp_ns
+from scene_synth_ros.messages.streams import has_own_stamps
 from scene_synth_ros.record.frame_sorter import FrameSorter, OrderedMessage
 from scene_synth_ros.record.seen_frames import ROOMS_KEPT, SeenFrames
 from scene_synth_ros.record.senders import Origin

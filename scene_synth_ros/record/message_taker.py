@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from scene_synth_ros.messages.detections import AnnotationsReadError, is_annotations, read_annotations
+from scene_synth_ros.messages.detections import AnnotationsReadError, read_annotations
 from scene_synth_ros.messages.label_info import LabelReadError, is_labels, read_labels
-from scene_synth_ros.messages.scan_messages import LASER, has_own_stamps
 from scene_synth_ros.messages.stamps import sent_before
+from scene_synth_ros.messages.streams import ANNOTATIONS, LASER, POSE, SETTINGS, parse
 from scene_synth_ros.messages.timed_pose import PoseReadError, read_pose
 from scene_synth_ros.record.recording import Recording
 
@@ -22,11 +22,13 @@ def message_taker(recording: Recording, topic: str, type_name: str, namespace: s
         namespace: of the suite, ending with a slash.
         warn: called with one line for a message of which nothing can be derived.
     """
-    camera = topic.rsplit("/", 2)[-2] if type_name == "geometry_msgs/msg/PoseStamped" and topic.endswith("/pose") else ""
-    own_stamps = has_own_stamps(topic)
-    settings = topic.endswith("/settings") and type_name == "std_msgs/msg/String"
+    stream = parse(topic, type_name)
+    role = stream.role if stream is not None else None
+    camera = stream.camera if stream is not None and role is POSE else ""
+    own_stamps = stream is not None and stream.has_own_stamps
+    settings = role is SETTINGS
     labels = is_labels(topic, type_name)
-    annotations = topic.startswith(namespace) and is_annotations(topic, type_name)
+    annotations = topic.startswith(namespace) and role is ANNOTATIONS
 
     def take(data: bytes) -> None:
         if settings and (sent := sent_before(data)) is not None:

@@ -11,10 +11,10 @@ from rclpy.qos import QoSProfile
 
 from scene_description.annotations import FrameAnnotations
 from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
-from scene_synth_ros.messages.detections import annotations_frame, detection_topics, encode_detections
-from scene_synth_ros.messages.label_info import TimedLabels, encode_label_info, label_info_topic, labels_frame
-from scene_synth_ros.messages.message_definitions import LABEL_INFO, TF_MESSAGE, message_definition
-from scene_synth_ros.messages.scan_messages import laser_frame
+from scene_synth_ros.messages.detections import encode_detections
+from scene_synth_ros.messages.label_info import TimedLabels, encode_label_info
+from scene_synth_ros.messages.message_definitions import message_definition
+from scene_synth_ros.messages.streams import TF_TYPE, derived_streams, laser_frame
 from scene_synth_ros.messages.timed_pose import TimedPose
 from scene_synth_ros.messages.transforms_cdr import StampedTransform, encode_tf_message
 from scene_synth_ros.record.bag_output import BagNumbers, BagOutput, Entry, RecordingOptions, is_latched
@@ -187,23 +187,23 @@ class Recording:
     def _add_transform_topics(self) -> None:
         for name, qos in TRANSFORM_TOPICS:
             if name not in self._topics:
-                self.add_topic(name, TF_MESSAGE, [qos])
+                self.add_topic(name, TF_TYPE, [qos])
 
     def add_labels(self, labels: TimedLabels, topic: str) -> None:
         """Derive the LabelInfo beside the labels of a topic."""
-        name = label_info_topic(topic)
-        if name not in self._topics:
-            self.add_topic(name, LABEL_INFO, [latched_qos()])
-        data = encode_label_info(labels.stamp_ns, labels_frame(topic, self._frame_prefix), labels.names)
-        self._enqueue(self.intake.add_stamped(name, labels.stamp_ns, data))
+        for stream in derived_streams(topic):
+            if stream.topic not in self._topics:
+                self.add_topic(stream.topic, stream.role.type_name, [latched_qos()])
+            data = encode_label_info(labels.stamp_ns, stream.frame_id(self._frame_prefix), labels.names)
+            self._enqueue(self.intake.add_stamped(stream.topic, labels.stamp_ns, data))
 
     def add_annotations(self, annotations: FrameAnnotations, topic: str) -> None:
         """Derive the detections beside the annotations of a topic."""
-        for name, type_name in detection_topics(topic).items():
-            if name not in self._topics:
-                self.add_topic(name, type_name, [stream_qos()])
-            data = encode_detections(type_name, annotations, annotations_frame(topic, self._frame_prefix))
-            self._enqueue(self.intake.add_stamped(name, annotations.stamp_ns, data))
+        for stream in derived_streams(topic):
+            if stream.topic not in self._topics:
+                self.add_topic(stream.topic, stream.role.type_name, [stream_qos()])
+            data = encode_detections(stream.role.type_name, annotations, stream.frame_id(self._frame_prefix))
+            self._enqueue(self.intake.add_stamped(stream.topic, annotations.stamp_ns, data))
 
     def flush(self, room: int | None = None) -> None:
         """Hand everything that waits, or what waits of a room and of those before it, to the writer and wait until it is written."""
