@@ -49,7 +49,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--log-level",
         choices=["debug", "info", "warn", "error"],
-        help="(default: info; warn beside the line of progress, which a terminal gets where the number of rooms is known)",
+        help="of the nodes (default: info; warn beside the line of progress, which a terminal gets where the number of rooms is known)",
     )
     parser.add_argument("--no-progress", action="store_true", help="no line of progress on a terminal")
 
