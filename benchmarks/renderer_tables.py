@@ -194,11 +194,15 @@ def _geometry(
     return float(bare_s), float(ours_s), float(np.median(rounds[:, 0] / rounds[:, 1]))
 
 
-def _seconds(frame: Callable[[], object], clock: Callable[[], float] = time.perf_counter) -> float:
+def _seconds(act: Callable[[], object], clock: Callable[[], float] = time.perf_counter, repeats: int = FRAMES_PER_ROUND) -> float:
     began = clock()
-    for _ in range(FRAMES_PER_ROUND):
-        frame()
-    return (clock() - began) / FRAMES_PER_ROUND
+    for _ in range(repeats):
+        act()
+    return (clock() - began) / repeats
+
+
+def _processor_seconds(act: Callable[[], object]) -> float:
+    return _seconds(act, time.process_time, 1)
 
 
 def _own_calls(flat: FlatScene) -> float:
@@ -242,11 +246,9 @@ def measure_layers() -> list[Row]:
         basic = cost()
         rows = []
         for name in HIT_LAYERS:
-            pairs = np.array([(_seconds(basic, time.process_time), _seconds(cost(name), time.process_time)) for _ in range(LAYERS_ROUNDS)])
+            pairs = np.array([(_processor_seconds(basic), _processor_seconds(cost(name))) for _ in range(LAYERS_ROUNDS)])
             rows.append(Row(f"{name}, beside the basic layers", 1e3 * float(np.median(pairs[:, 1] - pairs[:, 0])), "ms"))
-        pairs = np.array(
-            [(_seconds(basic, time.process_time), _seconds(cost(*HIT_LAYERS), time.process_time)) for _ in range(LAYERS_ROUNDS)]
-        )
+        pairs = np.array([(_processor_seconds(basic), _processor_seconds(cost(*HIT_LAYERS))) for _ in range(LAYERS_ROUNDS)])
     basic_s, all_s = np.median(pairs, axis=0)
     head = [Row("depth, range, normals, semantic, instance", 1e3 * float(basic_s), "ms")]
     total = [
@@ -271,15 +273,12 @@ def measure_geometry() -> list[Row]:
     for room in rooms:
         flatten(room)  # compiles and loads the kernels
     forget_tiles()
-    seconds = [_seconds(lambda room=room: flatten(room), time.process_time) for room in rooms]
-    next_rooms, again = (
-        seconds[WARM_BEDROOMS:],
-        [_seconds(lambda room=room: flatten(room), time.process_time) for room in rooms[WARM_BEDROOMS:]],
-    )
+    seconds = [_processor_seconds(lambda room=room: flatten(room)) for room in rooms]
+    next_rooms, again = (seconds[WARM_BEDROOMS:], [_processor_seconds(lambda room=room: flatten(room)) for room in rooms[WARM_BEDROOMS:]])
     cold = []
     for room in rooms[:6]:
         forget_tiles()
-        cold.append(_seconds(lambda room=room: flatten(room), time.process_time))
+        cold.append(_processor_seconds(lambda room=room: flatten(room)))
     flats = [flatten(room) for room in rooms[WARM_BEDROOMS:]]
     return [
         at_most(f"geometry of the next bedroom of {OBJECTS} objects, warm, median", float(np.median(next_rooms)), "s", LIMIT_S),
