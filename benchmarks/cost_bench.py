@@ -24,8 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.table import DOCS, Row, write_section
-from scene_synth_ros.cli.render_settings import PRESETS
-from scene_synth_ros.cli.run_parameters import RunWords, run_parameters
+from scene_synth_ros.cli.parameters.render_settings import PRESETS
+from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
 from scene_synth_ros.estimate.estimate import Estimate, size, span
 from scene_synth_ros.estimate.measuring import measure_rooms
 from scene_synth_ros.estimate.totals import sample_indices

@@ -37,7 +37,7 @@ from renderer.textures.tile import forget_tiles
 from scene_description import CameraPose, Material, ModelReference, Opening, Part, Room, SceneDescription, SceneObject, from_mapping
 from scene_description.labels import LABEL_ID
 from scene_description.poses import look_at
-from scene_synth_ros.cli.render_settings import PRESETS, preset_settings
+from scene_synth_ros.cli.parameters.render_settings import PRESETS, preset_settings
 
 ROOM_M, HEIGHT_M = (5.0, 4.2), 2.7
 FURNITURE = (

@@ -27,7 +27,7 @@ from renderer.film.tone import Exposure
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from scene_description import CameraPose, from_mapping
-from scene_synth_ros.cli.render_settings import preset_settings
+from scene_synth_ros.cli.parameters.render_settings import preset_settings
 
 
 def mean_flip(reference: NDArray[np.generic], picture: NDArray[np.generic]) -> float:
