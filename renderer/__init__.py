@@ -47,7 +47,7 @@ __getattr__ = names_on_demand(
         "LAYERS": "film.layers",
         "WARM_LAYERS": "warming",
         "CameraConfig": "camera.config",
-        "DepthSensorConfig": "sensors.config",
+        "DepthSensorConfig": "sensors.devices",
         "FlatScene": "scene.flat_scene",
         "Frame": "film.frame",
         "MaterialTable": "scene.flat_scene",

@@ -29,9 +29,9 @@ from scene_description.annotations import annotations_to_json
 from scene_description.label_standards import STANDARDS, StandardName
 from scene_synth_ros.cli.files.frame_files import write_frame
 from scene_synth_ros.cli.files.scan_files import write_scans
+from scene_synth_ros.cli.options import UsageError, refuse_missing_folder
 from scene_synth_ros.cli.parameters.render_settings import PRESETS, preset_settings, read_settings
 from scene_synth_ros.cli.parameters.render_settings import add_arguments as add_settings
-from scene_synth_ros.cli.usage import UsageError, refuse_missing_folder
 from scene_synth_ros.convert.tum_trajectory import MAX_TEXT_LENGTH, trajectory_from_tum, trajectory_to_tum
 
 __all__ = ["PRESETS", "add_arguments", "preset_settings", "run"]
