@@ -16,7 +16,7 @@ from grammar.layout.assemble import assemble
 from grammar.layout.columns import FIXED
 from grammar.layout.floor_raster import NO_FLOOR
 from grammar.layout.mcmc import Chain, Run, run_chain
-from grammar.layout.moves import move_settings
+from grammar.layout.problem import move_settings
 from grammar.layout.schedule import run_stages
 from grammar.sampled_room import room_floor
 from grammar.spec.categories import Categories

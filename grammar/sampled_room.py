@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammar.checks.faults import always_odd, find_faults
+from grammar.checks.faults import always_odd, find_faults, oddly_seated
 from grammar.checks.furnished import furnished
 from grammar.checks.metrics import SamplingCost
 from grammar.checks.validity import check_room, door_start_m
@@ -30,10 +30,8 @@ from grammar.layout.circulation import empty_floor
 from grammar.layout.columns import TRIED, YAW, X, Y, Z
 from grammar.layout.floor_raster import NO_FLOOR, Floor
 from grammar.layout.mcmc import Chain
-from grammar.layout.moves import move_settings
-from grammar.layout.problem import Problem, State
+from grammar.layout.problem import Problem, State, move_settings
 from grammar.layout.schedule import run_stages, run_together
-from grammar.layout.seating import oddly_seated
 from grammar.spec.categories import Categories
 from grammar.spec.energy_terms import FLOOR_TERMS, TERMS
 from grammar.spec.request import RequestError, SceneRequest

@@ -15,13 +15,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from grammar.appearance.appearance import sample_appearance_from
+from grammar.appearance.appearance import MaterialPool, sample_appearance_from
 from grammar.appearance.appearance_rules import Appearance, load_appearance
-from grammar.appearance.apply_looks import apply_looks
 from grammar.appearance.daylight import LEAST_TURBIDITY, DaylightRequest
-from grammar.appearance.downlights import sample_downlights
-from grammar.appearance.lighting import LightingConfig, read_lighting_config, sample_lighting
-from grammar.appearance.material_pool import MaterialPool
+from grammar.appearance.lighting import LightingConfig, read_lighting_config, sample_downlights, sample_lighting
+from grammar.appearance.looks import apply_looks
 from grammar.appearance.restrict import restricted
 from grammar.camera.camera_path import sample_camera_path
 from grammar.camera.path_config import CameraPathConfig, read_camera_path_config
@@ -37,8 +35,7 @@ from grammar.small_things.fill import Source
 from grammar.small_things.rules import NO_SMALL_THINGS, SmallThings, read_small_things
 from grammar.small_things.strew import Furnished, strew
 from grammar.spec.categories import Categories, Category, read_categories
-from grammar.spec.grammar_file import learned_types, read_grammar, room_types
-from grammar.spec.grammar_table import GrammarTable
+from grammar.spec.grammar_file import GrammarTable, learned_types, read_grammar, room_types
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar, GrammarError, Thresholds
 from scene_description import NYU40, SCHEMA, Environment, EnvironmentMap, Light, Luminaire, Room, SceneDescription, SceneObject

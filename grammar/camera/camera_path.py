@@ -14,14 +14,12 @@ from numpy.typing import ArrayLike
 
 from grammar.camera.directions import sample_directions
 from grammar.camera.path_config import CameraPathConfig, Mount
-from grammar.camera.views import Views
+from grammar.camera.view_ring import Views
 from grammar.camera.walk import Ground, Walk, choose_ground, find_routes, position_at, sample_walk
 from grammar.geometry.arrays import Boxes
+from grammar.geometry.boxes import NO_BOXES
 from scene_description import CameraPose
 from scene_description.poses import look_at
-
-NO_ROOF = np.zeros((0, 8))
-"""The roof of a room whose ceiling is flat."""
 
 _TRIAL_STATIONS = 8
 
@@ -36,7 +34,7 @@ def sample_camera_path(
     start_ns: int,
     rate_hz: float,
     first_index: int,
-    roof: Boxes = NO_ROOF,
+    roof: Boxes = NO_BOXES,
 ) -> tuple[CameraPose, ...]:
     """Sample the poses of a camera, one a frame.
 

@@ -189,10 +189,3 @@ def swept_points(room: Room) -> Iterator[Floats]:
         into, left = opening.width_m * radius * np.sin(angle), side * opening.width_m * radius * np.cos(angle)
         c, s = math.cos(yaw), math.sin(yaw)
         yield np.column_stack([(x + into * c - left * s).ravel(), (y + into * s + left * c).ravel()])
-
-
-def whole_box(item: SceneObject) -> Boxes:
-    """Return an object's own box, (8,), whatever its solids are."""
-    x, y, z = item.position_m
-    depth, width, height = item.size_m
-    return np.array([x, y, z, z + height, 0.5 * depth, 0.5 * width, math.cos(item.yaw_rad), math.sin(item.yaw_rad)])

@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
-from grammar.checks.furnished import Furnished, behind_doors, face_covered, in_boxes, swept_points, whole_box, world_points
+from grammar.checks.furnished import Furnished, behind_doors, face_covered, in_boxes, swept_points, world_points
 from grammar.geometry.boxes import footprint_penetration
+from grammar.geometry.solids import whole_box
 from grammar.geometry.zones import opening_frame
 
 HIDDEN_SHARE, HIDDEN_DEPTH_M = 0.25, 0.6

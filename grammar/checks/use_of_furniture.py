@@ -1,15 +1,19 @@
-"""Faults of use about furniture: blocked fronts, backs that stand free of walls, what stands on mats or free on the floor."""
+"""Faults of use about furniture, machines and cars: blocked fronts and sides, backs off walls, small things astray or in the way."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
-from grammar.checks.furnished import Furnished, against_wall, back_gap, in_boxes, taken_share, wall_distance, whole_box, world_points
-from grammar.geometry.boxes import Z_LOW, footprint_corners, footprint_penetration
+from grammar.checks.furnished import Furnished, against_wall, back_gap, in_boxes, taken_share, wall_distance, world_points
+from grammar.geometry.arrays import Boxes
+from grammar.geometry.boxes import HALF_DEPTH, Z_HIGH, Z_LOW, X, Y, footprint_corners, footprint_penetration
+from grammar.geometry.solids import whole_box
 from grammar.geometry.walls import WALL_YAW
-from grammar.spec.categories import BACK_GAP_M
+from grammar.geometry.zones import opening_frame, side_rectangle
+from grammar.spec.categories import BACK_GAP_M, Role
 from scene_description import SceneObject
 
 VIEW_RAD = math.radians(60.0)
@@ -20,6 +24,14 @@ MAT_SHARE, KNEE_HIGH_M, ASTRAY_M = 0.15, 0.3, 0.4
 UNDER_M = 0.05
 DOORS_M, DOORS_SHARE = 0.45, 0.2
 AT_WALL_M, ASKEW_RAD, RUG_RAD, ON_RUG_M = 0.5, math.radians(1.2), math.radians(1.5), 0.08
+MOUNT_SHARE, MOUNT_GAP_M, MOUNT_DEPTH_M = 0.4, 0.02, 0.4
+HEMMED_SHARE, HEMMED_GAP_M, HEMMED_DEPTH_M = 0.3, 0.01, 0.12
+DOOR_SHARE, DOOR_GAP_M, DOOR_DEPTH_M = 0.3, 0.02, 0.4
+TOUCHED_M, OVER_CURB_M, HUNG_M = 0.12, 0.12, 1.0
+MAT_ASKEW_RAD, MAT_ASKEW_GAP_M = math.radians(6.0), 0.6
+HUDDLE_M, HUDDLE = 0.3, 3
+BEFORE_DEPTH_M, BEFORE_SHARE = 0.4, 0.3
+_STEPS = (np.arange(12) + 0.5) / 6.0 - 1.0
 
 
 def front_blocked(found: Furnished) -> list[int]:
@@ -43,24 +55,16 @@ def _back_to_back(item: SceneObject, others: list[SceneObject]) -> bool:
     )
 
 
-def wardrobe_off_wall(found: Furnished) -> list[int]:
-    """Return wardrobes with no wall behind their backs."""
-    return [item.id for item in found.standing("wardrobe") if back_gap(found, item) > BACK_GAP_M["wardrobe"]]
+def off_wall(role: Role) -> Callable[[Furnished], list[int]]:
+    """Return the function that finds what has a role and no wall behind its back.
 
+    The chain's ``off_wall`` holds to the same gaps; it measures the corner of a back that is further off, so it never leaves a gap here.
+    """
 
-def bed_off_wall(found: Furnished) -> list[int]:
-    """Return beds whose head is not at a wall."""
-    return [item.id for item in found.standing("bed") if back_gap(found, item) > BACK_GAP_M["bed"]]
+    def find(found: Furnished) -> list[int]:
+        return [item.id for item in found.standing(role) if back_gap(found, item) > BACK_GAP_M[role]]
 
-
-def back_off_wall(found: Furnished) -> list[int]:
-    """Return what else belongs with its back to a wall and has none behind it."""
-    return [item.id for item in found.standing("backed") if back_gap(found, item) > BACK_GAP_M["backed"]]
-
-
-def fridge_off_wall(found: Furnished) -> list[int]:
-    """Return refrigerators with no wall behind their backs."""
-    return [item.id for item in found.standing("fridge") if back_gap(found, item) > BACK_GAP_M["fridge"]]
+    return find
 
 
 def bedside_astray(found: Furnished) -> list[int]:
@@ -180,3 +184,92 @@ def bedside_blocked(found: Furnished) -> list[int]:
     """Return nightstands with other things than a bed in more than ``FRONT_SHARE`` of ``BEDSIDE_FRONT_M`` before them."""
     free = found.only(~np.isin(found.owner, [bed.id for bed in found.standing("bed")]))
     return [item.id for item in found.standing("bedside") if taken_share(free, item, "front", 0.02, BEDSIDE_FRONT_M) > FRONT_SHARE]
+
+
+def machine_hemmed(found: Furnished) -> list[int]:
+    """Return machines that nobody gets on or off: the front is blocked, or both sides are."""
+    return [item.id for item in found.standing("machine") if _hemmed(found, item)]
+
+
+def _hemmed(found: Furnished, item: SceneObject) -> bool:
+    front, left, right = (taken_share(found, item, side, MOUNT_GAP_M, MOUNT_DEPTH_M) for side in ("front", "left", "right"))
+    return front > MOUNT_SHARE or min(left, right) > MOUNT_SHARE
+
+
+def mat_hemmed(found: Furnished) -> list[int]:
+    """Return mats for exercise near which, by ``HEMMED_DEPTH_M``, machines or furniture stand, or another mat lies askew."""
+    mats = found.standing("floor_work")
+    if not mats:
+        return []
+    standing = found.boxes[(found.boxes[:, Z_HIGH] > OVER_CURB_M) & (found.boxes[:, Z_LOW] < HUNG_M)]
+    taken = [mat.id for mat in mats if any(_taken(standing, mat, side) > HEMMED_SHARE for side in ("front", "back", "left", "right"))]
+    return sorted({*taken, *(mat.id for mat in mats if any(_askew(mat, other) for other in mats))})
+
+
+def _askew(mat: SceneObject, other: SceneObject) -> bool:
+    """Return whether two mats are near each other and not parallel."""
+    apart = -footprint_penetration(whole_box(mat), whole_box(other))
+    return abs(math.sin(mat.yaw_rad - other.yaw_rad)) > MAT_ASKEW_RAD and apart < MAT_ASKEW_GAP_M
+
+
+def _taken(standing: Boxes, mat: SceneObject, side: str) -> float:
+    """Return the share of the strip along a side of a mat that boxes (n, 8) take; walls do not count."""
+    x, y, half_d, half_w = side_rectangle(side, HEMMED_DEPTH_M, mat.size_m)
+    u, v = np.meshgrid(x + np.sign(x) * HEMMED_GAP_M + half_d * _STEPS, y + np.sign(y) * HEMMED_GAP_M + half_w * _STEPS)
+    return float(in_boxes(world_points(mat, u, v), standing).mean())
+
+
+def car_shut_in(found: Furnished) -> list[int]:
+    """Return vehicles whose doors open at neither side, with things nearer than ``TOUCHED_M``, or with things in the way out."""
+    return [item.id for item in found.standing("vehicle") if _doors_blocked(found, item) or _way_out_blocked(found, item)]
+
+
+def _doors_blocked(found: Furnished, item: SceneObject) -> bool:
+    others = found.boxes[(found.owner != item.id) & (found.boxes[:, Z_LOW] < HUNG_M)]
+    touched = any(footprint_penetration(whole_box(item), other) > -TOUCHED_M for other in others)
+    return touched or all(taken_share(found, item, side, DOOR_GAP_M, DOOR_DEPTH_M) > DOOR_SHARE for side in ("left", "right"))
+
+
+def _way_out_blocked(found: Furnished, item: SceneObject) -> bool:
+    """Return whether something stands on the strip between a vehicle and the door for it, as wide as the vehicle."""
+    standing = found.boxes[(found.owner != item.id) & (found.boxes[:, Z_LOW] < HUNG_M)]
+    for opening in found.room.openings:
+        if opening.category == "garage_door":
+            x, y, _ = opening_frame(found.room, opening)
+            dx, dy = x - item.position_m[0], y - item.position_m[1]
+            ahead = dx * math.cos(item.yaw_rad) + dy * math.sin(item.yaw_rad)
+            u, v = np.meshgrid(np.linspace(0.0, 1.0, 24) * ahead, 0.45 * item.size_m[1] * _STEPS)
+            return bool(in_boxes(world_points(item, u, v), standing).any())
+    return False
+
+
+def fillers_huddled(found: Furnished) -> list[int]:
+    """Return plants, vases, bins, lamps and balls of which ``HUDDLE`` or more stand on the floor ``HUDDLE_M`` or less from the next."""
+    items = found.standing("filler")
+    boxes, group = [whole_box(item) for item in items], list(range(len(items)))
+    for i in range(len(items)):
+        for j in range(i):
+            if footprint_penetration(boxes[i], boxes[j]) > -HUDDLE_M:
+                old, new = group[i], group[j]
+                group = [new if one == old else one for one in group]
+    return [item.id for item, one in zip(items, group, strict=True) if group.count(one) >= HUDDLE]
+
+
+def thing_before_front(found: Furnished) -> list[int]:
+    """Return plants, vases, bins, lamps, balls and machines that stand before the front of a store or appliance."""
+    u, v = np.meshgrid(0.5 * _STEPS, 0.5 * _STEPS)
+    stores = [_strip_before(item) for item in found.standing("store")]
+    bad = []
+    for item in found.standing("filler", "machine") if stores else []:
+        points = world_points(item, u * item.size_m[0], v * item.size_m[1])
+        if in_boxes(points, np.array(stores)).mean() > BEFORE_SHARE:
+            bad.append(item.id)
+    return bad
+
+
+def _strip_before(item: SceneObject) -> Boxes:
+    """Return the box (8,) of the floor before the front of a store."""
+    box = whole_box(item)
+    box[[X, Y]] = world_points(item, np.array([0.5 * (item.size_m[0] + BEFORE_DEPTH_M)]), np.zeros(1))[0]
+    box[HALF_DEPTH] = 0.5 * BEFORE_DEPTH_M
+    return box

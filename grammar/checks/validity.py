@@ -22,18 +22,20 @@ from grammar.geometry.boxes import (
     COS_YAW,
     HALF_DEPTH,
     HALF_WIDTH,
+    NO_BOXES,
     SIN_YAW,
     Z_HIGH,
     Z_LOW,
     X,
     Y,
+    box_rows,
     deepest_penetrations,
     footprint_corners,
     segment_inside_length,
 )
 from grammar.geometry.free_space import rasterize, reachable, walkable_share
 from grammar.geometry.slopes import above_slopes, low_ceiling, slope_rows
-from grammar.geometry.solids import object_sheets, object_solids, rest_top, surface_top
+from grammar.geometry.solids import object_sheets, object_solids, rest_top, surface_top, whole_box
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, START_X, START_Y, outside_distance, wall_rows
 from grammar.geometry.zones import FACE, object_zones, opening_frame, opening_zones, placed_zones, side_rectangle
 from grammar.spec.categories import Categories
@@ -94,18 +96,7 @@ def _check_collision(limits: Thresholds, boxes: Boxes, owner: Ints) -> ValidityC
 
 
 def _check_bounds(limits: Thresholds, room: Room, objects: Sequence[SceneObject], boxes: Boxes, owner: Ints) -> ValidityCheck:
-    whole = [
-        (
-            *item.position_m,
-            item.position_m[2] + item.size_m[2],
-            0.5 * item.size_m[0],
-            0.5 * item.size_m[1],
-            math.cos(item.yaw_rad),
-            math.sin(item.yaw_rad),
-        )
-        for item in objects
-    ]
-    rows = np.concatenate([boxes, np.array(whole, np.float64).reshape(-1, 8)])
+    rows = np.concatenate([boxes, box_rows(whole_box(item) for item in objects)])
     owners = np.concatenate([owner, np.array([item.id for item in objects], np.int64)])
     wall = wall_rows(room.polygon_m)
     depth = np.array([_outside(wall, room.height_m, row, limits.outside_m) for row in rows])
@@ -190,7 +181,7 @@ def _opening_boxes(grammar: Grammar, room: Room, kind: str, faces: bool) -> Boxe
             x, y, yaw = opening_frame(room, opening)
             zones = [z for z in opening_zones(opening, grammar.openings[opening.category]) if (z.kind == FACE) == faces]
             rows.append(placed_zones(zones, x, y, opening.sill_m, yaw))
-    return np.concatenate(rows) if rows else np.zeros((0, 8))
+    return np.concatenate(rows) if rows else NO_BOXES
 
 
 def _check_openings(
@@ -212,7 +203,7 @@ def _check_wall_space(
     grammar: Grammar, room: Room, objects: Sequence[SceneObject], rules: Mapping[int, ObjectRule], boxes: Boxes, owner: Ints
 ) -> ValidityCheck:
     standing, hanging = _supported_by(objects, owner, "floor"), _supported_by(objects, owner, "wall")
-    views = [np.zeros((0, 8))]
+    views = [NO_BOXES]
     for item in objects:
         if item.support.kind == "wall":
             rule = rules[item.id]

@@ -15,9 +15,8 @@ from grammar.derivation.constraints import CountBound
 from grammar.derivation.densities import draw_index
 from grammar.derivation.structure import Chooser, Vertex, expand
 from grammar.geometry.arrays import Floats, Ints
-from grammar.spec.and_or_graph import Branch, Node
 from grammar.spec.request import RequestError
-from grammar.spec.rules import Grammar
+from grammar.spec.rules import Branch, Grammar, Node
 
 _MOST_STATES = 2000
 """Entries of one table."""

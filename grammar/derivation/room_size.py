@@ -15,11 +15,10 @@ import numpy as np
 
 from grammar.derivation.plan import Plan
 from grammar.geometry.arrays import Floats
-from grammar.spec.and_or_graph import Branch
 from grammar.spec.categories import Categories
 from grammar.spec.request import RequestError
 from grammar.spec.room_rules import SHAPES, RoomShapes
-from grammar.spec.rules import Grammar
+from grammar.spec.rules import Branch, Grammar
 from scene_description.polygons import signed_area_m2
 
 _ROUNDING = 1e-9

@@ -9,8 +9,7 @@ from typing import Literal, NamedTuple, Protocol
 import numpy as np
 
 from grammar.derivation.densities import draw_index
-from grammar.spec.and_or_graph import Branch, Node
-from grammar.spec.rules import Grammar
+from grammar.spec.rules import Branch, Grammar, Node
 
 Kind = Literal["and", "or", "set", "terminal"]
 

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
 from grammar.geometry.arrays import Bools, Boxes, Floats
-from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, Z_LOW, X, Y, point_distance, row_penetration
+from grammar.geometry.boxes import BOX_WIDTH, COS_YAW, HALF_DEPTH, HALF_WIDTH, Z_LOW, X, Y, point_distance, row_penetration
 from grammar.geometry.kernels import entry
 from grammar.spec.rules import GrammarError
 
@@ -66,7 +66,7 @@ def rasterize(polygon_m: ArrayLike, boxes: Boxes, resolution_m: float, clearance
     origin = (float(low[0] * resolution_m), float(low[1] * resolution_m))
     solid = np.ascontiguousarray(boxes[boxes[:, Z_LOW] < clearance_height_m], np.float64)
     inside, occupied, clearance = np.zeros((height, width), bool), np.zeros((height, width), bool), np.zeros((height, width))
-    _rasterize(polygon, solid, origin[0], origin[1], resolution_m, np.zeros((1, 8)), inside, occupied, clearance)
+    _rasterize(polygon, solid, origin[0], origin[1], resolution_m, np.zeros((1, BOX_WIDTH)), inside, occupied, clearance)
     return FreeSpace(origin, resolution_m, inside, occupied, clearance)
 
 

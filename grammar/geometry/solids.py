@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from grammar.geometry.arrays import Boxes, Ints
-from grammar.geometry.boxes import place_boxes
+from grammar.geometry.boxes import BOX_WIDTH, LOCAL_BOX_WIDTH, NO_BOXES, place_boxes
 from grammar.spec.categories import Categories, Category, Rest, Solid, SupportSurface
 from scene_description import SceneObject
 
@@ -33,7 +34,7 @@ def local_solids(category: Category, size_m: Size) -> Boxes:
         if np.all(high > low):
             centre, half = 0.5 * (low + high) - 0.5 * size, 0.5 * (high - low)
             rows.append((centre[0], centre[1], low[2], high[2], half[0], half[1]))
-    return np.array(rows, np.float64).reshape(-1, 6)
+    return np.array(rows, np.float64).reshape(-1, LOCAL_BOX_WIDTH)
 
 
 def layout_solids(category: Category, size_m: Size) -> Boxes:
@@ -90,10 +91,17 @@ def _placed(parts: Sequence[tuple[SceneObject, Boxes]]) -> tuple[Boxes, Ints]:
     """Return the boxes of objects in the world, and whose they are."""
     boxes, owners = [], []
     for item, local in parts:
-        placed = np.empty((len(local), 8))
+        placed = np.empty((len(local), BOX_WIDTH))
         place_boxes(local, 0, len(local), *item.position_m, item.yaw_rad, placed)
         boxes.append(placed)
         owners.append(np.full(len(local), item.id, np.int64))
     if not boxes:
-        return np.zeros((0, 8)), np.zeros(0, np.int64)
+        return NO_BOXES, np.zeros(0, np.int64)
     return np.concatenate(boxes), np.concatenate(owners)
+
+
+def whole_box(item: SceneObject) -> Boxes:
+    """Return an object's own box, (8,), whatever its solids are."""
+    x, y, z = item.position_m
+    depth, width, height = item.size_m
+    return np.array([x, y, z, z + height, 0.5 * depth, 0.5 * width, math.cos(item.yaw_rad), math.sin(item.yaw_rad)])

@@ -19,8 +19,6 @@ from grammar.geometry.arrays import Floats, Ints
 from grammar.geometry.kernels import inlined, kernel, making_arrays
 from grammar.layout import columns as col
 from grammar.layout.circulation import (
-    CIRCULATION,
-    REACH,
     Traffic,
     changes_floor,
     commit_or_revert,
@@ -31,11 +29,11 @@ from grammar.layout.circulation import (
 )
 from grammar.layout.energies import full_energy, local_energy, weighted
 from grammar.layout.floor_raster import NO_FLOOR, SIDE, Floor
+from grammar.layout.frames import pick
 from grammar.layout.moves import propose
-from grammar.layout.problem import Problem, State, copy_state
-from grammar.layout.proposal import MoveSettings, Proposal, empty_proposal, pick
+from grammar.layout.problem import MoveSettings, Problem, Proposal, State, copy_state, empty_proposal
 from grammar.layout.rigid_moves import Moved, apply_move, copy_layout, followers_in_room, gather, nothing_moved, release, revert_move
-from grammar.spec.energy_terms import FLOOR_TERMS, HARD_TERMS, TERMS
+from grammar.spec.energy_terms import FLOOR_TERMS, HARD_TERMS, TERM, TERMS
 from grammar.spec.rules import MOVES
 
 _ZERO_IF_FEASIBLE = np.array([TERMS.index(name) for name in (*FLOOR_TERMS, *HARD_TERMS)])
@@ -150,7 +148,7 @@ def _run(rng, chain, state, run, movable, work, kept, counts, trace):  # type: i
     has_floor = len(floor.covered) > 0
     if has_floor:
         rasterize_objects(problem, state, floor, work.traffic, np.int64(1))
-        energy[CIRCULATION], energy[REACH] = measure(problem, state, floor, floor.mark[floor.tally[SIDE]], work.traffic)
+        energy[TERM.circulation], energy[TERM.reach] = measure(problem, state, floor, floor.mark[floor.tally[SIDE]], work.traffic)
     feasible, found, least, sample = _feasible(energy, run.tolerance), False, np.inf, 0
     if feasible and run.keep_best:
         found, least = True, weighted(problem, energy)
@@ -206,7 +204,7 @@ def _step(rng, chain, state, movable, beta, work):  # type: ignore[no-untyped-de
     if count <= 0:
         return _Step(move, False, np.int64(0))
     # Bound the energy after the move that would still be accepted.
-    walking = weight[CIRCULATION] * energy[CIRCULATION] + weight[REACH] * energy[REACH]
+    walking = weight[TERM.circulation] * energy[TERM.circulation] + weight[TERM.reach] * energy[TERM.reach]
     limit = local_energy(problem, state, moved.members, count, moved.mark, np.inf, work.before)
     limit += (log_q_ratio - threshold) / beta + walking
     # Move, and measure the cliques that change, up to that bound.
@@ -215,12 +213,12 @@ def _step(rng, chain, state, movable, beta, work):  # type: ignore[no-untyped-de
     if followers_in_room(problem, state, count, moved):
         total = local_energy(problem, state, moved.members, count, moved.mark, limit, work.after)
     # Measure the floor only if all else is accepted.
-    circulation, missed = energy[CIRCULATION], energy[REACH]
+    circulation, missed = energy[TERM.circulation], energy[TERM.reach]
     if total < limit and len(floor.covered) > 0:
         changes = changes_floor(problem, moved.members, count)
         if changes:
             circulation, missed = try_move(problem, state, moved.before.placed, moved.members, count, floor, work.traffic)
-        total += weight[CIRCULATION] * circulation + weight[REACH] * missed
+        total += weight[TERM.circulation] * circulation + weight[TERM.reach] * missed
         if changes:
             commit_or_revert(problem, state, moved.before.placed, moved.members, count, floor, work.traffic, total < limit)
     # Accept or reject.
@@ -228,7 +226,7 @@ def _step(rng, chain, state, movable, beta, work):  # type: ignore[no-untyped-de
     if accepted:
         for term in range(len(energy)):
             energy[term] += work.after[term] - work.before[term]
-        energy[CIRCULATION], energy[REACH] = circulation, missed
+        energy[TERM.circulation], energy[TERM.reach] = circulation, missed
     else:
         revert_move(problem, state, count, moved)
     release(count, moved)

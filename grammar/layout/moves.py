@@ -23,13 +23,22 @@ import numpy as np
 from grammar.geometry import walls
 from grammar.geometry.kernels import inlined, kernel
 from grammar.layout import columns as col
-from grammar.layout.frames import along_wall, in_surface_frame, surface_owner, wall_of_core, wrap
-from grammar.layout.proposal import MoveSettings, copy_pose, hang, move_settings, pick, put_on_surface, start_from, uniform_on_surface
+from grammar.layout.frames import (
+    along_wall,
+    copy_pose,
+    hang,
+    in_surface_frame,
+    pick,
+    put_on_surface,
+    start_from,
+    surface_owner,
+    uniform_on_surface,
+    wall_of_core,
+    wrap,
+)
 from grammar.layout.relocate import relocate, relocation_density
 from grammar.layout.runs import is_head, propose_run
 from grammar.spec.rules import MOVES
-
-__all__ = ["MoveSettings", "move_settings", "propose"]
 
 TRANSLATE = MOVES.index("translate")
 ROTATE = MOVES.index("rotate")

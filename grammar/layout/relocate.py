@@ -16,8 +16,19 @@ import numpy as np
 from grammar.geometry import walls
 from grammar.geometry.kernels import inlined, kernel
 from grammar.layout import columns as col
-from grammar.layout.frames import along_wall, in_surface_frame, placement_target, point_at_wall, surface_owner, wall_of_core, wrap
-from grammar.layout.proposal import hang, pick, put_on_surface, uniform_on_surface
+from grammar.layout.frames import (
+    along_wall,
+    hang,
+    in_surface_frame,
+    pick,
+    placement_target,
+    point_at_wall,
+    put_on_surface,
+    surface_owner,
+    uniform_on_surface,
+    wall_of_core,
+    wrap,
+)
 
 _TWO_PI = 2.0 * math.pi
 _LEAST_LENGTH_M = 1e-9

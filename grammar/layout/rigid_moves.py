@@ -14,6 +14,7 @@ import numpy as np
 
 from grammar.geometry import walls
 from grammar.geometry.arrays import Ints
+from grammar.geometry.boxes import BOX_WIDTH
 from grammar.geometry.kernels import inlined, kernel
 from grammar.layout import columns as col
 from grammar.layout.frames import along_wall, place_object, point_at_wall, surface_owner, wall_of_core, wrap
@@ -22,8 +23,6 @@ from grammar.layout.runs import is_head, move_run
 
 _HUNG = 3
 """What moves with leader k is marked k + 1; units of a moved run, and what follows its core from wall to wall, this plus its own index."""
-
-_POSE_COLUMNS, _HOLD_COLUMNS, _BOX_COLUMNS = 4, 5, 8
 
 
 class Moved(NamedTuple):
@@ -93,13 +92,13 @@ def gather(problem, state, i, leader, carry, count, moved):  # type: ignore[no-u
 @inlined
 def _copy_object(problem, source, target, i):  # type: ignore[no-untyped-def]
     """Copy what a state holds for object ``i``, but whether it takes part."""
-    for k in range(_POSE_COLUMNS):
+    for k in range(col.WHERE_WIDTH):
         target.where[i, k] = source.where[i, k]
-    for k in range(_HOLD_COLUMNS):
+    for k in range(col.HOLD_WIDTH):
         if k != col.ACTIVE:
             target.hold[i, k] = source.hold[i, k]
     for b in range(problem.link[i, col.SOLIDS], problem.link[i, col.BOX_END]):
-        for k in range(_BOX_COLUMNS):
+        for k in range(BOX_WIDTH):
             target.placed[b, k] = source.placed[b, k]
 
 
@@ -172,15 +171,15 @@ def revert_move(problem, state, count, moved):  # type: ignore[no-untyped-def]
 def copy_layout(state, kept, count, moved):  # type: ignore[no-untyped-def]
     """Copy to ``kept`` a layout, without its boxes, as it was before the move of ``count`` objects (0: as it is)."""
     for i in range(len(state.where)):
-        for k in range(_POSE_COLUMNS):
+        for k in range(col.WHERE_WIDTH):
             kept.where[i, k] = state.where[i, k]
-        for k in range(_HOLD_COLUMNS):
+        for k in range(col.HOLD_WIDTH):
             kept.hold[i, k] = state.hold[i, k]
     for m in range(count):
         i = moved.members[m]
-        for k in range(_POSE_COLUMNS):
+        for k in range(col.WHERE_WIDTH):
             kept.where[i, k] = moved.before.where[i, k]
-        for k in range(_HOLD_COLUMNS):
+        for k in range(col.HOLD_WIDTH):
             if k != col.ACTIVE:
                 kept.hold[i, k] = moved.before.hold[i, k]
 

@@ -1,4 +1,4 @@
-"""Runs in the chain: where the units of a run stand, what their order costs, and how a run moves.
+"""Runs in the chain: their rows in the problem, where the units of a run stand, what their order costs, and how a run moves.
 
 The state of a run is its slot, how far it is shifted along that, and which unit stands in which place.  The measure over these that the
 energy weighs is uniform over the slots, over the shift as a share of what the slot allows, and over the orders, so a slot without room to
@@ -9,15 +9,20 @@ refused beyond its bounds; two units that exchange their places, refused where t
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 
+import numpy as np
+
+from grammar.derivation.parse_tree import Item, ParseTree
 from grammar.geometry import walls
+from grammar.geometry.arrays import Floats, Ints
 from grammar.geometry.kernels import entry, inlined, kernel
 from grammar.layout import columns as col
-from grammar.layout.frames import along_wall, point_at_wall, wall_of_core, wrap
-from grammar.layout.proposal import pick
-from grammar.spec.energy_terms import TERMS
-
-RUN_ORDER = TERMS.index("run_order")
+from grammar.layout.frames import along_wall, pick, place_object, point_at_wall, wall_of_core, wrap
+from grammar.layout.losses import loss
+from grammar.layout.problem import Problem, State
+from grammar.spec.energy_terms import TERM
+from grammar.spec.run_rules import CORNER_UNIT, END, HANGING_LOW_M, SIDE_WINDOW, WINDOW
 
 _SAME_WIDTH_M = 1e-6
 
@@ -70,7 +75,7 @@ def arrange(problem, state, run, shift):  # type: ignore[no-untyped-def]
             leg, walked = problem.link[first, col.LEG], shift if problem.link[first, col.LEG] == 0 else 0.0
         first += 1
         # Put the unit beside the one before it.
-        i, yaw = unit_at(problem, state, run, place), slot[k, col.LEG_YAW + 3 * leg]
+        i, yaw = unit_at(problem, state, run, place), slot[k, col.LEG_YAW + col.LEG_COLUMNS * leg]
         c, s = math.cos(yaw), math.sin(yaw)
         aside = problem.link[i, col.END_ON] or (problem.link[i, col.TURNS] and slot[k, col.DIRECTION] < 0.0)
         half = problem.object[i, col.HALF_DEPTH] if aside else problem.object[i, col.HALF_WIDTH]
@@ -78,8 +83,8 @@ def arrange(problem, state, run, shift):  # type: ignore[no-untyped-def]
         across = slot[k, col.RUN_GAP] + problem.object[i, col.BEHIND]
         across += problem.object[i, col.HALF_WIDTH] if aside else problem.object[i, col.HALF_DEPTH]
         walked += 2.0 * half + slot[k, col.RUN_JOINT]
-        state.where[i, col.X] = slot[k, col.LEG_X + 3 * leg] + along * s + across * c
-        state.where[i, col.Y] = slot[k, col.LEG_Y + 3 * leg] - along * c + across * s
+        state.where[i, col.X] = slot[k, col.LEG_X + col.LEG_COLUMNS * leg] + along * s + across * c
+        state.where[i, col.Y] = slot[k, col.LEG_Y + col.LEG_COLUMNS * leg] - along * c + across * s
         state.where[i, col.YAW] = yaw
         if problem.link[i, col.TURNS] and slot[k, col.DIRECTION] < 0.0:
             state.where[i, col.YAW] = wrap(yaw - 0.5 * math.pi)
@@ -187,9 +192,13 @@ def _only_alike(problem, state, run, first, end):  # type: ignore[no-untyped-def
     return True
 
 
+@loss("object", "run_order")
 @kernel
-def add_run_order(problem, state, run, out):  # type: ignore[no-untyped-def]
-    """Add what the wishes of a run's units cost that its order does not meet."""
+def add_run_order(problem, state, head, out):  # type: ignore[no-untyped-def]
+    """Add what the wishes of the units cost that the order of the run headed by an object does not meet."""
+    if not is_head(problem, head):
+        return
+    run = problem.link[head, col.RUN]
     last = problem.run[run, col.RUN_UNITS] - 1
     for i in range(len(problem.link)):
         if problem.link[i, col.RUN] != run or problem.link[i, col.WISH_END] == problem.link[i, col.MODE_END]:
@@ -213,4 +222,94 @@ def add_run_order(problem, state, run, out):  # type: ignore[no-untyped-def]
                     after >= 0 and problem.link[after, col.UNIT_KIND] == target
                 )
             if met != (problem.mode[k, col.WISH_NEAR] > 0.0):
-                out[RUN_ORDER] += problem.mode[k, col.WISH_COST]
+                out[TERM.run_order] += problem.mode[k, col.WISH_COST]
+
+
+Wish = tuple[float, float, float]
+"""Columns WISH_TARGET, WISH_NEAR and WISH_COST of a row of ``Problem.mode``."""
+
+_CODES = {END: col.END, CORNER_UNIT: col.CORNER_UNIT, WINDOW: col.WINDOW, SIDE_WINDOW: col.SIDE_WINDOW}
+
+
+def run_table(tree: ParseTree) -> Ints:
+    """Return ``Problem.run``."""
+    ends = np.cumsum([0, *(len(run.slots) for run in tree.runs)])
+    rows = [(run.units[0] - 1, len(run.units), ends[k], ends[k + 1]) for k, run in enumerate(tree.runs)]
+    return np.array(rows, np.int64).reshape(-1, col.RUN_WIDTH)
+
+
+def slot_table(tree: ParseTree) -> Floats:
+    """Return ``Problem.slot``."""
+    return np.array([(*slot, run.wall_gap_m, run.joint_m) for run in tree.runs for slot in run.slots], np.float64).reshape(
+        -1, col.SLOT_WIDTH
+    )
+
+
+def write_links(tree: ParseTree, link: Ints) -> None:
+    """Write the columns of ``Problem.link`` about runs."""
+    link[:, [col.RUN, col.LEG]] = -1
+    items = {item.id: item for item in tree.items}
+    kinds = _kinds(tree)
+    for k, run in enumerate(tree.runs):
+        legs = [leg for leg, count in enumerate(run.legs) for _ in range(count)]
+        for leg, key in zip(legs, sorted(run.units), strict=True):
+            rule = items[key].rule.in_run
+            link[key - 1, [col.RUN, col.LEG]] = k, leg
+            link[key - 1, [col.TURNS, col.UNIT_KIND]] = rule is not None and rule.turns, kinds[items[key].symbol]
+            link[key - 1, col.END_ON] = rule is not None and rule.end_on
+            link[key - 1, col.LIKES_END] = rule is not None and END in (rule.near or ())
+            link[key - 1, col.JUTS] = rule is not None and rule.juts
+            link[key - 1, col.FILLS] = items[key].size_m[2] > HANGING_LOW_M
+    for item in tree.items:
+        link[item.id - 1, col.IN_LINE] = _is_in_line(item, link)
+        if item.core is not None and link[item.id - 1, col.IN_LINE]:
+            link[item.core - 1, col.FILLS] = 1
+
+
+def _is_in_line(item: Item, link: Ints) -> bool:
+    return item.rule.in_line and item.pinned is None and item.core is not None and link[item.core - 1, col.RUN] >= 0
+
+
+def _kinds(tree: ParseTree) -> Mapping[str, int]:
+    """Return a number for every symbol of the objects."""
+    return {symbol: number for number, symbol in enumerate(sorted({item.symbol for item in tree.items}))}
+
+
+def wishes(tree: ParseTree, beta: float) -> Mapping[int, list[Wish]]:
+    """Return the wishes of units by their ids that the room and the run can meet or break."""
+    items, kinds = {item.id: item for item in tree.items}, _kinds(tree)
+    has_window = any(opening.category == "window" for opening in tree.room.openings)
+    carrying = {item.core for item in tree.items if item.rule.in_line}
+    found: dict[int, list[Wish]] = {}
+    for run in tree.runs:
+        units = [items[key] for key in run.units]
+        held = {unit.symbol for unit in units} | {END} | ({WINDOW, SIDE_WINDOW} if has_window else set())
+        held |= {CORNER_UNIT} if any(unit.rule.in_run is not None and unit.rule.in_run.turns for unit in units) else set()
+        for unit in units:
+            found[unit.id] = [
+                (float(_CODES.get(target, kinds.get(target, col.NOTHING))), near, cost / beta)
+                for target, near, cost in _declared(unit, held)
+            ]
+            if unit.id in carrying and run.line_cost > 0.0:
+                found[unit.id].append((float(col.LINE), 1.0, run.line_cost / beta))
+    return found
+
+
+def _declared(unit: Item, held: set[str]) -> Iterator[tuple[str, float, float]]:
+    if unit.rule.in_run is not None:
+        for near, targets in ((1.0, unit.rule.in_run.near), (0.0, unit.rule.in_run.apart)):
+            yield from ((target, near, cost) for target, cost in (targets or {}).items() if target in held)
+
+
+def begin_runs(problem: Problem, tree: ParseTree, state: State) -> None:
+    """Put all runs, and what hangs in line above their units, where the derivation has them begin."""
+    for k, run in enumerate(tree.runs):
+        for place, key in enumerate(run.units):
+            state.hold[key - 1, [col.ACTIVE, col.PLACE, col.SLOT]] = 1, place, problem.run[k, col.RUN_SLOTS] + run.slot
+        arrange(problem, state, k, run.slide_m)
+        for key in run.units:
+            place_object(problem, state, key - 1)
+    for i in np.flatnonzero(problem.link[:, col.IN_LINE]).tolist():
+        state.hold[i, col.ACTIVE] = 1
+        hang_in_line(problem, state, i)
+        place_object(problem, state, i)

@@ -12,14 +12,14 @@ import numpy as np
 
 from grammar.geometry.arrays import Bools, Floats, Ints
 from grammar.layout import columns as col
-from grammar.layout.circulation import CIRCULATION, REACH, circulation_losses
+from grammar.layout.circulation import circulation_losses
 from grammar.layout.energies import full_energy
-from grammar.layout.enter import enter
-from grammar.layout.entrants import Stage, best_entrant
+from grammar.layout.entrants import Stage, best_entrant, enter
 from grammar.layout.floor_raster import NO_FLOOR
 from grammar.layout.frames import place_object
 from grammar.layout.mcmc import Chain, Run, Trace, empty_counts, empty_trace, run_chain
 from grammar.layout.problem import Problem, State, copy_state
+from grammar.spec.energy_terms import TERM
 from grammar.spec.rules import Convergence, Schedule
 
 _LARGE_M2 = 0.25
@@ -101,7 +101,7 @@ def layout_energy(chain: Chain, state: State) -> Floats:
         place_object(chain.problem, state, i)
     energy: Floats = full_energy(chain.problem, state)
     if chain.floor is not NO_FLOOR:
-        energy[CIRCULATION], energy[REACH] = circulation_losses(chain.problem, state, chain.floor)
+        energy[TERM.circulation], energy[TERM.reach] = circulation_losses(chain.problem, state, chain.floor)
     return energy
 
 

@@ -14,11 +14,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from grammar.geometry.arrays import Bools, Floats
-from grammar.layout.cliques import COUNTERS
 from grammar.layout.energies import full_energy
 from grammar.layout.mcmc import Chain, Run, run_chain
-from grammar.layout.moves import MoveSettings, move_settings
-from grammar.layout.problem import Problem, State, copy_state
+from grammar.layout.problem import COUNTERS, MoveSettings, Problem, State, copy_state, move_settings
 from grammar.learning.assign import AssignedRoom
 from grammar.learning.observed_layout import observed_layout
 from grammar.spec.categories import Categories

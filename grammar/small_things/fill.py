@@ -1,4 +1,7 @@
-"""Filling supports and floor with small things, one after the other in the order in which growing clutter brings them."""
+"""Filling supports and floor with small things, one after the other in the order in which growing clutter brings them.
+
+The things of a support are the events of a Poisson process whose time is the clutter, so every clutter contains what smaller ones have.
+"""
 
 from __future__ import annotations
 
@@ -13,20 +16,61 @@ import numpy as np
 from grammar.derivation.constraints import numbers_asked
 from grammar.derivation.densities import draw_index
 from grammar.geometry.arrays import Boxes, Floats, Ints
-from grammar.geometry.boxes import Z_HIGH, X, Y
+from grammar.geometry.boxes import Z_HIGH, X, Y, box_rows
 from grammar.geometry.solids import object_solids
 from grammar.geometry.walls import rectangle_outside, wall_rows
 from grammar.geometry.zones import SWING, opening_frame, opening_zones, placed_zones
-from grammar.small_things.arrivals import arrival_levels, disorder, early_rate, mean_arrivals
-from grammar.small_things.by_walls import by_wall, use_strips
-from grammar.small_things.place import draw_thing_size, on_floor, on_top
+from grammar.small_things.place import Top, by_wall, draw_thing_size, kept_free, on_floor, on_top, tops_of, use_strips, whole_box
 from grammar.small_things.rules import SmallThings, Thing
-from grammar.small_things.surfaces import Top, kept_free, tops_of, whole_box
 from grammar.spec.categories import Categories, Category, Role
 from grammar.spec.request import SceneRequest
 from grammar.spec.rules import Grammar
 from scene_description import ModelReference, Room, SceneObject, Support
 from scene_description.polygons import signed_area_m2
+
+BARE_SHARE = 0.25
+"""Least share of a support's count that comes up to clutter 1, however much the grammar stands there itself."""
+
+_TIDY, _MESSY = 1.0, 3.0
+
+
+def early_rate(count: float, there: float) -> float:
+    """Return the mean number of things that come up to clutter 1 where ``count`` belong and the grammar stands ``there`` already."""
+    return max(count - there, BARE_SHARE * count)
+
+
+def arrival_levels(rng: np.random.Generator, early: float, late: float, until: float) -> Iterator[float]:
+    """Yield the levels of clutter at which things come, in rising order.
+
+    Args:
+        rng: source of randomness; the levels up to ``until`` do not depend on ``until``.
+        early: mean number of things that come up to clutter 1.
+        late: mean number that come for each unit above that.
+        until: the last level.
+    """
+    level = 0.0
+    while True:
+        need, first = float(rng.standard_exponential()), early * max(_TIDY - level, 0.0)
+        if need < first:
+            level += need / early
+        elif late > 0.0:
+            level = max(level, _TIDY) + (need - first) / late
+        else:
+            return
+        if level > until:
+            return
+        yield level
+
+
+def mean_arrivals(early: float, late: float, until: float) -> float:
+    """Return the mean number of things that come up to the level ``until``; the arguments are those of :func:`arrival_levels`."""
+    return early * min(until, _TIDY) + late * max(until - _TIDY, 0.0)
+
+
+def disorder(level: float) -> float:
+    """Return how far from its tidy place a thing lies that comes at a level of clutter: 0 up to clutter 1, 1 from clutter 3."""
+    return min(max((level - _TIDY) / (_MESSY - _TIDY), 0.0), 1.0)
+
 
 FLOOR = 0
 """Stands for the floor where supports go by their ids, which count from 1."""
@@ -166,7 +210,7 @@ class Filling:
         return _Surface(
             item,
             tops,
-            np.concatenate([boxes[near], np.array(free, np.float64).reshape(-1, 8)]),
+            np.concatenate([boxes[near], box_rows(free)]),
             np.concatenate([self._owners[near], np.zeros(len(free), np.int64)]),
             odds,
         )
@@ -244,6 +288,6 @@ class Filling:
             zones = [zone for zone in opening_zones(opening, self._source.grammar.openings[opening.category]) if zone.kind == SWING]
             rows.append(placed_zones(zones, x, y, opening.sill_m, yaw))
             owners.append(np.zeros(len(zones), np.int64))
-        rows.append(np.array(rugs, np.float64).reshape(-1, 8))
+        rows.append(box_rows(rugs))
         owners.append(np.zeros(len(rugs), np.int64))
         return np.concatenate(rows), np.concatenate(owners)

@@ -7,7 +7,7 @@ those, mapping by mapping, lists and numbers whole.  So what all room types shar
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -164,3 +164,37 @@ def _merge(base: Any, top: Any) -> Any:
     if not isinstance(base, Mapping) or not isinstance(top, Mapping):
         return top
     return {**base, **{key: _merge(base.get(key), value) for key, value in top.items()}}
+
+
+class GrammarTable(Mapping[str, Grammar]):
+    """Room type -> grammar.
+
+    Args:
+        names: room types that come with the program.
+        grammar_set: which of their grammars is meant.
+        categories: names of the known object categories.
+        own: grammars that have been read, in place of those of the same room types, or besides.
+
+    Looking a room type up raises GrammarError where its file does not fit; one line with file and field.
+    """
+
+    def __init__(self, names: Iterable[str], grammar_set: GrammarSet, categories: Collection[str], own: Mapping[str, Grammar]) -> None:
+        self._names = tuple(dict.fromkeys((*names, *own)))
+        self._grammar_set, self._categories = grammar_set, categories
+        self._read = dict(own)
+
+    def __getitem__(self, name: str) -> Grammar:
+        if name not in self._names:
+            raise KeyError(name)
+        if name not in self._read:
+            self._read[name] = read_room_type(name, self._categories, self._grammar_set)
+        return self._read[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._names
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)

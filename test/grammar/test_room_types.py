@@ -12,10 +12,11 @@ import pytest
 from small_grammar import CATEGORIES
 
 from grammar import Grammar, SampledRoom, SceneRequest, read_grammar, read_room_type, room_types, sample_room
-from grammar.checks.furnished import furnished, whole_box
-from grammar.checks.use_of_kitchens import gap_in_run, runs_of
+from grammar.checks.furnished import furnished
+from grammar.checks.use_of_fixtures import gap_in_run, runs_of
 from grammar.derivation.derive import derive
 from grammar.geometry.boxes import footprint_penetration
+from grammar.geometry.solids import whole_box
 from grammar.learning.name_guess import FURNITURE, THING
 from grammar.small_things.rules import read_small_things
 from scene_description import SceneObject

@@ -12,7 +12,8 @@ from grammar.geometry.walls import WALL_YAW
 from grammar.layout import columns as col
 from grammar.layout.assemble import assemble
 from grammar.layout.energies import full_energy
-from grammar.layout.runs import RUN_ORDER, arrange
+from grammar.layout.runs import arrange
+from grammar.spec.energy_terms import TERM
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.rules import Grammar
 from scene_description import FieldError, from_mapping
@@ -83,7 +84,7 @@ def test_a_unit_that_likes_light_from_the_side_pays_at_the_window_s_wall_and_opp
         arrange(problem, state, 0, 0.0)
         aside = any(abs(math.cos(slot.yaw_a - problem.wall[window, WALL_YAW])) < 0.5 for window in windows)
         seen.add(aside)
-        assert full_energy(problem, state)[RUN_ORDER] == pytest.approx(0.0 if aside else 1.5)
+        assert full_energy(problem, state)[TERM.run_order] == pytest.approx(0.0 if aside else 1.5)
     assert seen == {True, False}
 
 

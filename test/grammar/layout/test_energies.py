@@ -12,10 +12,10 @@ from grammar.geometry.walls import REFLEX, WALL_YAW, outside_distance, rectangle
 from grammar.layout import columns as col
 from grammar.layout.assemble import assemble
 from grammar.layout.energies import full_energy
-from grammar.layout.enter import enter
+from grammar.layout.entrants import enter
 from grammar.layout.frames import place_object
 from grammar.layout.mcmc import Chain, Run, run_chain
-from grammar.layout.moves import move_settings
+from grammar.layout.problem import move_settings
 from grammar.spec.energy_terms import TERMS
 from grammar.spec.grammar_file import read_room_type
 from grammar.spec.request import SceneRequest

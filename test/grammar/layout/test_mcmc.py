@@ -16,7 +16,7 @@ from grammar.layout.columns import ACCEPTED, AROUND_MODES, FLOOR, MODE_X, MODE_Y
 from grammar.layout.energies import full_energy
 from grammar.layout.frames import place_object
 from grammar.layout.mcmc import Chain, Run, run_chain
-from grammar.layout.moves import move_settings
+from grammar.layout.problem import move_settings
 from grammar.spec.request import SceneRequest
 
 

@@ -14,12 +14,12 @@ from grammar.derivation.run_order import order_cost
 from grammar.geometry.walls import WALL_YAW
 from grammar.layout import columns as col
 from grammar.layout.assemble import assemble
-from grammar.layout.assemble_runs import begin_runs
 from grammar.layout.energies import full_energy
 from grammar.layout.mcmc import Chain, Run, run_chain
-from grammar.layout.moves import move_settings
-from grammar.layout.runs import RUN_ORDER, arrange
+from grammar.layout.problem import move_settings
+from grammar.layout.runs import arrange, begin_runs
 from grammar.layout.schedule import leaders
+from grammar.spec.energy_terms import TERM
 from grammar.spec.grammar_file import read_room_type
 from grammar.spec.request import SceneRequest
 from grammar.spec.rules import Grammar
@@ -185,7 +185,7 @@ def test_wishes_cost_what_is_written_in_the_chain_and_in_the_derivation():
         for name, other, cost in (("small", "larger", 1.5), ("larger", "small", 0.4)):  # beside the other at an end is at an end too
             place = names.index(name)
             expected += cost * (place in (1, 2) and names[0 if place == 1 else 3] != other)
-        assert full_energy(problem, state)[RUN_ORDER] == pytest.approx(expected)
+        assert full_energy(problem, state)[TERM.run_order] == pytest.approx(expected)
         assert order_cost([(name, rules[name]) for name in names], [frozenset()] * 4, False) == pytest.approx(expected)
 
 

@@ -10,7 +10,7 @@ from small_grammar import CATEGORIES
 
 from grammar.geometry.boxes import HALF_DEPTH, HALF_WIDTH, X, Y
 from grammar.geometry.walls import wall_rows
-from grammar.small_things.by_walls import DOOR_REACH_M, by_wall, use_strips
+from grammar.small_things.place import DOOR_REACH_M, by_wall, use_strips
 from grammar.small_things.rules import Thing
 from scene_description import ModelReference, SceneObject, Support
 
