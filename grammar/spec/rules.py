@@ -14,7 +14,7 @@ from typing import Annotated, Literal
 from grammar.spec.energy_terms import Weights
 from grammar.spec.object_rules import ObjectRule
 from grammar.spec.room_rules import OpeningRule, RoomRule
-from grammar.spec.run_rules import RunRule
+from grammar.spec.run_rules import UnitRowRule
 from grammar.spec.values import Count, Distance, Extent, Probability, Spread, SpreadAngle, Symbol, TruncatedNormal
 from scene_description import Limits, SceneSynthError
 
@@ -38,7 +38,7 @@ class Node:
 
     kind: Literal["and", "or", "set"]
     branches: Annotated[tuple[Branch, ...], Limits(min_length=1, max_length=256)]
-    run: RunRule | None = None
+    run: UnitRowRule | None = None
 
 
 class GrammarError(SceneSynthError):

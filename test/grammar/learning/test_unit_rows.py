@@ -6,8 +6,8 @@ from small_grammar import CATEGORIES
 from grammar import read_room_type
 from grammar.learning import ObservedObject, ObservedRoom
 from grammar.learning.assign import assign
-from grammar.learning.runs import learn_runs, with_even_heights
 from grammar.learning.sizes import learn_size
+from grammar.learning.unit_rows import learn_unit_rows, with_even_heights
 
 BASE = read_room_type("kitchen", CATEGORIES, "by_hand")
 
@@ -23,7 +23,7 @@ def kitchen(gap_m: float) -> ObservedRoom:
 def test_units_stand_as_far_off_the_wall_as_those_of_the_rooms() -> None:
     rooms = [assign(BASE, kitchen(gap), False) for gap in (-0.02, 0.0, 0.004, 0.01, 0.012)]
     counts: dict[str, float] = {}
-    learned = learn_runs(BASE, rooms, counts)
+    learned = learn_unit_rows(BASE, rooms, counts)
     run, unit = learned.nodes["l_row"].run, learned.objects["counter"].in_run
     assert run is not None and run.wall_gap_m == 0.0 and counts["nodes.l_row"] == 10.0
     assert unit is not None and unit.stretches and unit.gaps_m == pytest.approx((0.0, 0.0, 0.004, 0.01, 0.012), abs=2e-3)

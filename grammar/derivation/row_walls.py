@@ -1,4 +1,4 @@
-"""The room as runs see it: walls, what doors and windows keep free, and the places of units against these."""
+"""The room as unit rows see it: walls, what doors and windows keep free, and the places of units against these."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from grammar.derivation.drafts import Draft
-from grammar.derivation.headroom import top_m
-from grammar.derivation.run_units import unit_rule
+from grammar.derivation.row_fit import reach_m, unit_rule
+from grammar.derivation.slopes import top_m
 from grammar.geometry.arrays import Boxes, Floats
 from grammar.geometry.boxes import Z_HIGH, penetration
 from grammar.geometry.slopes import above_slopes, slope_rows
@@ -18,7 +18,7 @@ from grammar.geometry.wall_spans import Span, outlines, spans_of
 from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, WALL_YAW, wall_rows
 from grammar.geometry.zones import FACE, SWING, VIEW, opening_frame, opening_zones, placed_zones
 from grammar.spec.rules import Grammar
-from grammar.spec.run_rules import SIDE_WINDOW, WINDOW
+from grammar.spec.run_rules import HANGING_LOW_M, SIDE_WINDOW, WINDOW, UnitRowRule
 from scene_description import Room
 
 OFF_WALL = -1
@@ -27,6 +27,11 @@ ASKEW = 0.5
 
 Pose = tuple[float, float, float, int]
 """x, y, yaw, and the number of the wall at the back, ``OFF_WALL`` without one."""
+
+_DEEPER_M = 0.03
+"""By how much a unit beside a corner may reach further into the room than the one that fills it."""
+
+_EVEN_M, _ROUNDING_M = 0.0005, 1e-9
 
 
 class Aisle(NamedTuple):
@@ -40,7 +45,7 @@ class Aisle(NamedTuple):
 class Shell(NamedTuple):
     """A room's walls, (n, 8) boxes that doors, windows, and windows' frames keep free, and windows by wall and stretch.
 
-    slope: the planes of :func:`grammar.geometry.slopes.slope_rows`; line_m: how high what hangs in line above runs reaches, about.
+    slope: the planes of :func:`grammar.geometry.slopes.slope_rows`; line_m: how high what hangs in line above unit rows reaches, about.
     """
 
     room: Room
@@ -88,7 +93,7 @@ class Shell(NamedTuple):
 
 
 def shell_of(grammar: Grammar, room: Room, drafts: Sequence[Draft]) -> Shell:
-    """Return a room as runs see it, in which these objects are to stand and hang."""
+    """Return a room as unit rows see it, in which these objects are to stand and hang."""
     found: dict[int, list[Boxes]] = {SWING: [], VIEW: [], FACE: []}
     for opening in room.openings:
         x, y, yaw = opening_frame(room, opening)
@@ -101,7 +106,7 @@ def shell_of(grammar: Grammar, room: Room, drafts: Sequence[Draft]) -> Shell:
 
 
 def spans_beside(shell: Shell, openings: Boxes, taken: Sequence[Aisle], depth_m: float) -> list[list[Span]]:
-    """Return the stretches of each wall that openings and the runs that stand already leave free."""
+    """Return the stretches of each wall that openings and the unit rows that stand already leave free."""
     spans = []
     for w, row in enumerate(shell.wall):
         boxes = [one.aside if abs(math.cos(one.yaw_rad - row[WALL_YAW])) < ASKEW else one.ahead for one in taken]
@@ -119,8 +124,50 @@ def box_of(unit: Draft, pose: Pose, before_m: float = 0.0) -> Boxes:
 
 
 def _box_as_wide(unit: Draft, width: float, pose: Pose) -> Boxes:
-    """Return the (1, 8) world box of a unit that is as wide as its run asks for, if it stretches."""
+    """Return the (1, 8) world box of a unit that is as wide as its unit row asks for, if it stretches."""
     box = box_of(unit, pose)
     if unit_rule(unit).stretches:
         box[0, 5] = 0.5 * width
     return box
+
+
+class UnitRow(NamedTuple):
+    """A unit row that is to be placed: its units at walls, those of them that turn, and those that jut out.
+
+    taken: what other unit rows keep free; hanging: all that hangs in line above some row.
+    """
+
+    rule: UnitRowRule
+    shell: Shell
+    units: list[Draft]
+    turning: list[Draft]
+    juts: list[Draft]
+    taken: tuple[Aisle, ...]
+    hanging: list[Draft]
+
+    @property
+    def corner_m(self) -> float:
+        """Return how far a leg keeps off a corner on that side where the units of the other leg pass: the reach of the deepest of them."""
+        side = self.side_m
+        deeper = (reach_m(unit) for unit in self.units if unit.size_m[2] < HANGING_LOW_M)
+        return max((reach for reach in deeper if side + _EVEN_M < reach < side + _DEEPER_M), default=side) if self.turning else 0.0
+
+    @property
+    def side_m(self) -> float:
+        """Return the depth of the units that turn."""
+        return max((unit.size_m[0] for unit in self.turning), default=0.0)
+
+    @property
+    def corners_m(self) -> tuple[float, float]:
+        """Return how far from a corner the leg after it begins where the walk follows the numbers of the walls, and where it does not."""
+        return self.corner_m, self.corner_m if self.is_square else max(unit.size_m[1] for unit in self.turning)
+
+    @property
+    def is_square(self) -> bool:
+        """Return whether both sides of all units that turn take as much of the walls, so that the unit row can be walked either way."""
+        return all(abs(unit.size_m[1] - self.corner_m) < _ROUNDING_M for unit in self.turning)
+
+    @property
+    def jut_m(self) -> float:
+        """Return the depth of the units that jut out."""
+        return max((unit.size_m[0] for unit in self.juts), default=0.0)

@@ -54,7 +54,7 @@ def test_cabinets_hang_edge_to_edge_at_one_height_and_the_run_stays(seed):
             high == pytest.approx(low, abs=1e-5) or low - high > 0.3
         )  # beside each other, or on both sides of the tall unit
     tree = derive(grammar, CATEGORIES, SceneRequest(room_type="closet"), np.random.default_rng(seed))
-    assert [(len(run.slots), run.slots[0].slide) for run in tree.runs] == [(1, 0.0)]
+    assert [(len(run.slots), run.slots[0].slide) for run in tree.unit_rows] == [(1, 0.0)]
 
 
 def test_a_hood_is_built_in_below_a_row_that_goes_past_it_and_else_stops_the_row():

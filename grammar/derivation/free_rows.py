@@ -1,4 +1,4 @@
-"""Runs and legs that stand away from walls: where an island fits before another run, and whether a peninsula leaves its aisles free.
+"""Unit rows that stand away from walls: where an island fits before another row, and whether a peninsula leaves its aisles free.
 
 What stays free follows the kitchen planning guidelines of the National Kitchen and Bath Association: an aisle between units, and a walkway
 behind what stands in the room and at its ends.
@@ -44,7 +44,7 @@ def juts_clear(wall: Floats, obstacles: Boxes, slot: Slot, leg: int, size: tuple
 
     Args:
         wall: rows of the room's walls.
-        obstacles: (n, 8) world boxes of what keeps its floor, among it the run's units at walls.
+        obstacles: (n, 8) world boxes of what keeps its floor, among it the unit row's units at walls.
         slot: of the run.
         leg: number of the leg.
         size: its depth, with the gap between it and its line, and its length.
@@ -60,7 +60,7 @@ def juts_clear(wall: Floats, obstacles: Boxes, slot: Slot, leg: int, size: tuple
 def free_slots(
     wall: Floats, obstacles: Boxes, standing: Sequence[Standing], size: tuple[float, float], aisle_m: float, around_m: float
 ) -> list[Slot]:
-    """Return the places of a run that faces the units at a wall.
+    """Return the places of a unit row that faces the units at a wall.
 
     Args:
         wall: rows of the room's walls.
@@ -92,7 +92,7 @@ def _facing(row: Floats, off_m: float) -> Line:
 def _stretches(
     wall: Floats, obstacles: Boxes, line: Line, before: tuple[float, float], size: tuple[float, float], around_m: float
 ) -> Iterator[tuple[float, float]]:
-    """Yield the stretches in which the run's lower end may lie, in metres along the wall that it faces."""
+    """Yield the stretches in which the unit row's lower end may lie, in metres along the wall that it faces."""
     first: float | None = None
     last = 0.0
     starts = np.arange(before[0] - 0.5 * size[1], before[1] - 0.5 * size[1] + _STEP_M, _STEP_M)

@@ -32,7 +32,7 @@ def test_end_on_units_stand_back_to_back_and_a_joint_apart_in_every_slot():
     text = with_run(closet("a", "b"), "{wall_gap_m: 0.02, joint_m: 0.1, flush: false}")
     text += "".join(item(symbol, "desk", (0.8, 1.5, 0.74), ", in_run: {end_on: true}") for symbol in "ab")
     tree, problem, state = assembled(small_grammar(text))
-    plan, rule = tree.runs[0], small_grammar(text).nodes["closet"].run
+    plan, rule = tree.unit_rows[0], small_grammar(text).nodes["closet"].run
     rules = [small_grammar(text).objects["a"].in_run] * 2
     assert {slot.direction for slot in plan.slots} == {1.0, -1.0}
     for k, slot in enumerate(plan.slots):
@@ -57,7 +57,7 @@ def test_a_run_with_free_ends_touches_no_side_wall():
     data["openings"]["door"] |= {"end_gap_m": 1.5, "near_corner": 0.0}  # its leaf reaches no other wall
     tree, problem, state = assembled(from_mapping(Grammar, data))
     door_yaw = problem.wall[tree.room.openings[0].wall, WALL_YAW]
-    free = [(k, slot) for k, slot in enumerate(tree.runs[0].slots) if math.cos(slot.yaw_a - door_yaw) < 0.9]
+    free = [(k, slot) for k, slot in enumerate(tree.unit_rows[0].slots) if math.cos(slot.yaw_a - door_yaw) < 0.9]
     assert free
     for k, slot in free:
         state.hold[problem.link[:, col.RUN] == 0, col.SLOT] = k
@@ -79,7 +79,7 @@ def test_a_unit_that_likes_light_from_the_side_pays_at_the_window_s_wall_and_opp
     tree, problem, state = assembled(small_grammar(text, weights={"run_order": 1.0}), counts=("window:1:1",))
     windows = {opening.wall for opening in tree.room.openings if opening.category == "window"}
     seen = set()
-    for k, slot in enumerate(tree.runs[0].slots):
+    for k, slot in enumerate(tree.unit_rows[0].slots):
         state.hold[problem.link[:, col.RUN] == 0, col.SLOT] = k
         arrange(problem, state, 0, 0.0)
         aside = any(abs(math.cos(slot.yaw_a - problem.wall[window, WALL_YAW])) < 0.5 for window in windows)
@@ -109,5 +109,5 @@ objects:
             assembled(grammar)
         return
     tree, _problem, _state = assembled(grammar)
-    first, second = (run.slots[run.slot] for run in tree.runs)
+    first, second = (run.slots[run.slot] for run in tree.unit_rows)
     assert math.cos(first.yaw_a - second.yaw_a) == pytest.approx(0.0, abs=1e-9)

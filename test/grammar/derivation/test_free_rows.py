@@ -7,13 +7,13 @@ import pytest
 from small_grammar import CATEGORIES, closet, item, small_grammar
 
 from grammar.derivation.derive import derive
-from grammar.derivation.free_runs import Standing, free_slots, juts_clear
+from grammar.derivation.free_rows import Standing, free_slots, juts_clear
 from grammar.geometry.run_slots import Line, jutting, slot_at, unit_poses
 from grammar.geometry.walls import wall_rows
 from grammar.layout.assemble import assemble
 from grammar.layout.schedule import leaders
 from grammar.spec.request import SceneRequest
-from grammar.spec.run_rules import RunRule, RunUnit
+from grammar.spec.run_rules import RowUnit, UnitRowRule
 
 SQUARE = wall_rows([(0, 0), (4, 0), (4, 4), (0, 4)])
 NOTHING = np.zeros((0, 8))
@@ -25,7 +25,7 @@ def test_an_island_faces_the_units_at_a_wall_from_across_the_aisle():
     assert {slot.direction for slot in slots} == {1.0, -1.0}
     for slot in slots:
         for slide in (0.0, slot.slide):
-            poses = unit_poses(slot, slide, [[(0.9, 0.75), (0.9, 0.75)]], [RunUnit()] * 2, RunRule(wall_gap_m=0.0))
+            poses = unit_poses(slot, slide, [[(0.9, 0.75), (0.9, 0.75)]], [RowUnit()] * 2, UnitRowRule(wall_gap_m=0.0))
             assert all(abs(math.remainder(yaw + 0.5 * math.pi, 2.0 * math.pi)) < 1e-9 for _, _, yaw in poses)
             # fronts 1.0 to 1.3 m before those of the units, ends 0.9 m off the side walls, backs off the wall behind
             assert all(1.6 - 1e-9 <= y - 0.45 <= 1.9 + 1e-9 and y + 0.45 <= 4.0 - 0.9 + 1e-3 for _, y, _ in poses)
@@ -47,7 +47,7 @@ def test_a_leg_juts_out_behind_the_unit_that_turns(direction):
     start = slot_at(direction, [Line(0.0 if direction > 0 else 4.0, 0.0, 0.5 * math.pi)], 0.0)
     slot = jutting(start, 0, 1.6, 0.6, 0.9, 0.0)
     poses = unit_poses(
-        slot, 0.0, [[(0.6, 1.0), (0.6, 0.6)], [(0.9, 0.8)]], [RunUnit(), RunUnit(turns=True), RunUnit()], RunRule(wall_gap_m=0.0)
+        slot, 0.0, [[(0.6, 1.0), (0.6, 0.6)], [(0.9, 0.8)]], [RowUnit(), RowUnit(turns=True), RowUnit()], UnitRowRule(wall_gap_m=0.0)
     )
     mirrored = (lambda x: x) if direction > 0 else (lambda x: 4.0 - x)
     assert [(mirrored(x), y) for x, y, _ in poses] == [pytest.approx(place) for place in ((0.5, 0.3), (1.3, 0.3), (1.45, 1.0))]
@@ -69,8 +69,8 @@ def test_a_derivation_puts_the_island_last_and_keeps_what_it_stands_before():
     grammar = small_grammar(text)
     tree = derive(grammar, CATEGORIES, SceneRequest(room_type="closet"), np.random.default_rng(3))
     side, middle = ({item.symbol: item.id for item in tree.items}[name] for name in ("side", "middle"))
-    assert [run.units for run in tree.runs] == [(side,), (middle,)]
-    assert len(tree.runs[0].slots) == 1 and len(tree.runs[1].slots) >= 2
+    assert [run.units for run in tree.unit_rows] == [(side,), (middle,)]
+    assert len(tree.unit_rows[0].slots) == 1 and len(tree.unit_rows[1].slots) >= 2
     problem, state = assemble(grammar, CATEGORIES, tree)
     assert math.cos(state.where[side - 1, 2] - state.where[middle - 1, 2]) == pytest.approx(-1.0)
     assert {side - 1, middle - 1} <= set(leaders(problem).tolist())

@@ -1,4 +1,4 @@
-"""What rooms say about runs: how far the backs of their units stand off the wall, and how high worktops are."""
+"""What rooms say about unit rows: how far the backs of their units stand off the wall, and how high worktops are."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from grammar.learning.geometry import fitting_wall
 from grammar.learning.sizes import Size, is_norm
 from grammar.spec.object_rules import ObjectRule
 from grammar.spec.rules import Grammar, Node
-from grammar.spec.run_rules import RunUnit
+from grammar.spec.run_rules import RowUnit
 
 _LEAST, _MOST, _AT_WALL_M = 5, 24, 0.1
 _HEIGHT = 2
 
 
-def learn_runs(grammar: Grammar, rooms: Sequence[AssignedRoom], counts: dict[str, float]) -> Grammar:
+def learn_unit_rows(grammar: Grammar, rooms: Sequence[AssignedRoom], counts: dict[str, float]) -> Grammar:
     """Return the grammar whose units stand as far off their walls as those of the rooms, none where boxes reach into walls.
 
     Units of few observations take the gaps of all units.  ``counts`` is given the numbers of units behind each node.
     """
-    runs = {name: node.run for name, node in grammar.nodes.items() if node.run is not None and not node.run.free}
-    units = {symbol for name in runs for symbol in _below(grammar.nodes, name) if _is_unit(grammar.objects.get(symbol))}
+    unit_rows = {name: node.run for name, node in grammar.nodes.items() if node.run is not None and not node.run.free}
+    units = {symbol for name in unit_rows for symbol in _below(grammar.nodes, name) if _is_unit(grammar.objects.get(symbol))}
     gaps = {symbol: [max(gap, 0.0) for room in rooms for gap in _gaps(room, symbol)] for symbol in sorted(units)}
     every = [gap for found in gaps.values() for gap in found]
     if len(every) < _LEAST:
         return grammar
     nodes, objects = dict(grammar.nodes), dict(grammar.objects)
-    for name, run in runs.items():
-        nodes[name] = replace(nodes[name], run=replace(run, wall_gap_m=0.0))
+    for name, wall_row in unit_rows.items():
+        nodes[name] = replace(nodes[name], run=replace(wall_row, wall_gap_m=0.0))
         counts.setdefault(f"nodes.{name}", float(len(every)))
     for symbol, found in gaps.items():
-        unit = objects[symbol].in_run or RunUnit()
+        unit = objects[symbol].in_run or RowUnit()
         if not unit.turns and not unit.juts:
             objects[symbol] = replace(objects[symbol], in_run=replace(unit, gaps_m=_quantiles(found if len(found) >= _LEAST else every)))
     return replace(grammar, nodes=nodes, objects=objects)

@@ -1,4 +1,4 @@
-"""Rows of what hangs above a run with widths of its own: edge to edge along the walls, with what is built in below.
+"""Rows of what hangs above a unit row with widths of its own: edge to edge along the walls, with what is built in below.
 
 A row begins at an end of a free stretch of wall above low units; what is wider than the rest of it goes on to the next stretch,
 or is cut to the rest where its bounds allow that.
@@ -14,12 +14,10 @@ from typing import NamedTuple
 import numpy as np
 
 from grammar.derivation.densities import draw_height
-from grammar.derivation.drafts import Draft, attribute_node
-from grammar.derivation.openings import Attribute
-from grammar.derivation.pinning import Pinned
-from grammar.derivation.rejection import RejectedError
-from grammar.derivation.run_shell import OFF_WALL, Pose, Shell, box_of
-from grammar.derivation.run_units import unit_rule
+from grammar.derivation.drafts import Draft
+from grammar.derivation.parse_tree import Attribute, Pinned, RejectedError, attribute_node
+from grammar.derivation.row_fit import unit_rule
+from grammar.derivation.row_walls import OFF_WALL, Pose, Shell, box_of
 from grammar.geometry.boxes import HALF_WIDTH
 from grammar.geometry.wall_spans import outlines, spans_of
 from grammar.geometry.walls import ALONG_X, ALONG_Y, NORMAL_X, NORMAL_Y, START_X, START_Y, WALL_YAW
@@ -50,7 +48,7 @@ def hang_rows(shell: Shell, standing: Sequence[tuple[Draft, Pose]], drafts: Sequ
 
     Args:
         shell: the room.
-        standing: all units of the runs with their poses.
+        standing: all units of the unit rows with their poses.
         drafts: all objects.
         rng: source of randomness.
 

@@ -1,4 +1,4 @@
-"""How the units of a run are cut into legs, and how wide those become that stretch to the end of a wall."""
+"""Units of a row as it sees them: how they stand in it, how much of the wall they take, and how far they reach into the room."""
 
 from __future__ import annotations
 
@@ -8,14 +8,59 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from grammar.derivation.drafts import Draft
-from grammar.derivation.run_units import along_m
 from grammar.geometry.run_slots import Frame, leaves_gap
-from grammar.spec.run_rules import RunRule
+from grammar.spec.run_rules import CORNER_UNIT, END, SIDE_WINDOW, WINDOW, RowUnit, UnitRowRule
+
+_PLAIN = RowUnit()
 
 _STRETCH_COST = 4.0
 """Nat for each stretched unit at a squared logarithm of 1 of its width over the drawn one."""
 
 _ROUNDING_M, _NEARLY_M = 1e-9, 1e-6
+
+
+def unit_rule(draft: Draft) -> RowUnit:
+    """Return how a unit stands in its run."""
+    return draft.rule.in_run or _PLAIN
+
+
+def along_m(draft: Draft) -> float:
+    """Return how much of the wall a unit takes, metres."""
+    return draft.size_m[0 if unit_rule(draft).end_on else 1]
+
+
+def least_along_m(draft: Draft) -> float:
+    """Return the least that a unit takes of the wall, metres."""
+    return draft.rule.low_m[1] if unit_rule(draft).stretches else along_m(draft)
+
+
+def across_m(draft: Draft) -> float:
+    """Return how far a unit reaches into the room from its back, metres."""
+    return draft.size_m[1 if unit_rule(draft).end_on else 0]
+
+
+def reach_m(draft: Draft) -> float:
+    """Return how far a unit reaches into the room from the line of its unit row, metres."""
+    return draft.behind_m + across_m(draft)
+
+
+def order_cost(units: Sequence[tuple[str, RowUnit]], windows_met: Sequence[frozenset[str]], has_window: bool) -> float:
+    """Return what the order of a unit row costs in nat: wishes that are not met; what the room or the row lacks costs nothing.
+
+    The compiled twin is :func:`grammar.layout.runs.add_run_order`.
+    """
+    cost, last = 0.0, len(units) - 1
+    likes_end = [END in (unit.near or ()) for _, unit in units]
+    held = {symbol for symbol, _ in units} | {END}
+    held |= {CORNER_UNIT} if any(unit.turns for _, unit in units) else set()
+    held |= {WINDOW, SIDE_WINDOW} if has_window else set()
+    for k, (_, unit) in enumerate(units):
+        beside = [units[n] for n in (k - 1, k + 1) if 0 <= n <= last]
+        met = {symbol for symbol, _ in beside} | ({CORNER_UNIT} if any(other.turns for _, other in beside) else set())
+        met |= ({END} if all(likes_end[:k]) or all(likes_end[k + 1 :]) else set()) | windows_met[k]
+        cost += sum(nat for target, nat in (unit.near or {}).items() if target in held - met)
+        cost += sum(nat for target, nat in (unit.apart or {}).items() if target in met)
+    return cost
 
 
 class LegFit(NamedTuple):
@@ -26,7 +71,7 @@ class LegFit(NamedTuple):
     widths: list[list[float]]
 
 
-def fit_legs(rule: RunRule, frame: Frame, order: Sequence[Draft], turning: Sequence[tuple[Draft, float]]) -> LegFit | None:
+def fit_legs(rule: UnitRowRule, frame: Frame, order: Sequence[Draft], turning: Sequence[tuple[Draft, float]]) -> LegFit | None:
     """Return the cheapest way to share units between the legs of a frame; None if there is none.
 
     Args:
@@ -81,7 +126,7 @@ class _Reach(NamedTuple):
         return bare <= self.most_bare_m + _NEARLY_M
 
 
-def _reaches(rule: RunRule, frame: Frame, order: Sequence[Draft], turning: Sequence[tuple[Draft, float]]) -> _Reach:
+def _reaches(rule: UnitRowRule, frame: Frame, order: Sequence[Draft], turning: Sequence[tuple[Draft, float]]) -> _Reach:
     bounds = [_bounds(unit) for unit in order]
     sums = [[0.0, *itertools.accumulate(pair[end] for pair in bounds)] for end in (0, 1)]
     rooms = [
@@ -101,7 +146,7 @@ def _cuts(count: int, turns: int) -> Iterator[tuple[int, ...]]:
         yield from ((j, k) for j in range(1, count) for k in range(j + 1, count))
 
 
-def _fit_leg(rule: RunRule, frame: Frame, k: int, leg: Sequence[Draft], turn_m: float | None) -> tuple[float, list[float]] | None:
+def _fit_leg(rule: UnitRowRule, frame: Frame, k: int, leg: Sequence[Draft], turn_m: float | None) -> tuple[float, list[float]] | None:
     """Return cost and widths of leg ``k``: filled up to its end, or with its units as wide as they were drawn, or as that end asks.
 
     The last unit turns and takes ``turn_m`` of the wall, unless that is None.
