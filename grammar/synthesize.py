@@ -21,7 +21,8 @@ from grammar.appearance.daylight import LEAST_TURBIDITY, DaylightRequest
 from grammar.appearance.lighting import LightingConfig, read_lighting_config, sample_downlights, sample_lighting
 from grammar.appearance.looks import apply_looks
 from grammar.appearance.restrict import restricted
-from grammar.camera.camera_path import sample_camera_path
+from grammar.camera.camera_path import CameraSpace, sample_camera_path
+from grammar.camera.camera_path import CameraTimes as CameraTimes
 from grammar.camera.path_config import CameraPathConfig, read_camera_path_config
 from grammar.catalog import RoomModels, assign_file_materials, choose_after, choose_before, entry_faults
 from grammar.checks.metrics import SamplingCost
@@ -43,16 +44,6 @@ from scene_description.share import config_path
 
 PURPOSES = ("layout", "appearance", "lighting", "camera", "looks", "catalog", "downlights", "small_things")
 """Streams of random numbers of a room, in the order of their spawn keys."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CameraTimes:
-    """When the camera takes its frames: frame k of the room is at ``start_ns + round((first_index + k) * 1e9 / rate_hz)``."""
-
-    frames: int
-    start_ns: int
-    rate_hz: float
-    first_index: int = 0
 
 
 class FloorMap(NamedTuple):
@@ -202,8 +193,8 @@ class SceneSynthesizer:
         lights, spots, environment = self._light(rng, request, room, objects)
         boxes, _ = object_solids(self.categories, furnished.objects)
         objects = tuple(item for item in objects if item.id not in gone)
-        stamps = times.frames, times.start_ns, times.rate_hz, times.first_index
-        path = sample_camera_path(rng["camera"], self.camera, room.polygon_m, room.height_m, boxes, *stamps, roof_boxes(room))
+        space = CameraSpace(room.polygon_m, room.height_m, boxes, roof_boxes(room))
+        path = sample_camera_path(rng["camera"], self.camera, space, times)
         scene = SceneDescription(
             schema=SCHEMA,
             id=f"{request.room_type}-{seed}-{index}",

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -97,13 +96,7 @@ def cabinet_overhead(found: Furnished) -> list[int]:
     return [item.id for item in hung if any(footprint_penetration(whole_box(item), box) > OVER_M for box in fixtures)]
 
 
-class Run(NamedTuple):
-    """Base units that touch one another."""
-
-    units: tuple[SceneObject, ...]
-
-
-def runs_of(found: Furnished) -> list[Run]:
+def unit_rows_of(found: Furnished) -> list[tuple[SceneObject, ...]]:
     """Return the groups of base units that stand within ``TOUCHING_M`` of one another, tall units between them counted as links."""
     units = found.standing("unit", "fridge")
     boxes = [whole_box(item) for item in units]
@@ -115,7 +108,7 @@ def runs_of(found: Furnished) -> list[Run]:
                 group = [new if key == old else key for key in group]
     members = [tuple(unit for unit, key in zip(units, group, strict=True) if key == name) for name in dict.fromkeys(group)]
     fridges = {item.id for item in found.having("fridge")}
-    return [Run(run) for run in members if any(unit.id not in fridges for unit in run)]
+    return [row for row in members if any(unit.id not in fridges for unit in row)]
 
 
 def gap_in_run(found: Furnished) -> list[int]:
@@ -131,15 +124,15 @@ def gap_in_run(found: Furnished) -> list[int]:
 
 def run_in_pieces(found: Furnished) -> list[int]:
     """Return the first unit of every further run at a wall that has one already with no door between them, and of runs of one unit."""
-    runs, bad = runs_of(found), set()
+    rows, bad = unit_rows_of(found), set()
     for wall in range(len(found.wall)):
-        here = [[at for _, at in _at_wall(found, run.units, wall)] for run in runs]
+        here = [[at for _, at in _at_wall(found, row, wall)] for row in rows]
         spans = sorted((min(at.low_m for at in ats), max(at.high_m for at in ats), k) for k, ats in enumerate(here) if ats)
         for (_, end, _), (begin, _, k) in itertools.pairwise(spans):
             if not _door_between(found, wall, end, begin):
-                bad.add(runs[k].units[0].id)
-    if len(runs) > 1:
-        bad |= {run.units[0].id for run in runs if len(run.units) == 1 and max(run.units[0].size_m[:2]) < 0.9}
+                bad.add(rows[k][0].id)
+    if len(rows) > 1:
+        bad |= {row[0].id for row in rows if len(row) == 1 and max(row[0].size_m[:2]) < 0.9}
     return sorted(bad)
 
 

@@ -25,6 +25,7 @@ from grammar.geometry.boxes import (
 )
 from grammar.geometry.solids import whole_box
 from grammar.geometry.zones import opening_frame
+from grammar.layout.frames import aslant
 from scene_description import SceneObject
 
 VIEW_RAD, VIEW_M = math.radians(60.0), 8.0
@@ -148,7 +149,10 @@ def screen_before_window(found: Furnished) -> list[int]:
 
 
 def screen_aside(found: Furnished) -> list[int]:
-    """Return screens that the largest sofa or bed looks at aslant: further than ``ASIDE_RAD`` from straight ahead of either."""
+    """Return screens that the largest sofa or bed looks at aslant: further than ``ASIDE_RAD`` from straight ahead of either.
+
+    The chain's term ``screen_aside`` measures the same angle against a tighter bound, and a sofa goes before a larger bed there.
+    """
     seats = found.standing("lounge", "bed")
     if not seats:
         return []
@@ -157,10 +161,9 @@ def screen_aside(found: Furnished) -> list[int]:
     return [item.id for item in found.having("screen") if min(map(lambda seat: _aslant(item, seat), main)) > ASIDE_RAD]
 
 
-def _aslant(a: SceneObject, b: SceneObject) -> float:
-    """Return the larger of the angles between the directions that two objects look in and the line between their middles."""
-    yaw = math.atan2(b.position_m[1] - a.position_m[1], b.position_m[0] - a.position_m[0])
-    return max(abs(math.remainder(a.yaw_rad - yaw, math.tau)), abs(math.remainder(b.yaw_rad - yaw - math.pi, math.tau)))
+def _aslant(screen: SceneObject, seat: SceneObject) -> float:
+    dx, dy = seat.position_m[0] - screen.position_m[0], seat.position_m[1] - screen.position_m[1]
+    return float(aslant(dx, dy, screen.yaw_rad, seat.yaw_rad))
 
 
 def seat_cramped(found: Furnished) -> list[int]:

@@ -220,7 +220,7 @@ def unit_poses(
 ) -> list[tuple[float, float, float]]:
     """Return x, y and yaw (world) of each unit of a run; ``legs`` has what the units of each leg take across and along their line.
 
-    The compiled twin is :func:`grammar.layout.runs.arrange`.
+    The compiled twin is :func:`grammar.layout.unit_rows.arrange`.
     """
     poses: list[tuple[float, float, float]] = []
     for k, leg in enumerate(legs):

@@ -18,7 +18,7 @@ from grammar.geometry.zones import Zone, footing_zone, glare_zone, object_zones,
 from grammar.layout import columns as col
 from grammar.layout.frames import place_object
 from grammar.layout.problem import Problem, State, zero_state
-from grammar.layout.runs import Wish, begin_runs, run_table, slot_table, wishes, write_links
+from grammar.layout.unit_rows import Wish, begin_rows, row_table, slot_table, wishes, write_links
 from grammar.spec.categories import Categories
 from grammar.spec.energy_terms import weight_vector
 from grammar.spec.object_rules import AroundMode, Mode
@@ -71,7 +71,7 @@ class SurfaceRow(NamedTuple):
 def assemble(grammar: Grammar, categories: Categories, tree: ParseTree, beta: float | None = None) -> tuple[Problem, State]:
     """Return the layout problem of a parse tree and a state in which all is placed that stays put or begins at a place of its own.
 
-    These are openings, corners, fixed objects, and the runs with what hangs in line above them.
+    These are openings, corners, fixed objects, and the rows of units with what hangs in line above them.
 
     ``beta``: inverse temperature at which the chain will run, by default the grammar's; it shall not temper the probabilities of modes and
     addresses.
@@ -96,7 +96,7 @@ def assemble(grammar: Grammar, categories: Categories, tree: ParseTree, beta: fl
         surface=_table(surfaces, col.SURFACE_WIDTH),
         wall=wall_rows(tree.room.polygon_m),
         slope=slope_rows(tree.room),
-        run=run_table(tree),
+        row=row_table(tree),
         slot=slot_table(tree),
         weight=weight_vector(grammar.weights),
         x_low=x_low,
@@ -273,7 +273,7 @@ def _radius(rows: Sequence[BoxRow]) -> float:
 
 
 def _with_fixed(problem: Problem, tree: ParseTree) -> State:
-    """Return a state in which openings, corners, the objects that stay put, and runs have their places."""
+    """Return a state in which openings, corners, the objects that stay put, and rows of units have their places."""
     state = zero_state(problem)
     for i, opening in enumerate(tree.room.openings):
         wall, along = problem.wall[opening.wall], opening.offset_m + 0.5 * opening.width_m
@@ -290,7 +290,7 @@ def _with_fixed(problem: Problem, tree: ParseTree) -> State:
     for i in np.flatnonzero(problem.pinned).tolist():
         state.active[i] = 1
         place_object(problem, state, i)
-    begin_runs(problem, tree, state)
+    begin_rows(problem, tree, state)
     return state
 
 

@@ -31,7 +31,7 @@ BOTTOM = _object.column()  # height of the underside of what does not stand on a
 CENTRED = _object.column()  # 1 where it is drawn to the centroid of the floor
 BACK_GAP = _object.column()  # greatest gap between its back and a wall, infinite where it may stand anywhere
 SIDE_GAP = _object.column()  # the same between one of its sides and a wall
-BEHIND = _object.column()  # how far its back stands off the line of its run
+BEHIND = _object.column()  # how far its back stands off the line of its row of units
 OBJECT_WIDTH = _object.width
 
 # Problem.link, (n, LINK_WIDTH): what objects are to each other, and where their rows begin in other tables.
@@ -48,11 +48,11 @@ WALL_MODES = _link.column()  # first row of its wall modes in Problem.mode
 AROUND_MODES = _link.column()  # first row of its modes around the core there
 PLACEMENTS = _link.column()  # first row of its placements
 TARGETS = _link.column()  # first row of the targets of its support address
-MODE_END = _link.column()  # end of these, first row of its wishes in a run
+MODE_END = _link.column()  # end of these, first row of its wishes in a row of units
 WISH_END = _link.column()  # end of these
 PINNED = _link.column()  # 1 where it stays put
-RUN = _link.column()  # of units: run or -1
-LEG = _link.column()  # number of a leg; legs belong to places: the k-th unit of a run, by index, has that of place k
+ROW = _link.column()  # of units: the row that they stand in, or -1
+LEG = _link.column()  # number of a leg; legs belong to places: the k-th unit of a row, by index, has that of place k
 TURNS = _link.column()  # 1 where it turns
 UNIT_KIND = _link.column()  # a number for its symbol
 LIKES_END = _link.column()  # 1 where it likes the end
@@ -103,13 +103,13 @@ SURFACE_HALF_WIDTH = _surface.column()
 SURFACE_OWNER = _surface.column()  # index
 SURFACE_WIDTH = _surface.width
 
-# Problem.run, (r, RUN_WIDTH)
-_run = Columns()
-RUN_HEAD = _run.column()  # index of the unit that stands for all of them in moves
-RUN_UNITS = _run.column()  # number of units
-RUN_SLOTS = _run.column()  # first row in Problem.slot
-RUN_SLOTS_END = _run.column()
-RUN_WIDTH = _run.width
+# Problem.row, (r, ROW_WIDTH)
+_row = Columns()
+ROW_HEAD = _row.column()  # index of the unit that stands for all of them in moves
+ROW_UNITS = _row.column()  # number of units
+ROW_SLOTS = _row.column()  # first row in Problem.slot
+ROW_SLOTS_END = _row.column()
+ROW_WIDTH = _row.width
 
 # Problem.slot, (q, SLOT_WIDTH): the fields of grammar.geometry.run_slots.Slot, and two gaps.
 _slot = Columns()
@@ -117,8 +117,8 @@ DIRECTION = _slot.column()
 LEG_X = _slot.column(MOST_LEGS * LEG_COLUMNS)  # of the first leg; each next one has LEG_COLUMNS more
 LEG_Y, LEG_YAW = LEG_X + 1, LEG_X + 2
 SLIDE = _slot.column()
-RUN_GAP = _slot.column()  # between units and walls
-RUN_JOINT = _slot.column()  # between units
+ROW_GAP = _slot.column()  # between units and walls
+ROW_JOINT = _slot.column()  # between units
 SLOT_WIDTH = _slot.width
 
 # State.where, (n, WHERE_WIDTH), and Proposal.pose, (2, POSE_WIDTH), which has no heights.
@@ -135,8 +135,8 @@ _hold = Columns()
 SURFACE = _hold.column()  # the support surface that an object stands on, else -1
 ON_WALL = _hold.column()  # the wall that it hangs on, else -1
 ACTIVE = _hold.column()  # 1 once it takes part
-PLACE = _hold.column()  # of a unit: its place in its run, else -1
-SLOT = _hold.column()  # the slot of that run, else -1
+PLACE = _hold.column()  # of a unit: its place in its row of units, else -1
+SLOT = _hold.column()  # the slot of that row of units, else -1
 HOLD_WIDTH = _hold.width
 
 # Proposal.tag, (2, TAG_WIDTH)
@@ -146,7 +146,7 @@ NEW_SURFACE = _tag.column()
 NEW_WALL = _tag.column()
 TAG_WIDTH = _tag.width
 
-# Of a run that is moved: columns of Proposal.tag[0] and Proposal.pose[0], and of Proposal.tag[1].
+# Of a row of units that is moved: columns of Proposal.tag[0] and Proposal.pose[0], and of Proposal.tag[1].
 NEW_SLOT, NEW_SLIDE, FIRST_UNIT, SECOND_UNIT = NEW_SURFACE, X, LEADER, NEW_SURFACE
 
 TRIED, ACCEPTED = range(2)

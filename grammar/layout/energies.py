@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 import grammar.layout.circulation
-import grammar.layout.runs  # noqa: F401  kernels of these are rows of LOSSES
+import grammar.layout.unit_rows  # noqa: F401  kernels of these are rows of LOSSES
 from grammar.geometry.arrays import Floats
 from grammar.geometry.kernels import entry, inlined, kernel
 from grammar.layout import columns as col

@@ -37,12 +37,13 @@ def enter(rng: np.random.Generator, problem: Problem, state: State, settings: Mo
     does not.
     """
     work = empty_proposal(), nothing_moved(problem), np.zeros(len(problem.weight))
-    return bool(_enter(rng, problem, state, settings, int(i), starts, *work))
+    return bool(_enter(rng, problem, state, settings, int(i), starts, work))
 
 
 @making_arrays
-def _enter(rng, problem, state, settings, i, starts, proposal, moved, energy):  # type: ignore[no-untyped-def]
+def _enter(rng, problem, state, settings, i, starts, work):  # type: ignore[no-untyped-def]
     """Put object ``i`` at the best of ``starts`` poses; the best one so far is kept in the proposal's second place."""
+    proposal, moved, energy = work
     members, best, one = moved.members, np.inf, np.int64(1)
     members[0], moved.leader[0], moved.mark[i], state.hold[i, col.ACTIVE] = i, 0, 1, 1
     # A relocation's density is asked for the pose at hand too, so the object needs some support or wall to begin with.

@@ -21,6 +21,13 @@ def wrap(angle: float) -> float:
 
 
 @entry
+def aslant(dx: float, dy: float, yaw: float, other_yaw: float) -> float:
+    """Return the larger of the angles between the line from one object to another, (dx, dy), and the directions that the two look in."""
+    line = math.atan2(dy, dx)
+    return float(max(abs(wrap(yaw - line)), abs(wrap(other_yaw - line - math.pi))))
+
+
+@entry
 def place_object(problem, state, i):  # type: ignore[no-untyped-def]
     """Write the world boxes of object ``i`` after its pose changed."""
     where, link = state.where, problem.link

@@ -18,11 +18,12 @@ from grammar.geometry.slopes import above_slopes
 from grammar.geometry.walls import rectangle_outside
 from grammar.geometry.zones import ACCESS, GLARE, SWING, VIEW
 from grammar.layout import columns as col
-from grammar.layout.frames import in_surface_frame, placement_target, surface_owner, wrap
+from grammar.layout.frames import aslant, in_surface_frame, placement_target, surface_owner, wrap
 from grammar.spec.energy_terms import TERM
 
 _TOUCH_M = 1e-6
 _VIEW_RAD = math.radians(25.0)
+"""Beyond this a screen costs.  The fault ``screen_aside`` begins at 40 degrees: people mind less than the grammar does."""
 
 
 @kernel
@@ -263,7 +264,10 @@ def add_occlusion_by_walls(problem, state, i, out):  # type: ignore[no-untyped-d
 @loss("object", "off_wall")
 @kernel
 def add_off_wall(problem, state, i, out):  # type: ignore[no-untyped-def]
-    """Add how far object ``i`` is from walls beyond its greatest gaps: its back, and the side that is nearer to one."""
+    """Add how far object ``i`` is from walls beyond its greatest gaps: its back, and the side that is nearer to one.
+
+    Gaps are those of the faults ``..._off_wall``, which measure them from the middle of the back; here the further end of it counts.
+    """
     half_d, half_w = problem.object[i, col.HALF_DEPTH], problem.object[i, col.HALF_WIDTH]
     back_gap, side_gap = problem.object[i, col.BACK_GAP], problem.object[i, col.SIDE_GAP]
     if back_gap < np.inf:
@@ -306,8 +310,7 @@ def _watcher_of(problem, state, i):  # type: ignore[no-untyped-def]
 def add_view(problem, state, i, out):  # type: ignore[no-untyped-def]
     """Add by how much more than ``_VIEW_RAD`` screen ``i`` and the seat that it is watched from look past each other."""
     where, seat = state.where, problem.link[i, col.WATCHED]
-    yaw = math.atan2(where[seat, col.Y] - where[i, col.Y], where[seat, col.X] - where[i, col.X])
-    off = max(abs(wrap(where[i, col.YAW] - yaw)), abs(wrap(where[seat, col.YAW] - yaw - math.pi)))
+    off = aslant(where[seat, col.X] - where[i, col.X], where[seat, col.Y] - where[i, col.Y], where[i, col.YAW], where[seat, col.YAW])
     out[TERM.screen_aside] += max(off - _VIEW_RAD, 0.0)
 
 

@@ -90,7 +90,10 @@ class ChainInfo(NamedTuple):
 
 
 class _Work(NamedTuple):
-    """Work space of a run: (t,) losses of the layout, and of the moved cliques before and after; the proposal; who moves; the raster."""
+    """Work space of a run: (t,) losses of the layout, and of the moved cliques before and after; the proposal; who moves; the raster.
+
+    kept, counts, trace: what :class:`ChainInfo` says of them.
+    """
 
     energy: Floats
     before: Floats
@@ -98,6 +101,9 @@ class _Work(NamedTuple):
     proposal: Proposal
     moved: Moved
     traffic: Traffic
+    kept: State
+    counts: Ints
+    trace: Trace
 
 
 class _Step(NamedTuple):
@@ -108,10 +114,19 @@ class _Step(NamedTuple):
     moved: np.int64
 
 
-def _work(chain: Chain) -> _Work:
+def _work(chain: Chain, state: State, samples: int) -> _Work:
     problem, terms = chain.problem, len(TERMS)
-    traffic = traffic_of(problem, chain.floor)
-    return _Work(np.zeros(terms), np.zeros(terms), np.zeros(terms), empty_proposal(), nothing_moved(problem), traffic)
+    return _Work(
+        energy=full_energy(problem, state),
+        before=np.zeros(terms),
+        after=np.zeros(terms),
+        proposal=empty_proposal(),
+        moved=nothing_moved(problem),
+        traffic=traffic_of(problem, chain.floor),
+        kept=copy_state(state),
+        counts=empty_counts(),
+        trace=empty_trace(samples),
+    )
 
 
 def empty_trace(samples: int) -> Trace:
@@ -135,23 +150,23 @@ def run_chain(rng: np.random.Generator, chain: Chain, state: State, run: Run, mo
         movable: (k,) int64 indices of the objects that lead moves.
         samples: length of the trace.
     """
-    work, kept, counts, trace = _work(chain), copy_state(state), empty_counts(), empty_trace(samples)
-    work.energy[:] = full_energy(chain.problem, state)
-    found = _run(rng, chain, state, run, movable, work, kept, counts, trace)
-    return ChainInfo(kept if found else None, work.energy, counts, trace)
+    work = _work(chain, state, samples)
+    has_kept = _run(rng, chain, state, run, movable, work)
+    return ChainInfo(work.kept if has_kept else None, work.energy, work.counts, work.trace)
 
 
 @making_arrays
-def _run(rng, chain, state, run, movable, work, kept, counts, trace):  # type: ignore[no-untyped-def]
-    """Make all proposals of a run; return whether ``kept`` holds a feasible layout."""
+def _run(rng, chain, state, run, movable, work):  # type: ignore[no-untyped-def]
+    """Make all proposals of a run; return whether ``kept`` of the work space holds a feasible layout."""
+    kept, counts, trace = work.kept, work.counts, work.trace
     problem, floor, energy, moved, proposals = chain.problem, chain.floor, work.energy, work.moved, run.proposals
     has_floor = len(floor.covered) > 0
     if has_floor:
         rasterize_objects(problem, state, floor, work.traffic, np.int64(1))
         energy[TERM.circulation], energy[TERM.reach] = measure(problem, state, floor, floor.mark[floor.tally[SIDE]], work.traffic)
-    feasible, found, least, sample = _feasible(energy, run.tolerance), False, np.inf, 0
+    feasible, has_kept, least, sample = _feasible(energy, run.tolerance), False, np.inf, 0
     if feasible and run.keep_best:
-        found, least = True, weighted(problem, energy)
+        has_kept, least = True, weighted(problem, energy)
         copy_layout(state, kept, np.int64(0), moved)
     ratio = (run.beta_last / run.beta_first) ** (1.0 / max(proposals - 1, 1))
     beta = run.beta_first / ratio
@@ -167,21 +182,21 @@ def _run(rng, chain, state, run, movable, work, kept, counts, trace):  # type: i
             was_feasible, feasible = feasible, _feasible(energy, run.tolerance)
             if run.keep_best:
                 if feasible and weighted(problem, energy) < least:
-                    found, least = True, weighted(problem, energy)
+                    has_kept, least = True, weighted(problem, energy)
                     copy_layout(state, kept, np.int64(0), moved)
             elif was_feasible and not feasible:
-                found = True
+                has_kept = True
                 copy_layout(state, kept, step.moved, moved)
         # Trace it.
         if sample < len(trace.energy) and (sample + 1) * proposals <= (n + 1) * len(trace.energy):
             _trace(energy, counts, sample, trace)
             sample += 1
     if feasible and not run.keep_best:
-        found = True
+        has_kept = True
         copy_layout(state, kept, np.int64(0), moved)
     if has_floor:
         rasterize_objects(problem, state, floor, work.traffic, np.int64(0))
-    return found
+    return has_kept
 
 
 @inlined

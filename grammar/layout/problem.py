@@ -23,7 +23,7 @@ from grammar.spec.rules import MOVES, MoveRule
 class Problem(NamedTuple):
     """Everything about a room that its chain leaves alone; n objects, whose rows of ``box`` and ``mode`` follow each other.
 
-    object, link, box, mode, surface, run, slot: rows of the columns that :mod:`grammar.layout.columns` gives places and explains.
+    object, link, box, mode, surface, row, slot: rows of the columns that :mod:`grammar.layout.columns` gives places and explains.
     wall: (w, 9) rows of :func:`grammar.geometry.walls.wall_rows`; slope: (c, 4) rows of :func:`grammar.geometry.slopes.slope_rows`.
     weight: (t,) lambda of the energy terms.
     x_low, y_low, x_high, y_high: bounding box of the floor; x_centre, y_centre: its centroid.
@@ -36,7 +36,7 @@ class Problem(NamedTuple):
     surface: Floats
     wall: Floats
     slope: Floats
-    run: Ints
+    row: Ints
     slot: Floats
     weight: Floats
     x_low: float

@@ -260,7 +260,7 @@ def relocation_density(problem, state, settings, i, proposal):  # type: ignore[n
         beside = _beside_share(problem, settings, i)
         if beside > 0.0:
             density += around * beside * _beside_core_density(problem, state, settings, i, x, y, yaw)
-        density = _add_core_density(problem, state, settings, i, x, y, yaw, around * (1.0 - beside), density)
+        density = _add_core_density(problem, state, settings, i, proposal, around * (1.0 - beside), density)
     return density
 
 
@@ -280,11 +280,11 @@ def _hanging_density(problem, state, settings, i, proposal, uniform, around):  #
 
 
 @inlined
-def _add_core_density(problem, state, settings, i, x, y, yaw, around, density):  # type: ignore[no-untyped-def]
+def _add_core_density(problem, state, settings, i, proposal, around, density):  # type: ignore[no-untyped-def]
     """Return ``density`` and that of the modes around the core, whose share is ``around``."""
     mode, where, core = problem.mode, state.where, problem.link[i, col.CORE]
-    dx, dy, core_yaw = x - where[core, col.X], y - where[core, col.Y], where[core, col.YAW]
-    c, s = math.cos(core_yaw), math.sin(core_yaw)
+    dx, dy, core_yaw = proposal.pose[0, col.X] - where[core, col.X], proposal.pose[0, col.Y] - where[core, col.Y], where[core, col.YAW]
+    yaw, c, s = proposal.pose[0, col.YAW], math.cos(core_yaw), math.sin(core_yaw)
     for k in range(problem.link[i, col.AROUND_MODES], problem.link[i, col.PLACEMENTS]):
         u, v = dx * c + dy * s - mode[k, col.MODE_X], dy * c - dx * s - mode[k, col.MODE_Y]
         sd = settings.around_sd_m / mode[k, col.NEAR]

@@ -121,15 +121,15 @@ def has_converged(energies: Floats, test: Convergence) -> bool:
 
 
 def _moves_alone(problem: Problem) -> Bools:
-    """Return which objects are no units of a run and do not hang in line above one, (n,)."""
-    alone: Bools = (problem.link[:, col.RUN] < 0) & (problem.link[:, col.IN_LINE] == 0)
+    """Return which objects are no units of a row and do not hang in line above one, (n,)."""
+    alone: Bools = (problem.link[:, col.ROW] < 0) & (problem.link[:, col.IN_LINE] == 0)
     return alone
 
 
 def leaders(problem: Problem) -> Ints:
-    """Return the objects that lead moves: all that do not stay put and move alone, and the head of each run."""
+    """Return the objects that lead moves: all that do not stay put and move alone, and the head of each row of units."""
     found = ~problem.pinned & _moves_alone(problem)
-    found[problem.run[:, col.RUN_HEAD]] = True
+    found[problem.row[:, col.ROW_HEAD]] = True
     return np.flatnonzero(found)
 
 
@@ -141,7 +141,7 @@ def _stages(problem: Problem, schedule: Schedule) -> list[Stage]:
     """
     n = len(problem.link)
     mount = np.where(problem.pinned | ~_moves_alone(problem), col.FIXED, problem.mount)
-    heads, grouped = problem.run[:, col.RUN_HEAD], problem.core >= 0
+    heads, grouped = problem.row[:, col.ROW_HEAD], problem.core >= 0
     is_core = np.isin(np.arange(n), problem.core)
     follows = (mount == col.WALL) & grouped & (problem.mount[problem.core] == col.FLOOR)
     hangs = np.flatnonzero(((mount == col.WALL) & ~follows) | (mount == col.CEILING))

@@ -15,14 +15,13 @@ import numpy as np
 
 from grammar.derivation.constraints import numbers_asked
 from grammar.derivation.densities import draw_index
-from grammar.geometry.arrays import Boxes, Floats, Ints
 from grammar.geometry.boxes import Z_HIGH, X, Y, box_rows
-from grammar.geometry.solids import object_solids
+from grammar.geometry.solids import object_solids, whole_box
 from grammar.geometry.walls import rectangle_outside, wall_rows
 from grammar.geometry.zones import SWING, opening_frame, opening_zones, placed_zones
-from grammar.small_things.place import Top, by_wall, draw_thing_size, kept_free, on_floor, on_top, tops_of, use_strips, whole_box
-from grammar.small_things.rules import SmallThings, Thing
-from grammar.spec.categories import Categories, Category, Role
+from grammar.small_things.place import Newcomer, Obstacles, Top, by_wall, draw_thing_size, kept_free, on_floor, on_top, tops_of, use_strips
+from grammar.small_things.rules import SmallThings
+from grammar.spec.categories import Categories, Role
 from grammar.spec.request import SceneRequest
 from grammar.spec.rules import Grammar
 from scene_description import ModelReference, Room, SceneObject, Support
@@ -114,8 +113,7 @@ class _Surface:
 
     item: SceneObject
     tops: list[Top]
-    boxes: Boxes
-    owners: Ints
+    obstacles: Obstacles
     odds: Mapping[str, float]
 
 
@@ -134,7 +132,7 @@ class Filling:
         self._boxes, self._owners = object_solids(source.categories, objects)
         self._surfaces: dict[int, _Surface] = {}
         self._means: dict[int, float] = {}
-        self._floor_boxes, self._floor_owners = self._floor_obstacles()
+        self._floor = self._floor_obstacles()
         self._used = use_strips(source.categories, objects)
         self._wall = wall_rows(room.polygon_m)
         self._doors = [opening_frame(room, opening)[:2] for opening in room.openings if opening.category == "door"]
@@ -210,8 +208,7 @@ class Filling:
         return _Surface(
             item,
             tops,
-            np.concatenate([boxes[near], box_rows(free)]),
-            np.concatenate([self._owners[near], np.zeros(len(free), np.int64)]),
+            Obstacles(boxes[near], self._owners[near]).with_more(box_rows(free)),
             odds,
         )
 
@@ -242,21 +239,20 @@ class Filling:
             model=ModelReference(generator=name, seed=int(rng.integers(_MAX_SEED))),
             parts=(),
         )
+        new = Newcomer(thing, category, item)
         if surface is None and mess == 0.0:
-            return self._tidy_place(rng, thing, category, item)
+            return self._tidy_place(rng, new)
         if surface is None:
-            return on_floor(rng, thing, category, item, self._anchors, mess, self._inside, self._floor_boxes, self._floor_owners)
-        return on_top(rng, thing, category, item, surface.item, surface.tops, mess, surface.boxes, surface.owners)
+            return on_floor(rng, new, self._anchors, mess, self._inside, self._floor)
+        return on_top(rng, new, surface.item, surface.tops, mess, surface.obstacles)
 
-    def _tidy_place(self, rng: np.random.Generator, thing: Thing, category: Category, item: SceneObject) -> SceneObject | None:
+    def _tidy_place(self, rng: np.random.Generator, new: Newcomer) -> SceneObject | None:
         """Return a thing on the floor where a tidy person puts it, None where no place is free."""
         beside = self._source.rules.tidy_floor(self._source.grammar.room_type).beside
-        boxes = np.concatenate([self._floor_boxes, self._used])
-        owners = np.concatenate([self._floor_owners, np.zeros(len(self._used), np.int64)])
+        obstacles = self._floor.with_more(self._used)
         if beside == "furniture":
-            return on_floor(rng, thing, category, item, self._anchors, 0.0, self._inside, boxes, owners)
-        doors = self._doors if beside == "door" else ()
-        return by_wall(rng, thing, category, item, self._wall, doors, self._inside, boxes, owners)
+            return on_floor(rng, new, self._anchors, 0.0, self._inside, obstacles)
+        return by_wall(rng, new, self._wall, self._doors if beside == "door" else (), self._inside, obstacles)
 
     def _floor_odds(self, mess: float) -> Mapping[str, float]:
         """Return the odds of what comes to the floor."""
@@ -267,27 +263,20 @@ class Filling:
         """Put a thing in the way of those that come after it."""
         boxes, owners = object_solids(self._source.categories, [item])
         if support == FLOOR:
-            self._floor_boxes = np.concatenate([self._floor_boxes, boxes])
-            self._floor_owners = np.concatenate([self._floor_owners, owners])
+            self._floor = self._floor.with_more(boxes, owners)
         else:
-            surface = self._surfaces[support]
-            surface.boxes, surface.owners = np.concatenate([surface.boxes, boxes]), np.concatenate([surface.owners, owners])
+            self._surfaces[support].obstacles = self._surfaces[support].obstacles.with_more(boxes, owners)
 
     def _inside(self, item: SceneObject) -> bool:
         x, y, _ = item.position_m
         c, s = math.cos(item.yaw_rad), math.sin(item.yaw_rad)
         return bool(rectangle_outside(self._wall, x, y, c, s, 0.5 * item.size_m[0] + _WALL_M, 0.5 * item.size_m[1] + _WALL_M) <= 0.0)
 
-    def _floor_obstacles(self) -> tuple[Boxes, Ints]:
+    def _floor_obstacles(self) -> Obstacles:
         """Return what things on the floor keep off: solids, rugs, and where doors swing."""
-        rows: list[Floats] = [self._boxes]
-        owners = [self._owners]
-        rugs = [whole_box(item) for item in self._objects if self._source.categories[item.category].underlay]
+        found = Obstacles(self._boxes, self._owners)
         for opening in self._room.openings:
             x, y, yaw = opening_frame(self._room, opening)
             zones = [zone for zone in opening_zones(opening, self._source.grammar.openings[opening.category]) if zone.kind == SWING]
-            rows.append(placed_zones(zones, x, y, opening.sill_m, yaw))
-            owners.append(np.zeros(len(zones), np.int64))
-        rows.append(box_rows(rugs))
-        owners.append(np.zeros(len(rugs), np.int64))
-        return np.concatenate(rows), np.concatenate(owners)
+            found = found.with_more(placed_zones(zones, x, y, opening.sill_m, yaw))
+        return found.with_more(box_rows(whole_box(item) for item in self._objects if self._source.categories[item.category].underlay))

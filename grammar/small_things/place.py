@@ -27,7 +27,7 @@ from grammar.geometry.boxes import (
     footprint_penetration,
     place_boxes,
 )
-from grammar.geometry.solids import local_solids, rest_top, surface_top
+from grammar.geometry.solids import local_solids, rest_top, surface_top, whole_box
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, REFLEX, START_X, START_Y, WALL_YAW
 from grammar.small_things.rules import Depth, Thing
 from grammar.spec.categories import Categories, Category, Role
@@ -40,6 +40,38 @@ _READ_M = 0.05
 
 _FLAT_M, _FREE_HEIGHT_M = 0.03, 0.6
 """What is lower than the first may lie there still: papers, a remote control."""
+
+TRIALS = 14
+"""Poses that are drawn for a thing before it is given up."""
+
+GAP_M = 0.006
+"""Air that a thing keeps from its neighbours."""
+
+_MAIN_TURN = 0.75
+_WOBBLE_RAD = 0.035
+_ASKEW_TIDY, _ASKEW_MESSY = 0.06, 0.85
+_ASKEW_RAD = 0.5
+_TOUCH_M = 1e-6
+
+_DEPTHS: Mapping[Depth, Callable[[np.random.Generator], float]] = {
+    "back": lambda rng: -1.0 + float(rng.beta(1.0, 2.5)),
+    "middle": lambda rng: float(np.clip(rng.normal(0.0, 0.35), -1.0, 1.0)),
+    "front": lambda rng: 1.0 - float(rng.beta(1.0, 2.5)),
+    "any": lambda rng: float(rng.uniform(-1.0, 1.0)),
+}
+
+WALL_TRIALS = 40
+"""Poses along the walls that are drawn for a thing."""
+
+DOOR_REACH_M = 1.2
+"""How far from the sides of a door things lie that belong by the door."""
+
+_GAP_M, _GAP_SD_M = 0.015, 0.01
+_KNEE_HIGH_M = 0.3
+_USE_M, _USE_HEIGHT_M = 0.55, 1.8
+_FRONT_USED: tuple[Role, ...] = (
+    "store", "shelf", "wardrobe", "fridge", "backed", "seat", "table", "basin", "bathing", "toilet", "sink", "hob",
+)  # fmt: skip
 
 
 class Top(NamedTuple):
@@ -68,11 +100,6 @@ def tops_of(category: Category, item: SceneObject, *, seat: bool) -> list[Top]:
     return found
 
 
-def whole_box(item: SceneObject) -> Boxes:
-    """Return an object's own box, (8,), whatever its solids are."""
-    return world_box(item, 0.0, 0.0, 0.0, item.size_m, 0.0)
-
-
 def world_box(owner: SceneObject, x: float, y: float, z: float, size_m: tuple[float, float, float], turn: float) -> Boxes:
     """Return the (8,) box of a thing whose middle is at (x, y) in the owner's frame, and whose underside is z above the owner's."""
     c, s = math.cos(owner.yaw_rad), math.sin(owner.yaw_rad)
@@ -99,26 +126,6 @@ def kept_free(owner: SceneObject, top: Top, item: SceneObject) -> Boxes:
     x, y = dx * c + dy * s, dy * c - dx * s
     depth = max(top.x + top.half_depth - x, 0.01)
     return world_box(owner, x + 0.5 * depth, y, top.z + _FLAT_M, (depth, item.size_m[1] + 2.0 * _READ_M, _FREE_HEIGHT_M), 0.0)
-
-
-WALL_TRIALS = 14
-"""Poses that are drawn for a thing before it is given up."""
-
-GAP_M = 0.006
-"""Air that a thing keeps from its neighbours."""
-
-_MAIN_TURN = 0.75
-_WOBBLE_RAD = 0.035
-_ASKEW_TIDY, _ASKEW_MESSY = 0.06, 0.85
-_ASKEW_RAD = 0.5
-_TOUCH_M = 1e-6
-
-_DEPTHS: Mapping[Depth, Callable[[np.random.Generator], float]] = {
-    "back": lambda rng: -1.0 + float(rng.beta(1.0, 2.5)),
-    "middle": lambda rng: float(np.clip(rng.normal(0.0, 0.35), -1.0, 1.0)),
-    "front": lambda rng: 1.0 - float(rng.beta(1.0, 2.5)),
-    "any": lambda rng: float(rng.uniform(-1.0, 1.0)),
-}
 
 
 def draw_thing_size(rng: np.random.Generator, thing: Thing) -> tuple[float, float, float]:
@@ -155,42 +162,43 @@ def draw_on_top(
     return top.x + u * free_depth, top.y + v * free_width, turn
 
 
-def clear_of(category: Category, item: SceneObject, boxes: Boxes, owner: Ints) -> bool:
-    """Return whether a thing keeps its air from the boxes (n, 8) of others."""
+class Newcomer(NamedTuple):
+    """A thing that looks for a place: its rule, the category of its solids, and itself, with its size and without a place."""
+
+    thing: Thing
+    category: Category
+    item: SceneObject
+
+
+class Obstacles(NamedTuple):
+    """What is in the way: (n, 8) boxes and whose they are, (n,); 0: space that is kept free."""
+
+    boxes: Boxes
+    owners: Ints
+
+    def with_more(self, boxes: Boxes, owners: Ints | None = None) -> Obstacles:
+        """Return these and more, by default space that is kept free."""
+        of = np.zeros(len(boxes), np.int64) if owners is None else owners
+        return Obstacles(np.concatenate([self.boxes, boxes]), np.concatenate([self.owners, of]))
+
+
+def clear_of(category: Category, item: SceneObject, obstacles: Obstacles) -> bool:
+    """Return whether a thing keeps its air from what is in the way."""
     local = local_solids(category, item.size_m)
     placed = np.empty((len(local), BOX_WIDTH))
     place_boxes(local, 0, len(local), *item.position_m, item.yaw_rad, placed)
     placed[:, [HALF_DEPTH, HALF_WIDTH]] += GAP_M
     mine = np.full(len(placed), item.id, np.int64)
-    return not len(boxes) or bool(deepest_penetrations(placed, mine, boxes, owner).max() <= _TOUCH_M)
+    return not len(obstacles.boxes) or bool(deepest_penetrations(placed, mine, *obstacles).max() <= _TOUCH_M)
 
 
 def on_top(
-    rng: np.random.Generator,
-    thing: Thing,
-    category: Category,
-    item: SceneObject,
-    owner: SceneObject,
-    tops: Sequence[Top],
-    disorder: float,
-    boxes: Boxes,
-    owners: Ints,
+    rng: np.random.Generator, new: Newcomer, owner: SceneObject, tops: Sequence[Top], disorder: float, obstacles: Obstacles
 ) -> SceneObject | None:
-    """Return a thing on one of the surfaces of its owner, None where no drawn pose is free.
-
-    Args:
-        rng: source of randomness.
-        thing: its rule.
-        category: its solids.
-        item: the thing, with its size and without a place.
-        owner: what it stands on.
-        tops: surfaces of the owner.
-        disorder: 0 tidy to 1 messy.
-        boxes: (n, 8) solids that are in the way.
-        owners: (n,) whose these are.
-    """
+    """Return a thing on one of the surfaces of its owner, None where no drawn pose is free; ``disorder``: 0 tidy to 1 messy."""
+    thing, category, item = new
     c, s = math.cos(owner.yaw_rad), math.sin(owner.yaw_rad)
-    for _ in range(WALL_TRIALS):
+    for _ in range(TRIALS):
         top = tops[int(rng.integers(len(tops)))]
         pose = draw_on_top(rng, thing, item.size_m, top, disorder)
         if pose is None:
@@ -202,27 +210,25 @@ def on_top(
             yaw_rad=math.remainder(owner.yaw_rad + turn, 2.0 * math.pi),
             support=Supported(kind="object", id=owner.id),
         )
-        if clear_of(category, placed, boxes, owners):
+        if clear_of(category, placed, obstacles):
             return placed
     return None
 
 
 def on_floor(
     rng: np.random.Generator,
-    thing: Thing,
-    category: Category,
-    item: SceneObject,
+    new: Newcomer,
     anchors: Sequence[SceneObject],
     disorder: float,
     inside: Callable[[SceneObject], bool],
-    boxes: Boxes,
-    owners: Ints,
+    obstacles: Obstacles,
 ) -> SceneObject | None:
     """Return a thing on the floor beside a piece of furniture, where what is dropped or pushed aside ends up; None where none is free.
 
-    ``inside`` says whether the footprint of a placed thing is inside the room.  The other arguments are those of :func:`on_top`.
+    ``inside`` says whether the footprint of a placed thing is inside the room.
     """
-    for _ in range(WALL_TRIALS if anchors else 0):
+    thing, category, item = new
+    for _ in range(TRIALS if anchors else 0):
         beside = anchors[int(rng.integers(len(anchors)))]
         turn = draw_turn(rng, thing, disorder)
         c, s = abs(math.cos(turn)), abs(math.sin(turn))
@@ -240,23 +246,9 @@ def on_floor(
             yaw_rad=math.remainder(beside.yaw_rad + turn, 2.0 * math.pi),
             support=Supported(kind="floor"),
         )
-        if inside(placed) and clear_of(category, placed, boxes, owners):
+        if inside(placed) and clear_of(category, placed, obstacles):
             return placed
     return None
-
-
-WALL_TRIALS = 40
-"""Poses along the walls that are drawn for a thing."""
-
-DOOR_REACH_M = 1.2
-"""How far from the sides of a door things lie that belong by the door."""
-
-_GAP_M, _GAP_SD_M = 0.015, 0.01
-_KNEE_HIGH_M = 0.3
-_USE_M, _USE_HEIGHT_M = 0.55, 1.8
-_FRONT_USED: tuple[Role, ...] = (
-    "store", "shelf", "wardrobe", "fridge", "backed", "seat", "table", "basin", "bathing", "toilet", "sink", "hob",
-)  # fmt: skip
 
 
 def use_strips(categories: Categories, objects: Sequence[SceneObject]) -> Boxes:
@@ -273,37 +265,28 @@ def use_strips(categories: Categories, objects: Sequence[SceneObject]) -> Boxes:
 
 def by_wall(
     rng: np.random.Generator,
-    thing: Thing,
-    category: Category,
-    item: SceneObject,
+    new: Newcomer,
     wall: Floats,
     doors: Sequence[Point2],
     inside: Callable[[SceneObject], bool],
-    boxes: Boxes,
-    owners: Ints,
+    obstacles: Obstacles,
 ) -> SceneObject | None:
-    """Return a thing with its back to a wall, None where no drawn pose is free.
+    """Return a thing with its back to a wall, (w, 9) rows of ``wall_rows``, None where no drawn pose is free.
 
-    Args:
-        rng: source of randomness.
-        thing: its rule.
-        category: its solids.
-        item: the thing, with its size and without a place.
-        wall: rows of :func:`grammar.geometry.walls.wall_rows`.
-        doors: the nearest places (x, y) of the doors that it belongs by; none: it may be anywhere.
-        inside: whether the footprint of a placed thing is inside the room.
-        boxes: (n, 8) what is in the way.
-        owners: (n,) whose these are, 0 for space that is kept free.
+    ``doors``: the nearest places (x, y) of the doors that it belongs by; none: it may be anywhere.  ``inside`` as for :func:`on_floor`.
     """
+    thing, category, item = new
+    boxes, owners = obstacles
     standing = boxes[(owners > 0) & (boxes[:, Z_LOW] < _KNEE_HIGH_M)]
     boxes = boxes.copy()
     boxes[boxes[:, Z_LOW] < _KNEE_HIGH_M, Z_LOW] = 0.0  # nothing is pushed under a radiator
+    obstacles = Obstacles(boxes, owners)
     free = [
         (_nearness(placed, wall, k, along, standing), n, placed)
         for n, (k, along, placed) in enumerate(_along_walls(rng, thing, item, wall))
         if (not doors or min(math.dist(placed.position_m[:2], door) for door in doors) < DOOR_REACH_M)
         and inside(placed)
-        and clear_of(category, placed, boxes, owners)
+        and clear_of(category, placed, obstacles)
     ]
     return min(free, key=lambda found: found[:2])[2] if free else None
 
