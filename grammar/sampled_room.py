@@ -59,13 +59,7 @@ def sample_room(grammar: Grammar, categories: Categories, request: SceneRequest,
 def sample_room_with_cost(
     grammar: Grammar, categories: Categories, request: SceneRequest, rng: np.random.Generator
 ) -> tuple[SampledRoom, SamplingCost]:
-    """Sample a valid room and tell what it cost.
-
-    Args:
-        grammar: of the room type asked for.
-        categories: table of categories.
-        request: constraints.
-        rng: source of all randomness; the same state gives the same room.
+    """Sample a valid room and tell what it cost; the same state of ``rng`` gives the same room.
 
     Raises:
         RequestError: no room meets the request, or none was valid within the budget; the line names the constraint.

@@ -157,13 +157,7 @@ class SceneSynthesizer:
         return sorted({*grammar.openings, *(rule.category for rule in grammar.objects.values())} - set(request.must_not))
 
     def synthesize(self, request: SceneRequest, seed: int, index: int, times: CameraTimes) -> SceneDescription:
-        """Sample a room.
-
-        Args:
-            request: the constraints.
-            seed: of the run.
-            index: of the room in the run.
-            times: of the camera's frames.
+        """Sample room number ``index`` of the run with a seed.
 
         Raises:
             RequestError: the constraints cannot be met.

@@ -129,17 +129,7 @@ def sample_lighting(
     windows: bool = True,
     request: DaylightRequest = NO_DAYLIGHT_REQUEST,
 ) -> tuple[tuple[Light, ...], Environment]:
-    """Sample the state of all lamps of a room and the daylight outside.
-
-    At night, and in a room without windows, at least one lamp is on: the one with the greatest flux if chance left all of them off.
-    A room without lamps is never dark.
-
-    Args:
-        rng: the only source of randomness.
-        config: ranges and probabilities.
-        objects: the room's objects; those of a lamp category are lamps.
-        windows: whether daylight gets in at all.
-        request: what is fixed of the daylight.
+    """Sample which lamps are lit and what is outside, with the daylight as far as ``request`` fixes it; ``windows``: whether any gets in.
 
     Returns:
         One light for each lamp, lit or not, in the order of the objects; the environment.
@@ -241,13 +231,6 @@ def sample_downlights(
     """Sample the spots in a ceiling, where it is flat; none where the room type has none or the draw leaves them out.
 
     They lie on a grid along x and y over the room's outline, off its walls and off hanging lamps.
-
-    Args:
-        rng: the only source of randomness.
-        config: of the room type.
-        room: outline and height.
-        objects: of which those that hang from the ceiling are kept clear.
-        dark: whether lamps are needed.
     """
     if config is None or rng.random() >= config.probability:
         return ()

@@ -26,18 +26,7 @@ _PITCH_OFFSET_SD_RAD = 0.03
 
 
 def sample_directions(rng: np.random.Generator, views: Views, mount: Mount, walk: Walk, along_m: Floats) -> tuple[Floats, Floats]:
-    """Sample where the camera looks.
-
-    Args:
-        rng: source of randomness.
-        views: what can be seen.
-        mount: bounds of the pitch.
-        walk: where the camera goes.
-        along_m: (n,) progress along the walk at each frame.
-
-    Returns:
-        yaw (unwrapped) and pitch of each frame, (n,) radians each.
-    """
+    """Return yaw (unwrapped) and pitch in radians, (n,) each, at progress ``along_m`` (n,) of a walk."""
     config = views.config
     # judge the views from key stations along the walk
     keys_m = np.linspace(0.0, float(along_m[-1]), max(math.ceil(float(along_m[-1]) / _KEY_SPACING_M), 1) + 1)
@@ -98,16 +87,10 @@ def _limit_rate(angles: Floats, most: float) -> Floats:
 
 
 def interpolate_monotonically(keys: Floats, values: Floats, at: Floats) -> Floats:
-    """Return a smooth curve through points that rises and falls only where they do.
+    """Return a smooth curve through points, keys (k,) and values (k,), two and more, that rises and falls only where they do.
 
-    Args:
-        keys: (k,) where the points are, rising, two and more.
-        values: (k,) what they are.
-        at: (n,) where the curve is asked for, within the keys.
-
-    Returns:
-        (n,) the cubic Hermite curve with the slopes of F. N. Fritsch and J. Butland, "A Method for Constructing Local Monotone Piecewise
-        Cubic Interpolants", SIAM J. Sci. Stat. Comput. 5 (1984); the same bits as scipy's ``PchipInterpolator``.
+    It is the cubic Hermite curve with the slopes of F. N. Fritsch and J. Butland, "A Method for Constructing Local Monotone Piecewise Cubic
+    Interpolants", SIAM J. Sci. Stat. Comput. 5 (1984), the same bits as scipy's ``PchipInterpolator``; ``at`` (n,) lies within the keys.
     """
     steps = np.diff(keys)
     slopes = np.diff(values) / steps

@@ -15,6 +15,8 @@ from grammar.geometry.solids import object_solids
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, START_X, START_Y, WALL_YAW, outside_distance, wall_rows
 from grammar.geometry.zones import opening_frame, side_rectangle
 from grammar.spec.categories import Categories, Role
+from grammar.spec.grammar_file import room_needs
+from grammar.spec.room_rules import RoomNeeds
 from scene_description import Opening, Room, SceneObject
 
 STRAIGHT_RAD = math.radians(15.0)
@@ -28,6 +30,7 @@ class Furnished:
     """A room with its objects, their solids (m, 8) and whose these are (m,), and the rows of its walls."""
 
     room_type: str
+    needs: RoomNeeds
     room: Room
     objects: tuple[SceneObject, ...]
     categories: Categories
@@ -38,6 +41,10 @@ class Furnished:
     def having(self, *roles: Role) -> list[SceneObject]:
         """Return the objects whose category has one of these roles."""
         return [item for item in self.objects if any(role in self.categories[item.category].roles for role in roles)]
+
+    def lacking(self, *roles: Role) -> list[int]:
+        """Return the room (0) if it needs objects of one of these roles and has none."""
+        return [0] if any(role in self.needs.roles and not self.having(role) for role in roles) else []
 
     def only(self, kept: Bools) -> Furnished:
         """Return the room with those of its solids only that ``kept`` (m,) says."""
@@ -62,6 +69,7 @@ def furnished(room_type: str, room: Room, objects: Sequence[SceneObject], catego
     boxes, owner = object_solids(categories, objects)
     return Furnished(
         room_type=room_type,
+        needs=room_needs(room_type),
         room=room,
         objects=tuple(objects),
         categories=categories,

@@ -26,7 +26,6 @@ TOUCHING_M = 0.05
 GAP_LOW_M, GAP_HIGH_M = 0.03, 0.35
 AT_WALL_M = 0.3
 HOOD_OFF_M = 0.1
-VEHICLE_DOOR_M = 2.0
 
 
 def paper_out_of_reach(found: Furnished) -> list[int]:
@@ -164,8 +163,8 @@ def _door_between(found: Furnished, wall: int, low_m: float, high_m: float) -> b
 
 
 def kitchen_lacks(found: Furnished) -> list[int]:
-    """Return the room (0) if it is a kitchen without sink or without hob."""
-    return [0] if found.room_type == "kitchen" and not (found.having("sink") and found.having("hob")) else []
+    """Return the room (0) if it needs a sink or a hob and has none."""
+    return found.lacking("sink", "hob")
 
 
 def hood_off_hob(found: Furnished) -> list[int]:
@@ -184,6 +183,6 @@ def hood_off_hob(found: Furnished) -> list[int]:
 
 
 def no_vehicle_door(found: Furnished) -> list[int]:
-    """Return the room (0) if it is a garage without a door that a car fits through."""
-    wide = any(opening.category != "window" and opening.width_m >= VEHICLE_DOOR_M for opening in found.room.openings)
-    return [0] if found.room_type == "garage" and not wide else []
+    """Return the room (0) if it needs a door that a car fits through and has none."""
+    widest = max((opening.width_m for opening in found.room.openings if opening.category != "window"), default=0.0)
+    return [0] if widest < found.needs.door_m else []

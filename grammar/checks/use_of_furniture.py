@@ -92,8 +92,8 @@ def _before(mirror: SceneObject, basin: SceneObject) -> bool:
 
 
 def no_bathing(found: Furnished) -> list[int]:
-    """Return the room (0) if it is a bathroom without bath and shower."""
-    return [0] if found.room_type == "bathroom" and not found.having("bathing") else []
+    """Return the room (0) if it needs a bath or shower and has none."""
+    return found.lacking("bathing")
 
 
 def stands_on_mat(found: Furnished) -> list[int]:

@@ -125,8 +125,8 @@ def seat_faces_wall(found: Furnished) -> list[int]:
 
 
 def seat_alone(found: Furnished) -> list[int]:
-    """Return sofas and armchairs of a living room that look at no low table, no screen and no other such seat within ``COMPANY_M``."""
-    seats = found.standing("lounge") if found.room_type == "living_room" else []
+    """Return sofas and armchairs that need company and look at no low table, screen or other such seat within ``COMPANY_M``."""
+    seats = found.standing("lounge") if found.needs.company else []
     company = [*found.having("screen"), *found.standing("low_table"), *seats]
     return [seat.id for seat in seats if not any(other is not seat and _looks_at(seat, other, COMPANY_M) for other in company)]
 

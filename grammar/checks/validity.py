@@ -51,16 +51,7 @@ _STRIP_POINTS = 12
 def check_room(
     grammar: Grammar, categories: Categories, room: Room, objects: Sequence[SceneObject], rules: Mapping[int, ObjectRule], attempts: int
 ) -> ValidityReport:
-    """Check a furnished room.
-
-    Args:
-        grammar: thresholds and the zones of openings.
-        categories: solids and support surfaces of the objects' categories.
-        room: shell and openings.
-        objects: what stands in it.
-        rules: object id -> its rule (access and view).
-        attempts: how many layouts were tried, for the report.
-    """
+    """Check a furnished room; ``rules``: object id -> its rule; ``attempts``: how many layouts were tried, for the report."""
     limits = grammar.validity
     boxes, owner = object_solids(categories, objects)
     low = low_ceiling(room, limits.robot_height_m)

@@ -62,14 +62,9 @@ def is_empty(node: ParseNode) -> bool:
 
 
 def place_tree(nodes: Sequence[ParseNode], names: Sequence[str], logs: Sequence[str], left: float, top: float) -> TreeLayout:
-    """Return the layout.
+    """Return the places of nodes, parents before children, with what is written at each and its log-probability (empty for none).
 
-    Args:
-        nodes: of the parse graph, parents before children.
-        names: what is written at each node.
-        logs: its log-probability, as it is written; empty for none.
-        left: pixels, where the tree begins.
-        top: the same.
+    ``left``, ``top``: where the tree begins, pixels.
     """
     places = _hang(nodes)
     columns = _columns(nodes, names, places, left)

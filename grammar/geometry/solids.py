@@ -68,16 +68,7 @@ def rest_top(rest: Rest, size_m: Size) -> tuple[float, float, float, float, floa
 
 
 def object_solids(categories: Categories, objects: Sequence[SceneObject]) -> tuple[Boxes, Ints]:
-    """Return the boxes of all objects and whose they are.
-
-    Args:
-        categories: the table of categories; it must hold the category of every object.
-        objects: placed objects.
-
-    Returns:
-        boxes: (n, 8) float64, rows as :mod:`grammar.geometry.boxes` defines them.
-        owner_id: (n,) int64, the id of the object that each box belongs to.
-    """
+    """Return the (n, 8) boxes of all objects, whose categories the table must hold, and whose they are, (n,) ids."""
     return _placed([(item, local_solids(categories[item.category], item.size_m)) for item in objects])
 
 

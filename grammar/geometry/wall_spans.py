@@ -26,13 +26,7 @@ class Span(NamedTuple):
 
 
 def free_spans(polygon_m: ArrayLike, obstacles: Boxes, depth_m: float) -> list[list[Span]]:
-    """Return for each wall the stretches along which nothing comes nearer than ``depth_m`` to it.
-
-    Args:
-        polygon_m: (w, 2) floor outline, counter-clockwise.
-        obstacles: (n, 8) world boxes that keep their floor free, whatever their heights.
-        depth_m: of the strip along the walls.
-    """
+    """Return for each wall of an outline (w, 2) the stretches along which no obstacle (n, 8) comes nearer than ``depth_m`` to it."""
     rows = wall_rows(polygon_m)
     corners = outlines(obstacles)
     return [spans_of(rows, w, corners, depth_m) for w in range(len(rows))]
@@ -86,13 +80,7 @@ _COVERED_M = 1e-4
 
 
 def is_clear(wall: Floats, obstacles: Boxes, box: Boxes) -> bool:
-    """Return whether a rectangle lies on the floor of the room and nothing stands there; what touches it is no obstacle.
-
-    Args:
-        wall: (w, 9) rows of :func:`grammar.geometry.walls.wall_rows`.
-        obstacles: (n, 8) world boxes, whatever their heights.
-        box: one (8,) world box.
-    """
+    """Return whether the rectangle of a box (8,) lies on the floor within walls (w, 9), clear of obstacles (n, 8); touches do not count."""
     if any(footprint_penetration(box, other) > _COVERED_M for other in obstacles):
         return False
     return _on_floor(wall, float(box[X]), float(box[Y])) and not any(_crosses(row, box) for row in wall)

@@ -70,13 +70,9 @@ def traffic_of(problem: Problem, floor: Floor) -> Traffic:
 
 
 def empty_floor(polygon_m: tuple[Point2, ...], start_m: tuple[float, float], limits: Thresholds, low: Boxes = NO_BOXES) -> Floor:
-    """Return the raster of an unfurnished room.
+    """Return the raster of an unfurnished room, counter-clockwise outline, that the robot enters at ``start_m``.
 
-    Args:
-        polygon_m: floor outline, counter-clockwise, world.
-        start_m: where the robot enters.
-        limits: its radius and height, the resolution and the share of the floor that it shall reach.
-        low: (k, 8) boxes over the floor where the ceiling is lower than the robot.
+    ``low``: (k, 8) boxes over the floor where the ceiling is lower than the robot.
     """
     free = rasterize(polygon_m, low, limits.grid_resolution_m, limits.robot_height_m)
     covered = np.pad(~standable(free, limits.robot_radius_m), 1, constant_values=True).astype(np.int16)

@@ -5,7 +5,8 @@ many columns as its allocation has given places: the ``..._WIDTH`` after them.
 """
 
 from grammar.geometry.boxes import LOCAL_BOX_WIDTH
-from grammar.geometry.run_slots import LEG_COLUMNS, MOST_LEGS
+from grammar.geometry.run_slots import LEG_COLUMNS as LEG_COLUMNS
+from grammar.geometry.run_slots import MOST_LEGS
 
 
 class Columns:

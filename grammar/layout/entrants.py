@@ -102,18 +102,9 @@ def best_entrant(
 ) -> tuple[State | None, Ints]:
     """Begin ``schedule.entrants`` layouts and return the best one, with the (m, 2) proposals of each move, tried and accepted.
 
-    Args:
-        rng: advanced.
-        chain: without a floor.
-        start: what stays put and the runs; not changed.
-        stages: bring in what stands and hangs; their proposals are shared by the entrants.
-        last: what moves in every further round; its proposals are shared by the entrants that are left.
-        schedule: numbers of entrants and of poses tried for an object that comes in, and the loss beyond which a structure is given up.
-        beta: inverse temperature.
-
-    Returns:
-        state: None if an object could not come in, or if no entrant of some round has all hard losses within ``schedule.hopeless``.
-        counts.
+    ``start``: what stays put and the rows of units; not changed.  The proposals of ``stages``, which bring in what stands and hangs, and of
+    ``last``, what moves in every further round, are shared by the entrants that are left.  The state is None if an object could not come
+    in, or if no entrant of some round has all hard losses within ``schedule.hopeless``.
     """
     counts = empty_counts()
     found: list[Entrant] = []

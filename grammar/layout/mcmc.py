@@ -140,15 +140,9 @@ def empty_counts() -> Ints:
 
 
 def run_chain(rng: np.random.Generator, chain: Chain, state: State, run: Run, movable: Ints, samples: int = 0) -> ChainInfo:
-    """Run the chain and keep a feasible layout.
+    """Run the chain, which writes the state in place, and keep a feasible layout.
 
-    Args:
-        rng: advanced.
-        chain: what is sampled.
-        state: written in place.
-        run: how long, at which inverse temperature, and what to keep.
-        movable: (k,) int64 indices of the objects that lead moves.
-        samples: length of the trace.
+    ``movable``: (k,) int64 indices of the objects that lead moves; ``samples``: length of the trace.
     """
     work = _work(chain, state, samples)
     has_kept = _run(rng, chain, state, run, movable, work)

@@ -60,16 +60,10 @@ def run_stages(rng: np.random.Generator, chain: Chain, start: State, schedule: S
 def run_together(
     rng: np.random.Generator, chain: Chain, state: State, schedule: Schedule, beta: float, sweeps: int, beta_first: float
 ) -> ChainResult:
-    """Let all objects move together.
+    """Let all objects move together, which writes the state in place.
 
-    Args:
-        rng: advanced.
-        chain: what is sampled.
-        state: written in place.
-        schedule: what counts as feasible, what to keep, and when the energies stand still.
-        beta: inverse temperature at the end.
-        sweeps: proposals for each object that moves, if the energies do not stand still before.
-        beta_first: inverse temperature at the beginning, from which it grows geometrically; a chain that is annealed does not end early.
+    ``sweeps``: proposals for each object that moves, if the energies do not stand still before.  ``beta_first``: inverse temperature at the
+    beginning, from which it grows geometrically to ``beta``; a chain that is annealed does not end early.
     """
     movable, test = leaders(chain.problem), schedule.convergence
     best, least, converged = None, np.inf, False
@@ -106,12 +100,7 @@ def layout_energy(chain: Chain, state: State) -> Floats:
 
 
 def has_converged(energies: Floats, test: Convergence) -> bool:
-    """Return whether the histogram of the last energies is the one of ``lag`` samples before.
-
-    Args:
-        energies: (r,) one for each sweep.
-        test: window, lag, greatest total variation distance, bins (over the range that both windows cover).
-    """
+    """Return whether the histogram of the last energies, (r,) one for each sweep, is the one of ``lag`` samples before."""
     if not test.window or len(energies) < test.window + test.lag:
         return False
     now, before = energies[-test.window :], energies[-test.window - test.lag : -test.lag]

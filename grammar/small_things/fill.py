@@ -120,11 +120,8 @@ class _Surface:
 class Filling:
     """Supports and floor of a room while small things come.
 
-    Args:
-        source: what these are drawn from.
-        room: shell and openings.
-        objects: what stands in it at clutter 1, before small things are taken away or added.
-        root: seed of all that is drawn; every thing has a stream of its own.
+    ``objects``: what stands in it at clutter 1, before small things are taken away or added; ``root``: seed of all that is drawn; every
+    thing has a stream of its own.
     """
 
     def __init__(self, source: Source, room: Room, objects: Sequence[SceneObject], root: int) -> None:
@@ -148,9 +145,7 @@ class Filling:
     def things(self, there: Sequence[SceneObject], since: float = 0.0) -> Iterator[Placed]:
         """Yield the small things that come up to the clutter asked for, in that order, with ids after all others.
 
-        Args:
-            there: the objects of the room that count for what a request allows at most.
-            since: level after which things come; those before are left out.
+        ``there``: the objects that count for what a request allows at most; ``since``: level after which things come.
         """
         request = self._source.request
         most: dict[str, int] = {}

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +17,18 @@ import yaml
 
 from grammar.spec.check import check_grammar
 from grammar.spec.request import GRAMMAR_SETS, GrammarSet
+from grammar.spec.room_rules import RoomNeeds
 from grammar.spec.rules import Grammar, GrammarError
 from scene_description import FieldError, error_line, from_mapping
 from scene_description.share import config_path
 
 _MAX_FILE_BYTES = 64_000_000
 _DEEPEST = 100
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Needed:
+    needs: RoomNeeds
 
 
 class _StrictLoader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
@@ -85,22 +93,31 @@ def parse_yaml(text: str, where: str) -> Any:
 
 
 def read_grammar(path: Path, categories: Collection[str]) -> Grammar:
-    """Read and check the grammar of one room type.
-
-    Args:
-        path: the YAML file.
-        categories: names of the known object categories.
+    """Read and check the grammar of one room type; ``categories``: names of the known object categories.
 
     Raises:
         GrammarError: one line with the file and the path of the field that does not fit.
     """
     data = _read_extended(path, ())
     try:
-        grammar = from_mapping(Grammar, data)
+        _needs(data)
+        grammar = from_mapping(Grammar, {key: value for key, value in data.items() if key != "needs"})
         check_grammar(grammar, categories)
     except FieldError as error:
         raise GrammarError(f"{path}: {error}") from None
     return grammar
+
+
+def _needs(data: Mapping[str, Any]) -> RoomNeeds:
+    return from_mapping(_Needed, {"needs": data.get("needs", {})}).needs
+
+
+@lru_cache
+def room_needs(room_type: str) -> RoomNeeds:
+    """Return what rooms of a type are expected to have; of a type that does not come with the program nothing."""
+    if room_type not in room_types():
+        return RoomNeeds()
+    return _needs(_read_extended(config_path(f"grammars/{room_type}.yaml"), ()))
 
 
 def room_types() -> tuple[str, ...]:
@@ -167,13 +184,7 @@ def _merge(base: Any, top: Any) -> Any:
 
 
 class GrammarTable(Mapping[str, Grammar]):
-    """Room type -> grammar.
-
-    Args:
-        names: room types that come with the program.
-        grammar_set: which of their grammars is meant.
-        categories: names of the known object categories.
-        own: grammars that have been read, in place of those of the same room types, or besides.
+    """Room type -> grammar, of those that come with the program and of ``own``, which take the place of those of the same names.
 
     Looking a room type up raises GrammarError where its file does not fit; one line with file and field.
     """
