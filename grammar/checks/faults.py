@@ -14,7 +14,7 @@ from grammar.checks import use_of_doors as doors
 from grammar.checks import use_of_fixtures as fixtures
 from grammar.checks import use_of_furniture as furniture
 from grammar.checks import use_of_seats as seats
-from grammar.checks.furnished import Furnished, furnished
+from grammar.checks.furnished import Furnished, blocked, each, far, furnished, near, off_wall
 from grammar.derivation.parse_tree import Item
 from grammar.layout.assemble import around_target
 from grammar.spec.categories import Categories, Role
@@ -47,7 +47,9 @@ FAULTS = (
     _fault(doors.before_window, "a thing covers 15 % of a window"),
     _fault(doors.hangs_at_window, "a picture, mirror, clock or shelf hangs above or below a window"),
     _fault(doors.curtain_off_window, "a curtain hangs where no window is"),
-    _fault(doors.hooks_over_heater, "hooks for coats hang over a radiator"),
+    Fault(
+        "hooks_over_heater", "hooks for coats hang over a radiator", each(near(-0.03, "heater", on_floor=False), "hooks", on_floor=False)
+    ),
     _fault(seats.screen_unseen, "no seat faces a television that faces it"),
     _fault(seats.chair_at_no_table, "a chair or stool faces no table or desk"),
     _fault(seats.second_screen, "a room has two televisions"),
@@ -63,39 +65,59 @@ FAULTS = (
     _fault(seats.chair_at_corner, "a chair is drawn up to a corner of its table"),
     _fault(seats.chair_wedged, "what stands behind a chair is nearer than 0.5 m to its table"),
     _fault(seats.filler_at_table, "a plant, bin or lamp stands where people sit at a table"),
-    _fault(seats.table_at_sofa, "a table for meals stands at a sofa, an armchair or a low table"),
+    Fault(
+        "table_at_sofa", "a table for meals stands at a sofa, an armchair or a low table", each(near(0.15, "lounge", "low_table"), "dining")
+    ),
     _fault(furniture.bedside_blocked, "something stands before a nightstand"),
-    _fault(furniture.wardrobe_shut, "the doors of a wardrobe do not open"),
+    Fault("wardrobe_shut", "the doors of a wardrobe do not open", each(blocked("front", 0.02, 0.45, 0.2), "wardrobe")),
     _fault(furniture.askew, "furniture at a wall is turned from it by 1.2 to 15 degrees"),
     _fault(furniture.rug_askew, "a rug is turned from the walls by more than 1.5 degrees"),
     _fault(furniture.store_on_rug_edge, "a store stands on a rug with a part of its foot only"),
     _fault(furniture.stands_on_mat, "something stands on a mat for feet or exercise"),
     _fault(furniture.pot_on_rug_edge, "a plant or vase stands on a rug with a part of its foot only"),
     _fault(furniture.stands_astray, "a plant, vase, bin or lamp stands free, 0.4 m off walls and furniture"),
-    _fault(furniture.pot_under_table, "a plant or vase stands below a table"),
+    Fault("pot_under_table", "a plant or vase stands below a table", each(near(-0.05, "table"), "pot")),
     _fault(furniture.fillers_huddled, "three or more plants, vases, bins, lamps or balls stand in one heap"),
     _fault(furniture.thing_before_front, "a plant, vase, bin, lamp, ball or machine stands before the front of a store"),
-    _fault(furniture.machine_hemmed, "nobody gets on a machine: its front or both its sides are blocked"),
+    Fault("machine_hemmed", "nobody gets on a machine: its front or both its sides are blocked", each(furniture.hemmed, "machine")),
     _fault(furniture.mat_hemmed, "furniture is close to a mat for exercise, or another mat lies askew beside it"),
-    _fault(furniture.car_shut_in, "the doors of a car open at neither side, or things touch it or stand in its way out"),
-    _fault(furniture.front_blocked, "the front of a store or appliance is blocked to more than half"),
+    Fault(
+        "car_shut_in",
+        "the doors of a car open at neither side, or things touch it or stand in its way out",
+        each(furniture.shut_in, "vehicle"),
+    ),
+    Fault(
+        "front_blocked", "the front of a store or appliance is blocked to more than half", each(blocked("front", 0.05, 0.35, 0.5), "store")
+    ),
     _fault(furniture.shelf_off_wall, "a shelf has no wall behind its back"),
-    Fault("wardrobe_off_wall", "a wardrobe has no wall behind its back", furniture.off_wall("wardrobe")),
-    Fault("bed_off_wall", "the head of a bed is not at a wall", furniture.off_wall("bed")),
-    Fault("back_off_wall", "a toilet, washbasin, sideboard or the like has no wall behind its back", furniture.off_wall("backed")),
-    _fault(furniture.bedside_astray, "a nightstand is further than 0.3 m from the bed"),
+    Fault("wardrobe_off_wall", "a wardrobe has no wall behind its back", each(off_wall("wardrobe"), "wardrobe")),
+    Fault("bed_off_wall", "the head of a bed is not at a wall", each(off_wall("bed"), "bed")),
+    Fault("back_off_wall", "a toilet, washbasin, sideboard or the like has no wall behind its back", each(off_wall("backed"), "backed")),
+    Fault("bedside_astray", "a nightstand is further than 0.3 m from the bed", each(far(0.3, "bed"), "bedside")),
     _fault(furniture.basin_off_mirror, "no mirror hangs over a washbasin, though the room has one"),
     _fault(furniture.no_bathing, "a bathroom has neither bath nor shower", of_layout=False),
     _fault(fixtures.paper_out_of_reach, "toilet paper hangs further than 0.9 m from the toilet"),
-    _fault(fixtures.towel_out_of_reach, "a towel hangs further than 1.6 m from bath, shower and basin"),
+    Fault(
+        "towel_out_of_reach",
+        "a towel hangs further than 1.6 m from bath, shower and basin",
+        each(far(1.6, "bathing", "basin"), "towel", on_floor=False),
+    ),
     _fault(fixtures.mat_astray, "a bath mat lies before no bath, shower or basin"),
-    _fault(fixtures.toilet_cramped, "there is too little room for knees before a toilet, or something stands at its side"),
-    _fault(fixtures.fixture_blocked, "the front of a bath, shower or basin is blocked to more than half"),
-    _fault(fixtures.bathing_off_corner, "a bath or shower stands in no corner"),
+    Fault(
+        "toilet_cramped",
+        "there is too little room for knees before a toilet, or something stands at its side",
+        each(fixtures.cramped, "toilet"),
+    ),
+    Fault(
+        "fixture_blocked",
+        "the front of a bath, shower or basin is blocked to more than half",
+        each(blocked("front", 0.05, 0.35, 0.5), "bathing", "basin"),
+    ),
+    Fault("bathing_off_corner", "a bath or shower stands in no corner", each(fixtures.off_corner, "bathing")),
     _fault(fixtures.cabinet_overhead, "a deep cabinet hangs over a toilet, bath, shower or basin"),
     _fault(fixtures.gap_in_run, "a gap of 3 to 35 cm parts two kitchen units at a wall"),
     _fault(fixtures.run_in_pieces, "kitchen units at one wall stand apart with no door between them, or one stands alone"),
-    Fault("fridge_off_wall", "a refrigerator has no wall behind its back", furniture.off_wall("fridge")),
+    Fault("fridge_off_wall", "a refrigerator has no wall behind its back", each(off_wall("fridge"), "fridge")),
     _fault(fixtures.hood_off_hob, "a hood is not over a hob"),
     _fault(fixtures.kitchen_lacks, "a kitchen has no sink or no hob", of_layout=False),
     _fault(fixtures.no_vehicle_door, "a garage has no door for a vehicle", of_layout=False),

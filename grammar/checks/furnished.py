@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from grammar.geometry.arrays import Bools, Boxes, Floats, Ints
-from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, SIN_YAW, Z_HIGH, Z_LOW, X, Y
-from grammar.geometry.solids import object_solids
+from grammar.geometry.boxes import COS_YAW, HALF_DEPTH, HALF_WIDTH, SIN_YAW, Z_HIGH, Z_LOW, X, Y, footprint_penetration
+from grammar.geometry.solids import object_solids, whole_box
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, START_X, START_Y, WALL_YAW, outside_distance, wall_rows
 from grammar.geometry.zones import opening_frame, side_rectangle
-from grammar.spec.categories import Categories, Role
+from grammar.spec.categories import BACK_GAP_M, Categories, Role
 from grammar.spec.grammar_file import room_needs
 from grammar.spec.room_rules import RoomNeeds
 from scene_description import Opening, Room, SceneObject
@@ -197,3 +197,49 @@ def swept_points(room: Room) -> Iterator[Floats]:
         into, left = opening.width_m * radius * np.sin(angle), side * opening.width_m * radius * np.cos(angle)
         c, s = math.cos(yaw), math.sin(yaw)
         yield np.column_stack([(x + into * c - left * s).ravel(), (y + into * s + left * c).ravel()])
+
+
+AtFault = Callable[[Furnished, SceneObject], bool]
+"""Whether an object of a room is at fault."""
+
+
+def each(at_fault: AtFault, *roles: Role, on_floor: bool = True) -> Callable[[Furnished], list[int]]:
+    """Return the function that finds the objects at fault among those with these roles, by default of those on the floor."""
+
+    def find(found: Furnished) -> list[int]:
+        return [item.id for item in (found.standing if on_floor else found.having)(*roles) if at_fault(found, item)]
+
+    return find
+
+
+def blocked(side: str, gap_m: float, depth_m: float, share: float) -> AtFault:
+    """Return whether more than a share of a strip along a side, so far off and so deep, is taken."""
+    return lambda found, item: taken_share(found, item, side, gap_m, depth_m) > share
+
+
+def near(within_m: float, *roles: Role, on_floor: bool = True) -> AtFault:
+    """Return whether something with these roles is nearer than a distance; a negative one: overlaps by more than that."""
+
+    def is_near(found: Furnished, item: SceneObject) -> bool:
+        others = (found.standing if on_floor else found.having)(*roles)
+        return any(footprint_penetration(whole_box(item), whole_box(other)) > -within_m for other in others)
+
+    return is_near
+
+
+def far(beyond_m: float, *roles: Role) -> AtFault:
+    """Return whether something with these roles stands on the floor, and all of it is further off than a distance."""
+
+    def is_far(found: Furnished, item: SceneObject) -> bool:
+        others = found.standing(*roles)
+        return bool(others) and max(footprint_penetration(whole_box(item), whole_box(other)) for other in others) < -beyond_m
+
+    return is_far
+
+
+def off_wall(role: Role) -> AtFault:
+    """Return whether there is no wall behind a back.
+
+    The chain's term ``off_wall`` holds to the same gap; it measures the further end of the back, here it is the middle.
+    """
+    return lambda found, item: back_gap(found, item) > BACK_GAP_M[role]

@@ -18,8 +18,6 @@ REACH_M = 0.9
 MAT_BEFORE_M, MAT_ASIDE_SHARE = 0.55, 0.6
 KNEES_SHARE, KNEES_GAP_M, KNEES_DEPTH_M = 0.3, 0.02, 0.35
 ELBOW_SHARE, ELBOW_M = 0.5, 0.1
-STEP_SHARE, STEP_GAP_M, STEP_DEPTH_M = 0.5, 0.05, 0.35
-TOWEL_M = 1.6
 CORNER_GAP_M = 0.2
 DEEP_M, HEAD_M, OVER_M = 0.25, 2.0, 0.1
 TOUCHING_M = 0.05
@@ -38,12 +36,6 @@ def paper_out_of_reach(found: Furnished) -> list[int]:
     ]
 
 
-def towel_out_of_reach(found: Furnished) -> list[int]:
-    """Return towel rails of a room with a bath, shower or basin that hang further than ``TOWEL_M`` from all of them."""
-    wet = [whole_box(item) for item in found.standing("bathing", "basin")]
-    return [item.id for item in found.having("towel") if wet and max(footprint_penetration(whole_box(item), box) for box in wet) < -TOWEL_M]
-
-
 def mat_astray(found: Furnished) -> list[int]:
     """Return bath mats of a room with a bath, shower or basin that lie before the front of none of them."""
     wet = found.standing("bathing", "basin")
@@ -58,32 +50,18 @@ def _lies_before(mat: SceneObject, item: SceneObject) -> bool:
     return 0.0 < before < MAT_BEFORE_M and abs(dy * c - dx * s) < MAT_ASIDE_SHARE * item.size_m[1]
 
 
-def toilet_cramped(found: Furnished) -> list[int]:
-    """Return toilets with too little room for knees before them, or with more than half of a side at something."""
-    return [item.id for item in found.standing("toilet") if _cramped(found, item)]
-
-
-def _cramped(found: Furnished, item: SceneObject) -> bool:
+def cramped(found: Furnished, item: SceneObject) -> bool:
+    """Return whether a toilet has too little room for knees before it, or more than half of a side at something."""
     knees = taken_share(found, item, "front", KNEES_GAP_M, KNEES_DEPTH_M)
     return knees > KNEES_SHARE or any(taken_share(found, item, side, 0.0, ELBOW_M) > ELBOW_SHARE for side in ("left", "right"))
 
 
-def fixture_blocked(found: Furnished) -> list[int]:
-    """Return baths, showers and basins whose front is blocked to more than ``STEP_SHARE``."""
-    wet = found.standing("bathing", "basin")
-    return [item.id for item in wet if taken_share(found, item, "front", STEP_GAP_M, STEP_DEPTH_M) > STEP_SHARE]
-
-
-def bathing_off_corner(found: Furnished) -> list[int]:
-    """Return baths and showers that do not stand with the back to a wall and a side to another one."""
-    return [item.id for item in found.standing("bathing") if not _in_corner(found, item)]
-
-
-def _in_corner(found: Furnished, item: SceneObject) -> bool:
+def off_corner(found: Furnished, item: SceneObject) -> bool:
+    """Return whether a bath or shower does not stand with the back to a wall and a side to another one."""
     half = 0.5 * item.size_m[1]
     depths = np.array([0.0, 0.3]) * item.size_m[0]
     sides = [wall_distance(found, world_points(item, depths, np.full(2, side * half))) for side in (-1.0, 1.0)]
-    return back_gap(found, item) < CORNER_GAP_M and min(sides) < CORNER_GAP_M
+    return back_gap(found, item) >= CORNER_GAP_M or min(sides) >= CORNER_GAP_M
 
 
 def cabinet_overhead(found: Furnished) -> list[int]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 
@@ -13,16 +12,14 @@ from grammar.geometry.boxes import HALF_DEPTH, Z_HIGH, Z_LOW, X, Y, footprint_co
 from grammar.geometry.solids import whole_box
 from grammar.geometry.walls import WALL_YAW
 from grammar.geometry.zones import opening_frame, side_rectangle
-from grammar.spec.categories import BACK_GAP_M, Role
+from grammar.spec.categories import BACK_GAP_M
 from scene_description import SceneObject
 
 VIEW_RAD = math.radians(60.0)
-FRONT_SHARE, FRONT_GAP_M, FRONT_DEPTH_M = 0.5, 0.05, 0.35
-BEDSIDE_M, BEDSIDE_FRONT_M = 0.3, 0.25
+FRONT_SHARE = 0.5
+BEDSIDE_FRONT_M = 0.25
 BEFORE_MIRROR_M = 0.8
 MAT_SHARE, KNEE_HIGH_M, ASTRAY_M = 0.15, 0.3, 0.4
-UNDER_M = 0.05
-DOORS_M, DOORS_SHARE = 0.45, 0.2
 AT_WALL_M, ASKEW_RAD, RUG_RAD, ON_RUG_M = 0.5, math.radians(1.2), math.radians(1.5), 0.08
 MOUNT_SHARE, MOUNT_GAP_M, MOUNT_DEPTH_M = 0.4, 0.02, 0.4
 HEMMED_SHARE, HEMMED_GAP_M, HEMMED_DEPTH_M = 0.3, 0.01, 0.12
@@ -32,11 +29,6 @@ MAT_ASKEW_RAD, MAT_ASKEW_GAP_M = math.radians(6.0), 0.6
 HUDDLE_M, HUDDLE = 0.3, 3
 BEFORE_DEPTH_M, BEFORE_SHARE = 0.4, 0.3
 _STEPS = (np.arange(12) + 0.5) / 6.0 - 1.0
-
-
-def front_blocked(found: Furnished) -> list[int]:
-    """Return stores and appliances whose front is blocked to more than ``FRONT_SHARE``."""
-    return [item.id for item in found.standing("store") if taken_share(found, item, "front", FRONT_GAP_M, FRONT_DEPTH_M) > FRONT_SHARE]
 
 
 def shelf_off_wall(found: Furnished) -> list[int]:
@@ -53,25 +45,6 @@ def _back_to_back(item: SceneObject, others: list[SceneObject]) -> bool:
         and bool(in_boxes(behind, whole_box(other)[None])[0])
         for other in others
     )
-
-
-def off_wall(role: Role) -> Callable[[Furnished], list[int]]:
-    """Return the function that finds what has a role and no wall behind its back.
-
-    The chain's ``off_wall`` holds to the same gaps; it measures the corner of a back that is further off, so it never leaves a gap here.
-    """
-
-    def find(found: Furnished) -> list[int]:
-        return [item.id for item in found.standing(role) if back_gap(found, item) > BACK_GAP_M[role]]
-
-    return find
-
-
-def bedside_astray(found: Furnished) -> list[int]:
-    """Return nightstands further than ``BEDSIDE_M`` from any bed of a room that has one."""
-    beds = [whole_box(item) for item in found.standing("bed")]
-    stands = found.standing("bedside")
-    return [item.id for item in stands if beds and max(footprint_penetration(whole_box(item), bed) for bed in beds) < -BEDSIDE_M]
 
 
 def basin_off_mirror(found: Furnished) -> list[int]:
@@ -136,18 +109,6 @@ def stands_astray(found: Furnished) -> list[int]:
     return bad
 
 
-def pot_under_table(found: Furnished) -> list[int]:
-    """Return plants and vases that stand below a table."""
-    tables = [whole_box(item) for item in found.standing("table")]
-    pots = found.standing("pot")
-    return [item.id for item in pots if any(footprint_penetration(whole_box(item), table) > UNDER_M for table in tables)]
-
-
-def wardrobe_shut(found: Furnished) -> list[int]:
-    """Return wardrobes whose doors do not open: what stands before them takes more than ``DOORS_SHARE`` of ``DOORS_M``."""
-    return [item.id for item in found.standing("wardrobe") if taken_share(found, item, "front", 0.02, DOORS_M) > DOORS_SHARE]
-
-
 def askew(found: Furnished) -> list[int]:
     """Return beds and stores with their backs to a wall and turned from it by more than ``ASKEW_RAD``."""
     bad = []
@@ -186,12 +147,8 @@ def bedside_blocked(found: Furnished) -> list[int]:
     return [item.id for item in found.standing("bedside") if taken_share(free, item, "front", 0.02, BEDSIDE_FRONT_M) > FRONT_SHARE]
 
 
-def machine_hemmed(found: Furnished) -> list[int]:
-    """Return machines that nobody gets on or off: the front is blocked, or both sides are."""
-    return [item.id for item in found.standing("machine") if _hemmed(found, item)]
-
-
-def _hemmed(found: Furnished, item: SceneObject) -> bool:
+def hemmed(found: Furnished, item: SceneObject) -> bool:
+    """Return whether nobody gets on or off a machine: its front is blocked, or both its sides are."""
     front, left, right = (taken_share(found, item, side, MOUNT_GAP_M, MOUNT_DEPTH_M) for side in ("front", "left", "right"))
     return front > MOUNT_SHARE or min(left, right) > MOUNT_SHARE
 
@@ -219,9 +176,9 @@ def _taken(standing: Boxes, mat: SceneObject, side: str) -> float:
     return float(in_boxes(world_points(mat, u, v), standing).mean())
 
 
-def car_shut_in(found: Furnished) -> list[int]:
-    """Return vehicles whose doors open at neither side, with things nearer than ``TOUCHED_M``, or with things in the way out."""
-    return [item.id for item in found.standing("vehicle") if _doors_blocked(found, item) or _way_out_blocked(found, item)]
+def shut_in(found: Furnished, item: SceneObject) -> bool:
+    """Return whether the doors of a vehicle open at neither side, things are nearer than ``TOUCHED_M``, or stand in its way out."""
+    return _doors_blocked(found, item) or _way_out_blocked(found, item)
 
 
 def _doors_blocked(found: Furnished, item: SceneObject) -> bool:

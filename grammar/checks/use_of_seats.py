@@ -41,7 +41,6 @@ NEAR_M, ASKEW_RAD = 0.6, math.radians(35.0)
 ELBOWS_M, PLACE_DEPTH_M, SHARED_M = 0.5, 0.2, 0.12
 CORNER_M = 0.17
 SEATED_M, BODY_M, SEATED_SHARE, BEHIND_CHAIR_M = 0.5, 0.4, 0.1, 0.3
-OFF_SOFA_M = 0.15
 BEFORE_M, FILLER_M = 0.4, 0.08
 
 
@@ -305,13 +304,6 @@ def filler_at_table(found: Furnished) -> list[int]:
         strip = _strip(place.edge_at_m, place.out_rad, (0.0, BEFORE_M), place.edge_m)
         bad.update(number for number, box in fillers if footprint_penetration(strip, box) > FILLER_M)
     return sorted(bad)
-
-
-def table_at_sofa(found: Furnished) -> list[int]:
-    """Return tables for meals that stand within ``OFF_SOFA_M`` of a sofa, an armchair or a low table."""
-    near = [whole_box(item) for item in found.standing("lounge", "low_table")]
-    tables = found.standing("dining")
-    return [item.id for item in tables if any(footprint_penetration(whole_box(item), box) > -OFF_SOFA_M for box in near)]
 
 
 def _grid(box: Boxes) -> Floats:
