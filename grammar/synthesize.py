@@ -33,7 +33,7 @@ from grammar.geometry.solids import object_solids
 from grammar.sampled_room import SampledRoom, sample_room_with_cost
 from grammar.small_things.fill import Source
 from grammar.small_things.rules import NO_SMALL_THINGS, SmallThings, read_small_things
-from grammar.small_things.strew import Furnished, strew
+from grammar.small_things.strew import FurnishedRoom, strew
 from grammar.spec.categories import Categories, Category, read_categories
 from grammar.spec.grammar_file import GrammarTable, learned_types, read_grammar, room_types
 from grammar.spec.request import RequestError, SceneRequest
@@ -222,7 +222,7 @@ class SceneSynthesizer:
         """Return a furnished room with small things, and the ids of those of its objects that the clutter asked for leaves out."""
         sizes = {rule.category: rule.high_m for rule in models.grammar.objects.values() if rule.category in models.chosen}
         source = Source(rules=self.small_things, grammar=models.grammar, categories=models.categories, request=request, sizes_m=sizes)
-        before = Furnished(sampled.room, sampled.objects, sampled.parse_graph, sampled.validity)
+        before = FurnishedRoom(sampled.room, sampled.objects, sampled.parse_graph, sampled.validity)
         (_, objects, graph, report), gone = strew(source, tuple(self.lighting.lamps), before, rng)
         return replace(sampled, objects=objects, parse_graph=graph, validity=report), gone
 

@@ -19,7 +19,7 @@ from grammar.geometry.arrays import Ints
 from grammar.geometry.kernels import kernel, making_arrays
 from grammar.layout import columns as col
 from grammar.layout.energies import local_energy
-from grammar.layout.mcmc import Chain, Run, empty_counts, run_chain
+from grammar.layout.mcmc import Chain, ChainRun, empty_counts, run_chain
 from grammar.layout.moves import RELOCATE, propose
 from grammar.layout.problem import MoveSettings, Problem, State, copy_state, empty_proposal
 from grammar.layout.rigid_moves import apply_move, nothing_moved
@@ -127,6 +127,6 @@ def _swept(rng: np.random.Generator, chain: Chain, entrant: Entrant, movable: In
     """Run a chain of so many sweeps in an entrant's state, and add its proposals to ``counts``."""
     if not len(movable):
         return entrant
-    info = run_chain(rng, chain, entrant.state, Run(max(sweeps, 1) * len(movable), beta, beta, 0.0, False), movable)
+    info = run_chain(rng, chain, entrant.state, ChainRun(max(sweeps, 1) * len(movable), beta, beta, 0.0, False), movable)
     counts += info.counts
     return Entrant(entrant.state, float(info.energy @ chain.problem.weight), float(info.energy[_HARD].max()))

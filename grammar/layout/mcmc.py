@@ -51,7 +51,7 @@ class Chain(NamedTuple):
     floor: Floor = NO_FLOOR
 
 
-class Run(NamedTuple):
+class ChainRun(NamedTuple):
     """How long a chain runs, at which inverse temperature, and which layout it keeps.
 
     beta grows geometrically from ``beta_first`` to ``beta_last``.  A layout is feasible when no loss of a hard term exceeds ``tolerance``,
@@ -139,7 +139,7 @@ def empty_counts() -> Ints:
     return np.zeros((len(MOVES), 2), np.int64)
 
 
-def run_chain(rng: np.random.Generator, chain: Chain, state: State, run: Run, movable: Ints, samples: int = 0) -> ChainInfo:
+def run_chain(rng: np.random.Generator, chain: Chain, state: State, run: ChainRun, movable: Ints, samples: int = 0) -> ChainInfo:
     """Run the chain, which writes the state in place, and keep a feasible layout.
 
     ``movable``: (k,) int64 indices of the objects that lead moves; ``samples``: length of the trace.

@@ -17,7 +17,7 @@ from grammar.layout.energies import full_energy
 from grammar.layout.entrants import Stage, best_entrant, enter
 from grammar.layout.floor_raster import NO_FLOOR
 from grammar.layout.frames import place_object
-from grammar.layout.mcmc import Chain, Run, Trace, empty_counts, empty_trace, run_chain
+from grammar.layout.mcmc import Chain, ChainRun, Trace, empty_counts, empty_trace, run_chain
 from grammar.layout.problem import Problem, State, copy_state
 from grammar.spec.energy_terms import TERM
 from grammar.spec.rules import Convergence, Schedule
@@ -51,7 +51,7 @@ def run_stages(rng: np.random.Generator, chain: Chain, start: State, schedule: S
     if state is None or not all(enter(rng, problem, state, chain.moves, i, schedule.starts) for i in supported.entering):
         return ChainResult(None, full_energy(problem, start), copy_state(start), counts, empty_trace(0), False)
     if len(supported.movable):
-        run = Run(supported.proposals * len(supported.movable), beta, beta, schedule.hard_tolerance, False)
+        run = ChainRun(supported.proposals * len(supported.movable), beta, beta, schedule.hard_tolerance, False)
         counts += run_chain(rng, without_floor, state, run, supported.movable).counts
     result = run_together(rng, chain, state, schedule, beta, schedule.together, min(schedule.anneal_from_beta, beta))
     return result._replace(counts=counts + result.counts)
@@ -73,7 +73,7 @@ def run_together(
         done = len(trace.energy)
         part = min(test.lag, sweeps - done) if test.window else sweeps
         betas = [beta_first * (beta / beta_first) ** (swept / sweeps) for swept in (done, done + part)]
-        run = Run(part * len(movable), betas[0], betas[1], schedule.hard_tolerance, schedule.keep == "best")
+        run = ChainRun(part * len(movable), betas[0], betas[1], schedule.hard_tolerance, schedule.keep == "best")
         info = run_chain(rng, chain, state, run, movable, part)
         # Keep its layout if it is better, or as good where the last one counts.
         energy = info.energy

@@ -88,7 +88,7 @@ SYMBOL = "loose_"
 _MAX_SEED = 2**63 - 1
 
 
-class Furnished(NamedTuple):
+class FurnishedRoom(NamedTuple):
     """A furnished room as its grammar has it: shell, objects, derivation, and the report of its checks."""
 
     room: Room
@@ -104,11 +104,11 @@ class Strewn(NamedTuple):
     drawn for the same objects at any clutter.
     """
 
-    furnished: Furnished
+    furnished: FurnishedRoom
     gone: frozenset[int]
 
 
-def strew(source: Source, lamps: Collection[str], sampled: Furnished, rng: np.random.Generator) -> Strewn:
+def strew(source: Source, lamps: Collection[str], sampled: FurnishedRoom, rng: np.random.Generator) -> Strewn:
     """Return the room with small things.
 
     Args:
@@ -126,12 +126,12 @@ def strew(source: Source, lamps: Collection[str], sampled: Furnished, rng: np.ra
         return Strewn(sampled, gone)
     added, report = _valid(source, sampled, there, added)
     graph = _graph(sampled.graph, added, filling)
-    room = Furnished(sampled.room, (*sampled.objects, *(thing.item for thing in added)), graph, report)
+    room = FurnishedRoom(sampled.room, (*sampled.objects, *(thing.item for thing in added)), graph, report)
     return Strewn(room, gone)
 
 
 def _valid(
-    source: Source, sampled: Furnished, there: Sequence[SceneObject], added: Sequence[Placed]
+    source: Source, sampled: FurnishedRoom, there: Sequence[SceneObject], added: Sequence[Placed]
 ) -> tuple[list[Placed], ValidityReport]:
     """Return the things with which the room is valid, and its report: all of them, or those that can be added one after the other."""
     rules = _rules(source, sampled)
@@ -156,7 +156,7 @@ def _valid(
     return kept, report
 
 
-def _rules(source: Source, sampled: Furnished) -> dict[int, ObjectRule]:
+def _rules(source: Source, sampled: FurnishedRoom) -> dict[int, ObjectRule]:
     """Return the rule of every object of the grammar, of fixed objects that it does not know a plain one."""
     symbols = {node.object: node.symbol for node in sampled.graph.nodes if node.kind == "terminal"}
     known = source.grammar.objects

@@ -13,7 +13,7 @@ from grammar.layout import columns as col
 from grammar.layout.assemble import assemble
 from grammar.layout.entrants import enter
 from grammar.layout.losses import LOSSES
-from grammar.layout.mcmc import Chain, Run, run_chain
+from grammar.layout.mcmc import Chain, ChainRun, run_chain
 from grammar.layout.problem import COUNTERS, move_settings
 from grammar.layout.schedule import layout_energy
 from grammar.sampled_room import room_floor
@@ -60,7 +60,7 @@ def test_every_term_is_counted():
         for i in sorted(np.flatnonzero(state.active == 0), key=lambda i, p=problem: len(p.targets(i)) > 0):
             assert enter(rng, problem, state, chain.moves, i, 20)
         # a low beta takes things from where they belong
-        run_chain(rng, chain, state, Run(300, 1e-3, 1e-3, 0.0, False), np.flatnonzero(problem.mount != col.FIXED))
+        run_chain(rng, chain, state, ChainRun(300, 1e-3, 1e-3, 0.0, False), np.flatnonzero(problem.mount != col.FIXED))
         met |= layout_energy(chain, state) > 0.0
     assert met.all(), [name for name, is_met in zip(TERMS, met, strict=True) if not is_met]
 
