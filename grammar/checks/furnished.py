@@ -97,12 +97,16 @@ def _hits(points: Floats, boxes: Boxes) -> Bools:
     return np.asarray((np.abs(dx * c + dy * s) < boxes[:, HALF_DEPTH]) & (np.abs(dy * c - dx * s) < boxes[:, HALF_WIDTH]))
 
 
-def taken_share(found: Furnished, item: SceneObject, side: str, gap_m: float, depth_m: float) -> float:
-    """Return the share of a strip along a side of an object that others' solids or walls take, up to the object's own height."""
+def strip_points(item: SceneObject, side: str, gap_m: float, depth_m: float) -> Floats:
+    """Return a grid of points (n, 2) of a strip so far off a side of an object and so deep, in the world."""
     x, y, half_d, half_w = side_rectangle(side, depth_m, item.size_m)
     steps = (np.arange(_POINTS) + 0.5) / (0.5 * _POINTS) - 1.0
-    u, v = np.meshgrid(x + np.sign(x) * gap_m + half_d * steps, y + np.sign(y) * gap_m + half_w * steps)
-    points = world_points(item, u, v)
+    return world_points(item, *np.meshgrid(x + np.sign(x) * gap_m + half_d * steps, y + np.sign(y) * gap_m + half_w * steps))
+
+
+def taken_share(found: Furnished, item: SceneObject, side: str, gap_m: float, depth_m: float) -> float:
+    """Return the share of a strip along a side of an object that others' solids or walls take, up to the object's own height."""
+    points = strip_points(item, side, gap_m, depth_m)
     low, high = item.position_m[2], item.position_m[2] + item.size_m[2]
     beside = (found.owner != item.id) & (found.boxes[:, Z_LOW] < high) & (found.boxes[:, Z_HIGH] > low)
     taken = in_boxes(points, found.boxes[beside])

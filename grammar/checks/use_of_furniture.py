@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 
-from grammar.checks.furnished import Furnished, against_wall, back_gap, in_boxes, taken_share, wall_distance, world_points
+from grammar.checks.furnished import Furnished, against_wall, back_gap, in_boxes, strip_points, taken_share, wall_distance, world_points
 from grammar.geometry.arrays import Boxes
 from grammar.geometry.boxes import HALF_DEPTH, Z_HIGH, Z_LOW, X, Y, footprint_corners, footprint_penetration
 from grammar.geometry.solids import whole_box
 from grammar.geometry.walls import WALL_YAW
-from grammar.geometry.zones import opening_frame, side_rectangle
+from grammar.geometry.zones import opening_frame
 from grammar.spec.categories import BACK_GAP_M
 from scene_description import SceneObject
 
@@ -171,9 +171,7 @@ def _askew(mat: SceneObject, other: SceneObject) -> bool:
 
 def _taken(standing: Boxes, mat: SceneObject, side: str) -> float:
     """Return the share of the strip along a side of a mat that boxes (n, 8) take; walls do not count."""
-    x, y, half_d, half_w = side_rectangle(side, HEMMED_DEPTH_M, mat.size_m)
-    u, v = np.meshgrid(x + np.sign(x) * HEMMED_GAP_M + half_d * _STEPS, y + np.sign(y) * HEMMED_GAP_M + half_w * _STEPS)
-    return float(in_boxes(world_points(mat, u, v), standing).mean())
+    return float(in_boxes(strip_points(mat, side, HEMMED_GAP_M, HEMMED_DEPTH_M), standing).mean())
 
 
 def shut_in(found: Furnished, item: SceneObject) -> bool:
