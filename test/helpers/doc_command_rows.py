@@ -380,7 +380,6 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     ".venv/bin/pip install '.[cloud]'": Listed("needs the network; that the extra exists is tested"),
     ".venv/bin/pip install '.[ray]'": Listed("needs the network; that the extra exists is tested"),
     # the program from within
-    ".venv/bin/python -c 'from grammar.spec.energy_terms import terms_table; print(terms_table())'": Run(),
     ".venv/bin/python -m pytest test/renderer/path": Listed("is how this test runs; that the folder exists is tested in test/test_docs.py"),
     ".venv/bin/python -m benchmarks --only dataset": Parsed("takes minutes, and speed is never judged in a test"),
     ".venv/bin/python -m benchmarks --only layout": Parsed("takes minutes, and speed is never judged in a test"),
