@@ -100,13 +100,7 @@ def shard_seconds(dataset: Dataset, rng: np.random.Generator) -> NDArray[np.floa
 
 
 def simulate(dataset: Dataset, cluster: Cluster, rng: np.random.Generator) -> Outcome:
-    """Run a dataset on a cluster.
-
-    Args:
-        dataset: what is made.
-        cluster: where.
-        rng: source of times and failures.
-    """
+    """Run a dataset on a cluster with times and failures drawn at random."""
     seconds = shard_seconds(dataset, rng)
     counts = np.diff(np.append(np.arange(0, dataset.rooms, dataset.rooms_per_shard), dataset.rooms))
     sizes = counts * dataset.room_bytes
