@@ -18,7 +18,7 @@ from grammar.geometry.zones import Zone, footing_zone, glare_zone, object_zones,
 from grammar.layout import columns as col
 from grammar.layout.frames import place_object
 from grammar.layout.problem import Problem, State, zero_state
-from grammar.layout.unit_rows import Wish, begin_rows, row_table, slot_table, wishes, write_links
+from grammar.layout.unit_row_tables import Wish, begin_rows, row_table, slot_table, wishes, write_links
 from grammar.spec.categories import Categories
 from grammar.spec.energy_terms import weight_vector
 from grammar.spec.object_rules import AroundMode, Mode
