@@ -16,8 +16,8 @@ from std_msgs.msg import String
 from grammar.synthesize import FloorMap
 from scene_description import CameraPose, SceneDescription, scene_from_json
 from scene_synth_ros.bags.bag_reader import BagReader
-from scene_synth_ros.cli.files.map_files import floor_of_message
-from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.cli.files.truth_files import floor_of_message
+from scene_synth_ros.cli.options import UsageError
 from scene_synth_ros.messages.stamps import NANOSECONDS, stamp_ns
 from scene_synth_ros.messages.streams import MAP, POSE, SCENE, find_streams
 

@@ -15,8 +15,8 @@ import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 
 from scene_description import error_line
-from scene_synth_ros.cli.node_modules import NODES
-from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.cli.options import UsageError
+from scene_synth_ros.cli.processes.supervisor import NODES
 from scene_synth_ros.suite.faults import FAULT_STATUS, fault_report
 from scene_synth_ros.suite.heap import limit_arenas
 from scene_synth_ros.suite.process import close_node, end_process, init_ros
