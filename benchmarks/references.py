@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,6 +12,7 @@ from numpy.typing import NDArray
 from benchmarks.sampled_rooms import SampledRoom, camera_of, preset_config
 from renderer import Renderer
 from scene_description import CameraPose
+from scene_description.whole import whole_file
 
 
 class Reference(NamedTuple):
@@ -55,9 +55,8 @@ class References:
         found = Reference(np.asarray(frame.layers["color"]), np.asarray(frame.layers["color_noisy"]), frame.radiance)
         if path is not None:
             path.parent.mkdir(parents=True, exist_ok=True)
-            part = path.with_suffix(".part.npz")
-            np.savez_compressed(part, **found._asdict(), ev100=room.exposure.ev100, white_xy=np.array(room.exposure.white_xy))
-            os.replace(part, path)
+            with whole_file(path) as partial, partial.open("wb") as file:
+                np.savez_compressed(file, **found._asdict(), ev100=room.exposure.ev100, white_xy=np.array(room.exposure.white_xy))
         return found
 
 

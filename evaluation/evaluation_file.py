@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +16,7 @@ from evaluation.confidence import Interval
 from evaluation.core.errors import EvaluationError
 from evaluation.core.task import Task
 from scene_description.strict import FieldError, Limits, from_mapping, shorten, to_mapping
+from scene_description.whole import write_whole
 
 SCHEMA: Final = "scene_synth_evaluation/1"
 FactorValue = str | float | bool | None
@@ -231,7 +231,5 @@ def read_evaluation(path: Path) -> Evaluation:
 
 def write_evaluation(path: Path, evaluation: Evaluation) -> None:
     """Write the file of an evaluation; it appears under its name when it is whole."""
-    whole = path.with_name(path.name + ".active")
     text = json.dumps(evaluation_to_mapping(evaluation), allow_nan=False, ensure_ascii=False, separators=(",", ":"))
-    whole.write_text(text + "\n", encoding="utf-8")
-    os.replace(whole, path)
+    write_whole(path, text + "\n")

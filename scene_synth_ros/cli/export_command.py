@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from renderer.export.scene_glb import scene_to_glb
 from renderer.export.sdf import scene_to_sdf
 from renderer.scene.flatten import flatten
 from scene_description import scene_from_json
+from scene_description.whole import write_whole
 from scene_synth_ros.cli.usage import UsageError, refuse_missing_folder
 
 
@@ -48,13 +48,3 @@ def run(arguments: argparse.Namespace) -> int:
     write_whole(out, data)
     sys.stdout.write(f"{out}: {len(scene.objects)} objects, {len(flat.part_names)} parts, {len(flat.mesh.faces)} triangles, {size} bytes\n")
     return 0
-
-
-def write_whole(path: Path, data: bytes) -> None:
-    """Write a file under another name first, so that what has the name is whole."""
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        part.write_bytes(data)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)

@@ -6,7 +6,6 @@ import argparse
 import contextlib
 import dataclasses
 import multiprocessing
-import os
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -28,6 +27,7 @@ from grammar.spec.grammar_file import read_grammar
 from grammar.synthesize import PURPOSES, CameraTimes, SceneSynthesizer
 from scene_description import SceneDescription, from_mapping, scene_to_json
 from scene_description.strict import field_types, split_annotation
+from scene_description.whole import write_whole
 from scene_synth_ros.cli.drawing_png import png_bytes
 from scene_synth_ros.cli.sample_report import report_json, report_text
 from scene_synth_ros.synthesize.catalogs import with_catalog
@@ -138,7 +138,7 @@ def _report(job: Job, arguments: argparse.Namespace, rooms: list[RoomMetrics], e
             "count": arguments.count,
             "workers": arguments.workers,
         }
-        _write(job.out / "report.json", report_json(rooms, errors, command).encode())
+        write_whole(job.out / "report.json", report_json(rooms, errors, command).encode())
         _say(f"wrote {job.out / 'report.json'}")
     return 0 if passed else 1
 
@@ -279,11 +279,11 @@ def _make(job: Job, synthesizer: SceneSynthesizer, index: int) -> Done:
 def _write_room(job: Job, scene: SceneDescription, base: Path) -> None:
     drawing = top_view(scene) if {"svg", "png"} & set(job.writes) else None
     if "json" in job.writes:
-        _write(base.with_suffix(".json"), scene_to_json(scene).encode())
+        write_whole(base.with_suffix(".json"), scene_to_json(scene).encode())
     if drawing is not None and "svg" in job.writes:
-        _write(base.with_suffix(".svg"), to_svg(drawing).encode())
+        write_whole(base.with_suffix(".svg"), to_svg(drawing).encode())
     if drawing is not None and "png" in job.writes:
-        _write(base.with_suffix(".png"), png_bytes(drawing))
+        write_whole(base.with_suffix(".png"), png_bytes(drawing))
 
 
 def _write_chain(job: Job, synthesizer: SceneSynthesizer, request: SceneRequest, index: int, base: Path) -> None:
@@ -291,16 +291,9 @@ def _write_chain(job: Job, synthesizer: SceneSynthesizer, request: SceneRequest,
     rng = np.random.default_rng(np.random.SeedSequence([job.seed, index, PURPOSES.index("layout")]))
     record = record_chain(synthesizer.grammar_of(request), synthesizer.categories, request, rng)
     plot = chain_plot(record, f"{request.room_type.replace('_', ' ')} {index}, seed {job.seed}")
-    _write(base.with_suffix(".csv"), to_csv(record).encode())
-    _write(base.with_suffix(".svg"), to_svg(plot).encode())
-    _write(base.with_suffix(".png"), png_bytes(plot))
-
-
-def _write(path: Path, content: bytes) -> None:
-    """Write a file that has its name only once it is whole."""
-    partial = path.with_name(f".{path.name}.partial")
-    partial.write_bytes(content)
-    os.replace(partial, path)
+    write_whole(base.with_suffix(".csv"), to_csv(record).encode())
+    write_whole(base.with_suffix(".svg"), to_svg(plot).encode())
+    write_whole(base.with_suffix(".png"), png_bytes(plot))
 
 
 def _say(text: str) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 
 from tqdm import tqdm
 
+from scene_description.whole import write_whole
 from scene_synth_ros.cli.counted import counted
 from scene_synth_ros.cli.usage import UsageError
 from scene_synth_ros.splits.assignment import Ranges, Shares, read_ranges, read_shares
@@ -17,7 +18,7 @@ from scene_synth_ros.splits.errors import SplitError
 from scene_synth_ros.splits.filters import EVERYTHING, FILTERS, Asked, Interval, read_interval
 from scene_synth_ros.splits.near_views import Nearness, read_nearness
 from scene_synth_ros.splits.split_dataset import Splits, layers_of, split_dataset
-from scene_synth_ros.splits.split_file import splits_json, write_whole
+from scene_synth_ros.splits.split_file import splits_json
 
 SHARES = "train=0.8,val=0.1,test=0.1"
 FILE = "splits.json"

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 SCHEMA = "scene_synth_splits/1"
@@ -49,16 +47,6 @@ def splits_json(
     told = {name: {"rooms": it.rooms, "frames": it.frames, "alone": it.alone} for name, it in left_out.items()}
     parts = [f' "schema": "{SCHEMA}"', f' "rule": {_compact(rule)}', f' "filters": {_compact(filters)}', f' "left_out": {_compact(told)}']
     return "{\n" + ",\n".join([*parts, ' "splits": {\n' + ",\n".join(lines) + "\n }"]) + "\n}\n"
-
-
-def write_whole(path: Path, text: str) -> None:
-    """Write a file that gets its name, in place of one that may be there, when all of it is written."""
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        part.write_text(text, encoding="utf-8")
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _row(room: RoomFrames) -> dict[str, Any]:

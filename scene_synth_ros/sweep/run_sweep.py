@@ -15,6 +15,7 @@ from multiprocessing.sharedctypes import Synchronized
 from pathlib import Path
 from typing import NamedTuple
 
+from scene_description.whole import write_whole
 from scene_synth_ros.suite.heap import limit_arenas
 from scene_synth_ros.sweep.sweep_document import sweep_document
 from scene_synth_ros.sweep.sweep_file import SweepError
@@ -60,7 +61,7 @@ def run_sweep(
         finally:
             there = [variant.id for variant in plan.variants if is_done(variant, folder, exposure)]
             refused = {done.id: done.refused for done in made if done.refused}
-            _write(folder / DOCUMENT, sweep_document(plan, there, refused))
+            write_whole(folder / DOCUMENT, json.dumps(sweep_document(plan, there, refused), indent=1) + "\n")
     return Outcome(tuple(found), tuple(made))
 
 
@@ -113,10 +114,3 @@ def _start_worker(number: Synchronized[int], count: int) -> None:
         number.value += 1
     processors = sorted(os.sched_getaffinity(0))
     os.sched_setaffinity(0, processors[place % len(processors) :: count] or processors)
-
-
-def _write(path: Path, document: object) -> None:
-    """Write a file that has its name only once it is whole."""
-    partial = path.with_name(f".{path.name}.partial")
-    partial.write_text(json.dumps(document, indent=1) + "\n", encoding="utf-8")
-    partial.replace(path)

@@ -101,7 +101,7 @@ def test_a_file_that_cannot_be_written_leaves_the_one_before(tmp_path: Path, mon
     def refuse(_: int) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("scene_synth_ros.shards.store.os.fsync", refuse)
+    monkeypatch.setattr("scene_description.whole.os.fsync", refuse)
     with pytest.raises(OSError, match="No space left"):
         store.write("manifest.json", b"new")
     assert store.read("manifest.json") == b"old" and [path.name for path in tmp_path.iterdir()] == ["manifest.json"]
