@@ -13,8 +13,8 @@ from scene_synth_ros.cli.counted import counted
 from scene_synth_ros.cli.new_folder import new_folder
 from scene_synth_ros.cli.usage import UsageError, refuse_missing_folder
 from scene_synth_ros.convert.formats import FORMATS, writer_of
-from scene_synth_ros.convert.pipeline import convert
 from scene_synth_ros.convert.source import Choice, open_source
+from scene_synth_ros.convert.writer import convert
 
 MAX_THREADS = 64
 

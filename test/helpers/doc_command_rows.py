@@ -252,7 +252,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         f"{_SPLIT}_filters_and_what_they_leave_out"
     ),
     "scene_synth convert rooms --split train --to coco --out train_coco": Parsed(
-        "test/scene_synth_ros/convert/test_coco.py::test_masks_boxes_and_classes_are_those_of_the_pixels"
+        "test/scene_synth_ros/convert/formats/test_coco.py::test_masks_boxes_and_classes_are_those_of_the_pixels"
     ),
     "scene_synth sweep": Named(),
     "scene_synth sweep SWEEP.yaml --out DIR [--workers N] [--only ID ...] [--plan] [--contact-sheet FILE]": Usage(
