@@ -77,7 +77,7 @@ FOLDERS = {
         "cluster": {"bags", "shards", "suite"},
         "estimate": {"synthesize", "mcap", "messages", "offline", "shards", "suite"},
         "convert": {"dataset"},
-        "splits": {"dataset"},
+        "splits": {"bags", "dataset"},
         "cli": {
             "bags",
             "cluster",

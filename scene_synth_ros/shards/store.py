@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import BinaryIO, Protocol
 
 from scene_description.whole import SUFFIX, move_folder, temporary_path, write_whole
+from scene_synth_ros.bags.dataset_files import SHARDS_NAME
 
 
 class Store(Protocol):
@@ -97,7 +98,7 @@ class LocalStore:
     @contextlib.contextmanager
     def workspace(self, shard: str) -> Iterator[Path]:
         """Do as the protocol says."""
-        folder = temporary_path(self.root / "shards" / shard)
+        folder = temporary_path(self.root / SHARDS_NAME / shard)
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
         try:
