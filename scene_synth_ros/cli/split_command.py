@@ -14,8 +14,7 @@ from scene_description.whole import write_whole
 from scene_synth_ros.bags.dataset_files import SPLITS_NAME
 from scene_synth_ros.cli.counted import counted
 from scene_synth_ros.cli.usage import UsageError
-from scene_synth_ros.splits.assignment import Ranges, Shares, read_ranges, read_shares
-from scene_synth_ros.splits.errors import SplitError
+from scene_synth_ros.splits.assignment import Ranges, Shares, SplitError, read_ranges, read_shares
 from scene_synth_ros.splits.filters import EVERYTHING, FILTERS, Asked, Interval, read_interval
 from scene_synth_ros.splits.near_views import Nearness, read_nearness
 from scene_synth_ros.splits.split_dataset import Splits, layers_of, split_dataset
