@@ -1,12 +1,20 @@
 """Names and schemas of the files that datasets and sweeps have beside their bags, for those who write them and those who read them."""
 
-PLAN_NAME, PLAN_SCHEMA = "dataset.json", "scene_synth_dataset/1"
-DATASET_MANIFEST_NAME, DATASET_MANIFEST_SCHEMA = "manifest.json", "scene_synth_manifest/1"
+from typing import Final
+
+PLAN_NAME = "dataset.json"
+DATASET_MANIFEST_NAME = "manifest.json"
 """Of a dataset; the manifest that is attached to a bag is :mod:`scene_synth_ros.bags.bag_manifest`'s."""
-SHARDS_NAME, SHARD_SCHEMA = "shards", "scene_synth_shard/1"
-SPLITS_NAME, SPLITS_SCHEMA = "splits.json", "scene_synth_splits/1"
-SWEEP_NAME, SWEEP_SCHEMA = "sweep.json", "scene_synth_sweep/1"
+SHARDS_NAME = "shards"
+SPLITS_NAME = "splits.json"
+SWEEP_NAME = "sweep.json"
 VARIANTS_NAME = "variants"
+
+PLAN_SCHEMA: Final = "scene_synth_dataset/1"
+DATASET_MANIFEST_SCHEMA: Final = "scene_synth_manifest/1"
+SHARD_SCHEMA: Final = "scene_synth_shard/1"
+SPLITS_SCHEMA: Final = "scene_synth_splits/1"
+SWEEP_SCHEMA: Final = "scene_synth_sweep/1"
 
 
 def shard_name(shard: int) -> str:

@@ -11,7 +11,7 @@ import json
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any, BinaryIO, TypedDict
+from typing import Any, BinaryIO, Literal, TypedDict
 
 from scene_description import SceneSynthError
 from scene_synth_ros.bags.bag_manifest import MANIFEST_NAME, read_manifest
@@ -64,7 +64,7 @@ class Completion(TypedDict):
     little-endian 64-bit integers, then the CDR bytes (:mod:`scene_synth_ros.bags.bag_manifest`).
     """
 
-    schema: str
+    schema: Literal["scene_synth_shard/1"]
     shard: int
     first_room: int
     rooms: list[RoomRow]
@@ -77,7 +77,7 @@ class Completion(TypedDict):
 class Manifest(TypedDict):
     """A manifest; ``rooms`` and ``frames`` count what is there, ``failed`` lists what is not."""
 
-    schema: str
+    schema: Literal["scene_synth_manifest/1"]
     plan_sha256: str
     rooms: int
     frames: int
