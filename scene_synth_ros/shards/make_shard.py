@@ -8,7 +8,6 @@ import traceback
 from collections import Counter
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future
-from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import NamedTuple
@@ -19,13 +18,12 @@ from scene_description.polygons import signed_area_m2
 from scene_synth_ros.bags.bag_writer import BagWriteError
 from scene_synth_ros.bags.dataset_files import completion_name, shard_folder, shard_name
 from scene_synth_ros.offline.offline_bag import OfflineBag
-from scene_synth_ros.offline.rules import rules_of
+from scene_synth_ros.offline.rules import rules_of, sample_room
 from scene_synth_ros.offline.settings import OfflineSettings
 from scene_synth_ros.shards.completion import Completion, FailedRow, RoomRow, describe_shard, document_bytes
 from scene_synth_ros.shards.plan import DatasetPlan
 from scene_synth_ros.shards.store import Store
 from scene_synth_ros.suite.daemon_job import start_daemon_job
-from scene_synth_ros.synthesize.run import Run
 
 MAX_ATTEMPTS = 3
 """How often a room is tried before it is listed as failed."""
@@ -63,10 +61,7 @@ class RoomsAhead:
                 self._ahead = {index + 1: start_daemon_job("next room", lambda: self._sample(index + 1))}
 
     def _sample(self, index: int) -> SceneDescription:
-        run = self._settings.run
-        order = Run(replace(run, first_index=index, rooms=1), 0.0).order(0.0)
-        assert order is not None
-        return self._rules.synthesize(self._settings.grammar["scene"], run.seed, index, order.times)
+        return sample_room(self._rules, self._settings, index)
 
     def __enter__(self) -> RoomsAhead:
         return self
