@@ -68,9 +68,9 @@ FOLDERS = {
         "render": {"messages", "suite"},
         "record": {"bags", "messages", "suite"},
         "replay": {"bags", "messages", "suite"},
-        "evaluate": {"bags", "messages", "suite"},
+        "evaluate": {"bags", "messages", "suite", "sweep"},
         "pages": set(),
-        "report": {"bags", "mcap", "messages", "pages"},
+        "report": {"bags", "mcap", "messages", "pages", "sweep"},
         "offline": {"bags", "synthesize", "messages", "record", "render", "suite"},
         "sweep": {"bags", "synthesize", "offline", "render", "suite"},
         "shards": {"bags", "synthesize", "mcap", "messages", "offline", "suite"},
@@ -136,6 +136,7 @@ def test_imports_point_one_way(package: str) -> None:
         ("scene_synth_ros.record.recorder_node", {"numba", "scipy"}),
         ("scene_synth_ros.replay.replay_node", {"numba", "scipy"}),
         ("scene_synth_ros.cli.commands.inspect_command", {"numba", "scipy"}),
+        ("scene_synth_ros.messages.streams", {"numba", "rclpy", "numpy", "renderer"}),
     ],
 )
 def test_what_needs_no_kernels_starts_without_their_compiler(module: str, without: set[str]) -> None:

@@ -13,10 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from renderer.core.arrays import Array
-from renderer.geometry.lofts import bent, chain, disc, loft, lying, oval, ring
+from renderer.geometry.lofts import bent, chain, disc, loft, lying, oval, points, ring
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import Model, Parts, Pieces, Size
 
 _REAR_AXLE, _FRONT_AXLE = 0.19, 0.805
 
@@ -53,7 +53,7 @@ _PROFILES = {
 }
 
 
-def build_car(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_car(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a car with dark windows: body, glass, trim, tyres, rims, headlamps, tail lamps and number plates."""
     length, width, height = size_m
     profile, half = _PROFILES[style], 0.5 * _MIRROR_SHARE * width
@@ -70,19 +70,16 @@ def build_car(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     grille = rounded_box((0.44 * length, -0.45 * half, 0.2 * height), (0.497 * length, 0.45 * half, 0.34 * height), 0.03, 2)
     tyre, rim = _wheel(radius, 0.21, 5 + int(rng.integers(0, 5)))
     places = [(shell.x(f), s * (half - 0.115), s) for f in (_REAR_AXLE, _FRONT_AXLE) for s in (-1.0, 1.0)]
-    return fitted(
-        {
-            "body": merged(loft(shell.rings()), loft(crown), *_pillars(cabin), *mirrors),
-            "glass": loft(cabin),
-            "trim": merged(belly, grille, *(shell.seam(f, s) for f in _DOOR_SEAMS for s in (-1.0, 1.0)), *_handles(shell)),
-            "tyres": merged(*(moved(tyre, x, y, radius) for x, y, _ in places)),
-            "rims": merged(*(moved(rotated(rim, "z", 0.0 if s > 0.0 else math.pi), x, y, radius) for x, y, s in places)),
-            "headlamps": merged(*(_lamp(shell, 0.925, s, 0.455, (0.2, 0.3, 0.1)) for s in (-1.0, 1.0))),
-            "tail_lamps": merged(*(_lamp(shell, 0.035, s, 0.565, (0.14, 0.24, 0.13)) for s in (-1.0, 1.0))),
-            "plates": merged(_plate(0.4985 * length, 0.29 * height), _plate(-0.5 * length, 0.45 * height)),
-        },
-        size_m,
-    )
+    return {
+        "body": [loft(shell.rings()), loft(crown), *_pillars(cabin), *mirrors],
+        "glass": loft(cabin),
+        "trim": [belly, grille, *(shell.seam(f, s) for f in _DOOR_SEAMS for s in (-1.0, 1.0)), *_handles(shell)],
+        "tyres": [moved(tyre, x, y, radius) for x, y, _ in places],
+        "rims": [moved(rotated(rim, "z", 0.0 if s > 0.0 else math.pi), x, y, radius) for x, y, s in places],
+        "headlamps": [_lamp(shell, 0.925, s, 0.455, (0.2, 0.3, 0.1)) for s in (-1.0, 1.0)],
+        "tail_lamps": [_lamp(shell, 0.035, s, 0.565, (0.14, 0.24, 0.13)) for s in (-1.0, 1.0)],
+        "plates": [_plate(0.4985 * length, 0.29 * height), _plate(-0.5 * length, 0.45 * height)],
+    }
 
 
 class _Shell:
@@ -127,7 +124,7 @@ class _Shell:
         z = 0.5 * (top + bottom) + flat[:, 1]
         waist = (z / self.height - 0.36) / 0.3
         crown = 0.012 * self.height * (1.0 - (flat[:, 0] / w) ** 2) * (flat[:, 1] > 0.0)
-        return np.column_stack([np.full(_SECTION, self.x(share)), flat[:, 0] * (1.0 - 0.05 * waist**2), z + crown])
+        return points(self.x(share), flat[:, 0] * (1.0 - 0.05 * waist**2), z + crown)
 
     def seam(self, share: float, side: float) -> Mesh:
         """Return the gap at the edge of a door: a thin dark line down the side of the body."""
@@ -198,14 +195,9 @@ def _plate(x: float, z: float) -> Mesh:
 def _wheel(radius: float, width: float, spokes: int) -> tuple[Mesh, Mesh]:
     """Return tyre and rim about the y axis; the rim's face looks along +y."""
     half, inner = 0.5 * width, 0.66 * radius
-    tread = [
-        (inner, -half + 0.01),
-        (radius - 0.025, -half),
-        (radius, -half + 0.03),
-        (radius, half - 0.03),
-        (radius - 0.025, half),
-        (inner, half - 0.01),
-    ]
+    tread = points(
+        [inner, radius - 0.025, radius, radius, radius - 0.025, inner], [-half + 0.01, -half, -half + 0.03, half - 0.03, half, half - 0.01]
+    )
     barrel = [(inner + 0.004, -half + 0.015), (inner + 0.004, half - 0.012), (inner - 0.015, half - 0.012), (inner - 0.03, -half + 0.015)]
     bars = [
         rotated(block((-0.028, half - 0.055, 0.0), (0.028, half - 0.022, inner - 0.01), 0.008), "y", k * 2.0 * math.pi / spokes)
@@ -237,7 +229,7 @@ def turned(parts: Parts, angle_rad: float) -> Parts:
     return {name: rotated(mesh, "z", angle_rad) for name, mesh in parts.items()}
 
 
-def build_bicycle(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_bicycle(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a diamond-frame or step-through bicycle on its stand, its front wheel towards +x or, where that is the long side, +y."""
     along_y = size_m[1] > size_m[0]
     length, width, height = (size_m[1], size_m[0], size_m[2]) if along_y else size_m
@@ -298,7 +290,7 @@ def build_bicycle(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         sweep([end, tuple(0.55 * np.asarray(end) + 0.45 * np.asarray(mid))], 0.018, 10) for end, mid in zip(reach, middle, strict=True)
     ]
     parts |= {"bars": merged(*bars), "grips": merged(*grips), "saddle": saddle(rng, 0.26, 0.16 if style == "diamond" else 0.2, post, 1.0)}
-    return fitted(turned(parts, 0.5 * math.pi) if along_y else parts, size_m)
+    return turned(parts, 0.5 * math.pi) if along_y else parts
 
 
 def _drive(rng: np.random.Generator, crank: Sequence[float], rear: Sequence[float], r: float) -> Mesh:

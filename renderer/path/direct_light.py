@@ -14,12 +14,11 @@ from renderer.core import lanes as ln
 from renderer.core.embree import LANES, SceneHandle
 from renderer.core.kernel import inlined, kernel
 from renderer.core.lanes import count_chosen
-from renderer.path.blocked_light import add_blocked_light
-from renderer.path.clipping import CLIPPED_REACH
+from renderer.path.film_sums import CLIPPED_REACH
 from renderer.path.light_sampling import sample_emitters, sample_infinite_light
 from renderer.path.lights import Lights, importance, load_bounds
 from renderer.path.records import Film, LitScene, Scratch
-from renderer.path.shadow_rays import pop_shadow_rays, push_shadow_rays, trace_shadow_rays
+from renderer.path.shadow_rays import add_blocked_light, pop_shadow_rays, push_shadow_rays, trace_shadow_rays
 from renderer.path.sun_patches import mix_patch_pdf
 
 _ZERO, _ONE, _TINY = np.float32(0.0), np.float32(1.0), np.float32(1e-30)
@@ -50,15 +49,7 @@ def weigh_lights(lights: Lights, scratch: Scratch) -> None:
 
 @inlined
 def sample_lights(
-    scene: LitScene,
-    kinds: int,
-    depth: int,
-    limit: np.float32,
-    waiting: int,
-    column: int,
-    row: int,
-    scratch: Scratch,
-    film: Film,
+    scene: LitScene, kinds: int, depth: int, limit: np.float32, waiting: int, column: int, row: int, scratch: Scratch, film: Film
 ) -> int:
     """Sample the emitters, and the infinite light if there is one; return how many shadow rays wait when ``waiting`` did before.
 

@@ -1,4 +1,4 @@
-"""Names and schemas of the files that datasets and sweeps have beside their bags, for those who write them and those who read them."""
+"""Names and schemas of the files that datasets have beside their bags, for those who write them and those who read them."""
 
 from typing import Final
 
@@ -7,14 +7,11 @@ DATASET_MANIFEST_NAME = "manifest.json"
 """Of a dataset; the manifest that is attached to a bag is :mod:`scene_synth_ros.bags.bag_manifest`'s."""
 SHARDS_NAME = "shards"
 SPLITS_NAME = "splits.json"
-SWEEP_NAME = "sweep.json"
-VARIANTS_NAME = "variants"
 
 PLAN_SCHEMA: Final = "scene_synth_dataset/1"
 DATASET_MANIFEST_SCHEMA: Final = "scene_synth_manifest/1"
 SHARD_SCHEMA: Final = "scene_synth_shard/1"
 SPLITS_SCHEMA: Final = "scene_synth_splits/1"
-SWEEP_SCHEMA: Final = "scene_synth_sweep/1"
 
 
 def shard_name(shard: int) -> str:

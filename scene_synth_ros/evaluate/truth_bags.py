@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from scene_description.strict import FieldError, from_mapping
-from scene_synth_ros.bags.dataset_files import SWEEP_NAME, SWEEP_SCHEMA, VARIANTS_NAME
 from scene_synth_ros.evaluate.errors import EvaluateError
 
+SWEEP_NAME, SWEEP_SCHEMA = "sweep.json", "scene_synth_sweep/1"
 _MAX_SIZE = 64 * 2**20
 _OF_BASE = ("room_type", "seed", "index")
 _SCALAR = (str, int, float, bool, type(None))
@@ -46,7 +46,7 @@ class TruthBag:
         """Return where the estimates of this bag are below the folder of all estimates."""
         if self.variant is None:
             return folder
-        return folder / VARIANTS_NAME / self.variant if (folder / VARIANTS_NAME).is_dir() else folder / self.variant
+        return folder / "variants" / self.variant if (folder / "variants").is_dir() else folder / self.variant
 
 
 def truth_bags(path: Path) -> list[TruthBag]:

@@ -13,8 +13,9 @@ from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 
 from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
 from scene_synth_ros.messages.image_codec import ImageCompression, compress, compressed_topic, image_form
-from scene_synth_ros.messages.image_reader import COMPRESSED_TYPE, CodecError
+from scene_synth_ros.messages.image_reader import CodecError
 from scene_synth_ros.messages.stamps import NANOSECONDS
+from scene_synth_ros.messages.streams import COMPRESSED_TYPE
 from scene_synth_ros.record.recorder_config import SplitPolicy
 from scene_synth_ros.record.snapshot_ring import KeptMessage, SnapshotRing
 
@@ -97,7 +98,7 @@ def is_latched(offered: list[QoSProfile]) -> bool:
 
 
 class BagOutput:
-    """At most one open bag, and the last seconds for snapshots.
+    """Which bag is open: its name, when it is split, in which form images are kept, and the last seconds for a snapshot.
 
     Threads: the thread that writes calls every method, so nothing here needs a lock; ``writing`` may be read by any thread.
 

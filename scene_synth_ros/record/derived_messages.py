@@ -12,26 +12,21 @@ from rclpy.qos import QoSProfile
 
 from scene_description.annotations import FrameAnnotations
 from scene_description.poses import LINK_FROM_OPTICAL, conjugate_quaternion, multiply_quaternions
-from scene_synth_ros.messages.camera_frames import CameraFrames, camera_frames
-from scene_synth_ros.messages.detections import (
-    AnnotationsReadError,
-    annotations_frame,
-    detection_topics,
-    encode_detections,
-    is_annotations,
-    read_annotations,
+from scene_synth_ros.messages.detections import AnnotationsReadError, encode_detections, read_annotations
+from scene_synth_ros.messages.label_info import LabelReadError, TimedLabels, encode_label_info, is_labels, read_labels
+from scene_synth_ros.messages.streams import (
+    ANNOTATIONS,
+    LASER,
+    POSE,
+    TF,
+    TF_STATIC,
+    CameraFrames,
+    Stream,
+    camera_frames,
+    derived_streams,
+    laser_frame,
+    parse,
 )
-from scene_synth_ros.messages.label_info import (
-    LabelReadError,
-    TimedLabels,
-    encode_label_info,
-    is_labels,
-    label_info_topic,
-    labels_frame,
-    read_labels,
-)
-from scene_synth_ros.messages.message_definitions import LABEL_INFO, TF_MESSAGE
-from scene_synth_ros.messages.scan_messages import LASER, laser_frame
 from scene_synth_ros.messages.timed_pose import PoseReadError, TimedPose, read_pose
 from scene_synth_ros.messages.transforms_cdr import StampedTransform, encode_tf_message
 from scene_synth_ros.suite.qos import latched_qos, stream_qos
@@ -59,7 +54,8 @@ Derive = Callable[[bytes], Iterator[DerivedMessage]]
 """Returns what is derived of a serialised message; raises one of :data:`NOT_DERIVED` where that cannot be read."""
 NOT_DERIVED: dict[type[Exception], str] = {PoseReadError: "transform", LabelReadError: "LabelInfo", AnnotationsReadError: "detections"}
 """What a message lacks that could not be read."""
-_TF, _TF_STATIC = DerivedTopic("/tf", TF_MESSAGE, stream_qos(100)), DerivedTopic("/tf_static", TF_MESSAGE, latched_qos())
+_TF = DerivedTopic(Stream("/", TF).topic, TF.type_name, stream_qos(100))
+_TF_STATIC = DerivedTopic(Stream("/", TF_STATIC).topic, TF_STATIC.type_name, latched_qos())
 
 
 class Deriver:
@@ -71,14 +67,16 @@ class Deriver:
 
     def of_topic(self, topic: str, type_name: str, namespace: str) -> Derive | None:
         """Return what derives messages of a topic's, None where there is nothing; ``namespace`` of the suite ends with a slash."""
-        if type_name == "geometry_msgs/msg/PoseStamped" and topic.endswith("/pose"):
-            camera = topic.rsplit("/", 2)[-2]
-            if camera == LASER:
+        stream = parse(topic, type_name)
+        if stream is None:
+            return None
+        if stream.role is POSE:
+            if stream.camera == LASER:
                 return lambda data: self._of_laser_pose(read_pose(data))
-            return (lambda data: self._of_camera_pose(read_pose(data), camera)) if camera else None
+            return (lambda data: self._of_camera_pose(read_pose(data), stream.camera)) if stream.camera else None
         if is_labels(topic, type_name):
             return lambda data: self._of_labels(read_labels(data), topic)
-        if topic.startswith(namespace) and is_annotations(topic, type_name):
+        if stream.role is ANNOTATIONS and topic.startswith(namespace):
             return lambda data: self._of_annotations(read_annotations(data), topic)
         return None
 
@@ -103,12 +101,17 @@ class Deriver:
 
     def _of_labels(self, labels: TimedLabels, topic: str) -> Iterator[DerivedMessage]:
         """Yield the LabelInfo beside the labels of a topic."""
-        derived = DerivedTopic(label_info_topic(topic), LABEL_INFO, latched_qos())
-        data = encode_label_info(labels.stamp_ns, labels_frame(topic, self._prefix), labels.names)
-        yield DerivedMessage(derived.name, labels.stamp_ns, data, (derived,))
+        for stream in derived_streams(topic):
+            data = encode_label_info(labels.stamp_ns, stream.frame_id(self._prefix), labels.names)
+            yield _derived(stream, labels.stamp_ns, data, latched_qos())
 
     def _of_annotations(self, annotations: FrameAnnotations, topic: str) -> Iterator[DerivedMessage]:
         """Yield the detections beside the annotations of a topic."""
-        for name, type_name in detection_topics(topic).items():
-            data = encode_detections(type_name, annotations, annotations_frame(topic, self._prefix))
-            yield DerivedMessage(name, annotations.stamp_ns, data, (DerivedTopic(name, type_name, stream_qos()),))
+        for stream in derived_streams(topic):
+            data = encode_detections(stream.role.type_name, annotations, stream.frame_id(self._prefix))
+            yield _derived(stream, annotations.stamp_ns, data, stream_qos())
+
+
+def _derived(stream: Stream, stamp_ns: int, data: bytes, qos: QoSProfile) -> DerivedMessage:
+    """Return a message that alone opens the topic of its stream."""
+    return DerivedMessage(stream.topic, stamp_ns, data, (DerivedTopic(stream.topic, stream.role.type_name, qos),))

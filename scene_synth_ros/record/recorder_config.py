@@ -7,9 +7,9 @@ from typing import Annotated, Literal
 
 from scene_description import Limits
 from scene_synth_ros.bags.bag_writer import DEFAULT_CHUNK_SIZE
-from scene_synth_ros.messages.camera_frames import FRAME_PREFIX
 from scene_synth_ros.messages.image_codec import ImageCompression
 from scene_synth_ros.messages.stamps import NANOSECONDS
+from scene_synth_ros.messages.streams import FRAME_PREFIX
 from scene_synth_ros.suite.parameters import ParameterError
 
 _FIXED = "a bag is split in one way"

@@ -10,10 +10,8 @@ from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
 
-from scene_synth_ros.messages.detections import annotations_topic
-from scene_synth_ros.messages.image_codec import raw_topic
-from scene_synth_ros.messages.label_info import labels_topic
 from scene_synth_ros.messages.message_definitions import MessageDefinitionError, message_class
+from scene_synth_ros.record.frame_topics import made_of
 from scene_synth_ros.record.recorder_config import RecorderConfig
 from scene_synth_ros.record.recording import Recording
 from scene_synth_ros.record.senders import Senders
@@ -49,8 +47,7 @@ def is_chosen(topic: str, config: RecorderConfig, namespace: str, is_published: 
         return False
     if not config.topics and (topic.endswith("/transition_event") or topic == f"{namespace}scene/next"):
         return False
-    made_of = raw_topic(topic) or labels_topic(topic) or annotations_topic(topic)
-    source = made_of if topic.startswith(namespace) else ""
+    source = made_of(topic) if topic.startswith(namespace) else ""
     if source and is_published(source) and is_chosen(source, config, namespace, is_published):
         return False
     chosen = (*(config.topics or (f"{namespace}*", "/clock", "/diagnostics")), *config.extra_topics)

@@ -11,7 +11,7 @@ from renderer.lidar.config import ScanConfig
 from scene_description import Limits
 from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.messages.image_codec import LiveCompression
-from scene_synth_ros.messages.scan_messages import LASER
+from scene_synth_ros.messages.streams import LASER
 from scene_synth_ros.render.teleop import DriveConfig
 from scene_synth_ros.suite.parameters import ParameterError
 

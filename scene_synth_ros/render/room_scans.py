@@ -11,7 +11,8 @@ from renderer.lidar.scan import Scan
 from renderer.lidar.scanner import Scanner, scan_stamp_ns, scanner_poses, scans_of_path
 from scene_description import CameraPose
 from scene_synth_ros.messages.frame_messages import StreamConfig
-from scene_synth_ros.messages.scan_messages import LASER_POSE, SCAN, SCAN_IDEAL, laser_frame, laser_pose_to_msgs, scan_to_msgs
+from scene_synth_ros.messages.scan_messages import LASER_POSE, SCAN, SCAN_IDEAL, laser_pose_to_msgs, scan_to_msgs
+from scene_synth_ros.messages.streams import laser_frame
 
 _POSES_KEPT = 16
 

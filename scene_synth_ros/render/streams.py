@@ -19,12 +19,11 @@ from renderer.camera.config import CameraConfig
 from renderer.film.frame import Frame
 from renderer.lidar.config import ScanConfig
 from scene_description import CameraPose
-from scene_synth_ros.messages.camera_frames import camera_frames
 from scene_synth_ros.messages.conversions import clock_to_msg, link_from_optical_to_msg, msg_to_image, world_from_link_to_msg
 from scene_synth_ros.messages.frame_messages import FrameMessages, StreamConfig
 from scene_synth_ros.messages.frame_settings import NO_SCAN
 from scene_synth_ros.messages.image_codec import LiveCompression, compress_image, compressed_topic, image_form
-from scene_synth_ros.messages.image_reader import IMAGE_TYPE
+from scene_synth_ros.messages.streams import IMAGE_TYPE, camera_frames
 from scene_synth_ros.render.room_scans import DueScan, scan_messages, scans_wanted
 from scene_synth_ros.render.stream_topics import CLOCK, SETTINGS, TF, TF_STATIC, StreamTopic, TFMessage, stream_topics
 from scene_synth_ros.suite.connections import identity_of, publishers_of

@@ -8,9 +8,11 @@ from visualization_msgs.msg import MarkerArray
 
 from grammar.synthesize import FloorMap
 from scene_description import SceneDescription
+from scene_synth_ros.messages import streams
 from scene_synth_ros.messages.conversions import occupancy_to_msg, scene_to_markers
+from scene_synth_ros.messages.streams import Stream
 
-SCENE, MARKERS, MAP = "scene", "scene/markers", "scene/map"
+SCENE, MARKERS, MAP = Stream("", streams.SCENE).topic, Stream("scene", streams.MARKERS).topic, Stream("scene", streams.MAP).topic
 SCENE_TOPICS: dict[str, type] = {SCENE: String, MARKERS: MarkerArray, MAP: OccupancyGrid}
 """Topics below the namespace, all latched."""
 

@@ -12,14 +12,14 @@ from renderer.export.sdf import scene_to_sdf
 from renderer.scene.flatten import flatten
 from scene_description import scene_from_json
 from scene_description.whole import write_whole
-from scene_synth_ros.cli.usage import UsageError, refuse_missing_folder
+from scene_synth_ros.cli.options import UsageError, add_catalog, refuse_missing_folder
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
     parser.add_argument("scene", type=Path, help="scene description, JSON")
     parser.add_argument("out", type=Path, help="file to write: OUT.glb, or OUT.sdf with the folder OUT_meshes beside it")
-    parser.add_argument("--catalog", type=Path, metavar="DIR", help="folder of the user's models")
+    add_catalog(parser)
     parser.add_argument("--force", action="store_true", help="replace files that exist")
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import zlib
 from bisect import bisect_right
 from collections.abc import Iterator
@@ -17,12 +16,10 @@ from std_msgs.msg import String
 from grammar.synthesize import FloorMap
 from scene_description import CameraPose, SceneDescription, scene_from_json
 from scene_synth_ros.bags.bag_reader import BagReader
-from scene_synth_ros.cli.files.map_files import floor_of_message
-from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.cli.files.truth_files import floor_of_message
+from scene_synth_ros.cli.options import UsageError
 from scene_synth_ros.messages.stamps import NANOSECONDS, stamp_ns
-
-_KINDS = {"scene": "std_msgs/msg/String", "map": "nav_msgs/msg/OccupancyGrid", "pose": "geometry_msgs/msg/PoseStamped"}
-"""Last word of a topic -> its type."""
+from scene_synth_ros.messages.streams import MAP, POSE, SCENE, find_streams
 
 
 @dataclass(slots=True, kw_only=True)
@@ -53,22 +50,22 @@ def read_rooms(bag: Path) -> list[BagRoom]:
         SceneSynthError: a room's description or map is refused.
     """
     with BagReader(bag) as reader:
-        types = {topic.name: topic.type_name for topic in reader.summary.topics}
-        topics = {name: name.rsplit("/", 1)[-1] for name, kind in types.items() if _KINDS.get(name.rsplit("/", 1)[-1]) == kind}
+        streams = find_streams(reader.types, SCENE, MAP, POSE)
         rooms, poses, maps = {}, [], {}
-        for message in reader.messages(topics, file_order=True):
+        for message in reader.messages(streams, file_order=True):
             stamp = stamp_ns(message.type_name, message.data)
             start = message.log_ns if stamp is None else stamp
-            if topics[message.topic] == "scene":
+            stream = streams[message.topic]
+            if stream.role is SCENE:
                 text = deserialize_message(message.data, String).data
                 rooms[start] = BagRoom(start_ns=start, text=zlib.compress(text.encode(), 1))
-            elif topics[message.topic] == "map":
+            elif stream.role is MAP:
                 maps[start] = message.data
             else:
-                camera = re.sub(r"\W", "_", message.topic.rsplit("/", 2)[-2]) or "camera"  # a file's name is made of it
-                poses.append((camera, _pose(deserialize_message(message.data, PoseStamped))))
+                poses.append((stream.camera or "camera", _pose(deserialize_message(message.data, PoseStamped))))
     if not rooms:
-        raise UsageError(f"{bag}: expected scene descriptions on a topic that ends in /scene, got {', '.join(sorted(types)) or 'no topic'}")
+        got = ", ".join(sorted(reader.types)) or "no topic"
+        raise UsageError(f"{bag}: expected scene descriptions on a topic that ends in /scene, got {got}")
     starts = sorted(rooms)
     for start in rooms.keys() & maps.keys():
         rooms[start].floor = floor_of_message(deserialize_message(maps[start], OccupancyGrid))

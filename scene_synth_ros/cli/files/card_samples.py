@@ -19,6 +19,7 @@ from scene_description import SceneDescription, scene_from_json
 from scene_synth_ros.bags.bag_images import layer_topics, read_pixels, spread
 from scene_synth_ros.bags.bag_reader import BagReader, BagReadError
 from scene_synth_ros.bags.dataset_files import shard_folder
+from scene_synth_ros.messages.streams import LABELS, SCENE, find_streams
 from scene_synth_ros.shards.completion import Manifest, ShardError
 from scene_synth_ros.shards.plan import DatasetPlan
 from scene_synth_ros.synthesize.room_schedule import FrameTimes
@@ -74,9 +75,9 @@ def _damaged(shard: int, fault: str) -> ShardError:
 
 def _frame(reader: BagReader, start_ns: int, stamp_ns: int) -> SampledFrame | None:
     """Return the frame at a stamp of the room that begins at another; None if the bag has no description of the room."""
-    types = {topic.name: topic.type_name for topic in reader.summary.topics}
-    layers = {topic: layer for layer, topic in layer_topics(types).items()}
-    scenes, labels = ({name for name in types if name.endswith(f"/{end}")} for end in ("scene", "semantic/labels"))
+    layers = {topic: layer for layer, topic in layer_topics(reader.types).items()}
+    scenes = find_streams(reader.types, SCENE)
+    labels = [topic for topic, stream in find_streams(reader.types, LABELS).items() if stream.layer == "semantic"]
     text = next((message.data for message in reader.messages(scenes, start_ns) if message.log_ns == start_ns), None)
     if text is None:
         return None

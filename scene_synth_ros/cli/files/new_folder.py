@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from scene_description.whole import WholeFolder
-from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.cli.options import UsageError
 
 
 @contextmanager

@@ -13,14 +13,15 @@ from rclpy.serialization import deserialize_message
 from std_msgs.msg import String
 
 from renderer.film.layer import Layer
-from renderer.film.semantic_rows import layers_in
+from renderer.film.layers import layers_in
 from scene_description.label_standards import STANDARDS, StandardName
 from scene_description.whole import whole_file
 from scene_synth_ros.bags.bag_images import layer_picture, layer_topics, read_pixels, spread
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
+from scene_synth_ros.cli.options import UsageError
 from scene_synth_ros.cli.pictures.picture_grid import FORMATS, INK, PAPER
-from scene_synth_ros.cli.usage import UsageError
 from scene_synth_ros.messages.stamps import stamp_ns
+from scene_synth_ros.messages.streams import LABELS, SCENE, find_streams
 
 TILE_WIDTH = 256
 FRAMES_PER_ROOM = 2
@@ -42,14 +43,13 @@ def write_contact_sheet(bag: Path, path: Path) -> int:
         UsageError: it holds no room or no image.
     """
     with BagReader(bag) as reader:
-        types = {topic.name: topic.type_name for topic in reader.summary.topics}
-        topics = layer_topics(types)
-        scenes = next((name for name in types if name.endswith("/scene") and types[name] == "std_msgs/msg/String"), None)
+        topics, scenes = layer_topics(reader.types), next(iter(find_streams(reader.types, SCENE)), None)
         if scenes is None or not topics:
-            raise UsageError(f"{bag}: no contact sheet; expected a scene topic and images, got {', '.join(sorted(types)) or 'nothing'}")
+            got = ", ".join(sorted(reader.types)) or "nothing"
+            raise UsageError(f"{bag}: no contact sheet; expected a scene topic and images, got {got}")
         rooms = [_read_room(message) for message in reader.messages([scenes])]
         chosen = {stamp for room in rooms for stamp in spread(room.stamps, FRAMES_PER_ROOM)}
-        tiles = {(stamp, layer): tile for stamp, layer, tile in _tiles(reader, topics, chosen, layers_in(_standard(reader, types)))}
+        tiles = {(stamp, layer): tile for stamp, layer, tile in _tiles(reader, topics, chosen, layers_in(_standard(reader)))}
     if not tiles:
         raise UsageError(f"{bag}: no contact sheet; it holds no image of its {len(rooms)} rooms")
     with whole_file(path) as partial:
@@ -63,9 +63,9 @@ def _read_room(message: BagMessage) -> SheetRoom:
     return SheetRoom(title, tuple(pose["stamp_ns"] for pose in scene["camera_path"]))
 
 
-def _standard(reader: BagReader, types: dict[str, str]) -> StandardName:
+def _standard(reader: BagReader) -> StandardName:
     """Return the standard of the class ids of a bag, as its labels tell."""
-    topics = [name for name in types if name.endswith("/semantic/labels") and types[name] == "std_msgs/msg/String"]
+    topics = [topic for topic, stream in find_streams(reader.types, LABELS).items() if stream.layer == "semantic"]
     for message in reader.messages(topics):
         told = json.loads(deserialize_message(message.data, String).data).get("standard", "nyu40")
         return next((name for name in STANDARDS if name == told), "nyu40")

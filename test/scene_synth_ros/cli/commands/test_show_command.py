@@ -26,10 +26,10 @@ from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.bags.run_info import PARAMETERS_NAME, parameters_file
 from scene_synth_ros.cli.commands import demo_command, run_command, show_command
 from scene_synth_ros.cli.page import page_file
-from scene_synth_ros.cli.page.bag_index import OTHERS, find_streams
+from scene_synth_ros.cli.page.bag_index import OTHERS, find_layers
 from scene_synth_ros.cli.page.page_file import PageReport, write_page
 from scene_synth_ros.cli.page.page_images import MOST_MM, NO_HIT_MM, PageImageError, distance_codes, page_image
-from scene_synth_ros.messages.image_reader import COMPRESSED_TYPE, IMAGE_TYPE
+from scene_synth_ros.messages.streams import COMPRESSED_TYPE, IMAGE_TYPE
 
 EVIL = "</script><script>window.owned = 1</script><img src=x onerror='window.owned = 2'>\u2028&amp;{{data}}"
 
@@ -257,7 +257,7 @@ def test_a_page_has_a_largest_size(bag: RoomBag, tmp_path: Path, monkeypatch: py
 def test_streams_are_found_by_camera_and_layer() -> None:
     names = ("/s/a/color/image_raw", "/s/a/semantic/image_color", "/x/view")
     packed = ("/s/a/color/image_raw/compressed", "/s/b/depth/image_raw/compressedDepth")
-    found = find_streams(
+    found = find_layers(
         dict.fromkeys(names, IMAGE_TYPE) | dict.fromkeys(packed, COMPRESSED_TYPE) | {"/s/a/pose": "geometry_msgs/msg/PoseStamped"}
     )
     assert found == {names[0]: ("/s/a", "color"), packed[1]: ("/s/b", "depth"), names[2]: (OTHERS, names[2])}
@@ -291,8 +291,8 @@ def test_the_command_says_what_it_wrote(bag: RoomBag, tmp_path: Path, capsys: py
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("bag", "--rooms", "0"), "--rooms 0: expected 1 to 1000"),
-        (("bag", "--max-size", "9999"), "--max-size 9999: expected 16 to 4096"),
+        (("bag", "--rooms", "0"), "--rooms: expected 1 to 1000, got 0"),
+        (("bag", "--max-size", "9999"), "--max-size: expected 16 to 4096, got 9999"),
         (("bag", "--out", "nowhere/page.html"), "--out nowhere/page.html: expected a file in a folder that exists"),
         (("nowhere",), "nowhere: not found; give the folder of a bag or an .mcap file"),
     ],

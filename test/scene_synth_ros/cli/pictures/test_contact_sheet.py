@@ -14,7 +14,8 @@ from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.cli.pictures.contact_sheet import GAP, TILE_WIDTH, write_contact_sheet
 from scene_synth_ros.messages.conversions import image_to_msg, layer_encoding
 from scene_synth_ros.messages.image_codec import compress, compressed_topic
-from scene_synth_ros.messages.image_reader import COMPRESSED_TYPE, IMAGE_TYPE, CodecError
+from scene_synth_ros.messages.image_reader import CodecError
+from scene_synth_ros.messages.streams import COMPRESSED_TYPE, IMAGE_TYPE
 
 STAMP_NS = 5
 SCENE = {"index": 0, "category": "bedroom", "objects": [], "seed": 1, "camera_path": [{"stamp_ns": STAMP_NS}]}
