@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from scene_description.kernels import SealedCacheFile
+from foundation.kernels import SealedCacheFile
 
 
 def cache(folder: Path, stamp: str) -> SealedCacheFile:

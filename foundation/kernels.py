@@ -6,6 +6,8 @@ translates the whole there.  Left to itself numba does both at every step of a c
 A kernel takes the kernels that it calls, and constants, from other files into its machine code, so its cache is renewed when one of these
 changes: no process can run a stale kernel.  Processes that compile at the same time share the files without locks: numba writes its index
 before the data that it points to, under names that count up and are used again, so what a file holds is told by the file itself.
+
+All that is private to numba and used here stands in ``test/foundation/test_numba_interfaces.py``, which names what a new version has lost.
 """
 
 from __future__ import annotations
@@ -15,11 +17,19 @@ import pickle
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from numba import njit
 from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 
-from scene_description.sources import source_stamp
+from foundation.sources import source_stamp
+
+
+def compiled(function: Callable[..., Any], **settings: Any) -> Any:
+    """Return a function that numba compiles in nopython mode with some settings, when it is first called, and keeps on disk."""
+    dispatcher = njit(**settings)(function)
+    dispatcher._cache = KernelCache(function)
+    return dispatcher
 
 
 class KernelCache(FunctionCache):  # type: ignore[misc]
