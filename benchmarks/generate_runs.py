@@ -30,9 +30,8 @@ from scene_synth_ros.mcap.file import COMPRESSORS
 from scene_synth_ros.messages.message_definitions import message_definition
 from scene_synth_ros.offline.offline_renderer import OfflineRenderer
 from scene_synth_ros.render.room import RenderedRoom
-from scene_synth_ros.shards.make_shard import make_shard
+from scene_synth_ros.shards.make_shard import RoomsAhead, make_shard
 from scene_synth_ros.shards.plan import make_plan
-from scene_synth_ros.shards.room_ahead import RoomsAhead
 from scene_synth_ros.shards.store import LocalStore
 
 SCENE_SYNTH = [sys.executable, "-m", "scene_synth_ros"]
