@@ -35,8 +35,7 @@ from scene_synth_ros.cli.commands.layers_command import layers_page
 from scene_synth_ros.cli.page.run_facts import NODE_GROUPS
 from scene_synth_ros.cli.parameters.run_profile import apply_overrides, load_profile
 from scene_synth_ros.messages.image_codec import ImageCompression
-from scene_synth_ros.record.recorder_config import RecorderConfig
-from scene_synth_ros.record.split_policy import SplitPolicy
+from scene_synth_ros.record.recorder_config import RecorderConfig, SplitPolicy
 
 COMMANDS_OF_PAGES = doc_commands()
 FOLDERS = ("config", "launch", "examples", "benchmarks", "scene_description", "grammar", "renderer", "scene_synth_ros")

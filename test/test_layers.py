@@ -51,7 +51,7 @@ FOLDERS = {
         "path": {"bsdf", "camera", "core", "scene", "textures"},
         "sensors": {"camera", "core", "path"},
         "ground_truth": {"camera", "core", "path", "scene"},
-        "cache": {"bsdf", "camera", "core", "geometry", "ground_truth", "path", "scene"},
+        "irradiance_cache": {"bsdf", "camera", "core", "geometry", "ground_truth", "path", "scene"},
         "export": {"camera", "core", "files", "geometry", "scene", "textures"},
     },
     "evaluation": {

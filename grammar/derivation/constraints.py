@@ -2,7 +2,7 @@
 
 Given that some categories do not appear, the probability of an Or branch is proportional to its own times that of no such object below
 it, and the probability of k copies to its own times the k-th power of that.  Bounds on numbers by category stay: structures are drawn until
-they meet them, or by :mod:`grammar.derivation.counting`.
+they meet them, or by :mod:`grammar.derivation.structure`.
 """
 
 from __future__ import annotations
@@ -16,10 +16,9 @@ from typing import NamedTuple
 
 from grammar.derivation.fixed import read_fixed
 from grammar.derivation.overrides import overridden
-from grammar.spec.and_or_graph import Node
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.room_rules import OPENINGS, OpeningRule
-from grammar.spec.rules import Grammar
+from grammar.spec.rules import Grammar, Node
 
 _COUNT = re.compile(r"([a-z][a-z0-9_]*):(\d{1,4}):(\d{1,4})")
 _MANY = 10_000

@@ -12,6 +12,7 @@ from grammar.counterfactual import FACTORS, Change, ChangeError, current_value
 from grammar.synthesize import SceneSynthesizer
 from scene_description import FieldError, SceneDescription, error_line, scene_from_json
 from scene_description.strict import read_value, split_annotation
+from scene_synth_ros.offline.rules import sample_room
 from scene_synth_ros.offline.settings import OfflineSettings
 from scene_synth_ros.render.renderer_config import RENDERER_GROUPS
 from scene_synth_ros.suite.parameters import ParameterError, annotations_of, parameter_values
@@ -19,7 +20,6 @@ from scene_synth_ros.sweep.designs import design_points
 from scene_synth_ros.sweep.sweep_file import MAX_VARIANTS, SweepError, SweepFactor, SweepSpec, parameter_name
 from scene_synth_ros.sweep.sweep_json import FactorRow
 from scene_synth_ros.sweep.variant import BaseRoom, SweepPlan, Variant
-from scene_synth_ros.synthesize.run import Run
 
 SettingsOf = Callable[[BaseRoom, Mapping[str, object]], OfflineSettings]
 """Returns the parameters of a room's run with some of them changed, NODE.NAME -> value."""
@@ -192,10 +192,8 @@ def room_parameters(room_type: str, seed: int, index: int) -> dict[str, object]:
 
 def _sampled(where: str, parameters: Mapping[str, object], settings_of: RoomSettings, rules: SceneSynthesizer) -> BaseRoom:
     settings = settings_of(parameters)
-    order = Run(settings.run, 0.0).order(0.0)
-    assert order is not None
     try:
-        return BaseRoom(rules.synthesize(settings.grammar["scene"], settings.run.seed, order.index, order.times), settings)
+        return BaseRoom(sample_room(rules, settings, settings.run.first_index), settings)
     except (GrammarError, RequestError) as error:
         raise SweepError(f"{where}: base: {error_line(error)}") from None
 

@@ -84,7 +84,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.out.exists():
         raise UsageError(f"--out: expected a new file, got {arguments.out}, which exists")
     categories = read_categories(config_path("categories.yaml"))
-    base = read_grammar(arguments.base or config_path(f"grammars/{arguments.room}.yaml"), categories)
+    base_path = arguments.base or config_path(f"grammars/{arguments.room}.yaml")
+    base = read_grammar(base_path, categories)
     names = read_category_map(arguments.names or config_path("learning/category_map.yaml"))
     names = replace(names, catalogue=frozenset(categories))
     sources = [_source(text) for text in arguments.layouts]
@@ -106,7 +107,9 @@ def run(arguments: argparse.Namespace) -> int:
     with ProcessPoolExecutor(arguments.workers, multiprocessing.get_context("spawn")) as pool:
         sampler = _Sampler(pool, categories, arguments.seed, arguments.workers)
         learned = learn(base, categories, rooms, options, rng, sampler, elsewhere, _print_stage)
-    text = grammar_yaml(learned.grammar, _header(arguments, files, learned, len(held)), learned.counts)
+    extends = _extended_name(base_path, arguments.out)
+    header = _header(arguments, files, learned, len(held), extends)
+    text = grammar_yaml(learned.grammar, header, learned.counts, base if extends else None, extends)
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
     with arguments.out.open("x", encoding="utf-8") as out:
         out.write(text)
@@ -171,7 +174,14 @@ def _sample_part(categories: Categories, seed: int, grammar: Grammar, stream: in
     return room_sampler(categories, seed)(grammar, stream, indices)
 
 
-def _header(arguments: argparse.Namespace, files: Sequence[LayoutFile], learned: LearnedGrammar, held: int) -> list[str]:
+def _extended_name(base: Path, out: Path) -> str:
+    """Return the name by which a new file can extend the base, "" where it would be another file: then it repeats all of the base."""
+    beside, shipped = out.with_name(base.name), config_path("grammars") / base.name
+    reached = beside if beside.exists() else shipped
+    return base.name if reached.exists() and reached.samefile(base) else ""
+
+
+def _header(arguments: argparse.Namespace, files: Sequence[LayoutFile], learned: LearnedGrammar, held: int, extends: str) -> list[str]:
     used = " ".join(text.rpartition("/")[2] for text in arguments.layouts)
     base = f" --base {arguments.base.name}" if arguments.base else ""
     base += f" --keep {' '.join(arguments.keep)}" if arguments.keep else ""
@@ -184,8 +194,11 @@ def _header(arguments: argparse.Namespace, files: Sequence[LayoutFile], learned:
         _left_out(files),
         *sorted({reason for file in files for reason in file.reasons() if reason.startswith("name:")}),
         *arguments.note,
-        '"learned from n": n observations made it (nodes: expected number; weights: rooms).  "base": the data does not cover it, so it is',
-        "as in the grammar that the learning began with.  The other sections are the base's too.",
+        '"learned from n": n observations made it (nodes: expected number; weights: rooms).'
+        + ("" if extends else '  "base": the data does not cover it, so it is'),
+        f"What is not here is as in {extends}, with which the learning began."
+        if extends
+        else "as in the grammar that the learning began with.  The other sections are the base's too.",
     ]
 
 

@@ -18,8 +18,7 @@ from renderer.annotations.coco import CocoImage, coco_instances
 from renderer.camera.rig import mounted_path
 from renderer.exposure import exposed, meter, needs_meter, sensor_ev100
 from renderer.files.exr_files import is_installed
-from renderer.film.layers import check_names
-from renderer.film.semantic_rows import layers_in
+from renderer.film.layers import check_names, layers_in
 from renderer.lidar.scanner import Scanner
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key

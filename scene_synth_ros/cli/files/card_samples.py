@@ -22,7 +22,7 @@ from scene_synth_ros.messages.streams import LABELS, SCENE, find_streams
 from scene_synth_ros.shards.completion import FOLDER, ShardError, shard_name
 from scene_synth_ros.shards.manifest import Manifest
 from scene_synth_ros.shards.plan import DatasetPlan
-from scene_synth_ros.synthesize.frame_times import FrameTimes
+from scene_synth_ros.synthesize.room_schedule import FrameTimes
 
 ROOMS_SAMPLED = 48
 

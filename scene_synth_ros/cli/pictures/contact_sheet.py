@@ -13,7 +13,7 @@ from rclpy.serialization import deserialize_message
 from std_msgs.msg import String
 
 from renderer.film.layer import Layer
-from renderer.film.semantic_rows import layers_in
+from renderer.film.layers import layers_in
 from scene_description.label_standards import STANDARDS, StandardName
 from scene_synth_ros.bags.bag_images import layer_picture, layer_topics, read_pixels, spread
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
