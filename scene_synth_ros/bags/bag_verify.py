@@ -1,24 +1,24 @@
 """Renders the frames of a bag again, from the bag alone, and compares every message with what was recorded.
 
 A frame is made again from its settings (``<renderer>/settings``), the scene that they name and the pose of its stamp.  Messages are
-compared by :mod:`scene_synth_ros.messages.message_digest`.
+compared by :mod:`scene_synth_ros.bags.bag_verify`.
 """
 
 from __future__ import annotations
 
+import hashlib
+import struct
 import zlib
 from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-from geometry_msgs.msg import PoseStamped
 from rclpy.serialization import deserialize_message
 from sensor_msgs.msg import CompressedImage, Image
-from std_msgs.msg import String
 
 from renderer import Renderer, RenderError
 from renderer.annotations import Annotator
@@ -31,12 +31,13 @@ from scene_synth_ros.bags.bag_manifest import ManifestBuilder, ManifestError, re
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader, BagReadError
 from scene_synth_ros.bags.run_info import JPEG_QUALITY, RECORD_NAME
 from scene_synth_ros.bags.verify_scans import ScansAgain
+from scene_synth_ros.messages.cdr import read_text
 from scene_synth_ros.messages.conversions import msg_to_image
 from scene_synth_ros.messages.frame_messages import FrameMessages
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_from_json
 from scene_synth_ros.messages.image_codec import compress_image
-from scene_synth_ros.messages.message_digest import message_digest
-from scene_synth_ros.messages.stamps import NANOSECONDS, stamp_ns
+from scene_synth_ros.messages.poses import read_pose
+from scene_synth_ros.messages.stamps import stamp_ns
 from scene_synth_ros.messages.streams import POSE, SCENE, SETTINGS, Role, Stream, find_streams, parse, untransported
 
 _CACHED_STAMPS = 4
@@ -110,12 +111,10 @@ class _Frames:
 
     def _take(self, message: BagMessage, role: Role) -> None:
         if role is POSE:
-            pose = deserialize_message(message.data, PoseStamped)
-            stamp = pose.header.stamp.sec * NANOSECONDS + pose.header.stamp.nanosec
-            p, q = pose.pose.position, pose.pose.orientation
-            self._poses[message.topic, stamp] = CameraPose(stamp_ns=stamp, position_m=(p.x, p.y, p.z), orientation=(q.x, q.y, q.z, q.w))
+            pose = read_pose(message.data).camera_pose
+            self._poses[message.topic, pose.stamp_ns] = pose
             return
-        text = deserialize_message(message.data, String).data
+        text = read_text(message.data)
         if role is SCENE:
             scene = scene_from_json(text)
             self._scenes[scene.id] = zlib.compress(text.encode(), 1)
@@ -294,3 +293,40 @@ def _detail(recorded: Any, made: Any) -> str:
 
 
 __all__ = ["BagReadError", "Difference", "VerifyError", "VerifyReport", "verify_bag"]
+
+
+class _Digest(Protocol):
+    def update(self, data: bytes | memoryview, /) -> None: ...
+
+
+def message_digest(message: Any) -> str:
+    """Return the SHA-256 of a message's fields in their order, in hexadecimal."""
+    digest = hashlib.sha256()
+    _add(digest, message)
+    return digest.hexdigest()
+
+
+def _add(digest: _Digest, value: Any) -> None:
+    """Add a value: its kind and length, then its content, so that no two messages give the same stream."""
+    if hasattr(value, "get_fields_and_field_types"):
+        for name in value.get_fields_and_field_types():
+            _add(digest, getattr(value, name))
+    elif isinstance(value, str):
+        data = value.encode()
+        digest.update(b"s" + struct.pack("<Q", len(data)) + data)
+    elif isinstance(value, bool):
+        digest.update(b"1" if value else b"0")
+    elif isinstance(value, int):
+        digest.update(b"i" + value.to_bytes(9, "little", signed=True))
+    elif isinstance(value, float):
+        digest.update(b"f" + struct.pack("<d", value))
+    elif isinstance(value, bytes):
+        digest.update(b"b" + struct.pack("<Q", len(value)) + value)
+    elif hasattr(value, "tobytes"):  # array.array and numpy arrays
+        data = memoryview(value).cast("B")
+        digest.update(b"a" + struct.pack("<Q", len(data)))
+        digest.update(data)
+    else:
+        digest.update(b"l" + struct.pack("<Q", len(value)))
+        for item in value:
+            _add(digest, item)

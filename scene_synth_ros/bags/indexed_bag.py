@@ -18,9 +18,8 @@ from numpy.typing import NDArray
 from scene_description import SceneSynthError
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.run_info import RECORD_NAME
-from scene_synth_ros.mcap.block_cache import BlockCache
 from scene_synth_ros.mcap.contents import McapReadError
-from scene_synth_ros.mcap.message_places import PLACE, FileIndex, Places, find_messages, read_index
+from scene_synth_ros.mcap.message_places import PLACE, BlockCache, FileIndex, Places, find_messages, read_index
 from scene_synth_ros.mcap.records import RecordError, message_at
 from scene_synth_ros.mcap.stored_file import LocalFile, Span, StoredFile
 from scene_synth_ros.messages.stamps import STAMP_READERS, stamp_ns

@@ -19,8 +19,8 @@ from evaluation.tasks import TASKS
 from scene_synth_ros.cli.evaluation_table import table_lines
 from scene_synth_ros.cli.usage import UsageError
 from scene_synth_ros.evaluate.algorithm import Algorithm
+from scene_synth_ros.evaluate.errors import Notes
 from scene_synth_ros.evaluate.judged_bag import JudgedBag, Plan
-from scene_synth_ros.evaluate.notes import Notes
 from scene_synth_ros.evaluate.topics import parse_mapping
 from scene_synth_ros.evaluate.truth_bags import TruthBag, truth_bags
 

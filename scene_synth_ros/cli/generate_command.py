@@ -18,11 +18,12 @@ from scene_synth_ros.cli.run_parameters import RunWords, add_parameter_options, 
 from scene_synth_ros.cli.run_profile import NAMESPACE, check_namespace
 from scene_synth_ros.cli.usage import UsageError
 from scene_synth_ros.cluster.ray_shards import LOCAL, make_on_ray, refuse_no_ray
+from scene_synth_ros.dataset.file_names import PLAN_NAME
 from scene_synth_ros.offline.rules import rules_of
 from scene_synth_ros.shards.completion import ShardError, shard_name
 from scene_synth_ros.shards.manifest import Manifest, missing_shards
 from scene_synth_ros.shards.open_store import held, open_store
-from scene_synth_ros.shards.plan import PLAN_NAME, DatasetPlan, make_plan, read_plan
+from scene_synth_ros.shards.plan import DatasetPlan, make_plan, read_plan
 from scene_synth_ros.shards.run_shards import begin_dataset, check_shards, finish_dataset, run_shards
 from scene_synth_ros.shards.shard_size import read_size, sized_plan
 from scene_synth_ros.shards.store import Store

@@ -17,12 +17,13 @@ from scene_synth_ros.cli.run_parameters import RunWords, run_parameters
 from scene_synth_ros.cli.run_profile import NAMESPACE, ProfileError, find_shipped
 from scene_synth_ros.cli.sweep_sheet import write_sheet
 from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.dataset.file_names import SWEEP_NAME
 from scene_synth_ros.offline.rules import rules_of
 from scene_synth_ros.offline.settings import OfflineSettings, read_settings
 from scene_synth_ros.suite.parameters import ParameterError
 from scene_synth_ros.sweep.base_rooms import base_rooms
 from scene_synth_ros.sweep.plan import plan_sweep
-from scene_synth_ros.sweep.run_sweep import DOCUMENT, Outcome, run_sweep
+from scene_synth_ros.sweep.run_sweep import Outcome, run_sweep
 from scene_synth_ros.sweep.sweep_document import plan_table, short
 from scene_synth_ros.sweep.sweep_file import SweepError, SweepSpec, read_sweep
 from scene_synth_ros.sweep.variant import BaseRoom, SweepPlan
@@ -76,7 +77,7 @@ def run(arguments: argparse.Namespace) -> int:
         outcome = run_sweep(plan, arguments.out, arguments.only, arguments.workers, tell)
     sys.stdout.write(_summary(outcome, arguments.out))
     if arguments.contact_sheet:
-        document = json.loads((arguments.out / DOCUMENT).read_text(encoding="utf-8"))
+        document = json.loads((arguments.out / SWEEP_NAME).read_text(encoding="utf-8"))
         count = write_sheet(document, arguments.out, arguments.contact_sheet, arguments.only)
         sys.stdout.write(f"contact sheet: {arguments.contact_sheet} ({count} variants)\n")
     return 1 if any(made.refused for made in outcome.made) else 0
@@ -137,4 +138,4 @@ def _summary(outcome: Outcome, folder: Path) -> str:
     refused = [made.id for made in outcome.made if made.refused]
     told = [f"{len(outcome.made) - len(refused)} variants made", f"{len(outcome.found)} there already"]
     told += [f"{len(refused)} refused ({', '.join(refused)})"] if refused else []
-    return f"{', '.join(told)}; {folder / DOCUMENT}\n"
+    return f"{', '.join(told)}; {folder / SWEEP_NAME}\n"

@@ -31,10 +31,11 @@ def make_on_node(plan_text: str, where: str, shard: int, threads: int) -> dict[s
     with claimed_processors(threads) as processors:
         pin(processors)
         from scene_synth_ros.bags.run_info import versions
+        from scene_synth_ros.dataset.file_names import PLAN_NAME
         from scene_synth_ros.shards.completion import ShardError
         from scene_synth_ros.shards.make_shard import make_shard
         from scene_synth_ros.shards.open_store import open_store
-        from scene_synth_ros.shards.plan import PLAN_NAME, read_plan
+        from scene_synth_ros.shards.plan import read_plan
         from scene_synth_ros.suite.heap import collect_rarely, limit_arenas
 
         limit_arenas()

@@ -10,12 +10,11 @@ from typing import Any
 from scene_description import SceneSynthError
 from scene_description.strict import FieldError, from_mapping
 from scene_synth_ros.dataset.errors import DatasetError
+from scene_synth_ros.dataset.file_names import MANIFEST_NAME, MANIFEST_SCHEMA, PLAN_NAME, SHARD_SCHEMA, SHARDS_NAME
 from scene_synth_ros.dataset.folders import Folder
 from scene_synth_ros.dataset.rooms import RoomInfo
 from scene_synth_ros.mcap.stored_file import StoredFile
 
-PLAN_NAME, MANIFEST_NAME, SHARDS_NAME = "dataset.json", "manifest.json", "shards"
-SHARD_SCHEMA, MANIFEST_SCHEMA = "scene_synth_shard/1", "scene_synth_manifest/1"
 _ENDINGS = (".mcap", ".mcap.active")
 _MAX_SHARD = 2**30
 

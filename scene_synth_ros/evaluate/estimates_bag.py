@@ -17,7 +17,7 @@ from scene_description import CameraPose
 from scene_synth_ros.bags.bag_writer import BagWriter
 from scene_synth_ros.evaluate.readings import BoxList, Cloud, StampedPose
 from scene_synth_ros.evaluate.task_streams import TASK_STREAMS
-from scene_synth_ros.messages.cdr_writer import CdrWriter
+from scene_synth_ros.messages.cdr import CdrWriter
 from scene_synth_ros.messages.conversions import ENCODING_CHANNELS, header, image_to_msg, pose_to_msg
 
 WORLD = "map"

@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from scene_description.strict import FieldError, from_mapping
+from scene_synth_ros.dataset.file_names import SWEEP_NAME, SWEEP_SCHEMA
 from scene_synth_ros.evaluate.errors import EvaluateError
 
-SWEEP_NAME, SWEEP_SCHEMA = "sweep.json", "scene_synth_sweep/1"
 _MAX_SIZE = 64 * 2**20
 _OF_BASE = ("room_type", "seed", "index")
 _SCALAR = (str, int, float, bool, type(None))

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import struct
+from collections import OrderedDict
 from collections.abc import Callable, Collection, Iterator, Mapping
+from threading import Lock
 from typing import NamedTuple
 
 import numpy as np
@@ -169,3 +171,43 @@ def _read_through(file: StoredFile) -> Iterator[tuple[Span, bytes]]:
                         continue
         except RecordError:
             return
+
+
+class BlockCache:
+    """Reads blocks and keeps the last ones; what is larger than all that may be kept is kept alone.
+
+    Threads: any may read; two that ask for the same block at once may both decompress it.
+
+    Args:
+        most: bytes that are kept.
+    """
+
+    def __init__(self, most: int) -> None:
+        self._most, self._size = most, 0
+        self._kept: OrderedDict[tuple[str, Span], bytes] = OrderedDict()
+        self._lock = Lock()
+
+    def read(self, file: StoredFile, block: Span) -> bytes:
+        """Return the records of a block.
+
+        Raises:
+            RecordError: it is damaged.
+            OSError: the file cannot be read.
+        """
+        key = (str(file), block)
+        with self._lock:
+            if key in self._kept:
+                self._kept.move_to_end(key)
+                return self._kept[key]
+        records = read_block(file, block)
+        with self._lock:
+            if key not in self._kept:
+                self._kept[key] = records
+                self._size += len(records)
+            while self._size > self._most and len(self._kept) > 1:
+                self._size -= len(self._kept.popitem(last=False)[1])
+        return records
+
+    def __reduce__(self) -> tuple[type[BlockCache], tuple[int]]:
+        """Pickle without what is kept."""
+        return BlockCache, (self._most,)

@@ -19,7 +19,7 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import String
 
 from renderer.camera.config import CameraConfig
-from scene_synth_ros.messages.cdr_writer import CdrWriter
+from scene_synth_ros.messages.cdr import CdrWriter
 from scene_synth_ros.messages.conversions import camera_info_to_msg, image_step
 from scene_synth_ros.messages.stamps import NANOSECONDS
 

@@ -10,13 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from geometry_msgs.msg import Point, Pose, PoseWithCovariance, Quaternion, Vector3
-from rclpy.serialization import deserialize_message
 from std_msgs.msg import String
 
 from scene_description import SceneSynthError
 from scene_description.annotations import FrameAnnotations, ObjectAnnotation, OrientedBox, annotations_from_json, annotations_to_json
 from scene_synth_ros.messages import streams
-from scene_synth_ros.messages.cdr_writer import CdrWriter
+from scene_synth_ros.messages.cdr import CdrWriter, read_text
 from scene_synth_ros.messages.conversions import header
 from scene_synth_ros.messages.streams import DETECTIONS_2D_TYPE, DETECTIONS_3D_TYPE, Role
 
@@ -115,8 +114,8 @@ def read_annotations(data: bytes) -> FrameAnnotations:
         AnnotationsReadError: they do not fit their schema.
     """
     try:
-        return annotations_from_json(deserialize_message(data, String).data)
-    except (RuntimeError, UnicodeDecodeError, SceneSynthError) as error:
+        return annotations_from_json(read_text(data))
+    except SceneSynthError as error:
         raise AnnotationsReadError(f"annotations cannot be read ({len(data)} bytes): {' '.join(str(error).split())[:200]}") from None
 
 

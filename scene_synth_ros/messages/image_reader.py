@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from PIL import Image as Picture
 
 from scene_description import SceneSynthError
-from scene_synth_ros.messages.cdr_reader import CdrReader, CdrReadError, Header
+from scene_synth_ros.messages.cdr import CdrReader, CdrReadError, Header
 from scene_synth_ros.messages.streams import COMPRESSED_TYPE, IMAGE_TYPE, TRANSPORTS
 
 _ENCODINGS: Mapping[str, tuple[str, int]] = {

@@ -10,13 +10,10 @@ import json
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from rclpy.serialization import deserialize_message
-from std_msgs.msg import String
-
 from renderer.film.layers import LAYERS
 from scene_description import SceneSynthError
 from scene_description.labels import LabelTable
-from scene_synth_ros.messages.cdr_writer import CdrWriter
+from scene_synth_ros.messages.cdr import CdrReadError, CdrWriter, read_text
 from scene_synth_ros.messages.conversions import header
 from scene_synth_ros.messages.stamps import stamp_ns
 from scene_synth_ros.messages.streams import LABELS, STRING_TYPE, parse
@@ -60,9 +57,9 @@ def read_labels(data: bytes) -> TimedLabels:
     """
     try:
         stamp = stamp_ns(STRING_TYPE, data)
-        table = json.loads(deserialize_message(data, String).data)["labels"]
+        table = json.loads(read_text(data))["labels"]
         names = {int(key): value["name"] for key, value in table.items()}
-    except (RuntimeError, UnicodeDecodeError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+    except (CdrReadError, ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise LabelReadError(f"labels cannot be read ({len(data)} bytes): {' '.join(str(error).split())[:200]}") from None
     if stamp is None or not all(0 <= key <= _LARGEST_ID and isinstance(name, str) for key, name in names.items()):
         raise LabelReadError(f"labels cannot be read: expected a stamp and names by ids from 0 to {_LARGEST_ID}")

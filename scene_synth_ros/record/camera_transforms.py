@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from scene_description.poses import LINK_FROM_OPTICAL, conjugate_quaternion, multiply_quaternions
+from scene_synth_ros.messages.poses import StampedTransform, TimedPose, encode_tf_message
 from scene_synth_ros.messages.streams import CameraFrames, camera_frames
-from scene_synth_ros.messages.timed_pose import TimedPose
-from scene_synth_ros.messages.transforms_cdr import StampedTransform, encode_tf_message
 
 
 class TransformMessages(NamedTuple):

@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 from scene_synth_ros.messages.detections import AnnotationsReadError, read_annotations
 from scene_synth_ros.messages.label_info import LabelReadError, is_labels, read_labels
+from scene_synth_ros.messages.poses import PoseReadError, read_pose
 from scene_synth_ros.messages.stamps import sent_before
 from scene_synth_ros.messages.streams import ANNOTATIONS, LASER, POSE, SETTINGS, parse
-from scene_synth_ros.messages.timed_pose import PoseReadError, read_pose
 from scene_synth_ros.record.recording import Recording
 
 

@@ -14,9 +14,8 @@ from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
 from scene_synth_ros.messages.detections import encode_detections
 from scene_synth_ros.messages.label_info import TimedLabels, encode_label_info
 from scene_synth_ros.messages.message_definitions import message_definition
+from scene_synth_ros.messages.poses import StampedTransform, TimedPose, encode_tf_message
 from scene_synth_ros.messages.streams import TF_TYPE, derived_streams, laser_frame
-from scene_synth_ros.messages.timed_pose import TimedPose
-from scene_synth_ros.messages.transforms_cdr import StampedTransform, encode_tf_message
 from scene_synth_ros.record.bag_output import BagNumbers, BagOutput, Entry, RecordingOptions, is_latched
 from scene_synth_ros.record.bag_thread import BagThread
 from scene_synth_ros.record.camera_transforms import CameraTransforms

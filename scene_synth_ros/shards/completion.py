@@ -13,12 +13,12 @@ from typing import Any, BinaryIO, TypedDict
 
 from scene_description import SceneSynthError
 from scene_synth_ros.bags.bag_manifest import MANIFEST_NAME, read_manifest
+from scene_synth_ros.dataset.file_names import SHARD_SCHEMA
+from scene_synth_ros.dataset.file_names import SHARDS_NAME as FOLDER
 from scene_synth_ros.mcap.contents import McapContents
 from scene_synth_ros.shards.plan import DatasetPlan
 from scene_synth_ros.shards.store import Store
 
-SCHEMA = "scene_synth_shard/1"
-FOLDER = "shards"
 _PIECE = 2**20
 
 
@@ -104,7 +104,7 @@ def describe_shard(plan: DatasetPlan, shard: int, rooms: Sequence[RoomRow], fail
                 sha256 = _sha256(written)
             files.append(FileRow(name=f"{bag.name}/{path.name}", bytes=path.stat().st_size, sha256=sha256))
     return Completion(
-        schema=SCHEMA,
+        schema=SHARD_SCHEMA,
         shard=shard,
         first_room=plan.rooms_of(shard).start,
         rooms=list(rooms),
@@ -130,7 +130,7 @@ def read_completion(store: Store, plan: DatasetPlan, shard: int) -> Completion |
         document: Any = json.loads(data) if data is not None else None
         rooms = plan.rooms_of(shard)
         indices = [row["index"] for row in (*document["rooms"], *document["failed"])]
-        fits = document["schema"] == SCHEMA and document["shard"] == shard and sorted(indices) == list(rooms)
+        fits = document["schema"] == SHARD_SCHEMA and document["shard"] == shard and sorted(indices) == list(rooms)
         complete = isinstance(document["files"], list) and isinstance(document["layers"], dict) and document["messages"] >= 0
     except (ValueError, TypeError, LookupError, RecursionError):
         return None

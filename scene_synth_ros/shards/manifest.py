@@ -10,12 +10,11 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypedDict
 
+from scene_synth_ros.dataset.file_names import MANIFEST_SCHEMA
 from scene_synth_ros.shards.completion import Completion, FailedRow, read_completion, shard_name
 from scene_synth_ros.shards.plan import DatasetPlan
 from scene_synth_ros.shards.store import Store
 
-MANIFEST_NAME = "manifest.json"
-SCHEMA = "scene_synth_manifest/1"
 _READERS = 16
 
 
@@ -58,7 +57,7 @@ def make_manifest(plan: DatasetPlan, store: Store) -> Manifest | None:
     if len(complete) < plan.shards:
         return None
     return Manifest(
-        schema=SCHEMA,
+        schema=MANIFEST_SCHEMA,
         plan_sha256=plan.sha256,
         rooms=sum(len(completion["rooms"]) for completion in complete),
         frames=sum(row["frames"] for completion in complete for row in completion["rooms"]),

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from scene_synth_ros.dataset.file_names import MANIFEST_NAME, PLAN_NAME
 from scene_synth_ros.shards.completion import completion_name, faults_of, read_completion
-from scene_synth_ros.shards.manifest import MANIFEST_NAME, Manifest, make_manifest, manifest_json
-from scene_synth_ros.shards.plan import PLAN_NAME, DatasetPlan, PlanError, read_plan
+from scene_synth_ros.shards.manifest import Manifest, make_manifest, manifest_json
+from scene_synth_ros.shards.plan import DatasetPlan, PlanError, read_plan
 from scene_synth_ros.shards.store import Store
 from scene_synth_ros.shards.workers import Told, Workers
 

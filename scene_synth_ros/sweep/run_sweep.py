@@ -15,13 +15,12 @@ from multiprocessing.sharedctypes import Synchronized
 from pathlib import Path
 from typing import NamedTuple
 
+from scene_synth_ros.dataset.file_names import SWEEP_NAME
 from scene_synth_ros.suite.heap import limit_arenas
 from scene_synth_ros.sweep.sweep_document import sweep_document
 from scene_synth_ros.sweep.sweep_file import SweepError
 from scene_synth_ros.sweep.variant import SweepPlan, Variant
 from scene_synth_ros.sweep.variant_bag import Made, is_done, make_variant
-
-DOCUMENT = "sweep.json"
 
 
 class Outcome(NamedTuple):
@@ -60,14 +59,14 @@ def run_sweep(
         finally:
             there = [variant.id for variant in plan.variants if is_done(variant, folder, exposure)]
             refused = {done.id: done.refused for done in made if done.refused}
-            _write(folder / DOCUMENT, sweep_document(plan, there, refused))
+            _write(folder / SWEEP_NAME, sweep_document(plan, there, refused))
     return Outcome(tuple(found), tuple(made))
 
 
 @contextlib.contextmanager
 def _folder_of_one(folder: Path) -> Iterator[None]:
     """Make the folder and hold it for this run alone."""
-    if folder.is_dir() and any(folder.iterdir()) and not ((folder / DOCUMENT).exists() or (folder / "variants").exists()):
+    if folder.is_dir() and any(folder.iterdir()) and not ((folder / SWEEP_NAME).exists() or (folder / "variants").exists()):
         raise SweepError(f"--out {folder}: expected a new folder or one of a sweep, got one that holds other things")
     folder.mkdir(parents=True, exist_ok=True)
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)

@@ -6,9 +6,8 @@ import json
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from scene_synth_ros.dataset.file_names import SWEEP_SCHEMA
 from scene_synth_ros.sweep.variant import SweepPlan
-
-SCHEMA = "scene_synth_sweep/1"
 
 
 def sweep_document(plan: SweepPlan, done: Sequence[str], refused: Mapping[str, str]) -> dict[str, Any]:
@@ -21,7 +20,7 @@ def sweep_document(plan: SweepPlan, done: Sequence[str], refused: Mapping[str, s
     """
     rows = {variant.id: variant.row() for variant in plan.variants}
     return {
-        "schema": SCHEMA,
+        "schema": SWEEP_SCHEMA,
         "spec": dict(plan.spec.data),
         "factors": [factor.row() for factor in plan.factors],
         "variants": [rows[name] for name in rows if name in done],

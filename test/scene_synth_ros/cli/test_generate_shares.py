@@ -10,9 +10,9 @@ from s3_server import BUCKET, s3_server
 from scene_synth_ros.cli.command_line import main
 from scene_synth_ros.cli.dataset_share import Share, read_share
 from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.dataset.file_names import MANIFEST_NAME, PLAN_NAME
 from scene_synth_ros.shards.make_shard import make_shard
-from scene_synth_ros.shards.manifest import MANIFEST_NAME
-from scene_synth_ros.shards.plan import PLAN_NAME, read_plan
+from scene_synth_ros.shards.plan import read_plan
 from scene_synth_ros.shards.run_shards import finish_dataset
 from scene_synth_ros.shards.store import LocalStore
 from scene_synth_ros.shards.url_store import UrlStore

@@ -10,10 +10,10 @@ import pytest
 
 from scene_synth_ros.cli.command_line import main
 from scene_synth_ros.cluster.ray_shards import LOCAL, make_on_ray
+from scene_synth_ros.dataset.file_names import MANIFEST_NAME, PLAN_NAME
 from scene_synth_ros.shards.completion import ShardError
 from scene_synth_ros.shards.make_shard import make_shard
-from scene_synth_ros.shards.manifest import MANIFEST_NAME
-from scene_synth_ros.shards.plan import PLAN_NAME, DatasetPlan, read_plan
+from scene_synth_ros.shards.plan import DatasetPlan, read_plan
 from scene_synth_ros.shards.run_shards import finish_dataset
 from scene_synth_ros.shards.store import LocalStore
 from scene_synth_ros.suite.environment import environment

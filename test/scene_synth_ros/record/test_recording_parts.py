@@ -11,8 +11,8 @@ from rclpy.serialization import serialize_message
 from std_msgs.msg import Header, String
 
 from scene_synth_ros.bags.bag_reader import BagReader
+from scene_synth_ros.bags.bag_verify import message_digest
 from scene_synth_ros.bags.bag_writer import BagWriter
-from scene_synth_ros.messages.message_digest import message_digest
 from scene_synth_ros.record.recording import Recording
 from scene_synth_ros.record.seen_frames import SeenFrames
 from scene_synth_ros.record.snapshot_ring import KeptMessage, SnapshotRing
