@@ -13,12 +13,12 @@ from typing import Any, BinaryIO, TypedDict
 
 from scene_description import SceneSynthError
 from scene_synth_ros.bags.bag_manifest import MANIFEST_NAME, read_manifest
-from scene_synth_ros.dataset.file_names import SHARD_SCHEMA
-from scene_synth_ros.dataset.file_names import SHARDS_NAME as FOLDER
+from scene_synth_ros.dataset.file_names import SHARD_SCHEMA, SHARDS_NAME
 from scene_synth_ros.mcap.contents import McapContents
 from scene_synth_ros.shards.plan import DatasetPlan
 from scene_synth_ros.shards.store import Store
 
+FOLDER = SHARDS_NAME
 _PIECE = 2**20
 
 
