@@ -27,8 +27,7 @@ from grammar.camera.camera_path import sample_camera_path
 from grammar.camera.path_config import CameraPathConfig, read_camera_path_config
 from grammar.catalog import RoomModels, assign_file_materials, choose_after, choose_before, entry_faults
 from grammar.checks.metrics import SamplingCost
-from grammar.derivation.plan import make_plan
-from grammar.derivation.room_size import check_room_size
+from grammar.derivation.plan import check_room_size, make_plan
 from grammar.geometry.free_space import occupancy_grid, rasterize
 from grammar.geometry.slopes import low_ceiling, roof_boxes
 from grammar.geometry.solids import object_solids

@@ -77,10 +77,10 @@ class FilmExposer:
             np.float32(np.inf) if config.blur_textures else np.float32(1.0) / view.focal_px,
         )
 
-        tree, scene = self._tree, self._scene
+        scene, lit = self._scene, self._scene.lit._replace(tree=self._tree)
 
         def trace(worker: int, work: Work) -> None:
-            trace_paths(tree, scene.surfaces, scene.lights, view, transport, work, scene.scratch[worker], film)
+            trace_paths(lit, view, transport, work, scene.scratch[worker], film)
 
         began, done = time.monotonic(), 0
         while count := next_round(config, done, time.monotonic() - began):

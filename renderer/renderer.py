@@ -8,17 +8,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Collection, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import TracebackType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from renderer.annotations.annotator import Annotator
-from renderer.cache.cache_geometry import CacheGeometry
-from renderer.cache.cached_integrator import CachedIntegrator
-from renderer.cache.config import CacheConfig
-from renderer.cache.irradiance_cache import IrradianceCache
 from renderer.camera.camera_rays import CENTRE
 from renderer.camera.cameras import PosedCamera, pose_camera
 from renderer.camera.config import CameraConfig, SensorConfig
@@ -48,9 +44,12 @@ from renderer.film.white_balance import white_of_kelvin
 from renderer.film_exposer import PATHS_PER_PIECE, FilmExposer
 from renderer.ground_truth.hit_layers import hit_layers
 from renderer.ground_truth.hit_view import HitView, TracedScene
+from renderer.irradiance_cache.cache import IrradianceCache
+from renderer.irradiance_cache.cache_geometry import CacheConfig, CacheGeometry
+from renderer.irradiance_cache.cached_integrator import CachedIntegrator
 from renderer.path.config import RenderConfig
 from renderer.path.film_update import blocked_share, indirect_part
-from renderer.path.ground_truth import GeometricImages, Hits, hit_record_shapes, make_labels, trace_geometry
+from renderer.path.ground_truth import GeometricImages, Hits, TracedView, hit_record_shapes, make_labels, trace_geometry
 from renderer.path.lights import Lights, build_lights
 from renderer.path.records import Film, make_scratch
 from renderer.path.stopping import variance_of_mean
@@ -61,6 +60,7 @@ from renderer.scene.scene_check import check_scene
 from renderer.scene.scene_trees import SceneTrees
 from renderer.sensors.config import DepthSensorConfig
 from renderer.sensors.depth_sensor import DepthSensor
+from scene_description.annotations import FrameAnnotations
 from scene_description.types import CameraPose
 
 IDEAL = SensorConfig()
@@ -68,6 +68,34 @@ IDEAL = SensorConfig()
 
 IDEAL_DEPTH = DepthSensorConfig()
 """A depth sensor that reads the true depth."""
+
+
+@dataclass
+class _FrameInMaking:
+    """What is asked for of one frame, and what is there of it so far; fields as in ``Frame``.
+
+    ``key``: of the frame's random numbers; ``images``: all that were made on the way, asked for or not.
+    """
+
+    view: PosedCamera
+    key: np.uint32
+    layers: frozenset[str]
+    exposure: Exposure
+    images: dict[str, NDArray[np.generic]]
+    radiance: NDArray[np.float32] | None = None
+    samples: int = 0
+    rays: int = 0
+    sampling_s: float = 0.0
+    denoising_s: float = 0.0
+    annotations: FrameAnnotations | None = None
+    filling_s: float = 0.0
+
+    def finished(self) -> Frame:
+        """Return the layers that were asked for, in the order of all."""
+        layers = {name: self.images[name] for name in LAYERS if name in self.layers}
+        return Frame(
+            layers, self.radiance, self.samples, self.rays, self.sampling_s, self.denoising_s, self.annotations, self.filling_s
+        )
 
 
 class Renderer:
@@ -171,59 +199,72 @@ class Renderer:
         check_names(layers)
         if frame_index < 0:
             raise RenderError(f"render: expected a frame index >= 0, got {frame_index}")
-        view = self._view(pose, path)
-        images: dict[str, NDArray[np.generic]] = {}
-        radiance, annotations, samples, rays = None, None, 0, 0
-        sampling_s = denoising_s = filling_s = 0.0
-        sensed, ideal = any(name in SENSED_LAYERS for name in layers), self._depth_config.model == "ideal"
-        looked_up = self._config.integrator == "cached" and any(name in PICTURES for name in layers)
-        recorded = any(name in GEOMETRIC_LAYERS or name in HIT_LAYERS for name in layers)
-        shown = exposure or self._configured_exposure()
+        view, shown = self._view(pose, path), exposure or self._configured_exposure()
+        frame = _FrameInMaking(view, self._frame_key(frame_index), frozenset(layers), shown, {})
         for scratch in self._scratch:
             scratch.traced[0] = 0
-        if annotator is not None or recorded or looked_up or (sensed and ideal):
-            geometry, hits = self._trace_geometry(view, any(name in HIT_LAYERS for name in layers) or looked_up)
-            images |= geometry._asdict()
-            images |= self._hit_layers(view, geometry, hits, layers, pose, path)
-            rays = view.width * view.height
+        if annotator is not None or self._needs_hits(frame.layers):
+            geometry, hits = self._trace_geometry(view, self._is_looked_up(layers) or any(name in HIT_LAYERS for name in layers))
+            frame.images |= geometry._asdict()
+            frame.images |= self._hit_layers(view, geometry, hits, layers, pose, path)
+            frame.rays = view.width * view.height
             if annotator is not None:
-                annotations = annotator.annotate(geometry.instance, pose, view, self.tree, self._workers)
-            if looked_up:
-                began = time.perf_counter()
-                cached = self.cached(cancelled)
-                radiance = cached.radiance(view, geometry.range, hits, self._frame_key(frame_index), cancelled)
-                sampling_s, filling_s = time.perf_counter() - began, cached.filling_s
-                self._show(images, layers, view, frame_index, shown, radiance, radiance)
-        if sensed:
-            images["depth_sensed"] = images["depth"] if ideal else self._read_depth(view, frame_index)
-        sampled = [name for name in layers if name in SAMPLED_LAYERS and name not in images]
+                frame.annotations = annotator.annotate(geometry.instance, pose, view, self.tree, self._workers)
+            if self._is_looked_up(layers):
+                self._look_up(frame, geometry, hits, cancelled)
+        if "depth_sensed" in layers:
+            frame.images["depth_sensed"] = frame.images["depth"] if self._depth_config.model == "ideal" else self._read_depth(frame)
+        sampled = [name for name in layers if name in SAMPLED_LAYERS and name not in frame.images]
         if sampled:
-            denoised = any(name in PICTURES for name in sampled) and is_asked(self._config.denoise)
-            began = time.perf_counter()
-            film, samples = self._exposer().expose(view, self._frame_key(frame_index), shown.ev100, sampled, denoised, cancelled)
-            sampling_s += time.perf_counter() - began
-            images |= {name: image for name, image in film._asdict().items() if name in sampled}
-            if len(film.direct):
-                images["indirect"] = indirect_part(film.light, film.direct)
-            if len(film.arriving):
-                images["shadow"] = blocked_share(film.arriving)
-            images["samples"] = np.full((view.height, view.width), min(samples, 65_535), np.uint16)
-            if len(film.squares):
-                images["variance"] = variance_of_mean(film.light, film.squares, samples)
-            if radiance is None and any(name in COLOR_LAYERS for name in sampled):
-                began = time.perf_counter()
-                radiance = self._denoise(film) if denoised else film.light
-                denoising_s = time.perf_counter() - began if denoised else 0.0
-                self._show(images, layers, view, frame_index, shown, radiance, film.light)
-        if radiance is not None or sampled:
-            rays += sum(int(scratch.traced[0]) for scratch in self._scratch)
-        shown_layers = {name: images[name] for name in LAYERS if name in layers}
-        return Frame(shown_layers, radiance, samples, rays, sampling_s, denoising_s, annotations, filling_s)
+            self._sample(frame, sampled, cancelled)
+        if frame.radiance is not None or sampled:
+            frame.rays += sum(int(scratch.traced[0]) for scratch in self._scratch)
+        return frame.finished()
 
-    def _read_depth(self, view: PosedCamera, frame_index: int) -> NDArray[np.float32]:
+    def _is_looked_up(self, layers: Collection[str]) -> bool:
+        """Return whether colour is looked up in the irradiance cache."""
+        return self._config.integrator == "cached" and any(name in PICTURES for name in layers)
+
+    def _needs_hits(self, layers: Collection[str]) -> bool:
+        """Return whether some layer follows from primary rays."""
+        geometric = any(name in GEOMETRIC_LAYERS or name in HIT_LAYERS for name in layers)
+        ideal_depth = self._depth_config.model == "ideal" and any(name in SENSED_LAYERS for name in layers)
+        return geometric or ideal_depth or self._is_looked_up(layers)
+
+    def _look_up(self, frame: _FrameInMaking, geometry: GeometricImages, hits: Hits, cancelled: Callable[[], bool] | None) -> None:
+        """Add colour by the irradiance cache."""
+        began, mesh = time.perf_counter(), self.flat.mesh
+        integrator = self.cached(cancelled)
+        traced = TracedView(frame.view, geometry.range, hits, mesh.vertices, mesh.faces)
+        radiance = integrator.radiance(traced, frame.key, cancelled)
+        frame.sampling_s, frame.filling_s = time.perf_counter() - began, integrator.filling_s
+        self._show(frame, radiance, radiance)
+
+    def _sample(self, frame: _FrameInMaking, sampled: Collection[str], cancelled: Callable[[], bool] | None) -> None:
+        """Add the layers that paths are traced for: colour, unless it is there already, and its parts."""
+        denoised = any(name in PICTURES for name in sampled) and is_asked(self._config.denoise)
+        began = time.perf_counter()
+        film, samples = self._exposer().expose(frame.view, frame.key, frame.exposure.ev100, sampled, denoised, cancelled)
+        frame.sampling_s += time.perf_counter() - began
+        frame.samples, images = samples, frame.images
+        images |= {name: image for name, image in film._asdict().items() if name in sampled}
+        if len(film.direct):
+            images["indirect"] = indirect_part(film.light, film.direct)
+        if len(film.arriving):
+            images["shadow"] = blocked_share(film.arriving)
+        images["samples"] = np.full((frame.view.height, frame.view.width), min(samples, 65_535), np.uint16)
+        if len(film.squares):
+            images["variance"] = variance_of_mean(film.light, film.squares, samples)
+        if frame.radiance is None and any(name in COLOR_LAYERS for name in sampled):
+            began = time.perf_counter()
+            radiance = self._denoise(film) if denoised else film.light
+            frame.denoising_s = time.perf_counter() - began if denoised else 0.0
+            self._show(frame, radiance, film.light)
+
+    def _read_depth(self, frame: _FrameInMaking) -> NDArray[np.float32]:
         if self._depth_sensor is None:
             self._depth_sensor = DepthSensor(self._depth_config, self.tree, self._surfaces, self._workers)
-        return self._depth_sensor.read(view, self._frame_key(frame_index))
+        return self._depth_sensor.read(frame.view, frame.key)
 
     def _frame_key(self, frame_index: int) -> np.uint32:
         """Return the key of a frame's random numbers; cameras of a rig have noise of their own."""
@@ -242,24 +283,15 @@ class Renderer:
             return Exposure(config.exposure_ev100, white_of_kelvin(config.white_balance_k))
         return Exposure(config.exposure_ev100)
 
-    def _show(
-        self,
-        images: dict[str, NDArray[np.generic]],
-        layers: Collection[str],
-        view: PosedCamera,
-        frame_index: int,
-        shown: Exposure,
-        radiance: NDArray[np.float32],
-        noisy: NDArray[np.float32],
-    ) -> None:
-        """Add the pictures that are asked for to ``images``, with the radiance that they show; ``noisy``: the same before denoising."""
-        images["radiance"] = radiance
+    def _show(self, frame: _FrameInMaking, radiance: NDArray[np.float32], noisy: NDArray[np.float32]) -> None:
+        """Add the pictures that are asked for, with the radiance that they show; ``noisy``: the same before denoising."""
+        frame.radiance = frame.images["radiance"] = radiance
         for name, light in (("color", radiance), ("color_noisy", noisy)):
-            if name in layers:
-                images[name] = to_display(light, shown, self._config.tone_curve)
-        if "color_sensed" in layers:
-            key = self._frame_key(frame_index)
-            images["color_sensed"] = read_color(radiance, view, self._sensor, shown, self._config.tone_curve, key)
+            if name in frame.layers:
+                frame.images[name] = to_display(light, frame.exposure, self._config.tone_curve)
+        if "color_sensed" in frame.layers:
+            read = read_color(radiance, frame.view, self._sensor, frame.exposure, self._config.tone_curve, frame.key)
+            frame.images["color_sensed"] = read
 
     def cached(self, cancelled: Callable[[], bool] | None = None) -> CachedIntegrator:
         """Return the room's irradiance cache, whatever the configured integrator; the first call solves its light.

@@ -2,7 +2,7 @@
 
 Given that some categories do not appear, the probability of an Or branch is proportional to its own times that of no such object below
 it, and the probability of k copies to its own times the k-th power of that.  Bounds on numbers by category stay: structures are drawn until
-they meet them, or by :mod:`grammar.derivation.counting`.
+they meet them, or by :mod:`grammar.derivation.structure`.
 """
 
 from __future__ import annotations

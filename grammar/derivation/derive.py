@@ -17,18 +17,15 @@ import numpy as np
 
 from grammar.derivation.addresses import check_targets, draw_addresses
 from grammar.derivation.densities import draw_height, draw_size
-from grammar.derivation.drafts import Draft, Size, attribute_node, units_above
-from grammar.derivation.fixed import FixedObject, match_terminals, rule_of_fixed
-from grammar.derivation.headroom import check_tall, loaded_heights_m
-from grammar.derivation.openings import Attribute, DrawnOpening
-from grammar.derivation.parse_tree import Item, ParseTree
-from grammar.derivation.pinning import Pinned, check_pinned, pin
+from grammar.derivation.drafts import Draft, Size, units_above
+from grammar.derivation.fixed import FixedObject, check_pinned, match_terminals, pin, rule_of_fixed
+from grammar.derivation.openings import DrawnOpening
+from grammar.derivation.parse_tree import Attribute, BelowSlopesError, Item, ParseTree, Pinned, RejectedError, attribute_node
 from grammar.derivation.plan import Plan, make_plan
-from grammar.derivation.rejection import BelowSlopesError, RejectedError
-from grammar.derivation.runs import place_runs
 from grammar.derivation.shell import Extent, draw_extent, draw_numbers, draw_openings, draw_room, is_given
-from grammar.derivation.slopes import draw_slopes
+from grammar.derivation.slopes import check_tall, draw_slopes, loaded_heights_m
 from grammar.derivation.structure import Vertex, draw_structure
+from grammar.derivation.unit_rows import place_unit_rows
 from grammar.spec.categories import Categories
 from grammar.spec.object_rules import ObjectRule
 from grammar.spec.request import RequestError, SceneRequest
@@ -42,7 +39,7 @@ _SAME_EXTENT = 100
 """Derivations in a row that are tried with one drawn area."""
 
 _OPENINGS_TRIED = 4
-"""Places of doors and windows that are tried for one room with runs: a structure that fits between some is not given up for the others."""
+"""Places of doors and windows that are tried for one room with unit rows, so that a structure that fits between some is not given up."""
 
 _BELOW_SLOPES = 100
 """Derivations for which no sloped ceiling is found before a request for one is refused."""
@@ -118,11 +115,11 @@ def _derive_once(plan: Plan, categories: Categories, extent: Extent | None, rng:
     is_sloped = slopes.probability > 0.0 and not special.bay and bool(rng.random() < slopes.probability)
     if slopes.probability > 0.0 and not special.bay and not is_sloped:
         flat_attributes.append(Attribute("slopes", "none", math.log(1.0 - slopes.probability)))
-    in_runs = any(plan.grammar.nodes[vertex.symbol].run is not None for vertex in structure if vertex.symbol in plan.grammar.nodes)
-    tries = _CEILINGS_TRIED if is_sloped else _OPENINGS_TRIED if in_runs else 1
+    in_unit_rows = any(plan.grammar.nodes[vertex.symbol].run is not None for vertex in structure if vertex.symbol in plan.grammar.nodes)
+    tries = _CEILINGS_TRIED if is_sloped else _OPENINGS_TRIED if in_unit_rows else 1
     things = list(zip(terminals.symbols, terminals.rules, terminals.sizes, strict=True))
     loaded = loaded_heights_m(categories, things) if is_sloped else [0.0] * len(things)
-    numbers = draw_numbers(plan.grammar, flat, rng) if in_runs else None
+    numbers = draw_numbers(plan.grammar, flat, rng) if in_unit_rows else None
     pinned: dict[int, Pinned] = {}
     for tried in range(tries):
         try:
@@ -137,7 +134,7 @@ def _derive_once(plan: Plan, categories: Categories, extent: Extent | None, rng:
                 if covered > plan.grammar.room.floor_share_max * signed_area_m2(room.polygon_m):
                     raise RejectedError(f"furniture on at most {plan.grammar.room.floor_share_max:g} of the floor")
                 pinned = _pin(plan, categories, room, terminals, rng)
-            # draw doors and windows, place the runs between them, and draw the addresses
+            # draw doors and windows, place the unit rows between them, and draw the addresses
             openings, opening_counts = draw_openings(plan.grammar, categories, room, rng, special, plan.bounds.keys(), numbers)
             furnished = replace(room, openings=tuple(drawn.opening for drawn in openings))
             check_pinned(
@@ -148,7 +145,7 @@ def _derive_once(plan: Plan, categories: Categories, extent: Extent | None, rng:
             )
             check_tall(plan.grammar, furnished, things)
             drafts = _drafts(structure, terminals, pinned, loaded, len(openings) + 1)
-            runs = place_runs(plan.grammar, furnished, drafts, rng)
+            unit_rows = place_unit_rows(plan.grammar, furnished, drafts, rng)
             items, corners = draw_addresses(categories, furnished, drafts, rng)
             break
         except RejectedError as rejected:
@@ -161,7 +158,7 @@ def _derive_once(plan: Plan, categories: Categories, extent: Extent | None, rng:
         items=_append_items(structure, items, nodes),
         nodes=tuple(nodes),
         corners=tuple((corner.x_m, corner.y_m, corner.yaw_rad) for corner in corners),
-        runs=runs,
+        unit_rows=unit_rows,
     )
 
 
@@ -211,10 +208,10 @@ def _covered_m2(categories: Categories, terminals: _Terminals) -> float:
 
 
 def _asked_m2(grammar: Grammar, structure: Sequence[Vertex]) -> float:
-    """Return the area that the runs of a structure ask for beyond what their units cover."""
+    """Return the area that the unit rows of a structure ask for beyond what their units cover."""
     above = {vertex.parent for vertex in structure}
-    runs = (grammar.nodes[vertex.symbol].run for k, vertex in enumerate(structure) if k in above and vertex.symbol in grammar.nodes)
-    return sum(run.floor_m2 for run in runs if run is not None)
+    rules = (grammar.nodes[vertex.symbol].run for k, vertex in enumerate(structure) if k in above and vertex.symbol in grammar.nodes)
+    return sum(rule.floor_m2 for rule in rules if rule is not None)
 
 
 def _pin(plan: Plan, categories: Categories, room: Room, terminals: _Terminals, rng: np.random.Generator) -> dict[int, Pinned]:

@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from grammar.derivation.openings import Attribute
-from grammar.derivation.pinning import Pinned
+from grammar.derivation.parse_tree import Pinned
 from grammar.derivation.structure import Vertex
 from grammar.geometry.walls import ALONG_X, ALONG_Y, REFLEX, START_X, START_Y, WALL_YAW, wall_lengths, wall_rows
 from grammar.spec.categories import Categories
@@ -171,10 +170,3 @@ def target_probabilities(
             targets.extend(found)
             shares.extend(weight / len(found) for _ in found)
     return targets, [share / sum(shares) for share in shares]
-
-
-def attribute_node(attribute: Attribute, identifier: int | None) -> ParseNode:
-    """Return a drawn attribute as a node of the parse tree; ``identifier`` is the id of its object or opening, None for the room's."""
-    return ParseNode(
-        symbol=attribute.name, kind="attribute", choice=attribute.value, log_probability=attribute.log_probability, object=identifier
-    )

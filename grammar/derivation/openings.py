@@ -9,17 +9,68 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from grammar.derivation.densities import draw_index, draw_truncated_normal, draw_with_log_density, truncated_normal_log_density
+from grammar.derivation.parse_tree import Attribute
 from grammar.geometry.boxes import footprint_penetration
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, NORMAL_X, NORMAL_Y, REFLEX, START_X, START_Y, wall_lengths, wall_rows
 from grammar.geometry.zones import face_box, leaf_boxes
 from grammar.spec.room_rules import OpeningRule
-from scene_description import ModelReference, Opening
+from grammar.spec.rules import Grammar
+from grammar.spec.values import TruncatedNormal
+from scene_description import ModelReference, Opening, Room
+from scene_description.ceilings import stretches_below_m
 from scene_description.types import OpeningKind, Point2
+
+
+def _times(normal: TruncatedNormal, scale: float) -> TruncatedNormal:
+    return TruncatedNormal(mean=scale * normal.mean, sd=scale * normal.sd, low=scale * normal.low, high=scale * normal.high)
+
+
+_CURTAIN_BESIDE_M, _CURTAIN_ABOVE_M = 0.3, 0.1
+"""What curtains take beside and above their window, about."""
+
+
+_OPENING_TRIES = 10
+
+
+_WINDOW_SCALES = (1.0, 0.8, 0.65, 0.5)
+
+
+def draw_below_slopes(grammar: Grammar, room: Room, kind: OpeningKind, draw: Callable[..., DrawnOpening | None]) -> DrawnOpening | None:
+    """Return an opening that fits below a sloped ceiling with its casing and its curtains; None: none did.
+
+    It is drawn along the parts of the walls that are high enough, so that slopes do not make the room rarer.  Where no window of its usual
+    size fits, smaller ones are drawn.
+
+    Args:
+        grammar: with the rule of the opening, and what belongs to it.
+        room: with slopes.
+        kind: of the opening.
+        draw: draws one by a rule, and by ``stretches`` of the walls: :func:`grammar.derivation.openings.draw_opening`.
+    """
+    rule = grammar.openings[kind]
+    curtained = kind == "window" and any("window" in (one.cores or ()) and one.mount == "wall" for one in grammar.objects.values())
+    beside, above = (_CURTAIN_BESIDE_M, max(rule.casing_m, _CURTAIN_ABOVE_M)) if curtained else (rule.casing_m, rule.casing_m)
+    lengths, spare = wall_lengths(room.polygon_m), beside - rule.end_gap_m
+
+    def stretches(top_m: float) -> list[tuple[float, float]]:
+        # below a slope an opening keeps off where that gets too low, not off an end of its wall
+        found = zip(stretches_below_m(room, top_m + above), lengths, strict=True)
+        return [(low + spare * (low > 0.0), high - spare * (0.0 < high < length)) for (low, high), length in found]
+
+    for scale in _WINDOW_SCALES if kind == "window" else (1.0,):
+        scaled = replace(rule, width_m=_times(rule.width_m, scale), height_m=_times(rule.height_m, scale))
+        for _ in range(_OPENING_TRIES):
+            drawn = draw(scaled, stretches=stretches)
+            if drawn is not None:
+                return drawn
+    return None
+
 
 _MAX_SEED = 2**63 - 1
 _PARALLEL = 1e-9
@@ -32,13 +83,9 @@ _CURTAIN_M = 0.3
 Stretches = Callable[[float], Sequence[tuple[float, float]]]
 """Height of a top (m) -> from where to where along each wall, metres from its start."""
 
-
-class Attribute(NamedTuple):
-    """A drawn attribute: name, value as text, log-probability or log-density."""
-
-    name: str
-    value: str
-    log_probability: float
+_PIER_M, _CURTAIN_PIER_M = 0.12, 0.37
+"""Wall beside a window of a bay; beside the front one with room for curtains, where it has that."""
+_LEAST_WIDTH_M, _LEAST_FRONT_M = 0.4, 0.8
 
 
 class DrawnOpening(NamedTuple):
@@ -199,3 +246,58 @@ def _offset_log_density(offset: float, rule: OpeningRule, slack: float) -> float
     if free > 0.0 and rule.end_gap_m <= offset <= slack - rule.end_gap_m:
         density += (1.0 - rule.near_corner) / free
     return math.log(max(density, 1e-300))
+
+
+def draw_bay_windows(
+    rule: OpeningRule,
+    first: int,
+    label: int,
+    polygon_m: Sequence[Point2],
+    height_m: float,
+    bay: Sequence[int],
+    most: int,
+    rng: np.random.Generator,
+) -> list[DrawnOpening] | None:
+    """Draw the windows of a bay, or None where they do not fit below the ceiling.
+
+    Args:
+        rule: distributions of heights and sills; the widths are what the walls leave.
+        first: object id of the first window.
+        label: class id of windows.
+        polygon_m: floor outline, counter-clockwise, world.
+        height_m: height of the ceiling.
+        bay: walls of the bay, the front one in the middle.
+        most: number of windows that there may be; the front has the first.
+        rng: source of randomness.
+    """
+    (tall, tall_log), (sill, sill_log) = (draw_with_log_density(rng, normal) for normal in (rule.height_m, rule.sill_m))
+    if sill + tall > height_m - rule.casing_m:
+        return None
+    lengths = wall_lengths(polygon_m)
+    before, front, after = bay
+    drawn: list[DrawnOpening] = []
+    for wall in (front, before, after):
+        length = lengths[wall]
+        wide = wall == front and length - 2.0 * _CURTAIN_PIER_M >= _LEAST_FRONT_M
+        width = length - 2.0 * (_CURTAIN_PIER_M if wide else _PIER_M)
+        if width < _LEAST_WIDTH_M or len(drawn) == most:
+            continue
+        opening = Opening(
+            id=first + len(drawn),
+            category="window",
+            label=label,
+            wall=wall,
+            offset_m=0.5 * (length - width),
+            sill_m=sill,
+            width_m=width,
+            height_m=tall,
+            hinge="end",
+            swing="out",
+            model=ModelReference(generator="window", seed=int(rng.integers(_MAX_SEED))),
+            parts=(),
+        )
+        text = f"{width:.3f} x {tall:.3f} m, sill {sill:.3f} m"
+        drawn.append(
+            DrawnOpening(opening, (Attribute("size", text, 0.0 if drawn else tall_log + sill_log), Attribute("wall", str(wall), 0.0)))
+        )
+    return drawn

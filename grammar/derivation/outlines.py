@@ -16,7 +16,7 @@ import numpy as np
 from shapely import LineString, Point
 
 from grammar.derivation.densities import draw_index
-from grammar.derivation.openings import Attribute
+from grammar.derivation.parse_tree import Attribute
 from grammar.geometry.walls import wall_lengths
 from grammar.spec.request import RequestError
 from grammar.spec.room_rules import ARMED, SHAPES, RoomShapes

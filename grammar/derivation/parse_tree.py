@@ -6,11 +6,50 @@ Prose says *object*; code says ``item``, since ``object`` is a name of Python's 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
-from grammar.derivation.pinning import Pinned
 from grammar.geometry.run_slots import Slot
 from grammar.spec.object_rules import ObjectRule
 from scene_description import ParseNode, Room
+
+
+def attribute_node(attribute: Attribute, identifier: int | None) -> ParseNode:
+    """Return a drawn attribute as a node of the parse tree; ``identifier`` is the id of its object or opening, None for the room's."""
+    return ParseNode(
+        symbol=attribute.name, kind="attribute", choice=attribute.value, log_probability=attribute.log_probability, object=identifier
+    )
+
+
+class Pinned(NamedTuple):
+    """Where an object stays.
+
+    x_m, y_m, z_m: centre of its underside in the world; yaw_rad; wall: number of the wall that it hangs on; on: what it stands on; sized:
+    whether the request gives its size.
+    """
+
+    x_m: float
+    y_m: float
+    z_m: float
+    yaw_rad: float
+    wall: int | None = None
+    on: int | None = None
+    sized: bool = False
+
+
+class Attribute(NamedTuple):
+    """A drawn attribute: name, value as text, log-probability or log-density."""
+
+    name: str
+    value: str
+    log_probability: float
+
+
+class RejectedError(Exception):
+    """The derivation breaks the constraint that the text names; another one is drawn in its place."""
+
+
+class BelowSlopesError(RejectedError):
+    """A derivation is rejected for a sloped ceiling: none that was drawn for it has room for its doors, windows and furniture."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,8 +80,8 @@ class Item:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RunPlan:
-    """A run: its units' ids in the order of the walk, how many of them stand in each leg, and where it can stand.
+class UnitRowPlan:
+    """A unit row: its units' ids in the order of the walk, how many of them stand in each leg, and where it can stand.
 
     ``slot`` is the number of the slot, and ``slide_m`` the shift along it, in which it begins.
     """
@@ -70,5 +109,5 @@ class ParseTree:
     nodes: tuple[ParseNode, ...]
     corners: tuple[tuple[float, float, float], ...] = ()
     """x, y and yaw of the room's corners that are cores of objects; their ids follow those of the objects."""
-    runs: tuple[RunPlan, ...] = ()
+    unit_rows: tuple[UnitRowPlan, ...] = ()
     """Objects that stand in rows; no object is in two of them."""

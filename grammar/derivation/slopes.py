@@ -7,38 +7,48 @@ WoFlV, section 4), and what counts is as large as the floor that was drawn.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from shapely import Polygon
 
 from grammar.derivation.densities import draw_index, draw_with_log_density
-from grammar.derivation.openings import Attribute, DrawnOpening
-from grammar.derivation.rejection import RejectedError
+from grammar.derivation.parse_tree import Attribute, RejectedError
 from grammar.geometry.boxes import footprint_corners
 from grammar.geometry.slopes import low_ceiling
+from grammar.geometry.solids import surface_top
+from grammar.geometry.wall_spans import free_spans
 from grammar.geometry.walls import NORMAL_X, NORMAL_Y, wall_lengths, wall_rows
+from grammar.geometry.zones import SWING, VIEW, opening_frame, opening_zones, placed_zones
+from grammar.spec.categories import Categories
+from grammar.spec.object_rules import ObjectRule
 from grammar.spec.request import RequestError, SceneRequest
-from grammar.spec.room_rules import SlopeRule
+from grammar.spec.room_rules import OPENINGS, SlopeRule
 from grammar.spec.rules import Grammar
 from grammar.spec.values import TruncatedNormal
 from scene_description import Room, Slope
-from scene_description.ceilings import OUTSIDE_M, distance_into_room_m, stretches_below_m
+from scene_description.ceilings import OUTSIDE_M, distance_into_room_m
 from scene_description.polygons import signed_area_m2
-from scene_description.types import OpeningKind
 
 _TRIES = 6
-_OPENING_TRIES = 10
-_WINDOW_SCALES = (1.0, 0.8, 0.65, 0.5)
 _SIDES = {"flat": (0.0, 0.0), "one_slope": (1.0, 0.0), "two_slopes": (1.0, 1.0)}
 """Probabilities of slopes, and of two of them, that a request for a ceiling stands for."""
 _OPPOSITE = -1.0 + 1e-6
 _SLIM = 1.9
 """A floor does not grow to a longer proportion than this."""
 _NOT_COUNTED_M, _HALF_COUNTED_M = 1.0, 2.0
-_CURTAIN_BESIDE_M, _CURTAIN_ABOVE_M = 0.3, 0.1
-"""What curtains take beside and above their window, about."""
+
+Size = tuple[float, float, float]
+Thing = tuple[str, ObjectRule, Size]
+"""Symbol, rule and size of an object."""
+
+_LOW_M, _STORE_DEPTH_M, _SLACK = 0.2, 0.6, 1.7
+"""Tall is what is so much higher than the eaves.  Outside of rows it needs a wall with floor so deep, and so many times its own width."""
+
+_MOST_STACKED = 4
+"""Things on things on a thing that are added up."""
 
 
 def with_ceiling(rule: SlopeRule, request: SceneRequest) -> SlopeRule:
@@ -152,36 +162,60 @@ def _high_area_m2(room: Room, high_m: float) -> float:
     return float(high.area)
 
 
-def draw_below_slopes(grammar: Grammar, room: Room, kind: OpeningKind, draw: Callable[..., DrawnOpening | None]) -> DrawnOpening | None:
-    """Return an opening that fits below a sloped ceiling with its casing and its curtains; None: none did.
+def loaded_heights_m(categories: Categories, things: Sequence[Thing]) -> list[float]:
+    """Return how high each thing is together with the highest thing that may stand on its lowest surface, and so on."""
+    found = [size[2] for _, _, size in things]
+    for _ in range(_MOST_STACKED):
+        on = defaultdict[str, float](float)
+        for (_, rule, _), height in zip(things, found, strict=True):
+            for supporter in rule.supporters or ():
+                on[supporter] = max(on[supporter], height)
+        found = [
+            max(size[2], min(surface_top(surface, size)[0] for surface in categories[rule.category].surfaces) + on[symbol])
+            if symbol in on and categories[rule.category].surfaces
+            else size[2]
+            for symbol, rule, size in things
+        ]
+    return found
 
-    It is drawn along the parts of the walls that are high enough, so that slopes do not make the room rarer.  Where no window of its usual
-    size fits, smaller ones are drawn.
 
-    Args:
-        grammar: with the rule of the opening, and what belongs to it.
-        room: with slopes.
-        kind: of the opening.
-        draw: draws one by a rule, and by ``stretches`` of the walls: :func:`grammar.derivation.openings.draw_opening`.
+def check_tall(grammar: Grammar, room: Room, things: Sequence[Thing]) -> None:
+    """Check that what stands tall or hangs high at walls finds enough wall below a sloped ceiling; a flat one passes.
+
+    Raises:
+        RejectedError: it does not.
     """
-    rule = grammar.openings[kind]
-    curtained = kind == "window" and any("window" in (one.cores or ()) and one.mount == "wall" for one in grammar.objects.values())
-    beside, above = (_CURTAIN_BESIDE_M, max(rule.casing_m, _CURTAIN_ABOVE_M)) if curtained else (rule.casing_m, rule.casing_m)
-    lengths, spare = wall_lengths(room.polygon_m), beside - rule.end_gap_m
+    if room.slopes is None:
+        return
+    tall = min(slope.eaves_height_m for slope in room.slopes) + _LOW_M
+    reaches = (
+        (top_m(rule, size), size[1], size[0]) if rule.in_run else (top_m(rule, size), _SLACK * size[1], _STORE_DEPTH_M)
+        for _, rule, size in things
+        if not rule.in_line
+    )
+    sizes = sorted((reach for reach in reaches if reach[0] > tall), reverse=True)
+    if not sizes:
+        return
+    zones = [np.zeros((0, 8))]
+    for opening in room.openings:
+        x, y, yaw = opening_frame(room, opening)
+        kept = [zone for zone in opening_zones(opening, grammar.openings[opening.category]) if zone.kind in (SWING, VIEW)]
+        zones.append(placed_zones(kept, x, y, opening.sill_m, yaw))
+    # share the stretches of wall out, the tallest thing first; what is lower finds the same stretches, or longer ones
+    taken, used = np.concatenate(zones), defaultdict[tuple[int, int], float](float)
+    for height, width, depth in sizes:
+        spans = free_spans(room.polygon_m, np.concatenate([taken, low_ceiling(room, height)]), depth)
+        left = {(w, k): span.high - span.low - used[w, k] for w, wall in enumerate(spans) for k, span in enumerate(wall)}
+        fitting = [place for place, length in left.items() if length >= width]
+        if not fitting:
+            raise RejectedError(f"walls below the sloped ceiling for what is {height:.2f} m high")
+        used[min(fitting, key=left.__getitem__)] += width
 
-    def stretches(top_m: float) -> list[tuple[float, float]]:
-        # below a slope an opening keeps off where that gets too low, not off an end of its wall
-        found = zip(stretches_below_m(room, top_m + above), lengths, strict=True)
-        return [(low + spare * (low > 0.0), high - spare * (0.0 < high < length)) for (low, high), length in found]
 
-    for scale in _WINDOW_SCALES if kind == "window" else (1.0,):
-        scaled = replace(rule, width_m=_times(rule.width_m, scale), height_m=_times(rule.height_m, scale))
-        for _ in range(_OPENING_TRIES):
-            drawn = draw(scaled, stretches=stretches)
-            if drawn is not None:
-                return drawn
-    return None
-
-
-def _times(normal: TruncatedNormal, scale: float) -> TruncatedNormal:
-    return TruncatedNormal(mean=scale * normal.mean, sd=scale * normal.sd, low=scale * normal.low, high=scale * normal.high)
+def top_m(rule: ObjectRule, size: Size) -> float:
+    """Return how high a thing at a wall reaches, about; 0 for what has no wall of its own to find, such as a curtain."""
+    if rule.mount == "floor" and (rule.wall or rule.in_run):
+        return size[2]
+    if rule.mount == "wall" and rule.centre_height_m is not None and not set(rule.cores or ()) & set(OPENINGS):
+        return rule.centre_height_m.mean + 0.5 * size[2]
+    return 0.0

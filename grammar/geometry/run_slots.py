@@ -15,7 +15,7 @@ from typing import NamedTuple
 from grammar.geometry.arrays import Floats
 from grammar.geometry.wall_spans import Span
 from grammar.geometry.walls import ALONG_X, ALONG_Y, LENGTH, REFLEX, START_X, START_Y, WALL_YAW
-from grammar.spec.run_rules import RunRule, RunUnit
+from grammar.spec.run_rules import RowUnit, UnitRowRule
 
 MOST_LEGS = 3
 _SQUARE = 0.02
@@ -215,7 +215,7 @@ def jutting(slot: Slot, leg: int, length_m: float, corner_m: float, depth_m: flo
 
 
 def unit_poses(
-    slot: Slot, slide_m: float, legs: Sequence[Sequence[tuple[float, float]]], units: Sequence[RunUnit], run: RunRule
+    slot: Slot, slide_m: float, legs: Sequence[Sequence[tuple[float, float]]], units: Sequence[RowUnit], run: UnitRowRule
 ) -> list[tuple[float, float, float]]:
     """Return x, y and yaw (world) of each unit of a run; ``legs`` has what the units of each leg take across and along their line.
 

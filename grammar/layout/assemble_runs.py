@@ -22,14 +22,14 @@ _CODES = {END: col.END, CORNER_UNIT: col.CORNER_UNIT, WINDOW: col.WINDOW, SIDE_W
 
 def run_table(tree: ParseTree) -> Ints:
     """Return ``Problem.run``."""
-    ends = np.cumsum([0, *(len(run.slots) for run in tree.runs)])
-    rows = [(run.units[0] - 1, len(run.units), ends[k], ends[k + 1]) for k, run in enumerate(tree.runs)]
+    ends = np.cumsum([0, *(len(run.slots) for run in tree.unit_rows)])
+    rows = [(run.units[0] - 1, len(run.units), ends[k], ends[k + 1]) for k, run in enumerate(tree.unit_rows)]
     return np.array(rows, np.int64).reshape(-1, 4)
 
 
 def slot_table(tree: ParseTree) -> Floats:
     """Return ``Problem.slot``."""
-    return np.array([(*slot, run.wall_gap_m, run.joint_m) for run in tree.runs for slot in run.slots], np.float64).reshape(-1, 13)
+    return np.array([(*slot, run.wall_gap_m, run.joint_m) for run in tree.unit_rows for slot in run.slots], np.float64).reshape(-1, 13)
 
 
 def write_links(tree: ParseTree, link: Ints) -> None:
@@ -37,7 +37,7 @@ def write_links(tree: ParseTree, link: Ints) -> None:
     link[:, [col.RUN, col.LEG]] = -1
     items = {item.id: item for item in tree.items}
     kinds = _kinds(tree)
-    for k, run in enumerate(tree.runs):
+    for k, run in enumerate(tree.unit_rows):
         legs = [leg for leg, count in enumerate(run.legs) for _ in range(count)]
         for leg, key in zip(legs, sorted(run.units), strict=True):
             rule = items[key].rule.in_run
@@ -68,7 +68,7 @@ def wishes(tree: ParseTree, beta: float) -> Mapping[int, list[Wish]]:
     has_window = any(opening.category == "window" for opening in tree.room.openings)
     carrying = {item.core for item in tree.items if item.rule.in_line}
     found: dict[int, list[Wish]] = {}
-    for run in tree.runs:
+    for run in tree.unit_rows:
         units = [items[key] for key in run.units]
         held = {unit.symbol for unit in units} | {END} | ({WINDOW, SIDE_WINDOW} if has_window else set())
         held |= {CORNER_UNIT} if any(unit.rule.in_run is not None and unit.rule.in_run.turns for unit in units) else set()
@@ -89,7 +89,7 @@ def _declared(unit: Item, held: set[str]) -> Iterator[tuple[str, float, float]]:
 
 def begin_runs(problem: Problem, tree: ParseTree, state: State) -> None:
     """Put all runs, and what hangs in line above their units, where the derivation has them begin."""
-    for k, run in enumerate(tree.runs):
+    for k, run in enumerate(tree.unit_rows):
         for place, key in enumerate(run.units):
             state.hold[key - 1, [col.ACTIVE, col.PLACE, col.SLOT]] = 1, place, problem.run[k, col.RUN_SLOTS] + run.slot
         arrange(problem, state, k, run.slide_m)

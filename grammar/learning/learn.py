@@ -21,10 +21,10 @@ from grammar.learning.graph import completed
 from grammar.learning.observed import ObservedRoom
 from grammar.learning.openings import fitted_to_openings, learn_openings
 from grammar.learning.relations import LearnShares, learn_object
-from grammar.learning.runs import learn_runs, with_even_heights
 from grammar.learning.sampled_counts import RoomSampler, SampledCounts, count_room
 from grammar.learning.sizes import learn_room
 from grammar.learning.truncation import TruncationOptions, TruncationRow, correct_truncation
+from grammar.learning.unit_rows import learn_unit_rows, with_even_heights
 from grammar.spec.categories import Categories
 from grammar.spec.rules import Budget, Grammar, GrammarError
 
@@ -179,7 +179,7 @@ def _learn_rules(
     nodes = dict(branching.nodes)
     if "sizes" not in options.keep:
         objects = with_even_heights(grammar.objects, objects)
-        related = learn_runs(replace(grammar, nodes=nodes, objects=objects), assigned, counts)
+        related = learn_unit_rows(replace(grammar, nodes=nodes, objects=objects), assigned, counts)
         nodes, objects = dict(related.nodes), dict(related.objects)
     openings = dict(grammar.openings)
     if "openings" not in options.keep:

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from grammar.derivation.room_mixture import ROOM_SIZE
-from grammar.derivation.shell import COUNT
+from grammar.derivation.shell import COUNT, ROOM_SIZE
 from grammar.sampled_room import sample_room
 from grammar.spec.categories import Categories
 from grammar.spec.request import RequestError, SceneRequest

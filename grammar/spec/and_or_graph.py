@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from grammar.spec.run_rules import RunRule
+from grammar.spec.run_rules import UnitRowRule
 from grammar.spec.values import Probability, Symbol
 from scene_description import Limits
 
@@ -29,4 +29,4 @@ class Node:
 
     kind: Literal["and", "or", "set"]
     branches: Annotated[tuple[Branch, ...], Limits(min_length=1, max_length=256)]
-    run: RunRule | None = None
+    run: UnitRowRule | None = None

@@ -1,7 +1,9 @@
 """Grammar files: YAML -> :class:`grammar.spec.rules.Grammar`, strict.  The only file that imports a YAML reader.
 
 A file may name another one in ``extends``, beside it or, where there is none, one that comes with the program; its own keys then win over
-those, mapping by mapping, lists and numbers whole.  So what all room types share is written once.
+those, mapping by mapping, lists, numbers and mappings with the tag ``!whole`` whole.  So what all room types share is written once.
+
+A section ``categories`` has sizes of categories, for the objects whose rules give none of their own.
 """
 
 from __future__ import annotations
@@ -18,9 +20,16 @@ from grammar.spec.request import GRAMMAR_SETS, GrammarSet
 from grammar.spec.rules import Grammar, GrammarError
 from scene_description import FieldError, error_line, from_mapping
 from scene_description.share import config_path
+from scene_description.strict import shorten
 
 _MAX_FILE_BYTES = 64_000_000
 _DEEPEST = 100
+_OF_CATEGORIES = ("sizes", "low_m", "high_m")
+"""Fields that a rule may leave to its category; none of them has a value of its own where both leave it out."""
+
+
+class _Whole(dict[str, Any]):
+    """A mapping that takes the place of the one below it, keys and their order."""
 
 
 class _StrictLoader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
@@ -39,6 +48,7 @@ def _mapping_without_duplicates(loader: _StrictLoader, node: yaml.MappingNode) -
 
 
 _StrictLoader.add_constructor("tag:yaml.org,2002:map", _mapping_without_duplicates)
+_StrictLoader.add_constructor("!whole", lambda loader, node: _Whole(_mapping_without_duplicates(loader, node)))
 
 
 def _load(text: str) -> Any:
@@ -94,7 +104,7 @@ def read_grammar(path: Path, categories: Collection[str]) -> Grammar:
     Raises:
         GrammarError: one line with the file and the path of the field that does not fit.
     """
-    data = _read_extended(path, ())
+    data = _with_sizes(path, _read_extended(path, ()))
     try:
         grammar = from_mapping(Grammar, data)
         check_grammar(grammar, categories)
@@ -147,20 +157,38 @@ def _read_extended(path: Path, above: tuple[Path, ...]) -> Mapping[str, Any]:
     return merged
 
 
+def _with_sizes(path: Path, data: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return a grammar's content with the sizes of its section ``categories`` in the rules of objects that give none."""
+    categories, objects = data.get("categories", {}), data.get("objects")
+    if not isinstance(categories, Mapping):
+        raise GrammarError(f"{path}: categories: expected a mapping, got {type(categories).__name__}")
+    for name, sizes in categories.items():
+        if not isinstance(sizes, Mapping) or not set(_OF_CATEGORIES).issuperset(sizes):
+            raise GrammarError(f"{path}: categories.{name}: expected a mapping with {', '.join(_OF_CATEGORIES)}, got {shorten(sizes)}")
+    content = {key: value for key, value in data.items() if key != "categories"}
+    if isinstance(objects, Mapping):
+        content["objects"] = {symbol: _sized(rule, categories) for symbol, rule in objects.items()}
+    return content
+
+
+def _sized(rule: Any, categories: Mapping[str, Any]) -> Any:
+    name = rule.get("category") if isinstance(rule, Mapping) else None
+    return {**categories[name], **rule} if isinstance(name, str) and name in categories else rule
+
+
 def _extended(path: Path, name: str) -> Path:
-    """Return the file that ``path`` extends: of its folder, else one of those that come with the program."""
-    beside = path.with_name(name)
-    if beside.exists():
+    """Return the file that ``path`` extends: another one of its folder, else one of those that come with the program."""
+    beside, shipped = path.with_name(name), {file.name: file for file in sorted(config_path("grammars").glob("*.yaml"))}
+    # a file may extend the shipped one of its own name
+    if beside.exists() and (beside != path or name not in shipped):
         return beside
-    shipped = sorted(config_path("grammars").glob("*.yaml"))
-    for file in shipped:
-        if file.name == name:
-            return file
-    known = ", ".join(file.name for file in shipped)
+    if name in shipped:
+        return shipped[name]
+    known = ", ".join(shipped)
     raise GrammarError(f"{path}: extends: expected a file in the same folder, or one of {known}, got {name!r}; check the name")
 
 
 def _merge(base: Any, top: Any) -> Any:
-    if not isinstance(base, Mapping) or not isinstance(top, Mapping):
+    if not isinstance(base, Mapping) or not isinstance(top, Mapping) or isinstance(top, _Whole):
         return top
     return {**base, **{key: _merge(base.get(key), value) for key, value in top.items()}}

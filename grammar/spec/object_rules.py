@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
-from grammar.spec.run_rules import RunUnit
+from grammar.spec.run_rules import RowUnit
 from grammar.spec.values import Distance, Extent, Looseness, Metres, Probability, Radians, Side, Spread, Symbol, TruncatedNormal
 from scene_description import Limits
 
@@ -167,7 +167,7 @@ class ObjectRule:
     access: Annotated[tuple[Access, ...], Limits(max_length=8)] = ()
     reach_any: Annotated[tuple[Side, ...], Limits(max_length=4)] = ()
     view_depth_m: Distance = 0.0
-    in_run: RunUnit | None = None
+    in_run: RowUnit | None = None
     """How the object stands in the run of a node above it."""
     in_line: bool = False
     """What hangs keeps to the middle of its core, a unit of a run, which carries one such object, and moves only with it.

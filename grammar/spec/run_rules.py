@@ -20,7 +20,7 @@ Cost = Annotated[float, Limits(ge=0.0, le=100.0, unit="nat")]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RunRule:
+class UnitRowRule:
     """What makes the objects below a node that stand on the floor one run.
 
     They stand with their backs ``wall_gap_m`` off the wall, ``joint_m`` apart.  A run that does not touch a side wall leaves
@@ -54,7 +54,7 @@ class RunRule:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RunUnit:
+class RowUnit:
     """How a unit stands in its run.
 
     ``turns``: it fills a corner of the room, with its back and its right side at walls, and the run goes on along the next wall.

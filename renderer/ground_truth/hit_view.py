@@ -14,9 +14,9 @@ from renderer.camera.cameras import PosedCamera
 from renderer.camera.config import CameraConfig
 from renderer.core.embree import SceneHandle
 from renderer.core.workers import Workers
-from renderer.path.ground_truth import GeometricImages, Hits
+from renderer.path.ground_truth import GeometricImages, Hits, TracedView
 from renderer.path.lights import Lights
-from renderer.path.records import Scratch
+from renderer.path.records import LitScene, Scratch
 from renderer.path.surface_tables import Surfaces
 from renderer.scene.flat_scene import FlatScene
 from scene_description.types import CameraPose
@@ -38,6 +38,11 @@ class TracedScene:
     tree: SceneHandle
     workers: Workers
     scratch: Sequence[Scratch]
+
+    @property
+    def lit(self) -> LitScene:
+        """What kernels take that trace light."""
+        return LitScene(self.tree, self.surfaces, self.lights)
 
     def in_rows(self, kernel: Callable[..., None], *arguments: Any) -> None:
         """Call ``kernel(*arguments, first, step)`` in every thread: it does rows ``first``, ``first + step``, ... of pixels."""
@@ -82,6 +87,11 @@ class HitView:
             self._shared[compute] = compute(self)
         result: Result = self._shared[compute]
         return result
+
+    @property
+    def traced(self) -> TracedView:
+        """What kernels take that shade its hits."""
+        return TracedView(self.camera, self.images.range, self.hits, self.scene.flat.mesh.vertices, self.scene.flat.mesh.faces)
 
     @cached_property
     def neighbours(self) -> tuple[CameraPose | None, CameraPose | None]:

@@ -8,8 +8,8 @@ from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, flat_quads, lathe, merged, moved, rounded_box, slab
 from renderer.models.cabinets import bar_handle
 from renderer.models.kitchen import OVERHANG_M, PLINTH_M, turned_knob
-from renderer.models.living_things import turned_forward
 from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.small_things import turned_forward
 
 
 def build_stove(rng: np.random.Generator, size_m: Size, style: str) -> Parts:

@@ -7,10 +7,10 @@ import math
 
 import numpy as np
 
+from renderer.geometry.lofts import arc, bent, disc, egg, loft, lying, oval, ring
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rounded_box, sweep
 from renderer.models.cabinets import Front, bar_handle, fronts, knob
-from renderer.models.lofts import arc, bent, disc, egg, loft, lying, oval, ring
 from renderer.models.model import Model, Parts, Size, fitted
 
 
@@ -377,10 +377,7 @@ def build_washing_machine(rng: np.random.Generator, size_m: Size, style: str) ->
     pane = lying(lathe(glass_profile, 36), "x", (front, 0.0, z))
     seal = ring("x", (front + 0.002, 0.0, z), 1.02 * radius, 0.006, 40, 6)
     trim = merged(door, seal) if style == "inset" else door
-    return fitted(
-        {"case": case, "panel": merged(*strip, drawer, grip), "door": merged(trim, dial), "glass": merged(pane, display)},
-        size_m,
-    )
+    return fitted({"case": case, "panel": merged(*strip, drawer, grip), "door": merged(trim, dial), "glass": merged(pane, display)}, size_m)
 
 
 MODELS = {

@@ -8,10 +8,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.geometry.lofts import bent, disc, loft, lying, oval, ring
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
 from renderer.models.cabinets import Front, carcass, fronts, knob
-from renderer.models.lofts import bent, disc, loft, lying, oval, ring
 from renderer.models.model import Model, Parts, Size, fitted
 from renderer.models.soft import wrinkles
 

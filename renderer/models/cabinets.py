@@ -12,6 +12,7 @@ from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, r
 from renderer.models.model import Model, Parts, Size, fitted
 
 GAP_M = 0.003
+
 PANEL_M = 0.018
 
 

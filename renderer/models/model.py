@@ -11,6 +11,7 @@ from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import stretched
 
 Size = tuple[float, float, float]
+
 Parts = dict[str, Mesh]
 
 

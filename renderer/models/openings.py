@@ -3,6 +3,7 @@
 Frame of an opening: origin on the wall's inner face at the middle of the hole's lower edge, x into the room, y along the wall, z up;
 the wall fills x from -thickness to 0.  Casings and sills stand out of the hole; every joint is covered, so that no light passes beside the
 pane.
+
 """
 
 from __future__ import annotations

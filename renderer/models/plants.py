@@ -262,7 +262,4 @@ def _blossom(rng: np.random.Generator, radius: float, cup: bool) -> Mesh:
     return lathe(outline, 2 * petals, wave=lambda angle: 1.0 - deep * (0.5 - 0.5 * np.cos(petals * angle)))
 
 
-MODELS = {
-    "potted_plant": Model(build_potted_plant, ("ficus", "palm", "snake", "stalks")),
-    "vase": Model(build_vase, ("flowers", "empty")),
-}
+MODELS = {"potted_plant": Model(build_potted_plant, ("ficus", "palm", "snake", "stalks")), "vase": Model(build_vase, ("flowers", "empty"))}

@@ -7,10 +7,10 @@ import math
 
 import numpy as np
 
+from renderer.geometry.lofts import bent, disc, loft, oval, ring
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, sweep
 from renderer.models.cabinets import Front, fronts
-from renderer.models.lofts import bent, disc, loft, oval, ring
 from renderer.models.model import Model, Parts, Size, fitted
 
 
@@ -53,13 +53,7 @@ def build_workbench(rng: np.random.Generator, size_m: Size, style: str) -> Parts
         pedestal = merged(pedestal[0], other[0]), merged(pedestal[1], other[1])
     parts = {"top": top, "frame": merged(legs, *rails), "shelf": board, "drawers": pedestal[0], "handles": pedestal[1]}
     return fitted(
-        parts
-        | {
-            "vise": _vise(half_d, end * (half_w - 0.22), under, min(0.16, 0.2 * height)),
-            "boxes": boxes,
-            "tins": tins,
-        },
-        size_m,
+        parts | {"vise": _vise(half_d, end * (half_w - 0.22), under, min(0.16, 0.2 * height)), "boxes": boxes, "tins": tins}, size_m
     )
 
 

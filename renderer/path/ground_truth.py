@@ -61,6 +61,19 @@ class Hits(NamedTuple):
     v: NDArray[np.float32]
 
 
+class TracedView(NamedTuple):
+    """A view whose rays have been traced: camera, distance along the rays (height, width), metres, hit record, and the mesh that was hit.
+
+    vertices: (n, 3) float32; faces: (m, 3) uint32.
+    """
+
+    camera: PosedCamera
+    distance: NDArray[np.float32]
+    hits: Hits
+    vertices: NDArray[np.float32]
+    faces: NDArray[np.uint32]
+
+
 def hit_record_shapes(height: int, width: int) -> list[tuple[tuple[int, int], DTypeLike]]:
     """Return the shapes and dtypes of a hit record's fields."""
     return [((height, width), dtype) for dtype in (np.int32, np.float32, np.float32)]

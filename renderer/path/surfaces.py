@@ -7,14 +7,13 @@ from numpy.typing import NDArray
 
 from renderer.core import embree as ray
 from renderer.core import lanes as ln
-from renderer.core.embree import INVALID_ID, LANES, Packet, SceneHandle
+from renderer.core.embree import INVALID_ID, LANES, Packet
 from renderer.core.kernel import inlined, kernel
 from renderer.core.lanes import lane_count
 from renderer.path import surface_tables as st
 from renderer.path.emission import emitter_le, escaped_le, material_glow
-from renderer.path.lights import Lights
 from renderer.path.panes import look_through_panes
-from renderer.path.records import Scratch
+from renderer.path.records import LitScene, Scratch
 from renderer.path.surface_tables import Surfaces
 from renderer.path.textured_hits import apply_texture
 
@@ -32,7 +31,7 @@ def lift_height(x: np.float32, y: np.float32, z: np.float32) -> np.float32:
 
 
 @inlined
-def evaluate_surfaces(scene: SceneHandle, surfaces: Surfaces, lights: Lights, primary: bool, widest: np.float32, scratch: Scratch) -> None:
+def evaluate_surfaces(scene: LitScene, primary: bool, widest: np.float32, scratch: Scratch) -> None:
     """Fill the hits, their materials and emission for 16 traced rays, and make the rays' directions unit.
 
     Camera rays (``primary``) that leave the scene see the sky, and rays that come from outside; others are dark, as light from outside
@@ -40,9 +39,10 @@ def evaluate_surfaces(scene: SceneHandle, surfaces: Surfaces, lights: Lights, pr
     ``widest``: most that ray cones grow per metre.
     """
     packet, lanes, parts = scratch.rays, scratch.lanes, scratch.parts
+    surfaces, lights = scene.surfaces, scene.lights
     _place_hits(packet, lanes)
     _fetch_materials(packet, surfaces, _ONE if primary else _ZERO, widest, lanes, parts)
-    look_through_panes(scene, scratch)
+    look_through_panes(scene.tree, scratch)
     # One by one, the few lanes whose material is more than a row of the table.
     for k in range(LANES):
         if lanes[ln.SPECIAL + k] == _ZERO:

@@ -61,7 +61,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     for name, command in COMMANDS.items():
         subparser = subparsers.add_parser(name, help=command.help, description=command.help[0].upper() + command.help[1:] + ".")
         if name == chosen:  # the modules of other commands stay unloaded
-            module = importlib.import_module(f"scene_synth_ros.cli.{command.module}")
+            module = importlib.import_module(f"scene_synth_ros.cli.commands.{command.module}")
             module.add_arguments(subparser)
     parsed = parser.parse_args(arguments)
     signal.signal(signal.SIGINT, handler)

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from scene_synth_ros.bags.bag_inspect import InspectReport, inspect_bag, render_report
 from scene_synth_ros.bags.bag_reader import BagReadError
-from scene_synth_ros.cli.run_command import truth_folder
-from scene_synth_ros.cli.supervisor import Outcome
+from scene_synth_ros.cli.commands.run_command import truth_folder
+from scene_synth_ros.cli.processes.supervisor import Outcome
 
 
 def conclude(arguments: argparse.Namespace, outcome: Outcome, seconds: float, catalog_dir: Path | None) -> int:
@@ -37,20 +37,20 @@ def conclude(arguments: argparse.Namespace, outcome: Outcome, seconds: float, ca
 
 
 def _contact_sheet(arguments: argparse.Namespace, _catalog_dir: Path | None) -> str:
-    from scene_synth_ros.cli.contact_sheet import write_contact_sheet
+    from scene_synth_ros.cli.pictures.contact_sheet import write_contact_sheet
 
     rooms = write_contact_sheet(arguments.record, arguments.contact_sheet)
     return f"contact sheet: {arguments.contact_sheet} ({rooms} rooms)"
 
 
 def _page(arguments: argparse.Namespace, _catalog_dir: Path | None) -> str:
-    from scene_synth_ros.cli.show_command import describe, show_bag
+    from scene_synth_ros.cli.commands.show_command import describe, show_bag
 
     return describe(show_bag(arguments.record, arguments.show), arguments.show).rstrip()
 
 
 def _truth(arguments: argparse.Namespace, catalog_dir: Path | None) -> str:
-    from scene_synth_ros.cli.truth_command import write_bag_truth
+    from scene_synth_ros.cli.commands.truth_command import write_bag_truth
 
     return f"truth: {write_bag_truth(arguments.record, truth_folder(arguments.record), catalog_dir)}"
 

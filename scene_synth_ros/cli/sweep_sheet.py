@@ -8,7 +8,7 @@ from pathlib import Path
 from renderer import LAYERS
 from scene_synth_ros.bags.bag_images import layer_picture, layer_topics, read_pixels
 from scene_synth_ros.bags.bag_reader import BagReader
-from scene_synth_ros.cli.picture_grid import Tile, write_grid
+from scene_synth_ros.cli.pictures.picture_grid import Tile, write_grid
 from scene_synth_ros.cli.usage import UsageError
 from scene_synth_ros.sweep.sweep_document import short
 

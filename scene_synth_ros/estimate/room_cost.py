@@ -16,8 +16,8 @@ from scene_description import SceneDescription, scene_to_json
 from scene_synth_ros.mcap.file import COMPRESSORS
 from scene_synth_ros.messages.canonical_cdr import canonical_cdr
 from scene_synth_ros.offline.offline_bag import OfflineBag
+from scene_synth_ros.offline.rules import sample_room
 from scene_synth_ros.offline.settings import OfflineSettings
-from scene_synth_ros.synthesize.run import Run
 from scene_synth_ros.synthesize.scene_messages import scene_to_msgs
 
 
@@ -99,7 +99,7 @@ def measure_room(settings: OfflineSettings, rules: SceneSynthesizer, index: int,
         SceneSynthError: the room cannot be made, or there is no place for it.
     """
     began = read_clocks()
-    scene = synthesized(settings, rules, index)
+    scene = sample_room(rules, settings, index)
     synthesis = read_clocks().since(began)
     part = _middle(scene, max(2, most_frames))
     marks: list[Clocks] = []
@@ -123,17 +123,6 @@ def measure_room(settings: OfflineSettings, rules: SceneSynthesizer, index: int,
         bytes_room=once,
         bytes_bag=size - chunks,
     )
-
-
-def synthesized(settings: OfflineSettings, rules: SceneSynthesizer, index: int) -> SceneDescription:
-    """Return a room of a dataset, with its stamps.
-
-    Raises:
-        SceneSynthError: it cannot be had.
-    """
-    order = Run(replace(settings.run, first_index=index, rooms=1), 0.0).order(0.0)
-    assert order is not None
-    return rules.synthesize(settings.grammar["scene"], settings.run.seed, index, order.times)
 
 
 def _middle(scene: SceneDescription, frames: int) -> SceneDescription:

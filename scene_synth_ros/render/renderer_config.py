@@ -64,10 +64,6 @@ RENDERER_GROUPS: dict[str, type] = {
 def refuse_contradictions(owner: str, values: Mapping[str, Any]) -> None:
     """Refuse what is fixed at the start and does not go together.
 
-    Args:
-        owner: name of the node.
-        values: prefix -> dataclass.
-
     Raises:
         ParameterError: a share of the rooms that is none, or a camera that is called as the scanner.
     """

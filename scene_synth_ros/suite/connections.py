@@ -36,9 +36,6 @@ class Connections:
     """Starts of renderers all of whose topics have reached the recorder; no clocks, no threads.
 
     A reader is matched a moment after its writer is known, so a start counts as connected when it is found whole at two looks in a row.
-
-    Args:
-        publishers_of: returns the publishers of a topic that are known now.
     """
 
     def __init__(self, publishers_of: Callable[[str], Iterable[Endpoint]]) -> None:

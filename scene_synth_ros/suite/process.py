@@ -22,9 +22,8 @@ from scene_description import error_line
 from scene_synth_ros.suite.faults import FAULT_STATUS, fault_report
 from scene_synth_ros.suite.heap import collect_rarely, limit_arenas
 from scene_synth_ros.suite.parameters import ParameterError
-from scene_synth_ros.suite.stale_shared_memory import avoid_stale_ports
 from scene_synth_ros.suite.suite_node import REFUSALS
-from scene_synth_ros.suite.transport import choose_transport
+from scene_synth_ros.suite.transport import avoid_stale_ports, choose_transport
 
 _SOURCE_PLACES = re.compile(r", at \S+:\d+")
 """Where in its sources rcl has found an error, which it appends to what it says."""
@@ -36,11 +35,7 @@ _LISTEN_S = 0.2
 
 
 def init_ros(args: list[str] | None = None) -> None:
-    """Initialise rclpy with the transport that the nodes need, leaving signals to the caller; the one door to ROS of every process.
-
-    Args:
-        args: the command line; None takes the process's own.
-    """
+    """Initialise rclpy with the transport that the nodes need, leaving signals to the caller; the one door to ROS of every process."""
     own_transport = choose_transport()
     rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
     if own_transport:

@@ -9,10 +9,10 @@ from pathlib import Path
 from grammar import GrammarError, RequestError
 from grammar.synthesize import SceneSynthesizer
 from scene_description import FieldError, SceneDescription, error_line, scene_from_json
+from scene_synth_ros.offline.rules import sample_room
 from scene_synth_ros.offline.settings import OfflineSettings
 from scene_synth_ros.sweep.sweep_file import SweepError, SweepSpec
 from scene_synth_ros.sweep.variant import BaseRoom
-from scene_synth_ros.synthesize.run import Run
 
 RoomSettings = Callable[[Mapping[str, object]], OfflineSettings]
 """Returns the parameters of a run, some of them given, NODE.NAME -> value."""
@@ -51,10 +51,8 @@ def room_parameters(room_type: str, seed: int, index: int) -> dict[str, object]:
 
 def _sampled(where: str, parameters: Mapping[str, object], settings_of: RoomSettings, rules: SceneSynthesizer) -> BaseRoom:
     settings = settings_of(parameters)
-    order = Run(settings.run, 0.0).order(0.0)
-    assert order is not None
     try:
-        return BaseRoom(rules.synthesize(settings.grammar["scene"], settings.run.seed, order.index, order.times), settings)
+        return BaseRoom(sample_room(rules, settings, settings.run.first_index), settings)
     except (GrammarError, RequestError) as error:
         raise SweepError(f"{where}: base: {error_line(error)}") from None
 

@@ -18,14 +18,7 @@ SCENE_TOPICS: dict[str, type] = {SCENE: String, MARKERS: MarkerArray, MAP: Occup
 
 
 def scene_to_msgs(scene: SceneDescription, text: str, floor: FloorMap, world_frame: str) -> dict[str, object]:
-    """Return topic -> message, in the order in which they are published: the description last, when all else is there.
-
-    Args:
-        scene: the room.
-        text: its description, JSON.
-        floor: its free floor.
-        world_frame: of poses.
-    """
+    """Return topic -> message, in the order in which they are published: the description last, when all else is there."""
     stamp_ns = scene.camera_path[0].stamp_ns
     return {
         MAP: occupancy_to_msg(floor.cells, floor.resolution_m, floor.origin_m, stamp_ns, world_frame),

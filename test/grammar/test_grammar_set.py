@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from small_grammar import CATEGORIES
 
-from grammar import GrammarError, SceneRequest, read_room_type, sample_room
+from grammar import GrammarError, SceneRequest, read_grammar, read_room_type, sample_room
+from grammar.learning import grammar_yaml
 from grammar.spec.grammar_file import learned_types, room_types
 from grammar.synthesize import SceneSynthesizer
+from scene_description.share import config_path
 
 
 @pytest.mark.parametrize("room_type", learned_types())
@@ -18,6 +20,19 @@ def test_learned_grammars_give_valid_rooms(room_type):
     assert grammar.objects.keys() >= read_room_type(room_type, CATEGORIES).objects.keys()
     for seed in range(3):
         assert sample_room(grammar, CATEGORIES, SceneRequest(room_type=room_type), np.random.default_rng(seed)).validity.valid
+
+
+@pytest.mark.parametrize("room_type", learned_types())
+def test_learned_grammars_say_what_differs_from_their_base(room_type, tmp_path):
+    base, learned = (read_room_type(room_type, CATEGORIES, name) for name in ("by_hand", "learned"))
+    shipped = config_path(f"learned/{room_type}.yaml").read_text(encoding="utf-8")
+    assert f"\nextends: {room_type}.yaml\n" in shipped
+    # a file without a base, as older ones are, and one with it read back alike, the order of all keys included
+    texts = grammar_yaml(learned, [], {}), grammar_yaml(learned, [], {}, base, f"{room_type}.yaml")
+    assert len(texts[1]) < 0.9 * len(texts[0])
+    for number, text in enumerate(texts):
+        (tmp_path / f"{number}.yaml").write_text(text, encoding="utf-8")
+        assert repr(read_grammar(tmp_path / f"{number}.yaml", CATEGORIES)) == repr(learned)
 
 
 def test_requests_choose_the_set():

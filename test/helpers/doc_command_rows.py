@@ -54,14 +54,18 @@ _REPLAY = "test/scene_synth_ros/replay/test_player.py::test_loop_begins_again_un
 _WALL = "test/scene_synth_ros/test_wall_clock.py"
 _SPLIT = "test/scene_synth_ros/splits/test_split_command.py::test"
 _SWEEP = "test/scene_synth_ros/sweep/test_sweep.py::test"
+_CLI = "test/scene_synth_ros/cli"
+_GALLERY = f"{_CLI}/pictures/test_gallery.py draws single models"
+_CATALOG = f"{_CLI}/commands/test_catalog_command.py::test_the_check_names_each_fault"
+_SAMPLE = f"{_CLI}/commands/test_sample_command.py::test_writes_every_kind_of_file_and_a_record_of_the_chain"
 _ROBOTS = (
-    "test/scene_synth_ros/cli/test_run_profile.py::test_a_namespace_of_its_own_stands_before_the_frames_unless_the_profile_says_otherwise"
+    "test/scene_synth_ros/cli/parameters/test_run_profile.py::test_a_namespace_of_its_own_stands_before_the_frames_unless_the_profile_says_otherwise"
 )
-_GENERATE_TESTS = "test/scene_synth_ros/cli/test_generate_command.py"
+_GENERATE_TESTS = "test/scene_synth_ros/cli/commands/test_generate_command.py"
 _GENERATE = f"{_GENERATE_TESTS}::test_a_run_that_was_killed_goes_on_with_more_workers_to_the_same_bytes"
 _EVALUATE_TESTS = "test/scene_synth_ros/evaluate/test_evaluate_command.py"
 _EVALUATE = f"{_EVALUATE_TESTS}::test_the_truth_as_estimate_is_perfect"
-_CONVERT = "test/scene_synth_ros/cli/test_convert_command.py::test_the_folder_appears_whole_and_the_line_says_what_is_in_it"
+_CONVERT = "test/scene_synth_ros/cli/commands/test_convert_command.py::test_the_folder_appears_whole_and_the_line_says_what_is_in_it"
 _FAST = "-p grammar_node.rate_hz:=30.0 -p renderer_node.camera.width:=320 -p renderer_node.camera.height:=240"
 _TINY = "-p renderer_node.camera.width:=96 -p renderer_node.camera.height:=72 -p renderer_node.render.samples_per_pixel:=1"
 
@@ -71,7 +75,7 @@ RECORD = "scene_synth run --record BAG --rooms 4 --show page.html"
 _ESTIMATE = "test/scene_synth_ros/estimate/test_estimate_command.py::test_bytes_are_those_of_the_dataset_where_all_rooms_are_measured"
 _RAY = "test/scene_synth_ros/cluster/test_ray_shards.py::test_a_node_that_is_killed_at_work_changes_nothing_of_the_dataset"
 _OWN_RAY = "test/scene_synth_ros/cluster/test_ray_shards.py::test_a_ray_of_the_runs_own_begins_and_ends_with_it"
-_SHARES = "test/scene_synth_ros/cli/test_generate_shares.py::test_the_last_share_writes_the_manifest_that_a_single_run_writes"
+_SHARES = "test/scene_synth_ros/cli/commands/test_generate_shares.py::test_the_last_share_writes_the_manifest_that_a_single_run_writes"
 
 ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     # make
@@ -81,7 +85,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "make test": Parsed("is what runs this test"),
     "make lint": Parsed("a check of its own, which finds no fault of a run"),
     "make docs": Parsed("test/test_docs.py::test_the_map_of_the_architecture_is_up_to_date"),
-    "make gallery": Parsed("takes many minutes; test/scene_synth_ros/cli/test_gallery.py draws single models"),
+    "make gallery": Parsed(f"takes many minutes; {_GALLERY}"),
     "make bench": Parsed("takes many minutes, and speed is never judged in a test"),
     "make soak": Parsed("takes hours"),
     "make soak SOAK_FRAMES=2000": Parsed("takes hours"),
@@ -136,8 +140,8 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         "test/scene_synth_ros/bags/test_verify.py"
         "::test_a_bag_with_the_classes_of_another_standard_is_the_same_again_and_drawn_in_its_colours"
     ),
-    "scene_synth demo": Parsed("test/scene_synth_ros/cli/test_show_command.py::test_the_demo_is_a_run_in_one_folder"),
-    ".venv/bin/scene_synth demo": Parsed("test/scene_synth_ros/cli/test_show_command.py::test_the_demo_is_a_run_in_one_folder"),
+    "scene_synth demo": Parsed("test/scene_synth_ros/cli/commands/test_show_command.py::test_the_demo_is_a_run_in_one_folder"),
+    ".venv/bin/scene_synth demo": Parsed("test/scene_synth_ros/cli/commands/test_show_command.py::test_the_demo_is_a_run_in_one_folder"),
     "scene_synth run --record bag --rooms 20 --frames 30": Parsed(_MAIN_JOB),
     "scene_synth run --record bag --renderers 2": Parsed(_ALIKE),
     "scene_synth run --record bag --rooms 2 --frames 4 -p renderer_node.streams.annotations:=true": Parsed(
@@ -160,7 +164,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         "test/scene_synth_ros/bags/test_verify.py::test_the_bag_says_what_made_it_and_its_parameters_make_it_again"
     ),
     "scene_synth run --grammar waiting_room.yaml": Parsed(
-        "test/scene_synth_ros/cli/test_run_profile.py::test_a_grammar_file_comes_with_its_room_type_and_is_checked_first"
+        "test/scene_synth_ros/cli/parameters/test_run_profile.py::test_a_grammar_file_comes_with_its_room_type_and_is_checked_first"
     ),
     "scene_synth run -p grammar_node.scene.grammar_set:=by_hand": Parsed("test/grammar/test_grammar_set.py"),
     "scene_synth run -p \"grammar_node.scene.looks:=['bed/duvet: {material: deep_cover, base_color: [0.1, 0.2, 0.3]}',"
@@ -176,7 +180,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
         ("scan_pictures/scans.npz", "scan_pictures/scan.png"),
     ),
     "scene_synth run --overlay kinect_v1 --rooms 2 --frames 8 --record my_bag": Parsed(
-        "test/scene_synth_ros/cli/test_camera_presets.py::test_a_preset_is_a_camera_and_nothing_else"
+        "test/scene_synth_ros/cli/parameters/test_camera_presets.py::test_a_preset_is_a_camera_and_nothing_else"
     ),
     "scene_synth run --params main -p grammar_node.scene.daylight:=overcast --rooms 2 --frames 8 --record my_bag": Parsed(
         "test/grammar/appearance/test_lighting.py"
@@ -186,7 +190,7 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     " -p grammar_node.scene.room_type:=kitchen --show kitchen.html": Parsed(_MAIN_JOB),
     "chromium --headless=new --hide-scrollbars --window-size=1400,900 --virtual-time-budget=10000 --screenshot=docs/show.jpg"
     ' "file://$PWD/kitchen.html#frame=5&x=390&y=290"': Listed(
-        "needs Chromium; test/scene_synth_ros/cli/test_show_page_in_browser.py drives one where it is installed"
+        "needs Chromium; test/scene_synth_ros/cli/page/test_show_page_in_browser.py drives one where it is installed"
     ),
     # bags
     "scene_synth inspect": Named(),
@@ -194,11 +198,11 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth show BAG": Run(makes=("BAG.html",)),
     "scene_synth show BAG --out page.html --rooms 20 --frames 30 --max-size 320 --open": Run(makes=("page.html",)),
     "scene_synth show BAG [--out FILE.html] [--rooms N] [--frames N] [--max-size PX] [--open]": Usage(
-        "test/scene_synth_ros/cli/test_show_command.py::test_the_command_says_what_it_wrote"
+        "test/scene_synth_ros/cli/commands/test_show_command.py::test_the_command_says_what_it_wrote"
     ),
     "scene_synth report": Named(),
     "scene_synth report EVALUATION.json ... [--bag-root DIR] [--estimates DIR] [--out FILE.html] [--worst N] [--max-size PX]"
-    " [--open]": Usage("test/scene_synth_ros/cli/test_report_command.py::test_it_says_what_the_page_has_and_opens_it"),
+    " [--open]": Usage("test/scene_synth_ros/cli/commands/test_report_command.py::test_it_says_what_the_page_has_and_opens_it"),
     "scene_synth report evaluation.json": Run(makes=("report.html",)),
     "scene_synth report before.json after.json --out report.html --open": Run(makes=("report.html",)),
     "scene_synth report evaluation.json --bag-root bags --estimates estimates --worst 12 --max-size 640": Parsed(
@@ -273,15 +277,15 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     "scene_synth sample -p": Named(),
     "scene_synth sample --look TEXT": Named(),
     "scene_synth sample --room TYPE --seed S [--count N] [--report] [--chain] [--workers N] [--grammar FILE] [-p NAME:=VALUE]"
-    " --out DIR": Usage("test/scene_synth_ros/cli/test_sample_command.py::test_writes_every_kind_of_file_and_a_record_of_the_chain"),
+    " --out DIR": Usage(_SAMPLE),
     "scene_synth sample --grammar waiting_room.yaml --count 4 --out rooms": Run(makes=("rooms/room_0003.json", "rooms/room_0003.png")),
     "scene_synth sample --room living_room --seed 3 -p daylight:=clear -p solar_hour:=17.5 -p turbidity:=5 --out rooms": Run(
         makes=("rooms/room_0000.json",)
     ),
-    "scene_synth catalog check DIR": Usage("test/scene_synth_ros/cli/test_catalog_command.py::test_the_check_names_each_fault"),
-    "scene_synth catalog check DIR [--strict]": Usage("test/scene_synth_ros/cli/test_catalog_command.py::test_the_check_names_each_fault"),
+    "scene_synth catalog check DIR": Usage(_CATALOG),
+    "scene_synth catalog check DIR [--strict]": Usage(_CATALOG),
     "scene_synth learn LAYOUTS.jsonl ... --room TYPE --out GRAMMAR.yaml": Usage(
-        "test/scene_synth_ros/cli/test_learn_command.py::test_learns_from_sampled_scenes"
+        "test/scene_synth_ros/cli/commands/test_learn_command.py::test_learns_from_sampled_scenes"
     ),
     "scene_synth learn LAYOUTS.jsonl [MORE.jsonl:0.3 ...] --room bedroom --out my_bedroom.yaml": Run(
         "scene_synth learn LAYOUTS.jsonl MORE.jsonl:1 --room bedroom --out my_bedroom.yaml --hold-out 0 --iterations 0 --corrections 0",
@@ -372,8 +376,8 @@ ROWS: dict[str, Run | Parsed | Usage | Named | Listed] = {
     " \"estimates:=['depth:=/my/depth']\"": _ROS2CLI,
     "scene_synth layers [--markdown]": Usage("the row below"),
     "scene_synth layers --markdown > docs/layers.md": Run(makes=("docs/layers.md",)),
-    "scene_synth gallery --out DIR [--only WORD]": Usage("takes minutes; test/scene_synth_ros/cli/test_gallery.py draws single models"),
-    "scene_synth gallery --out docs/gallery": Parsed("takes minutes; test/scene_synth_ros/cli/test_gallery.py draws single models"),
+    "scene_synth gallery --out DIR [--only WORD]": Usage(f"takes minutes; {_GALLERY}"),
+    "scene_synth gallery --out docs/gallery": Parsed(f"takes minutes; {_GALLERY}"),
     "scene_synth gallery --out DIR --kind models --only chair": Run(
         "scene_synth gallery --out DIR --kind models --only book_stack --spp 1", ("DIR/models_1.jpg",)
     ),

@@ -27,6 +27,7 @@ CATEGORIES: Categories = read_categories(config_path("categories.yaml"))
 def mapping(text: str) -> dict[str, Any]:
     """Return the shipped base file's mapping with a 4 x 4 m room and the sections of ``text`` on top."""
     data = yaml.safe_load(config_path("grammars/base.yaml").read_text(encoding="utf-8"))
+    del data["categories"]
     side = {"mean": 4.0, "sd": 0.1, "low": 4.0, "high": 4.0}
     data |= {"room_type": "closet", "root": "closet"}
     data["room"] |= {"width_m": side, "depth_m": side, "area_low_m2": 9.0, "area_high_m2": 20.0}

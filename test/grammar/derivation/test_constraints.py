@@ -10,11 +10,10 @@ from scipy import stats
 from small_grammar import CATEGORIES, item, small_grammar
 
 from grammar.derivation.constraints import CountBound, constrained
-from grammar.derivation.counting import ConditionalStructures
 from grammar.derivation.densities import draw_size
 from grammar.derivation.derive import derive
 from grammar.derivation.overrides import overridden
-from grammar.derivation.structure import draw_structure
+from grammar.derivation.structure import ConditionalStructures, draw_structure
 from grammar.sampled_room import sample_room
 from grammar.spec.grammar_file import read_room_type
 from grammar.spec.request import RequestError, SceneRequest

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from grammar.derivation.rejection import RejectedError
-from grammar.derivation.room_mixture import ROOM_SIZE, draw_room_size, may_be_bare
+from grammar.derivation.parse_tree import RejectedError
+from grammar.derivation.shell import ROOM_SIZE, draw_room_size, may_be_bare
 from grammar.spec.room_rules import RoomSize
 
 SIZES = (

@@ -9,8 +9,7 @@ import pytest
 
 from grammar import RequestError, SceneRequest
 from grammar.derivation.derive import derive
-from grammar.derivation.plan import make_plan
-from grammar.derivation.room_size import _bounds, _least_by_number, _least_covered, check_room_size
+from grammar.derivation.plan import _bounds, _least_by_number, _least_covered, check_room_size, make_plan
 from grammar.spec.categories import read_categories
 from grammar.spec.grammar_file import read_room_type, room_types
 from grammar.spec.room_rules import RoomShapes

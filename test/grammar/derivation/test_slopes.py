@@ -8,10 +8,9 @@ import pytest
 from small_grammar import CATEGORIES, closet, item, small_grammar
 
 from grammar.derivation.derive import derive
-from grammar.derivation.headroom import check_tall, loaded_heights_m
 from grammar.derivation.overrides import overridden
-from grammar.derivation.rejection import RejectedError
-from grammar.derivation.slopes import draw_slopes
+from grammar.derivation.parse_tree import RejectedError
+from grammar.derivation.slopes import check_tall, draw_slopes, loaded_heights_m
 from grammar.geometry.slopes import low_ceiling
 from grammar.spec.request import RequestError, SceneRequest
 from grammar.spec.room_rules import SlopeRule

@@ -10,7 +10,7 @@ from scipy import stats
 from small_grammar import CATEGORIES, closet, item, mapping, small_grammar
 
 from grammar.derivation.derive import derive
-from grammar.derivation.run_order import order_cost
+from grammar.derivation.row_fit import order_cost
 from grammar.geometry.walls import WALL_YAW
 from grammar.layout import columns as col
 from grammar.layout.assemble import assemble
@@ -70,7 +70,7 @@ def wall_behind(problem, line):
 
 def test_units_touch_each_other_and_keep_off_the_wall():
     tree, problem, state = assembled(row_of({"small": 0.4, "middle": 0.6, "large": 0.9}))
-    plan = tree.runs[0]
+    plan = tree.unit_rows[0]
     for slot in range(len(plan.slots)):
         state.hold[problem.link[:, col.RUN] == 0, col.SLOT] = slot
         arrange(problem, state, 0, 0.5 * plan.slots[slot].slide)
@@ -146,7 +146,7 @@ def test_a_run_round_a_corner_leaves_no_gap_and_mirrors(turning_m):
     text += "".join(item(symbol, "dresser", (0.5, width, 0.8), ", in_run: {}") for symbol, width in widths.items())
     text += item("turn", "dresser", (0.5, turning_m, 0.8), ", in_run: {turns: true}")
     tree, problem, state = assembled(small_grammar(text, weights={}))
-    plan, corner = tree.runs[0], int(np.flatnonzero(problem.link[:, col.TURNS])[0])
+    plan, corner = tree.unit_rows[0], int(np.flatnonzero(problem.link[:, col.TURNS])[0])
     width = 0.5 if turning_m > 0.5 else turning_m
     assert len(plan.legs) == 2 and len({slot.direction for slot in plan.slots}) == (2 if width == 0.5 else 1)
     assert problem.object[corner, col.HALF_WIDTH] == pytest.approx(0.5 * width)
@@ -210,7 +210,7 @@ def test_a_run_stretches_to_the_end_of_its_wall_and_what_hangs_in_line_is_as_wid
     tree, problem, state = next(
         (tree, problem, state)
         for tree, problem, state in found
-        if wall_behind(problem, tree.runs[0].slots[tree.runs[0].slot].line(0)) != tree.room.openings[0].wall
+        if wall_behind(problem, tree.unit_rows[0].slots[tree.unit_rows[0].slot].line(0)) != tree.room.openings[0].wall
     )
     widths = {item.symbol: item.size_m[1] for item in tree.items}
     scale = [widths[name] / drawn for name, drawn in (("a", 0.5), ("b", 0.5), ("c", 1.2))]
@@ -253,5 +253,5 @@ def test_the_state_in_which_a_run_begins_is_that_of_its_plan():
     before = state.where.copy()
     begin_runs(problem, tree, state)
     assert (state.where == before).all()
-    for k, plan in enumerate(tree.runs):
+    for k, plan in enumerate(tree.unit_rows):
         assert tuple(i + 1 for i in order_of(problem, state, k)) == plan.units and sum(plan.legs) == len(plan.units)

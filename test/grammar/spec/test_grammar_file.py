@@ -139,6 +139,42 @@ BAD = {
 }
 
 
+def test_a_file_may_extend_the_shipped_one_of_its_own_name(tmp_path):
+    path = tmp_path / "bedroom.yaml"
+    path.write_text("extends: bedroom.yaml\nschedule: {beta: 7.0}\n", encoding="utf-8")
+    shipped, own = read_room_type("bedroom", CATEGORIES), read_grammar(path, CATEGORIES)
+    assert own.schedule.beta == 7.0
+    assert own.objects == shipped.objects
+
+
+def test_a_whole_mapping_takes_the_place_of_the_one_below_it(tmp_path):
+    data = mapping(TEXT)
+    data["objects"]["bin"] |= {"cores": {"bed": 0.75, "none": 0.25}, "around": [{"side": "left"}]}
+    (tmp_path / "base.yaml").write_text(yaml.safe_dump(data), encoding="utf-8")
+    merged, whole = (
+        read(tmp_path, f"extends: base.yaml\nobjects: {{bin: {{cores: {tag} {{shelf: 0.5, none: 0.5, bed: 0}}}}}}\n").objects["bin"].cores
+        for tag in ("", "!whole")
+    )
+    assert list(merged) == ["bed", "none", "shelf"]
+    assert list(whole) == ["shelf", "none", "bed"]
+
+
+def test_rules_without_sizes_have_those_of_their_categories(tmp_path):
+    data = mapping(TEXT)
+    names = ("sizes", "low_m", "high_m")
+    data["categories"] = {"waste_bin": {name: data["objects"]["bin"].pop(name) for name in names}, "globe": {}}
+    data["objects"]["bin"]["low_m"] = [0.25, 0.25, 0.35]
+    rule = read(tmp_path, data).objects["bin"]
+    assert rule.sizes == read(tmp_path, mapping(TEXT)).objects["bin"].sizes
+    assert (rule.low_m, rule.high_m) == ((0.25, 0.25, 0.35), (0.4, 0.4, 0.5))
+    for wrong, words in (
+        ([], "categories: expected a mapping, got list"),
+        ({"bed": {"mount": "wall"}}, r"categories\.bed: expected a mapping"),
+    ):
+        with pytest.raises(GrammarError, match=words):
+            read(tmp_path, data | {"categories": wrong})
+
+
 @pytest.mark.parametrize("name", BAD)
 def test_a_bad_file_is_refused_with_file_and_field_in_one_line(tmp_path, name):
     path, value, words = BAD[name]

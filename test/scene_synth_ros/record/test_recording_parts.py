@@ -13,13 +13,13 @@ from std_msgs.msg import Header, String
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_verify import message_digest
 from scene_synth_ros.bags.bag_writer import BagWriter
+from scene_synth_ros.record.frame_intake import SeenFrames
+from scene_synth_ros.record.recorder_config import SplitPolicy
 from scene_synth_ros.record.recording import Recording
-from scene_synth_ros.record.seen_frames import SeenFrames
 from scene_synth_ros.record.snapshot_ring import KeptMessage, SnapshotRing
-from scene_synth_ros.record.split_policy import SplitPolicy
-from scene_synth_ros.render.peers import Peers
+from scene_synth_ros.render.inbox import Peers
 from scene_synth_ros.suite.status import NodeStatus
-from scene_synth_ros.synthesize.lock_step import finished_by_all, missing_peers
+from scene_synth_ros.synthesize.room_schedule import finished_by_all, missing_peers
 
 TOPIC = "/synth/renderer_node/settings"
 

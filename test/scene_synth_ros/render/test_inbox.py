@@ -4,8 +4,7 @@ import threading
 
 import pytest
 
-from scene_synth_ros.render.inbox import MAX_ROOMS_WAITING, Inbox
-from scene_synth_ros.render.peers import Peers
+from scene_synth_ros.render.inbox import MAX_ROOMS_WAITING, Inbox, Peers
 from scene_synth_ros.suite.status import NodeStatus
 
 TOPIC = "/r/settings"

@@ -18,7 +18,7 @@ from scene_description import scene_to_json
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.bags.bag_verify import verify_bag
 from scene_synth_ros.cli.command_line import main
-from scene_synth_ros.cli.sweep_command import read_plan
+from scene_synth_ros.cli.commands.sweep_command import read_plan
 from scene_synth_ros.messages.conversions import msg_to_image
 from scene_synth_ros.messages.frame_settings import FrameSettings, settings_from_json
 from scene_synth_ros.sweep import variant_bag

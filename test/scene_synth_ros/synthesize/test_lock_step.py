@@ -4,7 +4,7 @@ import pytest
 
 from scene_description import FieldError
 from scene_synth_ros.suite.status import MAX_TEXT_LENGTH, NodeStatus, done_in_run, status_from_json, status_to_json
-from scene_synth_ros.synthesize.lock_step import Expectation, finished_by_all, peer_failures, waiting_for
+from scene_synth_ros.synthesize.room_schedule import Expectation, finished_by_all, peer_failures, waiting_for
 
 RUN = "g.1"
 

@@ -1,0 +1,173 @@
+"""The room as unit rows see it: walls, what doors and windows keep free, and the places of units against these."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from grammar.derivation.drafts import Draft
+from grammar.derivation.row_fit import reach_m, unit_rule
+from grammar.derivation.slopes import top_m
+from grammar.geometry.arrays import Boxes, Floats
+from grammar.geometry.boxes import Z_HIGH, penetration
+from grammar.geometry.slopes import above_slopes, slope_rows
+from grammar.geometry.wall_spans import Span, outlines, spans_of
+from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, WALL_YAW, wall_rows
+from grammar.geometry.zones import FACE, SWING, VIEW, opening_frame, opening_zones, placed_zones
+from grammar.spec.rules import Grammar
+from grammar.spec.run_rules import HANGING_LOW_M, SIDE_WINDOW, WINDOW, UnitRowRule
+from scene_description import Room
+
+OFF_WALL = -1
+ASKEW = 0.5
+"""Greatest cosine of the angle between walls that are not opposite each other or in line."""
+
+Pose = tuple[float, float, float, int]
+"""x, y, yaw, and the number of the wall at the back, ``OFF_WALL`` without one."""
+
+_DEEPER_M = 0.03
+"""By how much a unit beside a corner may reach further into the room than the one that fills it."""
+
+_EVEN_M, _ROUNDING_M = 0.0005, 1e-9
+
+
+class Aisle(NamedTuple):
+    """What a unit that stands already takes, (1, 8) world boxes: for units opposite it, and for those at walls at an angle to its own."""
+
+    yaw_rad: float
+    ahead: Boxes
+    aside: Boxes
+
+
+class Shell(NamedTuple):
+    """A room's walls, (n, 8) boxes that doors, windows, and windows' frames keep free, and windows by wall and stretch.
+
+    slope: the planes of :func:`grammar.geometry.slopes.slope_rows`; line_m: how high what hangs in line above unit rows reaches, about.
+    """
+
+    room: Room
+    wall: Floats
+    swings: Boxes
+    views: Boxes
+    faces: Boxes
+    windows: tuple[tuple[int, float, float], ...]
+    slope: Floats
+    line_m: float
+
+    def along(self, pose: Pose) -> float:
+        """Return how far along the wall at its back a unit's middle is."""
+        row = self.wall[pose[3]]
+        return float((pose[0] - row[START_X]) * row[ALONG_X] + (pose[1] - row[START_Y]) * row[ALONG_Y])
+
+    def windows_met(self, poses: Sequence[Pose]) -> list[frozenset[str]]:
+        """Return for each unit whether its middle is below a window of its wall, and whether a wall at an angle to its back has one."""
+        found = []
+        for pose in poses:
+            below = any(w == pose[3] and low <= self.along(pose) <= high for w, low, high in self.windows)
+            aside = any(abs(math.cos(pose[2] - self.wall[w, WALL_YAW])) < ASKEW for w, _, _ in self.windows)
+            found.append(frozenset(name for name, met in ((WINDOW, below), (SIDE_WINDOW, aside)) if met))
+        return found
+
+    def hides_window(self, unit: Draft, width: float, pose: Pose) -> bool:
+        """Return whether a unit stands before a window that must stay free."""
+        box = _box_as_wide(unit, width, pose)
+        return any(penetration(box, 0, self.views, k) > 0.0 for k in range(len(self.views)))
+
+    def pierces_slope(self, unit: Draft, width: float, pose: Pose) -> bool:
+        """Return whether a unit, or what may stand on it, reaches through a sloped ceiling."""
+        box = _box_as_wide(unit, width, pose)
+        box[0, Z_HIGH] = max(unit.loaded_m, unit.size_m[2])
+        return len(self.slope) > 0 and above_slopes(self.slope, box, 0) > 0.0
+
+    def carries(self, unit: Draft, width: float, pose: Pose) -> bool:
+        """Return whether something may hang above a unit: there is a wall behind it, high enough, with no window."""
+        box = _box_as_wide(unit, width, pose)
+        box[0, 2:4] = unit.size_m[2], self.line_m
+        if len(self.slope) and above_slopes(self.slope, box, 0) > 0.0:
+            return False
+        box[0, 3] = self.room.height_m
+        return pose[3] != OFF_WALL and not any(penetration(box, 0, self.faces, k) > 0.0 for k in range(len(self.faces)))
+
+
+def shell_of(grammar: Grammar, room: Room, drafts: Sequence[Draft]) -> Shell:
+    """Return a room as unit rows see it, in which these objects are to stand and hang."""
+    found: dict[int, list[Boxes]] = {SWING: [], VIEW: [], FACE: []}
+    for opening in room.openings:
+        x, y, yaw = opening_frame(room, opening)
+        for zone in opening_zones(opening, grammar.openings[opening.category]):
+            found[zone.kind].append(placed_zones([zone], x, y, opening.sill_m, yaw))
+    boxes = {kind: np.concatenate([np.zeros((0, 8)), *rows]) for kind, rows in found.items()}
+    windows = tuple((o.wall, o.offset_m, o.offset_m + o.width_m) for o in room.openings if o.category == "window")
+    line_m = max((top_m(draft.rule, draft.size_m) for draft in drafts if draft.rule.in_line), default=0.0)
+    return Shell(room, wall_rows(room.polygon_m), boxes[SWING], boxes[VIEW], boxes[FACE], windows, slope_rows(room), line_m)
+
+
+def spans_beside(shell: Shell, openings: Boxes, taken: Sequence[Aisle], depth_m: float) -> list[list[Span]]:
+    """Return the stretches of each wall that openings and the unit rows that stand already leave free."""
+    spans = []
+    for w, row in enumerate(shell.wall):
+        boxes = [one.aside if abs(math.cos(one.yaw_rad - row[WALL_YAW])) < ASKEW else one.ahead for one in taken]
+        spans.append(spans_of(shell.wall, w, outlines(np.concatenate([openings, *boxes])), depth_m))
+    return spans
+
+
+def box_of(unit: Draft, pose: Pose, before_m: float = 0.0) -> Boxes:
+    """Return the (1, 8) world box of a unit, ``before_m`` deeper to its front."""
+    x, y, yaw, _ = pose
+    c, s = math.cos(yaw), math.sin(yaw)
+    depth, width, height = unit.size_m
+    middle = 0.5 * before_m
+    return np.array([[x + middle * c, y + middle * s, 0.0, height, 0.5 * depth + middle, 0.5 * width, c, s]])
+
+
+def _box_as_wide(unit: Draft, width: float, pose: Pose) -> Boxes:
+    """Return the (1, 8) world box of a unit that is as wide as its unit row asks for, if it stretches."""
+    box = box_of(unit, pose)
+    if unit_rule(unit).stretches:
+        box[0, 5] = 0.5 * width
+    return box
+
+
+class UnitRow(NamedTuple):
+    """A unit row that is to be placed: its units at walls, those of them that turn, and those that jut out.
+
+    taken: what other unit rows keep free; hanging: all that hangs in line above some row.
+    """
+
+    rule: UnitRowRule
+    shell: Shell
+    units: list[Draft]
+    turning: list[Draft]
+    juts: list[Draft]
+    taken: tuple[Aisle, ...]
+    hanging: list[Draft]
+
+    @property
+    def corner_m(self) -> float:
+        """Return how far a leg keeps off a corner on that side where the units of the other leg pass: the reach of the deepest of them."""
+        side = self.side_m
+        deeper = (reach_m(unit) for unit in self.units if unit.size_m[2] < HANGING_LOW_M)
+        return max((reach for reach in deeper if side + _EVEN_M < reach < side + _DEEPER_M), default=side) if self.turning else 0.0
+
+    @property
+    def side_m(self) -> float:
+        """Return the depth of the units that turn."""
+        return max((unit.size_m[0] for unit in self.turning), default=0.0)
+
+    @property
+    def corners_m(self) -> tuple[float, float]:
+        """Return how far from a corner the leg after it begins where the walk follows the numbers of the walls, and where it does not."""
+        return self.corner_m, self.corner_m if self.is_square else max(unit.size_m[1] for unit in self.turning)
+
+    @property
+    def is_square(self) -> bool:
+        """Return whether both sides of all units that turn take as much of the walls, so that the unit row can be walked either way."""
+        return all(abs(unit.size_m[1] - self.corner_m) < _ROUNDING_M for unit in self.turning)
+
+    @property
+    def jut_m(self) -> float:
+        """Return the depth of the units that jut out."""
+        return max((unit.size_m[0] for unit in self.juts), default=0.0)

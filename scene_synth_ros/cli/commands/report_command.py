@@ -1,0 +1,84 @@
+"""``scene_synth report``: one or more evaluations as one HTML page, for a browser and nothing else."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from scene_synth_ros.cli.options import check_bounds, check_page, told_lines
+from scene_synth_ros.cli.usage import refuse_missing_folder
+from scene_synth_ros.pages.document import open_page
+from scene_synth_ros.report.report_file import ReportSummary, write_report
+
+WORST, MAX_SIZE = 6, 320
+LIMITS = {"worst": (0, 100), "max_size": (16, 2048)}
+"""Option -> smallest and largest value."""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the command's options."""
+    parser.add_argument(
+        "evaluations", type=Path, nargs="+", metavar="EVALUATION.json", help="what scene_synth evaluate wrote; several are compared"
+    )
+    parser.add_argument("--out", type=Path, default=Path("report.html"), metavar="FILE", help="the page (default: %(default)s)")
+    parser.add_argument(
+        "--bag-root", type=Path, metavar="DIR", help="folder that the bags' paths begin at (default: that of each EVALUATION.json)"
+    )
+    parser.add_argument(
+        "--estimates",
+        type=Path,
+        metavar="DIR",
+        help="bag of the estimates, or the folder with one for each variant (default: what each evaluation's command names)",
+    )
+    parser.add_argument(
+        "--worst", type=int, default=WORST, metavar="N", help="worst frames to show of each task of each evaluation (default: %(default)s)"
+    )
+    parser.add_argument(
+        "--max-size",
+        type=int,
+        default=MAX_SIZE,
+        metavar="PX",
+        help="longer side of the pictures, larger ones are reduced (default: %(default)s)",
+    )
+    parser.add_argument("--open", action="store_true", help="open the page in the browser")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Write the page, say what it shows and what is missing; return 0 if there is a page."""
+    check_bounds(arguments, LIMITS)
+    refuse_missing_folder("--bag-root", arguments.bag_root)
+    refuse_missing_folder("--estimates", arguments.estimates)
+    out: Path = arguments.out
+    check_page(out)
+    summary = write_report(
+        arguments.evaluations,
+        out,
+        bag_root=arguments.bag_root,
+        estimates=arguments.estimates,
+        worst=arguments.worst,
+        max_size=arguments.max_size,
+        progress=_progress,
+    )
+    _progress("")
+    sys.stdout.write(describe(summary, out))
+    if arguments.open:
+        sys.stdout.write(open_page(out))
+    return 0
+
+
+def describe(summary: ReportSummary, path: Path) -> str:
+    """Return what is said of a report that was written."""
+    counts = (
+        (summary.evaluations, "evaluation"),
+        (summary.tasks, "task"),
+        (summary.factors, "factor"),
+        (summary.pictured, "pictured frame"),
+    )
+    told = ", ".join(f"{count} {noun}{'' if count == 1 else 's'}" for count, noun in counts)
+    return told_lines(f"report: {path} ({told}, {summary.size / 1e6:.1f} MB)", summary.notes)
+
+
+def _progress(what: str) -> None:
+    if sys.stderr.isatty():
+        sys.stderr.write(f"\r{what[:70]}\033[K")

@@ -1,0 +1,112 @@
+"""How units stand in a run: end-on, with joints, with light from the side; and how runs meet at corners."""
+
+import math
+
+import numpy as np
+import pytest
+from small_grammar import CATEGORIES, closet, item, mapping, small_grammar
+
+from grammar.derivation.derive import derive
+from grammar.geometry.run_slots import unit_poses
+from grammar.geometry.walls import WALL_YAW
+from grammar.layout import columns as col
+from grammar.layout.assemble import assemble
+from grammar.layout.energies import full_energy
+from grammar.layout.runs import RUN_ORDER, arrange
+from grammar.spec.request import RequestError, SceneRequest
+from grammar.spec.rules import Grammar
+from scene_description import FieldError, from_mapping
+
+
+def with_run(text, run):
+    return text.replace("kind: and,", f"kind: and, run: {run},")
+
+
+def assembled(grammar, counts=()):
+    tree = derive(grammar, CATEGORIES, SceneRequest(room_type="closet", counts=counts), np.random.default_rng(0))
+    return (tree, *assemble(grammar, CATEGORIES, tree))
+
+
+def test_end_on_units_stand_back_to_back_and_a_joint_apart_in_every_slot():
+    text = with_run(closet("a", "b"), "{wall_gap_m: 0.02, joint_m: 0.1, flush: false}")
+    text += "".join(item(symbol, "desk", (0.8, 1.5, 0.74), ", in_run: {end_on: true}") for symbol in "ab")
+    tree, problem, state = assembled(small_grammar(text))
+    plan, rule = tree.unit_rows[0], small_grammar(text).nodes["closet"].run
+    rules = [small_grammar(text).objects["a"].in_run] * 2
+    assert {slot.direction for slot in plan.slots} == {1.0, -1.0}
+    for k, slot in enumerate(plan.slots):
+        units = np.flatnonzero(problem.link[:, col.RUN] == 0)
+        state.hold[units, col.SLOT] = k
+        arrange(problem, state, 0, 0.5 * slot.slide)
+        first, last = units[np.argsort(state.hold[units, col.PLACE])]
+        line, apart = slot.line(0), state.pose[last, :2] - state.pose[first, :2]
+        normal = np.array([math.cos(line.yaw_rad), math.sin(line.yaw_rad)])
+        assert np.hypot(*apart) == pytest.approx(0.9) and apart @ normal == pytest.approx(0.0, abs=1e-9)
+        for i, away in ((first, -apart), (last, apart)):
+            assert (state.pose[i, :2] - (line.x_m, line.y_m)) @ normal == pytest.approx(0.02 + 0.75)
+            assert math.cos(state.pose[i, 2] - math.atan2(away[1], away[0])) == pytest.approx(1.0)
+        twin = unit_poses(slot, 0.5 * slot.slide, [[(1.5, 0.8)] * 2], rules, rule)
+        assert np.array([pose[:2] for pose in twin]) == pytest.approx(state.pose[[first, last], :2])
+        assert np.cos([pose[2] for pose in twin] - state.pose[[first, last], 2]) == pytest.approx(1.0)
+
+
+def test_a_run_with_free_ends_touches_no_side_wall():
+    text = with_run(closet("a"), "{end_gap_m: 1.1, ends_free: true}") + item("a", "dresser", (0.5, 1.6, 0.8), ", in_run: {}")
+    data = mapping(text)
+    data["openings"]["door"] |= {"end_gap_m": 1.5, "near_corner": 0.0}  # its leaf reaches no other wall
+    tree, problem, state = assembled(from_mapping(Grammar, data))
+    door_yaw = problem.wall[tree.room.openings[0].wall, WALL_YAW]
+    free = [(k, slot) for k, slot in enumerate(tree.unit_rows[0].slots) if math.cos(slot.yaw_a - door_yaw) < 0.9]
+    assert free
+    for k, slot in free:
+        state.hold[problem.link[:, col.RUN] == 0, col.SLOT] = k
+        for shift in (0.0, slot.slide):
+            arrange(problem, state, 0, shift)
+            at = state.pose[np.flatnonzero(problem.link[:, col.RUN] == 0)[0], :2]
+            wall = next(row for row in problem.wall if math.cos(row[WALL_YAW] - slot.yaw_a) > 0.9)
+            assert 0.8 + 1.1 - 1e-9 <= (at - wall[:2]) @ wall[2:4] <= 4.0 - 1.9 + 1e-9
+
+
+def test_an_end_on_unit_that_stretches_is_refused():
+    text = with_run(closet("a"), "{}") + item("a", "desk", (0.8, 1.5, 0.74), ", in_run: {end_on: true, stretches: true}")
+    with pytest.raises(FieldError, match=r"objects\.a\.in_run\.end_on: expected no value with turns or stretches"):
+        small_grammar(text)
+
+
+def test_a_unit_that_likes_light_from_the_side_pays_at_the_window_s_wall_and_opposite():
+    text = with_run(closet("a"), "{bare_cost: 0}") + item("a", "dresser", (0.5, 0.6, 0.8), ", in_run: {near: {side_window: 1.5}}")
+    tree, problem, state = assembled(small_grammar(text, weights={"run_order": 1.0}), counts=("window:1:1",))
+    windows = {opening.wall for opening in tree.room.openings if opening.category == "window"}
+    seen = set()
+    for k, slot in enumerate(tree.unit_rows[0].slots):
+        state.hold[problem.link[:, col.RUN] == 0, col.SLOT] = k
+        arrange(problem, state, 0, 0.0)
+        aside = any(abs(math.cos(slot.yaw_a - problem.wall[window, WALL_YAW])) < 0.5 for window in windows)
+        seen.add(aside)
+        assert full_energy(problem, state)[RUN_ORDER] == pytest.approx(0.0 if aside else 1.5)
+    assert seen == {True, False}
+
+
+@pytest.mark.parametrize(("corner_aisle", "fits"), [(", corner_aisle_m: 0", True), ("", False)])
+def test_a_second_run_begins_beside_the_first_one_where_the_corner_s_aisle_lets_it(corner_aisle, fits):
+    """The first takes a whole wall of 4 m, 0.5 m deep, and 3.2 m before it; the second is 3.4 m long."""
+    run = f"{{aisle_m: 3.2{corner_aisle}}}"
+    text = (
+        f"""budget: {{derivations: 60, structures: 1, layouts: 1, rounds: 1, odd: 0}}
+nodes:
+  closet: {{kind: and, branches: [{{symbol: first}}, {{symbol: second}}]}}
+  first: {{kind: and, run: {run}, branches: [{{symbol: a}}]}}
+  second: {{kind: and, run: {run}, branches: [{{symbol: b}}]}}
+objects:
+"""
+        + item("a", "dresser", (0.5, 3.98, 0.8))
+        + item("b", "dresser", (0.5, 3.4, 0.8))
+    )
+    grammar = small_grammar(text)
+    if not fits:
+        with pytest.raises(RequestError, match="walls that second fits at"):
+            assembled(grammar)
+        return
+    tree, _problem, _state = assembled(grammar)
+    first, second = (run.slots[run.slot] for run in tree.unit_rows)
+    assert math.cos(first.yaw_a - second.yaw_a) == pytest.approx(0.0, abs=1e-9)
