@@ -66,9 +66,6 @@ class BagSummary:
 class BagReader:
     """An open bag.  Damaged parts are passed over and listed in ``faults``; memory is bounded by the largest chunk.
 
-    Args:
-        path: folder of a bag, or one of its files.
-
     Attributes:
         types: topic -> type of its messages.
 
@@ -118,10 +115,7 @@ class BagReader:
     def messages(self, topics: Collection[str] | None = None, start_ns: int = 0, *, file_order: bool = False) -> Iterator[BagMessage]:
         """Yield messages, file by file, in the order of their log times as far as chunks allow, or as they stand in the files.
 
-        Args:
-            topics: only these; None for all.
-            start_ns: only log times from here on.
-            file_order: as they were written.
+        ``topics``: only these, None for all; ``start_ns``: only log times from here on; ``file_order``: as they were written.
         """
         for contents in self._contents:
             yield from self._messages_of(contents, topics, start_ns, file_order)

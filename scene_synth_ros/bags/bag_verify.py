@@ -191,10 +191,7 @@ class _Frames:
 def verify_bag(bag: Path, catalog_dir: Path | None = None, progress: Callable[[int, int], None] = lambda *_: None) -> VerifyReport:
     """Compare a bag with its manifests and with what its frames are when they are rendered again.
 
-    Args:
-        bag: folder of the bag, or one of its files.
-        catalog_dir: folder of the user's models, where the run had one.
-        progress: called with frames done and frames in all.
+    ``catalog_dir``: folder of the user's models, where the run had one; ``progress`` is told frames done and frames in all.
 
     Raises:
         BagReadError: the bag cannot be read.

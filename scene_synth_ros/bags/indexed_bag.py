@@ -48,10 +48,6 @@ CACHE_SIZE = 64 * 2**20
 def open_bag(path: Path, report: Callable[[str], None] = lambda line: None) -> IndexedBag:
     """Return the bag at a path, a folder or one of its files.
 
-    Args:
-        path: of the bag.
-        report: called with one line for everything that is wrong.
-
     Raises:
         BagReadError: there is nothing to read, with the reason.
         OSError: it cannot be read.

@@ -76,9 +76,7 @@ class WholeFrames:
     def of_file(self, messages: Iterable[BagMessage], is_cut: Callable[[], bool]) -> Iterator[BagMessage]:
         """Yield the messages of a file, without the group at its end if the file was cut within that.
 
-        Args:
-            messages: as they stand in the file.
-            is_cut: asked at the end, whether more had been in the file.
+        ``is_cut`` is asked at the end, whether more had been in the file.
         """
         held: list[BagMessage] = []
         names: set[str] = set()

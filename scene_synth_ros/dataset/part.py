@@ -30,11 +30,7 @@ class CameraTopics:
 
 
 def find_cameras(types: Mapping[str, str]) -> dict[str, CameraTopics]:
-    """Return the cameras of a bag by their names with namespace (``/synth/camera``), in the order of these.
-
-    Args:
-        types: topic -> type.
-    """
+    """Return the cameras of a bag by their names with namespace (``/synth/camera``), in the order of these."""
     cameras: dict[str, CameraTopics] = {}
     for image, topic in find_images(types).items():
         if image.camera:
@@ -57,13 +53,7 @@ def find_cameras(types: Mapping[str, str]) -> dict[str, CameraTopics]:
 class Part:
     """An open bag of a dataset; holds no open file.
 
-    Args:
-        name: of the bag, for messages.
-        files: of it.
-        layers: that every frame has; None for all of the camera.
-        camera: its name, alone or with its namespace; None for the first that has all layers.
-        cache: of decompressed chunks.
-        report: called with one line for everything that is wrong.
+    ``layers`` and ``camera`` are chosen as :func:`open_dataset` says; ``report`` gets one line for everything that is wrong.
 
     Attributes:
         bag: its messages.

@@ -31,9 +31,7 @@ class BagPlace:
 def find_bags(folder: Folder, report: Callable[[str], None]) -> list[BagPlace]:
     """Return the bags at a place in the order of their names, shards in the order of their numbers.
 
-    Args:
-        folder: the place, a folder or a single file.
-        report: called with one line for everything that is not whole.
+    ``report`` gets one line for everything that is not whole.
 
     Raises:
         DatasetError: there is nothing to read.
@@ -126,9 +124,7 @@ def _room(room: Any, where: str) -> RoomInfo:
 def read_json(file: StoredFile, schema: str) -> dict[str, Any]:
     """Return the JSON object in a file.
 
-    Args:
-        file: at most 1 GiB.
-        schema: that it must have; empty for any.
+    It has at most 1 GiB, and the schema that is asked for, if one is.
 
     Raises:
         DatasetError: it is another.

@@ -56,9 +56,7 @@ class RoomsByStart:
     def add(self, data: CdrBytes, log_ns: int) -> None:
         """Take a serialised scene description.
 
-        Args:
-            data: std_msgs/String; what is no description is a room of the type ``unknown``.
-            log_ns: when it came, which counts where it has no stamp.
+        What is none is a room of the type ``unknown``; ``log_ns``, when it came, counts where it has no stamp.
         """
         stamp = stamp_ns(STRING_TYPE, data)
         self._rooms.setdefault(log_ns if stamp is None else stamp, room_of_scene(data, len(self._rooms)))

@@ -20,11 +20,6 @@ def read_split(folder: Folder, name: str, rooms: Sequence[RoomInfo]) -> NDArray[
 
     Rooms that are not in the dataset yet, because their shards are not complete, are left out.
 
-    Args:
-        folder: of the dataset.
-        name: of the split.
-        rooms: of the dataset.
-
     Raises:
         DatasetError: there is no such split, or it does not fit.
         OSError: it cannot be read.

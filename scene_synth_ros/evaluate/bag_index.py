@@ -42,11 +42,7 @@ class BagIndex:
 def index_bag(bag: IndexedBag, path: Path, topics: Collection[TypedTopic], labels: str = "") -> BagIndex:
     """Find out what a bag holds; of images nothing is read where the bag's own index tells their stamps.
 
-    Args:
-        bag: what is read.
-        path: of the bag.
-        topics: whose stamps are asked for.
-        labels: topic of the JSON labels of classes; empty for none.
+    ``labels``: topic of the JSON labels of classes; empty for none.
     """
     index = BagIndex(path=path)
     scenes = list(find_streams(bag.types, SCENE))

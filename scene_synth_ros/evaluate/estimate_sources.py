@@ -37,13 +37,7 @@ class EstimateSource(Protocol):
 
 
 class BagEstimates:
-    """Estimates on topics of a bag.
-
-    Args:
-        bag: what is read.
-        topics: task -> topic.
-        index: of the bag.
-    """
+    """Estimates on topics of a bag."""
 
     def __init__(self, bag: IndexedBag, topics: Mapping[str, TypedTopic], index: BagIndex) -> None:
         self._bag, self._topics, self._index = bag, topics, index
@@ -68,12 +62,8 @@ class BagEstimates:
 class AlgorithmEstimates:
     """Estimates of a user's Python algorithm.
 
-    Args:
-        algorithm: what is called.
-        tasks: what is asked of it.
-        images: its inputs, by name.
-        infos: topics of their camera infos, by the same names, and by ``OWN_CAMERA`` of the camera that is judged.
-        poses: stamp -> true pose; empty unless it asks for them.
+    ``infos`` are by the names of its images, and by ``OWN_CAMERA`` of the camera that is judged; ``poses`` is empty unless it asks for
+    them.
     """
 
     def __init__(

@@ -84,12 +84,7 @@ LIVE_TYPES = {
 
 
 def truth_names(config: EvaluatorConfig, resolve: Callable[[str], str]) -> dict[str, TypedTopic]:
-    """Return layer -> topic of the truth that the tasks need, and with ``breakdown`` of what groups their pixels.
-
-    Args:
-        config: of the node.
-        resolve: makes the fully qualified name of a relative one.
-    """
+    """Return layer -> topic of the truth that the tasks need, and with ``breakdown`` of what groups their pixels."""
     chosen = parse_mapping(config.truth)
     layers = (*needed_layers(config.tasks), *(GROUP_LAYERS if config.breakdown else ()))
     names = {layer: chosen.get(layer, TASK_STREAMS[layer].truth(config.camera).topic) for layer in layers}
@@ -97,11 +92,6 @@ def truth_names(config: EvaluatorConfig, resolve: Callable[[str], str]) -> dict[
 
 
 def estimate_names(config: EvaluatorConfig, resolve: Callable[[str], str]) -> dict[str, str]:
-    """Return task -> topic of its estimates.
-
-    Args:
-        config: of the node.
-        resolve: makes the fully qualified name of a relative one.
-    """
+    """Return task -> topic of its estimates."""
     chosen = parse_mapping(config.estimates)
     return {task: resolve(chosen.get(task, TASK_STREAMS[task].estimate)) for task in config.tasks}

@@ -51,11 +51,6 @@ class Plan:
 class JudgedBag:
     """A bag of truth with what is to be judged by it.
 
-    Args:
-        bag: of truth.
-        plan: what is judged.
-        notes: gets what is wrong with estimates.
-
     Raises:
         BagReadError: a bag cannot be read at all.
         EvaluateError: a topic is missing, or has no message.
@@ -99,8 +94,7 @@ class JudgedBag:
     def measure(self, progress: Callable[[], None]) -> Iterator[MeasuredFrame]:
         """Yield the measurements of all frames, in the order of their stamps, those of whole rooms at the end of each room.
 
-        Args:
-            progress: called after each frame.
+        ``progress`` is called after each frame.
 
         Raises:
             EvaluateError: the truth cannot be read, or the algorithm raised something.
@@ -267,9 +261,7 @@ class StampMatch:
 def match_stamps(truth: Mapping[int, int], estimates: Mapping[int, int]) -> StampMatch:
     """Compare two topics.
 
-    Args:
-        truth: stamp -> how many messages have it.
-        estimates: the same.
+    Both are stamp -> how many messages have it.
     """
     return StampMatch(
         paired=tuple(sorted(truth.keys() & estimates.keys())),

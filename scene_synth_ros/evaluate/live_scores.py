@@ -40,10 +40,7 @@ class LiveScores:
 
     Threads: one thread calls :meth:`measure`, one :meth:`scores`; any thread may call the others.  A lock guards what they share.
 
-    Args:
-        tasks: that are judged.
-        truth: layer -> topic.
-        kept: how many frames of a task are kept, the newest.
+    Of each task the newest ``kept`` frames are kept.
     """
 
     def __init__(self, tasks: Sequence[str], truth: Mapping[str, TypedTopic], kept: int) -> None:

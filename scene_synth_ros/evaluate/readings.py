@@ -140,9 +140,7 @@ def _read_path(data: bytes, topic: str) -> Reading:
 def read_transforms(data: bytes, child: str) -> Reading:
     """Return the poses of one frame in a ``tf2_msgs/msg/TFMessage``, in whatever frame is above it.
 
-    Args:
-        data: the message.
-        child: the frame; empty takes every transform.
+    An empty ``child`` takes every transform.
     """
     reader = CdrReader(data)
     poses, parent = [], ""

@@ -26,9 +26,7 @@ class StampBuffer(Generic[Item]):
 
     Threads: one thread only.
 
-    Args:
-        names: of the streams; a stamp is whole when each has brought it.
-        window: how many stamps may wait; of more, the one that came first is given up.
+    A stamp is whole when each of ``names`` has brought it; of more than ``window`` stamps the one that came first is given up.
 
     Attributes:
         counts: what was left out: ``late``, messages of a stamp that was whole or given up before; ``repeated``, of one that waits.
@@ -73,10 +71,7 @@ class MeasuringThread(Generic[Item]):
 
     Threads: one thread calls the methods; jobs run in the thread of this object, which nothing that a job raises ends.
 
-    Args:
-        job: what is done.
-        failed: called, in the thread of this object, with what a job raised.
-        places: how many items may wait.
+    ``failed`` is called with what a job raised; no more than ``places`` items wait.
     """
 
     def __init__(self, job: Callable[[Item], None], failed: Callable[[Exception], object], places: int) -> None:

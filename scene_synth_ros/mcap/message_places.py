@@ -58,9 +58,7 @@ class MessagePlaces(NamedTuple):
 def read_index(file: StoredFile, report: Callable[[str], None]) -> FileIndex:
     """Read what a file says of itself.
 
-    Args:
-        file: finished, unfinished or damaged.
-        report: called with one line for everything that is wrong.
+    It may be finished, unfinished or damaged; ``report`` gets one line for everything that is wrong.
 
     Raises:
         McapReadError: it cannot be read, or is no MCAP file.
@@ -73,11 +71,7 @@ def read_index(file: StoredFile, report: Callable[[str], None]) -> FileIndex:
 def find_messages(file: StoredFile, index: FileIndex, topics: Collection[str], report: Callable[[str], None]) -> MessagePlaces:
     """Find the messages of some topics.
 
-    Args:
-        file: where they are.
-        index: of the file.
-        topics: names.
-        report: called with one line for every part of the index that is damaged.
+    ``report`` gets one line for every part of the index that is damaged.
 
     Raises:
         OSError: the file cannot be read.
@@ -178,8 +172,7 @@ class BlockCache:
 
     Threads: any may read; two that ask for the same block at once may both decompress it.
 
-    Args:
-        most: bytes that are kept.
+    ``most``: bytes that are kept.
     """
 
     def __init__(self, most: int) -> None:

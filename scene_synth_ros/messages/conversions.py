@@ -80,11 +80,7 @@ def image_step(image: NDArray[np.generic], encoding: str) -> int:
 def image_to_msg(image: NDArray[np.generic], encoding: str, stamp_ns: int, frame_id: str) -> Image:
     """Return an image as a message.
 
-    Args:
-        image: (height, width) or (height, width, channels), C-contiguous, of the encoding's dtype.
-        encoding: a key of ``ENCODING_CHANNELS``.
-        stamp_ns: simulated time of the frame.
-        frame_id: the optical frame.
+    It is (height, width) or (height, width, channels), C-contiguous, of the dtype of its encoding, a key of ``ENCODING_CHANNELS``.
 
     Raises:
         ValueError: dtype, channels or memory layout do not fit the encoding.

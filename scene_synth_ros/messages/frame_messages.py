@@ -188,10 +188,7 @@ SERIALISED = MessageForm(image_cdr, camera_info_cdr)
 class FrameMessages:
     """Makes the messages of frames; the same pixels, pose and configuration give the same messages.
 
-    Args:
-        config: names and encodings.
-        camera: for the camera info.
-        form: of images and camera infos; nothing else is ever serialised here.
+    Images and camera infos have the ``form`` that is asked for; nothing else is ever serialised here.
 
     Attributes:
         layers: enabled ones.
@@ -225,10 +222,8 @@ class FrameMessages:
     def of_frame(self, frame: Frame, pose: CameraPose, wanted: Callable[[str], bool]) -> Iterator[tuple[str, object]]:
         """Yield topic below the namespace and message, all with the stamp of the pose.
 
-        Args:
-            frame: its layers, or some of them; the others are represented by what needs no pixels.
-            pose: of the optical frame.
-            wanted: whether a picture for people, or what goes with a layer that the frame lacks, given by topic, are to be made.
+        What the frame lacks is represented by what needs no pixels.  ``wanted`` says, by topic, whether what nobody must have is to be
+        made.
         """
         if self.config.publish_pose:
             yield Stream(self.config.camera, streams.POSE).topic, pose_to_msg(pose, self.config.world_frame)

@@ -27,9 +27,7 @@ _MAX_STAMP_NS = 2**63
 def stamp_ns(type_name: str, cdr: CdrBytes) -> int | None:
     """Return the stamp of a message in nanoseconds, or None if it has none or is cut off.
 
-    Args:
-        type_name: ``package/msg/Type``.
-        cdr: the whole serialised message, plain CDR of either endianness (XCDR1 or final XCDR2 types).
+    It is plain CDR of either endianness (XCDR1 or final XCDR2 types).
     """
     reader = STAMP_READERS.get(type_name)
     if reader is None or len(cdr) < _ENCAPSULATION_SIZE or cdr[0] != 0 or cdr[1] not in _ENDIANNESS:

@@ -61,14 +61,7 @@ def estimate_topics(chosen: str, layer: str, camera: str, *, same_bag: bool) -> 
 
 
 def frame_images(bag: Path, layers: Collection[str], stamps: Collection[int], topics_of: TopicsOf) -> tuple[Images, list[str]]:
-    """Return the images of some frames, and lines for people about what is missing.
-
-    Args:
-        bag: folder of the bag or one of its files.
-        layers: names of the table of layers.
-        stamps: of the frames, nanoseconds.
-        topics_of: finds the topics of the layers.
-    """
+    """Return the images of some frames, and lines for people about what is missing."""
     found: Images = {stamp: {} for stamp in stamps}
     notes: list[str] = []
     try:
@@ -174,11 +167,7 @@ class _Frame:
 def frame_pictures(wanted: Sequence[Wanted], max_size: int, max_bytes: int, progress: Callable[[str], None]) -> FramePictures:
     """Take the images of frames from their bags and return their pictures.
 
-    Args:
-        wanted: the frames.
-        max_size: pixels of a picture's longer side.
-        max_bytes: of all pictures; later frames have none.
-        progress: told the bag that is read.
+    ``max_bytes`` bounds all pictures; later frames have none.
     """
     notes: list[str] = []
     truths = _read([(w.bag, _layers(w.task), w.stamp_ns, w.camera, truth_topics(w.camera)) for w in wanted], notes, progress)

@@ -62,14 +62,8 @@ def write_report(
 ) -> ReportSummary:
     """Write the report of evaluation files.
 
-    Args:
-        paths: of the files; the first is what the others are compared with.
-        out: the page, replaced as a whole.
-        bag_root: what the bags' paths are relative to, in place of each file's folder.
-        estimates: folder of the estimates of all evaluations, in place of the one that each names.
-        worst: frames to show of each task of each evaluation.
-        max_size: pixels of a picture's longer side.
-        progress: told what is done.
+    The first file is what the others are compared with; ``bag_root`` stands for each file's folder, ``estimates`` for the folder that
+    each names.
 
     Raises:
         ReportError: there are too many files, or one has neither frames nor a summary.

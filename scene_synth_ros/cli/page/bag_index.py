@@ -62,14 +62,7 @@ class BagIndex:
 
 
 def index_bag(reader: BagReader, max_rooms: int, max_frames: int, progress: Callable[[int], None]) -> BagIndex:
-    """Read a bag and choose rooms and frames, evenly spread; rooms without frames are left out, unless no room has one.
-
-    Args:
-        reader: the open bag.
-        max_rooms: to show.
-        max_frames: to show of each room.
-        progress: told the number of messages now and then.
-    """
+    """Read a bag and choose rooms and frames, evenly spread; rooms without frames are left out, unless no room has one."""
     types = reader.types
     streams, scenes = find_layers(types), find_streams(types, SCENE)
     counts, sizes = dict.fromkeys(types, 0), dict.fromkeys(types, 0)

@@ -43,13 +43,7 @@ def write_page(
 ) -> PageReport:
     """Write the page of a bag.
 
-    Args:
-        bag: folder of the bag, or one of its files.
-        path: of the page; replaced as a whole.
-        rooms: most rooms to show, evenly spread.
-        frames: most frames of a room to show, evenly spread.
-        max_size: pixels of an image's longer side; larger ones are reduced.
-        progress: told what is done, and how many messages of it.
+    ``rooms`` and ``frames`` of each are the most that are shown, evenly spread; larger images than ``max_size`` pixels are reduced.
 
     Raises:
         BagReadError: the bag cannot be read at all.
