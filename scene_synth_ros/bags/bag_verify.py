@@ -23,7 +23,8 @@ from sensor_msgs.msg import CompressedImage, Image
 from renderer import Renderer, RenderError
 from renderer.annotations import Annotator
 from renderer.camera.rig import mounted_path
-from renderer.scene.flatten import FlattenError, flatten
+from renderer.core.errors import FlattenError
+from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
 from renderer.scene.semantic_classes import with_classes
 from scene_description import CameraPose, FieldError, SceneDescription, SceneSynthError, scene_from_json
@@ -82,7 +83,7 @@ class _Expected(NamedTuple):
     frame: int
 
 
-class _Room(NamedTuple):
+class _RoomRenderer(NamedTuple):
     """What renders a room, the annotator where its frames have annotations, and what ends both."""
 
     renderer: Renderer
@@ -90,7 +91,7 @@ class _Room(NamedTuple):
     resources: ExitStack
 
 
-class _Frames:
+class _FramesAgain:
     """Settings, poses and scenes of a bag, and the frames made of them; at most a few are held."""
 
     def __init__(self, reader: BagReader, catalog_dir: Path | None) -> None:
@@ -102,7 +103,7 @@ class _Frames:
         self.scans = ScansAgain(self._scene, lambda settings, scene: self._renderer(settings, scene).renderer)
         quality = reader.summary.records.get(RECORD_NAME, {}).get(JPEG_QUALITY, "")
         self.jpeg_quality = int(quality) if quality.isdecimal() and 1 <= int(quality) <= 100 else 90
-        self._renderers: OrderedDict[tuple[str, str], _Room] = OrderedDict()
+        self._renderers: OrderedDict[tuple[str, str], _RoomRenderer] = OrderedDict()
         self._frames: OrderedDict[int, _Expected] = OrderedDict()
         streams = find_streams(reader.types, SCENE, SETTINGS, POSE)
         self.namespace = next((stream.base for stream in streams.values() if stream.role is SCENE), "").rstrip("/")
@@ -164,7 +165,7 @@ class _Frames:
             self._parsed = scene_from_json(zlib.decompress(self._scenes[scene_id]).decode())
         return self._parsed
 
-    def _renderer(self, settings: FrameSettings, scene: SceneDescription) -> _Room:
+    def _renderer(self, settings: FrameSettings, scene: SceneDescription) -> _RoomRenderer:
         camera, render, streams = settings.camera, settings.render, settings.streams
         switches = (streams.semantic_classes, streams.annotations, streams.annotation_masks)
         key = (settings.scene, repr((camera, render, settings.sensor, settings.depth_sensor, switches)))
@@ -173,13 +174,13 @@ class _Frames:
                 self._renderers.popitem(last=False)[1].resources.close()
             stack = ExitStack()
             flat = with_classes(flatten(scene, self._catalog_dir), scene, streams.semantic_classes)
-            sensors = {"sensor": settings.sensor, "depth_sensor": settings.depth_sensor}
-            renderer = stack.enter_context(Renderer(flat, camera, render, scene_key(scene), **sensors))
+            sensor, depth_sensor = settings.sensor, settings.depth_sensor
+            renderer = stack.enter_context(Renderer(flat, camera, render, scene_key(scene), sensor=sensor, depth_sensor=depth_sensor))
             annotator = None
             if streams.annotations:
-                told = {"masks": streams.annotation_masks, "portable": render.portable, "classes": streams.semantic_classes}
-                annotator = stack.enter_context(Annotator(flat, scene, camera, **told))
-            self._renderers[key] = _Room(renderer, annotator, stack)
+                masks, classes = streams.annotation_masks, streams.semantic_classes
+                annotator = stack.enter_context(Annotator(flat, scene, camera, masks=masks, portable=render.portable, classes=classes))
+            self._renderers[key] = _RoomRenderer(renderer, annotator, stack)
         return self._renderers[key]
 
     def close(self) -> None:
@@ -201,7 +202,7 @@ def verify_bag(bag: Path, catalog_dir: Path | None = None, progress: Callable[[i
     with BagReader(bag) as reader:
         report.damaged += _manifest_faults(reader, report)
         try:
-            frames = _Frames(reader, catalog_dir)
+            frames = _FramesAgain(reader, catalog_dir)
             if not frames.count:
                 raise VerifyError(f"{bag}: no frame has settings beside it; expected a topic <renderer>/settings, as recorders write it")
             try:
@@ -236,7 +237,7 @@ def _manifest_faults(reader: BagReader, report: VerifyReport) -> Iterator[str]:
                 yield f"{path.name}: {topic[:200]} is not what was recorded"
 
 
-def _compare(message: BagMessage, frames: _Frames, report: VerifyReport, progress: Callable[[int, int], None]) -> None:
+def _compare(message: BagMessage, frames: _FramesAgain, report: VerifyReport, progress: Callable[[int, int], None]) -> None:
     stamp = stamp_ns(message.type_name, message.data)
     base = untransported(message.topic) or message.topic
     stream = parse(base)

@@ -99,8 +99,8 @@ class IndexedBag:
                 refused.append(error)
         if refused and not indexes:
             raise refused[0]
-        for error in refused:
-            report(str(error))
+        for refusal in refused:
+            report(str(refusal))
         self._files = tuple(indexes)
         self.types = {channel.topic: channel.type_name for index in indexes.values() for channel in index.channels.values()}
         self._by_stamp = all(RECORD_NAME in index.records for index in indexes.values())

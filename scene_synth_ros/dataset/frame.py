@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,8 @@ from scene_synth_ros.messages.cdr import CdrReadError, read_text
 from scene_synth_ros.messages.image_reader import CodecError, read_compressed, read_image
 from scene_synth_ros.messages.poses import PoseReadError
 from scene_synth_ros.messages.streams import COMPRESSED, POSE, Stream, parse
+
+Value = TypeVar("Value")
 
 _FORMS = {b"\x89PNG": "png", b"\xff\xd8\xff": "jpeg"}
 """First bytes of a file -> its form."""
@@ -243,7 +245,7 @@ class Frame(Mapping[str, NDArray[Any]]):
         except (MessageReadError, McapReadError, OSError) as error:
             raise DatasetError(f"{self}: {error_line(error)}") from None
 
-    def _decode(self, topic: str, read: Any) -> Any:
+    def _decode(self, topic: str, read: Callable[[memoryview], Value]) -> Value:
         try:
             return read(self._message(topic))
         except (CdrReadError, PoseReadError) as error:

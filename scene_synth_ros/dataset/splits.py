@@ -53,12 +53,12 @@ def read_split(folder: Folder, name: str, rooms: Sequence[RoomInfo]) -> NDArray[
 
 def _row(row: Any, where: str) -> tuple[int, str | None, int, list[int] | None]:
     """Return a room's index, the id of its scene (None: any), how many rooms of both come before it, and its frames (None: all)."""
-    values = [row.get("room"), row.get("scene"), row.get("copy", 0), row.get("frames")] if isinstance(row, dict) else [None] * 4
-    room, scene, copy, frames = values
+    found: dict[str, Any] = row if isinstance(row, dict) else {}
+    room, scene, copy, frames = found.get("room"), found.get("scene"), found.get("copy", 0), found.get("frames")
     numbers = [room, copy, *(frames if isinstance(frames, list) else ())]
     fits = (
         all(isinstance(item, int) and item >= 0 for item in numbers) and isinstance(scene, str | None) and isinstance(frames, list | None)
     )
-    if not fits:
+    if not fits or room is None:
         raise DatasetError(f"{where}: expected a room and its frames or null, got {row!r:.80}")
     return room, scene, copy, frames

@@ -13,7 +13,7 @@ from sensor_msgs.msg import CameraInfo
 from evaluation.metrics.instance import Instances
 from scene_description.poses import quaternion_from_rotation, world_from_optical
 from scene_synth_ros.bags.indexed_bag import IndexedBag
-from scene_synth_ros.evaluate.algorithm import Algorithm, Frame
+from scene_synth_ros.evaluate.algorithm import Algorithm, AlgorithmFrame
 from scene_synth_ros.evaluate.bag_index import BagIndex
 from scene_synth_ros.evaluate.errors import EstimateError, EvaluateError
 from scene_synth_ros.evaluate.measuring import Estimates
@@ -107,7 +107,7 @@ class AlgorithmEstimates:
             if value is not None
         }
 
-    def _frame(self, stamp_ns: int, messages: Mapping[str, CdrBytes]) -> Frame:
+    def _frame(self, stamp_ns: int, messages: Mapping[str, CdrBytes]) -> AlgorithmFrame:
         images = {name: read_message(topic.type_name, messages[topic.name], topic.name).value for name, topic in self._images.items()}
         for image in images.values():
             image.flags.writeable = False
@@ -118,7 +118,7 @@ class AlgorithmEstimates:
         }
         own = infos.get(OWN_CAMERA) or next(iter(infos.values()), CameraInfo())
         pose = self._poses.get(stamp_ns)
-        return Frame(
+        return AlgorithmFrame(
             stamp_ns=stamp_ns,
             K=np.array(own.k, np.float64).reshape(3, 3),
             width=own.width,

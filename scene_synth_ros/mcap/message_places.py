@@ -79,7 +79,7 @@ def find_messages(file: StoredFile, index: FileIndex, topics: Collection[str], r
     wanted = {channel_id: channel.topic for channel_id, channel in index.channels.items() if channel.topic in topics}
     parts: dict[str, list[Places]] = {}
     if index.chunks is None:
-        blocks = []
+        blocks: list[Span] = []
         for block, records in _read_through(file):
             _take(parts, wanted, _walk(records), len(blocks))
             blocks.append(block)

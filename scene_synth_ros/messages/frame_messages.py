@@ -32,8 +32,9 @@ from scene_synth_ros.messages.conversions import (
     layer_encoding,
     pose_to_msg,
 )
-from scene_synth_ros.messages.detections import ANNOTATION_MESSAGES, ANNOTATIONS
-from scene_synth_ros.messages.label_info import LabelInfo, label_info_to_msg
+from scene_synth_ros.messages.detections import ANNOTATIONS, annotations_to_msg
+from scene_synth_ros.messages.label_info import label_info_to_msg
+from scene_synth_ros.messages.message_definitions import installed_class
 from scene_synth_ros.messages.streams import FRAME_PREFIX, POINTS, POINTS_SENSED, ROLES, Role, Stream, camera_frames
 
 _STREAMS_FIXED = "publishers are made at the start"
@@ -156,9 +157,13 @@ class CameraRole(NamedTuple):
     make: Callable[[FrameMessages, Frame, CameraPose, Role], object]
 
 
+def _is_enabled(config: StreamConfig, role: Role) -> bool:
+    return getattr(config, role.switch) and installed_class(role.type_name) is not None
+
+
 def camera_streams(config: StreamConfig, camera: CameraConfig) -> dict[Stream, tuple[str, ...]]:
     """Return the enabled ones of ``CAMERA_ROLES`` -> layers that they need, enabled or not; no depth sensor has the lens of a panorama."""
-    needed = {Stream(config.camera, role): row.layers(config, role) for role, row in CAMERA_ROLES.items() if getattr(config, role.switch)}
+    needed = {Stream(config.camera, role): row.layers(config, role) for role, row in CAMERA_ROLES.items() if _is_enabled(config, role)}
     sensed = camera.model != "equirectangular"
     return {stream: layers for stream, layers in needed.items() if sensed or "depth_sensed" not in layers}
 
@@ -168,10 +173,10 @@ def layer_streams(config: StreamConfig, layer: str) -> dict[Role, Stream]:
     row = LAYERS[layer]
     roles = [streams.INFO, streams.RAW]
     if row.labels is not None:
-        roles += [streams.LABELS, streams.LABEL_INFO] if LabelInfo is not None else [streams.LABELS]
+        roles += [streams.LABELS, streams.LABEL_INFO]
     if has_companion(row) and config.color_companions:
         roles.append(streams.PICTURE)
-    return {role: Stream(config.camera, role, layer) for role in roles}
+    return {role: Stream(config.camera, role, layer) for role in roles if installed_class(role.type_name) is not None}
 
 
 class MessageForm(NamedTuple):
@@ -213,11 +218,7 @@ class FrameMessages:
         """Take the label tables of a room, and its path."""
         self.path = mounted_path(self.camera, scene.camera_path)
         tables = {layer: self._rows[layer].labels for layer in self.layers}
-        self.begin_labels({layer: table(scene) for layer, table in tables.items() if table is not None})
-
-    def begin_labels(self, labels: Mapping[str, LabelTable]) -> None:
-        """Take the label tables of the layers that hold ids."""
-        self._labels = labels
+        self._labels: Mapping[str, LabelTable] = {layer: table(scene) for layer, table in tables.items() if table is not None}
 
     def of_frame(self, frame: Frame, pose: CameraPose, wanted: Callable[[str], bool]) -> Iterator[tuple[str, object]]:
         """Yield topic below the namespace and message, all with the stamp of the pose.
@@ -262,7 +263,7 @@ class FrameMessages:
 
 
 def _annotation(maker: FrameMessages, frame: Frame, pose: CameraPose, role: Role) -> object:
-    return None if frame.annotations is None else ANNOTATION_MESSAGES[role](frame.annotations, maker.frame_id)
+    return None if frame.annotations is None else annotations_to_msg(role, frame.annotations, maker.frame_id)
 
 
 def _cloud(maker: FrameMessages, frame: Frame, pose: CameraPose, role: Role) -> object:
@@ -306,12 +307,14 @@ def cloud_to_msg(points: NDArray[np.uint8], color: bool, stamp_ns: int, frame_id
         if offset >= 0:
             message.fields.append(PointField(name=name, offset=offset, datatype=datatype, count=1))
     message.point_step, message.row_step = places.size, places.size * points.shape[1]
-    message.data.frombytes(memoryview(points).cast("B"))
+    message.data.frombytes(points.data.cast("B"))
     return message
 
 
 CAMERA_ROLES: Mapping[Role, CameraRole] = {
-    **dict.fromkeys(ANNOTATION_MESSAGES, CameraRole(lambda config, role: (ANNOTATIONS,), _annotation)),
+    **dict.fromkeys(
+        (streams.ANNOTATIONS, streams.DETECTIONS_2D, streams.DETECTIONS_3D), CameraRole(lambda config, role: (ANNOTATIONS,), _annotation)
+    ),
     **dict.fromkeys(CLOUDS, CameraRole(lambda config, role: cloud_layers(role, config.points_color), _cloud)),
 }
 """Role of a camera -> how it is filled, in the order in which they are published; its pose comes with every frame."""

@@ -8,20 +8,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+from rclpy.serialization import deserialize_message
 
 from renderer.film.layers import LAYERS
 from scene_description import SceneSynthError
 from scene_description.labels import LabelTable
 from scene_synth_ros.messages.cdr import CdrReadError, CdrWriter, read_text
-from scene_synth_ros.messages.conversions import header
+from scene_synth_ros.messages.message_definitions import message_class
 from scene_synth_ros.messages.stamps import stamp_ns
-from scene_synth_ros.messages.streams import LABELS, STRING_TYPE, parse
-
-try:
-    from vision_msgs.msg import LabelInfo, VisionClass
-except ImportError:  # not among the PyPI wheels; live there are the JSON labels only
-    LabelInfo = VisionClass = None
+from scene_synth_ros.messages.streams import LABEL_INFO_TYPE, LABELS, STRING_TYPE, parse
 
 _LARGEST_ID = 2**16 - 1
 
@@ -43,10 +40,10 @@ def is_labels(topic: str, type_name: str) -> bool:
     return stream is not None and stream.role is LABELS and stream.layer in LAYERS and LAYERS[stream.layer].labels is not None
 
 
-def label_info_to_msg(labels: LabelTable, stamp: int, frame_id: str) -> LabelInfo:
-    """Return an id table as a message; ``LabelInfo`` must be there."""
-    classes = [VisionClass(class_id=key, class_name=str(value["name"])) for key, value in labels.items()]
-    return LabelInfo(header=header(stamp, frame_id), class_map=classes)
+def label_info_to_msg(labels: LabelTable, stamp: int, frame_id: str) -> Any:
+    """Return an id table as a message; the class of its type must be installed."""
+    data = encode_label_info(stamp, frame_id, {key: str(value["name"]) for key, value in labels.items()})
+    return deserialize_message(data, message_class(LABEL_INFO_TYPE))
 
 
 def read_labels(data: bytes) -> TimedLabels:

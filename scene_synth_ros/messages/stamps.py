@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeGuard
 
 from scene_synth_ros.messages.streams import CLOCK_TYPE, MARKERS_TYPE, STRING_TYPE, TF_TYPE
@@ -66,7 +67,8 @@ def _json_time(cdr: CdrBytes, endianness: str) -> int | None:
     return next(iter(_path_stamps(data)), None)
 
 
-class AnnouncedRoom(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class AnnouncedRoom:
     """What a scene description says of the frames to come: number of the room (None if it has none), stamps of its camera path."""
 
     index: int | None

@@ -116,6 +116,8 @@ Pixels = NDArray[Any]
 COLOR = "color"
 _Request = tuple[Path, list[str], int, str, TopicsOf]
 """Bag, layers, stamp, what tells the topics apart, what finds them."""
+_ImagesOf = Mapping[tuple[Path, str], Images]
+"""(bag, name of the topics) -> images."""
 
 
 class Wanted(NamedTuple):
@@ -154,7 +156,7 @@ class FramePictures:
 
 
 @dataclass(slots=True)
-class _Frame:
+class _FramePixels:
     """Pixels of a frame, reduced."""
 
     color: Pixels | None = None
@@ -197,7 +199,7 @@ def frame_pictures(wanted: Sequence[Wanted], max_size: int, max_bytes: int, prog
     )
 
 
-def _words(wanted: Wanted, frame: _Frame) -> str:
+def _words(wanted: Wanted, frame: _FramePixels) -> str:
     if wanted.task != "semantic" or frame.truth is None or frame.estimate is None:
         return ""
     return confusions(frame.truth, frame.estimate, class_names(wanted.bag))
@@ -234,9 +236,9 @@ def _read(requests: Sequence[_Request], notes: list[str], progress: Callable[[st
     return images
 
 
-def _frame(wanted: Wanted, truths: Mapping[tuple[Path, str], Images], guesses: Mapping[tuple[Path, str], Images], max_size: int) -> _Frame:
+def _frame(wanted: Wanted, truths: _ImagesOf, guesses: _ImagesOf, max_size: int) -> _FramePixels:
     images = truths[wanted.bag, wanted.camera][wanted.stamp_ns]
-    frame, color, row = _Frame(), images.get(COLOR), ERROR_IMAGES.get(wanted.task)
+    frame, color, row = _FramePixels(), images.get(COLOR), ERROR_IMAGES.get(wanted.task)
     if color is not None and (color.ndim == 2 or color.shape[2] == 3):
         frame.color = reduced(color, max_size)
     if row is None or not fits(images.get(row.layer), row.layer):
@@ -251,7 +253,7 @@ def _frame(wanted: Wanted, truths: Mapping[tuple[Path, str], Images], guesses: M
     return frame
 
 
-def _pictures(frame: _Frame, row: ErrorImage | None, end: float) -> dict[str, str]:
+def _pictures(frame: _FramePixels, row: ErrorImage | None, end: float) -> dict[str, str]:
     """Return the pictures of a frame; truth and estimate are coloured as one image, so that equal colours mean equal values."""
     found = {}
     if frame.color is not None:

@@ -16,7 +16,7 @@ from renderer.film.false_color import OBJECTS
 from scene_description import FieldError, SceneSynthError, scene_from_json
 from scene_synth_ros.bags.bag_images import read_pixels
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
-from scene_synth_ros.cli.page.bag_index import OTHERS, BagIndex
+from scene_synth_ros.cli.page.bag_index import OTHERS, PageIndex
 from scene_synth_ros.cli.page.page_images import PageImageError, form_of, page_image
 from scene_synth_ros.cli.page.room_plan import camera_pose, map_picture, object_rows, room_facts, room_plan
 from scene_synth_ros.messages.cdr import json_object, read_text
@@ -37,7 +37,7 @@ _UNREADABLE = (SceneSynthError, RuntimeError, ValueError, KeyError, IndexError, 
 class BagContents:
     """Rooms and frames of a bag as JSON values; what could not be read is told in ``notes``, lines for people."""
 
-    def __init__(self, reader: BagReader, index: BagIndex, max_size: int, max_bytes: int, progress: Callable[[int], None]) -> None:
+    def __init__(self, reader: BagReader, index: PageIndex, max_size: int, max_bytes: int, progress: Callable[[int], None]) -> None:
         self.notes: list[str] = []
         self._index, self._max_size, self._left = index, max_size, max_bytes
         self._place = {stamp: (r, f) for r, room in enumerate(index.rooms) for f, stamp in enumerate(room.stamps_ns)}

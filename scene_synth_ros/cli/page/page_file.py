@@ -13,7 +13,7 @@ from scene_synth_ros.bags.bag_reader import BagReader, BagSummary
 from scene_synth_ros.bags.bag_yaml import BagYamlError, load_yaml
 from scene_synth_ros.bags.run_info import PARAMETERS_NAME, RECORD_NAME
 from scene_synth_ros.cli.page.bag_contents import BagContents
-from scene_synth_ros.cli.page.bag_index import BagIndex, index_bag
+from scene_synth_ros.cli.page.bag_index import PageIndex, index_bag
 from scene_synth_ros.cli.page.page_images import MOST_MM, NO_HIT_MM
 from scene_synth_ros.messages.stamps import NANOSECONDS
 from scene_synth_ros.pages.document import WebFiles, page_document, write_whole
@@ -59,7 +59,7 @@ def write_page(
     return PageReport(len(index.rooms), index.rooms_found, shown, index.frames_found, len(document), notes)
 
 
-def _page_data(reader: BagReader, index: BagIndex, contents: BagContents, notes: tuple[str, ...]) -> dict[str, Any]:
+def _page_data(reader: BagReader, index: PageIndex, contents: BagContents, notes: tuple[str, ...]) -> dict[str, Any]:
     summary = reader.summary
     path = summary.path.resolve()
     return {
@@ -76,7 +76,7 @@ def _page_data(reader: BagReader, index: BagIndex, contents: BagContents, notes:
     }
 
 
-def _missing(index: BagIndex, contents: BagContents) -> list[str]:
+def _missing(index: PageIndex, contents: BagContents) -> list[str]:
     """Return a line for each kind of thing that the bag does not have."""
     layers = {stream.layer for stream in index.streams.values()}
     lines = []
@@ -104,7 +104,7 @@ NODE_GROUPS: dict[str, dict[str, type]] = {
 MAX_TEXT, MAX_PARAMETERS, MAX_YAML = 400, 500, 200_000
 
 
-def run_facts(summary: BagSummary, index: BagIndex) -> list[tuple[str, str]]:
+def run_facts(summary: BagSummary, index: PageIndex) -> list[tuple[str, str]]:
     """Return what is known of the run that made the bag, name -> text; what the bag does not say is left out."""
     record = summary.records.get(RECORD_NAME, {})
     facts = [(name.replace("_", " "), record[name]) for name in ("seed", "room_type") if record.get(name)]
