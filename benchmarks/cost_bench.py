@@ -25,10 +25,11 @@ from benchmarks.doc_sections import DOCS, write_section
 from benchmarks.table import Row
 from scene_synth_ros.cli.parameters.render_settings import PRESETS
 from scene_synth_ros.cli.parameters.run_parameters import RunWords, run_parameters
+from scene_synth_ros.dataset.file_names import SHARD_SCHEMA
 from scene_synth_ros.estimate.estimate import Estimate, size, span
 from scene_synth_ros.estimate.measuring import measure_rooms
 from scene_synth_ros.estimate.totals import sample_indices
-from scene_synth_ros.shards.completion import SCHEMA, Completion, completion_json, completion_name
+from scene_synth_ros.shards.completion import Completion, completion_json, completion_name
 from scene_synth_ros.shards.plan import DatasetPlan, make_plan
 from scene_synth_ros.shards.run_shards import finish_dataset
 from scene_synth_ros.shards.store import LocalStore
@@ -193,7 +194,7 @@ def _completion(plan: DatasetPlan, shard: int) -> Completion:
     sha256, name = "0" * 64, f"{shard:05d}"
     objects = dict.fromkeys(("bed", "chair", "desk", "lamp", "nightstand", "picture", "plant", "shelf", "wardrobe"), 1)
     return Completion(
-        schema=SCHEMA,
+        schema=SHARD_SCHEMA,
         shard=shard,
         first_room=plan.rooms_of(shard).start,
         rooms=[
