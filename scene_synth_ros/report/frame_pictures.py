@@ -19,7 +19,7 @@ from scene_synth_ros.bags.indexed_bag import IndexedBag, MessageReadError, open_
 from scene_synth_ros.mcap.contents import McapReadError
 from scene_synth_ros.messages.cdr import CdrReadError, read_text
 from scene_synth_ros.messages.image_reader import CodecError, read_image
-from scene_synth_ros.messages.streams import ESTIMATES, IMAGE_FORMS, LABELS, RAW, find_streams
+from scene_synth_ros.messages.streams import ESTIMATES, IMAGE_FORMS, LABELS, RAW, Stream, find_streams
 from scene_synth_ros.pages.pictures import data_uri
 from scene_synth_ros.report.error_images import ERROR_IMAGES, ErrorImage, confusions, error_picture, legend, same_size, scale_end
 
@@ -32,11 +32,15 @@ _UNREADABLE = (CodecError, CdrReadError, MessageReadError, RuntimeError, ValueEr
 """What a message that was damaged, or made to do harm, may raise while it is read."""
 
 
+def _is_estimate(stream: Stream) -> bool:
+    return f"{stream.base}/".startswith(f"{ESTIMATES}/")
+
+
 def truth_topics(camera: str) -> TopicsOf:
     """Return what finds the topics of the truth, of a camera by its name; empty: of the first."""
 
     def find(types: Mapping[str, str]) -> Mapping[str, str]:
-        images = {name: stream for name, stream in find_streams(types, *IMAGE_FORMS).items() if stream.base != ESTIMATES}
+        images = {name: stream for name, stream in find_streams(types, *IMAGE_FORMS).items() if not _is_estimate(stream)}
         return layer_topics({name: types[name] for name, stream in images.items() if not camera or stream.is_of(camera)})
 
     return find
@@ -51,7 +55,7 @@ def estimate_topics(chosen: str, layer: str, camera: str, *, same_bag: bool) -> 
     def find(types: Mapping[str, str]) -> Mapping[str, str]:
         if chosen:
             return {layer: chosen}
-        named = layer_topics({name: types[name] for name, stream in find_streams(types, *IMAGE_FORMS).items() if stream.base == ESTIMATES})
+        named = layer_topics({name: types[name] for name, stream in find_streams(types, *IMAGE_FORMS).items() if _is_estimate(stream)})
         if layer in named or not same_bag:
             return named if layer in named else layer_topics(types)
         own = sorted((name, stream) for name, stream in find_streams(types, RAW).items() if stream.layer == f"{layer}_sensed")
