@@ -97,7 +97,7 @@ def _read_cloud(data: bytes, topic: str) -> Reading:
     if "label" in fields and fields["label"].datatype in _LABEL_TYPES:
         kinds["label"] = _LABEL_TYPES[fields["label"].datatype]
     order = ">" if message.is_bigendian else "<"
-    record = {
+    record: Any = {
         "names": list(kinds),
         "formats": [f"{order}{kind}" for kind in kinds.values()],
         "offsets": [fields[name].offset for name in kinds],
