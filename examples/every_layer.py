@@ -14,7 +14,7 @@ from renderer import LAYERS, CameraConfig, RenderConfig, Renderer, SensorConfig
 from renderer.exposure import exposed, meter
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
-from renderer.sensors.config import DepthSensorConfig
+from renderer.sensors.devices import DepthSensorConfig
 from scene_synth_ros.cli.files.frame_files import pictures
 from scene_synth_ros.cli.pictures.picture_grid import Tile, write_grid
 

@@ -8,8 +8,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Collection, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import TracebackType
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,16 +30,7 @@ from renderer.core.random_numbers import make_frame_key
 from renderer.core.workers import Workers, thread_count
 from renderer.film.denoise import Denoiser, is_asked
 from renderer.film.frame import Frame
-from renderer.film.layers import (
-    COLOR_LAYERS,
-    GEOMETRIC_LAYERS,
-    HIT_LAYERS,
-    LAYERS,
-    PICTURES,
-    SAMPLED_LAYERS,
-    SENSED_LAYERS,
-    check_names,
-)
+from renderer.film.layers import COLOR_LAYERS, GEOMETRIC_LAYERS, HIT_LAYERS, LAYERS, PICTURES, SAMPLED_LAYERS, SENSED_LAYERS, check_names
 from renderer.film.tone import Exposure, to_display
 from renderer.film.white_balance import white_of_kelvin
 from renderer.film_exposer import PATHS_PER_PIECE, FilmExposer
@@ -48,8 +40,8 @@ from renderer.irradiance_cache.cache import IrradianceCache
 from renderer.irradiance_cache.cache_geometry import CacheConfig, CacheGeometry
 from renderer.irradiance_cache.cached_integrator import CachedIntegrator
 from renderer.path.config import RenderConfig
-from renderer.path.film_update import blocked_share, indirect_part
-from renderer.path.ground_truth import GeometricImages, Hits, TracedView, hit_record_shapes, make_labels, trace_geometry
+from renderer.path.film_sums import blocked_share, indirect_part
+from renderer.path.ground_truth import GeometricImages, Hits, TracedView, hit_record_shapes, label_scene, trace_geometry
 from renderer.path.lights import Lights, build_lights
 from renderer.path.records import Film, make_scratch
 from renderer.path.stopping import variance_of_mean
@@ -58,9 +50,8 @@ from renderer.path.surface_tables import Surfaces, build_surfaces
 from renderer.scene.flat_scene import FlatScene
 from renderer.scene.scene_check import check_scene
 from renderer.scene.scene_trees import SceneTrees
-from renderer.sensors.config import DepthSensorConfig
 from renderer.sensors.depth_sensor import DepthSensor
-from scene_description.annotations import FrameAnnotations
+from renderer.sensors.devices import DepthSensorConfig
 from scene_description.types import CameraPose
 
 IDEAL = SensorConfig()
@@ -70,32 +61,13 @@ IDEAL_DEPTH = DepthSensorConfig()
 """A depth sensor that reads the true depth."""
 
 
-@dataclass
-class _FrameInMaking:
-    """What is asked for of one frame, and what is there of it so far; fields as in ``Frame``.
-
-    ``key``: of the frame's random numbers; ``images``: all that were made on the way, asked for or not.
-    """
+class _Request(NamedTuple):
+    """What is asked for of one frame; ``key``: of its random numbers."""
 
     view: PosedCamera
     key: np.uint32
-    layers: frozenset[str]
+    layers: Collection[str]
     exposure: Exposure
-    images: dict[str, NDArray[np.generic]]
-    radiance: NDArray[np.float32] | None = None
-    samples: int = 0
-    rays: int = 0
-    sampling_s: float = 0.0
-    denoising_s: float = 0.0
-    annotations: FrameAnnotations | None = None
-    filling_s: float = 0.0
-
-    def finished(self) -> Frame:
-        """Return the layers that were asked for, in the order of all."""
-        layers = {name: self.images[name] for name in LAYERS if name in self.layers}
-        return Frame(
-            layers, self.radiance, self.samples, self.rays, self.sampling_s, self.denoising_s, self.annotations, self.filling_s
-        )
 
 
 class Renderer:
@@ -134,7 +106,7 @@ class Renderer:
         """What is rendered."""
         parts, portable = flat.parts, config.portable
         self._trees: SceneTrees = (like._trees.shared(flat, portable=portable) if like else None) or SceneTrees(flat, portable=portable)
-        self._labels = make_labels(flat.face_part, parts.label, parts.object_id)
+        self._labelled = label_scene(self.tree, flat.face_part, parts.label, parts.object_id)
         same = like._scene if like is not None and like.flat is flat else None
         self._surfaces: Surfaces = same.surfaces if same else build_surfaces(flat)
         self._lights: Lights = same.lights if same else self._find_lights()
@@ -199,27 +171,32 @@ class Renderer:
         check_names(layers)
         if frame_index < 0:
             raise RenderError(f"render: expected a frame index >= 0, got {frame_index}")
-        view, shown = self._view(pose, path), exposure or self._configured_exposure()
-        frame = _FrameInMaking(view, self._frame_key(frame_index), frozenset(layers), shown, {})
+        view = self._view(pose, path)
+        request = _Request(view, self._frame_key(frame_index), layers, exposure or self._configured_exposure())
+        images: dict[str, NDArray[np.generic]] = {}
+        frame = Frame(images, None)
         for scratch in self._scratch:
             scratch.traced[0] = 0
-        if annotator is not None or self._needs_hits(frame.layers):
-            geometry, hits = self._trace_geometry(view, self._is_looked_up(layers) or any(name in HIT_LAYERS for name in layers))
-            frame.images |= geometry._asdict()
-            frame.images |= self._hit_layers(view, geometry, hits, layers, pose, path)
-            frame.rays = view.width * view.height
+        # Rays through the pixel centres, and what follows from their hits: ground truth, annotations, colour that is looked up.
+        if annotator is not None or self._needs_hits(layers):
+            recorded = self._is_looked_up(layers) or any(name in HIT_LAYERS for name in layers)
+            seen = HitView(self._scene, self._camera, view, *self._trace_geometry(view, recorded), pose, path, layers)
+            images |= seen.images._asdict() | hit_layers(seen)
+            frame = frame._replace(rays=view.width * view.height)
             if annotator is not None:
-                frame.annotations = annotator.annotate(geometry.instance, pose, view, self.tree, self._workers)
+                annotations = annotator.annotate(seen.images.instance, pose, view, self.tree, self._workers)
+                frame = frame._replace(annotations=annotations)
             if self._is_looked_up(layers):
-                self._look_up(frame, geometry, hits, cancelled)
+                frame = self._look_up(request, seen.traced, frame, cancelled)
         if "depth_sensed" in layers:
-            frame.images["depth_sensed"] = frame.images["depth"] if self._depth_config.model == "ideal" else self._read_depth(frame)
-        sampled = [name for name in layers if name in SAMPLED_LAYERS and name not in frame.images]
+            images["depth_sensed"] = images["depth"] if self._depth_config.model == "ideal" else self._read_depth(request)
+        # Paths, for what is not there yet.
+        sampled = [name for name in layers if name in SAMPLED_LAYERS and name not in images]
         if sampled:
-            self._sample(frame, sampled, cancelled)
+            frame = self._sample(request, sampled, frame, cancelled)
         if frame.radiance is not None or sampled:
-            frame.rays += sum(int(scratch.traced[0]) for scratch in self._scratch)
-        return frame.finished()
+            frame = frame._replace(rays=frame.rays + sum(int(scratch.traced[0]) for scratch in self._scratch))
+        return frame._replace(layers={name: images[name] for name in LAYERS if name in layers})
 
     def _is_looked_up(self, layers: Collection[str]) -> bool:
         """Return whether colour is looked up in the irradiance cache."""
@@ -231,40 +208,40 @@ class Renderer:
         ideal_depth = self._depth_config.model == "ideal" and any(name in SENSED_LAYERS for name in layers)
         return geometric or ideal_depth or self._is_looked_up(layers)
 
-    def _look_up(self, frame: _FrameInMaking, geometry: GeometricImages, hits: Hits, cancelled: Callable[[], bool] | None) -> None:
+    def _look_up(self, request: _Request, seen: TracedView, frame: Frame, cancelled: Callable[[], bool] | None) -> Frame:
         """Add colour by the irradiance cache."""
-        began, mesh = time.perf_counter(), self.flat.mesh
+        began = time.perf_counter()
         integrator = self.cached(cancelled)
-        traced = TracedView(frame.view, geometry.range, hits, mesh.vertices, mesh.faces)
-        radiance = integrator.radiance(traced, frame.key, cancelled)
-        frame.sampling_s, frame.filling_s = time.perf_counter() - began, integrator.filling_s
-        self._show(frame, radiance, radiance)
+        radiance = integrator.radiance(seen, request.key, cancelled)
+        sampling_s = time.perf_counter() - began
+        self._show(request, radiance, radiance, frame.layers)
+        return frame._replace(radiance=radiance, sampling_s=sampling_s, filling_s=integrator.filling_s)
 
-    def _sample(self, frame: _FrameInMaking, sampled: Collection[str], cancelled: Callable[[], bool] | None) -> None:
+    def _sample(self, request: _Request, sampled: Collection[str], frame: Frame, cancelled: Callable[[], bool] | None) -> Frame:
         """Add the layers that paths are traced for: colour, unless it is there already, and its parts."""
         denoised = any(name in PICTURES for name in sampled) and is_asked(self._config.denoise)
-        began = time.perf_counter()
-        film, samples = self._exposer().expose(frame.view, frame.key, frame.exposure.ev100, sampled, denoised, cancelled)
-        frame.sampling_s += time.perf_counter() - began
-        frame.samples, images = samples, frame.images
+        began, images, view = time.perf_counter(), frame.layers, request.view
+        film, samples = self._exposer().expose(view, request.key, request.exposure.ev100, sampled, denoised, cancelled)
+        frame = frame._replace(samples=samples, sampling_s=frame.sampling_s + time.perf_counter() - began)
         images |= {name: image for name, image in film._asdict().items() if name in sampled}
         if len(film.direct):
             images["indirect"] = indirect_part(film.light, film.direct)
         if len(film.arriving):
             images["shadow"] = blocked_share(film.arriving)
-        images["samples"] = np.full((frame.view.height, frame.view.width), min(samples, 65_535), np.uint16)
+        images["samples"] = np.full((view.height, view.width), min(samples, 65_535), np.uint16)
         if len(film.squares):
             images["variance"] = variance_of_mean(film.light, film.squares, samples)
         if frame.radiance is None and any(name in COLOR_LAYERS for name in sampled):
             began = time.perf_counter()
             radiance = self._denoise(film) if denoised else film.light
-            frame.denoising_s = time.perf_counter() - began if denoised else 0.0
-            self._show(frame, radiance, film.light)
+            frame = frame._replace(radiance=radiance, denoising_s=time.perf_counter() - began if denoised else 0.0)
+            self._show(request, radiance, film.light, images)
+        return frame
 
-    def _read_depth(self, frame: _FrameInMaking) -> NDArray[np.float32]:
+    def _read_depth(self, request: _Request) -> NDArray[np.float32]:
         if self._depth_sensor is None:
             self._depth_sensor = DepthSensor(self._depth_config, self.tree, self._surfaces, self._workers)
-        return self._depth_sensor.read(frame.view, frame.key)
+        return self._depth_sensor.read(request.view, request.key)
 
     def _frame_key(self, frame_index: int) -> np.uint32:
         """Return the key of a frame's random numbers; cameras of a rig have noise of their own."""
@@ -283,15 +260,16 @@ class Renderer:
             return Exposure(config.exposure_ev100, white_of_kelvin(config.white_balance_k))
         return Exposure(config.exposure_ev100)
 
-    def _show(self, frame: _FrameInMaking, radiance: NDArray[np.float32], noisy: NDArray[np.float32]) -> None:
+    def _show(
+        self, request: _Request, radiance: NDArray[np.float32], noisy: NDArray[np.float32], images: dict[str, NDArray[np.generic]]
+    ) -> None:
         """Add the pictures that are asked for, with the radiance that they show; ``noisy``: the same before denoising."""
-        frame.radiance = frame.images["radiance"] = radiance
+        images["radiance"], curve = radiance, self._config.tone_curve
         for name, light in (("color", radiance), ("color_noisy", noisy)):
-            if name in frame.layers:
-                frame.images[name] = to_display(light, frame.exposure, self._config.tone_curve)
-        if "color_sensed" in frame.layers:
-            read = read_color(radiance, frame.view, self._sensor, frame.exposure, self._config.tone_curve, frame.key)
-            frame.images["color_sensed"] = read
+            if name in request.layers:
+                images[name] = to_display(light, request.exposure, curve)
+        if "color_sensed" in request.layers:
+            images["color_sensed"] = read_color(radiance, request.view, self._sensor, request.exposure, curve, request.key)
 
     def cached(self, cancelled: Callable[[], bool] | None = None) -> CachedIntegrator:
         """Return the room's irradiance cache, whatever the configured integrator; the first call solves its light.
@@ -321,24 +299,10 @@ class Renderer:
 
         def trace(worker: int, first: int) -> None:
             packet = self._scratch[worker].rays
-            trace_geometry(self.tree, self._labels, view, packet, CENTRE, images, hits, first, step)
+            trace_geometry(self._labelled, view, packet, CENTRE, images, hits, first, step)
 
         self._workers.run(trace, range(step))
         return images, hits
-
-    def _hit_layers(
-        self,
-        view: PosedCamera,
-        images: GeometricImages,
-        hits: Hits,
-        layers: Collection[str],
-        pose: CameraPose,
-        path: Sequence[CameraPose],
-    ) -> dict[str, NDArray[np.generic]]:
-        """Return what the hit record gives of the layers that are asked for."""
-        if not any(name in HIT_LAYERS for name in layers):
-            return {}
-        return hit_layers(HitView(self._scene, self._camera, view, images, hits, pose, path, layers))
 
     def _exposer(self) -> FilmExposer:
         return FilmExposer(self._scene, self._trees.for_light(), self._config, self._paths_per_piece)

@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from scene_synth_ros.cli.commands import generate_command
-from scene_synth_ros.cli.dataset_share import Share, read_share
+from scene_synth_ros.cli.commands.generate_command import Share, read_share
 from scene_synth_ros.cli.parameters.run_profile import find_profile
 from scene_synth_ros.shards.open_store import is_url
 

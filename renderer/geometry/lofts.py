@@ -16,17 +16,23 @@ from renderer.geometry.shapes import CREASE_COSINE, lathe, make_mesh, merged, mo
 Point = Sequence[float]
 
 
+def points(*coordinates: ArrayLike) -> Array:
+    """Return points (n, k) from their coordinates, say a profile's radii and heights or a path's x, y, z.
+
+    Each is a row (n,), several columns (n, m), or one number for all points.
+    """
+    columns = [np.asarray(values, np.float64) for values in coordinates]
+    count = max(len(column) for column in columns if column.ndim)
+    return np.column_stack([column if column.ndim else np.full(count, column) for column in columns])
+
+
 def oval(half_x: float, half_y: float, z: float, x: float = 0.0, power: float = 2.0, points: int = 36, y: float = 0.0) -> Array:
     """Return a superellipse (points, 3) at height z round (x, y), counter-clockwise from above; power 2 is an ellipse, 8 nearly a box."""
     angle = (np.arange(points) + 0.5) * (2.0 * math.pi / points)
     cosine, sine = np.cos(angle), np.sin(angle)
-    return np.column_stack(
-        [
-            x + half_x * np.sign(cosine) * np.abs(cosine) ** (2.0 / power),
-            y + half_y * np.sign(sine) * np.abs(sine) ** (2.0 / power),
-            np.full(points, z),
-        ]
-    )
+    x_row = x + half_x * np.sign(cosine) * np.abs(cosine) ** (2.0 / power)
+    y_row = y + half_y * np.sign(sine) * np.abs(sine) ** (2.0 / power)
+    return np.column_stack([x_row, y_row, np.full(points, z)])
 
 
 def egg(back: float, front: float, half_y: float, z: float, points: int = 36) -> Array:
@@ -85,9 +91,9 @@ def arc(center: Point, radius: float, start_rad: float, end_rad: float, plane: s
     return path
 
 
-def bent(path: Sequence[Point], radius: float, bend: float, segments: int = 10, steps: int = 4) -> Mesh:
+def bent(path: ArrayLike, radius: float, bend: float, segments: int = 10, steps: int = 4) -> Mesh:
     """Return a tube along straight pieces whose corners are rounded (quadratic curves that start ``bend`` before each corner)."""
-    corners = [np.asarray(point, np.float64) for point in path]
+    corners = list(np.asarray(path, np.float64))
     line = [corners[0]]
     for before, corner, after in zip(corners, corners[1:], corners[2:], strict=False):
         reach = min(bend, 0.45 * float(np.linalg.norm(corner - before)), 0.45 * float(np.linalg.norm(after - corner)))

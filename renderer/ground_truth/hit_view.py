@@ -105,3 +105,12 @@ class HitView:
 
 HitLayers = Mapping[str, Callable[[HitView], NDArray[Any]]]
 """Name of a layer -> what computes it."""
+
+
+def shared_fields(compute: Callable[[HitView], tuple[Any, ...]], names: Sequence[str], suffix: str = "") -> HitLayers:
+    """Return the layers, called by the fields and a suffix, of a record that a function makes of a view, once for all of them."""
+
+    def field_of(name: str) -> Callable[[HitView], NDArray[Any]]:
+        return lambda view: getattr(view.shared(compute), name)
+
+    return {name + suffix: field_of(name) for name in names}

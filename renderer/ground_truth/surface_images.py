@@ -16,7 +16,7 @@ from renderer.core.arrays import empty_together
 from renderer.core.embree import INVALID_ID, LANES, Packet
 from renderer.core.kernel import entry, inlined, kernel
 from renderer.core.tiles import load_numbers, store_numbers, store_vectors
-from renderer.ground_truth.hit_view import HitLayers, HitView
+from renderer.ground_truth.hit_view import HitView, shared_fields
 from renderer.path.ground_truth import TracedView
 from renderer.path.records import LitScene, Scratch
 from renderer.path.surfaces import evaluate_surfaces
@@ -57,8 +57,8 @@ def surface_images(view: HitView) -> SurfaceImages:
     images = SurfaceImages(*empty_together([(shape, np.float32) for shape in shapes[:-1]] + [(shapes[-1], np.uint16)]))
     scene, flat, step = view.scene, view.scene.flat, view.scene.workers.count
     lights = flat.light_id if len(flat.light_id) else np.zeros(len(flat.part_names), np.uint16)
-    seen = (scene.lit, view.traced, lights)
-    scene.workers.run(lambda worker, first: evaluate_hits(*seen, scene.scratch[worker], images, first, step), range(step))
+    inputs = (scene.lit, view.traced, lights)
+    scene.workers.run(lambda worker, first: evaluate_hits(*inputs, scene.scratch[worker], images, first, step), range(step))
     return images
 
 
@@ -169,12 +169,4 @@ def restore_hits(view: TracedView, column: int, row: int, packet: Packet) -> Non
         real[ray.TFAR + k] /= np.sqrt(dx * dx + dy * dy + dz * dz)
 
 
-LAYERS: HitLayers = {
-    "base_color": lambda view: view.shared(surface_images).base_color,
-    "roughness": lambda view: view.shared(surface_images).roughness,
-    "metallic": lambda view: view.shared(surface_images).metallic,
-    "emission": lambda view: view.shared(surface_images).emission,
-    "shading_normals": lambda view: view.shared(surface_images).shading_normals,
-    "shading_normals_world": lambda view: view.shared(surface_images).shading_normals_world,
-    "light_seen": lambda view: view.shared(surface_images).light_seen,
-}
+LAYERS = shared_fields(surface_images, SurfaceImages._fields)

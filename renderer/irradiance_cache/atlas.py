@@ -60,9 +60,9 @@ def build_atlas(mesh: Mesh, face_part: NDArray[np.int32], charts: Charts, one_si
     corners = mesh.vertices.astype(np.float64)[mesh.faces[face]]
     shares = np.column_stack([1.0 - weight.sum(axis=1, dtype=np.float64), weight])
     position = np.einsum("nc,ncx->nx", shares, corners).astype(np.float32)
-    seen = np.flatnonzero(~one_sided[face_part[face]])
-    back = np.full(len(face) + len(seen), -1, np.int32)
-    back[seen] = len(face) + np.arange(len(seen))
+    two_sided = np.flatnonzero(~one_sided[face_part[face]])
+    back = np.full(len(face) + len(two_sided), -1, np.int32)
+    back[two_sided] = len(face) + np.arange(len(two_sided))
     area = np.zeros(len(face))
     spread_area(charts.area, cells, affine.astype(np.float64), index, area)
     return Atlas(
@@ -71,11 +71,11 @@ def build_atlas(mesh: Mesh, face_part: NDArray[np.int32], charts: Charts, one_si
         index,
         np.full((len(index), 2), np.nan, np.float32),
         back,
-        np.concatenate([position, position[seen]]),
-        np.concatenate([normal, -normal[seen]]),
-        np.concatenate([face, face[seen]]),
-        np.concatenate([weight, weight[seen]]),
-        np.concatenate([area, area[seen]]).astype(np.float32),
+        np.concatenate([position, position[two_sided]]),
+        np.concatenate([normal, -normal[two_sided]]),
+        np.concatenate([face, face[two_sided]]),
+        np.concatenate([weight, weight[two_sided]]),
+        np.concatenate([area, area[two_sided]]).astype(np.float32),
     )
 
 
@@ -205,7 +205,7 @@ def _lay_corners(
     shading = mesh.normals.astype(np.float64)[faces].reshape(-1, 3)
     facing = np.rint(_FACING * shading).astype(np.int64)
     key = mix_rows(np.column_stack([mix_rows(places), mix_rows(facing), np.repeat(face_part[members], 3)]))
-    lead, node = (found.astype(np.int64) for found in np.unique(key, return_index=True, return_inverse=True)[1:])
+    lead, node = (item.astype(np.int64) for item in np.unique(key, return_index=True, return_inverse=True)[1:])
     cells[members] = np.column_stack([first + node.reshape(-1, 3), np.full(len(members), CORNERS)])
     normal = np.column_stack([np.bincount(node, shading[:, axis]).astype(np.float64) for axis in range(3)])
     short = np.linalg.norm(normal, axis=1) < 1e-6
@@ -320,11 +320,11 @@ def find_nodes(
         weights[0], weights[1], weights[2] = _ONE - u - v, u, v
         count = 3
     if not front:
-        kept = 0
+        behind = 0
         for i in range(count):
             twin = atlas.back[nodes[i]]
             if twin >= 0:
-                nodes[kept], weights[kept] = twin, weights[i]
-                kept += 1
-        count = kept
+                nodes[behind], weights[behind] = twin, weights[i]
+                behind += 1
+        count = behind
     return count

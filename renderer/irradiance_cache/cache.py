@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from renderer.core.embree import LANES, aligned_floats
-from renderer.core.pieces import Pieces
 from renderer.core.random_numbers import make_frame_key
 from renderer.core.sampling import even_points
+from renderer.core.workers import Pieces
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.cache_geometry import MOST_BEHIND, CacheConfig, CacheGeometry
 from renderer.irradiance_cache.gathering import CoarseLight, choose_bright, gather_nodes
@@ -34,11 +34,8 @@ class IrradianceCache:
 
     Threading: one thread at a time.
 
-    Args:
-        scene: the room; its tree is the one that light is traced in.
-        scene_key: of the room.
-        config: how fine it is.
-        geometry: of the room before, which is taken if it differs in the brightness and colour of its lights only.
+    ``scene``: its tree is the one that light is traced in; ``geometry``: of the room before, which is taken if it differs in the brightness
+    and colour of its lights only.
 
     Attributes:
         geometry: nodes and links; complete once solved.
@@ -78,10 +75,10 @@ class IrradianceCache:
             light_nodes(scene.lit, self.coarse, self._key, config.coarse_light_samples, samples, nodes, scratch, light)
 
         self._unlit.run(scene.workers, compute, cancelled)
-        seen, luminance = np.zeros((2, len(everything), 3), np.float32)
-        see_lights(scene.surfaces, geometry.sightings, config.coarse_rays, seen)
+        by_mirrors, luminance = np.zeros((2, len(everything), 3), np.float32)
+        see_lights(scene.surfaces, geometry.sightings, config.coarse_rays, by_mirrors)
         given = light.direct + light.indirect + light.sun[:, :3]
-        solve_links(geometry.links, given, seen, geometry.albedo, geometry.glow, _SWEEPS, luminance)
+        solve_links(geometry.links, given, by_mirrors, geometry.albedo, geometry.glow, _SWEEPS, luminance)
         self.even = self._smooth_even(luminance - geometry.glow, light)[geometry.other]
         self.leaving = self.even * geometry.albedo
         self.luminance = luminance[geometry.other]
@@ -108,16 +105,16 @@ class IrradianceCache:
         tables = (*self.light, *self.bright[:4], self.luminance, self.even, self.leaving, self.rows, self._filled, self._smooth_done)
         return self.geometry.size_bytes + sum(array.nbytes for array in tables)
 
-    def fill(self, wanted: NDArray[np.bool_], cancelled: Callable[[], bool] | None = None) -> int:
-        """Compute the nodes of ``wanted`` (n,) that are not known yet; return how many.
+    def fill(self, is_read: NDArray[np.bool_], cancelled: Callable[[], bool] | None = None) -> int:
+        """Compute the nodes of ``is_read`` (n,) that are not known yet; return how many.
 
         Raises:
             RenderCancelled: ``cancelled`` returned True; what was computed stays known.
         """
-        todo = np.flatnonzero(wanted & ~self._smooth_done)
+        todo = np.flatnonzero(is_read & ~self._smooth_done)
         if not len(todo):
             return 0
-        near = np.zeros(len(wanted), np.bool_)
+        near = np.zeros(len(is_read), np.bool_)
         near[todo] = True
         grids = self.geometry.fine_grids
         widen(self.atlas.grid, *grids, REACH, todo, near)

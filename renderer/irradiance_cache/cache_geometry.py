@@ -9,8 +9,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from renderer.core.pieces import PIECE, Pieces
 from renderer.core.sampling import even_points
+from renderer.core.workers import PIECE, Pieces
 from renderer.ground_truth.hit_view import TracedScene
 from renderer.irradiance_cache.atlas import Atlas, build_atlas, stand_in
 from renderer.irradiance_cache.charts import Charts, find_charts
@@ -18,7 +18,7 @@ from renderer.irradiance_cache.hemisphere import BEHIND, GatherScratch, Rays
 from renderer.irradiance_cache.nodes import places
 from renderer.irradiance_cache.probing import find_cuts, probe_insides, reflect_nodes
 from renderer.irradiance_cache.radiosity import Links, Sightings, link_nodes, make_sightings, resolve_links
-from renderer.scene.same_geometry import is_same_geometry
+from renderer.scene.flat_scene import is_same_geometry
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,7 +107,7 @@ class CacheGeometry:
             reflect_nodes(scene.lit, coarse, rays.far_m, scratch[worker], self.albedo, self.glow, *piece)
             room = make_sightings(PIECE * len(rays.pattern))
             rows = link_nodes(scene.lit, coarse, rays, memory[worker], self._links, room, *piece)
-            self._sightings[piece[0]] = Sightings(*(table[:rows].copy() for table in room))
+            self._sightings[piece[0]] = Sightings(room.node_part[:rows].copy(), room.sights[:rows].copy())
 
         self._unlinked.run(workers, compute, cancelled)
         valid = (self.links == BEHIND).mean(axis=1) <= MOST_BEHIND
@@ -121,8 +121,9 @@ class CacheGeometry:
         stand_in(coarse.cells, coarse.grid, valid, _STEPS, self.other)
         # Nodes within things shine by those that stand in for them.
         self.shining_area = np.where(valid, np.bincount(self.other, coarse.area, len(valid)), 0.0).astype(np.float32)
-        pieces_in_order = (make_sightings(0), *(self._sightings[first] for first in sorted(self._sightings)))
-        self.sightings = Sightings(*(np.concatenate(tables) for tables in zip(*pieces_in_order, strict=True)))
+        in_order = [make_sightings(0), *(self._sightings[first] for first in sorted(self._sightings))]
+        node_part, sights = [piece.node_part for piece in in_order], [piece.sights for piece in in_order]
+        self.sightings = Sightings(np.concatenate(node_part), np.concatenate(sights))
         del self._links, self._sightings
         self.complete = True
 

@@ -71,10 +71,10 @@ class CachedIntegrator:
     def prepare(self, hits: Hits, cancelled: Callable[[], bool] | None = None) -> int:
         """Compute the nodes that a view reads, as far as they are not known; return how many those were."""
         scene, step = self._scene, self._scene.workers.count
-        wanted = np.zeros(len(self._store.atlas.face), np.bool_)
+        is_read = np.zeros(len(self._store.atlas.face), np.bool_)
 
-        scene.workers.run(lambda _, first: want_nodes(self._tables.fine, hits, wanted, first, step), range(step))
+        scene.workers.run(lambda _, first: want_nodes(self._tables.fine, hits, is_read, first, step), range(step))
         began = time.perf_counter()
-        new = self._store.fill(wanted, cancelled)
+        new = self._store.fill(is_read, cancelled)
         self.filling_s = time.perf_counter() - began
         return new

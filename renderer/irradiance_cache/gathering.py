@@ -92,10 +92,10 @@ def gather_nodes(
     count = np.float32(len(rays.pattern))
     for i in range(len(nodes)):
         node = nodes[i]
-        seen = _look_around(scene, target, source, rays, node, memory)
+        sums = _look_around(scene, target, source, rays, node, memory)
         # Rays that see the inside of something began within it: the others stand for them.
-        scale = _PI / max(count - seen.behind, _ONE)
-        r, g, b, x, y, z = scale * seen.r, scale * seen.g, scale * seen.b, scale * seen.x, scale * seen.y, scale * seen.z
+        scale = _PI / max(count - sums.behind, _ONE)
+        r, g, b, x, y, z = scale * sums.r, scale * sums.g, scale * sums.b, scale * sums.x, scale * sums.y, scale * sums.z
         if len(source.bright.point) > 0:
             stand_on(target, node, memory.trace)
             for begin in range(0, len(source.bright.point), LANES):
@@ -104,9 +104,9 @@ def gather_nodes(
         light.indirect[node, 0] += r
         light.indirect[node, 1] += g
         light.indirect[node, 2] += b
-        light.open_m[node] = count / max(seen.nearness, _TINY)
-        open_share = max(min(seen.far / (_OPEN * count), _ONE), _LEAST_WORTH)
-        light.valid[node] = open_share if seen.behind <= rays.most_behind * count else _ZERO
+        light.open_m[node] = count / max(sums.nearness, _TINY)
+        open_share = max(min(sums.far / (_OPEN * count), _ONE), _LEAST_WORTH)
+        light.valid[node] = open_share if sums.behind <= rays.most_behind * count else _ZERO
         _complete_direction(light, node, x, y, z)
 
 
@@ -138,9 +138,7 @@ def _look_around(scene: LitScene, target: Atlas, source: CoarseLight, rays: Rays
 
 
 @inlined
-def _light_of_ray(
-    surfaces: Surfaces, source: CoarseLight, k: int, memory: GatherScratch
-) -> tuple[np.float32, np.float32, np.float32, int]:
+def _light_of_ray(surfaces: Surfaces, source: CoarseLight, k: int, memory: GatherScratch) -> tuple[np.float32, np.float32, np.float32, int]:
     """Return the luminance (r, g, b) that ray k has found, and its link; bright nodes that are sampled as lights bring none."""
     red = green = blue = _ZERO
     if memory.sighted[k] >= 0:
@@ -176,11 +174,7 @@ def _light_of_bright(
     lanes = scratch.lanes
     for k in range(LANES):
         i = begin + k
-        x, y, z = (
-            bright.point[i, 0] - lanes[ln.P_X + k],
-            bright.point[i, 1] - lanes[ln.P_Y + k],
-            bright.point[i, 2] - lanes[ln.P_Z + k],
-        )
+        x, y, z = (bright.point[i, 0] - lanes[ln.P_X + k], bright.point[i, 1] - lanes[ln.P_Y + k], bright.point[i, 2] - lanes[ln.P_Z + k])
         squared = x * x + y * y + z * z
         inverse = _ONE / np.sqrt(max(squared, _TINY))
         here = (x * lanes[ln.NS_X + k] + y * lanes[ln.NS_Y + k] + z * lanes[ln.NS_Z + k]) * inverse

@@ -88,9 +88,7 @@ def node_seed(node: int, key: np.uint32) -> np.uint32:
 
 
 @inlined
-def aim_hemisphere(
-    atlas: Atlas, node: int, pattern: NDArray[np.float32], begin: int, u: np.float32, v: np.float32, rays: Packet
-) -> None:
+def aim_hemisphere(atlas: Atlas, node: int, pattern: NDArray[np.float32], begin: int, u: np.float32, v: np.float32, rays: Packet) -> None:
     """Aim 16 rays of a node's hemisphere, with density cosine / pi, by ``pattern`` from ``begin`` on, shifted by (u, v)."""
     real, integer = rays.real, rays.integer
     x, y, z = atlas.position[node, 0], atlas.position[node, 1], atlas.position[node, 2]

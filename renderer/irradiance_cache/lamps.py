@@ -9,7 +9,7 @@ from renderer.bsdf.microfacet import ggx_g1_root
 from renderer.core import lanes as ln
 from renderer.core.kernel import inlined
 from renderer.core.sampling import Vector
-from renderer.irradiance_cache.records import ALPHA, LIGHT, SHARE, SHARP, UNDER, UNDER_ALPHA, WIDE, Lamps
+from renderer.irradiance_cache.records import SHARP, WIDE, Lamps
 from renderer.path import surface_tables as st
 from renderer.path.emission import surface_le
 from renderer.path.surface_tables import Surfaces
@@ -37,11 +37,11 @@ def build_lamps(flat: FlatScene) -> Lamps:
         center = np.average(corners[faces].mean(axis=1), axis=0, weights=np.maximum(area, 1e-12))
         normal = cross[faces].sum(axis=0)
         level = np.linalg.norm(normal) > 0.5 * area.sum()
-        seen = max(np.maximum(sign * cross[faces][:, axis], 0.0).sum() for axis in range(3) for sign in (-1.0, 1.0))
+        shown_m2 = max(np.maximum(sign * cross[faces][:, axis], 0.0).sum() for axis in range(3) for sign in (-1.0, 1.0))
         if flat.parts.portal[parts[0]]:
-            seen = np.linalg.norm(normal)
+            shown_m2 = np.linalg.norm(normal)
         normal /= max(np.linalg.norm(normal), 1e-12)
-        rows.append([*center, np.sqrt(seen / np.pi), *normal, float(level)])
+        rows.append([*center, np.sqrt(shown_m2 / np.pi), *normal, float(level)])
     return Lamps(np.array(rows, np.float32).reshape(-1, 8), np.array([parts[0] for parts in groups], np.int32))
 
 
@@ -68,8 +68,8 @@ def mirrored_share(
 @inlined
 def _schlick(cosine: np.float32) -> np.float32:
     """Return Fresnel's term of dielectrics by Schlick's approximation, for an index of 1.5."""
-    left = max(_ONE - cosine, _ZERO)
-    value: np.float32 = np.float32(0.04) + np.float32(0.96) * left * left * left * left * left
+    rest = max(_ONE - cosine, _ZERO)
+    value: np.float32 = np.float32(0.04) + np.float32(0.96) * rest * rest * rest * rest * rest
     return value
 
 
@@ -88,7 +88,7 @@ def choose_lamp(surfaces: Surfaces, lamps: Lamps, k: int, primary: NDArray[np.fl
     wo_z = lanes[ln.WO_X + k] * lanes[ln.TANGENT_Z + k] + lanes[ln.WO_Y + k] * lanes[ln.BITANGENT_Z + k] + lanes[ln.WO_Z + k] * nz
     height = lanes[ln.WO_Z + k]
     mx, my, mz = _TWO * height * nx - wo_x, _TWO * height * ny - wo_y, _TWO * height * nz - wo_z
-    best = (primary[LIGHT, k] + primary[LIGHT + 1, k] + primary[LIGHT + 2, k]) * np.float32(0.01)
+    best = (primary[px.LIGHT, k] + primary[px.LIGHT + 1, k] + primary[px.LIGHT + 2, k]) * np.float32(0.01)
     chosen = 0
     for i in range(len(balls)):
         cx, cy, cz, radius = balls[i, 0] - px, balls[i, 1] - py, balls[i, 2] - pz, balls[i, 3]
@@ -108,10 +108,10 @@ def choose_lamp(surfaces: Surfaces, lamps: Lamps, k: int, primary: NDArray[np.fl
             facing = max(-(lx * balls[i, 4] + ly * balls[i, 5] + lz * balls[i, 6]), _ZERO)
             spread *= facing
         # Narrower lobes see lamps, and panes, by their rays; under the coat panes are part of the light around.
-        part, alpha = lamps.part[i], primary[ALPHA, k]
+        part, alpha = lamps.part[i], primary[px.ALPHA, k]
         pane = surfaces.materials[part * st.ROW_SIZE + st.PORTAL] > _ZERO
         over = mirrored_share(facet, half, cosine, height, alpha, spread) if alpha >= (WIDE if pane else SHARP) else _ZERO
-        under = _ZERO if pane else mirrored_share(facet, half, cosine, height, primary[UNDER_ALPHA, k], spread)
+        under = _ZERO if pane else mirrored_share(facet, half, cosine, height, primary[px.UNDER_ALPHA, k], spread)
         if over + under == _ZERO or facing == _ZERO:
             continue
         if lanes[ln.METALLIC + k] < _HALF:
@@ -119,9 +119,9 @@ def choose_lamp(surfaces: Surfaces, lamps: Lamps, k: int, primary: NDArray[np.fl
             over *= _schlick(half) / _schlick(height)
             under *= _schlick(half) / _schlick(height)
         r, g, b = surface_le(surfaces, part, lx, ly, lz, facing)
-        r = (over * primary[SHARE, k] + under * primary[UNDER, k]) * r
-        g = (over * primary[SHARE + 1, k] + under * primary[UNDER + 1, k]) * g
-        b = (over * primary[SHARE + 2, k] + under * primary[UNDER + 2, k]) * b
+        r = (over * primary[px.SHARE, k] + under * primary[px.UNDER, k]) * r
+        g = (over * primary[px.SHARE + 1, k] + under * primary[px.UNDER + 1, k]) * g
+        b = (over * primary[px.SHARE + 2, k] + under * primary[px.UNDER + 2, k]) * b
         if r + g + b > best:
             best, chosen = r + g + b, 1
             lanes[ln.LI_R + k], lanes[ln.LI_G + k], lanes[ln.LI_B + k] = r, g, b

@@ -70,9 +70,9 @@ def _add_groups(
     for k in range(LANES):
         lanes[ln.IMPORTANCE + k] = lanes[ln.GROUP_IMPORTANCE + k] = _ONE
     for group in range(len(lights.groups.area)):
-        wanted = scratch.importances[group * LANES] * samples
-        if wanted > _ZERO:
-            red, green, blue, dx, dy, dz = _light_of_group(scene, group, wanted, shift_u, shift_v, scratch)
+        budget = scratch.importances[group * LANES] * samples
+        if budget > _ZERO:
+            red, green, blue, dx, dy, dz = _light_of_group(scene, group, budget, shift_u, shift_v, scratch)
             x, y, z = x + dx, y + dy, z + dz
             if lights.varies[lights.groups.start[group]] == BY_SKY:
                 sky_r, sky_g, sky_b = sky_r + red, sky_g + green, sky_b + blue
@@ -114,7 +114,7 @@ def _add_sun(
 
 @inlined
 def _light_of_group(
-    scene: LitScene, group: int, wanted: np.float32, shift_u: np.float32, shift_v: np.float32, scratch: Scratch
+    scene: LitScene, group: int, budget: np.float32, shift_u: np.float32, shift_v: np.float32, scratch: Scratch
 ) -> tuple[np.float32, np.float32, np.float32, np.float32, np.float32, np.float32]:
     """Return illuminance (r, g, b) by one group of lights, and luminance times direction.
 
@@ -122,18 +122,18 @@ def _light_of_group(
     stands between, no noise is left.
     """
     lanes = scratch.lanes
-    samples = min(int(np.ceil(max(wanted, _LEAST_SAMPLES))), 2 * LANES)
+    samples = min(int(np.ceil(max(budget, _LEAST_SAMPLES))), 2 * LANES)
     r = g = b = vx = vy = vz = free = filled = _ZERO
-    left = samples
+    remaining = samples
     # A few samples, with shadow rays.
     for begin in range(0, 2 * LANES, LANES):
-        if left == 0:
+        if remaining == 0:
             break
         _sample_group(scene, group, begin, shift_u, shift_v, scratch)
         # Points from which nothing could come need no ray: the first that could are taken.
         for k in range(LANES):
-            chosen = (lanes[ln.LIGHT_PDF + k] > _ZERO) & (left > 0)
-            left -= chosen
+            chosen = (lanes[ln.LIGHT_PDF + k] > _ZERO) & (remaining > 0)
+            remaining -= chosen
             if not chosen:
                 lanes[ln.LIGHT_PDF + k] = lanes[ln.U_LOBE + k] = _ZERO
                 continue

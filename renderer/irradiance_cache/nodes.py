@@ -114,7 +114,7 @@ def widen(
     grids: NDArray[np.int32],
     reach: int,
     nodes: NDArray[np.int64],
-    wanted: NDArray[np.bool_],
+    is_read: NDArray[np.bool_],
 ) -> None:
     """Mark all that lie within ``reach`` steps of the nodes on their grids."""
     for i in range(len(nodes)):
@@ -126,7 +126,7 @@ def widen(
             for x in range(max(column - reach, 0), min(column + reach, width - 1) + 1):
                 node = index[offset + y * width + x]
                 if node >= 0:
-                    wanted[node] = True
+                    is_read[node] = True
 
 
 @entry
@@ -160,6 +160,7 @@ def smooth_nodes(
         node = nodes[i]
         r, g, b, total = light.indirect[node, 0], light.indirect[node, 1], light.indirect[node, 2], _ONE
         tx, ty, tz = light.toward[node, 0], light.toward[node, 1], light.toward[node, 2]
+        # On a grid, and not within an object: neighbours share, as far as what surrounds both is far.
         if place[node] >= 0 and light.valid[node] > _ZERO:
             offset, width, height = _grid_of(grids, place[node])
             row, column = (place[node] - offset) // width, (place[node] - offset) % width
@@ -173,15 +174,14 @@ def smooth_nodes(
                     far = spacing_m * np.sqrt(np.float32((x - column) * (x - column) + (y - row) * (y - row)))
                     weight = _ONE - far / max(min(reach_m, _SHARE * light.open_m[other]), np.float32(1e-6))
                     if weight > _ZERO:
-                        r, g, b = (
-                            r + weight * light.indirect[other, 0],
-                            g + weight * light.indirect[other, 1],
-                            b + weight * light.indirect[other, 2],
-                        )
+                        r += weight * light.indirect[other, 0]
+                        g += weight * light.indirect[other, 1]
+                        b += weight * light.indirect[other, 2]
                         tx += weight * light.toward[other, 0]
                         ty += weight * light.toward[other, 1]
                         tz += weight * light.toward[other, 2]
                         total += weight
+        # What frames look up of the node; lamps' light is not smoothed, so that shadows stay sharp.
         row = rows[node]
         row[LIGHT] = r / total + light.direct[node, 0]
         row[LIGHT + 1] = g / total + light.direct[node, 1]

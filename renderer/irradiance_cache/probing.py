@@ -35,6 +35,7 @@ def find_cuts(scene: SceneHandle, atlas: Atlas, grids: NDArray[np.int32], scratc
         offset, width, height = grids[grid, 0], grids[grid, 1], grids[grid, 2]
         ways = 2 * width * height
         for begin in range(0, ways, LANES // 2):
+            # Eight ways, two rays each: there and back.
             count = 0
             for k in range(LANES):
                 way = begin + (k >> 1)
@@ -59,6 +60,7 @@ def find_cuts(scene: SceneHandle, atlas: Atlas, grids: NDArray[np.int32], scratc
                 continue
             intersect16(alive.ctypes.data, scene.address, real.ctypes.data, scene.incoherent)
             scratch.traced[0] += count
+            # Where one of the two met nothing, the other's hit stands for both.
             for k in range(0, LANES, 2):
                 hence, thence = integer[ray.GEOM_ID + k] != INVALID_ID, integer[ray.GEOM_ID + k + 1] != INVALID_ID
                 if hence or thence:

@@ -44,7 +44,7 @@ class Links(NamedTuple):
 class Sightings(NamedTuple):
     """Rays that see lamps by mirrors, or what is outside: (r, 2) int32, node and part, and (r, SIGHT), as ``sights`` of :func:`follow`."""
 
-    seen: NDArray[np.int32]
+    node_part: NDArray[np.int32]
     sights: NDArray[np.float32]
 
 
@@ -72,7 +72,7 @@ def link_nodes(
                 for axis in range(3):
                     links.at[node, axis, begin + k] = memory.at[LANES * axis + k]
                 if memory.sighted[k] >= 0:
-                    sightings.seen[rows, 0], sightings.seen[rows, 1] = node, memory.sighted[k]
+                    sightings.node_part[rows, 0], sightings.node_part[rows, 1] = node, memory.sighted[k]
                     for field in range(SIGHT):
                         sightings.sights[rows, field] = memory.sights[k, field]
                     rows += 1
@@ -83,8 +83,8 @@ def link_nodes(
 def see_lights(surfaces: Surfaces, sightings: Sightings, rays: int, light: NDArray[np.float32]) -> None:
     """Fill ``light`` (n, 3), illuminance by mirrors and from outside, lux, from what the ``rays`` rays of each node have sighted."""
     scale = _PI / np.float32(rays)
-    for i in range(len(sightings.seen)):
-        node, color = sightings.seen[i, 0], sighted_light(surfaces, sightings.seen[i, 1], sightings.sights, i)
+    for i in range(len(sightings.node_part)):
+        node, color = sightings.node_part[i, 0], sighted_light(surfaces, sightings.node_part[i, 1], sightings.sights, i)
         for channel in range(3):
             light[node, channel] += scale * color[channel]
 
@@ -103,7 +103,7 @@ def resolve_links(atlas: Atlas, worth: NDArray[np.float32], links: Links, memory
 def solve_links(
     links: NDArray[np.int32],
     given: NDArray[np.float32],
-    seen: NDArray[np.float32],
+    by_mirrors: NDArray[np.float32],
     albedo: NDArray[np.float32],
     glow: NDArray[np.float32],
     sweeps: int,
@@ -111,7 +111,7 @@ def solve_links(
 ) -> None:
     """Fill ``luminance`` (n, 3), cd/m2: what leaves each node once light has passed along the links until it settles (Gauss and Seidel).
 
-    ``given``: (n, 3), illuminance by lights and sun, lux; ``seen``: as of :func:`see_lights`.
+    ``given``: (n, 3), illuminance by lights and sun, lux; ``by_mirrors``: as of :func:`see_lights`.
     """
     count = links.shape[1]
     for _ in range(sweeps):
@@ -124,6 +124,6 @@ def solve_links(
                 if link >= 0:
                     r, g, b = r + luminance[link, 0], g + luminance[link, 1], b + luminance[link, 2]
             scale = _PI / np.float32(max(free, 1))
-            luminance[node, 0] = albedo[node, 0] * _INVERSE_PI * (scale * r + seen[node, 0] + given[node, 0]) + glow[node, 0]
-            luminance[node, 1] = albedo[node, 1] * _INVERSE_PI * (scale * g + seen[node, 1] + given[node, 1]) + glow[node, 1]
-            luminance[node, 2] = albedo[node, 2] * _INVERSE_PI * (scale * b + seen[node, 2] + given[node, 2]) + glow[node, 2]
+            luminance[node, 0] = albedo[node, 0] * _INVERSE_PI * (scale * r + by_mirrors[node, 0] + given[node, 0]) + glow[node, 0]
+            luminance[node, 1] = albedo[node, 1] * _INVERSE_PI * (scale * g + by_mirrors[node, 1] + given[node, 1]) + glow[node, 1]
+            luminance[node, 2] = albedo[node, 2] * _INVERSE_PI * (scale * b + by_mirrors[node, 2] + given[node, 2]) + glow[node, 2]

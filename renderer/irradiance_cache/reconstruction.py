@@ -198,9 +198,7 @@ def smooth_edges(
 
 
 @inlined
-def _copy_tile(
-    surfaces: Surfaces, view: TracedView, column: int, row: int, image: NDArray[np.float32], smooth: NDArray[np.float32]
-) -> int:
+def _copy_tile(surfaces: Surfaces, view: TracedView, column: int, row: int, image: NDArray[np.float32], smooth: NDArray[np.float32]) -> int:
     """Copy a tile's pixels; return which are edges, a bit each."""
     height, width, _ = image.shape
     edges = 0

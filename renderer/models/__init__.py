@@ -30,7 +30,7 @@ from renderer.models import (
     wall_things,
     workshop,
 )
-from renderer.models.model import Model, Parts, Size
+from renderer.models.model import Model, Parts, Size, fitted
 
 FAMILIES = (
     *(beds, cabinets, cases, tables, chairs, sofas, lamps, plants, wall_things, floor_things, small_things),
@@ -55,7 +55,7 @@ def build_model(generator: str, style: str, seed: int, size_m: Size) -> Parts:
     chosen = model.styles[0] if style == "default" else style
     if chosen not in model.styles:
         raise KeyError(style)
-    return model.build(np.random.default_rng(seed), size_m, chosen)
+    return fitted(model.build(np.random.default_rng(seed), size_m, chosen), size_m)
 
 
 __all__ = ["MODELS", "Model", "Parts", "Size", "build_model"]

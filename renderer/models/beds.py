@@ -9,9 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import CORNERS, Model, Parts, Pieces, Size, halved
 from renderer.models.soft import Drape, cloth, cushion, drape, layer, lined, pillow, piping, rounded_loop, tufted
 
 
@@ -59,15 +60,10 @@ def turned_post(side: float, height: float, square_to: float) -> Mesh:
     shaft = min(square_to + 0.16, 0.62 * height)
     foot = min(0.5 * square_to, 0.14)
     turned_foot = lathe(
-        [
-            (0.0, 0.0),
-            (0.55 * half, 0.0),
-            (0.8 * half, 0.25 * foot),
-            (0.5 * half, 0.6 * foot),
-            (0.8 * half, 0.8 * foot),
-            (0.8 * half, foot),
-            (0.0, foot),
-        ],
+        points(
+            [0.0, 0.55 * half, 0.8 * half, 0.5 * half, 0.8 * half, 0.8 * half, 0.0],
+            [0.0, 0.0, 0.25 * foot, 0.6 * foot, 0.8 * foot, foot, foot],
+        ),
         12,
     )
     body = block((-half, -half, foot), (half, half, shaft), 0.006)
@@ -106,10 +102,7 @@ def mattress(plan: BedPlan) -> Mesh:
     body = rounded_box((plan.head, -plan.half, plan.z_low), (plan.foot, plan.half, plan.z_top), 0.05, 2)
     half_x, center = 0.5 * (plan.foot - plan.head), 0.5 * (plan.foot + plan.head)
     loop = rounded_loop(half_x - 0.010, plan.half - 0.010, 0.05)
-    tapes = [
-        piping(np.column_stack([center + loop[:, 0], loop[:, 1], np.full(len(loop), z)]), 0.006, 4)
-        for z in (plan.z_low + 0.012, plan.z_top - 0.012)
-    ]
+    tapes = [piping(points(center + loop[:, 0], loop[:, 1], z), 0.006, 4) for z in (plan.z_low + 0.012, plan.z_top - 0.012)]
     return merged(body, *tapes)
 
 
@@ -194,22 +187,17 @@ class Bedstead(NamedTuple):
 
 
 def _corners(half_d: float, half_w: float) -> list[tuple[float, float]]:
-    return [(sx * half_d, sy * half_w) for sx in (-1.0, 1.0) for sy in (-1.0, 1.0)]
+    return [(sx * half_d, sy * half_w) for sx, sy in CORNERS]
 
 
 def _platform(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
     """A low slab on recessed legs, a wide headboard of planks."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     base = plan.z_low - 0.02
     slab = block((-half_d, -half_w, base - 0.09), (half_d, half_w, base + 0.05), 0.008)
     rim = blocks(
         [(plan.head, -half_w + 0.01, base), (plan.head, half_w - 0.04, base), (half_d - 0.04, -half_w + 0.03, base)],
-        [
-            (half_d - 0.01, -half_w + 0.04, base + 0.06),
-            (half_d - 0.01, half_w - 0.01, base + 0.06),
-            (half_d - 0.01, half_w - 0.03, base + 0.06),
-        ],
+        points(half_d - 0.01, [-half_w + 0.04, half_w - 0.01, half_w - 0.03], base + 0.06),
         0.006,
     )
     seams = int(rng.integers(2, 5))
@@ -232,8 +220,7 @@ def _platform(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
 
 def _panel(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
     """Posts and rails with a curved, panelled headboard and a low footboard."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     post = 0.055
     foot_height = min(plan.z_top + 0.06, 0.58 * height)
     rail_low = plan.z_low - 0.10
@@ -265,9 +252,7 @@ def _paneled_board(front: float, half_w: float, post: float, low: float, high: f
     y = np.linspace(-inner, inner, 25)
     arch = rise * np.maximum(np.cos(0.5 * math.pi * y / inner), 0.0) ** 0.8
     rail = 0.075
-    front_face = np.stack(
-        [np.column_stack([np.full(25, front), y, np.full(25, high - rail)]), np.column_stack([np.full(25, front), y, high + arch])], axis=1
-    )
+    front_face = np.stack([points(front, y, high - rail), points(front, y, high + arch)], axis=1)
     back_face = front_face - np.array([thick, 0.0, 0.0])
     top_rail = sheet(front_face, back_face)
     fields = max(3, round(2.0 * inner / 0.42))
@@ -287,8 +272,7 @@ def _paneled_board(front: float, half_w: float, post: float, low: float, high: f
 
 def _carved(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
     """Turned posts with finials between which carved boards rise in the middle."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     post = 0.065
     low = plan.z_low - 0.06
     foot_top = 0.585 * height
@@ -305,15 +289,14 @@ def _carved(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
 
 def _metal(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
     """Tubes: an arched head and a lower foot end with bars and rings, brass knobs on the posts."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, width, height, half_d, half_w = halved(size_m)
     tube = 0.017
     inner = half_w - tube - 0.004
     low = plan.z_low - 0.04
 
     def end(x: float, shoulder: float, top: float, bars: int) -> tuple[Mesh, Mesh]:
         angle = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 17)
-        arch = np.column_stack([np.full(17, x), inner * np.sin(angle), shoulder + (top - tube - shoulder) * np.cos(angle) ** 1.4])
+        arch = points(x, inner * np.sin(angle), shoulder + (top - tube - shoulder) * np.cos(angle) ** 1.4)
         rails = [sweep(arch, tube, 10), *(rod((x, -inner, z), (x, inner, z), 0.011) for z in (low + 0.06, shoulder - 0.02))]
         ys = np.linspace(-inner, inner, bars + 2)[1:-1]
         rise = np.interp(ys, arch[:, 1], arch[:, 2])
@@ -322,20 +305,11 @@ def _metal(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
         turn = np.arange(12) * (2.0 * math.pi / 12)
         ring = 0.36 * float(ys[1] - ys[0])
         for y in 0.5 * (ys[1:] + ys[:-1]):
-            rails.append(piping(np.column_stack([np.full(12, x), y + ring * np.cos(turn), mid + ring * np.sin(turn)]), 0.0055, 4))
+            rails.append(piping(points(x, y + ring * np.cos(turn), mid + ring * np.sin(turn)), 0.0055, 4))
         posts, knobs = [], []
         for s in (-1.0, 1.0):
             posts.append(rod((x, s * inner, 0.0), (x, s * inner, shoulder), tube, segments=14))
-            ball = [
-                (0.0, -0.01),
-                (0.019, -0.01),
-                (0.021, 0.0),
-                (0.012, 0.006),
-                (0.024, 0.022),
-                (0.021, 0.036),
-                (0.012, 0.045),
-                (0.0, 0.047),
-            ]
+            ball = points([0.0, 0.019, 0.021, 0.012, 0.024, 0.021, 0.012, 0.0], [-0.01, -0.01, 0.0, 0.006, 0.022, 0.036, 0.045, 0.047])
             knobs.append(moved(lathe(ball, 14), x, s * inner, shoulder))
         return merged(*rails), merged(*posts, *knobs)
 
@@ -365,8 +339,7 @@ def _peg_legs(half_d: float, half_w: float, low: float) -> Mesh:
 
 def _upholstered(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
     """Padded side rails and a headboard of channels or squares."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, width, height, half_d, half_w = halved(size_m)
     low = 0.09
     back = rounded_box((-half_d, -half_w, low), (-half_d + 0.05, half_w, height), 0.022)
     columns = min(max(3, round(width / rng.uniform(0.2, 0.34))), 11)
@@ -383,8 +356,7 @@ def _upholstered(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts
 
 def _tufted(rng: np.random.Generator, size_m: Size, plan: BedPlan) -> Parts:
     """A high headboard with deep buttons between piped borders, padded rails."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     low, border = 0.08, 0.07
     back = rounded_box((-half_d, -half_w, low), (-half_d + 0.06, half_w, height), 0.022, 3)
     y, bottom, top = half_w - border, plan.z_low, height - border
@@ -410,7 +382,7 @@ BEDSTEADS = {
 """Style -> bedstead."""
 
 
-def build_bed(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_bed(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a bed made up with duvet, turned-down sheet, pillows, decorative cushion and throw."""
     depth, width, height = size_m
     kind = BEDSTEADS[style]
@@ -421,7 +393,7 @@ def build_bed(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     parts["mattress"] = mattress(plan)
     parts["slats"] = slats(plan)
     parts.update(bedding(rng, plan, height, thickness * kind.fall * rng.uniform(0.9, 1.1), kind.over_foot))
-    return fitted(parts, size_m)
+    return parts
 
 
 MODELS = {"bed": Model(build_bed, tuple(BEDSTEADS))}

@@ -7,14 +7,15 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, sheet
 from renderer.models.cabinets import PANEL_M, Front, carcass, fronts, pulls, splayed_legs, square_legs
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import Model, Parts, Pieces, Size, halved
 from renderer.models.office import keycaps
 
 
-def build_tv_stand(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_tv_stand(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a long low unit: open bays over drawers on a plinth, slatted doors on splayed legs, or wide drawers on metal runners."""
     depth, width, height = size_m
     reach = min(0.016, 0.045 * depth)
@@ -44,7 +45,7 @@ def build_tv_stand(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         drawers = _slatted(front, areas)
         legs = splayed_legs(back, front, half, leg, 0.03, 0.019)
     handles = pulls(front, areas, "cup", reach + 0.002)
-    return fitted({"body": merged(*body), "drawers": drawers, "handles": handles, "legs": legs}, size_m)
+    return {"body": body, "drawers": drawers, "handles": handles, "legs": legs}
 
 
 def _uprights(ys: np.ndarray, x0: float, x1: float, low: float, high: float) -> Mesh:
@@ -75,7 +76,7 @@ def _slatted(x: float, areas: list[Front]) -> Mesh:
     return blocks(low, high, 0.0015)
 
 
-def build_sideboard(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_sideboard(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a sideboard: drawers between doors; plain on a plinth, framed on feet, or mid-century on splayed legs."""
     depth, width, height = size_m
     reach = min(0.02, 0.045 * depth)
@@ -100,15 +101,12 @@ def build_sideboard(rng: np.random.Generator, size_m: Size, style: str) -> Parts
         "framed": lambda: square_legs(back, front, half, leg, 0.055, 0.004),
         "midcentury": lambda: splayed_legs(back, front, half, leg, 0.03, 0.02),
     }[style]()
-    return fitted(
-        {
-            "body": carcass(body_depth, width, leg, height, 0.007, back),
-            "drawers": fronts(front, [*doors, *drawers], framed=style == "framed"),
-            "handles": merged(pulls(front, drawers, knob, reach + 0.005), pulls(front, doors, knob, reach + 0.005)),
-            "legs": legs,
-        },
-        size_m,
-    )
+    return {
+        "body": carcass(body_depth, width, leg, height, 0.007, back),
+        "drawers": fronts(front, [*doors, *drawers], framed=style == "framed"),
+        "handles": [pulls(front, drawers, knob, reach + 0.005), pulls(front, doors, knob, reach + 0.005)],
+        "legs": legs,
+    }
 
 
 def glazed_fronts(x: float, areas: list[Front], rim: float, bars: int) -> tuple[Mesh, Mesh]:
@@ -127,7 +125,7 @@ def glazed_fronts(x: float, areas: list[Front], rim: float, bars: int) -> tuple[
     return blocks(low, high, 0.003), blocks(pane_low, pane_high, 0.001)
 
 
-def build_china_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_china_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a cabinet with glass doors over cupboards, with china on its shelves.
 
     It has cross bars and a plinth, or is plain on tall legs, or has arched doors under a cornice.
@@ -163,17 +161,14 @@ def build_china_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> P
         for z0, z1 in itertools.pairwise(levels)
         for y0, y1 in itertools.pairwise(edges)
     ]
-    return fitted(
-        {
-            "body": merged(carcass(body_depth, width, leg, height - 0.3 * crown, 0.006, back), shelves),
-            "doors": merged(frames, fronts(front, wood, framed=classic)),
-            "panes": panes,
-            "handles": pulls(front, wood, "knob" if classic else "bar", reach + 0.005),
-            "china": merged(*china),
-            "legs": legs,
-        },
-        size_m,
-    )
+    return {
+        "body": [carcass(body_depth, width, leg, height - 0.3 * crown, 0.006, back), shelves],
+        "doors": [frames, fronts(front, wood, framed=classic)],
+        "panes": panes,
+        "handles": pulls(front, wood, "knob" if classic else "bar", reach + 0.005),
+        "china": china,
+        "legs": legs,
+    }
 
 
 def _spandrel(x: float, area: Front, rim: float) -> Mesh:
@@ -182,9 +177,7 @@ def _spandrel(x: float, area: Front, rim: float) -> Mesh:
     y = np.linspace(left, right, 21)
     rise = min(0.6 * (right - left), 0.16)
     arch = top + 0.004 - rise * (1.0 - np.sqrt(np.clip(1.0 - (2.0 * (y - left) / (right - left) - 1.0) ** 2, 0.0, 1.0))) - 0.006
-    front = np.stack(
-        [np.column_stack([np.full(21, x - 0.002), y, arch]), np.column_stack([np.full(21, x - 0.002), y, np.full(21, top + 0.01)])], 1
-    )
+    front = np.stack([points(x - 0.002, y, arch), points(x - 0.002, y, top + 0.01)], 1)
     return sheet(front, front - np.array([0.014, 0.0, 0.0]))
 
 
@@ -223,21 +216,19 @@ def _china(rng: np.random.Generator, span: tuple[float, float], z: float, room: 
     return merged(*pieces)
 
 
-def build_wall_shelf(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_wall_shelf(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a shelf on a wall: a board on brackets, or a box open to the front; its top is flat."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    depth, width, height, half_d, half_w = halved(size_m)
     if style == "box":
         board = min(0.018, 0.2 * height)
         low = [(-half_d, -half_w, 0.0), (-half_d, -half_w, height - board), (-half_d, -half_w, 0.0), (-half_d, half_w - board, 0.0)]
-        high = [
-            (half_d - 0.002, half_w, board),
-            (half_d, half_w, height),
-            (half_d - 0.002, -half_w + board, height - 0.002),
-            (half_d - 0.002, half_w, height - 0.002),
-        ]
+        high = points(
+            [half_d - 0.002, half_d, half_d - 0.002, half_d - 0.002],
+            [half_w, half_w, -half_w + board, half_w],
+            [board, height, height - 0.002, height - 0.002],
+        )
         back = block((-half_d, -half_w + 0.003, 0.003), (-half_d + 0.005, half_w - 0.003, height - 0.003), 0.001)
-        return fitted({"board": blocks(low, high, 0.0015), "brackets": back}, size_m)
+        return {"board": blocks(low, high, 0.0015), "brackets": back}
     board = min(0.026, 0.35 * height)
     under = height - board
     top = block((-half_d, -half_w, under), (half_d, half_w, height), 0.002)
@@ -254,7 +245,7 @@ def build_wall_shelf(rng: np.random.Generator, size_m: Size, style: str) -> Part
         length = float(np.hypot(under - 0.016, 0.8 * depth))
         strut = rotated(block((0.0, y - 0.006, -0.004), (length, y + 0.006, 0.004), 0.001), "y", -float(slope))
         pieces.append(moved(strut, -half_d + 0.004, 0.0, 0.008))
-    return fitted({"board": top, "brackets": merged(*pieces)}, size_m)
+    return {"board": top, "brackets": pieces}
 
 
 BOOK_COLORS = 8
@@ -262,10 +253,9 @@ BOOK_COLORS = 8
 Corner = tuple[float, float, float]
 
 
-def build_bookshelf(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_bookshelf(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a shelf unit: classic with cornice and back, cubes, or open boards on a metal frame; all full of books."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, width, height, half_d, half_w = halved(size_m)
     board = 0.022
     foot = {"classic": 0.08, "cubes": 0.0, "industrial": 0.10}[style]
     columns = {"classic": 1 if width < 1.0 else 2, "cubes": max(1, round(width / 0.38)), "industrial": 1}[style]
@@ -306,7 +296,7 @@ def build_bookshelf(rng: np.random.Generator, size_m: Size, style: str) -> Parts
     shelves = list(zip(zs[:-1] + board, zs[1:], strict=True))
     bays = [(y0 + board + 0.004, y1 - 0.004, float(z0), float(z1)) for y0, y1 in itertools.pairwise(ys) for z0, z1 in shelves]
     parts.update(_filled(rng, bays, -half_d, half_d))
-    return fitted(parts, size_m)
+    return parts
 
 
 def _filled(rng: np.random.Generator, bays: Iterable[tuple[float, float, float, float]], back: float, front: float) -> Parts:
@@ -421,22 +411,14 @@ def _ornament(rng: np.random.Generator, height: float) -> Mesh:
     """Return a small turned vase or bowl."""
     r = min(rng.uniform(0.25, 0.45) * height, 0.065)
     neck = rng.uniform(0.3, 0.7)
-    profile = [
-        (0.0, 0.0),
-        (0.6 * r, 0.0),
-        (0.95 * r, 0.25 * height),
-        (r, 0.45 * height),
-        (0.8 * r, 0.7 * height),
-        (neck * r, 0.88 * height),
-        (neck * r * 1.2, height),
-        (neck * r, height),
-        (neck * 0.8 * r, 0.85 * height),
-        (0.0, 0.8 * height),
-    ]
+    profile = points(
+        [0.0, 0.6 * r, 0.95 * r, r, 0.8 * r, neck * r, neck * r * 1.2, neck * r, neck * 0.8 * r, 0.0],
+        [0.0, 0.0, 0.25 * height, 0.45 * height, 0.7 * height, 0.88 * height, height, height, 0.85 * height, 0.8 * height],
+    )
     return lathe(profile, 18)
 
 
-def build_book_stack(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_book_stack(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return lying books with covers, spines and pages; ``askew`` turns them against each other."""
     depth, width, height = size_m
     share = rng.uniform(0.6, 1.4, 4)
@@ -466,7 +448,7 @@ def build_book_stack(rng: np.random.Generator, size_m: Size, style: str) -> Part
             )
         )
     parts["pages"] = merged(*pages)
-    return fitted(parts, size_m)
+    return parts
 
 
 MODELS = {

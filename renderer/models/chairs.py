@@ -7,15 +7,16 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import CORNERS, Model, Parts, Pieces, Size, halved
 from renderer.models.soft import cushion
 
 
-def build_desk_chair(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_desk_chair(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return an office chair on a five-star base with castors, or a wooden chair on four legs."""
-    return fitted({"office": _office_chair, "wooden": _wooden_chair, "shell": _shell_chair}[style](rng, size_m), size_m)
+    return {"office": _office_chair, "wooden": _wooden_chair, "shell": _shell_chair}[style](rng, size_m)
 
 
 def _office_chair(rng: np.random.Generator, size_m: Size) -> Parts:
@@ -34,12 +35,7 @@ def _office_chair(rng: np.random.Generator, size_m: Size) -> Parts:
     rest = cushion(rng, (back - 0.075, -0.92 * half_w, back_low), (back - 0.01, 0.92 * half_w, height - 0.002), 0.03, 0.018, axis=0)
     rest = _curved_back(rest, back_low, half_w)
     spine = sweep(
-        [
-            (-0.10, 0.0, seat_z - 0.066),
-            (back - 0.05, 0.0, seat_z - 0.055),
-            (back - 0.095, 0.0, seat_z + 0.03),
-            (back - 0.09, 0.0, back_low + 0.18),
-        ],
+        points([-0.10, back - 0.05, back - 0.095, back - 0.09], 0.0, [seat_z - 0.066, seat_z - 0.055, seat_z + 0.03, back_low + 0.18]),
         0.02,
         10,
         1.6,
@@ -89,8 +85,7 @@ def _curved_back(mesh: Mesh, low_z: float, half_w: float) -> Mesh:
 
 
 def _wooden_chair(rng: np.random.Generator, size_m: Size) -> Parts:
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     seat_z = min(0.46, 0.54 * height)
     lean = 0.13 * (height - seat_z)
     back_x = -half_d + lean + 0.02
@@ -100,12 +95,9 @@ def _wooden_chair(rng: np.random.Generator, size_m: Size) -> Parts:
         frame.append(rod((half_d - 0.025, y, 0.0), (half_d - 0.045, s * (half_w - 0.04), seat_z - 0.02), 0.013, 0.02))
         frame.append(
             sweep(
-                [
-                    (back_x - 0.05, y, 0.0),
-                    (back_x, y, seat_z),
-                    (back_x - 0.3 * lean, y, seat_z + 0.4 * (height - seat_z)),
-                    (-half_d + 0.02, y, height),
-                ],
+                points(
+                    [back_x - 0.05, back_x, back_x - 0.3 * lean, -half_d + 0.02], y, [0.0, seat_z, seat_z + 0.4 * (height - seat_z), height]
+                ),
                 [0.014, 0.019, 0.018, 0.014],
                 12,
             )
@@ -127,29 +119,18 @@ def _back_rail(x: float, half_w: float, top: float, tall: float) -> Mesh:
     """Return a board between the back posts, bent backward in the middle."""
     y = np.linspace(-half_w, half_w, 15)
     bow = x + 0.02 * (y / half_w) ** 2
-    front = np.stack(
-        [np.column_stack([bow + 0.012, y, np.full(15, top - tall)]), np.column_stack([bow + 0.006, y, np.full(15, top)])], axis=1
-    )
+    front = np.stack([points(bow + 0.012, y, top - tall), points(bow + 0.006, y, top)], axis=1)
     return sheet(front, front - np.array([0.014, 0.0, 0.0]))
 
 
 def _shell_chair(rng: np.random.Generator, size_m: Size) -> Parts:
     """A moulded shell, seat and back in one curve, on four splayed wooden legs with a seat pad."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     seat_z = min(0.45, 0.55 * height)
     rise = height - seat_z
-    profile = np.array(
-        [
-            (half_d, seat_z - 0.03),
-            (half_d - 0.03, seat_z + 0.005),
-            (0.4 * half_d, seat_z),
-            (-0.25 * half_d, seat_z - 0.015),
-            (-0.55 * half_d, seat_z + 0.02),
-            (-0.75 * half_d, seat_z + 0.25 * rise),
-            (-0.88 * half_d, seat_z + 0.6 * rise),
-            (-half_d + 0.012, height),
-        ]
+    profile = points(
+        [half_d, half_d - 0.03, 0.4 * half_d, -0.25 * half_d, -0.55 * half_d, -0.75 * half_d, -0.88 * half_d, -half_d + 0.012],
+        [seat_z - 0.03, seat_z + 0.005, seat_z, seat_z - 0.015, seat_z + 0.02, seat_z + 0.25 * rise, seat_z + 0.6 * rise, height],
     )
     t = np.linspace(0.0, 1.0, len(profile))
     fine = np.linspace(0.0, 1.0, 25)
@@ -196,9 +177,9 @@ def _smooth(t: NDArray[np.float64], values: NDArray[np.float64], fine: NDArray[n
     )
 
 
-def build_dining_chair(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_dining_chair(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a dining chair: upright slats, a cross between the back posts, or a padded back and seat on tapered legs."""
-    return fitted({"slats": _slats, "cross": _cross, "padded": _padded}[style](rng, size_m), size_m)
+    return {"slats": _slats, "cross": _cross, "padded": _padded}[style](rng, size_m)
 
 
 def _post_x(z: float, half_d: float, seat_z: float, height: float) -> float:
@@ -208,8 +189,7 @@ def _post_x(z: float, half_d: float, seat_z: float, height: float) -> float:
 
 def _wooden_frame(size_m: Size, seat_z: float) -> list[Mesh]:
     """Return legs, back posts, stretchers and the seat's frame."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     frame: list[Mesh] = []
     for s in (-1.0, 1.0):
         y = s * (half_w - 0.025)
@@ -231,10 +211,7 @@ def _rail(x: float, half_w: float, low: float, high: float, lean: float, bow: fl
     y = np.linspace(-half_w, half_w, 15)
     back = x - bow * (1.0 - (y / half_w) ** 2)
     thick = 0.018
-    front = np.stack(
-        [np.column_stack([back + 0.5 * thick, y, np.full(15, low)]), np.column_stack([back + 0.5 * thick - lean, y, np.full(15, high)])],
-        axis=1,
-    )
+    front = np.stack([points(back + 0.5 * thick, y, low), points(back + 0.5 * thick - lean, y, high)], axis=1)
     return sheet(front, front - np.array([thick, 0.0, 0.0]))
 
 
@@ -244,8 +221,7 @@ def _seat_board(rng: np.random.Generator, size_m: Size, seat_z: float) -> Mesh:
 
 
 def _slats(rng: np.random.Generator, size_m: Size) -> Parts:
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     seat_z = min(0.46, 0.505 * height)
     span = half_w - 0.03
     top = height - 0.01
@@ -261,8 +237,7 @@ def _slats(rng: np.random.Generator, size_m: Size) -> Parts:
 
 
 def _cross(rng: np.random.Generator, size_m: Size) -> Parts:
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     seat_z = min(0.46, 0.505 * height)
     span = half_w - 0.028
     top = height - 0.006
@@ -277,13 +252,11 @@ def _cross(rng: np.random.Generator, size_m: Size) -> Parts:
 
 
 def _padded(rng: np.random.Generator, size_m: Size) -> Parts:
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     seat_z = min(0.48, 0.505 * height)
     legs = [
         rod((sx * (half_d - 0.025), sy * (half_w - 0.025), 0.0), (sx * (half_d - 0.06), sy * (half_w - 0.05), seat_z - 0.05), 0.011, 0.02)
-        for sx in (-1.0, 1.0)
-        for sy in (-1.0, 1.0)
+        for sx, sy in CORNERS
     ]
     seat = cushion(rng, (-half_d + 0.06, -half_w, seat_z - 0.075), (half_d, half_w, seat_z + 0.025), 0.035, 0.022)
     rest = cushion(rng, (-half_d + 0.045, -half_w + 0.012, seat_z - 0.06), (-half_d + 0.095, half_w - 0.012, height), 0.02, 0.014, axis=0)
@@ -294,10 +267,9 @@ def _padded(rng: np.random.Generator, size_m: Size) -> Parts:
     return {"frame": merged(*legs), "seat": seat, "back": rest._replace(vertices=points.astype(np.float32))}
 
 
-def build_bar_stool(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_bar_stool(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a high stool with a ring for the feet: round on four legs, or a padded seat with a low back on a column and plate."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     r = min(half_d, half_w)
     if style == "round":
         top = height - 0.035
@@ -313,7 +285,7 @@ def build_bar_stool(rng: np.random.Generator, size_m: Size, style: str) -> Parts
         for k, ((ax, ay), (bx, by)) in enumerate(zip(corners, corners[1:] + corners[:1], strict=True)):
             z = feet_z + (0.05 if k % 2 else 0.0)
             rails.append(rod((ax, ay, z), (bx, by, z), 0.01))
-        return fitted({"legs": merged(*legs), "footrest": merged(*rails), "seat": seat}, size_m)
+        return {"legs": legs, "footrest": rails, "seat": seat}
     seat_z = min(0.68, 0.76 * height)
     plate = lathe([(0.0, 0.0), (r, 0.0), (r, 0.006), (0.95 * r, 0.012), (0.2 * r, 0.022), (0.03, 0.05), (0.0, 0.05)], 40)
     column = rod((0.0, 0.0, 0.02), (0.0, 0.0, seat_z - 0.06), 0.022, segments=20)
@@ -321,14 +293,7 @@ def build_bar_stool(rng: np.random.Generator, size_m: Size, style: str) -> Parts
     arm = rod((0.0, 0.0, 0.32 * seat_z), (0.62 * r, 0.0, 0.32 * seat_z), 0.009)
     seat = cushion(rng, (-0.9 * r, -0.95 * r, seat_z - 0.06), (r, 0.95 * r, seat_z + 0.025), 0.045, 0.02)
     under = rounded_box((-0.5 * r, -0.5 * r, seat_z - 0.075), (0.5 * r, 0.5 * r, seat_z - 0.05), 0.01)
-    return fitted(
-        {
-            "legs": merged(plate, column, under),
-            "footrest": merged(ring, arm),
-            "seat": merged(seat, _low_back(0.95 * r, seat_z - 0.03, height)),
-        },
-        size_m,
-    )
+    return {"legs": [plate, column, under], "footrest": [ring, arm], "seat": [seat, _low_back(0.95 * r, seat_z - 0.03, height)]}
 
 
 def _ring(radius: float, z: float, bar: float) -> Mesh:
@@ -350,11 +315,10 @@ def _low_back(r: float, low: float, high: float) -> Mesh:
     return sheet(outer, inner)
 
 
-def build_stool(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_stool(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a low stool on four legs with a round, slightly hollow seat, or a square one on an apron."""
     del rng
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     top = height - 0.03
     if style == "round":
         r = min(half_d, half_w)
@@ -376,7 +340,7 @@ def build_stool(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         a, b, z = square[0], square[1], top - 0.045
         rails.append(blocks([(-a, -b - 0.009, z), (-a, b - 0.009, z)], [(a, -b + 0.009, top), (a, b + 0.009, top)], 0.002))
         rails.append(blocks([(-a - 0.009, -b, z), (a - 0.009, -b, z)], [(-a + 0.009, b, top), (a + 0.009, b, top)], 0.002))
-    return fitted({"legs": merged(*legs, *rails), "seat": seat}, size_m)
+    return {"legs": [*legs, *rails], "seat": seat}
 
 
 MODELS = {

@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, sheet, slab, stretched, sweep
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import Model, Pieces, Size, halved
 from renderer.models.soft import wrinkle_field, wrinkles
 from renderer.models.wall_things import crook
 
@@ -29,7 +30,7 @@ def _coat(rng: np.random.Generator, top: float, low: float, half: float, deep: f
     return skin
 
 
-def build_coat_rack(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_coat_rack(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a standing rack with hooks and two coats: a turned pole on curved feet or a round plate, or three poles leaning together."""
     depth, width, height = size_m
     r = 0.5 * min(depth, width)
@@ -52,14 +53,9 @@ def build_coat_rack(rng: np.random.Generator, size_m: Size, style: str) -> Parts
             pieces.append(rod(foot, head, 0.017, 0.014, 14))
         bottom = height - 0.5
     knob_z = height - 0.035
-    profile = [
-        (0.0, bottom),
-        (pole_r, bottom),
-        (pole_r, knob_z - 0.03),
-        (0.6 * pole_r, knob_z),
-        (1.3 * pole_r, height - 0.015),
-        (0.0, height),
-    ]
+    profile = points(
+        [0.0, pole_r, pole_r, 0.6 * pole_r, 1.3 * pole_r, 0.0], [bottom, bottom, knob_z - 0.03, knob_z, height - 0.015, height]
+    )
     pieces.append(lathe(profile, 20))
     hooks = []
     for tier, count, share in ((height - 0.14, 4, 0.8), (height - 0.42, 4, 0.62)):
@@ -72,7 +68,7 @@ def build_coat_rack(rng: np.random.Generator, size_m: Size, style: str) -> Parts
         low = height * rng.uniform(0.3, 0.42)
         coat = _coat(rng, tier, low, 0.62 * r, 0.36 * r)
         coats.append(moved(rotated(coat, "z", a), 0.52 * r * math.cos(a), 0.52 * r * math.sin(a)))
-    return fitted({"pole": merged(*pieces), "hooks": merged(*hooks), "coat_0": coats[0], "coat_1": coats[1]}, size_m)
+    return {"pole": pieces, "hooks": hooks, "coat_0": coats[0], "coat_1": coats[1]}
 
 
 def build_shoe(rng: np.random.Generator, length: float, tall: float) -> tuple[Mesh, Mesh]:
@@ -88,10 +84,9 @@ def build_shoe(rng: np.random.Generator, length: float, tall: float) -> tuple[Me
     return upper, slab(outline, 0.0, 0.18 * tall)
 
 
-def build_shoe_rack(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_shoe_rack(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a low rack with pairs of shoes on its boards: slats between end frames, or an open cabinet; its top is flat."""
-    depth, width, height = size_m
-    half_d, half = 0.5 * depth, 0.5 * width
+    depth, _, height, half_d, half = halved(size_m)
     board = 0.02
     side = 0.022
     tiers = max(1, round((height - board) / 0.24))
@@ -141,13 +136,10 @@ def build_shoe_rack(rng: np.random.Generator, size_m: Size, style: str) -> Parts
         shoes[0].append(moved(upper, -0.35 * depth, 0.0, levels[0]))
         soles.append(moved(sole, -0.35 * depth, 0.0, levels[0]))
     spare = shoes[1] or [shoes[0].pop()] if len(shoes[0]) > 1 or shoes[1] else shoes[0]
-    return fitted(
-        {"frame": merged(*frame), "shelves": shelves, "shoes_0": merged(*shoes[0]), "shoes_1": merged(*spare), "soles": merged(*soles)},
-        size_m,
-    )
+    return {"frame": frame, "shelves": shelves, "shoes_0": [*shoes[0]], "shoes_1": spare, "soles": soles}
 
 
-def build_umbrella_stand(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_umbrella_stand(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a tall open vessel, or a frame of hoops on a tray, with two umbrellas."""
     depth, width, height = size_m
     r = 0.5 * min(depth, width)
@@ -178,10 +170,10 @@ def build_umbrella_stand(rng: np.random.Generator, size_m: Size, style: str) -> 
         cloths.append(sweep(start + t[:, None] * (end - start), girth, 10))
         q = 0.03 * min(1.0, r / 0.1)
         turn = np.linspace(0.0, math.pi, 7)
-        bow = np.column_stack([end[0] - q + q * np.cos(turn), np.full(7, end[1]), top - q - 0.006 + q * np.sin(turn)])
+        bow = points(end[0] - q + q * np.cos(turn), end[1], top - q - 0.006 + q * np.sin(turn))
         path = np.vstack([end, bow, bow[-1] - (0.0, 0.0, 0.8 * q)])
         grips.append(sweep(path, 0.22 * q, 8))
-    return fitted({"body": body, "umbrella_0": cloths[0], "umbrella_1": cloths[1], "handles": merged(*grips)}, size_m)
+    return {"body": body, "umbrella_0": cloths[0], "umbrella_1": cloths[1], "handles": grips}
 
 
 _SHEET_M = 0.0006
@@ -191,7 +183,7 @@ _FOLDED = 4
 _BUTTON_ROWS = 6
 
 
-def build_shoes(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_shoes(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a pair of shoes, toes to the front: side by side, or one a step ahead of the other."""
     depth, width, height = size_m
     ahead = {"pair": 0.0, "kicked_off": 0.22}[style] * depth
@@ -202,24 +194,21 @@ def build_shoes(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         turn = 0.0 if style == "pair" else side * float(rng.uniform(0.1, 0.3))
         for into, mesh in ((uppers, upper), (soles, sole)):
             into.append(rotated(moved(mesh, -0.5 * (depth - ahead) + 0.5 * side * ahead, side * 0.25 * width), "z", turn))
-    return fitted({"uppers": merged(*uppers), "soles": merged(*soles)}, size_m)
+    return {"uppers": uppers, "soles": soles}
 
 
-def build_clothes(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_clothes(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return clothes: a heap in folds, or a few folded pieces on each other."""
     depth, width, height = size_m
     if style == "heap":
-        return fitted(
-            {"cloth_0": _heap(rng, size_m, 1.0), "cloth_1": moved(_heap(rng, size_m, 0.62), 0.1 * depth, -0.08 * width, 0.28 * height)},
-            size_m,
-        )
+        return {"cloth_0": _heap(rng, size_m, 1.0), "cloth_1": moved(_heap(rng, size_m, 0.62), 0.1 * depth, -0.08 * width, 0.28 * height)}
     pieces: list[list[Mesh]] = [[], []]
     thick = height / _FOLDED
     for k in range(_FOLDED):
         half_d, half_w = (0.5 * side * float(rng.uniform(0.88, 1.0)) for side in (depth, width))
         piece = rounded_box((-half_d, -half_w, k * thick), (half_d, half_w, (k + 1) * thick), 0.42 * thick, 2)
         pieces[k % 2].append(rotated(piece, "z", float(rng.uniform(-0.04, 0.04))))
-    return fitted({"cloth_0": merged(*pieces[0]), "cloth_1": merged(*pieces[1])}, size_m)
+    return {"cloth_0": [*pieces[0]], "cloth_1": [*pieces[1]]}
 
 
 def _heap(rng: np.random.Generator, size_m: Size, share: float) -> Mesh:
@@ -236,7 +225,7 @@ def _heap(rng: np.random.Generator, size_m: Size, share: float) -> Mesh:
     return sheet(top, under)
 
 
-def build_papers(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_papers(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return loose sheets fanned out, or a few magazines with coloured covers on each other."""
     depth, width, height = size_m
     count, turn = {"sheets": (6, 0.2), "magazines": (3, 0.2)}[style]
@@ -259,10 +248,10 @@ def build_papers(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         )
         covers.append(rotated(both, "z", angle))
     parts = {"pages": merged(*pages)}
-    return fitted(parts if style == "sheets" else {**parts, "covers": merged(*covers)}, size_m)
+    return parts if style == "sheets" else {**parts, "covers": merged(*covers)}
 
 
-def build_remote_control(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_remote_control(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a slim remote control with rows of buttons; its far end looks along +x."""
     depth, width, height = size_m
     body = rounded_box((-0.5 * depth, -0.5 * width, 0.0), (0.5 * depth, 0.5 * width, 0.86 * height), 0.4 * height, 2)
@@ -271,13 +260,12 @@ def build_remote_control(rng: np.random.Generator, size_m: Size, style: str) -> 
     side = min(0.09 * width, 0.04 * depth)
     spots = [(float(x), float(y)) for x in rows for y in columns if rng.random() < 0.85] or [(0.0, 0.0)]
     buttons = blocks([(x - side, y - side, 0.8 * height) for x, y in spots], [(x + side, y + side, height) for x, y in spots], 0.2 * side)
-    return fitted({"body": body, "buttons": buttons}, size_m)
+    return {"body": body, "buttons": buttons}
 
 
-def build_rug(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_rug(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a rug with border, inner line, pattern and fringe; a striped one; a round one with rings; or one piece for a woven pattern."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    depth, width, height, half_d, half_w = halved(size_m)
     if style == "round":
         edge = 1.0 - rng.uniform(0.1, 0.2)
         pile = lathe([(0.0, 0.0), (edge, 0.0), (edge, 0.96 * height), (0.0, 0.97 * height)], 56)
@@ -287,10 +275,7 @@ def build_rug(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
             for r in np.linspace(0.2, edge - 0.12, 3)
         ]
         scale = (half_d, half_w, 1.0)
-        return fitted(
-            {name: stretched(mesh, scale, (0, 0, 0)) for name, mesh in (("pile", pile), ("border", border), ("pattern", merged(*rings)))},
-            size_m,
-        )
+        return {name: stretched(mesh, scale, (0, 0, 0)) for name, mesh in (("pile", pile), ("border", border), ("pattern", merged(*rings)))}
     fringe = min(0.06, 0.05 * max(depth, width))
     long_x = depth >= width
     half_d -= fringe * long_x
@@ -312,7 +297,7 @@ def build_rug(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         ]
     tassels = blocks([np.minimum(a, b) for a, b in threads], [np.maximum(a, b) for a, b in threads], 0.002)
     if style == "woven":
-        return fitted({"pile": block((-half_d, -half_w, 0.0), (half_d, half_w, height), bevel), "fringe": tassels}, size_m)
+        return {"pile": block((-half_d, -half_w, 0.0), (half_d, half_w, height), bevel), "fringe": tassels}
     edge = rng.uniform(0.07, 0.12) * min(depth, width)
     if style == "striped":
         pile = block((-half_d, -half_w, 0.0), (half_d, half_w, 0.95 * height), bevel)
@@ -323,19 +308,16 @@ def build_rug(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
             a, b = (edges[k], edges[k + 1]) if rng.random() < 0.5 else (edges[k], 0.5 * (edges[k] + edges[k + 1]))
             low.append((a * half_d, -half_w + 0.004, 0.3 * height) if long_x else (-half_d + 0.004, a * half_w, 0.3 * height))
             high.append((b * half_d, half_w - 0.004, height) if long_x else (half_d - 0.004, b * half_w, height))
-        return fitted({"pile": pile, "pattern": blocks(low, high, 0.001), "fringe": tassels}, size_m)
+        return {"pile": pile, "pattern": blocks(low, high, 0.001), "fringe": tassels}
     pile = block((-half_d + edge, -half_w + edge, 0.0), (half_d - edge, half_w - edge, 0.97 * height), 0.001)
     border = _flat_frame(half_d, half_w, edge, 0.0, 0.97 * height, bevel)
     lines = [_flat_frame(half_d - k, half_w - k, 0.018, 0.5 * height, height, 0.001) for k in (0.35 * edge, 1.25 * edge)]
-    return fitted(
-        {
-            "pile": pile,
-            "border": border,
-            "pattern": merged(*lines, *_medallions(half_d - 1.6 * edge, half_w - 1.6 * edge, height)),
-            "fringe": tassels,
-        },
-        size_m,
-    )
+    return {
+        "pile": pile,
+        "border": border,
+        "pattern": [*lines, *_medallions(half_d - 1.6 * edge, half_w - 1.6 * edge, height)],
+        "fringe": tassels,
+    }
 
 
 def _flat_frame(half_d: float, half_w: float, rim: float, low: float, high: float, bevel: float) -> Mesh:

@@ -8,11 +8,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rotated, rounded_box, slab, sweep
 from renderer.models.bathroom import build_washing_machine
 from renderer.models.cabinets import PANEL_M, Front, bar_handle, fronts, knob
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import Model, Parts, Pieces, Size, fitted, halved
 from renderer.models.tables import soft_body
 
 WORKTOP_M = 0.04
@@ -84,20 +85,19 @@ def base_unit(rng: np.random.Generator, size_m: Size, worktop_z: float, style: s
     }
 
 
-def build_kitchen_counter(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_kitchen_counter(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return base units with drawers and doors under a worktop: flat fronts with bars, framed ones with knobs, or grip channels."""
     depth, width, height = size_m
     worktop = block((-0.5 * depth, -0.5 * width, height - WORKTOP_M), (0.5 * depth, 0.5 * width, height), 0.002)
-    return fitted({**base_unit(rng, size_m, height, style, False), "worktop": worktop}, size_m)
+    return {**base_unit(rng, size_m, height, style, False), "worktop": worktop}
 
 
-def build_sink_counter(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_sink_counter(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a base unit with a sunken sink, draining grooves and a tap that stands above the worktop.
 
     The worktop is 0.9 m high; 0.87 m in boxes lower than 1 m, or less in still lower ones.
     """
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    depth, width, height, half_d, half_w = halved(size_m)
     tap_m = min(0.34, max(0.06 * height, height - (0.9 if height > 1.0 else 0.871)))
     z = height - tap_m
     a, b = 0.30 * depth, min(0.27, 0.36 * width)
@@ -133,7 +133,7 @@ def build_sink_counter(rng: np.random.Generator, size_m: Size, style: str) -> Pa
     parts["worktop"] = worktop
     parts["sink"] = merged(*sink)
     parts["tap"] = kitchen_tap(-half_d + 0.5 * (x - a - 0.02 + half_d), y, z, height, 0.9 * a)
-    return fitted(parts, size_m)
+    return parts
 
 
 def kitchen_tap(x: float, y: float, z: float, top: float, reach: float) -> Mesh:
@@ -152,22 +152,13 @@ def kitchen_tap(x: float, y: float, z: float, top: float, reach: float) -> Mesh:
     tip = arch[-1]
     path = [(x, y, z + 0.25 * tall), (x, y, z + 0.4 * tall), *arch, (tip[0] + 0.002, y, max(z + 0.3 * tall, tip[2] - 0.25 * tall))]
     foot = lathe(
-        [
-            (0.0, 0.0),
-            (2.0 * r, 0.0),
-            (2.0 * r, 0.006),
-            (1.6 * r, 0.012),
-            (1.6 * r, 0.34 * tall),
-            (1.1 * r, 0.37 * tall),
-            (0.0, 0.37 * tall),
-        ],
-        20,
+        points([0.0, 2.0 * r, 2.0 * r, 1.6 * r, 1.6 * r, 1.1 * r, 0.0], [0.0, 0.0, 0.006, 0.012, 0.34 * tall, 0.37 * tall, 0.37 * tall]), 20
     )
     lever = rod((x, y + 1.2 * r, z + 0.2 * tall), (x + 0.01, y + 5.5 * r, z + 0.33 * tall), 0.5 * r, 0.35 * r, 8)
     return merged(moved(foot, x, y, z), sweep(path, r, 12), lever)
 
 
-def build_wall_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_wall_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a hanging unit with flat doors and bars, framed doors and knobs, or plain doors gripped from below."""
     depth, width, height = size_m
     back, half = -0.5 * depth, 0.5 * width
@@ -178,19 +169,16 @@ def build_wall_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Pa
     body = [_case(back, front - 0.019, half, 0.0, height), block((back, -half, height - PANEL_M), (front - 0.019, half, height), 0.002)]
     if style == "framed":
         body.append(block((back, -half, height - 0.028), (front + 0.004, half, height), 0.006))
-    return fitted(
-        {
-            "body": merged(*body),
-            "fronts": fronts(
-                front, doors if style != "handleless" else [a._replace(low=GRIP_M) for a in doors], 0.019, framed=style == "framed"
-            ),
-            "handles": _handles(front, [], doors, style, reach, at_top=False),
-        },
-        size_m,
-    )
+    return {
+        "body": body,
+        "fronts": fronts(
+            front, doors if style != "handleless" else [a._replace(low=GRIP_M) for a in doors], 0.019, framed=style == "framed"
+        ),
+        "handles": _handles(front, [], doors, style, reach, at_top=False),
+    }
 
 
-def build_dishwasher(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_dishwasher(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a dishwasher under a worktop: its panel above the door, with a bar or a recessed grip, or hidden behind a framed front."""
     depth, width, height = size_m
     back, half = -0.5 * depth, 0.5 * width
@@ -213,17 +201,14 @@ def build_dishwasher(rng: np.random.Generator, size_m: Size, style: str) -> Part
         [(front + 0.0008, -0.45 * half, z + 0.012), *((front + 0.001, y + 0.012 * half, z + 0.008) for y in keys)],
         0.0004,
     )
-    return fitted(
-        {
-            "body": body,
-            "door": merged(door, panel),
-            "handle": handle,
-            "display": display,
-            "plinth": block((back + 0.02, -half, 0.0), (front - 0.06, half, low + 0.002), 0.001),
-            "worktop": block((-0.5 * depth, -half, high), (0.5 * depth, half, height), 0.002),
-        },
-        size_m,
-    )
+    return {
+        "body": body,
+        "door": [door, panel],
+        "handle": handle,
+        "display": display,
+        "plinth": block((back + 0.02, -half, 0.0), (front - 0.06, half, low + 0.002), 0.001),
+        "worktop": block((-0.5 * depth, -half, high), (0.5 * depth, half, height), 0.002),
+    }
 
 
 def turned_knob(x: float, y: float, z: float, r: float, reach: float) -> Mesh:
@@ -237,10 +222,10 @@ _WALL_UNIT_DEPTH_M = 0.35
 _DOOR_M = 0.019
 
 
-def build_kitchen_corner(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_kitchen_corner(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return the closed base unit in a corner: its back and its right side at walls, units against its front and its left side."""
     del rng
-    return fitted(corner_unit(size_m, style), size_m)
+    return corner_unit(size_m, style)
 
 
 def corner_unit(size_m: Size, style: str, clad_m: float = 0.0) -> Parts:
@@ -256,11 +241,10 @@ def corner_unit(size_m: Size, style: str, clad_m: float = 0.0) -> Parts:
     }
 
 
-def build_corner_wall_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_corner_wall_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a hanging unit with its back and its right side at walls and a door across the corner between its neighbours' fronts."""
     del rng
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    depth, width, height, half_d, half_w = halved(size_m)
     beside = min(_WALL_UNIT_DEPTH_M - 0.026, 0.7 * min(depth, width))
     outline = [(-half_d, -half_w), (half_d, -half_w), (half_d, -half_w + beside), (-half_d + beside, half_w), (-half_d, half_w)]
     # the door stands on the line between the third and the fourth point
@@ -276,7 +260,7 @@ def build_corner_wall_cabinet(rng: np.random.Generator, size_m: Size, style: str
         pull = block((0.0, -0.5 * wide + 0.02, 0.0), (_DOOR_M - 0.006, 0.5 * wide - 0.02, GRIP_M - 0.002), 0.002)
     middle = 0.5 * (ax + bx), 0.5 * (ay + by)
     turned = [moved(rotated(mesh, "z", angle), *middle) for mesh in (door, pull)]
-    return fitted({"body": slab(outline, 0.0, height), "fronts": turned[0], "handles": turned[1]}, size_m)
+    return {"body": slab(outline, 0.0, height), "fronts": turned[0], "handles": turned[1]}
 
 
 def _tall_fronts(x: float, areas: list[Front], style: str) -> Parts:
@@ -306,7 +290,7 @@ def _tower(size_m: Size, style: str) -> Parts:
     }
 
 
-def build_oven_tower(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_oven_tower(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a tall unit with an oven at the height of the worktop and a smaller one above it, doors below and above these."""
     del rng
     half_w, height, front = 0.5 * size_m[1], size_m[2], 0.5 * size_m[0] - OVERHANG_M
@@ -322,10 +306,10 @@ def build_oven_tower(rng: np.random.Generator, size_m: Size, style: str) -> Part
         )
         pulls.append(bar_handle(front, 0.0, high - strip - 0.012, 1.5 * half_w, OVERHANG_M - 0.004))
     parts = {**_tower(size_m, style), **_tall_fronts(front, areas, style)}
-    return fitted({**parts, "oven": merged(*ovens), "glass": merged(*panes), "bars": merged(*pulls)}, size_m)
+    return {**parts, "oven": ovens, "glass": panes, "bars": pulls}
 
 
-def build_larder(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_larder(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a tall unit with a long door below a short one, two of each where it is wide."""
     del rng
     half_w, height, front = 0.5 * size_m[1], size_m[2], 0.5 * size_m[0] - OVERHANG_M
@@ -333,19 +317,20 @@ def build_larder(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     split = 0.66 * height
     levels = ((PLINTH_M, split), (split, height - 0.002))
     areas = [Front(float(a), float(b), low, high) for low, high in levels for a, b in itertools.pairwise(edges)]
-    return fitted({**_tower(size_m, style), **_tall_fronts(front, areas, style)}, size_m)
+    return {**_tower(size_m, style), **_tall_fronts(front, areas, style)}
 
 
-def build_built_in_washer(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_built_in_washer(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a front loader between two thin sides under a worktop."""
     depth, width, height = size_m
     half_d, half_w, high = 0.5 * depth, 0.5 * width, height - WORKTOP_M
-    machine = build_washing_machine(rng, (depth - OVERHANG_M, width - 0.02, high - 0.01), style)
+    inside = (depth - OVERHANG_M, width - 0.02, high - 0.01)
+    machine = fitted(build_washing_machine(rng, inside, style), inside)
     parts = {name: moved(mesh, -0.5 * OVERHANG_M + 0.01) for name, mesh in machine.items()}
     back, front = -half_d, half_d - 2.0 * OVERHANG_M
     sides = blocks([(back, -half_w, 0.0), (back, half_w - 0.008, 0.0)], [(front, -half_w + 0.008, high), (front, half_w, high)], 0.001)
     worktop = block((-half_d, -half_w, high), (half_d, half_w, height), 0.002)
-    return fitted({**parts, "sides": sides, "worktop": worktop}, size_m)
+    return {**parts, "sides": sides, "worktop": worktop}
 
 
 _STYLES = ("flat", "framed", "handleless")
@@ -357,7 +342,7 @@ _PANEL_M = 0.02
 _SLAT_M, _GROOVE_M = 0.045, 0.008
 
 
-def build_island_counter(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_island_counter(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a base unit that stands free: a clad back, and a worktop that reaches out behind it on brackets.
 
     The back has frames (framed fronts), upright slats (flat ones) or plain panels, down to the floor.
@@ -371,14 +356,14 @@ def build_island_counter(rng: np.random.Generator, size_m: Size, style: str) -> 
     reach = back + 0.5 * depth - _PANEL_M
     parts["brackets"] = merged(*(_bracket(back - _PANEL_M, y, under, 0.75 * reach) for y in (-half + 0.14, half - 0.14)))
     parts["worktop"] = block((-0.5 * depth, -half, under), (0.5 * depth, half, height), 0.002)
-    return fitted(parts, size_m)
+    return parts
 
 
-def build_peninsula_corner(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_peninsula_corner(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a closed corner unit with its back at a wall and its right side, clad, to the room."""
     half = 0.5 * size_m[1]
     side = rotated(_cladding(size_m[0], size_m[2] - WORKTOP_M, style), "z", -0.5 * math.pi)
-    return fitted({**corner_unit(size_m, style, clad_m=_PANEL_M), "panel": moved(side, 0.0, _PANEL_M - half)}, size_m)
+    return {**corner_unit(size_m, style, clad_m=_PANEL_M), "panel": moved(side, 0.0, _PANEL_M - half)}
 
 
 def _cladding(width: float, high: float, style: str) -> Mesh:

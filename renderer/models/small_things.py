@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from renderer.geometry.lofts import points
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, flat_quads, lathe, merged, moved, rod, rotated, rounded_box, slab, sweep
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import Model, Parts, Pieces, Size, halved
 from renderer.models.wall_things import molding
 
 
@@ -20,15 +20,14 @@ def upright(outline: ArrayLike, x0: float, x1: float) -> Mesh:
     return rotated(slab(np.column_stack([-points[:, 1], points[:, 0]]), x0, x1), "y", 0.5 * math.pi)
 
 
-def turned_forward(profile: Sequence[tuple[float, float]], y: float, z: float, segments: int = 20) -> Mesh:
+def turned_forward(profile: ArrayLike, y: float, z: float, segments: int = 20) -> Mesh:
     """Return a body turned about an axis along x through (y, z); the profile's heights are x."""
     return moved(rotated(lathe(profile, segments), "y", 0.5 * math.pi), y=y, z=z)
 
 
-def build_speaker(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_speaker(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a loudspeaker with visible cones, or with a cloth over its front; tall boxes have more cones."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, width, height, half_d, half_w = halved(size_m)
     front = half_d - 0.012
     body = rounded_box((-half_d, -half_w, 0.0), (front, half_w, height), 0.006, 1)
     plate = rounded_box((front - 0.002, -0.92 * half_w, 0.02 * height), (front + 0.006, 0.92 * half_w, 0.98 * height), 0.003, 1)
@@ -37,7 +36,7 @@ def build_speaker(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         badge = block(
             (half_d - 0.001, -0.16 * half_w, 0.06 * height), (half_d + 0.001, 0.16 * half_w, 0.06 * height + 0.1 * half_w), 0.0005
         )
-        return fitted({"body": body, "front": panel, "trim": badge}, size_m)
+        return {"body": body, "front": panel, "trim": badge}
     big = 0.74 * half_w
     count = max(1, min(3, round((height - 1.3 * width) / (2.2 * big))))
     cones, rims = [], []
@@ -50,13 +49,12 @@ def build_speaker(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         cones.append(turned_forward([*bowl, (0.15 * r, front + 0.011), (0.0, front + 0.0115)], 0.0, z))
         ring = [(0.82 * r, front + 0.003), (r, front + 0.003), (r, front + 0.009), (0.9 * r, front + 0.012), (0.82 * r, front + 0.01)]
         rims.append(moved(rotated(lathe(ring, 20, closed=True), "y", 0.5 * math.pi), z=z))
-    return fitted({"body": merged(body, plate), "front": merged(*cones), "trim": merged(*rims)}, size_m)
+    return {"body": [body, plate], "front": cones, "trim": rims}
 
 
-def build_game_console(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_game_console(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a console of two shells with a dark gap between them; it stands or lies with its longest side."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, width, height, half_d, half_w = halved(size_m)
     if height > width:
         shells = [
             rounded_box((-half_d, -half_w, 0.03 * height), (half_d, -0.3 * half_w, height), 0.012, 3),
@@ -71,14 +69,14 @@ def build_game_console(rng: np.random.Generator, size_m: Size, style: str) -> Pa
         ]
         core = block((-half_d + 0.004, -half_w + 0.006, 0.0), (half_d - 0.005, half_w - 0.006, 0.9 * height), 0.003)
         slot = block((half_d - 0.006, -0.7 * half_w, 0.47 * height), (half_d - 0.0035, 0.1 * half_w, 0.53 * height), 0.0005)
-    return fitted({"body": merged(*shells), "core": core, "trim": slot}, size_m)
+    return {"body": shells, "core": core, "trim": slot}
 
 
 def _flame_wick(z: float, tall: float, r: float) -> Mesh:
     return sweep([(0.0, 0.0, z - 0.002), (0.0, 0.0, z + 0.6 * tall), (0.5 * tall, 0.0, z + tall)], r, 6)
 
 
-def build_candle(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_candle(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a candle that does not burn: a thick one on a dish, or a slim one in a turned candlestick."""
     depth, width, height = size_m
     r = 0.5 * min(depth, width)
@@ -88,18 +86,16 @@ def build_candle(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         bowl = [(0.85 * w, top), (0.7 * w, top - 0.03 * height), (0.0, top - 0.045 * height)]
         wax = [(0.0, 0.04 * height), (w, 0.04 * height), (w, top - 0.02 * height), (0.97 * w, top), *bowl]
         wick = _flame_wick(top - 0.045 * height, 0.11 * height, 0.02 * r)
-        return fitted({"holder": lathe(dish, 28), "wax": lathe(wax, 28), "wick": wick}, size_m)
+        return {"holder": lathe(dish, 28), "wax": lathe(wax, 28), "wick": wick}
     split = rng.uniform(0.35, 0.5) * height
     foot = [(0.0, 0.0), (r, 0.0), (r, 0.02 * height), (0.55 * r, 0.06 * height), (0.2 * r, 0.12 * height), (0.3 * r, 0.5 * split)]
     cup = [(0.16 * r, 0.72 * split), (0.42 * r, 0.9 * split), (0.42 * r, split), (0.3 * r, split), (0.0, 0.93 * split)]
     w = min(0.26 * r, 0.014)
     wax = [(0.0, 0.9 * split), (w, 0.9 * split), (0.85 * w, 0.94 * height), (0.5 * w, 0.965 * height), (0.0, 0.97 * height)]
-    return fitted(
-        {"holder": lathe([*foot, *cup], 28), "wax": lathe(wax, 18), "wick": _flame_wick(0.965 * height, 0.035 * height, 0.1 * w)}, size_m
-    )
+    return {"holder": lathe([*foot, *cup], 28), "wax": lathe(wax, 18), "wick": _flame_wick(0.965 * height, 0.035 * height, 0.1 * w)}
 
 
-def build_photo_frame(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_photo_frame(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a standing frame that leans back on a strut: a portrait or a landscape behind a mat."""
     depth, width, height = size_m
     thick = min(0.016, 0.2 * depth)
@@ -119,7 +115,7 @@ def build_photo_frame(rng: np.random.Generator, size_m: Size, style: str) -> Par
     tilted = {name: rotated(mesh, "y", -lean) for name, mesh in parts.items()}
     strut = rod((-math.sin(lean) * 0.7 * tall, 0.0, 0.7 * height), (-depth + 1.2 * thick, 0.0, 0.004), 0.004, segments=6)
     tilted["frame"] = merged(tilted["frame"], strut)
-    return fitted(tilted, size_m)
+    return tilted
 
 
 def _view(rng: np.random.Generator, half: float, low: float, high: float) -> list[np.ndarray]:
@@ -129,7 +125,7 @@ def _view(rng: np.random.Generator, half: float, low: float, high: float) -> lis
     for level in (0.55, 0.32):
         y = np.linspace(half, -half, 12)
         ridge = low + tall * (level + 0.06 * np.sin(2.4 * y / half + rng.uniform(0.0, 6.28)))
-        outlines.append(np.vstack([np.column_stack([y[::-1], np.full(12, low)]), np.column_stack([y, ridge])]))
+        outlines.append(np.vstack([points(y[::-1], low), np.column_stack([y, ridge])]))
     return outlines
 
 
@@ -145,10 +141,10 @@ def _portrait(rng: np.random.Generator, half: float, low: float, high: float) ->
     return [ground, shoulders, head]
 
 
-def build_bowl(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_bowl(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return an empty bowl: wide and round, or a flared dish on a foot."""
     depth, width, height = size_m
-    return fitted({"body": bowl_body(0.5 * min(depth, width), height, style == "footed")}, size_m)
+    return {"body": bowl_body(0.5 * min(depth, width), height, style == "footed")}
 
 
 def bowl_body(r: float, height: float, footed: bool, segments: int = 36) -> Mesh:
@@ -162,7 +158,7 @@ def bowl_body(r: float, height: float, footed: bool, segments: int = 36) -> Mesh
     return lathe([*stem, *outer, *inner, (0.0, foot + wall)], segments)
 
 
-def build_wall_clock(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_wall_clock(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a clock for the wall with marks and hands: a round case, or rays round a small one."""
     depth, width, height = size_m
     x0, x1 = -0.5 * depth, 0.5 * depth
@@ -184,7 +180,7 @@ def build_wall_clock(rng: np.random.Generator, size_m: Size, style: str) -> Part
     hands = [_pointer(face_x + 0.06 * depth, z, hour, -0.1 * case, 0.48 * case, 0.03 * case)]
     hands.append(_pointer(face_x + 0.12 * depth, z, 12.0 * hour, -0.14 * case, 0.74 * case, 0.02 * case))
     pin = turned_forward([(0.0, face_x), (0.06 * case, face_x), (0.05 * case, x1 - 0.25 * depth), (0.0, x1 - 0.25 * depth)], 0.0, z, 12)
-    return fitted({"body": merged(*body), "face": face, "hands": merged(*marks, *hands, pin)}, size_m)
+    return {"body": body, "face": face, "hands": [*marks, *hands, pin]}
 
 
 def _pointer(x: float, z: float, angle: float, start: float, reach: float, half: float) -> Mesh:
@@ -192,8 +188,8 @@ def _pointer(x: float, z: float, angle: float, start: float, reach: float, half:
     tip = 0.5 * half
     thick = 0.002
     loop = np.array([(-half, start), (half, start), (tip, reach), (-tip, reach)])
-    front = np.column_stack([np.full(4, x + thick), loop])
-    behind = np.column_stack([np.full(4, x - 0.0005), loop])
+    front = points(x + thick, loop)
+    behind = points(x - 0.0005, loop)
     sides = [[behind[k], behind[(k + 1) % 4], front[(k + 1) % 4], front[k]] for k in range(4)]
     return moved(rotated(flat_quads(np.asarray([*sides, front, behind[::-1]])), "x", -angle), z=z)
 
@@ -202,14 +198,13 @@ SEGMENTS = ("abcdef", "bc", "abged", "abgcd", "fgbc", "afgcd", "afgedc", "abc", 
 """Lit segments of the digits 0 to 9 of a seven-segment display (a top, then clockwise, g middle)."""
 
 
-def build_alarm_clock(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_alarm_clock(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a digital clock with seven-segment figures or a round one with two bells; the face looks along +x."""
-    return fitted({"digital": _digital, "bells": _bells}[style](rng, size_m), size_m)
+    return {"digital": _digital, "bells": _bells}[style](rng, size_m)
 
 
 def _digital(rng: np.random.Generator, size_m: Size) -> Parts:
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     body = rounded_box((-half_d, -half_w, 0.0), (half_d - 0.002, half_w, height), min(0.012, 0.2 * height), 3)
     face = block((half_d - 0.006, -0.9 * half_w, 0.14 * height), (half_d - 0.0008, 0.9 * half_w, 0.88 * height), 0.0008)
     hour, minute = int(rng.integers(24)), int(rng.integers(60))
@@ -264,16 +259,10 @@ def _bells(rng: np.random.Generator, size_m: Size) -> Parts:
     half_d = 0.5 * depth
     ring = rotated(
         lathe(
-            [
-                (0.0, -half_d),
-                (0.9 * radius, -half_d),
-                (radius, -half_d + 0.008),
-                (radius, half_d - 0.004),
-                (0.97 * radius, half_d),
-                (0.9 * radius, half_d),
-                (0.89 * radius, half_d - 0.006),
-                (0.0, half_d - 0.006),
-            ],
+            points(
+                [0.0, 0.9 * radius, radius, radius, 0.97 * radius, 0.9 * radius, 0.89 * radius, 0.0],
+                [-half_d, -half_d, -half_d + 0.008, half_d - 0.004, half_d, half_d, half_d - 0.006, half_d - 0.006],
+            ),
             36,
         ),
         "y",
@@ -297,12 +286,11 @@ def _bells(rng: np.random.Generator, size_m: Size) -> Parts:
         )
         feet.append(rod((0.0, s * 0.72 * radius, 0.0), (0.0, s * 0.45 * radius, z - 0.8 * radius), 0.05 * radius, 0.07 * radius, 8))
     arch = sweep(
-        [
-            (0.0, -0.25 * radius, z + radius),
-            (0.0, -0.12 * radius, z + 1.42 * radius),
-            (0.0, 0.12 * radius, z + 1.42 * radius),
-            (0.0, 0.25 * radius, z + radius),
-        ],
+        points(
+            0.0,
+            [-0.25 * radius, -0.12 * radius, 0.12 * radius, 0.25 * radius],
+            [z + radius, z + 1.42 * radius, z + 1.42 * radius, z + radius],
+        ),
         0.035 * radius,
         8,
     )
@@ -314,7 +302,7 @@ def _hand(x: float, z: float, angle: float, reach: float, half_width: float, sta
     return moved(rotated(bar, "x", angle), z=z)
 
 
-def build_mug(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_mug(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a mug with a drink in it, its handle along the longer side of its box; straight or rounded."""
     along_x = size_m[0] > size_m[1]
     depth, width, height = (size_m[1], size_m[0], size_m[2]) if along_x else size_m
@@ -343,9 +331,7 @@ def build_mug(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     ]
     angle = np.linspace(-0.55 * math.pi, 0.55 * math.pi, 11)
     y0 = r - 0.5 * wall
-    path = np.column_stack(
-        [np.zeros(11), y0 - 0.16 * grip + (grip + 0.1 * grip) * np.cos(angle), 0.52 * height + 0.31 * height * np.sin(angle)]
-    )
+    path = points(0.0, y0 - 0.16 * grip + (grip + 0.1 * grip) * np.cos(angle), 0.52 * height + 0.31 * height * np.sin(angle))
     handle = sweep(path, 0.09 * grip + 0.0028, 8, 1.3)
     drink_level = height * rng.uniform(0.72, 0.85)
     drink = lathe(
@@ -353,80 +339,50 @@ def build_mug(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     )
     turn = -0.5 * math.pi if along_x else 0.0
     parts = {"body": merged(lathe(outer + inner, 28), handle), "drink": drink}
-    return fitted({name: rotated(moved(mesh, y=-0.5 * grip), "z", turn) for name, mesh in parts.items()}, size_m)
+    return {name: rotated(moved(mesh, y=-0.5 * grip), "z", turn) for name, mesh in parts.items()}
 
 
-def build_waste_bin(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_waste_bin(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return an open tapered bin, a basket of hoops and rods, or a pedal bin with lid."""
     depth, width, height = size_m
     r = 0.5 * min(depth, width)
     if style == "open":
-        base = rng.uniform(0.7, 0.88)
-        profile = [
-            (0.0, 0.0),
-            (base * r, 0.0),
-            ((base + 0.02) * r, 0.01),
-            (0.98 * r, height - 0.012),
-            (r, height - 0.006),
-            (0.995 * r, height),
-            (0.965 * r, height),
-            (0.95 * r, height - 0.012),
-            (base * r - 0.004, 0.012),
-            (0.0, 0.012),
-        ]
-        liner = [
-            ((0.97 * r), height - 0.035),
-            (1.002 * r, height - 0.035),
-            (1.006 * r, height + 0.002),
-            (0.95 * r, height + 0.002),
-            (0.9 * r, height - 0.3 * height),
-            (0.6 * r, 0.25 * height),
-            (0.0, 0.2 * height),
-            (0.0, 0.195 * height),
-            (0.61 * r, 0.244 * height),
-            (0.91 * r, height - 0.302 * height),
-            (0.96 * r, height - 0.002),
-        ]
-        return fitted({"body": lathe(profile, 32), "liner": lathe(liner, 32, closed=True)}, size_m)
+        return _open_bin(rng.uniform(0.7, 0.88) * r, r, height)
     if style == "basket":
-        bars: list[Mesh] = []
-        for k in range(26):
-            a = 2.0 * math.pi * k / 26
-            bars.append(
-                rod(
-                    (0.74 * r * math.cos(a), 0.74 * r * math.sin(a), 0.004),
-                    (0.97 * r * math.cos(a), 0.97 * r * math.sin(a), height - 0.004),
-                    0.0022,
-                    segments=5,
-                )
-            )
-        for share in (0.02, 0.25, 0.5, 0.75, 0.975):
-            ring_r, z = (0.745 + 0.235 * share) * r, share * height
-            bars.append(
-                lathe(
-                    [(ring_r - 0.003, z - 0.004), (ring_r + 0.004, z - 0.004), (ring_r + 0.004, z + 0.004), (ring_r - 0.003, z + 0.004)],
-                    28,
-                    closed=True,
-                )
-            )
-        foot = lathe([(0.0, 0.0), (0.75 * r, 0.0), (0.75 * r, 0.006), (0.0, 0.006)], 26)
-        return fitted({"body": merged(*bars, foot)}, size_m)
+        return {"body": _basket(r, height)}
     body = lathe([(0.0, 0.012), (0.93 * r, 0.012), (0.95 * r, 0.02), (0.95 * r, 0.86 * height), (0.0, 0.86 * height)], 32)
     rings = lathe([(0.0, 0.0), (0.965 * r, 0.0), (0.98 * r, 0.006), (0.98 * r, 0.03), (0.95 * r, 0.034), (0.0, 0.034)], 32)
-    lid = lathe(
-        [
-            (0.0, 0.865 * height),
-            (0.97 * r, 0.865 * height),
-            (0.98 * r, 0.88 * height),
-            (0.96 * r, 0.91 * height),
-            (0.75 * r, 0.965 * height),
-            (0.4 * r, 0.992 * height),
-            (0.0, height),
-        ],
-        32,
-    )
+    radii, heights = r * np.array([0.0, 0.97, 0.98, 0.96, 0.75, 0.4, 0.0]), height * np.array([0.865, 0.865, 0.88, 0.91, 0.965, 0.992, 1.0])
     pedal = block((0.85 * r, -0.03, 0.006), (0.5 * depth + 0.01, 0.03, 0.016), 0.003)
-    return fitted({"body": body, "lid": lid, "pedal": merged(rings, pedal)}, size_m)
+    return {"body": body, "lid": lathe(points(radii, heights), 32), "pedal": [rings, pedal]}
+
+
+def _open_bin(foot: float, r: float, height: float) -> Parts:
+    """Return a bin that widens from the radius ``foot``, and the bag in it, folded over its rim."""
+    profile = points(
+        [0.0, foot, foot + 0.02 * r, 0.98 * r, r, 0.995 * r, 0.965 * r, 0.95 * r, foot - 0.004, 0.0],
+        [0.0, 0.0, 0.01, height - 0.012, height - 0.006, height, height, height - 0.012, 0.012, 0.012],
+    )
+    hem, rim, inside = height - 0.035, height + 0.002, height * np.array([0.25, 0.2, 0.195, 0.244])
+    liner = points(
+        r * np.array([0.97, 1.002, 1.006, 0.95, 0.9, 0.6, 0.0, 0.0, 0.61, 0.91, 0.96]),
+        [hem, hem, rim, rim, height - 0.3 * height, *inside, height - 0.302 * height, height - 0.002],
+    )
+    return {"body": lathe(profile, 32), "liner": lathe(liner, 32, closed=True)}
+
+
+def _basket(r: float, height: float) -> list[Mesh]:
+    """Return rods that lean outward, the hoops round them, and the bottom."""
+    bars = []
+    for a in (2.0 * math.pi * k / 26 for k in range(26)):
+        low, high = 0.74 * r, 0.97 * r
+        start, end = (low * math.cos(a), low * math.sin(a), 0.004), (high * math.cos(a), high * math.sin(a), height - 0.004)
+        bars.append(rod(start, end, 0.0022, segments=5))
+    for share in (0.02, 0.25, 0.5, 0.75, 0.975):
+        hoop, z = (0.745 + 0.235 * share) * r, share * height
+        section = [(hoop - 0.003, z - 0.004), (hoop + 0.004, z - 0.004), (hoop + 0.004, z + 0.004), (hoop - 0.003, z + 0.004)]
+        bars.append(lathe(section, 28, closed=True))
+    return [*bars, lathe([(0.0, 0.0), (0.75 * r, 0.0), (0.75 * r, 0.006), (0.0, 0.006)], 26)]
 
 
 MODELS = {

@@ -10,15 +10,14 @@ import numpy as np
 from renderer.geometry.lofts import bent, disc, loft, oval
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, rounded_box, sweep
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import Model, Pieces, Size, halved
 
 Corner = tuple[float, float, float]
 
 
-def build_storage_shelf(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_storage_shelf(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return boards between posts, the top one at full height; boxes, crates and tins on those below."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     boards = max(2, round(height / 0.42))
     levels = np.linspace(0.09, height, boards + 1)[1:] if height < 0.6 else np.linspace(0.1, height, boards)
     thick = {"steel": 0.03, "wooden": 0.022, "tubes": 0.05}[style]
@@ -61,7 +60,7 @@ def build_storage_shelf(rng: np.random.Generator, size_m: Size, style: str) -> P
     goods: dict[str, list[Mesh]] = {"boxes": [], "crates": [], "tape": []}
     for low, high in itertools.pairwise(levels):
         _fill_board(rng, goods, half_d - 0.02, half_w - side - 0.01, float(low), float(high - thick - low))
-    return fitted({"frame": merged(*posts), "shelves": shelves} | {name: merged(*meshes) for name, meshes in goods.items()}, size_m)
+    return {"frame": posts, "shelves": [shelves], **goods}
 
 
 def _tube_posts(x: float, y: float, levels: np.ndarray, thick: float) -> list[Mesh]:
@@ -110,10 +109,9 @@ def _small_crate(low: Corner, high: Corner) -> Mesh:
     return merged(box, block((high[0] - 0.02, y - 0.3 * hy, z1 - 0.05), (high[0] + 0.002, y + 0.3 * hy, z1 - 0.034), 0.003))
 
 
-def build_cardboard_box(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_cardboard_box(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a shut box with tape along its seam, or with two straps and their clasps; a label on one side."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     thick = min(0.004, 0.03 * min(size_m))
     body = [block((-half_d, -half_w, 0.0), (half_d, half_w, height - thick), 0.003)]
     body += [block((s * half_d, -half_w + 0.001, height - thick), (s * 0.001, half_w - 0.001, height), 0.001) for s in (-1.0, 1.0)]
@@ -129,21 +127,20 @@ def build_cardboard_box(rng: np.random.Generator, size_m: Size, style: str) -> P
             tape.append(block((half_d - 0.001, y - 0.012, 0.6 * height), (half_d + 0.003, y + 0.012, 0.6 * height + 0.03), 0.001))
     y, z = rng.uniform(0.0, 0.4) * half_w, rng.uniform(0.45, 0.6) * height
     label = block((half_d - 0.002, y - 0.28 * half_w, z), (half_d + 0.0006, y + 0.28 * half_w, z + 0.24 * height), 0.0002)
-    return fitted({"body": merged(*body), "tape": merged(*tape), "label": label}, size_m)
+    return {"body": body, "tape": tape, "label": label}
 
 
-def build_plain_box(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_plain_box(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a box with rounded edges: what stands for objects of no known kind."""
     del rng, style
     depth, width, height = size_m
     edge = min(0.01, 0.1 * min(size_m))
-    return fitted({"body": block((-0.5 * depth, -0.5 * width, 0.0), (0.5 * depth, 0.5 * width, height), edge)}, size_m)
+    return {"body": block((-0.5 * depth, -0.5 * width, 0.0), (0.5 * depth, 0.5 * width, height), edge)}
 
 
-def build_plastic_crate(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_plastic_crate(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return an open stacking crate with slotted sides, or a box with a lid and latches."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     if style == "lidded":
         lid_low = 0.86 * height
         box = [(0.88, 0.0), (0.95, lid_low - 0.02), (0.98, lid_low - 0.018), (0.98, lid_low)]
@@ -160,7 +157,7 @@ def build_plastic_crate(rng: np.random.Generator, size_m: Size, style: str) -> P
         latches = [
             block((-0.07, s * half_w - 0.012, lid_low - 0.05), (0.07, s * half_w + 0.002, lid_low + 0.022), 0.004) for s in (-1.0, 1.0)
         ]
-        return fitted({"body": body, "lid": merged(lid, *latches)}, size_m)
+        return {"body": body, "lid": [lid, *latches]}
     wall = 0.005
     pieces = [((-half_d + 0.012, -half_w + 0.012, 0.0), (half_d - 0.012, half_w - 0.012, 0.006))]
     rows = [(0.0, 0.2), (0.26, 0.4), (0.46, 0.6), (0.66, 0.78), (0.86, 1.0)]
@@ -179,7 +176,7 @@ def build_plastic_crate(rng: np.random.Generator, size_m: Size, style: str) -> P
                 pieces.append(((*(low if axis == 0 else low[::-1]), 0.0), (*(high if axis == 0 else high[::-1]), 0.99 * height)))
     rim = [((-half_d, s * half_w - 0.016 * (s > 0), 0.955 * height), (half_d, s * half_w + 0.016 * (s < 0), height)) for s in (-1.0, 1.0)]
     rim += [((s * half_d - 0.016 * (s > 0), -half_w, 0.955 * height), (s * half_d + 0.016 * (s < 0), half_w, height)) for s in (-1.0, 1.0)]
-    return fitted({"body": _boxes(pieces), "lid": _boxes(rim)}, size_m)
+    return {"body": _boxes(pieces), "lid": _boxes(rim)}
 
 
 def _boxes(corners: Sequence[tuple[tuple[float, ...], tuple[float, ...]]]) -> Mesh:
@@ -191,10 +188,9 @@ def _boxes(corners: Sequence[tuple[tuple[float, ...], tuple[float, ...]]]) -> Me
     return merged(*meshes)
 
 
-def build_suitcase(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_suitcase(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a standing suitcase with ribbed hard shell or soft pockets, pull handle and wheels."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    depth, _, height, half_d, half_w = halved(size_m)
     low = min(0.06, 0.09 * height)
     top = height * (0.8 if rng.random() < 0.6 else 0.95)
     shell = [rounded_box((-half_d + 0.008, -half_w + 0.008, low), (half_d - 0.012, half_w - 0.008, top), 0.2 * depth, 3)]
@@ -225,7 +221,7 @@ def build_suitcase(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
                 disc("y", (wx, wy, 0.42 * low), 0.42 * low, 0.022, 16, 0.004),
                 block((wx - 0.018, wy - 0.02, 0.5 * low), (wx + 0.018, wy + 0.02, low + 0.01), 0.004),
             ]
-    return fitted({"shell": merged(*shell), "trim": merged(*trim, grip, handle), "poles": merged(*pole), "wheels": merged(*wheels)}, size_m)
+    return {"shell": shell, "trim": [*trim, grip, handle], "poles": pole, "wheels": wheels}
 
 
 MODELS = {

@@ -13,10 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from renderer.core.arrays import Array
-from renderer.geometry.lofts import bent, chain, disc, loft, lying, oval, ring
+from renderer.geometry.lofts import bent, chain, disc, loft, lying, oval, points, ring
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, lathe, merged, moved, rod, rotated, rounded_box, sheet, sweep
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import Model, Parts, Pieces, Size
 
 _REAR_AXLE, _FRONT_AXLE = 0.19, 0.805
 
@@ -53,7 +53,7 @@ _PROFILES = {
 }
 
 
-def build_car(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_car(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a car with dark windows: body, glass, trim, tyres, rims, headlamps, tail lamps and number plates."""
     length, width, height = size_m
     profile, half = _PROFILES[style], 0.5 * _MIRROR_SHARE * width
@@ -70,19 +70,16 @@ def build_car(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     grille = rounded_box((0.44 * length, -0.45 * half, 0.2 * height), (0.497 * length, 0.45 * half, 0.34 * height), 0.03, 2)
     tyre, rim = _wheel(radius, 0.21, 5 + int(rng.integers(0, 5)))
     places = [(shell.x(f), s * (half - 0.115), s) for f in (_REAR_AXLE, _FRONT_AXLE) for s in (-1.0, 1.0)]
-    return fitted(
-        {
-            "body": merged(loft(shell.rings()), loft(crown), *_pillars(cabin), *mirrors),
-            "glass": loft(cabin),
-            "trim": merged(belly, grille, *(shell.seam(f, s) for f in _DOOR_SEAMS for s in (-1.0, 1.0)), *_handles(shell)),
-            "tyres": merged(*(moved(tyre, x, y, radius) for x, y, _ in places)),
-            "rims": merged(*(moved(rotated(rim, "z", 0.0 if s > 0.0 else math.pi), x, y, radius) for x, y, s in places)),
-            "headlamps": merged(*(_lamp(shell, 0.925, s, 0.455, (0.2, 0.3, 0.1)) for s in (-1.0, 1.0))),
-            "tail_lamps": merged(*(_lamp(shell, 0.035, s, 0.565, (0.14, 0.24, 0.13)) for s in (-1.0, 1.0))),
-            "plates": merged(_plate(0.4985 * length, 0.29 * height), _plate(-0.5 * length, 0.45 * height)),
-        },
-        size_m,
-    )
+    return {
+        "body": [loft(shell.rings()), loft(crown), *_pillars(cabin), *mirrors],
+        "glass": loft(cabin),
+        "trim": [belly, grille, *(shell.seam(f, s) for f in _DOOR_SEAMS for s in (-1.0, 1.0)), *_handles(shell)],
+        "tyres": [moved(tyre, x, y, radius) for x, y, _ in places],
+        "rims": [moved(rotated(rim, "z", 0.0 if s > 0.0 else math.pi), x, y, radius) for x, y, s in places],
+        "headlamps": [_lamp(shell, 0.925, s, 0.455, (0.2, 0.3, 0.1)) for s in (-1.0, 1.0)],
+        "tail_lamps": [_lamp(shell, 0.035, s, 0.565, (0.14, 0.24, 0.13)) for s in (-1.0, 1.0)],
+        "plates": [_plate(0.4985 * length, 0.29 * height), _plate(-0.5 * length, 0.45 * height)],
+    }
 
 
 class _Shell:
@@ -127,7 +124,7 @@ class _Shell:
         z = 0.5 * (top + bottom) + flat[:, 1]
         waist = (z / self.height - 0.36) / 0.3
         crown = 0.012 * self.height * (1.0 - (flat[:, 0] / w) ** 2) * (flat[:, 1] > 0.0)
-        return np.column_stack([np.full(_SECTION, self.x(share)), flat[:, 0] * (1.0 - 0.05 * waist**2), z + crown])
+        return points(self.x(share), flat[:, 0] * (1.0 - 0.05 * waist**2), z + crown)
 
     def seam(self, share: float, side: float) -> Mesh:
         """Return the gap at the edge of a door: a thin dark line down the side of the body."""
@@ -198,14 +195,9 @@ def _plate(x: float, z: float) -> Mesh:
 def _wheel(radius: float, width: float, spokes: int) -> tuple[Mesh, Mesh]:
     """Return tyre and rim about the y axis; the rim's face looks along +y."""
     half, inner = 0.5 * width, 0.66 * radius
-    tread = [
-        (inner, -half + 0.01),
-        (radius - 0.025, -half),
-        (radius, -half + 0.03),
-        (radius, half - 0.03),
-        (radius - 0.025, half),
-        (inner, half - 0.01),
-    ]
+    tread = points(
+        [inner, radius - 0.025, radius, radius, radius - 0.025, inner], [-half + 0.01, -half, -half + 0.03, half - 0.03, half, half - 0.01]
+    )
     barrel = [(inner + 0.004, -half + 0.015), (inner + 0.004, half - 0.012), (inner - 0.015, half - 0.012), (inner - 0.03, -half + 0.015)]
     bars = [
         rotated(block((-0.028, half - 0.055, 0.0), (0.028, half - 0.022, inner - 0.01), 0.008), "y", k * 2.0 * math.pi / spokes)
@@ -237,7 +229,7 @@ def turned(parts: Parts, angle_rad: float) -> Parts:
     return {name: rotated(mesh, "z", angle_rad) for name, mesh in parts.items()}
 
 
-def build_bicycle(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_bicycle(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a diamond-frame or step-through bicycle on its stand, its front wheel towards +x or, where that is the long side, +y."""
     along_y = size_m[1] > size_m[0]
     length, width, height = (size_m[1], size_m[0], size_m[2]) if along_y else size_m
@@ -247,11 +239,8 @@ def build_bicycle(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     crank = (-0.06 * length, 0.0, 0.82 * r)
     seat = (crank[0] - 0.1 * length, 0.0, height * 0.74)
     head_low, head_high = (front[0] - 0.1 * length, 0.0, height * 0.6), (front[0] - 0.125 * length, 0.0, height * 0.78)
-    lower = (
-        (seat[0] + 0.3 * (crank[0] - seat[0]), 0.0, seat[2] + 0.3 * (crank[2] - seat[2]))
-        if style == "diamond"
-        else (seat[0] + 0.72 * (crank[0] - seat[0]), 0.0, seat[2] + 0.72 * (crank[2] - seat[2]))
-    )
+    down = 0.3 if style == "diamond" else 0.72
+    lower = (seat[0] + down * (crank[0] - seat[0]), 0.0, seat[2] + down * (crank[2] - seat[2]))
     tubes = [
         *chain([crank, head_low], 0.02, 10),
         *chain([lower, head_high], 0.018, 10),
@@ -272,17 +261,7 @@ def build_bicycle(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
     tubes.append(rod((head_low[0], -0.045, head_low[2] - 0.02), (head_low[0], 0.045, head_low[2] - 0.02), 0.02))
     tyres = [ring("y", hub, r - 0.018, 0.018, 40, 8) for hub in (rear, front)]
     rims = [ring("y", hub, r - 0.042, 0.011, 36, 6) for hub in (rear, front)]
-    for hub in (rear, front):
-        rims.append(rod((hub[0], -0.06, hub[2]), (hub[0], 0.06, hub[2]), 0.018, segments=10))
-        for k in range(18):
-            a = 2.0 * math.pi * (k + 0.3) / 18
-            rims.append(
-                sweep(
-                    [(hub[0], 0.025 * (-1) ** k, hub[2]), (hub[0] + (r - 0.045) * math.cos(a), 0.0, hub[2] + (r - 0.045) * math.sin(a))],
-                    0.0016,
-                    4,
-                )
-            )
+    rims += [piece for hub in (rear, front) for piece in _spokes(hub, r - 0.045)]
     parts = {"frame": merged(*tubes), "tyres": merged(*tyres), "rims": merged(*rims), "drive": _drive(rng, crank, rear, r)}
     post = (seat[0] - 0.012 * length, 0.0, height * 0.86)
     top = (head_high[0] - 0.03, 0.0, height - 0.03)
@@ -298,7 +277,17 @@ def build_bicycle(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
         sweep([end, tuple(0.55 * np.asarray(end) + 0.45 * np.asarray(mid))], 0.018, 10) for end, mid in zip(reach, middle, strict=True)
     ]
     parts |= {"bars": merged(*bars), "grips": merged(*grips), "saddle": saddle(rng, 0.26, 0.16 if style == "diamond" else 0.2, post, 1.0)}
-    return fitted(turned(parts, 0.5 * math.pi) if along_y else parts, size_m)
+    return turned(parts, 0.5 * math.pi) if along_y else parts
+
+
+def _spokes(hub: Sequence[float], reach: float) -> list[Mesh]:
+    """Return a hub and the spokes from its two ends."""
+    x, _, z = hub
+    turns = [2.0 * math.pi * (k + 0.3) / 18 for k in range(18)]
+    spokes = [
+        sweep([(x, 0.025 * (-1) ** k, z), (x + reach * math.cos(a), 0.0, z + reach * math.sin(a))], 0.0016, 4) for k, a in enumerate(turns)
+    ]
+    return [rod((x, -0.06, z), (x, 0.06, z), 0.018, segments=10), *spokes]
 
 
 def _drive(rng: np.random.Generator, crank: Sequence[float], rear: Sequence[float], r: float) -> Mesh:

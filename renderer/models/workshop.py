@@ -7,17 +7,16 @@ import math
 
 import numpy as np
 
-from renderer.geometry.lofts import bent, disc, loft, oval, ring
+from renderer.geometry.lofts import bent, disc, loft, oval, points, ring
 from renderer.geometry.mesh import Mesh
 from renderer.geometry.shapes import block, blocks, lathe, merged, moved, rod, sweep
 from renderer.models.cabinets import Front, fronts
-from renderer.models.model import Model, Parts, Size, fitted
+from renderer.models.model import Model, Pieces, Size, halved
 
 
-def build_workbench(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_workbench(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a bench with thick top and vise on its front: wooden legs over a shelf, a steel frame with drawers, or two drawer blocks."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    depth, _, height, half_d, half_w = halved(size_m)
     jut = min(0.07, 0.1 * depth)
     front = half_d - jut
     thick = 0.05
@@ -52,9 +51,7 @@ def build_workbench(rng: np.random.Generator, size_m: Size, style: str) -> Parts
         other = _bench_drawers(front - 0.05, end, *hung)
         pedestal = merged(pedestal[0], other[0]), merged(pedestal[1], other[1])
     parts = {"top": top, "frame": merged(legs, *rails), "shelf": board, "drawers": pedestal[0], "handles": pedestal[1]}
-    return fitted(
-        parts | {"vise": _vise(half_d, end * (half_w - 0.22), under, min(0.16, 0.2 * height)), "boxes": boxes, "tins": tins}, size_m
-    )
+    return parts | {"vise": _vise(half_d, end * (half_w - 0.22), under, min(0.16, 0.2 * height)), "boxes": boxes, "tins": tins}
 
 
 def _bench_drawers(front: float, side: float, reach: float, top: float, style: str, height: float) -> tuple[Mesh, Mesh]:
@@ -103,21 +100,19 @@ def _stored(rng: np.random.Generator, half_d: float, reach: float, z: float, roo
     return merged(*things[0]), merged(*things[1])
 
 
-def build_tool_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_tool_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a rolling cabinet of flat drawers with full-width grips, or one with drawers over a door, on castors."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    _, _, height, half_d, half_w = halved(size_m)
     low = min(0.13, 0.16 * height)
     front = half_d - 0.018
     body = [block((-half_d + 0.004, -half_w + 0.02, low), (front - 0.016, half_w, height - 0.02), 0.004)]
     mat = block((-half_d, -half_w, height - 0.024), (half_d, half_w, height), 0.006)
     grip = bent(
-        [
-            (-0.6 * half_d, -half_w + 0.02, 0.86 * height),
-            (-0.6 * half_d, -half_w + 0.002, 0.86 * height),
-            (0.6 * half_d, -half_w + 0.002, 0.86 * height),
-            (0.6 * half_d, -half_w + 0.02, 0.86 * height),
-        ],
+        points(
+            [-0.6 * half_d, -0.6 * half_d, 0.6 * half_d, 0.6 * half_d],
+            [-half_w + 0.02, -half_w + 0.002, -half_w + 0.002, -half_w + 0.02],
+            0.86 * height,
+        ),
         0.0018 + 0.006,
         0.015,
         8,
@@ -136,107 +131,60 @@ def build_tool_cabinet(rng: np.random.Generator, size_m: Size, style: str) -> Pa
             wheels += [disc("y", (x, y, r), r, 0.03, 20, 0.005), block((x - 0.02, y - 0.024, r), (x + 0.02, y + 0.024, low + 0.002), 0.003)]
             wheels.append(block((x - 0.035, y - 0.03, low - 0.012), (x + 0.035, y + 0.03, low + 0.003), 0.002))
     lock = disc("x", (front, 0.0, height - 0.03), 0.009, 0.02, 12)
-    return fitted(
-        {
-            "body": merged(*body),
-            "drawers": fronts(front, areas, 0.016),
-            "handles": merged(*grips, grip, lock),
-            "top": mat,
-            "castors": merged(*wheels),
-        },
-        size_m,
-    )
+    return {"body": body, "drawers": fronts(front, areas, 0.016), "handles": [*grips, grip, lock], "top": mat, "castors": wheels}
 
 
-def build_toolbox(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_toolbox(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a plastic box with latches and recessed grip, or a steel cantilever box with a bar handle."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
-    top = 0.8 * height
-    if style == "steel":
-        edges = [0.0, 0.3 * top, 0.62 * top, top]
-        body = [
-            block((-half_d + 0.004 * k, -half_w, a + 0.002), (half_d - 0.004 * k, half_w, b), 0.006)
-            for k, (a, b) in enumerate(itertools.pairwise(edges))
-        ]
-        arms = []
-        for s in (-1.0, 1.0):
-            for x in (-0.45, 0.45):
-                arms.append(
-                    block((x * half_d - 0.008, s * half_w - 0.003, 0.12 * top), (x * half_d + 0.008, s * half_w + 0.003, 0.92 * top), 0.001)
-                )
-        arms.append(
-            bent(
-                [
-                    (0, -0.75 * half_w, top - 0.01),
-                    (0, -0.75 * half_w, height - 0.008),
-                    (0, 0.75 * half_w, height - 0.008),
-                    (0, 0.75 * half_w, top - 0.01),
-                ],
-                0.008,
-                0.03,
-                10,
-            )
-        )
-        lid = loft(
-            [
-                oval(half_d - i, half_w - 0.5 * i, z, power=14.0)
-                for i, z in ((0.01, top - 0.005), (0.012, top + 0.004), (0.05, top + 0.3 * (height - top)))
-            ]
-        )
-        return fitted({"body": merged(*body), "lid": lid, "handle": merged(*arms)}, size_m)
-    split = 0.62 * top
-    base = loft(
-        [
-            oval(half_d * s, half_w * s, z, power=9.0)
-            for s, z in ((0.88, 0.0), (0.9, 0.01), (0.98, split - 0.012), (1.0, split - 0.01), (1.0, split), (0.96, split))
-        ]
-    )
-    shell = [(1.0, split + 0.003), (1.0, split + 0.016), (0.96, split + 0.018), (0.92, 0.93 * top), (0.86, top), (0.8, top)]
-    lid = loft([oval(half_d * s, half_w * s, z, power=9.0) for s, z in shell])
-    grip = [
-        bent(
-            [
-                (0, -0.42 * half_w, top - 0.005),
-                (0, -0.38 * half_w, height - 0.012),
-                (0, 0.38 * half_w, height - 0.012),
-                (0, 0.42 * half_w, top - 0.005),
-            ],
-            0.012,
-            0.03,
-            10,
-        )
+    _, _, height, half_d, half_w = halved(size_m)
+    return (_steel_box if style == "steel" else _plastic_box)(half_d, half_w, height, 0.8 * height)
+
+
+def _box_grip(outer: float, inner: float, low: float, high: float, tube: float) -> Mesh:
+    """Return the handle over a toolbox, ``outer`` to both sides at its feet and ``inner`` at its top."""
+    return bent(points(0, [-outer, -inner, inner, outer], [low, high, high, low]), tube, 0.03, 10)
+
+
+def _steel_box(half_d: float, half_w: float, height: float, top: float) -> Pieces:
+    """Return a box of three trays on arms."""
+    body = [
+        block((-half_d + 0.004 * k, -half_w, a + 0.002), (half_d - 0.004 * k, half_w, b), 0.006)
+        for k, (a, b) in enumerate(itertools.pairwise([0.0, 0.3 * top, 0.62 * top, top]))
     ]
-    for y in (-0.6, 0.6):
-        grip.append(block((0.93 * half_d, y * half_w - 0.025, split - 0.05), (half_d + 0.004, y * half_w + 0.025, split + 0.03), 0.006))
-    organiser = [
-        block(
-            (x * half_d - 0.2 * half_d, y * half_w - 0.2 * half_w, top - 0.004),
-            (x * half_d + 0.2 * half_d, y * half_w + 0.2 * half_w, top + 0.006),
-            0.003,
-        )
+    arms = [
+        block((x * half_d - 0.008, s * half_w - 0.003, 0.12 * top), (x * half_d + 0.008, s * half_w + 0.003, 0.92 * top), 0.001)
+        for s in (-1.0, 1.0)
         for x in (-0.45, 0.45)
-        for y in (-0.55, 0.55)
     ]
-    return fitted({"body": base, "lid": lid, "handle": merged(*grip, *organiser)}, size_m)
+    rings = ((0.01, top - 0.005), (0.012, top + 0.004), (0.05, top + 0.3 * (height - top)))
+    lid = loft([oval(half_d - i, half_w - 0.5 * i, z, power=14.0) for i, z in rings])
+    grip = _box_grip(0.75 * half_w, 0.75 * half_w, top - 0.01, height - 0.008, 0.008)
+    return {"body": body, "lid": lid, "handle": [*arms, grip]}
 
 
-def build_paint_can(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def _plastic_box(half_d: float, half_w: float, height: float, top: float) -> Pieces:
+    """Return a box with a lid, latches, and compartments for small parts on the lid."""
+    split = 0.62 * top
+    base = ((0.88, 0.0), (0.9, 0.01), (0.98, split - 0.012), (1.0, split - 0.01), (1.0, split), (0.96, split))
+    lid = ((1.0, split + 0.003), (1.0, split + 0.016), (0.96, split + 0.018), (0.92, 0.93 * top), (0.86, top), (0.8, top))
+    shells = [loft([oval(half_d * s, half_w * s, z, power=9.0) for s, z in rings]) for rings in (base, lid)]
+    grip = [_box_grip(0.42 * half_w, 0.38 * half_w, top - 0.005, height - 0.012, 0.012)]
+    for y in (-0.6 * half_w, 0.6 * half_w):
+        grip.append(block((0.93 * half_d, y - 0.025, split - 0.05), (half_d + 0.004, y + 0.025, split + 0.03), 0.006))
+    wide, tall = 0.2 * half_d, 0.2 * half_w
+    for x, y in itertools.product((-0.45 * half_d, 0.45 * half_d), (-0.55 * half_w, 0.55 * half_w)):
+        grip.append(block((x - wide, y - tall, top - 0.004), (x + wide, y + tall, top + 0.006), 0.003))
+    return {"body": shells[0], "lid": shells[1], "handle": grip}
+
+
+def build_paint_can(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return a tin with label, rims, pressed lid and a wire handle that lies at its side; open, its paint shows."""
     depth, width, height = size_m
     r = 0.5 * min(depth, width) - 0.006
     top = height - 0.004
-    rim = [
-        (0.0, 0.0),
-        (0.97 * r, 0.0),
-        (r, 0.004),
-        (r, 0.01),
-        (0.97 * r, 0.014),
-        (0.97 * r, top - 0.016),
-        (r, top - 0.012),
-        (r, top),
-        (0.93 * r, top),
-    ]
+    rim = points(
+        [0.0, 0.97 * r, r, r, 0.97 * r, 0.97 * r, r, r, 0.93 * r], [0.0, 0.0, 0.004, 0.01, 0.014, top - 0.016, top - 0.012, top, top]
+    )
     label = lathe(
         [(0.95 * r, 0.1 * height), (0.982 * r, 0.1 * height), (0.982 * r, 0.86 * height), (0.95 * r, 0.86 * height)], 26, closed=True
     )
@@ -252,14 +200,10 @@ def build_paint_can(rng: np.random.Generator, size_m: Size, style: str) -> Parts
     else:
         body = lathe([*rim, (0.92 * r, top - 0.008), (0.0, top - 0.008)], 26)
         paint = lathe(
-            [
-                (0.0, top - 0.01),
-                (0.88 * r, top - 0.01),
-                (0.88 * r, top - 0.001),
-                (0.8 * r, top - 0.001),
-                (0.78 * r, top - 0.005),
-                (0.0, top - 0.005),
-            ],
+            points(
+                [0.0, 0.88 * r, 0.88 * r, 0.8 * r, 0.78 * r, 0.0],
+                [top - 0.01, top - 0.01, top - 0.001, top - 0.001, top - 0.005, top - 0.005],
+            ),
             26,
         )
     ears = merged(*(disc("y", (0.0, s * (r - 0.001), 0.78 * height), 0.014, 0.012, 14, 0.003) for s in (-1.0, 1.0)))
@@ -271,13 +215,12 @@ def build_paint_can(rng: np.random.Generator, size_m: Size, style: str) -> Parts
         if style == "closed"
         else merged(ears, sweep(wire, 0.002, 6), ring("z", (0, 0, top), 0.97 * r, 0.004, 26, 6))
     )
-    return fitted({"body": body, "label": label, "paint": paint, "handle": handle}, size_m)
+    return {"body": body, "label": label, "paint": paint, "handle": handle}
 
 
-def build_step_ladder(rng: np.random.Generator, size_m: Size, style: str) -> Parts:
+def build_step_ladder(rng: np.random.Generator, size_m: Size, style: str) -> Pieces:
     """Return an opened step ladder of aluminium or wood, or one with a broad platform and a tray; one climbs it from +x."""
-    depth, width, height = size_m
-    half_d, half_w = 0.5 * depth, 0.5 * width
+    depth, _, height, half_d, half_w = halved(size_m)
     count = max(2, round((0.72 if style == "platform" else 1.0) * height / 0.3))
     apex = -half_d + 0.3 * depth
     metal, broad = style != "wooden", style == "platform"
@@ -299,20 +242,11 @@ def build_step_ladder(rng: np.random.Generator, size_m: Size, style: str) -> Par
             rails.append(
                 bent([knee, (apex + 0.06, s * side(0.97) * 0.9, height - 0.014), (apex + 0.06, 0.0, height - 0.012)], 0.012, 0.08, 8)
             )
-        rails.append(
-            _plank(
-                (-half_d + 0.02, s * 0.95 * side(0.0), 0.012),
-                (apex, s * 0.95 * side(platform / height), platform - 0.03),
-                0.04,
-                0.8 * thick,
-            )
-        )
+        start, end = (-half_d + 0.02, s * 0.95 * side(0.0), 0.012), (apex, s * 0.95 * side(platform / height), platform - 0.03)
+        rails.append(_plank(start, end, 0.04, 0.8 * thick))
         for x, y in ((half_d - 0.02, side(0.0)), (-half_d + 0.02, 0.95 * side(0.0))):
-            pads.append(
-                block(
-                    (x - 0.02 if x < 0 else x - 0.035, s * y - 0.016, 0.0), (x + 0.035 if x < 0 else x + 0.02, s * y + 0.016, 0.035), 0.004
-                )
-            )
+            behind, ahead = (0.02, 0.035) if x < 0 else (0.035, 0.02)
+            pads.append(block((x - behind, s * y - 0.016, 0.0), (x + ahead, s * y + 0.016, 0.035), 0.004))
     for k in range(count):
         share = (k + 1.0) / (count + 0.0)
         z = share * platform
@@ -335,14 +269,14 @@ def build_step_ladder(rng: np.random.Generator, size_m: Size, style: str) -> Par
         rod((x, s * 0.9 * side(0.4), z), (half_d - 0.02 + 0.42 * (apex - half_d), s * side(0.4), z + 0.02), 0.005, segments=6)
         for s in (-1.0, 1.0)
     ]
-    return fitted({"rails": merged(*rails, *stays), "treads": merged(*treads), "feet": merged(*pads)}, size_m)
+    return {"rails": [*rails, *stays], "treads": treads, "feet": pads}
 
 
 def _plank(a: tuple[float, float, float], b: tuple[float, float, float], wide: float, thick: float) -> Mesh:
     """A straight bar of rectangular section from a to b, its broad side along x."""
     start, end = np.asarray(a), np.asarray(b)
     corners = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5)]) * (wide, thick)
-    section = np.column_stack([corners, np.zeros(4)])
+    section = points(corners, 0.0)
     return loft([start + section, end + section])
 
 

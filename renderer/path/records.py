@@ -36,7 +36,7 @@ class Transport(NamedTuple):
     """How paths are traced.
 
     frame_key: of the frame's random numbers; max_depth: most segments of a path; clamp: most that one stroke of indirect light brings to
-    its own pixel, cd/m2, what is beyond is clipped (:mod:`renderer.path.clipping`); caustic_blur: least roughness of what fully scattered
+    its own pixel, cd/m2, what is beyond is clipped (:mod:`renderer.path.film_sums`); caustic_blur: least roughness of what fully scattered
     rays hit, 0 leaves surfaces as they are; widest: most that the ray cone, by which textures are filtered, grows per metre.
     """
 

@@ -131,7 +131,7 @@ class FileFormat:
 
 
 class BagFile:
-    """Writes one file of a bag.  Every chunk is synced to disk; a chunk that cannot be written is cut off again.
+    """One file of a bag: its ``.active`` name, its manifest, the disk space kept for its ending, which channel a topic has.
 
     Args:
         folder_fd: descriptor of the bag's folder; must stay open.

@@ -16,8 +16,7 @@ from renderer.camera.point_cloud import cloud_points
 from renderer.camera.rig import mounted_path
 from renderer.film.frame import Frame
 from renderer.film.layer import Layer
-from renderer.film.layers import LAYERS, ROWS
-from renderer.film.semantic_rows import layers_in
+from renderer.film.layers import LAYERS, ROWS, layers_in
 from scene_description import CameraPose, Limits, SceneDescription
 from scene_description.label_standards import StandardName
 from scene_description.labels import LabelTable

@@ -98,7 +98,7 @@ def is_latched(offered: list[QoSProfile]) -> bool:
 
 
 class BagOutput:
-    """At most one open bag, and the last seconds for snapshots.
+    """Which bag is open: its name, when it is split, in which form images are kept, and the last seconds for a snapshot.
 
     Threads: the thread that writes calls every method, so nothing here needs a lock; ``writing`` may be read by any thread.
 

@@ -12,25 +12,17 @@ from rclpy.qos import QoSProfile
 
 from scene_description.annotations import FrameAnnotations
 from scene_description.poses import LINK_FROM_OPTICAL, conjugate_quaternion, multiply_quaternions
-from scene_synth_ros.messages.detections import (
-    AnnotationsReadError,
-    encode_detections,
-    read_annotations,
-)
-from scene_synth_ros.messages.label_info import (
-    LabelReadError,
-    TimedLabels,
-    encode_label_info,
-    is_labels,
-    read_labels,
-)
+from scene_synth_ros.messages.detections import AnnotationsReadError, encode_detections, read_annotations
+from scene_synth_ros.messages.label_info import LabelReadError, TimedLabels, encode_label_info, is_labels, read_labels
 from scene_synth_ros.messages.poses import PoseReadError, StampedTransform, TimedPose, encode_tf_message, read_pose
 from scene_synth_ros.messages.streams import (
     ANNOTATIONS,
     LASER,
     POSE,
-    TF_TYPE,
+    TF,
+    TF_STATIC,
     CameraFrames,
+    Stream,
     camera_frames,
     derived_streams,
     laser_frame,
@@ -61,7 +53,8 @@ Derive = Callable[[bytes], Iterator[DerivedMessage]]
 """Returns what is derived of a serialised message; raises one of :data:`NOT_DERIVED` where that cannot be read."""
 NOT_DERIVED: dict[type[Exception], str] = {PoseReadError: "transform", LabelReadError: "LabelInfo", AnnotationsReadError: "detections"}
 """What a message lacks that could not be read."""
-_TF, _TF_STATIC = DerivedTopic("/tf", TF_TYPE, stream_qos(100)), DerivedTopic("/tf_static", TF_TYPE, latched_qos())
+_TF = DerivedTopic(Stream("/", TF).topic, TF.type_name, stream_qos(100))
+_TF_STATIC = DerivedTopic(Stream("/", TF_STATIC).topic, TF_STATIC.type_name, latched_qos())
 
 
 class Deriver:
@@ -74,14 +67,15 @@ class Deriver:
     def of_topic(self, topic: str, type_name: str, namespace: str) -> Derive | None:
         """Return what derives messages of a topic's, None where there is nothing; ``namespace`` of the suite ends with a slash."""
         stream = parse(topic, type_name)
-        if stream is not None and stream.role is POSE:
-            camera = stream.camera
-            if camera == LASER:
+        if stream is None:
+            return None
+        if stream.role is POSE:
+            if stream.camera == LASER:
                 return lambda data: self._of_laser_pose(read_pose(data))
-            return (lambda data: self._of_camera_pose(read_pose(data), camera)) if camera else None
+            return (lambda data: self._of_camera_pose(read_pose(data), stream.camera)) if stream.camera else None
         if is_labels(topic, type_name):
             return lambda data: self._of_labels(read_labels(data), topic)
-        if topic.startswith(namespace) and stream is not None and stream.role is ANNOTATIONS:
+        if stream.role is ANNOTATIONS and topic.startswith(namespace):
             return lambda data: self._of_annotations(read_annotations(data), topic)
         return None
 
@@ -107,13 +101,16 @@ class Deriver:
     def _of_labels(self, labels: TimedLabels, topic: str) -> Iterator[DerivedMessage]:
         """Yield the LabelInfo beside the labels of a topic."""
         for stream in derived_streams(topic):
-            derived = DerivedTopic(stream.topic, stream.role.type_name, latched_qos())
             data = encode_label_info(labels.stamp_ns, stream.frame_id(self._prefix), labels.names)
-            yield DerivedMessage(derived.name, labels.stamp_ns, data, (derived,))
+            yield _derived(stream, labels.stamp_ns, data, latched_qos())
 
     def _of_annotations(self, annotations: FrameAnnotations, topic: str) -> Iterator[DerivedMessage]:
         """Yield the detections beside the annotations of a topic."""
         for stream in derived_streams(topic):
-            derived = DerivedTopic(stream.topic, stream.role.type_name, stream_qos())
-            data = encode_detections(derived.type_name, annotations, stream.frame_id(self._prefix))
-            yield DerivedMessage(derived.name, annotations.stamp_ns, data, (derived,))
+            data = encode_detections(stream.role.type_name, annotations, stream.frame_id(self._prefix))
+            yield _derived(stream, annotations.stamp_ns, data, stream_qos())
+
+
+def _derived(stream: Stream, stamp_ns: int, data: bytes, qos: QoSProfile) -> DerivedMessage:
+    """Return a message that alone opens the topic of its stream."""
+    return DerivedMessage(stream.topic, stamp_ns, data, (DerivedTopic(stream.topic, stream.role.type_name, qos),))

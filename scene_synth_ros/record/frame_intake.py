@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Mapping
 
 from scene_synth_ros.bags.bag_writer import MAX_TIME_NS
 from scene_synth_ros.messages.stamps import NANOSECONDS, AnnouncedRoom, announced_room, stamp_ns
-from scene_synth_ros.messages.streams import has_own_stamps
+from scene_synth_ros.messages.streams import SCENE, has_own_stamps, parse
 from scene_synth_ros.record.frame_sorter import FrameSorter, OrderedMessage
 from scene_synth_ros.record.senders import Origin
 
@@ -185,7 +185,8 @@ class FrameIntake:
     def _note(self, topic: str, stamp: int, data: bytes) -> None:
         """Take the time of a frame from a message that is certainly the suite's, and a room from its description."""
         if topic not in self._expected:
-            if topic.endswith("/scene"):
+            stream = parse(topic, self._types[topic])
+            if stream is not None and stream.role is SCENE:
                 self._seen.begin_room(stamp)
                 self._rooms.append(announced_room(data))
         elif self._origins[topic] is Origin.SUITE:

@@ -14,7 +14,7 @@ from scene_synth_ros.bags.bag_writer import BagWriteError, BagWriter
 from scene_synth_ros.bags.run_info import JPEG_QUALITY, PARAMETERS_NAME, RECORD_NAME, NodeValues, parameters_file, run_record
 from scene_synth_ros.messages.message_definitions import message_definition
 from scene_synth_ros.messages.stamps import sent_before
-from scene_synth_ros.messages.streams import SETTINGS, parse
+from scene_synth_ros.messages.streams import SCENE, SETTINGS, parse
 from scene_synth_ros.record.bag_output import BagNumbers, BagOutput, Entry, RecordingOptions, TopicCounts, is_latched
 from scene_synth_ros.record.bag_thread import BagThread
 from scene_synth_ros.record.derived_messages import NOT_DERIVED, DerivedMessage, Deriver
@@ -31,7 +31,7 @@ JOBS_WAITING, JOB_SIZE = 16, 16
 
 
 class Recording:
-    """One life of the recorder: bags, one after the other, and the thread that writes them; ``close`` ends both.
+    """The order of messages: what each waits for, what is derived of it, which begin a frame or a room.  One life of the recorder.
 
     Threads: the thread of the node's executor calls every method; what waits for its frame (:class:`FrameIntake`) belongs to it.  The
     thread that writes owns the bags (:class:`BagOutput`) and gets everything through the queue of :class:`BagThread`; ``add`` waits while
@@ -215,7 +215,7 @@ class Recording:
                 continue
             first = message.stamp_ns is not None and message.log_ns > self._last_ns
             together = frozenset(frames[message.log_ns]) if first else frozenset()
-            room = first and any(topic.endswith("/scene") for topic in together)
+            room = first and any((stream := parse(topic)) is not None and stream.role is SCENE for topic in together)
             self._last_ns = max(self._last_ns, message.log_ns)
             entries += [Entry(topic, data, message.log_ns) for topic, data, _ in self._early]
             self._early = []

@@ -7,14 +7,13 @@ from collections import deque
 from collections.abc import Callable
 from typing import NamedTuple
 
-from rclpy.impl.rcutils_logger import RcutilsLogger
-
 from renderer import RenderConfig
 from renderer.film.frame import Frame
 from scene_description import CameraPose, SceneDescription
 from scene_synth_ros.render.rate_watch import Finding, FrameTime, Quality, RateWatch, held_line, is_resizable, late_line
 from scene_synth_ros.render.renderer_config import RendererNodeConfig
 from scene_synth_ros.suite.parameters import Parameters
+from scene_synth_ros.suite.rclpy_internals import Logger
 from scene_synth_ros.suite.suite_node import SuiteNode
 
 WINDOW_S = 5.0
@@ -75,7 +74,7 @@ class CameraPlace:
         now: where the newest frame was seen from: :data:`IN_THE_ROOM`, or what ``renderer.standpoint`` says.
     """
 
-    def __init__(self, logger: RcutilsLogger) -> None:
+    def __init__(self, logger: Logger) -> None:
         self.now = IN_THE_ROOM
         self._logger = logger
         self._told = False

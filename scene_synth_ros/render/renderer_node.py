@@ -17,7 +17,7 @@ from scene_description import FieldError, error_line
 from scene_synth_ros.messages.frame_messages import StreamConfig
 from scene_synth_ros.render.camera_requests import MAX_WAITING, CameraRequests
 from scene_synth_ros.render.frame_report import IN_THE_ROOM
-from scene_synth_ros.render.inbox import MAX_ROOMS_WAITING, Inbox, Peers
+from scene_synth_ros.render.inbox import MAX_ROOMS_WAITING, Inbox
 from scene_synth_ros.render.renderer_config import RENDERER_GROUPS, RendererNodeConfig, refuse_contradictions
 from scene_synth_ros.render.rendering import Rendering, room_name
 from scene_synth_ros.render.streams import StreamPublishers
@@ -73,7 +73,7 @@ class RendererNode(SuiteNode):
         streams: StreamConfig = self._settings["streams"]
         scan: ScanConfig = self._settings["scan"]
         self._output = StreamPublishers(self, streams, self._settings["camera"], lambda: self._settings["compressed"], scan)
-        self._inbox = Inbox(Peers(self.get_fully_qualified_name(), self._output.frame_topic, self._settings[""].share_count))
+        self._inbox = Inbox(self.get_fully_qualified_name(), self._output.frame_topic, self._settings[""].share_count)
         self._requests = CameraRequests(streams.world_frame, self._settings["drive"])
         self._output.tell()
         self._rendering = Rendering(self, self._settings, self._inbox, self._output, self._requests)

@@ -9,7 +9,6 @@ from concurrent.futures import Future, wait
 from typing import Protocol
 
 from rclpy.duration import Duration
-from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSHistoryPolicy, QoSProfile, QoSReliabilityPolicy
 
@@ -18,6 +17,7 @@ from scene_synth_ros.messages.stamps import NANOSECONDS
 from scene_synth_ros.replay.player import Player
 from scene_synth_ros.replay.replay_config import ReplayConfig
 from scene_synth_ros.suite.daemon_job import start_daemon_job
+from scene_synth_ros.suite.rclpy_internals import Logger
 
 KEPT_OF_ALL = 1000
 PATIENCE_S = 10.0
@@ -121,7 +121,7 @@ class Playback:
     """
 
     def __init__(
-        self, reader: BagReader, publishers: Mapping[str, Publisher], config: Callable[[], ReplayConfig], logger: RcutilsLogger
+        self, reader: BagReader, publishers: Mapping[str, Publisher], config: Callable[[], ReplayConfig], logger: Logger
     ) -> None:
         self._publishers, self._config, self._logger = publishers, config, logger
         start = config()

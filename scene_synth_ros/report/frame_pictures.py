@@ -20,7 +20,7 @@ from scene_synth_ros.mcap.contents import McapReadError
 from scene_synth_ros.messages.cdr import CdrReadError, read_text
 from scene_synth_ros.messages.image_reader import CodecError, read_image
 from scene_synth_ros.messages.streams import ESTIMATES, IMAGE_FORMS, LABELS, RAW, Stream, find_streams
-from scene_synth_ros.pages.pictures import data_uri
+from scene_synth_ros.pages.document import data_uri
 from scene_synth_ros.report.error_images import ERROR_IMAGES, ErrorImage, confusions, error_picture, legend, same_size, scale_end
 
 Images = dict[int, dict[str, NDArray[Any]]]

@@ -41,7 +41,7 @@ class Connections:
     def __init__(self, publishers_of: Callable[[str], Iterable[Endpoint]]) -> None:
         self._publishers_of = publishers_of
         self._renderers: dict[str, NodeStatus] = {}
-        self._found: set[str] = set()
+        self._whole_before: set[str] = set()
         self._connected: set[str] = set()
 
     def take_status(self, status: NodeStatus) -> None:
@@ -55,9 +55,9 @@ class Connections:
             known: the topics that the recorder has considered; values below 0 mark those that it leaves out.
         """
         starts = {status.start: status for status in self._renderers.values() if status.start}
-        found = {start for start, status in starts.items() if start in self._connected or self._is_whole(status, known)}
-        self._connected = found & self._found
-        self._found = found
+        whole = {start for start, status in starts.items() if start in self._connected or self._is_whole(status, known)}
+        self._connected = whole & self._whole_before
+        self._whole_before = whole
         return tuple(sorted(self._connected))
 
     def _is_whole(self, status: NodeStatus, known: Mapping[str, int]) -> bool:

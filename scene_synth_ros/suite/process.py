@@ -22,8 +22,9 @@ from scene_description import error_line
 from scene_synth_ros.suite.faults import FAULT_STATUS, fault_report
 from scene_synth_ros.suite.heap import collect_rarely, limit_arenas
 from scene_synth_ros.suite.parameters import ParameterError
+from scene_synth_ros.suite.stale_shared_memory import avoid_stale_ports
 from scene_synth_ros.suite.suite_node import REFUSALS
-from scene_synth_ros.suite.transport import avoid_stale_ports, choose_transport
+from scene_synth_ros.suite.transport import choose_transport
 
 _SOURCE_PLACES = re.compile(r", at \S+:\d+")
 """Where in its sources rcl has found an error, which it appends to what it says."""

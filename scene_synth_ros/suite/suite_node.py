@@ -20,7 +20,6 @@ from typing import Any
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import NameValidationException, ParameterException
 from rclpy.guard_condition import GuardCondition
-from rclpy.impl.implementation_singleton import rclpy_implementation
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.node import Node
 from rclpy.service import Service
@@ -32,29 +31,101 @@ from std_srvs.srv import Trigger
 from scene_description import FieldError, SceneSynthError, error_line
 from scene_synth_ros.suite.faults import FAULT_STATUS, Faults
 from scene_synth_ros.suite.qos import latched_qos
+from scene_synth_ros.suite.rclpy_internals import RCL_ERRORS, ChangeState, wrap_change_state
 from scene_synth_ros.suite.status import NodeStatus, status_from_json
 
 STEADY = Clock(clock_type=ClockType.STEADY_TIME)
 """Goes on evenly whatever becomes of wall clock and ``/clock``; timers, timeouts and throttled lines go by it."""
 
 
-class GuardedNode(LifecycleNode):  # type: ignore[misc]
-    """Tells what its callbacks raise, and keeps the newest warning.
+SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
+REFUSALS = (
+    OSError,
+    SceneSynthError,
+    ParameterException,
+    NameValidationException,
+    *RCL_ERRORS,
+)
+"""What making a node's parts raises for bad input: one line.  The last six are rclpy's, for words that are no ROS arguments or names."""
 
-    Threading: callbacks and :meth:`fail` run in the executor's thread; ``faults``, :meth:`warn` and :meth:`refuse` are for any thread.
+
+def serve_trigger(node: Node, name: str, work: Callable[[], str]) -> None:
+    """Make a service ``~/name`` (std_srvs/Trigger).
+
+    It answers with what ``work`` returns or, without success, with the line of a SceneSynthError that it raises to refuse.
+    """
+
+    def answer(_request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        try:
+            response.message, response.success = work(), True
+        except SceneSynthError as error:
+            response.message = str(error)
+        return response
+
+    node.create_service(Trigger, f"~/{name}", answer)
+
+
+class SuiteNode(LifecycleNode):  # type: ignore[misc]
+    """A managed node none of whose callbacks can lose what it raises.
+
+    Subclasses declare parameters in ``__init__``, then call :meth:`begin`, and fill in :meth:`open`, :meth:`resume`, :meth:`pause`,
+    :meth:`close`, :meth:`fail` and :meth:`at_work`.  What a callback raises beyond what a user can cause is a fault of the program: it is
+    logged with its traceback and counted in ``/diagnostics``, and the node goes on; with the parameter ``exit_when_done`` it tells its
+    peers and ends with ``FAULT_STATUS``.
+
+    Threading: callbacks, transitions and :meth:`fail` run in the executor's thread; any may use ``faults``, :meth:`warn`, :meth:`refuse`.
 
     Attributes:
+        active: whether it is in the state *active*.
         exit_code: None while the node runs; what its process shall end with.
         faults: the faults of the program that have come up in this node.
     """
 
     def __init__(self, name: str, **options: Any) -> None:
         super().__init__(name, **options)
+        self.active = False
         self.exit_code: int | None = None
         self.faults = Faults(lambda text: self.get_logger().error(text))
         self._faults_seen = 0
         self._warning, self._warned_s = "", 0.0
+        self._refusal: Exception | None = None
+        self._before: set[Any] = set()
         self.create_timer(0.5, self._look_for_faults)
+        wrap_change_state(self, self._refusing_transitions)
+
+    def open(self) -> None:
+        """Make everything beyond parameters (*configure*).
+
+        Raises:
+            OSError, SceneSynthError: it cannot be made; one line.
+        """
+
+    def close(self) -> None:
+        """Free what :meth:`open` has made beyond ROS entities (*cleanup*, end of the process); harmless when repeated."""
+
+    def resume(self) -> None:
+        """Begin or go on to work (*activate*).
+
+        Raises:
+            OSError, SceneSynthError: it cannot; one line.
+        """
+
+    def pause(self) -> None:
+        """Stop working (*deactivate*)."""
+
+    def begin(self, autostart: bool) -> None:
+        """Configure and activate, if the node shall start by itself.
+
+        Raises:
+            OSError, SceneSynthError: as :meth:`open` and :meth:`resume`.
+        """
+        for trigger in (self.trigger_configure, self.trigger_activate) if autostart else ():
+            if trigger() == SUCCESS:
+                continue
+            if self._refusal is not None:
+                raise self._refusal
+            self.exit_code = FAULT_STATUS
+            return
 
     def fail(self, reason: str) -> None:
         """Tell the peers that the node has failed; its process ends next."""
@@ -103,8 +174,8 @@ class GuardedNode(LifecycleNode):  # type: ignore[misc]
         rclpy's own default is the node's clock: a wall clock that is set back an hour would silence the node for that hour, and with
         ``use_sim_time`` a node that the next frame waits for would itself wait for the next frame.
         """
-        told = self._telling(callback, f"the timer of {getattr(callback, '__name__', 'a callback').lstrip('_')}")
-        return super().create_timer(timer_period_sec, told, clock=clock, **options)
+        telling = self._telling(callback, f"the timer of {getattr(callback, '__name__', 'a callback').lstrip('_')}")
+        return super().create_timer(timer_period_sec, telling, clock=clock, **options)
 
     def create_guard_condition(self, callback: Callable[[], None], **options: Any) -> GuardCondition:
         """Make a guard condition, by which any thread lets the executor's call something; what that raises is told."""
@@ -136,88 +207,6 @@ class GuardedNode(LifecycleNode):  # type: ignore[misc]
         if ends and self.exit_code is None:
             self.exit_code = FAULT_STATUS
             self.fail(self.faults.last)
-
-
-SUCCESS, FAILURE = TransitionCallbackReturn.SUCCESS, TransitionCallbackReturn.FAILURE
-REFUSALS = (
-    OSError,
-    SceneSynthError,
-    ParameterException,
-    NameValidationException,
-    rclpy_implementation.RCLError,
-    rclpy_implementation.RCUtilsError,
-    rclpy_implementation.RMWError,
-    rclpy_implementation.UnknownROSArgsError,
-)
-"""What making a node's parts raises for bad input: one line.  The last six are rclpy's, for words that are no ROS arguments or names."""
-
-
-def serve_trigger(node: Node, name: str, work: Callable[[], str]) -> None:
-    """Make a service ``~/name`` (std_srvs/Trigger).
-
-    It answers with what ``work`` returns or, without success, with the line of a SceneSynthError that it raises to refuse.
-    """
-
-    def answer(_request: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        try:
-            response.message, response.success = work(), True
-        except SceneSynthError as error:
-            response.message = str(error)
-        return response
-
-    node.create_service(Trigger, f"~/{name}", answer)
-
-
-class SuiteNode(GuardedNode):
-    """A managed node; subclasses declare parameters in ``__init__``, then call :meth:`begin`, and fill in the methods below.
-
-    Threading: transitions run in the executor's thread.
-
-    Attributes:
-        active: whether it is in the state *active*.
-    """
-
-    def __init__(self, name: str, **options: Any) -> None:
-        super().__init__(name, **options)
-        self.active = False
-        self._refusal: Exception | None = None
-        self._before: set[Any] = set()
-        service = self._service_change_state
-        service.callback = self._refusing_transitions(service.callback)
-
-    def open(self) -> None:
-        """Make everything beyond parameters (*configure*).
-
-        Raises:
-            OSError, SceneSynthError: it cannot be made; one line.
-        """
-
-    def close(self) -> None:
-        """Free what :meth:`open` has made beyond ROS entities (*cleanup*, end of the process); harmless when repeated."""
-
-    def resume(self) -> None:
-        """Begin or go on to work (*activate*).
-
-        Raises:
-            OSError, SceneSynthError: it cannot; one line.
-        """
-
-    def pause(self) -> None:
-        """Stop working (*deactivate*)."""
-
-    def begin(self, autostart: bool) -> None:
-        """Configure and activate, if the node shall start by itself.
-
-        Raises:
-            OSError, SceneSynthError: as :meth:`open` and :meth:`resume`.
-        """
-        for trigger in (self.trigger_configure, self.trigger_activate) if autostart else ():
-            if trigger() == SUCCESS:
-                continue
-            if self._refusal is not None:
-                raise self._refusal
-            self.exit_code = FAULT_STATUS
-            return
 
     def hear_status(self, take: Callable[[NodeStatus], None], complain: Callable[[str], None]) -> None:
         """Subscribe to ``status``; one that does not fit is left out, and ``complain`` called with a line."""
@@ -292,7 +281,7 @@ class SuiteNode(GuardedNode):
             for entity in [entity for entity in entities if entity not in self._before]:
                 remove(entity)
 
-    def _refusing_transitions(self, change_state: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
+    def _refusing_transitions(self, change_state: ChangeState) -> ChangeState:
         """Return the service callback with transitions that the state does not allow answered by ``success: false``."""
 
         def changed(request: Any, response: Any) -> Any:

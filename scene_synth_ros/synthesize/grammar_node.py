@@ -17,9 +17,10 @@ from scene_description import SceneSynthError, error_line
 from scene_description.strict import shorten
 from scene_synth_ros.suite.connections import identity_of, publishers_of
 from scene_synth_ros.suite.diagnostics import ERROR, OK, WARN, Diagnostics, Report
-from scene_synth_ros.suite.parameters import Parameters, overrides_of
+from scene_synth_ros.suite.parameters import Parameters
 from scene_synth_ros.suite.process import run_node
 from scene_synth_ros.suite.qos import latched_qos
+from scene_synth_ros.suite.rclpy_internals import overrides_of
 from scene_synth_ros.suite.status import NodeState, NodeStatus, status_to_json
 from scene_synth_ros.suite.suite_node import SuiteNode, serve_trigger
 from scene_synth_ros.synthesize.catalogs import with_catalog

@@ -46,24 +46,16 @@ def moved_to(path: Sequence[CameraPose], start_ns: int) -> tuple[CameraPose, ...
     return tuple(replace(pose, stamp_ns=pose.stamp_ns - path[0].stamp_ns + start_ns) for pose in path)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Expectation:
-    """How many peers a run waits for."""
-
-    renderers: int
-    recorders: int
-
-
-def waiting_for(peers: Mapping[str, NodeStatus], expected: Expectation, last_sent: int, run: str) -> str:
+def waiting_for(peers: Mapping[str, NodeStatus], expected: Mapping[str, int], last_sent: int, run: str) -> str:
     """Return what the next room must wait for, in words; empty if it may go out.
 
     Args:
         peers: newest status by node name.
-        expected: how many renderers and recorders the run has.
+        expected: role -> how many of them the run has.
         last_sent: index of the room that must be finished by all, -1 for none.
         run: name of the run, of which every peer must have heard.
     """
-    for role, count in (("renderer", expected.renderers), ("recorder", expected.recorders)):
+    for role, count in expected.items():
         present = [peer for peer in peers.values() if peer.role == role and peer.state == "ready"]
         if len(present) < count:
             return f"{count - len(present)} of {count} {role}s to be ready"
@@ -207,8 +199,8 @@ class RoomSchedule:
     def take_status(self, status: NodeStatus) -> bool:
         """Take the status of a renderer or recorder; return whether all have now finished another room."""
         self._peers[status.node] = status
-        told, self.finished_by_all = self.finished_by_all, finished_by_all(self._peers, self.name)
-        return told != self.finished_by_all
+        before, self.finished_by_all = self.finished_by_all, finished_by_all(self._peers, self.name)
+        return before != self.finished_by_all
 
     def drop_missing(self, present: Collection[str]) -> list[str]:
         """Forget the peers that have been missing from the nodes present for some looks in a row; return their names."""
@@ -300,7 +292,7 @@ class RoomSchedule:
     def _waits_for(self, must_be_done: int) -> str:
         """Return, in words, what must be waited for until all peers have finished a room (none, if it is not of this run)."""
         config = self._config
-        expected = Expectation(renderers=config.expected_renderers, recorders=config.expected_recorders)
+        expected = {"renderer": config.expected_renderers, "recorder": config.expected_recorders}
         must_be_done = must_be_done if must_be_done >= config.first_index else -1
         return waiting_for(self._peers, expected, must_be_done, self.name) if config.lock_step else ""
 

@@ -9,29 +9,27 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from scene_synth_ros.cli.counted import counted
 from scene_synth_ros.cli.files.new_folder import new_folder
-from scene_synth_ros.cli.usage import UsageError, refuse_missing_folder
+from scene_synth_ros.cli.lines import counted
+from scene_synth_ros.cli.options import UsageError, add_catalog, add_number, add_readers, add_source, names_in, refuse_missing_folder
 from scene_synth_ros.convert.formats import FORMATS, writer_of
 from scene_synth_ros.convert.pipeline import convert
 from scene_synth_ros.convert.source import Choice, open_source
 
-MAX_THREADS = 64
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
-    parser.add_argument("source", metavar="BAG|SHARDS", help="a bag, its folder or .mcap file; a dataset, its folder or URL")
+    add_source(parser)
     forms = "; ".join(f"{name}: {form.summary}" for name, form in FORMATS.items())
     parser.add_argument("--to", required=True, choices=FORMATS, metavar="FORMAT", help=forms)
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="new folder; it appears when all of it is written")
     parser.add_argument("--layers", default="", metavar="NAMES", help="take these layers, names with commas between, in place of the usual")
     parser.add_argument("--rooms", metavar="A:B", help="rooms from index A to before B; either may be left out")
     parser.add_argument("--split", metavar="NAME", help="frames of this split of the dataset (scene_synth split)")
-    parser.add_argument("--every", type=int, default=1, metavar="N", help="the first frame of each room and every N-th after it")
+    add_number(parser, "--every", 1, default=1, metavar="N", help="the first frame of each room and every N-th after it")
     parser.add_argument("--camera", metavar="NAME", help="frames of this camera only")
-    parser.add_argument("--catalog", type=Path, metavar="DIR", help="folder of the user's models, for formats with meshes")
-    parser.add_argument("--threads", type=int, default=2, metavar="N", help="that decode and encode frames (default: %(default)s)")
+    add_catalog(parser, ", for formats with meshes")
+    add_readers(parser, "decode and encode frames")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -39,13 +37,9 @@ def run(arguments: argparse.Namespace) -> int:
     refuse_missing_folder("--catalog", arguments.catalog)
     if re.match(r"\w+:/", str(arguments.out)):
         raise UsageError(f"--out {arguments.out}: expected a folder on this machine, got a URL; convert into a folder and copy that")
-    if arguments.every < 1:
-        raise UsageError(f"--every: expected at least 1, got {arguments.every}")
-    if not 1 <= arguments.threads <= MAX_THREADS:
-        raise UsageError(f"--threads: expected 1 to {MAX_THREADS}, got {arguments.threads}")
     name, form = arguments.to, FORMATS[arguments.to]
     choice = Choice(
-        layers=tuple(word.strip() for word in arguments.layers.split(",") if word.strip()),
+        layers=names_in(arguments.layers),
         rooms=read_range(arguments.rooms),
         every=arguments.every,
         camera=arguments.camera or "",

@@ -12,7 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from scene_synth_ros.cli.commands import run_command
-from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.cli.options import UsageError
 from scene_synth_ros.pages.document import open_page
 
 PROFILE = "demo"
@@ -20,9 +20,9 @@ PROFILE = "demo"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
-    parser.add_argument("--rooms", type=int, default=4, help="(default: %(default)s)")
+    parser.add_argument("--rooms", type=int, default=4, help="number of rooms (default: %(default)s)")
     parser.add_argument("--frames", type=int, default=8, help="frames of each room (default: %(default)s)")
-    parser.add_argument("--seed", type=int, default=1, help="(default: %(default)s)")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the rooms (default: %(default)s)")
     parser.add_argument("--out", type=Path, metavar="FOLDER", help="new folder of bag, contact sheet and page (default: runs/demo-TIME)")
     parser.add_argument("--no-open", action="store_true", help="leave the browser alone")
 

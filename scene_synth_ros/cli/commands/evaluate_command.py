@@ -7,17 +7,18 @@ import itertools
 import os
 import shlex
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from evaluation.evaluation_file import Evaluation, read_evaluation, write_evaluation
+from evaluation.confidence import LEVEL, Interval
+from evaluation.evaluation_file import Evaluation, FactorValue, SummaryRow, TaskRow, read_evaluation, write_evaluation
 from evaluation.gate import compare, gate_table
 from evaluation.summary import WITHOUT_ESTIMATE, MeasuredFrame, make_evaluation
 from evaluation.tables import summary_csv
 from evaluation.tasks import TASKS
-from scene_synth_ros.cli.evaluation_table import table_lines
-from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.cli.lines import counted, say_progress
+from scene_synth_ros.cli.options import UsageError, add_number, refuse_no_file
 from scene_synth_ros.evaluate.algorithm import Algorithm
 from scene_synth_ros.evaluate.errors import Notes
 from scene_synth_ros.evaluate.judged_bag import JudgedBag, Plan
@@ -55,7 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--csv", type=Path, metavar="FILE", help="write the scores as a table for a spreadsheet")
     parser.add_argument("--baseline", type=Path, metavar="FILE", help="an earlier evaluation.json: exit status 1 where this is worse")
     parser.add_argument("--title", default="", help="title of the evaluation (default: the name of the truth)")
-    parser.add_argument("--seed", type=int, default=0, metavar="S", help="seed of the confidence intervals (default: 0)")
+    add_number(parser, "--seed", 0, default=0, metavar="S", help="seed of the confidence intervals (default: 0)")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -100,8 +101,6 @@ def _plan(arguments: argparse.Namespace) -> Plan:
         raise UsageError("--algorithm: expected no --estimates and no --topic beside it, got both; judge one at a time")
     if arguments.estimates_out is not None and not arguments.algorithm:
         raise UsageError("--estimates-out: expected an --algorithm whose estimates are written, got none")
-    if arguments.seed < 0:
-        raise UsageError(f"--seed {arguments.seed}: expected a number from 0 on")
     return Plan(
         tasks=tuple(tasks),
         camera=arguments.camera,
@@ -114,9 +113,8 @@ def _plan(arguments: argparse.Namespace) -> Plan:
 
 def _check_outputs(arguments: argparse.Namespace) -> None:
     """Refuse files that could not be written, before hours of work."""
-    for option, path in (("--json", arguments.json), ("--csv", arguments.csv)):
-        if path is not None and (path.is_dir() or not path.absolute().parent.is_dir()):
-            raise UsageError(f"{option} {path}: expected a file in a folder that exists")
+    refuse_no_file("--json", arguments.json)
+    refuse_no_file("--csv", arguments.csv)
     if arguments.estimates_out is not None and arguments.estimates_out.exists():
         raise UsageError(f"--estimates-out {arguments.estimates_out}: exists already; choose another folder or remove it")
 
@@ -130,13 +128,13 @@ def _judge(bags: Sequence[TruthBag], plan: Plan, notes: Notes, arguments: argpar
     try:
         for number, bag in enumerate(bags, 1):
             of = f"variant {number} of {len(bags)}, " if len(bags) > 1 else ""
-            _say_progress(f"{of}looking for stamps")
+            say_progress(f"{of}looking for stamps")
             one = JudgedBag(bag, plan, notes)
             names, topics = {**one.index.class_names, **names}, one.topics
             path = os.path.relpath(bag.path.absolute(), folder)
             measured += [replace(frame, key=replace(frame.key, bag=path)) for frame in one.measure(_frame_counter(of, one.frames))]
     finally:
-        _say_progress("")
+        say_progress("")
     judged = plan.algorithm.words if plan.algorithm is not None else ", ".join(sorted(topics.values()))
     return make_evaluation(
         measured,
@@ -157,10 +155,54 @@ def _chosen_topics(topics: Mapping[str, str], plan: Plan) -> list[str]:
 def _frame_counter(of: str, frames: int) -> Callable[[], None]:
     """Return what draws the line of progress, called after each frame."""
     done = itertools.count(1)
-    return lambda: _say_progress(f"{of}frame {next(done)} of {frames}")
+    return lambda: say_progress(f"{of}frame {next(done)} of {frames}")
 
 
-def _say_progress(line: str) -> None:
-    """Draw the line of progress again, on a terminal only; an empty one takes it away."""
-    if sys.stderr.isatty():
-        sys.stderr.write(f"\r{line}\033[K")
+def table_lines(evaluation: Evaluation, by: Collection[str]) -> list[str]:
+    """Return the lines of all tables.
+
+    Args:
+        evaluation: what was found.
+        by: ways of the summary, room_type, class, distance or names of factors, that get a table each.
+    """
+    lines: list[str] = []
+    for task in evaluation.tasks:
+        rows = [row for row in evaluation.summary if row.task == task.name]
+        for way in ["all", *dict.fromkeys(row.by for row in rows if row.by in by)]:
+            lines += [*_table(task, way, [row for row in rows if row.by == way]), ""]
+    return lines[:-1]
+
+
+def _table(task: TaskRow, way: str, rows: Sequence[SummaryRow]) -> list[str]:
+    if way == "all":
+        return _whole(task, rows[0]) if rows else [f"{task.name}: no frame with an estimate"]
+    head = [f"{task.name} by {way}", "rooms", "frames", *(metric.name for metric in task.metrics)]
+    cells = [[_text(row.key), str(row.rooms), str(row.frames), *(_value(row.metrics[m.name]) for m in task.metrics)] for row in rows]
+    return _aligned([head, *cells])
+
+
+def _whole(task: TaskRow, row: SummaryRow) -> list[str]:
+    size = f"{counted(row.rooms, 'room')}, {counted(row.frames, 'frame')}"
+    head = [f"{task.name}, {size}", "value", f"{LEVEL:.0%} interval", "unit", "better"]
+    cells = [[m.name, _value(row.metrics[m.name]), _ends(row.metrics[m.name]), m.unit, m.better] for m in task.metrics]
+    return _aligned([head, *cells])
+
+
+def _text(key: FactorValue) -> str:
+    return f"{key:g}" if isinstance(key, float) else str(key)
+
+
+def _value(found: Interval) -> str:
+    return "-" if found.value is None else f"{found.value:.4g}"
+
+
+def _ends(found: Interval) -> str:
+    return "-" if found.low is None or found.high is None else f"{found.low:.4g} to {found.high:.4g}"
+
+
+def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return the rows with columns of one width: the first on the left, the others on the right."""
+    first, *rest = (max(map(len, column)) for column in zip(*rows, strict=True))
+    return [
+        "  ".join([row[0].ljust(first), *(cell.rjust(width) for cell, width in zip(row[1:], rest, strict=True))]).rstrip() for row in rows
+    ]

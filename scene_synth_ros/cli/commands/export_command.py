@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from pathlib import Path
 
@@ -12,14 +11,15 @@ from renderer.export.scene_glb import scene_to_glb
 from renderer.export.sdf import scene_to_sdf
 from renderer.scene.flatten import flatten
 from scene_description import scene_from_json
-from scene_synth_ros.cli.usage import UsageError, refuse_missing_folder
+from scene_synth_ros.cli.options import UsageError, add_catalog, refuse_missing_folder
+from scene_synth_ros.pages.document import write_whole
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
     parser.add_argument("scene", type=Path, help="scene description, JSON")
     parser.add_argument("out", type=Path, help="file to write: OUT.glb, or OUT.sdf with the folder OUT_meshes beside it")
-    parser.add_argument("--catalog", type=Path, metavar="DIR", help="folder of the user's models")
+    add_catalog(parser)
     parser.add_argument("--force", action="store_true", help="replace files that exist")
 
 
@@ -48,13 +48,3 @@ def run(arguments: argparse.Namespace) -> int:
     write_whole(out, data)
     sys.stdout.write(f"{out}: {len(scene.objects)} objects, {len(flat.part_names)} parts, {len(flat.mesh.faces)} triangles, {size} bytes\n")
     return 0
-
-
-def write_whole(path: Path, data: bytes) -> None:
-    """Write a file under another name first, so that what has the name is whole."""
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        part.write_bytes(data)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)

@@ -4,31 +4,30 @@ from __future__ import annotations
 
 import argparse
 import os
+import re
 import signal
 import sys
-from dataclasses import fields, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from scene_synth_ros.bags.run_info import versions
-from scene_synth_ros.cli.counted import counted
-from scene_synth_ros.cli.dataset_share import Share, read_share
 from scene_synth_ros.cli.files.dataset_card import write_card
-from scene_synth_ros.cli.parameters.run_parameters import RunWords, add_parameter_options, run_parameters
+from scene_synth_ros.cli.lines import counted, say
+from scene_synth_ros.cli.options import MAX_WORKERS, UsageError, add_number, add_workers
+from scene_synth_ros.cli.parameters.run_parameters import add_run_options, run_parameters, run_words
 from scene_synth_ros.cli.parameters.run_profile import NAMESPACE, check_namespace
 from scene_synth_ros.cli.processes.dataset_progress import DatasetProgress
-from scene_synth_ros.cli.usage import UsageError
 from scene_synth_ros.cluster.ray_shards import LOCAL, make_on_ray, refuse_no_ray
 from scene_synth_ros.dataset.file_names import PLAN_NAME
 from scene_synth_ros.offline.rules import rules_of
 from scene_synth_ros.shards.completion import ShardError, shard_name
 from scene_synth_ros.shards.manifest import Manifest, missing_shards
 from scene_synth_ros.shards.open_store import held, open_store
-from scene_synth_ros.shards.plan import DatasetPlan, make_plan, read_plan
+from scene_synth_ros.shards.plan import MAX_ROOMS, DatasetPlan, make_plan, read_plan
 from scene_synth_ros.shards.run_shards import begin_dataset, check_shards, finish_dataset, run_shards
 from scene_synth_ros.shards.shard_size import read_size, sized_plan
 from scene_synth_ros.shards.store import Store
 
-MAX_WORKERS = 1024
 _OF_PLAN = ("frames", "seed", "params", "overlay", "overrides", "grammar", "shard_rooms", "shard_size")
 """Options that decide the plan, beside ``--rooms``."""
 _SHOWN = 10
@@ -37,23 +36,16 @@ _SHOWN = 10
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
-    parser.add_argument("--rooms", type=int, help="number of rooms of the dataset")
-    parser.add_argument("--frames", type=int, help="frames of each room (default: of the profile)")
-    parser.add_argument("--seed", type=int, help="seed of the rooms (default: of the profile)")
+    add_run_options(parser, "number of rooms of the dataset")
     parser.add_argument("--plan", type=Path, metavar="FILE", help="dataset.json of another folder, in place of --rooms and the like")
     parser.add_argument(
         "--out", required=True, metavar="DIR|URL", help="folder of the dataset, or s3://bucket/folder: shards, manifest, card"
     )
-    parser.add_argument("--params", type=Path, help="run profile, a file or a shipped one by its name: ground_truth, say (default: main)")
-    add_parameter_options(parser)
-    parser.add_argument("--grammar", type=Path, metavar="FILE", help="grammar file of the rooms")
     parser.add_argument("--namespace", default=NAMESPACE, help="namespace of the topics (default: %(default)s)")
-    parser.add_argument(
-        "--workers", type=int, metavar="N", help="processes; they change nothing but the time (default: as processors allow)"
-    )
-    parser.add_argument("--threads", type=int, default=1, metavar="N", help="processors of each worker (default: %(default)s)")
+    add_workers(parser, help="processes; they change nothing but the time (default: as processors allow)")
+    add_number(parser, "--threads", 1, MAX_WORKERS, default=1, metavar="N", help="processors of each worker (default: %(default)s)")
     size = parser.add_mutually_exclusive_group()
-    size.add_argument("--shard-rooms", type=int, metavar="R", help="rooms of a shard (default: 1 to 16, by the number of rooms)")
+    add_number(size, "--shard-rooms", 1, MAX_ROOMS, metavar="R", help="rooms of a shard (default: 1 to 16, by the number of rooms)")
     size.add_argument("--shard-size", metavar="SIZE", help="about the size of a shard, 1GB, say: R follows from the first room's bytes")
     parser.add_argument("--resume", action="store_true", help="make what is missing of a dataset; without --rooms, by its own plan")
     parser.add_argument("--check", action="store_true", help="with --resume: read the complete shards, too, and make damaged ones again")
@@ -100,11 +92,11 @@ def _make(plan: DatasetPlan, store: Store, share: Share, arguments: argparse.Nam
         shards = share.shards(plan)
         names = None if share.count == 1 else {shard_name(shard) for shard in shards}
         if left := store.clean(names):
-            _say(f"removed what an interrupted run has left of {counted(left, 'shard')}")
+            say(f"removed what an interrupted run has left of {counted(left, 'shard')}")
         try:
             _complete(plan, store, shards, arguments, lock)
         except (KeyboardInterrupt, SystemExit):
-            _say(f"interrupted; what is complete stays: scene_synth generate --out {arguments.out} --resume")
+            say(f"interrupted; what is complete stays: scene_synth generate --out {arguments.out} --resume")
             raise
         finally:
             store.clean(names)
@@ -122,9 +114,9 @@ def _finish(plan: DatasetPlan, store: Store, arguments: argparse.Namespace) -> i
         told = f"{len(missing)} of {plan.shards} shards are missing, {missing[0] if missing else 0} the first"
         if not arguments.shard:
             raise ShardError(f"{arguments.out}: {told}; --resume makes them")
-        _say(f"{arguments.out}: this share is complete; {told}; whoever makes the last one writes the manifest")
+        say(f"{arguments.out}: this share is complete; {told}; whoever makes the last one writes the manifest")
         return 0
-    _say(_summary(manifest, arguments.out))
+    say(_summary(manifest, arguments.out))
     return 1 if manifest["failed"] and not arguments.shard else 0
 
 
@@ -141,10 +133,6 @@ def _check_options(arguments: argparse.Namespace) -> None:
         raise UsageError("--finish: expected neither --rooms nor --plan: what is there has its own plan")
     if arguments.check and not arguments.resume:
         raise UsageError("--check: expected together with --resume: what it finds damaged is made again")
-    for option, low, high in (("rooms", 1, 10**9), ("workers", 1, MAX_WORKERS), ("threads", 1, MAX_WORKERS), ("shard_rooms", 1, 10**9)):
-        value = getattr(arguments, option)
-        if value is not None and not low <= value <= high:
-            raise UsageError(f"--{option.replace('_', '-')}: expected {low} to {high}, got {value}")
     check_namespace(arguments.namespace)
 
 
@@ -171,9 +159,8 @@ def _plan(arguments: argparse.Namespace, store: Store) -> DatasetPlan:
 
 def _given_plan(arguments: argparse.Namespace, there: DatasetPlan | None) -> DatasetPlan:
     """Return the plan of the options; one that is there already keeps how it is cut unless they say otherwise."""
-    given = {field.name: getattr(arguments, field.name) for field in fields(RunWords) if hasattr(arguments, field.name)}
     size = read_size(arguments.shard_size) if arguments.shard_size else 0
-    parameters = run_parameters(RunWords(**given, record=Path("bag")))
+    parameters = run_parameters(run_words(arguments, Path("bag")))
     plan = make_plan(parameters, rooms_per_shard=arguments.shard_rooms or 0, shard_bytes=size, namespace=arguments.namespace)
     if there is not None and not arguments.shard_rooms and size in (0, there.shard_bytes):
         return replace(plan, rooms_per_shard=min(there.rooms_per_shard, plan.rooms), shard_bytes=there.shard_bytes)
@@ -183,7 +170,7 @@ def _given_plan(arguments: argparse.Namespace, there: DatasetPlan | None) -> Dat
 def _begun(plan: DatasetPlan, store: Store, arguments: argparse.Namespace, lock: int) -> DatasetPlan:
     """Write the plan, or see that it is the folder's; return it with the size of its shards."""
     if plan.shard_bytes and store.read(PLAN_NAME) is None and not store.names(""):
-        _say("making a room to know its size")
+        say("making a room to know its size")
         plan = sized_plan(plan, store, threads=arguments.threads, lock=lock)
     begin_dataset(plan, store, arguments.out, resume=_goes_on(arguments))
     return plan
@@ -196,13 +183,13 @@ def _complete(plan: DatasetPlan, store: Store, shards: range, arguments: argpars
     if arguments.check:
         complete = sorted(set(shards) - set(missing))
         for line in check_shards(plan, store, complete):
-            _say(f"{line}; its shard is made again")
+            say(f"{line}; its shard is made again")
         missing = missing_shards(plan, store, shards)
     if not missing:
         return
     where = f"Ray ({arguments.ray})" if arguments.ray else counted(workers, "worker")
     each = counted(plan.rooms_per_shard, "room")
-    _say(f"{len(missing)} of {plan.shards} shards to make, {each} each; {where}; kernels are compiled on the first run")
+    say(f"{len(missing)} of {plan.shards} shards to make, {each} each; {where}; kernels are compiled on the first run")
     with DatasetProgress(plan, shards, missing) as progress:
         if arguments.ray:
             make_on_ray(plan, store.where, missing, address=arguments.ray, workers=workers, threads=arguments.threads, told=progress.take)
@@ -225,6 +212,39 @@ def _summary(manifest: Manifest, folder: str) -> str:
     return "\n".join(lines)
 
 
-def _say(text: str) -> None:
-    sys.stdout.write(text + "\n")
-    sys.stdout.flush()
+_FORM = re.compile(r"([0-9]{1,9})/([0-9]{1,9})")
+
+
+@dataclass(frozen=True, slots=True)
+class Share:
+    """Every ``count``-th shard of a dataset, from shard ``index`` on, so that shares end at about the same time.
+
+    Attributes:
+        index: of this share, from 0.
+        count: how many shares there are; 1 is all.
+    """
+
+    index: int = 0
+    count: int = 1
+
+    def shards(self, plan: DatasetPlan) -> range:
+        """Return the shards of this share."""
+        return range(self.index, plan.shards, self.count)
+
+    @property
+    def lock(self) -> str:
+        """Name of the lock that a process holds which makes this share."""
+        return ".lock" if self.count == 1 else f".lock.{self.index}"
+
+
+def read_share(text: str) -> Share:
+    """Return the share that ``I/N`` means.
+
+    Raises:
+        UsageError: it is none.
+    """
+    found = _FORM.fullmatch(text)
+    index, count = (int(number) for number in found.groups()) if found else (0, 0)
+    if not 0 <= index < count:
+        raise UsageError(f"--shard {text}: expected I/N with I from 0 to N - 1: 0/4, 1/4, 2/4 or 3/4, say")
+    return Share(index, count)

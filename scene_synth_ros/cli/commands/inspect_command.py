@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import argparse
 import sys
-from pathlib import Path
 
 from scene_synth_ros.bags.bag_inspect import inspect_bag, render_report
+from scene_synth_ros.cli.options import add_bag
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
-    parser.add_argument("bag", type=Path, help="folder of the bag, or its .mcap file")
+    add_bag(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -39,7 +39,7 @@ from grammar.spec.energy_terms import TERMS
 from grammar.spec.grammar_file import room_types
 from grammar.spec.rules import Grammar
 from scene_description.share import config_path
-from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.cli.options import UsageError, add_number
 
 _SHOWN_LINES, _SHOWN_REASONS = 8, 4
 
@@ -56,40 +56,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--room", default="bedroom", metavar="TYPE", help="room type (default: %(default)s)")
     parser.add_argument("--base", type=Path, metavar="YAML", help="grammar to start from (default: the one of that room type)")
     parser.add_argument("--out", type=Path, required=True, metavar="YAML", help="new file for the learned grammar")
-    parser.add_argument(
-        "--hold-out", type=float, default=0.2, metavar="SHARE", help="share of the houses left for judging (default: %(default)s)"
-    )
+    hold_out = "share of the houses left for judging (default: %(default)s)"
+    add_number(parser, "--hold-out", 0.0, 0.9, default=0.2, metavar="SHARE", help=hold_out)
     parser.add_argument("--names", type=Path, metavar="YAML", help="table of category names (default: learning/category_map.yaml)")
-    parser.add_argument("--alpha", type=float, default=defaults.alpha, help="pseudo-counts of the base grammar (default: %(default)s)")
-    parser.add_argument(
-        "--least", type=int, default=defaults.least, help="observations below which nothing is learned (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--pooled",
-        type=float,
-        default=defaults.pooled,
-        help="pseudo-counts of other room types in sizes and places; 0: none (default: %(default)s)",
-    )
+    for option, low, high, default, what in (
+        ("--alpha", 0.0, 1e6, defaults.alpha, "pseudo-counts of the base grammar"),
+        ("--least", 1, 10**6, defaults.least, "observations below which nothing is learned"),
+        ("--pooled", 0.0, 1e6, defaults.pooled, "pseudo-counts of other room types in sizes and places; 0: none"),
+        ("--iterations", 0, 10**5, defaults.contrastive.iterations, "of the contrastive divergence; 0: keep the weights"),
+        ("--corrections", 0, 1000, 3, "rounds that correct the odds for rooms that find no valid layout; 0: none"),
+        ("--rooms", 1, 10**6, defaults.truncation.rooms, "rooms sampled in each of these rounds"),
+        ("--workers", 1, 256, 1, "processes that sample them; changes nothing else"),
+        ("--seed", 0, 2**63, 1, "of the chains"),
+    ):
+        add_number(parser, option, low, high, default=default, help=f"{what} (default: %(default)s)")
     parser.add_argument(
         "--keep", nargs="*", choices=PARTS, default=[], metavar="PART", help=f"parts that stay as in the base: {', '.join(PARTS)}"
     )
-    parser.add_argument(
-        "--iterations",
-        type=int,
-        default=defaults.contrastive.iterations,
-        help="of the contrastive divergence; 0: keep the weights (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--corrections",
-        type=int,
-        default=3,
-        help="rounds that correct the odds for rooms that find no valid layout; 0: none (default: %(default)s)",
-    )
-    parser.add_argument(
-        "--rooms", type=int, default=defaults.truncation.rooms, help="rooms sampled in each of these rounds (default: %(default)s)"
-    )
-    parser.add_argument("--workers", type=int, default=1, help="processes that sample them; changes nothing else (default: %(default)s)")
-    parser.add_argument("--seed", type=int, default=1, help="of the chains (default: %(default)s)")
     parser.add_argument("--curve", type=Path, metavar="CSV", help="new file for the learning curve")
     parser.add_argument("--correction-curve", type=Path, metavar="CSV", help="new file for the curve of the corrections")
     parser.add_argument("--note", action="append", default=[], help="line for the header: source, licence (may be repeated)")
@@ -98,7 +81,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Learn and write the grammar; print what it rests on."""
-    _check(arguments)
+    if arguments.out.exists():
+        raise UsageError(f"--out: expected a new file, got {arguments.out}, which exists")
     categories = read_categories(config_path("categories.yaml"))
     base_path = arguments.base or config_path(f"grammars/{arguments.room}.yaml")
     base = read_grammar(base_path, categories)
@@ -188,25 +172,6 @@ class _Sampler:
 
 def _sample_part(categories: Categories, seed: int, grammar: Grammar, stream: int, indices: Sequence[int]) -> list[SampledCounts]:
     return room_sampler(categories, seed)(grammar, stream, indices)
-
-
-def _check(arguments: argparse.Namespace) -> None:
-    for name, low, high in (
-        ("hold_out", 0.0, 0.9),
-        ("alpha", 0.0, 1e6),
-        ("least", 1, 10**6),
-        ("pooled", 0.0, 1e6),
-        ("iterations", 0, 10**5),
-        ("seed", 0, 2**63),
-        ("corrections", 0, 1000),
-        ("rooms", 1, 10**6),
-        ("workers", 1, 256),
-    ):
-        value = getattr(arguments, name)
-        if not (math.isfinite(value) and low <= value <= high):
-            raise UsageError(f"--{name.replace('_', '-')}: expected a number in [{low:g}, {high:g}], got {value:g}")
-    if arguments.out.exists():
-        raise UsageError(f"--out: expected a new file, got {arguments.out}, which exists")
 
 
 def _extended_name(base: Path, out: Path) -> str:

@@ -18,8 +18,7 @@ from renderer.annotations.coco import CocoImage, coco_instances
 from renderer.camera.rig import mounted_path
 from renderer.exposure import exposed, meter, needs_meter, sensor_ev100
 from renderer.files.exr_files import is_installed
-from renderer.film.layers import check_names
-from renderer.film.semantic_rows import layers_in
+from renderer.film.layers import check_names, layers_in
 from renderer.lidar.scanner import Scanner
 from renderer.scene.flatten import flatten
 from renderer.scene.scene_key import scene_key
@@ -30,9 +29,9 @@ from scene_description.annotations import annotations_to_json
 from scene_description.label_standards import STANDARDS, StandardName
 from scene_synth_ros.cli.files.frame_files import write_frame
 from scene_synth_ros.cli.files.scan_files import write_scans
+from scene_synth_ros.cli.options import UsageError, refuse_missing_folder
 from scene_synth_ros.cli.parameters.render_settings import PRESETS, preset_settings, read_settings
 from scene_synth_ros.cli.parameters.render_settings import add_arguments as add_settings
-from scene_synth_ros.cli.usage import UsageError, refuse_missing_folder
 from scene_synth_ros.convert.tum_trajectory import MAX_TEXT_LENGTH, trajectory_from_tum, trajectory_to_tum
 
 __all__ = ["PRESETS", "add_arguments", "preset_settings", "run"]

@@ -7,10 +7,9 @@ import sys
 from pathlib import Path
 
 from scene_synth_ros.bags.bag_repair import RepairReport, repair_bag, repaired_name, replace_bag
-from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.cli.lines import first_of, printable, say_progress
+from scene_synth_ros.cli.options import UsageError
 from scene_synth_ros.mcap.file import COMPRESSIONS
-
-_MAX_FAULTS = 10
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -26,23 +25,16 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.in_place and arguments.out:
         raise UsageError("--in-place and --out: expected one of them")
     out = arguments.out or repaired_name(arguments.bag)
-    report = repair_bag(arguments.bag, out, compression=arguments.compression, progress=_progress)
+    compression = arguments.compression
+    report = repair_bag(arguments.bag, out, compression=compression, progress=lambda messages: say_progress(f"{messages} messages"))
+    say_progress("")
     if arguments.in_place:
         replace_bag(arguments.bag, out)
     sys.stdout.write(_describe(report, arguments.bag if arguments.in_place else out))
     return 0
 
 
-def _progress(messages: int) -> None:
-    if sys.stderr.isatty():
-        sys.stderr.write(f"\r{messages} messages")
-
-
 def _describe(report: RepairReport, bag: Path) -> str:
-    shown = [f"found: {fault}" for fault in report.faults[:_MAX_FAULTS]]
-    if len(report.faults) > _MAX_FAULTS:
-        shown.append(f"found: {len(report.faults) - _MAX_FAULTS} more")
-    shown += [f"cut away: {line}" for line in report.cut]
     topics = sum(1 for count in report.saved.values() if count)
-    lines = [*shown, f"{bag}: whole, with the {report.message_count} messages on {topics} topics that could be read"]
-    return "".join("".join(c if c.isprintable() else "?" for c in line) + "\n" for line in lines)
+    shown = [*first_of("found", report.faults), *(f"cut away: {line}" for line in report.cut)]
+    return printable([*shown, f"{bag}: whole, with the {report.message_count} messages on {topics} topics that could be read"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 
-from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.cli.options import UsageError, add_bag
 from scene_synth_ros.replay import replay_node
 
 REMAP = re.compile(r"[A-Za-z0-9_/~{}]+:=[A-Za-z0-9_/~{}]+")
@@ -13,7 +13,7 @@ REMAP = re.compile(r"[A-Za-z0-9_/~{}]+:=[A-Za-z0-9_/~{}]+")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
-    parser.add_argument("bag", help="folder of the bag, or its .mcap file")
+    add_bag(parser, str)
     parser.add_argument("--rate", type=float, default=1.0, help="speed, 2 is twice as fast (default: %(default)s)")
     parser.add_argument("--loop", action="store_true", help="begin again at the end")
     parser.add_argument("--start-offset", type=float, default=0.0, metavar="SECONDS", help="skip the beginning (default: %(default)s)")

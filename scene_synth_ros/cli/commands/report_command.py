@@ -6,14 +6,10 @@ import argparse
 import sys
 from pathlib import Path
 
-from scene_synth_ros.cli.options import check_bounds, check_page, told_lines
-from scene_synth_ros.cli.usage import refuse_missing_folder
+from scene_synth_ros.cli.lines import counted, page_lines, say_progress
+from scene_synth_ros.cli.options import add_number, add_page_options, refuse_missing_folder, refuse_no_file
 from scene_synth_ros.pages.document import open_page
 from scene_synth_ros.report.report_file import ReportSummary, write_report
-
-WORST, MAX_SIZE = 6, 320
-LIMITS = {"worst": (0, 100), "max_size": (16, 2048)}
-"""Option -> smallest and largest value."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,26 +27,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         help="bag of the estimates, or the folder with one for each variant (default: what each evaluation's command names)",
     )
-    parser.add_argument(
-        "--worst", type=int, default=WORST, metavar="N", help="worst frames to show of each task of each evaluation (default: %(default)s)"
-    )
-    parser.add_argument(
-        "--max-size",
-        type=int,
-        default=MAX_SIZE,
-        metavar="PX",
-        help="longer side of the pictures, larger ones are reduced (default: %(default)s)",
-    )
-    parser.add_argument("--open", action="store_true", help="open the page in the browser")
+    worst = "worst frames to show of each task of each evaluation (default: %(default)s)"
+    add_number(parser, "--worst", 0, 100, default=6, metavar="N", help=worst)
+    add_page_options(parser, "pictures", 320, 2048)
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the page, say what it shows and what is missing; return 0 if there is a page."""
-    check_bounds(arguments, LIMITS)
     refuse_missing_folder("--bag-root", arguments.bag_root)
     refuse_missing_folder("--estimates", arguments.estimates)
     out: Path = arguments.out
-    check_page(out)
+    refuse_no_file("--out", out)
     summary = write_report(
         arguments.evaluations,
         out,
@@ -58,9 +45,9 @@ def run(arguments: argparse.Namespace) -> int:
         estimates=arguments.estimates,
         worst=arguments.worst,
         max_size=arguments.max_size,
-        progress=_progress,
+        progress=lambda what: say_progress(what[:70]),
     )
-    _progress("")
+    say_progress("")
     sys.stdout.write(describe(summary, out))
     if arguments.open:
         sys.stdout.write(open_page(out))
@@ -75,10 +62,5 @@ def describe(summary: ReportSummary, path: Path) -> str:
         (summary.factors, "factor"),
         (summary.pictured, "pictured frame"),
     )
-    told = ", ".join(f"{count} {noun}{'' if count == 1 else 's'}" for count, noun in counts)
-    return told_lines(f"report: {path} ({told}, {summary.size / 1e6:.1f} MB)", summary.notes)
-
-
-def _progress(what: str) -> None:
-    if sys.stderr.isatty():
-        sys.stderr.write(f"\r{what[:70]}\033[K")
+    told = ", ".join(counted(count, noun) for count, noun in counts)
+    return page_lines(f"report: {path} ({told}, {summary.size / 1e6:.1f} MB)", summary.notes)

@@ -6,14 +6,13 @@ import argparse
 import sys
 import tempfile
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from scene_synth_ros.cli.node_modules import NODES, ONE_PROCESS_MODULE, PROGRESS_MODULE
-from scene_synth_ros.cli.parameters.run_parameters import RunWords, add_parameter_options, run_parameters
+from scene_synth_ros.cli.lines import say
+from scene_synth_ros.cli.parameters.run_parameters import add_run_options, run_parameters, run_words
 from scene_synth_ros.cli.parameters.run_profile import (
     NAMESPACE,
     NodeParameters,
@@ -21,24 +20,24 @@ from scene_synth_ros.cli.parameters.run_profile import (
     check_namespace,
     write_node_file,
 )
-from scene_synth_ros.cli.processes.supervisor import ONE_PROCESS, Interrupts, NodeProcess, companion, run_nodes
+from scene_synth_ros.cli.processes.supervisor import (
+    NODES,
+    ONE_PROCESS,
+    ONE_PROCESS_MODULE,
+    PROGRESS_MODULE,
+    Interrupts,
+    NodeProcess,
+    Outcome,
+    companion,
+    run_nodes,
+)
 from scene_synth_ros.synthesize.run_config import RunConfig
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
-    parser.add_argument(
-        "--params",
-        type=Path,
-        help="run profile: a ROS parameter file, or a shipped one by its name (default: main, or live without --record)",
-    )
-    add_parameter_options(parser)
-    parser.add_argument("--rooms", type=int, help="number of rooms (grammar_node.rooms); the run ends with the last one")
-    parser.add_argument("--frames", type=int, help="frames of each room (grammar_node.frames_per_room)")
-    parser.add_argument("--seed", type=int, help="seed of the run (grammar_node.seed)")
-    parser.add_argument(
-        "--grammar", type=Path, metavar="FILE", help="grammar file of the rooms (grammar_node.grammar_file, scene.room_type)"
-    )
+    rooms = "number of rooms (grammar_node.rooms); the run ends with the last one"
+    add_run_options(parser, rooms, profile="main, or live without --record", least_rooms=0)
     parser.add_argument("--renderers", type=int, default=1, metavar="N", help="renderers that share the rooms by index (default: 1)")
     parser.add_argument("--respawn", type=int, default=0, metavar="N", help="start a renderer that a signal has killed again, N times")
     parser.add_argument("--one-process", action="store_true", help="all nodes in one process")
@@ -50,14 +49,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--log-level",
         choices=["debug", "info", "warn", "error"],
-        help="(default: info; warn beside the line of progress, which a terminal gets where the number of rooms is known)",
+        help="of the nodes (default: info; warn beside the line of progress, which a terminal gets where the number of rooms is known)",
     )
     parser.add_argument("--no-progress", action="store_true", help="no line of progress on a terminal")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Run the suite; return the exit status."""
-    parameters = _parameters(arguments)
+    parameters = run_parameters(run_words(arguments, arguments.record))
     made = _check_outputs(arguments)
     began = time.monotonic()
     progress = _progress(arguments, parameters["grammar_node"])
@@ -68,20 +67,14 @@ def run(arguments: argparse.Namespace) -> int:
     seconds = time.monotonic() - began
     if outcome.code:
         unmade = bool(arguments.record) and not arguments.record.exists()
-        _say(f"run: {outcome.reason}" + (f"; nothing was recorded, {arguments.record} is not there" if unmade else ""))
+        say(f"run: {outcome.reason}" + (f"; nothing was recorded, {arguments.record} is not there" if unmade else ""))
         for folder in made if unmade else ():
             with suppress(OSError):  # somebody else has put something there
                 folder.rmdir()
     if not arguments.record:
         return outcome.code
-    from scene_synth_ros.cli.run_results import conclude  # after the nodes have ended: its modules take as long to load as a node
-
     catalog = parameters["renderer_node"].get("catalog_dir", "")
-    return conclude(arguments, outcome, seconds, Path(catalog) if catalog else None)
-
-
-def _parameters(arguments: argparse.Namespace) -> NodeParameters:
-    return run_parameters(RunWords(**{field.name: getattr(arguments, field.name) for field in fields(RunWords)}))
+    return _conclude(arguments, outcome, seconds, Path(catalog) if catalog else None)
 
 
 def _progress(arguments: argparse.Namespace, grammar: Mapping[str, Any]) -> list[str]:
@@ -118,16 +111,13 @@ def _check_outputs(arguments: argparse.Namespace) -> list[Path]:
     """Refuse outputs that cannot be made; make the folders above the bag, and return them, the innermost first."""
     if arguments.record and arguments.record.exists():
         raise ProfileError(f"--record {arguments.record}: exists already; choose another folder or remove it")
-    if arguments.contact_sheet and not arguments.record:
-        raise ProfileError("--contact-sheet: expected together with --record, which makes the bag that it is drawn from")
-    if arguments.contact_sheet and not arguments.contact_sheet.parent.is_dir():
-        raise ProfileError(f"--contact-sheet {arguments.contact_sheet}: the folder does not exist")
-    if arguments.show and not arguments.record:
-        raise ProfileError("--show: expected together with --record, which makes the bag that is shown")
-    if arguments.show and not arguments.show.parent.is_dir():
-        raise ProfileError(f"--show {arguments.show}: the folder does not exist")
-    if arguments.truth and not arguments.record:
-        raise ProfileError("--truth: expected together with --record, which makes the bag that it is read from")
+    uses = {"contact_sheet": "that it is drawn from", "show": "that is shown", "truth": "that it is read from"}
+    for name, use in uses.items():
+        option, given = f"--{name.replace('_', '-')}", getattr(arguments, name)
+        if given and not arguments.record:
+            raise ProfileError(f"{option}: expected together with --record, which makes the bag {use}")
+        if isinstance(given, Path) and not given.parent.is_dir():
+            raise ProfileError(f"{option} {given}: the folder does not exist")
     if arguments.truth and truth_folder(arguments.record).exists():
         raise ProfileError(f"--truth: {truth_folder(arguments.record)} exists already; record into another folder or remove it")
     check_namespace(arguments.namespace)
@@ -146,6 +136,48 @@ def truth_folder(bag: Path) -> Path:
     return bag.with_name(f"{bag.name}_truth")
 
 
-def _say(text: str) -> None:
-    sys.stdout.write(text + "\n")
-    sys.stdout.flush()
+def _conclude(arguments: argparse.Namespace, outcome: Outcome, seconds: float, catalog_dir: Path | None) -> int:
+    """Check the bag after a run of so many seconds, print the summary, draw and show what is asked for; return the exit status."""
+    from scene_synth_ros.bags.bag_inspect import (  # after the nodes have ended: it takes as long to load as a node
+        inspect_bag,
+        render_report,
+    )
+    from scene_synth_ros.bags.bag_reader import BagReadError
+
+    if not arguments.record.exists():
+        return outcome.code or 1
+    try:
+        report = inspect_bag(arguments.record)
+    except BagReadError as error:
+        say(f"run: {error}")
+        return outcome.code or 1
+    say(f"{render_report(report)}\nrun took {seconds:.1f} s; bag: {arguments.record}")
+    for name, make in _MADE.items():
+        if getattr(arguments, name) and not outcome.code:
+            say(make(arguments, catalog_dir))
+    return outcome.code or (1 if report.faults else 0)
+
+
+def _contact_sheet(arguments: argparse.Namespace, _catalog_dir: Path | None) -> str:
+    from scene_synth_ros.cli.pictures.contact_sheet import write_contact_sheet
+
+    rooms = write_contact_sheet(arguments.record, arguments.contact_sheet)
+    return f"contact sheet: {arguments.contact_sheet} ({rooms} rooms)"
+
+
+def _page(arguments: argparse.Namespace, _catalog_dir: Path | None) -> str:
+    from scene_synth_ros.cli.commands.show_command import describe, show_bag
+
+    return describe(show_bag(arguments.record, arguments.show), arguments.show).rstrip()
+
+
+def _truth(arguments: argparse.Namespace, catalog_dir: Path | None) -> str:
+    from scene_synth_ros.cli.commands.truth_command import write_bag_truth
+
+    return f"truth: {write_bag_truth(arguments.record, truth_folder(arguments.record), catalog_dir)}"
+
+
+_MADE: dict[str, Callable[[argparse.Namespace, Path | None], str]] = {"contact_sheet": _contact_sheet, "show": _page, "truth": _truth}
+"""Option -> what makes the file that it asks for, and says so; each loads its modules itself: they take longer than a short run's check."""
+
+

@@ -10,8 +10,8 @@ from typing import Any
 
 from tqdm import tqdm
 
-from scene_synth_ros.cli.counted import counted
-from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.cli.lines import counted
+from scene_synth_ros.cli.options import UsageError, add_number, add_readers, add_source, names_in
 from scene_synth_ros.splits.assignment import Ranges, Shares, read_ranges, read_shares
 from scene_synth_ros.splits.errors import SplitError
 from scene_synth_ros.splits.filters import EVERYTHING, FILTERS, Asked, Interval, read_interval
@@ -21,12 +21,11 @@ from scene_synth_ros.splits.split_file import splits_json, write_whole
 
 SHARES = "train=0.8,val=0.1,test=0.1"
 FILE = "splits.json"
-MAX_THREADS = 64
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
-    parser.add_argument("source", metavar="BAG|SHARDS", help="a bag, its folder or .mcap file; a dataset, its folder or URL")
+    add_source(parser)
     parser.add_argument("--out", type=Path, metavar="FILE", help=f"where the splits go (default: {FILE} in the source's folder)")
     parser.add_argument("--shares", default=SHARES, metavar="NAME=SHARE,...", help="of the rooms of every type (default: %(default)s)")
     parser.add_argument("--ranges", metavar="NAME=A:B,...", help="rooms from index A to before B, in place of shares; others are left out")
@@ -35,10 +34,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--sees", action="append", default=[], metavar="CATEGORY,...", help="frames that see one of these; given again, also one of those"
     )
-    parser.add_argument(
-        "--image-share", type=float, default=0.0, metavar="X", help="of the image that an object covers at least to be seen"
-    )
-    parser.add_argument("--visible-fraction", type=float, default=0.0, metavar="X", help="of an object that nothing hides, at least")
+    share = "of the image that an object covers at least to be seen"
+    add_number(parser, "--image-share", 0.0, 1.0, default=0.0, metavar="X", help=share)
+    add_number(parser, "--visible-fraction", 0.0, 1.0, default=0.0, metavar="X", help="of an object that nothing hides, at least")
     parser.add_argument("--objects", metavar="LOW:HIGH", help="frames that see so many objects")
     parser.add_argument("--brightness", metavar="LOW:HIGH", help="frames whose mean luma is within, 0 to 1")
     parser.add_argument("--ev100", metavar="LOW:HIGH", help="frames whose exposure value is within")
@@ -46,13 +44,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--near", metavar="METRES:DEGREES", help="leave out views nearly equal to one before in their room: so near, and pictures alike"
     )
     parser.add_argument("--camera", metavar="NAME", help="by whose frames filters judge (default: the first)")
-    parser.add_argument("--threads", type=int, default=2, metavar="N", help="that read frames (default: %(default)s)")
+    add_readers(parser, "read frames")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Write the splits and print what they hold; return 0."""
-    if not 1 <= arguments.threads <= MAX_THREADS:
-        raise UsageError(f"--threads: expected 1 to {MAX_THREADS}, got {arguments.threads}")
     rule = read_rule(arguments)
     asked, near = read_asked(arguments), read_nearness(arguments.near) if arguments.near else None
     out = arguments.out or default_out(arguments.source)
@@ -97,16 +93,13 @@ def read_asked(arguments: argparse.Namespace) -> Asked:
 
     Raises:
         SplitError: an interval is none.
-        UsageError: a share is none.
+        UsageError: shares are given, and nothing that is to be seen.
     """
-    for option in ("image_share", "visible_fraction"):
-        if not 0.0 <= getattr(arguments, option) <= 1.0:
-            raise UsageError(f"--{option.replace('_', '-')}: expected 0 to 1, got {getattr(arguments, option):g}")
-    sees = tuple(_words(text) for text in arguments.sees)
+    sees = tuple(names_in(text) for text in arguments.sees)
     if (arguments.image_share or arguments.visible_fraction) and not sees and not arguments.objects:
         raise UsageError("--image-share, --visible-fraction: expected --sees or --objects with them, which say what is to be seen")
     return Asked(
-        room_types=_words(arguments.room_types),
+        room_types=names_in(arguments.room_types),
         sees=sees,
         image_share=arguments.image_share,
         visible_fraction=arguments.visible_fraction,
@@ -161,10 +154,6 @@ def summary(found: Splits, out: Path) -> str:
         rooms_too = f"{counted(left.rooms, 'room')} with " if left.rooms else ""
         lines.append(f"  left out by {name}: {rooms_too}{counted(left.frames, 'frame')}, {left.alone} of them by it alone")
     return "\n".join(lines) + "\n"
-
-
-def _words(text: str) -> tuple[str, ...]:
-    return tuple(word.strip() for word in text.split(",") if word.strip())
 
 
 def _interval(option: str, words: str | None, lowest: float = EVERYTHING[0], highest: float = EVERYTHING[1]) -> Interval:

@@ -15,14 +15,15 @@ from scene_description.share import config_path
 from scene_synth_ros.cli.files.bag_rooms import read_rooms, room_names
 from scene_synth_ros.cli.files.new_folder import new_folder
 from scene_synth_ros.cli.files.truth_files import truth_files
-from scene_synth_ros.cli.usage import UsageError, refuse_missing_folder
+from scene_synth_ros.cli.lines import counted, say_progress
+from scene_synth_ros.cli.options import UsageError, add_catalog, refuse_missing_folder
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the command's options."""
     parser.add_argument("source", type=Path, metavar="SCENE.json|BAG", help="scene description, or a bag: its folder, or an .mcap file")
     parser.add_argument("--out", type=Path, required=True, metavar="DIR", help="new folder; of a bag it gets a folder for each room")
-    parser.add_argument("--catalog", type=Path, metavar="DIR", help="folder of the user's models")
+    add_catalog(parser)
     parser.add_argument("--grammar", type=Path, metavar="FILE", help="grammar of the room, for the map, where its type is none of ours")
 
 
@@ -68,11 +69,9 @@ def write_bag_truth(bag: Path, out: Path, catalog_dir: Path | None = None, gramm
             (folder / name).mkdir()
             size += _write(folder / name, files)
             count += len(files)
-            if sys.stderr.isatty():
-                sys.stderr.write(f"\rtruth of room {number} of {len(rooms)}\033[K")
-    if sys.stderr.isatty():
-        sys.stderr.write("\r\033[K")
-    return f"{out}: {len(rooms)} room{'' if len(rooms) == 1 else 's'}, {count} files, {size / 1e6:.1f} MB"
+            say_progress(f"truth of room {number} of {len(rooms)}")
+    say_progress("")
+    return f"{out}: {counted(len(rooms), 'room')}, {count} files, {size / 1e6:.1f} MB"
 
 
 def scene_floor(scene: SceneDescription, grammar_file: Path | None) -> FloorMap:

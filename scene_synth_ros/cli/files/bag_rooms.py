@@ -14,8 +14,8 @@ from rclpy.serialization import deserialize_message
 from grammar.synthesize import FloorMap
 from scene_description import CameraPose, SceneDescription, scene_from_json
 from scene_synth_ros.bags.bag_reader import BagReader
-from scene_synth_ros.cli.files.map_files import floor_of_message
-from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.cli.files.truth_files import floor_of_message
+from scene_synth_ros.cli.options import UsageError
 from scene_synth_ros.messages.cdr import read_text
 from scene_synth_ros.messages.poses import read_pose
 from scene_synth_ros.messages.stamps import stamp_ns

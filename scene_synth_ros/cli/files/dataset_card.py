@@ -14,7 +14,7 @@ from PIL import Image
 
 from grammar.drawing.top_view import top_view
 from renderer.film.layer import Layer
-from renderer.film.semantic_rows import layers_in
+from renderer.film.layers import layers_in
 from scene_synth_ros.bags.bag_images import layer_picture, spread
 from scene_synth_ros.cli.files.card_samples import ROOMS_SAMPLED, ImageNumbers, SampledFrame, sampled_frames, spread_row
 from scene_synth_ros.cli.pictures.contact_sheet import small_picture

@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from renderer import LAYERS, Frame
 from renderer.files.exr_files import write_exr
 from renderer.files.image_io import write_png
-from renderer.film.layers import check_layers
-from renderer.film.semantic_rows import layers_in
+from renderer.film.layers import check_layers, layers_in
 from scene_description.label_standards import StandardName
 
 

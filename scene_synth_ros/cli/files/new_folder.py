@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.cli.options import UsageError
 
 
 @contextmanager

@@ -12,14 +12,13 @@ from PIL import Image as Picture
 
 from grammar.drawing.shapes import Point
 from grammar.drawing.top_view import fill_color
-from grammar.drawing.top_view_labels import label_objects
-from grammar.drawing.top_view_plan import SLOPE_LINES_M, door_swing, offset_outline, wall_point
+from grammar.drawing.top_view_plan import SLOPE_LINES_M, door_swing, label_objects, offset_outline, wall_point
 from scene_description import NYU40, Opening, Room, SceneDescription, SceneObject
 from scene_description.ceilings import height_lines_m
 from scene_description.polygons import signed_area_m2
 from scene_description.poses import rotation_from_quaternion
 from scene_synth_ros.cli.page.page_images import PageImageError
-from scene_synth_ros.pages.pictures import data_uri
+from scene_synth_ros.pages.document import data_uri
 
 PIXELS_PER_METRE = 90.0
 """For the layout of names only."""

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from renderer import CameraConfig, DepthSensorConfig, RenderConfig, SensorConfig
-from renderer.film.tone import TONE_CURVES
 from renderer.lidar.config import ScanConfig
 from scene_description import from_mapping
 from scene_description.share import config_path
+from scene_synth_ros.cli.options import UsageError, add_field
+from scene_synth_ros.cli.parameters.run_parameters import add_overlay
 from scene_synth_ros.cli.parameters.run_profile import ProfileError, apply_overrides, load_profile
-from scene_synth_ros.cli.usage import UsageError
 
 PRESETS = ("realtime", "stream", "balanced", "photo")
 """Named settings of the renderer, ``config/presets/<name>.yaml``, quick ones first; also overlays of run profiles."""
@@ -41,28 +40,22 @@ class Settings(NamedTuple):
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the options that say how pictures are made."""
     parser.add_argument("--preset", choices=PRESETS, default="balanced", help="how colour is computed (default: %(default)s)")
-    parser.add_argument(
-        "--overlay",
-        type=Path,
-        action="append",
-        default=[],
-        metavar="FILE",
-        help="parameter file, or a shipped one by its name, kinect_v1, say",
-    )
+    add_overlay(parser)
     parser.add_argument(
         "-p",
         dest="parameters",
         action="append",
         default=[],
         metavar="NAME:=VALUE",
-        help="one of camera., render., sensor., depth_sensor. or scan.; see README",
+        help="one of camera., render., sensor., depth_sensor. or scan.; see docs/parameters.md",
     )
-    parser.add_argument("--spp", type=int, help="colour samples per pixel (default: the preset's)")
-    parser.add_argument("--threads", type=int, default=0, help="threads; 0 takes all (default: %(default)s)")
-    parser.add_argument("--exposure", type=float, metavar="EV100", help="exposure value (default: metered)")
+    preset = "(default: the preset's)"
+    add_field(parser, "--spp", RenderConfig, "samples_per_pixel", help=f"colour samples per pixel {preset}")
+    add_field(parser, "--threads", RenderConfig, "threads", default=0, help="threads; 0 takes all (default: %(default)s)")
+    add_field(parser, "--exposure", RenderConfig, "exposure_ev100", metavar="EV100", help="exposure value (default: metered)")
     parser.add_argument("--white-balance", metavar="auto|none|KELVIN", help="light that looks white (default: auto)")
-    parser.add_argument("--tone", choices=TONE_CURVES, help="display curve (default: the preset's)")
-    parser.add_argument("--denoise", choices=("none", "auto", "oidn"), help="denoiser of the colour (default: the preset's)")
+    add_field(parser, "--tone", RenderConfig, "tone_curve", help=f"display curve {preset}")
+    add_field(parser, "--denoise", RenderConfig, "denoise", help=f"denoiser of the colour {preset}")
     parser.add_argument("--size", metavar="WxH", help="image size (default: 640x480)")
 
 

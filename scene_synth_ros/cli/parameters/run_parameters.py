@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 from scene_description.share import config_path
+from scene_description.strict import field_types, split_annotation
 from scene_synth_ros.bags.run_info import MADE_BY, parameters_note
+from scene_synth_ros.cli.options import add_field, add_number
 from scene_synth_ros.cli.parameters.run_profile import (
     NAMESPACE,
     NodeParameters,
@@ -17,6 +20,7 @@ from scene_synth_ros.cli.parameters.run_profile import (
     with_inheritance,
     with_namespace,
 )
+from scene_synth_ros.synthesize.run_config import RunConfig
 
 MAX_RENDERERS, MAX_ROOMS_AHEAD = 64, 16
 
@@ -37,8 +41,43 @@ class RunWords:
     namespace: str = NAMESPACE
 
 
-def add_parameter_options(parser: argparse.ArgumentParser) -> None:
-    """Declare what is laid over a run profile: ``--overlay`` and ``-p``."""
+def add_run_options(parser: argparse.ArgumentParser, rooms: str, *, profile: str = "main", least_rooms: int = 1, **words: Any) -> None:
+    """Declare the options of commands that make rooms by run profiles: what :func:`run_words` reads.
+
+    Args:
+        parser: of the command.
+        rooms: help of ``--rooms``.
+        profile: the default, for the help of ``--params``.
+        least_rooms: that make sense; a run of 0 goes on for ever.
+        **words: more for the declaration of ``--rooms``.
+    """
+    rooms_high = split_annotation(field_types(RunConfig)["rooms"])[1].le
+    add_number(parser, "--rooms", least_rooms, int(rooms_high or 0), metavar="N", help=rooms, **words)
+    add_field(parser, "--frames", RunConfig, "frames_per_room", metavar="N", help="frames of each room (grammar_node.frames_per_room)")
+    add_field(parser, "--seed", RunConfig, "seed", metavar="S", help="seed of the rooms (grammar_node.seed)")
+    parser.add_argument(
+        "--params",
+        type=Path,
+        metavar="FILE",
+        help=f"run profile: a ROS parameter file, or a shipped one by its name, ground_truth, say (default: {profile})",
+    )
+    add_overlay(parser)
+    parser.add_argument(
+        "-p", dest="overrides", action="append", default=[], metavar="NODE.NAME:=VALUE", help="one parameter; may be repeated"
+    )
+    parser.add_argument(
+        "--grammar", type=Path, metavar="FILE", help="grammar file of the rooms (grammar_node.grammar_file, scene.room_type)"
+    )
+
+
+def run_words(arguments: argparse.Namespace, record: Path | None) -> RunWords:
+    """Return what the options of a command say of a run; what it has no option for stays at its default."""
+    given = {field.name: getattr(arguments, field.name) for field in fields(RunWords) if hasattr(arguments, field.name)}
+    return RunWords(**given | {"record": record})
+
+
+def add_overlay(parser: argparse.ArgumentParser) -> None:
+    """Declare ``--overlay``."""
     parser.add_argument(
         "--overlay",
         type=Path,
@@ -46,9 +85,6 @@ def add_parameter_options(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="FILE",
         help="parameters laid over the profile: a file, or a shipped one by its name, kinect_v1, say; may be repeated, later ones win",
-    )
-    parser.add_argument(
-        "-p", dest="overrides", action="append", default=[], metavar="NODE.NAME:=VALUE", help="one parameter; may be repeated"
     )
 
 

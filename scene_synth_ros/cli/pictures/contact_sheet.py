@@ -11,12 +11,12 @@ from PIL import Image as Picture
 from PIL import ImageDraw, ImageFont
 
 from renderer.film.layer import Layer
-from renderer.film.semantic_rows import layers_in
+from renderer.film.layers import layers_in
 from scene_description.label_standards import STANDARDS, StandardName
 from scene_synth_ros.bags.bag_images import layer_picture, layer_topics, read_pixels, spread
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
+from scene_synth_ros.cli.options import UsageError
 from scene_synth_ros.cli.pictures.picture_grid import FORMATS, INK, PAPER
-from scene_synth_ros.cli.usage import UsageError
 from scene_synth_ros.messages.cdr import json_object, read_text
 from scene_synth_ros.messages.stamps import stamp_ns
 from scene_synth_ros.messages.streams import LABELS, SCENE, find_streams

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.cli.options import UsageError
 
 INK, PAPER = (30, 30, 34), (250, 250, 248)
 FORMATS = {".jpg": "JPEG", ".jpeg": "JPEG", ".png": "PNG"}

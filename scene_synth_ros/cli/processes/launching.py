@@ -16,8 +16,8 @@ from launch.events.process import ProcessExited
 from launch.substitutions import LaunchConfiguration
 
 from launch import LaunchContext
+from scene_synth_ros.cli.options import UsageError
 from scene_synth_ros.cli.parameters.run_profile import find_profile, load_profile
-from scene_synth_ros.cli.usage import UsageError
 
 LOG_LEVELS = ("debug", "info", "warn", "error", "fatal")
 

@@ -15,13 +15,13 @@ import rclpy
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 
 from scene_description import error_line
-from scene_synth_ros.cli.node_modules import NODES
-from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.cli.options import UsageError
+from scene_synth_ros.cli.processes.supervisor import NODES
 from scene_synth_ros.suite.faults import FAULT_STATUS, fault_report
 from scene_synth_ros.suite.heap import limit_arenas
 from scene_synth_ros.suite.process import close_node, end_process, init_ros
+from scene_synth_ros.suite.stale_shared_memory import avoid_stale_ports
 from scene_synth_ros.suite.suite_node import REFUSALS, SuiteNode
-from scene_synth_ros.suite.transport import avoid_stale_ports
 
 SETTLE_S = 0.5
 """How long the recorder may still receive once the others are closed."""

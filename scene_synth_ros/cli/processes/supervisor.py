@@ -12,9 +12,10 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from scene_synth_ros.suite.faults import FAULT_STATUS
-from scene_synth_ros.suite.transport import remove_stale_shared_memory
+from scene_synth_ros.suite.stale_shared_memory import remove_stale_shared_memory
 
 RECORDER, ONE_PROCESS = "recorder_node", "one_process"
 PUBLISHERS_STOP_S, STOP_S = 1.2, 2.5
@@ -192,3 +193,25 @@ def _stop(running: Mapping[str, subprocess.Popen[bytes]], interrupts: Interrupts
         if process.poll() is None:
             os.killpg(process.pid, signal.SIGKILL)
         process.wait()
+
+
+class NodeModule(NamedTuple):
+    """A module with ``main``, and the class of the node in it."""
+
+    module: str
+    node_class: str
+
+
+NODES = {
+    "grammar_node": NodeModule("scene_synth_ros.synthesize.grammar_node", "GrammarNode"),
+    "renderer_node": NodeModule("scene_synth_ros.render.renderer_node", "RendererNode"),
+    "recorder_node": NodeModule("scene_synth_ros.record.recorder_node", "RecorderNode"),
+    "evaluator_node": NodeModule("scene_synth_ros.evaluate.evaluator_node", "EvaluatorNode"),
+    "replay_node": NodeModule("scene_synth_ros.replay.replay_node", "ReplayNode"),
+}
+
+PROGRESS_MODULE = "scene_synth_ros.cli.processes.progress"
+"""Draws the line of progress of a run."""
+
+ONE_PROCESS_MODULE = "scene_synth_ros.cli.processes.one_process"
+"""Runs several of them in one process."""

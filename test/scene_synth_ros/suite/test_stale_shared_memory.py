@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from scene_synth_ros_suite import Child, environment, stop, wait_until
 
-from scene_synth_ros.suite.transport import avoid_stale_ports, remove_stale_shared_memory
+from scene_synth_ros.suite.stale_shared_memory import avoid_stale_ports, remove_stale_shared_memory
 
 SEGMENT, OTHER_SEGMENT = "fastrtps_00b0970d0c9b9bc0", "fastrtps_a08e4ef2acd17e78"
 TALKER = """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from evaluation.confidence import Interval
 from evaluation.evaluation_file import Evaluation, MetricRow, SummaryRow, TaskRow
-from scene_synth_ros.cli.evaluation_table import table_lines
+from scene_synth_ros.cli.commands.evaluate_command import table_lines
 
 
 def row(task: str, by: str, key: str | float, value: float | None, low: float | None = None) -> SummaryRow:

@@ -8,8 +8,8 @@ import pytest
 from s3_server import BUCKET, s3_server
 
 from scene_synth_ros.cli.command_line import main
-from scene_synth_ros.cli.dataset_share import Share, read_share
-from scene_synth_ros.cli.usage import UsageError
+from scene_synth_ros.cli.commands.generate_command import Share, read_share
+from scene_synth_ros.cli.options import UsageError
 from scene_synth_ros.dataset.file_names import MANIFEST_NAME, PLAN_NAME
 from scene_synth_ros.shards.make_shard import make_shard
 from scene_synth_ros.shards.plan import read_plan

@@ -36,8 +36,8 @@ def test_it_says_what_the_page_has_and_opens_it(
     [
         (["missing.json"], "missing.json: no such file or directory; check the path"),
         (["bad.json"], "bad.json: expected an evaluation as JSON, got "),
-        (["a.json", "--worst", "-1"], "--worst -1: expected 0 to 100"),
-        (["a.json", "--max-size", "9"], "--max-size 9: expected 16 to 2048"),
+        (["a.json", "--worst", "-1"], "--worst: expected 0 to 100, got -1"),
+        (["a.json", "--max-size", "9"], "--max-size: expected 16 to 2048, got 9"),
         (["a.json", "--bag-root", "none"], "--bag-root none: expected a folder, got none; check the path"),
         (["a.json", "--estimates", "bad.json"], "--estimates bad.json: expected a folder, got a file; check the path"),
         (["a.json", "--out", "none/page.html"], "--out none/page.html: expected a file in a folder that exists"),

@@ -291,8 +291,8 @@ def test_the_command_says_what_it_wrote(bag: RoomBag, tmp_path: Path, capsys: py
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (("bag", "--rooms", "0"), "--rooms 0: expected 1 to 1000"),
-        (("bag", "--max-size", "9999"), "--max-size 9999: expected 16 to 4096"),
+        (("bag", "--rooms", "0"), "--rooms: expected 1 to 1000, got 0"),
+        (("bag", "--max-size", "9999"), "--max-size: expected 16 to 4096, got 9999"),
         (("bag", "--out", "nowhere/page.html"), "--out nowhere/page.html: expected a file in a folder that exists"),
         (("nowhere",), "nowhere: not found; give the folder of a bag or an .mcap file"),
     ],

@@ -12,7 +12,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 from sample_scene import sample_scene
 
 from scene_synth_ros.cli.commands.truth_command import scene_floor
-from scene_synth_ros.cli.files.map_files import MapError, floor_of_message, map_pgm, map_yaml
+from scene_synth_ros.cli.files.truth_files import MapError, floor_of_message, map_pgm, map_yaml
 from scene_synth_ros.messages.conversions import occupancy_to_msg
 
 

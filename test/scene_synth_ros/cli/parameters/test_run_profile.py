@@ -10,7 +10,9 @@ import yaml
 from scene_description import SceneSynthError
 from scene_description.share import config_path
 from scene_synth_ros.cli.commands import run_command
+from scene_synth_ros.cli.parameters.run_parameters import run_parameters, run_words
 from scene_synth_ros.cli.parameters.run_profile import (
+    NodeParameters,
     ProfileError,
     apply_overrides,
     find_profile,
@@ -104,17 +106,21 @@ def test_shipped_profiles_load(name: str) -> None:
     assert load_profile(config_path(f"runs/{name}"))["grammar_node"]
 
 
+def parameters_of(arguments: argparse.Namespace) -> NodeParameters:
+    return run_parameters(run_words(arguments, arguments.record))
+
+
 def test_a_grammar_file_comes_with_its_room_type_and_is_checked_first(tmp_path: Path) -> None:
     parser = argparse.ArgumentParser()
     run_command.add_arguments(parser)
     file = config_path("grammars/kitchen.yaml")
-    node = run_command._parameters(parser.parse_args(["--grammar", str(file)]))["grammar_node"]
+    node = parameters_of(parser.parse_args(["--grammar", str(file)]))["grammar_node"]
     assert node["grammar_file"] == str(file.resolve()) and node["scene.room_type"] == "kitchen"
-    assert "grammar_file" not in run_command._parameters(parser.parse_args([]))["grammar_node"]
+    assert "grammar_file" not in parameters_of(parser.parse_args([]))["grammar_node"]
     bad = tmp_path / "bad.yaml"
     bad.write_text("room_type: 7\n")
     with pytest.raises(SceneSynthError, match=r"bad\.yaml: .*expected"):
-        run_command._parameters(parser.parse_args(["--grammar", str(bad)]))
+        parameters_of(parser.parse_args(["--grammar", str(bad)]))
 
 
 def test_options_go_before_the_defaults_that_a_dump_carries(tmp_path: Path) -> None:
@@ -128,7 +134,7 @@ def test_options_go_before_the_defaults_that_a_dump_carries(tmp_path: Path) -> N
     file = tmp_path / "dumps.yaml"
     file.write_text(yaml.safe_dump({node: {"ros__parameters": values} for node, values in dumps.items()}))
     words = ["--params", str(file), "--record", str(tmp_path / "bag"), "--rooms", "3", "--renderers", "2"]
-    parameters = run_command._parameters(parser.parse_args(words))
+    parameters = parameters_of(parser.parse_args(words))
     grammar, recorder = parameters["grammar_node"], parameters["recorder_node"]
     assert (grammar["expected_recorders"], grammar["expected_renderers"], grammar["exit_when_done"]) == (1, 2, True)
     assert grammar["scene.must_have"] == []
@@ -136,7 +142,7 @@ def test_options_go_before_the_defaults_that_a_dump_carries(tmp_path: Path) -> N
     note, replaced = recorder["custom_data"]
     assert note == "by=me" and replaced.startswith("scene_synth.parameters={") and replaced != old
     words = ["--params", str(file), "-p", "grammar_node.exit_when_done:=false", "--rooms", "3"]
-    assert run_command._parameters(parser.parse_args(words))["grammar_node"]["exit_when_done"] is False
+    assert parameters_of(parser.parse_args(words))["grammar_node"]["exit_when_done"] is False
 
 
 def test_a_namespace_of_its_own_stands_before_the_frames_unless_the_profile_says_otherwise() -> None:
