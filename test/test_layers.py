@@ -70,7 +70,7 @@ FOLDERS = {
         "replay": {"bags", "messages", "suite"},
         "evaluate": {"dataset", "bags", "messages", "suite", "sweep"},
         "pages": set(),
-        "report": {"dataset", "bags", "mcap", "messages", "pages", "sweep"},
+        "report": {"bags", "mcap", "messages", "pages", "sweep"},
         "offline": {"bags", "synthesize", "messages", "record", "render", "suite"},
         "sweep": {"bags", "synthesize", "offline", "render", "suite"},
         "shards": {"dataset", "bags", "synthesize", "mcap", "messages", "offline", "suite"},

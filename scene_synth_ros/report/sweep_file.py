@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from evaluation.evaluation_file import FactorValue
-from scene_synth_ros.dataset.file_names import SWEEP_NAME, SWEEP_SCHEMA
+from scene_synth_ros.sweep.sweep_json import SWEEP_SCHEMA
 
 DESIGNS = ("one_at_a_time", "grid", "latin_hypercube")
 AS_IT_IS = "as it is"
@@ -58,11 +58,6 @@ def factor_value(value: object) -> FactorValue:
     if value is None or isinstance(value, (bool, int, float)):
         return value
     return (value if isinstance(value, str) else json.dumps(value))[:MAX_TEXT]
-
-
-def find_sweep(bag: Path) -> Path | None:
-    """Return the file of the sweep that a bag belongs to: in the folder above it, or in that above ``variants``."""
-    return next((path for path in (bag.parent / SWEEP_NAME, bag.parent.parent / SWEEP_NAME) if path.is_file()), None)
 
 
 def read_sweep(path: Path) -> tuple[Sweep, str]:
