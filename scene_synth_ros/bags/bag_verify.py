@@ -321,9 +321,9 @@ def _add(digest: _Digest, value: Any) -> None:
     elif isinstance(value, bytes):
         digest.update(b"b" + struct.pack("<Q", len(value)) + value)
     elif hasattr(value, "tobytes"):  # array.array and numpy arrays
-        data = memoryview(value).cast("B")
-        digest.update(b"a" + struct.pack("<Q", len(data)))
-        digest.update(data)
+        octets = memoryview(value).cast("B")
+        digest.update(b"a" + struct.pack("<Q", len(octets)))
+        digest.update(octets)
     else:
         digest.update(b"l" + struct.pack("<Q", len(value)))
         for item in value:

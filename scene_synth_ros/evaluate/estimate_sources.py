@@ -55,7 +55,7 @@ class BagEstimates:
                 if pose is not None:
                     estimates[task] = Reading((pose,), None)
             elif topic.name in found:
-                estimates[task] = _tried(lambda task=task, topic=topic: read_for_task(task, topic.type_name, found[topic.name], topic.name))
+                estimates[task] = _tried(read_for_task, task, topic.type_name, found[topic.name], topic.name)
         return estimates
 
 
@@ -102,7 +102,7 @@ class AlgorithmEstimates:
             raise EvaluateError(f"--algorithm {self._algorithm.words}: expected tasks of {', '.join(TASK_STREAMS)}, got '{unknown[0]}'")
         values = {task: found.get(task, found.get(TASK_STREAMS[task].name)) for task in self._tasks}
         return {
-            task: _tried(lambda task=task, value=value: returned_estimate(task, value, stamp_ns))
+            task: _tried(returned_estimate, task, value, stamp_ns)
             for task, value in values.items()
             if value is not None
         }
@@ -189,9 +189,9 @@ _RETURNED: dict[str, Callable[[str, Any, int], Any]] = {"poses": _pose, "points"
 """Task -> how what is returned for it is taken; images otherwise."""
 
 
-def _tried(read: Callable[[], Reading]) -> Reading | EstimateError:
+def _tried(read: Callable[..., Reading], *values: Any) -> Reading | EstimateError:
     try:
-        return read()
+        return read(*values)
     except EstimateError as error:
         return error
     except (TypeError, ValueError) as error:  # numpy's, for what an algorithm returns in place of numbers

@@ -98,8 +98,8 @@ def measure_frame(task: str, truth: TruthFrame, estimates: Estimates) -> Measure
     if isinstance(estimate, EstimateError):
         raise estimate
     check_pair(task, truth.of_task(task), estimate)
-    value = _ESTIMATE_FORMS.get(TASK_STREAMS[task].name, lambda value, *_: value)(estimate.value, estimates, truth.class_ids)
-    return TASKS[task].measure(truth.layers(task), value)
+    form, value = _ESTIMATE_FORMS.get(TASK_STREAMS[task].name), estimate.value
+    return TASKS[task].measure(truth.layers(task), value if form is None else form(value, estimates, truth.class_ids))
 
 
 def measure_room(task: str, truth: Sequence[StampedPose], estimate: Sequence[StampedPose]) -> Measurement | None:

@@ -170,11 +170,9 @@ def camera_streams(config: StreamConfig, camera: CameraConfig) -> dict[Stream, t
 def layer_streams(config: StreamConfig, layer: str) -> dict[Role, Stream]:
     """Return what is published of an enabled layer beside its compressed form, by role."""
     row = LAYERS[layer]
-    roles = [streams.INFO, streams.RAW]
-    if row.labels is not None:
-        roles += [streams.LABELS, streams.LABEL_INFO]
-    if has_companion(row) and config.color_companions:
-        roles.append(streams.PICTURE)
+    pictures = [streams.PICTURE] if has_companion(row) and config.color_companions else []
+    labels = [streams.LABELS, streams.LABEL_INFO] if row.labels is not None else []
+    roles = [streams.RAW, *pictures, streams.INFO, *labels]
     return {role: Stream(config.camera, role, layer) for role in roles if installed_class(role.type_name) is not None}
 
 

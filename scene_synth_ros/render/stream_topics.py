@@ -58,10 +58,11 @@ def _published(config: StreamConfig, camera: CameraConfig, scan: ScanConfig) -> 
     yield Stream("~", streams.SETTINGS), ()
     for layer in enabled_layers(config, camera):
         for role, stream in layer_streams(config, layer).items():
-            yield stream, (layer,) if role in (streams.RAW, streams.PICTURE) else ()
-            compressed = parse(compressed_topic(stream.topic)) if role is streams.RAW and LAYERS[layer].compression else None
-            if compressed is not None:
+            if role is streams.INFO and LAYERS[layer].compression:
+                compressed = parse(compressed_topic(stream.beside(streams.RAW).topic))
+                assert compressed is not None
                 yield compressed, (layer,)
+            yield stream, (layer,) if role in (streams.RAW, streams.PICTURE) else ()
     yield from camera_streams(config, camera).items()
     for stream in SCAN_STREAMS if scan.enabled else ():
         yield stream, ()
