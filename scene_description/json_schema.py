@@ -88,7 +88,7 @@ def _record(cls: type, definitions: dict[str, Any]) -> dict[str, Any]:
         required = [field.name for field in dataclasses.fields(cls) if (field.default, field.default_factory) == missing]
         closed = {"additionalProperties": False}
     elif typing.is_typeddict(cls):
-        required, closed = sorted(cls.__required_keys__), {}
+        required, closed = sorted(vars(cls)["__required_keys__"]), {}
     else:
         required, closed = list(hints), {}
     schema: dict[str, Any] = {"type": "object"}
