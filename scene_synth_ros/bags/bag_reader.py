@@ -64,7 +64,7 @@ class BagSummary:
 
 
 class BagReader:
-    """An open bag.  Damaged parts are passed over and listed in ``faults``; memory is bounded by the largest chunk.
+    """An open bag.  Damaged parts are passed over and listed in ``faults``; messages of one chunk at a time are in memory.
 
     Attributes:
         types: topic -> type of its messages.

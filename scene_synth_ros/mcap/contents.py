@@ -65,7 +65,7 @@ class OpenableFile(Protocol):
 
 
 class McapContents:
-    """One open MCAP file; memory is bounded by its largest chunk.
+    """One open MCAP file; of its messages one chunk at a time is in memory, of the rest what its index, metadata and attachments hold.
 
     Args:
         path: the file; its text is its whole path.

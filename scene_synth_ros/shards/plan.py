@@ -10,8 +10,8 @@ from typing import Any
 
 from scene_description import FieldError, SceneSynthError
 from scene_description.strict import read_value
+from scene_synth_ros.bags.dataset_files import PLAN_SCHEMA
 from scene_synth_ros.bags.run_info import MADE_BY, parameters_note, versions
-from scene_synth_ros.dataset.file_names import PLAN_SCHEMA
 from scene_synth_ros.offline.settings import OfflineSettings, read_settings
 
 MAX_ROOMS, MAX_FRAMES, MAX_SHARDS = 10**9, 100_000, 10**6

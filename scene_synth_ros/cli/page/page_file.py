@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from renderer.film.false_color import DEPTH_STOPS, FAR_M
+from scene_description.whole import write_whole
 from scene_synth_ros.bags.bag_reader import BagReader, BagSummary
 from scene_synth_ros.bags.bag_yaml import BagYamlError, load_yaml
 from scene_synth_ros.bags.run_info import PARAMETERS_NAME, RECORD_NAME
@@ -16,7 +17,7 @@ from scene_synth_ros.cli.page.bag_contents import BagContents
 from scene_synth_ros.cli.page.bag_index import PageIndex, index_bag
 from scene_synth_ros.cli.page.page_images import MOST_MM, NO_HIT_MM
 from scene_synth_ros.messages.stamps import NANOSECONDS
-from scene_synth_ros.pages.document import WebFiles, page_document, write_whole
+from scene_synth_ros.pages.document import WebFiles, page_document
 from scene_synth_ros.render.renderer_config import RENDERER_GROUPS
 from scene_synth_ros.synthesize.run_config import GRAMMAR_GROUPS
 
