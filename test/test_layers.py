@@ -10,10 +10,11 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 ALLOWED = {
-    "scene_description": {"scene_description", "numpy", "numba"},
-    "grammar": {"grammar", "scene_description", "numpy", "scipy", "numba", "shapely", "yaml"},
-    "renderer": {"renderer", "scene_description", "numpy", "numba", "llvmlite", "trimesh", "PIL", "pyoidn", "OpenEXR"},
-    "evaluation": {"evaluation", "scene_description", "numpy", "scipy", "numba", "pycocotools"},
+    "foundation": {"foundation", "numba"},
+    "scene_description": {"scene_description", "numpy"},
+    "grammar": {"grammar", "foundation", "scene_description", "numpy", "scipy", "numba", "shapely", "yaml"},
+    "renderer": {"renderer", "foundation", "scene_description", "numpy", "numba", "llvmlite", "trimesh", "PIL", "pyoidn", "OpenEXR"},
+    "evaluation": {"evaluation", "foundation", "scene_description", "numpy", "scipy", "numba", "pycocotools"},
 }
 ONLY_IN = {
     "yaml": {"grammar/spec/grammar_file.py"},
@@ -77,7 +78,7 @@ FOLDERS = {
         "cluster": {"bags", "shards", "suite"},
         "estimate": {"synthesize", "mcap", "messages", "offline", "shards", "suite"},
         "convert": {"dataset"},
-        "splits": {"dataset"},
+        "splits": {"bags", "dataset"},
         "cli": {
             "bags",
             "cluster",

@@ -10,7 +10,7 @@ import numpy as np
 
 from grammar.geometry.arrays import Boxes
 from grammar.geometry.boxes import box_rows
-from grammar.geometry.solids import SHEET_M
+from grammar.geometry.solids import SHEET_M, Size
 from grammar.spec.object_rules import Access, ObjectRule
 from grammar.spec.room_rules import OpeningRule
 from scene_description import Opening, Room
@@ -25,8 +25,6 @@ ACCESS, VIEW, SWING, FACE, GLARE = range(5)
 """Kinds of zones.  ACCESS: space that people need (soft); VIEW: kept free of what stands on the floor; SWING: kept free of everything;
 FACE: kept free of what hangs on walls; GLARE: kept free of screens (soft).
 """
-
-Size = tuple[float, float, float]
 
 
 class Zone(NamedTuple):

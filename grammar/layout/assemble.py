@@ -12,21 +12,19 @@ import numpy as np
 from grammar.derivation.parse_tree import Item, ParseTree
 from grammar.geometry.arrays import Floats, Ints
 from grammar.geometry.slopes import slope_rows
-from grammar.geometry.solids import layout_solids, surface_top
+from grammar.geometry.solids import Size, layout_solids, surface_top
 from grammar.geometry.walls import ALONG_X, ALONG_Y, START_X, START_Y, WALL_YAW, wall_rows
 from grammar.geometry.zones import Zone, footing_zone, glare_zone, object_zones, opening_zones, side_rectangle
 from grammar.layout import columns as col
 from grammar.layout.frames import place_object
 from grammar.layout.problem import Problem, State, zero_state
-from grammar.layout.unit_rows import Wish, begin_rows, row_table, slot_table, wishes, write_links
+from grammar.layout.unit_row_tables import Wish, begin_rows, row_table, slot_table, wishes, write_links
 from grammar.spec.categories import Categories
 from grammar.spec.energy_terms import weight_vector
 from grammar.spec.object_rules import AroundMode, Mode
 from grammar.spec.rules import Grammar, Thresholds
 from scene_description import Opening
 from scene_description.polygons import centroid_m
-
-Size = tuple[float, float, float]
 
 _CHAIR_SPREAD = 2.5
 _MOUNT = {"floor": col.FLOOR, "wall": col.WALL, "ceiling": col.CEILING, "object": col.OBJECT}

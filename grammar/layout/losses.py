@@ -48,7 +48,7 @@ class Loss(NamedTuple):
     @property
     def columns(self) -> tuple[str, ...]:
         """Names of the columns of :mod:`grammar.layout.columns` that the kernel itself reads."""
-        return tuple(name for name in self.kernel.py_func.__code__.co_names if name.isupper() and hasattr(col, name))
+        return tuple(name for name in vars(col) if name.isupper() and name in self.kernel.py_func.__code__.co_names)
 
 
 LOSSES: list[Loss] = []

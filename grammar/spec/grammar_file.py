@@ -11,7 +11,6 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +26,9 @@ from scene_description.strict import shorten
 
 _MAX_FILE_BYTES = 64_000_000
 _DEEPEST = 100
+
+_NEEDS: dict[str, RoomNeeds] = {}
+"""Room type -> what its rooms need, of those asked for or read so far: reading a file takes a tenth of a second."""
 _OF_CATEGORIES = ("sizes", "low_m", "high_m")
 """Fields that a rule may leave to its category; none of them has a value of its own where both leave it out."""
 
@@ -110,11 +112,13 @@ def read_grammar(path: Path, categories: Collection[str]) -> Grammar:
     """
     data = _with_sizes(path, _read_extended(path, ()))
     try:
-        _needs(data)
+        needs = _needs(data)
         grammar = from_mapping(Grammar, {key: value for key, value in data.items() if key != "needs"})
         check_grammar(grammar, categories)
     except FieldError as error:
         raise GrammarError(f"{path}: {error}") from None
+    if path == _shipped(path.stem):
+        _NEEDS[path.stem] = needs
     return grammar
 
 
@@ -122,12 +126,15 @@ def _needs(data: Mapping[str, Any]) -> RoomNeeds:
     return from_mapping(_Needed, {"needs": data.get("needs", {})}).needs
 
 
-@lru_cache
+def _shipped(room_type: str) -> Path:
+    return config_path("grammars") / f"{room_type}.yaml"
+
+
 def room_needs(room_type: str) -> RoomNeeds:
     """Return what rooms of a type are expected to have; of a type that does not come with the program nothing."""
-    if room_type not in room_types():
-        return RoomNeeds()
-    return _needs(_read_extended(config_path(f"grammars/{room_type}.yaml"), ()))
+    if room_type not in _NEEDS:
+        _NEEDS[room_type] = _needs(_read_extended(_shipped(room_type), ())) if room_type in room_types() else RoomNeeds()
+    return _NEEDS[room_type]
 
 
 def room_types() -> tuple[str, ...]:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
-import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,6 +10,7 @@ from typing import Any, Literal, get_args, get_origin
 
 from scene_description import SceneSynthError
 from scene_description.strict import field_types, split_annotation
+from scene_description.whole import WholeFolder
 
 MAX_WORKERS = 1024
 MAX_READERS = 64
@@ -131,10 +130,6 @@ def new_folder(out: Path) -> Iterator[Path]:
         raise UsageError(f"--out {out}: exists already; choose another folder or remove it")
     if not out.absolute().parent.is_dir():
         raise UsageError(f"--out {out}: expected a folder in a folder that exists")
-    part = out.with_name(f".{out.name}.{os.getpid()}.part")
-    part.mkdir()
-    try:
-        yield part
-        part.rename(out)
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
+    with WholeFolder(out) as folder:
+        folder.mkdir()
+        yield folder

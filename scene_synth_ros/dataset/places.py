@@ -9,13 +9,19 @@ from typing import Any
 
 from scene_description import SceneSynthError
 from scene_description.strict import FieldError, from_mapping
+from scene_synth_ros.bags.dataset_files import (
+    DATASET_MANIFEST_NAME,
+    DATASET_MANIFEST_SCHEMA,
+    PLAN_NAME,
+    SHARD_SCHEMA,
+    SHARDS_NAME,
+    shard_name,
+)
 from scene_synth_ros.dataset.errors import DatasetError
 from scene_synth_ros.dataset.folders import Folder
 from scene_synth_ros.dataset.rooms import RoomInfo
 from scene_synth_ros.mcap.stored_file import StoredFile
 
-PLAN_NAME, MANIFEST_NAME, SHARDS_NAME = "dataset.json", "manifest.json", "shards"
-SHARD_SCHEMA, MANIFEST_SCHEMA = "scene_synth_shard/1", "scene_synth_manifest/1"
 _ENDINGS = (".mcap", ".mcap.active")
 _MAX_SHARD = 2**30
 
@@ -48,7 +54,7 @@ def find_bags(folder: Folder, report: Callable[[str], None]) -> list[BagPlace]:
         raise DatasetError(f"{folder}: expected a bag, the folder of a dataset, or an .mcap file, got {got}; check the path")
     if any(name.endswith(_ENDINGS) for name in names):
         return [_bag(folder, names, report)]
-    if PLAN_NAME in names or MANIFEST_NAME in names or SHARDS_NAME in names:
+    if PLAN_NAME in names or DATASET_MANIFEST_NAME in names or SHARDS_NAME in names:
         return _shards(folder, names, report)
     bags = [(child, inner) for name in sorted(names) for child in [folder / name] if (inner := child.names()) is not None]
     found = [_bag(child, inner, report) for child, inner in bags if any(name.endswith(_ENDINGS) for name in inner)]
@@ -75,10 +81,10 @@ def _in_order(names: Iterable[str]) -> list[str]:
 def _shards(folder: Folder, names: list[str], report: Callable[[str], None]) -> list[BagPlace]:
     """Return the shards that are complete, by the manifest where there is one, else by their completion files."""
     below = folder / SHARDS_NAME if SHARDS_NAME in names else folder
-    if MANIFEST_NAME in names:
-        manifest = read_json(folder.file(MANIFEST_NAME), MANIFEST_SCHEMA)
+    if DATASET_MANIFEST_NAME in names:
+        manifest = read_json(folder.file(DATASET_MANIFEST_NAME), DATASET_MANIFEST_SCHEMA)
         rows = manifest.get("shards")
-        where = str(folder / MANIFEST_NAME)
+        where = str(folder / DATASET_MANIFEST_NAME)
     else:
         inside = below.names() or []
         told = sorted(name for name in inside if name.removesuffix(".json").isdecimal() and name.endswith(".json"))
@@ -108,7 +114,7 @@ def _shard(below: Folder, row: Any, where: str) -> BagPlace:
     try:
         rooms = tuple(_room(room, f"rooms[{number}]") for number, room in enumerate(row["rooms"]))
         files = tuple(below.file(name) for name in _in_order(_inside(file["name"]) for file in row["files"]))
-        name = f"{below / format(row['shard'], '05d')}"
+        name = f"{below / shard_name(row['shard'])}"
     except (LookupError, TypeError, ValueError, SceneSynthError) as error:
         raise DatasetError(f"{where}: expected rooms and files of a shard, got {' '.join(str(error).split())[:200]}") from None
     return BagPlace(name=name, files=files, rooms=rooms)

@@ -8,12 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from scene_synth_ros.bags.dataset_files import SPLITS_NAME, SPLITS_SCHEMA
 from scene_synth_ros.dataset.errors import DatasetError
 from scene_synth_ros.dataset.folders import Folder
 from scene_synth_ros.dataset.places import read_json
 from scene_synth_ros.dataset.rooms import RoomInfo
-
-SPLITS_NAME, SPLITS_SCHEMA = "splits.json", "scene_synth_splits/1"
 
 
 def read_split(folder: Folder, name: str, rooms: Sequence[RoomInfo]) -> NDArray[np.int64]:

@@ -11,7 +11,8 @@ from evaluation.effects import DRAWS
 from evaluation.evaluation_file import Evaluation, FrameRow, MetricRow, read_evaluation
 from renderer import LAYERS
 from scene_description import SceneSynthError
-from scene_synth_ros.pages.document import WebFiles, page_document, write_whole
+from scene_description.whole import write_whole
+from scene_synth_ros.pages.document import WebFiles, page_document
 from scene_synth_ros.report.breakdowns import KINDS, breakdowns
 from scene_synth_ros.report.design import HOW, Design, find_design, value_text
 from scene_synth_ros.report.error_images import ERROR_IMAGES

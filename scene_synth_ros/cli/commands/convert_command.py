@@ -21,8 +21,8 @@ from scene_synth_ros.cli.options import (
     refuse_missing_folder,
 )
 from scene_synth_ros.convert.formats import FORMATS, writer_of
-from scene_synth_ros.convert.pipeline import convert
 from scene_synth_ros.convert.source import Choice, open_source
+from scene_synth_ros.convert.writer import convert
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

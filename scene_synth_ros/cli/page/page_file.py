@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from renderer.film.false_color import DEPTH_STOPS, FAR_M
+from scene_description.whole import write_whole
 from scene_synth_ros.bags.bag_reader import BagReader
 from scene_synth_ros.cli.page.bag_contents import BagContents
 from scene_synth_ros.cli.page.bag_index import BagIndex, index_bag
 from scene_synth_ros.cli.page.page_images import MOST_MM, NO_HIT_MM
 from scene_synth_ros.cli.page.run_facts import changed_parameters, run_facts
-from scene_synth_ros.pages.document import WebFiles, page_document, write_whole
+from scene_synth_ros.pages.document import WebFiles, page_document
 
 MAX_BYTES = 200_000_000
 """Of all images of a page."""

@@ -15,6 +15,7 @@ from std_msgs.msg import String
 from renderer.film.layer import Layer
 from renderer.film.layers import layers_in
 from scene_description.label_standards import STANDARDS, StandardName
+from scene_description.whole import whole_file
 from scene_synth_ros.bags.bag_images import layer_picture, layer_topics, read_pixels, spread
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
 from scene_synth_ros.cli.options import UsageError
@@ -51,9 +52,8 @@ def write_contact_sheet(bag: Path, path: Path) -> int:
         tiles = {(stamp, layer): tile for stamp, layer, tile in _tiles(reader, topics, chosen, layers_in(_standard(reader)))}
     if not tiles:
         raise UsageError(f"{bag}: no contact sheet; it holds no image of its {len(rooms)} rooms")
-    partial = path.with_name(f".{path.name}.partial")
-    _draw(rooms, list(topics), tiles).save(partial, format=FORMATS.get(path.suffix.lower(), "PNG"), quality=85, optimize=True)
-    partial.replace(path)
+    with whole_file(path) as partial:
+        _draw(rooms, list(topics), tiles).save(partial, format=FORMATS.get(path.suffix.lower(), "PNG"), quality=85, optimize=True)
     return len(rooms)
 
 

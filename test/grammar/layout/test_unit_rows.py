@@ -18,7 +18,8 @@ from grammar.layout.energies import full_energy
 from grammar.layout.mcmc import Chain, ChainRun, run_chain
 from grammar.layout.problem import move_settings
 from grammar.layout.schedule import leaders
-from grammar.layout.unit_rows import arrange, begin_rows
+from grammar.layout.unit_row_tables import begin_rows
+from grammar.layout.unit_rows import arrange
 from grammar.spec.energy_terms import TERM
 from grammar.spec.grammar_file import read_room_type
 from grammar.spec.request import SceneRequest
