@@ -32,7 +32,7 @@ from scene_description import scene_to_json
 from scene_description.strict import field_types, read_value
 from scene_synth_ros.cli.command_line import COMMANDS, main
 from scene_synth_ros.cli.commands.layers_command import layers_page
-from scene_synth_ros.cli.page.run_facts import NODE_GROUPS
+from scene_synth_ros.cli.page.page_file import NODE_GROUPS
 from scene_synth_ros.cli.parameters.run_profile import apply_overrides, load_profile
 from scene_synth_ros.messages.image_codec import ImageCompression
 from scene_synth_ros.record.recorder_config import RecorderConfig, SplitPolicy

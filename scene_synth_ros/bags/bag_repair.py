@@ -50,11 +50,7 @@ def repair_bag(bag: Path, out: Path, *, compression: str = "zstd", progress: Cal
 
     The frame in which a file was cut is left out, so that the new bag has whole frames only.
 
-    Args:
-        bag: folder of the bag, or one of its files, whole or cut.
-        out: folder of the new bag; must not exist.  It has another name until it is whole.
-        compression: of the new bag's chunks.
-        progress: called now and then with the number of messages saved so far.
+    ``out`` must not exist, and has another name until it is whole; ``progress`` is told how many messages are saved.
 
     Raises:
         BagReadError: there is nothing to read.

@@ -13,12 +13,12 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, AttachmentIndex, Channel, ChunkIndex, Footer, Header, Metadata, Schema, Statistics
 
 from scene_description import SceneSynthError
-from scene_synth_ros.mcap.checksum import crc32
 from scene_synth_ros.mcap.records import (
     PREFIX_SIZE,
     ChunkContent,
     RawMessage,
     RecordError,
+    crc32,
     decode,
     open_chunk,
     read_prefix,

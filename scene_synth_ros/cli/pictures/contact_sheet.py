@@ -9,8 +9,6 @@ from typing import NamedTuple
 
 from PIL import Image as Picture
 from PIL import ImageDraw, ImageFont
-from rclpy.serialization import deserialize_message
-from std_msgs.msg import String
 
 from renderer.film.layer import Layer
 from renderer.film.layers import layers_in
@@ -20,6 +18,7 @@ from scene_synth_ros.bags.bag_images import layer_picture, layer_topics, read_pi
 from scene_synth_ros.bags.bag_reader import BagMessage, BagReader
 from scene_synth_ros.cli.options import UsageError
 from scene_synth_ros.cli.pictures.picture_grid import FORMATS, INK, PAPER
+from scene_synth_ros.messages.cdr import json_object, read_text
 from scene_synth_ros.messages.stamps import stamp_ns
 from scene_synth_ros.messages.streams import LABELS, SCENE, find_streams
 
@@ -58,7 +57,7 @@ def write_contact_sheet(bag: Path, path: Path) -> int:
 
 
 def _read_room(message: BagMessage) -> SheetRoom:
-    scene = json.loads(deserialize_message(message.data, String).data)
+    scene = json.loads(read_text(message.data))
     title = f"room {scene['index']}: {scene['category']}, {len(scene['objects'])} objects, seed {scene['seed']}"
     return SheetRoom(title, tuple(pose["stamp_ns"] for pose in scene["camera_path"]))
 
@@ -67,7 +66,7 @@ def _standard(reader: BagReader) -> StandardName:
     """Return the standard of the class ids of a bag, as its labels tell."""
     topics = [topic for topic, stream in find_streams(reader.types, LABELS).items() if stream.layer == "semantic"]
     for message in reader.messages(topics):
-        told = json.loads(deserialize_message(message.data, String).data).get("standard", "nyu40")
+        told = json_object(message.data).get("standard", "nyu40")
         return next((name for name in STANDARDS if name == told), "nyu40")
     return "nyu40"
 

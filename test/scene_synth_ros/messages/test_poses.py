@@ -9,8 +9,8 @@ from mcap.records import Schema
 from rosbags.typesys import Stores, get_typestore
 
 from scene_synth_ros.messages.message_definitions import message_definition
+from scene_synth_ros.messages.poses import StampedTransform, encode_tf_message
 from scene_synth_ros.messages.streams import TF_TYPE
-from scene_synth_ros.messages.transforms_cdr import StampedTransform, encode_tf_message
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 SCHEMA = Schema(id=1, name=TF_TYPE, encoding="ros2msg", data=message_definition(TF_TYPE).text.encode())
