@@ -35,8 +35,7 @@ from grammar.drawing.top_view import top_view
 from grammar.learning import read_category_map
 from grammar.synthesize import CameraTimes, SceneSynthesizer
 from scene_description.share import config_path
-from scene_synth_ros.cli.pictures.drawing_png import png_bytes
-from scene_synth_ros.cli.pictures.picture_grid import Tile, write_grid
+from scene_synth_ros.cli.pictures.picture_grid import Tile, png_bytes, write_grid
 
 COLUMNS, TILE = 2, (1000, 760)
 TIMES = CameraTimes(frames=1, start_ns=0, rate_hz=1.0)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import argparse
 import importlib
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, get_args, get_origin
 
 from scene_description.strict import split_annotation
 from scene_synth_ros.cli.command_line import COMMANDS
+from scene_synth_ros.cli.lines import markdown_table
 from scene_synth_ros.evaluate.evaluator_config import EvaluatorConfig
 from scene_synth_ros.messages.streams import ROLES, Role
 from scene_synth_ros.record.recorder_config import RECORDER_GROUPS
@@ -80,7 +81,7 @@ OTHER_TOPICS = (
 
 def commands_page() -> str:
     """Return ``docs/commands.md``, from ``COMMANDS`` and the parsers of the commands."""
-    index = _table(("command", "does"), ((f"[{name}](#{name})", command.help) for name, command in COMMANDS.items()))
+    index = markdown_table(("command", "does"), ((f"[{name}](#{name})", command.help) for name, command in COMMANDS.items()))
     parts = [
         "# Commands",
         MADE,
@@ -100,7 +101,7 @@ def _command(name: str) -> Iterator[str]:
     yield f"## {name}"
     help_line = COMMANDS[name].help
     yield f"{help_line[0].upper()}{help_line[1:]}: [{COMMAND_PAGES[name]}.md]({COMMAND_PAGES[name]}.md)."
-    yield _table(("option", "what"), map(_option, parser._actions))
+    yield markdown_table(("option", "what"), map(_option, parser._actions))
     if parser.epilog:
         yield f"```text\n{parser.epilog}\n```"
 
@@ -133,7 +134,7 @@ def _parameters(groups: Mapping[str, type]) -> str:
         bare, limits = split_annotation(annotation)
         fixed = limits.fixed and f"fixed: {limits.fixed}"
         rows.append((f"`{name}`", _value(defaults[name]), _range(bare, limits), limits.unit, limits.description, fixed))
-    return _table(("parameter", "default", "range", "unit", "what", "change"), rows)
+    return markdown_table(("parameter", "default", "range", "unit", "what", "change"), rows)
 
 
 def _value(value: object) -> str:
@@ -161,9 +162,9 @@ def topics_page() -> str:
         "of [layers.md](layers.md). All messages of a frame carry the same simulated stamp. Publishers are reliable, so best-effort "
         "subscribers connect too; the usual `qos_overrides` parameters change depth and reliability. Services, QoS, several renderers and "
         "what is in a bag: [streams.md](streams.md).",
-        _table(("topic", "type", "frame", "published", "content"), rows),
+        markdown_table(("topic", "type", "frame", "published", "content"), rows),
         "Beside them, for the nodes themselves and for people:",
-        _table(("topic", "type", "content"), others),
+        markdown_table(("topic", "type", "content"), others),
     ]
     return "\n\n".join(parts) + "\n"
 
@@ -184,11 +185,6 @@ def _published(role: Role) -> str:
     says += ["with `scan.enabled`, at its own rate"] if role.own_stamps else []
     says += ["latched"] if role.latched else []
     return ", ".join(says) or "always"
-
-
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = [head, ["---"] * len(head), *([cell.replace("|", "\\|") for cell in row] for row in rows)]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 PAGES: dict[str, Callable[[], str]] = {"commands.md": commands_page, "parameters.md": parameters_page, "topics.md": topics_page}

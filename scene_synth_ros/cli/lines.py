@@ -40,3 +40,9 @@ def first_of(prefix: str, texts: Sequence[str], rest: str = "more") -> list[str]
 def page_lines(written: str, notes: Sequence[str]) -> str:
     """Return the line of a page that was written, and its first notes, as text."""
     return printable([written, *first_of("note", notes, "more on the page")])
+
+
+def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table of a Markdown page."""
+    lines = [head, ["---"] * len(head), *([cell.replace("|", "\\|") for cell in row] for row in rows)]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
 from scene_description import SceneSynthError
 from scene_description.strict import field_types, split_annotation
+from scene_description.whole import WholeFolder
 
 MAX_WORKERS = 1024
 MAX_READERS = 64
@@ -115,3 +117,19 @@ def names_in(text: str) -> tuple[str, ...]:
 
 def _short(number: float) -> str:
     return f"{number:g}" if isinstance(number, float) else str(number)
+
+
+@contextmanager
+def new_folder(out: Path) -> Iterator[Path]:
+    """Yield a folder under another name, which gets its own, that of ``--out``, when all has been written, and goes if not.
+
+    Raises:
+        UsageError: the folder exists, or the one that it is to be in does not.
+    """
+    if out.exists():
+        raise UsageError(f"--out {out}: exists already; choose another folder or remove it")
+    if not out.absolute().parent.is_dir():
+        raise UsageError(f"--out {out}: expected a folder in a folder that exists")
+    with WholeFolder(out) as folder:
+        folder.mkdir()
+        yield folder

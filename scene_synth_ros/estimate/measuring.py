@@ -197,12 +197,6 @@ def measure_room(settings: OfflineSettings, rules: SceneSynthesizer, index: int,
     Where it has more frames than are asked for, neighbours from the middle of its path are rendered: what one frame takes is the time
     between the first and the last of them, so at least 2 are.
 
-    Args:
-        settings: of the dataset.
-        rules: what its rooms are sampled by.
-        index: of the room.
-        most_frames: to render.
-
     Raises:
         SceneSynthError: the room cannot be made, or there is no place for it.
     """

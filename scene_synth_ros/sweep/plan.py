@@ -30,13 +30,6 @@ def plan_sweep(spec: SweepSpec, where: str, bases: Sequence[BaseRoom], settings_
 
     A value that is the base room's own changes nothing: what two points of the design make alike is made once.
 
-    Args:
-        spec: the sweep.
-        where: how the user has named its file.
-        bases: the rooms.
-        settings_of: returns the parameters of a variant.
-        rules: that the rooms were sampled with.
-
     Raises:
         SweepError: a factor fits no base room, a value fits no parameter, or there are too many variants.
     """

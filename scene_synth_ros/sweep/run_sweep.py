@@ -135,11 +135,6 @@ def make_variant(variant: Variant, folder: Path, exposure: str) -> Made:
 
     The same random numbers, frame indices and stamps as of the base room; its exposure too, if that is ``held``.
 
-    Args:
-        variant: what to make.
-        folder: of the sweep.
-        exposure: ``held`` or ``metered``.
-
     Raises:
         BagWriteError: the bag cannot be written.
         SweepError: something else is where it shall be.

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 from renderer.film.layer import Layer
 from renderer.film.layers import LAYERS
+from scene_synth_ros.cli.lines import markdown_table
 from scene_synth_ros.messages.conversions import layer_encoding
 from scene_synth_ros.messages.frame_messages import has_companion
 from scene_synth_ros.messages.image_codec import compressed_topic
@@ -66,8 +67,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 def layers_page() -> str:
     """Return ``docs/layers.md``."""
-    pixels = _table(("layer", "pixel", "type", "unit", "no hit", "from"), map(_pixels, LAYERS.values()))
-    places = _table(
+    pixels = markdown_table(("layer", "pixel", "type", "unit", "no hit", "from"), map(_pixels, LAYERS.values()))
+    places = markdown_table(
         ("layer", "encoding", "`streams.<layer>`", "topics beside", "compressed", "picture", "EXR", "`scene_synth render`", "bags"),
         map(_places, LAYERS.values()),
     )
@@ -102,8 +103,3 @@ def _option(row: Layer) -> str:
 
 def _code(words: Sequence[str]) -> str:
     return ", ".join(f"`{word}`" for word in words) or _NONE
-
-
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)

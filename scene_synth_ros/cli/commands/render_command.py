@@ -27,8 +27,7 @@ from renderer.standpoint import standpoint
 from scene_description import CameraPose, EnvironmentMap, SceneDescription, scene_from_json
 from scene_description.annotations import annotations_to_json
 from scene_description.label_standards import STANDARDS, StandardName
-from scene_synth_ros.cli.files.frame_files import write_frame
-from scene_synth_ros.cli.files.scan_files import write_scans
+from scene_synth_ros.cli.files.frame_files import write_frame, write_scans
 from scene_synth_ros.cli.options import UsageError, refuse_missing_folder
 from scene_synth_ros.cli.parameters.render_settings import PRESETS, preset_settings, read_settings
 from scene_synth_ros.cli.parameters.render_settings import add_arguments as add_settings

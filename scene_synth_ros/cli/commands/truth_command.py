@@ -13,10 +13,9 @@ from grammar.synthesize import FloorMap, floor_map
 from scene_description import SceneDescription, scene_from_json
 from scene_description.share import config_path
 from scene_synth_ros.cli.files.bag_rooms import read_rooms, room_names
-from scene_synth_ros.cli.files.new_folder import new_folder
 from scene_synth_ros.cli.files.truth_files import truth_files
 from scene_synth_ros.cli.lines import counted, say_progress
-from scene_synth_ros.cli.options import UsageError, add_catalog, refuse_missing_folder
+from scene_synth_ros.cli.options import UsageError, add_catalog, new_folder, refuse_missing_folder
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -38,13 +38,7 @@ class SampledFrame(NamedTuple):
 def sampled_frames(
     plan: DatasetPlan, manifest: Manifest, bag_of: Callable[[int], AbstractContextManager[Path]], count: int = ROOMS_SAMPLED
 ) -> Iterator[SampledFrame]:
-    """Yield the middle frame of rooms all over a dataset.
-
-    Args:
-        plan: of the dataset.
-        manifest: of the dataset.
-        bag_of: gives the folder of a shard's bag.
-        count: of rooms at most.
+    """Yield the middle frame of at most ``count`` rooms all over a dataset; ``bag_of`` gives the folder of a shard's bag.
 
     Raises:
         ShardError: a shard cannot be read, or has lost a room since it was made.

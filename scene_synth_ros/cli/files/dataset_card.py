@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import json
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -18,9 +18,9 @@ from renderer.film.layers import layers_in
 from scene_synth_ros.bags.bag_images import layer_picture, spread
 from scene_synth_ros.bags.dataset_files import shard_folder
 from scene_synth_ros.cli.files.card_samples import ROOMS_SAMPLED, ImageNumbers, SampledFrame, sampled_frames, spread_row
+from scene_synth_ros.cli.lines import markdown_table
 from scene_synth_ros.cli.pictures.contact_sheet import small_picture
-from scene_synth_ros.cli.pictures.drawing_png import png_bytes
-from scene_synth_ros.cli.pictures.picture_grid import Tile, write_grid
+from scene_synth_ros.cli.pictures.picture_grid import Tile, png_bytes, write_grid
 from scene_synth_ros.shards.completion import Manifest, RoomRow
 from scene_synth_ros.shards.plan import DatasetPlan
 from scene_synth_ros.shards.store import Store
@@ -35,11 +35,6 @@ _PICTURES = {"rooms.jpg": "A frame of some rooms", "layers.jpg": "Every layer of
 
 def write_card(plan: DatasetPlan, manifest: Manifest, store: Store) -> None:
     """Write the card of a dataset and its pictures beside its shards; the same dataset gives the same card.
-
-    Args:
-        plan: of the dataset.
-        manifest: of the dataset.
-        store: of the dataset.
 
     Raises:
         OSError: it cannot be written.
@@ -59,14 +54,7 @@ def write_card(plan: DatasetPlan, manifest: Manifest, store: Store) -> None:
 
 
 def card_text(plan: DatasetPlan, manifest: Manifest, numbers: ImageNumbers, pictures: Sequence[str]) -> str:
-    """Return the card.
-
-    Args:
-        plan: of the dataset.
-        manifest: of the dataset.
-        numbers: of images that stand for all.
-        pictures: names of those that there are.
-    """
+    """Return the card."""
     rooms = [row for completion in manifest["shards"] for row in completion["rooms"]]
     files = [row for completion in manifest["shards"] for row in completion["files"]]
     size, frames = sum(row["bytes"] for row in files), manifest["frames"]
@@ -79,7 +67,7 @@ def card_text(plan: DatasetPlan, manifest: Manifest, numbers: ImageNumbers, pict
         + f" Made by scene_synth_ros {plan.version} with seed {plan.seed}; the same plan gives the same bytes.",
         *(f"**{_PICTURES[name]}**\n\n![{_PICTURES[name]}]({PICTURES}/{name})" for name in pictures),
         "## What is here",
-        _table(
+        markdown_table(
             ("file", "what"),
             [
                 ("`dataset.json`", f"the plan: rooms, seed, parameters (SHA-256 `{plan.sha256[:16]}...`)"),
@@ -90,15 +78,15 @@ def card_text(plan: DatasetPlan, manifest: Manifest, numbers: ImageNumbers, pict
         ),
         "Made again by `scene_synth generate --plan dataset.json --out DIR`, made complete by `scene_synth generate --resume --out DIR`.",
         "## Topics",
-        _table(("topic", "shards that have it"), _topics(manifest)),
+        markdown_table(("topic", "shards that have it"), _topics(manifest)),
         *_failed(manifest),
         "## Rooms",
-        _table(_SPREAD, _layout_rows(rooms)) if rooms else "None.",
+        markdown_table(_SPREAD, _layout_rows(rooms)) if rooms else "None.",
         "## Objects",
         _histogram(("category", "objects", "rooms that have it"), _objects(rooms)),
         "## Images",
         f"Of the middle frame of {numbers.frames} rooms, evenly spread over the dataset.",
-        _table(_SPREAD, numbers.rows()),
+        markdown_table(_SPREAD, numbers.rows()),
         "## Classes by pixels",
         _histogram(("class", "share of pixels (%)", "frames that show it (%)"), _classes(numbers)),
         "## Parameters",
@@ -116,7 +104,7 @@ def _topics(manifest: Manifest) -> list[tuple[str, str]]:
 def _failed(manifest: Manifest) -> Iterator[str]:
     if manifest["failed"]:
         yield "## Rooms that could not be made"
-        yield _table(("room", "attempts", "error"), [(str(r["index"]), str(r["attempts"]), r["error"]) for r in manifest["failed"]])
+        yield markdown_table(("room", "attempts", "error"), [(str(r["index"]), str(r["attempts"]), r["error"]) for r in manifest["failed"]])
 
 
 def _layout_rows(rooms: Sequence[RoomRow]) -> list[tuple[str, ...]]:
@@ -151,12 +139,7 @@ def _histogram(head: tuple[str, str, str], rows: Sequence[tuple[str, float, str]
     """Return a table with a bar for each number, the longest for the largest."""
     most = max((number for _, number, _ in rows), default=1.0)
     told = [(name, f"{number:.2f}".rstrip("0").rstrip("."), "█" * round(_BAR * number / most), more) for name, number, more in rows]
-    return _table((head[0], head[1], "", head[2]), told) if rows else "None."
-
-
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
+    return markdown_table((head[0], head[1], "", head[2]), told) if rows else "None."
 
 
 def _draw(frames: Sequence[SampledFrame], rows: Mapping[str, Layer], folder: Path) -> list[str]:

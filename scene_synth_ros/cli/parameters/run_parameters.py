@@ -44,12 +44,7 @@ class RunWords:
 def add_run_options(parser: argparse.ArgumentParser, rooms: str, *, profile: str = "main", least_rooms: int = 1, **words: Any) -> None:
     """Declare the options of commands that make rooms by run profiles: what :func:`run_words` reads.
 
-    Args:
-        parser: of the command.
-        rooms: help of ``--rooms``.
-        profile: the default, for the help of ``--params``.
-        least_rooms: that make sense; a run of 0 goes on for ever.
-        **words: more for the declaration of ``--rooms``.
+    ``rooms`` is the help of ``--rooms``, and ``words`` are for its declaration, too; ``profile`` is the default of ``--params``.
     """
     rooms_high = split_annotation(field_types(RunConfig)["rooms"])[1].le
     add_number(parser, "--rooms", least_rooms, int(rooms_high or 0), metavar="N", help=rooms, **words)

@@ -42,12 +42,7 @@ def find_shipped(path: Path, folders: Sequence[str], what: str) -> Path:
     """Return the file that a user means: the path itself, else a shipped file, wherever the package is installed.
 
     Shipped files go by their name (``stream``), with their folder (``presets/stream``), or as in the source tree
-    (``config/presets/stream.yaml``).
-
-    Args:
-        path: what the user says.
-        folders: of the configuration.
-        what: is expected, for the error.
+    (``config/presets/stream.yaml``).  ``folders`` are those of the configuration; ``what`` is expected, for the error.
 
     Raises:
         ProfileError: there is no such file; the line lists the shipped ones.

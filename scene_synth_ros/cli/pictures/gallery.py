@@ -67,15 +67,7 @@ def typical_examples(grammars: Mapping[str, Grammar], small_things: SmallThings)
 
 
 def studio_scene(synthesizer: SceneSynthesizer, category: str, example: Example, style: str, seed: int) -> SceneDescription:
-    """Return a scene with one dressed model of a style on a stage; its camera path is one pose that frames it.
-
-    Args:
-        synthesizer: categories and appearance are taken from it.
-        category: of the model; must have a look with that style.
-        example: mount and size.
-        style: one of the category's styles.
-        seed: of the model and its materials.
-    """
+    """Return a scene with one dressed model of a style on a stage; its camera path is one pose that frames it."""
     label = synthesizer.categories[category].label_id
     support = Support(kind="wall", wall=2) if example.mount == "wall" else Support(kind="floor")
     stage = _stage(example.size_m)

@@ -28,12 +28,7 @@ SETTLE_S = 0.5
 
 
 def make_node(name: str, parameters: str, namespace: str) -> SuiteNode:
-    """Return a node of the suite.
-
-    Args:
-        name: of the node; further renderers are called ``renderer_node_...``.
-        parameters: its parameter file.
-        namespace: of its topics.
+    """Return a node of the suite; further renderers are called ``renderer_node_...``.
 
     Raises:
         OSError, SceneSynthError: its parameters do not fit; one line.
@@ -48,12 +43,7 @@ def make_node(name: str, parameters: str, namespace: str) -> SuiteNode:
 
 
 def run(names: dict[str, str], namespace: str) -> int:
-    """Spin all nodes until each has ended or one has failed; return the exit status.
-
-    Args:
-        names: node name -> parameter file.
-        namespace: of the topics.
-    """
+    """Spin all nodes, name -> parameter file, until each has ended or one has failed; return the exit status."""
     caught: list[int] = []
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda got, _frame: caught.append(got))

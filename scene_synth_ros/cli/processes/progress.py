@@ -27,12 +27,7 @@ _WAITING_FORM = "{desc} ({elapsed})"
 
 
 class Progress:
-    """What the statuses of a run's nodes amount to; no ROS, no clocks.
-
-    Args:
-        rooms: of the run.
-        frames: of a room.
-    """
+    """What the statuses of a run's nodes amount to; no ROS, no clocks."""
 
     def __init__(self, rooms: int, frames: int) -> None:
         self._rooms, self._room_frames = rooms, frames

@@ -22,7 +22,7 @@ from grammar.drawing.top_view import top_view
 from grammar.synthesize import PURPOSES, CameraTimes, SceneSynthesizer
 from scene_description import SceneDescription, scene_to_json
 from scene_description.whole import write_whole
-from scene_synth_ros.cli.pictures.drawing_png import png_bytes
+from scene_synth_ros.cli.pictures.picture_grid import png_bytes
 from scene_synth_ros.synthesize.catalogs import with_catalog
 
 WRITES = ("json", "svg", "png")

@@ -14,7 +14,7 @@ from renderer.lidar.scanner import Scanner
 from renderer.scene.flatten import flatten
 from scene_description import from_mapping
 from scene_description.share import config_path
-from scene_synth_ros.cli.files.scan_files import write_scans
+from scene_synth_ros.cli.files.frame_files import write_scans
 from scene_synth_ros.cli.parameters.run_profile import load_profile
 
 SCANNERS = sorted(config_path("scanners").glob("*.yaml"))

@@ -8,7 +8,7 @@ from sample_scene import sample_scene
 
 from grammar.drawing.shapes import Drawing, area, dashes, dot, line, words
 from grammar.drawing.top_view import top_view
-from scene_synth_ros.cli.pictures.drawing_png import png_bytes
+from scene_synth_ros.cli.pictures.picture_grid import png_bytes
 
 
 def painted(*shapes: object) -> np.ndarray:
