@@ -9,6 +9,7 @@ from renderer.bsdf.microfacet import ggx_g1_root
 from renderer.core import lanes as ln
 from renderer.core.kernel import inlined
 from renderer.core.sampling import Vector
+from renderer.irradiance_cache import records as rec
 from renderer.irradiance_cache.records import SHARP, WIDE, Lamps
 from renderer.path import surface_tables as st
 from renderer.path.emission import surface_le
